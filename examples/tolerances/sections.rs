@@ -1,6 +1,7 @@
 //! What a step costs on other sections for the same orbits, and which section a scene of any
 //! section takes.
 
+use grazemap::analysis::NoProgress;
 use grazemap::convergence::{Choice, ChoiceOptions, SectionChoice, choose, choose_sections};
 use grazemap::model::{Scene, catalogue};
 use grazemap::orbit::locate;
@@ -51,7 +52,7 @@ fn of_scene(name: &'static str) -> Result<Vec<Sections>, String> {
     let choices = TOLERANCES.map(|tolerance| {
         let options = ChoiceOptions::new(tolerance);
         let own = choose(&scene, &orbit, &options).map_err(|error| said(&error))?;
-        let others = choose_sections(&scene, &orbit, &options, &own);
+        let others = choose_sections(&scene, &orbit, &options, &own, &NoProgress);
         Ok(Sections { scene: name, own, others: others.map_err(|error| said(&error))? })
     });
     choices.into_iter().collect()

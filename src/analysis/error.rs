@@ -40,6 +40,21 @@ pub enum AnalysisError {
         /// The coordinate.
         name: String,
     },
+    /// The axes of a basin are not two coordinates of the section.
+    #[error("a basin is drawn over two coordinates of the section; expected two of {known}")]
+    NotAPlane {
+        /// The section's coordinates.
+        known: String,
+    },
+    /// A basin has no range along an axis.
+    #[error(
+        "the window says nothing of `{name}`, over which a basin is to be drawn; name a range, or \
+         its half-width in `window.state`"
+    )]
+    NoRange {
+        /// The coordinate.
+        name: String,
+    },
     /// Direct simulation was asked for in single precision.
     #[error(
         "direct simulation computes in double precision or double-double; single precision is \

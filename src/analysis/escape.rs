@@ -7,10 +7,6 @@ use crate::model::Scene;
 use crate::numeric::unbounded_number;
 use crate::orbit::GrazingOrbit;
 
-/// An orbit has escaped where a coordinate is farther from the section point than this many times
-/// the extent of the grazing orbit.
-pub const ESCAPE_EXTENTS: f64 = 100.0;
-
 /// Points of the grazing orbit from which its extent is taken.
 const SAMPLES: usize = 64;
 
@@ -23,27 +19,31 @@ const STILL: f64 = 1e-9;
 pub struct EscapeBound {
     /// Name of the coordinate.
     pub coordinate: String,
+    /// The bound in extents of the grazing orbit: `direct.escape` of the scene.
+    pub extents: f64,
     /// Largest size of its offset; infinite where the coordinate does not move along the grazing
     /// orbit.
     #[serde(with = "unbounded_number")]
     pub offset: f64,
 }
 
-/// The bounds of every coordinate of the section: [`ESCAPE_EXTENTS`] times the extent of the
-/// grazing orbit.
+/// The bounds of every coordinate of the section: as many times the extent of the grazing orbit as
+/// the scene says.
 pub fn escape_bounds(scene: &Scene, orbit: &GrazingOrbit) -> Vec<EscapeBound> {
     let extents = extents(scene, orbit);
     let largest = extents.iter().copied().fold(0.0, f64::max);
+    let times = scene.direct.escape;
     let coordinates = orbit.section_coordinates(scene).into_iter();
     let bound = |((name, _), extent): ((&str, _), f64)| EscapeBound {
         coordinate: name.to_owned(),
-        offset: if extent > STILL * largest { ESCAPE_EXTENTS * extent } else { f64::INFINITY },
+        extents: times,
+        offset: if extent > STILL * largest { times * extent } else { f64::INFINITY },
     };
     coordinates.zip(extents).map(bound).collect()
 }
 
 /// Difference of the greatest and the least value of every coordinate along the grazing orbit.
-fn extents(scene: &Scene, orbit: &GrazingOrbit) -> Vec<f64> {
+pub(super) fn extents(scene: &Scene, orbit: &GrazingOrbit) -> Vec<f64> {
     let field = Field::free(&scene.model, &[]);
     let rounded = |values: &[crate::numeric::Dd]| -> Vec<f64> {
         values.iter().map(|value| value.to_f64()).collect()

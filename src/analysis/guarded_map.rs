@@ -5,6 +5,8 @@
 //! every step: a point whose state, parameters and depths it holds is mapped; any other is flown to
 //! the same section, so that an orbit may leave the window and return to it.
 
+use std::sync::OnceLock;
+
 use super::direct_map::{DirectLanes, DirectMap};
 use super::error::AnalysisError;
 use crate::expansion::MapWindow;
@@ -20,28 +22,41 @@ use crate::orbit::GrazingOrbit;
 ///
 /// Jacobians are the map's inside and the differences of [`DirectMap`] outside.
 #[derive(Clone, Debug)]
-pub struct GuardedMap<'a, M> {
+pub struct GuardedMap<'d, 'a, M> {
     map: M,
     /// What was folded into the map; none where its parameters are given at every step.
     folded: Vec<f64>,
-    window: MapWindow,
-    direct: DirectMap<'a>,
+    window: &'d MapWindow,
+    /// What direct simulation is cloned from.
+    source: &'d DirectMap<'a>,
+    /// A simulator of this map alone, made by its first step outside the window.
+    direct: OnceLock<DirectMap<'a>>,
 }
 
-impl<'a, M: DiscreteMap> GuardedMap<'a, M> {
+impl<'d, 'a, M: DiscreteMap> GuardedMap<'d, 'a, M> {
     /// A map that is given its parameters at every step, trusted inside a window.
-    pub fn new(map: M, window: MapWindow, direct: DirectMap<'a>) -> Self {
-        Self { map, folded: Vec::new(), window, direct }
+    pub fn new(map: M, window: &'d MapWindow, direct: &'d DirectMap<'a>) -> Self {
+        Self::frozen(map, &[], window, direct)
     }
 
     /// A map into which its parameters were folded.
-    pub fn frozen(map: M, parameters: &[f64], window: MapWindow, direct: DirectMap<'a>) -> Self {
-        Self { map, folded: parameters.to_vec(), window, direct }
+    pub fn frozen(
+        map: M,
+        parameters: &[f64],
+        window: &'d MapWindow,
+        direct: &'d DirectMap<'a>,
+    ) -> Self {
+        let folded = parameters.to_vec();
+        Self { map, folded, window, source: direct, direct: OnceLock::new() }
     }
 
     /// The parameters of direct simulation where the map is given these.
     fn all<'p>(&'p self, parameters: &'p [f64]) -> &'p [f64] {
-        if self.map.parameters() == self.direct.parameters() { parameters } else { &self.folded }
+        if self.map.parameters() == self.source.parameters() { parameters } else { &self.folded }
+    }
+
+    fn direct(&self) -> &DirectMap<'a> {
+        self.direct.get_or_init(|| self.source.clone())
     }
 
     /// Whether a step that the map made began inside the window.
@@ -50,7 +65,7 @@ impl<'a, M: DiscreteMap> GuardedMap<'a, M> {
     }
 }
 
-impl<M: DiscreteMap> DiscreteMap for GuardedMap<'_, M> {
+impl<M: DiscreteMap> DiscreteMap for GuardedMap<'_, '_, M> {
     fn dimension(&self) -> usize {
         self.map.dimension()
     }
@@ -64,7 +79,7 @@ impl<M: DiscreteMap> DiscreteMap for GuardedMap<'_, M> {
         if self.holds(state, parameters, step) {
             return step;
         }
-        self.direct.step(state, self.all(parameters), image)
+        self.direct().step(state, self.all(parameters), image)
     }
 
     fn step_jacobian(
@@ -74,11 +89,11 @@ impl<M: DiscreteMap> DiscreteMap for GuardedMap<'_, M> {
         image: &mut [f64],
         jacobian: &mut [f64],
     ) -> StepInfo {
-        let step = self.map.step_jacobian(state, parameters, image, jacobian);
+        let step = self.map.step(state, parameters, image);
         if self.holds(state, parameters, step) {
-            return step;
+            return self.map.step_jacobian(state, parameters, image, jacobian);
         }
-        self.direct.step_jacobian(state, self.all(parameters), image, jacobian)
+        self.direct().step_jacobian(state, self.all(parameters), image, jacobian)
     }
 }
 
@@ -92,11 +107,11 @@ pub fn guarded<M: DiscreteMap, R>(
     orbit: &GrazingOrbit,
     map: M,
     window: &MapWindow,
-    work: impl FnOnce(&GuardedMap<'_, M>) -> R,
+    work: impl FnOnce(&GuardedMap<'_, '_, M>) -> R,
 ) -> Result<R, AnalysisError> {
     let system = HybridSystem::new(&scene.model);
     let direct = DirectMap::new(&system, scene, orbit)?;
-    Ok(work(&GuardedMap::new(map, window.clone(), direct)))
+    Ok(work(&GuardedMap::new(map, window, &direct)))
 }
 
 /// Lanes of direct simulation.
@@ -122,7 +137,7 @@ struct Group<'m, 'a> {
     parameters: Vec<&'m [f64]>,
     /// `None` inside where the system is not flown in lanes.
     lanes: Option<Option<Box<DirectLanes<'a, DIRECT_LANES>>>>,
-    single: Vec<Option<DirectMap<'a>>>,
+    single: Vec<Option<Box<DirectMap<'a>>>>,
 }
 
 impl<'m, 'a> DirectPoints<'m, 'a> {
@@ -170,7 +185,7 @@ impl<'a> Group<'_, 'a> {
         }
         let dimension = map.dimension();
         for point in (0..wanted.len()).filter(|&point| wanted[point]) {
-            let single = self.single[point].get_or_insert_with(|| map.clone());
+            let single = self.single[point].get_or_insert_with(|| Box::new(map.clone()));
             let place = point * dimension..(point + 1) * dimension;
             let (state, image) = (&states[place.clone()], &mut images[place]);
             steps[point] = single.step(state, self.parameters[point], image);

@@ -3,6 +3,7 @@
 //!
 //! Deliberately absent: plotting, files, progress bars.
 
+pub mod basin;
 pub mod branches;
 pub mod chart;
 pub mod continuation;
@@ -19,6 +20,7 @@ pub mod loci;
 pub mod orbits;
 pub mod periodic;
 mod progress;
+mod refinement;
 mod section_frame;
 mod time_series;
 
@@ -26,7 +28,7 @@ pub(crate) use diagram::low_discrepancy;
 pub use direct_image::{DirectEnd, DirectImage, SectionImage, direct_image};
 pub use direct_map::{DirectLanes, DirectMap};
 pub use error::AnalysisError;
-pub use escape::{ESCAPE_EXTENTS, EscapeBound, escape_bounds};
+pub use escape::{EscapeBound, escape_bounds};
 pub use evaluation::{Arrival, DepthEvaluation, MapEvaluation, MapImage};
 pub use free_flight::{FreeFlight, SectionChange};
 pub use guarded_map::{GuardedMap, guarded};

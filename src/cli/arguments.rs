@@ -8,6 +8,7 @@ use super::output::{CliError, Outlets};
 use grazemap::analysis::loci::LocusKind;
 use grazemap::analysis::{Precision, Using};
 use grazemap::emission::Target;
+use grazemap::model::Method;
 
 /// Fast, measured local maps of oscillators that graze a stop.
 ///
@@ -48,22 +49,26 @@ pub(super) enum Command {
     Chart(SceneOptions),
     /// Periodic orbits by itinerary, their stability, folds and flips
     Orbits(OrbitsArguments),
-    /// Saddle-nodes, flips, Neimark-Sacker points and grazes in two parameters
-    Loci(LociArguments),
     /// Branches of periodic orbits in one parameter, through folds, flips and grazes
     Branch(BranchArguments),
+    /// Saddle-nodes, flips, Neimark-Sacker points and grazes in two parameters
+    Loci(LociArguments),
     /// Time series and phase portrait of the grazing orbit, of a periodic orbit, of any start
     Trajectory(TrajectoryArguments),
+    /// Basins of attraction in a plane of the section
+    Basin(BasinArguments),
+    /// Published figures and tables, computed again and compared
+    Gallery(GalleryOptions),
 }
 
 impl Arguments {
-    /// The command's name, its common options, and whether it has a table; `None` of `new`, which
-    /// has none of them.
+    /// The command's name, its common options, and whether it has a table; `None` of `new` and
+    /// `gallery`, which have none of them.
     fn outputs(&self) -> Option<(&'static str, &Common, bool)> {
         Some(match self.command.as_ref() {
             None => ("run", &self.common, false),
             Some(Command::Run(options)) => ("run", &options.common, false),
-            Some(Command::New(_)) => return None,
+            Some(Command::New(_) | Command::Gallery(_)) => return None,
             Some(Command::Check(options)) => ("check", &options.common, false),
             Some(Command::Locate(options)) => ("locate", &options.common, false),
             Some(Command::Curve(options)) => ("curve", &options.scene.common, true),
@@ -74,9 +79,10 @@ impl Arguments {
             Some(Command::Diagram(options)) => ("diagram", &options.common, true),
             Some(Command::Chart(options)) => ("chart", &options.common, true),
             Some(Command::Orbits(options)) => ("orbits", &options.scene.common, true),
-            Some(Command::Loci(options)) => ("loci", &options.scene.common, true),
             Some(Command::Branch(options)) => ("branch", &options.scene.common, true),
+            Some(Command::Loci(options)) => ("loci", &options.scene.common, true),
             Some(Command::Trajectory(options)) => ("trajectory", &options.scene.common, true),
+            Some(Command::Basin(options)) => ("basin", &options.scene.common, true),
         })
     }
 
@@ -147,14 +153,41 @@ pub(super) struct CurveArguments {
     #[command(flatten)]
     pub(super) scene: SceneOptions,
     /// The second parameter
-    #[arg(long, value_name = "PARAMETER")]
-    pub(super) with: String,
+    #[arg(long, value_name = "PARAMETER", required_unless_present = "nearest")]
+    pub(super) with: Option<String>,
     /// Its first value
-    #[arg(long, value_name = "A", allow_negative_numbers = true)]
-    pub(super) from: f64,
+    #[arg(
+        long,
+        value_name = "A",
+        allow_negative_numbers = true,
+        required_unless_present = "nearest"
+    )]
+    pub(super) from: Option<f64>,
     /// Its last value
-    #[arg(long, value_name = "B", allow_negative_numbers = true)]
-    pub(super) to: f64,
+    #[arg(
+        long,
+        value_name = "B",
+        allow_negative_numbers = true,
+        required_unless_present = "nearest"
+    )]
+    pub(super) to: Option<f64>,
+    /// The smallest change of one or two parameters from the scene's values at which the orbit
+    /// grazes, in the place of a curve
+    #[arg(
+        long,
+        value_name = "P[,Q]",
+        value_delimiter = ',',
+        conflicts_with_all = ["with", "from", "to", "xi"]
+    )]
+    pub(super) nearest: Vec<String>,
+    /// What a change of a parameter is counted in. Default: its value, 1 where that is 0
+    #[arg(
+        long,
+        value_name = "P=SIZE,...",
+        value_parser = ParameterOffsets::parse,
+        requires = "nearest"
+    )]
+    pub(super) scale: Option<ParameterOffsets>,
     /// Follow xi_1 to xi_N
     #[arg(
         long,
@@ -298,6 +331,26 @@ pub(super) struct NewOptions {
     pub(super) list: bool,
     /// The file to write; default: NAME.toml
     #[arg(short = 'o', long = "output", value_name = "FILE", conflicts_with = "list")]
+    pub(super) output: Option<PathBuf>,
+    /// Say nothing but errors
+    #[arg(short = 'q', long = "quiet")]
+    pub(super) quiet: bool,
+}
+
+/// Options of `gallery`.
+#[derive(Clone, Debug, Args)]
+pub(super) struct GalleryOptions {
+    /// Entries, or papers with all of their entries; default: all
+    #[arg(value_name = "NAME", conflicts_with = "list")]
+    pub(super) names: Vec<String>,
+    /// List the entries
+    #[arg(long)]
+    pub(super) list: bool,
+    /// Compute fewer points: seconds in place of minutes
+    #[arg(long)]
+    pub(super) small: bool,
+    /// The folder for the page and all results; default: out/gallery
+    #[arg(short = 'o', long = "output", value_name = "DIR")]
     pub(super) output: Option<PathBuf>,
     /// Say nothing but errors
     #[arg(short = 'q', long = "quiet")]
@@ -493,6 +546,87 @@ pub(super) struct TrajectoryArguments {
     pub(super) samples: u32,
 }
 
+/// Options of `basin`.
+#[derive(Clone, Debug, Args)]
+pub(super) struct BasinArguments {
+    #[command(flatten)]
+    pub(super) scene: SceneOptions,
+    /// Offsets of active parameters from the graze, others 0
+    #[arg(long, value_name = "NAME=OFFSET,...", value_parser = ParameterOffsets::parse)]
+    pub(super) at: Option<ParameterOffsets>,
+    /// The coordinates of the section that span the plane, the horizontal one first. Default: the
+    /// first two
+    #[arg(long, value_name = "A,B", value_delimiter = ',')]
+    pub(super) axes: Vec<String>,
+    /// First and last offset along an axis. Default: the window of the map
+    #[arg(long, value_name = "NAME=FROM:TO,...", value_parser = Ranges::parse)]
+    pub(super) range: Option<Ranges>,
+    /// Cells along both axes, or along each
+    #[arg(
+        long,
+        value_name = "N[,M]",
+        value_delimiter = ',',
+        allow_negative_numbers = true,
+        default_value = "400",
+        value_parser = clap::value_parser!(u32).range(1..=10_000)
+    )]
+    pub(super) points: Vec<u32>,
+    /// Offsets of the section's other coordinates, those not named 0
+    #[arg(long, value_name = "NAME=OFFSET,...", value_parser = ParameterOffsets::parse)]
+    pub(super) start: Option<ParameterOffsets>,
+    /// What follows the states
+    #[arg(long, value_enum, default_value_t = WithArgument::Guarded)]
+    pub(super) with: WithArgument,
+}
+
+/// What iterates states.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(super) enum WithArgument {
+    /// The local map
+    Map,
+    /// The local map inside its window, direct simulation outside
+    Guarded,
+    /// Direct simulation
+    Direct,
+}
+
+impl From<WithArgument> for Method {
+    fn from(argument: WithArgument) -> Self {
+        match argument {
+            WithArgument::Map => Self::Map,
+            WithArgument::Guarded => Self::Guarded,
+            WithArgument::Direct => Self::Direct,
+        }
+    }
+}
+
+/// Ranges by name.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Ranges(pub(super) Vec<(String, [f64; 2])>);
+
+impl Ranges {
+    /// `name=from:to,name=from:to`.
+    fn parse(text: &str) -> Result<Self, String> {
+        let range = |range: &str| {
+            let (name, ends) = range.split_once('=').ok_or("expected NAME=FROM:TO")?;
+            let (from, to) = ends.split_once(':').ok_or("expected NAME=FROM:TO")?;
+            let range = [finite(from)?, finite(to)?];
+            match range[0] < range[1] {
+                true => Ok((name.trim().to_owned(), range)),
+                false => Err(format!("`{ends}` does not increase")),
+            }
+        };
+        Ok(Self(text.split(',').map(range).collect::<Result<_, String>>()?))
+    }
+}
+
+/// A finite number.
+fn finite(text: &str) -> Result<f64, String> {
+    let value = text.trim();
+    let number = value.parse().ok().filter(|number: &f64| number.is_finite());
+    number.ok_or(format!("`{value}` is no finite number"))
+}
+
 /// Offsets of parameters by name.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct ParameterOffsets(pub(super) Vec<(String, f64)>);
@@ -502,10 +636,7 @@ impl ParameterOffsets {
     fn parse(text: &str) -> Result<Self, String> {
         let pair = |pair: &str| {
             let (name, value) = pair.split_once('=').ok_or("expected NAME=OFFSET")?;
-            let value = value.trim();
-            let offset = value.parse().ok().filter(|offset: &f64| offset.is_finite());
-            let offset = offset.ok_or(format!("`{value}` is no finite number"))?;
-            Ok((name.trim().to_owned(), offset))
+            Ok((name.trim().to_owned(), finite(value)?))
         };
         let pairs = text.split(',').map(pair).collect::<Result<_, String>>();
         Ok(Self(pairs?))

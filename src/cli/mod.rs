@@ -1,5 +1,5 @@
-//! The command line in four groups, each naming the ones before it alone: output; memory and what
-//! can be resumed; arguments; commands.
+//! The command line in five groups, each naming the ones before it alone: output; memory and what
+//! can be resumed; arguments; commands; the gallery, which runs commands.
 //!
 //! A command is: its arguments, one call of the library, its results handed to `report`.
 //!
@@ -10,6 +10,7 @@
 
 mod arguments;
 mod commands;
+mod gallery;
 mod memory;
 mod output;
 mod resume;
@@ -21,7 +22,8 @@ use clap::Parser;
 
 use arguments::{Arguments, Command};
 use commands::{
-    branch, converge, emit, expand, grazes, image, loci, orbits, run, scenes, sweeps, trajectory,
+    basin, branch, converge, emit, expand, grazes, image, loci, orbits, run, scenes, sweeps,
+    trajectory,
 };
 use output::CliError;
 use resume::catch_interruptions;
@@ -62,21 +64,32 @@ fn dispatch(arguments: Arguments) -> Result<(), CliError> {
         return Err(CliError::InstructionLimit { value });
     }
     match arguments.command {
-        Some(Command::New(options)) => scenes::new(&options),
-        Some(Command::Check(options)) => scenes::check(&options),
-        Some(Command::Locate(options)) => grazes::locate(&options),
-        Some(Command::Expand(options)) => expand::run(&options),
-        Some(Command::Curve(options)) => grazes::curve(&options),
-        Some(Command::Image(options)) => image::run(&options),
-        Some(Command::Converge(options)) => converge::run(&options),
-        Some(Command::Diagram(options)) => sweeps::diagram(&options),
-        Some(Command::Chart(options)) => sweeps::chart(&options),
-        Some(Command::Orbits(options)) => orbits::run(&options),
-        Some(Command::Loci(options)) => loci::run(&options),
-        Some(Command::Branch(options)) => branch::run(&options),
-        Some(Command::Trajectory(options)) => trajectory::run(&options),
-        Some(Command::Emit(options)) => emit::run(&options),
-        Some(Command::Run(options)) => run::run(&options),
+        Some(Command::Gallery(options)) => gallery::run(&options, &execute),
+        Some(command) => execute(command),
         None => run::built_in(&arguments.common),
+    }
+}
+
+/// Runs a command that computes one thing.
+fn execute(command: Command) -> Result<(), CliError> {
+    match command {
+        Command::New(options) => scenes::new(&options),
+        Command::Check(options) => scenes::check(&options),
+        Command::Locate(options) => grazes::locate(&options),
+        Command::Expand(options) => expand::run(&options),
+        Command::Curve(options) => grazes::curve(&options),
+        Command::Image(options) => image::run(&options),
+        Command::Converge(options) => converge::run(&options),
+        Command::Diagram(options) => sweeps::diagram(&options),
+        Command::Chart(options) => sweeps::chart(&options),
+        Command::Orbits(options) => orbits::run(&options),
+        Command::Basin(options) => basin::run(&options),
+        Command::Branch(options) => branch::run(&options),
+        Command::Loci(options) => loci::run(&options),
+        Command::Trajectory(options) => trajectory::run(&options),
+        Command::Emit(options) => emit::run(&options),
+        Command::Run(options) => run::run(&options),
+        // A gallery in a gallery has nothing to add.
+        Command::Gallery(_) => Ok(()),
     }
 }

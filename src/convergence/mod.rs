@@ -9,6 +9,7 @@
 pub mod choice;
 mod error;
 mod family;
+mod resumed;
 mod sample;
 pub mod study;
 mod timing;

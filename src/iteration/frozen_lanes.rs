@@ -61,15 +61,15 @@ impl<const N: usize> FrozenLanes<N> {
         window: &MapWindow,
         substitute: &mut Substitute<'_>,
     ) -> Vec<MapOrbit> {
-        let guard = (!window.is_unbounded()).then(|| Guard::new(self.bounds(window), substitute));
-        self.iterate(initial, request, guard)
+        let bounded = !window.is_unbounded();
+        self.iterate(initial, request, bounded.then_some((window, substitute)))
     }
 
     fn iterate(
         &mut self,
         initial: &[&[f64]],
         request: &OrbitRequest,
-        guard: Option<Guard<'_, N>>,
+        window: Option<(&MapWindow, &mut Substitute<'_>)>,
     ) -> Vec<MapOrbit> {
         let scales = request.scales.len();
         let dimension = self.forms.lowered.dimension;
@@ -80,10 +80,13 @@ impl<const N: usize> FrozenLanes<N> {
         let state = self.gather(initial);
         self.step.inputs_mut().copy_from_slice(&state);
         let limits = request.escape.iter();
+        let limits: Vec<Lanes<N>> = limits.map(|&bound| Lanes::splat(bound)).collect();
+        let guard =
+            window.map(|(window, substitute)| Guard::new(self.bounds(window), &limits, substitute));
         widest(Iterating {
             map: &mut self.step,
             request,
-            limits: limits.map(|&bound| Lanes::splat(bound)).collect(),
+            limits,
             images: state,
             guard,
             image: vec![0.0; dimension],
@@ -178,14 +181,16 @@ struct LaneWindow<const N: usize> {
 }
 
 impl<const N: usize> LaneWindow<N> {
-    /// How far the states, or the depths of their steps, lie outside: positive where they do.
+    /// How far the states, or the depths of their steps, lie outside, if further than `least`:
+    /// positive where they do.
     #[inline(always)]
     fn excess<'l>(
         &self,
+        least: Lanes<N>,
         states: impl Iterator<Item = &'l Lanes<N>>,
         depths: impl Iterator<Item = &'l Lanes<N>>,
     ) -> Lanes<N> {
-        let mut excess = Lanes::splat(f64::NEG_INFINITY);
+        let mut excess = least;
         for (state, width) in states.zip(&self.state) {
             for lane in 0..N {
                 excess[lane] = larger(excess[lane], state[lane].abs() - width[lane]);
@@ -199,11 +204,35 @@ impl<const N: usize> LaneWindow<N> {
         excess
     }
 
+    /// Whether no depth lies outside in any lane.
+    #[inline(always)]
+    fn holds_depths<'l>(&self, depths: impl Iterator<Item = &'l Lanes<N>>) -> bool {
+        let mut holds = true;
+        for depth in depths {
+            for lane in 0..N {
+                holds &= depth[lane] <= self.depth[lane];
+            }
+        }
+        holds
+    }
+
     /// Everything lies inside from now on.
     fn open(&mut self, lane: usize) {
         self.state.iter_mut().for_each(|width| width[lane] = f64::INFINITY);
         self.depth[lane] = f64::INFINITY;
     }
+}
+
+/// Whether the sizes of all numbers are within their bounds in every lane.
+#[inline(always)]
+fn within<const N: usize>(values: &[Lanes<N>], bounds: &[Lanes<N>]) -> bool {
+    let mut within = true;
+    for (value, bound) in values.iter().zip(bounds) {
+        for lane in 0..N {
+            within &= value[lane].abs() <= bound[lane];
+        }
+    }
+    within
 }
 
 /// The larger of two numbers in one instruction; the first where the second is not a number.
@@ -223,8 +252,16 @@ fn any_positive<const N: usize>(values: &Lanes<N>) -> bool {
 }
 
 /// What leaves the map to a substitute outside its window.
+///
+/// One comparison of an image with the smaller of two bounds tells that its orbit goes on and that
+/// its next step begins inside the window; which of the bounds it exceeds is asked only where it
+/// does.
 struct Guard<'a, const N: usize> {
     window: LaneWindow<N>,
+    /// The smaller of the window's half-width and the size of an escape, of every coordinate.
+    near: Vec<Lanes<N>>,
+    /// Whether the states of all lanes are known to lie inside the window.
+    begins_inside: bool,
     substitute: &'a mut Substitute<'a>,
     /// Lanes whose last step was not the map's.
     outside: Vec<bool>,
@@ -235,8 +272,12 @@ struct Guard<'a, const N: usize> {
 }
 
 impl<'a, const N: usize> Guard<'a, N> {
-    fn new(window: LaneWindow<N>, substitute: &'a mut Substitute<'a>) -> Self {
+    fn new(window: LaneWindow<N>, limits: &[Lanes<N>], substitute: &'a mut Substitute<'a>) -> Self {
+        let pairs = window.state.iter().zip(limits);
+        let smaller = |(a, b): (&Lanes<N>, &Lanes<N>)| Lanes::from_fn(|lane| a[lane].min(b[lane]));
         Self {
+            near: pairs.map(smaller).collect(),
+            begins_inside: false,
             window,
             substitute,
             outside: vec![false; N],
@@ -297,7 +338,12 @@ impl<const N: usize> Iterating<'_, '_, N> {
         let Some(guard) = &mut self.guard else { return };
         let passages = self.images.len()..self.map.outputs();
         let depths = passages.map(|number| self.map.output(number));
-        let excess = guard.window.excess(self.map.inputs().iter(), depths);
+        if guard.begins_inside && guard.window.holds_depths(depths.clone()) {
+            guard.outside.fill(false);
+            return;
+        }
+        let nothing = Lanes::splat(f64::NEG_INFINITY);
+        let excess = guard.window.excess(nothing, self.map.inputs().iter(), depths);
         if any_positive(&excess) {
             self.substitute(&excess);
         } else {
@@ -337,14 +383,14 @@ impl<const N: usize> Iterating<'_, '_, N> {
 
     /// Whether the images of all lanes are finite and within their limits.
     #[inline(always)]
-    fn stays(&self) -> bool {
-        let mut stays = true;
-        for (image, limit) in self.images.iter().zip(&self.limits) {
-            for lane in 0..N {
-                stays &= image[lane].abs() <= limit[lane];
+    fn stays(&mut self) -> bool {
+        if let Some(guard) = &mut self.guard {
+            guard.begins_inside = within(&self.images, &guard.near);
+            if guard.begins_inside {
+                return true;
             }
         }
-        stays
+        within(&self.images, &self.limits)
     }
 
     /// Tells the orbits that go on where they are, all of them within their limits.
@@ -389,6 +435,7 @@ impl<const N: usize> Iterating<'_, '_, N> {
                 limits.for_each(|limit| limit[lane] = f64::INFINITY);
                 if let Some(guard) = &mut self.guard {
                     guard.window.open(lane);
+                    guard.near.iter_mut().for_each(|bound| bound[lane] = f64::INFINITY);
                 }
             }
         }
@@ -427,17 +474,15 @@ impl<const N: usize> numeric::Kernel for Stretching<N> {
         // Lanes whose tangent vector was annihilated.
         let mut annihilated = [false; N];
         let mut finite = [true; N];
-        let mut outside = [false; N];
+        // Furthest that each lane came to lie outside.
+        let mut furthest = Lanes::splat(f64::NEG_INFINITY);
         for iterate in 0..self.transient + self.iterates {
             self.map.run();
             if let Some(bounds) = &self.bounds {
                 let states = self.map.inputs().iter().map(|input| &input.value);
                 let passages = dimension..self.map.outputs();
                 let depths = passages.map(|number| &self.map.output(number).value);
-                let excess = bounds.excess(states, depths);
-                for lane in 0..N {
-                    outside[lane] |= excess[lane] > 0.0;
-                }
+                furthest = bounds.excess(furthest, states, depths);
             }
             self.map.feed_back(dimension);
             let point = self.map.inputs_mut();
@@ -461,7 +506,7 @@ impl<const N: usize> numeric::Kernel for Stretching<N> {
             }
         }
         std::array::from_fn(|lane| {
-            if outside[lane] {
+            if furthest[lane] > 0.0 {
                 return None;
             }
             if annihilated[lane] {

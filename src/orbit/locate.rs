@@ -1,6 +1,7 @@
 //! The grazing orbit of a scene, from its guess or from the steady state, or why there is none.
 
 use super::corners::Corners;
+use super::effort::{Effort, Flight};
 use super::grazes::{Grazes, check_field};
 use super::grazing_orbit::{GrazingOrbit, Location};
 use super::minima::{Gaps, Minimum, each_step, gaps, watching_field};
@@ -8,7 +9,7 @@ use super::monodromy::{full_monodromy, multipliers};
 use super::newton::{NewtonFailure, Solve};
 use super::outcome::{NamedValues, NotLocated, OrbitError, settled};
 use super::passages::{SAME, describe, disorder, further_graze, in_order};
-use super::search::{MOST_STEPS, Search};
+use super::search::Search;
 use super::system::{ExtendedSystem, refine_either, solve_either};
 use crate::flow::Integrator;
 use crate::model::{Scene, Section, StroboscopicPhase, Symmetry};
@@ -46,9 +47,9 @@ type Found = Result<Vec<f64>, NotLocated>;
 /// [`Location::NotLocated`].
 pub fn locate(scene: &Scene) -> Result<Location, OrbitError> {
     let locator = Locator::new(scene)?;
-    let location = match locator.search()? {
-        Ok(unknowns) => locator.finish(&unknowns)?,
-        Err(reason) => Location::NotLocated(reason),
+    let location = match locator.location() {
+        Err(OrbitError::SearchTooLong) => Location::NotLocated(locator.too_slow()),
+        location => location?,
     };
     locator.without_corners(location)
 }
@@ -57,6 +58,7 @@ pub fn locate(scene: &Scene) -> Result<Location, OrbitError> {
 struct Locator<'a> {
     scene: &'a Scene,
     system: ExtendedSystem,
+    effort: Effort,
 }
 
 impl<'a> Locator<'a> {
@@ -69,7 +71,9 @@ impl<'a> Locator<'a> {
             return Err(OrbitError::GuessLength { expected, found });
         }
         let (base, free) = (scene.model.parameter_values(), &scene.grazing.solve_for);
-        let locator = Self { scene, system: ExtendedSystem::new(scene, grazes, &base, free) };
+        let system = ExtendedSystem::new(scene, grazes, &base, free);
+        let effort = Effort::new(&system.field);
+        let locator = Self { scene, system: system.limited(&effort), effort };
         locator.check_clock()?;
         locator.check_section()?;
         locator.check_symmetry()?;
@@ -130,11 +134,22 @@ impl<'a> Locator<'a> {
         self.scene.grazing.guess.clone().unwrap_or_else(rest)
     }
 
+    /// The orbit, or why there is none.
+    fn location(&self) -> Result<Location, OrbitError> {
+        self.count_steps()?;
+        match self.search()? {
+            Ok(unknowns) => {
+                self.effort.renew();
+                self.finish(&unknowns)
+            }
+            // A reason that a search gives when it may compute no more is none.
+            Err(_) if self.effort.is_spent() => Err(OrbitError::SearchTooLong),
+            Err(reason) => Ok(Location::NotLocated(reason)),
+        }
+    }
+
     /// Unknowns of an orbit to the roundoff of `f64`.
     fn search(&self) -> Result<Found, OrbitError> {
-        if let Some(reason) = self.too_slow() {
-            return Ok(Err(reason));
-        }
         let direct = match &self.scene.grazing.guess {
             Some(guess) => Some(self.direct(guess)?),
             None => None,
@@ -150,27 +165,42 @@ impl<'a> Locator<'a> {
         let (start, values) = (self.start(), self.start_parameters());
         let searched = self.one_by_one(|alone, parameter| {
             settled(Search::new(self.scene, alone, parameter).run(&start, values[parameter]))
-        })?;
-        Ok(self.better(direct, searched))
+        });
+        match (direct, searched) {
+            (Some(Ok(unknowns)), Err(OrbitError::SearchTooLong)) => Ok(Ok(unknowns)),
+            (direct, searched) => Ok(self.better(direct, searched?)),
+        }
     }
 
-    /// Why no search is begun: a period from the start takes too many steps.
-    fn too_slow(&self) -> Option<NotLocated> {
-        self.scene.model.phase.as_ref()?;
-        let (start, parameters) = (self.start(), self.start_parameters());
-        let unknowns = self.system.assemble(&start, 0.0, &[], &parameters);
-        let period = self.system.period(&unknowns);
-        let mut steps = 0;
-        let flown = each_step(&self.system.field, &start, &parameters, period, |_, _, _, _| {
-            steps += 1;
-            (steps > MOST_STEPS).then_some(())
-        });
+    /// Counts the steps of a period from the start.
+    fn count_steps(&self) -> Result<(), OrbitError> {
+        if self.scene.model.phase.is_none() {
+            return Ok(());
+        }
+        let (start, parameters, period) = self.first_period();
+        let (mut steps, mut flown, most) = (0, 0.0, self.effort.most_steps());
+        let whole =
+            each_step(&self.system.field, &start, &parameters, period, |elapsed, _, _, _| {
+                (steps, flown) = (steps + 1, elapsed);
+                (steps > most).then_some(())
+            });
         // A flow that leaves the finite numbers from here is no reason against another start.
-        matches!(flown, Ok(Some(()))).then_some(NotLocated::TooSlow {
-            steps: MOST_STEPS,
-            complete: false,
-            limit: MOST_STEPS,
-        })
+        let duration = if matches!(whole, Ok(None)) { period } else { flown };
+        self.effort.counted(steps, duration);
+        self.system.count(0.0, Flight::Numbers)
+    }
+
+    /// A full state, parameters and the period where the search begins.
+    fn first_period(&self) -> (Vec<f64>, Vec<f64>, f64) {
+        let (start, parameters) = (self.start(), self.start_parameters());
+        let period = self.system.period(&self.system.assemble(&start, 0.0, &[], &parameters));
+        (start, parameters, period)
+    }
+
+    /// Why the search ended before it found an orbit.
+    fn too_slow(&self) -> NotLocated {
+        let (_, _, period) = self.first_period();
+        self.effort.too_slow(period)
     }
 
     /// From the guess: all grazes at once, then one by one.
@@ -396,6 +426,7 @@ impl<'a> Locator<'a> {
                 return Ok(Location::NotLocated(diagnosis.failed(&failure)));
             }
         };
+        self.system.count(self.system.period(&root.unknowns), Flight::Jets)?;
         let mut orbit = match settled(describe(self.scene, &self.system, &root))? {
             Ok(orbit) => orbit,
             Err(reason) => return Ok(Location::NotLocated(reason)),

@@ -46,18 +46,16 @@ pub enum NotLocated {
     },
     /// The free flow is too slow to compute.
     #[error(
-        "a period of the free flow takes {steps} Taylor steps{}, too many for a search (at most \
-         {limit} in all): a rate or a stiffness is out of proportion to the phase's rate; check \
-         their units, or give a `guess` nearer to the grazing point",
-        if *complete { "" } else { " and more" }
+        "the search for the grazing orbit ended at the most work it may do: a period of the free \
+         flow takes about {steps} Taylor steps of {products} products of series each; where the \
+         steps are many, a rate or a stiffness is out of proportion to the phase's rate: check \
+         their units; a `guess` nearer to the grazing point shortens the search"
     )]
     TooSlow {
-        /// Taylor steps of the period, or of its part that was computed.
-        steps: usize,
-        /// Whether they make up the period.
-        complete: bool,
-        /// Most Taylor steps of a search.
-        limit: usize,
+        /// Taylor steps of a period, as many as the part last flown lets expect.
+        steps: u64,
+        /// Products of series in a step.
+        products: u64,
     },
     /// The whole orbit lies beyond a surface.
     #[error(
@@ -392,6 +390,30 @@ pub enum OrbitError {
         /// Its index.
         parameter: usize,
     },
+    /// The smallest change of other than one or two different parameters that the model has.
+    #[error("the smallest change that grazes is that of one or two parameters; found {found}")]
+    MarginParameters {
+        /// Parameters given, those named twice counted once.
+        found: usize,
+    },
+    /// A scale of a parameter that is no length.
+    #[error("the scale of a change must be positive and finite; found {}", Shown(*scale))]
+    MarginScale {
+        /// The scale.
+        scale: f64,
+    },
+    /// The smallest change for several independent grazes.
+    #[error(
+        "the smallest change that grazes is that of one independent graze; the scene adjusts \
+         {found} parameters for as many"
+    )]
+    MarginGrazes {
+        /// Independent grazes.
+        found: usize,
+    },
+    /// A search has computed as much as it may.
+    #[error("the search for the grazing orbit has computed as much as it may")]
+    SearchTooLong,
     /// The flow could not be computed.
     #[error(transparent)]
     Flow(#[from] FlowError),

@@ -1,5 +1,6 @@
 //! From a steady state to a graze: settle, shoot, and move the parameter until the orbit touches.
 
+use super::effort::Flight;
 use super::minima::{Minimum, gaps, watching_field};
 use super::newton::{Scaled, Solve, solve};
 use super::outcome::{NamedValues, NotLocated, OrbitError, Stop};
@@ -25,8 +26,6 @@ struct Periodic {
     largest: f64,
     /// Whether all of it lies beyond the surface.
     beyond: bool,
-    /// Taylor steps of its period.
-    steps: usize,
 }
 
 /// Periods flown to settle.
@@ -35,8 +34,6 @@ const SETTLING: usize = 400;
 const SETTLED: f64 = 1e-10;
 /// Parameter values tried.
 const TRIALS: usize = 60;
-/// Most Taylor steps of all periods tried together, one period of each value.
-pub(super) const MOST_STEPS: usize = 100_000;
 /// Part of the range of `h` within which Newton on the extended system is tried.
 const NEAR: f64 = 0.2;
 
@@ -68,14 +65,8 @@ impl<'a> Search<'a> {
         let mut closest = orbit.clone();
         let mut beyond = orbit.beyond.then(|| orbit.clone());
         let mut previous: Option<Periodic> = None;
-        let mut flown = 0;
         for _ in 0..TRIALS {
-            flown += orbit.steps;
-            if flown > MOST_STEPS {
-                let steps = orbit.steps;
-                let reason = NotLocated::TooSlow { steps, complete: true, limit: MOST_STEPS };
-                return Err(Stop::Ended(reason));
-            }
+            self.system.count(0.0, Flight::Numbers)?;
             if let Some(unknowns) = self.touch(&orbit)? {
                 return Ok(unknowns);
             }
@@ -103,6 +94,9 @@ impl<'a> Search<'a> {
         let mut state = start.to_vec();
         let mut change = f64::NAN;
         for _ in 0..SETTLING {
+            if self.system.count(period, Flight::Numbers).is_err() {
+                return (state, change);
+            }
             let Ok(mut next) =
                 Integrator::<f64>::new(&self.watching).flow(&state, &parameters, period)
             else {
@@ -133,17 +127,11 @@ impl<'a> Search<'a> {
         full[..states].copy_from_slice(&root);
         let period = self.system.period(&self.unknowns(&full, value));
         let gaps = gaps(&self.watching, &full, &parameters, period).ok()?;
+        self.system.counted(gaps.steps, period);
         let beyond = gaps.beyond().is_some_and(|(surface, _)| surface == self.surface);
         let mine = gaps.minima.into_iter().filter(|minimum| minimum.surface == self.surface);
         let lowest = mine.min_by(|a, b| a.event.total_cmp(&b.event))?;
-        Some(Periodic {
-            value,
-            start: full,
-            lowest,
-            largest: gaps.largest[self.surface],
-            beyond,
-            steps: gaps.steps,
-        })
+        Some(Periodic { value, start: full, lowest, largest: gaps.largest[self.surface], beyond })
     }
 
     /// Newton on the extended system from an orbit's lowest point, where that is near the surface.

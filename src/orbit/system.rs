@@ -12,6 +12,7 @@ use std::f64::consts::TAU;
 
 use nalgebra::DMatrix;
 
+use super::effort::{Effort, Flight};
 use super::grazes::Grazes;
 use super::newton::{Equations, Root, Scaled, Solve, refine, solve, unit_of};
 use super::outcome::OrbitError;
@@ -45,6 +46,8 @@ pub(super) struct ExtendedSystem {
     base: Vec<Dd>,
     free: Vec<usize>,
     matching: Matching,
+    /// What is computed is counted here, and limited.
+    effort: Option<Effort>,
 }
 
 /// A stretch of the flow with its derivatives in the full state, its duration and all parameters
@@ -70,7 +73,30 @@ impl ExtendedSystem {
             base: base.to_vec(),
             free: free.to_vec(),
             matching: Matching::AtEnd,
+            effort: None,
         }
+    }
+
+    /// The same equations, whose evaluations count and end at the limit of a search.
+    pub(super) fn limited(self, effort: &Effort) -> Self {
+        Self { effort: Some(effort.clone()), ..self }
+    }
+
+    /// Counts a stretch whose steps are known.
+    pub(super) fn counted(&self, steps: usize, duration: f64) {
+        if let Some(effort) = &self.effort {
+            effort.counted(steps, duration);
+        }
+    }
+
+    /// Counts a flight.
+    ///
+    /// # Errors
+    ///
+    /// [`OrbitError::SearchTooLong`] beyond the limit of a search.
+    pub(super) fn count<S: Real>(&self, duration: S, of: Flight) -> Result<(), OrbitError> {
+        let effort = self.effort.as_ref();
+        effort.map_or(Ok(()), |effort| effort.fly::<S>(duration.to_f64(), of))
     }
 
     /// The same equations, matched elsewhere.
@@ -225,12 +251,15 @@ impl ExtendedSystem {
         let mut integrator = Integrator::new(&self.field);
         let mut residual = vec![S::zero(); self.states];
         for (share, factor) in self.ends() {
-            let end = integrator.flow(state, &parameters, period * S::from_f64(share))?;
+            let duration = period * S::from_f64(share);
+            self.count(duration, Flight::Numbers)?;
+            let end = integrator.flow(state, &parameters, duration)?;
             for (sum, &component) in residual.iter_mut().zip(&end) {
                 *sum += component * S::from_f64(factor);
             }
         }
         for (time, geometry) in self.times(unknowns).into_iter().zip(&self.geometries) {
+            self.count(time, Flight::Numbers)?;
             let there = integrator.flow(state, &parameters, time)?;
             let local = geometry.at(&there, &parameters);
             residual.extend([local.event(), local.velocity()]);
@@ -269,6 +298,7 @@ impl ExtendedSystem {
         let free = self.free.iter().map(|&parameter| self.dimension + parameter);
         let inputs: Vec<usize> = (0..self.dimension).chain(free).collect();
         let start = &unknowns[..self.dimension];
+        self.count(duration, Flight::Jets)?;
         let (state, jacobian) =
             flow_with_jacobian(&self.field, start, parameters, duration, &inputs)?;
         let velocity = self.geometries[0].at(&state, parameters).flow();

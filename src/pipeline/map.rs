@@ -4,7 +4,8 @@ use std::sync::{Arc, OnceLock};
 
 use super::graze::parameter_number;
 use super::{Error, Settled, StudyRequest};
-use crate::analysis::branches::{BranchRequest, Branches, branches};
+use crate::analysis::basin::{Basin, BasinRequest, basin};
+use crate::analysis::branches::{BranchDiagram, BranchRequest, Branches, branch_diagram, branches};
 use crate::analysis::chart::{Chart, chart};
 use crate::analysis::diagram::{Diagram, diagram};
 use crate::analysis::loci::{Loci, LociRequest, loci};
@@ -379,6 +380,16 @@ impl Map {
         Ok(charts.collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect())
     }
 
+    /// Basins of attraction in a plane of states.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Analysis`] for a plane or parameters that the map does not have.
+    pub fn basin(&self, request: &BasinRequest, progress: &dyn Progress) -> Result<Basin, Error> {
+        let (scene, orbit) = (self.settled().scene(), self.orbit());
+        Ok(basin(scene, orbit, self.local(), request, progress)?)
+    }
+
     /// Periodic orbits by itinerary, their folds and flips.
     ///
     /// # Errors
@@ -461,6 +472,21 @@ impl Map {
     ) -> Result<Branches, Error> {
         let (scene, orbit) = (self.settled().scene(), self.orbit());
         Ok(branches(scene, orbit, self.local(), request, progress)?)
+    }
+
+    /// What the scene's diagram over the same parameter draws, of these branches and of guarded
+    /// iterates; `None` where the scene asks for none.
+    ///
+    /// # Errors
+    ///
+    /// As [`diagram`](Self::diagram).
+    pub fn branch_diagram(
+        &self,
+        request: &BranchRequest,
+        found: &Branches,
+    ) -> Result<Option<BranchDiagram>, Error> {
+        let (scene, orbit) = (self.settled().scene(), self.orbit());
+        Ok(branch_diagram(scene, orbit, self.local(), request, found)?)
     }
 
     /// Maps of every pair of orders against direct simulation.

@@ -3,11 +3,15 @@
 
 use serde::Serialize;
 
+use super::diagram_figure::observable_words;
 use super::figure::{Annotation, Axis, Figure, Marker, Series, Stroke, symbol};
 use super::orbits_listing::{OrbitRecord, OrbitsListing, multipliers};
 use super::{Cell, Column, Named, ReportError, SectionDocument, Table};
-use crate::analysis::branches::{BranchEnd, BranchLabel, BranchPoint, Branches, Special};
+use crate::analysis::branches::{
+    BranchDiagram, BranchEnd, BranchLabel, BranchPoint, Branches, Special,
+};
 use crate::analysis::orbits::{FoundOrbit, Orbits};
+use crate::convergence::MeasuredWindow;
 use crate::expansion::{LocalMap, WindowEdge};
 use crate::iteration::Itinerary;
 
@@ -24,6 +28,8 @@ pub struct BranchListing {
     pub grazing_parameters: Named<f64>,
     /// Surface of each passage of a return: what the digits of an itinerary stand for.
     pub passages: Vec<String>,
+    /// The window of the map, which `inside` refers to.
+    pub window: MeasuredWindow,
     /// What the contacts of the map leave out at the edge of the window, by passage.
     pub window_edges: Vec<WindowEdge>,
     /// The branches, shorter periods first.
@@ -61,7 +67,7 @@ impl BranchListing {
     /// The branches of a map, or of direct simulation, in the parameter `along`.
     pub fn new(
         section: SectionDocument,
-        (map, edges): (&LocalMap, &[WindowEdge]),
+        (map, window, edges): (&LocalMap, &MeasuredWindow, &[WindowEdge]),
         itinerary: &Itinerary,
         found: &Branches,
         (along, direct): (usize, bool),
@@ -72,7 +78,7 @@ impl BranchListing {
             .flat_map(|branch| branch.points.iter().map(|point| point.orbit.clone()))
             .collect();
         let all = Orbits { orbits, ..Orbits::default() };
-        let listed = OrbitsListing::new(section, (map, edges), itinerary, &all, direct);
+        let listed = OrbitsListing::new(section, (map, window, edges), itinerary, &all, direct);
         let mut orbits = listed.orbits.into_iter();
         let branches = found.branches.iter().enumerate().map(|(number, branch)| BranchRecord {
             branch: number + 1,
@@ -96,6 +102,7 @@ impl BranchListing {
             section: listed.section,
             grazing_parameters: listed.grazing_parameters,
             passages: listed.passages,
+            window: listed.window,
             window_edges: listed.window_edges,
         }
     }
@@ -197,28 +204,46 @@ impl BranchListing {
         (offset, named(&self.grazing_parameters) + offset)
     }
 
-    /// The branches over the parameter, by a coordinate of the section: stable ones solid, unstable
-    /// ones dashed, physical ones alone; `under` are the iterates of a diagram, where there is one.
-    pub fn figure(&self, coordinate: usize, under: Vec<[f64; 2]>) -> Figure {
+    /// The branches over the parameter, by each coordinate of the section and, with the iterates
+    /// under them, by what a diagram draws: stable ones solid, unstable ones dashed, physical ones
+    /// alone. Each picture with the ending of its file's name.
+    pub fn figures(&self, diagram: Option<&BranchDiagram>) -> Vec<(String, Figure)> {
+        let by_coordinate = |(coordinate, name): (usize, &String)| {
+            let value =
+                |(_, _, number): Place, point: &PointRecord| point.orbit.states[number][coordinate];
+            (format!("-{name}"), self.figure(Axis::linear(name), Vec::new(), &value))
+        };
+        let mut figures: Vec<_> =
+            self.section.coordinates.iter().enumerate().map(by_coordinate).collect();
+        if let Some(BranchDiagram { diagram, values }) = diagram {
+            let points = diagram.sweeps.iter().flat_map(|sweep| &sweep.points);
+            let under = points
+                .flat_map(|point| point.kept_values().map(|value| [point.offset, value]))
+                .filter(|[_, value]| value.is_finite());
+            let axis = Axis::linear(observable_words(&diagram.observable));
+            let value =
+                |(branch, point, number): Place, _: &PointRecord| values[branch][point][number];
+            figures.insert(0, (String::new(), self.figure(axis, under.collect(), &value)));
+        }
+        figures
+    }
+
+    fn figure(&self, axis: Axis, under: Vec<[f64; 2]>, value: Values<'_>) -> Figure {
         let letter = symbol(&self.along);
-        let horizontal = Axis::linear(format!("{letter} − {letter}*"));
-        let mut figure =
-            Figure::new(horizontal, Axis::linear(&self.section.coordinates[coordinate]));
+        let mut figure = Figure::new(Axis::linear(format!("{letter} − {letter}*")), axis);
         if !under.is_empty() {
             figure.series.push(Series::dots("iterates", under).in_grey());
         }
-        let mut named: Vec<(String, usize)> = Vec::new();
-        for branch in &self.branches {
-            let color = match named.iter().find(|(name, _)| *name == branch.itinerary) {
-                Some((_, color)) => *color,
-                None => {
-                    named.push((branch.itinerary.clone(), named.len()));
-                    named.len() - 1
-                }
-            };
-            let fresh = figure.series.iter().all(|series| series.name != branch.itinerary);
-            let name = if fresh { branch.itinerary.as_str() } else { "" };
-            self.draw(&mut figure, branch, coordinate, (name, color));
+        let mut named: Vec<&str> = Vec::new();
+        for number in 0..self.branches.len() {
+            let itinerary = self.branches[number].itinerary.as_str();
+            let known = named.iter().position(|name| *name == itinerary);
+            let color = known.unwrap_or(named.len());
+            let name = if known.is_none() { itinerary } else { "" };
+            if known.is_none() {
+                named.push(itinerary);
+            }
+            self.draw(&mut figure, number, value, (name, color));
         }
         figure
     }
@@ -226,22 +251,26 @@ impl BranchListing {
     fn draw(
         &self,
         figure: &mut Figure,
-        branch: &BranchRecord,
-        coordinate: usize,
-        (name, color): (&str, usize),
+        branch: usize,
+        value: Values<'_>,
+        (mut name, color): (&str, usize),
     ) {
-        let returns = branch.points.first().map_or(0, |point| point.orbit.states.len());
-        let mut name = name;
+        let points = &self.branches[branch].points;
+        let returns = points.first().map_or(0, |point| point.orbit.states.len());
         for number in 0..returns {
+            let at = |place: usize| {
+                let point = &points[place];
+                [self.along(&point.orbit).0, value((branch, place, number), point)]
+            };
             for (stroke, stable) in [(Stroke::Solid, true), (Stroke::Dashed, false)] {
-                let line = self.line(branch, (number, coordinate), stable);
-                if line.iter().any(|[x, y]| x.is_finite() && y.is_finite()) {
+                let line = line(points, stable, at);
+                if !line.is_empty() {
                     figure.series.push(Series::line(name, stroke, line).with_color(color));
                     name = "";
                 }
             }
         }
-        for point in &branch.points {
+        for (place, point) in points.iter().enumerate() {
             let Some(special) = &point.special else { continue };
             let marker = match special.label {
                 BranchLabel::Graze => Marker::Ring,
@@ -250,38 +279,39 @@ impl BranchListing {
                 BranchLabel::NeimarkSacker => Marker::Diamond,
                 BranchLabel::BranchPoint => Marker::Triangle,
             };
-            let at = [self.along(&point.orbit).0, point.orbit.states[0][coordinate]];
+            let at = [self.along(&point.orbit).0, value((branch, place, 0), point)];
             let text = special.label.letters().to_owned();
             figure.annotations.push(Annotation { at, text, marker: Some(marker) });
         }
     }
+}
 
-    /// The line of a branch where it is physical and of a stability; points that end such a stretch
-    /// belong to both sides.
-    fn line(
-        &self,
-        branch: &BranchRecord,
-        (number, coordinate): (usize, usize),
-        stable: bool,
-    ) -> Vec<[f64; 2]> {
-        let mut line: Vec<[f64; 2]> = Vec::new();
-        let gap = [f64::NAN; 2];
-        for pair in branch.points.windows(2) {
-            let of_kind = |point: &PointRecord| {
-                let known = !point.orbit.multipliers.is_empty() && point.special.is_none();
-                (!known || point.orbit.stable == stable) && point.orbit.physical
-            };
-            let plain = pair.iter().any(|point| point.special.is_none());
-            if plain && of_kind(&pair[0]) && of_kind(&pair[1]) {
-                let at = |point: &PointRecord| {
-                    [self.along(&point.orbit).0, point.orbit.states[number][coordinate]]
-                };
-                if line.last().is_none_or(|last| *last != at(&pair[0])) {
-                    line.extend([gap, at(&pair[0])]);
-                }
-                line.push(at(&pair[1]));
-            }
+/// Branch, point and return.
+type Place = (usize, usize, usize);
+
+/// What is drawn of an orbit.
+type Values<'a> = &'a dyn Fn(Place, &PointRecord) -> f64;
+
+/// The line of a branch where it is physical and of a stability; points that end such a stretch
+/// belong to both sides.
+fn line(points: &[PointRecord], stable: bool, at: impl Fn(usize) -> [f64; 2]) -> Vec<[f64; 2]> {
+    let belongs = |point: &PointRecord| {
+        let known = !point.orbit.multipliers.is_empty() && point.special.is_none();
+        (!known || point.orbit.stable == stable) && point.orbit.physical
+    };
+    let mut line: Vec<[f64; 2]> = Vec::new();
+    let mut before = None;
+    for place in 1..points.len() {
+        let pair = [&points[place - 1], &points[place]];
+        let plain = pair.iter().any(|point| point.special.is_none());
+        if !(plain && belongs(pair[0]) && belongs(pair[1])) {
+            continue;
         }
-        line
+        if before != Some(place - 1) {
+            line.extend([[f64::NAN; 2], at(place - 1)]);
+        }
+        line.push(at(place));
+        before = Some(place);
     }
+    line
 }

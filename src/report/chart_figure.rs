@@ -71,7 +71,7 @@ pub fn chart_figure(chart: &Chart) -> Figure {
     let mut figure = Figure::new(axis(horizontal), axis(vertical));
     figure.cells = Some(cells(chart));
     let shows = |axis: &ChartAxis| {
-        let (low, high) = edges(axis);
+        let (low, high) = edges(&axis.offsets);
         low <= 0.0 && 0.0 <= high
     };
     if shows(horizontal) && shows(vertical) {
@@ -192,8 +192,8 @@ fn cells(chart: &Chart) -> CellChart {
     let place = |category| found.binary_search(&category).ok();
     let [horizontal, vertical] = &chart.axes;
     CellChart {
-        horizontal: edges(horizontal),
-        vertical: edges(vertical),
+        horizontal: edges(&horizontal.offsets),
+        vertical: edges(&vertical.offsets),
         columns: horizontal.offsets.len(),
         rows: vertical.offsets.len(),
         cells: categories.iter().map(|&cell| cell.and_then(place)).collect(),
@@ -210,12 +210,12 @@ fn distinct(categories: &[Option<Category>]) -> Vec<Category> {
     found
 }
 
-/// Edges of the cells of an axis, whose centres are its offsets.
-fn edges(axis: &ChartAxis) -> (f64, f64) {
-    match axis.offsets[..] {
+/// Edges of the cells of an axis, whose centres are these.
+pub(super) fn edges(offsets: &[f64]) -> (f64, f64) {
+    match *offsets {
         [first, second, ..] => {
             let half = 0.5 * (second - first);
-            (first - half, axis.offsets[axis.offsets.len() - 1] + half)
+            (first - half, offsets[offsets.len() - 1] + half)
         }
         [only] => (only - 0.5, only + 0.5),
         [] => (0.0, 1.0),
@@ -224,6 +224,6 @@ fn edges(axis: &ChartAxis) -> (f64, f64) {
 
 fn axis(axis: &ChartAxis) -> Axis {
     let letter = symbol(&axis.parameter);
-    let (low, high) = edges(axis);
+    let (low, high) = edges(&axis.offsets);
     Axis::linear(format!("{letter} − {letter}*")).with_range(low, high)
 }

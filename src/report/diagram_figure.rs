@@ -1,26 +1,38 @@
 //! Bifurcation diagrams as pictures, tables and arrays.
 
-use super::figure::{Annotation, Axis, Figure, Guide, Marker, Series, symbol};
+use super::figure::{
+    Annotation, Axis, AxisScale, Figure, Guide, Marker, Series, ShiftedScale, symbol,
+};
 use super::{Cell, Column, ReportError, Rows, Table, npy_bytes};
 use crate::analysis::diagram::{Diagram, DiagramPoint, Sweep, SweepHeading};
 use crate::iteration::{OrbitEnd, Period};
 use crate::model::Method;
 
+/// The methods of sweeps, with the endings of their files.
+const METHODS: [(Method, &str); 3] =
+    [(Method::Guarded, "-guarded"), (Method::Map, "-map"), (Method::Direct, "-direct")];
+
 /// The pictures of a diagram, each with the ending of its file's name.
 ///
-/// Where several methods were run, one picture of each, on the same axes; and the largest Lyapunov
-/// exponent where it was computed. What the map alone finds outside its window is grey.
+/// Where several methods were run, one picture of each, all of them in one, and how far they are
+/// apart, on the same axis of the parameter; and the largest Lyapunov exponent where it was
+/// computed. What the map alone finds outside its window is grey.
 pub fn diagram_figures(diagram: &Diagram) -> Vec<(&'static str, Figure)> {
-    let methods =
-        [(Method::Guarded, "-guarded"), (Method::Map, "-map"), (Method::Direct, "-direct")];
     let has = |method| diagram.sweeps.iter().any(|sweep| sweep.method == method);
-    let run: Vec<_> = methods.into_iter().filter(|(method, _)| has(*method)).collect();
+    let run: Vec<_> = METHODS.into_iter().filter(|(method, _)| has(*method)).collect();
     let mut figures = match run[..] {
         [_, _, ..] => run
             .into_iter()
-            .map(|(method, ending)| (ending, figure(diagram, |sweep| sweep.method == method)))
+            .map(|(method, ending)| {
+                (ending, figure(diagram, |sweep| sweep.method == method, sweep_word))
+            })
+            .chain([(
+                "-overlay",
+                figure(diagram, |_| true, |sweep| method_word(sweep.method).into()),
+            )])
+            .chain(difference_figure(diagram).map(|figure| ("-difference", figure)))
             .collect(),
-        _ => vec![("", figure(diagram, |_| true))],
+        _ => vec![("", figure(diagram, |_| true, sweep_word))],
     };
     figures.extend(lyapunov_figure(diagram).map(|figure| ("-lyapunov", figure)));
     figures
@@ -116,24 +128,88 @@ pub fn diagram_timing_table(diagrams: &[Diagram]) -> Result<Table, ReportError> 
     Ok(table)
 }
 
-fn figure(diagram: &Diagram, shown: impl Fn(&Sweep) -> bool) -> Figure {
+fn figure(
+    diagram: &Diagram,
+    shown: impl Fn(&Sweep) -> bool,
+    name: impl Fn(&Sweep) -> String,
+) -> Figure {
     let mut figure = Figure::new(offset_axis(diagram), value_axis(diagram));
+    figure.above = Some(physical_scale(diagram));
     let alone = diagram.sweeps.iter().filter(|sweep| shown(sweep)).count() == 1;
     let mut outside = Vec::new();
     for sweep in diagram.sweeps.iter().filter(|sweep| shown(sweep)) {
-        let name = if alone { method_word(sweep.method).to_owned() } else { sweep_word(sweep) };
+        let name = if alone { method_word(sweep.method).to_owned() } else { name(sweep) };
         let (beyond, trusted) = dots(sweep, |point| point.kept_values().collect());
         add_dots(&mut figure, name, trusted);
         outside.extend(beyond);
     }
     add_outside(&mut figure, outside);
-    figure.guides.push(Guide::Vertical { at: 0.0, label: String::new() });
-    figure.annotations.push(Annotation {
-        at: [0.0, 0.0],
-        text: "G".to_owned(),
-        marker: Some(Marker::Ring),
-    });
+    // A logarithmic axis does not reach the graze.
+    if !diagram.is_logarithmic {
+        figure.guides.push(Guide::Vertical { at: 0.0, label: String::new() });
+        figure.annotations.push(Annotation {
+            at: [0.0, 0.0],
+            text: "G".to_owned(),
+            marker: Some(Marker::Ring),
+        });
+    }
     figure
+}
+
+/// How far what each method settles on is from what direct simulation does, or, without it, from
+/// the first method: the distance of the two sets of values (Hausdorff's).
+fn difference_figure(diagram: &Diagram) -> Option<Figure> {
+    let reference = match diagram.sweeps.iter().any(|sweep| sweep.method == Method::Direct) {
+        true => Method::Direct,
+        false => diagram.sweeps.first()?.method,
+    };
+    let (mut settled, mut others) = (Vec::new(), Vec::new());
+    for (method, _) in METHODS.into_iter().filter(|(method, _)| *method != reference) {
+        let (mut same, mut rest) = (Vec::new(), Vec::new());
+        for sweep in diagram.sweeps.iter().filter(|sweep| sweep.method == method) {
+            let twin = diagram.sweeps.iter().find(|other| {
+                let asked = |sweep: &Sweep| (sweep.heading, sweep.start.clone());
+                other.method == reference && asked(other) == asked(sweep)
+            })?;
+            for (point, other) in sweep.points.iter().zip(&twin.points) {
+                let Some(distance) = distance(point, other) else { continue };
+                let periodic = point.period == other.period && point.period != Period::NotFound;
+                let trusted = periodic && !sweep.is_outside(point);
+                let dots = if trusted { &mut same } else { &mut rest };
+                dots.push([point.offset, distance]);
+            }
+        }
+        settled.push(Series::dots(format!("{}, same period", method_word(method)), same));
+        others.extend(rest);
+    }
+    let words = format!("distance to {}", method_word(reference));
+    let mut figure = Figure::new(offset_axis(diagram), Axis::log10(words));
+    figure.size = (760, 300);
+    figure.series.push(Series::dots("no period, another, or outside", others).in_grey());
+    figure.series.extend(settled);
+    figure.series.retain(|series| !series.points.is_empty());
+    (!figure.series.is_empty()).then_some(figure)
+}
+
+/// The distance of two sets of values; `None` where one is empty or they are equal, which a
+/// logarithmic axis cannot show.
+fn distance(point: &DiagramPoint, other: &DiagramPoint) -> Option<f64> {
+    let sorted = |point: &DiagramPoint| {
+        let mut values: Vec<f64> = distinct(point).filter(|value| value.is_finite()).collect();
+        values.sort_by(f64::total_cmp);
+        values
+    };
+    let (a, b) = (sorted(point), sorted(other));
+    let one_way = |from: &[f64], to: &[f64]| {
+        let nearest = |value: &f64| {
+            let place = to.partition_point(|other| other < value);
+            let around = to[place.saturating_sub(1)..to.len().min(place + 1)].iter();
+            around.map(|other| (other - value).abs()).fold(f64::INFINITY, f64::min)
+        };
+        from.iter().map(nearest).fold(0.0, f64::max)
+    };
+    let distance = one_way(&a, &b).max(one_way(&b, &a));
+    (distance > 0.0 && distance.is_finite()).then_some(distance)
 }
 
 fn lyapunov_figure(diagram: &Diagram) -> Option<Figure> {
@@ -153,7 +229,6 @@ fn lyapunov_figure(diagram: &Diagram) -> Option<Figure> {
     (!figure.series.is_empty()).then_some(figure)
 }
 
-/// Adds dots to the series of a name: sweeps from several starts share one.
 /// Values of a sweep over the parameter: those where the map alone was used beyond its window, and
 /// the others.
 fn dots(
@@ -175,6 +250,7 @@ fn add_outside(figure: &mut Figure, dots: Vec<[f64; 2]>) {
     }
 }
 
+/// Adds dots to the series of a name: sweeps from several starts share one.
 fn add_dots(figure: &mut Figure, name: String, dots: Vec<[f64; 2]>) {
     match figure.series.iter_mut().find(|series| series.name == name) {
         Some(series) => series.points.extend(dots),
@@ -187,8 +263,19 @@ fn offset_axis(diagram: &Diagram) -> Axis {
     let ends = diagram.sweeps.iter().flat_map(|sweep| &sweep.points).map(|point| point.offset);
     let (lower, upper) =
         ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));
-    let axis = Axis::linear(format!("{letter} − {letter}*"));
+    let mut axis = Axis::linear(format!("{letter} − {letter}*"));
+    axis.scale = match diagram.is_logarithmic {
+        false => AxisScale::Linear,
+        true if lower > 0.0 => AxisScale::Log10,
+        // Below the graze: logarithmic in the size from the least offset on.
+        true => AxisScale::Symlog { threshold: 0.1 * upper.abs() },
+    };
     if lower < upper { axis.with_range(lower, upper) } else { axis }
+}
+
+/// The values of the parameter themselves.
+fn physical_scale(diagram: &Diagram) -> ShiftedScale {
+    ShiftedScale { label: symbol(&diagram.parameter), shift: diagram.grazing_value }
 }
 
 /// An axis that shows every value of every sweep.
@@ -202,7 +289,7 @@ fn value_axis(diagram: &Diagram) -> Axis {
     if margin > 0.0 { axis.with_range(lower - margin, upper + margin) } else { axis }
 }
 
-fn observable_words(observable: &str) -> String {
+pub(super) fn observable_words(observable: &str) -> String {
     match observable {
         "h" => "event function h at the section".to_owned(),
         "impact_speed" => "impact speed".to_owned(),
@@ -294,5 +381,36 @@ pub(super) fn end_word(end: OrbitEnd) -> &'static str {
         OrbitEnd::Completed => "completed",
         OrbitEnd::Escaped { .. } => "escaped",
         OrbitEnd::NoImage { .. } => "no image",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn settled_on(values: &[f64]) -> DiagramPoint {
+        DiagramPoint {
+            offset: 0.0,
+            values: values.to_vec(),
+            kept: values.len(),
+            period: Period::Periodic(values.len()),
+            contacts: None,
+            orbit: None,
+            kept_contacts: 0,
+            lyapunov: None,
+            end: OrbitEnd::Completed,
+            by_map: 1.0,
+            outside: 0.0,
+        }
+    }
+
+    #[test]
+    fn sets_of_values_are_as_far_apart_as_their_loneliest_value() {
+        let apart = |a: &[f64], b: &[f64]| distance(&settled_on(a), &settled_on(b));
+        assert_eq!(apart(&[1.0, 3.0], &[3.5, 1.25]), Some(0.5));
+        assert_eq!(apart(&[1.0], &[1.0, 4.0]), Some(3.0));
+        assert_eq!(apart(&[1.0, 4.0], &[1.0]), Some(3.0));
+        assert_eq!(apart(&[2.0, 1.0], &[1.0, 2.0]), None);
+        assert_eq!(apart(&[], &[1.0]), None);
     }
 }

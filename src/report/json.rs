@@ -228,6 +228,10 @@ pub enum DocumentKind {
     Convergence,
     /// A time series.
     Trajectory,
+    /// Basins of attraction.
+    Basin,
+    /// The smallest change of parameters that grazes.
+    Margin,
     /// Branches of periodic orbits.
     Branch,
 }

@@ -6,10 +6,12 @@
 //! Deliberately absent: computing anything new. Thinning of a drawing and rounding of a printed
 //! number are layout, and both are stated beside what they were done to.
 
+mod basin_figure;
 mod branch_listing;
 mod chart_figure;
 mod chosen_words;
 mod convergence_page;
+mod curve_figure;
 mod curve_listing;
 mod diagram_figure;
 mod error;
@@ -18,6 +20,7 @@ mod journal;
 mod json;
 mod loci_listing;
 mod map_listing;
+mod margin_listing;
 mod npy;
 mod number;
 mod orbit_listing;
@@ -32,6 +35,10 @@ mod window_words;
 
 pub use grazemap_figure as figure;
 
+pub use basin_figure::{
+    basin_array, basin_figure, basin_outside_words, basin_remarks, basin_rows, basin_table,
+    basin_words,
+};
 pub use branch_listing::{BranchListing, BranchRecord, PointRecord};
 pub use chart_figure::{chart_array, chart_figure, chart_rows, chart_timing_table};
 pub use chosen_words::{
@@ -40,6 +47,7 @@ pub use chosen_words::{
 pub use convergence_page::{
     convergence_figures, convergence_section, convergence_table, without_times,
 };
+pub use curve_figure::curve_figures;
 pub use curve_listing::{
     Codimension2, CurveListing, CurvePointListing, FoldListing, SwitchListing, UnresolvedListing,
 };
@@ -54,12 +62,13 @@ pub use map_listing::{
     ChosenCoefficients, DepthListing, ExpansionParts, LeadingTerm, MapListing, PassageParts,
     PolynomialMap, Term, depth_variables, edge_words,
 };
+pub use margin_listing::{MarginListing, MarginParameter};
 pub use npy::npy_bytes;
 pub use orbit_listing::{ConditionsListing, OrbitListing, PassageListing};
 pub use orbits_listing::{
     BifurcationsRecord, ContactRecord, LostRecord, OrbitRecord, OrbitsListing,
 };
-pub use page::{Page, PageFigure, Provenance, Section};
+pub use page::{Page, PageFigure, Picture, Provenance, Section};
 pub use run_page::{CrateSummary, RunPage, StageTime, run_page};
 pub use section_document::{SectionCost, SectionDecision, SectionDocument};
 pub use sweep_words::{chart_outside_words, diagram_outside_words};

@@ -6,6 +6,7 @@ use serde::Serialize;
 use super::{Cell, Column, Named, ReportError, SectionDocument, Table};
 use crate::analysis::orbits::{FoundOrbit, Locus, LostOrbit, LostReason, Orbits};
 use crate::analysis::periodic::BifurcationKind;
+use crate::convergence::MeasuredWindow;
 use crate::expansion::{LocalMap, WindowEdge};
 use crate::iteration::Itinerary;
 
@@ -20,6 +21,8 @@ pub struct OrbitsListing {
     pub grazing_parameters: Named<f64>,
     /// Surface of each passage of a return: what the digits of an itinerary stand for.
     pub passages: Vec<String>,
+    /// The window of the map, which `inside` refers to.
+    pub window: MeasuredWindow,
     /// What the contacts of the map leave out at the edge of the window, by passage.
     pub window_edges: Vec<WindowEdge>,
     /// The orbits.
@@ -110,7 +113,7 @@ impl OrbitsListing {
     /// The orbits of a map, or of direct simulation beside it.
     pub fn new(
         section: SectionDocument,
-        (map, edges): (&LocalMap, &[WindowEdge]),
+        (map, window, edges): (&LocalMap, &MeasuredWindow, &[WindowEdge]),
         itinerary: &Itinerary,
         found: &Orbits,
         direct: bool,
@@ -125,6 +128,7 @@ impl OrbitsListing {
                 values.map(|parameter| (parameter.name.clone(), parameter.value.to_f64())),
             ),
             passages: map.surfaces.clone(),
+            window: window.clone(),
             window_edges: edges.to_vec(),
             orbits: found.orbits.iter().map(|orbit| names.orbit(orbit)).collect(),
             loci: loci.map(|loci| loci.iter().map(|locus| names.locus(locus)).collect()),

@@ -47,6 +47,16 @@ enum Block {
     Prose(String),
     Table { table: Table, caption: String },
     Figure(Box<PageFigure>),
+    Drawn { picture: Picture, caption: String },
+}
+
+/// A picture that was drawn before.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Picture {
+    /// As SVG.
+    pub svg: String,
+    /// As PNG of twice the size, shown where the SVG is long.
+    pub png: Vec<u8>,
 }
 
 /// A part of a page: a heading, then prose, tables and figures in the order they were added.
@@ -73,6 +83,13 @@ impl Section {
     #[must_use]
     pub fn table(mut self, table: Table, caption: impl Into<String>) -> Self {
         self.blocks.push(Block::Table { table, caption: caption.into() });
+        self
+    }
+
+    /// Adds a picture that was drawn before.
+    #[must_use]
+    pub fn picture(mut self, picture: Picture, caption: impl Into<String>) -> Self {
+        self.blocks.push(Block::Drawn { picture, caption: caption.into() });
         self
     }
 
@@ -198,32 +215,53 @@ fn block_html(block: &Block, counts: &mut Counts) -> Result<String, ReportError>
             ))
         }
         Block::Figure(shown) => {
-            counts.figures += 1;
-            let number = counts.figures;
             let thinned =
                 shown.figure.thinning()?.map(|thinning| format!(" {}", thinning.sentence()));
-            Ok(format!(
-                "<figure><div class=\"card\">{}</div>\n<figcaption><b>Figure {number}.</b> \
-                    {}{}</figcaption></figure>",
-                picture(shown)?,
-                escape_html(&shown.caption),
-                escape_html(&thinned.unwrap_or_default())
-            ))
+            let caption = shown.caption.clone() + &thinned.unwrap_or_default();
+            let svg = shown.figure.to_svg()?;
+            let png = || Ok(shown.figure.to_png()?);
+            let picture = picture_html(&svg, png, &shown.caption)?;
+            Ok(figure_html(&picture, &caption, counts))
+        }
+        Block::Drawn { picture: Picture { svg, png }, caption } => {
+            let picture = picture_html(svg, || Ok(png.clone()), caption)?;
+            Ok(figure_html(&picture, caption, counts))
         }
     }
 }
 
-fn picture(shown: &PageFigure) -> Result<String, ReportError> {
-    let svg = shown.figure.to_svg()?;
+fn figure_html(picture: &str, caption: &str, counts: &mut Counts) -> String {
+    counts.figures += 1;
+    let (number, caption) = (counts.figures, escape_html(caption));
+    format!(
+        "<figure><div class=\"card\">{picture}</div>\n<figcaption><b>Figure {number}.</b> \
+            {caption}</figcaption></figure>"
+    )
+}
+
+fn picture_html(
+    svg: &str,
+    png: impl Fn() -> Result<Vec<u8>, ReportError>,
+    caption: &str,
+) -> Result<String, ReportError> {
     if svg.len() <= LONGEST_SVG {
-        return Ok(svg);
+        return Ok(svg.to_owned());
     }
-    let (width, height) = shown.figure.size;
+    let png = png()?;
+    let [width, height] = png_size(&png).map(|side| side / 2);
     Ok(format!(
         "<img width=\"{width}\" height=\"{height}\" alt=\"{}\" src=\"data:image/png;base64,{}\">",
-        escape_html(&shown.caption),
-        BASE64.encode(shown.figure.to_png()?)
+        escape_html(caption),
+        BASE64.encode(png)
     ))
+}
+
+/// Width and height of a PNG, which stand in its header.
+fn png_size(png: &[u8]) -> [u32; 2] {
+    [16, 20].map(|at| {
+        let side = png.get(at..at + 4).and_then(|bytes| bytes.try_into().ok());
+        side.map_or(0, u32::from_be_bytes)
+    })
 }
 
 #[cfg(test)]

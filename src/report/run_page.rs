@@ -292,6 +292,8 @@ fn caption(diagram: &Diagram, ending: &str) -> String {
         "-map" => ("By the map alone", graze),
         "-guarded" => ("By the map inside its window and direct simulation outside", graze),
         "-direct" => ("By direct simulation alone", graze),
+        "-overlay" => ("By every method, those drawn first with larger dots", graze),
+        "-difference" => ("Distance of what two methods settle on", ""),
         "-lyapunov" => ("Largest Lyapunov exponent, from the map's Jacobian", ""),
         _ => ("Bifurcation diagram", graze),
     };

@@ -1,9 +1,9 @@
 //! What the map's window means for diagrams and charts, in words: what lies outside, what the map
 //! made, and when an orbit has escaped.
 
+use crate::analysis::EscapeBound;
 use crate::analysis::chart::Chart;
 use crate::analysis::diagram::Diagram;
-use crate::analysis::{ESCAPE_EXTENTS, EscapeBound};
 use crate::iteration::OrbitEnd;
 use crate::model::Method;
 
@@ -76,13 +76,14 @@ pub(super) fn chart_escape_words(chart: &Chart) -> Option<String> {
 }
 
 /// When an orbit has escaped.
-fn escape_words(escape: &[EscapeBound]) -> String {
+pub(super) fn escape_words(escape: &[EscapeBound]) -> String {
     let finite = escape.iter().filter(|bound| bound.offset.is_finite());
     let bounds = finite.map(|bound| format!("{} by {:.3}", bound.coordinate, bound.offset));
     let bounds: Vec<String> = bounds.collect();
+    let extents = escape.first().map_or(f64::NAN, |bound| bound.extents);
     format!(
-        "the orbit escaped, farther from the section point than {ESCAPE_EXTENTS} times the extent \
-         of the grazing orbit ({}), or has no image",
+        "the orbit escaped, farther from the section point than {extents} times (`direct.escape`) \
+         the extent of the grazing orbit ({}), or has no image",
         bounds.join(", ")
     )
 }

@@ -7,7 +7,7 @@ use super::{Cell, Column, Named, ReportError, SectionDocument, Table};
 use crate::analysis::{SeriesPoint, TimeSeries, TimeSeriesRequest};
 use crate::hybrid::MomentEvent;
 use crate::model::{Model, Node, Scene};
-use crate::orbit::GrazingOrbit;
+use crate::orbit::{GrazingOrbit, PoincareSectionKind};
 
 /// A time series, column by column, ready to be written as JSON.
 #[derive(Clone, Debug, Serialize)]
@@ -165,6 +165,9 @@ fn portrait_pairs(model: &Model) -> Vec<(usize, usize)> {
     }
 }
 
+/// Nearer than this to a whole number of returns a row is on the section.
+const ON_SECTION: f64 = 1e-9;
+
 /// What the pictures are made of.
 struct Sketch<'a> {
     scene: &'a Scene,
@@ -207,7 +210,26 @@ impl<'a> Sketch<'a> {
                 [passage.state[horizontal].to_f64(), passage.state[vertical].to_f64()]
             });
         figure.series.push(Series::markers("graze", Marker::Ring, grazes.collect()));
+        let sections =
+            self.section_points().map(|point| [point.state[horizontal], point.state[vertical]]);
+        let sections: Vec<_> = sections.collect();
+        if !sections.is_empty() {
+            figure.series.push(Series::markers("section", Marker::Square, sections));
+        }
         figure
+    }
+
+    /// The rows on a stroboscopic section. A tangency section is met at minima and contacts, which
+    /// are drawn.
+    fn section_points(&self) -> impl Iterator<Item = &SeriesPoint> {
+        let stroboscopic =
+            matches!(self.orbit.section.kind, PoincareSectionKind::Stroboscopic { .. });
+        let duration = self.series.duration;
+        let at_section = move |point: &&SeriesPoint| {
+            let returns = point.time / duration;
+            point.event.is_none() && (returns - returns.round()).abs() < ON_SECTION
+        };
+        self.series.points.iter().filter(move |_| stroboscopic).filter(at_section)
     }
 
     /// A state over time.

@@ -1,7 +1,7 @@
 //! What a choice has to have beside a small error at most points: two contacts in one return, and
 //! the sign of the next depth.
 
-use grazemap::analysis::{DirectEnd, DirectImage, FreeFlight, SectionChange};
+use grazemap::analysis::{DirectEnd, DirectImage, FreeFlight, NoProgress, SectionChange};
 use grazemap::convergence::{
     Choice, ChoiceOptions, Chooser, ExactImages, Limit, SamplePoint, choose, choose_sections,
     chosen_map,
@@ -207,7 +207,7 @@ fn maps_of_other_sections_are_chosen_for_the_same_tolerance() {
     let (scene, orbit) = grazing("linear");
     let options = ChoiceOptions { tolerance: 1e-5, fresh: 100 };
     let own = choose(&scene, &orbit, &options).expect("a choice");
-    let sections = choose_sections(&scene, &orbit, &options, &own).expect("points");
+    let sections = choose_sections(&scene, &orbit, &options, &own, &NoProgress).expect("points");
     // The tangency section is the scene's own.
     let ahead: Vec<_> = sections.iter().map(|section| section.ahead).collect();
     assert_eq!(ahead, [0.0, 0.125, 0.25, 0.5].map(Some));

@@ -12,10 +12,11 @@ use grazemap::iteration::{
 };
 use grazemap::model::{Method, Observable, SweepDirection, even_offsets};
 use grazemap::numeric::linear::eigenvalues;
-use grazemap::report::diagram_rows;
+use grazemap::report::figure::AxisScale;
+use grazemap::report::{diagram_figures, diagram_rows};
 use nalgebra::DMatrix;
 
-use crate::support::scenes::{grazing, grazing_by};
+use crate::support::scenes::{grazing, grazing_by, orbit, scene_with};
 
 /// The one-dimensional square-root map `x ↦ ν x + μ − √max(0, x)` of Nordmark (1991) and Chin, Ott,
 /// Nusse and Grebogi (1994), at `ν = 0.2`: below `ν = 1/4` the attractors for `μ > 0` are orbits
@@ -314,6 +315,30 @@ fn of_scene(name: &str, range: [f64; 2], points: usize, observe: Observable) -> 
         ..scene.diagrams[0].clone()
     };
     diagram(&scene, &orbit, &map, &request, &NoProgress).expect("alpha is active")
+}
+
+#[test]
+fn a_sweep_of_equal_ratios_is_drawn_on_a_logarithmic_axis() {
+    let scale = |range: &str, scale: &str| {
+        let keys = [("points", "5"), ("transient", "50"), ("keep", "4"), ("direction", "up")];
+        let keys = keys.map(|(key, value)| (format!("diagram.0.{key}"), value.to_owned()));
+        let own = [("diagram.0.range", range), ("diagram.0.scale", scale)];
+        let own = own.map(|(key, value)| (key.to_owned(), value.to_owned()));
+        let scene = scene_with("linear", &[&keys[..], &own[..]].concat());
+        let request = scene.diagrams[0].clone();
+        let orbit = orbit(&scene);
+        let expander = Expander::new(&scene, &orbit).expect("rigid");
+        let map = expander.expand(MapOrders::new(3, 4)).expect("a simple graze");
+        let diagram = diagram(&scene, &orbit, &map, &request, &NoProgress).expect("active");
+        let (_, figure) = diagram_figures(&diagram).remove(0);
+        figure.to_svg().expect("a figure that can be drawn");
+        (figure.horizontal.scale, figure.guides.len())
+    };
+    assert_eq!(scale("[1e-8, 1e-3]", "log"), (AxisScale::Log10, 0));
+    let (below, guides) = scale("[-1e-3, -1e-8]", "log");
+    assert!(matches!(below, AxisScale::Symlog { threshold } if (threshold - 1e-9).abs() < 1e-20));
+    assert_eq!(guides, 0);
+    assert_eq!(scale("[1e-8, 1e-3]", "linear"), (AxisScale::Linear, 1));
 }
 
 #[test]

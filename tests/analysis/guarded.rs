@@ -7,8 +7,8 @@ use agreement::{Agreement, Effort};
 use grazemap::analysis::chart::chart;
 use grazemap::analysis::diagram::{Diagram, DiagramPoint, Sweep, diagram};
 use grazemap::analysis::{
-    DirectMap, ESCAPE_EXTENTS, GuardedMap, ImageRequest, ImageRow, NoProgress, Precision, Using,
-    escape_bounds, images,
+    DirectMap, GuardedMap, ImageRequest, ImageRow, NoProgress, Precision, Using, escape_bounds,
+    images,
 };
 use grazemap::expansion::MapWindow;
 use grazemap::hybrid::HybridSystem;
@@ -19,6 +19,7 @@ use grazemap::model::{ChartRequest, DiagramRequest, Method, Scene, Starts, catal
 use grazemap::numeric::Dd;
 
 use crate::Case;
+use crate::support::scenes;
 
 impl Case {
     /// The same with a window that holds less.
@@ -58,7 +59,7 @@ fn a_step_is_the_maps_inside_the_window_and_the_direct_return_outside() {
     let direct = DirectMap::new(&system, &case.scene, &case.orbit).expect("a good scene");
     let map = HornerMap::new(&case.map);
     let window = &case.map.window;
-    let guarded = GuardedMap::new(map.clone(), window.clone(), direct.clone());
+    let guarded = GuardedMap::new(map.clone(), window, &direct);
     let mut seen = [0; 2];
     for number in 0..60 {
         let share = |step: f64| 3.0 * ((f64::from(number) * step).fract() - 0.5);
@@ -81,13 +82,36 @@ fn a_step_is_the_maps_inside_the_window_and_the_direct_return_outside() {
 /// Orbits in lanes against one orbit by the [`GuardedMap`], which is written apart from them.
 #[test]
 fn lanes_are_guarded_as_one_orbit_is_to_the_last_bit() {
-    let case = Case::new("cantilever_0_09").narrowed(0.3);
+    let offsets = [-2e-4, 1e-5, 1e-4, 2e-4, 4e-4, 8e-4, 9e-3];
+    let [mapped, simulated, ended] = lanes_against_one_orbit(0.3, &offsets, |_| vec![1.0, 10.0]);
+    assert!(mapped > 40 && simulated > 40, "{mapped} by the map, {simulated} simulated");
+    assert_eq!(ended, 0);
+}
+
+/// Every lane is inside its window until orbits escape there, in a map's first steps.
+#[test]
+fn lanes_that_escape_inside_the_window_end_as_one_orbit_does() {
+    let inside = |window: &[f64]| window.iter().map(|width| 0.1 * width).collect();
+    let offsets = [-2e-4, 1e-5, 1e-4, 2e-4, 4e-4, 8e-4];
+    let [mapped, simulated, ended] = lanes_against_one_orbit(30.0, &offsets, inside);
+    assert!(mapped > 10 && simulated == 0, "{mapped} by the map, {simulated} simulated");
+    assert!((1..6).contains(&ended), "{ended} escaped");
+}
+
+/// Steps by the map, steps simulated, and orbits that ended early, of orbits in lanes that are
+/// compared with single ones: in a window that is widened to this many times itself, orbits escape
+/// at bounds made of its half-widths.
+fn lanes_against_one_orbit(
+    share: f64,
+    offsets: &[f64],
+    escape: fn(&[f64]) -> Vec<f64>,
+) -> [usize; 3] {
+    let case = Case::new("cantilever_0_09").narrowed(share);
     let system = HybridSystem::new(&case.scene.model);
     let direct = DirectMap::new(&system, &case.scene, &case.orbit).expect("a good scene");
     let map = HornerMap::new(&case.map);
     let window = &case.map.window;
-    let request = OrbitRequest::new(5, 40, &window.state).escaping_at(&[1.0, 10.0]);
-    let offsets = [-2e-4, 1e-5, 1e-4, 2e-4, 4e-4, 8e-4, 9e-3];
+    let request = OrbitRequest::new(5, 40, &window.state).escaping_at(&escape(&window.state));
     let parameters: Vec<[f64; 2]> = offsets.iter().map(|&offset| [offset, 0.0]).collect();
     let own: Vec<&[f64]> = parameters.iter().map(|own| &own[..]).collect();
     let states = vec![&[1e-5, 1e-4][..]; own.len()];
@@ -100,16 +124,17 @@ fn lanes_are_guarded_as_one_orbit_is_to_the_last_bit() {
         }
     };
     let orbits = lanes.guarded_orbits(&states, &request, window, &mut fly);
-    let (mut mapped, mut simulated) = (0, 0);
+    let mut counts = [0; 3];
     for (lane, orbit) in orbits.iter().enumerate() {
         let frozen = map.freeze(own[lane]);
-        let alone = GuardedMap::frozen(frozen, own[lane], window.clone(), direct.clone());
+        let alone = GuardedMap::frozen(frozen, own[lane], window, &direct);
         assert_eq!(*orbit, MapOrbit::of(&alone, states[lane], &[], &request), "{lane}");
         for step in &orbit.steps {
-            *(if step.simulated { &mut simulated } else { &mut mapped }) += 1;
+            counts[usize::from(step.simulated)] += 1;
         }
+        counts[2] += usize::from(orbit.end != OrbitEnd::Completed);
     }
-    assert!(mapped > 40 && simulated > 40, "{mapped} by the map, {simulated} simulated");
+    counts
 }
 
 #[test]
@@ -142,14 +167,33 @@ fn outside_the_window_a_guarded_sweep_is_direct_simulations() {
 /// The steady state of the linear oscillator that reaches the stop at 1 swings from −1 to 1, and
 /// its phase advances by a turn.
 #[test]
-fn an_orbit_has_escaped_at_a_hundred_times_the_extent_of_the_grazing_orbit() {
-    let case = Case::new("linear");
-    let bounds = escape_bounds(&case.scene, &case.orbit);
-    let names: Vec<&str> = bounds.iter().map(|bound| &*bound.coordinate).collect();
-    assert_eq!(names, ["x", "theta"]);
-    for (bound, extent) in bounds.iter().zip([2.0, std::f64::consts::TAU]) {
-        // The orbit is sampled at the graze and half a period later.
-        assert!((bound.offset / (ESCAPE_EXTENTS * extent) - 1.0).abs() < 1e-9, "{bound:?}");
+fn an_orbit_has_escaped_at_so_many_extents_of_the_grazing_orbit_as_the_scene_says() {
+    let said = scenes::scene_with("linear", &[("direct.escape", "2.5")]);
+    for (scene, times) in [(scenes::scene("linear"), 100.0), (said, 2.5)] {
+        let case = Case::of(scene);
+        let bounds = escape_bounds(&case.scene, &case.orbit);
+        let names: Vec<&str> = bounds.iter().map(|bound| &*bound.coordinate).collect();
+        assert_eq!(names, ["x", "theta"]);
+        for (bound, extent) in bounds.iter().zip([2.0, std::f64::consts::TAU]) {
+            // The orbit is sampled at the graze and half a period later.
+            assert!((bound.offset / (times * extent) - 1.0).abs() < 1e-9, "{bound:?}");
+        }
+    }
+}
+
+/// Beyond the graze the section points of the linear oscillator's impacting orbit lie between a ten
+/// thousandth of the extent of the grazing orbit and ten times that extent from the graze.
+#[test]
+fn a_guarded_orbit_ends_at_the_bound_of_the_scene() {
+    for (times, escapes) in [("10.0", false), ("0.0001", true)] {
+        let case = Case::of(scenes::scene_with("linear", &[("direct.escape", times)]));
+        let diagram = case.diagram([2e-3, 3e-3], 2, &[Method::Guarded, Method::Direct]);
+        for method in [Method::Guarded, Method::Direct] {
+            for point in points(&diagram, method) {
+                let escaped = matches!(point.end, OrbitEnd::Escaped { .. });
+                assert_eq!(escaped, escapes, "{times}: {point:?}");
+            }
+        }
     }
 }
 

@@ -5,6 +5,7 @@
 mod support;
 
 mod any_section;
+mod basins;
 mod branches;
 mod charts;
 mod choice;
@@ -27,7 +28,7 @@ use grazemap::model::Scene;
 use grazemap::numeric::Dd;
 use grazemap::orbit::GrazingOrbit;
 
-use support::scenes::grazing;
+use support::scenes;
 
 /// Number in the sequence of the first point of the checks: beyond all that anything is chosen or
 /// measured by.
@@ -46,7 +47,11 @@ struct Case {
 
 impl Case {
     fn new(name: &str) -> Self {
-        let (scene, orbit) = grazing(name);
+        Self::of(scenes::scene(name))
+    }
+
+    fn of(scene: Scene) -> Self {
+        let orbit = scenes::orbit(&scene);
         let orders = MapOrders { smooth_order: 5, contact_weight: 8 };
         let expander = Expander::new(&scene, &orbit).expect("a good scene");
         let map = expander.expand(orders).expect("a simple graze");

@@ -7,6 +7,7 @@ use grazemap::analysis::{
 use grazemap::hybrid::MomentEvent;
 use grazemap::model::Scene;
 use grazemap::orbit::GrazingOrbit;
+use grazemap::report::time_series_figures;
 
 use crate::support::scenes::{grazing, grazing_by, index, text};
 
@@ -116,4 +117,20 @@ fn events_do_not_depend_on_the_samples() {
     let pairs = contacts.chunks_exact(2);
     assert!(pairs.clone().count() > 2);
     assert!(pairs.clone().all(|pair| pair == [MomentEvent::Contact, MomentEvent::Release]));
+}
+
+/// A portrait marks the section points: one at the start and one after every return.
+#[test]
+fn a_portrait_marks_the_points_of_a_stroboscopic_section() {
+    let marked = |section: &[(&str, &str)]| {
+        let (scene, orbit) = grazing_by(text("soft_b"), "soft_b", section);
+        let series = series(&scene, &orbit, &request(&[1e-3, 0.0], 2, 3, 20));
+        let figures = time_series_figures(&scene, &orbit, &series);
+        let mut drawn = figures[0].1.series.iter().filter(|drawn| drawn.name == "section");
+        drawn.next().map(|drawn| drawn.points.clone())
+    };
+    assert_eq!(marked(&[]), None);
+    let stroboscopic = [("section.kind", "\"stroboscopic\""), ("section.phase", "1.0")];
+    let points = marked(&stroboscopic).expect("drawn");
+    assert_eq!(points.len(), 4, "{points:?}");
 }

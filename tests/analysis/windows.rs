@@ -1,9 +1,11 @@
 //! The window of a map, measured where a scene leaves it open, against direct simulation at points
 //! that it was not measured at.
 
-use grazemap::analysis::{DirectEnd, DirectImage, MapEvaluation};
+use grazemap::analysis::{
+    DirectEnd, DirectImage, ImageRecord, ImageRequest, ImageRow, MapEvaluation, Precision, Using,
+};
 use grazemap::convergence::{BoundKind, BoundOrigin, WindowTolerance};
-use grazemap::expansion::MapWindow;
+use grazemap::expansion::{MapWindow, WindowBound};
 use grazemap::hybrid::HybridSystem;
 use grazemap::iteration::DiscreteMap;
 use grazemap::numeric::{Dd, decimal_below};
@@ -166,6 +168,28 @@ fn a_depth_beyond_the_radius_of_the_series_ends_there() {
     assert_eq!(map.local().window.depth, decimal_below(radius * radius, 2));
     // Of the edge it is said what is left out at the depth that the scene states.
     assert_eq!(map.window_edges()[0].depth, 1e-4);
+}
+
+#[test]
+fn points_beyond_the_radius_of_the_series_of_a_stiff_stop_are_outside() {
+    let map = map(text("soft_b"), "soft_b", &[("k2", "1e6")]);
+    let radius = map.window_edges()[0].radius;
+    // On the tangency section the depth is the offset of the displacement.
+    let row = |radii: f64| ImageRow {
+        state: vec![Dd::from((radii * radius).powi(2)), Dd::ZERO],
+        parameters: vec![Dd::ZERO; map.local().parameters.len()],
+    };
+    let request = ImageRequest {
+        rows: [0.3, 13.0, 100.0, 300.0].map(row).to_vec(),
+        iterations: 1,
+        using: Using::Map,
+        precision: Precision::F64,
+    };
+    let images = map.images(&request).expect("images");
+    let beyond = |record: &ImageRecord| record.exceeded.contains(&WindowBound::Depth(0));
+    let found: Vec<bool> = images.iter().map(beyond).collect();
+    assert_eq!(found, [false, true, true, true], "radius {radius}");
+    assert!(images[1..].iter().all(|record| !record.inside()));
 }
 
 #[test]

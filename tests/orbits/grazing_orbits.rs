@@ -377,11 +377,21 @@ fn an_event_function_of_the_wrong_sign_is_recognised() {
 #[test]
 fn free_flow_that_is_too_slow_is_said_to_be() {
     let rate = reason(&scene_with("mems", &[("model.phase.rate", "1e-9")]));
-    assert!(matches!(rate, NotLocated::TooSlow { complete: false, .. }), "{rate}");
+    assert!(matches!(rate, NotLocated::TooSlow { steps: 1_000_000.., .. }), "{rate}");
     // A relaxation 30000 times as fast as the forcing, far from its graze.
     let stiff = [("zeta", "15000.0"), ("alpha", "0.1"), ("omega", "0.8")];
     let stiff = reason(&without_guess("linear", &stiff));
-    assert!(matches!(stiff, NotLocated::TooSlow { complete: true, .. }), "{stiff}");
+    assert!(matches!(stiff, NotLocated::TooSlow { steps: 10_000..1_000_000, .. }), "{stiff}");
+}
+
+#[test]
+fn free_flow_whose_expressions_are_too_long_is_said_to_be_too_slow() {
+    // Each name is a series of its own: a step of the flow takes 340 products more.
+    let names = (1..=170).map(|n| format!("l{n} = \"sin(l{})\"\n", n - 1)).collect::<String>();
+    let text = scenes::text("mems").replace("- 2*zeta*v - x", "- 2*zeta*v - x + 0.001*l170");
+    let text = format!("{text}\n[model.let]\nl0 = \"x\"\n{names}");
+    let reason = reason(&parsed(&text, "scene", &[("omega", "0.01")]));
+    assert!(matches!(reason, NotLocated::TooSlow { products: 340.., .. }), "{reason}");
 }
 
 #[test]

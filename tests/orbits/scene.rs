@@ -178,6 +178,40 @@ fn values_scales_and_starts_of_diagrams_and_charts_are_read() {
 }
 
 #[test]
+fn a_set_key_of_a_diagram_takes_the_place_of_those_it_excludes() {
+    let with = |set: &[(&str, &str)]| {
+        let owned = |(key, value): &(&str, &str)| ((*key).to_owned(), (*value).to_owned());
+        let set: Vec<_> = set.iter().map(owned).collect();
+        let source = catalogue::text("linear").expect("in the catalogue");
+        Scene::parse_with(source, "linear", &set).map(|scene| scene.diagrams[0].clone())
+    };
+    let values = ("diagram.0.values", "[1e-6, 2e-6]");
+    assert_eq!(with(&[values]).expect("the range gives way").offsets(), [1e-6, 2e-6]);
+    let both = with(&[values, ("diagram.0.range", "[0, 1e-3]")]).expect_err("both are set");
+    assert!(both.to_string().contains("exclude each other"), "{both}");
+    let starts = [("diagram.0.start", "[{ x = 1e-3 }]"), ("diagram.0.points", "3")];
+    assert_eq!(with(&starts).expect("one start").offsets().len(), 3);
+}
+
+#[test]
+fn orbits_escape_at_a_hundred_extents_unless_a_scene_says_otherwise() {
+    let with = |keys: &str| {
+        let source = catalogue::text("linear").expect("in the catalogue");
+        Scene::parse(&format!("{source}\n{keys}\n"), "linear")
+    };
+    assert_eq!(with("").expect("a scene").direct.escape, 100.0);
+    assert_eq!(with("[direct]\nescape = 3").expect("a scene").direct.escape, 3.0);
+    for (keys, said) in [
+        ("[direct]\nescape = 0", "must be positive"),
+        ("[direct]\nescape = \"far\"", "`direct.escape` is an expression of numbers alone"),
+        ("[direct]\nescapes = 3", "`escape`"),
+    ] {
+        let error = with(keys).expect_err(keys).to_string();
+        assert!(error.contains(said), "{keys}: {error}");
+    }
+}
+
+#[test]
 fn named_expressions_and_free_mean_what_they_stand_for() {
     let model = parse(COMPLIANT).model;
     let state = [1.2, 0.7, 0.3];

@@ -5,6 +5,7 @@ mod support;
 
 mod architecture;
 mod bad_input;
+mod benchmark;
 mod cli;
 #[cfg(unix)]
 mod fuzz;

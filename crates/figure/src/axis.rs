@@ -61,6 +61,24 @@ pub struct Axis {
     pub range: Option<(f64, f64)>,
 }
 
+/// A second scale of a linear axis, on the other side of the picture: its values plus a constant.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ShiftedScale {
+    /// What is measured along it.
+    pub label: String,
+    /// What is added to the values of the axis.
+    pub shift: f64,
+}
+
+impl ShiftedScale {
+    /// The ends of the scale, where doubles can tell ticks apart between them.
+    pub(super) fn ends(&self, axis: &Axis, ends: (f64, f64)) -> Option<(f64, f64)> {
+        let shifted = (ends.0 + self.shift, ends.1 + self.shift);
+        let shown = axis.scale == AxisScale::Linear && self.shift.is_finite();
+        (shown && !too_narrow(shifted)).then_some(shifted)
+    }
+}
+
 impl Axis {
     /// A linear axis that shows all data.
     pub fn linear(label: impl Into<String>) -> Self {

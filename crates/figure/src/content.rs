@@ -6,12 +6,14 @@ use super::frame::Frame;
 use super::labels::Labeller;
 use super::palette::{FAINT_INK, INK, Rgb};
 use super::series::{Guide, Marker, Series, SeriesStyle, Stroke};
-use super::thinning::{EXACT_DOTS, thin};
+use super::thinning::{EXACT_DOTS, diameter, thin};
 use super::{Figure, Thinning};
 
 const LINE: f64 = 1.7;
 const MARKER: f64 = 3.2;
 const WORDS: f64 = 12.0;
+/// How much larger dots are for every series above them.
+const RIM: f64 = 0.7;
 
 /// Shapes below and above the axes.
 #[derive(Debug)]
@@ -89,17 +91,38 @@ fn dots(figure: &Figure, frame: &Frame, shapes: &mut Vec<Shape>) -> Option<Thinn
     let groups: Vec<(Vec<Point>, Rgb)> =
         dotted.map(|(index, series)| (places(series, frame), color_of(figure, index))).collect();
     let given = groups.iter().map(|(points, _)| points.len()).sum();
+    let above = |rank: usize| groups.len() - 1 - rank;
     if given <= EXACT_DOTS {
-        for (points, color) in groups {
-            let radius = if given <= 400 { 1.8 } else { 1.0 };
-            let mark = |at| Shape::Mark { at, radius, marker: Marker::Circle, color };
-            shapes.extend(points.into_iter().map(mark));
+        for (rank, (points, color)) in groups.iter().enumerate() {
+            shapes.extend(circles(points.iter().copied(), rimmed(given, above(rank)), *color));
         }
         return None;
     }
     let thinned = thin(&groups, &frame.area);
-    shapes.extend(thinned.dots.into_iter().map(Shape::Dots));
+    for (rank, mut dots) in thinned.dots.into_iter().enumerate() {
+        let diameter = rimmed(thinned.cells, above(rank));
+        if thinned.cells <= EXACT_DOTS {
+            shapes.extend(circles(dots.centres(), diameter, dots.color));
+        } else {
+            dots.diameter = dots.diameter.max(diameter);
+            shapes.push(Shape::Dots(dots));
+        }
+    }
     Some(Thinning { given, drawn: thinned.cells, grid: thinned.grid })
+}
+
+/// The diameter of a figure's dots where so many series lie above them.
+fn rimmed(dots: usize, above: usize) -> f64 {
+    diameter(dots) * (1.0 + RIM * above as f64)
+}
+
+fn circles(
+    places: impl Iterator<Item = Point>,
+    diameter: f64,
+    color: Rgb,
+) -> impl Iterator<Item = Shape> {
+    let (radius, marker) = (diameter / 2.0, Marker::Circle);
+    places.map(move |at| Shape::Mark { at, radius, marker, color })
 }
 
 fn guide_shapes(

@@ -35,6 +35,18 @@ pub(super) struct DotRuns {
     pub(super) color: Rgb,
 }
 
+impl DotRuns {
+    /// The centres of all cells.
+    pub(super) fn centres(&self) -> impl Iterator<Item = Point> {
+        let place = |start: f64, pitch: f64, cell: u32| start + f64::from(cell) * pitch;
+        let (origin, pitch) = (self.origin, self.pitch);
+        self.runs.iter().flat_map(move |&(row, first, count)| {
+            let y = place(origin.1, pitch.1, row);
+            (first..first + count).map(move |column| (place(origin.0, pitch.0, column), y))
+        })
+    }
+}
+
 /// A rectangle of coloured cells, rows from the top.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Mosaic {

@@ -15,6 +15,8 @@ use super::{Figure, Thinning};
 const TITLE_SIZE: f64 = 15.5;
 const LABEL_SIZE: f64 = 13.0;
 const TICK_SIZE: f64 = 11.5;
+/// Height of a second scale above the picture.
+const SECOND_SCALE: f64 = 40.0;
 
 /// A drawing and what was done to its dots.
 #[derive(Debug)]
@@ -54,7 +56,10 @@ pub(super) fn lay_out(figure: &Figure) -> Result<Layout, FigureError> {
     let ends = ends(figure)?;
     let legend = Legend::of(figure, wide - 110.0)?;
     let title_height = if figure.title.is_empty() { 0.0 } else { 26.0 };
-    let top = 14.0 + title_height + legend.above();
+    let scale = figure.above.as_ref();
+    let scale = scale.and_then(|scale| scale.ends(&figure.horizontal, ends.0).zip(Some(scale)));
+    let scale_height = if scale.is_some() { SECOND_SCALE } else { 0.0 };
+    let top = 14.0 + title_height + legend.above() + scale_height;
     let bottom = tall - 50.0;
     let vertical = ticks(figure.vertical.scale, ends.1, ((bottom - top) / 44.0) as usize);
     let left = 36.0 + widest(&vertical)?;
@@ -70,7 +75,10 @@ pub(super) fn lay_out(figure: &Figure) -> Result<Layout, FigureError> {
     shapes.extend(edges(&area));
     shapes.extend(tick_texts(&frame, &horizontal, &vertical));
     shapes.extend(axis_labels(figure, &frame, &horizontal, &vertical)?);
-    shapes.extend(legend.shapes((area.left, area.top), (area.right, area.top)));
+    if let Some((ends, scale)) = scale {
+        shapes.extend(second_scale(&scale.label, ends, &area)?);
+    }
+    shapes.extend(legend.shapes((area.left, area.top - scale_height), (area.right, area.top)));
     shapes.extend(over);
     if !figure.title.is_empty() {
         let text = fitted(&figure.title, TITLE_SIZE, wide - left - 10.0)?;
@@ -178,6 +186,21 @@ fn tick_texts(frame: &Frame, horizontal: &Ticks, vertical: &Ticks) -> Vec<Shape>
         shapes.push(words((area.left - 7.0, y + 4.0), Anchor::End, TICK_SIZE, tick.text.clone()));
     }
     shapes
+}
+
+/// Ticks and words of a scale above the picture.
+fn second_scale(label: &str, ends: (f64, f64), area: &Area) -> Result<Vec<Shape>, FigureError> {
+    let found = horizontal_ticks(AxisScale::Linear, ends, area.width())?;
+    let mut shapes = vec![rule((area.left, area.top), (area.right, area.top), 1.0, FAINT_INK)];
+    for tick in &found.ticks {
+        let x = area.left + (tick.place - ends.0) / (ends.1 - ends.0) * area.width();
+        shapes.push(rule((x, area.top - 4.0), (x, area.top), 1.0, FAINT_INK));
+        shapes.push(words((x, area.top - 8.0), Anchor::Middle, TICK_SIZE, tick.text.clone()));
+    }
+    let middle = ((area.left + area.right) / 2.0, area.top - 26.0);
+    let label = fitted(label, LABEL_SIZE, area.width())? + &power_suffix(found.power);
+    shapes.push(words(middle, Anchor::Middle, LABEL_SIZE, label));
+    Ok(shapes)
 }
 
 fn axis_labels(

@@ -27,7 +27,7 @@ mod svg;
 mod thinning;
 mod ticks;
 
-pub use axis::{Axis, AxisScale};
+pub use axis::{Axis, AxisScale, ShiftedScale};
 pub use cells::CellChart;
 pub use error::FigureError;
 pub use markup::{escape_html, symbol};
@@ -57,9 +57,13 @@ pub struct Figure {
     pub title: String,
     /// The axis below the picture.
     pub horizontal: Axis,
+    /// A second scale of the horizontal axis, above the picture. Left out where the axis is not
+    /// linear, or is so short that doubles cannot tell its ticks apart.
+    pub above: Option<ShiftedScale>,
     /// The axis left of the picture.
     pub vertical: Axis,
-    /// What is drawn, bottom to top.
+    /// What is drawn, bottom to top. Of several series of dots those below have larger dots, so
+    /// that dots on the same place show a rim.
     pub series: Vec<Series>,
     /// Reference lines, drawn under the series.
     pub guides: Vec<Guide>,
@@ -101,6 +105,7 @@ impl Figure {
         Self {
             title: String::new(),
             horizontal,
+            above: None,
             vertical,
             series: Vec::new(),
             guides: Vec::new(),
@@ -135,7 +140,7 @@ impl Figure {
 
     /// What was done to series of many dots: dots that fall in the same cell are drawn once.
     ///
-    /// `None` if every dot is drawn where it is.
+    /// `None` if every dot is drawn where it is. Fewer dots are larger.
     ///
     /// # Errors
     ///

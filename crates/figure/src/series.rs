@@ -1,6 +1,6 @@
 //! What a figure draws: series of points, guides, annotations.
 
-use super::palette::{GREY, Palette, Rgb};
+use super::palette::{GREY, INK, Palette, Rgb};
 
 /// How a line is interrupted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -74,6 +74,8 @@ pub enum SeriesColor {
     Palette(usize),
     /// Grey, of what is not to be trusted.
     Grey,
+    /// The ink of the axes, over a chart of cells.
+    Ink,
 }
 
 impl SeriesColor {
@@ -83,6 +85,7 @@ impl SeriesColor {
             Self::Own => palette.color(index, count),
             Self::Palette(other) => palette.color(other, count),
             Self::Grey => GREY,
+            Self::Ink => INK,
         }
     }
 }
@@ -126,6 +129,13 @@ impl Series {
     #[must_use]
     pub fn in_grey(mut self) -> Self {
         self.color = SeriesColor::Grey;
+        self
+    }
+
+    /// The same series in the ink of the axes.
+    #[must_use]
+    pub fn in_ink(mut self) -> Self {
+        self.color = SeriesColor::Ink;
         self
     }
 }

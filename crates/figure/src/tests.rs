@@ -89,3 +89,35 @@ fn figures_that_cannot_be_drawn_are_refused() {
     });
     assert!(matches!(figure.to_svg(), Err(FigureError::ChartShape { found: 3, .. })));
 }
+
+#[test]
+fn a_second_scale_has_ticks_at_round_values_of_its_own() {
+    let mut figure = small();
+    figure.above = Some(ShiftedScale { label: "α".to_owned(), shift: 2.2471 });
+    let svg = figure.to_svg().expect("drawn");
+    assert!(svg.contains(">2.248<"), "{svg}");
+    // So short an axis that doubles near the shift cannot tell its ticks apart.
+    figure.horizontal = Axis::linear("α − α*").with_range(0.0, 1e-15);
+    assert!(!figure.to_svg().expect("drawn").contains(">2.24"));
+    let mut logarithmic = small();
+    logarithmic.horizontal = Axis::log10("α − α*").with_range(1e-4, 1e-3);
+    logarithmic.above = Some(ShiftedScale { label: "α".to_owned(), shift: 2.2471 });
+    assert!(!logarithmic.to_svg().expect("drawn").contains(">2.24"));
+}
+
+#[test]
+fn dots_under_others_show_a_rim_and_fewer_dots_are_larger() {
+    let radii = |count: usize| -> Vec<f64> {
+        let points = || (0..count).map(|k| [k as f64, (k * k % 97) as f64]).collect();
+        let mut figure = Figure::new(Axis::linear("x"), Axis::linear("y"));
+        figure.series.push(Series::dots("", points()));
+        figure.series.push(Series::dots("", points()));
+        let svg = figure.to_svg().expect("drawn");
+        let parts = svg.split(" r=\"").skip(1);
+        parts.map(|part| part.split('"').next().unwrap_or("").parse().expect("a radius")).collect()
+    };
+    let few = radii(100);
+    assert!(few[0] > 1.5 * few[199], "{few:?}");
+    let many = radii(1000);
+    assert!(few[0] > many[0] && many[0] > 1.5 * many[1999], "{} {}", few[0], many[0]);
+}

@@ -15,8 +15,17 @@ pub(super) const EXACT_DOTS: usize = 4000;
 const FINEST: (usize, usize) = (1600, 1000);
 /// Runs of cells, about eight bytes each, that keep an SVG well below 2 MB.
 const MOST_RUNS: usize = 170_000;
+/// Smallest and largest diameter of a dot, in pixels.
+const DIAMETERS: (f64, f64) = (0.9, 3.0);
 
-/// All dots of a figure on one grid.
+/// The diameter of so many dots: 1.8 pixels of [`EXACT_DOTS`], and the ink shrinks with the root of
+/// their number.
+pub(super) fn diameter(dots: usize) -> f64 {
+    let share = EXACT_DOTS as f64 / dots.max(1) as f64;
+    (1.8 * share.powf(0.25)).clamp(DIAMETERS.0, DIAMETERS.1)
+}
+
+/// All dots of a figure on one grid, the diameter not yet set.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct ThinnedDots {
     pub(super) grid: (usize, usize),
@@ -58,7 +67,7 @@ fn on_grid(series: &[(Vec<Point>, Rgb)], area: &Area, grid: (usize, usize)) -> T
                 origin: (area.left + pitch.0 / 2.0, area.top + pitch.1 / 2.0),
                 pitch,
                 runs: runs(&filled),
-                diameter: pitch.0.max(pitch.1).max(0.9),
+                diameter: pitch.0.max(pitch.1),
                 color: *color,
             }
         })

@@ -22,6 +22,8 @@ pub struct Diagram {
     pub parameter: String,
     /// Its grazing value, from which the offsets count.
     pub grazing_value: f64,
+    /// Whether the values have equal ratios, so that the parameter's axis is logarithmic.
+    pub is_logarithmic: bool,
     /// What is drawn: `h`, `impact_speed`, or an expression.
     pub observable: String,
     /// Names of the surfaces that graze, in the model's order: that of the hits in the names of

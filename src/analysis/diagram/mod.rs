@@ -19,7 +19,7 @@ pub(super) use starts::{Entry, settle, states};
 pub use sweep::SweepRequest;
 pub(super) use sweep::{kept_contacts, name};
 pub use swept_map::{
-    DirectSweep, FrozenSweep, GuardedSweep, Settled, SmoothFixedPoint, Start, SweptMap,
+    DirectSweep, FrozenSweep, GuardedSweep, Settled, SideBySide, SmoothFixedPoint, Start, SweptMap,
     UnobservedSweep,
 };
 
@@ -31,7 +31,7 @@ use crate::analysis::progress::{Part, Progress};
 use crate::analysis::section_frame::itinerary;
 use crate::expansion::LocalMap;
 use crate::iteration::OrbitRequest;
-use crate::model::{DiagramRequest, Method, Scene, SweepDirection};
+use crate::model::{DiagramRequest, Method, Scene, Spacing, SweepDirection};
 use crate::orbit::GrazingOrbit;
 use course::sweep;
 use observe::label;
@@ -100,6 +100,7 @@ pub fn diagram(
         digest: scene.digest,
         parameter: parameter.clone(),
         grazing_value: orbit.parameters()[request.parameter].to_f64(),
+        is_logarithmic: request.spacing == Spacing::Logarithmic,
         observable: label(&request.observe).to_owned(),
         surfaces: itinerary(scene, orbit).surfaces,
         transient: request.transient,

@@ -61,6 +61,16 @@ pub trait SweptMap: Sync {
     /// The map at fixed parameters, a map without parameters: prepared once per parameter value.
     fn at(&self, parameters: &[f64]) -> Box<dyn DiscreteMap + Send + '_>;
 
+    /// Some work with what iterates states side by side at fixed parameters, at most as many as the
+    /// map has lanes: prepared once for all of it.
+    fn side_by_side(&self, parameters: &[f64], work: &mut dyn FnMut(&mut SideBySide<'_>)) {
+        let fixed = self.at(parameters);
+        work(&mut |states, request| {
+            let orbit = |state: &&[f64]| MapOrbit::of(&*fixed, state, &[], request);
+            states.iter().map(orbit).collect()
+        });
+    }
+
     /// Where a sweep starts, and starts again after an escape.
     fn start(&self, parameters: &[f64]) -> Vec<f64>;
 
@@ -80,6 +90,23 @@ pub trait SweptMap: Sync {
     fn has_jacobian(&self) -> bool {
         true
     }
+}
+
+/// The orbits of some states.
+pub type SideBySide<'a> = dyn FnMut(&[&[f64]], &OrbitRequest) -> Vec<MapOrbit> + 'a;
+
+/// The orbits of some states in lanes that are all to be used: the others start at the section's
+/// origin.
+fn padded<const N: usize>(
+    states: &[&[f64]],
+    orbits: impl FnOnce(&[&[f64]]) -> Vec<MapOrbit>,
+) -> Vec<MapOrbit> {
+    let origin = vec![0.0; states.first().map_or(0, |state| state.len())];
+    let mut all = states.to_vec();
+    all.resize(N, &origin);
+    let mut found = orbits(&all);
+    found.truncate(states.len());
+    found
 }
 
 /// Where an orbit starts.
@@ -251,6 +278,11 @@ impl SweptMap for FrozenSweep {
         Box::new(self.map.freeze(parameters))
     }
 
+    fn side_by_side(&self, parameters: &[f64], work: &mut dyn FnMut(&mut SideBySide<'_>)) {
+        let mut map = self.map.freeze_lanes::<LANES>(&[parameters; LANES]);
+        work(&mut |states, request| padded::<LANES>(states, |states| map.orbits(states, request)));
+    }
+
     fn start(&self, parameters: &[f64]) -> Vec<f64> {
         self.start.at(parameters)
     }
@@ -313,6 +345,17 @@ impl SweptMap for DirectSweep<'_> {
         fixed(self.map.clone(), parameters)
     }
 
+    fn side_by_side(&self, parameters: &[f64], work: &mut dyn FnMut(&mut SideBySide<'_>)) {
+        let mut points = DirectPoints::new(&self.map, &[parameters; DIRECT_LANES]);
+        work(&mut |states, request| {
+            padded::<DIRECT_LANES>(states, |states| {
+                MapOrbit::in_step(states, request, |going, states, images, steps| {
+                    points.step(going, states, images, steps);
+                })
+            })
+        });
+    }
+
     fn start(&self, parameters: &[f64]) -> Vec<f64> {
         self.start.at(parameters)
     }
@@ -351,14 +394,15 @@ pub struct GuardedSweep<'a> {
 }
 
 impl GuardedSweep<'_> {
-    /// Whether the step from a kept state of an orbit is the map's.
-    fn is_mapped(&self, orbit: &MapOrbit, number: usize, parameters: &[f64]) -> bool {
-        if let Some(next) = orbit.steps.get(number + 1) {
-            return !next.simulated;
-        }
-        let Some(state) = orbit.states().nth(number) else { return false };
-        let step = self.map.map.step(state, parameters, &mut vec![0.0; state.len()]);
-        self.window.holds(state, parameters, &[step.depth])
+    /// Whether the step from a state is the map's; `drawn` is what the map draws there.
+    fn is_mapped(&self, state: &[f64], parameters: &[f64], drawn: f64) -> bool {
+        let FrozenSweep { map, observer, itinerary, .. } = &self.map;
+        let depth = if observer.is_depth_of_map() && itinerary.passages.len() == 1 {
+            (-drawn).max(0.0)
+        } else {
+            map.step(state, parameters, &mut vec![0.0; state.len()]).depth
+        };
+        self.window.holds(state, parameters, &[depth])
     }
 }
 
@@ -395,8 +439,21 @@ impl SweptMap for GuardedSweep<'_> {
     }
 
     fn at(&self, parameters: &[f64]) -> Box<dyn DiscreteMap + Send + '_> {
-        let (map, direct) = (self.map.map.freeze(parameters), self.direct.clone());
-        Box::new(GuardedMap::frozen(map, parameters, self.window.clone(), direct))
+        let map = self.map.map.freeze(parameters);
+        Box::new(GuardedMap::frozen(map, parameters, &self.window, &self.direct))
+    }
+
+    fn side_by_side(&self, parameters: &[f64], work: &mut dyn FnMut(&mut SideBySide<'_>)) {
+        let mut map = self.map.map.freeze_lanes::<LANES>(&[parameters; LANES]);
+        let mut points = DirectPoints::new(&self.direct, &[parameters; LANES]);
+        let mut fly = |wanted: &[bool], states: &[f64], images: &mut [f64], steps: &mut [_]| {
+            points.step(wanted, states, images, steps);
+        };
+        work(&mut |states, request| {
+            padded::<LANES>(states, |states| {
+                map.guarded_orbits(states, request, &self.window, &mut fly)
+            })
+        });
     }
 
     fn start(&self, parameters: &[f64]) -> Vec<f64> {
@@ -406,7 +463,11 @@ impl SweptMap for GuardedSweep<'_> {
     fn observe_all(&self, orbit: &MapOrbit, parameters: &[f64]) -> Vec<f64> {
         let mut values = self.map.observe_all(orbit, parameters);
         for (number, (value, state)) in values.iter_mut().zip(orbit.states()).enumerate() {
-            if !self.is_mapped(orbit, number, parameters) {
+            let mapped = match orbit.steps.get(number + 1) {
+                Some(next) => !next.simulated,
+                None => self.is_mapped(state, parameters, *value),
+            };
+            if !mapped {
                 *value = self.map.observer.by_simulation(&self.direct, state, parameters);
             }
         }
@@ -418,7 +479,7 @@ impl SweptMap for GuardedSweep<'_> {
     }
 
     fn hits(&self, orbit: &MapOrbit, number: usize, parameters: &[f64]) -> Vec<u32> {
-        if self.is_mapped(orbit, number, parameters) {
+        if !orbit.steps[number + 1].simulated {
             return self.map.hits(orbit, number, parameters);
         }
         let state = orbit.states().nth(number);

@@ -182,22 +182,24 @@ impl ContactItinerary {
         (0..period).all(|number| self.returns[number] == self.returns[(number + returns) % period])
     }
 
-    /// The same begun where it is the largest as a number, as [`all`](Self::all) lists it.
-    #[must_use]
-    pub fn standard(&self) -> Self {
-        let begun_after = |returns: usize| {
-            let mut rotated = self.clone();
-            rotated.returns.rotate_left(returns);
-            rotated
+    /// The same begun where it is the largest as a number, and after how many returns that is.
+    pub fn largest_rotation(&self) -> (Self, usize) {
+        let digits = |returns: &[PassageSet]| -> Vec<bool> {
+            let made = |made: &PassageSet| {
+                let made = *made;
+                (0..self.passages).map(move |passage| made.contains(passage)).collect::<Vec<_>>()
+            };
+            returns.iter().flat_map(made).collect()
         };
-        let all = (0..self.period()).map(begun_after);
-        let largest =
-            all.reduce(
-                |largest, other| {
-                    if other.to_string() > largest.to_string() { other } else { largest }
-                },
-            );
-        largest.unwrap_or_else(|| self.clone())
+        let rotation = |by: usize| {
+            let mut returns = self.returns.clone();
+            returns.rotate_left(by);
+            returns
+        };
+        // The first of those that are equal.
+        let largest = (0..self.period()).rev().max_by_key(|&by| digits(&rotation(by)));
+        let by = largest.unwrap_or(0);
+        (Self { returns: rotation(by), ..*self }, by)
     }
 
     /// By how many returns it would have to begin later to be the other; `None` where it is another
@@ -284,6 +286,17 @@ mod tests {
         assert_eq!(of("001").rotation_to(&of("100")), Some(2));
         assert_eq!(of("110").rotation_to(&of("100")), None);
         assert!(of("1010").repeats_after(2) && !of("1010").repeats_after(1));
+    }
+
+    #[test]
+    fn the_largest_rotation_is_that_which_is_listed() {
+        for (text, passages, largest, by) in
+            [("001", 1, "100", 2), ("0101", 1, "1010", 1), ("01 11 10", 2, "11.10.01", 1)]
+        {
+            let itinerary = ContactItinerary::parse(text, passages).expect("digits");
+            let (found, after) = itinerary.largest_rotation();
+            assert_eq!((found.to_string().as_str(), after), (largest, by), "{text}");
+        }
     }
 
     #[test]

@@ -6,7 +6,7 @@ use super::{map, open, remark_on_window};
 use crate::cli::arguments::{BranchArguments, OrbitsUsing};
 use crate::cli::output::{Bar, CliError, Results, counted, note};
 use grazemap::Map;
-use grazemap::analysis::branches::BranchRequest;
+use grazemap::analysis::branches::{BranchDiagram, BranchRequest};
 use grazemap::analysis::itinerary;
 use grazemap::report::{BranchListing, Document, DocumentKind, to_json};
 
@@ -17,10 +17,14 @@ pub(in crate::cli) fn run(options: &BranchArguments) -> Result<(), CliError> {
     remark_on_window(&map, outlets.quiet);
     let found = map.branches(&request, &Bar::new("branch", outlets.quiet))?;
     let names = itinerary(map.scene(), map.orbit());
-    let polynomials = (map.local(), map.window_edges());
+    let polynomials = (map.local(), map.window(), map.window_edges());
     let kind = (request.along, request.direct);
     let listing = BranchListing::new(map.section(), polynomials, &names, &found, kind);
-    results(&map, &listing, outlets.output.is_some())?.deliver("branch", outlets)?;
+    let diagram = match outlets.output.is_some() {
+        true => Some(map.branch_diagram(&request, &found)?),
+        false => None,
+    };
+    results(&map, &listing, diagram)?.deliver("branch", outlets)?;
     if !outlets.quiet {
         warn(&listing);
     }
@@ -51,17 +55,21 @@ fn request(options: &BranchArguments, map: &Map) -> Result<BranchRequest, CliErr
     })
 }
 
-fn results(map: &Map, listing: &BranchListing, drawn: bool) -> Result<Results, CliError> {
+/// Data, and pictures where they are asked for, over iterates where the scene has a diagram.
+fn results(
+    map: &Map,
+    listing: &BranchListing,
+    drawn: Option<Option<BranchDiagram>>,
+) -> Result<Results, CliError> {
     let json = to_json(&Document::new(DocumentKind::Branch, map.scene(), listing))?;
     let csv = listing.data_table()?.to_csv()?;
     let mut files = vec![
         ("branch.json".to_owned(), json.clone().into_bytes()),
         ("branch.csv".to_owned(), csv.clone().into_bytes()),
     ];
-    if drawn {
-        for (coordinate, name) in listing.section.coordinates.iter().enumerate() {
-            let figure = listing.figure(coordinate, Vec::new());
-            files.extend(pictures(&format!("branch-{name}"), &figure));
+    if let Some(diagram) = drawn {
+        for (ending, figure) in listing.figures(diagram.as_ref()) {
+            files.extend(pictures(&format!("branch{ending}"), &figure));
         }
     }
     Ok(Results { text: text(map, listing)?, json, csv: Some(csv), files })

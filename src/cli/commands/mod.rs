@@ -1,6 +1,7 @@
 //! One file per command, or per few of one kind; here what they begin with: the scene, orbit or map
 //! named, and what is said of it on the way.
 
+pub(super) mod basin;
 pub(super) mod branch;
 pub(super) mod converge;
 pub(super) mod emit;

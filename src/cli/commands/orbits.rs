@@ -26,7 +26,7 @@ pub(in crate::cli) fn run(options: &OrbitsArguments) -> Result<(), CliError> {
     remark_on_window(&map, outlets.quiet);
     let found = map.orbits(&request, &Bar::new("orbits", outlets.quiet))?;
     let names = itinerary(map.scene(), map.orbit());
-    let polynomials = (map.local(), map.window_edges());
+    let polynomials = (map.local(), map.window(), map.window_edges());
     let listing = OrbitsListing::new(map.section(), polynomials, &names, &found, request.direct);
     let searched = searched(&map, &found, &request);
     let mut results = results(&map, &listing)?;

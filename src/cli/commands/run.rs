@@ -116,7 +116,7 @@ pub(in crate::cli) fn run(options: &SceneOptions) -> Result<(), CliError> {
         }
     };
     remark_on_window(&map, quiet);
-    let resumable = resumable("run", Some(folder.path()), &map, quiet)?;
+    let resumable = resumable("run", Some(folder.path()), &map, "", quiet)?;
     folder.write("map.json", map.to_json()?)?;
     folder.write("map.csv", map.listing()?.coefficient_table()?.to_csv()?)?;
 

@@ -29,7 +29,7 @@ pub(in crate::cli) fn diagram(options: &SceneOptions) -> Result<(), CliError> {
     source.scene().check_diagrams().map_err(Error::from)?;
     refuse_memory(diagram_bytes(source.scene()), outlets.quiet)?;
     let map = map(source, outlets.quiet)?;
-    let resumable = resumable("diagram", outlets.folder(), &map, outlets.quiet)?;
+    let resumable = resumable("diagram", outlets.folder(), &map, "", outlets.quiet)?;
     let bar = Bar::new("diagram", outlets.quiet).resuming(0, resumable.journal());
     let mut diagrams = map.diagrams(&bar)?;
     drop(bar);
@@ -56,7 +56,7 @@ pub(in crate::cli) fn chart(options: &SceneOptions) -> Result<(), CliError> {
     source.scene().check_charts().map_err(Error::from)?;
     refuse_memory(chart_bytes(source.scene()), outlets.quiet)?;
     let map = map(source, outlets.quiet)?;
-    let resumable = resumable("chart", outlets.folder(), &map, outlets.quiet)?;
+    let resumable = resumable("chart", outlets.folder(), &map, "", outlets.quiet)?;
     let bar = Bar::new("chart", outlets.quiet).resuming(0, resumable.journal());
     let mut charts = map.charts(&bar)?;
     drop(bar);
@@ -73,14 +73,16 @@ pub(in crate::cli) fn chart(options: &SceneOptions) -> Result<(), CliError> {
     outlets.show(&text)
 }
 
-/// Keeps the finished pieces of a command that uses a map beside its results.
+/// Keeps the finished pieces of a command that uses a map, and that was asked for more than its
+/// scene says, beside its results.
 pub(super) fn resumable(
     command: &str,
     folder: Option<&Path>,
     map: &Map,
+    asked: &str,
     quiet: bool,
 ) -> Result<Resumable, CliError> {
-    let decisive = [&*map.scene().text, &to_json(map.local())?];
+    let decisive = [&*map.scene().text, &to_json(map.local())?, asked];
     Ok(Resumable::begin(command, folder, &decisive, quiet))
 }
 
@@ -184,7 +186,7 @@ fn chart_documents<'a>(charts: &'a [Chart], map: &'a Map) -> Vec<ByMap<'a, Chart
 
 /// What a map was used for, as it is written to JSON.
 #[derive(Serialize)]
-struct ByMap<'a, T> {
+pub(super) struct ByMap<'a, T> {
     document: DocumentKind,
     format: u32,
     #[serde(flatten)]
@@ -200,14 +202,18 @@ struct ByMap<'a, T> {
 impl<'a, T> ByMap<'a, T> {
     /// All that one map was used for.
     fn each(document: DocumentKind, contents: &'a [T], map: &'a Map) -> Vec<Self> {
-        let by_map = |content| Self {
+        contents.iter().map(|content| Self::new(document, content, map)).collect()
+    }
+
+    /// What one map was used for.
+    pub(super) fn new(document: DocumentKind, content: &'a T, map: &'a Map) -> Self {
+        Self {
             document,
             format: DocumentKind::FORMAT,
             content,
             window: map.window(),
             window_edges: map.window_edges(),
             section: map.section(),
-        };
-        contents.iter().map(by_map).collect()
+        }
     }
 }

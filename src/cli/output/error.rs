@@ -46,6 +46,15 @@ pub(in crate::cli) enum CliError {
     /// A second parameter that is the first one.
     #[error("`{name}` is already adjusted so that the orbit grazes; continue in another parameter")]
     AlreadyAdjusted { name: String },
+    /// A scale of a parameter that does not change.
+    #[error("--scale names `{name}`, which is no parameter of --nearest")]
+    NotNearest { name: String },
+    /// A grazing curve that is not one of the oscillator with its stops.
+    #[error(
+        "every orbit of the grazing curve found goes through a surface elsewhere: it is not one \
+         of the oscillator with its stops; another `guess` or `grazing.passages` may name one"
+    )]
+    NoPhysicalGraze,
     /// An end of a range that is no finite number.
     #[error("{flag} must be a finite number, found {value}")]
     NotFinite { flag: &'static str, value: f64 },
@@ -77,6 +86,12 @@ pub(in crate::cli) enum CliError {
         "--in takes two parameters; of `orbits` also one, the one that is solved for; found {found}"
     )]
     NotAPlane { found: usize },
+    /// Another number of axes, or of numbers of cells, than a plane has.
+    #[error("a basin has two axes; found {found}")]
+    NotTwoAxes { found: usize },
+    /// A range along what is no axis.
+    #[error("--range names `{name}`, which is no axis of the basin; name it in --axes")]
+    NoAxis { name: String },
     /// A map without parameters.
     #[error("the map has no parameter; name some in `expansion.active`")]
     NoParameter,
@@ -150,6 +165,18 @@ pub(in crate::cli) enum CliError {
     /// A point without an image.
     #[error("row {row} has no image at iteration {iteration}: {}", ended(.end))]
     NoImage { row: usize, iteration: usize, end: Option<DirectEnd> },
+    /// No such entry in the gallery.
+    #[error(
+        "no entry `{name}` in the gallery{}; `grazemap gallery --list` shows it",
+        meant(.nearest)
+    )]
+    NotInGallery { name: String, nearest: Option<String> },
+    /// An entry of the gallery that cannot be read.
+    #[error("the gallery: {0}")]
+    Gallery(String),
+    /// Numbers of the gallery that differ from what was expected.
+    #[error("the gallery differs from what it says: {what}")]
+    Unexplained { what: String },
     /// A result that could not be laid out or written.
     #[error(transparent)]
     Report(#[from] ReportError),
@@ -175,6 +202,8 @@ impl CliError {
             | Self::NoBranch { .. }
             | Self::NoLoci { .. }
             | Self::TrajectoryEnded(_)
+            | Self::NoPhysicalGraze
+            | Self::Unexplained { .. }
             | Self::NotCurrent { .. } => ENDED_OTHERWISE,
             _ => WRONG_INPUT,
         }

@@ -12,9 +12,10 @@ use serde::{Deserialize, Serialize};
 
 use super::chooser::{ChoiceOptions, Chooser, choose};
 use super::data::Choice;
-use crate::analysis::SectionChange;
+use crate::analysis::{Progress, SectionChange};
 use crate::convergence::error::ConvergenceError;
 use crate::convergence::family::{MapFamily, PROBE};
+use crate::convergence::resumed::resumed;
 use crate::convergence::sample::{SamplePoint, WindowSample};
 use crate::expansion::MapOrders;
 use crate::hybrid::HybridSystem;
@@ -105,7 +106,9 @@ pub fn settle_section(
     let options = ChoiceOptions::new(tolerance);
     let mut chooser = Chooser::new(&scene, &orbit, options.fresh)?;
     let own = chooser.choose(tolerance)?;
-    let trials = try_others(&scene, &orbit, &options, &own, chooser.window())?;
+    let trial = Trial::new(&scene, &orbit, &options, &own, chooser.window());
+    let sections = others(&scene, &orbit).into_par_iter();
+    let trials = sections.map(|section| trial.of(section)).collect();
     let tangency = SectionChoice { ahead: None, phase: None, choice: Some(own), problem: None };
     let mut settled = cheapest((scene, orbit, tangency), trials);
     if let Some(verdict) = settled.verdict.as_mut().filter(|verdict| verdict.taken.ahead.is_some())
@@ -152,11 +155,16 @@ pub fn choose_sections(
     orbit: &GrazingOrbit,
     options: &ChoiceOptions,
     own: &Choice,
+    progress: &dyn Progress,
 ) -> Result<Vec<SectionChoice>, ConvergenceError> {
     let map = MapFamily::new(scene, orbit, PROBE)?.map(PROBE)?;
     let window = WindowSample::new(&map);
-    let trials = try_others(scene, orbit, options, own, &window)?.into_iter();
-    Ok(trials.map(|trial| trial.choice).collect())
+    let trial = Trial::new(scene, orbit, options, own, &window);
+    let sections = others(scene, orbit).into_par_iter().enumerate();
+    let chosen = |(number, section): (usize, _)| {
+        resumed(progress, &[number as u64], || Ok(trial.of(section).choice))
+    };
+    sections.map(chosen).collect()
 }
 
 /// A section that was tried.
@@ -166,36 +174,45 @@ struct TriedSection {
     place: Option<(Scene, GrazingOrbit)>,
 }
 
-/// Every section but the scene's own, on which the window is that of the same orbits.
-fn try_others(
-    scene: &Scene,
-    orbit: &GrazingOrbit,
-    options: &ChoiceOptions,
-    own: &Choice,
-    window: &WindowSample,
-) -> Result<Vec<TriedSection>, ConvergenceError> {
-    let limit = own.orders.plus(BEYOND);
-    let points = window.judging(0, CARRIED);
-    let tried = |(ahead, section)| {
-        let moved = moved(scene, orbit, section, &points);
+/// What other sections are tried with.
+struct Trial<'a> {
+    scene: &'a Scene,
+    orbit: &'a GrazingOrbit,
+    options: &'a ChoiceOptions,
+    /// Highest orders that are tried.
+    limit: MapOrders,
+    /// Points of the scene's window, on its own section.
+    points: Vec<SamplePoint>,
+}
+
+impl<'a> Trial<'a> {
+    /// Trials of a scene whose own section has this choice.
+    fn new(
+        scene: &'a Scene,
+        orbit: &'a GrazingOrbit,
+        options: &'a ChoiceOptions,
+        own: &Choice,
+        window: &WindowSample,
+    ) -> Self {
+        let (limit, points) = (own.orders.plus(BEYOND), window.judging(0, CARRIED));
+        Self { scene, orbit, options, limit, points }
+    }
+
+    /// A section, on which the window is that of the same orbits.
+    fn of(&self, (ahead, section): (Option<f64>, Section)) -> TriedSection {
+        let moved = moved(self.scene, self.orbit, section, &self.points);
         let chosen = moved.and_then(|(scene, orbit)| {
-            let chooser = Chooser::new(&scene, &orbit, options.fresh);
-            let chosen =
-                chooser.and_then(|chooser| chooser.within(limit).choose(options.tolerance));
+            let chooser = Chooser::new(&scene, &orbit, self.options.fresh);
+            let chosen = chooser
+                .and_then(|chooser| chooser.within(self.limit).choose(self.options.tolerance));
             let choice = chosen.map_err(|error| error.to_string())?;
             Ok((choice, (scene, orbit)))
         });
         let problem = chosen.as_ref().err().cloned();
         let (choice, place) = chosen.ok().unzip();
-        let choice = SectionChoice {
-            ahead,
-            phase: place.as_ref().and_then(|(_, orbit)| phase(orbit)),
-            choice,
-            problem,
-        };
-        TriedSection { choice, place }
-    };
-    Ok(others(scene, orbit).into_par_iter().map(tried).collect())
+        let phase = place.as_ref().and_then(|(_, orbit)| phase(orbit));
+        TriedSection { choice: SectionChoice { ahead, phase, choice, problem }, place }
+    }
 }
 
 /// Other sections, with how long they are before the first passage.

@@ -7,8 +7,9 @@ mod reach;
 pub use rates::{FactorRate, Rate, SlopeFit, fit_slope};
 pub use reach::{DepthAccuracy, Validity, WindowAccuracy, validity};
 
+use std::cell::OnceCell;
+
 use rayon::prelude::*;
-use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use super::choice::{Choice, chosen_map};
@@ -16,10 +17,11 @@ use super::choice::{ChoiceOptions, choose};
 use super::choice::{SectionChoice, choose_sections};
 use super::error::ConvergenceError;
 use super::family::MapFamily;
+use super::resumed::resumed;
 use super::sample::WindowSample;
 use super::timing;
 use super::truth::{ErrorSummary, SampleSummary, Truth, summarize, timed_returns, truth};
-use crate::analysis::{DirectImage, MapEvaluation, Progress};
+use crate::analysis::{DirectImage, MapEvaluation, Part, Progress};
 use crate::expansion::{ComposedMap, LocalMap, MapOrders, WindowEdge};
 use crate::hybrid::{FlowMethod, HybridSystem};
 use crate::iteration::{DiscreteMap, HornerMap};
@@ -179,20 +181,21 @@ pub fn converge(
     let choice = ChoiceOptions { tolerance: options.tolerance, fresh: options.fresh };
     let chosen = match &options.chosen {
         Some(chosen) => chosen.clone(),
-        None => resumed(progress, Stage::Choice, || choose(scene, orbit, &choice))?,
+        None => resumed(progress, &[Stage::Choice as u64], || choose(scene, orbit, &choice))?,
     };
     let highest = options.highest.unwrap_or_else(|| beyond(chosen.orders));
     let sweep = Sweep::new(scene, orbit, options, highest, progress)?;
     let multiply_add_ns = timing::multiply_add_ns();
     let Measured { orders, discontinuity_rates, smooth_rates } =
-        resumed(progress, Stage::Orders, || sweep.measured(multiply_add_ns, progress))?;
+        sweep.measured(multiply_add_ns, progress)?;
     let (local, map) = chosen_map(&chosen, scene, orbit)?;
     let map = map.in_format(chosen.precision);
     let direct = sweep.direct(&sweep.system)?;
     let direct_by_taylor = sweep.direct_by_taylor()?;
     let sections = match options.sections {
         true => {
-            resumed(progress, Stage::Sections, || choose_sections(scene, orbit, &choice, &chosen))?
+            let progress = Part::new(progress, Stage::Sections as usize);
+            choose_sections(scene, orbit, &choice, &chosen, &progress)?
         }
         false => Vec::new(),
     };
@@ -203,10 +206,10 @@ pub fn converge(
         discontinuity_rates,
         smooth_rates,
         window_edges: window_edges(&sweep.family, &chosen)?,
-        validity: resumed(progress, Stage::Validity, || {
+        validity: resumed(progress, &[Stage::Validity as u64], || {
             validity(scene, orbit, &local, &*map, options.tolerance)
         })?,
-        accuracy: resumed(progress, Stage::Accuracy, || sweep.accuracy(&*map))?,
+        accuracy: resumed(progress, &[Stage::Accuracy as u64], || sweep.accuracy(&*map))?,
         pareto: pareto(&orders, direct_by_taylor.iter().chain([&direct])),
         chosen,
         sections,
@@ -227,26 +230,7 @@ enum Stage {
     Accuracy,
 }
 
-/// The result of a stage: as an earlier run kept it, or computed and kept.
-fn resumed<T: Serialize + DeserializeOwned>(
-    progress: &dyn Progress,
-    stage: Stage,
-    compute: impl FnOnce() -> Result<T, ConvergenceError>,
-) -> Result<T, ConvergenceError> {
-    let place = [stage as u64];
-    let kept = progress.recall(&place);
-    if let Some(value) = kept.and_then(|piece| serde_json::from_slice(&piece).ok()) {
-        return Ok(value);
-    }
-    let value = compute()?;
-    if let Ok(piece) = serde_json::to_vec(&value) {
-        progress.keep(&place, &piece);
-    }
-    Ok(value)
-}
-
 /// What is measured of maps of every order and of their factors.
-#[derive(Serialize, Deserialize)]
 struct Measured {
     orders: Vec<OrderResult>,
     discontinuity_rates: Vec<FactorRate>,
@@ -306,19 +290,31 @@ impl<'a> Sweep<'a> {
         multiply_add_ns: f64,
         progress: &dyn Progress,
     ) -> Result<Measured, ConvergenceError> {
-        let maps = self.maps(progress)?;
-        let mut orders: Vec<OrderResult> = maps.iter().map(|map| self.measure(map)).collect();
         let (options, system) = (&self.options, &self.system);
         let rates = MapOrders::new(options.smooth_rates, options.discontinuity_rates);
-        let factors = ExactFactors::new(self.family.expander(), rates.min(self.highest))?;
-        self.add_rates(&factors, &maps, &mut orders)?;
-        self.add_times(&maps, &mut orders, multiply_add_ns);
+        let rates = rates.min(self.highest);
+        let factors = OnceCell::new();
+        let factors = || -> Result<&ExactFactors<'_, '_>, ConvergenceError> {
+            if let Some(known) = factors.get() {
+                return Ok(known);
+            }
+            let made = ExactFactors::new(self.family.expander(), rates)?;
+            Ok(factors.get_or_init(|| made))
+        };
         let (sample, scene, orbit) = (&self.sample, self.scene, self.orbit);
-        Ok(Measured {
-            orders,
-            discontinuity_rates: discontinuity_rates(sample, &factors, system, scene, orbit)?,
-            smooth_rates: smooth_rates(sample, &factors, system, scene, orbit)?,
-        })
+        let part = Part::new(progress, Stage::Orders as usize);
+        let orders = resumed(&part, &[0], || {
+            let maps = self.maps(progress)?;
+            let mut orders: Vec<OrderResult> = maps.iter().map(|map| self.measure(map)).collect();
+            self.add_rates(factors()?, &maps, &mut orders)?;
+            self.add_times(&maps, &mut orders, multiply_add_ns);
+            Ok::<_, ConvergenceError>(orders)
+        })?;
+        let discontinuity_rates =
+            resumed(&part, &[1], || discontinuity_rates(sample, factors()?, system, scene, orbit))?;
+        let smooth_rates =
+            resumed(&part, &[2], || smooth_rates(sample, factors()?, system, scene, orbit))?;
+        Ok(Measured { orders, discontinuity_rates, smooth_rates })
     }
 
     /// Every pair of orders in every shape.

@@ -44,6 +44,8 @@ pub struct Scene {
     pub window: Window,
     /// The shape of the emitted code.
     pub emit: Emit,
+    /// What orbits are given up by.
+    pub direct: Direct,
     /// Bifurcation diagrams asked for.
     pub diagrams: Vec<DiagramRequest>,
     /// Two-parameter charts asked for.
@@ -249,6 +251,15 @@ impl Window {
     pub fn assumed_depth(&self) -> f64 {
         if self.depth.is_finite() { self.depth } else { 1e-3 }
     }
+}
+
+/// `[direct]`: what holds for orbits that are simulated, alone or where a map does not reach.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Direct {
+    /// An orbit has escaped where a coordinate of the section is farther from the section point
+    /// than this many times the extent of the grazing orbit in that coordinate; 100 where the scene
+    /// names no number.
+    pub escape: f64,
 }
 
 /// `[emit]`.

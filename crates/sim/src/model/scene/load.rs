@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use toml_edit::{Document, DocumentMut, Item, Value};
+use toml_edit::{Document, DocumentMut, Item, TableLike, Value};
 
 use super::document::Table;
 use super::{Digest, Scene, diagram, oscillator, tables};
@@ -14,8 +14,8 @@ use crate::model::names::nearest;
 const LONGEST: usize = 1 << 20;
 
 /// Tables of a scene.
-const KEYS: [&str; 8] =
-    ["model", "grazing", "section", "expansion", "window", "emit", "diagram", "chart"];
+const KEYS: [&str; 9] =
+    ["model", "grazing", "section", "expansion", "window", "direct", "emit", "diagram", "chart"];
 
 impl Scene {
     /// Reads and checks a scene; `file_name` names it in messages and gives it its identifier.
@@ -135,6 +135,7 @@ fn read(text: &str, file_name: &str) -> Checked<Scene> {
     let (section, section_rule) =
         tables::read_section(table("section")?.as_ref(), &model, expansion.orders)?;
     let window = tables::read_window(table("window")?.as_ref(), &model, &expansion.active)?;
+    let direct = tables::read_direct(table("direct")?.as_ref())?;
     let emit = tables::read_emit(table("emit")?.as_ref(), expansion.orders)?;
     let mut diagrams = Vec::new();
     for table in tables("diagram")? {
@@ -156,6 +157,7 @@ fn read(text: &str, file_name: &str) -> Checked<Scene> {
         expansion,
         window,
         emit,
+        direct,
         diagrams,
         charts,
         warnings,
@@ -198,26 +200,50 @@ pub(super) fn apply(document: &mut DocumentMut, overrides: &[(String, String)]) 
     Ok(())
 }
 
-/// Takes out of `[expansion]` what an override excludes: a tolerance takes the place of the orders,
-/// and orders that of a tolerance, unless both are set.
+/// Keys of `[expansion]` that exclude each other: a tolerance takes the place of the orders, and
+/// orders that of a tolerance.
+const ORDER_WAYS: [[&[&str]; 2]; 2] = [
+    [&["tolerance"], &["smooth_order", "contact_weight"]],
+    [&["smooth_order", "contact_weight"], &["tolerance"]],
+];
+
+/// Keys of a `[[diagram]]` that exclude each other: listed values and a range, and two ways to say
+/// where orbits start.
+const SWEEP_WAYS: [[&[&str]; 2]; 4] = [
+    [&["values"], &["range", "points", "scale"]],
+    [&["range"], &["values"]],
+    [&["start"], &["starts"]],
+    [&["starts"], &["start"]],
+];
+
+/// Takes out of the scene what an override excludes, unless that is set too.
 fn give_way(document: &mut DocumentMut, overrides: &[(String, String)]) {
-    let is_set = |name: &str| {
-        let key = format!("expansion.{name}");
-        overrides.iter().any(|(set, _)| set.trim() == key)
-    };
-    let orders = ["smooth_order", "contact_weight"];
-    let tolerance = ["tolerance"];
-    let ways = [(&tolerance[..], &orders[..]), (&orders, &tolerance)];
-    let expansion = document.get_mut("expansion");
-    let Some(expansion) = expansion.and_then(Item::as_table_like_mut) else {
+    if let Some(table) = document.get_mut("expansion").and_then(Item::as_table_like_mut) {
+        give_way_in(table, "expansion", &ORDER_WAYS, overrides);
+    }
+    let Some(diagrams) = document.get_mut("diagram").and_then(Item::as_array_of_tables_mut) else {
         return;
     };
-    for (these, those) in ways {
-        let is_overridden = |names: &[&str]| names.iter().any(|name| is_set(name));
-        if is_overridden(these) && !is_overridden(those) {
-            for name in those {
-                expansion.remove(name);
-            }
+    for (number, table) in diagrams.iter_mut().enumerate() {
+        give_way_in(table, &format!("diagram.{number}"), &SWEEP_WAYS, overrides);
+    }
+}
+
+fn give_way_in(
+    table: &mut dyn TableLike,
+    path: &str,
+    ways: &[[&[&str]; 2]],
+    overrides: &[(String, String)],
+) {
+    let is_set = |names: &[&str]| {
+        let keys: Vec<String> = names.iter().map(|name| format!("{path}.{name}")).collect();
+        overrides.iter().any(|(set, _)| keys.iter().any(|key| set.trim() == key))
+    };
+    for [these, those] in ways {
+        if is_set(these) && !is_set(those) {
+            those.iter().for_each(|name| {
+                table.remove(name);
+            });
         }
     }
 }

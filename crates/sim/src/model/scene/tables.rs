@@ -1,12 +1,12 @@
-//! The tables beside the model: `[grazing]`, `[section]`, `[expansion]`, `[window]` and `[emit]`,
-//! with the parameters and components of the full state that they name.
+//! The tables beside the model: `[grazing]`, `[section]`, `[expansion]`, `[window]`, `[direct]` and
+//! `[emit]`, with the parameters and components of the full state that they name.
 
 use std::collections::BTreeSet;
 
 use super::document::{Entry, Field, Table, shown};
 use super::{
-    Emit, EmitPrecision, Expansion, Grazing, MapOrders, Orders, Section, SectionRule, Shape,
-    StroboscopicPhase, Symmetry, Window,
+    Direct, Emit, EmitPrecision, Expansion, Grazing, MapOrders, Orders, Section, SectionRule,
+    Shape, StroboscopicPhase, Symmetry, Window,
 };
 use crate::model::error::{Checked, SceneProblem};
 use crate::model::names;
@@ -261,6 +261,17 @@ fn refuse_frozen(field: &Field<'_>, parameter: usize, active: &[usize]) -> Check
     }
     let (key, name) = (field.path.clone(), field.key.to_owned());
     Err(field.key_fault(SceneProblem::NotActive { key, name }))
+}
+
+/// Reads `[direct]`.
+pub(super) fn read_direct(table: Option<&Table<'_>>) -> Checked<Direct> {
+    let mut direct = Direct { escape: 100.0 };
+    let Some(table) = table else { return Ok(direct) };
+    table.only(&["escape"])?;
+    if let Some(escape) = table.field("escape") {
+        direct.escape = escape.positive()?.hi;
+    }
+    Ok(direct)
 }
 
 /// Keys of `[emit]`.

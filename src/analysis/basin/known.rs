@@ -1,0 +1,391 @@
+//! An attractor once it has been found: the periodic orbit itself, or the cells that an orbit
+//! without a period visits, and the states from which it is known to be reached.
+//!
+//! One idea: about every point of a periodic orbit the norm in which its derivative contracts makes
+//! ellipsoids, and as many of them, from the smallest, are taken as the map was seen to send into
+//! themselves. An orbit that enters one of them need not be followed further. An attractor
+//! without a period is known by the cells of a grid over its own extent (Nusse and Yorke 1998;
+//! Datseris and Wagemakers 2022): an orbit that stays in them is on it.
+
+use std::collections::HashSet;
+
+use nalgebra::{Complex, DMatrix, DVector};
+
+use crate::analysis::diagram::low_discrepancy;
+use crate::iteration::{DiscreteMap, MapOrbit};
+use crate::numeric::linear::eigenvalues;
+
+/// Newton steps to the points of a periodic orbit.
+const NEWTON_STEPS: usize = 12;
+/// How far Newton's method may move a point, in scales: what is reached is the same orbit.
+const NEARBY: f64 = 1e-3;
+/// Size of the last step, in scales.
+const CONVERGED: f64 = 1e-11;
+/// Points nearer than this, in scales, are one.
+const ONE_POINT: f64 = 1e-7;
+
+/// Radius of the smallest ellipsoid, in scales, and by how much each is larger than the one before.
+const SMALLEST: f64 = 1e-7;
+const GROWTH: f64 = 1.4;
+/// Ellipsoids tried: the largest has some ten thousand scales.
+const ELLIPSOIDS: usize = 75;
+/// Points tried on each.
+const DIRECTIONS: usize = 48;
+/// Share of the largest radius that was seen to contract which is used.
+const SAFE: f64 = 0.6;
+/// The derivative contracts by the square root of its largest multiplier, in the norm that is made
+/// for it; at most by this.
+const SLOWEST: f64 = 1.0 - 1e-9;
+
+/// Cells along a coordinate of the grid over an attractor without a period, as a power of two.
+const CELL_BITS: u32 = 6;
+/// Sides of a cell, in scales, at least: what is flat may still be approached.
+const SMALLEST_CELL: f64 = 1e-6;
+
+/// States about a point of a periodic orbit that its period's map sends nearer to it.
+#[derive(Clone, Debug)]
+struct Trap {
+    centre: DVector<f64>,
+    form: DMatrix<f64>,
+    /// Largest value of the form.
+    largest: f64,
+}
+
+impl Trap {
+    fn value(&self, state: &[f64]) -> f64 {
+        let offset = DVector::from_column_slice(state) - &self.centre;
+        offset.dot(&(&self.form * &offset))
+    }
+}
+
+/// A periodic orbit with its derivative.
+#[derive(Clone, Debug)]
+pub(super) struct Cycle {
+    pub(super) points: Vec<Vec<f64>>,
+    /// Multipliers, largest magnitude first; none where the map has no derivative there.
+    pub(super) multipliers: Vec<Complex<f64>>,
+    traps: Vec<Trap>,
+}
+
+impl Cycle {
+    /// The periodic orbit near these points, which an orbit settled on: refined by Newton's method
+    /// where that stays near and converges, as it is elsewhere.
+    pub(super) fn near(map: &dyn DiscreteMap, settled: &[Vec<f64>], scales: &[f64]) -> Self {
+        let refined = refine(map, settled, scales);
+        let (points, jacobians) = match refined {
+            Some(found) => found,
+            None => (settled.to_vec(), Vec::new()),
+        };
+        let product = |first: usize| {
+            let (before, after) = jacobians.split_at(first);
+            let identity = DMatrix::identity(scales.len(), scales.len());
+            after.iter().chain(before).fold(identity, |product, jacobian| jacobian * product)
+        };
+        let mut cycle = Self { points, multipliers: Vec::new(), traps: Vec::new() };
+        if jacobians.is_empty() {
+            return cycle;
+        }
+        cycle.multipliers = eigenvalues(&product(0)).unwrap_or_default();
+        if cycle.attracts() {
+            let traps = (0..cycle.points.len())
+                .filter_map(|point| trap(map, &cycle.points, point, &product(point), scales));
+            cycle.traps = traps.collect();
+        }
+        cycle
+    }
+
+    /// Whether all multipliers are known and inside the unit circle.
+    fn attracts(&self) -> bool {
+        !self.multipliers.is_empty() && self.largest_multiplier() < SLOWEST
+    }
+
+    /// Magnitude of the largest multiplier; 0 where none is known.
+    pub(super) fn largest_multiplier(&self) -> f64 {
+        self.multipliers.first().map_or(0.0, |multiplier| multiplier.norm())
+    }
+
+    /// Whether a state is known to be attracted.
+    pub(super) fn holds(&self, state: &[f64]) -> bool {
+        self.traps.iter().any(|trap| trap.value(state) < trap.largest)
+    }
+
+    /// Whether one of these points, each within `tolerance` scales, is one of the orbit's.
+    pub(super) fn passes(&self, points: &[Vec<f64>], scales: &[f64], tolerance: f64) -> bool {
+        let first = points.first();
+        first.is_some_and(|first| {
+            self.points.iter().any(|own| apart(own, first, scales) <= tolerance)
+        })
+    }
+
+    /// Whether Newton's method found it.
+    pub(super) fn is_refined(&self) -> bool {
+        !self.multipliers.is_empty()
+    }
+}
+
+/// Largest distance of a coordinate, in scales.
+fn apart(a: &[f64], b: &[f64], scales: &[f64]) -> f64 {
+    let pairs = a.iter().zip(b).zip(scales);
+    pairs.map(|((a, b), scale)| (a - b).abs() / scale).fold(0.0, f64::max)
+}
+
+/// Points of a periodic orbit, and the derivative of the map at each.
+type Refined = (Vec<Vec<f64>>, Vec<DMatrix<f64>>);
+
+/// Newton's method for a fixed point of the period's map.
+fn refine(map: &dyn DiscreteMap, settled: &[Vec<f64>], scales: &[f64]) -> Option<Refined> {
+    let dimension = scales.len();
+    let mut start = settled.first()?.clone();
+    for _ in 0..NEWTON_STEPS {
+        let (points, jacobians, image) = around(map, &start, settled.len())?;
+        let identity = DMatrix::identity(dimension, dimension);
+        let product =
+            jacobians.iter().fold(identity.clone(), |product, jacobian| jacobian * product);
+        let defect = DVector::from_vec(image) - DVector::from_column_slice(&start);
+        let step = (identity - product).lu().solve(&defect)?;
+        let size = step.iter().zip(scales).map(|(step, scale)| (step / scale).abs());
+        let size = size.fold(0.0, f64::max);
+        start.iter_mut().zip(step.iter()).for_each(|(value, step)| *value += step);
+        if size.is_nan() || apart(&start, &settled[0], scales) > NEARBY {
+            return None;
+        }
+        if size <= CONVERGED {
+            return Some(shortest(points, jacobians, scales));
+        }
+    }
+    None
+}
+
+/// The points from a start on, the derivatives there, and the last image.
+fn around(
+    map: &dyn DiscreteMap,
+    start: &[f64],
+    period: usize,
+) -> Option<(Vec<Vec<f64>>, Vec<DMatrix<f64>>, Vec<f64>)> {
+    let dimension = start.len();
+    let (mut state, mut image) = (start.to_vec(), vec![0.0; dimension]);
+    let mut rows = vec![0.0; dimension * dimension];
+    let (mut points, mut jacobians) = (Vec::new(), Vec::new());
+    for _ in 0..period {
+        let step = map.step_jacobian(&state, &[], &mut image, &mut rows);
+        if !step.valid || rows.iter().any(|entry| !entry.is_finite()) {
+            return None;
+        }
+        jacobians.push(DMatrix::from_row_slice(dimension, dimension, &rows));
+        points.push(state.clone());
+        state.copy_from_slice(&image);
+    }
+    Some((points, jacobians, state))
+}
+
+/// One period, where the points repeat earlier.
+fn shortest(
+    mut points: Vec<Vec<f64>>,
+    mut jacobians: Vec<DMatrix<f64>>,
+    scales: &[f64],
+) -> Refined {
+    let count = points.len();
+    let repeats = |&period: &usize| {
+        count.is_multiple_of(period)
+            && (period..count)
+                .all(|at| apart(&points[at], &points[at - period], scales) <= ONE_POINT)
+    };
+    if let Some(period) = (1..count).find(repeats) {
+        points.truncate(period);
+        jacobians.truncate(period);
+    }
+    (points, jacobians)
+}
+
+/// The largest ellipsoid about a point of which all smaller ones were seen to be sent into
+/// themselves; `None` if not even the smallest is.
+fn trap(
+    map: &dyn DiscreteMap,
+    points: &[Vec<f64>],
+    number: usize,
+    product: &DMatrix<f64>,
+    scales: &[f64],
+) -> Option<Trap> {
+    let centre = DVector::from_column_slice(&points[number]);
+    let form = contracted_form(product, scales)?;
+    let root = form.clone().cholesky()?.l();
+    // Points where the form is 1: L⁻ᵀ of the unit sphere.
+    let sphere: Vec<DVector<f64>> = (0..DIRECTIONS)
+        .filter_map(|number| root.tr_solve_lower_triangular(&direction(number, scales.len())))
+        .collect();
+    let mut trap = Trap { centre, form, largest: 0.0 };
+    let is_trapped = |radius: f64| {
+        sphere.iter().all(|direction| {
+            let start = &trap.centre + direction * radius;
+            let image = image(map, start.as_slice(), points.len());
+            image.is_some_and(|image| trap.value(&image) < radius * radius)
+        })
+    };
+    let radii = (0..ELLIPSOIDS).map(|number| SMALLEST * GROWTH.powi(number as i32));
+    let largest = radii.take_while(|&radius| is_trapped(radius)).last()?;
+    trap.largest = (SAFE * largest).powi(2);
+    Some(trap)
+}
+
+/// `Σ (Mᵏ/ρᵏ)ᵀ S⁻² (Mᵏ/ρᵏ)` with `ρ` between the spectral radius and 1: a form that falls by `ρ²` or
+/// more under `M`.
+fn contracted_form(product: &DMatrix<f64>, scales: &[f64]) -> Option<DMatrix<f64>> {
+    let radius = eigenvalues(product).ok()?.first()?.norm();
+    let slowed = product / radius.sqrt().clamp(0.05, SLOWEST);
+    let inverse = scales.iter().map(|scale| 1.0 / (scale * scale));
+    let mut sum = DMatrix::from_diagonal(&DVector::from_iterator(scales.len(), inverse));
+    let mut power = slowed;
+    // Doubling: after k rounds the sum has 2ᵏ terms.
+    for _ in 0..40 {
+        let added = power.transpose() * &sum * &power;
+        let is_small = added.norm() <= 1e-12 * sum.norm();
+        sum += added;
+        if is_small {
+            break;
+        }
+        power = &power * &power;
+    }
+    sum.iter().all(|entry| entry.is_finite()).then_some(sum)
+}
+
+/// A direction of unit length, spread evenly.
+fn direction(number: usize, dimension: usize) -> DVector<f64> {
+    let direction = match dimension {
+        1 => DVector::from_element(1, if number.is_multiple_of(2) { 1.0 } else { -1.0 }),
+        2 => {
+            let angle = std::f64::consts::TAU * (number as f64 + 0.5) / DIRECTIONS as f64;
+            DVector::from_vec(vec![angle.cos(), angle.sin()])
+        }
+        _ => {
+            let cube = low_discrepancy(number, dimension).into_iter();
+            DVector::from_iterator(dimension, cube.map(|share| 2.0 * share - 1.0))
+        }
+    };
+    let length = direction.norm();
+    direction / length.max(f64::MIN_POSITIVE)
+}
+
+/// The image of a state after so many steps.
+fn image(map: &dyn DiscreteMap, start: &[f64], steps: usize) -> Option<Vec<f64>> {
+    let (mut state, mut image) = (start.to_vec(), vec![0.0; start.len()]);
+    for _ in 0..steps {
+        if !map.step(&state, &[], &mut image).valid {
+            return None;
+        }
+        std::mem::swap(&mut state, &mut image);
+    }
+    Some(state)
+}
+
+/// The cells that an orbit without a period visits, of a grid over its extent.
+#[derive(Clone, Debug)]
+pub(super) struct Cells {
+    /// Least value and side of a cell, by coordinate.
+    sides: Vec<[f64; 2]>,
+    visited: HashSet<u64>,
+}
+
+impl Cells {
+    pub(super) fn of(orbit: &MapOrbit, scales: &[f64]) -> Self {
+        let count = f64::from(1u32 << CELL_BITS);
+        // The outermost states are in the middle of their cells.
+        let side = |([least, greatest], scale): ([f64; 2], &f64)| {
+            let side = ((greatest - least) / (count - 1.0)).max(SMALLEST_CELL * scale);
+            [least - 0.5 * side, side]
+        };
+        let sides = orbit.extent().into_iter().zip(scales).map(side).collect();
+        let mut cells = Self { sides, visited: HashSet::new() };
+        cells.visited = orbit.states().filter_map(|state| cells.cell(state)).collect();
+        cells
+    }
+
+    /// The number of the cell of a state, of as many coordinates as it has room for.
+    fn cell(&self, state: &[f64]) -> Option<u64> {
+        let room = (u64::BITS / CELL_BITS) as usize;
+        let pairs = state.iter().zip(&self.sides).take(room);
+        pairs.into_iter().try_fold(0, |number, (value, [least, side])| {
+            let place = (value - least) / side;
+            let inside = (0.0..f64::from(1u32 << CELL_BITS)).contains(&place);
+            inside.then_some((number << CELL_BITS) | place as u64)
+        })
+    }
+
+    pub(super) fn hold(&self, state: &[f64]) -> bool {
+        self.cell(state).is_some_and(|cell| self.visited.contains(&cell))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::iteration::{OrbitRequest, StepInfo};
+
+    /// `z ↦ m z + c |z|² z` in the plane, `m` a rotation by one radian that shrinks by 0.9: the
+    /// circle at which `0.9 + c r² = 1` bounds the basin of 0.
+    struct Spiral {
+        cubic: f64,
+    }
+
+    impl DiscreteMap for Spiral {
+        fn dimension(&self) -> usize {
+            2
+        }
+        fn parameters(&self) -> usize {
+            0
+        }
+        fn step(&self, state: &[f64], _: &[f64], image: &mut [f64]) -> StepInfo {
+            let (x, y) = (state[0], state[1]);
+            let factor = 0.9 + self.cubic * (x * x + y * y);
+            let (sine, cosine) = 1.0_f64.sin_cos();
+            image[0] = factor * (cosine * x - sine * y);
+            image[1] = factor * (sine * x + cosine * y);
+            StepInfo::default().checked(image)
+        }
+        fn step_jacobian(
+            &self,
+            state: &[f64],
+            parameters: &[f64],
+            image: &mut [f64],
+            jacobian: &mut [f64],
+        ) -> StepInfo {
+            let (x, y) = (state[0], state[1]);
+            let (factor, slope) = (0.9 + self.cubic * (x * x + y * y), 2.0 * self.cubic);
+            let (sine, cosine) = 1.0_f64.sin_cos();
+            let (p, q) = (cosine * x - sine * y, sine * x + cosine * y);
+            jacobian.copy_from_slice(&[
+                factor * cosine + slope * x * p,
+                -factor * sine + slope * y * p,
+                factor * sine + slope * x * q,
+                factor * cosine + slope * y * q,
+            ]);
+            self.step(state, parameters, image)
+        }
+    }
+
+    #[test]
+    fn what_a_trap_holds_is_attracted_and_is_most_of_the_basin_about_a_focus() {
+        let map = Spiral { cubic: 0.1 };
+        let cycle = Cycle::near(&map, &[vec![1e-5, -2e-5]], &[1.0, 1.0]);
+        assert!(cycle.points[0].iter().all(|value| value.abs() < 1e-12), "{:?}", cycle.points);
+        assert!((cycle.largest_multiplier() - 0.9).abs() < 1e-12);
+        // The boundary of the basin is the unit circle.
+        let holds = |radius: f64| cycle.holds(&[0.6 * radius, 0.8 * radius]);
+        assert!(holds(0.4) && !holds(1.0), "{:?}", cycle.traps);
+    }
+
+    #[test]
+    fn an_orbit_that_was_given_twice_is_taken_once() {
+        let map = Spiral { cubic: 0.0 };
+        let twice = [vec![1e-6, 0.0], vec![0.0, 1e-6]];
+        assert_eq!(Cycle::near(&map, &twice, &[1.0, 1.0]).points.len(), 1);
+    }
+
+    #[test]
+    fn cells_hold_the_orbit_they_were_made_of_and_nothing_beside_it() {
+        let map = Spiral { cubic: 0.0 };
+        let orbit = MapOrbit::of(&map, &[1.0, 0.0], &[], &OrbitRequest::new(0, 400, &[1.0; 2]));
+        let cells = Cells::of(&orbit, &[1.0; 2]);
+        assert!(orbit.states().all(|state| cells.hold(state)));
+        assert!(!cells.hold(&[0.9, 0.9]) && !cells.hold(&[5.0, 0.0]));
+    }
+}

@@ -1,0 +1,487 @@
+//! Basins of attraction: where the states of a plane of the section go.
+//!
+//! One idea: the attractors are found as the states of a grid are followed, and a grid is refined
+//! where its cells go to different ones, so that a fine picture costs its borders. States that leave
+//! for good, and those that the map alone takes out of its window, are classes of their own.
+
+mod known;
+mod search;
+
+use std::cell::OnceCell;
+use std::time::Instant;
+
+use serde::{Deserialize, Serialize};
+
+use super::diagram::{SweepSubject, Timing};
+use super::error::AnalysisError;
+use super::escape::{EscapeBound, escape_bounds};
+use super::periodic::ContactItinerary;
+use super::progress::Progress;
+use super::refinement::{neighbours, refine};
+use super::section_frame::itinerary;
+use crate::expansion::LocalMap;
+use crate::iteration::{OrbitName, OrbitRequest, Period};
+use crate::model::{Digest, Method, Observable, Scene, even_offsets};
+use crate::orbit::GrazingOrbit;
+use search::Search;
+
+pub use super::refinement::BLOCK;
+
+/// Which basins are asked for.
+///
+/// States and parameters are offsets from the grazing orbit.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BasinRequest {
+    /// Offsets of all active parameters.
+    pub parameters: Vec<f64>,
+    /// Numbers of the two coordinates of the section that span the plane, the horizontal one first.
+    pub axes: [usize; 2],
+    /// First and last offset along each axis.
+    pub ranges: [[f64; 2]; 2],
+    /// Cells along each axis.
+    pub points: [usize; 2],
+    /// Offsets of all coordinates; those of the axes are not used.
+    pub origin: Vec<f64>,
+    /// Iterates after which an orbit that comes to no attractor known has settled.
+    pub transient: usize,
+    /// Longest period looked for.
+    pub longest_period: usize,
+    /// What the states are followed by.
+    pub method: Method,
+}
+
+impl BasinRequest {
+    /// Cells along each axis where nothing is said.
+    pub const POINTS: usize = 400;
+
+    /// The first two coordinates over the window of a map, at the grazing parameters, by guarded
+    /// iteration; settled after 1000 iterates, periods up to 32.
+    pub fn over_the_window(map: &LocalMap) -> Self {
+        let widths = &map.window.state;
+        let range = |number: usize| {
+            let width = widths.get(number).copied().unwrap_or(f64::NAN);
+            [-width, width]
+        };
+        Self {
+            parameters: vec![0.0; map.parameters.len()],
+            axes: [0, 1],
+            ranges: [range(0), range(1)],
+            points: [Self::POINTS; 2],
+            origin: vec![0.0; widths.len()],
+            transient: 1000,
+            longest_period: 32,
+            method: Method::Guarded,
+        }
+    }
+
+    /// Checks a request against a map.
+    fn check(&self, map: &LocalMap) -> Result<(), AnalysisError> {
+        let coordinates = &map.section.coordinates;
+        super::error::check_length(
+            "offsets of the parameters",
+            map.parameters.len(),
+            self.parameters.len(),
+        )?;
+        super::error::check_length("offsets of the state", coordinates.len(), self.origin.len())?;
+        let [first, second] = self.axes;
+        if first == second || first.max(second) >= coordinates.len() {
+            return Err(AnalysisError::NotAPlane { known: coordinates.join(", ") });
+        }
+        for (&axis, range) in self.axes.iter().zip(&self.ranges) {
+            if !range.iter().all(|end| end.is_finite()) {
+                return Err(AnalysisError::NoRange { name: coordinates[axis].clone() });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Bytes that a basin takes in memory.
+pub fn basin_bytes(request: &BasinRequest) -> u64 {
+    /// Of a cell, while it is refined, ranked and drawn.
+    const CELL: usize = 150;
+    (CELL * request.points[0] * request.points[1]) as u64
+}
+
+/// Basins of attraction in a plane of states of the section.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Basin {
+    /// Identifier of the scene.
+    pub scene: String,
+    /// Digest of the scene's text.
+    pub digest: Digest,
+    /// What followed the states.
+    pub method: Method,
+    /// The active parameters, in order.
+    pub parameters: Vec<BasinParameter>,
+    /// Names of the section's coordinates.
+    pub coordinates: Vec<String>,
+    /// The two axes, the horizontal one first.
+    pub axes: [BasinAxis; 2],
+    /// Offsets of all coordinates in the plane; those of the axes vary.
+    pub origin: Vec<f64>,
+    /// Names of the surfaces that graze, in the model's order: that of the hits in the names of
+    /// orbits.
+    pub surfaces: Vec<String>,
+    /// Iterates after which an orbit that comes to no attractor known has settled.
+    pub transient: usize,
+    /// Longest period looked for.
+    pub longest_period: usize,
+    /// How far the coordinates of the section may go before an orbit has escaped.
+    pub escape: Vec<EscapeBound>,
+    /// The attractors, that with the largest share first.
+    pub attractors: Vec<BasinAttractor>,
+    /// States from which the orbit escapes or comes to have no image.
+    pub escaped: BasinShare,
+    /// States from which the map alone leaves its window.
+    pub outside: BasinShare,
+    /// States whose orbit stays near one that repels.
+    pub undecided: BasinShare,
+    /// Share of the cells that touch a cell of another class.
+    pub border: f64,
+    /// How the border fills the plane; `None` where there is none, or too little of it.
+    pub uncertainty: Option<Uncertainty>,
+    /// Cells whose state was followed; the others are as all cells about them.
+    pub computed: usize,
+    /// Share of all iterates that the map made; the others are direct returns.
+    pub by_map: f64,
+    /// Where the state of every cell goes: row by row from the least offset of the second axis,
+    /// each from the least of the first. In files they are a table of their own.
+    #[serde(skip)]
+    pub cells: Vec<BasinClass>,
+    /// How long it took.
+    pub timing: Timing,
+}
+
+/// A parameter of a basin.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct BasinParameter {
+    /// Its name.
+    pub name: String,
+    /// Offset from its grazing value.
+    pub offset: f64,
+    /// Its value.
+    pub value: f64,
+}
+
+/// One axis of a basin.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct BasinAxis {
+    /// Name of the coordinate.
+    pub coordinate: String,
+    /// Offsets of the columns or rows, increasing.
+    pub offsets: Vec<f64>,
+}
+
+/// Where a state goes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum BasinClass {
+    /// To the attractor of this number, from 0.
+    Attractor(usize),
+    /// Beyond the bounds, or to where there is no image.
+    Escaped,
+    /// Out of the window of the map, which is used alone.
+    Outside,
+    /// It stays near an orbit that repels.
+    Undecided,
+}
+
+/// What states go to.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Attractor {
+    /// Period in iterates; [`Period::NotFound`] for a chaotic or quasi-periodic attractor, or a
+    /// period beyond the longest looked for.
+    pub period: Period,
+    /// Which passages make contact, return by return; `None` without a period.
+    pub itinerary: Option<ContactItinerary>,
+    /// Name of the orbit; `None` without a period.
+    pub orbit: Option<OrbitName>,
+    /// The points of the orbit, the first that with which the itinerary begins; without a period
+    /// some states on it.
+    pub states: Vec<Vec<f64>>,
+    /// Multipliers, real and imaginary parts, largest magnitude first; none without a period, and
+    /// where the map has no derivative.
+    pub multipliers: Vec<[f64; 2]>,
+    /// Largest Lyapunov exponent per iterate; `None` where it is not known.
+    pub lyapunov: Option<f64>,
+}
+
+/// An attractor and the share of the states that go there.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct BasinAttractor {
+    /// The attractor.
+    #[serde(flatten)]
+    pub attractor: Attractor,
+    /// The share of its basin.
+    #[serde(flatten)]
+    pub share: BasinShare,
+}
+
+/// Share of the cells of a class.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct BasinShare {
+    /// Cells of the class.
+    pub count: usize,
+    /// Their share of the area.
+    pub fraction: f64,
+    /// Half the share of those cells of the class and of others that touch one another: what the
+    /// area is uncertain by, as the border passes through them.
+    pub boundary: f64,
+    /// Standard deviation of the share if the cells were states taken at random.
+    pub statistical: f64,
+}
+
+/// How the uncertain part of the plane shrinks with the distance of two states: as its power.
+///
+/// Reference: Grebogi, McDonald, Ott and Yorke, "Final state sensitivity", Phys. Lett. A 99 (1983).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Uncertainty {
+    /// The exponent, 1 for a smooth border; the border's dimension is 2 less it.
+    pub exponent: f64,
+    /// Distances, in cells along an axis.
+    pub distances: Vec<usize>,
+    /// Shares of the pairs of cells so far apart that are not of one class.
+    pub fractions: Vec<f64>,
+}
+
+/// The basins of attraction of a map in a plane of states.
+///
+/// Every cell stands for the state in its middle. Attractors are found as states are followed: a
+/// state that comes to none of those known is followed until it settles. A periodic orbit is
+/// refined by Newton's method, and states are its own once they are in an ellipsoid about one of
+/// its points that the map was seen to send into itself; an attractor without a period is known by
+/// the cells that it visits. Cells are computed where their neighbours differ
+/// ([`BLOCK`] says what may be missed).
+///
+/// ```
+/// use grazemap::analysis::basin::BasinRequest;
+/// use grazemap::prelude::*;
+///
+/// let map = Scene::load("scenes/linear.toml")?.graze()?.map()?;
+/// let request = BasinRequest {
+///     parameters: vec![-5e-4, 0.0],
+///     ranges: [[-1.0, 0.5], [-1.0, 1.0]],
+///     points: [24, 24],
+///     ..BasinRequest::over_the_window(map.local())
+/// };
+/// let basin = map.basin(&request, &grazemap::analysis::NoProgress)?;
+/// let itineraries = basin.attractors.iter().map(|found| &found.attractor.itinerary);
+/// let itineraries: Vec<_> = itineraries.flatten().map(ToString::to_string).collect();
+/// assert_eq!(itineraries, ["1", "0"]);
+/// # Ok::<(), grazemap::Error>(())
+/// ```
+///
+/// # Errors
+///
+/// [`AnalysisError::NotAPlane`] for axes that are not two coordinates of the section,
+/// [`AnalysisError::NoRange`] for a range that is not finite, [`AnalysisError::Length`], and
+/// [`AnalysisError::Hybrid`] if the simulator refuses the model.
+pub fn basin(
+    scene: &Scene,
+    orbit: &GrazingOrbit,
+    map: &LocalMap,
+    request: &BasinRequest,
+    progress: &dyn Progress,
+) -> Result<Basin, AnalysisError> {
+    request.check(map)?;
+    let observe = &Observable::EventFunction;
+    let subject = SweepSubject { scene, orbit, map, observe, system: OnceCell::new() };
+    let swept = subject.swept(request.method)?;
+    let clock = Instant::now();
+    let escape = escape_bounds(scene, orbit);
+    let bounds: Vec<f64> = escape.iter().map(|bound| bound.offset).collect();
+    let settling =
+        OrbitRequest::new(request.transient, 2 * request.longest_period, &map.window.state)
+            .escaping_at(&bounds);
+    let (parameters, window) = (&request.parameters, &map.window);
+    let mut search = Search::new(&*swept, parameters, window, settling, progress);
+    let grid = Grid::new(request);
+    let cells = refine(grid.size(), BasinClass::eq, |cells| {
+        progress.expect(cells.len() as u64);
+        let states: Vec<Vec<f64>> = cells.iter().map(|&cell| grid.state(cell)).collect();
+        search.classes(&states)
+    });
+    let (attractors, classes) = ranked(search.attractors(), cells.cells);
+    let borders = grid.borders(&classes);
+    let share = |class: BasinClass| grid.share(class, &classes, &borders);
+    let attractors = attractors.into_iter().enumerate().map(|(number, attractor)| BasinAttractor {
+        attractor,
+        share: share(BasinClass::Attractor(number)),
+    });
+    let parameter = |(active, &offset): (&crate::expansion::ActiveParameter, &f64)| {
+        let place = scene.model.parameters.iter().position(|known| known.name == active.name);
+        let value = place.map_or(f64::NAN, |place| orbit.parameters()[place].to_f64() + offset);
+        BasinParameter { name: active.name.clone(), offset, value }
+    };
+    let axis = |number: usize| BasinAxis {
+        coordinate: map.section.coordinates[request.axes[number]].clone(),
+        offsets: grid.offsets[number].clone(),
+    };
+    Ok(Basin {
+        scene: scene.identifier.clone(),
+        digest: scene.digest,
+        method: request.method,
+        parameters: map.parameters.iter().zip(parameters).map(parameter).collect(),
+        coordinates: map.section.coordinates.clone(),
+        axes: [axis(0), axis(1)],
+        origin: request.origin.clone(),
+        surfaces: itinerary(scene, orbit).surfaces,
+        transient: request.transient,
+        longest_period: request.longest_period,
+        escape,
+        attractors: attractors.collect(),
+        escaped: share(BasinClass::Escaped),
+        outside: share(BasinClass::Outside),
+        undecided: share(BasinClass::Undecided),
+        border: borders.iter().filter(|&&touches| touches).count() as f64 / classes.len() as f64,
+        uncertainty: grid.uncertainty(&classes),
+        computed: cells.computed,
+        by_map: search.mapped as f64 / search.iterates.max(1) as f64,
+        timing: Timing::since(clock, search.iterates),
+        cells: classes,
+    })
+}
+
+/// Attractors by the number of their cells, the cells named accordingly.
+fn ranked(
+    attractors: Vec<Attractor>,
+    mut classes: Vec<BasinClass>,
+) -> (Vec<Attractor>, Vec<BasinClass>) {
+    let mut counts = vec![0; attractors.len()];
+    for class in &classes {
+        if let BasinClass::Attractor(number) = class {
+            counts[*number] += 1;
+        }
+    }
+    let mut order: Vec<usize> = (0..attractors.len()).collect();
+    order.sort_by_key(|&number| std::cmp::Reverse(counts[number]));
+    let mut rank = vec![0; order.len()];
+    order.iter().enumerate().for_each(|(place, &number)| rank[number] = place);
+    for class in &mut classes {
+        if let BasinClass::Attractor(number) = class {
+            *number = rank[*number];
+        }
+    }
+    (order.into_iter().map(|number| attractors[number].clone()).collect(), classes)
+}
+
+/// The cells of a plane.
+struct Grid<'a> {
+    request: &'a BasinRequest,
+    offsets: [Vec<f64>; 2],
+}
+
+impl<'a> Grid<'a> {
+    fn new(request: &'a BasinRequest) -> Self {
+        let offsets = |axis: usize| even_offsets(request.ranges[axis], request.points[axis]);
+        Self { request, offsets: [offsets(0), offsets(1)] }
+    }
+
+    /// Columns and rows.
+    fn size(&self) -> [usize; 2] {
+        [self.offsets[0].len(), self.offsets[1].len()]
+    }
+
+    /// The state of a cell.
+    fn state(&self, cell: usize) -> Vec<f64> {
+        let [columns, _] = self.size();
+        let mut state = self.request.origin.clone();
+        state[self.request.axes[0]] = self.offsets[0][cell % columns];
+        state[self.request.axes[1]] = self.offsets[1][cell / columns];
+        state
+    }
+
+    /// Whether each cell touches one of another class.
+    fn borders(&self, classes: &[BasinClass]) -> Vec<bool> {
+        let touches = |cell: usize| {
+            let mut others = neighbours(self.size(), cell).into_iter();
+            others.any(|other| classes[other] != classes[cell])
+        };
+        (0..classes.len()).map(touches).collect()
+    }
+
+    fn share(&self, wanted: BasinClass, classes: &[BasinClass], borders: &[bool]) -> BasinShare {
+        let all = classes.len() as f64;
+        let count = classes.iter().filter(|&&class| class == wanted).count();
+        let fraction = count as f64 / all;
+        let is_uncertain = |cell: &usize| {
+            borders[*cell]
+                && (classes[*cell] == wanted
+                    || neighbours(self.size(), *cell).iter().any(|&other| classes[other] == wanted))
+        };
+        let uncertain = (0..classes.len()).filter(is_uncertain).count();
+        BasinShare {
+            count,
+            fraction,
+            boundary: 0.5 * uncertain as f64 / all,
+            statistical: (fraction * (1.0 - fraction) / all).sqrt(),
+        }
+    }
+
+    /// The share of pairs of cells that differ, by their distance, and its power.
+    fn uncertainty(&self, classes: &[BasinClass]) -> Option<Uncertainty> {
+        /// A distance is at most this share of a side, and there are at least so many.
+        const SIDE: usize = 16;
+        const FEWEST: usize = 3;
+        let [columns, rows] = self.size();
+        let distances = (0..).map(|power| 1 << power);
+        let distances = distances.take_while(|distance| distance * SIDE <= columns.min(rows));
+        let fraction = |distance: usize| {
+            let pairs = |(cell, class): (usize, &BasinClass)| {
+                let right = (cell % columns + distance < columns).then_some(cell + distance);
+                let up = classes.get(cell + distance * columns).map(|_| cell + distance * columns);
+                let differs = |other: usize| usize::from(classes[other] != *class);
+                let found = [right, up].into_iter().flatten();
+                found.fold([0, 0], |[differ, all], other| [differ + differs(other), all + 1])
+            };
+            let sum = classes.iter().enumerate().map(pairs);
+            let [differ, all] = sum.fold([0, 0], |[a, b], [c, d]| [a + c, b + d]);
+            differ as f64 / all as f64
+        };
+        let (distances, fractions): (Vec<usize>, Vec<f64>) =
+            distances.map(|distance| (distance, fraction(distance))).unzip();
+        if fractions.len() < FEWEST || fractions.contains(&0.0) {
+            return None;
+        }
+        let points = distances.iter().zip(&fractions);
+        let points: Vec<[f64; 2]> =
+            points.map(|(&distance, share)| [(distance as f64).ln(), share.ln()]).collect();
+        let count = points.len() as f64;
+        let mean = |axis: usize| points.iter().map(|point| point[axis]).sum::<f64>() / count;
+        let (x, y) = (mean(0), mean(1));
+        let sum = |product: &dyn Fn(&[f64; 2]) -> f64| points.iter().map(product).sum::<f64>();
+        let exponent =
+            sum(&|point| (point[0] - x) * (point[1] - y)) / sum(&|point| (point[0] - x).powi(2));
+        Some(Uncertainty { exponent, distances, fractions })
+    }
+}
+
+impl Basin {
+    /// The cells with their offsets, the horizontal axis' first.
+    pub fn located(&self) -> impl Iterator<Item = ([f64; 2], BasinClass)> {
+        let [horizontal, vertical] = &self.axes;
+        let grid = vertical
+            .offsets
+            .iter()
+            .flat_map(|&row| horizontal.offsets.iter().map(move |&column| [column, row]));
+        grid.zip(self.cells.iter().copied())
+    }
+
+    /// The full start state of a place in the plane.
+    pub fn state(&self, place: [f64; 2]) -> Vec<f64> {
+        let mut state = self.origin.clone();
+        for (axis, offset) in self.axes.iter().zip(place) {
+            let number = self.coordinates.iter().position(|name| *name == axis.coordinate);
+            if let Some(value) = number.and_then(|number| state.get_mut(number)) {
+                *value = offset;
+            }
+        }
+        state
+    }
+
+    /// Takes the times out of the basin, which then is the same from run to run.
+    pub fn take_timing(&mut self) {
+        self.timing = Timing::default();
+    }
+}

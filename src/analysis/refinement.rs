@@ -1,0 +1,234 @@
+//! Classes of the cells of a grid for the price of their borders.
+//!
+//! One idea: a block of cells whose corners are alike is taken to be alike all over; any other is
+//! cut in four. In the end a cell that was not computed and touches one that is not alike is
+//! computed, until there is none, so that every border that is met is followed to its end. What may
+//! be missed is a region that holds no corner of a block and touches no border that was met.
+
+/// Sides of the first blocks, in cells.
+pub const BLOCK: usize = 8;
+
+/// The classes of all cells, row by row.
+#[derive(Clone, Debug)]
+pub(super) struct Refined<C> {
+    pub(super) cells: Vec<C>,
+    /// How many of them were computed; the others are as their neighbours.
+    pub(super) computed: usize,
+}
+
+/// The classes of a grid of so many columns and rows, cell `row * columns + column`.
+///
+/// `compute` gives the classes of some cells, their numbers increasing, and is never asked twice
+/// for one. `alike` says whether two classes are the same.
+pub(super) fn refine<C: Clone>(
+    [columns, rows]: [usize; 2],
+    alike: impl Fn(&C, &C) -> bool,
+    compute: impl FnMut(&[usize]) -> Vec<C>,
+) -> Refined<C> {
+    let cells = vec![Class::Unknown; columns * rows];
+    let mut grid = Grid { columns, rows, cells, alike, compute };
+    let mut blocks = grid.blocks();
+    grid.ask(blocks.iter().flat_map(|block| block.corners(columns)).collect());
+    while !blocks.is_empty() {
+        let (same, other): (Vec<Block>, Vec<Block>) =
+            blocks.into_iter().partition(|block| grid.is_uniform(block));
+        blocks = other.iter().flat_map(Block::parts).collect();
+        grid.ask(blocks.iter().flat_map(|block| block.corners(columns)).collect());
+        same.iter().for_each(|block| grid.fill(block));
+    }
+    let mut doubtful: Vec<usize> = (0..columns * rows).collect();
+    while !doubtful.is_empty() {
+        doubtful.retain(|&cell| grid.is_doubtful(cell));
+        doubtful = grid.ask(doubtful).into_iter().flat_map(|cell| grid.neighbours(cell)).collect();
+    }
+    let is_computed = |cell: &&Class<C>| matches!(cell, Class::Computed(_));
+    let computed = grid.cells.iter().filter(is_computed).count();
+    Refined { cells: grid.cells.into_iter().filter_map(Class::into_known).collect(), computed }
+}
+
+/// What is known of a cell.
+#[derive(Clone, Debug)]
+enum Class<C> {
+    Unknown,
+    /// As its neighbours.
+    Filled(C),
+    Computed(C),
+}
+
+impl<C> Class<C> {
+    fn known(&self) -> Option<&C> {
+        match self {
+            Self::Unknown => None,
+            Self::Filled(class) | Self::Computed(class) => Some(class),
+        }
+    }
+
+    fn into_known(self) -> Option<C> {
+        match self {
+            Self::Unknown => None,
+            Self::Filled(class) | Self::Computed(class) => Some(class),
+        }
+    }
+}
+
+/// A block of cells: the first and the last column, the first and the last row.
+#[derive(Clone, Copy, Debug)]
+struct Block {
+    columns: [usize; 2],
+    rows: [usize; 2],
+}
+
+impl Block {
+    fn corners(&self, columns: usize) -> [usize; 4] {
+        let ([left, right], [low, high]) = (self.columns, self.rows);
+        [(low, left), (low, right), (high, left), (high, right)]
+            .map(|(row, column)| row * columns + column)
+    }
+
+    /// The block cut in the middle, both ways where it is wide enough; nothing of one whose cells
+    /// are all corners.
+    fn parts(&self) -> Vec<Self> {
+        let halves = |[first, last]: [usize; 2]| match last - first {
+            0 | 1 => vec![[first, last]],
+            width => vec![[first, first + width / 2], [first + width / 2, last]],
+        };
+        let (columns, rows) = (halves(self.columns), halves(self.rows));
+        if columns.len() * rows.len() == 1 {
+            return Vec::new();
+        }
+        let part = |&rows: &[usize; 2]| columns.iter().map(move |&columns| Self { columns, rows });
+        rows.iter().flat_map(part).collect()
+    }
+}
+
+struct Grid<C, A, F> {
+    columns: usize,
+    rows: usize,
+    cells: Vec<Class<C>>,
+    alike: A,
+    compute: F,
+}
+
+impl<C: Clone, A: Fn(&C, &C) -> bool, F: FnMut(&[usize]) -> Vec<C>> Grid<C, A, F> {
+    /// The first blocks, which share their edges.
+    fn blocks(&self) -> Vec<Block> {
+        let spans = |count: usize| -> Vec<[usize; 2]> {
+            let last = count.saturating_sub(1);
+            let firsts = (0..last.max(1)).step_by(BLOCK);
+            firsts.map(|first| [first, last.min(first + BLOCK)]).collect()
+        };
+        let (columns, rows) = (spans(self.columns), spans(self.rows));
+        let row = |&rows: &[usize; 2]| columns.iter().map(move |&columns| Block { columns, rows });
+        rows.iter().flat_map(row).collect()
+    }
+
+    /// Computes those of these cells that are not computed yet, and says which.
+    fn ask(&mut self, mut wanted: Vec<usize>) -> Vec<usize> {
+        wanted.sort_unstable();
+        wanted.dedup();
+        wanted.retain(|&cell| !matches!(self.cells[cell], Class::Computed(_)));
+        if !wanted.is_empty() {
+            let classes = (self.compute)(&wanted);
+            for (&cell, class) in wanted.iter().zip(classes) {
+                self.cells[cell] = Class::Computed(class);
+            }
+        }
+        wanted
+    }
+
+    fn is_uniform(&self, block: &Block) -> bool {
+        let [first, rest @ ..] = block.corners(self.columns);
+        rest.iter().all(|&corner| self.are_alike(first, corner))
+    }
+
+    fn are_alike(&self, a: usize, b: usize) -> bool {
+        match (self.cells[a].known(), self.cells[b].known()) {
+            (Some(a), Some(b)) => (self.alike)(a, b),
+            _ => false,
+        }
+    }
+
+    /// Takes the cells of a block that are not known yet to be as its first corner.
+    fn fill(&mut self, block: &Block) {
+        let first = block.corners(self.columns)[0];
+        let Some(class) = self.cells[first].known().cloned() else { return };
+        for row in block.rows[0]..=block.rows[1] {
+            for column in block.columns[0]..=block.columns[1] {
+                let cell = &mut self.cells[row * self.columns + column];
+                if matches!(cell, Class::Unknown) {
+                    *cell = Class::Filled(class.clone());
+                }
+            }
+        }
+    }
+
+    /// Whether a cell that was not computed touches one that is not alike.
+    fn is_doubtful(&self, cell: usize) -> bool {
+        let filled = matches!(self.cells[cell], Class::Filled(_));
+        filled && self.neighbours(cell).iter().any(|&other| !self.are_alike(cell, other))
+    }
+
+    /// The cells that touch a cell, at most eight.
+    fn neighbours(&self, cell: usize) -> Vec<usize> {
+        neighbours([self.columns, self.rows], cell)
+    }
+}
+
+/// The cells of a grid that touch a cell, at most eight.
+pub(super) fn neighbours([columns, rows]: [usize; 2], cell: usize) -> Vec<usize> {
+    let (row, column) = (cell / columns, cell % columns);
+    let near = |at: usize, count: usize| at.saturating_sub(1)..count.min(at + 2);
+    let touching = near(row, rows)
+        .flat_map(|row| near(column, columns).map(move |column| row * columns + column));
+    touching.filter(|&other| other != cell).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A grid refined by what is at a column and a row, with all numbers asked for.
+    fn refined([columns, rows]: [usize; 2], class: impl Fn(usize, usize) -> u8) -> Refined<u8> {
+        let mut asked = vec![0; columns * rows];
+        let refined = refine([columns, rows], u8::eq, |cells| {
+            cells.iter().for_each(|&cell| asked[cell] += 1);
+            cells.iter().map(|&cell| class(cell % columns, cell / columns)).collect()
+        });
+        assert!(asked.iter().all(|&times| times <= 1), "no cell is computed twice");
+        assert_eq!(asked.iter().sum::<usize>(), refined.computed);
+        refined
+    }
+
+    fn uniform([columns, rows]: [usize; 2], class: impl Fn(usize, usize) -> u8) -> Vec<u8> {
+        (0..columns * rows).map(|cell| class(cell % columns, cell / columns)).collect()
+    }
+
+    #[test]
+    fn borders_that_are_met_are_followed_to_their_ends() {
+        // A disk, a line one cell wide that leaves it, and a corner: all touch one another.
+        let class = |column: usize, row: usize| {
+            let (x, y) = (column as f64 - 70.3, row as f64 - 60.8);
+            let disk = x.hypot(y) < 33.0;
+            let line = row == 61 && column > 70;
+            u8::from(disk) + 2 * u8::from(line) + 4 * u8::from(column + row > 230)
+        };
+        let size = [150, 131];
+        let found = refined(size, class);
+        assert_eq!(found.cells, uniform(size, class));
+        assert!(found.computed < 150 * 131 / 5, "{} computed", found.computed);
+    }
+
+    #[test]
+    fn grids_of_any_shape_are_filled() {
+        for size in [[1, 1], [1, 9], [9, 1], [2, 2], [8, 8], [9, 10], [17, 3], [16, 25]] {
+            let class = |column: usize, row: usize| u8::from(2 * column > size[0] + row);
+            assert_eq!(refined(size, class).cells, uniform(size, class), "{size:?}");
+        }
+    }
+
+    #[test]
+    fn a_region_between_the_corners_of_blocks_is_missed_as_it_is_said() {
+        let class = |column: usize, row: usize| u8::from(column == 3 && row == 4);
+        assert_eq!(refined([17, 17], class).cells, [0; 289]);
+    }
+}

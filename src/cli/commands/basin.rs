@@ -1,0 +1,103 @@
+//! `grazemap basin`: where the states of a plane of the section go.
+
+use super::orbits::{ACTIVE, COORDINATES, named_offsets, place_of};
+use super::sweeps::{ByMap, pictures, resumable};
+use super::{map, open, remark_on_window};
+use crate::cli::arguments::BasinArguments;
+use crate::cli::memory::refuse_memory;
+use crate::cli::output::{Bar, CliError, note, pairs};
+use grazemap::Map;
+use grazemap::analysis::basin::{Basin, BasinRequest, basin_bytes};
+use grazemap::report::{
+    DocumentKind, OutputFolder, ReportError, basin_array, basin_figure, basin_outside_words,
+    basin_remarks, basin_rows, basin_table, basin_words, write_json,
+};
+
+pub(in crate::cli) fn run(options: &BasinArguments) -> Result<(), CliError> {
+    let outlets = &options.scene.common.outlets;
+    let map = map(open(&options.scene)?, outlets.quiet)?;
+    let request = request(options, &map)?;
+    refuse_memory(basin_bytes(&request), outlets.quiet)?;
+    let decisive = format!("{request:?}");
+    let resumable = resumable("basin", outlets.folder(), &map, &decisive, outlets.quiet)?;
+    let bar = Bar::new("basin", outlets.quiet).resuming(0, resumable.journal());
+    let mut basin = map.basin(&request, &bar)?;
+    drop(bar);
+    remark_on_window(&map, outlets.quiet);
+    if let Some(words) = basin_outside_words(&basin).filter(|_| !outlets.quiet) {
+        note(&format!("warning: {words}"));
+    }
+    let text = text(&basin)?;
+    basin.take_timing();
+    let document = ByMap::new(DocumentKind::Basin, &basin, &map);
+    outlets.write_json(&|out| write_json(out, &document))?;
+    outlets.write_csv(&|out| basin_rows(&basin).write_csv(out))?;
+    if let Some(folder) = &outlets.output {
+        write(&OutputFolder::create(folder)?, &basin, &map)?;
+    }
+    resumable.finish();
+    outlets.show(&text)
+}
+
+/// What the options ask for, in numbers.
+fn request(options: &BasinArguments, map: &Map) -> Result<BasinRequest, CliError> {
+    let mut request = BasinRequest::over_the_window(map.local());
+    let active = map.local().parameters.iter();
+    let active: Vec<&str> = active.map(|parameter| parameter.name.as_str()).collect();
+    let coordinates = map.local().section.coordinates.iter();
+    let coordinates: Vec<&str> = coordinates.map(String::as_str).collect();
+    if let Some(at) = &options.at {
+        request.parameters = named_offsets("--at", ACTIVE, at, &active)?;
+    }
+    if let Some(start) = &options.start {
+        request.origin = named_offsets("--start", COORDINATES, start, &coordinates)?;
+    }
+    if let [first, second] = &options.axes[..] {
+        let place = |name: &str| place_of("--axes", COORDINATES, name, &coordinates);
+        request.axes = [place(first)?, place(second)?];
+    } else if !options.axes.is_empty() {
+        return Err(CliError::NotTwoAxes { found: options.axes.len() });
+    }
+    let widths = &map.local().window.state;
+    for (axis, range) in request.axes.iter().zip(&mut request.ranges) {
+        let width = widths.get(*axis).copied().unwrap_or(f64::NAN);
+        *range = [-width, width];
+    }
+    for (name, range) in options.range.iter().flat_map(|ranges| &ranges.0) {
+        let place = place_of("--range", COORDINATES, name, &coordinates)?;
+        let axis = request.axes.iter().position(|&axis| axis == place);
+        let axis = axis.ok_or_else(|| CliError::NoAxis { name: name.clone() })?;
+        request.ranges[axis] = *range;
+    }
+    match options.points[..] {
+        [] => {}
+        [both] => request.points = [both as usize; 2],
+        [first, second] => request.points = [first as usize, second as usize],
+        _ => return Err(CliError::NotTwoAxes { found: options.points.len() }),
+    }
+    request.method = options.with.into();
+    Ok(request)
+}
+
+/// The basin as a person reads it.
+fn text(basin: &Basin) -> Result<String, ReportError> {
+    let mut text = format!("{}\n{}\n", basin_words(basin), basin_table(basin)?.to_text());
+    for remark in basin_remarks(basin) {
+        text.push_str(&format!("{remark}\n"));
+    }
+    let timing = &basin.timing;
+    text.push_str(&format!(
+        "{} iterates in {:.2} s on {} threads\n",
+        timing.iterates, timing.seconds, timing.threads
+    ));
+    Ok(text)
+}
+
+/// Writes data and picture of a basin without times: the same bytes from run to run.
+fn write(folder: &OutputFolder, basin: &Basin, map: &Map) -> Result<(), ReportError> {
+    let document = ByMap::new(DocumentKind::Basin, basin, map);
+    folder.write_streamed("basin.json", |out| write_json(out, &document))?;
+    folder.write_streamed("basin.csv", |out| basin_rows(basin).write_csv(out))?;
+    folder.write("basin.npy", basin_array(basin)?)?;
+    folder.write_all(pairs(&pictures("basin", &basin_figure(basin))))
+}

@@ -1,0 +1,212 @@
+//! The entries: one published figure or table each, as files under `gallery/`.
+
+use std::collections::BTreeMap;
+
+use serde::Deserialize;
+use serde_json::Value;
+use toml_edit::{DocumentMut, Item, TableLike};
+
+/// A published figure or table, and what reproduces it.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Entry {
+    /// `PAPER/FIGURE`: the file's place under `gallery/`, without its ending.
+    #[serde(skip)]
+    pub(super) name: &'static str,
+    /// The paper, in a few words.
+    pub(super) paper: String,
+    /// The figure or table, as the paper numbers it.
+    pub(super) figure: String,
+    /// What it shows, in a few words.
+    pub(super) title: String,
+    /// What the paper's figure holds.
+    pub(super) shows: String,
+    /// Whether the results agree, or why they do not.
+    #[serde(default)]
+    pub(super) verdict: String,
+    /// What the program lacks to reproduce it.
+    pub(super) needs: Option<String>,
+    /// What is computed, in order.
+    #[serde(default)]
+    pub(super) computation: Vec<Computation>,
+    /// Numbers that are compared.
+    #[serde(default)]
+    pub(super) number: Vec<Number>,
+}
+
+/// A command of the program.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Computation {
+    /// Its name in the entry, and that of its folder.
+    pub(super) name: String,
+    /// The command, a scene of the catalogue, and further arguments, parted by blanks.
+    pub(super) command: String,
+    /// Tables that the scene has besides, as in its file.
+    pub(super) append: Option<String>,
+    /// What `--set` sets.
+    #[serde(default)]
+    pub(super) set: Vec<String>,
+    /// What `--set` sets besides in the small version.
+    #[serde(default)]
+    pub(super) small: Vec<String>,
+    /// Left out of the small version, with the numbers that stand in it.
+    #[serde(default)]
+    pub(super) large: bool,
+    /// Pictures shown, of those that the command writes.
+    #[serde(default)]
+    pub(super) picture: Vec<Shown>,
+}
+
+/// A picture and its caption.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Shown {
+    /// The file, without its ending.
+    pub(super) file: String,
+    /// What it shows.
+    pub(super) caption: String,
+}
+
+/// A number, or a word, that is compared.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Number {
+    /// What it is.
+    pub(super) what: String,
+    /// As the paper prints it.
+    pub(super) printed: Option<String>,
+    /// What is right by other means: a closed form, or another program.
+    pub(super) reference: Option<String>,
+    /// Where it stands in the results, as [`find`](super::results::find) reads it after the name of
+    /// the computation; or an expression in the names of `of`.
+    pub(super) value: String,
+    /// Names of the expression, and where they stand.
+    #[serde(default)]
+    pub(super) of: BTreeMap<String, String>,
+    /// How far it may be from what is printed, and from the reference; without it, a unit of the
+    /// last digit given, nothing for whole numbers.
+    pub(super) tolerance: Option<f64>,
+    /// Why the value is not the one that is printed.
+    pub(super) differs: Option<String>,
+    /// What else is to be said of it.
+    #[serde(default)]
+    pub(super) remark: String,
+}
+
+impl Number {
+    /// How far the value may be from a number as it is written.
+    pub(super) fn tolerance(&self, written: &str) -> f64 {
+        let (digits, exponent) = written.split_once('e').unwrap_or((written, "0"));
+        let Some((_, decimals)) = digits.split_once('.') else {
+            return self.tolerance.unwrap_or(if written.contains('e') { 0.5 } else { 0.0 });
+        };
+        let place = exponent.parse().unwrap_or(0) - decimals.len() as i32;
+        // NOTE: the last digit of what is written is rounded too.
+        self.tolerance.unwrap_or_else(|| 1.000_001 * 10_f64.powi(place))
+    }
+}
+
+impl Computation {
+    /// The arguments of the program, in the small version or in full.
+    pub(super) fn arguments(&self, small: bool) -> Vec<String> {
+        let words = self.command.split_whitespace().map(str::to_owned);
+        let more = if small { self.small.as_slice() } else { &[] };
+        let set = self.set.iter().chain(more);
+        words.chain(set.flat_map(|set| ["--set".to_owned(), set.clone()])).collect()
+    }
+
+    /// The command as a person types it.
+    pub(super) fn line(&self, small: bool) -> String {
+        let quoted = |word: &String| match word.contains(['"', '[', '*', '{', ' ']) {
+            true => format!("'{word}'"),
+            false => word.clone(),
+        };
+        let mut words: Vec<String> = self.arguments(small).iter().map(quoted).collect();
+        if let (Some(_), Some(scene)) = (&self.append, words.get_mut(1)) {
+            scene.push_str(".toml");
+        }
+        format!("grazemap {}", words.join(" "))
+    }
+}
+
+impl Entry {
+    /// Whether a number stands in a computation that the small version leaves out.
+    pub(super) fn is_large(&self, number: &Number) -> bool {
+        let mut large = self.computation.iter().filter(|computation| computation.large);
+        let paths = || number.of.values().chain([&number.value]);
+        large.any(|one| paths().any(|path| path.split('/').next() == Some(one.name.as_str())))
+    }
+
+    /// Reads an entry. The files are part of the program, and a test reads them all.
+    fn parse(name: &'static str, text: &str) -> Result<Self, String> {
+        let document: DocumentMut = text.parse().map_err(|fault| format!("{name}: {fault}"))?;
+        let entry: Result<Self, _> = serde_json::from_value(table_value(&*document));
+        entry.map(|entry| Self { name, ..entry }).map_err(|fault| format!("{name}: {fault}"))
+    }
+}
+
+/// Every entry, by paper.
+pub(super) fn entries() -> Result<Vec<Entry>, String> {
+    FILES.iter().map(|(name, text)| Entry::parse(name, text)).collect()
+}
+
+/// A table of TOML as JSON.
+fn table_value(table: &dyn TableLike) -> Value {
+    let pairs = table.iter().map(|(key, item)| (key.to_owned(), item_value(item)));
+    Value::Object(pairs.collect())
+}
+
+fn item_value(item: &Item) -> Value {
+    if let Some(table) = item.as_table_like() {
+        return table_value(table);
+    }
+    if let Some(tables) = item.as_array_of_tables() {
+        return tables.iter().map(|table| table_value(table)).collect();
+    }
+    if let Some(values) = item.as_array() {
+        return values.iter().map(|value| item_value(&Item::Value(value.clone()))).collect();
+    }
+    let text = item.as_str().map(Value::from);
+    let number =
+        || item.as_float().or(item.as_integer().map(|whole| whole as f64)).map(Value::from);
+    text.or_else(number).unwrap_or_default()
+}
+
+/// Files under `gallery/`, by paper and figure.
+macro_rules! files {
+    ($($name:literal),* $(,)?) => {
+        &[$(($name, include_str!(concat!("../../../gallery/", $name, ".toml")))),*]
+    };
+}
+
+const FILES: &[(&str, &str)] = files![
+    "thota2006/fig1",
+    "thota2006/fig2",
+    "thota2006/fig3",
+    "thota2006/fig4",
+    "thota2006/fig5",
+    "thota2006/fig6",
+    "thota2006/fig7",
+    "thota2006/fig8",
+    "cantilever/table1",
+    "cantilever/table2",
+    "cantilever/fig3",
+    "cantilever/fig4",
+    "cantilever/fig5",
+    "kundu2012/fig7",
+    "kundu2012/fig8",
+    "kundu2012/fig9",
+    "kundu2012/fig10",
+    "kundu2012/fig11",
+    "kundu2012/fig12",
+    "kundu2012/fig13",
+    "kundu2012/fig14",
+    "foale1994/fig1",
+    "foale1994/fig2",
+    "foale1994/fig3",
+    "foale1994/fig4",
+    "foale1994/fig5",
+    "foale1994/fig6",
+    "foale1994/fig7",
+];

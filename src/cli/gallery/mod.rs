@@ -1,0 +1,300 @@
+//! `grazemap gallery`: published figures and tables, computed again and compared.
+//!
+//! An [`Entry`] is a file under `gallery/`: commands of this program, which of their pictures are
+//! shown, and which of their numbers stand beside those that are printed. Nothing is computed here:
+//! a command runs as a person types it, into a folder of its own, and what it wrote is read.
+
+mod entry;
+mod formula;
+mod page;
+mod results;
+
+use std::fs;
+use std::io;
+use std::path::Path;
+use std::time::Instant;
+
+use clap::Parser;
+use serde_json::Value;
+
+use super::arguments::{Arguments, Command, GalleryOptions};
+use super::output::{Bar, CliError, counted, print};
+use entry::{Computation, Entry, Number, entries};
+use grazemap::Error;
+use grazemap::analysis::Progress;
+use grazemap::model::{catalogue, nearest};
+use grazemap::numeric::Shown;
+use grazemap::report::{OutputFolder, Picture};
+
+/// Where the page goes when no folder is named.
+const FOLDER: &str = "out/gallery";
+
+/// What runs a command.
+pub(super) type Run<'a> = &'a dyn Fn(Command) -> Result<(), CliError>;
+
+/// An entry as it was computed.
+#[derive(Debug)]
+pub(super) struct Computed<'a> {
+    entry: &'a Entry,
+    /// The commands as a person types them.
+    lines: Vec<String>,
+    /// Pictures, each with its caption.
+    pictures: Vec<(Picture, &'a str)>,
+    numbers: Vec<Compared<'a>>,
+    /// Why a command ended without its results.
+    fault: Option<String>,
+    seconds: f64,
+}
+
+/// A number beside what is printed.
+#[derive(Debug)]
+pub(super) struct Compared<'a> {
+    number: &'a Number,
+    ours: Option<Value>,
+}
+
+/// How a number compares.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Agreement {
+    /// With what is printed, and with the reference where there is one.
+    Printed,
+    /// With the reference; nothing is printed.
+    Reference,
+    /// With the reference, and not with what is printed.
+    Misprint,
+    /// The entry says why they differ.
+    Explained,
+    /// They differ, and nothing says why; or they agree, and the entry says why they do not.
+    Unexplained,
+}
+
+/// Lists the entries, or computes those named, or all.
+pub(super) fn run(options: &GalleryOptions, command: Run<'_>) -> Result<(), CliError> {
+    let entries = entries().map_err(CliError::Gallery)?;
+    if options.list {
+        return print(&listing(&entries));
+    }
+    let chosen = chosen(&entries, &options.names)?;
+    let folder = OutputFolder::create(options.output.clone().unwrap_or_else(|| FOLDER.into()))?;
+    let bar = Bar::new("gallery", options.quiet);
+    bar.expect(chosen.iter().map(|entry| entry.computation.len() as u64).sum());
+    let mut computed = Vec::new();
+    for entry in chosen {
+        computed.push(compute(entry, folder.path(), options.small, command, &bar)?);
+    }
+    drop(bar);
+    folder.write("index.html", page::page(&computed, options.small)?.to_html()?)?;
+    folder.write("numbers.csv", page::all_numbers(&computed)?.to_csv()?)?;
+    let unexplained = computed.iter().flat_map(Computed::unexplained).collect::<Vec<_>>();
+    if !options.quiet {
+        let page = folder.path().join("index.html");
+        let entries = match computed.len() {
+            1 => "1 entry".to_owned(),
+            count => format!("{count} entries"),
+        };
+        print(&format!("gallery: {entries}; open {}\n", page.display()))?;
+    }
+    match unexplained.is_empty() {
+        true => Ok(()),
+        false => Err(CliError::Unexplained { what: unexplained.join("; ") }),
+    }
+}
+
+/// The entries with their figures, one a line.
+fn listing(entries: &[Entry]) -> String {
+    let width = entries.iter().map(|entry| entry.name.len()).max().unwrap_or(0);
+    let line = |entry: &Entry| {
+        let needs = entry.needs.as_ref().map(|needs| format!(" (needs {needs})"));
+        let Entry { name, paper, figure, title, .. } = entry;
+        format!("{name:<width$}  {paper}, {figure}: {title}{}\n", needs.unwrap_or_default())
+    };
+    entries.iter().map(line).collect()
+}
+
+/// The entries named, a paper's name standing for all of its entries; without a name, all.
+fn chosen<'a>(entries: &'a [Entry], names: &[String]) -> Result<Vec<&'a Entry>, CliError> {
+    let is_named = |entry: &Entry, name: &str| {
+        let rest = entry.name.strip_prefix(name.trim_end_matches('/'));
+        rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('/'))
+    };
+    for name in names {
+        if !entries.iter().any(|entry| is_named(entry, name)) {
+            let nearest = nearest(name, entries.iter().map(|entry| entry.name));
+            return Err(CliError::NotInGallery { name: name.clone(), nearest });
+        }
+    }
+    let chosen = entries
+        .iter()
+        .filter(|entry| names.is_empty() || names.iter().any(|name| is_named(entry, name)));
+    Ok(chosen.collect())
+}
+
+/// Computes an entry into its folder. A command that ends otherwise is part of the result.
+fn compute<'a>(
+    entry: &'a Entry,
+    folder: &Path,
+    small: bool,
+    command: Run<'_>,
+    bar: &Bar,
+) -> Result<Computed<'a>, CliError> {
+    let start = Instant::now();
+    let mut computed = Computed {
+        entry,
+        lines: Vec::new(),
+        pictures: Vec::new(),
+        numbers: Vec::new(),
+        fault: None,
+        seconds: 0.0,
+    };
+    let mut documents = Vec::new();
+    for computation in entry.computation.iter().filter(|one| !(small && one.large)) {
+        let place = folder.join(entry.name).join(&computation.name);
+        computed.lines.push(computation.line(small));
+        if let Err(error) = execute(computation, &place, small, command) {
+            computed.fault = Some(format!("{}: {error}", computation.line(small)));
+            break;
+        }
+        bar.advance(1);
+        documents.push((computation.name.as_str(), document(&place)?));
+        for shown in &computation.picture {
+            let picture = picture(&place, &shown.file)?;
+            computed.pictures.push((picture, shown.caption.as_str()));
+        }
+    }
+    let numbers = entry.number.iter().filter(|number| !(small && entry.is_large(number)));
+    computed.numbers = numbers.map(|number| Compared::new(number, &documents)).collect();
+    computed.seconds = start.elapsed().as_secs_f64();
+    Ok(computed)
+}
+
+fn execute(
+    computation: &Computation,
+    place: &Path,
+    small: bool,
+    command: Run<'_>,
+) -> Result<(), CliError> {
+    let mut words = vec!["grazemap".to_owned()];
+    words.extend(computation.arguments(small));
+    if let (Some(tables), Some(scene)) = (&computation.append, words.get_mut(2)) {
+        let text = catalogue::text(scene).unwrap_or_default();
+        let folder = OutputFolder::create(place)?;
+        folder.write(&format!("{scene}.toml"), format!("{text}\n{tables}"))?;
+        *scene = folder.path().join(format!("{scene}.toml")).display().to_string();
+    }
+    words.extend(["-q".to_owned(), "-o".to_owned(), place.display().to_string()]);
+    let arguments = Arguments::try_parse_from(&words);
+    let arguments = arguments.map_err(|fault| CliError::Gallery(fault.to_string()))?;
+    arguments.command.map_or(Ok(()), command)
+}
+
+/// What a command wrote as JSON.
+fn document(place: &Path) -> Result<Value, CliError> {
+    let files = fs::read_dir(place).map_err(|source| unread(place, source))?;
+    let mut files = files.filter_map(|file| Some(file.ok()?.path()));
+    let Some(path) = files.find(|path| path.extension().is_some_and(|ending| ending == "json"))
+    else {
+        return Ok(Value::Null);
+    };
+    let text = fs::read_to_string(&path).map_err(|source| unread(&path, source))?;
+    serde_json::from_str(&text).map_err(|fault| CliError::Gallery(fault.to_string()))
+}
+
+fn picture(place: &Path, file: &str) -> Result<Picture, CliError> {
+    let path = |ending: &str| place.join(format!("{file}.{ending}"));
+    let svg = fs::read_to_string(path("svg")).map_err(|source| unread(&path("svg"), source))?;
+    let png = fs::read(path("png")).map_err(|source| unread(&path("png"), source))?;
+    Ok(Picture { svg, png })
+}
+
+fn unread(path: &Path, source: io::Error) -> CliError {
+    Error::Unreadable { path: path.to_owned(), source }.into()
+}
+
+impl Computed<'_> {
+    /// What nothing explains: faults, and numbers that differ.
+    fn unexplained(&self) -> Vec<String> {
+        let name = self.entry.name;
+        if let Some(fault) = &self.fault {
+            return vec![format!("{name}: {fault}")];
+        }
+        let differ = self
+            .numbers
+            .iter()
+            .filter(|compared| matches!(compared.agreement(), Agreement::Unexplained));
+        let words = |compared: &Compared<'_>| {
+            let Number { what, printed, reference, .. } = compared.number;
+            let expected = printed.iter().chain(reference).cloned().collect::<Vec<_>>();
+            let (expected, ours) = (expected.join(" or "), compared.ours());
+            format!("{name}: {what} is {ours}, not {expected}")
+        };
+        differ.map(words).collect()
+    }
+
+    /// How many numbers are compared, and how many of them agree.
+    fn counts(&self) -> String {
+        let agree = |compared: &&Compared<'_>| {
+            !matches!(compared.agreement(), Agreement::Unexplained | Agreement::Explained)
+        };
+        let agreeing = self.numbers.iter().filter(agree).count();
+        format!("{agreeing} of {} agree", counted(self.numbers.len(), "number"))
+    }
+}
+
+impl<'a> Compared<'a> {
+    fn new(number: &'a Number, documents: &[(&str, Value)]) -> Self {
+        let one = |path: &str| {
+            let (name, path) = path.split_once('/')?;
+            let (_, document) = documents.iter().find(|(known, _)| *known == name)?;
+            results::find(document, path)
+        };
+        let ours = match number.of.is_empty() {
+            true => one(&number.value),
+            false => {
+                let named = |(name, path): (&'a String, &String)| {
+                    Some((name.as_str(), one(path)?.as_f64()?))
+                };
+                let named = number.of.iter().map(named).collect::<Option<Vec<_>>>();
+                let value = named.and_then(|named| formula::evaluate(&number.value, &named));
+                value.map(Value::from)
+            }
+        };
+        Self { number, ours }
+    }
+
+    /// The value found, as a person reads it.
+    fn ours(&self) -> String {
+        match &self.ours {
+            None => "not found".to_owned(),
+            Some(Value::String(word)) => word.clone(),
+            Some(Value::Number(number)) => match number.as_f64() {
+                Some(value) if !number.is_u64() => format!("{}", Shown(value)),
+                _ => number.to_string(),
+            },
+            Some(other) => other.to_string(),
+        }
+    }
+
+    fn agrees_with(&self, text: &str) -> bool {
+        match (&self.ours, text.parse::<f64>()) {
+            (Some(Value::Number(ours)), Ok(expected)) => ours
+                .as_f64()
+                .is_some_and(|ours| (ours - expected).abs() <= self.number.tolerance(text)),
+            (Some(_), _) => self.ours() == text,
+            (None, _) => false,
+        }
+    }
+
+    pub(super) fn agreement(&self) -> Agreement {
+        let Number { printed, reference, differs, .. } = self.number;
+        let agrees = |expected: &Option<String>| {
+            expected.as_ref().map(|expected| self.agrees_with(expected))
+        };
+        match (agrees(printed), agrees(reference), differs.is_some()) {
+            (Some(true), None | Some(true), false) => Agreement::Printed,
+            (None, Some(true), false) => Agreement::Reference,
+            (Some(false), Some(true), _) => Agreement::Misprint,
+            (Some(false), None, true) if self.ours.is_some() => Agreement::Explained,
+            _ => Agreement::Unexplained,
+        }
+    }
+}

@@ -1,0 +1,255 @@
+//! Basins of attraction as pictures, tables and arrays.
+
+use super::chart_figure::edges;
+use super::diagram_figure::{OUTSIDE, method_word, orbit_header, period_cell, share_cell};
+use super::figure::{Axis, CellChart, Figure, Marker, Series, symbol};
+use super::sweep_words::escape_words;
+use super::{Cell, Column, ReportError, Rows, Table, npy_bytes};
+use crate::analysis::basin::{Basin, BasinAttractor, BasinAxis, BasinClass, BasinShare};
+use crate::iteration::Period;
+use crate::model::Method;
+use crate::numeric::Shown;
+
+/// Words for the classes that are no attractors.
+const ESCAPED: &str = "escaped";
+const UNDECIDED: &str = "undecided";
+
+/// Points of a periodic attractor up to which they are marked, not dotted.
+const MARKED: usize = 64;
+
+/// The picture of a basin: a colour for each attractor, whose points are marked, grey where the map
+/// alone leaves its window, paper-white where orbits escape.
+pub fn basin_figure(basin: &Basin) -> Figure {
+    let [horizontal, vertical] = &basin.axes;
+    let mut figure = Figure::new(axis(horizontal), axis(vertical));
+    let attractors = basin.attractors.len();
+    let mut names: Vec<String> = basin.attractors.iter().enumerate().map(name).collect();
+    let mut grey = None;
+    if basin.outside.count > 0 {
+        grey = Some(names.len());
+        names.push("outside the window".to_owned());
+    }
+    let category = |class: &BasinClass| match class {
+        BasinClass::Attractor(number) => Some(*number),
+        BasinClass::Outside => grey,
+        BasinClass::Escaped | BasinClass::Undecided => None,
+    };
+    figure.cells = Some(CellChart {
+        horizontal: edges(&horizontal.offsets),
+        vertical: edges(&vertical.offsets),
+        columns: horizontal.offsets.len(),
+        rows: vertical.offsets.len(),
+        cells: basin.cells.iter().map(category).collect(),
+        names,
+        grey,
+    });
+    let places = basin.axes.each_ref().map(|axis| place(basin, axis));
+    for number in 0..attractors {
+        let states = &basin.attractors[number].attractor.states;
+        let points = states.iter().map(|state| places.map(|place| state[place])).collect();
+        // NOTE: in ink, which no attractor of the picture has for its colour.
+        let series = match states.len() {
+            0..=MARKED => Series::markers("", Marker::Ring, points),
+            _ => Series::dots("", points),
+        };
+        figure.series.push(series.in_ink());
+    }
+    figure
+}
+
+/// What an attractor is called: its number, its period and itinerary.
+fn name((number, found): (usize, &BasinAttractor)) -> String {
+    format!("{}: {}", number + 1, attractor_words(found))
+}
+
+/// An attractor in words.
+fn attractor_words(found: &BasinAttractor) -> String {
+    let attractor = &found.attractor;
+    match (attractor.period, &attractor.itinerary) {
+        (Period::Periodic(period), Some(itinerary)) if period <= 8 => {
+            format!("period {period}, itinerary {itinerary}")
+        }
+        (Period::Periodic(period), _) => format!("period {period}"),
+        (Period::NotFound, _) => match attractor.lyapunov {
+            Some(exponent) if exponent > 1e-3 => "chaotic".to_owned(),
+            _ => "no period".to_owned(),
+        },
+    }
+}
+
+/// The class of a cell as tables have it.
+fn class_cell(class: BasinClass) -> Cell {
+    match class {
+        BasinClass::Attractor(number) => Cell::Integer(number as i64 + 1),
+        BasinClass::Escaped => Cell::text(ESCAPED),
+        BasinClass::Outside => Cell::text(OUTSIDE),
+        BasinClass::Undecided => Cell::text(UNDECIDED),
+    }
+}
+
+/// One row per cell: the offsets of its two axes, and the number of its attractor.
+pub fn basin_rows(basin: &Basin) -> Rows<'_> {
+    let axes = basin.axes.iter().map(|axis| Column::number(axis.coordinate.clone()));
+    let columns = axes.chain([Column::text("attractor")]).collect();
+    let rows = basin.located().map(|([first, second], class)| {
+        vec![Cell::number(first, 6), Cell::number(second, 6), class_cell(class)]
+    });
+    Rows::new(columns, rows)
+}
+
+/// Attractors: an array of shape (rows, columns), the second axis' values by the first's; the
+/// number of the attractor from 1, 0 where it is undecided, −1 where the map alone leaves its
+/// window, NaN where orbits escape.
+///
+/// # Errors
+///
+/// [`ReportError::ArrayShape`] if there are not as many cells as the axes have offsets.
+pub fn basin_array(basin: &Basin) -> Result<Vec<u8>, ReportError> {
+    let number = |class: &BasinClass| match class {
+        BasinClass::Attractor(number) => *number as f64 + 1.0,
+        BasinClass::Undecided => 0.0,
+        BasinClass::Outside => -1.0,
+        BasinClass::Escaped => f64::NAN,
+    };
+    let values: Vec<f64> = basin.cells.iter().map(number).collect();
+    let [columns, rows] = [&basin.axes[0], &basin.axes[1]].map(|axis| axis.offsets.len());
+    npy_bytes(&[rows, columns], &values)
+}
+
+/// The attractors of a basin and the shares of all classes, for people.
+///
+/// # Errors
+///
+/// Never in practice: every row has one cell for every column.
+pub fn basin_table(basin: &Basin) -> Result<Table, ReportError> {
+    let mut table = Table::new(vec![
+        Column::text("attractor"),
+        Column::text("itinerary"),
+        Column::number("period"),
+        Column::text(orbit_header(&basin.surfaces)),
+        Column::number("largest multiplier"),
+        Column::number("exponent"),
+        Column::number("fraction"),
+        Column::number("± border"),
+        Column::number("± sampling"),
+    ]);
+    for (number, found) in basin.attractors.iter().enumerate() {
+        let attractor = &found.attractor;
+        let largest = attractor.multipliers.first().map(|[re, im]| re.hypot(*im));
+        let text = |value: Option<String>| value.map_or(Cell::Missing, Cell::text);
+        let number_of = |value: Option<f64>| value.map_or(Cell::Missing, |v| Cell::number(v, 6));
+        let mut row = vec![
+            Cell::text((number + 1).to_string()),
+            text(attractor.itinerary.as_ref().map(ToString::to_string)),
+            period_cell(attractor.period),
+            text(attractor.orbit.as_ref().map(ToString::to_string)),
+            number_of(largest),
+            number_of(attractor.lyapunov),
+        ];
+        row.extend(share_cells(&found.share));
+        table.push(row)?;
+    }
+    let others = [(ESCAPED, basin.escaped), (OUTSIDE, basin.outside), (UNDECIDED, basin.undecided)];
+    for (word, share) in others.into_iter().filter(|(_, share)| share.count > 0) {
+        let mut row = vec![Cell::text(word)];
+        row.extend([const { Cell::Missing }; 5]);
+        row.extend(share_cells(&share));
+        table.push(row)?;
+    }
+    Ok(table)
+}
+
+fn share_cells(share: &BasinShare) -> [Cell; 3] {
+    [
+        share_cell(share.fraction),
+        Cell::number(share.boundary, 2),
+        Cell::number(share.statistical, 2),
+    ]
+}
+
+/// What a basin is of and how it was made, in words.
+pub fn basin_words(basin: &Basin) -> String {
+    let at: Vec<String> = basin
+        .parameters
+        .iter()
+        .map(|p| format!("{} = {} (offset {})", p.name, Shown(p.value), Shown(p.offset)))
+        .collect();
+    let [first, second] = &basin.axes;
+    let mut text = format!(
+        "basins of `{}` over {} and {} at {}, {} by {} cells by {}\n",
+        basin.scene,
+        first.coordinate,
+        second.coordinate,
+        at.join(", "),
+        first.offsets.len(),
+        second.offsets.len(),
+        method_word(basin.method)
+    );
+    let others = basin.coordinates.iter().zip(&basin.origin);
+    let others: Vec<String> = others
+        .filter(|(name, _)| basin.axes.iter().all(|axis| axis.coordinate != **name))
+        .map(|(name, offset)| format!("{name} = {}", Shown(*offset)))
+        .collect();
+    if !others.is_empty() {
+        text.push_str(&format!("other offsets: {}\n", others.join(", ")));
+    }
+    text
+}
+
+/// What the classes and figures of a basin mean, in words.
+pub fn basin_remarks(basin: &Basin) -> Vec<String> {
+    let all = basin.cells.len();
+    let mut remarks = vec![format!(
+        "{:.4} of the cells touch another class; {} of {all} were followed, the others lie among \
+         cells of their own class",
+        basin.border, basin.computed
+    )];
+    if let Some(uncertainty) = &basin.uncertainty {
+        let last = uncertainty.distances.last().copied().unwrap_or(1);
+        remarks.push(format!(
+            "uncertainty exponent {:.3} (1 for a smooth border), the border's dimension {:.3}: \
+             from pairs of cells 1 to {last} apart",
+            uncertainty.exponent,
+            2.0 - uncertainty.exponent
+        ));
+    }
+    if basin.method == Method::Guarded {
+        remarks.push(format!(
+            "the map made {:.4} % of the iterates; the others are direct simulation",
+            100.0 * basin.by_map
+        ));
+    }
+    if basin.escaped.count > 0 {
+        remarks.push(format!("escaped: {}", escape_words(&basin.escape)));
+    }
+    if basin.attractors.iter().any(|found| found.attractor.period == Period::NotFound) {
+        remarks.push(format!(
+            "without a period: none up to {} after {} iterates, and none after eight times as many",
+            basin.longest_period, basin.transient
+        ));
+    }
+    remarks
+}
+
+/// In how many cells the map alone leaves its window, if in any.
+pub fn basin_outside_words(basin: &Basin) -> Option<String> {
+    (basin.outside.count > 0).then(|| {
+        format!(
+            "from {} of {} states the map alone leaves its window (in grey: its error was not \
+             measured there, and `--with guarded` simulates what lies outside)",
+            basin.outside.count,
+            basin.cells.len()
+        )
+    })
+}
+
+/// The number of an axis among the coordinates.
+fn place(basin: &Basin, axis: &BasinAxis) -> usize {
+    basin.coordinates.iter().position(|name| *name == axis.coordinate).unwrap_or(0)
+}
+
+fn axis(axis: &BasinAxis) -> Axis {
+    let letter = symbol(&axis.coordinate);
+    let (low, high) = edges(&axis.offsets);
+    Axis::linear(format!("{letter} − {letter}*")).with_range(low, high)
+}
