@@ -371,7 +371,15 @@ impl<S: Real, O: OrbitEquations<S>> CurveEquations<S> for LocusEquations<O, S> {
         if self.condition == Condition::Pair && unknown == self.rows() + 2 {
             return [ANGLE, std::f64::consts::PI - ANGLE];
         }
-        self.orbits.range(unknown)
+        match self.condition {
+            // Held at 0, which may be the end of its range.
+            Condition::Graze(contact)
+                if unknown == self.orbits.depth_variables().start + contact =>
+            {
+                [-1.0, 1.0]
+            }
+            _ => self.orbits.range(unknown),
+        }
     }
 }
 

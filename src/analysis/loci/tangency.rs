@@ -2,8 +2,8 @@
 //! from the jets of the map.
 //!
 //! One idea: near the point the depth variable `η` of the grazing contact and the first parameter
-//! `τ` tell an orbit, for all else is an analytic function of them; a locus is a line `η = m τ`, and
-//! it leaves the grazing curve `η = 0` with `κ τ²`. See docs/mathematics/loci.md.
+//! `τ` tell an orbit, for all else is an analytic function of them; a locus is a line `η = m τ`,
+//! and it leaves the grazing curve `η = 0` with `κ τ²`. See docs/mathematics/loci.md.
 
 use std::sync::Arc;
 

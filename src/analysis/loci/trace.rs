@@ -671,7 +671,11 @@ fn labelled<O: OrbitEquations<Dd>>(
     let zero = zero_near(exact, &at, &along, |point| point.tests[test].value);
     let zero = zero.filter(|zero| {
         let found = zero.tests[test];
-        found.value.magnitude() <= VANISHES * found.size
+        // Where all contacts graze, loci of fewer contacts cross: the place is not determined.
+        let mut depths = exact.orbits.depth_variables();
+        let crossing = kinds[test] == CodimensionTwo::DoubleGraze
+            && depths.all(|place| zero.unknowns[place].magnitude() < SAME);
+        found.value.magnitude() <= VANISHES * found.size && !crossing
     });
     match zero {
         Some(zero) => TracePoint {
@@ -689,25 +693,21 @@ fn labelled<O: OrbitEquations<Dd>>(
 fn each_once(points: Vec<TracePoint>) -> Vec<TracePoint> {
     let mut kept: Vec<TracePoint> = Vec::with_capacity(points.len());
     for point in points {
-        let last = kept.iter_mut().rev().take(NEIGHBOURS).find(|last| {
+        let here = |last: &TracePoint| {
             let pairs = last.unknowns.iter().zip(&point.unknowns);
             let apart = pairs.fold(0.0_f64, |most, (a, b)| most.max((a - b).abs()));
             apart < ONE_PLACE && last.label.is_some() && point.label.is_some()
-        });
-        match last {
-            Some(last) => {
-                let double = [CodimensionTwo::R1, CodimensionTwo::R2].map(Some);
-                let xi = |label| match label {
-                    Some(CodimensionTwo::Xi(n)) => Some(n),
-                    _ => None,
-                };
-                if double.contains(&last.label) {
-                    last.label = point.label;
-                } else if xi(last.label).is_some() && xi(last.label) != xi(point.label) {
-                    kept.push(point);
-                }
-            }
-            None => kept.push(point),
+        };
+        let first = kept.len().saturating_sub(NEIGHBOURS);
+        let at_place: Vec<usize> =
+            (first..kept.len()).filter(|&place| here(&kept[place])).collect();
+        let double = [CodimensionTwo::R1, CodimensionTwo::R2].map(Some);
+        let is_xi = matches!(point.label, Some(CodimensionTwo::Xi(_)));
+        let known = at_place.iter().any(|&place| kept[place].label == point.label);
+        match at_place.iter().find(|&&place| double.contains(&kept[place].label)) {
+            Some(&place) => kept[place].label = point.label,
+            None if at_place.is_empty() || is_xi && !known => kept.push(point),
+            None => {}
         }
     }
     kept

@@ -137,8 +137,8 @@ fn text(map: &Map, listing: &LociListing) -> Result<String, CliError> {
     }
     if !listing.tangencies.is_empty() {
         text.push_str(&format!(
-            "\ntangencies: {second} of the locus less {second} of the graze, over the square of the \
-             distance in {first}\n\n{}",
+            "\ntangencies: {second} of the locus less {second} of the graze, over the square of \
+             the distance in {first}\n\n{}",
             listing.tangency_table()?.to_text()
         ));
     }
