@@ -32,7 +32,7 @@ pub(super) enum Command {
     /// Parse and check a scene, no computing
     Check(SceneOptions),
     /// The grazing orbit
-    Locate(SceneOptions),
+    Locate(LocateArguments),
     /// The grazing curve in two parameters, with its codimension-two points
     Curve(CurveArguments),
     /// Coefficients of P_smooth, D and their composition
@@ -70,7 +70,7 @@ impl Arguments {
             Some(Command::Run(options)) => ("run", &options.common, false),
             Some(Command::New(_) | Command::Gallery(_)) => return None,
             Some(Command::Check(options)) => ("check", &options.common, false),
-            Some(Command::Locate(options)) => ("locate", &options.common, false),
+            Some(Command::Locate(options)) => ("locate", &options.scene.common, false),
             Some(Command::Curve(options)) => ("curve", &options.scene.common, true),
             Some(Command::Expand(options)) => ("expand", &options.common, true),
             Some(Command::Emit(options)) => ("emit", &options.common, false),
@@ -129,6 +129,17 @@ pub(super) struct SceneOptions {
     pub(super) scene: PathBuf,
     #[command(flatten)]
     pub(super) common: Common,
+}
+
+/// Options of `locate`.
+#[derive(Clone, Debug, Args)]
+pub(super) struct LocateArguments {
+    #[command(flatten)]
+    pub(super) scene: SceneOptions,
+    /// Measure beside the theory what guarded iteration settles on at a tenth and a hundredth of
+    /// the window to both sides of the graze; takes the map
+    #[arg(long)]
+    pub(super) measure: bool,
 }
 
 /// Options of `converge`.

@@ -269,28 +269,44 @@ impl Search {
         })))
     }
 
-    /// The gradient in all parameters of a function that vanishes where the orbit grazes, and by
-    /// how much the gap of the orbit changes with the function.
-    ///
-    /// The equations of the graze are one more than the unknowns of its orbit: the combination of
-    /// them that the unknowns do not change is that function.
     fn slopes(&self, at: &Candidate) -> Result<Slopes, OrbitError> {
-        let all: Vec<usize> = (0..self.scene.model.parameters.len()).collect();
-        let system =
-            ExtendedSystem::new(&self.scene, Grazes::of(&self.scene)?, &at.parameters, &all);
         let state: Vec<Dd> = at.state.iter().map(|&value| Dd::from(value)).collect();
-        let unknowns = system.assemble(&state, Dd::from(at.period), &[], &at.parameters);
-        let unknowns: Vec<f64> = unknowns.iter().map(|value| value.to_f64()).collect();
-        let (_, jacobian) = system.differentiate(&unknowns)?;
-        let first = system.first_parameter();
-        let combination = left_null(&jacobian.columns(0, first).into_owned());
-        let slope = |parameter: usize| jacobian.column(first + parameter).dot(&combination);
-        // A gap of 1 in the row of `h` alone is balanced by the function's value.
-        Ok(Slopes {
-            slopes: all.iter().map(|&p| slope(p)).collect(),
-            gap: combination[system.states()],
-        })
+        slopes(&self.scene, &state, Dd::from(at.period), &at.parameters)
     }
+}
+
+/// How the lowest gap of the orbit without contact changes with every parameter, at a graze.
+pub(super) fn gap_slopes(
+    scene: &Scene,
+    state: &[Dd],
+    period: Dd,
+    parameters: &[Dd],
+) -> Result<Vec<f64>, OrbitError> {
+    let Slopes { slopes, gap } = slopes(scene, state, period, parameters)?;
+    Ok(slopes.into_iter().map(|slope| slope / gap + 0.0).collect())
+}
+
+/// The gradient in all parameters of a function that vanishes where the orbit grazes, and by how
+/// much it changes with the gap of the orbit.
+///
+/// The equations of the graze are one more than the unknowns of its orbit: the combination of them
+/// that the unknowns do not change is that function.
+fn slopes(
+    scene: &Scene,
+    state: &[Dd],
+    period: Dd,
+    parameters: &[Dd],
+) -> Result<Slopes, OrbitError> {
+    let all: Vec<usize> = (0..scene.model.parameters.len()).collect();
+    let system = ExtendedSystem::new(scene, Grazes::of(scene)?, parameters, &all);
+    let unknowns = system.assemble(state, period, &[], parameters);
+    let unknowns: Vec<f64> = unknowns.iter().map(|value| value.to_f64()).collect();
+    let (_, jacobian) = system.differentiate(&unknowns)?;
+    let first = system.first_parameter();
+    let combination = left_null(&jacobian.columns(0, first).into_owned());
+    let slope = |parameter: usize| jacobian.column(first + parameter).dot(&combination);
+    let slopes = all.into_iter().map(slope).collect();
+    Ok(Slopes { slopes, gap: combination[system.states()] })
 }
 
 struct Slopes {

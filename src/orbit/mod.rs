@@ -23,6 +23,7 @@ mod section;
 mod special;
 mod stretch;
 mod system;
+mod theory;
 
 pub use curve::curve;
 pub use grazing_curve::{
@@ -36,3 +37,4 @@ pub use locate::locate;
 pub use margin::{Margin, MarginOutcome, margin};
 pub use outcome::{NamedValues, NotLocated, OrbitError};
 pub use section::{PoincareSection, PoincareSectionKind};
+pub use theory::{Expectation, GrazeTheory, OneContactOrbit, Route, graze_theory};

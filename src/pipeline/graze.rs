@@ -10,7 +10,7 @@ use crate::convergence::{
 };
 use crate::expansion::{Expander, WindowEdge};
 use crate::model::{Orders, Scene, nearest};
-use crate::orbit::{GrazingOrbit, locate};
+use crate::orbit::{GrazeTheory, GrazingOrbit, graze_theory, locate};
 use crate::report::SectionDocument;
 
 /// The first step of the pipeline.
@@ -52,6 +52,15 @@ impl Graze {
     /// Its grazing orbit.
     pub fn orbit(&self) -> &GrazingOrbit {
         &self.orbit
+    }
+
+    /// What theory says of the graze.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Orbit`] if the flow of the orbit cannot be computed.
+    pub fn theory(&self) -> Result<GrazeTheory, Error> {
+        Ok(graze_theory(&self.scene, &self.orbit)?)
     }
 
     /// Value of a parameter at which the orbit grazes.

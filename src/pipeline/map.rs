@@ -11,8 +11,8 @@ use crate::analysis::diagram::{Diagram, diagram};
 use crate::analysis::loci::{Loci, LociRequest, loci};
 use crate::analysis::orbits::{Orbits, OrbitsRequest, orbits};
 use crate::analysis::{
-    ImageRecord, ImageRequest, NoProgress, Part, Progress, SectionImage, direct_image, guarded,
-    images,
+    ImageRecord, ImageRequest, MeasuredSide, NoProgress, Part, Progress, SectionImage,
+    direct_image, guarded, images, measure_graze,
 };
 use crate::convergence::{
     Choice, ConvergenceError, ConvergenceStudy, ExactImages, MeasuredWindow, measure_window,
@@ -378,6 +378,17 @@ impl Map {
         let charts = requests
             .map(|(number, request)| self.chart_with(request, &Part::new(progress, number)));
         Ok(charts.collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect())
+    }
+
+    /// What guarded iteration settles on beside the graze, on both sides of the value of a
+    /// parameter.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Analysis`] if the parameter is no variable of the map.
+    pub fn measure_graze(&self, parameter: &str) -> Result<Vec<MeasuredSide>, Error> {
+        let (scene, orbit) = (self.settled().scene(), self.orbit());
+        Ok(measure_graze(scene, orbit, self.local(), parameter)?)
     }
 
     /// Basins of attraction in a plane of states.

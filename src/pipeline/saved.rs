@@ -194,10 +194,20 @@ impl Graze {
     ///
     /// Never in practice: all keys are text.
     pub fn to_json(&self) -> Result<String, Error> {
+        self.to_json_with(&())
+    }
+
+    /// The same with what else is known of the graze, a value of named fields, which is not read
+    /// back.
+    ///
+    /// # Errors
+    ///
+    /// As [`to_json`](Self::to_json).
+    pub fn to_json_with(&self, more: &impl Serialize) -> Result<String, Error> {
         let (scene, orbit) = (self.scene(), self.orbit());
         let saved = SavedOrbit { source: SavedScene::of(scene), orbit };
         let listing = OrbitListing::new(scene, orbit);
-        let both = Both { listing, saved };
+        let both = Both { listing: Both { listing, saved: more }, saved };
         Ok(to_json(&Document::new(DocumentKind::Orbit, scene, both))?)
     }
 

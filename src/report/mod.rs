@@ -30,6 +30,7 @@ mod run_page;
 mod section_document;
 mod sweep_words;
 mod table;
+mod theory_words;
 mod time_series_listing;
 mod window_words;
 
@@ -73,6 +74,7 @@ pub use run_page::{CrateSummary, RunPage, StageTime, run_page};
 pub use section_document::{SectionCost, SectionDecision, SectionDocument};
 pub use sweep_words::{chart_outside_words, diagram_outside_words};
 pub use table::{Alignment, Cell, Column, CsvStream, Rows, Table};
+pub use theory_words::GrazeStudy;
 pub use time_series_listing::{
     EventRecord, TimeSeriesListing, time_series_columns, time_series_figures, time_series_row,
     time_series_table,

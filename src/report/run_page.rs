@@ -8,9 +8,9 @@ use super::sweep_words::{
     diagram_outside_words, diagram_share_words,
 };
 use super::{
-    Cell, Column, Figure, MapListing, OrbitListing, Page, Provenance, ReportError, Section, Table,
-    bounds_words, chart_figure, chart_timing_table, convergence_section, diagram_figures,
-    diagram_timing_table, edge_words, error_words, window_remark,
+    Cell, Column, Figure, GrazeStudy, MapListing, OrbitListing, Page, Provenance, ReportError,
+    Section, Table, bounds_words, chart_figure, chart_timing_table, convergence_section,
+    diagram_figures, diagram_timing_table, edge_words, error_words, window_remark,
 };
 use crate::analysis::chart::Chart;
 use crate::analysis::diagram::Diagram;
@@ -46,6 +46,8 @@ pub struct RunPage<'a> {
     pub scene: &'a Scene,
     /// Its grazing orbit.
     pub orbit: &'a OrbitListing,
+    /// What happens at the graze.
+    pub graze: &'a GrazeStudy,
     /// The pictures of the orbit over its period, the phase portraits first, each with the ending
     /// of its file's name.
     pub pictures: &'a [(String, Figure)],
@@ -179,7 +181,16 @@ fn orbit_section(run: &RunPage<'_>) -> Result<Section, ReportError> {
         orbit.residual,
         re.hypot(im)
     );
-    let section = Section::new("Grazing orbit").prose(prose);
+    let words: Vec<String> = run.graze.words().iter().map(|words| capitalised(words)).collect();
+    let section = Section::new("Grazing orbit").prose(prose).prose(words.join(" "));
+    let section = match run.graze.orbits_table()? {
+        Some(table) => section.table(
+            table,
+            "Orbits with one contact in n returns that exist near the graze to leading order; \
+             nearer to it than the last column they are unstable.",
+        ),
+        None => section,
+    };
     let section = run.pictures.iter().fold(section, |section, (_, figure)| {
         section.figure(figure.clone(), "The grazing orbit over a period; rings: where it grazes.")
     });
@@ -371,4 +382,11 @@ fn time_section(run: &RunPage<'_>) -> Result<Section, ReportError> {
         }
     }
     Ok(section)
+}
+
+/// Words as a sentence.
+fn capitalised(words: &str) -> String {
+    let mut letters = words.chars();
+    let first = letters.next().map(|first| first.to_uppercase().to_string());
+    format!("{}{}.", first.unwrap_or_default(), letters.as_str())
 }

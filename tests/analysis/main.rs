@@ -13,6 +13,7 @@ mod choice_evidence;
 mod convergence;
 mod diagrams;
 mod dynamics;
+mod graze_theory;
 mod guarded;
 mod itineraries;
 mod loci;

@@ -4,8 +4,8 @@
 //! One idea: about every point of a periodic orbit the norm in which its derivative contracts makes
 //! ellipsoids, and as many of them, from the smallest, are taken as the map was seen to send into
 //! themselves. An orbit that enters one of them need not be followed further. An attractor
-//! without a period is known by the cells of a grid over its own extent (Nusse and Yorke 1998;
-//! Datseris and Wagemakers 2022): an orbit that stays in them is on it.
+//! without a period is known by the cells of a grid over its own extent (`DatserisWagemakers2022`):
+//! an orbit that stays in them is on it.
 
 use std::collections::HashSet;
 
@@ -137,7 +137,7 @@ fn refine(map: &dyn DiscreteMap, settled: &[Vec<f64>], scales: &[f64]) -> Option
     let dimension = scales.len();
     let mut start = settled.first()?.clone();
     for _ in 0..NEWTON_STEPS {
-        let (points, jacobians, image) = around(map, &start, settled.len())?;
+        let ((points, jacobians), image) = around(map, &start, settled.len())?;
         let identity = DMatrix::identity(dimension, dimension);
         let product =
             jacobians.iter().fold(identity.clone(), |product, jacobian| jacobian * product);
@@ -157,11 +157,7 @@ fn refine(map: &dyn DiscreteMap, settled: &[Vec<f64>], scales: &[f64]) -> Option
 }
 
 /// The points from a start on, the derivatives there, and the last image.
-fn around(
-    map: &dyn DiscreteMap,
-    start: &[f64],
-    period: usize,
-) -> Option<(Vec<Vec<f64>>, Vec<DMatrix<f64>>, Vec<f64>)> {
+fn around(map: &dyn DiscreteMap, start: &[f64], period: usize) -> Option<(Refined, Vec<f64>)> {
     let dimension = start.len();
     let (mut state, mut image) = (start.to_vec(), vec![0.0; dimension]);
     let mut rows = vec![0.0; dimension * dimension];
@@ -175,7 +171,7 @@ fn around(
         points.push(state.clone());
         state.copy_from_slice(&image);
     }
-    Some((points, jacobians, state))
+    Some(((points, jacobians), state))
 }
 
 /// One period, where the points repeat earlier.

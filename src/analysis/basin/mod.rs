@@ -234,7 +234,7 @@ pub struct BasinShare {
 
 /// How the uncertain part of the plane shrinks with the distance of two states: as its power.
 ///
-/// Reference: Grebogi, McDonald, Ott and Yorke, "Final state sensitivity", Phys. Lett. A 99 (1983).
+/// Reference: `Grebogi1983`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Uncertainty {
     /// The exponent, 1 for a smooth border; the border's dimension is 2 less it.

@@ -15,7 +15,7 @@ pub(super) use data::Shares;
 pub use data::{Diagram, DiagramPoint, Sweep, SweepHeading, Timing};
 pub use observe::Observer;
 pub(crate) use starts::low_discrepancy;
-pub(super) use starts::{Entry, settle, states};
+pub(super) use starts::{Entry, Found, settle, states};
 pub use sweep::SweepRequest;
 pub(super) use sweep::{kept_contacts, name};
 pub use swept_map::{

@@ -1,8 +1,8 @@
 //! `grazemap locate` and `grazemap curve`: the grazing orbit, and its curve in two parameters.
 
-use super::open;
 use super::sweeps::pictures;
-use crate::cli::arguments::{CurveArguments, SceneOptions};
+use super::{map, open};
+use crate::cli::arguments::{CurveArguments, LocateArguments};
 use crate::cli::output::{CliError, Results, counted};
 use grazemap::Error;
 use grazemap::model::Scene;
@@ -10,17 +10,37 @@ use grazemap::numeric::Shown;
 use grazemap::orbit::{self, CurveEnd, CurveOptions, CurveOutcome, GrazingCurve, MarginOutcome};
 use grazemap::pipeline::parameter_number;
 use grazemap::report::{
-    CurveListing, Document, DocumentKind, MarginListing, Named, OrbitListing, ReportError,
-    curve_figures, to_json,
+    CurveListing, Document, DocumentKind, GrazeStudy, MarginListing, Named, OrbitListing,
+    ReportError, curve_figures, to_json,
 };
 
 /// The grazing orbit.
-pub(in crate::cli) fn locate(options: &SceneOptions) -> Result<(), CliError> {
-    let graze = open(options)?.graze()?;
+pub(in crate::cli) fn locate(options: &LocateArguments) -> Result<(), CliError> {
+    let outlets = &options.scene.common.outlets;
+    let source = open(&options.scene)?;
+    let graze = source.clone().graze()?;
+    let theory = graze.theory()?;
+    let measured = match options.measure {
+        true => map(source, outlets.quiet)?.measure_graze(&theory.parameter)?,
+        false => Vec::new(),
+    };
+    let study = GrazeStudy { theory, measured };
     let listing = OrbitListing::new(graze.scene(), graze.orbit());
-    let text = orbit_text(graze.scene(), &listing)?;
-    let results = Results::named("orbit", text, graze.to_json()?, None);
-    results.deliver("locate", &options.common.outlets)
+    let text = orbit_text(graze.scene(), &listing)? + &study_text(&study)?;
+    let results = Results::named("orbit", text, graze.to_json_with(&study)?, None);
+    results.deliver("locate", outlets)
+}
+
+/// What happens at the graze, as a person reads it.
+fn study_text(study: &GrazeStudy) -> Result<String, ReportError> {
+    let mut text = "\nwhat happens at this graze\n".to_owned();
+    for words in study.words() {
+        text.push_str(&format!("{words}\n"));
+    }
+    if let Some(table) = study.orbits_table()? {
+        text.push_str(&format!("\n{}", table.to_text()));
+    }
+    Ok(text)
 }
 
 /// The orbit as a person reads it.

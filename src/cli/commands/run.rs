@@ -21,8 +21,8 @@ use grazemap::emission::{EmittedCrate, Target};
 use grazemap::model::{Digest, Method};
 use grazemap::pipeline::{EmitRequest, Source, StudyRequest, write_emitted};
 use grazemap::report::{
-    CrateSummary, OrbitListing, OutputFolder, RunPage, StageTime, run_page, time_series_figures,
-    to_json,
+    CrateSummary, GrazeStudy, OrbitListing, OutputFolder, RunPage, StageTime, run_page,
+    time_series_figures, to_json,
 };
 
 /// Where results go when no folder is named.
@@ -160,9 +160,13 @@ pub(in crate::cli) fn run(options: &SceneOptions) -> Result<(), CliError> {
         charts.iter_mut().zip(times).for_each(|(chart, timing)| chart.timing = timing);
     }
 
+    let theory = map.settled().graze().theory()?;
+    // Of a parameter that the map does not keep nothing is measured.
+    let measured = map.measure_graze(&theory.parameter).unwrap_or_default();
     let page = run_page(&RunPage {
         scene: &scene,
         orbit: &OrbitListing::new(&scene, &orbit),
+        graze: &GrazeStudy { theory, measured },
         pictures: &time_series_figures(&scene, &orbit, &series.1),
         map: map.listing()?,
         emitted: CrateSummary {

@@ -137,6 +137,15 @@ fn wrong_calls() -> Vec<(&'static str, Vec<&'static str>)> {
             ],
         ),
         ("image_far_away", vec!["image", "mems", "--states", "far.csv", "--using", "direct", "-q"]),
+        ("basin_of_one_axis", vec!["basin", "linear", "--axes", "x"]),
+        ("basin_off_the_section", vec!["basin", "linear", "--axes", "x,v"]),
+        ("basin_range_of_no_axis", vec!["basin", "linear", "--range", "v=0:1"]),
+        ("basin_range_backwards", vec!["basin", "linear", "--range", "x=1:0"]),
+        ("curve_nearest_in_three", vec!["curve", "linear", "--nearest", "alpha,omega,zeta"]),
+        (
+            "curve_scale_of_another",
+            vec!["curve", "linear", "--nearest", "alpha", "--scale", "omega=1"],
+        ),
         ("curve_without_range", vec!["curve", "linear", "--with", "omega"]),
         (
             "curve_unknown_parameter",

@@ -1,0 +1,308 @@
+//! What the theory of grazing bifurcations says of a graze, to leading order.
+//!
+//! One idea: everything follows from the multipliers of the orbit without contact and from `xi_n`.
+//! With `κ = sqrt(2/h'')` and the gap `h₀` of that orbit at the next passage, an orbit of `n` returns
+//! whose only contact has the depth variable `y` closes where
+//!
+//! ```text
+//! h₀ = −κ y T_n(n) − y²,   T_k(n) = xi_k + xi_{k+n} + xi_{k+2n} + …
+//! ```
+//!
+//! and stays clear at its other passages where `T_k(n) > T_n(n)`, `0 < k < n`. The largest of its
+//! multipliers is `−κ xi_n/(2y)`. For two multipliers these are the `c_n`, `b_nk` and `Λ` of the
+//! literature; here for any number. A stop whose contact begins with a higher power
+//! of `y` has none of that. See docs/mathematics/dynamics.md.
+
+use serde::Serialize;
+
+use super::grazes::Grazes;
+use super::grazing_orbit::GrazingOrbit;
+use super::margin::gap_slopes;
+use super::outcome::OrbitError;
+use super::passages::stretches;
+use super::stretch::Stretch;
+use super::system::ExtendedSystem;
+use crate::model::Scene;
+
+/// Longest one-contact orbits listed, in returns.
+const LONGEST: usize = 8;
+/// Conditions whose signs are looked at.
+const CONDITIONS: usize = 64;
+/// Conditions smaller than this, relative to the largest, have died out.
+const DIED_OUT: f64 = 1e-13;
+/// Most terms of a sum of conditions.
+const MOST_TERMS: usize = 100_000;
+
+/// The theory of a graze.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct GrazeTheory {
+    /// With which power of the depth variable `y` the contact begins: 1 for a square root of the
+    /// depth; `None` where no contact is felt.
+    pub contact_power: Option<usize>,
+    /// Magnitude of the largest multiplier of the orbit without contact.
+    pub largest_multiplier: f64,
+    /// `xi_1, xi_2, …`, as many as the longest orbit listed has returns.
+    pub xi: Vec<f64>,
+    /// Name of the adjusted parameter.
+    pub parameter: String,
+    /// How the lowest gap of the orbit without contact changes with it: contact begins on the side
+    /// where the gap falls.
+    pub gap_slope: f64,
+    /// Orbits with one contact in `n` returns that exist near the graze to leading order; of a
+    /// square root alone.
+    pub orbits: Vec<OneContactOrbit>,
+    /// What is to be expected.
+    pub expectation: Expectation,
+}
+
+/// An orbit with one contact in `n` returns, near the graze.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct OneContactOrbit {
+    /// Returns of a period.
+    pub returns: usize,
+    /// `xi_n`.
+    pub xi: f64,
+    /// `T_n(n)`: positive where it exists on the side of contact, negative on the other.
+    pub sum: f64,
+    /// Change of the parameter from the graze at which its largest multiplier has the magnitude 1,
+    /// to leading order: nearer to the graze the orbit is unstable.
+    pub unstable_within: f64,
+}
+
+/// What is to be expected of a graze.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case", tag = "kind")]
+pub enum Expectation {
+    /// Several passages graze in one return: the conditions between them decide.
+    SeveralPassages,
+    /// The orbit is unstable without contact: no attractor is born near it.
+    Unstable,
+    /// Contact and free flight do not differ at the graze.
+    NoContact,
+    /// The contact begins with a power of `y` above 1: the multipliers stay finite, and change at
+    /// once for `y²`, gradually beyond.
+    Finite,
+    /// A condition is negative: the attractor near the graze is lost, and the motion jumps.
+    Jump {
+        /// The first such condition.
+        n: usize,
+    },
+    /// All conditions are positive: an attractor near the graze persists.
+    Persists {
+        /// What it is, where the multipliers are real and positive.
+        route: Option<Route>,
+    },
+}
+
+/// What is born at a graze of an orbit whose multipliers are real and positive, by the largest.
+///
+/// Reference: `Chin1994`, for one multiplier much smaller than the other.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Route {
+    /// Below 1/4: period adding, windows of neighbouring periods overlap.
+    PeriodAdding,
+    /// From 1/4 to 2/3: period adding, chaos between the windows.
+    PeriodAddingWithChaos,
+    /// Above 2/3: chaos at once.
+    Chaos,
+}
+
+/// What theory says of the graze of an orbit.
+///
+/// # Errors
+///
+/// [`OrbitError`] if the flow of the orbit cannot be computed.
+pub fn graze_theory(scene: &Scene, orbit: &GrazingOrbit) -> Result<GrazeTheory, OrbitError> {
+    let graze = orbit.grazing_point();
+    let parameter = scene.grazing.solve_for[0];
+    let free = &scene.grazing.solve_for;
+    let system = ExtendedSystem::new(scene, Grazes::of(scene)?, orbit.parameters(), free);
+    let stretch = stretches(scene, &system, &orbit.passages)?;
+    let contact_power = match stretch.first() {
+        Some(Stretch::Reset | Stretch::Jump) => Some(1),
+        Some(Stretch::Difference { power, .. }) => Some(power + 1),
+        Some(Stretch::None) | None => None,
+    };
+    let [re, im] = orbit.multipliers.first().copied().unwrap_or_default();
+    let mut theory = GrazeTheory {
+        contact_power,
+        largest_multiplier: re.hypot(im),
+        xi: orbit.xi.iter().map(|value| value.to_f64()).collect(),
+        parameter: scene.model.parameters[parameter].name.clone(),
+        gap_slope: f64::NAN,
+        orbits: Vec::new(),
+        expectation: Expectation::SeveralPassages,
+    };
+    if orbit.passages.len() > 1 {
+        return Ok(theory);
+    }
+    theory.gap_slope =
+        gap_slopes(scene, &graze.state, orbit.period, orbit.parameters())?[parameter];
+    theory.expectation = match contact_power {
+        None => Expectation::NoContact,
+        Some(_) if theory.largest_multiplier >= 1.0 => Expectation::Unstable,
+        Some(2..) => Expectation::Finite,
+        Some(_) => {
+            let conditions = Conditions::new(&theory.xi, &orbit.multipliers);
+            theory.xi = conditions.first(LONGEST);
+            let acceleration = graze.normal_acceleration.to_f64();
+            theory.orbits = (1..=LONGEST)
+                .filter_map(|returns| {
+                    conditions.orbit(returns, acceleration * theory.gap_slope.abs())
+                })
+                .collect();
+            conditions.expectation(&orbit.multipliers)
+        }
+    };
+    Ok(theory)
+}
+
+/// All conditions of a stable orbit, by the recurrence that its multipliers give.
+struct Conditions {
+    /// From `xi_1` on, as far as they are not rounding.
+    values: Vec<f64>,
+}
+
+impl Conditions {
+    /// From the first ones, at least as many as there are multipliers.
+    fn new(first: &[f64], multipliers: &[[f64; 2]]) -> Self {
+        let recurrence = characteristic(multipliers);
+        let [re, im] = multipliers.first().copied().unwrap_or_default();
+        let terms = (DIED_OUT * 1e-3).ln() / re.hypot(im).ln();
+        let terms = if terms > 0.0 { terms as usize + CONDITIONS } else { CONDITIONS };
+        let mut values = first.to_vec();
+        while values.len() < terms.min(MOST_TERMS) && recurrence.len() <= first.len() {
+            let last = &values[values.len() - recurrence.len()..];
+            let next = recurrence.iter().zip(last).map(|(a, b)| -a * b).sum();
+            values.push(next);
+        }
+        Self { values }
+    }
+
+    fn first(&self, count: usize) -> Vec<f64> {
+        self.values.iter().copied().take(count).collect()
+    }
+
+    /// `T_k(n)`.
+    fn sum(&self, from: usize, returns: usize) -> f64 {
+        self.values.iter().skip(from - 1).step_by(returns).sum()
+    }
+
+    /// The orbit of one contact in so many returns, if it exists; `scale` is `h''` times the slope
+    /// of the gap.
+    fn orbit(&self, returns: usize, scale: f64) -> Option<OneContactOrbit> {
+        let (&xi, sum) = (self.values.get(returns - 1)?, self.sum(returns, returns));
+        let clears = (1..returns).all(|passage| self.sum(passage, returns) > sum);
+        // With y = −h₀/(κ T): |κ xi/(2y)| = |xi T|/(h'' |h₀|).
+        let unstable_within = (xi * sum).abs() / scale;
+        clears.then_some(OneContactOrbit { returns, xi, sum, unstable_within })
+    }
+
+    fn expectation(&self, multipliers: &[[f64; 2]]) -> Expectation {
+        let largest = self.values.iter().fold(0.0_f64, |size, value| size.max(value.abs()));
+        let mut felt = self.values.iter().take(CONDITIONS);
+        if let Some(place) = felt.position(|&value| value < -DIED_OUT * largest) {
+            return Expectation::Jump { n: place + 1 };
+        }
+        let is_real = multipliers.iter().all(|&[re, im]| im == 0.0 && re > 0.0);
+        let route = || match multipliers.first().map_or(0.0, |&[re, _]| re) {
+            largest if largest < 0.25 => Route::PeriodAdding,
+            largest if largest < 2.0 / 3.0 => Route::PeriodAddingWithChaos,
+            _ => Route::Chaos,
+        };
+        Expectation::Persists { route: is_real.then(route) }
+    }
+}
+
+/// Coefficients of the monic polynomial with these zeros, which come in conjugate pairs, lowest
+/// first, without the leading one.
+fn characteristic(zeros: &[[f64; 2]]) -> Vec<f64> {
+    let mut polynomial = vec![1.0];
+    let times = |polynomial: &[f64], factor: &[f64]| {
+        let mut product = vec![0.0; polynomial.len() + factor.len() - 1];
+        for (i, a) in polynomial.iter().enumerate() {
+            for (j, b) in factor.iter().enumerate() {
+                product[i + j] += a * b;
+            }
+        }
+        product
+    };
+    for &[re, im] in zeros {
+        if im == 0.0 {
+            polynomial = times(&polynomial, &[-re, 1.0]);
+        } else if im > 0.0 {
+            polynomial = times(&polynomial, &[re * re + im * im, -2.0 * re, 1.0]);
+        }
+    }
+    polynomial.pop();
+    polynomial
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// `xi_n = a λ₁ⁿ + b λ₂ⁿ`.
+    fn conditions(pairs: [[f64; 2]; 2]) -> Conditions {
+        let xi = |n: i32| pairs.iter().map(|[weight, zero]| weight * zero.powi(n)).sum();
+        let first: Vec<f64> = (1..=6).map(xi).collect();
+        Conditions::new(&first, &pairs.map(|[_, zero]| [zero, 0.0]))
+    }
+
+    #[test]
+    fn sums_of_conditions_are_geometric() {
+        let pairs = [[1.0, 0.6], [-1.0, 0.1]];
+        let conditions = conditions(pairs);
+        for n in 1..=5_usize {
+            for k in 1..=n {
+                let term = |[weight, zero]: [f64; 2]| {
+                    weight * zero.powi(k as i32) / (1.0 - zero.powi(n as i32))
+                };
+                let exact: f64 = pairs.into_iter().map(term).sum();
+                assert!((conditions.sum(k, n) - exact).abs() < 1e-13, "{k} of {n}");
+            }
+        }
+    }
+
+    /// `b_nk` and `c_n` of the cantilever paper, for `γ = A_12` of either sign.
+    #[test]
+    fn one_contact_orbits_exist_where_the_cantilever_paper_says() {
+        for [one, two] in [[0.6, 0.1], [0.2, 0.05], [0.9, 0.3], [0.0574449, 6.07e-5]] {
+            for sign in [1.0, -1.0] {
+                // xi_n = sign (λ1ⁿ − λ2ⁿ)/(λ1 − λ2).
+                let weight = sign / (one - two);
+                let conditions = conditions([[weight, one], [-weight, two]]);
+                for n in 1..=6_i32 {
+                    let power = |k: i32| [one.powi(k), two.powi(k)];
+                    let difference = |k: i32| power(k)[0] - power(k)[1];
+                    let b = |k: i32| {
+                        let product = power(k)[0] * power(k)[1];
+                        (-product * difference(n - k) - difference(k) + difference(n))
+                            / difference(n)
+                    };
+                    let clears = (1..n).all(|k| sign * b(k) < 0.0);
+                    let found = conditions.orbit(n as usize, 1.0);
+                    assert_eq!(found.is_some(), clears, "{n} of {one}, {two}, {sign}");
+                    let c =
+                        -(one - two) * (power(n)[0] - 1.0) * (power(n)[1] - 1.0) / difference(n);
+                    // After the graze where sign(γ) c_n < 0.
+                    assert!(found.is_none_or(|orbit| (orbit.sum > 0.0) == (sign * c < 0.0)));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_condition_that_turns_negative_is_found_and_routes_follow_the_largest_multiplier() {
+        let jump = conditions([[1.0, 0.5], [-3.0, 0.4]]);
+        assert_eq!(jump.expectation(&[[0.5, 0.0], [0.4, 0.0]]), Expectation::Jump { n: 1 });
+        for (largest, route) in
+            [(0.2, Route::PeriodAdding), (0.5, Route::PeriodAddingWithChaos), (0.7, Route::Chaos)]
+        {
+            let positive = conditions([[1.0, largest], [-1.0, 0.01]]);
+            let expected = Expectation::Persists { route: Some(route) };
+            assert_eq!(positive.expectation(&[[largest, 0.0], [0.01, 0.0]]), expected);
+        }
+    }
+}
