@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use super::outcome::{NotLocated, OrbitError};
-use crate::flow::Field;
+use crate::flow::{Field, Integrator};
 use crate::numeric::{Dd, Real, Scalar as _};
 
 /// Most products of series that a search forms, in units of one of numbers in `f64`: 2 to 5 s.
@@ -65,6 +65,20 @@ impl Effort {
             self.counts.density.store(density.to_bits(), Ordering::Relaxed);
         }
         self.spend(steps as f64);
+    }
+
+    /// Counts the steps of a flight of either direction, by flying it in numbers: an iterate of
+    /// Newton's method may lead to where the flow is far slower than along the orbit.
+    pub(super) fn probe(&self, field: &Field, start: &[f64], parameters: &[f64], duration: f64) {
+        let mut integrator = Integrator::<f64>::new(field);
+        let (mut state, mut remaining, mut steps) = (start.to_vec(), duration.abs(), 0);
+        while remaining > 0.0 && steps <= self.most_steps() {
+            let Ok(step) = integrator.step(&state, parameters) else { break };
+            let length = step.length.min(remaining);
+            step.state_at(length * duration.signum(), &mut state);
+            (remaining, steps) = (remaining - length, steps + 1);
+        }
+        self.counted(steps, duration.abs() - remaining);
     }
 
     /// Counts a flight, of jets where its derivatives are asked for.

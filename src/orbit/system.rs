@@ -298,6 +298,9 @@ impl ExtendedSystem {
         let free = self.free.iter().map(|&parameter| self.dimension + parameter);
         let inputs: Vec<usize> = (0..self.dimension).chain(free).collect();
         let start = &unknowns[..self.dimension];
+        if let Some(effort) = &self.effort {
+            effort.probe(&self.field, start, parameters, duration);
+        }
         self.count(duration, Flight::Jets)?;
         let (state, jacobian) =
             flow_with_jacobian(&self.field, start, parameters, duration, &inputs)?;
