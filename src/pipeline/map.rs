@@ -424,19 +424,19 @@ impl Map {
     /// use grazemap::analysis::periodic::ContactItinerary;
     /// use grazemap::prelude::*;
     ///
-    /// let map = Scene::load("scenes/linear_codim2.toml")?.graze()?.map()?;
+    /// let map = Scene::load("scenes/mems_scenario3.toml")?.graze()?.map()?;
     /// let request = LociRequest {
     ///     plane: [1, 0],
-    ///     range: [-1e-4, 1e-4],
+    ///     range: [-1e-6, 1e-6],
     ///     at: vec![0.0, 0.0],
     ///     kinds: vec![LocusKind::Graze, LocusKind::Fold],
     ///     itineraries: vec![ContactItinerary::parse("1", 1)?],
     ///     direct: false,
     /// };
     /// let found = map.loci(&request, &NoProgress)?;
-    /// // The fold leaves the grazing curve backwards, with the square of the distance.
+    /// // The fold leaves the grazing curve downwards, with the square of the distance.
     /// let leaving = &found.tangencies[0];
-    /// assert!(leaving.coefficient < 0.0 && leaving.slope < 0.0);
+    /// assert!(leaving.coefficient < 0.0 && leaving.slope > 0.0);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     ///
