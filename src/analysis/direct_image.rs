@@ -5,7 +5,7 @@ use super::section_frame::SectionFrame;
 use crate::hybrid::{DirectReturn, HybridSystem, Outcome, ReturnOutcome};
 use crate::model::Scene;
 use crate::numeric::Real;
-use crate::orbit::GrazingOrbit;
+use crate::orbit::{GrazingOrbit, PoincareSectionKind};
 
 /// The image of a section point by direct simulation.
 #[derive(Clone, Debug, PartialEq)]
@@ -108,6 +108,25 @@ impl<'a, S: Real> DirectImage<'a, S> {
     /// The places in [`GrazingOrbit::passages`] of the passages of one return.
     pub(super) fn passage_places(&self) -> Vec<usize> {
         self.frame.passage_places()
+    }
+
+    /// The gap at a section point: `−y²` of its own passage on a tangency section.
+    ///
+    /// # Errors
+    ///
+    /// [`AnalysisError::Length`].
+    pub(super) fn gap(
+        &mut self,
+        offsets: &[S],
+        parameter_offsets: &[S],
+    ) -> Result<S, AnalysisError> {
+        self.frame.place(offsets, parameter_offsets)?;
+        Ok(self.frame.gap())
+    }
+
+    /// Whether the section is that of a graze itself.
+    pub(super) fn is_tangency(&self) -> bool {
+        self.frame.kind() == PoincareSectionKind::Tangency
     }
 
     /// The image of a section point, everything in offsets.

@@ -43,7 +43,7 @@ pub fn escape_bounds(scene: &Scene, orbit: &GrazingOrbit) -> Vec<EscapeBound> {
 }
 
 /// Difference of the greatest and the least value of every coordinate along the grazing orbit.
-fn extents(scene: &Scene, orbit: &GrazingOrbit) -> Vec<f64> {
+pub(super) fn extents(scene: &Scene, orbit: &GrazingOrbit) -> Vec<f64> {
     let field = Field::free(&scene.model, &[]);
     let rounded = |values: &[crate::numeric::Dd]| -> Vec<f64> {
         values.iter().map(|value| value.to_f64()).collect()

@@ -89,9 +89,9 @@ impl<M: DiscreteMap> DiscreteMap for GuardedMap<'_, '_, M> {
         image: &mut [f64],
         jacobian: &mut [f64],
     ) -> StepInfo {
-        let step = self.map.step_jacobian(state, parameters, image, jacobian);
+        let step = self.map.step(state, parameters, image);
         if self.holds(state, parameters, step) {
-            return step;
+            return self.map.step_jacobian(state, parameters, image, jacobian);
         }
         self.direct().step_jacobian(state, self.all(parameters), image, jacobian)
     }

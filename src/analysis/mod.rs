@@ -16,6 +16,7 @@ mod evaluation;
 mod free_flight;
 mod guarded_map;
 mod image;
+pub mod loci;
 pub mod orbits;
 pub mod periodic;
 mod progress;

@@ -27,6 +27,7 @@ pub struct SectionFrame<S: Real> {
     surface: usize,
     passages: Vec<FollowingPassage>,
     tangency: Values<S>,
+    gap: Values<S>,
     clock: Option<Clock<S>>,
     orbit_period: S,
     state: Vec<S>,
@@ -65,6 +66,7 @@ impl<S: Real> SectionFrame<S> {
             surface,
             passages: orbit.passages_after_section(scene),
             tangency: tangency(model, surface, orbit.section.eliminated),
+            gap: Values::new(model, &model.graph, &[model.surfaces[surface].event]),
             clock: phase.map(|clock| Clock {
                 rate: Values::new(model, &model.graph, &[clock.rate]),
                 advance: S::from_dd(clock.period * Dd::from(scene.grazing.periods as f64)),
@@ -160,6 +162,11 @@ impl<S: Real> SectionFrame<S> {
     /// The full state placed last.
     pub fn state(&self) -> &[S] {
         &self.state
+    }
+
+    /// The gap of the section's surface at the state placed last.
+    pub(super) fn gap(&mut self) -> S {
+        self.gap.evaluate(&self.state, &self.parameters).get(0)
     }
 
     /// The phase placed last and that of the section point; `None` for an autonomous system.

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{ArgGroup, Args, Parser, Subcommand, ValueEnum};
 
 use super::output::{CliError, Outlets};
+use grazemap::analysis::loci::LocusKind;
 use grazemap::analysis::{Precision, Using};
 use grazemap::emission::Target;
 use grazemap::model::Method;
@@ -50,12 +51,14 @@ pub(super) enum Command {
     Orbits(OrbitsArguments),
     /// Branches of periodic orbits in one parameter, through folds, flips and grazes
     Branch(BranchArguments),
+    /// Saddle-nodes, flips, Neimark-Sacker points and grazes in two parameters
+    Loci(LociArguments),
     /// Time series and phase portrait of the grazing orbit, of a periodic orbit, of any start
     Trajectory(TrajectoryArguments),
-    /// Published figures and tables, computed again and compared
-    Gallery(GalleryOptions),
     /// Basins of attraction in a plane of the section
     Basin(BasinArguments),
+    /// Published figures and tables, computed again and compared
+    Gallery(GalleryOptions),
 }
 
 impl Arguments {
@@ -77,6 +80,7 @@ impl Arguments {
             Some(Command::Chart(options)) => ("chart", &options.common, true),
             Some(Command::Orbits(options)) => ("orbits", &options.scene.common, true),
             Some(Command::Branch(options)) => ("branch", &options.scene.common, true),
+            Some(Command::Loci(options)) => ("loci", &options.scene.common, true),
             Some(Command::Trajectory(options)) => ("trajectory", &options.scene.common, true),
             Some(Command::Basin(options)) => ("basin", &options.scene.common, true),
         })
@@ -149,14 +153,41 @@ pub(super) struct CurveArguments {
     #[command(flatten)]
     pub(super) scene: SceneOptions,
     /// The second parameter
-    #[arg(long, value_name = "PARAMETER")]
-    pub(super) with: String,
+    #[arg(long, value_name = "PARAMETER", required_unless_present = "nearest")]
+    pub(super) with: Option<String>,
     /// Its first value
-    #[arg(long, value_name = "A", allow_negative_numbers = true)]
-    pub(super) from: f64,
+    #[arg(
+        long,
+        value_name = "A",
+        allow_negative_numbers = true,
+        required_unless_present = "nearest"
+    )]
+    pub(super) from: Option<f64>,
     /// Its last value
-    #[arg(long, value_name = "B", allow_negative_numbers = true)]
-    pub(super) to: f64,
+    #[arg(
+        long,
+        value_name = "B",
+        allow_negative_numbers = true,
+        required_unless_present = "nearest"
+    )]
+    pub(super) to: Option<f64>,
+    /// The smallest change of one or two parameters from the scene's values at which the orbit
+    /// grazes, in the place of a curve
+    #[arg(
+        long,
+        value_name = "P[,Q]",
+        value_delimiter = ',',
+        conflicts_with_all = ["with", "from", "to", "xi"]
+    )]
+    pub(super) nearest: Vec<String>,
+    /// What a change of a parameter is counted in. Default: its value, 1 where that is 0
+    #[arg(
+        long,
+        value_name = "P=SIZE,...",
+        value_parser = ParameterOffsets::parse,
+        requires = "nearest"
+    )]
+    pub(super) scale: Option<ParameterOffsets>,
     /// Follow xi_1 to xi_N
     #[arg(
         long,
@@ -422,6 +453,59 @@ pub(super) enum OrbitsUsing {
     Map,
     /// Direct simulation
     Direct,
+}
+
+/// Options of `loci`.
+#[derive(Clone, Debug, Args)]
+pub(super) struct LociArguments {
+    #[command(flatten)]
+    pub(super) scene: SceneOptions,
+    /// The two active parameters
+    #[arg(long = "in", value_name = "P,Q", value_delimiter = ',', required = true)]
+    pub(super) plane: Vec<String>,
+    /// First offset of P from the graze. Default: the window's
+    #[arg(long, value_name = "A", allow_negative_numbers = true)]
+    pub(super) from: Option<f64>,
+    /// Its last offset
+    #[arg(long, value_name = "B", allow_negative_numbers = true)]
+    pub(super) to: Option<f64>,
+    /// Offsets of further active parameters, others 0
+    #[arg(long, value_name = "NAME=OFFSET,...", value_parser = ParameterOffsets::parse)]
+    pub(super) at: Option<ParameterOffsets>,
+    /// Which loci. Default: all
+    #[arg(long, value_name = "KIND,...", value_enum, value_delimiter = ',')]
+    pub(super) kind: Vec<LocusKindOption>,
+    /// Loci of the orbits with these contacts: 1 for contact, 0 for none, passage by passage and
+    /// return by return (`100`); may be repeated. Default: those of up to two passages
+    #[arg(long, value_name = "DIGITS")]
+    pub(super) itinerary: Vec<String>,
+    /// Whose orbits: the map's, or those of direct simulation
+    #[arg(long, value_enum, default_value_t = OrbitsUsing::Map)]
+    pub(super) using: OrbitsUsing,
+}
+
+/// What happens along a locus.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(super) enum LocusKindOption {
+    /// The orbit grazes
+    Graze,
+    /// Saddle-nodes
+    Fold,
+    /// Period-doublings
+    Flip,
+    /// Neimark-Sacker points
+    Torus,
+}
+
+impl From<LocusKindOption> for LocusKind {
+    fn from(option: LocusKindOption) -> Self {
+        match option {
+            LocusKindOption::Graze => Self::Graze,
+            LocusKindOption::Fold => Self::Fold,
+            LocusKindOption::Flip => Self::Flip,
+            LocusKindOption::Torus => Self::Torus,
+        }
+    }
 }
 
 /// Rows per return of a trajectory where none are named.

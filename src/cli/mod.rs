@@ -22,7 +22,8 @@ use clap::Parser;
 
 use arguments::{Arguments, Command};
 use commands::{
-    basin, branch, converge, emit, expand, grazes, image, orbits, run, scenes, sweeps, trajectory,
+    basin, branch, converge, emit, expand, grazes, image, loci, orbits, run, scenes, sweeps,
+    trajectory,
 };
 use output::CliError;
 use resume::catch_interruptions;
@@ -84,6 +85,7 @@ fn execute(command: Command) -> Result<(), CliError> {
         Command::Orbits(options) => orbits::run(&options),
         Command::Basin(options) => basin::run(&options),
         Command::Branch(options) => branch::run(&options),
+        Command::Loci(options) => loci::run(&options),
         Command::Trajectory(options) => trajectory::run(&options),
         Command::Emit(options) => emit::run(&options),
         Command::Run(options) => run::run(&options),

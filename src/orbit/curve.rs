@@ -3,9 +3,9 @@
 
 use std::array::from_fn;
 
-use super::curve_context::{CurveContext, NOISE, TestedPoint};
+use super::curve_context::{CurveContext, Distance, NOISE, TestedPoint};
 use super::grazing_curve::{CurveEnd, CurveOptions, CurveOutcome, GrazingCurve, SpecialKind};
-use super::grazing_orbit::Location;
+use super::grazing_orbit::{GrazingOrbit, Location};
 use super::locate::locate;
 use super::outcome::{OrbitError, Stop, settled};
 use super::sampled::{SAMPLES, Zeros, places, zeros};
@@ -54,6 +54,22 @@ pub fn curve(
         start = last;
     }
     Ok(CurveOutcome::Traced(pass(options.xi_count)?.trace(&start, to)?.0))
+}
+
+/// The curve of a grazing orbit in a second parameter from its own value of it towards another, as
+/// far as a distance may become less than on the way, with the points at which it is stationary.
+pub(super) fn curve_towards(
+    scene: &Scene,
+    orbit: &GrazingOrbit,
+    (with, to): (usize, f64),
+    distance: Distance,
+) -> Result<GrazingCurve, OrbitError> {
+    let from = orbit.parameters()[with].to_f64();
+    let size = from.abs().max(to.abs());
+    let context = CurveContext::new(scene, orbit, (with, size), 0)?.towards(distance);
+    let start = context.start(orbit);
+    let pass = PseudoArclength { context, options: &CurveOptions::default() };
+    Ok(pass.trace(&start, to)?.0)
 }
 
 /// One pass along a curve, with its options.
@@ -150,7 +166,7 @@ impl PseudoArclength<'_> {
                 if ((value - from) * 2.0 - (to - from)).abs() > 3.0 * range {
                     return Err(Stop::Ended(CurveEnd::LeftRange));
                 }
-                if value == to {
+                if value == to || self.context.is_beyond(&curve.points) {
                     return Err(Stop::Ended(CurveEnd::Reached));
                 }
                 (here, before) = (next, place);

@@ -34,6 +34,24 @@ pub(super) struct CurveContext<'a> {
     count: usize,
     stretches: Vec<Stretch>,
     corners: Option<Corners<'a>>,
+    nearest: Option<Distance>,
+}
+
+/// A distance from values of the free parameters, each in a scale of its own.
+#[derive(Clone, Debug)]
+pub(super) struct Distance {
+    pub(super) from: Vec<f64>,
+    pub(super) scales: Vec<f64>,
+    /// The least that is known.
+    pub(super) least: f64,
+}
+
+impl Distance {
+    /// Differences in the scales.
+    pub(super) fn scaled(&self, values: impl Iterator<Item = f64>) -> Vec<f64> {
+        let from = self.from.iter().zip(&self.scales);
+        values.zip(from).map(|(value, (from, scale))| (value - from) / scale).collect()
+    }
 }
 
 /// A function along the curve whose zeros are special points, at one point.
@@ -115,7 +133,13 @@ impl<'a> CurveContext<'a> {
             count,
             stretches,
             corners: Corners::of(scene, &[with]),
+            nearest: None,
         })
+    }
+
+    /// The same with the points at which a distance is stationary among the special ones.
+    pub(super) fn towards(self, distance: Distance) -> Self {
+        Self { nearest: Some(distance), ..self }
     }
 
     /// The equations, matched at the end of the period.
@@ -175,7 +199,40 @@ impl<'a> CurveContext<'a> {
             size,
         });
         let tests = self.codimension2(&point.conditions, &sizes).chain(folds);
-        Ok(TestedPoint { tests: tests.chain(switch).collect(), unknowns, tangent, corners, point })
+        let nearest = self.nearest.as_ref();
+        let nearest = nearest.map(|distance| self.stationarity(distance, &unknowns, &tangent));
+        let tests = tests.chain(switch).chain(nearest).collect();
+        Ok(TestedPoint { tests, unknowns, tangent, corners, point })
+    }
+
+    /// Whether the second parameter alone is farther off at the last of these points than the
+    /// nearest that is known.
+    pub(super) fn is_beyond(&self, points: &[CurvePoint]) -> bool {
+        let Some(distance) = &self.nearest else { return false };
+        let offsets = |point: &CurvePoint| {
+            distance.scaled(self.system().free().iter().map(|&free| point.parameters[free]))
+        };
+        let length = |offsets: Vec<f64>| offsets.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let least =
+            points.iter().map(|point| length(offsets(point))).fold(distance.least, f64::min);
+        let last = points.last().and_then(|point| offsets(point).pop());
+        last.is_some_and(|last| last.abs() > least)
+    }
+
+    /// Half the derivative of the squared distance along the curve.
+    fn stationarity(&self, distance: &Distance, unknowns: &[f64], tangent: &[f64]) -> TestValue {
+        let first = self.system().first_parameter();
+        let values = &self.without_units(unknowns)[first..];
+        let slopes = &self.without_units(tangent)[first..];
+        let offsets = distance.scaled(values.iter().copied());
+        let (mut value, mut size) = (0.0, 0.0);
+        for (number, offset) in offsets.iter().enumerate() {
+            let slope = slopes[number] / distance.scales[number];
+            value += offset * slope;
+            // A parameter is known to 14 digits.
+            size += 1e-14 / NOISE * (values[number] / distance.scales[number] * slope).abs();
+        }
+        TestValue { kind: SpecialKind::Nearest, value, size }
     }
 
     /// The conditions as functions along the curve. Those from mirror images repeat the others and
@@ -268,6 +325,7 @@ impl<'a> CurveContext<'a> {
             xi: conditions[0].values.clone(),
             conditions,
             clearance: clearance(self.scene, &passages, Dd::from(passed.period))?,
+            period: passed.period,
             parameters: passed.parameters,
             state,
         };

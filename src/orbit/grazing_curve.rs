@@ -35,6 +35,8 @@ pub struct CurvePoint {
     pub parameters: Vec<f64>,
     /// Full state at the graze, the phase in `[0, period)`.
     pub state: Vec<f64>,
+    /// Duration of one period of the orbit.
+    pub period: f64,
     /// `h''`.
     pub normal_acceleration: f64,
     /// Multipliers, the largest first.
@@ -74,6 +76,9 @@ pub enum SpecialKind {
     },
     /// A pair of multipliers changes between real and complex.
     MultiplierSwitch,
+    /// The distance from the scene's own values is stationary: followed by
+    /// [`margin`](super::margin()) alone.
+    Nearest,
 }
 
 /// A special point of a curve.

@@ -11,6 +11,7 @@ mod grazes;
 mod grazing_curve;
 mod grazing_orbit;
 mod locate;
+mod margin;
 mod minima;
 mod monodromy;
 mod newton;
@@ -32,5 +33,6 @@ pub use grazing_orbit::{
     FollowingPassage, GrazingConditions, GrazingOrbit, GrazingPoint, Location,
 };
 pub use locate::locate;
+pub use margin::{Margin, MarginOutcome, margin};
 pub use outcome::{NamedValues, NotLocated, OrbitError};
 pub use section::{PoincareSection, PoincareSectionKind};

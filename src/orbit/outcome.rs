@@ -390,6 +390,27 @@ pub enum OrbitError {
         /// Its index.
         parameter: usize,
     },
+    /// The smallest change of other than one or two different parameters that the model has.
+    #[error("the smallest change that grazes is that of one or two parameters; found {found}")]
+    MarginParameters {
+        /// Parameters given, those named twice counted once.
+        found: usize,
+    },
+    /// A scale of a parameter that is no length.
+    #[error("the scale of a change must be positive and finite; found {}", Shown(*scale))]
+    MarginScale {
+        /// The scale.
+        scale: f64,
+    },
+    /// The smallest change for several independent grazes.
+    #[error(
+        "the smallest change that grazes is that of one independent graze; the scene adjusts \
+         {found} parameters for as many"
+    )]
+    MarginGrazes {
+        /// Independent grazes.
+        found: usize,
+    },
     /// A search has computed as much as it may.
     #[error("the search for the grazing orbit has computed as much as it may")]
     SearchTooLong,

@@ -8,6 +8,7 @@ use crate::analysis::basin::{Basin, BasinRequest, basin};
 use crate::analysis::branches::{BranchRequest, Branches, branches};
 use crate::analysis::chart::{Chart, chart};
 use crate::analysis::diagram::{Diagram, diagram};
+use crate::analysis::loci::{Loci, LociRequest, loci};
 use crate::analysis::orbits::{Orbits, OrbitsRequest, orbits};
 use crate::analysis::{
     ImageRecord, ImageRequest, NoProgress, Part, Progress, SectionImage, direct_image, guarded,
@@ -402,6 +403,15 @@ impl Map {
     ) -> Result<Orbits, Error> {
         let (scene, orbit) = (self.settled().scene(), self.orbit());
         Ok(orbits(scene, orbit, self.local(), request, progress)?)
+    }
+
+    /// Loci of periodic orbits in two parameters.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Analysis`] if the simulator refuses the parameters.
+    pub fn loci(&self, request: &LociRequest) -> Result<Loci, Error> {
+        Ok(loci(self.settled().scene(), self.orbit(), self.local(), request)?)
     }
 
     /// Branches of periodic orbits in one parameter, through folds, flips and grazes.

@@ -218,6 +218,7 @@ fn function(scene: &Scene, kind: SpecialKind) -> String {
             format!("the slope of {}", scene.model.parameters[parameter].name)
         }
         SpecialKind::MultiplierSwitch => "the discriminant of the multipliers".to_owned(),
+        SpecialKind::Nearest => "the slope of the distance".to_owned(),
     }
 }
 

@@ -218,6 +218,8 @@ pub enum DocumentKind {
     Map,
     /// Periodic orbits by itinerary.
     Orbits,
+    /// Loci in two parameters.
+    Loci,
     /// A bifurcation diagram.
     Diagram,
     /// A two-parameter chart.
@@ -228,6 +230,8 @@ pub enum DocumentKind {
     Trajectory,
     /// Basins of attraction.
     Basin,
+    /// The smallest change of parameters that grazes.
+    Margin,
     /// Branches of periodic orbits.
     Branch,
 }

@@ -18,7 +18,9 @@ mod error;
 mod files;
 mod journal;
 mod json;
+mod loci_listing;
 mod map_listing;
+mod margin_listing;
 mod npy;
 mod number;
 mod orbit_listing;
@@ -55,13 +57,17 @@ pub use figure::Figure;
 pub use files::{OutputFolder, write_atomically, write_streamed};
 pub use journal::Journal;
 pub use json::{Document, DocumentKind, Named, to_json, write_json};
+pub use loci_listing::{LociListing, LocusPointRecord, LocusRecord, TangencyRecord};
 pub use map_listing::{
     ChosenCoefficients, DepthListing, ExpansionParts, LeadingTerm, MapListing, PassageParts,
     PolynomialMap, Term, depth_variables, edge_words,
 };
+pub use margin_listing::{MarginListing, MarginParameter};
 pub use npy::npy_bytes;
 pub use orbit_listing::{ConditionsListing, OrbitListing, PassageListing};
-pub use orbits_listing::{ContactRecord, LocusRecord, LostRecord, OrbitRecord, OrbitsListing};
+pub use orbits_listing::{
+    BifurcationsRecord, ContactRecord, LostRecord, OrbitRecord, OrbitsListing,
+};
 pub use page::{Page, PageFigure, Picture, Provenance, Section};
 pub use run_page::{CrateSummary, RunPage, StageTime, run_page};
 pub use section_document::{SectionCost, SectionDecision, SectionDocument};

@@ -26,7 +26,7 @@ pub struct OrbitsListing {
     pub orbits: Vec<OrbitRecord>,
     /// Folds and flips, where asked for.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub loci: Option<Vec<LocusRecord>>,
+    pub loci: Option<Vec<BifurcationsRecord>>,
     /// Orbits of the map for which direct simulation has none.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub lost: Vec<LostRecord>,
@@ -79,7 +79,7 @@ pub struct ContactRecord {
 
 /// Folds or flips of one itinerary.
 #[derive(Clone, Debug, Serialize)]
-pub struct LocusRecord {
+pub struct BifurcationsRecord {
     /// Fold or flip.
     pub kind: BifurcationKind,
     /// The itinerary, in digits.
@@ -166,8 +166,8 @@ impl Names<'_> {
         }
     }
 
-    fn locus(&self, locus: &Locus) -> LocusRecord {
-        LocusRecord {
+    fn locus(&self, locus: &Locus) -> BifurcationsRecord {
+        BifurcationsRecord {
             kind: locus.kind,
             itinerary: locus.itinerary.to_string(),
             points: locus.points.iter().map(|point| self.orbit(point)).collect(),

@@ -1,9 +1,13 @@
 //! Branches of periodic orbits: the equations that are continued, and what is found along them.
 
-use grazemap::analysis::MapEvaluation;
+use grazemap::analysis::branches::{Branch, BranchLabel, BranchRequest, Branches};
 use grazemap::analysis::periodic::{ContactItinerary, ItinerarySearch, MapOrbitEquations};
+use grazemap::analysis::{MapEvaluation, NoProgress};
+use grazemap::iteration::{MapOrbit, OrbitRequest, Period};
 use grazemap::numeric::{Dd, Scalar};
-use grazemap::prelude::{FindGraze, Scene};
+use grazemap::prelude::{FindGraze, Map, Scene};
+
+use crate::support::foale::Foale;
 
 /// The exact derivatives against differences in double-double, at any point.
 #[test]
@@ -58,4 +62,173 @@ fn multipliers_are_those_of_the_search() {
         let error = (*ours - *searched).magnitude();
         assert!(error < 1e-15 * searched.magnitude().max(1.0), "{ours:?} {searched:?}");
     }
+}
+
+/// Offsets of the varied parameter at the points of a label, on the branches of an itinerary.
+fn labelled(found: &Branches, itinerary: &str, label: BranchLabel) -> Vec<f64> {
+    let branches = found.branches.iter().filter(|branch| branch.itinerary.to_string() == itinerary);
+    let points = branches.flat_map(|branch| &branch.points);
+    let labelled =
+        points.filter(|point| point.special.as_ref().is_some_and(|special| special.label == label));
+    labelled.map(|point| point.orbit.parameters[0]).collect()
+}
+
+fn request(itineraries: &[&str], longest: usize, range: [f64; 2], direct: bool) -> BranchRequest {
+    let parse = |digits: &&str| ContactItinerary::parse(digits, 1).expect("digits");
+    BranchRequest {
+        itineraries: itineraries.iter().map(parse).collect(),
+        longest,
+        along: 0,
+        range,
+        at: vec![0.0; 2],
+        direct,
+    }
+}
+
+fn map_of(scene: &str) -> Map {
+    let scene = Scene::load(format!("scenes/{scene}.toml")).expect("a scene");
+    scene.graze().and_then(|graze| graze.map()).expect("a map")
+}
+
+/// Foale's saddle-node below ω = 2 and flip above it, by direct simulation from the graze on, where
+/// the closed form has them (tests/data/rigid/README.md).
+#[test]
+fn one_branch_of_direct_simulation_goes_from_the_graze_to_the_published_points() {
+    let cases = [
+        ("foale", [-0.8, 0.1], BranchLabel::SaddleNode, 1.487172409899, 3.823568166819),
+        (
+            "foale_omega_2_2",
+            [-0.1, 0.6],
+            BranchLabel::PeriodDoubling,
+            4.270260988791,
+            0.869956974914,
+        ),
+    ];
+    for (scene, range, label, alpha, speed) in cases {
+        let map = map_of(scene);
+        let found = map.branches(&request(&["1"], 1, range, true), &NoProgress).expect("branches");
+        let one = found.branches.iter().filter(|branch| branch.itinerary.to_string() == "1");
+        let one: Vec<_> = one.collect();
+        assert_eq!(one.len(), 1, "{scene}");
+        let points = &one[0].points;
+        let special = points
+            .iter()
+            .find(|point| point.special.as_ref().is_some_and(|special| special.label == label));
+        let orbit = &special.expect("the published point").orbit;
+        let value = map.parameter("alpha").expect("a parameter") + orbit.parameters[0];
+        assert!((value - alpha).abs() < 2e-12, "{scene}: {value}");
+        assert!((orbit.contacts[0].speed - speed).abs() < 1e-7, "{scene}: {orbit:?}");
+        // The branch begins at the graze itself.
+        let grazes = labelled(&found, "1", BranchLabel::Graze);
+        assert!(grazes.len() == 1 && grazes[0].abs() < 1e-15, "{scene}: {grazes:?}");
+        // Every orbit is that of the closed form: its amplitude follows from its speed.
+        let parameter = |name: &str| match name {
+            "zeta" => Dd::from(0.05),
+            "omega" => Dd::from(map.parameter("omega").expect("a parameter")),
+            _ => Dd::from(0.7),
+        };
+        let closed = Foale::unfolded(parameter, 0.0, 1);
+        for point in points.iter().filter(|point| !point.orbit.contacts.is_empty()) {
+            let orbit = &point.orbit;
+            let expected = closed.alpha(Dd::from(orbit.contacts[0].speed)).to_f64();
+            let value = map.parameter("alpha").expect("a parameter") + orbit.parameters[0];
+            assert!((value - expected).abs() < 1e-10, "{scene}: {value} {expected}");
+        }
+    }
+}
+
+/// Flips and grazes of the beam's orbits of two and three returns, inside the window: the map
+/// and direct simulation are solved each alone.
+#[test]
+fn special_points_of_the_map_are_those_of_direct_simulation() {
+    let map = map_of("cantilever_1_7");
+    let range = [-1e-6, 1e-6];
+    let of = |direct| {
+        let request = request(&["10", "100"], 3, range, direct);
+        map.branches(&request, &NoProgress).expect("branches")
+    };
+    let (by_map, direct) = (of(false), of(true));
+    for (itinerary, label, tolerance) in [
+        ("10", BranchLabel::PeriodDoubling, 1e-9),
+        ("100", BranchLabel::PeriodDoubling, 1e-9),
+        ("100", BranchLabel::Graze, 1e-7),
+    ] {
+        let beyond = |found: &Branches| {
+            let all = labelled(found, itinerary, label).into_iter();
+            all.filter(|offset| offset.abs() > 1e-16).collect::<Vec<_>>()
+        };
+        let (ours, simulated) = (beyond(&by_map), beyond(&direct));
+        assert!(!ours.is_empty(), "{itinerary} {label:?}");
+        for offset in ours {
+            let near = simulated.iter().any(|other| (other / offset - 1.0).abs() < tolerance);
+            assert!(near, "{itinerary} {label:?}: {offset:e} {simulated:?}");
+        }
+    }
+}
+
+/// Branch switching: at the graze of a passage the itineraries with and without its contact meet,
+/// and the doubled branch begins where the orbit flips.
+#[test]
+fn branches_change_their_itinerary_at_grazes_and_double_at_flips() {
+    let map = map_of("self_excited");
+    let mut request = request(&["10"], 4, [-1e-3, 1e-3], false);
+    request.at = vec![0.0; map.local().parameters.len()];
+    let found = map.branches(&request, &NoProgress).expect("branches");
+    // What was not asked for is followed: 11 beyond the graze of 10's second return, 1 at the end
+    // of that, as the orbit that 11 doubles.
+    let grazes = |itinerary: &str| labelled(&found, itinerary, BranchLabel::Graze);
+    let shared: Vec<f64> = grazes("10").into_iter().filter(|offset| *offset < -1e-6).collect();
+    assert_eq!(shared.len(), 1);
+    let same = |offset: &f64| (offset / shared[0] - 1.0).abs() < 1e-12;
+    assert!(grazes("11").iter().any(same), "{:?} {shared:?}", grazes("11"));
+    let doubled = labelled(&found, "10", BranchLabel::PeriodDoubling);
+    let begins = labelled(&found, "1010", BranchLabel::BranchPoint);
+    assert_eq!((doubled.len(), begins.len()), (1, 1));
+    assert!((begins[0] / doubled[0] - 1.0).abs() < 1e-12, "{begins:?} {doubled:?}");
+}
+
+/// What the map settles on lies on a stable branch, for every value of a sweep.
+#[test]
+fn every_attractor_of_a_sweep_lies_on_a_stable_branch() {
+    let map = map_of("cantilever_2_5");
+    let longest = 4;
+    let all = ContactItinerary::all(1, longest).expect("short periods");
+    let itineraries: Vec<String> = all.iter().map(ContactItinerary::to_string).collect();
+    let names: Vec<&str> = itineraries.iter().map(String::as_str).collect();
+    let range = [-1e-5, 2e-5];
+    let found = map.branches(&request(&names, longest, range, false), &NoProgress);
+    let found = found.expect("branches");
+    let scales = [1e-4, 1e-4];
+    let mut settled = 0;
+    for number in 0..40 {
+        let offset = range[0] + (range[1] - range[0]) * (f64::from(number) + 0.5) / 40.0;
+        let parameters = [offset, 0.0];
+        let request = OrbitRequest::new(3000, 2 * longest, &scales);
+        let orbit = MapOrbit::of(map.discrete(), &[1e-9, 0.0], &parameters, &request);
+        let Period::Periodic(period) = orbit.period else { continue };
+        settled += 1;
+        let last = &orbit.last;
+        let lies = |branch: &Branch| {
+            branch.points.windows(2).any(|pair| {
+                let [a, b] = [&pair[0].orbit, &pair[1].orbit];
+                let (from, to) = (a.parameters[0], b.parameters[0]);
+                let share = (offset - from) / (to - from);
+                let stable = (a.stable && a.physical) || (b.stable && b.physical);
+                stable
+                    && (0.0..=1.0).contains(&share)
+                    && a.states.iter().zip(&b.states).any(|(a, b)| {
+                        let pairs = a.iter().zip(b).zip(last).zip(scales);
+                        { pairs }.all(|(((a, b), last), scale)| {
+                            let between = a + share * (b - a);
+                            let reach = (a - b).abs() + 1e-6 * scale;
+                            (between - last).abs() <= 0.2 * reach
+                        })
+                    })
+            })
+        };
+        let branches = found.branches.iter();
+        let mut same = branches.filter(|branch| branch.itinerary.period() == period);
+        assert!(same.any(lies), "period {period} at {offset:e}: {last:?}");
+    }
+    assert!(settled >= 20, "{settled}");
 }

@@ -81,13 +81,36 @@ fn a_step_is_the_maps_inside_the_window_and_the_direct_return_outside() {
 /// Orbits in lanes against one orbit by the [`GuardedMap`], which is written apart from them.
 #[test]
 fn lanes_are_guarded_as_one_orbit_is_to_the_last_bit() {
-    let case = Case::new("cantilever_0_09").narrowed(0.3);
+    let offsets = [-2e-4, 1e-5, 1e-4, 2e-4, 4e-4, 8e-4, 9e-3];
+    let [mapped, simulated, ended] = lanes_against_one_orbit(0.3, &offsets, |_| vec![1.0, 10.0]);
+    assert!(mapped > 40 && simulated > 40, "{mapped} by the map, {simulated} simulated");
+    assert_eq!(ended, 0);
+}
+
+/// Every lane is inside its window until orbits escape there, in a map's first steps.
+#[test]
+fn lanes_that_escape_inside_the_window_end_as_one_orbit_does() {
+    let inside = |window: &[f64]| window.iter().map(|width| 0.1 * width).collect();
+    let offsets = [-2e-4, 1e-5, 1e-4, 2e-4, 4e-4, 8e-4];
+    let [mapped, simulated, ended] = lanes_against_one_orbit(30.0, &offsets, inside);
+    assert!(mapped > 10 && simulated == 0, "{mapped} by the map, {simulated} simulated");
+    assert!((1..6).contains(&ended), "{ended} escaped");
+}
+
+/// Steps by the map, steps simulated, and orbits that ended early, of orbits in lanes that are
+/// compared with single ones: in a window that is widened to this many times itself, orbits escape
+/// at bounds made of its half-widths.
+fn lanes_against_one_orbit(
+    share: f64,
+    offsets: &[f64],
+    escape: fn(&[f64]) -> Vec<f64>,
+) -> [usize; 3] {
+    let case = Case::new("cantilever_0_09").narrowed(share);
     let system = HybridSystem::new(&case.scene.model);
     let direct = DirectMap::new(&system, &case.scene, &case.orbit).expect("a good scene");
     let map = HornerMap::new(&case.map);
     let window = &case.map.window;
-    let request = OrbitRequest::new(5, 40, &window.state).escaping_at(&[1.0, 10.0]);
-    let offsets = [-2e-4, 1e-5, 1e-4, 2e-4, 4e-4, 8e-4, 9e-3];
+    let request = OrbitRequest::new(5, 40, &window.state).escaping_at(&escape(&window.state));
     let parameters: Vec<[f64; 2]> = offsets.iter().map(|&offset| [offset, 0.0]).collect();
     let own: Vec<&[f64]> = parameters.iter().map(|own| &own[..]).collect();
     let states = vec![&[1e-5, 1e-4][..]; own.len()];
@@ -100,16 +123,17 @@ fn lanes_are_guarded_as_one_orbit_is_to_the_last_bit() {
         }
     };
     let orbits = lanes.guarded_orbits(&states, &request, window, &mut fly);
-    let (mut mapped, mut simulated) = (0, 0);
+    let mut counts = [0; 3];
     for (lane, orbit) in orbits.iter().enumerate() {
         let frozen = map.freeze(own[lane]);
         let alone = GuardedMap::frozen(frozen, own[lane], window, &direct);
         assert_eq!(*orbit, MapOrbit::of(&alone, states[lane], &[], &request), "{lane}");
         for step in &orbit.steps {
-            *(if step.simulated { &mut simulated } else { &mut mapped }) += 1;
+            counts[usize::from(step.simulated)] += 1;
         }
+        counts[2] += usize::from(orbit.end != OrbitEnd::Completed);
     }
-    assert!(mapped > 40 && simulated > 40, "{mapped} by the map, {simulated} simulated");
+    counts
 }
 
 #[test]

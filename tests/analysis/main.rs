@@ -15,6 +15,7 @@ mod diagrams;
 mod dynamics;
 mod guarded;
 mod itineraries;
+mod loci;
 mod orbit_search;
 mod record;
 mod resuming;

@@ -7,6 +7,7 @@ mod support;
 mod catalogue;
 mod grazing_curves;
 mod grazing_orbits;
+mod margins;
 mod model_properties;
 mod scene;
 mod several_grazes;

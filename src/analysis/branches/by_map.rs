@@ -4,9 +4,11 @@ use rayon::prelude::*;
 
 use super::data::{Branch, BranchEnd, BranchLabel, BranchPoint, BranchRequest, Branches, Special};
 use super::normal_form::NormalForm;
+use super::trace::{
+    Trace, apart, null_vector, standard_form, toggled, twice, unit_vector, with_those_led_to,
+};
 use crate::analysis::continuation::{
-    Course, CourseEnd, CurveEquations, CurvePoint, Linearised, StepControl, Turn, corrected,
-    follow, searched, tangent_at, zero_near,
+    CurveEquations, CurvePoint, Linearised, corrected, searched, tangent_at, zero_near,
 };
 use crate::analysis::error::AnalysisError;
 use crate::analysis::orbits::{ByMap, FoundOrbit, OrbitContact};
@@ -17,7 +19,7 @@ use crate::analysis::progress::Progress;
 use crate::expansion::LocalMap;
 use crate::iteration::PassageSet;
 use crate::model::Scene;
-use crate::numeric::linear::{eigenvalues, solve};
+use crate::numeric::linear::eigenvalues;
 use crate::numeric::{Dd, Real};
 use crate::orbit::GrazingOrbit;
 
@@ -31,12 +33,14 @@ const SHARES: [f64; 4] = [0.02, 0.15, 0.5, 0.95];
 const SAME: f64 = 1e-6;
 /// A value of a graze within this of zero is at it, in the units of the unknowns.
 const AT_GRAZE: f64 = 1e-10;
+/// Orbits this near to those of half their period are where a branch doubles.
+const NEAR: f64 = 1e-3;
+/// How far from a special point its refinement in double-double may lie.
+const FAR: f64 = 1e-5;
 /// How near a multiplier is to that of a special point.
 const AT_MULTIPLIER: f64 = 1e-5;
 /// Distances from the orbit that doubles at which the doubled branch begins.
 const DOUBLED: [f64; 3] = [1e-2, 1e-3, 1e-4];
-/// Rounds in which branches lead to others.
-const ROUNDS: usize = 8;
 
 type Point = CurvePoint<f64, PassagesOfOrbit<f64>>;
 
@@ -51,13 +55,7 @@ struct Seed {
     direction: Option<Vec<f64>>,
 }
 
-/// A branch as it is followed, from its one end to the other.
-struct Trace {
-    points: Vec<Point>,
-    turns: Vec<Turn>,
-    unresolved: Vec<[usize; 2]>,
-    ends: [BranchEnd; 2],
-}
+type MapTrace = Trace<PassagesOfOrbit<f64>>;
 
 struct Continuation<'a> {
     search: ItinerarySearch<'a>,
@@ -83,45 +81,25 @@ pub(super) fn branches(
     progress.expect(request.itineraries.len() as u64);
     let settled = continuation.settled();
     let grazing = continuation.grazing_orbits();
-    let mut found: Vec<(ContactItinerary, Vec<Trace>)> = request
-        .itineraries
-        .par_iter()
-        .map(|itinerary| {
-            let seeds = continuation.seeds(itinerary, &settled, &grazing);
-            let traces = continuation.traces(itinerary, seeds, Vec::new());
-            progress.advance(1);
-            (itinerary.clone(), traces)
-        })
-        .collect();
-    let mut looked_at = vec![0; found.len()];
-    for _ in 0..ROUNDS {
-        let mut seeds: Vec<Seed> = Vec::new();
-        for ((itinerary, traces), looked_at) in found.iter().zip(&mut looked_at) {
-            for trace in &traces[*looked_at..] {
-                seeds.extend(continuation.led_to(itinerary, trace));
-            }
-            *looked_at = traces.len();
-        }
-        if seeds.is_empty() {
-            break;
-        }
-        for seed in &seeds {
-            if !found.iter().any(|(itinerary, _)| *itinerary == seed.itinerary) {
-                found.push((seed.itinerary.clone(), Vec::new()));
-                looked_at.push(0);
-            }
-        }
-        found.par_iter_mut().for_each(|(itinerary, traces)| {
-            let mine = seeds.iter().filter(|seed| seed.itinerary == *itinerary).cloned();
-            *traces = continuation.traces(itinerary, mine.collect(), std::mem::take(traces));
-        });
-    }
-    found.sort_by_key(|(itinerary, _)| itinerary.period());
+    let first = request.itineraries.par_iter().map(|itinerary| {
+        let seeds = continuation.seeds(itinerary, &settled, &grazing);
+        let traces = continuation.traces(itinerary, seeds, Vec::new());
+        progress.advance(1);
+        (itinerary.clone(), traces)
+    });
+    let found = with_those_led_to(
+        first.collect(),
+        |seed: &Seed| &seed.itinerary,
+        |itinerary, trace| continuation.led_to(itinerary, trace),
+        |itinerary, seeds, known| continuation.traces(itinerary, seeds, known),
+    );
     let branches = found.iter().flat_map(|(itinerary, traces)| {
         traces.iter().map(|trace| continuation.branch(itinerary, trace))
     });
     // A branch that is virtual on both sides of a graze touches what is physical there alone.
-    let of_stretch = |point: &BranchPoint| point.orbit.physical && point.special.is_none();
+    let of_stretch = |point: &BranchPoint| {
+        point.orbit.physical && point.special.is_none() && !point.orbit.multipliers.is_empty()
+    };
     let physical = branches.filter(|branch| branch.points.iter().any(of_stretch));
     Ok(Branches { branches: physical.collect() })
 }
@@ -238,8 +216,8 @@ impl<'a> Continuation<'a> {
         &self,
         itinerary: &ContactItinerary,
         seeds: Vec<Seed>,
-        mut traces: Vec<Trace>,
-    ) -> Vec<Trace> {
+        mut traces: Vec<MapTrace>,
+    ) -> Vec<MapTrace> {
         let mut equations = self.equations(itinerary);
         for seed in seeds {
             let parameters = self.parameters(seed.parameter);
@@ -250,7 +228,7 @@ impl<'a> Continuation<'a> {
                     let Some(start) = solved(&mut equations, &guess) else { continue };
                     let is_new = !equations.is_repeated(&start.2.extra, SAME)
                         && !is_known(&mut equations, &start, &traces);
-                    if is_new { traced(&mut equations, &start.0, &start.2) } else { None }
+                    if is_new { Trace::through(&mut equations, &start.0) } else { None }
                 }
             };
             traces.extend(trace);
@@ -264,8 +242,8 @@ impl<'a> Continuation<'a> {
         equations: &mut MapOrbitEquations<'_, f64>,
         origin: &[f64],
         direction: &[f64],
-        known: &[Trace],
-    ) -> Option<Trace> {
+        known: &[MapTrace],
+    ) -> Option<MapTrace> {
         let first = DOUBLED.iter().find_map(|distance| {
             let pairs = origin.iter().zip(direction);
             let start: Vec<f64> = pairs.map(|(u, d)| u + distance * d).collect();
@@ -273,17 +251,15 @@ impl<'a> Continuation<'a> {
             let same = equations.is_repeated(&linearised.extra, 0.1 * distance);
             (!same).then_some((unknowns, start, linearised))
         })?;
-        if is_known(equations, &(first.0.clone(), 0, first.2.clone()), known) {
+        if is_known(equations, &(first.0.clone(), first.0.len() - 1, first.2.clone()), known) {
             return None;
         }
-        let along: Vec<f64> = direction.to_vec();
-        let course = follow(equations, &first.0, &along, &StepControl::default())?;
-        Some(Trace::of(course, BranchEnd::Doubling))
+        Trace::through(equations, &first.0)
     }
 
     /// The branches that a branch leads to: with a contact more or less where an orbit of it
     /// grazes, of the doubled period where it flips.
-    fn led_to(&self, itinerary: &ContactItinerary, trace: &Trace) -> Vec<Seed> {
+    fn led_to(&self, itinerary: &ContactItinerary, trace: &MapTrace) -> Vec<Seed> {
         let equations = self.equations(itinerary);
         let contacts = itinerary.contacts();
         let mut seeds = Vec::new();
@@ -320,7 +296,7 @@ impl<'a> Continuation<'a> {
     }
 
     /// A branch as it is given out.
-    fn branch(&self, itinerary: &ContactItinerary, trace: &Trace) -> Branch {
+    fn branch(&self, itinerary: &ContactItinerary, trace: &MapTrace) -> Branch {
         let equations = self.equations(itinerary);
         let points = trace.orbits().into_iter().map(|(place, turns)| {
             let point = &trace.points[place];
@@ -328,15 +304,13 @@ impl<'a> Continuation<'a> {
             let mut orbit = self.found(&equations, point, physical);
             let mut special = None;
             if let Some(&first) = turns.first() {
-                let mut fine = self.equations_of(&self.search.fine, itinerary);
-                let exact = refined(&mut fine, point, first);
-                if let Some(exact) = &exact {
-                    let (_, _, parameters) = fine.offsets(&exact.unknowns);
-                    orbit.parameters = parameters.iter().map(|value| value.to_f64()).collect();
-                }
-                if physical {
-                    special = self.special(&equations, point, &turns);
-                }
+                special = self.special(&equations, point, &turns).filter(|_| physical);
+                let doubles = equations.is_repeated(&point.linearised.extra, NEAR);
+                let exact = match doubles {
+                    true => self.refined_doubling(itinerary, point),
+                    false => self.refined(itinerary, point, first),
+                };
+                orbit.parameters = exact.unwrap_or(orbit.parameters);
             }
             BranchPoint { orbit, special }
         });
@@ -345,8 +319,20 @@ impl<'a> Continuation<'a> {
             let (_, _, parameters) = equations.offsets(&trace.points[place].unknowns);
             parameters[self.request.along]
         };
-        let unresolved = trace.unresolved.iter().map(|ends| ends.map(value)).collect();
-        Branch { itinerary: itinerary.clone(), points, ends: trace.ends, unresolved }
+        // Where several contacts graze at once, determinants have zeros of higher order.
+        let several = |ends: &&[usize; 2]| {
+            let places = ends[0]..=ends[1];
+            let mut grazing = places.map(|place| &trace.points[place]);
+            !grazing.any(|point| depths_at_graze(&equations, point) > 1)
+        };
+        let unresolved = trace.unresolved.iter().filter(several);
+        let unresolved = unresolved.map(|ends| ends.map(value)).collect();
+        let first = equations.first_parameter();
+        let ends = trace.ends(|unknown| match unknown == first {
+            true => BranchEnd::Range,
+            false => BranchEnd::Reach,
+        });
+        Branch { itinerary: itinerary.clone(), points, ends, unresolved }
     }
 
     /// What is special about a point at which these test functions vanish.
@@ -362,7 +348,7 @@ impl<'a> Continuation<'a> {
         let multipliers = jacobian.and_then(|jacobian| eigenvalues(&jacobian).ok());
         let multipliers = multipliers.unwrap_or_default();
         // Nearer to a graze than rounding nothing is told from it.
-        let at_graze = self.is_at_graze(equations, point);
+        let at_graze = depths_at_graze(equations, point) > 0;
         let near = |value: f64| {
             let mut apart = multipliers.iter().map(|multiplier| (multiplier - value).norm());
             !at_graze && apart.any(|apart| apart < AT_MULTIPLIER)
@@ -370,16 +356,20 @@ impl<'a> Continuation<'a> {
         let circle = multipliers
             .iter()
             .any(|multiplier| multiplier.im != 0.0 && (multiplier.norm() - 1.0).abs() < 1e-6);
-        let label = turns.iter().find_map(|&test| match test {
-            0 if equations.is_repeated(&point.linearised.extra, SAME) => {
-                Some(BranchLabel::BranchPoint)
-            }
-            0 if near(1.0) => Some(BranchLabel::SaddleNode),
-            1 if near(-1.0) => Some(BranchLabel::PeriodDoubling),
-            test if (2..2 + passages).contains(&test) => Some(BranchLabel::Graze),
-            test if test == 2 + passages && near(1.0) => Some(BranchLabel::BranchPoint),
-            test if test > 2 + passages && circle => Some(BranchLabel::NeimarkSacker),
-            _ => None,
+        let doubles = equations.is_repeated(&point.linearised.extra, NEAR);
+        let doubles = doubles.then_some(BranchLabel::BranchPoint);
+        let label = doubles.or_else(|| {
+            turns.iter().find_map(|&test| match test {
+                // On a branch of doubled orbits the parameter turns where it begins, too.
+                0 if near(1.0) && !equations.is_repeated(&point.linearised.extra, NEAR) => {
+                    Some(BranchLabel::SaddleNode)
+                }
+                1 if near(-1.0) => Some(BranchLabel::PeriodDoubling),
+                test if (2..2 + passages).contains(&test) => Some(BranchLabel::Graze),
+                test if test == 2 + passages && near(1.0) => Some(BranchLabel::BranchPoint),
+                test if test > 3 + passages && circle => Some(BranchLabel::NeimarkSacker),
+                _ => None,
+            })
         })?;
         let grazing = turns.iter().filter_map(|&test| grazing_passage(equations, point, test));
         let grazing = grazing.filter(|_| label == BranchLabel::Graze).collect();
@@ -397,9 +387,9 @@ impl<'a> Continuation<'a> {
         point: &Point,
         turns: &[usize],
     ) -> Option<f64> {
-        let [test] = turns else { return None };
-        let place =
-            test.checked_sub(2).filter(|&place| place < equations.itinerary().contacts())?;
+        let contacts = turns.iter().filter_map(|test| test.checked_sub(2));
+        let contacts = contacts.filter(|&place| place < equations.itinerary().contacts());
+        let [place] = contacts.collect::<Vec<_>>()[..] else { return None };
         let (unknown, parameter) =
             (equations.first_depth_variable() + place, equations.first_parameter());
         let units = equations.units();
@@ -436,21 +426,41 @@ impl<'a> Continuation<'a> {
             length: depths.chain(free).fold(1.0, f64::min),
             jacobian,
         };
-        match label {
-            BranchLabel::SaddleNode => form.fold(),
-            BranchLabel::PeriodDoubling => form.flip(),
-            BranchLabel::NeimarkSacker => {
-                let multipliers = eigenvalues(&form.jacobian).ok()?;
-                form.torus(multipliers.into_iter().find(|value| value.im > 0.0)?)
-            }
-            BranchLabel::Graze | BranchLabel::BranchPoint => None,
-        }
+        form.of(label)
     }
 
-    /// Whether a contact has no depth.
-    fn is_at_graze(&self, equations: &MapOrbitEquations<'_, f64>, point: &Point) -> bool {
-        let depths = equations.first_depth_variable()..equations.first_parameter();
-        point.unknowns[depths].iter().any(|y| y.abs() <= AT_GRAZE)
+    /// The parameters of a special point to the rounding of double-double, where it is a zero of
+    /// this test function.
+    fn refined(
+        &self,
+        itinerary: &ContactItinerary,
+        point: &Point,
+        test: usize,
+    ) -> Option<Vec<f64>> {
+        let mut fine = self.equations_of(&self.search.fine, itinerary);
+        let exact =
+            |values: &[f64]| values.iter().map(|&value| Dd::from(value)).collect::<Vec<_>>();
+        let (at, tangent) = (exact(&point.unknowns), exact(&point.tangent));
+        let found = zero_near(&mut fine, &at, &tangent, |point| point.tests[test].value)?;
+        let rounded: Vec<f64> = found.unknowns.iter().map(|value| value.to_f64()).collect();
+        let (_, _, parameters) = fine.offsets(&found.unknowns);
+        let parameters = parameters.iter().map(|value| value.to_f64()).collect();
+        (apart(&rounded, &point.unknowns) < FAR).then_some(parameters)
+    }
+
+    /// The same of a branch point at which orbits have half their period: there those double.
+    fn refined_doubling(&self, itinerary: &ContactItinerary, point: &Point) -> Option<Vec<f64>> {
+        let half = itinerary.period() / 2;
+        let returns = itinerary.returns()[..half].to_vec();
+        let half = ContactItinerary::new(itinerary.passages(), returns);
+        let (state, depths, parameters) = self.equations(itinerary).offsets(&point.unknowns);
+        let equations = self.equations(&half);
+        let unknowns = equations.unknowns(&state, &depths[..half.contacts()], &parameters);
+        let linearised = equations.at(&unknowns)?;
+        let along = unit_vector(unknowns.len(), unknowns.len() - 1);
+        let tangent = tangent_at(&linearised.jacobian, &along)?;
+        let point = Point { unknowns, tangent, linearised, tests: Vec::new() };
+        self.refined(&half, &point, 1)
     }
 
     /// The orbit at a point.
@@ -462,7 +472,7 @@ impl<'a> Continuation<'a> {
     ) -> FoundOrbit {
         let (_, depth_variables, parameters) = equations.offsets(&point.unknowns);
         let extra = &point.linearised.extra;
-        let at_graze = self.is_at_graze(equations, point);
+        let at_graze = depths_at_graze(equations, point) > 0;
         let jacobian = equations.jacobian(&point.linearised).filter(|_| !at_graze);
         let multipliers = jacobian.and_then(|jacobian| eigenvalues(&jacobian).ok());
         let multipliers: Vec<[f64; 2]> =
@@ -492,72 +502,6 @@ impl<'a> Continuation<'a> {
     }
 }
 
-impl Trace {
-    /// A course from a seed on, of which the other end is known.
-    fn of(course: Course<f64, PassagesOfOrbit<f64>>, begin: BranchEnd) -> Self {
-        let unresolved = course.unresolved.iter().map(|(_, ends)| *ends).collect();
-        let end = end_of(&course);
-        Self { points: course.points, turns: course.turns, unresolved, ends: [begin, end] }
-    }
-
-    /// Two courses from one seed, the first backwards.
-    fn of_both(
-        back: Course<f64, PassagesOfOrbit<f64>>,
-        on: Course<f64, PassagesOfOrbit<f64>>,
-    ) -> Self {
-        let last = back.points.len() - 1;
-        let ends = [end_of(&back), end_of(&on)];
-        let turned = back.turns.iter().rev().map(|turn| Turn { point: last - turn.point, ..*turn });
-        // Those of the first point are among both.
-        let later = on.turns.iter().filter(|turn| turn.point > 0);
-        let moved = later.map(|turn| Turn { point: last + turn.point, ..*turn });
-        let turns = turned.chain(moved).collect();
-        let unresolved = back.unresolved.iter().map(|(_, [a, b])| [last - b, last - a]);
-        let later = on.unresolved.iter().map(|(_, [a, b])| [last + a, last + b]);
-        let unresolved = unresolved.chain(later).collect();
-        let points = back.points.into_iter().rev().chain(on.points.into_iter().skip(1)).collect();
-        Self { points, turns, unresolved, ends }
-    }
-}
-
-impl Trace {
-    /// The places of the points that are given out, with the test functions that vanish at each:
-    /// special points that agree to rounding are one.
-    fn orbits(&self) -> Vec<(usize, Vec<usize>)> {
-        let mut orbits: Vec<(usize, Vec<usize>)> = Vec::with_capacity(self.points.len());
-        for place in 0..self.points.len() {
-            let mine = self.turns.iter().filter(|turn| turn.point == place);
-            let mine: Vec<usize> = mine.map(|turn| turn.test).collect();
-            match orbits.last_mut() {
-                Some((before, turns))
-                    if !turns.is_empty()
-                        && !mine.is_empty()
-                        && apart(&self.points[*before].unknowns, &self.points[place].unknowns)
-                            < AT_GRAZE =>
-                {
-                    turns.extend(
-                        mine.into_iter().filter(|test| !turns.contains(test)).collect::<Vec<_>>(),
-                    );
-                }
-                _ => orbits.push((place, mine)),
-            }
-        }
-        orbits
-    }
-}
-
-fn end_of(course: &Course<f64, PassagesOfOrbit<f64>>) -> BranchEnd {
-    let unknowns = course.points[0].unknowns.len();
-    match course.end {
-        CourseEnd::Border { unknown } if unknown + 1 == unknowns => BranchEnd::Range,
-        CourseEnd::Border { .. } => BranchEnd::Reach,
-        CourseEnd::Closed => BranchEnd::Closed,
-        CourseEnd::Last => BranchEnd::Doubling,
-        CourseEnd::StepTooSmall => BranchEnd::StepTooSmall,
-        CourseEnd::StepLimit => BranchEnd::StepLimit,
-    }
-}
-
 /// Unknowns of an orbit, which of them was held, and its equations.
 type Solved = (Vec<f64>, usize, Linearised<f64, PassagesOfOrbit<f64>>);
 
@@ -578,34 +522,11 @@ fn solved(equations: &mut MapOrbitEquations<'_, f64>, guess: &[f64]) -> Option<S
     in_range.then_some((unknowns, held, linearised))
 }
 
-/// The branch through an orbit, both ways.
-fn traced(
-    equations: &mut MapOrbitEquations<'_, f64>,
-    start: &[f64],
-    linearised: &Linearised<f64, PassagesOfOrbit<f64>>,
-) -> Option<Trace> {
-    let units = (0..start.len()).rev().map(|place| {
-        let mut unit = vec![0.0; start.len()];
-        unit[place] = 1.0;
-        unit
-    });
-    let mut tangents = units.filter_map(|unit| tangent_at(&linearised.jacobian, &unit));
-    let along = tangents.next()?;
-    let against: Vec<f64> = along.iter().map(|value| -value).collect();
-    let control = StepControl::default();
-    let on = follow(equations, start, &along, &control)?;
-    if on.end == CourseEnd::Closed {
-        return Some(Trace::of(on, BranchEnd::Closed));
-    }
-    let back = follow(equations, start, &against, &control)?;
-    Some(Trace::of_both(back, on))
-}
-
 /// Whether an orbit lies on a branch that is known, begun at any of its points.
 fn is_known(
     equations: &mut MapOrbitEquations<'_, f64>,
     (unknowns, held, linearised): &Solved,
-    traces: &[Trace],
+    traces: &[MapTrace],
 ) -> bool {
     let itinerary = equations.itinerary().clone();
     let dimension = equations.first_depth_variable();
@@ -619,8 +540,7 @@ fn is_known(
         })
         .collect();
     let value = unknowns[*held];
-    let mut normal = vec![0.0; unknowns.len()];
-    normal[*held] = 1.0;
+    let normal = unit_vector(unknowns.len(), *held);
     let near = |at: &[f64], within: f64| {
         starts.iter().any(|start| apart(&at[..dimension], start) <= within)
     };
@@ -680,17 +600,10 @@ fn grazing_passage(
     Some([number, passage])
 }
 
-/// A special point to the rounding of double-double, where it is a zero of this test function.
-fn refined(
-    fine: &mut MapOrbitEquations<'_, Dd>,
-    point: &Point,
-    test: usize,
-) -> Option<CurvePoint<Dd, PassagesOfOrbit<Dd>>> {
-    let exact = |values: &[f64]| values.iter().map(|&value| Dd::from(value)).collect::<Vec<_>>();
-    let (at, tangent) = (exact(&point.unknowns), exact(&point.tangent));
-    let found = zero_near(fine, &at, &tangent, |point| point.tests[test].value)?;
-    let rounded: Vec<f64> = found.unknowns.iter().map(|value| value.to_f64()).collect();
-    (apart(&rounded, &point.unknowns) < 1e-6).then_some(found)
+/// Contacts without depth.
+fn depths_at_graze(equations: &MapOrbitEquations<'_, f64>, point: &Point) -> usize {
+    let depths = equations.first_depth_variable()..equations.first_parameter();
+    point.unknowns[depths].iter().filter(|y| y.abs() <= AT_GRAZE).count()
 }
 
 /// The doubled branch at an orbit with a multiplier −1: the vector of that multiplier, with the
@@ -703,12 +616,8 @@ fn doubling(equations: &MapOrbitEquations<'_, f64>, point: &Point, seed: Seed) -
     let direction = direction.chain(depths.iter().map(|value| -value)).chain([0.0]);
     let direction: Vec<f64> = direction.collect();
     let length = direction.iter().map(|value| value * value).sum::<f64>().sqrt();
-    let twice = |returns: &[PassageSet]| [returns, returns].concat();
     Some(Seed {
-        itinerary: ContactItinerary::new(
-            seed.itinerary.passages(),
-            twice(seed.itinerary.returns()),
-        ),
+        itinerary: twice(&seed.itinerary),
         states: [seed.states.clone(), seed.states].concat(),
         depth_variables: [seed.depth_variables.clone(), seed.depth_variables].concat(),
         parameter: seed.parameter,
@@ -716,39 +625,19 @@ fn doubling(equations: &MapOrbitEquations<'_, f64>, point: &Point, seed: Seed) -
     })
 }
 
-/// The unit vector that a nearly singular matrix takes to the least length, by inverse iteration.
-fn null_vector(matrix: &nalgebra::DMatrix<f64>) -> Option<Vec<f64>> {
-    let size = matrix.nrows();
-    let shift = 1e-14 * matrix.amax();
-    let mut shifted = matrix.clone();
-    for place in 0..size {
-        shifted[(place, place)] += shift;
-    }
-    let mut vector = nalgebra::DVector::from_fn(size, |place, _| 1.0 / (1.0 + place as f64));
-    for _ in 0..3 {
-        vector = solve(&shifted, &vector).ok()?.normalize();
-    }
-    vector.iter().all(|value| value.is_finite()).then(|| vector.iter().copied().collect())
-}
-
 impl Seed {
     /// The same orbit with a passage made a contact, of depth zero, or one made none.
     fn with(mut self, number: usize, passage: usize, contact: Option<usize>) -> Self {
-        let mut returns = self.itinerary.returns().to_vec();
         match contact {
-            Some(place) => {
-                let made = returns[number].iter().filter(|&other| other != passage);
-                returns[number] = made.collect();
-                self.depth_variables.remove(place);
-            }
+            Some(place) => drop(self.depth_variables.remove(place)),
             None => {
+                let returns = self.itinerary.returns();
                 let before = returns[..number].iter().map(|made| made.len()).sum::<usize>()
                     + returns[number].iter().filter(|&other| other < passage).count();
-                returns[number].insert(passage);
                 self.depth_variables.insert(before, 0.0);
             }
         }
-        self.itinerary = ContactItinerary::new(self.itinerary.passages(), returns);
+        self.itinerary = toggled(&self.itinerary, number, passage);
         self
     }
 
@@ -757,33 +646,14 @@ impl Seed {
         if self.direction.is_some() {
             return self;
         }
-        let period = self.itinerary.period();
-        let divides = |shorter: &usize| period % shorter == 0;
-        let shortest = (1..period).filter(divides).find(|&shorter| {
-            let near = |a: &Vec<f64>, b: &Vec<f64>| {
-                a.iter().zip(b).all(|(a, b)| (a - b).abs() <= SAME * a.abs().max(b.abs()))
-            };
-            self.itinerary.repeats_after(shorter)
-                && (0..period).all(|n| near(&self.states[n], &self.states[(n + shorter) % period]))
-        });
-        let passages = self.itinerary.passages();
-        if let Some(shorter) = shortest {
-            let returns = self.itinerary.returns()[..shorter].to_vec();
-            self.itinerary = ContactItinerary::new(passages, returns);
-            self.depth_variables.truncate(self.itinerary.contacts());
-            self.states.truncate(shorter);
-        }
-        let standard = self.itinerary.largest_rotation().0;
-        if let Some(by) = self.itinerary.rotation_to(&standard) {
-            let skipped: usize = self.itinerary.returns()[..by].iter().map(|made| made.len()).sum();
-            self.states.rotate_left(by);
-            self.depth_variables.rotate_left(skipped);
-        }
+        let (standard, period, by) = standard_form(&self.itinerary, &self.states);
+        let returns = self.itinerary.returns();
+        let skipped = returns[..by].iter().map(|made| made.len()).sum();
+        self.depth_variables.truncate(standard.contacts());
+        self.depth_variables.rotate_left(skipped);
+        self.states.truncate(period);
+        self.states.rotate_left(by);
         self.itinerary = standard;
         self
     }
-}
-
-fn apart(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
 }

@@ -5,9 +5,11 @@
 //! beyond it the orbit is virtual, and the physical continuation is the branch of the itinerary
 //! with that contact more or less. Both pass through the same point.
 
+mod by_direct;
 mod by_map;
 mod data;
 mod normal_form;
+mod trace;
 
 pub use data::{Branch, BranchEnd, BranchLabel, BranchPoint, BranchRequest, Branches, Special};
 
@@ -33,5 +35,8 @@ pub fn branches(
     request: &BranchRequest,
     progress: &dyn Progress,
 ) -> Result<Branches, AnalysisError> {
-    by_map::branches(scene, orbit, map, request, progress)
+    match request.direct {
+        true => by_direct::branches(scene, orbit, map, request, progress),
+        false => by_map::branches(scene, orbit, map, request, progress),
+    }
 }

@@ -16,8 +16,10 @@
 
 use nalgebra::{Complex, DMatrix, DVector};
 
+use super::data::BranchLabel;
 use crate::analysis::periodic::SectionMap;
 use crate::numeric::Dd;
+use crate::numeric::linear::eigenvalues;
 
 /// Steps of differences, as a share of the length on which the map varies.
 const SHARE: f64 = 1e-6;
@@ -41,6 +43,19 @@ pub(super) struct NormalForm<'a, M: ?Sized> {
 }
 
 impl<M: SectionMap<Dd> + ?Sized> NormalForm<'_, M> {
+    /// The coefficient of a special point; of grazes and branch points none.
+    pub(super) fn of(&mut self, label: BranchLabel) -> Option<f64> {
+        match label {
+            BranchLabel::SaddleNode => self.fold(),
+            BranchLabel::PeriodDoubling => self.flip(),
+            BranchLabel::NeimarkSacker => {
+                let multipliers = eigenvalues(&self.jacobian).ok()?;
+                self.torus(multipliers.into_iter().find(|value| value.im > 0.0)?)
+            }
+            BranchLabel::Graze | BranchLabel::BranchPoint => None,
+        }
+    }
+
     /// `b` of a fold.
     pub(super) fn fold(&mut self) -> Option<f64> {
         let (q, p) = self.vectors(Complex::new(1.0, 0.0))?;

@@ -55,6 +55,8 @@ const STRAIGHT: f64 = 0.97;
 const GROWTH: f64 = 1.5;
 /// Rounding of a test function, relative to its size, in units of the roundoff.
 const NOISE: f64 = 64.0;
+/// A point this near to a border is on it.
+const AT_BORDER: f64 = 1e-10;
 /// Share of a step to which a curve that closes comes back to its first point.
 const CLOSED: f64 = 1e-4;
 
@@ -90,6 +92,16 @@ struct Way<'a, S, C: ?Sized, X> {
     curve: &'a mut C,
     control: &'a StepControl,
     course: Course<S, X>,
+}
+
+/// Where a point lies.
+enum Within<S, X> {
+    /// In the range.
+    Range(CurvePoint<S, X>),
+    /// Beyond the border of an unknown, where the curve has this point.
+    Border(CurvePoint<S, X>, usize),
+    /// Beyond the border of an unknown, at which the curve is already, or where it was not found.
+    Beyond(Option<usize>),
 }
 
 /// The points of a step but its first, and the test functions that may have more zeros.
@@ -174,7 +186,12 @@ impl<S: Real, X: Clone, C: CurveEquations<S, Extra = X> + ?Sized> Way<'_, S, C, 
     /// Adds a point with the zeros before it; the end of the curve, where it is one.
     fn add(&mut self, next: CurvePoint<S, X>) -> Option<CourseEnd> {
         let here = self.course.points[self.course.points.len() - 1].clone();
-        let (next, border) = self.within(&here, next);
+        let (next, border) = match self.within(&here, next) {
+            Within::Range(next) => (next, None),
+            Within::Border(next, unknown) => (next, Some(unknown)),
+            Within::Beyond(Some(unknown)) => return Some(CourseEnd::Border { unknown }),
+            Within::Beyond(None) => return Some(CourseEnd::StepTooSmall),
+        };
         let mut found = Vec::new();
         for test in 0..here.tests.len() {
             let [a, b] = [&here, &next].map(|point| beyond_rounding(&point.tests[test]));
@@ -216,11 +233,7 @@ impl<S: Real, X: Clone, C: CurveEquations<S, Extra = X> + ?Sized> Way<'_, S, C, 
     }
 
     /// The point, or that on the border which the curve passes first before it.
-    fn within(
-        &mut self,
-        here: &CurvePoint<S, X>,
-        next: CurvePoint<S, X>,
-    ) -> (CurvePoint<S, X>, Option<usize>) {
+    fn within(&mut self, here: &CurvePoint<S, X>, next: CurvePoint<S, X>) -> Within<S, X> {
         let mut first: Option<(S, CurvePoint<S, X>, usize)> = None;
         for unknown in 0..next.unknowns.len() {
             let [lower, upper] = self.curve.range(unknown).map(S::from_f64);
@@ -230,9 +243,12 @@ impl<S: Real, X: Clone, C: CurveEquations<S, Extra = X> + ?Sized> Way<'_, S, C, 
                 value if value < lower => lower,
                 _ => continue,
             };
+            if (here.unknowns[unknown] - border).magnitude() <= AT_BORDER {
+                return Within::Beyond(Some(unknown));
+            }
             let beyond = |point: &CurvePoint<S, X>| point.unknowns[unknown] - border;
             let Some(mut at) = zero_between(self.curve, [here, &next], beyond) else {
-                continue;
+                return Within::Beyond(None);
             };
             at.unknowns[unknown] = border;
             let share = Chord::new([here, &next]).map_or(S::one(), |c| c.share_of(&at.unknowns));
@@ -241,8 +257,8 @@ impl<S: Real, X: Clone, C: CurveEquations<S, Extra = X> + ?Sized> Way<'_, S, C, 
             }
         }
         match first {
-            Some((_, point, unknown)) => (point, Some(unknown)),
-            None => (next, None),
+            Some((_, point, unknown)) => Within::Border(point, unknown),
+            None => Within::Range(next),
         }
     }
 

@@ -60,6 +60,15 @@ pub struct Linearised<S, X = ()> {
     pub extra: X,
 }
 
+/// The determinant of the Jacobian with the tangent as its last row: zero where another branch
+/// passes through the point.
+pub fn bordered<S: Real, X>(point: &CurvePoint<S, X>) -> TestValue<S> {
+    let size = point.tangent.len();
+    let jacobian = &point.linearised.jacobian;
+    let entry = |i, j| if i + 1 < size { jacobian[(i, j)] } else { point.tangent[j] };
+    TestValue::determinant(&DMatrix::from_fn(size, size, entry))
+}
+
 /// A test function at a point of a curve.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TestValue<S> {

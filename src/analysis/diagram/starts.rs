@@ -83,7 +83,11 @@ pub(in crate::analysis) fn states(
 pub(crate) fn low_discrepancy(index: usize, dimension: usize) -> Vec<f64> {
     let mut ratio: f64 = 1.5;
     for _ in 0..60 {
-        ratio = (1.0 + ratio).powf(1.0 / (dimension as f64 + 1.0));
+        let nearer = (1.0 + ratio).powf(1.0 / (dimension as f64 + 1.0));
+        if nearer == ratio {
+            break;
+        }
+        ratio = nearer;
     }
     (1..=dimension).map(|k| (0.5 + (index + 1) as f64 * ratio.powi(-(k as i32))).fract()).collect()
 }
@@ -97,8 +101,8 @@ pub(in crate::analysis) struct Entry {
     pub(in crate::analysis) carried: Option<Vec<f64>>,
 }
 
-/// Where an orbit may start: at the state given, or on both sides of the map's own start and, where
-/// nothing was carried, about the section's origin, where contact begins.
+/// Where an orbit may start, within a reach: at the state given, or on both sides of the map's own
+/// start; and about the section's origin, where contact begins.
 pub(super) fn starts(
     map: &dyn SweptMap,
     given: Option<&[f64]>,
@@ -106,15 +110,12 @@ pub(super) fn starts(
     scales: &[f64],
     reach: Reach,
 ) -> Vec<Vec<f64>> {
-    if let Some(state) = given {
-        return vec![state.to_vec()];
+    match (given, reach) {
+        (Some(state), Reach::Beside) => vec![state.to_vec()],
+        (Some(_), Reach::Around) => Vec::new(),
+        (None, Reach::Beside) => beside(&map.start(parameters), scales, BESIDE).into(),
+        (None, Reach::Around) => AROUND.iter().flat_map(|&share| around(scales, share)).collect(),
     }
-    let start = map.start(parameters);
-    let mut states: Vec<_> = beside(&start, scales, BESIDE).into();
-    if reach == Reach::Around {
-        states.extend(AROUND.iter().flat_map(|&share| around(scales, share)));
-    }
-    states
 }
 
 /// Where orbits may start.
@@ -122,7 +123,7 @@ pub(super) fn starts(
 pub(super) enum Reach {
     /// Beside the map's start.
     Beside,
-    /// About the section's origin too.
+    /// About the section's origin.
     Around,
 }
 
@@ -168,8 +169,8 @@ struct Candidate {
 struct Search {
     parameters: Vec<f64>,
     candidates: VecDeque<Candidate>,
-    /// Which starts are still to be tried.
-    reach: Option<Reach>,
+    /// Which starts are still to be tried, in order.
+    reaches: &'static [Reach],
     found: Option<Found>,
 }
 
@@ -204,12 +205,16 @@ pub(in crate::analysis) fn settle(
 
 impl Search {
     fn new(entry: Entry) -> Self {
-        let reach = if entry.carried.is_some() { Reach::Beside } else { Reach::Around };
+        // Where a state was carried, it is known where orbits stay.
+        let reaches: &[Reach] = match entry.carried {
+            Some(_) => &[Reach::Beside],
+            None => &[Reach::Beside, Reach::Around],
+        };
         let carried = entry.carried.map(|state| Candidate { state, kicked: false });
         Self {
             parameters: entry.parameters,
             candidates: carried.into_iter().collect(),
-            reach: Some(reach),
+            reaches,
             found: None,
         }
     }
@@ -221,9 +226,10 @@ impl Search {
         start: Option<&[f64]>,
         request: &OrbitRequest,
     ) -> Option<Candidate> {
-        if self.candidates.is_empty()
-            && let Some(reach) = self.reach.take()
+        while self.candidates.is_empty()
+            && let Some((&reach, rest)) = self.reaches.split_first()
         {
+            self.reaches = rest;
             let starts = starts(map, start, &self.parameters, &request.scales, reach).into_iter();
             self.candidates.extend(starts.map(|state| Candidate { state, kicked: false }));
         }
@@ -239,7 +245,7 @@ impl Search {
             }
         } else if stays {
             self.candidates.clear();
-            self.reach = None;
+            self.reaches = &[];
         }
         let before = self.found.as_ref().map_or(0, |found| found.iterates);
         let iterates = before + made(settled.orbit.end, request);

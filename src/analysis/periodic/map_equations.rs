@@ -4,16 +4,16 @@
 //! with exact derivatives, and a branch of orbits passes its graze `y = 0` as any other point. See
 //! docs/mathematics/dynamics.md.
 
-use nalgebra::{Complex, DMatrix, DVector};
+use nalgebra::{DMatrix, DVector};
 
 use super::contact_itinerary::ContactItinerary;
 use super::orbit::{finite_or_one, window_scales};
-use crate::analysis::continuation::{CurveEquations, CurvePoint, Linearised, TestValue};
+use crate::analysis::continuation::{CurveEquations, CurvePoint, Linearised, TestValue, bordered};
 use crate::analysis::evaluation::MapEvaluation;
 use crate::expansion::MapWindow;
 use crate::iteration::{Tangent, Tangents};
 use crate::numeric::Real;
-use crate::numeric::linear::{eigenvalues, inverse};
+use crate::numeric::linear::inverse;
 
 /// The orbits of an itinerary, in one or two parameters:
 ///
@@ -50,8 +50,10 @@ pub struct PassagesOfOrbit<S> {
     pub arrivals: Vec<(usize, usize, Vec<S>)>,
 }
 
-/// Points of an orbit that agree to this share of the units are one.
-const REPEATED: f64 = 1e-6;
+/// Offsets this near are one, in the unit of the coordinate.
+const ROUNDING: f64 = 1e-13;
+/// Points of an orbit that agree to this share of their offsets are one.
+const REPEATED: f64 = 1e-5;
 
 impl<'a, S: Real> MapOrbitEquations<'a, S> {
     /// The equations of an itinerary with the parameters `free` among the unknowns and the others
@@ -224,7 +226,7 @@ impl<'a, S: Real> MapOrbitEquations<'a, S> {
     }
 
     /// Whether the orbit goes through the same points after so many returns, to this share of
-    /// the units.
+    /// their offsets.
     pub fn repeats_after(
         &self,
         orbit: &PassagesOfOrbit<S>,
@@ -235,7 +237,7 @@ impl<'a, S: Real> MapOrbitEquations<'a, S> {
         let near = |(number, state): (usize, &Vec<S>)| {
             let later = &orbit.states[(number + returns) % count];
             let mut pairs = state.iter().zip(later).zip(&self.units);
-            pairs.all(|((&a, &b), unit)| (a - b).magnitude() <= tolerance * unit)
+            pairs.all(|((&a, &b), unit)| is_same([a, b], *unit, tolerance))
         };
         orbit.states.iter().enumerate().all(near)
     }
@@ -261,7 +263,7 @@ impl<'a, S: Real> MapOrbitEquations<'a, S> {
     /// the graze: a Neimark–Sacker point where they are complex. `None` of maps of one coordinate.
     ///
     /// ```text
-    /// Π_{i<j} (1 − μ_i μ_j) · (Π y_j/Y)^(d−1)
+    /// Π_{i<j} (μ_i μ_j − 1) · (Π 2 y_j/Y)^(d−1)
     /// ```
     pub fn reciprocity<X>(&self, point: &CurvePoint<S, X>) -> Option<TestValue<S>> {
         if self.dimension < 2 {
@@ -276,14 +278,17 @@ impl<'a, S: Real> MapOrbitEquations<'a, S> {
             let size = whole.size.max(product.magnitude());
             return Some(TestValue { value: whole.value - sign * product, size });
         }
-        let multipliers = eigenvalues(&self.jacobian(&point.linearised)?).ok()?;
-        let pairs = multipliers.iter().enumerate();
-        let pairs = pairs.flat_map(|(i, a)| multipliers[i + 1..].iter().map(move |b| a * b));
-        let of_pairs = pairs.fold(Complex::new(1.0, 0.0), |all, pair| all * (1.0 - pair));
+        let Some(jacobian) = self.jacobian(&point.linearised) else {
+            return Some(TestValue { value: S::zero(), size: 0.0 });
+        };
+        let mut pairs = second_compound(&jacobian);
+        for place in 0..pairs.nrows() {
+            pairs[(place, place)] -= S::one();
+        }
+        let test = TestValue::determinant(&pairs);
         let depths = (1..self.dimension).fold(S::one(), |power, _| power * product);
-        // NOTE: eigenvalues are computed in double precision.
-        let rounding = f64::EPSILON / S::ROUNDOFF * depths.magnitude();
-        Some(TestValue { value: S::from_f64(of_pairs.re) * depths, size: rounding })
+        let value = test.value * depths;
+        Some(TestValue { value, size: test.size * depths.magnitude() })
     }
 
     /// The Jacobian of the period's map by the section's coordinates, the depth variables
@@ -327,6 +332,7 @@ impl<S: Real> CurveEquations<S> for MapOrbitEquations<'_, S> {
         let free = point.linearised.extra.free.iter();
         tests.extend(free.map(|&(_, _, depth)| TestValue { value: depth, size: 1.0 }));
         tests.push(bordered(point));
+        tests.push(self.halves(point));
         tests.extend(self.reciprocity(point));
         tests
     }
@@ -342,11 +348,37 @@ impl<S: Real> CurveEquations<S> for MapOrbitEquations<'_, S> {
     }
 }
 
-/// The determinant of the Jacobian with the tangent as its last row: zero where another branch
-/// passes through the point.
-fn bordered<S: Real, X>(point: &CurvePoint<S, X>) -> TestValue<S> {
-    let size = point.tangent.len();
-    let jacobian = &point.linearised.jacobian;
-    let entry = |i, j| if i + 1 < size { jacobian[(i, j)] } else { point.tangent[j] };
-    TestValue::determinant(&DMatrix::from_fn(size, size, entry))
+impl<S: Real> MapOrbitEquations<'_, S> {
+    /// The difference of a depth variable and that half a period later, of itineraries that repeat
+    /// after half a period: it vanishes on the orbits of half the period. 1 of other itineraries.
+    fn halves<X>(&self, point: &CurvePoint<S, X>) -> TestValue<S> {
+        let contacts = self.itinerary.contacts();
+        let half = self.itinerary.period() / 2;
+        let doubled = self.itinerary.period() == 2 * half && self.itinerary.repeats_after(half);
+        let value = match doubled && contacts > 0 {
+            true => {
+                let first = point.unknowns[self.dimension];
+                first - point.unknowns[self.dimension + contacts / 2]
+            }
+            false => S::one(),
+        };
+        TestValue { value, size: 1.0 }
+    }
+}
+
+/// Whether two offsets agree to a share of themselves, or to rounding in their unit.
+pub(super) fn is_same<S: Real>([a, b]: [S; 2], unit: f64, share: f64) -> bool {
+    (a - b).magnitude() <= share * a.magnitude().max(b.magnitude()) + ROUNDING * unit
+}
+
+/// The matrix of all minors of two rows and two columns: its eigenvalues are the products of two
+/// of the matrix's.
+pub(super) fn second_compound<S: Real>(matrix: &DMatrix<S>) -> DMatrix<S> {
+    let size = matrix.nrows();
+    let pairs: Vec<(usize, usize)> =
+        (0..size).flat_map(|i| (i + 1..size).map(move |j| (i, j))).collect();
+    DMatrix::from_fn(pairs.len(), pairs.len(), |row, column| {
+        let ((i, j), (k, l)) = (pairs[row], pairs[column]);
+        matrix[(i, k)] * matrix[(j, l)] - matrix[(i, l)] * matrix[(j, k)]
+    })
 }

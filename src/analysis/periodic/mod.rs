@@ -12,6 +12,7 @@
 mod branch;
 mod contact_itinerary;
 mod depth_variable_map;
+mod direct_equations;
 mod itinerary_bifurcations;
 mod itinerary_search;
 mod map_equations;
@@ -21,6 +22,7 @@ mod section_map;
 pub use branch::{Bifurcation, BifurcationKind, bifurcation, branch};
 pub use contact_itinerary::{ContactItinerary, ItineraryError};
 pub use depth_variable_map::{DepthVariableMap, ItineraryOrbit};
+pub use direct_equations::{DirectOrbit, DirectOrbitEquations, DirectUnits};
 pub use itinerary_bifurcations::ItineraryBifurcation;
 pub use itinerary_search::ItinerarySearch;
 pub(super) use itinerary_search::Settled;
@@ -29,5 +31,5 @@ pub(super) use orbit::finite_or_one;
 pub use orbit::{
     Guess, Held, PeriodicOrbit, PeriodicOutcome, PeriodicProblem, periodic_orbit, window_scales,
 };
-pub(super) use section_map::state_jacobian;
 pub use section_map::{Linearisation, SectionMap, SectionStep, Stepped, linearise};
+pub(super) use section_map::{parameter_slopes, state_jacobian};

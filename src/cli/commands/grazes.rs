@@ -7,10 +7,11 @@ use crate::cli::output::{CliError, Results, counted};
 use grazemap::Error;
 use grazemap::model::Scene;
 use grazemap::numeric::Shown;
-use grazemap::orbit::{self, CurveEnd, CurveOptions, CurveOutcome, GrazingCurve};
+use grazemap::orbit::{self, CurveEnd, CurveOptions, CurveOutcome, GrazingCurve, MarginOutcome};
 use grazemap::pipeline::parameter_number;
 use grazemap::report::{
-    CurveListing, Document, DocumentKind, Named, OrbitListing, ReportError, curve_figures, to_json,
+    CurveListing, Document, DocumentKind, MarginListing, Named, OrbitListing, ReportError,
+    curve_figures, to_json,
 };
 
 /// The grazing orbit.
@@ -55,21 +56,35 @@ fn orbit_text(scene: &Scene, document: &OrbitListing) -> Result<String, ReportEr
     Ok(text)
 }
 
-/// The grazing curve in two parameters.
+/// The grazing curve in two parameters, or its point nearest to the scene.
 pub(in crate::cli) fn curve(options: &CurveArguments) -> Result<(), CliError> {
+    match (&options.with, options.from, options.to) {
+        (Some(with), Some(from), Some(to)) => trace(options, Stretch { with, from, to }),
+        _ => nearest(options),
+    }
+}
+
+/// What a curve is followed along.
+struct Stretch<'a> {
+    with: &'a str,
+    from: f64,
+    to: f64,
+}
+
+fn trace(options: &CurveArguments, stretch: Stretch<'_>) -> Result<(), CliError> {
     let source = open(&options.scene)?;
     let scene = source.scene();
-    let with = parameter_number(scene, &options.with)?;
+    let with = parameter_number(scene, stretch.with)?;
     if scene.grazing.solve_for.contains(&with) {
-        return Err(CliError::AlreadyAdjusted { name: options.with.clone() });
+        return Err(CliError::AlreadyAdjusted { name: stretch.with.to_owned() });
     }
-    for (flag, value) in [("--from", options.from), ("--to", options.to)] {
+    for (flag, value) in [("--from", stretch.from), ("--to", stretch.to)] {
         if !value.is_finite() {
             return Err(CliError::NotFinite { flag, value });
         }
     }
     let settings = CurveOptions { xi_count: options.xi as usize, ..CurveOptions::default() };
-    let outcome = orbit::curve(scene, with, options.from, options.to, &settings);
+    let outcome = orbit::curve(scene, with, stretch.from, stretch.to, &settings);
     let (curve, reached) = match outcome.map_err(Error::from)? {
         CurveOutcome::Traced(curve) => (curve, true),
         CurveOutcome::StartNotReached(curve) => (curve, false),
@@ -84,7 +99,7 @@ pub(in crate::cli) fn curve(options: &CurveArguments) -> Result<(), CliError> {
         results.files.extend(pictures(&format!("curve{ending}"), figure));
     }
     results.deliver("curve", &options.scene.common.outlets)?;
-    judge(&curve, reached, options, with)
+    judge(&curve, reached, &stretch, with)
 }
 
 /// How the curve went, as a person reads it, in the parameters that vary.
@@ -134,16 +149,45 @@ fn varying(parameters: &Named<f64>, names: &[String]) -> String {
 fn judge(
     curve: &GrazingCurve,
     started: bool,
-    options: &CurveArguments,
+    stretch: &Stretch<'_>,
     with: usize,
 ) -> Result<(), CliError> {
     if started && curve.end == CurveEnd::Reached {
         return Ok(());
     }
     Err(CliError::CurveEnded {
-        parameter: options.with.clone(),
-        goal: if started { options.to } else { options.from },
+        parameter: stretch.with.to_owned(),
+        goal: if started { stretch.to } else { stretch.from },
         last: curve.points.last().map_or(f64::NAN, |point| point.parameters[with]),
         end: curve.end.clone(),
     })
+}
+
+/// The smallest change of parameters that grazes.
+fn nearest(options: &CurveArguments) -> Result<(), CliError> {
+    let source = open(&options.scene)?;
+    let scene = source.scene();
+    let number = |name: &String| Ok(parameter_number(scene, name)?);
+    let parameters = options.nearest.iter().map(number).collect::<Result<Vec<_>, CliError>>()?;
+    let own = |&parameter: &usize| match scene.model.parameters[parameter].value.to_f64().abs() {
+        0.0 => 1.0,
+        size => size,
+    };
+    let mut scales: Vec<f64> = parameters.iter().map(own).collect();
+    for (name, scale) in options.scale.iter().flat_map(|named| &named.0) {
+        let place = options.nearest.iter().position(|parameter| parameter == name);
+        let place = place.ok_or_else(|| CliError::NotNearest { name: name.clone() })?;
+        scales[place] = *scale;
+    }
+    let margin = match orbit::margin(scene, &parameters, &scales).map_err(Error::from)? {
+        MarginOutcome::Found(margin) => margin,
+        MarginOutcome::NotLocated(reason) => return Err(Error::from(reason).into()),
+        MarginOutcome::NotPhysical => return Err(CliError::NoPhysicalGraze),
+    };
+    let listing = MarginListing::new(scene, &margin);
+    let text = listing.text()?;
+    let csv = listing.table()?.to_csv()?;
+    let json = to_json(&Document::new(DocumentKind::Margin, scene, listing))?;
+    let results = Results::named("margin", text, json, Some(csv));
+    results.deliver("curve", &options.scene.common.outlets)
 }

@@ -8,6 +8,7 @@ pub(super) mod emit;
 pub(super) mod expand;
 pub(super) mod grazes;
 pub(super) mod image;
+pub(super) mod loci;
 pub(super) mod orbits;
 pub(super) mod run;
 pub(super) mod scenes;

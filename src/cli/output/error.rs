@@ -46,6 +46,15 @@ pub(in crate::cli) enum CliError {
     /// A second parameter that is the first one.
     #[error("`{name}` is already adjusted so that the orbit grazes; continue in another parameter")]
     AlreadyAdjusted { name: String },
+    /// A scale of a parameter that does not change.
+    #[error("--scale names `{name}`, which is no parameter of --nearest")]
+    NotNearest { name: String },
+    /// A grazing curve that is not one of the oscillator with its stops.
+    #[error(
+        "every orbit of the grazing curve found goes through a surface elsewhere: it is not one \
+         of the oscillator with its stops; another `guess` or `grazing.passages` may name one"
+    )]
+    NoPhysicalGraze,
     /// An end of a range that is no finite number.
     #[error("{flag} must be a finite number, found {value}")]
     NotFinite { flag: &'static str, value: f64 },
@@ -194,6 +203,7 @@ impl CliError {
             | Self::NoBranch { .. }
             | Self::NoLoci { .. }
             | Self::TrajectoryEnded(_)
+            | Self::NoPhysicalGraze
             | Self::Unexplained { .. }
             | Self::NotCurrent { .. } => ENDED_OTHERWISE,
             _ => WRONG_INPUT,

@@ -1,0 +1,149 @@
+//! Requests and results of loci, without their numbers' type.
+
+use serde::{Deserialize, Serialize};
+
+use super::equations::CodimensionTwo;
+use crate::analysis::continuation::CourseEnd;
+use crate::analysis::periodic::ContactItinerary;
+
+/// What is asked of [`loci`](super::loci).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LociRequest {
+    /// The two parameters, as numbers of active ones.
+    pub plane: [usize; 2],
+    /// First and last offset of the first of them.
+    pub range: [f64; 2],
+    /// Offsets of all active parameters; of those two no value matters.
+    pub at: Vec<f64>,
+    /// Which loci.
+    pub kinds: Vec<LocusKind>,
+    /// Whose orbits.
+    pub itineraries: Vec<ContactItinerary>,
+    /// Whether they are those of direct simulation.
+    pub direct: bool,
+}
+
+/// What happens to an orbit along a locus.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum LocusKind {
+    /// It grazes.
+    Graze,
+    /// Saddle-node: a multiplier 1.
+    Fold,
+    /// Period-doubling: a multiplier −1.
+    Flip,
+    /// Neimark–Sacker: two multipliers `exp(±iθ)`.
+    Torus,
+}
+
+impl LocusKind {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::Graze, Self::Fold, Self::Flip, Self::Torus];
+
+    /// `graze`, `fold`, `flip` or `torus`.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Graze => "graze",
+            Self::Fold => "fold",
+            Self::Flip => "flip",
+            Self::Torus => "torus",
+        }
+    }
+}
+
+/// A curve in the plane of two parameters.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Locus {
+    /// What happens along it.
+    pub kind: LocusKind,
+    /// The contacts of its orbits; of a graze, those beside the grazing one.
+    pub itinerary: ContactItinerary,
+    /// The return and the passage that graze, from 0.
+    pub grazing: Option<[usize; 2]>,
+    /// Its points, in order along it.
+    pub points: Vec<LocusPoint>,
+    /// Why it ends at its first and at its last point.
+    pub ends: [LocusEnd; 2],
+}
+
+/// An orbit on a locus; everything in offsets.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LocusPoint {
+    /// All active parameters.
+    pub parameters: Vec<f64>,
+    /// Its section points, in order.
+    pub states: Vec<Vec<f64>>,
+    /// The depth variable `y` of each contact, the grazing one included; by direct simulation the
+    /// speeds. Negative on the other branch of the root.
+    pub depth_variables: Vec<f64>,
+    /// Multipliers, `[re, im]`, the largest first; of a graze those without the grazing contact.
+    pub multipliers: Vec<[f64; 2]>,
+    /// Whether all multipliers but those of the locus lie inside the unit circle.
+    pub stable: bool,
+    /// Whether the orbit makes the contacts of the itinerary and no other.
+    pub physical: bool,
+    /// Whether it lies in the window.
+    pub inside: bool,
+    /// What of codimension two happens there.
+    pub label: Option<CodimensionTwo>,
+}
+
+/// Why a locus ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum LocusEnd {
+    /// A parameter is at the end of its range, or a state or depth as far out as loci are followed.
+    Border,
+    /// It is closed.
+    Closed,
+    /// No step is short enough.
+    Lost,
+    /// After the most steps.
+    StepLimit,
+}
+
+impl LocusEnd {
+    pub(super) fn of(end: CourseEnd) -> Self {
+        match end {
+            CourseEnd::Border { .. } => Self::Border,
+            CourseEnd::Closed => Self::Closed,
+            CourseEnd::Last | CourseEnd::StepTooSmall => Self::Lost,
+            CourseEnd::StepLimit => Self::StepLimit,
+        }
+    }
+}
+
+/// All that was found.
+#[derive(Clone, Debug, PartialEq, Default, Serialize, Deserialize)]
+pub struct Loci {
+    /// Grazes first, then folds, flips and Neimark–Sacker points.
+    pub loci: Vec<Locus>,
+    /// How folds and flips leave the grazing curves at points of codimension two.
+    pub tangencies: Vec<Tangency>,
+}
+
+/// The quadratic tangency of a locus with a grazing curve: with `t` the first parameter's distance
+/// from the point,
+///
+/// ```text
+/// Q − Q_graze = coefficient t² + O(t³),    y = slope t + O(t²)
+/// ```
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Tangency {
+    /// Fold or flip.
+    pub kind: LocusKind,
+    /// The contacts of its orbits, the grazing one included.
+    pub itinerary: ContactItinerary,
+    /// What the point is on the grazing curve.
+    pub label: CodimensionTwo,
+    /// All active parameters there.
+    pub parameters: Vec<f64>,
+    /// The coefficient, from the jets of the map at the point.
+    pub coefficient: f64,
+    /// The same, fitted to points of both curves on the physical side.
+    pub fitted: Option<f64>,
+    /// How fast the depth variable of the grazing contact grows; the locus is physical where
+    /// `slope t` is positive.
+    pub slope: f64,
+}

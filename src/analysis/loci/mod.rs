@@ -1,0 +1,63 @@
+//! Loci in two parameters: saddle-nodes, flips, Neimark–Sacker points and the grazes of periodic
+//! orbits of any itinerary, with their points of codimension two.
+//!
+//! One idea: the orbits of an itinerary with one condition more are a curve, regular where the
+//! curve meets a graze, for the depth variables are among its unknowns. See
+//! docs/mathematics/loci.md.
+
+mod data;
+mod direct;
+mod equations;
+mod tangency;
+mod trace;
+
+pub use data::{Loci, LociRequest, Locus, LocusEnd, LocusKind, LocusPoint, Tangency};
+pub use equations::CodimensionTwo;
+
+use crate::analysis::error::AnalysisError;
+use crate::expansion::LocalMap;
+use crate::hybrid::HybridSystem;
+use crate::model::Scene;
+use crate::orbit::GrazingOrbit;
+use direct::DirectLoci;
+use trace::MapLoci;
+
+/// Half-widths of the window in which loci of the map are looked for where those of direct
+/// simulation are asked for.
+const NEAR: f64 = 2.0;
+
+/// The loci asked for.
+///
+/// By the map all parts of every locus, virtual ones too. By direct simulation, in double-double,
+/// the physical parts of folds, flips and Neimark–Sacker points, begun at orbits of the map's loci
+/// and followed as far as the orbits make their contacts, and the grazing curve of the orbit
+/// without contact where the second parameter is adjusted for it; grazes of orbits with impacts are
+/// the map's alone. Tangencies are the map's.
+///
+/// # Errors
+///
+/// [`AnalysisError::Hybrid`] if the simulator refuses the parameters.
+pub fn loci(
+    scene: &Scene,
+    orbit: &GrazingOrbit,
+    map: &LocalMap,
+    request: &LociRequest,
+) -> Result<Loci, AnalysisError> {
+    let mut near = request.clone();
+    if request.direct {
+        // The map is where simulation begins: it need not reach as far.
+        let most = NEAR * map.window.parameter[request.plane[0]];
+        near.range = request.range.map(|end| end.clamp(-most, most));
+    }
+    let by_map = MapLoci::new(map, &near);
+    let traces = by_map.all();
+    let mut loci: Vec<Locus> = traces.iter().map(|trace| by_map.described(trace)).collect();
+    let tangencies = by_map.tangencies(&traces);
+    if request.direct {
+        let system = HybridSystem::new(&scene.model);
+        loci = DirectLoci::new(&system, scene, orbit, map, request)?.beside(&traces, &loci);
+    } else if !request.kinds.contains(&LocusKind::Graze) {
+        loci.retain(|locus| locus.kind != LocusKind::Graze);
+    }
+    Ok(Loci { loci, tangencies })
+}

@@ -1,0 +1,445 @@
+//! The orbits of an itinerary of direct simulation as equations to be continued.
+//!
+//! One idea: on the section of a graze the contact of a return is a coordinate of its first point.
+//! With `y = √(−h)` in the place of one coordinate where a return begins with contact, and the gap
+//! `h` where it does not, the images of all section points are smooth up to the graze, which is the
+//! border of their range and is reached exactly.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::contact_itinerary::ContactItinerary;
+use super::map_equations::{is_same, second_compound};
+use crate::analysis::continuation::{CurveEquations, CurvePoint, Linearised, TestValue, bordered};
+use crate::analysis::direct_image::{DirectEnd, DirectImage};
+use crate::iteration::PassageSet;
+use crate::numeric::Real;
+use crate::numeric::linear::{determinant, inverse};
+
+/// The orbits of an itinerary by direct simulation, in one parameter:
+///
+/// ```text
+/// u = (w_0, …, w_{n−1}, p):   P(x(w_k, p), p) − x(w_{k+1}, p) = 0,   w_n = w_0
+/// ```
+///
+/// where `w` is a section point with the variable of its own passage in the place of the
+/// coordinate that the gap depends on most. On stroboscopic sections `w` is the point itself.
+#[derive(Clone, Debug)]
+pub struct DirectOrbitEquations<'a, S: Real> {
+    image: DirectImage<'a, S>,
+    itinerary: ContactItinerary,
+    units: DirectUnits,
+    /// The parameter that varies.
+    free: usize,
+    at: Vec<S>,
+    range: [f64; 2],
+}
+
+/// What lengths are measured in.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DirectUnits {
+    /// Of each coordinate.
+    pub state: Vec<f64>,
+    /// Of the parameter that varies.
+    pub parameter: f64,
+    /// The coordinate that is replaced by a variable of the passage, and the unit of the gap; none
+    /// on stroboscopic sections.
+    pub gap: Option<(usize, f64)>,
+}
+
+/// An orbit of direct simulation.
+#[derive(Clone, Debug)]
+pub struct DirectOrbit<S> {
+    /// The section points, in offsets.
+    pub states: Vec<Vec<S>>,
+    /// Return, passage and speed of each contact.
+    pub speeds: Vec<(usize, usize, S)>,
+    /// Contacts that no passage accounts for.
+    pub extra_contacts: usize,
+    /// Derivatives of each section point and its image by the variables of the point.
+    blocks: Vec<[DMatrix<S>; 2]>,
+}
+
+/// A section point and its image.
+struct Flown<S> {
+    point: Vec<S>,
+    image: Vec<S>,
+    speeds: Vec<Option<S>>,
+    extra_contacts: usize,
+}
+
+/// Variables are followed up to so many units.
+const REACH: f64 = 30.0;
+/// A variable of a passage below this is that of a graze, at which contact is not told.
+const TOUCHING: f64 = 1e-6;
+/// Times a difference is shortened where it meets other contacts, and by how much.
+const SHORTENINGS: usize = 3;
+const SHORTENED: f64 = 1e-2;
+/// Newton steps for a gap at most.
+const STEPS: usize = 30;
+/// Section points that agree to this share of their offsets are one.
+const REPEATED: f64 = 1e-4;
+
+impl<'a, S: Real> DirectOrbitEquations<'a, S> {
+    /// The equations of an itinerary with one parameter free, within a range of offsets, the others
+    /// at the offsets `at`.
+    pub fn new(
+        image: DirectImage<'a, S>,
+        itinerary: &ContactItinerary,
+        units: &DirectUnits,
+        (free, range): (usize, [f64; 2]),
+        at: &[f64],
+    ) -> Self {
+        Self {
+            image,
+            itinerary: itinerary.clone(),
+            free,
+            at: at.iter().map(|&value| S::from_f64(value)).collect(),
+            range: range.map(|value| value / units.parameter),
+            units: units.clone(),
+        }
+    }
+
+    fn dimension(&self) -> usize {
+        self.units.state.len()
+    }
+
+    /// The itinerary.
+    pub fn itinerary(&self) -> &ContactItinerary {
+        &self.itinerary
+    }
+
+    /// All active parameters.
+    pub fn parameters(&self, unknowns: &[S]) -> Vec<S> {
+        let mut parameters = self.at.clone();
+        parameters[self.free] = unknowns[unknowns.len() - 1] * S::from_f64(self.units.parameter);
+        parameters
+    }
+
+    /// Whether a return begins with contact.
+    fn begins_with_contact(&self, number: usize) -> bool {
+        self.itinerary.returns()[number].contains(0)
+    }
+
+    /// The return whose own passage an unknown is the variable of.
+    pub fn passage_of(&self, unknown: usize) -> Option<usize> {
+        let (replaced, _) = self.units.gap?;
+        let number = unknown / self.dimension();
+        let is_own = unknown % self.dimension() == replaced;
+        (is_own && number < self.itinerary.period()).then_some(number)
+    }
+
+    /// Unknowns of section points and the parameter that varies, in offsets.
+    pub fn unknowns(&mut self, states: &[Vec<S>], parameters: &[S]) -> Option<Vec<S>> {
+        let mut unknowns = Vec::new();
+        for (number, state) in states.iter().enumerate() {
+            let units = self.units.state.iter();
+            let mut values: Vec<S> =
+                state.iter().zip(units).map(|(&x, &unit)| x / S::from_f64(unit)).collect();
+            if let Some((replaced, unit)) = self.units.gap {
+                let gap = self.image.gap(state, parameters).ok()? / S::from_f64(unit);
+                values[replaced] = match self.begins_with_contact(number) {
+                    true => (-gap).max(S::zero()).sqrt(),
+                    false => gap.max(S::zero()),
+                };
+            }
+            unknowns.extend(values);
+        }
+        unknowns.push(parameters[self.free] / S::from_f64(self.units.parameter));
+        Some(unknowns)
+    }
+
+    /// The section point of a return's variables.
+    fn point(&mut self, number: usize, variables: &[S], parameters: &[S]) -> Option<Vec<S>> {
+        let units = self.units.state.iter();
+        let mut point: Vec<S> =
+            variables.iter().zip(units).map(|(&w, &unit)| w * S::from_f64(unit)).collect();
+        let Some((replaced, unit)) = self.units.gap else {
+            return Some(point);
+        };
+        let own = variables[replaced];
+        let wanted = match self.begins_with_contact(number) {
+            true => -(own * own),
+            false => own,
+        };
+        let wanted = wanted * S::from_f64(unit);
+        let scale = S::from_f64(self.units.state[replaced]);
+        // Secant steps, the first slope by a difference: exact at once where the gap is affine.
+        point[replaced] = S::zero();
+        let mut lacking = self.image.gap(&point, parameters).ok()? - wanted;
+        let mut step = scale * S::from_f64(1e-3);
+        for _ in 0..STEPS {
+            let before = lacking;
+            point[replaced] += step;
+            lacking = self.image.gap(&point, parameters).ok()? - wanted;
+            let slope = (lacking - before) / step;
+            let next = -(lacking / slope);
+            let small = S::from_f64(4.0 * S::ROUNDOFF) * scale;
+            if lacking == S::zero() || !next.is_finite() || next.abs() <= small {
+                break;
+            }
+            step = next;
+        }
+        point[replaced].is_finite().then_some(point)
+    }
+
+    /// A section point with its image; `None` where the return does not make the contacts of the
+    /// itinerary.
+    fn flown(&mut self, number: usize, variables: &[S], parameters: &[S]) -> Option<Flown<S>> {
+        let Some((replaced, _)) = self.units.gap else {
+            return self.flown_at(number, variables, parameters);
+        };
+        let own = variables[replaced];
+        if own >= S::zero() {
+            return self.flown_at(number, variables, parameters);
+        }
+        // Beyond the graze, where nothing flies: reflected, so that the curve passes it smoothly.
+        let mut variables = variables.to_vec();
+        variables[replaced] = S::zero();
+        let border = self.flown_at(number, &variables, parameters)?;
+        variables[replaced] = -own;
+        let there = self.flown_at(number, &variables, parameters)?;
+        let reflected = |a: &[S], b: &[S]| a.iter().zip(b).map(|(&a, &b)| a + a - b).collect();
+        Some(Flown {
+            point: reflected(&border.point, &there.point),
+            image: reflected(&border.image, &there.image),
+            ..there
+        })
+    }
+
+    fn flown_at(&mut self, number: usize, variables: &[S], parameters: &[S]) -> Option<Flown<S>> {
+        let point = self.point(number, variables, parameters)?;
+        let image = self.image.image(&point, parameters).ok()?;
+        if image.end != DirectEnd::Returned {
+            return None;
+        }
+        let made = image.passages.iter().enumerate().filter(|(_, speed)| speed.is_some());
+        let mut made: PassageSet = made.map(|(passage, _)| passage).collect();
+        let asked = self.itinerary.returns()[number];
+        let touching = self.units.gap.is_some_and(|(replaced, _)| {
+            variables[replaced].magnitude() < TOUCHING && asked.contains(0) != made.contains(0)
+        });
+        if touching {
+            let others = made.iter().filter(|&passage| passage != 0);
+            made = others.chain(asked.contains(0).then_some(0)).collect();
+        }
+        (made == asked).then_some(Flown {
+            point,
+            image: image.offsets,
+            speeds: image.passages,
+            extra_contacts: image.extra_contacts,
+        })
+    }
+
+    /// Derivatives of a section point and of its image by one variable, or by the parameter.
+    fn slopes(
+        &mut self,
+        number: usize,
+        variables: &[S],
+        unknowns: &[S],
+        place: usize,
+        centre: &Flown<S>,
+    ) -> Option<[DVector<S>; 2]> {
+        let own = self.units.gap.is_some_and(|(replaced, _)| replaced == place);
+        let mut length = S::ROUNDOFF.powf(0.2);
+        for _ in 0..SHORTENINGS {
+            let at = variables.get(place).map_or(0.0, |value| value.to_f64());
+            let mut side = |steps: f64| {
+                let (mut variables, mut unknowns) = (variables.to_vec(), unknowns.to_vec());
+                let moved = S::from_f64(steps * length);
+                match variables.get_mut(place) {
+                    Some(value) => *value += moved,
+                    None => *unknowns.last_mut()? += moved,
+                }
+                let parameters = self.parameters(&unknowns);
+                let flown = self.flown(number, &variables, &parameters)?;
+                (flown.extra_contacts == centre.extra_contacts).then_some(flown)
+            };
+            // One-sided next to the graze, across which the map is not smooth.
+            let weights: &[(f64, f64)] = match at {
+                at if own && at >= 0.0 && at < 2.0 * length => {
+                    &[(1.0, 48.0), (2.0, -36.0), (3.0, 16.0), (4.0, -3.0), (0.0, -25.0)]
+                }
+                at if own && at < 0.0 && at > -2.0 * length => {
+                    &[(-1.0, -48.0), (-2.0, 36.0), (-3.0, -16.0), (-4.0, 3.0), (0.0, 25.0)]
+                }
+                _ => &[(1.0, 8.0), (-1.0, -8.0), (2.0, -1.0), (-2.0, 1.0)],
+            };
+            let sides = weights.iter().map(|&(steps, weight)| Some((weight, side(steps)?)));
+            if let Some(sides) = sides.collect::<Option<Vec<_>>>() {
+                let factor = S::from_f64(12.0 * length);
+                let of = |part: fn(&Flown<S>) -> &Vec<S>| {
+                    let count = centre.point.len();
+                    DVector::from_fn(count, |component, _| {
+                        let terms = sides
+                            .iter()
+                            .map(|(weight, flown)| S::from_f64(*weight) * part(flown)[component]);
+                        terms.sum::<S>() / factor
+                    })
+                };
+                return Some([of(|flown| &flown.point), of(|flown| &flown.image)]);
+            }
+            length *= SHORTENED;
+        }
+        None
+    }
+
+    /// The Jacobian of the period's map at its first point; `None` at a graze.
+    pub fn jacobian(&self, orbit: &DirectOrbit<S>) -> Option<DMatrix<S>> {
+        let size = self.dimension();
+        let unit = DMatrix::from_fn(size, size, |i, j| if i == j { S::one() } else { S::zero() });
+        let product = orbit.blocks.iter().try_fold(unit, |product, [point, image]| {
+            Some(image * inverse(point).ok()? * product)
+        })?;
+        product.iter().all(|entry| entry.is_finite()).then_some(product)
+    }
+
+    /// The square Jacobian with the last image's sign turned: singular where −1 is a multiplier.
+    pub fn doubling<X>(&self, linearised: &Linearised<S, X>, orbit: &DirectOrbit<S>) -> DMatrix<S> {
+        let (size, count) = (self.dimension(), self.itinerary.period());
+        let mut matrix = linearised.jacobian.columns(0, size * count).into_owned();
+        let [point, _] = &orbit.blocks[0];
+        for row in 0..size {
+            let unit = S::from_f64(0.5 * self.units.state[row]);
+            for column in 0..size {
+                matrix[((count - 1) * size + row, column)] += point[(row, column)] / unit;
+            }
+        }
+        matrix
+    }
+
+    /// Whether the orbit is one of a shorter period, to this share of the offsets.
+    pub fn is_repeated(&self, orbit: &DirectOrbit<S>, tolerance: f64) -> bool {
+        let count = orbit.states.len();
+        let near = |a: &[S], b: &[S]| {
+            let mut pairs = a.iter().zip(b).zip(&self.units.state);
+            pairs.all(|((&a, &b), unit)| is_same([a, b], *unit, tolerance))
+        };
+        let mut later = (1..count).filter(|&later| self.itinerary.repeats_after(later));
+        later.any(|later| {
+            (0..count).all(|n| near(&orbit.states[n], &orbit.states[(n + later) % count]))
+        })
+    }
+
+    /// The difference of the first points of both halves of a period, of itineraries that repeat
+    /// after half of it.
+    fn halves(&self, unknowns: &[S]) -> TestValue<S> {
+        let (count, size) = (self.itinerary.period(), self.dimension());
+        let half = count / 2;
+        let doubled = count == 2 * half && self.itinerary.repeats_after(half);
+        let place = self.units.gap.map_or(0, |(replaced, _)| replaced);
+        let value = match doubled {
+            true => unknowns[place] - unknowns[half * size + place],
+            false => S::one(),
+        };
+        TestValue { value, size: 1.0 }
+    }
+
+    /// Zero where two multipliers are each other's reciprocal, smooth up to the graze.
+    fn reciprocity(&self, orbit: &DirectOrbit<S>) -> Option<TestValue<S>> {
+        if self.dimension() < 2 {
+            return None;
+        }
+        let product = |part: usize| {
+            let blocks = orbit.blocks.iter();
+            let factors = blocks.map(|both| determinant(&both[part]).unwrap_or(S::zero()));
+            factors.fold(S::one(), |product, factor| product * factor)
+        };
+        let points = product(0);
+        if self.dimension() == 2 {
+            let images = product(1);
+            let size = points.magnitude().max(images.magnitude());
+            return Some(TestValue { value: images - points, size });
+        }
+        let Some(jacobian) = self.jacobian(orbit) else {
+            return Some(TestValue { value: S::zero(), size: 0.0 });
+        };
+        let mut pairs = second_compound(&jacobian);
+        for place in 0..pairs.nrows() {
+            pairs[(place, place)] -= S::one();
+        }
+        let test = TestValue::determinant(&pairs);
+        let depths = (1..self.dimension()).fold(S::one(), |power, _| power * points);
+        Some(TestValue { value: test.value * depths, size: test.size * depths.magnitude() })
+    }
+}
+
+/// The turn of the parameter (a fold), a multiplier −1 (a flip), the determinant with the tangent
+/// (a branch point), both halves of a period alike, reciprocal multipliers. Grazes are borders.
+impl<S: Real> CurveEquations<S> for DirectOrbitEquations<'_, S> {
+    type Extra = DirectOrbit<S>;
+
+    fn linearised(&mut self, unknowns: &[S]) -> Option<Linearised<S, DirectOrbit<S>>> {
+        let (size, count) = (self.dimension(), self.itinerary.period());
+        let rows = size * count;
+        let parameters = self.parameters(unknowns);
+        let mut orbit = DirectOrbit {
+            states: Vec::new(),
+            speeds: Vec::new(),
+            extra_contacts: 0,
+            blocks: Vec::new(),
+        };
+        let mut residual = DVector::from_element(rows, S::zero());
+        let mut jacobian = DMatrix::from_element(rows, rows + 1, S::zero());
+        for number in 0..count {
+            let variables = &unknowns[number * size..(number + 1) * size];
+            let centre = self.flown(number, variables, &parameters)?;
+            let mut both = [DMatrix::from_element(size, size, S::zero()), DMatrix::zeros(0, 0)];
+            both[1] = both[0].clone();
+            // The row of the point's own equation and that of the return that leads to it.
+            let (own, before) = (number * size, (number + count - 1) % count * size);
+            for row in 0..size {
+                let unit = S::from_f64(self.units.state[row]);
+                residual[own + row] += centre.image[row] / unit;
+                residual[before + row] -= centre.point[row] / unit;
+            }
+            for place in 0..=size {
+                let [point, image] = self.slopes(number, variables, unknowns, place, &centre)?;
+                let column = if place < size { number * size + place } else { rows };
+                for row in 0..size {
+                    let unit = S::from_f64(self.units.state[row]);
+                    jacobian[(own + row, column)] += image[row] / unit;
+                    jacobian[(before + row, column)] -= point[row] / unit;
+                }
+                if place < size {
+                    both[0].set_column(place, &point);
+                    both[1].set_column(place, &image);
+                }
+            }
+            orbit.blocks.push(both);
+            orbit.extra_contacts += centre.extra_contacts;
+            let speeds = centre.speeds.iter().enumerate();
+            let speeds = speeds.filter_map(|(passage, speed)| Some((number, passage, (*speed)?)));
+            orbit.speeds.extend(speeds);
+            orbit.states.push(centre.point);
+        }
+        let finite = residual.iter().chain(jacobian.iter()).all(|value| value.is_finite());
+        finite.then_some(Linearised { residual, jacobian, extra: orbit })
+    }
+
+    fn tests(&self, point: &CurvePoint<S, DirectOrbit<S>>) -> Vec<TestValue<S>> {
+        let orbit = &point.linearised.extra;
+        let mut tests = vec![
+            TestValue::turn(point, point.unknowns.len() - 1),
+            TestValue::determinant(&self.doubling(&point.linearised, orbit)),
+            bordered(point),
+            self.halves(&point.unknowns),
+        ];
+        tests.extend(self.reciprocity(orbit));
+        // Derivatives are differences: of their rounding, not that of the numbers.
+        let rounding = S::ROUNDOFF.powf(0.8) / S::ROUNDOFF;
+        tests.iter_mut().for_each(|test| test.size *= rounding);
+        tests
+    }
+
+    fn range(&self, unknown: usize) -> [f64; 2] {
+        if unknown == self.dimension() * self.itinerary.period() {
+            return self.range;
+        }
+        let least = if self.passage_of(unknown).is_some() { 0.0 } else { -REACH };
+        [least, REACH]
+    }
+
+    fn is_last(&self, point: &CurvePoint<S, DirectOrbit<S>>) -> bool {
+        self.is_repeated(&point.linearised.extra, REPEATED)
+    }
+}

@@ -1,0 +1,344 @@
+//! The margin of a scene: the smallest change of one or two parameters at which the orbit grazes.
+//!
+//! One idea: of the points of the grazing curve the nearest to the scene's own values is one at which
+//! their distance is stationary, a special point like others. No point of the curve beyond the
+//! distance that is known already needs to be looked at. At the nearest point the equations of the
+//! grazing orbit say how the margin changes with every parameter, and on which side the scene is.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::curve::curve_towards;
+use super::curve_context::Distance;
+use super::grazes::Grazes;
+use super::grazing_curve::{CurveEnd, CurvePoint, SpecialKind, SpecialPoint};
+use super::grazing_orbit::{GrazingOrbit, Location};
+use super::locate::locate;
+use super::outcome::{NotLocated, OrbitError};
+use super::system::ExtendedSystem;
+use crate::model::Scene;
+use crate::numeric::Dd;
+
+/// A sample of the curve that is nearer than every stationary point by more than this, relative to
+/// its distance, is at an end of the curve.
+const NEARER: f64 = 1e-9;
+
+/// The smallest change of parameters at which the orbit of a scene grazes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Margin {
+    /// The parameters that change.
+    pub parameters: Vec<usize>,
+    /// What a change of each of them by 1 is counted in.
+    pub scales: Vec<f64>,
+    /// All parameters of the nearest graze.
+    pub nearest: Vec<Dd>,
+    /// Changes of the parameters, from the scene's own values to the nearest graze.
+    pub changes: Vec<f64>,
+    /// Euclidean length of the changes in their scales.
+    pub distance: f64,
+    /// Derivative of the distance in every parameter of the model.
+    pub sensitivities: Vec<f64>,
+    /// Whether the orbit of the free flight stays clear of the surface at the scene's values, to
+    /// first order in the change.
+    pub clears: bool,
+    /// Full state at the graze.
+    pub state: Vec<f64>,
+    /// Values of the second parameter between which the curve was followed, and how it ended on
+    /// either side; none of one parameter.
+    pub range: Option<[(f64, CurveEnd); 2]>,
+    /// Whether the distance is stationary there; otherwise it is an end of the curve.
+    pub stationary: bool,
+}
+
+/// How the search for the smallest change ended.
+#[derive(Clone, Debug, PartialEq)]
+pub enum MarginOutcome {
+    /// With the nearest graze.
+    Found(Box<Margin>),
+    /// Without a grazing orbit to start from.
+    NotLocated(NotLocated),
+    /// Every orbit of the curve goes through a surface elsewhere.
+    NotPhysical,
+}
+
+/// The smallest change of one or two parameters of a scene at which its orbit grazes, and how it
+/// changes with every parameter.
+///
+/// Changes are counted in `scales`, one for each parameter. The orbit that grazes at the scene's
+/// own value of the second parameter is located first; of two parameters the grazing curve through
+/// it is followed to both sides as far as it may be nearer, and the least of all points at which
+/// the distance is stationary is taken, in double-double. Other branches of the curve, which this
+/// one does not reach there, are not looked at; of one parameter the graze is the one that
+/// [`locate`] finds.
+///
+/// ```
+/// use grazemap::model::Scene;
+/// use grazemap::orbit::{MarginOutcome, margin};
+///
+/// let scene = Scene::load("scenes/linear.toml")?;
+/// let [alpha, omega] = ["alpha", "omega"].map(|name| {
+///     scene.model.parameters.iter().position(|known| known.name == name).expect("there")
+/// });
+/// let MarginOutcome::Found(margin) = margin(&scene, &[alpha, omega], &[2.25, 1.8])? else {
+///     panic!("the orbit grazes near by");
+/// };
+/// // The amplitude alpha/|1 − ω² + 2iζω| is a little above the gap: less is enough along both.
+/// assert!(!margin.clears && margin.distance < 2.78e-3 / 2.25);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// # Errors
+///
+/// [`OrbitError::MarginParameters`], [`OrbitError::MarginScale`] and [`OrbitError::MarginGrazes`]
+/// for what has no margin; otherwise as [`locate`].
+pub fn margin(
+    scene: &Scene,
+    parameters: &[usize],
+    scales: &[f64],
+) -> Result<MarginOutcome, OrbitError> {
+    check(scene, parameters, scales)?;
+    let adjusted = |parameter: usize| {
+        let mut scene = scene.clone();
+        scene.grazing.solve_for = vec![parameter];
+        scene
+    };
+    let mut search = Search {
+        scene: adjusted(parameters[0]),
+        parameters: parameters.to_vec(),
+        scales: scales.to_vec(),
+    };
+    let mut located = locate(&search.scene)?;
+    if let (Location::NotLocated(_), [first, second]) = (&located, parameters) {
+        // The curve may turn before it comes to the scene's value of the second parameter.
+        let other = adjusted(*second);
+        if let found @ Location::Located(_) = locate(&other)? {
+            located = found;
+            search = Search {
+                scene: other,
+                parameters: vec![*second, *first],
+                scales: vec![scales[1], scales[0]],
+            };
+        }
+    }
+    match located {
+        Location::Located(orbit) => search.from(&orbit),
+        Location::NotLocated(reason) => Ok(MarginOutcome::NotLocated(reason)),
+    }
+}
+
+fn check(scene: &Scene, parameters: &[usize], scales: &[f64]) -> Result<(), OrbitError> {
+    let mut distinct = parameters.to_vec();
+    distinct.sort_unstable();
+    distinct.dedup();
+    distinct.retain(|&parameter| parameter < scene.model.parameters.len());
+    let found = distinct.len();
+    if !(1..=2).contains(&found) || found != parameters.len() || found != scales.len() {
+        return Err(OrbitError::MarginParameters { found });
+    }
+    if let Some(&scale) = scales.iter().find(|scale| !(**scale > 0.0 && scale.is_finite())) {
+        return Err(OrbitError::MarginScale { scale });
+    }
+    match scene.grazing.solve_for.len() {
+        1 => Ok(()),
+        found => Err(OrbitError::MarginGrazes { found }),
+    }
+}
+
+/// A graze that may be the nearest.
+struct Candidate {
+    parameters: Vec<Dd>,
+    state: Vec<f64>,
+    period: f64,
+    distance: f64,
+}
+
+struct Search {
+    /// The scene, adjusted in the first parameter.
+    scene: Scene,
+    parameters: Vec<usize>,
+    scales: Vec<f64>,
+}
+
+impl Search {
+    /// The scene's own value of a parameter.
+    fn own(&self, parameter: usize) -> f64 {
+        self.scene.model.parameters[parameter].value.to_f64()
+    }
+
+    fn distance(&self, least: f64) -> Distance {
+        let from = self.parameters.iter().map(|&parameter| self.own(parameter)).collect();
+        Distance { from, scales: self.scales.clone(), least }
+    }
+
+    /// Changes from the scene's own values, exact to rounding.
+    fn changes(&self, parameters: &[Dd]) -> Vec<f64> {
+        let change = |&parameter: &usize| {
+            (parameters[parameter] - self.scene.model.parameters[parameter].value).to_f64()
+        };
+        self.parameters.iter().map(change).collect()
+    }
+
+    fn candidate(&self, parameters: Vec<Dd>, state: &[f64], period: f64) -> Candidate {
+        let changes = self.changes(&parameters).into_iter().zip(&self.scales);
+        let distance = changes.map(|(change, scale)| (change / scale).powi(2)).sum::<f64>().sqrt();
+        Candidate { parameters, state: state.to_vec(), period, distance }
+    }
+
+    /// The nearest graze of the curve through an orbit.
+    fn from(&self, orbit: &GrazingOrbit) -> Result<MarginOutcome, OrbitError> {
+        let graze = orbit.grazing_point();
+        let state: Vec<f64> = graze.state.iter().map(|value| value.to_f64()).collect();
+        let here = self.candidate(orbit.parameters().to_vec(), &state, orbit.period.to_f64());
+        let is_physical = orbit.clearance.is_none_or(|clearance| clearance >= 0.0);
+        let (Some(&with), true) = (self.parameters.get(1), here.distance > 0.0) else {
+            return Ok(match is_physical {
+                true => self.found(here, None, true)?,
+                false => MarginOutcome::NotPhysical,
+            });
+        };
+        let reach = here.distance * self.scales[1];
+        let (mut ends, mut samples, mut stationary) = (Vec::new(), Vec::new(), Vec::new());
+        let mut least = here.distance;
+        for reach in self.sides(&here)?.map(|side| side * reach) {
+            let (to, distance) = (self.own(with) + reach, self.distance(least));
+            let curve = curve_towards(&self.scene, orbit, (with, to), distance)?;
+            let physical = |point: &&CurvePoint| point.is_physical();
+            samples.extend(curve.points.iter().filter(physical).map(|point| {
+                let parameters = point.parameters.iter().map(|&value| Dd::from(value));
+                self.candidate(parameters.collect(), &point.state, point.period)
+            }));
+            let nearest = curve.special.iter().filter(|at| at.kind == SpecialKind::Nearest);
+            let nearest = nearest.filter(|at| at.point.is_physical());
+            stationary.extend(nearest.map(|SpecialPoint { parameters, point, .. }| {
+                self.candidate(parameters.clone(), &point.state, point.period)
+            }));
+            let found = samples.iter().chain(&stationary);
+            least = found.map(|found: &Candidate| found.distance).fold(least, f64::min);
+            let last = curve.points.last().map_or(to, |point| point.parameters[with]);
+            ends.push((last, curve.end));
+        }
+        let range = <[(f64, CurveEnd); 2]>::try_from(ends).ok();
+        let least = |candidates: Vec<Candidate>| {
+            candidates.into_iter().min_by(|a, b| a.distance.total_cmp(&b.distance))
+        };
+        match (least(stationary), least(samples)) {
+            (Some(point), Some(end)) if end.distance < (1.0 - NEARER) * point.distance => {
+                self.found(end, range, false)
+            }
+            (Some(point), _) => self.found(point, range, true),
+            (None, Some(end)) => self.found(end, range, false),
+            (None, None) => Ok(MarginOutcome::NotPhysical),
+        }
+    }
+
+    /// The signs of changes of the second parameter: first that along which the distance falls, so
+    /// that little is left to be looked at along the other.
+    fn sides(&self, here: &Candidate) -> Result<[f64; 2], OrbitError> {
+        let Slopes { slopes, .. } = self.slopes(here)?;
+        let change = self.changes(&here.parameters)[0];
+        // Along the curve the first parameter changes by −g_Q/g_P of the second.
+        let growth = -change * slopes[self.parameters[1]] / slopes[self.parameters[0]];
+        Ok(if growth > 0.0 { [-1.0, 1.0] } else { [1.0, -1.0] })
+    }
+
+    fn found(
+        &self,
+        nearest: Candidate,
+        range: Option<[(f64, CurveEnd); 2]>,
+        stationary: bool,
+    ) -> Result<MarginOutcome, OrbitError> {
+        let changes = self.changes(&nearest.parameters);
+        let Slopes { slopes, gap } = self.slopes(&nearest)?;
+        // The graze is where a function of the parameters vanishes; here its gradient in the scales.
+        let named = || self.parameters.iter().zip(&self.scales);
+        let length = named().map(|(&p, scale)| (slopes[p] * scale).powi(2)).sum::<f64>().sqrt();
+        let along = |&(&parameter, change): &(&usize, &f64)| slopes[parameter] * -change;
+        let value: f64 = self.parameters.iter().zip(&changes).map(|pair| along(&pair)).sum();
+        let side = if value < 0.0 { -1.0 } else { 1.0 };
+        Ok(MarginOutcome::Found(Box::new(Margin {
+            parameters: self.parameters.clone(),
+            scales: self.scales.clone(),
+            changes,
+            distance: nearest.distance,
+            // A slope that is 0 has no sign.
+            sensitivities: slopes.iter().map(|slope| side * slope / length + 0.0).collect(),
+            clears: value * gap >= 0.0,
+            nearest: nearest.parameters,
+            state: nearest.state,
+            range,
+            stationary,
+        })))
+    }
+
+    /// The gradient in all parameters of a function that vanishes where the orbit grazes, and by
+    /// how much the gap of the orbit changes with the function.
+    ///
+    /// The equations of the graze are one more than the unknowns of its orbit: the combination of
+    /// them that the unknowns do not change is that function.
+    fn slopes(&self, at: &Candidate) -> Result<Slopes, OrbitError> {
+        let all: Vec<usize> = (0..self.scene.model.parameters.len()).collect();
+        let system =
+            ExtendedSystem::new(&self.scene, Grazes::of(&self.scene)?, &at.parameters, &all);
+        let state: Vec<Dd> = at.state.iter().map(|&value| Dd::from(value)).collect();
+        let unknowns = system.assemble(&state, Dd::from(at.period), &[], &at.parameters);
+        let unknowns: Vec<f64> = unknowns.iter().map(|value| value.to_f64()).collect();
+        let (_, jacobian) = system.differentiate(&unknowns)?;
+        let first = system.first_parameter();
+        let combination = left_null(&jacobian.columns(0, first).into_owned());
+        let slope = |parameter: usize| jacobian.column(first + parameter).dot(&combination);
+        // A gap of 1 in the row of `h` alone is balanced by the function's value.
+        Ok(Slopes {
+            slopes: all.iter().map(|&p| slope(p)).collect(),
+            gap: combination[system.states()],
+        })
+    }
+}
+
+struct Slopes {
+    slopes: Vec<f64>,
+    gap: f64,
+}
+
+/// The direction that a matrix of one more row than columns does not reach, by Gram and Schmidt,
+/// twice.
+fn left_null(matrix: &DMatrix<f64>) -> DVector<f64> {
+    let rows = matrix.nrows();
+    let mut basis: Vec<DVector<f64>> = Vec::new();
+    let remainder = |mut vector: DVector<f64>, basis: &[DVector<f64>]| {
+        for _ in 0..2 {
+            for unit in basis {
+                let share = unit.dot(&vector);
+                vector -= unit * share;
+            }
+        }
+        vector
+    };
+    for column in matrix.column_iter() {
+        let size = column.norm();
+        let rest = remainder(column.into_owned(), &basis);
+        let length = rest.norm();
+        if length > 1e-13 * size {
+            basis.push(rest / length);
+        }
+    }
+    let units = (0..rows).map(|row| {
+        let unit = DVector::from_fn(rows, |at, _| if at == row { 1.0 } else { 0.0 });
+        remainder(unit, &basis)
+    });
+    let longest = units.max_by(|a, b| a.norm().total_cmp(&b.norm()));
+    longest.map_or_else(|| DVector::zeros(rows), |vector| vector.normalize())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_direction_left_over_is_orthogonal_to_every_column() {
+        let matrix = DMatrix::from_row_slice(3, 2, &[1.0, 2.0, 1e6, -3.0, 0.5, 1e-3]);
+        let direction = left_null(&matrix);
+        assert!((direction.norm() - 1.0).abs() < 1e-15);
+        for column in matrix.column_iter() {
+            assert!(direction.dot(&column).abs() < 1e-14 * column.norm());
+        }
+    }
+}

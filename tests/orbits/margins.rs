@@ -1,0 +1,167 @@
+//! The smallest change of parameters that grazes, against the closed form of the linear oscillator.
+//!
+//! The steady state of `x'' + 2 ζ x' + x = α cos ωt` has the amplitude `α/√((1 − ω²)² + (2ζω)²)`, so
+//! that it grazes the stop at `δ` on the curve `α = δ √((1 − ω²)² + (2ζω)²)`.
+
+use grazemap::model::Scene;
+use grazemap::orbit::{Margin, MarginOutcome, OrbitError, margin};
+
+use crate::support::scenes::{index, scene_with};
+
+/// `ζ, δ, α₀, ω₀` and the scales of `α` and `ω`.
+#[derive(Clone, Copy)]
+struct Linear {
+    zeta: f64,
+    delta: f64,
+    from: [f64; 2],
+    scales: [f64; 2],
+}
+
+impl Linear {
+    fn alpha(&self, omega: f64) -> f64 {
+        self.delta * (1.0 - omega * omega).hypot(2.0 * self.zeta * omega)
+    }
+
+    fn distance(&self, omega: f64) -> f64 {
+        let [alpha, own] = [self.alpha(omega), omega];
+        let change = |value: f64, number: usize| (value - self.from[number]) / self.scales[number];
+        change(alpha, 0).hypot(change(own, 1))
+    }
+
+    /// Half the derivative of the squared distance.
+    fn stationarity(&self, omega: f64) -> f64 {
+        let d2 = self.delta * self.delta;
+        let alpha = self.alpha(omega);
+        let slope = d2
+            * (-2.0 * omega * (1.0 - omega * omega) + 4.0 * self.zeta * self.zeta * omega)
+            / alpha;
+        (alpha - self.from[0]) * slope / self.scales[0].powi(2)
+            + (omega - self.from[1]) / self.scales[1].powi(2)
+    }
+
+    /// The value of `ω` at the nearest point between two: from a scan, then by bisection.
+    fn nearest(&self, low: f64, high: f64) -> f64 {
+        const STEPS: u32 = 200_000;
+        let step = (high - low) / f64::from(STEPS);
+        let at = |number: u32| low + step * f64::from(number);
+        let least = (1..STEPS)
+            .min_by(|&a, &b| self.distance(at(a)).total_cmp(&self.distance(at(b))))
+            .expect("steps");
+        let (mut a, mut b) = (at(least - 1), at(least + 1));
+        for _ in 0..80 {
+            let middle = 0.5 * (a + b);
+            if self.stationarity(middle) < 0.0 { a = middle } else { b = middle }
+        }
+        0.5 * (a + b)
+    }
+
+    fn scene(&self) -> Scene {
+        let value = |value: f64| format!("{value:?}");
+        let values = [self.from[0], self.from[1], self.zeta, self.delta].map(value);
+        let names = ["alpha", "omega", "zeta", "delta"];
+        let pairs: Vec<_> = names.into_iter().zip(values.iter().map(String::as_str)).collect();
+        scene_with("linear", &pairs)
+    }
+}
+
+const LINEAR: Linear = Linear { zeta: 0.05, delta: 1.0, from: [2.25, 1.8], scales: [2.25, 1.8] };
+
+fn found(linear: &Linear, names: &[&str], scales: &[f64]) -> Margin {
+    let scene = linear.scene();
+    let parameters: Vec<usize> = names.iter().map(|name| index(&scene, name)).collect();
+    match margin(&scene, &parameters, scales).expect("a scene with a margin") {
+        MarginOutcome::Found(margin) => *margin,
+        other => panic!("{other:?}"),
+    }
+}
+
+/// The nearest point in both orders of the parameters, its distance and slopes.
+#[test]
+fn nearest_graze_of_the_linear_oscillator_is_that_of_the_closed_form() {
+    let scales = [LINEAR.scales, [1.0, 0.01], [1e-3, 5.0]];
+    for (scales, zeta) in scales.into_iter().zip([0.05, 0.3, 0.05]) {
+        let linear = Linear { scales, zeta, ..LINEAR };
+        let omega = linear.nearest(1.5, 2.1);
+        for reversed in [false, true] {
+            let (mut names, mut scales) = (["alpha", "omega"], scales);
+            if reversed {
+                names.reverse();
+                scales.reverse();
+            }
+            let margin = found(&linear, &names, &scales);
+            assert!(margin.stationary);
+            let nearest = |name| margin.nearest[index(&linear.scene(), name)].to_f64();
+            assert!((nearest("omega") - omega).abs() < 1e-12, "{:e}", nearest("omega") - omega);
+            assert!((nearest("alpha") - linear.alpha(omega)).abs() < 1e-12);
+            // The change is a difference of numbers of order one.
+            assert!((margin.distance - linear.distance(omega)).abs() < 1e-15 / scales[0].min(1e-2));
+            assert_eq!(margin.clears, linear.from[0] < linear.alpha(linear.from[1]));
+        }
+    }
+}
+
+/// Slopes of the margin, by differences of the closed form.
+#[test]
+fn sensitivities_are_the_slopes_of_the_closed_form() {
+    let margin = found(&LINEAR, &["alpha", "omega"], &LINEAR.scales);
+    let scene = LINEAR.scene();
+    const STEP: f64 = 1e-5;
+    let distance = |linear: Linear| linear.distance(linear.nearest(1.79, 1.81));
+    let slope = |moved: &dyn Fn(f64) -> Linear| {
+        (distance(moved(STEP)) - distance(moved(-STEP))) / (2.0 * STEP)
+    };
+    let [alpha, omega] = LINEAR.from;
+    let expected = [
+        ("alpha", slope(&|by| Linear { from: [alpha + by, omega], ..LINEAR })),
+        ("omega", slope(&|by| Linear { from: [alpha, omega + by], ..LINEAR })),
+        ("zeta", slope(&|by| Linear { zeta: LINEAR.zeta + by, ..LINEAR })),
+        ("delta", slope(&|by| Linear { delta: LINEAR.delta + by, ..LINEAR })),
+        ("r", 0.0),
+    ];
+    for (name, expected) in expected {
+        let slope = margin.sensitivities[index(&scene, name)];
+        // The scan's bisection rounds distances to 1e-16, differences over 2e-5 to 1e-11.
+        assert!((slope - expected).abs() < 1e-8, "{name}: {slope} for {expected}");
+    }
+}
+
+/// From beyond the resonance peak several points of the curve are stationary: the least is found.
+#[test]
+fn the_least_of_several_stationary_points_is_found_on_the_whole_stretch() {
+    for from in [[1.2, 1.05], [0.9, 0.98], [1.2, 1.4], [0.6, 0.5]] {
+        let linear = Linear { from, scales: from, ..LINEAR };
+        let omega = linear.nearest(0.02, 3.0);
+        let margin = found(&linear, &["alpha", "omega"], &from);
+        let nearest = margin.nearest[index(&linear.scene(), "omega")].to_f64();
+        assert!((nearest - omega).abs() < 1e-12, "{from:?}: {nearest} for {omega}");
+    }
+}
+
+#[test]
+fn one_parameter_has_the_graze_that_is_located() {
+    let margin = found(&LINEAR, &["alpha"], &[2.0]);
+    let change = LINEAR.alpha(1.8) - 2.25;
+    assert!((margin.changes[0] - change).abs() < 1e-15);
+    assert!((margin.distance - change.abs() / 2.0).abs() < 1e-15);
+    let slope = margin.sensitivities[index(&LINEAR.scene(), "alpha")];
+    assert!((slope - 0.5).abs() < 1e-12 && !margin.clears);
+    let below = Linear { from: [2.2, 1.8], ..LINEAR };
+    assert!(found(&below, &["alpha"], &[1.0]).clears);
+}
+
+#[test]
+fn what_has_no_margin_is_refused() {
+    let scene = LINEAR.scene();
+    let numbers = ["alpha", "omega", "zeta"].map(|name| index(&scene, name));
+    let refused = |parameters: &[usize], scales: &[f64]| margin(&scene, parameters, scales).err();
+    for (parameters, scales) in
+        [(&numbers[..], &[1.0; 3][..]), (&[], &[]), (&[numbers[0]; 2], &[1.0; 2])]
+    {
+        let error = refused(parameters, scales);
+        assert!(matches!(error, Some(OrbitError::MarginParameters { .. })), "{error:?}");
+    }
+    for scale in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        let error = refused(&numbers[..1], &[scale]);
+        assert!(matches!(error, Some(OrbitError::MarginScale { .. })), "{error:?}");
+    }
+}
