@@ -167,7 +167,7 @@ fn item_value(item: &Item) -> Value {
     if let Some(values) = item.as_array() {
         return values.iter().map(|value| item_value(&Item::Value(value.clone()))).collect();
     }
-    let text = item.as_str().map(Value::from);
+    let text = item.as_str().map(Value::from).or(item.as_bool().map(Value::from));
     let number =
         || item.as_float().or(item.as_integer().map(|whole| whole as f64)).map(Value::from);
     text.or_else(number).unwrap_or_default()
