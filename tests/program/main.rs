@@ -9,6 +9,7 @@ mod benchmark;
 mod cli;
 #[cfg(unix)]
 mod fuzz;
+mod gallery;
 mod guide;
 mod quickstart;
 mod window_edges;

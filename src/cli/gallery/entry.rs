@@ -167,7 +167,7 @@ fn item_value(item: &Item) -> Value {
     if let Some(values) = item.as_array() {
         return values.iter().map(|value| item_value(&Item::Value(value.clone()))).collect();
     }
-    let text = item.as_str().map(Value::from);
+    let text = item.as_str().map(Value::from).or(item.as_bool().map(Value::from));
     let number =
         || item.as_float().or(item.as_integer().map(|whole| whole as f64)).map(Value::from);
     text.or_else(number).unwrap_or_default()
@@ -189,11 +189,20 @@ const FILES: &[(&str, &str)] = files![
     "thota2006/fig6",
     "thota2006/fig7",
     "thota2006/fig8",
+    "two_masses/fig2",
+    "two_masses/fig3",
+    "two_masses/fig4",
+    "two_masses/fig6",
+    "two_masses/fig7",
+    "two_masses/fig8",
+    "two_masses/fig9",
+    "two_masses/fig10",
     "cantilever/table1",
     "cantilever/table2",
     "cantilever/fig3",
     "cantilever/fig4",
     "cantilever/fig5",
+    "kundu2012/fig6b",
     "kundu2012/fig7",
     "kundu2012/fig8",
     "kundu2012/fig9",

@@ -75,6 +75,7 @@ const FLOORS: [(&str, &[&str]); 14] = [
             "orbit",
             "expansion",
             "emission",
+            "iteration",
             "analysis",
             "convergence",
             "report",

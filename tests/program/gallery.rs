@@ -1,0 +1,67 @@
+//! The gallery: every entry in its small version, its numbers compared, and the list of entries.
+
+use super::cli::{grazemap, scratch};
+
+/// Figures and tables that can be reproduced at least in kind, of five papers.
+const ENTRIES: usize = 37;
+
+#[test]
+fn every_figure_and_table_is_listed_once() {
+    let folder = scratch();
+    let output = grazemap(folder.path(), &["gallery", "--list"]);
+    assert!(output.status.success());
+    let listed = String::from_utf8(output.stdout).expect("words");
+    let mut names: Vec<&str> = listed.lines().filter_map(|line| line.split("  ").next()).collect();
+    names.sort_unstable();
+    names.dedup();
+    assert_eq!(names.len(), ENTRIES);
+    assert!(listed.lines().any(|line| line.contains("(needs ")), "{listed}");
+}
+
+#[test]
+fn an_unknown_entry_is_refused_and_the_nearest_is_named() {
+    let folder = scratch();
+    let output = grazemap(folder.path(), &["gallery", "thota2006/fig11"]);
+    assert_eq!(output.status.code(), Some(2));
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(said.contains("did you mean `thota2006/fig1`?"), "{said}");
+}
+
+/// Computes the entries of a paper; the program itself compares the numbers, and ends with exit
+/// code 1 where one is not as its entry says.
+fn reproduces(paper: &str) {
+    let folder = scratch();
+    let output = grazemap(folder.path(), &["gallery", paper, "--small", "-o", "page"]);
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success(), "{said}");
+    let page = folder.path().join("page");
+    let numbers = std::fs::read_to_string(page.join("numbers.csv")).expect("the table");
+    assert!(numbers.lines().count() > 1, "{numbers}");
+    let html = std::fs::read_to_string(page.join("index.html")).expect("the page");
+    assert!(html.contains("<svg") && html.contains("agrees"));
+}
+
+#[test]
+fn the_numbers_of_thota_zhao_and_dankowicz_are_reproduced() {
+    reproduces("thota2006");
+}
+
+#[test]
+fn the_numbers_of_the_cantilever_are_reproduced() {
+    reproduces("cantilever");
+}
+
+#[test]
+fn the_numbers_of_soft_impacts_are_reproduced() {
+    reproduces("kundu2012");
+}
+
+#[test]
+fn the_numbers_of_foale_are_reproduced() {
+    reproduces("foale1994");
+}
+
+#[test]
+fn the_orbits_of_two_masses_are_reproduced() {
+    reproduces("two_masses");
+}
