@@ -54,10 +54,11 @@ fn select<'a>(list: &'a [Value], segment: &str) -> Option<&'a Value> {
 }
 
 fn is_equal(element: &Value, key: &str, wanted: &str) -> bool {
-    inner(element, key).is_some_and(|value| match value {
-        Value::String(word) => word == wanted,
-        other => other.to_string() == wanted,
-    })
+    let word = inner(element, key).map(|value| match value {
+        Value::String(word) => word.clone(),
+        other => other.to_string(),
+    });
+    word.as_deref() == Some(wanted)
 }
 
 fn inner<'a>(element: &'a Value, key: &str) -> Option<&'a Value> {
