@@ -2,8 +2,8 @@
 //!
 //! A sweep goes from the graze to the half-width of the parameter, on the side on which the orbits
 //! of the map reach further. The window is shrunk until it leaves the share asked for outside: of
-//! the iterates that the map makes in the sweep, that quantile of how far they reach in it. The map,
-//! the guarded map and direct simulation take turns, so that their times can be compared.
+//! the iterates that the map makes in the sweep, that quantile of how far they reach in it. The
+//! map, the guarded map and direct simulation take turns, so that their times can be compared.
 
 use std::error::Error;
 

@@ -1,9 +1,10 @@
 //! The margin of a scene: the smallest change of one or two parameters at which the orbit grazes.
 //!
-//! One idea: of the points of the grazing curve the nearest to the scene's own values is one at which
-//! their distance is stationary, a special point like others. No point of the curve beyond the
-//! distance that is known already needs to be looked at. At the nearest point the equations of the
-//! grazing orbit say how the margin changes with every parameter, and on which side the scene is.
+//! One idea: of the points of the grazing curve the nearest to the scene's own values is one at
+//! which their distance is stationary, a special point like others. No point of the curve beyond
+//! the distance that is known already needs to be looked at. At the nearest point the equations of
+//! the grazing orbit say how the margin changes with every parameter, and on which side the scene
+//! is.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -248,7 +249,8 @@ impl Search {
     ) -> Result<MarginOutcome, OrbitError> {
         let changes = self.changes(&nearest.parameters);
         let Slopes { slopes, gap } = self.slopes(&nearest)?;
-        // The graze is where a function of the parameters vanishes; here its gradient in the scales.
+        // The graze is where a function of the parameters vanishes; here its gradient in the
+        // scales.
         let named = || self.parameters.iter().zip(&self.scales);
         let length = named().map(|(&p, scale)| (slopes[p] * scale).powi(2)).sum::<f64>().sqrt();
         let along = |&(&parameter, change): &(&usize, &f64)| slopes[parameter] * -change;

@@ -1,8 +1,8 @@
 //! What the theory of grazing bifurcations says of a graze, to leading order.
 //!
 //! One idea: everything follows from the multipliers of the orbit without contact and from `xi_n`.
-//! With `κ = sqrt(2/h'')` and the gap `h₀` of that orbit at the next passage, an orbit of `n` returns
-//! whose only contact has the depth variable `y` closes where
+//! With `κ = sqrt(2/h'')` and the gap `h₀` of that orbit at the next passage, an orbit of `n`
+//! returns whose only contact has the depth variable `y` closes where
 //!
 //! ```text
 //! h₀ = −κ y T_n(n) − y²,   T_k(n) = xi_k + xi_{k+n} + xi_{k+2n} + …

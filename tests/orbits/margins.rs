@@ -1,7 +1,7 @@
 //! The smallest change of parameters that grazes, against the closed form of the linear oscillator.
 //!
-//! The steady state of `x'' + 2 ζ x' + x = α cos ωt` has the amplitude `α/√((1 − ω²)² + (2ζω)²)`, so
-//! that it grazes the stop at `δ` on the curve `α = δ √((1 − ω²)² + (2ζω)²)`.
+//! The steady state of `x'' + 2 ζ x' + x = α cos ωt` has the amplitude `α/√((1 − ω²)² + (2ζω)²)`,
+//! so that it grazes the stop at `δ` on the curve `α = δ √((1 − ω²)² + (2ζω)²)`.
 
 use grazemap::model::Scene;
 use grazemap::orbit::{Margin, MarginOutcome, OrbitError, margin};

@@ -223,8 +223,8 @@ fn trap(
     Some(trap)
 }
 
-/// `Σ (Mᵏ/ρᵏ)ᵀ S⁻² (Mᵏ/ρᵏ)` with `ρ` between the spectral radius and 1: a form that falls by `ρ²` or
-/// more under `M`.
+/// `Σ (Mᵏ/ρᵏ)ᵀ S⁻² (Mᵏ/ρᵏ)` with `ρ` between the spectral radius and 1: a form that falls by `ρ²`
+/// or more under `M`.
 fn contracted_form(product: &DMatrix<f64>, scales: &[f64]) -> Option<DMatrix<f64>> {
     let radius = eigenvalues(product).ok()?.first()?.norm();
     let slowed = product / radius.sqrt().clamp(0.05, SLOWEST);

@@ -1,8 +1,8 @@
 //! Basins of attraction: where the states of a plane of the section go.
 //!
 //! One idea: the attractors are found as the states of a grid are followed, and a grid is refined
-//! where its cells go to different ones, so that a fine picture costs its borders. States that leave
-//! for good, and those that the map alone takes out of its window, are classes of their own.
+//! where its cells go to different ones, so that a fine picture costs its borders. States that
+//! leave for good, and those that the map alone takes out of its window, are classes of their own.
 
 mod known;
 mod search;

@@ -1,5 +1,5 @@
-//! The attractors of a map at fixed parameters, found as states are followed: each state until it is
-//! known where it goes.
+//! The attractors of a map at fixed parameters, found as states are followed: each state until it
+//! is known where it goes.
 //!
 //! One idea: attractors are found, not given. A state that comes to none of those known is followed
 //! until it settles, and what it settles on is known from then on. States are taken in rounds: all

@@ -109,9 +109,9 @@ impl<M: SectionMap<Dd> + ?Sized> NormalForm<'_, M> {
     }
 
     /// The image of the point so far along a direction, in half-widths from the first point.
-    fn image(&mut self, along: &DVector<f64>, distance: f64) -> Option<Vec<Dd>> {
+    fn image(&mut self, along: &DVector<f64>, distance: Dd) -> Option<Vec<Dd>> {
         let moved = self.state.iter().zip(along.iter()).zip(&self.units);
-        let moved = moved.map(|((&x, &a), &unit)| x + Dd::from(a * distance) * Dd::from(unit));
+        let moved = moved.map(|((&x, &a), &unit)| x + Dd::from(a) * distance * Dd::from(unit));
         let mut state: Vec<Dd> = moved.collect();
         for _ in 0..self.returns {
             state = self.map.image(&state, &self.parameters)?.offsets;
@@ -134,7 +134,8 @@ impl<M: SectionMap<Dd> + ?Sized> NormalForm<'_, M> {
         let step = SHARE * self.length / length;
         let mut sum = vec![Dd::ZERO; along.len()];
         for (k, weight) in (-3..=3).zip(weights).filter(|(_, weight)| *weight != 0.0) {
-            let image = self.image(along, f64::from(k) * step)?;
+            // Places rounded to `f64` would not be evenly spaced.
+            let image = self.image(along, Dd::from(f64::from(k)) * Dd::from(step))?;
             for (sum, value) in sum.iter_mut().zip(image) {
                 *sum += Dd::from(weight) * value;
             }

@@ -324,8 +324,7 @@ mod tests {
     use crate::analysis::continuation::{Linearised, TestValue, zero_near};
     use crate::numeric::{Dd, Scalar};
 
-    /// The circle `x² + y² = 1`, with tests `x − 1/2`, the turn of `y`, and `x² − 1/4 + 1e-7`, two
-    /// zeros near each other never.
+    /// The circle `x² + y² = 1`, with tests `x − 1/2` and the turn of `y`.
     struct Circle {
         upper: f64,
     }

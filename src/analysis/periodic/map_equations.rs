@@ -59,8 +59,8 @@ impl<'a, S: Real> MapOrbitEquations<'a, S> {
     /// The equations of an itinerary with the parameters `free` among the unknowns and the others
     /// at the offsets `at`.
     ///
-    /// Coordinates and depth variables are followed up to `reach` of their units, parameters as far as
-    /// [`with_range`](Self::with_range) says, and without bound until then.
+    /// Coordinates and depth variables are followed up to `reach` of their units, parameters as far
+    /// as [`with_range`](Self::with_range) says, and without bound until then.
     pub fn new(
         map: &'a MapEvaluation<S>,
         itinerary: &'a ContactItinerary,

@@ -64,8 +64,8 @@ fn section(computed: &Computed<'_>) -> Result<Section, ReportError> {
         section = section.picture(picture.clone(), *caption);
     }
     if !computed.numbers.is_empty() {
-        let caption = "Printed and computed numbers. They agree where they differ by no more than a \
-                       unit of the last digit given, or by what ± says.";
+        let caption = "Printed and computed numbers. They agree where they differ by no more than \
+                       a unit of the last digit given, or by what ± says.";
         section = section.table(numbers(&computed.numbers)?, caption);
     }
     for compared in &computed.numbers {
