@@ -466,7 +466,8 @@ impl Map {
     /// };
     /// let found = map.branches(&request, &NoProgress)?;
     /// // Below omega = 2 the orbit with one impact goes back from the graze.
-    /// let branch = &found.branches[1];
+    /// let branch = found.branches.iter().find(|branch| branch.itinerary.contacts() == 1);
+    /// let branch = branch.ok_or("no branch with an impact")?;
     /// assert!(branch.points.iter().all(|p| !p.orbit.physical || p.orbit.parameters[0] <= 0.0));
     /// let special = branch.points.iter().filter_map(|point| point.special.as_ref());
     /// assert!(special.into_iter().any(|special| special.label == BranchLabel::Graze));

@@ -261,8 +261,8 @@ pub struct Uncertainty {
 /// let map = Scene::load("scenes/linear.toml")?.graze()?.map()?;
 /// let request = BasinRequest {
 ///     parameters: vec![-5e-4, 0.0],
-///     ranges: [[-1.0, 0.5], [-1.0, 1.0]],
-///     points: [24, 24],
+///     ranges: [[-1e-3, 1e-3], [-2e-3, 2e-3]],
+///     points: [48, 48],
 ///     ..BasinRequest::over_the_window(map.local())
 /// };
 /// let basin = map.basin(&request, &grazemap::analysis::NoProgress)?;
