@@ -150,16 +150,10 @@ impl<'a> Continuation<'a> {
         image: &DirectImage<'a, S>,
         itinerary: &ContactItinerary,
     ) -> DirectOrbitEquations<'a, S> {
-        let BranchRequest { along, range: [a, b], at, .. } = self.request;
-        let range = [a.min(*b), a.max(*b)];
+        let BranchRequest { along, at, .. } = self.request;
+        let range = self.request.ordered_range();
         let image = image.clone();
         DirectOrbitEquations::new(image, itinerary, &self.units, (*along, range), at)
-    }
-
-    fn parameters(&self, value: f64) -> Vec<f64> {
-        let mut parameters = self.request.at.clone();
-        parameters[self.request.along] = value;
-        parameters
     }
 
     /// The periodic orbits that simulation settles on along the range, up and down, every flight
@@ -192,7 +186,7 @@ impl<'a> Continuation<'a> {
         state: &mut Vec<f64>,
         value: f64,
     ) -> Option<Seed> {
-        let parameters = self.parameters(value);
+        let parameters = self.request.parameters(value);
         let longest = self.request.longest;
         let (mut states, mut returns) = (Vec::new(), Vec::new());
         for number in 0..TRANSIENT + 2 * longest {
@@ -257,7 +251,7 @@ impl<'a> Continuation<'a> {
         seed: &Seed,
         known: &[DirectTrace],
     ) -> Option<DirectTrace> {
-        let guess = equations.unknowns(&seed.states, &self.parameters(seed.parameter))?;
+        let guess = equations.unknowns(&seed.states, &self.request.parameters(seed.parameter))?;
         let start = match &seed.direction {
             Some(direction) => DOUBLED.iter().find_map(|distance| {
                 let pairs = guess.iter().zip(direction);

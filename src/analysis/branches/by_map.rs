@@ -114,20 +114,13 @@ impl<'a> Continuation<'a> {
         map: &'e crate::analysis::evaluation::MapEvaluation<S>,
         itinerary: &'e ContactItinerary,
     ) -> MapOrbitEquations<'e, S> {
-        let BranchRequest { along, range: [a, b], at, .. } = self.request;
-        let range = [a.min(*b), a.max(*b)];
+        let BranchRequest { along, at, .. } = self.request;
+        let range = self.request.ordered_range();
         let reach = [REACH, DEEPEST];
         let equations =
             MapOrbitEquations::new(map, itinerary, &self.map.window, &[*along], at, reach);
         let equations = equations.with_range(0, range);
         if self.search.positive { equations.with_positive_depths() } else { equations }
-    }
-
-    /// All active parameters at a value of the one that varies.
-    fn parameters(&self, value: f64) -> Vec<f64> {
-        let mut parameters = self.request.at.clone();
-        parameters[self.request.along] = value;
-        parameters
     }
 
     /// The values at which orbits are looked for.
@@ -143,7 +136,8 @@ impl<'a> Continuation<'a> {
         let values = self.values();
         let longest = self.request.itineraries.iter().map(ContactItinerary::period).max();
         let settled = values.into_par_iter().map(|value| {
-            let settled = self.search.settled(&self.parameters(value), longest.unwrap_or(1));
+            let settled =
+                self.search.settled(&self.request.parameters(value), longest.unwrap_or(1));
             (value, settled)
         });
         settled.collect()
@@ -156,7 +150,7 @@ impl<'a> Continuation<'a> {
         let value = self.values().first().copied().unwrap_or_default();
         let seed = Seed {
             itinerary: none.clone(),
-            states: vec![self.search.smooth.at(&self.parameters(value))],
+            states: vec![self.search.smooth.at(&self.request.parameters(value))],
             depth_variables: Vec::new(),
             parameter: value,
             direction: None,
@@ -204,7 +198,7 @@ impl<'a> Continuation<'a> {
             for start in settled.iter().filter_map(|settled| settled.begun_as(itinerary)) {
                 seeds.push(seed(start.state, start.depth_variables, *value));
             }
-            for start in self.search.starts_about(itinerary, &self.parameters(*value)) {
+            for start in self.search.starts_about(itinerary, &self.request.parameters(*value)) {
                 seeds.push(seed(start.state, start.depth_variables, *value));
             }
         }
@@ -220,7 +214,7 @@ impl<'a> Continuation<'a> {
     ) -> Vec<MapTrace> {
         let mut equations = self.equations(itinerary);
         for seed in seeds {
-            let parameters = self.parameters(seed.parameter);
+            let parameters = self.request.parameters(seed.parameter);
             let guess = equations.unknowns(&seed.states[0], &seed.depth_variables, &parameters);
             let trace = match &seed.direction {
                 Some(direction) => self.doubled(&mut equations, &guess, direction, &traces),

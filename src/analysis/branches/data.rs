@@ -23,6 +23,21 @@ pub struct BranchRequest {
     pub direct: bool,
 }
 
+impl BranchRequest {
+    /// All active parameters at a value of the one that varies.
+    pub(super) fn parameters(&self, value: f64) -> Vec<f64> {
+        let mut parameters = self.at.clone();
+        parameters[self.along] = value;
+        parameters
+    }
+
+    /// The range, its lower end first.
+    pub(super) fn ordered_range(&self) -> [f64; 2] {
+        let [a, b] = self.range;
+        [a.min(b), a.max(b)]
+    }
+}
+
 /// What marks a special point of a branch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum BranchLabel {
