@@ -1,5 +1,6 @@
 //! What can be wrong with what an analysis is asked.
 
+use super::periodic::ItineraryError;
 use crate::expansion::ExpansionError;
 use crate::flow::FlowError;
 use crate::hybrid::HybridError;
@@ -61,6 +62,9 @@ pub enum AnalysisError {
             for maps"
     )]
     SingleSimulation,
+    /// An itinerary that cannot be read, or too many.
+    #[error(transparent)]
+    Itinerary(#[from] ItineraryError),
     /// The direct simulation refused its input.
     #[error(transparent)]
     Hybrid(#[from] HybridError),

@@ -1,11 +1,11 @@
 //! Two-parameter charts: where contact begins against the closed form, periods against the
 //! literature and against direct simulation, and the same cells whatever the number of cores.
 
-use grazemap::analysis::chart::{Chart, ChartCell, chart};
+use grazemap::analysis::chart::{Chart, ChartCell, ChartClass, chart};
 use grazemap::analysis::diagram::diagram;
 use grazemap::analysis::{AnalysisError, NoProgress};
 use grazemap::iteration::{OrbitEnd, Period};
-use grazemap::model::{ChartRequest, DiagramRequest, Method, Starts};
+use grazemap::model::{ChartObservable, ChartRequest, DiagramRequest, Method, Starts};
 use grazemap::report::{chart_array, chart_figure, chart_rows};
 
 use crate::Case;
@@ -24,13 +24,12 @@ impl Case {
         points: [usize; 2],
     ) -> ChartRequest {
         ChartRequest {
-            parameters: parameters.map(|name| self.number(name)),
-            ranges,
             points,
-            starts: Starts::Smooth,
+            every_cell: true,
             transient: 300,
             keep: 12,
             with: vec![Method::Map],
+            ..ChartRequest::new(parameters.map(|name| self.number(name)), ranges)
         }
     }
 
@@ -57,7 +56,7 @@ fn contact_begins_where_the_amplitude_of_the_linear_oscillator_reaches_the_stop(
         if (alpha - grazes_at).abs() < 1e-9 {
             continue;
         }
-        let without_contact = cell.kept_contacts == 0 && cell.period == Period::Periodic(1);
+        let without_contact = chart.class(&cell.attractor) == ChartClass::WithoutContact;
         assert_eq!(without_contact, alpha < grazes_at, "omega {omega}, alpha {alpha}: {cell:?}");
         if without_contact {
             below += 1;
@@ -76,7 +75,7 @@ fn the_orbit_beyond_grazing_is_that_of_the_literature_and_of_direct_simulation()
     let [low, high] = [-4e-4, 8e-4];
     let request = case.request(["Q", "beta"], [[low, high], [-1e-5, 1e-5]], [5, 3]);
     let chart = case.chart(&request).expect("both are active");
-    let name = |cell: &ChartCell| cell.orbit.as_ref().map(ToString::to_string);
+    let name = |cell: &ChartCell| cell.attractor.orbit.as_ref().map(ToString::to_string);
     let names: Vec<_> = chart.cells[5..10].iter().map(name).collect();
     let expected = ["(0,1)", "(0,1)", "(1,5)", "(1,5)", "(1,5)"];
     assert_eq!(names, expected.map(|name| Some(name.to_owned())));
@@ -91,7 +90,7 @@ fn the_orbit_beyond_grazing_is_that_of_the_literature_and_of_direct_simulation()
     let direct = diagram(&case.scene, &case.orbit, &case.map, &request, &NoProgress);
     let direct = direct.expect("active");
     for (cell, point) in chart.cells[5..10].iter().zip(&direct.sweeps[0].points) {
-        assert_eq!(cell.orbit, point.orbit, "at {}", point.offset);
+        assert_eq!(cell.attractor.orbit, point.orbit, "at {}", point.offset);
     }
 }
 
@@ -143,7 +142,7 @@ fn table_array_and_picture_hold_every_cell() {
     let case = Case::new("linear");
     let request = case.request(["omega", "alpha"], [[-1e-3, 1e-3], [-2e-3, 4e-1]], [4, 3]);
     let chart = case.chart(&request).expect("active");
-    let ends: Vec<_> = chart.cells.iter().map(|cell| cell.end).collect();
+    let ends: Vec<_> = chart.cells.iter().map(|cell| cell.attractor.end).collect();
     assert!(ends.contains(&OrbitEnd::Completed), "{ends:?}");
     assert!(ends.iter().any(|end| *end != OrbitEnd::Completed), "{ends:?}");
     let table = chart_rows(std::slice::from_ref(&chart)).into_table().expect("whole rows");
@@ -156,8 +155,8 @@ fn table_array_and_picture_hold_every_cell() {
         .map(|bytes| f64::from_le_bytes(bytes.try_into().expect("eight bytes")))
         .collect();
     for (number, cell) in numbers.iter().zip(&chart.cells) {
-        match cell.period {
-            _ if chart.is_outside(cell) => assert_eq!(*number, -1.0),
+        match cell.attractor.period {
+            _ if chart.class(&cell.attractor) == ChartClass::Outside => assert_eq!(*number, -1.0),
             Period::Periodic(period) => assert_eq!(*number, period as f64),
             Period::NotFound => assert_eq!(*number, 0.0),
         }
@@ -166,4 +165,123 @@ fn table_array_and_picture_hold_every_cell() {
     let cells = figure.cells.as_ref().expect("a chart of cells");
     assert_eq!((cells.columns, cells.rows), (4, 3));
     assert!(figure.to_svg().is_ok() && figure.to_png().is_ok());
+}
+
+#[test]
+fn cells_along_borders_are_those_of_the_uniform_grid() {
+    let case = Case::new("cantilever_0_09");
+    let every = case.request(["Q", "beta"], [[-4e-4, 8e-4], [-1e-3, 1e-3]], [49, 33]);
+    let borders = ChartRequest { every_cell: false, ..every.clone() };
+    let on = |threads: usize, request: &ChartRequest| {
+        let builder = rayon::ThreadPoolBuilder::new().num_threads(threads);
+        let pool = builder.build().expect("a pool");
+        pool.install(|| case.chart(request)).expect("active").without_timing()
+    };
+    let (every, borders, again) = (on(2, &every), on(1, &borders), on(3, &borders));
+    assert_eq!(borders, again);
+    assert_eq!(every.computed, 49 * 33);
+    let computed = borders.cells.iter().filter(|cell| cell.computed).count();
+    assert_eq!(borders.computed, computed);
+    assert!(computed < 49 * 33 / 3, "{computed}");
+    for (uniform, cell) in every.cells.iter().zip(&borders.cells) {
+        assert_eq!(every.class(&uniform.attractor), borders.class(&cell.attractor));
+        if cell.computed {
+            assert_eq!(uniform, cell);
+        } else {
+            assert_eq!(cell.attractor.lyapunov, None);
+        }
+    }
+    let classes: std::collections::BTreeSet<_> =
+        every.cells.iter().map(|cell| every.class(&cell.attractor)).collect();
+    assert!(classes.len() > 1, "{classes:?}");
+}
+
+/// The forced oscillator returns to its orbit without contact as `exp(−ζt)` turned by an angle, and
+/// an impact multiplies the phase volume by `r²` besides: with complex multipliers the exponents
+/// per return are `−ζ T` and `−ζ T + ln r`, the saltation included.
+#[test]
+fn exponents_by_direct_simulation_are_those_of_closed_form_and_of_the_map() {
+    let case = Case::new("linear");
+    let (zeta, r): (f64, f64) = (0.05, 0.8);
+    let request = ChartRequest {
+        observe: ChartObservable::Lyapunov,
+        keep: 500,
+        with: vec![Method::Map, Method::Guarded, Method::Direct],
+        ..case.request(["omega", "alpha"], [[-5e-4, 5e-4], [-6e-4, 6e-4]], [2, 4])
+    };
+    let charts = chart(&case.scene, &case.orbit, &case.map, &request, &NoProgress);
+    let charts = charts.expect("active");
+    let mut with_contact = 0;
+    for chart in &charts {
+        assert_eq!(chart.computed, 8);
+        for (([omega, _], cell), by_map) in chart.located().zip(&charts[0].cells) {
+            let exponent = cell.attractor.lyapunov.expect("an orbit that stays");
+            let period = 2.0 * std::f64::consts::PI / (1.8 + omega);
+            let contacts = cell.attractor.orbit.as_ref().expect("a period").hits[0];
+            // The vector turns: the mean over 1000 iterates differs by what one turn stretches.
+            if cell.attractor.period == Period::Periodic(1) {
+                let closed = -zeta * period + f64::from(contacts) * r.ln();
+                let apart = (exponent - closed).abs();
+                assert!(apart < 5e-3, "{:?} {contacts}: {exponent} {closed}", chart.method);
+                with_contact += contacts;
+            }
+            let mapped = by_map.attractor.lyapunov.expect("an orbit that stays");
+            assert!((exponent - mapped).abs() < 1e-5, "{:?} {exponent} {mapped}", chart.method);
+        }
+    }
+    assert!(with_contact > 0);
+}
+
+/// Below its graze the linear oscillator has an orbit with one impact beside the one without
+/// contact (`basin`, whose cells are followed one by one, finds them both).
+#[test]
+fn starts_that_are_taken_together_show_both_attractors() {
+    let case = Case::new("linear");
+    let request = ChartRequest {
+        starts: Starts::Spread(12),
+        attractors: 3,
+        observe: ChartObservable::Attractors,
+        ..case.request(["omega", "alpha"], [[-2e-4, 2e-4], [-1e-3, -3e-4]], [2, 3])
+    };
+    let found = case.chart(&request).expect("active");
+    assert_eq!((found.starts.len(), &found.start), (12, &None));
+    let parts = ChartRequest { attractors: 1, ..request };
+    let parts = chart(&case.scene, &case.orbit, &case.map, &parts, &NoProgress).expect("active");
+    assert_eq!(parts.len(), 12);
+    let mut several = 0;
+    for (number, cell) in found.cells.iter().enumerate() {
+        let mut names: Vec<_> =
+            cell.attractors().map(|attractor| attractor.orbit.clone()).collect();
+        names.sort();
+        let mut expected: Vec<_> =
+            parts.iter().map(|part| part.cells[number].attractor.clone()).collect();
+        expected.retain(|one| one.end == OrbitEnd::Completed);
+        let mut expected: Vec<_> = expected.into_iter().map(|one| one.orbit).collect();
+        expected.sort();
+        expected.dedup();
+        assert_eq!(names, expected, "cell {number}");
+        several += usize::from(names.len() > 1);
+    }
+    assert!(several > 0);
+    let array = chart_array(&found).expect("a full grid");
+    assert!(String::from_utf8_lossy(&array).contains("(3, 3, 2)"));
+}
+
+#[test]
+fn itineraries_are_shown_by_their_digits() {
+    let case = Case::new("cantilever_0_09");
+    let request = ChartRequest {
+        observe: ChartObservable::Itinerary,
+        ..case.request(["Q", "beta"], [[-4e-4, 8e-4], [-1e-5, 1e-5]], [5, 3])
+    };
+    let chart = case.chart(&request).expect("active");
+    let itinerary = |cell: &ChartCell| {
+        cell.attractor.itinerary.as_ref().map(ToString::to_string).unwrap_or_default()
+    };
+    let row: Vec<String> = chart.cells[5..10].iter().map(itinerary).collect();
+    assert_eq!(row, ["0", "0", "10000", "10000", "10000"]);
+    let figure = chart_figure(&chart);
+    let cells = figure.cells.expect("a chart of cells");
+    let names: Vec<&str> = cells.categories.iter().map(|one| one.name.as_str()).collect();
+    assert_eq!(names, ["0", "10000"]);
 }

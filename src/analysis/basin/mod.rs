@@ -26,6 +26,7 @@ use crate::orbit::GrazingOrbit;
 use search::Search;
 
 pub use super::refinement::BLOCK;
+pub(super) use known::are_one_cycle;
 
 /// Which basins are asked for.
 ///
@@ -302,7 +303,8 @@ pub fn basin(
         let states: Vec<Vec<f64>> = cells.iter().map(|&cell| grid.state(cell)).collect();
         search.classes(&states)
     });
-    let (attractors, classes) = ranked(search.attractors(), cells.cells);
+    let computed = cells.computed();
+    let (attractors, classes) = ranked(search.attractors(), cells.into_cells(|class| class));
     let borders = grid.borders(&classes);
     let share = |class: BasinClass| grid.share(class, &classes, &borders);
     let attractors = attractors.into_iter().enumerate().map(|(number, attractor)| BasinAttractor {
@@ -336,7 +338,7 @@ pub fn basin(
         undecided: share(BasinClass::Undecided),
         border: borders.iter().filter(|&&touches| touches).count() as f64 / classes.len() as f64,
         uncertainty: grid.uncertainty(&classes),
-        computed: cells.computed,
+        computed,
         by_map: search.mapped as f64 / search.iterates.max(1) as f64,
         timing: Timing::since(clock, search.iterates),
         cells: classes,
