@@ -129,7 +129,7 @@ impl<'a> Shown<'a> {
             Category::Attractors(count) => format!("{count} attractors"),
             Category::NoPeriod => format!("none up to {longest}"),
             Category::Outside => "outside the window".to_owned(),
-            Category::Escaped => "escaped".to_owned(),
+            Category::Escaped => "escaped or no image".to_owned(),
         }
     }
 }

@@ -9,6 +9,7 @@ use grazemap::model::{ChartObservable, ChartRequest, DiagramRequest, Method, Sta
 use grazemap::report::{chart_array, chart_figure, chart_rows};
 
 use crate::Case;
+use crate::support::scenes;
 
 impl Case {
     fn number(&self, parameter: &str) -> usize {
@@ -56,7 +57,8 @@ fn contact_begins_where_the_amplitude_of_the_linear_oscillator_reaches_the_stop(
         if (alpha - grazes_at).abs() < 1e-9 {
             continue;
         }
-        let without_contact = chart.class(&cell.attractor) == ChartClass::WithoutContact;
+        let cell = &cell.attractor;
+        let without_contact = cell.kept_contacts == 0 && cell.period == Period::Periodic(1);
         assert_eq!(without_contact, alpha < grazes_at, "omega {omega}, alpha {alpha}: {cell:?}");
         if without_contact {
             below += 1;
@@ -205,31 +207,31 @@ fn exponents_by_direct_simulation_are_those_of_closed_form_and_of_the_map() {
     let (zeta, r): (f64, f64) = (0.05, 0.8);
     let request = ChartRequest {
         observe: ChartObservable::Lyapunov,
-        keep: 500,
-        with: vec![Method::Map, Method::Guarded, Method::Direct],
-        ..case.request(["omega", "alpha"], [[-5e-4, 5e-4], [-6e-4, 6e-4]], [2, 4])
+        keep: 200,
+        with: vec![Method::Guarded, Method::Direct],
+        ..case.request(["omega", "alpha"], [[-2e-4, 2e-4], [-6e-4, 6e-4]], [2, 4])
     };
     let charts = chart(&case.scene, &case.orbit, &case.map, &request, &NoProgress);
-    let charts = charts.expect("active");
-    let mut with_contact = 0;
-    for chart in &charts {
-        assert_eq!(chart.computed, 8);
-        for (([omega, _], cell), by_map) in chart.located().zip(&charts[0].cells) {
-            let exponent = cell.attractor.lyapunov.expect("an orbit that stays");
-            let period = 2.0 * std::f64::consts::PI / (1.8 + omega);
-            let contacts = cell.attractor.orbit.as_ref().expect("a period").hits[0];
-            // The vector turns: the mean over 1000 iterates differs by what one turn stretches.
-            if cell.attractor.period == Period::Periodic(1) {
-                let closed = -zeta * period + f64::from(contacts) * r.ln();
-                let apart = (exponent - closed).abs();
-                assert!(apart < 5e-3, "{:?} {contacts}: {exponent} {closed}", chart.method);
-                with_contact += contacts;
-            }
-            let mapped = by_map.attractor.lyapunov.expect("an orbit that stays");
-            assert!((exponent - mapped).abs() < 1e-5, "{:?} {exponent} {mapped}", chart.method);
+    let [guarded, direct]: [_; 2] = charts.expect("active").try_into().expect("by each method");
+    assert_eq!((guarded.computed, direct.computed), (8, 8));
+    let (mut closed, mut mapped) = ([0; 2], 0);
+    for (([omega, alpha], cell), by_map) in direct.located().zip(&guarded.cells) {
+        let exponent = cell.attractor.lyapunov.expect("an orbit that stays");
+        let period = 2.0 * std::f64::consts::PI / (1.8 + omega);
+        let contacts = cell.attractor.orbit.as_ref().map_or(0, |name| name.hits[0]);
+        // The vector turns: the mean over 400 iterates differs by what one turn stretches.
+        if cell.attractor.period == Period::Periodic(1) {
+            let exact = -zeta * period + f64::from(contacts) * r.ln();
+            assert!((exponent - exact).abs() < 5e-3, "{omega} {alpha}: {exponent} {exact}");
+            closed[contacts as usize] += 1;
+        }
+        if by_map.attractor.by_map == 1.0 {
+            let by_map = by_map.attractor.lyapunov.expect("an orbit that stays");
+            assert!((exponent - by_map).abs() < 1e-6, "{omega} {alpha}: {exponent} {by_map}");
+            mapped += 1;
         }
     }
-    assert!(with_contact > 0);
+    assert!(closed[0] > 0 && closed[1] > 0 && mapped > 0, "{closed:?} {mapped}");
 }
 
 /// Below its graze the linear oscillator has an orbit with one impact beside the one without
@@ -237,21 +239,25 @@ fn exponents_by_direct_simulation_are_those_of_closed_form_and_of_the_map() {
 #[test]
 fn starts_that_are_taken_together_show_both_attractors() {
     let case = Case::new("linear");
+    let start = |x: f64, theta: f64| vec![Some(x), None, Some(theta)];
+    // Beside the orbit without contact at alpha = -5e-4 (x moves by 1/2.247 of it), and far off.
+    let starts = [start(-2.2e-4, 0.0), start(1e-3, 0.0), start(1e-3, 0.02), start(-2.3e-4, 0.0)];
     let request = ChartRequest {
-        starts: Starts::Spread(12),
+        starts: Starts::Given(starts.to_vec()),
         attractors: 3,
         observe: ChartObservable::Attractors,
-        ..case.request(["omega", "alpha"], [[-2e-4, 2e-4], [-1e-3, -3e-4]], [2, 3])
+        with: vec![Method::Guarded],
+        ..case.request(["omega", "alpha"], [[-1e-5, 1e-5], [-6e-4, -4e-4]], [2, 3])
     };
     let found = case.chart(&request).expect("active");
-    assert_eq!((found.starts.len(), &found.start), (12, &None));
+    assert_eq!((found.starts.len(), &found.start), (4, &None));
     let parts = ChartRequest { attractors: 1, ..request };
     let parts = chart(&case.scene, &case.orbit, &case.map, &parts, &NoProgress).expect("active");
-    assert_eq!(parts.len(), 12);
+    assert_eq!(parts.len(), 4);
     let mut several = 0;
     for (number, cell) in found.cells.iter().enumerate() {
-        let mut names: Vec<_> =
-            cell.attractors().map(|attractor| attractor.orbit.clone()).collect();
+        let stays = cell.attractors().filter(|one| one.end == OrbitEnd::Completed);
+        let mut names: Vec<_> = stays.map(|one| one.orbit.clone()).collect();
         names.sort();
         let mut expected: Vec<_> =
             parts.iter().map(|part| part.cells[number].attractor.clone()).collect();
@@ -272,6 +278,7 @@ fn itineraries_are_shown_by_their_digits() {
     let case = Case::new("cantilever_0_09");
     let request = ChartRequest {
         observe: ChartObservable::Itinerary,
+        with: vec![Method::Guarded],
         ..case.request(["Q", "beta"], [[-4e-4, 8e-4], [-1e-5, 1e-5]], [5, 3])
     };
     let chart = case.chart(&request).expect("active");
@@ -284,4 +291,29 @@ fn itineraries_are_shown_by_their_digits() {
     let cells = figure.cells.expect("a chart of cells");
     let names: Vec<&str> = cells.categories.iter().map(|one| one.name.as_str()).collect();
     assert_eq!(names, ["0", "10000"]);
+}
+
+/// Without contact the oscillator is linear and settles on its forcing, however slowly: no cell
+/// without contact is without a period. Far from the window's scale 300 returns of it leave more
+/// than a hundred-millionth of a half-width.
+#[test]
+fn an_orbit_without_contact_that_still_settles_has_period_one() {
+    let set = [
+        ("omega", "0.8"),
+        ("A", "0.360799"),
+        ("grazing.guess", "{u=1.0,v=0.0,theta=0.066568}"),
+        ("section.kind", "\"stroboscopic\""),
+    ];
+    let case = Case::of(scenes::parsed(scenes::text("soft_a"), "soft_a", &set));
+    let request = ChartRequest {
+        with: vec![Method::Direct],
+        ..case.request(["omega", "A"], [[0.3, 0.4], [-0.34, -0.2]], [4, 3])
+    };
+    let chart = case.chart(&request).expect("active");
+    for ([omega, a], cell) in chart.located() {
+        let (omega, a) = (0.8 + omega, chart.axes[1].grazing_value + a);
+        // Half of the amplitude that reaches the stop: no orbit keeps its contacts.
+        assert!(a < 0.8 * (1.0 - omega * omega).hypot(0.03 * omega));
+        assert_eq!(chart.class(&cell.attractor), ChartClass::WithoutContact, "{omega} {a}");
+    }
 }

@@ -253,7 +253,7 @@ pub fn chart(
     let escape = escape_bounds(scene, orbit);
     let bounds: Vec<f64> = escape.iter().map(|bound| bound.offset).collect();
     let own = OrbitRequest::new(request.transient, 2 * request.keep, &map.window.state);
-    let own = own.escaping_at(&bounds);
+    let own = own.escaping_at(&bounds).approaching();
     let starts = match states(&request.starts, scene, map)? {
         states if states.is_empty() => vec![None],
         states => states.into_iter().map(Some).collect(),
