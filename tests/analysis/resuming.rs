@@ -90,7 +90,7 @@ fn an_interrupted_diagram_goes_on_where_it_was_and_ends_with_the_same_bits() {
 
 #[test]
 fn an_interrupted_chart_goes_on_where_it_was_and_ends_with_the_same_bits() {
-    for chart in [["all", "1", "[30, 20]"], ["borders", "2", "[60, 40]"]] {
+    for chart in [["all", "1", "[30, 20]"], ["borders", "2", "[90, 60]"]] {
         let scene = scene("[\"map\"]", chart);
         let map = scene.graze().and_then(|graze| graze.map()).expect("a map");
         resumes(|progress| {

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::{ChartAttractor, ChartAxis, ChartCell, ChartClass};
+use super::data::{ChartAttractor, ChartAxis, ChartCell, ChartClass};
 use crate::analysis::basin::are_one_cycle;
 use crate::analysis::diagram::{
     Entry, Settled, Shares, Start, SweptMap, agree, exponent, kept_contacts, name, settle,

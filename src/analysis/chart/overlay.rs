@@ -1,6 +1,6 @@
 //! Curves laid over a chart: where the orbit of the scene grazes, and loci of periodic orbits.
 
-use super::ChartAxis;
+use super::data::{ChartAxis, Overlay};
 use crate::analysis::error::AnalysisError;
 use crate::analysis::loci::{
     LociRequest, Locus, LocusEnd, LocusKind, PlaneCurve, PlanePoint, loci,
@@ -11,19 +11,9 @@ use crate::expansion::LocalMap;
 use crate::iteration::PassageSet;
 use crate::model::{ChartOverlay, ChartRequest, Method, Scene};
 use crate::orbit::{self, CurveEnd, CurveOptions, CurveOutcome, CurvePoint, GrazingOrbit};
-use serde::{Deserialize, Serialize};
 
 /// Passages of the longest period whose loci are looked for where no itinerary is named.
 const DEFAULT_PASSAGES: usize = 2;
-
-/// Curves of one kind laid over a chart.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Overlay {
-    /// What they are.
-    pub what: ChartOverlay,
-    /// The curves, in offsets of the chart's parameters; none where none was found.
-    pub curves: Vec<PlaneCurve>,
-}
 
 /// What the curves of a chart are of.
 pub(super) struct Plane<'a> {
