@@ -1,5 +1,5 @@
 //! Charts refined along borders against charts of which every cell is computed: how many cells are
-//! computed, how many differ, and what both take.
+//! computed, and how many differ.
 //!
 //! `cargo run --release --example charts -- [POINTS...]` prints the table of docs/studies/charts.md
 //! for so many points along each axis.
@@ -64,8 +64,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     if points.is_empty() {
         points = POINTS.to_vec();
     }
-    println!("| chart | cells | computed, % | differ, % | all, s | borders, s |");
-    println!("|---|---|---|---|---|---|");
+    println!("| chart | cells | computed, % | differ, % |");
+    println!("|---|---|---|---|");
     for subject in &SUBJECTS {
         let map = subject.map()?;
         for &points in &points {
@@ -97,12 +97,10 @@ impl Subject {
         let differ = pairs.filter(|(all, own)| class(all) != class(own)).count();
         let share = |count: usize| 100.0 * count as f64 / all.cells.len() as f64;
         Ok(format!(
-            "| {} | {points} x {points} | {:.1} | {:.2} | {:.2} | {:.2} |",
+            "| {} | {points} x {points} | {:.1} | {:.2} |",
             self.name,
             share(borders.computed),
-            share(differ),
-            all.timing.seconds,
-            borders.timing.seconds
+            share(differ)
         ))
     }
 }
