@@ -44,7 +44,7 @@ fn resumes<T: Serialize>(run: impl Fn(&dyn Progress) -> T) {
     let whole = Killed { capacity: usize::MAX, ..Killed::default() };
     let expected = text(&run(&whole));
     let count = *whole.computed.lock().expect("whole");
-    assert!(count > 5, "{count}");
+    assert!(count > 4, "{count}");
     for tenths in [0, 1, 5, 9, 10] {
         let first = Killed { capacity: count * tenths / 10, ..Killed::default() };
         run(&first);
@@ -90,7 +90,7 @@ fn an_interrupted_diagram_goes_on_where_it_was_and_ends_with_the_same_bits() {
 
 #[test]
 fn an_interrupted_chart_goes_on_where_it_was_and_ends_with_the_same_bits() {
-    for chart in [["all", "1", "[30, 20]"], ["borders", "2", "[90, 60]"]] {
+    for chart in [["all", "1", "[30, 20]"], ["borders", "2", "[60, 40]"]] {
         let scene = scene("[\"map\"]", chart);
         let map = scene.graze().and_then(|graze| graze.map()).expect("a map");
         resumes(|progress| {
