@@ -15,7 +15,6 @@ use crate::analysis::continuation::{
 };
 use crate::analysis::direct_image::DirectImage;
 use crate::analysis::error::AnalysisError;
-use crate::analysis::escape::extents;
 use crate::analysis::evaluation::{DepthEvaluation, MapEvaluation};
 use crate::analysis::orbits::{FoundOrbit, OrbitContact};
 use crate::analysis::periodic::{
@@ -69,7 +68,12 @@ struct Continuation<'a> {
     depths: DepthEvaluation<f64>,
     map: &'a LocalMap,
     request: &'a BranchRequest,
+    graze: Option<GrazeStart>,
 }
+
+/// Where the orbit without contact grazes: its section point and the value of the parameter that
+/// varies, in offsets.
+pub(in crate::analysis) type GrazeStart = (Vec<f64>, f64);
 
 /// The branches of direct simulation.
 pub(super) fn branches(
@@ -79,16 +83,33 @@ pub(super) fn branches(
     request: &BranchRequest,
     progress: &dyn Progress,
 ) -> Result<Branches, AnalysisError> {
+    let mut others = request.at.iter().enumerate().filter(|(place, _)| *place != request.along);
+    let graze = others.all(|(_, &offset)| offset == 0.0);
+    let graze = graze.then(|| (vec![0.0; map.dimension()], 0.0));
+    branches_from(scene, orbit, map, request, graze, progress)
+}
+
+/// The same with the graze given, at which branches may begin.
+pub(in crate::analysis) fn branches_from(
+    scene: &Scene,
+    orbit: &GrazingOrbit,
+    map: &LocalMap,
+    request: &BranchRequest,
+    graze: Option<GrazeStart>,
+    progress: &dyn Progress,
+) -> Result<Branches, AnalysisError> {
     let system = HybridSystem::new(&scene.model);
-    let mut continuation = Continuation {
-        image: DirectImage::new(&system, scene, orbit)?,
+    let image = DirectImage::new(&system, scene, orbit)?;
+    let free = [(request.along, request.range)];
+    let continuation = Continuation {
+        units: DirectUnits::measured(scene, orbit, image.clone(), &free, &request.at)?,
+        image,
         fine: DirectImage::new(&system, scene, orbit)?,
-        units: DirectUnits { state: Vec::new(), parameter: 1.0, gap: None },
         depths: MapEvaluation::depths(map),
         map,
         request,
+        graze,
     };
-    continuation.units = continuation.measured(scene, orbit)?;
     progress.expect(request.itineraries.len() as u64);
     let settled = continuation.settled();
     let first = request.itineraries.par_iter().map(|itinerary| {
@@ -110,37 +131,6 @@ pub(super) fn branches(
 }
 
 impl<'a> Continuation<'a> {
-    /// Lengths of the grazing orbit, smaller where the parameter varies little; the gap in the
-    /// place of the coordinate that it depends on most.
-    fn measured(&self, scene: &Scene, orbit: &GrazingOrbit) -> Result<DirectUnits, AnalysisError> {
-        let BranchRequest { along, range, at, .. } = self.request;
-        let parameter = range.iter().fold(f64::MIN_POSITIVE, |most, end| most.max(end.abs()));
-        let value = orbit.parameters()[scene.expansion.active[*along]].to_f64().abs();
-        let share = if value > 0.0 { (parameter / value).min(1.0).sqrt() } else { 1.0 };
-        let extents = extents(scene, orbit);
-        let largest = extents.iter().copied().fold(0.0, f64::max);
-        let state = extents.iter().map(|&extent| match extent > 1e-9 * largest {
-            true => extent * share,
-            false => share,
-        });
-        let state: Vec<f64> = state.collect();
-        let mut image = self.image.clone();
-        if !image.is_tangency() {
-            return Ok(DirectUnits { state, parameter, gap: None });
-        }
-        let mut slopes = Vec::new();
-        for place in 0..state.len() {
-            let mut moved = vec![0.0; state.len()];
-            moved[place] = 1e-4 * state[place];
-            let up = image.gap(&moved, at)?;
-            moved[place] = -moved[place];
-            slopes.push((up - image.gap(&moved, at)?).abs() / 2e-4);
-        }
-        let steepest = slopes.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1));
-        let gap = steepest.map(|(place, &slope)| (place, slope));
-        Ok(DirectUnits { state, parameter, gap })
-    }
-
     fn equations(&self, itinerary: &ContactItinerary) -> DirectOrbitEquations<'a, f64> {
         self.equations_of(&self.image, itinerary)
     }
@@ -153,7 +143,7 @@ impl<'a> Continuation<'a> {
         let BranchRequest { along, at, .. } = self.request;
         let range = self.request.ordered_range();
         let image = image.clone();
-        DirectOrbitEquations::new(image, itinerary, &self.units, (*along, range), at)
+        DirectOrbitEquations::new(image, itinerary, &self.units, &[(*along, range)], at)
     }
 
     /// The periodic orbits that simulation settles on along the range, up and down, every flight
@@ -219,12 +209,10 @@ impl<'a> Continuation<'a> {
     /// Where branches of an itinerary begin: at the graze, and at what was settled on.
     fn seeds(&self, itinerary: &ContactItinerary, settled: &[Seed]) -> Vec<Seed> {
         let mine = settled.iter().filter(|seed| seed.itinerary == *itinerary).cloned();
-        let others = self.request.at.iter().enumerate();
-        let mut others = others.filter(|(place, _)| *place != self.request.along);
-        let graze = others.all(|(_, &offset)| offset == 0.0).then(|| Seed {
+        let graze = self.graze.as_ref().map(|(state, parameter)| Seed {
             itinerary: itinerary.clone(),
-            states: vec![vec![0.0; self.image.dimension()]; itinerary.period()],
-            parameter: 0.0,
+            states: vec![state.clone(); itinerary.period()],
+            parameter: *parameter,
             direction: None,
         });
         graze.into_iter().chain(mine).collect()

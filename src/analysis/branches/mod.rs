@@ -12,6 +12,7 @@ mod normal_form;
 mod overlay;
 mod trace;
 
+pub(super) use by_direct::branches_from;
 pub use data::{Branch, BranchEnd, BranchLabel, BranchPoint, BranchRequest, Branches, Special};
 pub use overlay::{BranchDiagram, branch_diagram};
 

@@ -95,6 +95,8 @@ pub struct LocusPoint {
 pub enum LocusEnd {
     /// A parameter is at the end of its range, or a state or depth as far out as loci are followed.
     Border,
+    /// Where another passage grazes, beyond which direct simulation has no such orbit.
+    Graze,
     /// It is closed.
     Closed,
     /// No step is short enough.

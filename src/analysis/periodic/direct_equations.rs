@@ -11,11 +11,15 @@ use super::contact_itinerary::ContactItinerary;
 use super::map_equations::{is_same, second_compound};
 use crate::analysis::continuation::{CurveEquations, CurvePoint, Linearised, TestValue, bordered};
 use crate::analysis::direct_image::{DirectEnd, DirectImage};
+use crate::analysis::error::AnalysisError;
+use crate::analysis::escape::extents;
 use crate::iteration::PassageSet;
+use crate::model::Scene;
 use crate::numeric::Real;
 use crate::numeric::linear::{determinant, inverse};
+use crate::orbit::GrazingOrbit;
 
-/// The orbits of an itinerary by direct simulation, in one parameter:
+/// The orbits of an itinerary by direct simulation, in one parameter or more:
 ///
 /// ```text
 /// u = (w_0, …, w_{n−1}, p):   P(x(w_k, p), p) − x(w_{k+1}, p) = 0,   w_n = w_0
@@ -28,10 +32,9 @@ pub struct DirectOrbitEquations<'a, S: Real> {
     image: DirectImage<'a, S>,
     itinerary: ContactItinerary,
     units: DirectUnits,
-    /// The parameter that varies.
-    free: usize,
+    /// The parameters that vary, with their ranges in units.
+    free: Vec<(usize, [f64; 2])>,
     at: Vec<S>,
-    range: [f64; 2],
 }
 
 /// What lengths are measured in.
@@ -39,8 +42,8 @@ pub struct DirectOrbitEquations<'a, S: Real> {
 pub struct DirectUnits {
     /// Of each coordinate.
     pub state: Vec<f64>,
-    /// Of the parameter that varies.
-    pub parameter: f64,
+    /// Of each parameter that varies.
+    pub parameters: Vec<f64>,
     /// The coordinate that is replaced by a variable of the passage, and the unit of the gap; none
     /// on stroboscopic sections.
     pub gap: Option<(usize, f64)>,
@@ -57,6 +60,8 @@ pub struct DirectOrbit<S> {
     pub extra_contacts: usize,
     /// Derivatives of each section point and its image by the variables of the point.
     blocks: Vec<[DMatrix<S>; 2]>,
+    /// Derivatives of the first section point by the parameters that vary.
+    by_parameters: Vec<DVector<S>>,
 }
 
 /// A section point and its image.
@@ -79,24 +84,83 @@ const STEPS: usize = 30;
 /// Section points that agree to this share of their offsets are one.
 const REPEATED: f64 = 1e-4;
 
+impl DirectUnits {
+    /// Lengths of the grazing orbit, smaller where the parameters vary little; the gap in the place
+    /// of the coordinate that it depends on most. Parameters vary within `free`, the others are at
+    /// the offsets `at`.
+    ///
+    /// # Errors
+    ///
+    /// [`AnalysisError::Length`] for as many offsets as there are no parameters.
+    pub fn measured(
+        scene: &Scene,
+        orbit: &GrazingOrbit,
+        mut image: DirectImage<'_, f64>,
+        free: &[(usize, [f64; 2])],
+        at: &[f64],
+    ) -> Result<Self, AnalysisError> {
+        let largest = |range: &[f64; 2]| {
+            range.iter().fold(f64::MIN_POSITIVE, |most, end| most.max(end.abs()))
+        };
+        let shares = free.iter().map(|(place, range)| {
+            let value = orbit.parameters()[scene.expansion.active[*place]].to_f64().abs();
+            if value > 0.0 { (largest(range) / value).min(1.0).sqrt() } else { 1.0 }
+        });
+        let share = shares.fold(0.0, f64::max);
+        let parameters = free.iter().map(|(_, range)| largest(range)).collect();
+        let extents = extents(scene, orbit);
+        let longest = extents.iter().copied().fold(0.0, f64::max);
+        let state = extents.iter().map(|&extent| match extent > 1e-9 * longest {
+            true => extent * share,
+            false => share,
+        });
+        let state: Vec<f64> = state.collect();
+        if !image.is_tangency() {
+            return Ok(Self { state, parameters, gap: None });
+        }
+        let mut slopes = Vec::new();
+        for place in 0..state.len() {
+            let mut moved = vec![0.0; state.len()];
+            moved[place] = 1e-4 * state[place];
+            let up = image.gap(&moved, at)?;
+            moved[place] = -moved[place];
+            slopes.push((up - image.gap(&moved, at)?).abs() / 2e-4);
+        }
+        let steepest = slopes.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1));
+        let gap = steepest.map(|(place, &slope)| (place, slope));
+        Ok(Self { state, parameters, gap })
+    }
+}
+
 impl<'a, S: Real> DirectOrbitEquations<'a, S> {
-    /// The equations of an itinerary with one parameter free, within a range of offsets, the others
-    /// at the offsets `at`.
+    /// The equations of an itinerary with some parameters free, each within a range of offsets, the
+    /// others at the offsets `at`.
     pub fn new(
         image: DirectImage<'a, S>,
         itinerary: &ContactItinerary,
         units: &DirectUnits,
-        (free, range): (usize, [f64; 2]),
+        free: &[(usize, [f64; 2])],
         at: &[f64],
     ) -> Self {
+        let free = free.iter().zip(&units.parameters);
+        let free = free.map(|(&(place, range), unit)| (place, range.map(|value| value / unit)));
         Self {
             image,
             itinerary: itinerary.clone(),
-            free,
+            free: free.collect(),
             at: at.iter().map(|&value| S::from_f64(value)).collect(),
-            range: range.map(|value| value / units.parameter),
             units: units.clone(),
         }
+    }
+
+    /// The same with other contacts.
+    pub fn with_itinerary(&self, itinerary: &ContactItinerary) -> Self {
+        Self { itinerary: itinerary.clone(), ..self.clone() }
+    }
+
+    /// Number of variables of section points, which come first among the unknowns.
+    pub fn variables(&self) -> usize {
+        self.dimension() * self.itinerary.period()
     }
 
     fn dimension(&self) -> usize {
@@ -111,7 +175,10 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
     /// All active parameters.
     pub fn parameters(&self, unknowns: &[S]) -> Vec<S> {
         let mut parameters = self.at.clone();
-        parameters[self.free] = unknowns[unknowns.len() - 1] * S::from_f64(self.units.parameter);
+        let values = unknowns[self.variables()..].iter().zip(&self.units.parameters);
+        for ((place, _), (&value, &unit)) in self.free.iter().zip(values) {
+            parameters[*place] = value * S::from_f64(unit);
+        }
         parameters
     }
 
@@ -128,7 +195,7 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
         (is_own && number < self.itinerary.period()).then_some(number)
     }
 
-    /// Unknowns of section points and the parameter that varies, in offsets.
+    /// Unknowns of section points and the parameters that vary, in offsets.
     pub fn unknowns(&mut self, states: &[Vec<S>], parameters: &[S]) -> Option<Vec<S>> {
         let mut unknowns = Vec::new();
         for (number, state) in states.iter().enumerate() {
@@ -144,7 +211,8 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
             }
             unknowns.extend(values);
         }
-        unknowns.push(parameters[self.free] / S::from_f64(self.units.parameter));
+        let free = self.free.iter().zip(&self.units.parameters);
+        unknowns.extend(free.map(|((place, _), &unit)| parameters[*place] / S::from_f64(unit)));
         Some(unknowns)
     }
 
@@ -230,7 +298,8 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
         })
     }
 
-    /// Derivatives of a section point and of its image by one variable, or by the parameter.
+    /// Derivatives of a section point and of its image by one variable, or by a parameter, which
+    /// are numbered after the variables.
     fn slopes(
         &mut self,
         number: usize,
@@ -248,7 +317,7 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
                 let moved = S::from_f64(steps * length);
                 match variables.get_mut(place) {
                     Some(value) => *value += moved,
-                    None => *unknowns.last_mut()? += moved,
+                    None => unknowns[self.variables() + place - variables.len()] += moved,
                 }
                 let parameters = self.parameters(&unknowns);
                 let flown = self.flown(number, &variables, &parameters)?;
@@ -283,6 +352,11 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
         None
     }
 
+    /// The rounding of derivatives, which are differences, over that of the numbers.
+    pub fn rounding() -> f64 {
+        S::ROUNDOFF.powf(0.8) / S::ROUNDOFF
+    }
+
     /// The Jacobian of the period's map at its first point; `None` at a graze.
     pub fn jacobian(&self, orbit: &DirectOrbit<S>) -> Option<DMatrix<S>> {
         let size = self.dimension();
@@ -295,13 +369,22 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
 
     /// The square Jacobian with the last image's sign turned: singular where −1 is a multiplier.
     pub fn doubling<X>(&self, linearised: &Linearised<S, X>, orbit: &DirectOrbit<S>) -> DMatrix<S> {
-        let (size, count) = (self.dimension(), self.itinerary.period());
-        let mut matrix = linearised.jacobian.columns(0, size * count).into_owned();
+        let matrix = &linearised.jacobian + self.first_point(orbit) * S::from_f64(2.0);
+        matrix.columns(0, self.variables()).into_owned()
+    }
+
+    /// Derivatives of the first section point by all unknowns, in the rows of the last image.
+    pub fn first_point(&self, orbit: &DirectOrbit<S>) -> DMatrix<S> {
+        let (size, rows) = (self.dimension(), self.variables());
+        let mut matrix = DMatrix::from_element(rows, rows + self.free.len(), S::zero());
         let [point, _] = &orbit.blocks[0];
         for row in 0..size {
-            let unit = S::from_f64(0.5 * self.units.state[row]);
+            let (at, unit) = (rows - size + row, S::from_f64(self.units.state[row]));
             for column in 0..size {
-                matrix[((count - 1) * size + row, column)] += point[(row, column)] / unit;
+                matrix[(at, column)] = point[(row, column)] / unit;
+            }
+            for (number, slope) in orbit.by_parameters.iter().enumerate() {
+                matrix[(at, rows + number)] = slope[row] / unit;
             }
         }
         matrix
@@ -363,23 +446,22 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
     }
 }
 
-/// The turn of the parameter (a fold), a multiplier −1 (a flip), the determinant with the tangent
-/// (a branch point), both halves of a period alike, reciprocal multipliers. Grazes are borders.
-impl<S: Real> CurveEquations<S> for DirectOrbitEquations<'_, S> {
-    type Extra = DirectOrbit<S>;
-
-    fn linearised(&mut self, unknowns: &[S]) -> Option<Linearised<S, DirectOrbit<S>>> {
+impl<S: Real> DirectOrbitEquations<'_, S> {
+    /// Residuals and their Jacobian by all unknowns, with the orbit; `None` where a return does not
+    /// make the contacts of the itinerary.
+    pub fn orbit_at(&mut self, unknowns: &[S]) -> Option<Linearised<S, DirectOrbit<S>>> {
         let (size, count) = (self.dimension(), self.itinerary.period());
-        let rows = size * count;
+        let (rows, free) = (size * count, self.free.len());
         let parameters = self.parameters(unknowns);
         let mut orbit = DirectOrbit {
             states: Vec::new(),
             speeds: Vec::new(),
             extra_contacts: 0,
             blocks: Vec::new(),
+            by_parameters: Vec::new(),
         };
         let mut residual = DVector::from_element(rows, S::zero());
-        let mut jacobian = DMatrix::from_element(rows, rows + 1, S::zero());
+        let mut jacobian = DMatrix::from_element(rows, rows + free, S::zero());
         for number in 0..count {
             let variables = &unknowns[number * size..(number + 1) * size];
             let centre = self.flown(number, variables, &parameters)?;
@@ -392,9 +474,9 @@ impl<S: Real> CurveEquations<S> for DirectOrbitEquations<'_, S> {
                 residual[own + row] += centre.image[row] / unit;
                 residual[before + row] -= centre.point[row] / unit;
             }
-            for place in 0..=size {
+            for place in 0..size + free {
                 let [point, image] = self.slopes(number, variables, unknowns, place, &centre)?;
-                let column = if place < size { number * size + place } else { rows };
+                let column = if place < size { number * size + place } else { rows + place - size };
                 for row in 0..size {
                     let unit = S::from_f64(self.units.state[row]);
                     jacobian[(own + row, column)] += image[row] / unit;
@@ -403,6 +485,8 @@ impl<S: Real> CurveEquations<S> for DirectOrbitEquations<'_, S> {
                 if place < size {
                     both[0].set_column(place, &point);
                     both[1].set_column(place, &image);
+                } else if number == 0 {
+                    orbit.by_parameters.push(point);
                 }
             }
             orbit.blocks.push(both);
@@ -415,6 +499,16 @@ impl<S: Real> CurveEquations<S> for DirectOrbitEquations<'_, S> {
         let finite = residual.iter().chain(jacobian.iter()).all(|value| value.is_finite());
         finite.then_some(Linearised { residual, jacobian, extra: orbit })
     }
+}
+
+/// The turn of the parameter (a fold), a multiplier −1 (a flip), the determinant with the tangent
+/// (a branch point), both halves of a period alike, reciprocal multipliers. Grazes are borders.
+impl<S: Real> CurveEquations<S> for DirectOrbitEquations<'_, S> {
+    type Extra = DirectOrbit<S>;
+
+    fn linearised(&mut self, unknowns: &[S]) -> Option<Linearised<S, DirectOrbit<S>>> {
+        self.orbit_at(unknowns)
+    }
 
     fn tests(&self, point: &CurvePoint<S, DirectOrbit<S>>) -> Vec<TestValue<S>> {
         let orbit = &point.linearised.extra;
@@ -426,14 +520,15 @@ impl<S: Real> CurveEquations<S> for DirectOrbitEquations<'_, S> {
         ];
         tests.extend(self.reciprocity(orbit));
         // Derivatives are differences: of their rounding, not that of the numbers.
-        let rounding = S::ROUNDOFF.powf(0.8) / S::ROUNDOFF;
+        let rounding = Self::rounding();
         tests.iter_mut().for_each(|test| test.size *= rounding);
         tests
     }
 
     fn range(&self, unknown: usize) -> [f64; 2] {
-        if unknown == self.dimension() * self.itinerary.period() {
-            return self.range;
+        let number = unknown.checked_sub(self.variables());
+        if let Some((_, range)) = number.and_then(|number| self.free.get(number)) {
+            return *range;
         }
         let least = if self.passage_of(unknown).is_some() { 0.0 } else { -REACH };
         [least, REACH]
