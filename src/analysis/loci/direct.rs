@@ -6,7 +6,7 @@
 //! coordinate at 0. Orbits that simulation settles on, and those that begin at the graze, are where
 //! loci are looked for; no map is asked.
 
-use nalgebra::{Complex, DMatrix};
+use nalgebra::{Complex, DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::data::{LociRequest, Locus, LocusEnd, LocusKind, LocusPoint};
@@ -86,7 +86,7 @@ impl<S: Real> OrbitEquations<S> for DirectOrbitEquations<'_, S> {
         let rows = self.variables();
         let [jacobian, first] = [jacobian, first].map(|part| part.columns(0, rows).into_owned());
         let to_variables = inverse(&first).ok()?;
-        let mut depth = nalgebra::DVector::from_element(rows, S::zero());
+        let mut depth = DVector::from_element(rows, S::zero());
         depth[place] = S::one();
         let with = &there.jacobian + self.first_point(&there.extra);
         Some(Unfolding {
@@ -94,6 +94,18 @@ impl<S: Real> OrbitEquations<S> for DirectOrbitEquations<'_, S> {
             kick: &to_variables * with.column(place),
             depth,
         })
+    }
+
+    fn outward(&self, unknowns: &[S], direction: &DVector<S>, lengths: f64) -> DVector<S> {
+        let mut outward = DVector::from_element(direction.len(), S::zero());
+        for place in self.depth_variables() {
+            let side = if unknowns[place] < S::zero() { -1.0 } else { 1.0 };
+            let along = direction[place].to_f64() * side;
+            if along < 0.0 && unknowns[place].magnitude() < -along * lengths {
+                outward[place] = direction[place];
+            }
+        }
+        outward
     }
 
     fn rounding() -> f64 {
@@ -407,6 +419,17 @@ impl<'a> DirectLoci<'a> {
         });
         let mut points = each_once(points.collect());
         let last = points.len().checked_sub(1)?;
+        // The same orbits begun at another return.
+        let (size, variables) = (orbits.variables() / itinerary.period(), orbits.variables());
+        let mut later = (1..itinerary.period()).filter(|&later| itinerary.repeats_after(later));
+        let known = later.any(|later| {
+            let mut rotated = points[points.len() / 2].unknowns.clone();
+            rotated[..variables].rotate_left(later * size);
+            known.iter().any(|trace| trace.holds(&mut locus, &rotated))
+        });
+        if known {
+            return None;
+        }
         let repeats = |point: &TracePoint| {
             let there = orbits.clone().orbit_at(&point.unknowns[..orbits.variables() + 2]);
             there.is_some_and(|there| orbits.is_repeated(&there.extra, SAME))
@@ -414,12 +437,18 @@ impl<'a> DirectLoci<'a> {
         if itinerary.period() > 1 && points.iter().all(repeats) {
             return None;
         }
+        // Where a contact grazes multipliers are not determined, and a double one is none.
+        let own = orbits.depth_variables();
+        for point in &mut points {
+            let double = matches!(point.label, Some(CodimensionTwo::R1 | CodimensionTwo::R2));
+            if double && own.iter().any(|&place| point.unknowns[place].abs() < SAME) {
+                point.label = None;
+            }
+        }
         let ends = [(0, ends[0]), (last, ends[1])].map(|(place, end)| match end {
-            CourseEnd::Border { unknown } if orbits.passage_of(unknown).is_some() => {
-                if points[place].label.is_none() {
-                    points[place].label = Some(at_graze(*kind));
-                    refine_graze(&mut points[place], unknown, &mut exact);
-                }
+            CourseEnd::Border { unknown } if own.contains(&unknown) => {
+                points[place].label = Some(at_graze(*kind));
+                refine_graze(&mut points[place], unknown, &mut exact);
                 LocusEnd::Graze
             }
             end => LocusEnd::of(end),

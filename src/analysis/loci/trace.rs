@@ -800,7 +800,7 @@ fn beside(a: &[f64], b: &[f64], point: &[f64]) -> (f64, f64, f64) {
 
 impl Trace {
     /// Whether a point of these equations lies on the locus.
-    fn holds(&self, equations: &mut impl CurveEquations<f64>, point: &[f64]) -> bool {
+    pub(super) fn holds(&self, equations: &mut impl CurveEquations<f64>, point: &[f64]) -> bool {
         self.points.windows(2).any(|pair| {
             let [a, b] = [&pair[0].unknowns, &pair[1].unknowns];
             let (share, apart, length) = beside(a, b, point);
