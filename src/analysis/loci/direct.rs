@@ -96,18 +96,6 @@ impl<S: Real> OrbitEquations<S> for DirectOrbitEquations<'_, S> {
         })
     }
 
-    fn outward(&self, unknowns: &[S], direction: &DVector<S>, lengths: f64) -> DVector<S> {
-        let mut outward = DVector::from_element(direction.len(), S::zero());
-        for place in self.depth_variables() {
-            let side = if unknowns[place] < S::zero() { -1.0 } else { 1.0 };
-            let along = direction[place].to_f64() * side;
-            if along < 0.0 && unknowns[place].magnitude() < -along * lengths {
-                outward[place] = direction[place];
-            }
-        }
-        outward
-    }
-
     fn rounding() -> f64 {
         Self::rounding()
     }
@@ -439,8 +427,9 @@ impl<'a> DirectLoci<'a> {
         }
         // Where a contact grazes multipliers are not determined, and a double one is none.
         let own = orbits.depth_variables();
+        use CodimensionTwo as C;
         for point in &mut points {
-            let double = matches!(point.label, Some(CodimensionTwo::R1 | CodimensionTwo::R2));
+            let double = matches!(point.label, Some(C::Cusp | C::R1 | C::R2));
             if double && own.iter().any(|&place| point.unknowns[place].abs() < SAME) {
                 point.label = None;
             }

@@ -43,11 +43,6 @@ pub(super) trait OrbitEquations<S: Real> {
         unknowns: &[S],
         there: &Linearised<S, Self::Extra>,
     ) -> Option<Unfolding<S>>;
-    /// The part of a direction that leads, within some of its lengths, across a border at which the
-    /// equations are not smooth.
-    fn outward(&self, unknowns: &[S], direction: &DVector<S>, _lengths: f64) -> DVector<S> {
-        DVector::from_element(unknowns.len().min(direction.len()), S::zero())
-    }
     /// Rounding of the Jacobian over that of the numbers.
     fn rounding() -> f64;
     /// The range of an unknown.
@@ -233,40 +228,20 @@ impl<S: Real, O: OrbitEquations<S>> LocusEquations<O, S> {
     }
 
     /// The derivatives along a direction of the orbit's unknowns of the Jacobian and of the first
-    /// section point's. `here` are both at the point itself: next to a border that is no regular
-    /// point of the equations differences are on one side.
-    fn bent(
-        &mut self,
-        unknowns: &[S],
-        direction: &DVector<S>,
-        here: [&DMatrix<S>; 2],
-    ) -> Option<[DMatrix<S>; 2]> {
+    /// section point's.
+    fn bent(&mut self, unknowns: &[S], direction: &DVector<S>) -> Option<[DMatrix<S>; 2]> {
         let step = S::from_f64(step::<S>());
-        let outward = self.orbits.outward(unknowns, direction, 2.0 * step.to_f64());
-        let mut side = |along: &DVector<S>, steps: f64| {
+        let mut side = |sign: f64| {
             let mut moved = unknowns.to_vec();
-            for (value, &along) in moved.iter_mut().zip(along.iter()) {
-                *value += S::from_f64(steps) * step * along;
+            for (value, &along) in moved.iter_mut().zip(direction.iter()) {
+                *value += S::from_f64(sign) * step * along;
             }
             let there = self.orbits.linearised(&moved)?;
             let first = self.orbits.first_point(&there);
             Some([there.jacobian, first])
         };
-        if outward.iter().all(|value| *value == S::zero()) {
-            let [up, down] = [side(direction, 1.0)?, side(direction, -1.0)?];
-            let slopes = up.into_iter().zip(down).map(|(up, down)| (up - down) / (step + step));
-            return two(slopes);
-        }
-        let mut slopes = [here[0] * S::zero(), here[1] * S::zero()];
-        for (along, sign) in [(direction - &outward, 1.0), (-outward, -1.0)] {
-            let [near, far] = [side(&along, 1.0)?, side(&along, 2.0)?];
-            let sides = near.into_iter().zip(far).zip(here);
-            for (slope, ((near, far), here)) in slopes.iter_mut().zip(sides) {
-                let change = near * S::from_f64(4.0) - far - here * S::from_f64(3.0);
-                *slope += change * (S::from_f64(sign) / (step + step));
-            }
-        }
-        Some(slopes)
+        let ([up, first_up], [down, first_down]) = (side(1.0)?, side(-1.0)?);
+        Some([(up - down) / (step + step), (first_up - first_down) / (step + step)])
     }
 
     /// The condition of a real multiplier.
@@ -285,7 +260,7 @@ impl<S: Real, O: OrbitEquations<S>> LocusEquations<O, S> {
         };
         let (value, v) = bordered(&matrix, &left, &right)?;
         let (_, w) = bordered(&matrix.transpose(), &right, &left)?;
-        let [bent, first_bent] = self.bent(unknowns, &v, [jacobian, first])?;
+        let [bent, first_bent] = self.bent(unknowns, &v)?;
         let gradient = w.transpose() * (bent + first_bent * share);
         let (long, high) = (length(&v), length(&w));
         let bend = gradient.columns(0, rows).transpose().dot(&v) / (long * long * high);
@@ -359,8 +334,7 @@ impl<S: Real, O: OrbitEquations<S>> LocusEquations<O, S> {
         let orbit = self.orbits.linearised(&unknowns[..last])?;
         let rows = orbit.residual.len();
         let (sin, cos) = unknowns[last].sin_cos();
-        let whole = self.orbits.first_point(&orbit);
-        let first = whole.columns(0, rows).into_owned();
+        let first = self.orbits.first_point(&orbit).columns(0, rows).into_owned();
         let real = orbit.jacobian.columns(0, rows) + &first * (S::one() - cos);
         let imaginary = &first * -sin;
         // The complex matrix a + ib as a real one, [a −b; b a].
@@ -380,9 +354,8 @@ impl<S: Real, O: OrbitEquations<S>> LocusEquations<O, S> {
             [vector.rows(0, rows).into_owned(), vector.rows(rows, rows).into_owned()]
         };
         let ([vr, vi], [wr, wi]) = (halves(&v), halves(&w));
-        let here = [&orbit.jacobian, &whole];
-        let [by_vr, first_by_vr] = self.bent(&unknowns[..last], &vr, here)?;
-        let [by_vi, first_by_vi] = self.bent(&unknowns[..last], &vi, here)?;
+        let [by_vr, first_by_vr] = self.bent(&unknowns[..last], &vr)?;
+        let [by_vi, first_by_vi] = self.bent(&unknowns[..last], &vi)?;
         let share = S::one() - cos;
         let by_vr = by_vr + &first_by_vr * share + &first_by_vi * sin;
         let by_vi = by_vi + first_by_vi * share - first_by_vr * sin;
@@ -474,11 +447,6 @@ impl<S: Real, O: OrbitEquations<S>> CurveEquations<S> for LocusEquations<O, S> {
 
 /// How near to 0 and π the angle of a pair is followed: at them the pair is a double multiplier.
 const ANGLE: f64 = 1e-3;
-
-/// Two matrices.
-fn two<S: Real>(mut both: impl Iterator<Item = DMatrix<S>>) -> Option<[DMatrix<S>; 2]> {
-    Some([both.next()?, both.next()?])
-}
 
 /// The orbit's equations with one more.
 fn with_condition<S: Real, X: Clone>(

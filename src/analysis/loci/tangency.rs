@@ -118,7 +118,10 @@ impl<S: Real> TangencyPoint<'_, S> {
                 .map(|unknown| match unknown {
                     unknown if unknown == d + self.grazing => variable(0),
                     unknown if unknown == rows => variable(1),
-                    _ => roots.next().cloned().unwrap_or_else(|| Jet::zero(&plane)),
+                    _ => match roots.next() {
+                        Some(root) => root.clone().add_constant(-S::one()),
+                        None => Jet::zero(&plane),
+                    },
                 })
                 .collect()
         };
@@ -126,7 +129,9 @@ impl<S: Real> TangencyPoint<'_, S> {
             .iter()
             .map(|jet| (0..rows + 2).map(|variable| jet.derivative(variable)).collect())
             .collect();
-        let start = vec![Jet::zero(&plane); solved.len()];
+        // NOTE: roots settle relative to their own size, which at the point itself is rounding: they
+        // are solved for as 1 more.
+        let start = vec![Jet::constant(&plane, S::one()); solved.len()];
         let roots = implicit_roots(&start, |roots| {
             let point = along(roots);
             let jacobian = slopes.iter().map(|row| {

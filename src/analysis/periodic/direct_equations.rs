@@ -79,6 +79,9 @@ const TOUCHING: f64 = 1e-6;
 /// Times a difference is shortened where it meets other contacts, and by how much.
 const SHORTENINGS: usize = 3;
 const SHORTENED: f64 = 1e-2;
+/// The polynomial of fourth degree through five values, beyond the first by as much as the second
+/// lies before it: steps and weights.
+const BEYOND: [(f64, f64); 5] = [(1.0, -10.0), (0.0, 5.0), (2.0, 10.0), (3.0, -5.0), (4.0, 1.0)];
 /// Newton steps for a gap at most.
 const STEPS: usize = 30;
 /// Section points that agree to this share of their offsets are one.
@@ -260,18 +263,26 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
         if own >= S::zero() {
             return self.flown_at(number, variables, parameters);
         }
-        // Beyond the graze, where nothing flies: reflected, so that the curve passes it smoothly.
+        // Beyond the graze, where nothing flies, the polynomial through orbits before it: to its
+        // order the curve passes the graze smoothly.
         let mut variables = variables.to_vec();
-        variables[replaced] = S::zero();
-        let border = self.flown_at(number, &variables, parameters)?;
-        variables[replaced] = -own;
-        let there = self.flown_at(number, &variables, parameters)?;
-        let reflected = |a: &[S], b: &[S]| a.iter().zip(b).map(|(&a, &b)| a + a - b).collect();
-        Some(Flown {
-            point: reflected(&border.point, &there.point),
-            image: reflected(&border.image, &there.image),
-            ..there
-        })
+        let mut sum: Option<Flown<S>> = None;
+        for (steps, weight) in BEYOND {
+            variables[replaced] = own * S::from_f64(-steps);
+            let there = self.flown_at(number, &variables, parameters)?;
+            let weight = S::from_f64(weight);
+            let Some(sum) = &mut sum else {
+                let scaled = |values: &[S]| values.iter().map(|&value| value * weight).collect();
+                let (point, image) = (scaled(&there.point), scaled(&there.image));
+                sum = Some(Flown { point, image, ..there });
+                continue;
+            };
+            let both = [(&mut sum.point, &there.point), (&mut sum.image, &there.image)];
+            for (sum, there) in both {
+                sum.iter_mut().zip(there).for_each(|(sum, &value)| *sum += weight * value);
+            }
+        }
+        sum
     }
 
     fn flown_at(&mut self, number: usize, variables: &[S], parameters: &[S]) -> Option<Flown<S>> {
@@ -323,15 +334,10 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
                 let flown = self.flown(number, &variables, &parameters)?;
                 (flown.extra_contacts == centre.extra_contacts).then_some(flown)
             };
-            // One-sided next to the graze, across which the map is not smooth.
-            let weights: &[(f64, f64)] = match at {
-                at if own && at >= 0.0 && at < 2.0 * length => {
-                    &[(1.0, 48.0), (2.0, -36.0), (3.0, 16.0), (4.0, -3.0), (0.0, -25.0)]
-                }
-                at if own && at < 0.0 && at > -2.0 * length => {
-                    &[(-1.0, -48.0), (-2.0, 36.0), (-3.0, -16.0), (-4.0, 3.0), (0.0, 25.0)]
-                }
-                _ => &[(1.0, 8.0), (-1.0, -8.0), (2.0, -1.0), (-2.0, 1.0)],
+            // One-sided next to the graze, beyond which nothing flies.
+            let weights: &[(f64, f64)] = match own && at.abs() < 2.0 * length {
+                true => &[(1.0, 48.0), (2.0, -36.0), (3.0, 16.0), (4.0, -3.0), (0.0, -25.0)],
+                false => &[(1.0, 8.0), (-1.0, -8.0), (2.0, -1.0), (-2.0, 1.0)],
             };
             let sides = weights.iter().map(|&(steps, weight)| Some((weight, side(steps)?)));
             if let Some(sides) = sides.collect::<Option<Vec<_>>>() {
