@@ -74,18 +74,34 @@ struct Flown<S> {
 
 /// Variables are followed up to so many units.
 const REACH: f64 = 30.0;
-/// A variable of a passage below this is that of a graze, at which contact is not told.
-const TOUCHING: f64 = 1e-6;
 /// Times a difference is shortened where it meets other contacts, and by how much.
 const SHORTENINGS: usize = 3;
 const SHORTENED: f64 = 1e-2;
-/// The polynomial of fourth degree through five values, beyond the first by as much as the second
-/// lies before it: steps and weights.
-const BEYOND: [(f64, f64); 5] = [(1.0, -10.0), (0.0, 5.0), (2.0, 10.0), (3.0, -5.0), (4.0, 1.0)];
+/// Orbits before a graze through which its neighbourhood is a polynomial.
+const NODES: usize = 5;
 /// Newton steps for a gap at most.
 const STEPS: usize = 30;
 /// Section points that agree to this share of their offsets are one.
 const REPEATED: f64 = 1e-4;
+
+/// The sum of images of the same contacts with these weights.
+fn weighted<S: Real>(nodes: &[(S, Flown<S>)]) -> Option<Flown<S>> {
+    let (_, first) = nodes.first()?;
+    let sum = |of: &dyn Fn(&Flown<S>) -> S| nodes.iter().map(|(w, node)| *w * of(node)).sum::<S>();
+    let all = |of: fn(&Flown<S>) -> &Vec<S>| -> Vec<S> {
+        (0..of(first).len()).map(|place| sum(&|node| of(node)[place])).collect()
+    };
+    let speeds = first.speeds.iter().enumerate().map(|(passage, speed)| {
+        speed.map(|_| sum(&|node| node.speeds[passage].unwrap_or(S::zero())))
+    });
+    let alike = nodes.iter().all(|(_, node)| node.extra_contacts == first.extra_contacts);
+    alike.then(|| Flown {
+        point: all(|node| &node.point),
+        image: all(|node| &node.image),
+        speeds: speeds.collect(),
+        extra_contacts: first.extra_contacts,
+    })
+}
 
 impl DirectUnits {
     /// Lengths of the grazing orbit, smaller where the parameters vary little; the gap in the place
@@ -259,30 +275,30 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
         let Some((replaced, _)) = self.units.gap else {
             return self.flown_at(number, variables, parameters);
         };
+        // Next to the graze contacts are not resolved, and beyond it nothing flies: there it is the
+        // polynomial through orbits before it.
         let own = variables[replaced];
-        if own >= S::zero() {
-            return self.flown_at(number, variables, parameters);
-        }
-        // Beyond the graze, where nothing flies, the polynomial through orbits before it: to its
-        // order the curve passes the graze smoothly.
-        let mut variables = variables.to_vec();
-        let mut sum: Option<Flown<S>> = None;
-        for (steps, weight) in BEYOND {
-            variables[replaced] = own * S::from_f64(-steps);
-            let there = self.flown_at(number, &variables, parameters)?;
-            let weight = S::from_f64(weight);
-            let Some(sum) = &mut sum else {
-                let scaled = |values: &[S]| values.iter().map(|&value| value * weight).collect();
-                let (point, image) = (scaled(&there.point), scaled(&there.image));
-                sum = Some(Flown { point, image, ..there });
-                continue;
-            };
-            let both = [(&mut sum.point, &there.point), (&mut sum.image, &there.image)];
-            for (sum, there) in both {
-                sum.iter_mut().zip(there).for_each(|(sum, &value)| *sum += weight * value);
+        let mut spacing = S::ROUNDOFF.powf(0.2);
+        for _ in 0..SHORTENINGS {
+            if own >= S::from_f64(spacing) {
+                return self.flown_at(number, variables, parameters);
             }
+            let at = |node: usize| S::from_f64((node + 1) as f64 * spacing);
+            let nodes = (0..NODES).map(|node| {
+                let mut variables = variables.to_vec();
+                variables[replaced] = at(node);
+                let others = (0..NODES).filter(|&other| other != node);
+                let weight = others.fold(S::one(), |product, other| {
+                    product * (own - at(other)) / (at(node) - at(other))
+                });
+                Some((weight, self.flown_at(number, &variables, parameters)?))
+            });
+            if let Some(nodes) = nodes.collect::<Option<Vec<_>>>() {
+                return weighted(&nodes);
+            }
+            spacing *= SHORTENED;
         }
-        sum
+        None
     }
 
     fn flown_at(&mut self, number: usize, variables: &[S], parameters: &[S]) -> Option<Flown<S>> {
@@ -292,16 +308,8 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
             return None;
         }
         let made = image.passages.iter().enumerate().filter(|(_, speed)| speed.is_some());
-        let mut made: PassageSet = made.map(|(passage, _)| passage).collect();
-        let asked = self.itinerary.returns()[number];
-        let touching = self.units.gap.is_some_and(|(replaced, _)| {
-            variables[replaced].magnitude() < TOUCHING && asked.contains(0) != made.contains(0)
-        });
-        if touching {
-            let others = made.iter().filter(|&passage| passage != 0);
-            made = others.chain(asked.contains(0).then_some(0)).collect();
-        }
-        (made == asked).then_some(Flown {
+        let made: PassageSet = made.map(|(passage, _)| passage).collect();
+        (made == self.itinerary.returns()[number]).then_some(Flown {
             point,
             image: image.offsets,
             speeds: image.passages,
@@ -335,7 +343,7 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
                 (flown.extra_contacts == centre.extra_contacts).then_some(flown)
             };
             // One-sided next to the graze, beyond which nothing flies.
-            let weights: &[(f64, f64)] = match own && at.abs() < 2.0 * length {
+            let weights: &[(f64, f64)] = match own && at < 2.0 * length {
                 true => &[(1.0, 48.0), (2.0, -36.0), (3.0, 16.0), (4.0, -3.0), (0.0, -25.0)],
                 false => &[(1.0, 8.0), (-1.0, -8.0), (2.0, -1.0), (-2.0, 1.0)],
             };
