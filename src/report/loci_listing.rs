@@ -26,6 +26,9 @@ pub struct LociListing {
     pub loci: Vec<LocusRecord>,
     /// How folds and flips leave the grazing curves.
     pub tangencies: Vec<TangencyRecord>,
+    /// The surfaces whose contacts begin without a kick, as those of compliant stops do: theory has
+    /// no tangency there.
+    pub without_kick: Vec<String>,
     #[serde(skip)]
     places: [usize; 2],
 }
@@ -111,8 +114,14 @@ impl LociListing {
             plane: plane.map(name),
             loci: found.loci.iter().map(|locus| record(map, plane, locus)).collect(),
             tangencies: found.tangencies.iter().map(|found| tangency_record(map, found)).collect(),
+            without_kick: found.without_kick.iter().map(|&n| map.surfaces[n].clone()).collect(),
             places: plane,
         }
+    }
+
+    /// Whether there are grazes among the loci.
+    pub fn has_grazes(&self) -> bool {
+        self.loci.iter().any(|locus| locus.kind == LocusKind::Graze)
     }
 
     /// The points of codimension two: the locus that each lies on, and it.

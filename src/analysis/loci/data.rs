@@ -123,6 +123,9 @@ pub struct Loci {
     pub loci: Vec<Locus>,
     /// How folds and flips leave the grazing curves at points of codimension two.
     pub tangencies: Vec<Tangency>,
+    /// The passages whose contact begins without a kick, as those of compliant stops do: their
+    /// grazing curves have no `ξ_n = 0` at which loci end, and no tangencies.
+    pub without_kick: Vec<usize>,
 }
 
 /// The quadratic tangency of a locus with a grazing curve: with `t` the first parameter's distance

@@ -36,6 +36,8 @@ use crate::orbit::GrazingOrbit;
 const POINTS: usize = 96;
 /// Depth variables, in the window's, of the map's orbits from which loci are followed.
 const DEEP: f64 = 1e-2;
+/// A variable of a passage below this is next to a graze.
+const NEAR: f64 = 1e-3;
 /// How far from its first guess a point in double-double may lie, in units.
 const FAR: f64 = 1e-5;
 
@@ -406,7 +408,22 @@ impl<'a> DirectLoci<'a> {
             None => point,
         });
         let mut points = each_once(points.collect());
-        let last = points.len().checked_sub(1)?;
+        let first = points.first()?.unknowns.clone();
+        let apart = |point: &TracePoint| {
+            let pairs = point.unknowns.iter().zip(&first);
+            pairs.fold(0.0_f64, |most, (a, b)| most.max((a - b).abs()))
+        };
+        // One without orbits beside its first is not physical on any side of it; one that grazes
+        // all along is of fewer contacts, and any condition holds where a contact has no kick.
+        let own = orbits.depth_variables();
+        let touching = own
+            .iter()
+            .filter(|&&place| points.iter().all(|point| point.unknowns[place].abs() < SAME));
+        if points.iter().all(|point| apart(point) < SAME)
+            || touching.count() > usize::from(*kind == LocusKind::Graze)
+        {
+            return None;
+        }
         // The same orbits begun at another return.
         let (size, variables) = (orbits.variables() / itinerary.period(), orbits.variables());
         let mut later = (1..itinerary.period()).filter(|&later| itinerary.repeats_after(later));
@@ -426,7 +443,6 @@ impl<'a> DirectLoci<'a> {
             return None;
         }
         // Where a contact grazes multipliers are not determined, and a double one is none.
-        let own = orbits.depth_variables();
         use CodimensionTwo as C;
         for point in &mut points {
             let double = matches!(point.label, Some(C::Cusp | C::R1 | C::R2));
@@ -434,14 +450,27 @@ impl<'a> DirectLoci<'a> {
                 point.label = None;
             }
         }
-        let ends = [(0, ends[0]), (last, ends[1])].map(|(place, end)| match end {
-            CourseEnd::Border { unknown } if own.contains(&unknown) => {
-                points[place].label = Some(at_graze(*kind));
-                refine_graze(&mut points[place], unknown, &mut exact);
-                LocusEnd::Graze
+        let mut found = [LocusEnd::Lost; 2];
+        for (number, end) in ends.into_iter().enumerate() {
+            let place = if number == 0 { 0 } else { points.len() - 1 };
+            let size = |unknown: usize| points[place].unknowns[unknown].abs();
+            let nearest = own.iter().copied().min_by(|&a, &b| size(a).total_cmp(&size(b)));
+            let unknown = match end {
+                CourseEnd::Border { unknown } => own.contains(&unknown).then_some(unknown),
+                // In double precision the last orbits before a graze may not be found.
+                _ => nearest.filter(|&unknown| size(unknown) < NEAR),
+            };
+            let Some(unknown) = unknown else {
+                found[number] = LocusEnd::of(end);
+                continue;
+            };
+            found[number] = LocusEnd::Graze;
+            if let Some(there) = grazing(&points[place], unknown, &own, &mut exact) {
+                let there = TracePoint { label: Some(at_graze(*kind)), ..there };
+                points.insert(if number == 0 { 0 } else { points.len() }, there);
             }
-            end => LocusEnd::of(end),
-        });
+        }
+        let ends = found;
         Some(Trace { kind: *kind, itinerary: itinerary.clone(), points, ends })
     }
 
@@ -536,20 +565,24 @@ fn at_graze(kind: LocusKind) -> CodimensionTwo {
     }
 }
 
-/// Solves for the orbit of a locus at which a variable of a passage is 0, in double-double.
-fn refine_graze<O: OrbitEquations<Dd>>(
-    point: &mut TracePoint,
+/// The orbit of a locus at which a variable of a passage is 0, solved for in double-double from one
+/// near it; `None` where the variable of another passage is negative there.
+fn grazing<O: OrbitEquations<Dd>>(
+    near: &TracePoint,
     unknown: usize,
+    own: &[usize],
     exact: &mut LocusEquations<O, Dd>,
-) {
-    let mut at: Vec<Dd> = point.unknowns.iter().map(|&value| Dd::from(value)).collect();
+) -> Option<TracePoint> {
+    let mut at: Vec<Dd> = near.unknowns.iter().map(|&value| Dd::from(value)).collect();
     at[unknown] = Dd::ZERO;
     let mut normal = vec![Dd::ZERO; at.len()];
     normal[unknown] = Dd::ONE;
-    match corrected(exact, &at, &at, &normal) {
-        Some((found, _)) => point.unknowns = found.iter().map(|value| value.to_f64()).collect(),
-        None => point.label = None,
-    }
+    let (found, _) = corrected(exact, &at, &at, &normal)?;
+    let unknowns: Vec<f64> = found.iter().map(|value| value.to_f64()).collect();
+    let pairs = unknowns.iter().zip(&near.unknowns);
+    let moved = pairs.fold(0.0_f64, |most, (a, b)| most.max((a - b).abs()));
+    let is_orbit = own.iter().all(|&place| unknowns[place] > -SAME);
+    (is_orbit && moved < 10.0 * NEAR).then(|| TracePoint { unknowns, ..near.clone() })
 }
 
 /// The angle of the pair of multipliers nearest to the unit circle.

@@ -60,10 +60,15 @@ pub(super) struct Unfolding<S> {
 }
 
 impl<S: Real> Unfolding<S> {
-    /// `ξ_n` for `n = 1 …`, over the sizes of its factors.
+    /// `ξ_n` for `n = 1 …`, over the sizes of its factors; 1 where a contact begins without a kick,
+    /// at a compliant stop: orbits then unfold with the depth, at no point more than at another.
     fn conditions(&self, count: usize, rounding: f64) -> Vec<TestValue<S>> {
         let mut kicked = self.kick.clone();
+        let is_smooth = length(&kicked).magnitude() <= (rounding * S::ROUNDOFF).sqrt();
         let conditions = (0..count).map(|_| {
+            if is_smooth {
+                return TestValue { value: S::one(), size: rounding };
+            }
             let value = self.depth.dot(&kicked) / (length(&kicked) * length(&self.depth));
             kicked = &self.period * &kicked;
             TestValue { value, size: rounding }
@@ -311,8 +316,13 @@ impl<S: Real, O: OrbitEquations<S>> LocusEquations<O, S> {
             0 => {
                 let with = [orbit.jacobian.clone(), self.orbits.first_point(&orbit)];
                 let both = [with, self.orbits.without(unknowns, &orbit, contact)?];
+                let smooth = begins_smoothly(&orbit.jacobian, place, O::rounding());
                 for multiplier in [1.0, -1.0] {
-                    for [jacobian, first] in &both {
+                    for (number, [jacobian, first]) in both.iter().enumerate() {
+                        if number == 0 && smooth {
+                            tests.push(TestValue { value: S::one(), size: 1.0 });
+                            continue;
+                        }
                         let matrix = jacobian + first * S::from_f64(1.0 - multiplier);
                         let square = matrix.columns(0, matrix.nrows()).into_owned();
                         let test = TestValue::determinant(&square);
@@ -447,6 +457,12 @@ impl<S: Real, O: OrbitEquations<S>> CurveEquations<S> for LocusEquations<O, S> {
 
 /// How near to 0 and π the angle of a pair is followed: at them the pair is a double multiplier.
 const ANGLE: f64 = 1e-3;
+
+/// Whether the depth variable of a contact that grazes changes nothing to first order: contacts of
+/// compliant stops begin so, and multipliers are then those without the contact.
+pub(super) fn begins_smoothly<S: Real>(jacobian: &DMatrix<S>, place: usize, rounding: f64) -> bool {
+    length(&jacobian.column(place).into_owned()).magnitude() <= (rounding * S::ROUNDOFF).sqrt()
+}
 
 /// The orbit's equations with one more.
 fn with_condition<S: Real, X: Clone>(

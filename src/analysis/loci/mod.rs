@@ -61,5 +61,5 @@ pub fn loci(
     } else if !request.kinds.contains(&LocusKind::Graze) {
         loci.retain(|locus| locus.kind != LocusKind::Graze);
     }
-    Ok(Loci { loci, tangencies })
+    Ok(Loci { loci, tangencies, without_kick: by_map.without_kick(&traces) })
 }

@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use nalgebra::{DMatrix, DVector};
 
-use super::equations::null_vectors;
+use super::equations::{begins_smoothly, null_vectors};
 use crate::analysis::MapEvaluation;
 use crate::analysis::periodic::ContactItinerary;
 use crate::expansion::Arithmetic;
@@ -95,7 +95,7 @@ pub(super) struct Leaving<S> {
 
 impl<S: Real> TangencyPoint<'_, S> {
     /// How the locus of a multiplier, 1 or −1, leaves the grazing curve; `None` where the point is
-    /// degenerate.
+    /// degenerate, and at compliant stops, where multipliers pass a graze without a jump.
     ///
     /// `units` are lengths of the unknowns: coordinates, depth variables, both parameters.
     pub(super) fn leaving(
@@ -151,6 +151,9 @@ impl<S: Real> TangencyPoint<'_, S> {
             DMatrix::from_fn(rows, rows, |row, column| entries[row][column].coefficient(powers))
         };
         let mut singular = part(&[0, 0]);
+        if begins_smoothly(&singular, d + self.grazing, 1.0) {
+            return None;
+        }
         for place in 0..d {
             singular[(place, place)] += S::from_f64(1.0 - multiplier);
         }

@@ -5,7 +5,9 @@
 use nalgebra::{Complex, DVector};
 
 use super::data::{LociRequest, Locus, LocusEnd, LocusKind, LocusPoint, Tangency};
-use super::equations::{CodimensionTwo, Condition, LocusEquations, OrbitEquations};
+use super::equations::{
+    CodimensionTwo, Condition, LocusEquations, OrbitEquations, begins_smoothly,
+};
 use super::tangency::TangencyPoint;
 use crate::analysis::MapEvaluation;
 use crate::analysis::continuation::{
@@ -396,6 +398,20 @@ impl<'a> MapLoci<'a> {
             let mut pairs = states[0].iter().zip(&states[later]).zip(units);
             pairs.all(|((a, b), unit)| (a - b).abs() <= SAME * unit)
         })
+    }
+
+    /// The passages whose contact begins without a kick.
+    pub(super) fn without_kick(&self, traces: &[Trace]) -> Vec<usize> {
+        let place = self.map.dimension();
+        let simple = traces.iter().filter(|trace| trace.itinerary.contacts() == 1);
+        let grazes = simple.filter(|trace| trace.kind == LocusKind::Graze);
+        let smooth = grazes.filter_map(|trace| {
+            let point = trace.points.first()?;
+            let there = self.rounded(&trace.itinerary).at(&point.unknowns)?;
+            let passage = trace.itinerary.returns()[0].iter().next()?;
+            begins_smoothly(&there.jacobian, place, 1.0).then_some(passage)
+        });
+        smooth.collect()
     }
 
     /// How folds and flips leave the grazes at their points of codimension two.
