@@ -578,6 +578,17 @@ pub(super) struct BasinArguments {
     /// What follows the states
     #[arg(long, value_enum, default_value_t = WithArgument::Guarded)]
     pub(super) with: WithArgument,
+    /// Stable and unstable manifolds of the saddles of periods up to N returns, as curves; the
+    /// section has two coordinates then
+    #[arg(
+        long,
+        value_name = "N",
+        num_args = 0..=1,
+        allow_negative_numbers = true,
+        default_missing_value = "2",
+        value_parser = clap::value_parser!(u8).range(1..=12)
+    )]
+    pub(super) manifolds: Option<u8>,
 }
 
 /// What iterates states.

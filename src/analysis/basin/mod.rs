@@ -5,6 +5,7 @@
 //! leave for good, and those that the map alone takes out of its window, are classes of their own.
 
 mod known;
+mod manifolds;
 mod search;
 
 use std::cell::OnceCell;
@@ -23,9 +24,11 @@ use crate::expansion::LocalMap;
 use crate::iteration::{OrbitName, OrbitRequest, Period};
 use crate::model::{Digest, Method, Observable, Scene, even_offsets};
 use crate::orbit::GrazingOrbit;
+use manifolds::manifolds;
 use search::Search;
 
 pub use super::refinement::BLOCK;
+pub use manifolds::{ManifoldBranch, ManifoldEnd, ManifoldKind, ManifoldSide, Manifolds, Saddle};
 
 /// Which basins are asked for.
 ///
@@ -48,6 +51,8 @@ pub struct BasinRequest {
     pub longest_period: usize,
     /// What the states are followed by.
     pub method: Method,
+    /// Longest period of the saddles whose manifolds are asked for; `None` for no manifolds.
+    pub manifolds: Option<usize>,
 }
 
 impl BasinRequest {
@@ -71,6 +76,7 @@ impl BasinRequest {
             transient: 1000,
             longest_period: 32,
             method: Method::Guarded,
+            manifolds: None,
         }
     }
 
@@ -149,6 +155,9 @@ pub struct Basin {
     /// each from the least of the first. In files they are a table of their own.
     #[serde(skip)]
     pub cells: Vec<BasinClass>,
+    /// Stable and unstable manifolds of the saddles, where they were asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub manifolds: Option<Manifolds>,
     /// How long it took.
     pub timing: Timing,
 }
@@ -275,7 +284,8 @@ pub struct Uncertainty {
 /// # Errors
 ///
 /// [`AnalysisError::NotAPlane`] for axes that are not two coordinates of the section,
-/// [`AnalysisError::NoRange`] for a range that is not finite, [`AnalysisError::Length`], and
+/// [`AnalysisError::NoRange`] for a range that is not finite, [`AnalysisError::NotPlanar`] for
+/// manifolds on a section of other than two coordinates, [`AnalysisError::Length`], and
 /// [`AnalysisError::Hybrid`] if the simulator refuses the model.
 pub fn basin(
     scene: &Scene,
@@ -304,6 +314,9 @@ pub fn basin(
     });
     let (attractors, classes) = ranked(search.attractors(), cells.cells);
     let borders = grid.borders(&classes);
+    let subjects = (scene, orbit, map);
+    let curves =
+        request.manifolds.map(|longest| manifolds(subjects, request, longest, &*swept, progress));
     let share = |class: BasinClass| grid.share(class, &classes, &borders);
     let attractors = attractors.into_iter().enumerate().map(|(number, attractor)| BasinAttractor {
         attractor,
@@ -339,6 +352,7 @@ pub fn basin(
         computed: cells.computed,
         by_map: search.mapped as f64 / search.iterates.max(1) as f64,
         timing: Timing::since(clock, search.iterates),
+        manifolds: curves.transpose()?,
         cells: classes,
     })
 }

@@ -10,7 +10,7 @@ use grazemap::Map;
 use grazemap::analysis::basin::{Basin, BasinRequest, basin_bytes};
 use grazemap::report::{
     DocumentKind, OutputFolder, ReportError, basin_array, basin_figure, basin_outside_words,
-    basin_remarks, basin_rows, basin_table, basin_words, write_json,
+    basin_remarks, basin_rows, basin_table, basin_words, manifold_rows, manifold_table, write_json,
 };
 
 pub(in crate::cli) fn run(options: &BasinArguments) -> Result<(), CliError> {
@@ -76,12 +76,16 @@ fn request(options: &BasinArguments, map: &Map) -> Result<BasinRequest, CliError
         _ => return Err(CliError::NotTwoAxes { found: options.points.len() }),
     }
     request.method = options.with.into();
+    request.manifolds = options.manifolds.map(usize::from);
     Ok(request)
 }
 
 /// The basin as a person reads it.
 fn text(basin: &Basin) -> Result<String, ReportError> {
     let mut text = format!("{}\n{}\n", basin_words(basin), basin_table(basin)?.to_text());
+    if let Some(manifolds) = &basin.manifolds {
+        text.push_str(&format!("{}\n", manifold_table(basin, manifolds)?.to_text()));
+    }
     for remark in basin_remarks(basin) {
         text.push_str(&format!("{remark}\n"));
     }
@@ -98,6 +102,10 @@ fn write(folder: &OutputFolder, basin: &Basin, map: &Map) -> Result<(), ReportEr
     let document = ByMap::new(DocumentKind::Basin, basin, map);
     folder.write_streamed("basin.json", |out| write_json(out, &document))?;
     folder.write_streamed("basin.csv", |out| basin_rows(basin).write_csv(out))?;
+    if let Some(manifolds) = &basin.manifolds {
+        let rows = || manifold_rows(basin, manifolds);
+        folder.write_streamed("manifolds.csv", |out| rows().write_csv(out))?;
+    }
     folder.write("basin.npy", basin_array(basin)?)?;
     folder.write_all(pairs(&pictures("basin", &basin_figure(basin))))
 }
