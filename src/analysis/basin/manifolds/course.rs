@@ -27,7 +27,7 @@ const SHORTEST_STEP: f64 = 1e-11;
 /// Step at which what follows an interruption is looked for.
 const COARSE: f64 = 1.0 / 64.0;
 /// Halvings of the place where a curve is interrupted.
-const BORDER_HALVINGS: usize = 14;
+const BORDER_HALVINGS: usize = 36;
 /// Neighbours nearer than this, in half-ranges, have a straight curve between them.
 const STRAIGHT: f64 = 1e-7;
 /// A generation shorter than this, in half-ranges, and than the one before is at rest.
@@ -188,7 +188,7 @@ impl<'a> Course<'a> {
                     Err(_) => without = middle,
                 }
             }
-            if self.returns.distance(last, found) > SPACING {
+            if self.returns.distance(last, found) > 2.0 * SPACING {
                 self.pieces.push(Vec::new());
             }
             self.push(with, found);
