@@ -16,16 +16,14 @@ const SPACING: f64 = 0.02;
 /// which it may turn.
 const TURNING: f64 = 5e-4;
 const FINEST: f64 = 1e-4;
-/// Longest curve, in half-ranges, and most of its points.
+/// Longest curve, in half-ranges, and most places at which a point is looked for.
 const LONGEST: f64 = 60.0;
-const MOST_POINTS: usize = 12_000;
+const MOST_PLACES: usize = 40_000;
 /// Most generations.
 const GENERATIONS: f64 = 300.0;
 /// First and longest step, and the shortest, at which the map is taken to jump.
 const FIRST_STEP: f64 = 1.0 / 16.0;
 const SHORTEST_STEP: f64 = 1e-11;
-/// Step at which what follows an interruption is looked for.
-const COARSE: f64 = 1.0 / 64.0;
 /// Halvings of the place where a curve is interrupted.
 const BORDER_HALVINGS: usize = 36;
 /// Neighbours nearer than this, in half-ranges, have a straight curve between them.
@@ -120,7 +118,7 @@ impl<'a> Course<'a> {
 
     fn end(&mut self) -> ManifoldEnd {
         let (mut generation, mut begun, mut before) = (1.0, 0.0, f64::INFINITY);
-        while self.length < LONGEST && self.nodes.len() < MOST_POINTS && self.place < GENERATIONS {
+        while self.length < LONGEST && self.nodes.len() < MOST_PLACES && self.place < GENERATIONS {
             if self.place >= generation {
                 let grown = self.length - begun;
                 if grown < AT_REST && grown < before {
@@ -152,7 +150,7 @@ impl<'a> Course<'a> {
                     // The map jumps.
                     self.pieces.push(Vec::new());
                     self.push(self.place + self.step, next);
-                    self.step = COARSE;
+                    self.step = FIRST_STEP;
                     return Ok(());
                 }
                 Err(end) if halvings >= BORDER_HALVINGS || self.step <= SHORTEST_STEP => {
@@ -167,17 +165,16 @@ impl<'a> Course<'a> {
         }
     }
 
-    /// Goes on after an interruption, if the curve comes back within a generation.
+    /// Goes on after an interruption: at the first point of the generation before that is sent back
+    /// near the plane.
     fn pass(&mut self, end: ManifoldEnd) -> Result<(), ManifoldEnd> {
-        let (last, border) = (self.last(), self.place);
+        let last = self.last();
         let mut without = self.place + self.step;
-        loop {
-            let place = without + COARSE;
-            if place > border + 1.0 {
-                return Err(end);
-            }
-            let Ok(mut found) = self.point(place, last) else {
-                without = place;
+        let parents = self.nodes.range((without - 1.0).max(0.0).to_bits()..);
+        let parents = parents.filter_map(|(&bits, node)| node.ok().map(|_| f64::from_bits(bits)));
+        for place in parents.map(|place| place + 1.0).collect::<Vec<_>>() {
+            let Ok(mut found) = self.point_anywhere(place, last) else {
+                without = without.max(place);
                 continue;
             };
             let mut with = place;
@@ -192,9 +189,21 @@ impl<'a> Course<'a> {
                 self.pieces.push(Vec::new());
             }
             self.push(with, found);
-            self.step = COARSE;
+            self.step = (place - with).clamp(SHORTEST_STEP, FIRST_STEP);
             return Ok(());
         }
+        Err(end)
+    }
+
+    /// The point of a place; a preimage is looked for near `guess`, then about the plane.
+    fn point_anywhere(&mut self, place: f64, guess: [f64; 2]) -> Node {
+        let mut node = self.point(place, guess);
+        let mut starts = self.returns.starts().into_iter();
+        while node == Err(ManifoldEnd::NoPreimage) {
+            let Some(start) = starts.next() else { break };
+            node = self.point(place, start);
+        }
+        node
     }
 
     /// Whether a point is near the last one, and the curve does not turn much there.

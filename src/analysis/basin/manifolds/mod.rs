@@ -307,6 +307,7 @@ impl<'a> Tracer<'a> {
             map: self.map,
             kind,
             count: local.points.len() * reflects * passes as usize,
+            middle: self.middle,
             scales: self.scales,
             window: (self.request.method == Method::Map)
                 .then_some((&self.local.window, &self.request.parameters[..])),

@@ -32,7 +32,8 @@ pub(super) struct Returns<'a> {
     pub(super) kind: ManifoldKind,
     /// Returns at a time.
     pub(super) count: usize,
-    /// Half-ranges of the plane.
+    /// Middle and half-ranges of the plane.
+    pub(super) middle: [f64; 2],
     pub(super) scales: [f64; 2],
     /// The window and the parameters, where the map is used alone.
     pub(super) window: Option<(&'a MapWindow, &'a [f64])>,
@@ -55,6 +56,14 @@ impl Returns<'_> {
             ManifoldKind::Stable => self.source(point, guess)?,
         };
         if (self.is_near)(next) { Ok(next) } else { Err(ManifoldEnd::Plane) }
+    }
+
+    /// Where preimages are looked for that lie near none known.
+    pub(super) fn starts(&self) -> Vec<[f64; 2]> {
+        const PLACES: [f64; 3] = [0.0, -0.6, 0.6];
+        let place = |axis: usize, offset: f64| self.middle[axis] + offset * self.scales[axis];
+        let rows = PLACES.into_iter().map(|offset| place(1, offset));
+        rows.flat_map(|row| PLACES.map(|offset| [place(0, offset), row])).collect()
     }
 
     /// One return.
