@@ -58,8 +58,10 @@ pub fn basin_figure(basin: &Basin) -> Figure {
         figure.series.push(series.in_ink());
     }
     if let Some(manifolds) = &basin.manifolds {
-        let curves = ManifoldKind::ALL.map(|kind| manifold_series(manifolds, kind, places));
-        figure.series.extend(curves);
+        let curves = |kind| manifold_series(manifolds, kind, places);
+        figure.series.push(curves(ManifoldKind::Stable).in_ink());
+        // NOTE: in a colour that no attractor has.
+        figure.series.push(curves(ManifoldKind::Unstable).with_color(attractors));
         let points = manifolds.saddles.iter().flat_map(|saddle| &saddle.states);
         let points = points.map(|state| places.map(|place| state[place])).collect();
         figure.series.push(Series::markers("saddles", Marker::Cross, points).in_ink());
@@ -67,7 +69,7 @@ pub fn basin_figure(basin: &Basin) -> Figure {
     figure
 }
 
-/// All curves of a kind: the stable ones solid, the unstable ones dashed.
+/// All curves of a kind.
 fn manifold_series(manifolds: &Manifolds, kind: ManifoldKind, places: [usize; 2]) -> Series {
     let of_kind = manifolds.branches.iter().filter(|branch| branch.kind == kind);
     let pieces = of_kind.flat_map(|branch| &branch.pieces);
@@ -76,12 +78,8 @@ fn manifold_series(manifolds: &Manifolds, kind: ManifoldKind, places: [usize; 2]
         let points = piece.iter().map(|point| places.map(|place| point[place]));
         points.chain([[f64::NAN; 2]])
     });
-    let stroke = match kind {
-        ManifoldKind::Stable => Stroke::Solid,
-        ManifoldKind::Unstable => Stroke::Dashed,
-    };
     let name = format!("{} manifolds", kind.word());
-    Series::line(name, stroke, points.collect()).in_ink()
+    Series::line(name, Stroke::Solid, points.collect())
 }
 
 /// What the manifolds of a basin are: one row for each half of a curve.

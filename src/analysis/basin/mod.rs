@@ -22,7 +22,7 @@ use super::refinement::{neighbours, refine};
 use super::section_frame::itinerary;
 use crate::expansion::LocalMap;
 use crate::iteration::{OrbitName, OrbitRequest, Period};
-use crate::model::{Digest, Method, Observable, Scene, even_offsets};
+use crate::model::{BasinPlan, Digest, Method, Observable, Scene, even_offsets};
 use crate::orbit::GrazingOrbit;
 use manifolds::manifolds;
 use search::Search;
@@ -62,22 +62,74 @@ impl BasinRequest {
     /// The first two coordinates over the window of a map, at the grazing parameters, by guarded
     /// iteration; settled after 1000 iterates, periods up to 32.
     pub fn over_the_window(map: &LocalMap) -> Self {
-        let widths = &map.window.state;
-        let range = |number: usize| {
-            let width = widths.get(number).copied().unwrap_or(f64::NAN);
-            [-width, width]
-        };
-        Self {
+        let empty = Self {
             parameters: vec![0.0; map.parameters.len()],
             axes: [0, 1],
-            ranges: [range(0), range(1)],
+            ranges: [[0.0; 2]; 2],
             points: [Self::POINTS; 2],
-            origin: vec![0.0; widths.len()],
+            origin: vec![0.0; map.window.state.len()],
             transient: 1000,
             longest_period: 32,
             method: Method::Guarded,
             manifolds: None,
+        };
+        empty.over([0, 1], map)
+    }
+
+    /// What an entry of a scene asks of its map: one request for each method.
+    ///
+    /// # Errors
+    ///
+    /// [`AnalysisError::NotAPlane`] for axes that are not two coordinates of the section,
+    /// [`AnalysisError::NotACoordinate`] for a start that is none of them.
+    pub fn of_scene(
+        scene: &Scene,
+        map: &LocalMap,
+        plan: &BasinPlan,
+    ) -> Result<Vec<Self>, AnalysisError> {
+        let coordinates = &map.section.coordinates;
+        let place = |name: &String| coordinates.iter().position(|known| known == name);
+        let known = || coordinates.join(", ");
+        let mut request = Self::over_the_window(map);
+        if let Some([first, second]) = &plan.axes {
+            let axes = place(first).zip(place(second));
+            let (first, second) =
+                axes.ok_or_else(|| AnalysisError::NotAPlane { known: known() })?;
+            request = request.over([first, second], map);
         }
+        for (name, offset) in &plan.start {
+            let place = place(name);
+            let place = place.ok_or_else(|| AnalysisError::NotACoordinate {
+                name: name.clone(),
+                known: known(),
+            })?;
+            request.origin[place] = *offset;
+        }
+        for (parameter, offset) in &plan.at {
+            let name = &scene.model.parameters[*parameter].name;
+            let mut active = map.parameters.iter();
+            let place = active.position(|active| active.name == *name);
+            let place =
+                place.ok_or_else(|| AnalysisError::NotActive { parameter: name.clone() })?;
+            request.parameters[place] = *offset;
+        }
+        request.ranges = plan.ranges.unwrap_or(request.ranges);
+        request.points = plan.points.unwrap_or(request.points);
+        request.manifolds = plan.manifolds;
+        let by = |&method: &Method| Self { method, ..request.clone() };
+        Ok(plan.with.iter().map(by).collect())
+    }
+
+    /// The same over other coordinates, in the window of the map.
+    #[must_use]
+    pub fn over(mut self, axes: [usize; 2], map: &LocalMap) -> Self {
+        let widths = &map.window.state;
+        self.axes = axes;
+        self.ranges = axes.map(|axis| {
+            let width = widths.get(axis).copied().unwrap_or(f64::NAN);
+            [-width, width]
+        });
+        self
     }
 
     /// Checks a request against a map.
@@ -92,6 +144,9 @@ impl BasinRequest {
         let [first, second] = self.axes;
         if first == second || first.max(second) >= coordinates.len() {
             return Err(AnalysisError::NotAPlane { known: coordinates.join(", ") });
+        }
+        if self.manifolds.is_some() && coordinates.len() != 2 {
+            return Err(AnalysisError::NotPlanar { dimension: coordinates.len() });
         }
         for (&axis, range) in self.axes.iter().zip(&self.ranges) {
             if !range.iter().all(|end| end.is_finite()) {

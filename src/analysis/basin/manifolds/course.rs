@@ -12,8 +12,8 @@ use super::preimage::Returns;
 
 /// Largest distance of neighbours, in half-ranges of the plane.
 const SPACING: f64 = 0.02;
-/// Largest product of the distance and the angle by which a curve turns, and a distance below
-/// which it may turn.
+/// Largest product of the angle by which a curve turns at a point and the distances to its
+/// neighbours, and a distance at which it may turn by any.
 const TURNING: f64 = 5e-4;
 const FINEST: f64 = 1e-4;
 /// Longest curve, in half-ranges, and most places at which a point is looked for.
@@ -33,7 +33,7 @@ const AT_REST: f64 = 1e-5;
 
 /// First distances from the saddle, in half-ranges: the largest and the smallest, and by how much
 /// they differ; and the largest deviation from growth in proportion.
-const FARTHEST: f64 = 1e-4;
+const FARTHEST: f64 = 1e-5;
 const NEAREST: f64 = 1e-10;
 const NEARER: f64 = 0.2;
 const DEVIATION: f64 = 1e-3;
@@ -89,10 +89,13 @@ pub(super) struct Course<'a> {
     /// By the bits of their places, which are not negative.
     nodes: BTreeMap<u64, Node>,
     pieces: Vec<Vec<[f64; 2]>>,
-    /// The place of the last point.
+    /// The place of the last point, and of that before it in its piece.
     place: f64,
+    before: Option<f64>,
     step: f64,
     length: f64,
+    /// Places at which a point was looked for.
+    tried: usize,
 }
 
 impl<'a> Course<'a> {
@@ -104,8 +107,10 @@ impl<'a> Course<'a> {
             nodes: BTreeMap::from([(0.0_f64.to_bits(), Ok(first))]),
             pieces: vec![vec![seed.saddle, first]],
             place: 0.0,
+            before: None,
             step: FIRST_STEP,
             length: 0.0,
+            tried: 0,
         }
     }
 
@@ -118,7 +123,7 @@ impl<'a> Course<'a> {
 
     fn end(&mut self) -> ManifoldEnd {
         let (mut generation, mut begun, mut before) = (1.0, 0.0, f64::INFINITY);
-        while self.length < LONGEST && self.nodes.len() < MOST_PLACES && self.place < GENERATIONS {
+        while self.length < LONGEST && self.tried < MOST_PLACES && self.place < GENERATIONS {
             if self.place >= generation {
                 let grown = self.length - begun;
                 if grown < AT_REST && grown < before {
@@ -139,6 +144,10 @@ impl<'a> Course<'a> {
         let mut halvings = 0;
         loop {
             match self.point(self.place + self.step, last) {
+                Ok(next) if self.turns_before(next) => {
+                    self.step_back();
+                    return Ok(());
+                }
                 Ok(next) if self.is_smooth(next) => {
                     let distance = self.returns.distance(last, next);
                     self.push(self.place + self.step, next);
@@ -206,23 +215,47 @@ impl<'a> Course<'a> {
         node
     }
 
-    /// Whether a point is near the last one, and the curve does not turn much there.
+    /// Whether a point is near the last one, and the curve does not turn much on the way there.
     fn is_smooth(&self, next: [f64; 2]) -> bool {
-        let (last, returns) = (self.last(), self.returns);
-        let distance = returns.distance(last, next);
-        if distance > SPACING || distance <= FINEST {
-            return distance <= SPACING;
+        let distance = self.returns.distance(self.last(), next);
+        distance <= FINEST || (distance <= SPACING && self.turn(next) * distance <= TURNING)
+    }
+
+    /// Whether the curve turned on its way to the last point, so that a corner may have been cut.
+    fn turns_before(&self, next: [f64; 2]) -> bool {
+        let (Some(before), Some(end)) = (self.second_last(), self.before) else { return false };
+        let distance = self.returns.distance(before, self.last());
+        let near = self.returns.distance(self.last(), next) <= FINEST;
+        let divisible = self.place - end > 4.0 * SHORTEST_STEP;
+        near && divisible && distance > FINEST && self.turn(next) * distance > TURNING
+    }
+
+    /// Takes the last point away and goes there in shorter steps.
+    fn step_back(&mut self) {
+        let (Some(before), Some(end)) = (self.second_last(), self.before.take()) else { return };
+        self.length -= self.returns.distance(before, self.last());
+        self.step = (0.5 * (self.place - end)).max(SHORTEST_STEP);
+        self.place = end;
+        if let Some(piece) = self.pieces.last_mut() {
+            piece.pop();
         }
-        let before = self.pieces.last().and_then(|piece| piece.len().checked_sub(2));
-        let Some(before) = before.map(|place| self.pieces[self.pieces.len() - 1][place]) else {
-            return true;
-        };
+    }
+
+    /// The angle by which the curve turns at its last point.
+    fn turn(&self, next: [f64; 2]) -> f64 {
+        let Some(before) = self.second_last() else { return 0.0 };
+        let (last, scales) = (self.last(), self.returns.scales);
         let leg = |from: [f64; 2], to: [f64; 2]| {
-            [0, 1].map(|axis| (to[axis] - from[axis]) / returns.scales[axis])
+            [0, 1].map(|axis| (to[axis] - from[axis]) / scales[axis])
         };
         let (a, b) = (leg(before, last), leg(last, next));
-        let turn = (a[0] * b[1] - a[1] * b[0]).atan2(a[0] * b[0] + a[1] * b[1]).abs();
-        turn * distance <= TURNING
+        (a[0] * b[1] - a[1] * b[0]).atan2(a[0] * b[0] + a[1] * b[1]).abs()
+    }
+
+    /// The point before the last one of its piece.
+    fn second_last(&self) -> Option<[f64; 2]> {
+        let piece = self.pieces.last()?;
+        piece.len().checked_sub(2).map(|place| piece[place])
     }
 
     fn last(&self) -> [f64; 2] {
@@ -232,6 +265,8 @@ impl<'a> Course<'a> {
 
     fn push(&mut self, place: f64, point: [f64; 2]) {
         let last = self.last();
+        let begins = self.pieces.last().is_none_or(Vec::is_empty);
+        self.before = (!begins).then_some(self.place);
         self.place = place;
         if let Some(piece) = self.pieces.last_mut() {
             if !piece.is_empty() {
@@ -243,6 +278,7 @@ impl<'a> Course<'a> {
 
     /// The point of a place; a preimage is looked for near `guess`.
     fn point(&mut self, place: f64, guess: [f64; 2]) -> Node {
+        self.tried += 1;
         if place < 1.0 {
             let point = self.seed.at(place);
             self.nodes.insert(place.to_bits(), Ok(point));
@@ -273,5 +309,191 @@ impl<'a> Course<'a> {
             return Ok(between);
         }
         self.point(place, between)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::analysis::basin::manifolds::ManifoldKind;
+    use crate::iteration::{DiscreteMap, StepInfo};
+
+    /// A map of the plane and its derivative.
+    struct Plane<F, D>(F, D);
+
+    impl<F, D> DiscreteMap for Plane<F, D>
+    where
+        F: Fn([f64; 2]) -> [f64; 2] + Sync,
+        D: Fn([f64; 2]) -> [f64; 4] + Sync,
+    {
+        fn dimension(&self) -> usize {
+            2
+        }
+        fn parameters(&self) -> usize {
+            0
+        }
+        fn step(&self, state: &[f64], _: &[f64], image: &mut [f64]) -> StepInfo {
+            image.copy_from_slice(&self.0([state[0], state[1]]));
+            let mut info = StepInfo::default().checked(image);
+            info.add_passage(0, state[0]);
+            info
+        }
+        fn step_jacobian(
+            &self,
+            state: &[f64],
+            parameters: &[f64],
+            image: &mut [f64],
+            jacobian: &mut [f64],
+        ) -> StepInfo {
+            jacobian.copy_from_slice(&self.1([state[0], state[1]]));
+            self.step(state, parameters, image)
+        }
+    }
+
+    /// A curve in a square of a half-range about 0, followed twice as far.
+    fn curve(
+        map: &dyn DiscreteMap,
+        kind: ManifoldKind,
+        half_range: f64,
+        (saddle, direction, factor): ([f64; 2], [f64; 2], f64),
+    ) -> (Vec<Vec<[f64; 2]>>, ManifoldEnd) {
+        let returns = Returns {
+            map,
+            kind,
+            count: 1,
+            middle: [0.0; 2],
+            scales: [half_range; 2],
+            window: None,
+            is_near: &|point| point.iter().all(|value| value.abs() <= 2.0 * half_range),
+        };
+        let length = direction[0].hypot(direction[1]) / half_range;
+        let direction = direction.map(|value| value / length);
+        let seed = Seed::beside(&returns, saddle, direction, factor).expect("a smooth saddle");
+        Course::new(&returns, seed).run()
+    }
+
+    /// `(x, y) ↦ (2x, y/2 + 7x²)` has the unstable manifold `y = 2x²`; its mirror image under
+    /// exchange of the coordinates and of time has it as the stable one.
+    #[test]
+    fn curves_of_a_quadratic_map_are_the_parabolas_of_the_closed_form() {
+        let forwards = Plane(
+            |[x, y]: [f64; 2]| [2.0 * x, 0.5 * y + 7.0 * x * x],
+            |[x, _]: [f64; 2]| [2.0, 0.0, 14.0 * x, 0.5],
+        );
+        // The inverse: (x, y) ↦ (x/2, 2 (y − 7 x²/4)).
+        let backwards = Plane(
+            |[x, y]: [f64; 2]| [0.5 * x, 2.0 * y - 3.5 * x * x],
+            |[x, _]: [f64; 2]| [0.5, 0.0, -7.0 * x, 2.0],
+        );
+        let maps: [(&dyn DiscreteMap, ManifoldKind); 2] =
+            [(&forwards, ManifoldKind::Unstable), (&backwards, ManifoldKind::Stable)];
+        for (map, kind) in maps {
+            let (pieces, end) = curve(map, kind, 1.0, ([0.0; 2], [1.0, 0.0], 2.0));
+            assert_eq!((pieces.len(), end), (1, ManifoldEnd::Plane), "{kind:?}");
+            let last = pieces[0][pieces[0].len() - 1];
+            assert!((last[1] - 2.0).abs() < 1e-6, "{kind:?} ends at {last:?}");
+            for &[x, y] in &pieces[0] {
+                assert!((y - 2.0 * x * x).abs() < 1e-9, "{kind:?} ({x}, {y})");
+            }
+            for pair in pieces[0].windows(2) {
+                let apart = (pair[1][0] - pair[0][0]).hypot(pair[1][1] - pair[0][1]);
+                assert!(apart <= SPACING, "{kind:?} {apart}");
+            }
+        }
+    }
+
+    /// The map of Lozi, `(x, y) ↦ (1 − a|x| + y, b x)`: both curves are broken lines.
+    #[test]
+    fn curves_of_a_piecewise_linear_map_turn_where_it_does() {
+        const A: f64 = 1.7;
+        const B: f64 = 0.5;
+        let lozi = |[x, y]: [f64; 2]| [1.0 - A * x.abs() + y, B * x];
+        let map = Plane(lozi, |[x, _]: [f64; 2]| [-A * x.signum(), 1.0, B, 0.0]);
+        // The fixed point where x > 0; multipliers m with m² + a m − b = 0, vectors (m, b).
+        let fixed = 1.0 / (1.0 + A - B);
+        let root = (A * A / 4.0 + B).sqrt();
+        let [unstable, stable] = [-A / 2.0 - root, -A / 2.0 + root];
+        let saddle = [fixed, B * fixed];
+        let two = |map: &dyn DiscreteMap, kind, multiplier: f64, direction: [f64; 2]| {
+            let returns = Returns {
+                map,
+                kind,
+                count: 2,
+                middle: [0.0; 2],
+                scales: [2.0; 2],
+                window: None,
+                is_near: &|point| point.iter().all(|value| value.abs() <= 6.0),
+            };
+            let factor = if kind == ManifoldKind::Stable { 1.0 / multiplier } else { multiplier };
+            let seed = Seed::beside(&returns, saddle, direction, factor.powi(2));
+            Course::new(&returns, seed.expect("a linear saddle")).run().0
+        };
+        // Unstable: the line through the saddle to x = 0, and the image of that point is a turn.
+        let pieces = two(&map, ManifoldKind::Unstable, unstable, [unstable, B]);
+        let crossing = [0.0, saddle[1] - saddle[0] * B / unstable];
+        let turn = lozi(crossing);
+        let turn = lozi(lozi(lozi(turn)));
+        let nearest = pieces.iter().flatten().map(|p| (p[0] - turn[0]).hypot(p[1] - turn[1]));
+        let nearest = nearest.fold(f64::INFINITY, f64::min);
+        assert!(nearest < 1e-3, "the turn {turn:?} is {nearest} away");
+        // Stable: the line to x = 0; beyond, what the left branch sends to that line.
+        let pieces = two(&map, ManifoldKind::Stable, stable, [-stable, -B]);
+        let on_line = |[x, y]: [f64; 2]| (y - saddle[1]) - (x - saddle[0]) * B / stable;
+        let first = pieces[0].iter().take_while(|point| point[0] > 0.0);
+        assert!(first.clone().count() > 50);
+        first.for_each(|&point| assert!(on_line(point).abs() < 1e-9, "{point:?}"));
+        let beyond = pieces[0].iter().skip_while(|point| point[0] > 0.0).take(20);
+        let beyond: Vec<_> = beyond.filter(|point| point[0] < -1e-3).collect();
+        assert!(!beyond.is_empty());
+        for point in beyond {
+            assert!(on_line(*point).abs() > 1e-4 && on_line(lozi(*point)).abs() < 1e-9);
+        }
+    }
+
+    /// Nordmark's map with a root, whose derivative has no bound at `x = 0`.
+    #[test]
+    fn the_stable_curve_of_a_map_with_a_root_goes_on_beyond_its_grazes() {
+        const RHO: f64 = 0.05;
+        let image = |[x, y]: [f64; 2]| match x > 0.0 {
+            true => [-x.sqrt() + y + RHO, -0.5 * x],
+            false => [0.9 * x + y + RHO, -0.8 * x],
+        };
+        let map = Plane(image, |[x, _]: [f64; 2]| match x > 0.0 {
+            true => [-0.5 / x.sqrt(), 1.0, -0.5, 0.0],
+            false => [0.9, 1.0, -0.8, 0.0],
+        });
+        // The saddle: x = −√x − x/2 + ρ.
+        let depth = (-1.0 + (1.0 + 6.0 * RHO).sqrt()) / 3.0;
+        let saddle = [depth * depth, -0.5 * depth * depth];
+        let half = -0.25 / depth;
+        let large = half - (half * half - 0.5).sqrt();
+        let small = 0.5 / large;
+        let returns = Returns {
+            map: &map,
+            kind: ManifoldKind::Stable,
+            count: 2,
+            middle: [0.0; 2],
+            scales: [0.1; 2],
+            window: None,
+            is_near: &|point| point.iter().all(|value| value.abs() <= 0.4),
+        };
+        let direction = [small, -0.5].map(|value| 0.1 * value / small.hypot(0.5));
+        let mut sides = [false; 2];
+        for sign in [1.0, -1.0] {
+            let direction = direction.map(|value| sign * value);
+            let seed = Seed::beside(&returns, saddle, direction, small.powi(-2));
+            let (pieces, _) = Course::new(&returns, seed.expect("a saddle")).run();
+            for &point in pieces.iter().flatten() {
+                sides[usize::from(point[0] > 0.0)] = true;
+                let orbit = (0..60).scan(point, |state, _| {
+                    *state = image(*state);
+                    Some(*state)
+                });
+                let nearest = orbit.map(|[x, y]| (x - saddle[0]).hypot(y - saddle[1]));
+                let nearest = nearest.fold(f64::INFINITY, f64::min);
+                assert!(nearest < 1e-6, "{point:?} comes to {nearest}");
+            }
+        }
+        assert_eq!(sides, [true; 2]);
     }
 }

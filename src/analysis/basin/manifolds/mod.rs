@@ -162,14 +162,14 @@ impl ManifoldEnd {
 }
 
 /// The manifolds of the saddles of periods up to some length, by a request's method at its
-/// parameters.
+/// parameters, on a section of two coordinates.
 ///
 /// Saddles are the orbits of the orbit search: in the map's window by [`Method::Map`], and those of
 /// direct simulation, near and far, by the other methods.
 ///
 /// # Errors
 ///
-/// [`AnalysisError::NotPlanar`] on a section of other than two coordinates, and as
+/// [`AnalysisError::Itinerary`] for a period with too many itineraries, and as
 /// [`orbits`](crate::analysis::orbits::orbits).
 pub(super) fn manifolds(
     (scene, orbit, map): (&Scene, &GrazingOrbit, &LocalMap),
@@ -178,10 +178,6 @@ pub(super) fn manifolds(
     swept: &dyn SweptMap,
     progress: &dyn Progress,
 ) -> Result<Manifolds, AnalysisError> {
-    let dimension = map.section.coordinates.len();
-    if dimension != 2 {
-        return Err(AnalysisError::NotPlanar { dimension });
-    }
     let itineraries = ContactItinerary::all(map.passages(), longest_period)?;
     let direct = request.method != Method::Map;
     let asked = OrbitsRequest {
