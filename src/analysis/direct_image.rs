@@ -2,9 +2,10 @@
 
 use super::error::AnalysisError;
 use super::section_frame::SectionFrame;
+use crate::flow::Field;
 use crate::hybrid::{DirectReturn, HybridSystem, Outcome, ReturnOutcome};
 use crate::model::Scene;
-use crate::numeric::Real;
+use crate::numeric::{Dd, Real, Scalar as _};
 use crate::orbit::{GrazingOrbit, PoincareSectionKind};
 
 /// The image of a section point by direct simulation.
@@ -58,6 +59,17 @@ pub struct DirectImage<'a, S: Real> {
     returns: DirectReturn<'a, S>,
 }
 
+/// Most products of series in `f64` that an image forms: 2 to 5 s.
+const MOST_PRODUCTS: usize = 13_000_000;
+
+/// What a product of series in double-double costs beside one in `f64`.
+const IN_DOUBLE_DOUBLE: usize = 20;
+
+/// Products of series in a Taylor step of the free flow of a scene.
+pub(crate) fn products_of_step(scene: &Scene) -> usize {
+    Field::free(&scene.model, &[]).time_program().products().max(1)
+}
+
 impl<'a, S: Real> DirectImage<'a, S> {
     /// The map of a scene about its grazing orbit; `system` is the scene's model, lowered.
     ///
@@ -71,10 +83,24 @@ impl<'a, S: Real> DirectImage<'a, S> {
     ) -> Result<Self, AnalysisError> {
         let mut frame = SectionFrame::new(scene, orbit);
         let (section, duration) = (frame.return_section(), frame.duration());
-        let returns =
+        let mut returns =
             DirectReturn::new(system, frame.parameters(), section, duration, frame.periods())?
                 .with_passages(&frame.nominal_passages(duration))?;
+        let precise = S::ROUNDOFF <= Dd::ROUNDOFF;
+        let most = if precise { MOST_PRODUCTS / IN_DOUBLE_DOUBLE } else { MOST_PRODUCTS };
+        returns.set_step_limit(most / products_of_step(scene));
         Ok(Self { frame, returns })
+    }
+
+    /// Limits the steps of an image; a point that needs more has none. As many as take some
+    /// seconds are the default.
+    pub fn set_step_limit(&mut self, limit: usize) {
+        self.returns.set_step_limit(limit);
+    }
+
+    /// Steps that the last image took.
+    pub fn steps(&self) -> usize {
+        self.returns.steps()
     }
 
     /// The frame and the return map at fixed parameters.
