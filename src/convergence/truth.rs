@@ -8,9 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::error::ConvergenceError;
 use super::family::{MapFamily, PROBE};
 use super::sample::{SamplePoint, WindowSample};
-use crate::analysis::{
-    AnalysisError, DirectEnd, DirectImage, SectionImage, products_of_step,
-};
+use crate::analysis::{AnalysisError, DirectEnd, DirectImage, SectionImage, products_of_step};
 use crate::expansion::LocalMap;
 use crate::hybrid::HybridSystem;
 use crate::iteration::DiscreteMap;

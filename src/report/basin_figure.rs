@@ -2,7 +2,9 @@
 
 use super::chart_figure::edges;
 use super::diagram_figure::{OUTSIDE, method_word, orbit_header, period_cell, share_cell};
-use super::figure::{Axis, CellChart, Figure, Marker, Series, Stroke, symbol};
+use super::figure::{
+    Axis, CellCategory, CellChart, CellColor, Figure, Marker, Series, Stroke, symbol,
+};
 use super::number::significant;
 use super::sweep_words::escape_words;
 use super::{Cell, Column, ReportError, Rows, Table, npy_bytes};
@@ -26,11 +28,13 @@ pub fn basin_figure(basin: &Basin) -> Figure {
     let [horizontal, vertical] = &basin.axes;
     let mut figure = Figure::new(axis(horizontal), axis(vertical));
     let attractors = basin.attractors.len();
-    let mut names: Vec<String> = basin.attractors.iter().enumerate().map(name).collect();
+    let named = basin.attractors.iter().enumerate().map(name).enumerate();
+    let mut categories: Vec<CellCategory> =
+        named.map(|(number, name)| CellCategory::numbered(name, number, attractors)).collect();
     let mut grey = None;
     if basin.outside.count > 0 {
-        grey = Some(names.len());
-        names.push("outside the window".to_owned());
+        grey = Some(categories.len());
+        categories.push(CellCategory::new("outside the window", CellColor::Grey));
     }
     let category = |class: &BasinClass| match class {
         BasinClass::Attractor(number) => Some(*number),
@@ -43,8 +47,7 @@ pub fn basin_figure(basin: &Basin) -> Figure {
         columns: horizontal.offsets.len(),
         rows: vertical.offsets.len(),
         cells: basin.cells.iter().map(category).collect(),
-        names,
-        grey,
+        categories,
     });
     let places = basin.axes.each_ref().map(|axis| place(basin, axis));
     for number in 0..attractors {

@@ -72,7 +72,7 @@ pub use orbits_listing::{
 pub use page::{Page, PageFigure, Picture, Provenance, Section};
 pub use run_page::{CrateSummary, RunPage, StageTime, run_page};
 pub use section_document::{SectionCost, SectionDecision, SectionDocument};
-pub use sweep_words::{chart_outside_words, diagram_outside_words};
+pub use sweep_words::{chart_outside_words, chart_overlay_words, diagram_outside_words};
 pub use table::{Alignment, Cell, Column, CsvStream, Rows, Table};
 pub use theory_words::GrazeStudy;
 pub use time_series_listing::{

@@ -28,6 +28,7 @@ use manifolds::manifolds;
 use search::Search;
 
 pub use super::refinement::BLOCK;
+pub(super) use known::are_one_cycle;
 pub use manifolds::{ManifoldBranch, ManifoldEnd, ManifoldKind, ManifoldSide, Manifolds, Saddle};
 
 /// Which basins are asked for.
@@ -367,7 +368,8 @@ pub fn basin(
         let states: Vec<Vec<f64>> = cells.iter().map(|&cell| grid.state(cell)).collect();
         search.classes(&states)
     });
-    let (attractors, classes) = ranked(search.attractors(), cells.cells);
+    let computed = cells.computed();
+    let (attractors, classes) = ranked(search.attractors(), cells.into_cells(|class| class));
     let borders = grid.borders(&classes);
     let subjects = (scene, orbit, map);
     let curves =
@@ -404,7 +406,7 @@ pub fn basin(
         undecided: share(BasinClass::Undecided),
         border: borders.iter().filter(|&&touches| touches).count() as f64 / classes.len() as f64,
         uncertainty: grid.uncertainty(&classes),
-        computed: cells.computed,
+        computed,
         by_map: search.mapped as f64 / search.iterates.max(1) as f64,
         timing: Timing::since(clock, search.iterates),
         manifolds: curves.transpose()?,

@@ -102,7 +102,8 @@ fn under(map: &Map, listing: &LociListing) -> Result<Option<Figure>, CliError> {
     let Some(request) = charts.find(|request| names(request) == listing.plane) else {
         return Ok(None);
     };
-    Ok(map.chart(request)?.first().map(chart_figure))
+    let bare = ChartRequest { overlay: Vec::new(), ..request.clone() };
+    Ok(map.chart(&bare)?.first().map(chart_figure))
 }
 
 /// The loci as a person reads them.
