@@ -505,9 +505,7 @@ impl Search<'_> {
         point: &SamplePoint,
     ) -> (Option<Vec<f64>>, usize) {
         match returns.image(point) {
-            Ok((exact, products)) => {
-                (exact.map(|exact| errors(self.run, point, &exact)), products)
-            }
+            Ok((exact, products)) => (exact.map(|exact| errors(self.run, point, &exact)), products),
             Err(_) => (None, 0),
         }
     }

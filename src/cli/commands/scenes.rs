@@ -98,9 +98,10 @@ fn stated_window(scene: &Scene) -> Named<Option<f64>> {
     let (model, window) = (&scene.model, &scene.window);
     let phase = model.phase.iter().map(|phase| &phase.name);
     let states = model.states.iter().chain(phase).cloned().zip(window.state.iter().copied());
-    let active = scene.expansion.active.iter().map(|&parameter| {
-        (model.parameters[parameter].name.clone(), window.parameter[parameter])
-    });
+    let active =
+        scene.expansion.active.iter().map(|&parameter| {
+            (model.parameters[parameter].name.clone(), window.parameter[parameter])
+        });
     let depth = [("depth".to_owned(), window.depth)].into_iter();
     let bounds = depth.chain(states).chain(active);
     Named::new(bounds.map(|(name, bound)| (name, bound.is_finite().then_some(bound))))

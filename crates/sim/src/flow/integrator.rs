@@ -215,10 +215,7 @@ impl<S: Real> Integrator<'_, S> {
         }
         match carried.remaining == S::zero() {
             true => Ok(state),
-            false => Err(FlowError::TooManySteps {
-                limit,
-                remaining: carried.remaining.to_f64(),
-            }),
+            false => Err(FlowError::TooManySteps { limit, remaining: carried.remaining.to_f64() }),
         }
     }
 
