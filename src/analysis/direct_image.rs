@@ -54,6 +54,7 @@ pub enum DirectEnd {
 /// the last approach to the section is flown with the surface ignored.
 #[derive(Clone, Debug)]
 pub struct DirectImage<'a, S: Real> {
+    system: &'a HybridSystem,
     frame: SectionFrame<S>,
     returns: DirectReturn<'a, S>,
 }
@@ -69,12 +70,28 @@ impl<'a, S: Real> DirectImage<'a, S> {
         scene: &Scene,
         orbit: &GrazingOrbit,
     ) -> Result<Self, AnalysisError> {
-        let mut frame = SectionFrame::new(scene, orbit);
+        Self::in_frame(system, SectionFrame::new(scene, orbit))
+    }
+
+    /// So many returns as one, from a section point straight to the last: none is needed between
+    /// them. The passages are those of the first return, then of the next.
+    ///
+    /// # Errors
+    ///
+    /// As [`new`](Self::new).
+    pub(super) fn over(&self, returns: usize) -> Result<Self, AnalysisError> {
+        Self::in_frame(self.system, self.frame.clone().over(returns))
+    }
+
+    fn in_frame(
+        system: &'a HybridSystem,
+        mut frame: SectionFrame<S>,
+    ) -> Result<Self, AnalysisError> {
         let (section, duration) = (frame.return_section(), frame.duration());
         let returns =
             DirectReturn::new(system, frame.parameters(), section, duration, frame.periods())?
                 .with_passages(&frame.nominal_passages(duration))?;
-        Ok(Self { frame, returns })
+        Ok(Self { system, frame, returns })
     }
 
     /// The frame and the return map at fixed parameters.

@@ -78,6 +78,24 @@ impl<S: Real> SectionFrame<S> {
         }
     }
 
+    /// The frame of so many returns as one.
+    pub(super) fn over(mut self, returns: usize) -> Self {
+        if let Some(clock) = &mut self.clock {
+            clock.advance *= S::from_f64(returns as f64);
+            clock.periods *= returns;
+        }
+        self.orbit_period *= S::from_f64(returns as f64);
+        let later = |number: usize, passage: &FollowingPassage| FollowingPassage {
+            share: (number as f64 + passage.share) / returns as f64,
+            ..passage.clone()
+        };
+        let passages = std::mem::take(&mut self.passages);
+        let numbers = 0..returns;
+        let passages = numbers.flat_map(|number| passages.iter().map(move |p| later(number, p)));
+        self.passages = passages.collect();
+        self
+    }
+
     /// Number of coordinates.
     pub fn dimension(&self) -> usize {
         self.section.coordinates.len()

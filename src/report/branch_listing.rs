@@ -43,6 +43,8 @@ pub struct BranchRecord {
     pub branch: usize,
     /// The itinerary, in digits.
     pub itinerary: String,
+    /// Its returns.
+    pub period: usize,
     /// Why it goes no further, at its first and last point.
     pub ends: [BranchEnd; 2],
     /// Stretches of the parameter in which more special points may lie than were found.
@@ -83,6 +85,7 @@ impl BranchListing {
         let branches = found.branches.iter().enumerate().map(|(number, branch)| BranchRecord {
             branch: number + 1,
             itinerary: branch.itinerary.to_string(),
+            period: branch.itinerary.period(),
             ends: branch.ends,
             unresolved: branch.unresolved.clone(),
             points: branch
@@ -166,7 +169,7 @@ impl BranchListing {
             let mut row = vec![
                 Cell::Integer(branch.branch as i64),
                 Cell::text(&branch.itinerary),
-                Cell::Integer(orbit.states.len() as i64),
+                Cell::Integer(branch.period as i64),
                 Cell::number(offset, 12),
                 Cell::number(value, 12),
             ];

@@ -11,9 +11,9 @@ use crate::analysis::continuation::{
     CurveEquations, CurvePoint, Linearised, corrected, searched, tangent_at, zero_near,
 };
 use crate::analysis::error::AnalysisError;
-use crate::analysis::orbits::{ByMap, FoundOrbit, OrbitContact};
 use crate::analysis::periodic::{
-    ContactItinerary, ItinerarySearch, MapOrbitEquations, PassagesOfOrbit, Settled,
+    ByMap, ContactItinerary, FoundOrbit, ItinerarySearch, MapOrbitEquations, OrbitContact,
+    PassagesOfOrbit, Settled,
 };
 use crate::analysis::progress::Progress;
 use crate::expansion::LocalMap;

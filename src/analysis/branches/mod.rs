@@ -16,6 +16,7 @@ pub use data::{Branch, BranchEnd, BranchLabel, BranchPoint, BranchRequest, Branc
 pub use overlay::{BranchDiagram, branch_diagram};
 
 use crate::analysis::error::AnalysisError;
+use crate::analysis::periodic::FoundOrbit;
 use crate::analysis::progress::Progress;
 use crate::expansion::LocalMap;
 use crate::model::Scene;
@@ -41,4 +42,16 @@ pub fn branches(
         true => by_direct::branches(scene, orbit, map, request, progress),
         false => by_map::branches(scene, orbit, map, request, progress),
     }
+}
+
+/// The orbits of direct simulation where the branches of the itineraries asked for pass a value of
+/// the parameter that varies, solved for in double-double.
+pub(super) fn direct_orbits(
+    scene: &Scene,
+    orbit: &GrazingOrbit,
+    map: &LocalMap,
+    request: &BranchRequest,
+    value: f64,
+) -> Result<Vec<FoundOrbit>, AnalysisError> {
+    by_direct::orbits(scene, orbit, map, request, value)
 }

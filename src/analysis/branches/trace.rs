@@ -23,6 +23,8 @@ pub(super) struct Trace<X> {
     pub(super) turns: Vec<Turn>,
     pub(super) unresolved: Vec<[usize; 2]>,
     pub(super) ends: [CourseEnd; 2],
+    /// Whether it begins where another ends.
+    pub(super) continues: bool,
 }
 
 impl<X: Clone> Trace<X> {
@@ -41,10 +43,30 @@ impl<X: Clone> Trace<X> {
         if on.end == CourseEnd::Closed {
             let unresolved = on.unresolved.iter().map(|(_, ends)| *ends).collect();
             let ends = [on.end, on.end];
-            return Some(Self { points: on.points, turns: on.turns, unresolved, ends });
+            return Some(Self {
+                points: on.points,
+                turns: on.turns,
+                unresolved,
+                ends,
+                continues: false,
+            });
         }
         let back = follow(equations, start, &against, &control)?;
         Some(Self::joined(back, on))
+    }
+
+    /// The branch from an orbit on, on the side of `along`.
+    pub(super) fn onward<C: CurveEquations<f64, Extra = X>>(
+        equations: &mut C,
+        start: &[f64],
+        along: &[f64],
+    ) -> Option<Self> {
+        let tangent = tangent_at(&equations.linearised(start)?.jacobian, along)?;
+        let on = follow(equations, start, &tangent, &StepControl::default())?;
+        let unresolved = on.unresolved.iter().map(|(_, ends)| *ends).collect();
+        let ends = [on.end; 2];
+        let continues = true;
+        Some(Self { points: on.points, turns: on.turns, unresolved, ends, continues })
     }
 
     /// Two courses from one point, the first backwards.
@@ -60,7 +82,7 @@ impl<X: Clone> Trace<X> {
         let later = on.unresolved.iter().map(|(_, [a, b])| [last + a, last + b]);
         let unresolved = before.chain(later).collect();
         let points = back.points.into_iter().rev().chain(on.points.into_iter().skip(1)).collect();
-        Self { points, turns, unresolved, ends }
+        Self { points, turns, unresolved, ends, continues: false }
     }
 
     /// The places of the points that are given out, with the test functions that vanish at each:
@@ -87,13 +109,14 @@ impl<X: Clone> Trace<X> {
 
     /// Why it ends, where the unknown of a border is given a meaning.
     pub(super) fn ends(&self, border: impl Fn(usize) -> BranchEnd) -> [BranchEnd; 2] {
-        self.ends.map(|end| match end {
+        let ends = self.ends.map(|end| match end {
             CourseEnd::Border { unknown } => border(unknown),
             CourseEnd::Closed => BranchEnd::Closed,
             CourseEnd::Last => BranchEnd::Doubling,
             CourseEnd::StepTooSmall => BranchEnd::StepTooSmall,
             CourseEnd::StepLimit => BranchEnd::StepLimit,
-        })
+        });
+        if self.continues { [BranchEnd::Continued, ends[1]] } else { ends }
     }
 }
 
