@@ -1,92 +1,85 @@
-//! scratch
-use grazemap::analysis::NoProgress;
-use grazemap::analysis::branches::{BranchLabel, BranchRequest};
-use grazemap::analysis::periodic::ContactItinerary;
-use grazemap::prelude::{FindGraze, Scene};
-use std::time::Instant;
+//! The study docs/studies/branches.md: what branches find, against closed forms and brute force,
+//! and what they cost.
+//!
+//! `cargo run --release --example branches -- foale` looks for the published saddle-nodes and flips
+//! of Foale's oscillator by direct simulation; `-- complete [LONGEST [VALUES [SCENE...]]]` sweeps
+//! the catalogue's scenes of one passage by guarded iteration and looks for every attractor on a
+//! stable branch; `-- speed` times branches. Each prints its table and writes it into the page.
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let text = std::fs::read_to_string("tests/data/rigid/linear_abc.json")?;
-    let data: serde_json::Value = serde_json::from_str(&text)?;
-    let table = data["foale"]["loci_table"].as_array().expect("list").clone();
-    let only: Vec<String> = std::env::args().skip(1).collect();
-    let mut omegas: Vec<String> = Vec::new();
-    for p in &table {
-        let omega = p["omega"].as_str().expect("s").to_owned();
-        if !omegas.contains(&omega)
-            && p["physical"] == true
-            && (only.is_empty() || only.contains(&omega))
-        {
-            omegas.push(omega);
+mod complete;
+mod foale;
+mod speed;
+#[path = "../support/study.rs"]
+mod study;
+
+use std::error::Error;
+
+use complete::Completeness;
+use grazemap::Map;
+use grazemap::model::catalogue;
+use grazemap::prelude::{FindGraze, Scene};
+use grazemap::report::{Cell, Column, Table};
+use study::Study;
+
+/// Returns of the longest period that is followed, and values of a sweep, where none are named.
+const LONGEST: usize = 8;
+const VALUES: usize = 200;
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let mut arguments = std::env::args().skip(1);
+    let command = arguments.next().unwrap_or_default();
+    let table = match command.as_str() {
+        "foale" => foale::table()?,
+        "complete" => {
+            let longest = arguments.next().map_or(Ok(LONGEST), |text| text.parse())?;
+            let values = arguments.next().map_or(Ok(VALUES), |text| text.parse())?;
+            completeness(longest, values, arguments.collect())?
         }
-    }
-    let (mut hit, mut all) = (0, 0);
-    for omega in omegas {
-        let text = std::fs::read_to_string("scenes/foale.toml")?
-            .replace("omega = 1.8 }", &format!("omega = {omega} }}"))
-            .replace("smooth_order = 5", "smooth_order = 3")
-            .replace("contact_weight = 6", "contact_weight = 4");
-        let scene = Scene::parse(&text, "foale")?;
-        let map = scene.graze()?.map()?;
-        let graze = map.parameter("alpha")?;
-        let sign = graze.signum();
-        let now = Instant::now();
-        for n in 1..=4usize {
-            let points: Vec<_> = table
-                .iter()
-                .filter(|p| p["omega"] == *omega && p["n"] == n && p["physical"] == true)
-                .collect();
-            if points.is_empty() {
-                continue;
-            }
-            let digits = format!("1{}", "0".repeat(n - 1));
-            let request = BranchRequest {
-                itineraries: vec![ContactItinerary::parse(&digits, 1)?],
-                longest: n,
-                along: 0,
-                range: [-0.98 * graze, 3.0 * graze],
-                at: vec![0.0; 2],
-                direct: true,
-            };
-            let found = map.branches(&request, &NoProgress)?;
-            for p in &points {
-                let alpha: f64 = p["alpha"].as_str().expect("s").parse()?;
-                let alpha = sign * alpha;
-                let label = if p["kind"] == "SN" {
-                    BranchLabel::SaddleNode
-                } else {
-                    BranchLabel::PeriodDoubling
-                };
-                let mine = found.branches.iter().filter(|b| b.itinerary.to_string() == digits);
-                let count = mine.clone().count();
-                let ends: Vec<_> = mine
-                    .clone()
-                    .map(|b| {
-                        (
-                            b.ends,
-                            b.points.len(),
-                            b.points.first().map(|p| p.orbit.parameters[0] + graze),
-                            b.points.last().map(|p| p.orbit.parameters[0] + graze),
-                        )
-                    })
-                    .collect();
-                let error = mine
-                    .flat_map(|b| &b.points)
-                    .filter(|q| q.special.as_ref().is_some_and(|s| s.label == label))
-                    .map(|q| (q.orbit.parameters[0] + graze - alpha).abs())
-                    .fold(f64::INFINITY, f64::min);
-                all += 1;
-                if error < 1e-11 {
-                    hit += 1;
-                } else {
-                    println!(
-                        "omega {omega} n {n} {} y {} alpha {alpha:.6} graze {graze:.6}: error {error:e}; {count} branches {ends:?}",
-                        p["kind"], p["y"]
-                    );
-                }
-            }
+        "speed" => speed::table()?,
+        _ => return Err("say `foale`, `complete` or `speed`".into()),
+    };
+    println!("{}", table.to_text());
+    let mut study = Study::open("branches")?;
+    study.shown(&command, &table)?;
+    study.close()
+}
+
+/// The map of a scene of the catalogue.
+fn map_of(name: &str) -> Result<Map, Box<dyn Error>> {
+    let scene = Scene::parse(catalogue::text(name).unwrap_or_default(), name)?;
+    Ok(scene.graze()?.map()?)
+}
+
+/// Every attractor of guarded iteration over the window, scene by scene.
+fn completeness(
+    longest: usize,
+    values: usize,
+    names: Vec<String>,
+) -> Result<Table, Box<dyn Error>> {
+    let mut columns = vec![Column::text("scene"), Column::text("parameter")];
+    columns.extend(
+        ["branches", "points", "periodic", "by map", "direct", "missed", "others"]
+            .map(Column::number),
+    );
+    let mut table = Table::new(columns);
+    let all = catalogue::names().map(str::to_owned);
+    let names: Vec<String> = if names.is_empty() { all.collect() } else { names };
+    for name in names {
+        let map = map_of(&name)?;
+        let width = map.local().window.parameter.first().copied().unwrap_or(f64::INFINITY);
+        if map.local().passages() != 1 || !width.is_finite() {
+            continue;
         }
-        println!("omega {omega}: {hit}/{all} in {:.1?}", now.elapsed());
+        let found = complete::of_map(&map, (0, [-width, width]), longest, values)?;
+        let Completeness { periodic, found: [by_map, direct], others, branches, missed } = &found;
+        eprintln!("{name}: {found:?}");
+        let mut row = vec![
+            Cell::text(format!("`{name}`")),
+            Cell::text(map.local().parameters[0].name.as_str()),
+        ];
+        let counts = [branches[0], branches[1], *periodic, *by_map, *direct, missed.len(), *others];
+        row.extend(counts.map(|count| Cell::Integer(count as i64)));
+        table.push(row)?;
     }
-    Ok(())
+    Ok(table)
 }

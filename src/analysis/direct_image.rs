@@ -146,6 +146,11 @@ impl<'a, S: Real> DirectImage<'a, S> {
         self.frame.kind() == PoincareSectionKind::Tangency
     }
 
+    /// Takes whole periods off the phase of a section point, where it is a coordinate.
+    pub(super) fn reduce_phase(&self, offsets: &mut [S]) {
+        self.frame.reduce_phase(offsets);
+    }
+
     /// The image of a section point, everything in offsets.
     ///
     /// # Errors

@@ -198,6 +198,18 @@ impl<S: Real> SectionFrame<S> {
         &self.parameters
     }
 
+    /// Takes whole periods off the phase, where it is a coordinate.
+    pub(super) fn reduce_phase(&self, offsets: &mut [S]) {
+        let Some(clock) = &self.clock else { return };
+        let last = self.state.len() - 1;
+        let place = self.section.coordinates.iter().position(|&component| component == last);
+        if let Some(place) = place {
+            let period = clock.advance / S::from_f64(clock.periods as f64);
+            let turns = (offsets[place] / period).to_f64().round();
+            offsets[place] -= period * S::from_f64(turns);
+        }
+    }
+
     /// Nominal return time at the parameters placed last.
     pub fn duration(&mut self) -> S {
         match &self.clock {

@@ -12,7 +12,7 @@ use super::trace::{
     with_those_led_to,
 };
 use crate::analysis::continuation::{
-    CourseEnd, CurveEquations, CurvePoint, corrected, searched, tangent_at, zero_near,
+    CourseEnd, CurveEquations, CurvePoint, StepControl, corrected, searched, tangent_at, zero_near,
 };
 use crate::analysis::direct_image::DirectImage;
 use crate::analysis::error::AnalysisError;
@@ -33,6 +33,8 @@ use crate::orbit::GrazingOrbit;
 
 /// Values of the parameter at which orbits are flown, up and down.
 const VALUES: usize = 16;
+/// Scattered states from which orbits are flown at each, beside those that are carried.
+const SCATTERED: usize = 2;
 /// Orbits are flown at offsets of the parameter up to so many of its sizes.
 const FARTHEST: f64 = 4.0;
 /// Returns flown before any are looked at.
@@ -55,6 +57,9 @@ const DOUBLED: [f64; 3] = [1e-2, 1e-3, 1e-4];
 const FAR: f64 = 1e-5;
 /// The same where a contact is too weak for double precision.
 const FAR_AT_GRAZE: f64 = 1e-2;
+
+/// Steps along a branch: where an orbit loses a section point, derivatives fail before images do.
+const STEPS: StepControl = StepControl { unresolved: 8, ..StepControl::DEFAULT };
 
 type DirectTrace = Trace<DirectOrbit<f64>>;
 type Point = CurvePoint<f64, DirectOrbit<f64>>;
@@ -234,8 +239,8 @@ impl<'a> Continuation<'a> {
         DirectOrbitEquations::new(image, itinerary, &self.units, (*along, range), at)
     }
 
-    /// What simulation settles on along the range, up and down, every flight begun where the last
-    /// one ended.
+    /// What simulation settles on along the range: up and down, every flight begun where the last
+    /// one ended, and from scattered states.
     fn flights(&self) -> Vec<Flight> {
         let range = self.request.range;
         let [from, to] = match self.size {
@@ -245,6 +250,17 @@ impl<'a> Continuation<'a> {
         let value = |number: usize| from + (to - from) * (number as f64 + 0.5) / VALUES as f64;
         let up: Vec<f64> = (0..VALUES).map(value).collect();
         let down: Vec<f64> = up.iter().rev().copied().collect();
+        let about = up.par_iter().enumerate().flat_map_iter(|(number, &value)| {
+            let mut image = self.image.clone();
+            let fly = (0..SCATTERED).map(|more| {
+                let units = self.units.state.iter().enumerate();
+                let start =
+                    units.map(|(place, unit)| unit * scattered(SCATTERED * number + more, place));
+                self.fly(&mut image, &start.collect::<Vec<_>>(), value)
+            });
+            fly.collect::<Vec<_>>()
+        });
+        let about: Vec<Flight> = about.collect();
         let flights = [up, down].into_par_iter().flat_map_iter(|values| {
             let mut image = self.image.clone();
             let mut state = vec![0.0; image.dimension()];
@@ -255,11 +271,14 @@ impl<'a> Continuation<'a> {
                     Some(last) => last.clone(),
                     None => vec![0.0; state.len()],
                 };
+                image.reduce_phase(&mut state);
                 flights.push(flight);
             }
             flights
         });
-        flights.collect()
+        let mut flights: Vec<Flight> = flights.collect();
+        flights.extend(about);
+        flights
     }
 
     /// The returns from a state on, after a transient, as far as there are any.
@@ -272,11 +291,16 @@ impl<'a> Continuation<'a> {
             let Some(step) = SectionMap::image(image, &state, &parameters) else {
                 break;
             };
+            let mut next = step.offsets;
             if number >= TRANSIENT {
                 flight.states.push(state);
                 flight.returns.push(step.contacts);
             }
-            state = step.offsets;
+            // Between the points of one period the phase goes on.
+            if number < TRANSIENT {
+                image.reduce_phase(&mut next);
+            }
+            state = next;
         }
         if !flight.states.is_empty() {
             flight.states.push(state);
@@ -403,8 +427,8 @@ impl<'a> Continuation<'a> {
             return None;
         }
         let trace = match &seed.way {
-            Way::On(direction) => Trace::onward(equations, &start, direction)?,
-            _ => Trace::through(equations, &start)?,
+            Way::On(direction) => Trace::onward(equations, &start, direction, &STEPS)?,
+            _ => Trace::through(equations, &start, &STEPS)?,
         };
         // One without orbits beside the graze is not physical on any side of it.
         let beside = |point: &Point| apart(&point.unknowns, &start) > SAME;
@@ -763,6 +787,12 @@ impl<'a> Continuation<'a> {
             parameters,
         }
     }
+}
+
+/// A number from −1 to 1 for every pair of numbers: a Kronecker sequence.
+fn scattered(number: usize, component: usize) -> f64 {
+    let golden = 0.618_033_988_749_894_9;
+    2.0 * ((number + 1) as f64 * (golden / (component + 1) as f64).sqrt()).fract() - 1.0
 }
 
 /// The equations in the section points of an orbit.

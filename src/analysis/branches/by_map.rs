@@ -8,7 +8,7 @@ use super::trace::{
     Trace, apart, null_vector, standard_form, toggled, twice, unit_vector, with_those_led_to,
 };
 use crate::analysis::continuation::{
-    CurveEquations, CurvePoint, Linearised, corrected, searched, tangent_at, zero_near,
+    CurveEquations, CurvePoint, Linearised, StepControl, corrected, searched, tangent_at, zero_near,
 };
 use crate::analysis::error::AnalysisError;
 use crate::analysis::periodic::{
@@ -222,7 +222,11 @@ impl<'a> Continuation<'a> {
                     let Some(start) = solved(&mut equations, &guess) else { continue };
                     let is_new = !equations.is_repeated(&start.2.extra, SAME)
                         && !is_known(&mut equations, &start, &traces);
-                    if is_new { Trace::through(&mut equations, &start.0) } else { None }
+                    if is_new {
+                        Trace::through(&mut equations, &start.0, &StepControl::DEFAULT)
+                    } else {
+                        None
+                    }
                 }
             };
             traces.extend(trace);
@@ -248,7 +252,7 @@ impl<'a> Continuation<'a> {
         if is_known(equations, &(first.0.clone(), first.0.len() - 1, first.2.clone()), known) {
             return None;
         }
-        Trace::through(equations, &first.0)
+        Trace::through(equations, &first.0, &StepControl::DEFAULT)
     }
 
     /// The branches that a branch leads to: with a contact more or less where an orbit of it

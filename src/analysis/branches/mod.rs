@@ -9,10 +9,12 @@ mod by_direct;
 mod by_map;
 mod data;
 mod normal_form;
+mod observables;
 mod overlay;
 mod trace;
 
 pub use data::{Branch, BranchEnd, BranchLabel, BranchPoint, BranchRequest, Branches, Special};
+pub use observables::{BranchObservable, observed};
 pub use overlay::{BranchDiagram, branch_diagram};
 
 use crate::analysis::error::AnalysisError;

@@ -32,14 +32,14 @@ impl<X: Clone> Trace<X> {
     pub(super) fn through<C: CurveEquations<f64, Extra = X>>(
         equations: &mut C,
         start: &[f64],
+        control: &StepControl,
     ) -> Option<Self> {
         let linearised = equations.linearised(start)?;
         let units = (0..start.len()).rev().map(|place| unit_vector(start.len(), place));
         let mut tangents = units.filter_map(|unit| tangent_at(&linearised.jacobian, &unit));
         let along = tangents.next()?;
         let against: Vec<f64> = along.iter().map(|value| -value).collect();
-        let control = StepControl::default();
-        let on = follow(equations, start, &along, &control)?;
+        let on = follow(equations, start, &along, control)?;
         if on.end == CourseEnd::Closed {
             let unresolved = on.unresolved.iter().map(|(_, ends)| *ends).collect();
             let ends = [on.end, on.end];
@@ -51,7 +51,7 @@ impl<X: Clone> Trace<X> {
                 continues: false,
             });
         }
-        let back = follow(equations, start, &against, &control)?;
+        let back = follow(equations, start, &against, control)?;
         Some(Self::joined(back, on))
     }
 
@@ -60,9 +60,10 @@ impl<X: Clone> Trace<X> {
         equations: &mut C,
         start: &[f64],
         along: &[f64],
+        control: &StepControl,
     ) -> Option<Self> {
         let tangent = tangent_at(&equations.linearised(start)?.jacobian, along)?;
-        let on = follow(equations, start, &tangent, &StepControl::default())?;
+        let on = follow(equations, start, &tangent, control)?;
         let unresolved = on.unresolved.iter().map(|(_, ends)| *ends).collect();
         let ends = [on.end; 2];
         let continues = true;

@@ -175,10 +175,10 @@ fn request(
 ) -> Result<OrbitsRequest, CliError> {
     let parameters = Parameters { scene, map };
     Ok(OrbitsRequest {
-        itineraries: itineraries(&options.itinerary, options.period, map.passages())?,
+        itineraries: itineraries(&options.which.itinerary, options.period, map.passages())?,
         at: parameters.at(options)?,
-        direct: options.using == OrbitsUsing::Direct,
-        far: options.using == OrbitsUsing::Direct,
+        direct: options.which.using == OrbitsUsing::Direct,
+        far: options.which.using == OrbitsUsing::Direct,
         loci: parameters.loci(options)?,
     })
 }
