@@ -9,6 +9,7 @@ use grazemap::analysis::orbits::{BifurcationKind, LociRequest, OrbitsRequest};
 use grazemap::analysis::periodic::ContactItinerary;
 use grazemap::model::catalogue;
 use grazemap::prelude::{FindGraze, Scene};
+use grazemap::report::figure::{Axis, Figure, Series};
 use grazemap::report::{Cell, Column, Table};
 use serde_json::Value;
 
@@ -16,7 +17,8 @@ use serde_json::Value;
 const FOUND: f64 = 1e-11;
 
 /// A physical point of the closed form (tests/data/rigid/README.md).
-struct Point {
+#[derive(Clone)]
+pub(crate) struct Point {
     omega: String,
     period: usize,
     kind: BifurcationKind,
@@ -24,7 +26,7 @@ struct Point {
     alpha: f64,
 }
 
-fn points() -> Result<Vec<Point>, Box<dyn Error>> {
+pub(crate) fn points() -> Result<Vec<Point>, Box<dyn Error>> {
     let root = env!("CARGO_MANIFEST_DIR");
     let text = fs::read_to_string(format!("{root}/tests/data/rigid/linear_abc.json"))?;
     let data: Value = serde_json::from_str(&text)?;
@@ -45,9 +47,8 @@ fn points() -> Result<Vec<Point>, Box<dyn Error>> {
     rows.collect::<Option<_>>().ok_or_else(|| "a row without its numbers".into())
 }
 
-/// Points found, by period and kind.
-pub(crate) fn table() -> Result<Table, Box<dyn Error>> {
-    let points = points()?;
+/// Each point with how far from it the nearest that was found is.
+pub(crate) fn errors(points: &[Point]) -> Result<Vec<(&Point, f64)>, Box<dyn Error>> {
     let mut errors = Vec::new();
     let mut omegas: Vec<&str> = points.iter().map(|point| point.omega.as_str()).collect();
     omegas.dedup();
@@ -55,6 +56,11 @@ pub(crate) fn table() -> Result<Table, Box<dyn Error>> {
         let mine: Vec<&Point> = points.iter().filter(|point| point.omega == omega).collect();
         errors.extend(found(omega, &mine)?);
     }
+    Ok(errors)
+}
+
+/// Points found, by period and kind.
+pub(crate) fn table(errors: &[(&Point, f64)]) -> Result<Table, Box<dyn Error>> {
     let mut columns = vec![Column::number("period"), Column::text("kind")];
     columns.extend(["points", "found", "largest error"].map(Column::number));
     let mut table = Table::new(columns);
@@ -79,6 +85,24 @@ pub(crate) fn table() -> Result<Table, Box<dyn Error>> {
     Ok(table)
 }
 
+/// Points found and missed over the frequency.
+pub(crate) fn figure(errors: &[(&Point, f64)]) -> Figure {
+    let mut figure = Figure::new(Axis::linear("ω"), Axis::log10("α"));
+    for kind in [BifurcationKind::Fold, BifurcationKind::Flip] {
+        for (state, is_found) in [("found", true), ("missed", false)] {
+            let of = errors
+                .iter()
+                .filter(|(point, error)| point.kind == kind && (*error < FOUND) == is_found);
+            let places = of.filter_map(|(point, _)| Some([point.omega.parse().ok()?, point.alpha]));
+            let places: Vec<[f64; 2]> = places.collect();
+            if !places.is_empty() {
+                figure.series.push(Series::dots(format!("{}, {state}", kind.word()), places));
+            }
+        }
+    }
+    figure
+}
+
 /// How far from each point the nearest of its kind and itinerary is.
 fn found<'p>(omega: &str, points: &[&'p Point]) -> Result<Vec<(&'p Point, f64)>, Box<dyn Error>> {
     let text = catalogue::text("foale").ok_or("no scene")?;
@@ -95,7 +119,7 @@ fn found<'p>(omega: &str, points: &[&'p Point]) -> Result<Vec<(&'p Point, f64)>,
             itineraries: vec![ContactItinerary::parse(&digits, 1)?],
             at: Vec::new(),
             direct: true,
-            far: false,
+            far: true,
             loci: Some(LociRequest {
                 kinds: vec![BifurcationKind::Fold, BifurcationKind::Flip],
                 free: 0,

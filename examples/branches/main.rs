@@ -29,7 +29,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut arguments = std::env::args().skip(1);
     let command = arguments.next().unwrap_or_default();
     let table = match command.as_str() {
-        "foale" => foale::table()?,
+        "foale" => {
+            let points = foale::points()?;
+            let errors = foale::errors(&points)?;
+            Study::open("branches")?.figure("foale", &foale::figure(&errors))?;
+            foale::table(&errors)?
+        }
         "complete" => {
             let longest = arguments.next().map_or(Ok(LONGEST), |text| text.parse())?;
             let values = arguments.next().map_or(Ok(VALUES), |text| text.parse())?;
@@ -40,6 +45,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     };
     println!("{}", table.to_text());
     let mut study = Study::open("branches")?;
+    study.data(&command, &table)?;
     study.shown(&command, &table)?;
     study.close()
 }

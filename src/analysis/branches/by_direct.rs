@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::data::{Branch, BranchEnd, BranchLabel, BranchPoint, BranchRequest, Branches, Special};
 use super::normal_form::NormalForm;
 use super::trace::{
-    Trace, Traces, apart, null_vector, standard_form, toggled, twice, unit_vector,
+    Follow, Of, Trace, Traces, apart, null_vector, standard_form, toggled, twice, unit_vector,
     with_those_led_to,
 };
 use crate::analysis::continuation::{
@@ -111,11 +111,12 @@ pub(super) fn branches(
     orbit: &GrazingOrbit,
     map: &LocalMap,
     request: &BranchRequest,
+    follow: Follow,
     progress: &dyn Progress,
 ) -> Result<Branches, AnalysisError> {
     let system = HybridSystem::new(&scene.model);
     let continuation = Continuation::new(&system, scene, orbit, map, request)?;
-    let found = continuation.all(progress);
+    let found = continuation.all(follow, progress);
     let branches = found.par_iter().flat_map_iter(|(itinerary, traces)| {
         traces.iter().map(|trace| continuation.branch(itinerary, trace))
     });
@@ -133,7 +134,7 @@ pub(super) fn orbits(
 ) -> Result<Vec<FoundOrbit>, AnalysisError> {
     let system = HybridSystem::new(&scene.model);
     let continuation = Continuation::new(&system, scene, orbit, map, request)?;
-    let found = continuation.all(&NoProgress);
+    let found = continuation.all(Follow::Asked, &NoProgress);
     let asked = found.par_iter().filter(|(known, _)| request.itineraries.contains(known));
     let orbits = asked.flat_map_iter(|(itinerary, traces)| {
         traces.iter().flat_map(|trace| continuation.passing(itinerary, trace, value))
@@ -163,7 +164,7 @@ impl<'a> Continuation<'a> {
     }
 
     /// All branches, with those that they lead to.
-    fn all(&self, progress: &dyn Progress) -> Traces<DirectOrbit<f64>> {
+    fn all(&self, follow: Follow, progress: &dyn Progress) -> Traces<DirectOrbit<f64>> {
         progress.expect(self.request.itineraries.len() as u64);
         let flights = self.flights();
         let grazing = self.grazing_orbits(&flights);
@@ -175,8 +176,8 @@ impl<'a> Continuation<'a> {
         });
         with_those_led_to(
             first.collect(),
-            |seed: &Seed| &seed.itinerary,
-            |itinerary, trace| self.led_to(itinerary, trace),
+            Of::itinerary,
+            |itinerary, trace| follow.of(self.request, self.led_to(itinerary, trace)),
             |itinerary, seeds, known| self.traces(itinerary, seeds, known),
         )
     }
@@ -849,6 +850,12 @@ fn lies_on<'t>(
         let there = corrected(equations, &guess, &guess, &normal);
         there.is_some_and(|(there, _)| near(&there, SAME))
     })
+}
+
+impl Of for Seed {
+    fn itinerary(&self) -> &ContactItinerary {
+        &self.itinerary
+    }
 }
 
 impl Seed {

@@ -5,7 +5,8 @@ use rayon::prelude::*;
 use super::data::{Branch, BranchEnd, BranchLabel, BranchPoint, BranchRequest, Branches, Special};
 use super::normal_form::NormalForm;
 use super::trace::{
-    Trace, apart, null_vector, standard_form, toggled, twice, unit_vector, with_those_led_to,
+    Follow, Of, Trace, apart, null_vector, standard_form, toggled, twice, unit_vector,
+    with_those_led_to,
 };
 use crate::analysis::continuation::{
     CurveEquations, CurvePoint, Linearised, StepControl, corrected, searched, tangent_at, zero_near,
@@ -70,6 +71,7 @@ pub(super) fn branches(
     orbit: &GrazingOrbit,
     map: &LocalMap,
     request: &BranchRequest,
+    follow: Follow,
     progress: &dyn Progress,
 ) -> Result<Branches, AnalysisError> {
     let continuation = Continuation {
@@ -89,8 +91,8 @@ pub(super) fn branches(
     });
     let found = with_those_led_to(
         first.collect(),
-        |seed: &Seed| &seed.itinerary,
-        |itinerary, trace| continuation.led_to(itinerary, trace),
+        Of::itinerary,
+        |itinerary, trace| follow.of(request, continuation.led_to(itinerary, trace)),
         |itinerary, seeds, known| continuation.traces(itinerary, seeds, known),
     );
     let branches = found.iter().flat_map(|(itinerary, traces)| {
@@ -621,6 +623,12 @@ fn doubling(equations: &MapOrbitEquations<'_, f64>, point: &Point, seed: Seed) -
         parameter: seed.parameter,
         direction: Some(direction.iter().map(|value| value / length).collect()),
     })
+}
+
+impl Of for Seed {
+    fn itinerary(&self) -> &ContactItinerary {
+        &self.itinerary
+    }
 }
 
 impl Seed {

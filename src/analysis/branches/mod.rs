@@ -16,6 +16,7 @@ mod trace;
 pub use data::{Branch, BranchEnd, BranchLabel, BranchPoint, BranchRequest, Branches, Special};
 pub use observables::{BranchObservable, observed};
 pub use overlay::{BranchDiagram, branch_diagram};
+pub(super) use trace::Follow;
 
 use crate::analysis::error::AnalysisError;
 use crate::analysis::periodic::FoundOrbit;
@@ -40,9 +41,21 @@ pub fn branches(
     request: &BranchRequest,
     progress: &dyn Progress,
 ) -> Result<Branches, AnalysisError> {
+    followed(scene, orbit, map, request, Follow::All, progress)
+}
+
+/// The branches of the itineraries asked for, and others that they lead to if so.
+pub(super) fn followed(
+    scene: &Scene,
+    orbit: &GrazingOrbit,
+    map: &LocalMap,
+    request: &BranchRequest,
+    follow: Follow,
+    progress: &dyn Progress,
+) -> Result<Branches, AnalysisError> {
     match request.direct {
-        true => by_direct::branches(scene, orbit, map, request, progress),
-        false => by_map::branches(scene, orbit, map, request, progress),
+        true => by_direct::branches(scene, orbit, map, request, follow, progress),
+        false => by_map::branches(scene, orbit, map, request, follow, progress),
     }
 }
 

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::data::BranchEnd;
+use super::data::{BranchEnd, BranchRequest};
 use crate::analysis::continuation::{
     Course, CourseEnd, CurveEquations, CurvePoint, StepControl, Turn, follow, tangent_at,
 };
@@ -118,6 +118,30 @@ impl<X: Clone> Trace<X> {
             CourseEnd::StepLimit => BranchEnd::StepLimit,
         });
         if self.continues { [BranchEnd::Continued, ends[1]] } else { ends }
+    }
+}
+
+/// What belongs to an itinerary: an orbit from which a branch is followed.
+pub(super) trait Of {
+    fn itinerary(&self) -> &ContactItinerary;
+}
+
+/// Which branches are followed that others lead to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in crate::analysis) enum Follow {
+    /// Those of every itinerary.
+    All,
+    /// Those of the itineraries asked for.
+    Asked,
+}
+
+impl Follow {
+    /// Those of these seeds that are followed.
+    pub(super) fn of<S: Of>(self, request: &BranchRequest, mut seeds: Vec<S>) -> Vec<S> {
+        if self == Self::Asked {
+            seeds.retain(|seed| request.itineraries.contains(seed.itinerary()));
+        }
+        seeds
     }
 }
 

@@ -85,16 +85,13 @@ pub fn corrected<S: Real, C: CurveEquations<S> + ?Sized>(
             let there = curve.linearised(&unknowns)?;
             // Steps stall at the rounding of the residual, or where it is no smooth function.
             let rest = there.residual.iter().fold(0.0, |most: f64, r| most.max(r.magnitude()));
-            let solved = converged || rest <= S::ROUNDOFF.powf(ROUNDED);
+            let solved = converged || rest <= S::ROUNDOFF.sqrt();
             return solved.then_some((unknowns, there));
         }
         last = length;
     }
     None
 }
-
-/// Power of the roundoff up to which a residual may be rounding.
-const ROUNDED: f64 = 0.6;
 
 /// Newton steps of a search at most, and halvings of each.
 const SEARCHED: [usize; 2] = [40, 12];

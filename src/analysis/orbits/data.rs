@@ -13,8 +13,7 @@ pub struct OrbitsRequest {
     pub at: Vec<Vec<f64>>,
     /// Whether each orbit of the map is looked for by direct simulation, and that one given.
     pub direct: bool,
-    /// Whether direct simulation is searched by itself too, far beyond the map ([`DirectReach`]);
-    /// folds and flips by direct simulation always are.
+    /// Whether direct simulation is searched by itself too, far beyond the map ([`DirectReach`]).
     #[serde(default)]
     pub far: bool,
     /// Folds and flips, where asked for.

@@ -15,7 +15,7 @@ pub use data::{
 
 use rayon::prelude::*;
 
-use crate::analysis::branches::{self, BranchLabel, BranchRequest};
+use crate::analysis::branches::{self, BranchLabel, BranchRequest, Follow};
 use crate::analysis::direct_image::DirectImage;
 use crate::analysis::error::AnalysisError;
 use crate::analysis::evaluation::{DepthEvaluation, MapEvaluation};
@@ -98,7 +98,8 @@ pub fn orbits(
     }
     let (orbits, lost) = parted(cases.concat());
     let loci = request.loci.as_ref();
-    let loci = loci.map(|loci| finder.loci(itineraries, loci, request.direct, progress));
+    let loci =
+        loci.map(|loci| finder.loci(itineraries, loci, [request.direct, request.far], progress));
     let reach = far.map(|free| DirectReach { parameter: free, range: finder.range(free, true) });
     Ok(Orbits { orbits, loci: loci.transpose()?, lost, reach })
 }
@@ -116,6 +117,21 @@ fn add_new(known: &mut Vec<Outcome>, found: Vec<FoundOrbit>) {
     for orbit in found {
         if !known.iter().flatten().any(|other| other.is_same_as(&orbit)) {
             known.push(Ok(orbit));
+        }
+    }
+}
+
+/// The same for folds and flips: where a branch goes on in other section points, both have one.
+fn add_special(
+    known: &mut Vec<(BifurcationKind, FoundOrbit)>,
+    found: impl Iterator<Item = (BifurcationKind, FoundOrbit)>,
+) {
+    for (kind, orbit) in found {
+        let same = |(other, known): &(BifurcationKind, FoundOrbit)| {
+            (*other, &known.itinerary) == (kind, &orbit.itinerary) && known.is_same_as(&orbit)
+        };
+        if !known.iter().any(same) {
+            known.push((kind, orbit));
         }
     }
 }
@@ -150,9 +166,9 @@ impl Finder<'_> {
         found.iter().filter_map(outcome).collect()
     }
 
-    /// The offsets of a parameter up to which branches are followed.
-    fn range(&self, parameter: usize, direct: bool) -> [f64; 2] {
-        if !direct {
+    /// The offsets of a parameter up to which branches are followed, near the graze or far from it.
+    fn range(&self, parameter: usize, far: bool) -> [f64; 2] {
+        if !far {
             let width = finite_or_one(self.map.window.parameter[parameter]);
             return [-WINDOWS, WINDOWS].map(|share| share * width);
         }
@@ -166,14 +182,14 @@ impl Finder<'_> {
         &self,
         itineraries: &[ContactItinerary],
         (along, at): (usize, &[f64]),
-        direct: bool,
+        [direct, far]: [bool; 2],
     ) -> BranchRequest {
         let periods = itineraries.iter().map(ContactItinerary::period);
         BranchRequest {
             itineraries: itineraries.to_vec(),
             longest: periods.max().unwrap_or(1),
             along,
-            range: self.range(along, direct),
+            range: self.range(along, far),
             at: at.to_vec(),
             direct,
         }
@@ -186,7 +202,7 @@ impl Finder<'_> {
         at: &[f64],
         free: usize,
     ) -> Result<Vec<Vec<FoundOrbit>>, AnalysisError> {
-        let request = self.branches(itineraries, (free, at), true);
+        let request = self.branches(itineraries, (free, at), [true; 2]);
         let found = branches::direct_orbits(self.scene, self.orbit, self.map, &request, at[free])?;
         let of = |itinerary: &ContactItinerary| {
             let found = found.iter().filter(|orbit| orbit.itinerary == *itinerary);
@@ -195,30 +211,49 @@ impl Finder<'_> {
         Ok(itineraries.iter().map(of).collect())
     }
 
+    /// The folds and flips on branches in one parameter.
+    fn bifurcations(
+        &self,
+        itineraries: &[ContactItinerary],
+        place: (usize, &[f64]),
+        direct_and_far: [bool; 2],
+    ) -> Result<Vec<(BifurcationKind, FoundOrbit)>, AnalysisError> {
+        let asked = self.branches(itineraries, place, direct_and_far);
+        let (scene, orbit, map) = (self.scene, self.orbit, self.map);
+        let found = branches::followed(scene, orbit, map, &asked, Follow::Asked, &NoProgress)?;
+        let points = found.branches.into_iter().flat_map(|branch| branch.points);
+        let special = points.filter_map(|point| {
+            let kind = match point.special?.label {
+                BranchLabel::SaddleNode => BifurcationKind::Fold,
+                BranchLabel::PeriodDoubling => BifurcationKind::Flip,
+                _ => return None,
+            };
+            point.orbit.physical.then_some((kind, point.orbit))
+        });
+        let mut found: Vec<(BifurcationKind, FoundOrbit)> = Vec::new();
+        add_special(&mut found, special);
+        Ok(found)
+    }
+
     /// Folds and flips of all itineraries, one locus a kind and itinerary.
     fn loci(
         &self,
         itineraries: &[ContactItinerary],
         request: &LociRequest,
-        direct: bool,
+        [direct, far]: [bool; 2],
         progress: &dyn Progress,
     ) -> Result<Vec<Locus>, AnalysisError> {
         let steps = steps(request);
         progress.expect(steps.len() as u64);
         let at_step = steps.par_iter().map(|at| {
-            let asked = self.branches(itineraries, (request.free, at), direct);
-            let found = branches::branches(self.scene, self.orbit, self.map, &asked, &NoProgress)?;
+            let place = (request.free, &at[..]);
+            let mut special = self.bifurcations(itineraries, place, [direct, false])?;
+            if direct && far {
+                let more = self.bifurcations(itineraries, place, [true; 2])?;
+                add_special(&mut special, more.into_iter());
+            }
             progress.advance(1);
-            let points = found.branches.into_iter().flat_map(|branch| branch.points);
-            let special = points.filter_map(|point| {
-                let kind = match point.special?.label {
-                    BranchLabel::SaddleNode => BifurcationKind::Fold,
-                    BranchLabel::PeriodDoubling => BifurcationKind::Flip,
-                    _ => return None,
-                };
-                point.orbit.physical.then_some((kind, point.orbit))
-            });
-            Ok(special.collect::<Vec<_>>())
+            Ok(special)
         });
         let at_step = at_step.collect::<Result<Vec<_>, AnalysisError>>()?;
         let mut loci = Vec::new();
