@@ -2,9 +2,10 @@
 
 use super::error::AnalysisError;
 use super::section_frame::SectionFrame;
+use crate::flow::Field;
 use crate::hybrid::{DirectReturn, HybridSystem, Outcome, ReturnOutcome};
 use crate::model::Scene;
-use crate::numeric::Real;
+use crate::numeric::{Dd, Real, Scalar as _};
 use crate::orbit::{GrazingOrbit, PoincareSectionKind};
 
 /// The image of a section point by direct simulation.
@@ -57,6 +58,19 @@ pub struct DirectImage<'a, S: Real> {
     system: &'a HybridSystem,
     frame: SectionFrame<S>,
     returns: DirectReturn<'a, S>,
+    /// Most steps of an image.
+    limit: usize,
+}
+
+/// Most products of series in `f64` that an image forms: 2 to 5 s.
+const MOST_PRODUCTS: usize = 13_000_000;
+
+/// What a product of series in double-double costs beside one in `f64`.
+const IN_DOUBLE_DOUBLE: usize = 20;
+
+/// Products of series in a Taylor step of the free flow of a scene.
+pub(crate) fn products_of_step(scene: &Scene) -> usize {
+    Field::free(&scene.model, &[]).time_program().products().max(1)
 }
 
 impl<'a, S: Real> DirectImage<'a, S> {
@@ -70,7 +84,9 @@ impl<'a, S: Real> DirectImage<'a, S> {
         scene: &Scene,
         orbit: &GrazingOrbit,
     ) -> Result<Self, AnalysisError> {
-        Self::in_frame(system, SectionFrame::new(scene, orbit))
+        let precise = S::ROUNDOFF <= Dd::ROUNDOFF;
+        let most = if precise { MOST_PRODUCTS / IN_DOUBLE_DOUBLE } else { MOST_PRODUCTS };
+        Self::in_frame(system, SectionFrame::new(scene, orbit), most / products_of_step(scene))
     }
 
     /// So many returns as one, from a section point straight to the last: none is needed between
@@ -80,18 +96,32 @@ impl<'a, S: Real> DirectImage<'a, S> {
     ///
     /// As [`new`](Self::new).
     pub(super) fn over(&self, returns: usize) -> Result<Self, AnalysisError> {
-        Self::in_frame(self.system, self.frame.clone().over(returns))
+        Self::in_frame(self.system, self.frame.clone().over(returns), self.limit)
     }
 
     fn in_frame(
         system: &'a HybridSystem,
         mut frame: SectionFrame<S>,
+        limit: usize,
     ) -> Result<Self, AnalysisError> {
         let (section, duration) = (frame.return_section(), frame.duration());
-        let returns =
+        let mut returns =
             DirectReturn::new(system, frame.parameters(), section, duration, frame.periods())?
                 .with_passages(&frame.nominal_passages(duration))?;
-        Ok(Self { system, frame, returns })
+        returns.set_step_limit(limit);
+        Ok(Self { system, frame, returns, limit })
+    }
+
+    /// Limits the steps of an image; a point that needs more has none. As many as take some
+    /// seconds are the default.
+    pub fn set_step_limit(&mut self, limit: usize) {
+        self.limit = limit;
+        self.returns.set_step_limit(limit);
+    }
+
+    /// Steps that the last image took.
+    pub fn steps(&self) -> usize {
+        self.returns.steps()
     }
 
     /// The frame and the return map at fixed parameters.

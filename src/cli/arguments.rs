@@ -592,22 +592,41 @@ pub(super) struct BasinArguments {
     /// First and last offset along an axis. Default: the window of the map
     #[arg(long, value_name = "NAME=FROM:TO,...", value_parser = Ranges::parse)]
     pub(super) range: Option<Ranges>,
-    /// Cells along both axes, or along each
+    /// Cells along both axes, or along each. Default: 400
     #[arg(
         long,
         value_name = "N[,M]",
         value_delimiter = ',',
         allow_negative_numbers = true,
-        default_value = "400",
         value_parser = clap::value_parser!(u32).range(1..=10_000)
     )]
     pub(super) points: Vec<u32>,
     /// Offsets of the section's other coordinates, those not named 0
     #[arg(long, value_name = "NAME=OFFSET,...", value_parser = ParameterOffsets::parse)]
     pub(super) start: Option<ParameterOffsets>,
-    /// What follows the states
-    #[arg(long, value_enum, default_value_t = WithArgument::Guarded)]
-    pub(super) with: WithArgument,
+    /// What follows the states. Default: guarded
+    #[arg(long, value_enum)]
+    pub(super) with: Option<WithArgument>,
+    /// Stable and unstable manifolds of the saddles of periods up to N returns, as curves; the
+    /// section has two coordinates then
+    #[arg(
+        long,
+        value_name = "N",
+        num_args = 0..=1,
+        allow_negative_numbers = true,
+        default_missing_value = "2",
+        value_parser = clap::value_parser!(u8).range(1..=12)
+    )]
+    pub(super) manifolds: Option<u8>,
+}
+
+impl BasinArguments {
+    /// Whether the plane, the parameters or the method are said here, and not in the scene.
+    pub(super) fn ask(&self) -> bool {
+        let lists = self.axes.is_empty() && self.points.is_empty();
+        let named = self.at.is_some() || self.range.is_some() || self.start.is_some();
+        !lists || named || self.with.is_some() || self.manifolds.is_some()
+    }
 }
 
 /// What iterates states.

@@ -403,6 +403,33 @@ impl Map {
         Ok(basin(scene, orbit, self.local(), request, progress)?)
     }
 
+    /// What every basin that the scene asks for is of.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Analysis`] for a plane or parameters that the map does not have.
+    pub fn basin_requests(&self) -> Result<Vec<BasinRequest>, Error> {
+        let (scene, plans) = (self.scene(), self.scene().basins.iter());
+        let requests = plans.map(|plan| BasinRequest::of_scene(scene, self.local(), plan));
+        Ok(requests.collect::<Result<Vec<_>, _>>()?.concat())
+    }
+
+    /// Several basins, the pieces of each kept in places of its own.
+    ///
+    /// # Errors
+    ///
+    /// As [`basin`](Self::basin).
+    pub fn basins(
+        &self,
+        requests: &[BasinRequest],
+        progress: &dyn Progress,
+    ) -> Result<Vec<Basin>, Error> {
+        let requests = requests.iter().enumerate();
+        let basins =
+            requests.map(|(number, request)| self.basin(request, &Part::new(progress, number)));
+        basins.collect()
+    }
+
     /// Periodic orbits by itinerary, their folds and flips.
     ///
     /// # Errors

@@ -16,7 +16,6 @@ use crate::analysis::continuation::{
 };
 use crate::analysis::direct_image::DirectImage;
 use crate::analysis::error::AnalysisError;
-use crate::analysis::escape::extents;
 use crate::analysis::evaluation::{DepthEvaluation, MapEvaluation};
 use crate::analysis::periodic::{
     ContactItinerary, DirectOrbit, DirectOrbitEquations, DirectUnits, FoundOrbit, OrbitContact,
@@ -103,7 +102,12 @@ struct Continuation<'a> {
     depths: DepthEvaluation<f64>,
     map: &'a LocalMap,
     request: &'a BranchRequest,
+    graze: Option<GrazeStart>,
 }
+
+/// Where the orbit without contact grazes: its section point and the value of the parameter that
+/// varies, in offsets.
+pub(in crate::analysis) type GrazeStart = (Vec<f64>, f64);
 
 /// The branches of direct simulation.
 pub(super) fn branches(
@@ -114,8 +118,20 @@ pub(super) fn branches(
     follow: Follow,
     progress: &dyn Progress,
 ) -> Result<Branches, AnalysisError> {
+    branches_from(scene, orbit, map, request, (follow, None), progress)
+}
+
+/// The same with the graze given, at which branches may begin.
+pub(in crate::analysis) fn branches_from(
+    scene: &Scene,
+    orbit: &GrazingOrbit,
+    map: &LocalMap,
+    request: &BranchRequest,
+    (follow, graze): (Follow, Option<GrazeStart>),
+    progress: &dyn Progress,
+) -> Result<Branches, AnalysisError> {
     let system = HybridSystem::new(&scene.model);
-    let continuation = Continuation::new(&system, scene, orbit, map, request)?;
+    let continuation = Continuation::new(&system, scene, orbit, map, request, graze)?;
     let found = continuation.all(follow, progress);
     let branches = found.par_iter().flat_map_iter(|(itinerary, traces)| {
         traces.iter().map(|trace| continuation.branch(itinerary, trace))
@@ -133,7 +149,7 @@ pub(super) fn orbits(
     value: f64,
 ) -> Result<Vec<FoundOrbit>, AnalysisError> {
     let system = HybridSystem::new(&scene.model);
-    let continuation = Continuation::new(&system, scene, orbit, map, request)?;
+    let continuation = Continuation::new(&system, scene, orbit, map, request, None)?;
     let found = continuation.all(Follow::Asked, &NoProgress);
     let asked = found.par_iter().filter(|(known, _)| request.itineraries.contains(known));
     let orbits = asked.flat_map_iter(|(itinerary, traces)| {
@@ -149,25 +165,30 @@ impl<'a> Continuation<'a> {
         orbit: &GrazingOrbit,
         map: &'a LocalMap,
         request: &'a BranchRequest,
+        graze: Option<GrazeStart>,
     ) -> Result<Self, AnalysisError> {
-        let mut continuation = Self {
-            image: DirectImage::new(system, scene, orbit)?,
+        let image = DirectImage::new(system, scene, orbit)?;
+        let free = [(request.along, request.range)];
+        Ok(Self {
+            units: DirectUnits::measured(scene, orbit, image.clone(), &free, &request.at)?,
+            image,
             fine: DirectImage::new(system, scene, orbit)?,
-            units: DirectUnits { state: Vec::new(), parameter: 1.0, gap: None },
             size: orbit.parameters()[scene.expansion.active[request.along]].to_f64().abs(),
             depths: MapEvaluation::depths(map),
             map,
             request,
-        };
-        continuation.units = continuation.measured(scene, orbit)?;
-        Ok(continuation)
+            graze,
+        })
     }
 
     /// All branches, with those that they lead to.
     fn all(&self, follow: Follow, progress: &dyn Progress) -> Traces<DirectOrbit<f64>> {
         progress.expect(self.request.itineraries.len() as u64);
         let flights = self.flights();
-        let grazing = self.grazing_orbits(&flights);
+        let grazing = match &self.graze {
+            Some(graze) => vec![graze.clone()],
+            None => self.grazing_orbits(&flights),
+        };
         let first = self.request.itineraries.par_iter().map(|itinerary| {
             let seeds = self.seeds(itinerary, &flights, &grazing);
             let traces = self.traces(itinerary, seeds, Vec::new());
@@ -180,40 +201,6 @@ impl<'a> Continuation<'a> {
             |itinerary, trace| follow.of(self.request, self.led_to(itinerary, trace)),
             |itinerary, seeds, known| self.traces(itinerary, seeds, known),
         )
-    }
-
-    /// Lengths of the grazing orbit, smaller where the parameter varies little; the gap in the
-    /// place of the coordinate that it depends on most.
-    fn measured(&self, scene: &Scene, orbit: &GrazingOrbit) -> Result<DirectUnits, AnalysisError> {
-        let BranchRequest { range, at, .. } = self.request;
-        let mut parameter = range.iter().fold(f64::MIN_POSITIVE, |most, end| most.max(end.abs()));
-        let mut share = 1.0;
-        if self.size > 0.0 {
-            parameter = parameter.min(self.size);
-            share = (parameter / self.size).sqrt();
-        }
-        let extents = extents(scene, orbit);
-        let largest = extents.iter().copied().fold(0.0, f64::max);
-        let state = extents.iter().map(|&extent| match extent > 1e-9 * largest {
-            true => extent * share,
-            false => share,
-        });
-        let state: Vec<f64> = state.collect();
-        let mut image = self.image.clone();
-        if !image.is_tangency() {
-            return Ok(DirectUnits { state, parameter, gap: None });
-        }
-        let mut slopes = Vec::new();
-        for place in 0..state.len() {
-            let mut moved = vec![0.0; state.len()];
-            moved[place] = 1e-4 * state[place];
-            let up = image.gap(&moved, at)?;
-            moved[place] = -moved[place];
-            slopes.push((up - image.gap(&moved, at)?).abs() / 2e-4);
-        }
-        let steepest = slopes.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1));
-        let gap = steepest.map(|(place, &slope)| (place, slope));
-        Ok(DirectUnits { state, parameter, gap })
     }
 
     fn equations(&self, itinerary: &ContactItinerary) -> DirectOrbitEquations<'a, f64> {
@@ -237,7 +224,7 @@ impl<'a> Continuation<'a> {
         let BranchRequest { along, at, .. } = self.request;
         let range = self.request.ordered_range();
         let image = image.clone();
-        DirectOrbitEquations::new(image, itinerary, &self.units, (*along, range), at)
+        DirectOrbitEquations::new(image, itinerary, &self.units, &[(*along, range)], at)
     }
 
     /// What simulation settles on along the range: up and down, every flight begun where the last
@@ -597,7 +584,7 @@ impl<'a> Continuation<'a> {
         let first = &trace.points[0].linearised.extra;
         let equations = self.equations_with(itinerary, first);
         let mut fine = in_points_of(self.equations_of(&self.fine, itinerary), first);
-        let wanted = value / self.units.parameter;
+        let wanted = value / self.units.parameters[0];
         let last = trace.points[0].unknowns.len() - 1;
         let normal = unit_vector(last + 1, last).into_iter().map(Dd::from).collect::<Vec<_>>();
         let pairs = trace.points.windows(2).filter_map(|pair| {
@@ -608,7 +595,7 @@ impl<'a> Continuation<'a> {
                 let pairs = a.iter().zip(b);
                 let mut guess: Vec<Dd> =
                     pairs.map(|(a, b)| Dd::from(a + share * (b - a))).collect();
-                guess[last] = Dd::from(value) / Dd::from(self.units.parameter);
+                guess[last] = Dd::from(value) / Dd::from(self.units.parameters[0]);
                 guess
             })
         });

@@ -13,6 +13,7 @@ mod observables;
 mod overlay;
 mod trace;
 
+pub(super) use by_direct::branches_from;
 pub use data::{Branch, BranchEnd, BranchLabel, BranchPoint, BranchRequest, Branches, Special};
 pub use observables::{BranchObservable, observed};
 pub use overlay::{BranchDiagram, branch_diagram};

@@ -103,7 +103,8 @@ fn under(map: &Map, listing: &LociListing) -> Result<Option<Figure>, CliError> {
     let Some(request) = charts.find(|request| names(request) == listing.plane) else {
         return Ok(None);
     };
-    Ok(map.chart(request)?.first().map(chart_figure))
+    let bare = ChartRequest { overlay: Vec::new(), ..request.clone() };
+    Ok(map.chart(&bare)?.first().map(chart_figure))
 }
 
 /// The loci as a person reads them.
@@ -120,20 +121,23 @@ fn text(map: &Map, listing: &LociListing) -> Result<String, CliError> {
     );
     if listing.using == "direct" {
         text.push_str(
-            "\nphysical parts, begun at orbits of the map; grazes of orbits with impacts are the \
-             map's alone\n",
+            "\nphysical parts, looked for along branches of direct simulation at five values of \
+             the first parameter, and at the map's loci; tangencies are the map's\n",
         );
-        if listing.loci.iter().all(|locus| locus.kind != LocusKind::Graze) {
-            text.push_str(&format!(
-                "the grazing curve is simulated where it was asked for and `solve_for` is \
-                 \"{second}\"\n"
-            ));
+        if !listing.has_grazes() {
+            text.push_str("grazes are followed on a tangency section, those of its own passage\n");
         }
     }
     if listing.special().next().is_some() {
         text.push_str(&format!(
             "\npoints of codimension two\n\n{}",
             listing.special_table()?.to_text()
+        ));
+    }
+    for surface in &listing.without_kick {
+        text.push_str(&format!(
+            "\nno tangencies at `{surface}`: its contact begins without a kick, so multipliers \
+             pass a graze without a jump, and folds and flips do not end there\n"
         ));
     }
     if !listing.tangencies.is_empty() {

@@ -14,8 +14,18 @@ use crate::model::names::nearest;
 const LONGEST: usize = 1 << 20;
 
 /// Tables of a scene.
-const KEYS: [&str; 9] =
-    ["model", "grazing", "section", "expansion", "window", "direct", "emit", "diagram", "chart"];
+const KEYS: [&str; 10] = [
+    "model",
+    "grazing",
+    "section",
+    "expansion",
+    "window",
+    "direct",
+    "emit",
+    "diagram",
+    "chart",
+    "basin",
+];
 
 impl Scene {
     /// Reads and checks a scene; `file_name` names it in messages and gives it its identifier.
@@ -145,6 +155,9 @@ fn read(text: &str, file_name: &str) -> Checked<Scene> {
     for table in tables("chart")? {
         charts.push(diagram::read_chart(&table, &model)?);
     }
+    let basins = tables("basin")?;
+    let basins = basins.iter().map(|table| diagram::read_basin(table, &model, &expansion.active));
+    let basins = basins.collect::<Checked<_>>()?;
     Ok(Scene {
         file_name: file_name.to_owned(),
         identifier,
@@ -160,6 +173,7 @@ fn read(text: &str, file_name: &str) -> Checked<Scene> {
         direct,
         diagrams,
         charts,
+        basins,
         warnings,
     })
 }
