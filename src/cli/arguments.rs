@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{ArgGroup, Args, Parser, Subcommand, ValueEnum};
 
 use super::output::{CliError, Outlets};
+use grazemap::analysis::branches::BranchObservable;
 use grazemap::analysis::loci::LocusKind;
 use grazemap::analysis::{Precision, Using};
 use grazemap::emission::Target;
@@ -387,16 +388,12 @@ pub(super) struct OrbitsArguments {
         long,
         value_name = "N",
         allow_negative_numbers = true,
+        conflicts_with = "itinerary",
         value_parser = clap::value_parser!(u8).range(1..=12)
     )]
     pub(super) period: Option<u8>,
-    /// Look for this itinerary: 1 for contact, 0 for none, passage by passage and return by return
-    /// (`100`); may be repeated
-    #[arg(long, value_name = "DIGITS", conflicts_with = "period")]
-    pub(super) itinerary: Vec<String>,
-    /// Whose orbits: the map's, or those of direct simulation next to them
-    #[arg(long, value_enum, default_value_t = OrbitsUsing::Map)]
-    pub(super) using: OrbitsUsing,
+    #[command(flatten)]
+    pub(super) which: WhichOrbits,
     /// Look for folds (saddle-nodes) too
     #[arg(long)]
     pub(super) fold: bool,
@@ -433,15 +430,8 @@ pub(super) struct BranchArguments {
     /// The active parameter that varies
     #[arg(long, value_name = "P")]
     pub(super) along: String,
-    /// Its first offset from the graze. Default: the window's
-    #[arg(long, value_name = "A", allow_hyphen_values = true)]
-    pub(super) from: Option<f64>,
-    /// Its last offset
-    #[arg(long, value_name = "B", allow_hyphen_values = true)]
-    pub(super) to: Option<f64>,
-    /// Offsets of other active parameters from the graze, others 0
-    #[arg(long, value_name = "NAME=OFFSET,...", value_parser = ParameterOffsets::parse)]
-    pub(super) at: Option<ParameterOffsets>,
+    #[command(flatten)]
+    pub(super) stretch: Stretch,
     /// Look for all itineraries of periods up to N returns, and follow branches that double up to
     /// N. Default: 4, with several passages 4 passages
     #[arg(
@@ -451,13 +441,65 @@ pub(super) struct BranchArguments {
         value_parser = clap::value_parser!(u8).range(1..=12)
     )]
     pub(super) period: Option<u8>,
-    /// Look for this itinerary, and follow what it changes to where it grazes: 1 for contact, 0
-    /// for none, passage by passage and return by return (`100`); may be repeated
+    #[command(flatten)]
+    pub(super) which: WhichOrbits,
+    /// Numbers of every orbit beside its section points, each a column and a picture
+    #[arg(long, value_name = "NAME,...", value_enum, value_delimiter = ',')]
+    pub(super) observe: Vec<BranchObservableOption>,
+}
+
+/// Part of a parameter, the others held: options of `branch` and `loci`.
+#[derive(Clone, Debug, Args)]
+pub(super) struct Stretch {
+    /// First offset of the parameter from the graze. Default: the window's
+    #[arg(long, value_name = "A", allow_hyphen_values = true)]
+    pub(super) from: Option<f64>,
+    /// Its last offset
+    #[arg(long, value_name = "B", allow_hyphen_values = true)]
+    pub(super) to: Option<f64>,
+    /// Offsets of further active parameters from the graze, others 0
+    #[arg(long, value_name = "NAME=OFFSET,...", value_parser = ParameterOffsets::parse)]
+    pub(super) at: Option<ParameterOffsets>,
+}
+
+/// Whose orbits, and of which contacts: options of `orbits`, `branch` and `loci`.
+#[derive(Clone, Debug, Args)]
+pub(super) struct WhichOrbits {
+    /// The orbits with these contacts: 1 for contact, 0 for none, passage by passage and return by
+    /// return (`100`); may be repeated. Default: all of short periods
     #[arg(long, value_name = "DIGITS")]
     pub(super) itinerary: Vec<String>,
     /// Whose orbits: the map's, or those of direct simulation
     #[arg(long, value_enum, default_value_t = OrbitsUsing::Map)]
     pub(super) using: OrbitsUsing,
+}
+
+/// What is observed of the orbits of a branch.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(super) enum BranchObservableOption {
+    /// The event function at the first section point
+    #[value(name = "h")]
+    Gap,
+    /// The largest impact speed
+    #[value(name = "impact_speed")]
+    ImpactSpeed,
+    /// Time in contact per period of the orbit
+    #[value(name = "contact_time")]
+    ContactTime,
+    /// Half of the range of the event function along the orbit
+    #[value(name = "amplitude")]
+    Amplitude,
+}
+
+impl From<BranchObservableOption> for BranchObservable {
+    fn from(option: BranchObservableOption) -> Self {
+        match option {
+            BranchObservableOption::Gap => Self::Gap,
+            BranchObservableOption::ImpactSpeed => Self::ImpactSpeed,
+            BranchObservableOption::ContactTime => Self::ContactTime,
+            BranchObservableOption::Amplitude => Self::Amplitude,
+        }
+    }
 }
 
 /// Whose orbits.
@@ -477,25 +519,13 @@ pub(super) struct LociArguments {
     /// The two active parameters
     #[arg(long = "in", value_name = "P,Q", value_delimiter = ',', required = true)]
     pub(super) plane: Vec<String>,
-    /// First offset of P from the graze. Default: the window's
-    #[arg(long, value_name = "A", allow_hyphen_values = true)]
-    pub(super) from: Option<f64>,
-    /// Its last offset
-    #[arg(long, value_name = "B", allow_hyphen_values = true)]
-    pub(super) to: Option<f64>,
-    /// Offsets of further active parameters, others 0
-    #[arg(long, value_name = "NAME=OFFSET,...", value_parser = ParameterOffsets::parse)]
-    pub(super) at: Option<ParameterOffsets>,
+    #[command(flatten)]
+    pub(super) stretch: Stretch,
     /// Which loci. Default: all
     #[arg(long, value_name = "KIND,...", value_enum, value_delimiter = ',')]
     pub(super) kind: Vec<LocusKindOption>,
-    /// Loci of the orbits with these contacts: 1 for contact, 0 for none, passage by passage and
-    /// return by return (`100`); may be repeated. Default: those of up to two passages
-    #[arg(long, value_name = "DIGITS")]
-    pub(super) itinerary: Vec<String>,
-    /// Whose orbits: the map's, or those of direct simulation
-    #[arg(long, value_enum, default_value_t = OrbitsUsing::Map)]
-    pub(super) using: OrbitsUsing,
+    #[command(flatten)]
+    pub(super) which: WhichOrbits,
 }
 
 /// What happens along a locus.

@@ -5,7 +5,9 @@ use std::sync::{Arc, OnceLock};
 use super::graze::parameter_number;
 use super::{Error, Graze, Settled, StudyRequest};
 use crate::analysis::basin::{Basin, BasinRequest, basin};
-use crate::analysis::branches::{BranchDiagram, BranchRequest, Branches, branch_diagram, branches};
+use crate::analysis::branches::{
+    BranchDiagram, BranchObservable, BranchRequest, Branches, branch_diagram, branches, observed,
+};
 use crate::analysis::chart::{Chart, chart};
 use crate::analysis::diagram::{Diagram, diagram};
 use crate::analysis::loci::{Loci, LociRequest, loci};
@@ -535,6 +537,19 @@ impl Map {
     ) -> Result<Branches, Error> {
         let (scene, orbit) = (self.settled().scene(), self.orbit());
         Ok(branches(scene, orbit, self.local(), request, progress)?)
+    }
+
+    /// What is observed of the orbits of branches beside their section points, by branch and point.
+    ///
+    /// # Errors
+    ///
+    /// As [`orbits`](Self::orbits).
+    pub fn branch_observable(
+        &self,
+        found: &Branches,
+        observable: BranchObservable,
+    ) -> Result<Vec<Vec<f64>>, Error> {
+        Ok(observed(self.settled().scene(), self.orbit(), found, observable)?)
     }
 
     /// What the scene's diagram over the same parameter draws, of these branches and of guarded
