@@ -323,23 +323,35 @@ impl LociListing {
                 });
             }
         }
-        let mut marked: Vec<(&[f64; 2], String)> = Vec::new();
+        let points = || self.loci.iter().flat_map(|locus| &locus.points);
+        let extent: [f64; 2] = std::array::from_fn(|axis| {
+            points().fold(0.0_f64, |most, point| most.max(point.at[axis].abs()))
+        });
+        // What lies at one place has one mark, with the names of all that it is.
+        let mut marked: Vec<(&[f64; 2], Vec<String>)> = Vec::new();
         for (_, _, point) in self.special().filter(|(_, _, point)| point.physical) {
-            let label = point.label.clone().unwrap_or_default();
+            let label = symbol(point.label.as_deref().unwrap_or_default());
             let here = |other: &[f64; 2]| {
-                let mut pairs = other.iter().zip(&point.at);
-                pairs.all(|(a, b)| (a - b).abs() <= 1e-9 * b.abs().max(f64::EPSILON))
+                (0..2).all(|axis| (other[axis] - point.at[axis]).abs() <= ONE_MARK * extent[axis])
             };
-            if !marked.iter().any(|(at, _)| here(at)) {
-                marked.push((&point.at, label));
+            match marked.iter_mut().find(|(at, _)| here(at)) {
+                Some((_, labels)) if labels.contains(&label) => {}
+                // The graze's own name says that loci end there.
+                Some((_, labels)) if labels[0].starts_with('ξ') && !label.starts_with('ξ') => {}
+                Some((_, labels)) => labels.push(label),
+                None => marked.push((&point.at, vec![label])),
             }
         }
         let marked = marked.into_iter();
-        figure.annotations.extend(marked.filter_map(|(at, text)| {
+        figure.annotations.extend(marked.filter_map(|(at, labels)| {
+            let text = labels.join(", ");
             Some(Annotation { at: place(*at)?, text, marker: Some(Marker::Ring) })
         }));
     }
 }
+
+/// Special points nearer than this share of the extent of all loci are one mark.
+const ONE_MARK: f64 = 1e-6;
 
 /// How a stretch of a locus is drawn.
 #[derive(Clone, Copy, PartialEq, Eq)]

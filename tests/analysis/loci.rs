@@ -221,8 +221,8 @@ fn grazes_of_orbits_with_impacts_are_those_of_the_closed_form() {
             let closed = Foale::new(omega, Dd::from(0.05), Dd::from(0.8), 2);
             let speed = closed.speed(alpha).to_f64();
             let highest = highest_between(omega.to_f64(), [0.05, 0.8], 2, speed);
-            // The map's own error at the edge of its window.
-            let most = if direct { 1e-12 } else { 3.5e-7 };
+            // The map errs by 3.5e-7 in x at the edge of its window, and that in two returns.
+            let most = if direct { 1e-12 } else { 7e-7 };
             assert!((highest - 1.0).abs() < most, "{direct} {highest} {point:?}");
         }
     }
