@@ -305,6 +305,10 @@ impl<'a> DirectLoci<'a> {
     /// What a special point of a branch is a seed of.
     fn seed(&self, point: &BranchPoint) -> Option<Seed> {
         let (special, orbit) = (point.special.as_ref()?, &point.orbit);
+        // Loci are followed in the section points of all returns.
+        if orbit.states.len() < orbit.itinerary.period() {
+            return None;
+        }
         let asked = |itinerary: &ContactItinerary| {
             let known = self.request.itineraries.iter();
             let mut known = known.filter(|other| other.period() == itinerary.period());
