@@ -38,7 +38,7 @@ pub use grazemap_figure as figure;
 
 pub use basin_figure::{
     basin_array, basin_figure, basin_outside_words, basin_remarks, basin_rows, basin_table,
-    basin_words,
+    basin_words, manifold_rows, manifold_table,
 };
 pub use branch_listing::{BranchListing, BranchRecord, PointRecord};
 pub use chart_figure::{chart_array, chart_figure, chart_rows, chart_timing_table};

@@ -9,9 +9,11 @@ use super::sweep_words::{
 };
 use super::{
     Cell, Column, Figure, GrazeStudy, MapListing, OrbitListing, Page, Provenance, ReportError,
-    Section, Table, bounds_words, chart_figure, chart_timing_table, convergence_section,
-    diagram_figures, diagram_timing_table, edge_words, error_words, window_remark,
+    Section, Table, basin_figure, basin_outside_words, basin_remarks, basin_table, basin_words,
+    bounds_words, chart_figure, chart_timing_table, convergence_section, diagram_figures,
+    diagram_timing_table, edge_words, error_words, manifold_table, window_remark,
 };
+use crate::analysis::basin::Basin;
 use crate::analysis::chart::Chart;
 use crate::analysis::diagram::Diagram;
 use crate::convergence::ConvergenceStudy;
@@ -61,6 +63,8 @@ pub struct RunPage<'a> {
     pub diagrams: &'a [Diagram],
     /// Its charts.
     pub charts: &'a [Chart],
+    /// Its basins.
+    pub basins: &'a [Basin],
     /// What each stage took.
     pub times: &'a [StageTime],
 }
@@ -83,6 +87,9 @@ pub fn run_page(run: &RunPage<'_>) -> Result<Page, ReportError> {
     }
     if !run.charts.is_empty() {
         page = page.section(chart_section(run.charts)?);
+    }
+    if !run.basins.is_empty() {
+        page = page.section(basin_section(run.basins)?);
     }
     Ok(page.section(time_section(run)?))
 }
@@ -388,6 +395,27 @@ fn chart_subject(method: Method) -> &'static str {
         Method::Guarded => "the map, and direct simulation outside its window,",
         Method::Direct => "direct simulation",
     }
+}
+
+fn basin_section(basins: &[Basin]) -> Result<Section, ReportError> {
+    let mut section = Section::new("Basins of attraction");
+    for basin in basins {
+        let caption = sentence(basin_words(basin).trim_end());
+        section = section.figure(basin_figure(basin), caption).table(
+            basin_table(basin)?,
+            "Attractors and other classes with their shares of the cells, what the border leaves \
+                uncertain of them, and the standard deviation of so many random states.",
+        );
+        if let Some(manifolds) = &basin.manifolds {
+            section = section.table(
+                manifold_table(basin, manifolds)?,
+                "Manifolds of the saddles; lengths in widths of the plane.",
+            );
+        }
+        let words = basin_outside_words(basin).into_iter().chain(basin_remarks(basin));
+        section = words.fold(section, |section, words| section.prose(sentence(&words)));
+    }
+    Ok(section)
 }
 
 fn time_section(run: &RunPage<'_>) -> Result<Section, ReportError> {

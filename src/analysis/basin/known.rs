@@ -143,10 +143,14 @@ fn apart(a: &[f64], b: &[f64], scales: &[f64]) -> f64 {
 }
 
 /// Points of a periodic orbit, and the derivative of the map at each.
-type Refined = (Vec<Vec<f64>>, Vec<DMatrix<f64>>);
+pub(super) type Refined = (Vec<Vec<f64>>, Vec<DMatrix<f64>>);
 
 /// Newton's method for a fixed point of the period's map.
-fn refine(map: &dyn DiscreteMap, settled: &[Vec<f64>], scales: &[f64]) -> Option<Refined> {
+pub(super) fn refine(
+    map: &dyn DiscreteMap,
+    settled: &[Vec<f64>],
+    scales: &[f64],
+) -> Option<Refined> {
     let dimension = scales.len();
     let mut start = settled.first()?.clone();
     for _ in 0..NEWTON_STEPS {

@@ -121,6 +121,8 @@ pub struct LocusPoint {
 pub enum LocusEnd {
     /// A parameter is at the end of its range, or a state or depth as far out as loci are followed.
     Border,
+    /// Where another passage grazes, beyond which direct simulation has no such orbit.
+    Graze,
     /// It is closed.
     Closed,
     /// No step is short enough.
@@ -147,6 +149,9 @@ pub struct Loci {
     pub loci: Vec<Locus>,
     /// How folds and flips leave the grazing curves at points of codimension two.
     pub tangencies: Vec<Tangency>,
+    /// The passages whose contact begins without a kick, as those of compliant stops do: their
+    /// grazing curves have no `ξ_n = 0` at which loci end, and no tangencies.
+    pub without_kick: Vec<usize>,
 }
 
 /// The quadratic tangency of a locus with a grazing curve: with `t` the first parameter's distance

@@ -50,6 +50,8 @@ pub struct Scene {
     pub diagrams: Vec<DiagramRequest>,
     /// Two-parameter charts asked for.
     pub charts: Vec<ChartRequest>,
+    /// Basins of attraction asked for.
+    pub basins: Vec<BasinPlan>,
     /// Warnings, one line each.
     pub warnings: Vec<String>,
 }
@@ -533,4 +535,23 @@ pub enum ChartOverlay {
     Graze,
     /// Where periodic orbits graze, fold, flip or lose stability to a torus.
     Loci,
+}
+
+/// `[[basin]]`: what a scene says of it; the rest follows from the map.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BasinPlan {
+    /// Names of the two coordinates of the section that span the plane, the horizontal one first.
+    pub axes: Option<[String; 2]>,
+    /// First and last offset along each axis.
+    pub ranges: Option<[[f64; 2]; 2]>,
+    /// Cells along each axis.
+    pub points: Option<[usize; 2]>,
+    /// Offsets of parameters, those not named 0: their numbers in the model.
+    pub at: Vec<(usize, f64)>,
+    /// Offsets of coordinates that are no axes, those not named 0, by name.
+    pub start: Vec<(String, f64)>,
+    /// Longest period of the saddles whose manifolds are drawn; `None` for no manifolds.
+    pub manifolds: Option<usize>,
+    /// One basin for each method.
+    pub with: Vec<Method>,
 }

@@ -1,11 +1,11 @@
-//! `[[diagram]]` and `[[chart]]`: the pictures asked for.
+//! `[[diagram]]`, `[[chart]]` and `[[basin]]`: the pictures asked for.
 
 use super::document::{Field, Table};
 use super::scope::Scope;
-use super::tables::{distinct, key_position, parameter};
+use super::tables::{distinct, key_position, parameter, position, refuse_frozen};
 use super::{
-    ChartObservable, ChartOverlay, ChartRequest, DiagramRequest, Method, Observable, Spacing,
-    Starts, SweepDirection,
+    BasinPlan, ChartObservable, ChartOverlay, ChartRequest, DiagramRequest, Method, Observable,
+    Spacing, Starts, SweepDirection,
 };
 use crate::model::error::{Checked, Fault, SceneProblem};
 use crate::model::oscillator::Model;
@@ -42,6 +42,12 @@ const CHART_KEYS: [&str; 13] = [
     "overlay",
     "itineraries",
 ];
+
+/// Keys of `[[basin]]`.
+const BASIN_KEYS: [&str; 7] = ["axes", "ranges", "points", "at", "start", "manifolds", "with"];
+
+/// Longest period of saddles whose manifolds are drawn.
+const LONGEST_SADDLE: u64 = 12;
 
 /// Most points along one axis.
 const MOST_POINTS: u64 = 10_000_000;
@@ -139,6 +145,47 @@ pub(super) fn read_chart(table: &Table<'_>, model: &Model) -> Checked<ChartReque
         overlay: overlay(table.field("overlay"))?,
         itineraries: itineraries(table.field("itineraries"))?,
         ..defaults
+    })
+}
+
+/// Reads one `[[basin]]`.
+pub(super) fn read_basin(table: &Table<'_>, model: &Model, active: &[usize]) -> Checked<BasinPlan> {
+    table.only(&BASIN_KEYS)?;
+    let (states, parameters) = (model.full_state_names(), model.parameter_names());
+    let axes = table.field("axes").map(|field| {
+        let two = "a list of two coordinates";
+        let entries = field.entry(two)?.pair(two)?;
+        let names = entries.iter().map(|entry| {
+            let name = entry.text("a coordinate's name")?;
+            position("state", name, &states).map_err(|problem| entry.fault(problem))
+        });
+        let places: Vec<usize> = names.collect::<Checked<_>>()?;
+        Ok([0, 1].map(|axis: usize| states[places[axis]].to_owned()))
+    });
+    let offsets = |key: &str| -> Checked<Vec<Field<'_>>> {
+        let field = table.field(key).map(|field| field.table());
+        Ok(field.transpose()?.map_or(Vec::new(), |table| table.fields()))
+    };
+    let at = offsets("at")?;
+    let at = at.iter().map(|field| {
+        let place = key_position("parameter", field, &parameters)?;
+        refuse_frozen(field, place, active)?;
+        Ok((place, field.double()?))
+    });
+    let start = offsets("start")?;
+    let start = start.iter().map(|field| {
+        let place = key_position("state", field, &states)?;
+        Ok((states[place].to_owned(), field.double()?))
+    });
+    let manifolds = table.field("manifolds").map(|field| field.count(1, LONGEST_SADDLE));
+    Ok(BasinPlan {
+        axes: axes.transpose()?,
+        ranges: table.field("ranges").map(|field| chart_ranges(&field)).transpose()?,
+        points: table.field("points").map(|field| chart_points(&field)).transpose()?,
+        at: at.collect::<Checked<_>>()?,
+        start: start.collect::<Checked<_>>()?,
+        manifolds: manifolds.transpose()?.map(|period| period as usize),
+        with: methods(table.field("with"))?,
     })
 }
 
