@@ -26,6 +26,7 @@ mod section_frame;
 mod time_series;
 
 pub(crate) use diagram::low_discrepancy;
+pub(crate) use direct_image::products_of_step;
 pub use direct_image::{DirectEnd, DirectImage, SectionImage, direct_image};
 pub use direct_map::{DirectLanes, DirectMap};
 pub use error::AnalysisError;

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::error::ConvergenceError;
 use super::family::{MapFamily, PROBE};
 use super::sample::{SamplePoint, WindowSample};
-use crate::analysis::{AnalysisError, DirectEnd, DirectImage, SectionImage};
+use crate::analysis::{AnalysisError, DirectEnd, DirectImage, SectionImage, products_of_step};
 use crate::expansion::LocalMap;
 use crate::hybrid::HybridSystem;
 use crate::iteration::DiscreteMap;
@@ -36,6 +36,68 @@ impl Truth {
     }
 }
 
+/// Most products of series in double-double that the images of a window form: 2 to 3 s on one core.
+pub(super) const MOST_PRODUCTS: usize = 2_000_000;
+/// Most steps of an image, in those of the grazing orbit's own and beside them.
+const MOST_STEPS: (usize, usize) = (50, 500);
+/// Most points whose images are made before what they took is looked at.
+const MOST_AT_ONCE: usize = 64;
+
+/// Direct simulation in double-double whose images take a limited number of steps, and what they
+/// cost.
+#[derive(Clone, Debug)]
+pub(super) struct ExactReturns<'a> {
+    direct: DirectImage<'a, Dd>,
+    /// Products of series in a step.
+    products: usize,
+    /// Steps of the grazing orbit's own image.
+    own: usize,
+    /// Most steps of an image.
+    limit: usize,
+}
+
+impl<'a> ExactReturns<'a> {
+    /// The returns of a scene about its grazing orbit.
+    ///
+    /// # Errors
+    ///
+    /// As [`DirectImage::new`].
+    pub(super) fn new(
+        system: &'a HybridSystem,
+        scene: &Scene,
+        orbit: &GrazingOrbit,
+    ) -> Result<Self, AnalysisError> {
+        let mut direct = DirectImage::<Dd>::new(system, scene, orbit)?;
+        let origin = [direct.dimension(), direct.parameters()].map(|count| vec![Dd::ZERO; count]);
+        direct.image(&origin[0], &origin[1])?;
+        let own = direct.steps().max(1);
+        let limit = MOST_STEPS.0 * own + MOST_STEPS.1;
+        direct.set_step_limit(limit);
+        Ok(Self { direct, products: products_of_step(scene), own, limit })
+    }
+
+    /// Of how many points one is taken, so that images as long as the grazing orbit's own form at
+    /// most so many products.
+    pub(super) fn one_of(&self, points: usize, most: usize) -> usize {
+        let all = points.saturating_mul(self.own).saturating_mul(self.products);
+        all.div_ceil(most).max(1)
+    }
+
+    /// How many points at once form at most so many products, whatever their images take.
+    fn at_once(&self, most: usize) -> usize {
+        (most / (self.limit * self.products)).clamp(1, MOST_AT_ONCE)
+    }
+
+    /// The image of a point, if it can be compared, and the products of series that it took.
+    pub(super) fn image(
+        &mut self,
+        point: &SamplePoint,
+    ) -> Result<(Option<Vec<Dd>>, usize), AnalysisError> {
+        let image = image(&mut self.direct, point)?;
+        Ok((image, self.direct.steps() * self.products))
+    }
+}
+
 /// Simulates all points in double-double, side by side.
 pub(super) fn truth(
     system: &HybridSystem,
@@ -43,22 +105,57 @@ pub(super) fn truth(
     orbit: &GrazingOrbit,
     points: Vec<SamplePoint>,
 ) -> Result<Truth, ConvergenceError> {
-    let direct = DirectImage::<Dd>::new(system, scene, orbit)?;
-    let images: Vec<_> = points
-        .par_iter()
-        .map_init(|| direct.clone(), |direct, point| image(direct, point))
-        .collect::<Result<_, _>>()?;
+    let returns = ExactReturns::new(system, scene, orbit)?;
     let mut truth = Truth::default();
-    for (point, image) in points.into_iter().zip(images) {
-        match image {
-            Some(image) => {
-                truth.points.push(point);
-                truth.images.push(image);
-            }
-            None => truth.excluded += 1,
-        }
-    }
+    truth.simulate(&returns, points)?;
     Ok(truth)
+}
+
+impl Truth {
+    /// As [`truth`], of as many points, spread over the list, as [`MOST_PRODUCTS`] suffice for.
+    fn within_limits(
+        system: &HybridSystem,
+        scene: &Scene,
+        orbit: &GrazingOrbit,
+        points: Vec<SamplePoint>,
+    ) -> Result<Self, ConvergenceError> {
+        let returns = ExactReturns::new(system, scene, orbit)?;
+        let one_of = returns.one_of(points.len(), MOST_PRODUCTS);
+        let mut points = points.into_iter().step_by(one_of);
+        let (mut truth, mut spent) = (Self::default(), 0);
+        while spent < MOST_PRODUCTS {
+            let next: Vec<_> = points.by_ref().take(returns.at_once(MOST_PRODUCTS)).collect();
+            if next.is_empty() {
+                break;
+            }
+            spent += truth.simulate(&returns, next)?;
+        }
+        Ok(truth)
+    }
+
+    /// Takes in points, simulated side by side; the products of series that they took.
+    fn simulate(
+        &mut self,
+        returns: &ExactReturns<'_>,
+        points: Vec<SamplePoint>,
+    ) -> Result<usize, ConvergenceError> {
+        let images: Vec<_> = points
+            .par_iter()
+            .map_init(|| returns.clone(), |returns, point| returns.image(point))
+            .collect::<Result<_, _>>()?;
+        let mut products = 0;
+        for (point, (image, took)) in points.into_iter().zip(images) {
+            products += took;
+            match image {
+                Some(image) => {
+                    self.points.push(point);
+                    self.images.push(image);
+                }
+                None => self.excluded += 1,
+            }
+        }
+        Ok(products)
+    }
 }
 
 /// The image of a point after which the orbit returns with no contact but those of grazing
@@ -193,7 +290,8 @@ pub struct ExactImages {
 
 impl ExactImages {
     /// Simulates points side by side; those that do not return, or with contacts other than those
-    /// of the grazing passages, are left out.
+    /// of the grazing passages, are left out. Where a return takes long, the points are fewer, as
+    /// many as are simulated in a few seconds.
     ///
     /// # Errors
     ///
@@ -204,10 +302,9 @@ impl ExactImages {
         points: Vec<SamplePoint>,
     ) -> Result<Self, ConvergenceError> {
         let system = HybridSystem::new(&scene.model);
-        let tried = points.len();
-        let truth = truth(&system, scene, orbit, points)?;
+        let truth = Truth::within_limits(&system, scene, orbit, points)?;
         if truth.points.is_empty() {
-            return Err(ConvergenceError::NoTruth { tried });
+            return Err(ConvergenceError::NoTruth { tried: truth.excluded });
         }
         Ok(Self { truth })
     }

@@ -7,18 +7,19 @@
 //! widened by itself, all against direct simulation in double-double. Points that do not return,
 //! or with contacts other than those of the grazing passages, are no part of such a window.
 
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::error::ConvergenceError;
 use super::sample::{SamplePoint, WindowSample};
-use super::truth::{ExactImages, SampleSummary, errors, image};
-use crate::analysis::DirectImage;
+use super::truth::{ExactImages, ExactReturns, MOST_PRODUCTS, SampleSummary, errors};
 use crate::expansion::{LocalMap, MapWindow, NaturalWindow};
 use crate::hybrid::HybridSystem;
 use crate::iteration::DiscreteMap;
 use crate::model::{Orders, Scene};
-use crate::numeric::{Dd, decimal_above, decimal_below, last_that_holds};
+use crate::numeric::{decimal_above, decimal_below, last_that_holds};
 use crate::orbit::GrazingOrbit;
 
 /// Error of a coordinate over its half-width where a scene states no tolerance.
@@ -52,6 +53,10 @@ impl Points {
         (4 * self.most / sample.widths().len().max(1)).clamp(self.least, self.most)
     }
 }
+
+/// Windows at least that the products of a search are for: where a return takes long, each is tried
+/// at fewer points.
+const WINDOWS: usize = 8;
 
 /// Of the tolerance, how much a window is tried for: it is measured at more points.
 const MARGIN: f64 = 0.7;
@@ -230,7 +235,8 @@ pub fn measure_window(
 ) -> Result<WindowMeasurement, ConvergenceError> {
     let system = HybridSystem::new(&scene.model);
     let mut search = Search {
-        direct: DirectImage::new(&system, scene, orbit)?,
+        returns: ExactReturns::new(&system, scene, orbit)?,
+        spent: AtomicUsize::new(0),
         run,
         sample: WindowSample::new(local),
         tolerance: WindowTolerance::of(scene),
@@ -253,10 +259,9 @@ pub fn measure_window(
     }
     let measure = |window: &MapWindow| {
         let points = MEASURED.of(&search.sample.resized(window));
-        let tried = points.len();
         match ExactImages::new(scene, orbit, points) {
             Ok(images) => Ok((Some(images), 0)),
-            Err(ConvergenceError::NoTruth { .. }) => Ok((None, tried)),
+            Err(ConvergenceError::NoTruth { tried }) => Ok((None, tried)),
             Err(error) => Err(error),
         }
     };
@@ -381,7 +386,10 @@ impl<'a> Bounds<'a> {
 
 /// A map held to its tolerance on windows of any size.
 struct Search<'a> {
-    direct: DirectImage<'a, Dd>,
+    returns: ExactReturns<'a>,
+    /// Products of series that the images of windows on which the map keeps its tolerance formed:
+    /// those of others end at the first failure, which differs with the threads.
+    spent: AtomicUsize,
     run: &'a dyn DiscreteMap,
     sample: WindowSample,
     tolerance: WindowTolerance,
@@ -400,7 +408,9 @@ impl Search<'_> {
         let first = octaves.find(|&octave| holds(octave))?;
         let octave = match first {
             0.0 => first,
-            _ => last_that_holds(first, first + 1.0, DOWN.1, holds),
+            _ => last_that_holds(first, first + 1.0, DOWN.1, |octave| {
+                self.may_go_on() && holds(octave)
+            }),
         };
         Some(self.bounds.at(octave.exp2()))
     }
@@ -411,9 +421,9 @@ impl Search<'_> {
         let points = self.points(&self.bounds.narrowest());
         let tried = points.len();
         let add =
-            |direct: &mut DirectImage<'_, Dd>, point: &SamplePoint| self.errors(direct, point);
+            |returns: &mut ExactReturns<'_>, point: &SamplePoint| self.errors(returns, point).0;
         let errors: Vec<Vec<f64>> =
-            points.par_iter().map_init(|| self.direct.clone(), add).flatten().collect();
+            points.par_iter().map_init(|| self.returns.clone(), add).flatten().collect();
         self.skips = errors.len() < tried;
         for errors in errors {
             for (least, error) in self.least.iter_mut().zip(errors) {
@@ -438,7 +448,7 @@ impl Search<'_> {
                         return true;
                     }
                     let wider = self.bounds.wider(&window, number, factor);
-                    let wider = wider.filter(|wider| self.holds(wider));
+                    let wider = wider.filter(|wider| self.may_go_on() && self.holds(wider));
                     changed |= wider.is_some();
                     wider.map(|wider| window = wider).is_some()
                 });
@@ -452,7 +462,14 @@ impl Search<'_> {
     }
 
     fn points(&self, window: &MapWindow) -> Vec<SamplePoint> {
-        TRIED.of(&self.sample.resized(window))
+        let points = TRIED.of(&self.sample.resized(window));
+        let one_of = self.returns.one_of(points.len(), MOST_PRODUCTS / WINDOWS);
+        points.into_iter().step_by(one_of).collect()
+    }
+
+    /// Whether the search has formed fewer products than it may.
+    fn may_go_on(&self) -> bool {
+        self.spent.load(Ordering::Relaxed) < MOST_PRODUCTS
     }
 
     /// Whether the map keeps its tolerance on a window; the first failure ends it.
@@ -464,21 +481,33 @@ impl Search<'_> {
             .map(|(limit, &least)| least.max(MARGIN * limit))
             .collect();
         let points = self.points(window);
-        let meets = |direct: &mut DirectImage<'_, Dd>, point: &SamplePoint| {
-            let met = match self.errors(direct, point) {
+        let meets = |returns: &mut ExactReturns<'_>, point: &SamplePoint| {
+            let (errors, products) = self.errors(returns, point);
+            let met = match errors {
                 Some(errors) => errors.iter().zip(&limits).all(|(error, limit)| error <= limit),
                 None => self.skips,
             };
-            met.then_some(())
+            met.then_some(products)
         };
-        let all = points.par_iter().try_for_each_init(|| self.direct.clone(), meets);
-        !points.is_empty() && all.is_some()
+        let all = points.par_iter().map_init(|| self.returns.clone(), meets);
+        let Some(products) = all.try_reduce(|| 0, |sum, products| Some(sum + products)) else {
+            return false;
+        };
+        self.spent.fetch_add(products, Ordering::Relaxed);
+        !points.is_empty()
     }
 
-    /// The errors at a point; `None` where it has no image to compare with.
-    fn errors(&self, direct: &mut DirectImage<'_, Dd>, point: &SamplePoint) -> Option<Vec<f64>> {
-        let exact = image(direct, point).ok()??;
-        Some(errors(self.run, point, &exact))
+    /// The errors at a point, `None` where it has no image to compare with, and the products of
+    /// series that its image took.
+    fn errors(
+        &self,
+        returns: &mut ExactReturns<'_>,
+        point: &SamplePoint,
+    ) -> (Option<Vec<f64>>, usize) {
+        match returns.image(point) {
+            Ok((exact, products)) => (exact.map(|exact| errors(self.run, point, &exact)), products),
+            Err(_) => (None, 0),
+        }
     }
 
     /// What is said of a window measured at these points, or of one none of whose points has an

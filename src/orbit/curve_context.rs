@@ -288,7 +288,7 @@ impl<'a> CurveContext<'a> {
         let parameters = system.parameters(&unknowns);
         let period = system.period(&unknowns);
         Ok(Passed {
-            legs: legs(&system.field, &touches, &parameters, period)?,
+            legs: legs(system, &touches, &parameters, period)?,
             parameters,
             period,
             touches,

@@ -4,18 +4,21 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use super::outcome::{NotLocated, OrbitError};
-use crate::flow::{Field, Integrator};
+use crate::flow::{Field, FlowError};
 use crate::numeric::{Dd, Real, Scalar as _};
 
 /// Most products of series that a search forms, in units of one of numbers in `f64`: 2 to 5 s.
 const MOST_PRODUCTS: u64 = 13_000_000;
 
-/// What a product of jets of degree one costs beside one of numbers; measured, for three to five
+/// What a step of jets of degree one costs beside one of numbers; measured, for three to five
 /// directions.
-const OF_JETS: f64 = 40.0;
+const OF_JETS: f64 = 16.0;
 
-/// What a product in double-double costs beside one in `f64`, the longer series counted; measured.
-const IN_DOUBLE_DOUBLE: f64 = 40.0;
+/// How many steps jets take where numbers take one; measured.
+const STEPS_OF_JETS: f64 = 2.5;
+
+/// What a step in double-double costs beside one in `f64`, the longer series counted; measured.
+const IN_DOUBLE_DOUBLE: f64 = 20.0;
 
 /// What is carried along a flight.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -28,8 +31,9 @@ pub(super) enum Flight {
 
 /// The products of series that the flights of a search have formed.
 ///
-/// A flight takes as many Taylor steps in a unit of time as the last stretch whose steps were
-/// counted. Clones count together.
+/// A flight counts the steps it takes, and takes no more than are left: an iterate of Newton's
+/// method may lead to where the flow is far slower than along the orbit, and derivatives may need
+/// far shorter steps than the state, as those of high powers. Clones count together.
 #[derive(Clone, Debug)]
 pub(super) struct Effort {
     /// Products of series in a step.
@@ -40,7 +44,7 @@ pub(super) struct Effort {
 /// What is counted.
 #[derive(Debug, Default)]
 struct Counts {
-    /// Bits of the steps that a unit of time takes.
+    /// Bits of the steps that a unit of time took in the last flight.
     density: AtomicU64,
     /// Products formed.
     spent: AtomicU64,
@@ -55,44 +59,49 @@ impl Effort {
 
     /// Most steps of a period: with more, not even one flight with its derivatives could end.
     pub(super) fn most_steps(&self) -> usize {
-        (MOST_PRODUCTS as f64 / OF_JETS) as usize / self.products as usize
+        (MOST_PRODUCTS as f64 / (OF_JETS * STEPS_OF_JETS)) as usize / self.products as usize
     }
 
-    /// Counts a stretch whose steps are known.
+    /// Counts a stretch of the flow of numbers whose steps are known.
     pub(super) fn counted(&self, steps: usize, duration: f64) {
-        let density = steps as f64 / duration.abs();
-        if density.is_finite() {
-            self.counts.density.store(density.to_bits(), Ordering::Relaxed);
-        }
-        self.spend(steps as f64);
+        self.count::<f64>(steps, duration, Flight::Numbers);
     }
 
-    /// Counts the steps of a flight of either direction, by flying it in numbers: an iterate of
-    /// Newton's method may lead to where the flow is far slower than along the orbit.
-    pub(super) fn probe(&self, field: &Field, start: &[f64], parameters: &[f64], duration: f64) {
-        let mut integrator = Integrator::<f64>::new(field);
-        let (mut state, mut remaining, mut steps) = (start.to_vec(), duration.abs(), 0);
-        while remaining > 0.0 && steps <= self.most_steps() {
-            let Ok(step) = integrator.step(&state, parameters) else { break };
-            let length = step.length.min(remaining);
-            step.state_at(length * duration.signum(), &mut state);
-            (remaining, steps) = (remaining - length, steps + 1);
-        }
-        self.counted(steps, duration.abs() - remaining);
-    }
-
-    /// Counts a flight, of jets where its derivatives are asked for.
+    /// What `fly` returns, a flight in at most the steps that it is given, which it lowers by those
+    /// it takes. Where it fails for the want of steps, or nothing is left to begin with, the search
+    /// has computed as much as it may.
     ///
     /// # Errors
     ///
-    /// [`OrbitError::SearchTooLong`] where the search has formed all the products it may.
-    pub(super) fn fly<S: Real>(&self, duration: f64, of: Flight) -> Result<(), OrbitError> {
-        let in_format = if S::ROUNDOFF <= Dd::ROUNDOFF { IN_DOUBLE_DOUBLE } else { 1.0 };
-        let of_what = match of {
-            Flight::Numbers => 1.0,
-            Flight::Jets => OF_JETS,
+    /// [`OrbitError::SearchTooLong`] where the search has formed all the products it may; else what
+    /// `fly` returns.
+    pub(super) fn fly<S: Real, T>(
+        &self,
+        duration: f64,
+        of: Flight,
+        fly: impl FnOnce(&mut usize) -> Result<T, FlowError>,
+    ) -> Result<T, OrbitError> {
+        self.check()?;
+        let spent = self.counts.spent.load(Ordering::Relaxed);
+        let most = (MOST_PRODUCTS - spent) as f64 / self.products_of_step::<S>(of);
+        let most = most.ceil() as usize;
+        let mut steps_left = most;
+        let flown = fly(&mut steps_left);
+        let flown_time = match &flown {
+            Err(FlowError::TooManySteps { remaining, .. }) => duration.abs() - remaining.abs(),
+            _ => duration.abs(),
         };
-        self.spend(self.density() * duration.abs() * in_format * of_what);
+        self.count::<S>(most - steps_left, flown_time, of);
+        match flown {
+            Err(FlowError::TooManySteps { .. }) => Err(OrbitError::SearchTooLong),
+            flown => Ok(flown?),
+        }
+    }
+
+    /// # Errors
+    ///
+    /// [`OrbitError::SearchTooLong`] where the search has formed all the products it may.
+    pub(super) fn check(&self) -> Result<(), OrbitError> {
         match self.is_spent() {
             true => Err(OrbitError::SearchTooLong),
             false => Ok(()),
@@ -101,7 +110,7 @@ impl Effort {
 
     /// Whether the search has formed all the products it may.
     pub(super) fn is_spent(&self) -> bool {
-        self.counts.spent.load(Ordering::Relaxed) > MOST_PRODUCTS
+        self.counts.spent.load(Ordering::Relaxed) >= MOST_PRODUCTS
     }
 
     /// Forgets what was computed so far.
@@ -119,9 +128,24 @@ impl Effort {
         f64::from_bits(self.counts.density.load(Ordering::Relaxed))
     }
 
-    fn spend(&self, steps: f64) {
-        let products = (steps * self.products as f64).min(MOST_PRODUCTS as f64 + 1.0);
+    fn count<S: Real>(&self, steps: usize, duration: f64, of: Flight) {
+        let density = steps as f64 / duration.abs();
+        if density.is_finite() {
+            self.counts.density.store(density.to_bits(), Ordering::Relaxed);
+        }
+        let products = steps as f64 * self.products_of_step::<S>(of);
+        let products = products.min(MOST_PRODUCTS as f64 + 1.0);
         self.counts.spent.fetch_add(products as u64, Ordering::Relaxed);
+    }
+
+    /// What a step costs, in products of numbers in `f64`.
+    fn products_of_step<S: Real>(&self, of: Flight) -> f64 {
+        let in_format = if S::ROUNDOFF <= Dd::ROUNDOFF { IN_DOUBLE_DOUBLE } else { 1.0 };
+        let of_what = match of {
+            Flight::Numbers => 1.0,
+            Flight::Jets => OF_JETS,
+        };
+        self.products as f64 * in_format * of_what
     }
 }
 
@@ -131,35 +155,57 @@ mod tests {
     use crate::model::Scene;
     use crate::model::catalogue;
 
-    fn effort() -> Effort {
+    fn mems() -> Field {
         let text = catalogue::text("mems").expect("a scene of the catalogue");
         let scene = Scene::parse(text, "mems.toml").expect("a valid scene");
-        let effort = Effort::new(&Field::free(&scene.model, &[]));
-        effort.counted(100, 1.0);
-        effort
+        Field::free(&scene.model, &[])
     }
 
-    /// Flights of one unit of time until the limit.
+    /// A flight of a number of steps.
+    fn flight<S: Real>(effort: &Effort, steps: usize, of: Flight) -> Result<(), OrbitError> {
+        effort.fly::<S, _>(1.0, of, |steps_left| {
+            let (limit, taken) = (*steps_left, steps.min(*steps_left));
+            *steps_left -= taken;
+            match taken == steps {
+                true => Ok(()),
+                false => Err(FlowError::TooManySteps { limit, remaining: 0.5 }),
+            }
+        })
+    }
+
+    /// Flights of a hundred steps until the limit.
     fn flights<S: Real>(of: Flight) -> usize {
-        let effort = effort();
-        (0..).take_while(|_| effort.fly::<S>(1.0, of).is_ok()).count()
+        let effort = Effort::new(&mems());
+        (0..).take_while(|_| flight::<S>(&effort, 100, of).is_ok()).count()
     }
 
     #[test]
     fn flights_of_jets_and_in_double_double_count_for_as_many_of_numbers_as_they_cost() {
         let (numbers, jets) = (flights::<f64>(Flight::Numbers), flights::<f64>(Flight::Jets));
         let precise = flights::<Dd>(Flight::Numbers);
-        assert!(numbers / 41 < jets && jets < numbers / 39, "{numbers} {jets}");
-        assert!(numbers / 41 < precise && precise < numbers / 39, "{numbers} {precise}");
+        let ratio = |more: usize, less: usize| more as f64 / less as f64;
+        assert!((ratio(numbers, jets) / OF_JETS - 1.0).abs() < 0.03, "{numbers} {jets}");
+        let precision = ratio(numbers, precise) / IN_DOUBLE_DOUBLE;
+        assert!((precision - 1.0).abs() < 0.03, "{numbers} {precise}");
     }
 
     #[test]
     fn clones_count_together_and_begin_anew_together() {
-        let effort = effort();
-        while effort.clone().fly::<f64>(1.0, Flight::Jets).is_ok() {}
+        let effort = Effort::new(&mems());
+        while flight::<f64>(&effort.clone(), 1000, Flight::Jets).is_ok() {}
         assert!(effort.is_spent());
-        assert_eq!(effort.fly::<f64>(0.0, Flight::Numbers), Err(OrbitError::SearchTooLong));
+        assert_eq!(flight::<f64>(&effort, 0, Flight::Numbers), Err(OrbitError::SearchTooLong));
         effort.clone().renew();
-        assert!(effort.fly::<f64>(1.0, Flight::Jets).is_ok());
+        assert!(flight::<f64>(&effort, 1000, Flight::Jets).is_ok());
+    }
+
+    #[test]
+    fn a_flight_that_needs_more_steps_than_are_left_ends_the_search_at_the_limit() {
+        let effort = Effort::new(&mems());
+        let endless = flight::<f64>(&effort, usize::MAX, Flight::Jets);
+        assert_eq!(endless, Err(OrbitError::SearchTooLong));
+        let most = MOST_PRODUCTS as f64 * 1.001;
+        let spent = effort.counts.spent.load(Ordering::Relaxed) as f64;
+        assert!(effort.is_spent() && spent < most, "{spent} {most}");
     }
 }

@@ -1,7 +1,7 @@
 //! The grazing orbit of a scene, from its guess or from the steady state, or why there is none.
 
 use super::corners::Corners;
-use super::effort::{Effort, Flight};
+use super::effort::Effort;
 use super::grazes::{Grazes, check_field};
 use super::grazing_orbit::{GrazingOrbit, Location};
 use super::minima::{Gaps, Minimum, each_step, gaps, watching_field};
@@ -187,7 +187,7 @@ impl<'a> Locator<'a> {
         // A flow that leaves the finite numbers from here is no reason against another start.
         let duration = if matches!(whole, Ok(None)) { period } else { flown };
         self.effort.counted(steps, duration);
-        self.system.count(0.0, Flight::Numbers)
+        self.effort.check()
     }
 
     /// A full state, parameters and the period where the search begins.
@@ -426,7 +426,7 @@ impl<'a> Locator<'a> {
                 return Ok(Location::NotLocated(diagnosis.failed(&failure)));
             }
         };
-        self.system.count(self.system.period(&root.unknowns), Flight::Jets)?;
+        self.effort.renew();
         let mut orbit = match settled(describe(self.scene, &self.system, &root))? {
             Ok(orbit) => orbit,
             Err(reason) => return Ok(Location::NotLocated(reason)),
@@ -547,7 +547,7 @@ impl<'a> Diagnosis<'a> {
         let state = &self.unknowns[..self.system.dimension()];
         let period = self.system.period(self.unknowns);
         let states = self.system.states();
-        let full = full_monodromy(&self.system.field, state, &self.parameters, period);
+        let full = full_monodromy(self.system, state, &self.parameters, period);
         let block = full.map(|full| full.view((0, 0), (states, states)).into_owned());
         let found = block.and_then(|block| multipliers(&block));
         let distance = |value: &[f64; 2]| (value[0] - 1.0).hypot(value[1]);

@@ -9,20 +9,20 @@ use super::outcome::OrbitError;
 use super::section::{Geometry, LocalGeometry, PoincareSection, PoincareSectionKind, dot, reduced};
 use super::stretch::Stretch;
 use super::system::ExtendedSystem;
-use crate::flow::{Field, Integrator, flow_with_jacobian};
+use crate::flow::{Field, Integrator};
 use crate::model::Model;
 use crate::numeric::linear::eigenvalues;
 use crate::numeric::{Dd, Real};
 
 /// Derivative of the period's flow in the full state.
 pub(super) fn full_monodromy<S: Real>(
-    field: &Field,
+    system: &ExtendedSystem,
     state: &[S],
     parameters: &[S],
     period: S,
 ) -> Result<DMatrix<S>, OrbitError> {
     let inputs: Vec<usize> = (0..state.len()).collect();
-    let (_, jacobian) = flow_with_jacobian(field, state, parameters, period, &inputs)?;
+    let (_, jacobian) = system.flow_with_jacobian(state, parameters, period, &inputs)?;
     Ok(jacobian)
 }
 
@@ -92,7 +92,7 @@ pub(super) fn multipliers<S: Real>(matrix: &DMatrix<S>) -> Result<Vec<[f64; 2]>,
 /// Derivatives of the free flow from every passage to the next, the last one's to the first of the
 /// next period.
 pub(super) fn legs<S: Real>(
-    field: &Field,
+    system: &ExtendedSystem,
     touches: &[Touch<S>],
     parameters: &[S],
     period: S,
@@ -102,7 +102,8 @@ pub(super) fn legs<S: Real>(
     let leg = |(touch, arrival): (&Touch<S>, S)| {
         let inputs: Vec<usize> = (0..touch.state.len()).collect();
         let duration = arrival - touch.time;
-        let (_, jacobian) = flow_with_jacobian(field, &touch.state, parameters, duration, &inputs)?;
+        let (_, jacobian) =
+            system.flow_with_jacobian(&touch.state, parameters, duration, &inputs)?;
         Ok(jacobian)
     };
     touches.iter().zip(arrivals).map(leg).collect()

@@ -311,7 +311,7 @@ pub(super) fn describe(
     let period = system.period(&root.unknowns);
     let touches = &found.touches;
     let passages = points(scene, system, touches, &parameters)?;
-    let legs = legs(&system.field, touches, &parameters, period)?;
+    let legs = legs(system, touches, &parameters, period)?;
     let stretches = stretches(scene, system, &passages)?;
     let factors = ConditionFactors::new(system, &stretches, touches, &legs, &parameters)?;
     let conditions = factors.conditions(XI_COUNT);
@@ -322,7 +322,7 @@ pub(super) fn describe(
     let monodromy = if point == graze.state {
         on_section(&round(&legs), &section, &geometry.at(&point, &parameters))
     } else {
-        let there = full_monodromy(&system.field, &point, &parameters, period)?;
+        let there = full_monodromy(system, &point, &parameters, period)?;
         on_section(&there, &section, &geometry.at(&point, &parameters))
     };
     Ok(GrazingOrbit {

@@ -1,6 +1,5 @@
 //! From a steady state to a graze: settle, shoot, and move the parameter until the orbit touches.
 
-use super::effort::Flight;
 use super::minima::{Minimum, gaps, watching_field};
 use super::newton::{Scaled, Solve, solve};
 use super::outcome::{NamedValues, NotLocated, OrbitError, Stop};
@@ -66,7 +65,7 @@ impl<'a> Search<'a> {
         let mut beyond = orbit.beyond.then(|| orbit.clone());
         let mut previous: Option<Periodic> = None;
         for _ in 0..TRIALS {
-            self.system.count(0.0, Flight::Numbers)?;
+            self.system.check_limit()?;
             if let Some(unknowns) = self.touch(&orbit)? {
                 return Ok(unknowns);
             }
@@ -94,13 +93,11 @@ impl<'a> Search<'a> {
         let mut state = start.to_vec();
         let mut change = f64::NAN;
         for _ in 0..SETTLING {
-            if self.system.count(period, Flight::Numbers).is_err() {
-                return (state, change);
-            }
-            let Ok(mut next) =
-                Integrator::<f64>::new(&self.watching).flow(&state, &parameters, period)
-            else {
-                return (state, f64::NAN);
+            let mut integrator = Integrator::<f64>::new(&self.watching);
+            let mut next = match self.system.flow(&mut integrator, &state, &parameters, period) {
+                Ok(next) => next,
+                Err(OrbitError::SearchTooLong) => return (state, change),
+                Err(_) => return (state, f64::NAN),
             };
             next[states..].copy_from_slice(&start[states..]);
             change = next.iter().zip(&state).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);

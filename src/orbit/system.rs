@@ -17,7 +17,7 @@ use super::grazes::Grazes;
 use super::newton::{Equations, Root, Scaled, Solve, refine, solve, unit_of};
 use super::outcome::OrbitError;
 use super::section::Geometry;
-use crate::flow::{Field, Integrator, flow_with_jacobian};
+use crate::flow::{Field, Integrator, flow_with_jacobian, flow_with_jacobian_within};
 use crate::model::Scene;
 use crate::numeric::{Dd, Real};
 
@@ -89,14 +89,52 @@ impl ExtendedSystem {
         }
     }
 
-    /// Counts a flight.
+    /// # Errors
+    ///
+    /// [`OrbitError::SearchTooLong`] at the limit of a search.
+    pub(super) fn check_limit(&self) -> Result<(), OrbitError> {
+        self.effort.as_ref().map_or(Ok(()), Effort::check)
+    }
+
+    /// The state after a duration of either sign along the free flow, counted.
     ///
     /// # Errors
     ///
-    /// [`OrbitError::SearchTooLong`] beyond the limit of a search.
-    pub(super) fn count<S: Real>(&self, duration: S, of: Flight) -> Result<(), OrbitError> {
-        let effort = self.effort.as_ref();
-        effort.map_or(Ok(()), |effort| effort.fly::<S>(duration.to_f64(), of))
+    /// [`OrbitError::SearchTooLong`] at the limit of a search.
+    pub(super) fn flow<S: Real>(
+        &self,
+        integrator: &mut Integrator<'_, S>,
+        state: &[S],
+        parameters: &[S],
+        duration: S,
+    ) -> Result<Vec<S>, OrbitError> {
+        match &self.effort {
+            None => Ok(integrator.flow(state, parameters, duration)?),
+            Some(effort) => effort.fly::<S, _>(duration.to_f64(), Flight::Numbers, |steps_left| {
+                integrator.flow_within(state, parameters, duration, steps_left)
+            }),
+        }
+    }
+
+    /// As [`flow`](Self::flow), with the derivatives in these inputs.
+    ///
+    /// # Errors
+    ///
+    /// As [`flow`](Self::flow).
+    pub(super) fn flow_with_jacobian<S: Real>(
+        &self,
+        state: &[S],
+        parameters: &[S],
+        duration: S,
+        inputs: &[usize],
+    ) -> Result<(Vec<S>, DMatrix<S>), OrbitError> {
+        let field = &self.field;
+        match &self.effort {
+            None => Ok(flow_with_jacobian(field, state, parameters, duration, inputs)?),
+            Some(effort) => effort.fly::<S, _>(duration.to_f64(), Flight::Jets, |steps_left| {
+                flow_with_jacobian_within(field, state, parameters, duration, inputs, steps_left)
+            }),
+        }
     }
 
     /// The same equations, matched elsewhere.
@@ -252,15 +290,13 @@ impl ExtendedSystem {
         let mut residual = vec![S::zero(); self.states];
         for (share, factor) in self.ends() {
             let duration = period * S::from_f64(share);
-            self.count(duration, Flight::Numbers)?;
-            let end = integrator.flow(state, &parameters, duration)?;
+            let end = self.flow(&mut integrator, state, &parameters, duration)?;
             for (sum, &component) in residual.iter_mut().zip(&end) {
                 *sum += component * S::from_f64(factor);
             }
         }
         for (time, geometry) in self.times(unknowns).into_iter().zip(&self.geometries) {
-            self.count(time, Flight::Numbers)?;
-            let there = integrator.flow(state, &parameters, time)?;
+            let there = self.flow(&mut integrator, state, &parameters, time)?;
             let local = geometry.at(&there, &parameters);
             residual.extend([local.event(), local.velocity()]);
         }
@@ -298,12 +334,7 @@ impl ExtendedSystem {
         let free = self.free.iter().map(|&parameter| self.dimension + parameter);
         let inputs: Vec<usize> = (0..self.dimension).chain(free).collect();
         let start = &unknowns[..self.dimension];
-        if let Some(effort) = &self.effort {
-            effort.probe(&self.field, start, parameters, duration);
-        }
-        self.count(duration, Flight::Jets)?;
-        let (state, jacobian) =
-            flow_with_jacobian(&self.field, start, parameters, duration, &inputs)?;
+        let (state, jacobian) = self.flow_with_jacobian(start, parameters, duration, &inputs)?;
         let velocity = self.geometries[0].at(&state, parameters).flow();
         Ok(Stretch { state, jacobian, velocity })
     }

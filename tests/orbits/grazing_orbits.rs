@@ -395,6 +395,16 @@ fn free_flow_whose_expressions_are_too_long_is_said_to_be_too_slow() {
 }
 
 #[test]
+fn free_flow_whose_derivatives_need_far_shorter_steps_than_its_state_is_said_to_be_too_slow() {
+    // x to the power 2^73, whose derivative is 2^73 times as steep: the state flies in a few steps.
+    let names = (1..=73).map(|n| format!("l{n} = \"l{0}*l{0}\"\n", n - 1)).collect::<String>();
+    let text = scenes::text("linear").replace("- 2*zeta*v - x", "- 2*zeta*v - x + 0.001*l73");
+    let text = format!("{text}\n[model.let]\nl0 = \"x\"\n{names}");
+    let reason = reason(&parsed(&text, "scene", &[] as &[(&str, &str); 0]));
+    assert!(matches!(reason, NotLocated::TooSlow { steps: 1_000_000.., .. }), "{reason}");
+}
+
+#[test]
 fn a_section_at_a_phase_without_digits_is_wrong_input() {
     let section = [("section.kind", "stroboscopic"), ("section.phase", "-1e300")];
     let error = locate(&scene_with("linear", &section)).unwrap_err();

@@ -23,6 +23,32 @@ pub struct LociRequest {
     pub direct: bool,
 }
 
+/// A curve as it is drawn over the plane of two parameters.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PlaneCurve {
+    /// What happens along it.
+    pub kind: LocusKind,
+    /// The contacts of its orbits, in digits; of a graze, those beside the grazing one.
+    pub itinerary: String,
+    /// Its points, in order along it.
+    pub points: Vec<PlanePoint>,
+    /// Whether it was followed as far as it was asked for, or is closed.
+    pub whole: bool,
+}
+
+/// A point of a curve as it is drawn.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PlanePoint {
+    /// Offsets of the two parameters.
+    pub at: [f64; 2],
+    /// Whether all multipliers but those of the locus lie inside the unit circle.
+    pub stable: bool,
+    /// Whether the orbit makes the contacts of the itinerary and no other.
+    pub physical: bool,
+    /// The label of a point of codimension two.
+    pub label: Option<String>,
+}
+
 /// What happens to an orbit along a locus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]

@@ -15,7 +15,7 @@ use super::trace::{
     SAME, SEEDED_AT, STEPS, Trace, TracePoint, WIDER, condition_of, each_once, is_stable, joined,
     labelled,
 };
-use crate::analysis::branches::{BranchLabel, BranchPoint, BranchRequest, branches_from};
+use crate::analysis::branches::{BranchLabel, BranchPoint, BranchRequest, Follow, branches_from};
 use crate::analysis::continuation::{CourseEnd, CurveEquations, Linearised, corrected};
 use crate::analysis::direct_image::DirectImage;
 use crate::analysis::error::AnalysisError;
@@ -275,7 +275,7 @@ impl<'a> DirectLoci<'a> {
         };
         let graze = grazes.iter().find_map(|graze| self.graze_at(graze, value));
         let (scene, orbit, map) = (self.scene, self.orbit, self.map);
-        let found = branches_from(scene, orbit, map, &request, graze, &NoProgress)?;
+        let found = branches_from(scene, orbit, map, &request, (Follow::All, graze), &NoProgress)?;
         let points = found.branches.iter().flat_map(|branch| &branch.points);
         Ok(points.filter_map(|point| self.seed(point)).collect())
     }
@@ -305,6 +305,10 @@ impl<'a> DirectLoci<'a> {
     /// What a special point of a branch is a seed of.
     fn seed(&self, point: &BranchPoint) -> Option<Seed> {
         let (special, orbit) = (point.special.as_ref()?, &point.orbit);
+        // Loci are followed in the section points of all returns.
+        if orbit.states.len() < orbit.itinerary.period() {
+            return None;
+        }
         let asked = |itinerary: &ContactItinerary| {
             let known = self.request.itineraries.iter();
             let mut known = known.filter(|other| other.period() == itinerary.period());

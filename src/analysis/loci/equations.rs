@@ -641,7 +641,7 @@ mod tests {
         let coordinates = start.len() - 2 - usize::from(condition == Condition::Pair);
         let mut equations = LocusEquations::new(Smooth { coordinates, map }, condition, 0);
         let kinds = equations.kinds(0);
-        let course = follow(&mut equations, start, along, &StepControl::default());
+        let course = follow(&mut equations, start, along, &StepControl::DEFAULT);
         let course = course.expect("a locus");
         let of = |turn: &Turn| {
             let at = &course.points[turn.point].unknowns;

@@ -11,7 +11,9 @@ mod equations;
 mod tangency;
 mod trace;
 
-pub use data::{Loci, LociRequest, Locus, LocusEnd, LocusKind, LocusPoint, Tangency};
+pub use data::{
+    Loci, LociRequest, Locus, LocusEnd, LocusKind, LocusPoint, PlaneCurve, PlanePoint, Tangency,
+};
 pub use equations::CodimensionTwo;
 
 use crate::analysis::Progress;

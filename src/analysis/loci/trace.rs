@@ -34,7 +34,7 @@ pub(super) const WIDER: f64 = 4.0;
 
 /// Steps along a locus.
 pub(super) const STEPS: StepControl =
-    StepControl { first: 0.01, longest: 0.2, shortest: 1e-9, most: 400 };
+    StepControl { first: 0.01, longest: 0.2, ..StepControl::DEFAULT };
 
 /// Distances from a point of codimension two, in units, to which a tangency is fitted: the largest,
 /// and its shares.
@@ -671,7 +671,7 @@ fn followed<'e>(
 ) -> Option<Course<f64, <MapOrbitEquations<'e, f64> as CurveEquations<f64>>::Extra>> {
     let tangent = first_tangent(equations, start)?;
     let along: Vec<f64> = tangent.iter().map(|value| sign * value).collect();
-    follow(equations, start, &along, &StepControl::default())
+    follow(equations, start, &along, &StepControl::DEFAULT)
 }
 
 /// Largest rest of a test function at a point where it vanishes.

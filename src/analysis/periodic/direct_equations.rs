@@ -31,10 +31,21 @@ use crate::orbit::GrazingOrbit;
 pub struct DirectOrbitEquations<'a, S: Real> {
     image: DirectImage<'a, S>,
     itinerary: ContactItinerary,
+    flights: Vec<Flight<'a, S>>,
     units: DirectUnits,
     /// The parameters that vary, with their ranges in units.
     free: Vec<(usize, [f64; 2])>,
     at: Vec<S>,
+}
+
+/// One flight from a section point to the next.
+#[derive(Clone, Debug)]
+struct Flight<'a, S: Real> {
+    /// The first of its returns.
+    first: usize,
+    /// The passages that make contact, of all its returns in order.
+    made: PassageSet,
+    image: DirectImage<'a, S>,
 }
 
 /// What lengths are measured in.
@@ -54,6 +65,8 @@ pub struct DirectUnits {
 pub struct DirectOrbit<S> {
     /// The section points, in offsets.
     pub states: Vec<Vec<S>>,
+    /// The return that each of them begins.
+    pub returns: Vec<usize>,
     /// Return, passage and speed of each contact.
     pub speeds: Vec<(usize, usize, S)>,
     /// Contacts that no passage accounts for.
@@ -103,6 +116,15 @@ fn weighted<S: Real>(nodes: &[(S, Flown<S>)]) -> Option<Flown<S>> {
     })
 }
 
+/// A flight for every return.
+fn flights_of<'a, S: Real>(
+    image: &DirectImage<'a, S>,
+    itinerary: &ContactItinerary,
+) -> Vec<Flight<'a, S>> {
+    let flight = |(first, &made)| Flight { first, made, image: image.clone() };
+    itinerary.returns().iter().enumerate().map(flight).collect()
+}
+
 impl DirectUnits {
     /// Lengths of the grazing orbit, smaller where the parameters vary little; the gap in the place
     /// of the coordinate that it depends on most. Parameters vary within `free`, the others are at
@@ -118,15 +140,17 @@ impl DirectUnits {
         free: &[(usize, [f64; 2])],
         at: &[f64],
     ) -> Result<Self, AnalysisError> {
-        let largest = |range: &[f64; 2]| {
-            range.iter().fold(f64::MIN_POSITIVE, |most, end| most.max(end.abs()))
-        };
-        let shares = free.iter().map(|(place, range)| {
+        let lengths = free.iter().map(|(place, range)| {
             let value = orbit.parameters()[scene.expansion.active[*place]].to_f64().abs();
-            if value > 0.0 { (largest(range) / value).min(1.0).sqrt() } else { 1.0 }
+            let largest = range.iter().fold(f64::MIN_POSITIVE, |most, end| most.max(end.abs()));
+            if value > 0.0 {
+                (largest.min(value), (largest / value).min(1.0))
+            } else {
+                (largest, 1.0)
+            }
         });
-        let share = shares.fold(0.0, f64::max);
-        let parameters = free.iter().map(|(_, range)| largest(range)).collect();
+        let (parameters, shares): (Vec<f64>, Vec<f64>) = lengths.unzip();
+        let share = shares.into_iter().fold(0.0, f64::max).sqrt();
         let extents = extents(scene, orbit);
         let longest = extents.iter().copied().fold(0.0, f64::max);
         let state = extents.iter().map(|&extent| match extent > 1e-9 * longest {
@@ -164,6 +188,7 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
         let free = free.iter().zip(&units.parameters);
         let free = free.map(|(&(place, range), unit)| (place, range.map(|value| value / unit)));
         Self {
+            flights: flights_of(&image, itinerary),
             image,
             itinerary: itinerary.clone(),
             free: free.collect(),
@@ -174,15 +199,40 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
 
     /// The same with other contacts.
     pub fn with_itinerary(&self, itinerary: &ContactItinerary) -> Self {
-        Self { itinerary: itinerary.clone(), ..self.clone() }
+        let flights = flights_of(&self.image, itinerary);
+        Self { itinerary: itinerary.clone(), flights, ..self.clone() }
+    }
+
+    /// The same with section points at contacts alone: on a tangency section a return without
+    /// contact begins at a local minimum of the gap, which an orbit may lose.
+    ///
+    /// `None` where the itinerary does not begin with contact, or every return of it does.
+    pub fn at_contacts(mut self) -> Option<Self> {
+        let (returns, passages) = (self.itinerary.returns(), self.itinerary.passages());
+        let begins = |number: &usize| returns[*number].contains(0);
+        let firsts: Vec<usize> = (0..returns.len()).filter(begins).collect();
+        if firsts.first() != Some(&0) || firsts.len() == returns.len() {
+            return None;
+        }
+        let ends = firsts[1..].iter().copied().chain([returns.len()]);
+        let flights = firsts.iter().zip(ends).map(|(&first, end)| {
+            let made = returns[first..end].iter().enumerate();
+            let made = made.flat_map(|(later, made)| {
+                made.iter().map(move |passage| later * passages + passage)
+            });
+            Some(Flight { first, made: made.collect(), image: self.image.over(end - first).ok()? })
+        });
+        self.flights = flights.collect::<Option<_>>()?;
+        Some(self)
     }
 
     /// Number of variables of section points, which come first among the unknowns.
     pub fn variables(&self) -> usize {
-        self.dimension() * self.itinerary.period()
+        self.dimension() * self.flights.len()
     }
 
-    fn dimension(&self) -> usize {
+    /// Coordinates of a section point.
+    pub fn dimension(&self) -> usize {
         self.units.state.len()
     }
 
@@ -203,7 +253,7 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
 
     /// Whether a return begins with contact.
     fn begins_with_contact(&self, number: usize) -> bool {
-        self.itinerary.returns()[number].contains(0)
+        self.flights[number].made.contains(0)
     }
 
     /// The return whose own passage an unknown is the variable of.
@@ -211,13 +261,17 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
         let (replaced, _) = self.units.gap?;
         let number = unknown / self.dimension();
         let is_own = unknown % self.dimension() == replaced;
-        (is_own && number < self.itinerary.period()).then_some(number)
+        let flight = self.flights.get(number).filter(|_| is_own);
+        flight.map(|flight| flight.first)
     }
 
-    /// Unknowns of section points and the parameters that vary, in offsets.
+    /// Unknowns of section points, those of all returns or the equations' own, and the parameters
+    /// that vary, in offsets.
     pub fn unknowns(&mut self, states: &[Vec<S>], parameters: &[S]) -> Option<Vec<S>> {
         let mut unknowns = Vec::new();
-        for (number, state) in states.iter().enumerate() {
+        for number in 0..self.flights.len() {
+            let own = states.len() == self.flights.len();
+            let state = states.get(if own { number } else { self.flights[number].first })?;
             let units = self.units.state.iter();
             let mut values: Vec<S> =
                 state.iter().zip(units).map(|(&x, &unit)| x / S::from_f64(unit)).collect();
@@ -303,13 +357,14 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
 
     fn flown_at(&mut self, number: usize, variables: &[S], parameters: &[S]) -> Option<Flown<S>> {
         let point = self.point(number, variables, parameters)?;
-        let image = self.image.image(&point, parameters).ok()?;
+        let flight = &mut self.flights[number];
+        let image = flight.image.image(&point, parameters).ok()?;
         if image.end != DirectEnd::Returned {
             return None;
         }
         let made = image.passages.iter().enumerate().filter(|(_, speed)| speed.is_some());
         let made: PassageSet = made.map(|(passage, _)| passage).collect();
-        (made == self.itinerary.returns()[number]).then_some(Flown {
+        (made == flight.made).then_some(Flown {
             point,
             image: image.offsets,
             speeds: image.passages,
@@ -411,18 +466,50 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
             let mut pairs = a.iter().zip(b).zip(&self.units.state);
             pairs.all(|((&a, &b), unit)| is_same([a, b], *unit, tolerance))
         };
-        let mut later = (1..count).filter(|&later| self.itinerary.repeats_after(later));
-        later.any(|later| {
+        self.rotations().skip(1).any(|later| {
             (0..count).all(|n| near(&orbit.states[n], &orbit.states[(n + later) % count]))
         })
+    }
+
+    /// The components of a vector of unknowns of all returns that belong to these equations.
+    pub fn own(&self, all: &[S]) -> Vec<S> {
+        let size = self.dimension();
+        let places = self.flights.iter().map(|flight| flight.first * size);
+        let own = places.flat_map(|place| &all[place..place + size]);
+        own.chain(&all[size * self.itinerary.period()..]).copied().collect()
+    }
+
+    /// The section points of all returns of an orbit with some; `None` where a return comes to
+    /// none.
+    pub fn every_point(&mut self, orbit: &DirectOrbit<S>, parameters: &[S]) -> Option<Vec<Vec<S>>> {
+        let mut states: Vec<Vec<S>> = Vec::new();
+        for number in 0..self.itinerary.period() {
+            let state = match orbit.returns.iter().position(|&known| known == number) {
+                Some(place) => orbit.states[place].clone(),
+                None => {
+                    let image = self.image.image(states.last()?, parameters).ok()?;
+                    (image.end == DirectEnd::Returned).then_some(image.offsets)?
+                }
+            };
+            states.push(state);
+        }
+        Some(states)
+    }
+
+    /// By how many section points the orbit may be begun later so that its itinerary is the same.
+    pub fn rotations(&self) -> impl Iterator<Item = usize> {
+        let firsts = self.flights.iter().enumerate();
+        let same = firsts.filter(|(_, flight)| self.itinerary.repeats_after(flight.first));
+        same.map(|(number, _)| number)
     }
 
     /// The difference of the first points of both halves of a period, of itineraries that repeat
     /// after half of it.
     fn halves(&self, unknowns: &[S]) -> TestValue<S> {
-        let (count, size) = (self.itinerary.period(), self.dimension());
+        let (count, size) = (self.flights.len(), self.dimension());
         let half = count / 2;
-        let doubled = count == 2 * half && self.itinerary.repeats_after(half);
+        let doubled =
+            count == 2 * half && self.itinerary.repeats_after(self.itinerary.period() / 2);
         let place = self.units.gap.map_or(0, |(replaced, _)| replaced);
         let value = match doubled {
             true => unknowns[place] - unknowns[half * size + place],
@@ -464,11 +551,12 @@ impl<S: Real> DirectOrbitEquations<'_, S> {
     /// Residuals and their Jacobian by all unknowns, with the orbit; `None` where a return does not
     /// make the contacts of the itinerary.
     pub fn orbit_at(&mut self, unknowns: &[S]) -> Option<Linearised<S, DirectOrbit<S>>> {
-        let (size, count) = (self.dimension(), self.itinerary.period());
+        let (size, count) = (self.dimension(), self.flights.len());
         let (rows, free) = (size * count, self.free.len());
         let parameters = self.parameters(unknowns);
         let mut orbit = DirectOrbit {
             states: Vec::new(),
+            returns: self.flights.iter().map(|flight| flight.first).collect(),
             speeds: Vec::new(),
             extra_contacts: 0,
             blocks: Vec::new(),
@@ -506,7 +594,10 @@ impl<S: Real> DirectOrbitEquations<'_, S> {
             orbit.blocks.push(both);
             orbit.extra_contacts += centre.extra_contacts;
             let speeds = centre.speeds.iter().enumerate();
-            let speeds = speeds.filter_map(|(passage, speed)| Some((number, passage, (*speed)?)));
+            let (first, passages) = (self.flights[number].first, self.itinerary.passages());
+            let speeds = speeds.filter_map(|(passage, speed)| {
+                Some((first + passage / passages, passage % passages, (*speed)?))
+            });
             orbit.speeds.extend(speeds);
             orbit.states.push(centre.point);
         }

@@ -11,8 +11,12 @@ use grazemap::orbit::{self, CurveEnd, CurveOptions, CurveOutcome, GrazingCurve, 
 use grazemap::pipeline::parameter_number;
 use grazemap::report::{
     CurveListing, Document, DocumentKind, GrazeStudy, MarginListing, Named, OrbitListing,
-    ReportError, curve_figures, to_json,
+    ReportError, curve_figures, to_json, window_words,
 };
+
+/// What `locate` says of the window where it makes no map.
+const NOT_MEASURED: &str = "window: not measured here; `expand` measures how far from this graze \
+                            its map keeps its tolerance\n";
 
 /// The grazing orbit.
 pub(in crate::cli) fn locate(options: &LocateArguments) -> Result<(), CliError> {
@@ -20,13 +24,16 @@ pub(in crate::cli) fn locate(options: &LocateArguments) -> Result<(), CliError> 
     let source = open(&options.scene)?;
     let graze = source.clone().graze()?;
     let theory = graze.theory()?;
-    let measured = match options.measure {
-        true => map(source, outlets.quiet)?.measure_graze(&theory.parameter)?,
-        false => Vec::new(),
+    let (measured, window) = match options.measure {
+        true => {
+            let map = map(source, outlets.quiet)?;
+            (map.measure_graze(&theory.parameter)?, window_words(map.window()))
+        }
+        false => (Vec::new(), NOT_MEASURED.to_owned()),
     };
     let study = GrazeStudy { theory, measured };
     let listing = OrbitListing::new(graze.scene(), graze.orbit());
-    let text = orbit_text(graze.scene(), &listing)? + &study_text(&study)?;
+    let text = orbit_text(graze.scene(), &listing)? + &study_text(&study)? + "\n" + &window;
     let results = Results::named("orbit", text, graze.to_json_with(&study)?, None);
     results.deliver("locate", outlets)
 }

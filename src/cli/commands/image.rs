@@ -10,7 +10,9 @@ use serde::Serialize;
 use super::{beyond, map, open, remark_on_window};
 use crate::cli::arguments::ImageOptions;
 use crate::cli::output::{CliError, Destination, Results, note};
+use grazemap::Map;
 use grazemap::analysis::{DirectEnd, ImageRecord, ImageRequest, ImageRow, Precision, Using};
+use grazemap::convergence::MeasuredWindow;
 use grazemap::expansion::{LocalMap, SectionKind, WindowBound, WindowEdge};
 use grazemap::numeric::Dd;
 use grazemap::pipeline::is_standard;
@@ -21,12 +23,14 @@ const DIGITS: [usize; 3] = [9, 17, 32];
 
 /// One image as it is written to JSON; offsets as decimal text in double-double.
 #[derive(Debug, Serialize)]
-struct Image {
+struct Image<'a> {
     row: usize,
     iteration: usize,
     offsets: Named<Option<Offset>>,
     contacts: usize,
     inside: u8,
+    /// What `inside` is told by, and what the map errs there.
+    window: &'a MeasuredWindow,
     /// The bounds of the window that the point that was mapped is outside of.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     outside: Vec<String>,
@@ -78,7 +82,7 @@ pub(in crate::cli) fn run(options: &ImageOptions) -> Result<(), CliError> {
         section.decided.as_ref().map(|_| ImageSection { kind: section.kind, phase: section.phase });
     let list: Vec<Image> = records
         .iter()
-        .map(|record| Image { section: decided, ..image(map.local(), &request, record, edge) })
+        .map(|record| Image { section: decided, ..image(&map, &request, record, edge) })
         .collect();
     let results = Results::named("images", csv.clone(), to_json(&list)?, Some(csv));
     let mut outlets = outlets.clone();
@@ -119,12 +123,13 @@ fn digits(value: Dd, precision: Precision) -> String {
     }
 }
 
-fn image(
-    map: &LocalMap,
+fn image<'a>(
+    map: &'a Map,
     request: &ImageRequest,
     record: &ImageRecord,
     edge: Option<WindowEdge>,
-) -> Image {
+) -> Image<'a> {
+    let (window, map) = (map.window(), map.local());
     let offset = |value: &Dd| match request.precision {
         _ if !value.is_finite() => None,
         Precision::F32 | Precision::F64 => Some(Offset::Number(value.to_f64())),
@@ -138,6 +143,7 @@ fn image(
         ),
         contacts: record.contacts,
         inside: u8::from(record.inside()),
+        window,
         outside: record.exceeded.iter().map(|&bound| bound_name(map, bound)).collect(),
         extra_contacts: record.extra_contacts,
         end: record.end,

@@ -54,16 +54,17 @@ fn request(options: &LociArguments, map: &Map) -> Result<LociRequest, CliError> 
         value if value.is_finite() => Ok(value),
         value => Err(CliError::NotFinite { flag, value }),
     };
-    let range = [end("--from", options.from, -width)?, end("--to", options.to, width)?];
-    let at = match &options.at {
+    let range =
+        [end("--from", options.stretch.from, -width)?, end("--to", options.stretch.to, width)?];
+    let at = match &options.stretch.at {
         Some(named) => named_offsets("--at", ACTIVE, named, &names)?,
         None => vec![0.0; names.len()],
     };
     let passages = local.passages();
-    let itineraries = match options.itinerary.is_empty() {
+    let itineraries = match options.which.itinerary.is_empty() {
         true => ContactItinerary::all(passages, (DEFAULT_PASSAGES / passages.max(1)).max(1)),
         false => {
-            let named = options.itinerary.iter();
+            let named = options.which.itinerary.iter();
             named.map(|digits| ContactItinerary::parse(digits, passages)).collect()
         }
     };
@@ -78,7 +79,7 @@ fn request(options: &LociArguments, map: &Map) -> Result<LociRequest, CliError> 
         at,
         kinds,
         itineraries: itineraries.collect(),
-        direct: options.using == OrbitsUsing::Direct,
+        direct: options.which.using == OrbitsUsing::Direct,
     })
 }
 
@@ -102,7 +103,8 @@ fn under(map: &Map, listing: &LociListing) -> Result<Option<Figure>, CliError> {
     let Some(request) = charts.find(|request| names(request) == listing.plane) else {
         return Ok(None);
     };
-    Ok(map.chart(request)?.first().map(chart_figure))
+    let bare = ChartRequest { overlay: Vec::new(), ..request.clone() };
+    Ok(map.chart(&bare)?.first().map(chart_figure))
 }
 
 /// The loci as a person reads them.

@@ -10,7 +10,7 @@ use crate::cli::arguments::{NewOptions, SceneOptions};
 use crate::cli::output::{CliError, Results, note, print};
 use grazemap::Error;
 use grazemap::model::{Digest, Scene, catalogue, nearest};
-use grazemap::report::{to_json, write_atomically};
+use grazemap::report::{Named, to_json, write_atomically};
 
 /// What a checked scene holds.
 #[derive(Debug, Serialize)]
@@ -23,6 +23,7 @@ struct Summary<'a> {
     parameters: Vec<&'a str>,
     surfaces: Vec<&'a str>,
     active: Vec<&'a str>,
+    window: Named<Option<f64>>,
     diagrams: usize,
     charts: usize,
     warnings: &'a [String],
@@ -54,26 +55,56 @@ impl<'a> Summary<'a> {
             parameters: model.parameters.iter().map(|parameter| parameter.name.as_str()).collect(),
             surfaces: model.surfaces.iter().map(|surface| surface.name.as_str()).collect(),
             active: scene.expansion.active.iter().map(parameter).collect(),
+            window: stated_window(scene),
             diagrams: scene.diagrams.len(),
             charts: scene.charts.len(),
             warnings: &scene.warnings,
         }
     }
 
+    fn window_words(&self) -> String {
+        let stated = self.window.0.iter().filter_map(|(name, bound)| {
+            let bound = (*bound)?;
+            Some(match name.as_str() {
+                "depth" => format!("y^2 <= {bound:e}"),
+                _ => format!("{name} ± {bound:e}"),
+            })
+        });
+        let stated: Vec<String> = stated.collect();
+        let stated = if stated.is_empty() { "open".to_owned() } else { stated.join(", ") };
+        format!("{stated}; `expand` measures open bounds and the map's errors")
+    }
+
     fn words(&self) -> String {
         let phase = self.phase.map_or("none".to_owned(), str::to_owned);
         format!(
             "  model       {}\n  states      {}\n  phase       {phase}\n  parameters  {}\n  \
-                surfaces    {}\n  active      {}\n  diagrams    {}\n  charts      {}",
+                surfaces    {}\n  active      {}\n  window      {}\n  diagrams    {}\n  charts      {}",
             self.model,
             self.states.join(", "),
             self.parameters.join(", "),
             self.surfaces.join(", "),
             self.active.join(", "),
+            self.window_words(),
             self.diagrams,
             self.charts,
         )
     }
+}
+
+/// The bounds of a scene's window by name (the depth `y²`, the full state, the active parameters);
+/// `None` where the scene states none.
+fn stated_window(scene: &Scene) -> Named<Option<f64>> {
+    let (model, window) = (&scene.model, &scene.window);
+    let phase = model.phase.iter().map(|phase| &phase.name);
+    let states = model.states.iter().chain(phase).cloned().zip(window.state.iter().copied());
+    let active =
+        scene.expansion.active.iter().map(|&parameter| {
+            (model.parameters[parameter].name.clone(), window.parameter[parameter])
+        });
+    let depth = [("depth".to_owned(), window.depth)].into_iter();
+    let bounds = depth.chain(states).chain(active);
+    Named::new(bounds.map(|(name, bound)| (name, bound.is_finite().then_some(bound))))
 }
 
 /// A scene from the catalogue to start from.

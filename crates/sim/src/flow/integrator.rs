@@ -131,13 +131,25 @@ impl<'a, S: Branched> Integrator<'a, S> {
     /// Carries states through durations of either sign; those that fail stay where their last step
     /// began.
     pub fn carry(&mut self, state: &mut [S], parameters: &[S], durations: S) -> Carried<S> {
+        self.carry_within(state, parameters, durations, &mut { MAX_STEPS })
+    }
+
+    /// As [`carry`](Self::carry), in a number of steps, which those taken lower.
+    fn carry_within(
+        &mut self,
+        state: &mut [S],
+        parameters: &[S],
+        durations: S,
+        steps_left: &mut usize,
+    ) -> Carried<S> {
         let zero = S::zero();
         let (mut not_finite, mut remaining) = (S::Mask::NONE, durations);
-        for _ in 0..MAX_STEPS {
+        while *steps_left > 0 {
             let going = !remaining.is_equal(zero) & !not_finite;
             if !going.any() {
                 break;
             }
+            *steps_left -= 1;
             let step = self.expand(state, parameters);
             let flown = going & zero.is_below(step.length);
             not_finite |= going & !flown;
@@ -181,17 +193,29 @@ impl<S: Real> Integrator<'_, S> {
         parameters: &[S],
         duration: S,
     ) -> Result<Vec<S>, FlowError> {
-        let mut state = state.to_vec();
-        let carried = self.carry(&mut state, parameters, duration);
+        self.flow_within(state, parameters, duration, &mut { MAX_STEPS })
+    }
+
+    /// The state after a duration of either sign, in a number of steps, which those taken lower.
+    ///
+    /// # Errors
+    ///
+    /// As [`flow`](Self::flow), [`FlowError::TooManySteps`] after the steps given.
+    pub fn flow_within(
+        &mut self,
+        state: &[S],
+        parameters: &[S],
+        duration: S,
+        steps_left: &mut usize,
+    ) -> Result<Vec<S>, FlowError> {
+        let (mut state, limit) = (state.to_vec(), *steps_left);
+        let carried = self.carry_within(&mut state, parameters, duration, steps_left);
         if carried.not_finite {
             return Err(self.not_finite());
         }
         match carried.remaining == S::zero() {
             true => Ok(state),
-            false => Err(FlowError::TooManySteps {
-                limit: MAX_STEPS,
-                remaining: carried.remaining.to_f64(),
-            }),
+            false => Err(FlowError::TooManySteps { limit, remaining: carried.remaining.to_f64() }),
         }
     }
 

@@ -27,4 +27,4 @@ pub use integrator::{Carried, Integrator, LaneIntegrator, LaneStep, Step, horner
 pub use jet_transport::{JetFlow, jet_transport, jet_transport_taylor};
 pub use local_series::{LocalSeries, at_series_time, local_series, local_series_kept_to};
 pub use program::{InputKind, Program};
-pub use variational::flow_with_jacobian;
+pub use variational::{flow_with_jacobian, flow_with_jacobian_within};

@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use super::jet_transport::jet_transport_taylor;
+use super::jet_transport::{MAX_STEPS, jet_transport_within};
 use super::{Field, FlowError};
 use crate::jet::{Jet, JetSpace};
 use crate::numeric::Real;
@@ -15,7 +15,7 @@ use crate::numeric::Real;
 ///
 /// # Errors
 ///
-/// As [`jet_transport_taylor`]; [`FlowError::Jet`] if the jets of the directions do not fit in
+/// As [`jet_transport_taylor`](super::jet_transport_taylor); [`FlowError::Jet`] if the jets of the directions do not fit in
 /// memory.
 pub fn flow_with_jacobian<S: Real>(
     field: &Field,
@@ -24,6 +24,24 @@ pub fn flow_with_jacobian<S: Real>(
     duration: S,
     directions: &[usize],
 ) -> Result<(Vec<S>, DMatrix<S>), FlowError> {
+    flow_with_jacobian_within(field, state, parameters, duration, directions, &mut { MAX_STEPS })
+}
+
+/// As [`flow_with_jacobian`], in a number of Taylor steps, which those taken lower.
+///
+/// The derivatives may need shorter steps than the state: those of `x^n` grow as `n`.
+///
+/// # Errors
+///
+/// As [`flow_with_jacobian`], [`FlowError::TooManySteps`] after the steps given.
+pub fn flow_with_jacobian_within<S: Real>(
+    field: &Field,
+    state: &[S],
+    parameters: &[S],
+    duration: S,
+    directions: &[usize],
+    steps_left: &mut usize,
+) -> Result<(Vec<S>, DMatrix<S>), FlowError> {
     let space = JetSpace::uniform(directions.len(), 1)?;
     let jet = |(input, &value): (usize, &S)| match directions.iter().position(|&d| d == input) {
         Some(variable) => Jet::variable(&space, variable, value),
@@ -31,7 +49,7 @@ pub fn flow_with_jacobian<S: Real>(
     };
     let inputs: Vec<_> = state.iter().chain(parameters).enumerate().map(jet).collect();
     let (initial, parameters) = inputs.split_at(state.len());
-    let image = jet_transport_taylor(field, initial, parameters, duration)?;
+    let image = jet_transport_within(field, initial, parameters, duration, steps_left)?;
     let slope = |row: usize, column: usize| {
         space
             .linear_monomial(column)

@@ -65,6 +65,7 @@ impl<S: Real> Simulator<'_, S> {
         horizon: S,
         record: &mut dyn FnMut(Event<S>),
     ) -> Result<(), Outcome<S>> {
+        self.steps = 0;
         self.check_placed()?;
         self.check_penetration(None)?;
         loop {
@@ -83,10 +84,11 @@ impl<S: Real> Simulator<'_, S> {
         approach: Approach,
         record: &mut dyn FnMut(Event<S>),
     ) -> Result<Stop<S>, Outcome<S>> {
-        for _ in 0..self.step_limit {
+        while self.steps < self.step_limit {
             if self.motion.time >= horizon {
                 return Ok(Stop::Horizon);
             }
+            self.steps += 1;
             let flown = match self.exact_step(horizon, approach, record) {
                 Some(flown) => flown,
                 None => self.step(horizon, approach, record)?,
@@ -128,7 +130,8 @@ impl<S: Real> Simulator<'_, S> {
     /// Applies the response and flies on until it is over; whether it was before `horizon`.
     fn fly_to_release(&mut self, surface: usize, horizon: S) -> Result<bool, Outcome<S>> {
         self.respond(surface, &mut |_| {})?;
-        for _ in 0..self.step_limit {
+        while self.steps < self.step_limit {
+            self.steps += 1;
             if self.regime() == Regime::Free {
                 return Ok(true);
             }

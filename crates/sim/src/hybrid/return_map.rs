@@ -131,6 +131,16 @@ impl<'a, S: Real> DirectReturn<'a, S> {
         self.simulator.set_parameters(parameters)
     }
 
+    /// Limits the steps of one return (default: ten million).
+    pub fn set_step_limit(&mut self, limit: usize) {
+        self.simulator.set_step_limit(limit);
+    }
+
+    /// Steps that the last return took, those back to the surface from a start beyond it left out.
+    pub fn steps(&self) -> usize {
+        self.simulator.steps
+    }
+
     /// The next section point from a full state at the section.
     ///
     /// # Errors

@@ -30,6 +30,8 @@ pub struct Simulator<'a, S: Real> {
     pub(super) surfaces: Vec<SurfaceTools<'a, S>>,
     pub(super) near_miss: S,
     pub(super) step_limit: usize,
+    /// Steps since the state was placed, or since the call began that advances it.
+    pub(super) steps: usize,
     /// Two surfaces that hold the state where it was placed: no regime stands for them.
     pub(super) held_twice: Option<[usize; 2]>,
 }
@@ -74,7 +76,7 @@ pub(super) enum Contact<S> {
     },
 }
 
-/// Default limit on steps per call.
+/// Default limit on steps.
 const STEP_LIMIT: usize = 10_000_000;
 
 impl<'a, S: Real> Simulator<'a, S> {
@@ -106,6 +108,7 @@ impl<'a, S: Real> Simulator<'a, S> {
                 .collect(),
             near_miss: S::from_f64(f64::INFINITY),
             step_limit: STEP_LIMIT,
+            steps: 0,
             held_twice: None,
         };
         simulator.set_parameters(parameters)?;
@@ -136,7 +139,8 @@ impl<'a, S: Real> Simulator<'a, S> {
         self.near_miss = gap;
     }
 
-    /// Limits the steps of one call (default: ten million).
+    /// Limits the steps of one call, or of all from where a state is placed to where it returns
+    /// (default: ten million).
     pub fn set_step_limit(&mut self, limit: usize) {
         self.step_limit = limit;
     }
@@ -158,6 +162,7 @@ impl<'a, S: Real> Simulator<'a, S> {
         motion.state.copy_from_slice(state);
         motion.time = S::zero();
         motion.turns = 0;
+        self.steps = 0;
         motion.lose_headings();
         motion.regime = Regime::Free;
         motion.changed = S::from_f64(f64::NEG_INFINITY);

@@ -20,8 +20,8 @@ mod sparse;
 mod taylor;
 
 pub use collocation::{JetFlow, jet_transport};
-pub(crate) use taylor::JetExpansion;
 pub use taylor::jet_transport_taylor;
+pub(crate) use taylor::{JetExpansion, MAX_STEPS, jet_transport_within};
 
 #[cfg(test)]
 mod tests;

@@ -10,7 +10,7 @@ use crate::jet::{Graded, Jet, JetSeries};
 use crate::numeric::Real;
 
 /// Most steps one flow may take.
-const MAX_STEPS: usize = 100_000;
+pub(crate) const MAX_STEPS: usize = 100_000;
 
 /// Jets of the state after a duration of either sign, from jets of the state and of all parameters.
 ///
@@ -30,17 +30,29 @@ pub fn jet_transport_taylor<S: Real>(
     parameters: &[Jet<S>],
     duration: S,
 ) -> Result<Vec<Jet<S>>, FlowError> {
+    jet_transport_within(field, initial, parameters, duration, &mut { MAX_STEPS })
+}
+
+/// As [`jet_transport_taylor`], in a number of steps, which those taken lower.
+pub(crate) fn jet_transport_within<S: Real>(
+    field: &Field,
+    initial: &[Jet<S>],
+    parameters: &[Jet<S>],
+    duration: S,
+    steps_left: &mut usize,
+) -> Result<Vec<Jet<S>>, FlowError> {
     let mut state = initial.to_vec();
     let mut remaining = duration;
     if state.is_empty() {
         return Ok(state);
     }
     let algebra = JetSeries::new(state[0].space(), order_for(S::ROUNDOFF));
-    let mut expansion = JetExpansion::new(field, algebra);
-    for _ in 0..MAX_STEPS {
-        if remaining == S::zero() {
-            return Ok(state);
+    let (mut expansion, limit) = (JetExpansion::new(field, algebra), *steps_left);
+    while remaining != S::zero() {
+        if *steps_left == 0 {
+            return Err(FlowError::TooManySteps { limit, remaining: remaining.to_f64() });
         }
+        *steps_left -= 1;
         expansion.expand(&state, parameters);
         let longest = S::from_f64(expansion.step_length(remaining.magnitude())?);
         let length =
@@ -50,7 +62,7 @@ pub fn jet_transport_taylor<S: Real>(
         }
         remaining -= length;
     }
-    Err(FlowError::TooManySteps { limit: MAX_STEPS, remaining: remaining.to_f64() })
+    Ok(state)
 }
 
 /// The tape of one field over series in time of jets.
