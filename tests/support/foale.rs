@@ -60,13 +60,17 @@ impl Foale {
         self.gain() * square.sqrt()
     }
 
-    /// The smaller positive impact speed of the orbits at an amplitude.
-    pub(crate) fn speed(&self, alpha: Dd) -> Dd {
+    /// The impact speeds of the two orbits at an amplitude, the smaller first.
+    pub(crate) fn speeds(&self, alpha: Dd) -> [Dd; 2] {
         let rest = Dd::ONE - alpha * alpha / (self.gain() * self.gain());
         let root = (self.p * self.p - self.square() * rest).sqrt();
-        let below = self.p - root;
-        let chosen = if below > Dd::ZERO { below } else { self.p + root };
-        chosen / self.square()
+        [self.p - root, self.p + root].map(|speed| speed / self.square())
+    }
+
+    /// The smaller positive impact speed of the orbits at an amplitude.
+    pub(crate) fn speed(&self, alpha: Dd) -> Dd {
+        let [below, above] = self.speeds(alpha);
+        if below > Dd::ZERO { below } else { above }
     }
 
     fn constant(&self) -> Dd {
