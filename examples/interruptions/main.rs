@@ -1,6 +1,6 @@
 //! Long commands killed at random moments, by the two signals of an impatient user and of a machine
 //! that runs out of memory: nothing is damaged, the same command ends with the bytes of a run that
-//! nobody killed, and little is done twice.
+//! nobody killed, and little is done twice. `branch` and `loci` keep no pieces and begin anew.
 //!
 //! ```text
 //! cargo build --release
@@ -28,10 +28,14 @@ const SCENE: &str = "scene.toml";
 
 /// Commands of some seconds: a name, the arguments.
 fn commands() -> Vec<(&'static str, Vec<String>)> {
-    let set = |command: &str, keys: &[&str]| {
-        let keys = keys.iter().flat_map(|key| ["--set", key]);
-        let call = [command, SCENE].into_iter().chain(keys).chain(["-o", "out"]);
+    let call = |command: &str, options: &[&str]| {
+        let options = options.iter().copied();
+        let call = [command, SCENE].into_iter().chain(options).chain(["-o", "out"]);
         call.map(str::to_owned).collect::<Vec<_>>()
+    };
+    let set = |command: &str, keys: &[&str]| {
+        let keys: Vec<&str> = keys.iter().flat_map(|key| ["--set", key]).collect();
+        call(command, &keys)
     };
     let long = ["diagram.0.points=4000", "diagram.0.keep=100"];
     let direct = ["diagram.0.with=[\"direct\"]", "diagram.0.points=1000"];
@@ -41,6 +45,9 @@ fn commands() -> Vec<(&'static str, Vec<String>)> {
         ("chart", set("chart", &[])),
         ("converge", set("converge", &[])),
         ("run", set("run", &long[..1])),
+        ("basin", call("basin", &["--points", "1600", "--at", "alpha=1e-3"])),
+        ("branch", call("branch", &["--along", "alpha", "--itinerary", "1"])),
+        ("loci", call("loci", &["--in", "alpha,omega"])),
     ]
 }
 

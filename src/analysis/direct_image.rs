@@ -96,7 +96,8 @@ impl<'a, S: Real> DirectImage<'a, S> {
     ///
     /// As [`new`](Self::new).
     pub(super) fn over(&self, returns: usize) -> Result<Self, AnalysisError> {
-        Self::in_frame(self.system, self.frame.clone().over(returns), self.limit)
+        let limit = self.limit.saturating_mul(returns);
+        Self::in_frame(self.system, self.frame.clone().over(returns), limit)
     }
 
     fn in_frame(

@@ -211,7 +211,7 @@ pub(super) struct EmitArguments {
     /// Emit the catalogue's crate of maps instead
     #[arg(long, conflicts_with = "scene")]
     pub(super) catalogue: bool,
-    /// The language of the map: a crate of Rust, a C99 header, or CUDA kernels in one file
+    /// The language of the map
     #[arg(long, value_enum, default_value_t = TargetArgument::Rust, conflicts_with = "catalogue")]
     pub(super) target: TargetArgument,
     /// Compare with what is in the folder, write nothing
@@ -236,6 +236,15 @@ pub(super) enum TargetArgument {
     C,
     /// The header's functions with CUDA kernels, one thread a point
     Cuda,
+    /// A module of JavaScript
+    #[value(name = "javascript")]
+    JavaScript,
+    /// A module of Python for numbers and NumPy arrays, which numba compiles
+    Python,
+    /// A module of Julia
+    Julia,
+    /// A function file of MATLAB and Octave
+    Matlab,
 }
 
 impl From<TargetArgument> for Target {
@@ -244,6 +253,10 @@ impl From<TargetArgument> for Target {
             TargetArgument::Rust => Self::Rust,
             TargetArgument::C => Self::C,
             TargetArgument::Cuda => Self::Cuda,
+            TargetArgument::JavaScript => Self::JavaScript,
+            TargetArgument::Python => Self::Python,
+            TargetArgument::Julia => Self::Julia,
+            TargetArgument::Matlab => Self::Matlab,
         }
     }
 }

@@ -3,7 +3,7 @@
 use std::sync::{Arc, OnceLock};
 
 use super::graze::parameter_number;
-use super::{Error, Settled, StudyRequest};
+use super::{Error, Graze, Settled, StudyRequest};
 use crate::analysis::basin::{Basin, BasinRequest, basin};
 use crate::analysis::branches::{
     BranchDiagram, BranchObservable, BranchRequest, Branches, branch_diagram, branches, observed,
@@ -128,7 +128,7 @@ fn edge_depth(scene: &Scene, local: &LocalMap) -> f64 {
 pub struct Map(pub(super) Arc<Parts>);
 
 /// What the copies of a map share.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Parts {
     pub(super) plan: Plan,
     pub(super) local: LocalMap,
@@ -239,6 +239,30 @@ impl Map {
     /// What the map is run in: as chosen, or as the scene says.
     pub fn precision(&self) -> FloatFormat {
         self.0.plan.precision()
+    }
+
+    /// The same map of a scene that asks for other pictures, as [`Scene::asking`] has it.
+    ///
+    /// ```
+    /// use grazemap::prelude::*;
+    ///
+    /// let map = Scene::load("scenes/linear.toml")?.graze()?.map()?;
+    /// let tables = "[[diagram]]\nparameter = \"alpha\"\nrange = [-1e-4, 1e-4]\npoints = 20\n";
+    /// let map = map.asking(tables)?;
+    /// assert_eq!(map.diagram(&map.scene().diagrams[0])?.sweeps[0].points.len(), 20);
+    /// # Ok::<(), grazemap::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Scene`] for tables with a fault.
+    pub fn asking(&self, tables: &str) -> Result<Self, Error> {
+        let (settled, plan) = (self.settled(), &self.0.plan);
+        let scene = settled.scene().asking(tables)?;
+        let graze = Graze::new(scene, self.orbit().clone());
+        let settled = Settled { graze, verdict: settled.verdict.clone() };
+        let plan = Plan::new(settled, plan.orders, plan.choice.clone());
+        Ok(Self::new(Parts { plan, ..(*self.0).clone() }))
     }
 
     /// Grazing value of a parameter.

@@ -110,9 +110,9 @@ impl<'a> Shown<'a> {
     fn words(&self, category: Category) -> String {
         let longest = self.chart.longest_period;
         let level = |place: usize| match place {
-            0 => format!("exponent below {}", LEVELS[0]),
-            _ if place == LEVELS.len() => format!("above {}", LEVELS[place - 1]),
-            _ => format!("{} to {}", LEVELS[place - 1], LEVELS[place]),
+            0 => format!("λ below {}", LEVELS[0]),
+            _ if place == LEVELS.len() => format!("λ above {}", LEVELS[place - 1]),
+            _ => format!("λ from {} to {}", LEVELS[place - 1], LEVELS[place]),
         };
         match category {
             Category::WithoutContact => "no contact".to_owned(),
@@ -121,7 +121,7 @@ impl<'a> Shown<'a> {
             Category::Itinerary(place) => self.itineraries[place].to_string(),
             Category::OtherItinerary => "other itineraries".to_owned(),
             Category::Level(place) => level(place).replace('-', "−"),
-            Category::NoExponent => "exponent not known".to_owned(),
+            Category::NoExponent => "λ not known".to_owned(),
             Category::Attractors(1) => "1 attractor".to_owned(),
             Category::Attractors(count) if count == self.chart.attractors => {
                 format!("{count} attractors or more")

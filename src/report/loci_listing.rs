@@ -346,21 +346,34 @@ pub(super) fn draw_curves(
             });
         }
     }
-    let mut marked: Vec<(&[f64; 2], &String)> = Vec::new();
-    let points = curves.iter().flat_map(|curve| &curve.points).filter(|point| point.physical);
-    for (at, label) in points.filter_map(|point| Some((&point.at, point.label.as_ref()?))) {
+    let points = || curves.iter().flat_map(|curve| &curve.points);
+    let extent: [f64; 2] = std::array::from_fn(|axis| {
+        points().fold(0.0_f64, |most, point| most.max(point.at[axis].abs()))
+    });
+    // What lies at one place has one mark, with the names of all that it is.
+    let mut marked: Vec<(&[f64; 2], Vec<String>)> = Vec::new();
+    let special = points().filter(|point| point.physical);
+    for (at, label) in special.filter_map(|point| Some((&point.at, point.label.as_ref()?))) {
+        let label = symbol(label);
         let here = |other: &[f64; 2]| {
-            let mut pairs = other.iter().zip(at);
-            pairs.all(|(a, b)| (a - b).abs() <= 1e-9 * b.abs().max(f64::EPSILON))
+            (0..2).all(|axis| (other[axis] - at[axis]).abs() <= ONE_MARK * extent[axis])
         };
-        if !marked.iter().any(|(at, _)| here(at)) {
-            marked.push((at, label));
+        match marked.iter_mut().find(|(at, _)| here(at)) {
+            Some((_, labels)) if labels.contains(&label) => {}
+            // The graze's own name says that loci end there.
+            Some((_, labels)) if labels[0].starts_with('ξ') && !label.starts_with('ξ') => {}
+            Some((_, labels)) => labels.push(label),
+            None => marked.push((at, vec![label])),
         }
     }
-    figure.annotations.extend(marked.into_iter().filter_map(|(at, text)| {
-        Some(Annotation { at: place(*at)?, text: text.clone(), marker: Some(Marker::Ring) })
+    figure.annotations.extend(marked.into_iter().filter_map(|(at, labels)| {
+        let text = labels.join(", ");
+        Some(Annotation { at: place(*at)?, text, marker: Some(Marker::Ring) })
     }));
 }
+
+/// Special points nearer than this share of the extent of all curves are one mark.
+const ONE_MARK: f64 = 1e-6;
 
 /// How a stretch of a curve is drawn.
 #[derive(Clone, Copy, PartialEq, Eq)]

@@ -200,6 +200,9 @@ pub fn chart_bytes(scene: &Scene) -> u64 {
     scene.charts.iter().map(bytes).sum()
 }
 
+/// A map and where the cells of one chart of it start.
+type Swept<'s> = (&'s dyn SweptMap, &'s [Option<Vec<f64>>]);
+
 /// The charts that a scene asks for: one for each method, and for each start where these are not
 /// taken together.
 ///
@@ -227,22 +230,7 @@ pub fn chart(
     request: &ChartRequest,
     progress: &dyn Progress,
 ) -> Result<Vec<Chart>, AnalysisError> {
-    let axis = |number: usize| {
-        let parameter = request.parameters[number];
-        ChartAxis {
-            parameter: scene.model.parameters[parameter].name.clone(),
-            grazing_value: orbit.parameters()[parameter].to_f64(),
-            offsets: even_offsets(request.ranges[number], request.points[number]),
-        }
-    };
-    let axes = [axis(0), axis(1)];
-    let mut places = [0; 2];
-    for (place, axis) in places.iter_mut().zip(&axes) {
-        let mut active = map.parameters.iter();
-        let found = active.position(|active| active.name == axis.parameter);
-        *place =
-            found.ok_or_else(|| AnalysisError::NotActive { parameter: axis.parameter.clone() })?;
-    }
+    let (axes, places) = axes(scene, orbit, map, request)?;
     let subject = SweepSubject {
         scene,
         orbit,
@@ -270,7 +258,7 @@ pub fn chart(
     };
     let asked =
         swept.iter().flat_map(|map| starts.chunks(together).map(move |starts| (&**map, starts)));
-    let chart = |(number, (swept, starts)): (usize, (&dyn SweptMap, &[Option<Vec<f64>>]))| {
+    let chart = |(number, (swept, starts)): (usize, Swept<'_>)| {
         let clock = Instant::now();
         let grid = Grid {
             map: swept,
@@ -312,4 +300,30 @@ pub fn chart(
         }
     };
     Ok(asked.enumerate().map(chart).collect())
+}
+
+/// The axes of a chart, and the positions of their parameters among the map's.
+fn axes(
+    scene: &Scene,
+    orbit: &GrazingOrbit,
+    map: &LocalMap,
+    request: &ChartRequest,
+) -> Result<([ChartAxis; 2], [usize; 2]), AnalysisError> {
+    let axis = |number: usize| {
+        let parameter = request.parameters[number];
+        ChartAxis {
+            parameter: scene.model.parameters[parameter].name.clone(),
+            grazing_value: orbit.parameters()[parameter].to_f64(),
+            offsets: even_offsets(request.ranges[number], request.points[number]),
+        }
+    };
+    let axes = [axis(0), axis(1)];
+    let mut places = [0; 2];
+    for (place, axis) in places.iter_mut().zip(&axes) {
+        let mut active = map.parameters.iter();
+        let found = active.position(|active| active.name == axis.parameter);
+        *place =
+            found.ok_or_else(|| AnalysisError::NotActive { parameter: axis.parameter.clone() })?;
+    }
+    Ok((axes, places))
 }

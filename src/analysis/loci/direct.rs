@@ -305,6 +305,10 @@ impl<'a> DirectLoci<'a> {
     /// What a special point of a branch is a seed of.
     fn seed(&self, point: &BranchPoint) -> Option<Seed> {
         let (special, orbit) = (point.special.as_ref()?, &point.orbit);
+        // Loci are followed in the section points of all returns.
+        if orbit.states.len() < orbit.itinerary.period() {
+            return None;
+        }
         let asked = |itinerary: &ContactItinerary| {
             let known = self.request.itineraries.iter();
             let mut known = known.filter(|other| other.period() == itinerary.period());
@@ -336,10 +340,23 @@ impl<'a> DirectLoci<'a> {
             }
             BranchLabel::BranchPoint => return None,
         };
+        self.wrap(&mut states);
         let mut unknowns =
             self.equations(&self.rounded, &itinerary).unknowns(&states, &orbit.parameters)?;
         unknowns.extend(angle);
         is_asked.then_some(Seed { kind, itinerary, unknowns })
+    }
+
+    /// Takes whole turns of the phase from the section points of an orbit: with them it is the same.
+    fn wrap(&self, states: &mut [Vec<f64>]) {
+        let model = &self.scene.model;
+        let Some(clock) = &model.phase else { return };
+        let coordinates = &self.orbit.section.coordinates;
+        let phase = coordinates.iter().position(|&component| component + 1 == model.dimension());
+        let Some(phase) = phase else { return };
+        let period = clock.period.to_f64();
+        let turns = (states[0][phase] / period).round() * period;
+        states.iter_mut().for_each(|state| state[phase] -= turns);
     }
 
     /// An orbit of each physical stretch of a locus of the map, away from the graze.

@@ -117,4 +117,26 @@ fn a_point_outside_the_window_is_said_to_be_beyond_which_half_width() {
     assert!(names(0).contains(&"theta".into()) && !names(0).contains(&"alpha".into()));
     assert!(names(1).contains(&"alpha".into()) && names(2).is_empty());
     assert_eq!((&images[0]["inside"], &images[2]["inside"]), (&0.into(), &1.into()));
+    let window = &images[2]["window"];
+    assert_eq!(
+        (&window["bounds"][1]["name"], &window["bounds"][1]["value"]),
+        (&"x".into(), &1e-3.into())
+    );
+    assert!(window["errors"][0]["error"].as_f64().is_some_and(|error| error < 1e-3), "{window}");
+}
+
+#[test]
+fn commands_that_make_no_map_say_that_the_window_is_not_measured() {
+    let folder = scratch();
+    let said = |arguments: &[&str]| text(&grazemap(folder.path(), arguments).stdout);
+    let checked = said(&["check", "linear"]);
+    assert!(
+        checked.contains("window      y^2 <= 1e-3, x ± 1e-3, theta ± 5e-2, alpha"),
+        "{checked}"
+    );
+    assert!(checked.contains("`expand` measures open bounds"), "{checked}");
+    let open = said(&["check", "linear", "--set", "window={}"]);
+    assert!(open.contains("window      open; `expand`"), "{open}");
+    let located = said(&["locate", "linear"]);
+    assert!(located.ends_with("its map keeps its tolerance\n"), "{located}");
 }

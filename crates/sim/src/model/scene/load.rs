@@ -78,6 +78,36 @@ impl Scene {
         overridden(source, overrides).map_err(|fault| fault.in_file(file_name, source))
     }
 
+    /// The scene with other `[[diagram]]`, `[[chart]]` and `[[basin]]` tables, `tables` a text of
+    /// them. Section and window stay as they were settled; text and digest are those of the new scene.
+    ///
+    /// ```
+    /// use grazemap_sim::model::{Scene, catalogue};
+    ///
+    /// let source = catalogue::text("linear").expect("the catalogue holds it");
+    /// let tables = "[[diagram]]\nparameter = \"alpha\"\nrange = [-1e-4, 1e-4]\n";
+    /// let scene = Scene::parse(source, "linear.toml")?.asking(tables)?;
+    /// assert_eq!((scene.diagrams.len(), scene.charts.len()), (1, 0));
+    /// # Ok::<(), grazemap_sim::model::SceneError>(())
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// The first fault of the tables, its place counted in the new scene's text.
+    pub fn asking(&self, tables: &str) -> Result<Self, SceneError> {
+        let name = &self.file_name;
+        let kept = without_requests(&self.text).map_err(|fault| fault.in_file(name, &self.text))?;
+        let text = format!("{}\n\n{tables}", kept.trim_end());
+        let asked = read(&text, name).map_err(|fault| fault.in_file(name, &text))?;
+        Ok(Self {
+            identifier: self.identifier.clone(),
+            section: self.section,
+            section_rule: self.section_rule,
+            window: self.window.clone(),
+            ..asked
+        })
+    }
+
     /// Reads and checks a scene file.
     ///
     /// # Errors
@@ -119,6 +149,15 @@ fn overridden(source: &str, values: &[(String, String)]) -> Checked<String> {
     }
     let mut document = parsed(source)?.into_mut();
     apply(&mut document, values)?;
+    Ok(document.to_string())
+}
+
+/// The text without what it asks to be drawn.
+fn without_requests(text: &str) -> Checked<String> {
+    let mut document = parsed(text)?.into_mut();
+    for key in ["diagram", "chart", "basin"] {
+        document.remove(key);
+    }
     Ok(document.to_string())
 }
 
