@@ -87,7 +87,7 @@ impl<S: Real> SectionFrame<S> {
         self.orbit_period *= S::from_f64(returns as f64);
         let later = |number: usize, passage: &FollowingPassage| FollowingPassage {
             share: (number as f64 + passage.share) / returns as f64,
-            ..passage.clone()
+            ..*passage
         };
         let passages = std::mem::take(&mut self.passages);
         let numbers = 0..returns;

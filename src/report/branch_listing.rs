@@ -213,7 +213,11 @@ impl BranchListing {
             row.push(Cell::text(speeds.join(" ")));
             let label = point.special.as_ref().map(|special| special.label.letters());
             row.push(label.map_or(Cell::Missing, Cell::text));
-            row.extend(point.observed.0.iter().map(|(_, value)| Cell::number(*value, 12)));
+            let observed = point.observed.0.iter().map(|(_, value)| match value.is_finite() {
+                true => Cell::number(*value, 12),
+                false => Cell::Missing,
+            });
+            row.extend(observed);
             table.push(row)?;
         }
         Ok(table)
@@ -280,7 +284,8 @@ impl BranchListing {
             }
             self.draw(&mut figure, number, value, (name, color));
         }
-        join_labels(&mut figure.annotations);
+        let points = figure.series.iter().flat_map(|series| series.points.iter().copied());
+        join_labels(&mut figure.annotations, points);
         figure
     }
 
@@ -322,13 +327,13 @@ impl BranchListing {
     }
 }
 
-/// Labels nearer than this share of the extent of all of them are one.
+/// Labels nearer than this share of the picture's extent are one.
 const ONE_LABEL: f64 = 0.03;
 
 /// Puts the words of labels that would overlap at the first of them, each word once.
-fn join_labels(labels: &mut [Annotation]) {
+fn join_labels(labels: &mut [Annotation], points: impl Iterator<Item = [f64; 2]> + Clone) {
     let extent = |axis: usize| {
-        let values = labels.iter().map(|label| label.at[axis]).filter(|value| value.is_finite());
+        let values = points.clone().map(|point| point[axis]).filter(|value| value.is_finite());
         let (least, most) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), v| {
             (least.min(v), most.max(v))
         });
@@ -378,4 +383,24 @@ fn line(points: &[PointRecord], stable: bool, at: impl Fn(usize) -> [f64; 2]) ->
         before = Some(place);
     }
     line
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn labels_at_one_point_are_one_and_others_stay() {
+        let label =
+            |at: [f64; 2], text: &str| Annotation { at, text: text.to_owned(), marker: None };
+        let mut labels = [
+            label([0.0, 1.0], "GR"),
+            label([1e-17, 1.0], "GR"),
+            label([0.01, 1.01], "SN"),
+            label([0.5, 1.0], "PD"),
+        ];
+        join_labels(&mut labels, [[-1.0, 0.0], [1.0, 2.0], [f64::NAN; 2]].into_iter());
+        let texts: Vec<&str> = labels.iter().map(|label| label.text.as_str()).collect();
+        assert_eq!(texts, ["GR SN", "", "", "PD"]);
+    }
 }

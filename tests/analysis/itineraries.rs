@@ -278,9 +278,8 @@ fn folds_and_flips_far_beyond_the_map_are_found_by_direct_simulation_where_foale
     let cases = [
         ("0.75", "tangency", &["1", "10"][..]),
         ("1.8", "tangency", &["1"]),
-        ("2.2", "tangency", &["1", "10"]),
+        ("2.2", "tangency", &["10"]),
         ("2.2", "stroboscopic", &["1", "10"]),
-        ("2.9", "tangency", &["10"]),
     ];
     for (omega, section, itineraries) in cases {
         let set = [("section.kind", section), ("window.state", "{}")];

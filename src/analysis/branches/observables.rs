@@ -39,7 +39,8 @@ impl BranchObservable {
 }
 
 /// An observable of all orbits: by branch and point. The orbits are flown for contact times and
-/// amplitudes, by direct simulation whatever they were found by; NaN where that ends early.
+/// amplitudes, by direct simulation whatever they were found by; NaN where that ends early, and of
+/// virtual orbits but for the gap.
 ///
 /// # Errors
 ///
@@ -62,6 +63,10 @@ fn of_orbit(
     observable: BranchObservable,
 ) -> Result<f64, AnalysisError> {
     let found = &point.orbit;
+    // A virtual orbit is none of the oscillator's: nothing flies it.
+    if !found.physical && observable != BranchObservable::Gap {
+        return Ok(f64::NAN);
+    }
     let mut frame = SectionFrame::<f64>::new(scene, orbit);
     frame.place(&found.states[0], &found.parameters)?;
     match observable {
@@ -129,5 +134,40 @@ fn largest(rows: &[(f64, f64)], sign: f64) -> f64 {
     match (before - after).abs() <= 1e-6 * after && bend != 0.0 {
         true => b - (a - c).powi(2) / (8.0 * bend),
         false => b,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn row(time: f64, event: Option<MomentEvent>) -> SeriesPoint {
+        let event = event.map(|event| (event, 0));
+        SeriesPoint { time, state: Vec::new(), gaps: vec![0.0], event }
+    }
+
+    #[test]
+    fn contact_time_is_that_of_contacts_that_end() {
+        let rows = [
+            row(-0.1, Some(MomentEvent::Contact)),
+            row(0.2, Some(MomentEvent::Release)),
+            row(1.0, None),
+            row(1.5, Some(MomentEvent::Contact)),
+            row(1.75, Some(MomentEvent::Release)),
+            // The first one, a period later.
+            row(1.9, Some(MomentEvent::Contact)),
+        ];
+        assert!((contact_time(&rows) - 0.55).abs() < 1e-15);
+        assert_eq!(contact_time(&rows[2..3]), 0.0);
+    }
+
+    #[test]
+    fn an_extent_is_that_of_the_curve_and_not_of_its_samples() {
+        let time = |number: i32| 0.37 + f64::from(number) * std::f64::consts::TAU / 400.0;
+        let rows: Vec<(f64, f64)> =
+            (0..=400).map(|number| (time(number), 3.0 + 2.0 * time(number).sin())).collect();
+        let half = 0.5 * (largest(&rows, 1.0) - largest(&rows, -1.0));
+        // The fourth power of the spacing; samples alone err by 1e-4.
+        assert!((half - 2.0).abs() < 1e-8, "{half}");
     }
 }
