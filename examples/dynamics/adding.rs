@@ -1,14 +1,14 @@
 //! The flip that ends a window of 1/n orbits of the cantilever: leading formula, maps, direct
 //! simulation.
 
-use grazemap::analysis::periodic::{
-    BifurcationKind, Guess, PeriodicOrbit, PeriodicProblem, SectionMap, bifurcation, branch,
-};
+use grazemap::analysis::orbits::BifurcationKind;
+use grazemap::analysis::periodic::{Guess, PeriodicOrbit, PeriodicProblem, SectionMap};
 use grazemap::iteration::{DiscreteMap, HornerMap};
 use grazemap::numeric::Dd;
 use grazemap::report::{Cell, Column, ReportError, Table};
 
 use crate::born::ORDERS;
+use crate::held::{bifurcation, branch};
 use crate::subject::{HIGHEST, Maps, Subject, written};
 
 /// Returns of an orbit, and the wall's offset at which it is stable.

@@ -1,14 +1,14 @@
 //! The map chosen for a tolerance: what it says of the orbits, folds and flips, beside direct
 //! simulation.
 
-use grazemap::analysis::periodic::{
-    Bifurcation, BifurcationKind, PeriodicOrbit, PeriodicProblem, SectionMap, Stepped, bifurcation,
-};
+use grazemap::analysis::orbits::BifurcationKind;
+use grazemap::analysis::periodic::{PeriodicOrbit, PeriodicProblem, SectionMap, Stepped};
 use grazemap::convergence::{Choice, ChoiceOptions, choose, chosen_map};
 use grazemap::numeric::{Dd, Real};
 use grazemap::report::{Cell, Column, ReportError, Table};
 
 use crate::conclusions::Verdict;
+use crate::held::{Bifurcation, bifurcation};
 use crate::subject::{Maps, Subject, one_impact};
 
 /// Tolerances, as shares of the window's depth.

@@ -1,15 +1,15 @@
 //! Folds and flips that leave a codimension-two point: by order, against direct simulation.
 
 use grazemap::analysis::MapEvaluation;
-use grazemap::analysis::periodic::{
-    BifurcationKind, PeriodicOrbit, PeriodicProblem, SectionMap, bifurcation,
-};
+use grazemap::analysis::orbits::BifurcationKind;
+use grazemap::analysis::periodic::{PeriodicOrbit, PeriodicProblem, SectionMap};
 use grazemap::convergence::fit_slope;
 use grazemap::numeric::{Dd, Scalar};
 use grazemap::report::figure::{Axis, Figure, Marker, Series};
 use grazemap::report::{Cell, Column, ReportError, Table};
 
 use crate::born::{Graze, ORDERS};
+use crate::held::bifurcation;
 use crate::subject::{HIGHEST, Maps, Subject, depths, one_impact, written};
 
 /// Shares of the window's half-width at which the second parameter is held, of both signs.

@@ -10,6 +10,8 @@ mod attractor;
 mod born;
 mod chosen;
 mod conclusions;
+#[path = "../support/held.rs"]
+mod held;
 mod loci;
 #[path = "../support/study.rs"]
 mod study;
@@ -17,7 +19,7 @@ mod subject;
 
 use std::error::Error;
 
-use grazemap::analysis::periodic::BifurcationKind;
+use grazemap::analysis::orbits::BifurcationKind;
 
 use attractor::Site;
 use born::{Born, Graze};

@@ -1,7 +1,7 @@
 //! A scene with its direct simulation and its maps of all orders.
 
 use grazemap::analysis::periodic::{
-    Guess, PeriodicOrbit, PeriodicProblem, SectionMap, branch, window_scales,
+    Guess, PeriodicOrbit, PeriodicProblem, SectionMap, window_scales,
 };
 use grazemap::analysis::{DirectImage, DirectMap, MapEvaluation};
 use grazemap::convergence::MapFamily;
@@ -11,6 +11,8 @@ use grazemap::iteration::PassageSet;
 use grazemap::model::{Scene, catalogue};
 use grazemap::numeric::{Dd, Real};
 use grazemap::orbit::{GrazingOrbit, locate};
+
+use crate::held::branch;
 
 /// Highest orders of all maps; below them every map is a truncation of one expansion.
 pub(crate) const HIGHEST: (u32, u32) = (7, 10);

@@ -55,8 +55,11 @@ pub enum DirectEnd {
 /// the last approach to the section is flown with the surface ignored.
 #[derive(Clone, Debug)]
 pub struct DirectImage<'a, S: Real> {
+    system: &'a HybridSystem,
     frame: SectionFrame<S>,
     returns: DirectReturn<'a, S>,
+    /// Most steps of an image.
+    limit: usize,
 }
 
 /// Most products of series in `f64` that an image forms: 2 to 5 s.
@@ -81,20 +84,39 @@ impl<'a, S: Real> DirectImage<'a, S> {
         scene: &Scene,
         orbit: &GrazingOrbit,
     ) -> Result<Self, AnalysisError> {
-        let mut frame = SectionFrame::new(scene, orbit);
+        let precise = S::ROUNDOFF <= Dd::ROUNDOFF;
+        let most = if precise { MOST_PRODUCTS / IN_DOUBLE_DOUBLE } else { MOST_PRODUCTS };
+        Self::in_frame(system, SectionFrame::new(scene, orbit), most / products_of_step(scene))
+    }
+
+    /// So many returns as one, from a section point straight to the last: none is needed between
+    /// them. The passages are those of the first return, then of the next.
+    ///
+    /// # Errors
+    ///
+    /// As [`new`](Self::new).
+    pub(super) fn over(&self, returns: usize) -> Result<Self, AnalysisError> {
+        let limit = self.limit.saturating_mul(returns);
+        Self::in_frame(self.system, self.frame.clone().over(returns), limit)
+    }
+
+    fn in_frame(
+        system: &'a HybridSystem,
+        mut frame: SectionFrame<S>,
+        limit: usize,
+    ) -> Result<Self, AnalysisError> {
         let (section, duration) = (frame.return_section(), frame.duration());
         let mut returns =
             DirectReturn::new(system, frame.parameters(), section, duration, frame.periods())?
                 .with_passages(&frame.nominal_passages(duration))?;
-        let precise = S::ROUNDOFF <= Dd::ROUNDOFF;
-        let most = if precise { MOST_PRODUCTS / IN_DOUBLE_DOUBLE } else { MOST_PRODUCTS };
-        returns.set_step_limit(most / products_of_step(scene));
-        Ok(Self { frame, returns })
+        returns.set_step_limit(limit);
+        Ok(Self { system, frame, returns, limit })
     }
 
     /// Limits the steps of an image; a point that needs more has none. As many as take some
     /// seconds are the default.
     pub fn set_step_limit(&mut self, limit: usize) {
+        self.limit = limit;
         self.returns.set_step_limit(limit);
     }
 
@@ -153,6 +175,11 @@ impl<'a, S: Real> DirectImage<'a, S> {
     /// Whether the section is that of a graze itself.
     pub(super) fn is_tangency(&self) -> bool {
         self.frame.kind() == PoincareSectionKind::Tangency
+    }
+
+    /// Takes whole periods off the phase of a section point, where it is a coordinate.
+    pub(super) fn reduce_phase(&self, offsets: &mut [S]) {
+        self.frame.reduce_phase(offsets);
     }
 
     /// The image of a section point, everything in offsets.

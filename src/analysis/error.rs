@@ -1,5 +1,6 @@
 //! What can be wrong with what an analysis is asked.
 
+use super::periodic::ItineraryError;
 use crate::expansion::ExpansionError;
 use crate::flow::FlowError;
 use crate::hybrid::HybridError;
@@ -46,6 +47,18 @@ pub enum AnalysisError {
         /// The section's coordinates.
         known: String,
     },
+    /// Manifolds are curves on sections of two coordinates alone.
+    #[error(
+        "stable and unstable manifolds of saddles are curves on a section of two coordinates; this \
+         one has {dimension}; ask for the basin without manifolds"
+    )]
+    NotPlanar {
+        /// Coordinates of the section.
+        dimension: usize,
+    },
+    /// The itineraries asked for are too many.
+    #[error(transparent)]
+    Itinerary(#[from] ItineraryError),
     /// A basin has no range along an axis.
     #[error(
         "the window says nothing of `{name}`, over which a basin is to be drawn; name a range, or \

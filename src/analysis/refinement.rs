@@ -11,9 +11,24 @@ pub const BLOCK: usize = 8;
 /// The classes of all cells, row by row.
 #[derive(Clone, Debug)]
 pub(super) struct Refined<C> {
-    pub(super) cells: Vec<C>,
-    /// How many of them were computed; the others are as their neighbours.
-    pub(super) computed: usize,
+    cells: Vec<Class<C>>,
+}
+
+impl<C> Refined<C> {
+    /// How many cells were computed; the others are as their neighbours.
+    pub(super) fn computed(&self) -> usize {
+        self.cells.iter().filter(|cell| matches!(cell, Class::Computed(_))).count()
+    }
+
+    /// All classes; `filled` is told of those that were not computed.
+    pub(super) fn into_cells(self, filled: impl Fn(C) -> C) -> Vec<C> {
+        let known = |cell| match cell {
+            Class::Unknown => None,
+            Class::Filled(class) => Some(filled(class)),
+            Class::Computed(class) => Some(class),
+        };
+        self.cells.into_iter().filter_map(known).collect()
+    }
 }
 
 /// The classes of a grid of so many columns and rows, cell `row * columns + column`.
@@ -41,9 +56,7 @@ pub(super) fn refine<C: Clone>(
         doubtful.retain(|&cell| grid.is_doubtful(cell));
         doubtful = grid.ask(doubtful).into_iter().flat_map(|cell| grid.neighbours(cell)).collect();
     }
-    let is_computed = |cell: &&Class<C>| matches!(cell, Class::Computed(_));
-    let computed = grid.cells.iter().filter(is_computed).count();
-    Refined { cells: grid.cells.into_iter().filter_map(Class::into_known).collect(), computed }
+    Refined { cells: grid.cells }
 }
 
 /// What is known of a cell.
@@ -57,13 +70,6 @@ enum Class<C> {
 
 impl<C> Class<C> {
     fn known(&self) -> Option<&C> {
-        match self {
-            Self::Unknown => None,
-            Self::Filled(class) | Self::Computed(class) => Some(class),
-        }
-    }
-
-    fn into_known(self) -> Option<C> {
         match self {
             Self::Unknown => None,
             Self::Filled(class) | Self::Computed(class) => Some(class),
@@ -188,15 +194,19 @@ mod tests {
     use super::*;
 
     /// A grid refined by what is at a column and a row, with all numbers asked for.
-    fn refined([columns, rows]: [usize; 2], class: impl Fn(usize, usize) -> u8) -> Refined<u8> {
+    fn refined(
+        [columns, rows]: [usize; 2],
+        class: impl Fn(usize, usize) -> u8,
+    ) -> (Vec<u8>, usize) {
         let mut asked = vec![0; columns * rows];
         let refined = refine([columns, rows], u8::eq, |cells| {
             cells.iter().for_each(|&cell| asked[cell] += 1);
             cells.iter().map(|&cell| class(cell % columns, cell / columns)).collect()
         });
         assert!(asked.iter().all(|&times| times <= 1), "no cell is computed twice");
-        assert_eq!(asked.iter().sum::<usize>(), refined.computed);
-        refined
+        let computed = refined.computed();
+        assert_eq!(asked.iter().sum::<usize>(), computed);
+        (refined.into_cells(|class| class), computed)
     }
 
     fn uniform([columns, rows]: [usize; 2], class: impl Fn(usize, usize) -> u8) -> Vec<u8> {
@@ -213,22 +223,22 @@ mod tests {
             u8::from(disk) + 2 * u8::from(line) + 4 * u8::from(column + row > 230)
         };
         let size = [150, 131];
-        let found = refined(size, class);
-        assert_eq!(found.cells, uniform(size, class));
-        assert!(found.computed < 150 * 131 / 5, "{} computed", found.computed);
+        let (found, computed) = refined(size, class);
+        assert_eq!(found, uniform(size, class));
+        assert!(computed < 150 * 131 / 5, "{computed} computed");
     }
 
     #[test]
     fn grids_of_any_shape_are_filled() {
         for size in [[1, 1], [1, 9], [9, 1], [2, 2], [8, 8], [9, 10], [17, 3], [16, 25]] {
             let class = |column: usize, row: usize| u8::from(2 * column > size[0] + row);
-            assert_eq!(refined(size, class).cells, uniform(size, class), "{size:?}");
+            assert_eq!(refined(size, class).0, uniform(size, class), "{size:?}");
         }
     }
 
     #[test]
     fn a_region_between_the_corners_of_blocks_is_missed_as_it_is_said() {
         let class = |column: usize, row: usize| u8::from(column == 3 && row == 4);
-        assert_eq!(refined([17, 17], class).cells, [0; 289]);
+        assert_eq!(refined([17, 17], class).0, [0; 289]);
     }
 }

@@ -78,6 +78,24 @@ impl<S: Real> SectionFrame<S> {
         }
     }
 
+    /// The frame of so many returns as one.
+    pub(super) fn over(mut self, returns: usize) -> Self {
+        if let Some(clock) = &mut self.clock {
+            clock.advance *= S::from_f64(returns as f64);
+            clock.periods *= returns;
+        }
+        self.orbit_period *= S::from_f64(returns as f64);
+        let later = |number: usize, passage: &FollowingPassage| FollowingPassage {
+            share: (number as f64 + passage.share) / returns as f64,
+            ..passage.clone()
+        };
+        let passages = std::mem::take(&mut self.passages);
+        let numbers = 0..returns;
+        let passages = numbers.flat_map(|number| passages.iter().map(move |p| later(number, p)));
+        self.passages = passages.collect();
+        self
+    }
+
     /// Number of coordinates.
     pub fn dimension(&self) -> usize {
         self.section.coordinates.len()
@@ -178,6 +196,18 @@ impl<S: Real> SectionFrame<S> {
     /// All parameters of the model, as placed last.
     pub fn parameters(&self) -> &[S] {
         &self.parameters
+    }
+
+    /// Takes whole periods off the phase, where it is a coordinate.
+    pub(super) fn reduce_phase(&self, offsets: &mut [S]) {
+        let Some(clock) = &self.clock else { return };
+        let last = self.state.len() - 1;
+        let place = self.section.coordinates.iter().position(|&component| component == last);
+        if let Some(place) = place {
+            let period = clock.advance / S::from_f64(clock.periods as f64);
+            let turns = (offsets[place] / period).to_f64().round();
+            offsets[place] -= period * S::from_f64(turns);
+        }
     }
 
     /// Nominal return time at the parameters placed last.

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{ArgGroup, Args, Parser, Subcommand, ValueEnum};
 
 use super::output::{CliError, Outlets};
+use grazemap::analysis::branches::BranchObservable;
 use grazemap::analysis::loci::LocusKind;
 use grazemap::analysis::{Precision, Using};
 use grazemap::emission::Target;
@@ -210,7 +211,7 @@ pub(super) struct EmitArguments {
     /// Emit the catalogue's crate of maps instead
     #[arg(long, conflicts_with = "scene")]
     pub(super) catalogue: bool,
-    /// The language of the map: a crate of Rust, a C99 header, or CUDA kernels in one file
+    /// The language of the map
     #[arg(long, value_enum, default_value_t = TargetArgument::Rust, conflicts_with = "catalogue")]
     pub(super) target: TargetArgument,
     /// Compare with what is in the folder, write nothing
@@ -235,6 +236,15 @@ pub(super) enum TargetArgument {
     C,
     /// The header's functions with CUDA kernels, one thread a point
     Cuda,
+    /// A module of JavaScript
+    #[value(name = "javascript")]
+    JavaScript,
+    /// A module of Python for numbers and NumPy arrays, which numba compiles
+    Python,
+    /// A module of Julia
+    Julia,
+    /// A function file of MATLAB and Octave
+    Matlab,
 }
 
 impl From<TargetArgument> for Target {
@@ -243,6 +253,10 @@ impl From<TargetArgument> for Target {
             TargetArgument::Rust => Self::Rust,
             TargetArgument::C => Self::C,
             TargetArgument::Cuda => Self::Cuda,
+            TargetArgument::JavaScript => Self::JavaScript,
+            TargetArgument::Python => Self::Python,
+            TargetArgument::Julia => Self::Julia,
+            TargetArgument::Matlab => Self::Matlab,
         }
     }
 }
@@ -374,16 +388,12 @@ pub(super) struct OrbitsArguments {
         long,
         value_name = "N",
         allow_negative_numbers = true,
+        conflicts_with = "itinerary",
         value_parser = clap::value_parser!(u8).range(1..=12)
     )]
     pub(super) period: Option<u8>,
-    /// Look for this itinerary: 1 for contact, 0 for none, passage by passage and return by return
-    /// (`100`); may be repeated
-    #[arg(long, value_name = "DIGITS", conflicts_with = "period")]
-    pub(super) itinerary: Vec<String>,
-    /// Whose orbits: the map's, or those of direct simulation next to them
-    #[arg(long, value_enum, default_value_t = OrbitsUsing::Map)]
-    pub(super) using: OrbitsUsing,
+    #[command(flatten)]
+    pub(super) which: WhichOrbits,
     /// Look for folds (saddle-nodes) too
     #[arg(long)]
     pub(super) fold: bool,
@@ -420,15 +430,8 @@ pub(super) struct BranchArguments {
     /// The active parameter that varies
     #[arg(long, value_name = "P")]
     pub(super) along: String,
-    /// Its first offset from the graze. Default: the window's
-    #[arg(long, value_name = "A", allow_hyphen_values = true)]
-    pub(super) from: Option<f64>,
-    /// Its last offset
-    #[arg(long, value_name = "B", allow_hyphen_values = true)]
-    pub(super) to: Option<f64>,
-    /// Offsets of other active parameters from the graze, others 0
-    #[arg(long, value_name = "NAME=OFFSET,...", value_parser = ParameterOffsets::parse)]
-    pub(super) at: Option<ParameterOffsets>,
+    #[command(flatten)]
+    pub(super) stretch: Stretch,
     /// Look for all itineraries of periods up to N returns, and follow branches that double up to
     /// N. Default: 4, with several passages 4 passages
     #[arg(
@@ -438,13 +441,65 @@ pub(super) struct BranchArguments {
         value_parser = clap::value_parser!(u8).range(1..=12)
     )]
     pub(super) period: Option<u8>,
-    /// Look for this itinerary, and follow what it changes to where it grazes: 1 for contact, 0
-    /// for none, passage by passage and return by return (`100`); may be repeated
+    #[command(flatten)]
+    pub(super) which: WhichOrbits,
+    /// Numbers of every orbit beside its section points, each a column and a picture
+    #[arg(long, value_name = "NAME,...", value_enum, value_delimiter = ',')]
+    pub(super) observe: Vec<BranchObservableOption>,
+}
+
+/// Part of a parameter, the others held: options of `branch` and `loci`.
+#[derive(Clone, Debug, Args)]
+pub(super) struct Stretch {
+    /// First offset of the parameter from the graze. Default: the window's
+    #[arg(long, value_name = "A", allow_hyphen_values = true)]
+    pub(super) from: Option<f64>,
+    /// Its last offset
+    #[arg(long, value_name = "B", allow_hyphen_values = true)]
+    pub(super) to: Option<f64>,
+    /// Offsets of further active parameters from the graze, others 0
+    #[arg(long, value_name = "NAME=OFFSET,...", value_parser = ParameterOffsets::parse)]
+    pub(super) at: Option<ParameterOffsets>,
+}
+
+/// Whose orbits, and of which contacts: options of `orbits`, `branch` and `loci`.
+#[derive(Clone, Debug, Args)]
+pub(super) struct WhichOrbits {
+    /// The orbits with these contacts: 1 for contact, 0 for none, passage by passage and return by
+    /// return (`100`); may be repeated. Default: all of short periods
     #[arg(long, value_name = "DIGITS")]
     pub(super) itinerary: Vec<String>,
     /// Whose orbits: the map's, or those of direct simulation
     #[arg(long, value_enum, default_value_t = OrbitsUsing::Map)]
     pub(super) using: OrbitsUsing,
+}
+
+/// What is observed of the orbits of a branch.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(super) enum BranchObservableOption {
+    /// The event function at the first section point
+    #[value(name = "h")]
+    Gap,
+    /// The largest impact speed
+    #[value(name = "impact_speed")]
+    ImpactSpeed,
+    /// Time in contact per period of the orbit
+    #[value(name = "contact_time")]
+    ContactTime,
+    /// Half of the range of the event function along the orbit
+    #[value(name = "amplitude")]
+    Amplitude,
+}
+
+impl From<BranchObservableOption> for BranchObservable {
+    fn from(option: BranchObservableOption) -> Self {
+        match option {
+            BranchObservableOption::Gap => Self::Gap,
+            BranchObservableOption::ImpactSpeed => Self::ImpactSpeed,
+            BranchObservableOption::ContactTime => Self::ContactTime,
+            BranchObservableOption::Amplitude => Self::Amplitude,
+        }
+    }
 }
 
 /// Whose orbits.
@@ -464,25 +519,13 @@ pub(super) struct LociArguments {
     /// The two active parameters
     #[arg(long = "in", value_name = "P,Q", value_delimiter = ',', required = true)]
     pub(super) plane: Vec<String>,
-    /// First offset of P from the graze. Default: the window's
-    #[arg(long, value_name = "A", allow_hyphen_values = true)]
-    pub(super) from: Option<f64>,
-    /// Its last offset
-    #[arg(long, value_name = "B", allow_hyphen_values = true)]
-    pub(super) to: Option<f64>,
-    /// Offsets of further active parameters, others 0
-    #[arg(long, value_name = "NAME=OFFSET,...", value_parser = ParameterOffsets::parse)]
-    pub(super) at: Option<ParameterOffsets>,
+    #[command(flatten)]
+    pub(super) stretch: Stretch,
     /// Which loci. Default: all
     #[arg(long, value_name = "KIND,...", value_enum, value_delimiter = ',')]
     pub(super) kind: Vec<LocusKindOption>,
-    /// Loci of the orbits with these contacts: 1 for contact, 0 for none, passage by passage and
-    /// return by return (`100`); may be repeated. Default: those of up to two passages
-    #[arg(long, value_name = "DIGITS")]
-    pub(super) itinerary: Vec<String>,
-    /// Whose orbits: the map's, or those of direct simulation
-    #[arg(long, value_enum, default_value_t = OrbitsUsing::Map)]
-    pub(super) using: OrbitsUsing,
+    #[command(flatten)]
+    pub(super) which: WhichOrbits,
 }
 
 /// What happens along a locus.
@@ -562,22 +605,41 @@ pub(super) struct BasinArguments {
     /// First and last offset along an axis. Default: the window of the map
     #[arg(long, value_name = "NAME=FROM:TO,...", value_parser = Ranges::parse)]
     pub(super) range: Option<Ranges>,
-    /// Cells along both axes, or along each
+    /// Cells along both axes, or along each. Default: 400
     #[arg(
         long,
         value_name = "N[,M]",
         value_delimiter = ',',
         allow_negative_numbers = true,
-        default_value = "400",
         value_parser = clap::value_parser!(u32).range(1..=10_000)
     )]
     pub(super) points: Vec<u32>,
     /// Offsets of the section's other coordinates, those not named 0
     #[arg(long, value_name = "NAME=OFFSET,...", value_parser = ParameterOffsets::parse)]
     pub(super) start: Option<ParameterOffsets>,
-    /// What follows the states
-    #[arg(long, value_enum, default_value_t = WithArgument::Guarded)]
-    pub(super) with: WithArgument,
+    /// What follows the states. Default: guarded
+    #[arg(long, value_enum)]
+    pub(super) with: Option<WithArgument>,
+    /// Stable and unstable manifolds of the saddles of periods up to N returns, as curves; the
+    /// section has two coordinates then
+    #[arg(
+        long,
+        value_name = "N",
+        num_args = 0..=1,
+        allow_negative_numbers = true,
+        default_missing_value = "2",
+        value_parser = clap::value_parser!(u8).range(1..=12)
+    )]
+    pub(super) manifolds: Option<u8>,
+}
+
+impl BasinArguments {
+    /// Whether the plane, the parameters or the method are said here, and not in the scene.
+    pub(super) fn ask(&self) -> bool {
+        let lists = self.axes.is_empty() && self.points.is_empty();
+        let named = self.at.is_some() || self.range.is_some() || self.start.is_some();
+        !lists || named || self.with.is_some() || self.manifolds.is_some()
+    }
 }
 
 /// What iterates states.

@@ -56,7 +56,8 @@ impl std::fmt::Display for Difference {
 
 impl EmittedCrate {
     /// A map that stands alone: in Rust a crate of manifest, root and one module, package
-    /// `IDENTIFIER_map`; in C a header `IDENTIFIER.h`; in CUDA `IDENTIFIER.cu`.
+    /// `IDENTIFIER_map`; in C a header `IDENTIFIER.h`; in CUDA `IDENTIFIER.cu`; in
+    /// other languages one file `map_IDENTIFIER` with the language's ending.
     ///
     /// # Errors
     ///
@@ -186,7 +187,7 @@ fn same_line(found: &str, expected: &str, largest: f64) -> bool {
 /// Whether a line of the header is a command: the place of the scene, seen from the emission, is no
 /// part of the map.
 fn is_command(line: &str) -> bool {
-    let text = line.trim_start_matches(['/', '*', ' ']);
+    let text = line.trim_start_matches(['/', '*', '#', '%', ' ']);
     text.starts_with("Regenerate: ") || text.starts_with("Verify: ")
 }
 

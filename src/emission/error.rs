@@ -45,6 +45,15 @@ pub enum EmissionError {
         /// The map.
         name: String,
     },
+    /// Single precision in a language whose numbers are doubles.
+    #[error(
+        "maps in {target} are in double precision: set `emit.precision = \"f64\"`, or emit rust, \
+        c or cuda"
+    )]
+    SingleInDouble {
+        /// The language.
+        target: &'static str,
+    },
     /// A file that would be replaced and was not emitted.
     #[error(
         "`{}` was not emitted by grazemap and is not replaced: its first line does not say \

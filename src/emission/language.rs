@@ -27,8 +27,8 @@ impl Language {
         match (self.target, self.precision) {
             (Target::Rust, FloatFormat::F64) => "f64",
             (Target::Rust, FloatFormat::F32) => "f32",
-            (Target::C | Target::Cuda, FloatFormat::F64) => "double",
-            (Target::C | Target::Cuda, FloatFormat::F32) => "float",
+            (_, FloatFormat::F64) => "double",
+            (_, FloatFormat::F32) => "float",
         }
     }
 
@@ -36,7 +36,7 @@ impl Language {
     pub(super) fn suffix(self) -> &'static str {
         match (self.target, self.precision) {
             (Target::Rust, _) | (_, FloatFormat::F64) => "",
-            (Target::C | Target::Cuda, FloatFormat::F32) => "f",
+            (_, FloatFormat::F32) => "f",
         }
     }
 
@@ -61,6 +61,9 @@ impl Language {
         match self.target {
             Target::Rust => format!("let r{number} = {expression};"),
             Target::C | Target::Cuda => format!("const {} r{number} = {expression};", self.real()),
+            Target::JavaScript => format!("const r{number} = {expression};"),
+            Target::Python | Target::Julia => format!("r{number} = {expression}"),
+            Target::Matlab => format!("r{number} = {expression};"),
         }
     }
 
@@ -69,21 +72,28 @@ impl Language {
         let suffix = self.suffix();
         let call = |rust: &str, c: &str, suffix: &str| {
             let name = match self.target {
-                Target::Rust => rust.to_owned(),
                 Target::C | Target::Cuda => format!("{c}{suffix}"),
+                Target::JavaScript => camel_case(rust),
+                _ => rust.to_owned(),
             };
             format!("{name}({})", operands.join(", "))
         };
+        // Of arrays, number by number.
+        let times = if self.target == Target::Matlab { ".*" } else { "*" };
         match operation {
             Operation::Add(..) => format!("{} + {}", operands[0], operands[1]),
-            Operation::Multiply(..) => format!("{} * {}", operands[0], operands[1]),
+            Operation::Multiply(..) => format!("{} {times} {}", operands[0], operands[1]),
+            // NOTE: these languages round the product and then the sum.
+            Operation::MultiplyAdd(..) if self.target.is_double_only() => {
+                format!("{} {times} {} + {}", operands[0], operands[1], operands[2])
+            }
             Operation::MultiplyAdd(..) => call("fma", "GRAZEMAP_FMA", &suffix.to_uppercase()),
-            Operation::RootOfPositivePart(_) => match self.target {
-                Target::Rust => format!("sqrt(positive_part({}))", operands[0]),
-                Target::C | Target::Cuda => {
-                    format!("grazemap_root_of_positive_part{suffix}({})", operands[0])
-                }
-            },
+            Operation::RootOfPositivePart(_) if self.target == Target::Rust => {
+                format!("sqrt(positive_part({}))", operands[0])
+            }
+            Operation::RootOfPositivePart(_) => {
+                call("root_of_positive_part", "grazemap_root_of_positive_part", suffix)
+            }
             Operation::HalfReciprocal(_) => {
                 call("half_reciprocal", "grazemap_half_reciprocal", suffix)
             }
@@ -101,7 +111,17 @@ impl Language {
     pub(super) fn coefficient(self, number: usize) -> String {
         match self.target {
             Target::Rust => format!("c({number})"),
-            Target::C | Target::Cuda => format!("coefficients[{number}]"),
+            Target::C | Target::Cuda => self.element("coefficients", number),
+            _ => self.element("c", number),
+        }
+    }
+
+    /// An element of an array, numbered from 0 here; in MATLAB a row.
+    pub(super) fn element(self, array: &str, number: usize) -> String {
+        match self.target {
+            Target::Julia => format!("{array}[{}]", number + 1),
+            Target::Matlab => format!("{array}({}, :)", number + 1),
+            _ => format!("{array}[{number}]"),
         }
     }
 
@@ -110,6 +130,8 @@ impl Language {
         match self.target {
             Target::Rust => string_literal(text),
             Target::C | Target::Cuda => c_string_literal(text),
+            Target::Matlab => format!("'{}'", plain(text).replace('\'', "''")),
+            _ => format!("{:?}", plain(text)),
         }
     }
 
@@ -119,6 +141,9 @@ impl Language {
             _ if value != f64::INFINITY => self.number("a half-width of the window", value),
             Target::Rust => Ok(format!("{}::INFINITY", self.real())),
             Target::C | Target::Cuda => Ok("INFINITY".into()),
+            Target::JavaScript => Ok("Infinity".into()),
+            Target::Python => Ok("np.inf".into()),
+            Target::Julia | Target::Matlab => Ok("Inf".into()),
         }
     }
 
@@ -134,9 +159,29 @@ impl Language {
             (Target::Rust, None) => "None".into(),
             (Target::Rust, Some(literal)) => format!("Some({literal})"),
             (Target::C | Target::Cuda, None) => "-1.0".into(),
-            (Target::C | Target::Cuda, Some(literal)) => literal,
+            (Target::JavaScript, None) => "null".into(),
+            (Target::Python, None) => "None".into(),
+            (Target::Julia, None) => "nothing".into(),
+            (Target::Matlab, None) => "[]".into(),
+            (_, Some(literal)) => literal,
         })
     }
+}
+
+/// `half_reciprocal` as `halfReciprocal`.
+fn camel_case(name: &str) -> String {
+    let mut words = name.split('_');
+    let first = words.next().unwrap_or_default().to_owned();
+    words.fold(first, |name, word| {
+        let (initial, rest) = word.split_at(1);
+        name + &initial.to_uppercase() + rest
+    })
+}
+
+/// The text without what a language could take for more than a character.
+fn plain(text: &str) -> String {
+    let is_plain = |c: char| c.is_ascii_graphic() && !matches!(c, '\\' | '"' | '$') || c == ' ';
+    text.chars().map(|c| if is_plain(c) { c } else { '?' }).collect()
 }
 
 /// Most statements in one scope.

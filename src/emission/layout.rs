@@ -21,7 +21,7 @@ pub(super) fn arrange(
     pruned: Option<PruneReport>,
 ) -> Result<MapLayout, EmissionError> {
     let language = Language { target: options.target, precision: options.precision };
-    let prepare = print(language, &split.prepare, |number| format!("parameters[{number}]"))?;
+    let prepare = print(language, &split.prepare, |number| language.element("parameters", number))?;
     let free = lowered.dimension;
     let input = |number: usize| {
         if number < free { format!("x{number}") } else { language.coefficient(number - free) }
@@ -150,7 +150,7 @@ pub(super) fn header(
         ),
         match options.target {
             Target::Rust => format!("Shape: {shape}, {} lanes.", options.lanes),
-            Target::C | Target::Cuda => format!("Shape: {shape}."),
+            _ => format!("Shape: {shape}."),
         },
         format!("Window: depth {}.", depth(map.window.depth)?),
         format!(
@@ -225,7 +225,7 @@ pub(super) fn section_word(kind: SectionKind) -> &'static str {
     }
 }
 
-/// What templates/map.rs.tera and templates/map.c.tera lay out.
+/// What the templates of maps, templates/map.*.tera, lay out.
 #[derive(Clone, Debug, serde::Serialize)]
 pub(super) struct MapLayout {
     pub(super) header: Vec<String>,
@@ -285,6 +285,16 @@ pub(super) fn map(target: Target, layout: &MapLayout) -> Result<String, Emission
         Target::C | Target::Cuda => {
             render("map.c.tera", include_str!("../../templates/map.c.tera"), context)
         }
+        Target::JavaScript => {
+            render("map.js.tera", include_str!("../../templates/map.js.tera"), context)
+        }
+        Target::Python => {
+            render("map.py.tera", include_str!("../../templates/map.py.tera"), context)
+        }
+        Target::Julia => {
+            render("map.jl.tera", include_str!("../../templates/map.jl.tera"), context)
+        }
+        Target::Matlab => render("map.m.tera", include_str!("../../templates/map.m.tera"), context),
     }
 }
 

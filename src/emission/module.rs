@@ -40,7 +40,7 @@ pub struct EmittedModule {
 /// # Errors
 ///
 /// [`EmissionError`] for a scene whose identifier cannot name a module, numbers that are not finite
-/// in the precision asked for, a number of lanes outside 1 to 64, and a composed shape without a
+/// in the precision asked for, single precision in a language of doubles, a number of lanes outside 1 to 64, and a composed shape without a
 /// composed form.
 pub fn emitted_module(
     map: &LocalMap,
@@ -50,6 +50,9 @@ pub fn emitted_module(
     let identifier = checked_identifier(&map.scene)?.to_owned();
     if !(1..=64).contains(&options.lanes) {
         return Err(EmissionError::Lanes { lanes: options.lanes });
+    }
+    if options.target.is_double_only() && options.precision != FloatFormat::F64 {
+        return Err(EmissionError::SingleInDouble { target: options.target.word() });
     }
     check_shapes(map)?;
     let (lowered, pruned) = lower(map, composed, options)?;

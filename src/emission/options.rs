@@ -12,6 +12,14 @@ pub enum Target {
     C,
     /// The same functions with kernels for one thread a point.
     Cuda,
+    /// A module of JavaScript.
+    JavaScript,
+    /// A module of Python, on numbers or arrays of NumPy.
+    Python,
+    /// A module of Julia.
+    Julia,
+    /// A function of MATLAB and Octave that gives the map's functions.
+    Matlab,
 }
 
 impl Target {
@@ -21,14 +29,23 @@ impl Target {
             Self::Rust => "rust",
             Self::C => "c",
             Self::Cuda => "cuda",
+            Self::JavaScript => "javascript",
+            Self::Python => "python",
+            Self::Julia => "julia",
+            Self::Matlab => "matlab",
         }
+    }
+
+    /// Whether the language has numbers in double precision alone.
+    pub fn is_double_only(self) -> bool {
+        matches!(self, Self::JavaScript | Self::Python | Self::Julia | Self::Matlab)
     }
 
     /// The folder of an emission, from the folder that its module lies in.
     pub fn root_from_module(self) -> &'static str {
         match self {
             Self::Rust => "..",
-            Self::C | Self::Cuda => ".",
+            _ => ".",
         }
     }
 
@@ -44,6 +61,11 @@ impl Target {
             }
             Self::C => vec![format!("{identifier}.h")],
             Self::Cuda => vec![format!("{identifier}.cu")],
+            // NOTE: the name of the file is one in the language, which no keyword may be.
+            Self::JavaScript => vec![format!("map_{identifier}.js")],
+            Self::Python => vec![format!("map_{identifier}.py")],
+            Self::Julia => vec![format!("map_{identifier}.jl")],
+            Self::Matlab => vec![format!("map_{identifier}.m")],
         }
     }
 }

@@ -18,6 +18,7 @@ pub(super) struct Forms {
     jacobian: OnceLock<Interpreter>,
     frozen_jacobian: OnceLock<Freezer>,
     frozen_depth: OnceLock<Freezer>,
+    batch: [OnceLock<Freezer>; 4],
 }
 
 impl Forms {
@@ -28,6 +29,7 @@ impl Forms {
             jacobian: OnceLock::new(),
             frozen_jacobian: OnceLock::new(),
             frozen_depth: OnceLock::new(),
+            batch: Default::default(),
             lowered,
         }
     }
@@ -48,6 +50,19 @@ impl Forms {
     pub(super) fn frozen_jacobian(&self) -> &Freezer {
         let make = || Freezer::new(&self.lowered.with_jacobian(), self.lowered.dimension);
         self.frozen_jacobian.get_or_init(make)
+    }
+
+    /// Image, depths and, if asked for, the derivatives of the image by coordinates and parameters;
+    /// for freezing, or with parameters of its own for each point.
+    pub(super) fn batch(&self, derivatives: bool, each: bool) -> &Freezer {
+        let MapKernel { dimension, parameters, kernel, .. } = &self.lowered;
+        let all = dimension + parameters;
+        let free = if each { all } else { *dimension };
+        let make = || match derivatives {
+            true => Freezer::new(&kernel.with_jacobian(*dimension, all), free),
+            false => Freezer::new(kernel, free),
+        };
+        self.batch[2 * usize::from(derivatives) + usize::from(each)].get_or_init(make)
     }
 
     /// The depth of the first passage alone; for freezing.
@@ -80,6 +95,11 @@ impl Freezer {
             run: Unset::new(&split.run, free),
             count: split.run.count(),
         }
+    }
+
+    /// Number of outputs.
+    pub(super) fn outputs(&self) -> usize {
+        self.run.outputs()
     }
 
     /// The coefficients at some parameters.

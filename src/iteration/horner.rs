@@ -3,12 +3,13 @@
 
 use std::sync::{Arc, OnceLock};
 
+use super::batch::fill;
 use super::discrete_map::{DiscreteMap, StepInfo};
 use super::forms::Forms;
 use super::frozen_lanes::FrozenLanes;
 use crate::expansion::{ComposedMap, LocalMap, MapKernel};
-use crate::jet::kernel::{Dual, Interpreted, Interpreter, LaneInterpreter, OperationCount};
-use crate::numeric::{self, FloatFormat, Lanes, Real, widest};
+use crate::jet::kernel::{Dual, Interpreted, Interpreter, OperationCount};
+use crate::numeric::{FloatFormat, Real};
 
 /// A local map as a straight-line kernel: the operations of the emitted code, interpreted.
 ///
@@ -31,6 +32,11 @@ impl HornerMap {
 
     fn of_kernel(lowered: MapKernel) -> Self {
         Self { forms: Arc::new(Forms::new(lowered)) }
+    }
+
+    /// What the map was lowered to.
+    pub(super) fn forms(&self) -> &Forms {
+        &self.forms
     }
 
     /// The map's operations.
@@ -81,10 +87,12 @@ impl HornerMap {
         states: impl IntoIterator<Item = &'s [f64]>,
         parameters: &[f64],
     ) -> Vec<f64> {
-        let states = states.into_iter().collect();
+        let states: Vec<f64> = states.into_iter().flatten().copied().collect();
+        let dimension = self.dimension();
         let depth = self.forms.frozen_depth();
-        let map = depth.in_lanes(&[depth.coefficients(parameters)]);
-        widest(Depths { map, states })
+        let mut depths = vec![0.0; states.len() / dimension];
+        fill(depth, &depth.coefficients(parameters), &[(&states, dimension)], &mut depths);
+        depths
     }
 
     /// The map at other parameters in every lane.
@@ -94,31 +102,6 @@ impl HornerMap {
     /// If there are none or more than `N`, or if their number is not the map's.
     pub fn freeze_lanes<const N: usize>(&self, parameters: &[&[f64]]) -> FrozenLanes<N> {
         FrozenLanes::new(self.forms.clone(), parameters)
-    }
-}
-
-/// Depths at states, sixteen at a time.
-struct Depths<'s> {
-    map: LaneInterpreter<Lanes<16>>,
-    states: Vec<&'s [f64]>,
-}
-
-impl numeric::Kernel for Depths<'_> {
-    type Output = Vec<f64>;
-
-    #[inline(always)]
-    fn run(mut self) -> Vec<f64> {
-        let mut depths = Vec::with_capacity(self.states.len());
-        for block in self.states.chunks(16) {
-            for (coordinate, input) in self.map.inputs_mut().iter_mut().enumerate() {
-                for (lane, state) in block.iter().enumerate() {
-                    input[lane] = state[coordinate];
-                }
-            }
-            self.map.run();
-            depths.extend_from_slice(&self.map.output(0).as_slice()[..block.len()]);
-        }
-        depths
     }
 }
 

@@ -3,6 +3,7 @@
 //! One contract, [`DiscreteMap`], for every way to evaluate a map. Deliberately absent: where a map
 //! came from.
 
+mod batch;
 #[cfg(feature = "compiled-maps")]
 mod compiled;
 mod discrete_map;
@@ -14,6 +15,7 @@ mod itinerary;
 mod orbit;
 mod tangents;
 
+pub use batch::Batch;
 #[cfg(feature = "compiled-maps")]
 pub use compiled::{CompiledMap, compiled};
 pub use discrete_map::{DiscreteMap, PassageSet, StepInfo};

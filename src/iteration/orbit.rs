@@ -19,6 +19,9 @@ pub struct OrbitRequest {
     pub escape: Vec<f64>,
     /// States agree if every coordinate agrees to this many half-widths.
     pub period_tolerance: f64,
+    /// Largest difference of states one period apart that come closer along the orbit, which then
+    /// still approaches that period; 0 where it has to be there.
+    pub approach_tolerance: f64,
 }
 
 impl OrbitRequest {
@@ -38,7 +41,13 @@ impl OrbitRequest {
             escape: scales.iter().map(|scale| 1e3 * scale).collect(),
             scales,
             period_tolerance: 1e-8,
+            approach_tolerance: 0.0,
         }
+    }
+
+    /// The same where an orbit that still approaches a period has it: nearer to it than 1e-5.
+    pub fn approaching(self) -> Self {
+        Self { approach_tolerance: 1e-5, ..self }
     }
 
     /// The same where nothing is to be expected far from the window: the bounds are at most 1000
@@ -208,6 +217,9 @@ impl MapOrbit {
             let scales = pairs.map(|([least, greatest], &scale)| scale.max(greatest - least));
             let scales: Vec<f64> = scales.collect();
             self.period = Period::of(&self.states, &scales, request.period_tolerance);
+            if self.period == Period::NotFound {
+                self.period = Period::approached(&self.states, &scales, request.approach_tolerance);
+            }
         }
     }
 
@@ -290,6 +302,20 @@ impl Period {
             Some(period) if run.alternation_shrinks(period) => Self::Periodic(period / 2),
             Some(period) => Self::Periodic(period),
         }
+    }
+}
+
+impl Period {
+    /// The period that a run of states approaches: those a period apart agree to `tolerance` and
+    /// come closer from the first half of the run to the second, which hold it once at least.
+    fn approached(states: &[f64], scales: &[f64], tolerance: f64) -> Self {
+        let run = Run { states, scales };
+        let approaches = |&shift: &usize| {
+            let pairs = run.count() - shift;
+            let first = run.distance(shift, 0..pairs / 2);
+            first <= tolerance && run.distance(shift, pairs - pairs / 2..pairs) < SHRUNK * first
+        };
+        (1..=run.count() / 3).find(approaches).map_or(Self::NotFound, Self::Periodic)
     }
 }
 
@@ -498,6 +524,19 @@ mod tests {
         let approach = |n: i32| 1e-3 * (-0.99_f64).powi(n / 3);
         let states: Vec<f64> = (0..200).map(|n| f64::from(n % 3) + approach(n)).collect();
         assert_eq!(Period::of(&states, &[1.0], 1e-4), Period::Periodic(3));
+    }
+
+    #[test]
+    fn an_approach_that_is_still_under_way_has_the_period_it_approaches() {
+        // Period 3, approached by a factor of 0.9 and a turn in every iterate, from 1e-6.
+        let spiral = |n: i32| 1e-6 * 0.9_f64.powi(n) * (1.3 * f64::from(n)).cos();
+        let states: Vec<f64> = (0..64).map(|n| 1e-3 * f64::from(n % 3) + spiral(n)).collect();
+        assert_eq!(Period::of(&states, &[1.0], 1e-8), Period::NotFound);
+        assert_eq!(Period::approached(&states, &[1.0], 1e-5), Period::Periodic(3));
+        assert_eq!(Period::approached(&states, &[1.0], 0.0), Period::NotFound);
+        // What does not come closer has no period, however small it is.
+        let turns: Vec<f64> = (0..64).map(|n| 1e-6 * (1.3 * f64::from(n)).cos()).collect();
+        assert_eq!(Period::approached(&turns, &[1.0], 1e-5), Period::NotFound);
     }
 
     #[test]

@@ -391,7 +391,10 @@ pub enum OrbitError {
         parameter: usize,
     },
     /// The smallest change of other than one or two different parameters that the model has.
-    #[error("the smallest change that grazes is that of one or two parameters; found {found}")]
+    #[error(
+        "the smallest change that grazes is that of one or two different parameters of the scene; \
+         found {found}"
+    )]
     MarginParameters {
         /// Parameters given, those named twice counted once.
         found: usize,

@@ -59,7 +59,7 @@ pub enum Error {
         key: String,
     },
     /// Wrong input to the location of the orbit, or a flow that failed.
-    #[error("cannot locate the grazing orbit: {0}")]
+    #[error("{}{}", locating(.0), .0)]
     Orbit(#[from] OrbitError),
     /// No grazing orbit.
     #[error("no grazing orbit: {0}")]
@@ -144,6 +144,17 @@ impl Error {
             Self::Convergence(ConvergenceError::Expansion(error)) => of_expansion(error),
             _ => false,
         }
+    }
+}
+
+/// What failed, where it is not what was asked for.
+fn locating(error: &OrbitError) -> &'static str {
+    match error {
+        OrbitError::MarginParameters { .. }
+        | OrbitError::MarginScale { .. }
+        | OrbitError::MarginGrazes { .. }
+        | OrbitError::SecondParameter { .. } => "",
+        _ => "cannot locate the grazing orbit: ",
     }
 }
 

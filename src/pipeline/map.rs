@@ -3,9 +3,11 @@
 use std::sync::{Arc, OnceLock};
 
 use super::graze::parameter_number;
-use super::{Error, Settled, StudyRequest};
+use super::{Error, Graze, Settled, StudyRequest};
 use crate::analysis::basin::{Basin, BasinRequest, basin};
-use crate::analysis::branches::{BranchDiagram, BranchRequest, Branches, branch_diagram, branches};
+use crate::analysis::branches::{
+    BranchDiagram, BranchObservable, BranchRequest, Branches, branch_diagram, branches, observed,
+};
 use crate::analysis::chart::{Chart, chart};
 use crate::analysis::diagram::{Diagram, diagram};
 use crate::analysis::loci::{Loci, LociRequest, loci};
@@ -126,7 +128,7 @@ fn edge_depth(scene: &Scene, local: &LocalMap) -> f64 {
 pub struct Map(pub(super) Arc<Parts>);
 
 /// What the copies of a map share.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Parts {
     pub(super) plan: Plan,
     pub(super) local: LocalMap,
@@ -237,6 +239,30 @@ impl Map {
     /// What the map is run in: as chosen, or as the scene says.
     pub fn precision(&self) -> FloatFormat {
         self.0.plan.precision()
+    }
+
+    /// The same map of a scene that asks for other pictures, as [`Scene::asking`] has it.
+    ///
+    /// ```
+    /// use grazemap::prelude::*;
+    ///
+    /// let map = Scene::load("scenes/linear.toml")?.graze()?.map()?;
+    /// let tables = "[[diagram]]\nparameter = \"alpha\"\nrange = [-1e-4, 1e-4]\npoints = 20\n";
+    /// let map = map.asking(tables)?;
+    /// assert_eq!(map.diagram(&map.scene().diagrams[0])?.sweeps[0].points.len(), 20);
+    /// # Ok::<(), grazemap::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Scene`] for tables with a fault.
+    pub fn asking(&self, tables: &str) -> Result<Self, Error> {
+        let (settled, plan) = (self.settled(), &self.0.plan);
+        let scene = settled.scene().asking(tables)?;
+        let graze = Graze::new(scene, self.orbit().clone());
+        let settled = Settled { graze, verdict: settled.verdict.clone() };
+        let plan = Plan::new(settled, plan.orders, plan.choice.clone());
+        Ok(Self::new(Parts { plan, ..(*self.0).clone() }))
     }
 
     /// Grazing value of a parameter.
@@ -401,6 +427,33 @@ impl Map {
         Ok(basin(scene, orbit, self.local(), request, progress)?)
     }
 
+    /// What every basin that the scene asks for is of.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Analysis`] for a plane or parameters that the map does not have.
+    pub fn basin_requests(&self) -> Result<Vec<BasinRequest>, Error> {
+        let (scene, plans) = (self.scene(), self.scene().basins.iter());
+        let requests = plans.map(|plan| BasinRequest::of_scene(scene, self.local(), plan));
+        Ok(requests.collect::<Result<Vec<_>, _>>()?.concat())
+    }
+
+    /// Several basins, the pieces of each kept in places of its own.
+    ///
+    /// # Errors
+    ///
+    /// As [`basin`](Self::basin).
+    pub fn basins(
+        &self,
+        requests: &[BasinRequest],
+        progress: &dyn Progress,
+    ) -> Result<Vec<Basin>, Error> {
+        let requests = requests.iter().enumerate();
+        let basins =
+            requests.map(|(number, request)| self.basin(request, &Part::new(progress, number)));
+        basins.collect()
+    }
+
     /// Periodic orbits by itinerary, their folds and flips.
     ///
     /// # Errors
@@ -484,6 +537,19 @@ impl Map {
     ) -> Result<Branches, Error> {
         let (scene, orbit) = (self.settled().scene(), self.orbit());
         Ok(branches(scene, orbit, self.local(), request, progress)?)
+    }
+
+    /// What is observed of the orbits of branches beside their section points, by branch and point.
+    ///
+    /// # Errors
+    ///
+    /// As [`orbits`](Self::orbits).
+    pub fn branch_observable(
+        &self,
+        found: &Branches,
+        observable: BranchObservable,
+    ) -> Result<Vec<Vec<f64>>, Error> {
+        Ok(observed(self.settled().scene(), self.orbit(), found, observable)?)
     }
 
     /// What the scene's diagram over the same parameter draws, of these branches and of guarded

@@ -2,10 +2,15 @@
 
 use super::chart_figure::edges;
 use super::diagram_figure::{OUTSIDE, method_word, orbit_header, period_cell, share_cell};
-use super::figure::{Axis, CellChart, Figure, Marker, Series, symbol};
+use super::figure::{
+    Axis, CellCategory, CellChart, CellColor, Figure, Marker, Series, Stroke, symbol,
+};
+use super::number::significant;
 use super::sweep_words::escape_words;
 use super::{Cell, Column, ReportError, Rows, Table, npy_bytes};
-use crate::analysis::basin::{Basin, BasinAttractor, BasinAxis, BasinClass, BasinShare};
+use crate::analysis::basin::{
+    Basin, BasinAttractor, BasinAxis, BasinClass, BasinShare, ManifoldKind, Manifolds,
+};
 use crate::iteration::Period;
 use crate::model::Method;
 use crate::numeric::Shown;
@@ -23,11 +28,13 @@ pub fn basin_figure(basin: &Basin) -> Figure {
     let [horizontal, vertical] = &basin.axes;
     let mut figure = Figure::new(axis(horizontal), axis(vertical));
     let attractors = basin.attractors.len();
-    let mut names: Vec<String> = basin.attractors.iter().enumerate().map(name).collect();
+    let named = basin.attractors.iter().enumerate().map(name).enumerate();
+    let mut categories: Vec<CellCategory> =
+        named.map(|(number, name)| CellCategory::numbered(name, number, attractors)).collect();
     let mut grey = None;
     if basin.outside.count > 0 {
-        grey = Some(names.len());
-        names.push("outside the window".to_owned());
+        grey = Some(categories.len());
+        categories.push(CellCategory::new("outside the window", CellColor::Grey));
     }
     let category = |class: &BasinClass| match class {
         BasinClass::Attractor(number) => Some(*number),
@@ -40,8 +47,7 @@ pub fn basin_figure(basin: &Basin) -> Figure {
         columns: horizontal.offsets.len(),
         rows: vertical.offsets.len(),
         cells: basin.cells.iter().map(category).collect(),
-        names,
-        grey,
+        categories,
     });
     let places = basin.axes.each_ref().map(|axis| place(basin, axis));
     for number in 0..attractors {
@@ -54,7 +60,104 @@ pub fn basin_figure(basin: &Basin) -> Figure {
         };
         figure.series.push(series.in_ink());
     }
+    if let Some(manifolds) = &basin.manifolds {
+        let curves = |kind| manifold_series(manifolds, kind, places);
+        figure.series.push(curves(ManifoldKind::Stable).in_ink());
+        // NOTE: in a colour that no attractor has.
+        figure.series.push(curves(ManifoldKind::Unstable).with_color(attractors));
+        let points = manifolds.saddles.iter().flat_map(|saddle| &saddle.states);
+        let points = points.map(|state| places.map(|place| state[place])).collect();
+        figure.series.push(Series::markers("saddles", Marker::Cross, points).in_ink());
+    }
     figure
+}
+
+/// All curves of a kind.
+fn manifold_series(manifolds: &Manifolds, kind: ManifoldKind, places: [usize; 2]) -> Series {
+    let of_kind = manifolds.branches.iter().filter(|branch| branch.kind == kind);
+    let pieces = of_kind.flat_map(|branch| &branch.pieces);
+    // A point that is not finite interrupts the line.
+    let points = pieces.flat_map(|piece| {
+        let points = piece.iter().map(|point| places.map(|place| point[place]));
+        points.chain([[f64::NAN; 2]])
+    });
+    let name = format!("{} manifolds", kind.word());
+    Series::line(name, Stroke::Solid, points.collect())
+}
+
+/// What the manifolds of a basin are: one row for each half of a curve.
+///
+/// # Errors
+///
+/// Never in practice: every row has one cell for every column.
+pub fn manifold_table(basin: &Basin, manifolds: &Manifolds) -> Result<Table, ReportError> {
+    let names = ["manifold", "saddle"].map(Column::text).into_iter();
+    let numbers = ["multipliers", "point"].map(Column::number);
+    let ends = [Column::text("side"), Column::number("pieces"), Column::number("points")];
+    let last = [Column::number("length"), Column::text("the curve")];
+    let mut table = Table::new(names.chain(numbers).chain(ends).chain(last).collect());
+    let scales = manifold_scales(basin);
+    for branch in &manifolds.branches {
+        let saddle = &manifolds.saddles[branch.saddle];
+        let [large, small] = saddle.multipliers.map(|value| significant(value, 4));
+        table.push(vec![
+            Cell::text(branch.kind.word()),
+            Cell::text(saddle.itinerary.to_string()),
+            Cell::text(format!("{large}, {small}")),
+            Cell::Integer(branch.point as i64 + 1),
+            Cell::text(branch.side.sign()),
+            Cell::Integer(branch.pieces.len() as i64),
+            Cell::Integer(branch.pieces.iter().map(Vec::len).sum::<usize>() as i64),
+            Cell::number(branch.length(scales), 4),
+            Cell::text(branch.end.words()),
+        ])?;
+    }
+    Ok(table)
+}
+
+/// The widths of the plane, by coordinate of the section.
+fn manifold_scales(basin: &Basin) -> [f64; 2] {
+    let mut scales = [1.0; 2];
+    for axis in &basin.axes {
+        let (low, high) = edges(&axis.offsets);
+        scales[place(basin, axis)] = high - low;
+    }
+    scales
+}
+
+/// One row per point of the manifolds: the curve that it is on, the distance along it from the
+/// saddle in widths of the plane, and the offsets of the section's coordinates.
+pub fn manifold_rows<'a>(basin: &'a Basin, manifolds: &'a Manifolds) -> Rows<'a> {
+    let words = [Column::text("manifold"), Column::text("itinerary")];
+    let numbers = [Column::number("saddle"), Column::number("point")];
+    let places = [Column::text("branch"), Column::number("piece"), Column::number("s")];
+    let coordinates = basin.coordinates.iter().map(|name| Column::number(name.clone()));
+    let columns = words.into_iter().chain(numbers).chain(places).chain(coordinates);
+    let scales = manifold_scales(basin);
+    let rows = manifolds.branches.iter().flat_map(move |branch| {
+        let mut s = 0.0;
+        let pieces = branch.pieces.iter().enumerate();
+        pieces.flat_map(move |(number, piece)| {
+            let mut last = None;
+            let points = piece.iter().map(|&[x, y]| {
+                let [u, v] = last.replace([x, y]).unwrap_or([x, y]);
+                s += ((x - u) / scales[0]).hypot((y - v) / scales[1]);
+                vec![
+                    Cell::text(branch.kind.word()),
+                    Cell::text(manifolds.saddles[branch.saddle].itinerary.to_string()),
+                    Cell::Integer(branch.saddle as i64 + 1),
+                    Cell::Integer(branch.point as i64 + 1),
+                    Cell::text(branch.side.sign()),
+                    Cell::Integer(number as i64 + 1),
+                    Cell::number(s, 6),
+                    Cell::number(x, 6),
+                    Cell::number(y, 6),
+                ]
+            });
+            points.collect::<Vec<_>>()
+        })
+    });
+    Rows::new(columns.collect(), rows)
 }
 
 /// What an attractor is called: its number, its period and itinerary.

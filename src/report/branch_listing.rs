@@ -8,7 +8,7 @@ use super::figure::{Annotation, Axis, Figure, Marker, Series, Stroke, symbol};
 use super::orbits_listing::{OrbitRecord, OrbitsListing, multipliers};
 use super::{Cell, Column, Named, ReportError, SectionDocument, Table};
 use crate::analysis::branches::{
-    BranchDiagram, BranchEnd, BranchLabel, BranchPoint, Branches, Special,
+    BranchDiagram, BranchEnd, BranchLabel, BranchObservable, BranchPoint, Branches, Special,
 };
 use crate::analysis::orbits::{FoundOrbit, Orbits};
 use crate::convergence::MeasuredWindow;
@@ -43,6 +43,8 @@ pub struct BranchRecord {
     pub branch: usize,
     /// The itinerary, in digits.
     pub itinerary: String,
+    /// Its returns.
+    pub period: usize,
     /// Why it goes no further, at its first and last point.
     pub ends: [BranchEnd; 2],
     /// Stretches of the parameter in which more special points may lie than were found.
@@ -61,6 +63,9 @@ pub struct PointRecord {
     /// What is special about it.
     #[serde(flatten)]
     pub special: Option<Special>,
+    /// What was asked to be observed of it.
+    #[serde(skip_serializing_if = "Named::is_empty")]
+    pub observed: Named<f64>,
 }
 
 impl BranchListing {
@@ -83,6 +88,7 @@ impl BranchListing {
         let branches = found.branches.iter().enumerate().map(|(number, branch)| BranchRecord {
             branch: number + 1,
             itinerary: branch.itinerary.to_string(),
+            period: branch.itinerary.period(),
             ends: branch.ends,
             unresolved: branch.unresolved.clone(),
             points: branch
@@ -92,6 +98,7 @@ impl BranchListing {
                 .map(|(BranchPoint { special, .. }, orbit)| PointRecord {
                     orbit,
                     special: special.clone(),
+                    observed: Named(Vec::new()),
                 })
                 .collect(),
         });
@@ -105,6 +112,27 @@ impl BranchListing {
             window: listed.window,
             window_edges: listed.window_edges,
         }
+    }
+
+    /// With what was observed of the orbits, by branch and point.
+    #[must_use]
+    pub fn with_observed(mut self, observed: &[(BranchObservable, Vec<Vec<f64>>)]) -> Self {
+        for (number, branch) in self.branches.iter_mut().enumerate() {
+            for (place, point) in branch.points.iter_mut().enumerate() {
+                let values = observed.iter();
+                let values =
+                    values.map(|(kind, values)| (kind.name().to_owned(), values[number][place]));
+                point.observed = Named::new(values);
+            }
+        }
+        self
+    }
+
+    /// The names of what was observed.
+    fn observed(&self) -> Vec<String> {
+        let first = self.branches.first().and_then(|branch| branch.points.first());
+        let names = first.into_iter().flat_map(|point| &point.observed.0);
+        names.map(|(name, _)| name.clone()).collect()
     }
 
     /// The special points as a person reads them, one row each.
@@ -159,6 +187,7 @@ impl BranchListing {
         columns.extend(parts.map(Column::number));
         columns.extend(["stable", "physical", "inside"].map(Column::number));
         columns.extend(["speeds", "label"].map(Column::text));
+        columns.extend(self.observed().into_iter().map(Column::number));
         let mut table = Table::new(columns);
         for (branch, point) in self.points() {
             let orbit = &point.orbit;
@@ -166,7 +195,7 @@ impl BranchListing {
             let mut row = vec![
                 Cell::Integer(branch.branch as i64),
                 Cell::text(&branch.itinerary),
-                Cell::Integer(orbit.states.len() as i64),
+                Cell::Integer(branch.period as i64),
                 Cell::number(offset, 12),
                 Cell::number(value, 12),
             ];
@@ -184,6 +213,7 @@ impl BranchListing {
             row.push(Cell::text(speeds.join(" ")));
             let label = point.special.as_ref().map(|special| special.label.letters());
             row.push(label.map_or(Cell::Missing, Cell::text));
+            row.extend(point.observed.0.iter().map(|(_, value)| Cell::number(*value, 12)));
             table.push(row)?;
         }
         Ok(table)
@@ -206,7 +236,7 @@ impl BranchListing {
 
     /// The branches over the parameter, by each coordinate of the section and, with the iterates
     /// under them, by what a diagram draws: stable ones solid, unstable ones dashed, physical ones
-    /// alone. Each picture with the ending of its file's name.
+    /// alone; and by what was observed. Each picture with the ending of its file's name.
     pub fn figures(&self, diagram: Option<&BranchDiagram>) -> Vec<(String, Figure)> {
         let by_coordinate = |(coordinate, name): (usize, &String)| {
             let value =
@@ -224,6 +254,11 @@ impl BranchListing {
             let value =
                 |(branch, point, number): Place, _: &PointRecord| values[branch][point][number];
             figures.insert(0, (String::new(), self.figure(axis, under.collect(), &value)));
+        }
+        for (place, name) in self.observed().into_iter().enumerate() {
+            let value = |_: Place, point: &PointRecord| point.observed.0[place].1;
+            let figure = self.figure(Axis::linear(name.replace('_', " ")), Vec::new(), &value);
+            figures.push((format!("-{name}"), figure));
         }
         figures
     }
@@ -245,6 +280,7 @@ impl BranchListing {
             }
             self.draw(&mut figure, number, value, (name, color));
         }
+        join_labels(&mut figure.annotations);
         figure
     }
 
@@ -282,6 +318,34 @@ impl BranchListing {
             let at = [self.along(&point.orbit).0, value((branch, place, 0), point)];
             let text = special.label.letters().to_owned();
             figure.annotations.push(Annotation { at, text, marker: Some(marker) });
+        }
+    }
+}
+
+/// Labels nearer than this share of the extent of all of them are one.
+const ONE_LABEL: f64 = 0.03;
+
+/// Puts the words of labels that would overlap at the first of them, each word once.
+fn join_labels(labels: &mut [Annotation]) {
+    let extent = |axis: usize| {
+        let values = labels.iter().map(|label| label.at[axis]).filter(|value| value.is_finite());
+        let (least, most) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), v| {
+            (least.min(v), most.max(v))
+        });
+        most - least
+    };
+    let reach = [0, 1].map(|axis| ONE_LABEL * extent(axis).max(f64::MIN_POSITIVE));
+    for place in 1..labels.len() {
+        let (before, rest) = labels.split_at_mut(place);
+        let label = &mut rest[0];
+        let near = |other: &&mut Annotation| {
+            !other.text.is_empty()
+                && (0..2).all(|axis| (other.at[axis] - label.at[axis]).abs() <= reach[axis])
+        };
+        let Some(first) = before.iter_mut().find(near) else { continue };
+        let word = std::mem::take(&mut label.text);
+        if !first.text.split(' ').any(|known| known == word) {
+            first.text = format!("{} {word}", first.text);
         }
     }
 }

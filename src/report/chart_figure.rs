@@ -1,20 +1,29 @@
 //! Two-parameter charts as pictures, tables and arrays.
 
+use std::cmp::Reverse;
+use std::collections::HashMap;
+
 use super::diagram_figure::{
     OUTSIDE, end_word, method_word, orbit_header, period_cell, share_cell, start_cell,
 };
-use super::figure::{Annotation, Axis, CellChart, Figure, Marker, symbol};
+use super::figure::{Annotation, Axis, CellCategory, CellChart, CellColor, Figure, Marker, symbol};
+use super::loci_listing::draw_curves;
 use super::{Cell, Column, ReportError, Rows, Table, npy_bytes};
-use crate::analysis::chart::{Chart, ChartAxis, ChartCell};
+use crate::analysis::chart::{Chart, ChartAttractor, ChartAxis, ChartCell, ChartClass};
+use crate::analysis::periodic::ContactItinerary;
 use crate::iteration::{OrbitEnd, Period};
+use crate::model::ChartObservable;
 
-/// Most categories that keep colours of their own.
-const MOST_CATEGORIES: usize = 8;
+/// Periods beyond this one share a colour.
+const LAST_OWN_PERIOD: usize = 8;
 
-/// Periods beyond this one share a category where there are too many.
-const LAST_OWN_PERIOD: usize = 5;
+/// Itineraries that keep colours of their own: those of the most cells.
+const OWN_ITINERARIES: usize = 8;
 
-/// What a cell shows.
+/// Exponents between which a colour is that of one level.
+const LEVELS: [f64; 7] = [-1.0, -0.3, -0.1, -0.01, 0.01, 0.1, 0.3];
+
+/// What a cell shows, in the order of the legend.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Category {
     /// One return, without contact.
@@ -23,53 +32,145 @@ enum Category {
     Period(usize),
     /// One of the periods above [`LAST_OWN_PERIOD`].
     Longer,
+    /// One of the itineraries of the most cells, by its place among them.
+    Itinerary(usize),
+    /// Another itinerary.
+    OtherItinerary,
+    /// An exponent between two of [`LEVELS`].
+    Level(usize),
+    /// Neither escaped, nor with an exponent.
+    NoExponent,
+    /// So many attractors.
+    Attractors(usize),
     /// No period up to the longest looked for.
     NoPeriod,
     /// The map alone, beyond its window.
     Outside,
+    /// The orbit escaped or has no image.
+    Escaped,
+}
+
+/// A chart with what its categories are named after.
+struct Shown<'a> {
+    chart: &'a Chart,
+    /// Those with colours of their own, the shortest first.
+    itineraries: Vec<&'a ContactItinerary>,
+}
+
+impl<'a> Shown<'a> {
+    fn new(chart: &'a Chart) -> Self {
+        let mut counts: HashMap<&ContactItinerary, usize> = HashMap::new();
+        let attractors = chart.cells.iter().flat_map(ChartCell::attractors);
+        for itinerary in attractors.filter_map(|attractor| attractor.itinerary.as_ref()) {
+            *counts.entry(itinerary).or_default() += 1;
+        }
+        let key = |itinerary: &ContactItinerary| (itinerary.period(), itinerary.to_string());
+        let mut itineraries: Vec<(&ContactItinerary, usize)> = counts.into_iter().collect();
+        itineraries.sort_by_cached_key(|&(one, count)| (Reverse(count), key(one)));
+        itineraries.truncate(OWN_ITINERARIES);
+        itineraries.sort_by_cached_key(|&(one, _)| key(one));
+        Self { chart, itineraries: itineraries.into_iter().map(|(one, _)| one).collect() }
+    }
+
+    /// What a cell shows: of several attractors that of one, in turn from cell to cell.
+    fn category(&self, number: usize, cell: &ChartCell) -> Category {
+        if self.chart.observe == ChartObservable::Attractors {
+            return match attractor_count(self.chart, cell) {
+                0 => self.of(&cell.attractor),
+                count => Category::Attractors(count),
+            };
+        }
+        let mut own: Vec<Category> = cell.attractors().map(|one| self.of(one)).collect();
+        own.sort_unstable();
+        let columns = self.chart.axes[0].offsets.len();
+        own[(number / columns + number % columns) % own.len()]
+    }
+
+    fn of(&self, attractor: &ChartAttractor) -> Category {
+        match (self.chart.class(attractor), self.chart.observe) {
+            (ChartClass::Outside, _) => Category::Outside,
+            (ChartClass::Escaped, _) => Category::Escaped,
+            (_, ChartObservable::Lyapunov) => {
+                attractor.lyapunov.map_or(Category::NoExponent, |exponent| {
+                    Category::Level(LEVELS.partition_point(|&level| level < exponent))
+                })
+            }
+            (ChartClass::NoPeriod, _) => Category::NoPeriod,
+            (_, ChartObservable::Itinerary) => {
+                let own = attractor.itinerary.as_ref();
+                let place = self.itineraries.iter().position(|&one| Some(one) == own);
+                place.map_or(Category::OtherItinerary, Category::Itinerary)
+            }
+            (ChartClass::WithoutContact, _) => Category::WithoutContact,
+            (ChartClass::Period(period), _) if period > LAST_OWN_PERIOD => Category::Longer,
+            (ChartClass::Period(period), _) => Category::Period(period),
+        }
+    }
+
+    fn words(&self, category: Category) -> String {
+        let longest = self.chart.longest_period;
+        let level = |place: usize| match place {
+            0 => format!("λ below {}", LEVELS[0]),
+            _ if place == LEVELS.len() => format!("λ above {}", LEVELS[place - 1]),
+            _ => format!("λ from {} to {}", LEVELS[place - 1], LEVELS[place]),
+        };
+        match category {
+            Category::WithoutContact => "no contact".to_owned(),
+            Category::Period(period) => format!("period {period}"),
+            Category::Longer => format!("period {} to {longest}", LAST_OWN_PERIOD + 1),
+            Category::Itinerary(place) => self.itineraries[place].to_string(),
+            Category::OtherItinerary => "other itineraries".to_owned(),
+            Category::Level(place) => level(place).replace('-', "−"),
+            Category::NoExponent => "λ not known".to_owned(),
+            Category::Attractors(1) => "1 attractor".to_owned(),
+            Category::Attractors(count) if count == self.chart.attractors => {
+                format!("{count} attractors or more")
+            }
+            Category::Attractors(count) => format!("{count} attractors"),
+            Category::NoPeriod => format!("none up to {longest}"),
+            Category::Outside => "outside the window".to_owned(),
+            Category::Escaped => "escaped or no image".to_owned(),
+        }
+    }
 }
 
 impl Category {
-    /// `None` where the orbit left.
-    fn of(chart: &Chart, cell: &ChartCell) -> Option<Self> {
-        if chart.is_outside(cell) {
-            return Some(Self::Outside);
-        }
-        match (cell.end, cell.period) {
-            (OrbitEnd::Completed, Period::Periodic(1)) if cell.kept_contacts == 0 => {
-                Some(Self::WithoutContact)
-            }
-            (OrbitEnd::Completed, Period::Periodic(period)) => Some(Self::Period(period)),
-            (OrbitEnd::Completed, Period::NotFound) => Some(Self::NoPeriod),
-            _ => None,
-        }
-    }
-
-    /// Long periods taken together.
-    fn grouped(self) -> Self {
+    /// The same in every chart.
+    fn color(self) -> CellColor {
+        let half = LEVELS.len() / 2 + 1;
         match self {
-            Self::Period(period) if period > LAST_OWN_PERIOD => Self::Longer,
-            other => other,
-        }
-    }
-
-    fn words(self, longest: usize) -> String {
-        match self {
-            Self::WithoutContact => "no contact".to_owned(),
-            Self::Period(period) => format!("period {period}"),
-            Self::Longer => format!("period {} to {longest}", LAST_OWN_PERIOD + 1),
-            Self::NoPeriod => format!("none up to {longest}"),
-            Self::Outside => "outside the window".to_owned(),
+            Self::WithoutContact => CellColor::Pale,
+            Self::Period(period) => CellColor::Own(period - 1),
+            Self::Longer | Self::OtherItinerary => CellColor::Own(LAST_OWN_PERIOD),
+            Self::Itinerary(place) => CellColor::Own(place),
+            Self::Level(place) if place == half => CellColor::Pale,
+            Self::Level(place) => CellColor::Signed((place as f64 - half as f64) / half as f64),
+            Self::NoExponent => CellColor::Own(3),
+            Self::Attractors(count) => CellColor::Own(count - 1),
+            Self::NoPeriod => CellColor::Ink,
+            Self::Outside => CellColor::Grey,
+            Self::Escaped => CellColor::Paper,
         }
     }
 }
 
-/// The chart of periods: a colour for each, grey where the map alone was used beyond its window,
-/// paper-white where the orbit escaped.
+/// Attractors of a cell: none where every orbit left.
+fn attractor_count(chart: &Chart, cell: &ChartCell) -> usize {
+    let stays = |attractor: &&ChartAttractor| {
+        !matches!(chart.class(attractor), ChartClass::Outside | ChartClass::Escaped)
+    };
+    cell.attractors().filter(stays).count()
+}
+
+/// The chart of what it observes, in colours that are the same in every chart: pale without
+/// contact, dark without a period, grey where the map alone was used beyond its window, paper-white
+/// where the orbit escaped. Cells with several attractors have their colours in turn.
 pub fn chart_figure(chart: &Chart) -> Figure {
     let [horizontal, vertical] = &chart.axes;
     let mut figure = Figure::new(axis(horizontal), axis(vertical));
     figure.cells = Some(cells(chart));
+    let curves = chart.overlay.iter().flat_map(|overlay| overlay.curves.iter().cloned());
+    draw_curves(&mut figure, &curves.collect::<Vec<_>>(), &Some);
     let shows = |axis: &ChartAxis| {
         let (low, high) = edges(&axis.offsets);
         low <= 0.0 && 0.0 <= high
@@ -84,7 +185,8 @@ pub fn chart_figure(chart: &Chart) -> Figure {
     figure
 }
 
-/// One row per cell: its offsets, what the orbit settled on, its name.
+/// One row per cell: its offsets, what the orbit settled on, its name, other attractors. Of cells
+/// that were not computed, what differs from cell to cell is left out.
 pub fn chart_rows(charts: &[Chart]) -> Rows<'_> {
     let surfaces = charts.first().map_or(&[][..], |chart| &chart.surfaces);
     let mut columns = vec![Column::number("chart")];
@@ -95,8 +197,14 @@ pub fn chart_rows(charts: &[Chart]) -> Rows<'_> {
     columns.push(Column::text("end"));
     columns.extend(["by_map", "outside"].map(Column::number));
     columns.push(Column::text(orbit_header(surfaces)));
+    columns.push(Column::text("itinerary"));
+    columns.extend(["computed", "attractors"].map(Column::number));
+    columns.push(Column::text("others"));
     let rows = charts.iter().enumerate().flat_map(|(number, chart)| {
         chart.located().map(move |([first, second], cell)| {
+            let one = &cell.attractor;
+            let own = |value: Cell| if cell.computed { value } else { Cell::Missing };
+            let outside = chart.class(one) == ChartClass::Outside;
             vec![
                 Cell::Integer(number as i64 + 1),
                 Cell::text(chart.axes[0].parameter.clone()),
@@ -105,36 +213,64 @@ pub fn chart_rows(charts: &[Chart]) -> Rows<'_> {
                 start_cell(chart.start.as_deref()),
                 Cell::number(first, 6),
                 Cell::number(second, 6),
-                period_cell(cell.period),
-                Cell::Integer(cell.kept_contacts.into()),
-                cell.lyapunov.map_or(Cell::Missing, |value| Cell::number(value, 6)),
-                Cell::text(if chart.is_outside(cell) { OUTSIDE } else { end_word(cell.end) }),
-                share_cell(cell.by_map),
-                share_cell(cell.outside),
-                cell.orbit.as_ref().map_or(Cell::Missing, |name| Cell::text(name.to_string())),
+                period_cell(one.period),
+                own(Cell::Integer(one.kept_contacts.into())),
+                one.lyapunov.map_or(Cell::Missing, |value| Cell::number(value, 6)),
+                Cell::text(if outside { OUTSIDE } else { end_word(one.end) }),
+                own(share_cell(one.by_map)),
+                own(share_cell(one.outside)),
+                name_cell(one),
+                one.itinerary.as_ref().map_or(Cell::Missing, |one| Cell::text(one.to_string())),
+                Cell::Integer(cell.computed.into()),
+                Cell::Integer(attractor_count(chart, cell) as i64),
+                others_cell(cell),
             ]
         })
     });
     Rows::new(columns, rows)
 }
 
-/// Periods: an array of shape (rows, columns), the second parameter's values by the first's; 0
-/// without a period, −1 where the map alone was used beyond its window, NaN where the orbit ended
-/// early.
+fn name_cell(attractor: &ChartAttractor) -> Cell {
+    attractor.orbit.as_ref().map_or(Cell::Missing, |name| Cell::text(name.to_string()))
+}
+
+/// The names of other attractors.
+fn others_cell(cell: &ChartCell) -> Cell {
+    let name = |one: &ChartAttractor| match &one.orbit {
+        Some(name) => name.to_string(),
+        None => "no period".to_owned(),
+    };
+    let names: Vec<String> = cell.others.iter().map(name).collect();
+    if names.is_empty() { Cell::Missing } else { Cell::text(names.join("; ")) }
+}
+
+/// Periods, or exponents where these are observed: an array of shape (rows, columns), the second
+/// parameter's values by the first's, or (attractors, rows, columns) of several attractors. Periods
+/// are 0 without a period, −1 where the map alone was used beyond its window, −2 without another
+/// attractor; NaN where the orbit ended early, and without an exponent.
 ///
 /// # Errors
 ///
 /// [`ReportError::ArrayShape`] if there are not as many cells as the axes have offsets.
 pub fn chart_array(chart: &Chart) -> Result<Vec<u8>, ReportError> {
-    let period = |cell: &ChartCell| match (cell.end, cell.period) {
-        _ if chart.is_outside(cell) => -1.0,
+    let period = |attractor: &ChartAttractor| match (attractor.end, attractor.period) {
+        _ if chart.class(attractor) == ChartClass::Outside => -1.0,
         (OrbitEnd::Completed, Period::Periodic(period)) => period as f64,
         (OrbitEnd::Completed, Period::NotFound) => 0.0,
         _ => f64::NAN,
     };
-    let values: Vec<f64> = chart.cells.iter().map(period).collect();
+    let value = |attractor: Option<&ChartAttractor>| match chart.observe {
+        ChartObservable::Lyapunov => attractor.and_then(|one| one.lyapunov).unwrap_or(f64::NAN),
+        _ => attractor.map_or(-2.0, period),
+    };
+    let layer =
+        |number: usize| chart.cells.iter().map(move |cell| value(cell.attractors().nth(number)));
+    let values: Vec<f64> = (0..chart.attractors).flat_map(layer).collect();
     let [columns, rows] = [&chart.axes[0], &chart.axes[1]].map(|axis| axis.offsets.len());
-    npy_bytes(&[rows, columns], &values)
+    match chart.attractors {
+        1 => npy_bytes(&[rows, columns], &values),
+        count => npy_bytes(&[count, rows, columns], &values),
+    }
 }
 
 /// What charts cost and how their cells are shared out, for people.
@@ -147,6 +283,7 @@ pub fn chart_timing_table(charts: &[Chart]) -> Result<Table, ReportError> {
         Column::text("chart"),
         Column::text("method"),
         Column::number("cells"),
+        Column::number("computed"),
         Column::number("without contact"),
         Column::number("without period"),
         Column::number("outside the window"),
@@ -158,18 +295,16 @@ pub fn chart_timing_table(charts: &[Chart]) -> Result<Table, ReportError> {
         Column::number("one iterate").with_unit("ns"),
     ]);
     for chart in charts {
-        let count = |wanted: Option<Category>| {
-            let cells = chart.cells.iter().map(|cell| Category::of(chart, cell));
-            Cell::Integer(cells.filter(|&category| category == wanted).count() as i64)
-        };
+        let count = |class| Cell::Integer(chart.count(class) as i64);
         table.push(vec![
             Cell::text(format!("{} by {}", chart.axes[0].parameter, chart.axes[1].parameter)),
             Cell::text(method_word(chart.method)),
             Cell::Integer(chart.cells.len() as i64),
-            count(Some(Category::WithoutContact)),
-            count(Some(Category::NoPeriod)),
-            count(Some(Category::Outside)),
-            count(None),
+            Cell::Integer(chart.computed as i64),
+            count(ChartClass::WithoutContact),
+            count(ChartClass::NoPeriod),
+            count(ChartClass::Outside),
+            count(ChartClass::Escaped),
             Cell::number(100.0 * chart.by_map, 4),
             Cell::Integer(chart.timing.iterates as i64),
             Cell::Integer(chart.timing.threads as i64),
@@ -181,33 +316,23 @@ pub fn chart_timing_table(charts: &[Chart]) -> Result<Table, ReportError> {
 }
 
 fn cells(chart: &Chart) -> CellChart {
-    let own = chart.cells.iter().map(|cell| Category::of(chart, cell));
-    let mut categories: Vec<_> = own.collect();
-    let mut found = distinct(&categories);
-    if found.len() > MOST_CATEGORIES {
-        let grouped = categories.iter().map(|category| category.map(Category::grouped));
-        categories = grouped.collect();
-        found = distinct(&categories);
-    }
-    let place = |category| found.binary_search(&category).ok();
+    let shown = Shown::new(chart);
+    let numbered = chart.cells.iter().enumerate();
+    let categories: Vec<Category> =
+        numbered.map(|(number, cell)| shown.category(number, cell)).collect();
+    let mut found = categories.clone();
+    found.sort_unstable();
+    found.dedup();
     let [horizontal, vertical] = &chart.axes;
+    let named = found.iter().map(|&one| CellCategory::new(shown.words(one), one.color()));
     CellChart {
         horizontal: edges(&horizontal.offsets),
         vertical: edges(&vertical.offsets),
         columns: horizontal.offsets.len(),
         rows: vertical.offsets.len(),
-        cells: categories.iter().map(|&cell| cell.and_then(place)).collect(),
-        names: found.iter().map(|category| category.words(chart.longest_period)).collect(),
-        grey: found.binary_search(&Category::Outside).ok(),
+        categories: named.collect(),
+        cells: categories.iter().map(|category| found.binary_search(category).ok()).collect(),
     }
-}
-
-/// Every category that occurs, in order.
-fn distinct(categories: &[Option<Category>]) -> Vec<Category> {
-    let mut found: Vec<Category> = categories.iter().copied().flatten().collect();
-    found.sort_unstable();
-    found.dedup();
-    found
 }
 
 /// Edges of the cells of an axis, whose centres are these.

@@ -278,6 +278,11 @@ impl<T> Named<T> {
         Self(pairs.collect())
     }
 
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
     /// The value of a name.
     pub fn get(&self, name: &str) -> Option<&T> {
         let mut pairs = self.0.iter();

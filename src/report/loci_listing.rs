@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::figure::{Annotation, Axis, Figure, Marker, Series, Stroke, symbol};
 use super::{Cell, Column, Named, ReportError, SectionDocument, Table};
 use crate::analysis::loci::{
-    CodimensionTwo, Loci, Locus, LocusEnd, LocusKind, LocusPoint, Tangency,
+    CodimensionTwo, Loci, Locus, LocusEnd, LocusKind, LocusPoint, PlaneCurve, PlanePoint, Tangency,
 };
 use crate::expansion::LocalMap;
 
@@ -26,6 +26,9 @@ pub struct LociListing {
     pub loci: Vec<LocusRecord>,
     /// How folds and flips leave the grazing curves.
     pub tangencies: Vec<TangencyRecord>,
+    /// The surfaces whose contacts begin without a kick, as those of compliant stops do: theory has
+    /// no tangency there.
+    pub without_kick: Vec<String>,
     #[serde(skip)]
     places: [usize; 2],
 }
@@ -111,8 +114,14 @@ impl LociListing {
             plane: plane.map(name),
             loci: found.loci.iter().map(|locus| record(map, plane, locus)).collect(),
             tangencies: found.tangencies.iter().map(|found| tangency_record(map, found)).collect(),
+            without_kick: found.without_kick.iter().map(|&n| map.surfaces[n].clone()).collect(),
             places: plane,
         }
+    }
+
+    /// Whether there are grazes among the loci.
+    pub fn has_grazes(&self) -> bool {
+        self.loci.iter().any(|locus| locus.kind == LocusKind::Graze)
     }
 
     /// The points of codimension two: the locus that each lies on, and it.
@@ -285,54 +294,88 @@ impl LociListing {
 
     /// Draws all loci, each point at the place that it has in the figure.
     fn draw(&self, figure: &mut Figure, place: &dyn Fn([f64; 2]) -> Option<[f64; 2]>) {
-        for drawn in [Drawn::Virtual, Drawn::Stable, Drawn::Unstable] {
-            for kind in LocusKind::ALL {
-                let of_kind = self.loci.iter().filter(|locus| locus.kind == kind);
-                let mut points = Vec::new();
-                for locus in of_kind {
-                    for (_, stretch) in
-                        stretches(locus).into_iter().filter(|(other, _)| *other == drawn)
-                    {
-                        points.extend(stretch.into_iter().filter_map(place));
-                        // A point that is no number interrupts the line.
-                        points.push([f64::NAN; 2]);
-                    }
-                }
-                if points.is_empty() {
-                    continue;
-                }
-                let mark = mark(kind);
-                let line = |name, stroke, points| Series::line(name, stroke, points);
-                figure.series.push(match drawn {
-                    Drawn::Virtual => {
-                        line(format!("{mark}, virtual"), Stroke::Dotted, points).in_grey()
-                    }
-                    Drawn::Stable => line(format!("{mark}, stable"), Stroke::Solid, points)
-                        .with_color(kind as usize),
-                    Drawn::Unstable => line(format!("{mark}, unstable"), Stroke::Dashed, points)
-                        .with_color(kind as usize),
-                });
-            }
-        }
-        let mut marked: Vec<(&[f64; 2], String)> = Vec::new();
-        for (_, _, point) in self.special().filter(|(_, _, point)| point.physical) {
-            let label = point.label.clone().unwrap_or_default();
-            let here = |other: &[f64; 2]| {
-                let mut pairs = other.iter().zip(&point.at);
-                pairs.all(|(a, b)| (a - b).abs() <= 1e-9 * b.abs().max(f64::EPSILON))
-            };
-            if !marked.iter().any(|(at, _)| here(at)) {
-                marked.push((&point.at, label));
-            }
-        }
-        let marked = marked.into_iter();
-        figure.annotations.extend(marked.filter_map(|(at, text)| {
-            Some(Annotation { at: place(*at)?, text, marker: Some(Marker::Ring) })
-        }));
+        let point = |point: &LocusPointRecord| PlanePoint {
+            at: point.at,
+            stable: point.stable,
+            physical: point.physical,
+            label: point.label.clone(),
+        };
+        let curves = self.loci.iter().map(|locus| PlaneCurve {
+            kind: locus.kind,
+            itinerary: locus.itinerary.clone(),
+            points: locus.points.iter().map(point).collect(),
+            whole: true,
+        });
+        draw_curves(figure, &curves.collect::<Vec<_>>(), place);
     }
 }
 
-/// How a stretch of a locus is drawn.
+/// Draws curves in a plane, each point at the place that it has in the figure.
+pub(super) fn draw_curves(
+    figure: &mut Figure,
+    curves: &[PlaneCurve],
+    place: &dyn Fn([f64; 2]) -> Option<[f64; 2]>,
+) {
+    for drawn in [Drawn::Virtual, Drawn::Stable, Drawn::Unstable] {
+        for kind in LocusKind::ALL {
+            let of_kind = curves.iter().filter(|curve| curve.kind == kind);
+            let mut points = Vec::new();
+            for curve in of_kind {
+                for (_, stretch) in
+                    stretches(curve).into_iter().filter(|(other, _)| *other == drawn)
+                {
+                    points.extend(stretch.into_iter().filter_map(place));
+                    // A point that is no number interrupts the line.
+                    points.push([f64::NAN; 2]);
+                }
+            }
+            if points.is_empty() {
+                continue;
+            }
+            let mark = mark(kind);
+            let line = |name, stroke, points| Series::line(name, stroke, points);
+            figure.series.push(match drawn {
+                Drawn::Virtual => {
+                    line(format!("{mark}, virtual"), Stroke::Dotted, points).in_grey()
+                }
+                Drawn::Stable => {
+                    line(format!("{mark}, stable"), Stroke::Solid, points).with_color(kind as usize)
+                }
+                Drawn::Unstable => line(format!("{mark}, unstable"), Stroke::Dashed, points)
+                    .with_color(kind as usize),
+            });
+        }
+    }
+    let points = || curves.iter().flat_map(|curve| &curve.points);
+    let extent: [f64; 2] = std::array::from_fn(|axis| {
+        points().fold(0.0_f64, |most, point| most.max(point.at[axis].abs()))
+    });
+    // What lies at one place has one mark, with the names of all that it is.
+    let mut marked: Vec<(&[f64; 2], Vec<String>)> = Vec::new();
+    let special = points().filter(|point| point.physical);
+    for (at, label) in special.filter_map(|point| Some((&point.at, point.label.as_ref()?))) {
+        let label = symbol(label);
+        let here = |other: &[f64; 2]| {
+            (0..2).all(|axis| (other[axis] - at[axis]).abs() <= ONE_MARK * extent[axis])
+        };
+        match marked.iter_mut().find(|(at, _)| here(at)) {
+            Some((_, labels)) if labels.contains(&label) => {}
+            // The graze's own name says that loci end there.
+            Some((_, labels)) if labels[0].starts_with('ξ') && !label.starts_with('ξ') => {}
+            Some((_, labels)) => labels.push(label),
+            None => marked.push((at, vec![label])),
+        }
+    }
+    figure.annotations.extend(marked.into_iter().filter_map(|(at, labels)| {
+        let text = labels.join(", ");
+        Some(Annotation { at: place(*at)?, text, marker: Some(Marker::Ring) })
+    }));
+}
+
+/// Special points nearer than this share of the extent of all curves are one mark.
+const ONE_MARK: f64 = 1e-6;
+
+/// How a stretch of a curve is drawn.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Drawn {
     Stable,
@@ -340,10 +383,10 @@ enum Drawn {
     Virtual,
 }
 
-/// The stretches of a locus that are drawn alike, each with the first point of the next.
-fn stretches(locus: &LocusRecord) -> Vec<(Drawn, Vec<[f64; 2]>)> {
+/// The stretches of a curve that are drawn alike, each with the first point of the next.
+fn stretches(curve: &PlaneCurve) -> Vec<(Drawn, Vec<[f64; 2]>)> {
     let mut stretches: Vec<(Drawn, Vec<[f64; 2]>)> = Vec::new();
-    for point in &locus.points {
+    for point in &curve.points {
         let drawn = match (point.physical, point.stable) {
             (false, _) => Drawn::Virtual,
             (true, true) => Drawn::Stable,

@@ -38,7 +38,7 @@ pub use grazemap_figure as figure;
 
 pub use basin_figure::{
     basin_array, basin_figure, basin_outside_words, basin_remarks, basin_rows, basin_table,
-    basin_words,
+    basin_words, manifold_rows, manifold_table,
 };
 pub use branch_listing::{BranchListing, BranchRecord, PointRecord};
 pub use chart_figure::{chart_array, chart_figure, chart_rows, chart_timing_table};
@@ -72,7 +72,7 @@ pub use orbits_listing::{
 pub use page::{Page, PageFigure, Picture, Provenance, Section};
 pub use run_page::{CrateSummary, RunPage, StageTime, run_page};
 pub use section_document::{SectionCost, SectionDecision, SectionDocument};
-pub use sweep_words::{chart_outside_words, diagram_outside_words};
+pub use sweep_words::{chart_outside_words, chart_overlay_words, diagram_outside_words};
 pub use table::{Alignment, Cell, Column, CsvStream, Rows, Table};
 pub use theory_words::GrazeStudy;
 pub use time_series_listing::{

@@ -4,8 +4,7 @@
 use serde::Serialize;
 
 use super::{Cell, Column, Named, ReportError, SectionDocument, Table};
-use crate::analysis::orbits::{FoundOrbit, Locus, LostOrbit, LostReason, Orbits};
-use crate::analysis::periodic::BifurcationKind;
+use crate::analysis::orbits::{BifurcationKind, FoundOrbit, Locus, LostOrbit, LostReason, Orbits};
 use crate::convergence::MeasuredWindow;
 use crate::expansion::{LocalMap, WindowEdge};
 use crate::iteration::Itinerary;
@@ -184,9 +183,6 @@ impl Names<'_> {
                 format!("the orbit there has the itinerary {made}")
             }
             LostReason::NotConverged => "no orbit was found there".to_owned(),
-            LostReason::NotBracketed => {
-                "it does not lie between the map's neighbours of it".to_owned()
-            }
         };
         LostRecord {
             itinerary: lost.itinerary.to_string(),

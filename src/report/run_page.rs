@@ -4,19 +4,21 @@
 use serde::Serialize;
 
 use super::sweep_words::{
-    chart_escape_words, chart_outside_words, chart_share_words, diagram_escape_words,
-    diagram_outside_words, diagram_share_words,
+    chart_computed_words, chart_escape_words, chart_outside_words, chart_overlay_words,
+    chart_share_words, diagram_escape_words, diagram_outside_words, diagram_share_words,
 };
 use super::{
     Cell, Column, Figure, GrazeStudy, MapListing, OrbitListing, Page, Provenance, ReportError,
-    Section, Table, bounds_words, chart_figure, chart_timing_table, convergence_section,
-    diagram_figures, diagram_timing_table, edge_words, error_words, window_remark,
+    Section, Table, basin_figure, basin_outside_words, basin_remarks, basin_table, basin_words,
+    bounds_words, chart_figure, chart_timing_table, convergence_section, diagram_figures,
+    diagram_timing_table, edge_words, error_words, manifold_table, window_remark,
 };
+use crate::analysis::basin::Basin;
 use crate::analysis::chart::Chart;
 use crate::analysis::diagram::Diagram;
 use crate::convergence::ConvergenceStudy;
 use crate::expansion::WindowEdge;
-use crate::model::{Method, Scene};
+use crate::model::{ChartObservable, Method, Scene};
 use crate::numeric::Shown;
 
 /// What a stage of a run took.
@@ -61,6 +63,8 @@ pub struct RunPage<'a> {
     pub diagrams: &'a [Diagram],
     /// Its charts.
     pub charts: &'a [Chart],
+    /// Its basins.
+    pub basins: &'a [Basin],
     /// What each stage took.
     pub times: &'a [StageTime],
 }
@@ -83,6 +87,9 @@ pub fn run_page(run: &RunPage<'_>) -> Result<Page, ReportError> {
     }
     if !run.charts.is_empty() {
         page = page.section(chart_section(run.charts)?);
+    }
+    if !run.basins.is_empty() {
+        page = page.section(basin_section(run.basins)?);
     }
     Ok(page.section(time_section(run)?))
 }
@@ -323,7 +330,13 @@ fn chart_section(charts: &[Chart]) -> Result<Section, ReportError> {
     let section = charts.iter().fold(Section::new("Charts"), |section, chart| {
         let section = section.figure(chart_figure(chart), chart_caption(chart));
         let outside = chart_outside_words(chart).map(|words| sentence(&words));
-        let sentences = [chart_share_words(chart), outside, chart_escape_words(chart)];
+        let sentences = [
+            chart_computed_words(chart),
+            chart_overlay_words(chart),
+            chart_share_words(chart),
+            outside,
+            chart_escape_words(chart),
+        ];
         sentences.into_iter().flatten().fold(section, Section::prose)
     });
     Ok(section.table(
@@ -336,14 +349,15 @@ fn chart_section(charts: &[Chart]) -> Result<Section, ReportError> {
 fn chart_caption(chart: &Chart) -> String {
     let [first, second] = &chart.axes;
     format!(
-        "What {} settles on over {} and {}, from {} in each of {} × {} cells: the period in \
-             returns, of the last {} of {} iterates. G is the grazing point.",
+        "What {} settles on over {} and {}, from {} in each of {} × {} cells: {}, of the last {} \
+             of {} iterates. G is the grazing point.",
         chart_subject(chart.method),
         first.parameter,
         second.parameter,
         start_words(chart),
         first.offsets.len(),
         second.offsets.len(),
+        observed_words(chart),
         2 * chart.longest_period,
         chart.transient + 2 * chart.longest_period
     )
@@ -351,9 +365,27 @@ fn chart_caption(chart: &Chart) -> String {
 
 /// Where the cells of a chart start.
 fn start_words(chart: &Chart) -> String {
-    match &chart.start {
-        None => "beside the fixed point of P_smooth".to_owned(),
-        Some(offsets) => format!("the offsets {offsets:?}"),
+    match (&chart.start, chart.starts.len()) {
+        (Some(offsets), _) => format!("the offsets {offsets:?}"),
+        (None, 0) => "beside the fixed point of P_smooth".to_owned(),
+        (None, count) => format!("{count} states"),
+    }
+}
+
+/// What a chart shows of an orbit.
+fn observed_words(chart: &Chart) -> String {
+    let observed = match chart.observe {
+        ChartObservable::Period => "the period in returns",
+        ChartObservable::Itinerary => "which returns make contact",
+        ChartObservable::Lyapunov => "the largest Lyapunov exponent per return",
+        ChartObservable::Attractors => "the number of attractors",
+    };
+    match (chart.observe, chart.attractors) {
+        (ChartObservable::Attractors, _) | (_, 1) => observed.to_owned(),
+        (_, count) => format!(
+            "{observed} of up to {count} attractors, cells with several having their colours in \
+             turn"
+        ),
     }
 }
 
@@ -363,6 +395,27 @@ fn chart_subject(method: Method) -> &'static str {
         Method::Guarded => "the map, and direct simulation outside its window,",
         Method::Direct => "direct simulation",
     }
+}
+
+fn basin_section(basins: &[Basin]) -> Result<Section, ReportError> {
+    let mut section = Section::new("Basins of attraction");
+    for basin in basins {
+        let caption = sentence(basin_words(basin).trim_end());
+        section = section.figure(basin_figure(basin), caption).table(
+            basin_table(basin)?,
+            "Attractors and other classes with their shares of the cells, what the border leaves \
+                uncertain of them, and the standard deviation of so many random states.",
+        );
+        if let Some(manifolds) = &basin.manifolds {
+            section = section.table(
+                manifold_table(basin, manifolds)?,
+                "Manifolds of the saddles; lengths in widths of the plane.",
+            );
+        }
+        let words = basin_outside_words(basin).into_iter().chain(basin_remarks(basin));
+        section = words.fold(section, |section, words| section.prose(sentence(&words)));
+    }
+    Ok(section)
 }
 
 fn time_section(run: &RunPage<'_>) -> Result<Section, ReportError> {

@@ -2,10 +2,11 @@
 //! made, and when an orbit has escaped.
 
 use crate::analysis::EscapeBound;
-use crate::analysis::chart::Chart;
+use crate::analysis::basin::BLOCK;
+use crate::analysis::chart::{Chart, ChartClass, Overlay};
 use crate::analysis::diagram::Diagram;
 use crate::iteration::OrbitEnd;
-use crate::model::Method;
+use crate::model::{ChartOverlay, Method};
 
 /// The remedy where the map alone was used beyond its window.
 const REMEDY: &str = "in grey: the map's error was not measured there, and `with = [\"guarded\"]` \
@@ -26,7 +27,7 @@ pub fn diagram_outside_words(diagram: &Diagram) -> Option<String> {
 
 /// In how many cells of a chart the map alone was used beyond its window, if in any.
 pub fn chart_outside_words(chart: &Chart) -> Option<String> {
-    let (outside, all) = (chart.outside(), chart.cells.len());
+    let (outside, all) = (chart.count(ChartClass::Outside), chart.cells.len());
     let [first, second] = &chart.axes;
     (outside > 0).then(|| {
         format!(
@@ -51,6 +52,41 @@ pub(super) fn chart_share_words(chart: &Chart) -> Option<String> {
     (chart.method == Method::Guarded).then(|| share_words(chart.by_map))
 }
 
+/// Which share of the cells of a chart was computed, if not all.
+pub(super) fn chart_computed_words(chart: &Chart) -> Option<String> {
+    let (computed, all) = (chart.computed, chart.cells.len());
+    (computed < all).then(|| {
+        format!(
+            "{computed} of {all} cells were computed ({:.1} %), every {BLOCK}th column and row and \
+             along borders; the others lie among computed cells that are alike, and have what \
+             these have (`cells = \"all\"` computes every cell).",
+            100.0 * computed as f64 / all as f64
+        )
+    })
+}
+
+/// What is laid over a chart, and what of it was not found.
+pub fn chart_overlay_words(chart: &Chart) -> Option<String> {
+    let words = |overlay: &Overlay| {
+        let what = match overlay.what {
+            ChartOverlay::Graze => "the grazing curve of the scene's orbit",
+            ChartOverlay::Loci if chart.method == Method::Direct => {
+                "loci of periodic orbits by direct simulation"
+            }
+            ChartOverlay::Loci => "loci of periodic orbits by the map, inside its window",
+        };
+        let short = overlay.curves.iter().filter(|curve| !curve.whole).count();
+        match (overlay.curves.len(), short) {
+            (0, _) => format!("{what}: none was found"),
+            (_, 0) => what.to_owned(),
+            (1, _) => format!("{what}, which could not be followed over the whole chart"),
+            (all, _) => format!("{what}, {short} of {all} not followed to their ends"),
+        }
+    };
+    let all: Vec<String> = chart.overlay.iter().map(words).collect();
+    (!all.is_empty()).then(|| format!("Lines: {}.", all.join("; ")))
+}
+
 fn share_words(by_map: f64) -> String {
     format!(
         "The map made {:.4} % of the iterates kept; the others, which begin outside its window, \
@@ -69,8 +105,7 @@ pub(super) fn diagram_escape_words(diagram: &Diagram) -> Option<String> {
 
 /// The same of a chart.
 pub(super) fn chart_escape_words(chart: &Chart) -> Option<String> {
-    let ended = |cell: &&_| chart.is_escaped(cell);
-    let count = chart.cells.iter().filter(ended).count();
+    let count = chart.count(ChartClass::Escaped);
     let words = || format!("White, {count} cells: {}.", escape_words(&chart.escape));
     (count > 0).then(words)
 }

@@ -174,6 +174,11 @@ impl Table {
         &self.rows
     }
 
+    /// The rows, one after another.
+    pub fn into_rows(self) -> Rows<'static> {
+        Rows::new(self.columns, self.rows.into_iter())
+    }
+
     /// Adds a row at the bottom.
     ///
     /// # Errors
@@ -275,7 +280,7 @@ impl Table {
     /// [`ReportError::Csv`] if the table has no columns.
     pub fn to_csv(&self) -> Result<String, ReportError> {
         let mut bytes = Vec::new();
-        Rows::new(self.columns.clone(), self.rows.iter().cloned()).write_csv(&mut bytes)?;
+        self.clone().into_rows().write_csv(&mut bytes)?;
         Ok(String::from_utf8_lossy(&bytes).into_owned())
     }
 
@@ -316,14 +321,19 @@ impl<'a> Rows<'a> {
         Self { columns, rows: Box::new(rows) }
     }
 
+    /// The columns, left to right.
+    pub fn columns(&self) -> &[Column] {
+        &self.columns
+    }
+
     /// All of them as a table.
     ///
     /// # Errors
     ///
     /// [`ReportError::RowWidth`] for a row of another width.
     pub fn into_table(self) -> Result<Table, ReportError> {
-        let mut table = Table::new(self.columns);
-        for row in self.rows {
+        let mut table = Table::new(self.columns.clone());
+        for row in self {
             table.push(row)?;
         }
         Ok(table)
@@ -336,10 +346,18 @@ impl<'a> Rows<'a> {
     /// [`ReportError::Csv`] for a row of another width, and where the writer refuses.
     pub fn write_csv(self, out: &mut dyn io::Write) -> Result<(), ReportError> {
         let mut stream = CsvStream::new(out, &self.columns)?;
-        for row in self.rows {
+        for row in self {
             stream.push(&row)?;
         }
         stream.finish()
+    }
+}
+
+impl Iterator for Rows<'_> {
+    type Item = Vec<Cell>;
+
+    fn next(&mut self) -> Option<Vec<Cell>> {
+        self.rows.next()
     }
 }
 

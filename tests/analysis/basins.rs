@@ -1,10 +1,11 @@
 //! Basins of attraction against direct simulation, state by state.
 
-use grazemap::analysis::basin::{Basin, BasinClass, BasinRequest, basin};
-use grazemap::analysis::{AnalysisError, DirectMap, NoProgress};
+use grazemap::analysis::basin::{Basin, BasinClass, BasinRequest, ManifoldKind, basin};
+use grazemap::analysis::{AnalysisError, DirectImage, DirectMap, NoProgress};
 use grazemap::hybrid::HybridSystem;
 use grazemap::iteration::Period;
 use grazemap::model::Method;
+use grazemap::numeric::{Dd, Scalar};
 use grazemap::report::{basin_array, basin_rows};
 
 use crate::Case;
@@ -160,4 +161,98 @@ fn what_is_no_plane_is_refused() {
     assert!(matches!(case.basin(&endless), Err(AnalysisError::NoRange { .. })));
     let short = BasinRequest { parameters: vec![0.0], ..request };
     assert!(matches!(case.basin(&short), Err(AnalysisError::Length { .. })));
+}
+
+/// Before the graze of the linear oscillator, the whole basin of the orbit without contact.
+fn with_manifolds(case: &Case, method: Method) -> BasinRequest {
+    BasinRequest {
+        ranges: [[-1e-3, 3e-4], [-9e-4, 8e-4]],
+        manifolds: Some(1),
+        ..case.basin_request([100, 100], method)
+    }
+}
+
+/// The points of all pieces of the curves of a kind.
+fn points(basin: &Basin, kind: ManifoldKind) -> impl Iterator<Item = &Vec<[f64; 2]>> {
+    let manifolds = basin.manifolds.as_ref().expect("manifolds were asked for");
+    let branches = manifolds.branches.iter().filter(move |branch| branch.kind == kind);
+    branches.flat_map(|branch| &branch.pieces)
+}
+
+#[test]
+fn the_border_of_a_basin_lies_on_the_stable_manifold_of_the_saddle() {
+    let case = Case::new("linear");
+    let basin = case.basin(&with_manifolds(&case, Method::Guarded)).expect("a plane");
+    let manifolds = basin.manifolds.as_ref().expect("manifolds were asked for");
+    let [saddle] = &manifolds.saddles[..] else { panic!("{:?}", manifolds.saddles) };
+    assert_eq!(saddle.itinerary.to_string(), "1");
+    assert!(saddle.multipliers[0] > 1000.0 && saddle.multipliers[1] < 1e-3);
+    let cell = basin.axes.each_ref().map(|axis| axis.offsets[1] - axis.offsets[0]);
+    // Between a cell and its neighbour of another class the border passes.
+    let columns = basin.axes[0].offsets.len();
+    let located: Vec<_> = basin.located().collect();
+    let pairs = (0..located.len()).flat_map(|at| [(at, at + 1), (at, at + columns)]);
+    let apart = |(a, b): &(usize, usize)| *b < located.len() && located[*a].1 != located[*b].1;
+    let pairs: Vec<_> = pairs.filter(|(a, b)| b - a > 1 || b % columns > 0).filter(apart).collect();
+    assert!(pairs.len() > 150, "{} pairs", pairs.len());
+    for (a, b) in pairs {
+        let middle = [0, 1].map(|axis| 0.5 * (located[a].0[axis] + located[b].0[axis]));
+        let distance = |pair: &[[f64; 2]]| {
+            let from_middle =
+                |point: [f64; 2]| [0, 1].map(|axis| (point[axis] - middle[axis]) / cell[axis]);
+            let (p, q) = (from_middle(pair[0]), from_middle(pair[1]));
+            let leg = [q[0] - p[0], q[1] - p[1]];
+            let size = (leg[0] * leg[0] + leg[1] * leg[1]).max(f64::MIN_POSITIVE);
+            let share = (-(p[0] * leg[0] + p[1] * leg[1]) / size).clamp(0.0, 1.0);
+            (p[0] + share * leg[0]).hypot(p[1] + share * leg[1])
+        };
+        let curves = points(&basin, ManifoldKind::Stable);
+        let nearest = curves.flat_map(|piece| piece.windows(2)).map(distance);
+        let nearest = nearest.fold(f64::INFINITY, f64::min);
+        assert!(nearest < 0.75, "{middle:?} is {nearest} cells from the stable manifold");
+    }
+}
+
+/// By direct simulation in double-double, whichever method drew the curve; the local map errs by
+/// 4e-4 of its window's half-width, which the multiplier of 1160 takes away from the saddle.
+#[test]
+fn states_on_the_stable_manifold_come_to_the_saddle_and_those_of_the_unstable_one_from_it() {
+    let case = Case::new("linear");
+    let system = HybridSystem::new(&case.scene.model);
+    let mut direct =
+        DirectImage::<Dd>::new(&system, &case.scene, &case.orbit).expect("a model to simulate");
+    let parameters = [Dd::from_f64(-5e-4), Dd::from_f64(0.0)];
+    for (method, tolerance) in [(Method::Direct, 1e-5), (Method::Guarded, 1e-2)] {
+        let basin = case.basin(&with_manifolds(&case, method)).expect("a plane");
+        let manifolds = basin.manifolds.as_ref().expect("manifolds were asked for");
+        let saddle = &manifolds.saddles[0].states[0];
+        let mut tried = 0;
+        for piece in points(&basin, ManifoldKind::Stable) {
+            for point in piece.iter().step_by(37) {
+                let mut state = point.map(Dd::from_f64).to_vec();
+                let mut nearest = f64::INFINITY;
+                for _ in 0..12 {
+                    state = direct.image(&state, &parameters).expect("finite offsets").offsets;
+                    let widths = [6.5e-4, 8.5e-4];
+                    let apart = (0..2).map(|c| (state[c].to_f64() - saddle[c]) / widths[c]);
+                    nearest = nearest.min(apart.fold(0.0, f64::hypot));
+                }
+                assert!(nearest < tolerance, "{method:?}: {point:?} comes to {nearest}");
+                tried += 1;
+            }
+        }
+        assert!(tried > 40, "{tried} points");
+    }
+}
+
+#[test]
+fn manifolds_are_refused_on_a_section_of_other_than_two_coordinates() {
+    let case = Case::new("three_masses");
+    let request = BasinRequest {
+        points: [2, 2],
+        manifolds: Some(1),
+        ..BasinRequest::over_the_window(&case.map)
+    };
+    let refused = case.basin(&request);
+    assert!(matches!(refused, Err(AnalysisError::NotPlanar { dimension: 5.. })), "{refused:?}");
 }

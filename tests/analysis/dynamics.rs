@@ -4,9 +4,9 @@
 //! The oracle is Foale's closed form of one-impact orbits of the linear oscillator (1994;
 //! tests/data/rigid/README.md), which knows neither the simulator nor the expansion.
 
+use grazemap::analysis::orbits::BifurcationKind;
 use grazemap::analysis::periodic::{
-    Bifurcation, BifurcationKind, Guess, PeriodicOrbit, PeriodicProblem, SectionMap, Stepped,
-    bifurcation, branch, linearise, window_scales,
+    Guess, PeriodicOrbit, PeriodicProblem, SectionMap, Stepped, linearise, window_scales,
 };
 use grazemap::analysis::{DirectImage, DirectMap, MapEvaluation};
 use grazemap::convergence::{ChoiceOptions, MapFamily, choose, chosen_map, fit_slope};
@@ -17,6 +17,7 @@ use grazemap::model::Scene;
 use grazemap::numeric::{Dd, Real, Scalar};
 use grazemap::orbit::GrazingOrbit;
 
+use crate::held::{Bifurcation, bifurcation, branch};
 use crate::support::foale::Foale;
 use crate::support::scenes::grazing;
 

@@ -4,7 +4,7 @@
 mod agreement;
 
 use agreement::{Agreement, Effort};
-use grazemap::analysis::chart::chart;
+use grazemap::analysis::chart::{ChartClass, chart};
 use grazemap::analysis::diagram::{Diagram, DiagramPoint, Sweep, diagram};
 use grazemap::analysis::{
     DirectMap, GuardedMap, ImageRequest, ImageRow, NoProgress, Precision, Using, escape_bounds,
@@ -15,7 +15,7 @@ use grazemap::hybrid::HybridSystem;
 use grazemap::iteration::{
     DiscreteMap, HornerMap, MapOrbit, OrbitEnd, OrbitRequest, Period, StepInfo,
 };
-use grazemap::model::{ChartRequest, DiagramRequest, Method, Scene, Starts, catalogue};
+use grazemap::model::{ChartRequest, DiagramRequest, Method, Scene, catalogue};
 use grazemap::numeric::Dd;
 
 use crate::Case;
@@ -238,23 +238,24 @@ fn cells_of_the_map_alone_beyond_its_window_are_outside_and_guarded_ones_are_not
         let mut parameters = case.scene.model.parameters.iter();
         parameters.position(|known| known.name == name).expect("a parameter")
     };
+    let ranges = [[-5e-4, 5e-4], [-5e-4, 3e-3]];
     let request = ChartRequest {
-        parameters: ["omega", "alpha"].map(place),
-        ranges: [[-5e-4, 5e-4], [-5e-4, 3e-3]],
         points: [3, 8],
-        starts: Starts::Smooth,
+        every_cell: true,
         transient: 60,
         keep: 6,
         with: vec![Method::Map, Method::Guarded],
+        ..ChartRequest::new(["omega", "alpha"].map(place), ranges)
     };
     let charts = chart(&case.scene, &case.orbit, &case.map, &request, &NoProgress);
     let [map, guarded]: [_; 2] = charts.expect("active").try_into().expect("one for each method");
     assert_eq!((map.method, guarded.method), (Method::Map, Method::Guarded));
-    assert!(map.outside() >= 12 && guarded.outside() == 0, "{}", map.outside());
+    let outside = map.count(ChartClass::Outside);
+    assert!(outside >= 12 && guarded.count(ChartClass::Outside) == 0, "{outside}");
     assert!(guarded.by_map > 0.1 && guarded.by_map < 0.8, "{:?}", guarded.by_map);
     for (map_cell, cell) in map.cells.iter().zip(&guarded.cells) {
-        if !map.is_outside(map_cell) {
-            assert_eq!(map_cell.orbit, cell.orbit);
+        if map.class(&map_cell.attractor) != ChartClass::Outside {
+            assert_eq!(map_cell.attractor.orbit, cell.attractor.orbit);
         }
     }
 }

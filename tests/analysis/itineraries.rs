@@ -3,9 +3,9 @@
 
 use grazemap::analysis::NoProgress;
 use grazemap::analysis::orbits::{
-    FoundOrbit, LociRequest, Orbits, OrbitsRequest, SteppedParameter, orbits,
+    BifurcationKind, FoundOrbit, LociRequest, Orbits, OrbitsRequest, SteppedParameter, orbits,
 };
-use grazemap::analysis::periodic::{BifurcationKind, ContactItinerary};
+use grazemap::analysis::periodic::ContactItinerary;
 use grazemap::expansion::{Expander, LocalMap, MapOrders};
 use grazemap::model::Scene;
 use grazemap::numeric::{Dd, Scalar};
@@ -273,11 +273,14 @@ fn loci_of_folds_and_flips_leave_the_codimension_two_point_as_foales_do() {
 fn folds_and_flips_far_beyond_the_map_are_found_by_direct_simulation_where_foale_has_them() {
     let table = read("rigid/linear_abc.json");
     let table = table["foale"]["loci_table"].as_array().expect("a list");
-    // At omega = 2.2 orbits of period two return more than twice to the tangency section.
+    // Above omega = 2.1 orbits of period two lose the section point of their return without
+    // contact on the way to their saddle-node and flip.
     let cases = [
         ("0.75", "tangency", &["1", "10"][..]),
         ("1.8", "tangency", &["1"]),
+        ("2.2", "tangency", &["1", "10"]),
         ("2.2", "stroboscopic", &["1", "10"]),
+        ("2.9", "tangency", &["10"]),
     ];
     for (omega, section, itineraries) in cases {
         let set = [("section.kind", section), ("window.state", "{}")];

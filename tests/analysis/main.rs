@@ -15,6 +15,8 @@ mod diagrams;
 mod dynamics;
 mod graze_theory;
 mod guarded;
+#[path = "../../examples/support/held.rs"]
+mod held;
 mod itineraries;
 mod loci;
 mod orbit_search;

@@ -6,4 +6,5 @@ mod support;
 mod c;
 mod generated;
 mod rust;
+mod scripts;
 mod single;

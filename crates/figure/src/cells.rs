@@ -3,7 +3,7 @@
 use super::FigureError;
 use super::clip::Area;
 use super::drawing::{Mosaic, Point};
-use super::palette::{GREY, PAPER, Palette, Rgb, viridis};
+use super::palette::{CELLS, GREY, INK, PALE, PAPER, Palette, Rgb, diverging, viridis};
 
 /// A grid of categories that fills a rectangle of the axes.
 ///
@@ -19,27 +19,75 @@ pub struct CellChart {
     pub columns: usize,
     /// Number of cells along the vertical axis.
     pub rows: usize,
-    /// Category of every cell, as an index into `names`: row by row from the lower edge, each from
-    /// the left. `None`, or an index without a name, stays paper-white.
+    /// Category of every cell, as an index into `categories`: row by row from the lower edge, each
+    /// from the left. `None`, or an index without a category, stays paper-white.
     pub cells: Vec<Option<usize>>,
-    /// Names of the categories, for the legend.
-    pub names: Vec<String>,
-    /// The category that is drawn in grey, of what is not to be trusted.
-    pub grey: Option<usize>,
+    /// What the cells show, in the order of the legend.
+    pub categories: Vec<CellCategory>,
+}
+
+/// What cells show.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CellCategory {
+    /// For the legend.
+    pub name: String,
+    /// Colour of its cells.
+    pub color: CellColor,
+}
+
+/// Colour of the cells of a category.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum CellColor {
+    /// One of nine that stay apart on areas, in turn.
+    Own(usize),
+    /// That of a series of dots.
+    Series(usize),
+    /// From 0 to 1, for categories in an order: dark to light.
+    Ordered(f64),
+    /// From −1 to 1, for values of two signs: purple, pale, orange.
+    Signed(f64),
+    /// Pale, where nothing happens.
+    Pale,
+    /// That of the axes.
+    Ink,
+    /// Grey, of what is not to be trusted.
+    Grey,
+    /// That of the paper.
+    Paper,
+}
+
+impl CellCategory {
+    /// A category of a name and a colour.
+    pub fn new(name: impl Into<String>, color: CellColor) -> Self {
+        Self { name: name.into(), color }
+    }
+
+    /// One of so many that have numbers and no meaning in common.
+    pub fn numbered(name: impl Into<String>, number: usize, count: usize) -> Self {
+        let color = match count {
+            0..=8 => CellColor::Series(number),
+            _ => CellColor::Ordered(number as f64 / (count - 1) as f64),
+        };
+        Self::new(name, color)
+    }
+}
+
+impl CellColor {
+    pub(super) fn rgb(self) -> Rgb {
+        match self {
+            Self::Own(number) => CELLS[number % CELLS.len()],
+            Self::Series(number) => Palette::Categorical.color(number, number + 1),
+            Self::Ordered(share) => viridis(share),
+            Self::Signed(share) => diverging(share),
+            Self::Pale => PALE,
+            Self::Ink => INK,
+            Self::Grey => GREY,
+            Self::Paper => PAPER,
+        }
+    }
 }
 
 impl CellChart {
-    /// Colour of a category.
-    pub(super) fn color(&self, category: usize) -> Rgb {
-        if self.grey == Some(category) {
-            GREY
-        } else if self.names.len() <= 8 {
-            Palette::Categorical.color(category, self.names.len())
-        } else {
-            viridis(category as f64 / (self.names.len() - 1) as f64)
-        }
-    }
-
     /// The grid between two corners of the picture; cells wholly outside the area are cut away.
     ///
     /// # Errors
@@ -85,9 +133,9 @@ impl CellChart {
         let colors = rows
             .iter()
             .flat_map(|&r| columns.iter().map(move |&c| self.cells[r * self.columns + c]))
-            .map(|cell| match cell {
-                Some(category) if category < self.names.len() => self.color(category),
-                _ => PAPER,
+            .map(|cell| {
+                let category = cell.and_then(|category| self.categories.get(category));
+                category.map_or(PAPER, |category| category.color.rgb())
             })
             .collect();
         Ok(Some(Mosaic { from, to, columns: columns.len(), colors }))

@@ -4,7 +4,7 @@ use super::FigureError;
 use super::drawing::{Point, Shape};
 use super::frame::Frame;
 use super::labels::Labeller;
-use super::palette::{FAINT_INK, INK, Rgb};
+use super::palette::{FAINT_INK, INK, PAPER, Rgb};
 use super::series::{Guide, Marker, Series, SeriesStyle, Stroke};
 use super::thinning::{EXACT_DOTS, diameter, thin};
 use super::{Figure, Thinning};
@@ -12,6 +12,8 @@ use super::{Figure, Thinning};
 const LINE: f64 = 1.7;
 const MARKER: f64 = 3.2;
 const WORDS: f64 = 12.0;
+/// Width of the paper-white strip under a line over cells.
+const CASING: f64 = 4.4;
 /// How much larger dots are for every series above them.
 const RIM: f64 = 0.7;
 
@@ -73,8 +75,17 @@ fn series_shapes(figure: &Figure, frame: &Frame, shapes: &mut Vec<Shape>) -> Opt
         };
         if let Some(stroke) = stroke {
             let line = series.points.iter().map(|&point| frame.at(point));
-            let pieces = frame.area.pieces(line).into_iter();
-            shapes.extend(pieces.map(|points| Shape::Line { points, width: LINE, stroke, color }));
+            let pieces = frame.area.pieces(line);
+            if figure.cells.is_some() {
+                shapes.extend(pieces.iter().cloned().map(|points| Shape::Line {
+                    points,
+                    width: CASING,
+                    stroke: Stroke::Solid,
+                    color: PAPER,
+                }));
+            }
+            let line = |points| Shape::Line { points, width: LINE, stroke, color };
+            shapes.extend(pieces.into_iter().map(line));
         }
         if let Some(marker) = marker {
             let marks = places(series, frame).into_iter();

@@ -5,7 +5,7 @@ use super::FigureError;
 use super::drawing::{Anchor, Direction, Point, Shape};
 use super::font::width;
 use super::markup::runs;
-use super::palette::{INK, Rgb};
+use super::palette::{GREY, INK, PAPER, Rgb};
 use super::series::{Marker, SeriesStyle};
 
 const SIZE: f64 = 12.0;
@@ -47,9 +47,10 @@ impl Legend {
             })
             .collect();
         if let Some(chart) = &figure.cells {
-            let names = chart.names.iter().enumerate();
+            let categories = chart.categories.iter();
             entries.extend(
-                names.map(|(index, name)| (name.clone(), Key::Category, chart.color(index))),
+                categories
+                    .map(|category| (category.name.clone(), Key::Category, category.color.rgb())),
             );
         }
         let most = (f64::from(figure.size.1) / LINE) as usize - 4;
@@ -112,11 +113,16 @@ fn key_shapes(key: Key, (x, y): Point, color: Rgb) -> Vec<Shape> {
     let line =
         |stroke| Shape::Line { points: vec![(x, y), (x + KEY, y)], width: 1.8, stroke, color };
     match key {
-        Key::Category => vec![Shape::Rectangle {
-            from: (x + 6.0, y - 6.0),
-            to: (x + 18.0, y + 6.0),
-            fill: color,
-        }],
+        Key::Category => {
+            let square = |half: f64, fill| Shape::Rectangle {
+                from: (middle.0 - half, y - half),
+                to: (middle.0 + half, y + half),
+                fill,
+            };
+            // The colour of the paper is seen by its frame.
+            let frame = (color == PAPER).then(|| square(6.8, GREY));
+            frame.into_iter().chain([square(6.0, color)]).collect()
+        }
         Key::Series(SeriesStyle::Dots) => vec![mark(Marker::Circle, 3.4)],
         Key::Series(SeriesStyle::Markers(marker)) => vec![mark(marker, 3.6)],
         Key::Series(SeriesStyle::Line(stroke)) => vec![line(stroke)],

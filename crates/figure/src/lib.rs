@@ -28,7 +28,7 @@ mod thinning;
 mod ticks;
 
 pub use axis::{Axis, AxisScale, ShiftedScale};
-pub use cells::CellChart;
+pub use cells::{CellCategory, CellChart, CellColor};
 pub use error::FigureError;
 pub use markup::{escape_html, symbol};
 pub use palette::Palette;

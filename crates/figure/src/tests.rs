@@ -84,8 +84,7 @@ fn figures_that_cannot_be_drawn_are_refused() {
         columns: 2,
         rows: 2,
         cells: vec![None; 3],
-        names: Vec::new(),
-        grey: None,
+        categories: Vec::new(),
     });
     assert!(matches!(figure.to_svg(), Err(FigureError::ChartShape { found: 3, .. })));
 }

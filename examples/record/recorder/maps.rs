@@ -372,13 +372,12 @@ fn chart_request(subject: &Subject) -> Option<ChartRequest> {
         return None;
     };
     Some(ChartRequest {
-        parameters: [*first, *second],
-        ranges: [[-wide, *wide], [-high, *high]],
         points: [8, 6],
-        starts: Starts::Smooth,
+        every_cell: true,
         transient: 50,
         keep: 8,
         with: vec![Method::Map],
+        ..ChartRequest::new([*first, *second], [[-wide, *wide], [-high, *high]])
     })
 }
 
@@ -388,7 +387,7 @@ fn of_chart(chart: &Chart) -> Hash {
         hash.number(axis.grazing_value);
         hash.numbers(&axis.offsets);
     }
-    for cell in &chart.cells {
+    for cell in chart.cells.iter().map(|cell| &cell.attractor) {
         hash.numbers(&Vec::from_iter(cell.lyapunov));
         hash.text(&format!("{:?} {:?}", cell.period, cell.end));
         add_name(&mut hash, cell.orbit.as_ref());

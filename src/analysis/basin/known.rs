@@ -123,6 +123,19 @@ impl Cycle {
     }
 }
 
+/// Whether two orbits that settled on a period are on one periodic orbit, which Newton's method
+/// finds from the points of both.
+pub(in crate::analysis) fn are_one_cycle(
+    map: &dyn DiscreteMap,
+    settled: [&[Vec<f64>]; 2],
+    scales: &[f64],
+) -> bool {
+    let [Some((a, _)), Some((b, _))] = settled.map(|points| refine(map, points, scales)) else {
+        return false;
+    };
+    a.len() == b.len() && b.iter().any(|point| apart(&a[0], point, scales) <= ONE_POINT)
+}
+
 /// Largest distance of a coordinate, in scales.
 fn apart(a: &[f64], b: &[f64], scales: &[f64]) -> f64 {
     let pairs = a.iter().zip(b).zip(scales);
@@ -130,10 +143,14 @@ fn apart(a: &[f64], b: &[f64], scales: &[f64]) -> f64 {
 }
 
 /// Points of a periodic orbit, and the derivative of the map at each.
-type Refined = (Vec<Vec<f64>>, Vec<DMatrix<f64>>);
+pub(super) type Refined = (Vec<Vec<f64>>, Vec<DMatrix<f64>>);
 
 /// Newton's method for a fixed point of the period's map.
-fn refine(map: &dyn DiscreteMap, settled: &[Vec<f64>], scales: &[f64]) -> Option<Refined> {
+pub(super) fn refine(
+    map: &dyn DiscreteMap,
+    settled: &[Vec<f64>],
+    scales: &[f64],
+) -> Option<Refined> {
     let dimension = scales.len();
     let mut start = settled.first()?.clone();
     for _ in 0..NEWTON_STEPS {

@@ -5,6 +5,7 @@
 //! leave for good, and those that the map alone takes out of its window, are classes of their own.
 
 mod known;
+mod manifolds;
 mod search;
 
 use std::cell::OnceCell;
@@ -21,11 +22,14 @@ use super::refinement::{neighbours, refine};
 use super::section_frame::itinerary;
 use crate::expansion::LocalMap;
 use crate::iteration::{OrbitName, OrbitRequest, Period};
-use crate::model::{Digest, Method, Observable, Scene, even_offsets};
+use crate::model::{BasinPlan, Digest, Method, Observable, Scene, even_offsets};
 use crate::orbit::GrazingOrbit;
+use manifolds::manifolds;
 use search::Search;
 
 pub use super::refinement::BLOCK;
+pub(super) use known::are_one_cycle;
+pub use manifolds::{ManifoldBranch, ManifoldEnd, ManifoldKind, ManifoldSide, Manifolds, Saddle};
 
 /// Which basins are asked for.
 ///
@@ -48,6 +52,8 @@ pub struct BasinRequest {
     pub longest_period: usize,
     /// What the states are followed by.
     pub method: Method,
+    /// Longest period of the saddles whose manifolds are asked for; `None` for no manifolds.
+    pub manifolds: Option<usize>,
 }
 
 impl BasinRequest {
@@ -57,21 +63,74 @@ impl BasinRequest {
     /// The first two coordinates over the window of a map, at the grazing parameters, by guarded
     /// iteration; settled after 1000 iterates, periods up to 32.
     pub fn over_the_window(map: &LocalMap) -> Self {
-        let widths = &map.window.state;
-        let range = |number: usize| {
-            let width = widths.get(number).copied().unwrap_or(f64::NAN);
-            [-width, width]
-        };
-        Self {
+        let empty = Self {
             parameters: vec![0.0; map.parameters.len()],
             axes: [0, 1],
-            ranges: [range(0), range(1)],
+            ranges: [[0.0; 2]; 2],
             points: [Self::POINTS; 2],
-            origin: vec![0.0; widths.len()],
+            origin: vec![0.0; map.window.state.len()],
             transient: 1000,
             longest_period: 32,
             method: Method::Guarded,
+            manifolds: None,
+        };
+        empty.over([0, 1], map)
+    }
+
+    /// What an entry of a scene asks of its map: one request for each method.
+    ///
+    /// # Errors
+    ///
+    /// [`AnalysisError::NotAPlane`] for axes that are not two coordinates of the section,
+    /// [`AnalysisError::NotACoordinate`] for a start that is none of them.
+    pub fn of_scene(
+        scene: &Scene,
+        map: &LocalMap,
+        plan: &BasinPlan,
+    ) -> Result<Vec<Self>, AnalysisError> {
+        let coordinates = &map.section.coordinates;
+        let place = |name: &String| coordinates.iter().position(|known| known == name);
+        let known = || coordinates.join(", ");
+        let mut request = Self::over_the_window(map);
+        if let Some([first, second]) = &plan.axes {
+            let axes = place(first).zip(place(second));
+            let (first, second) =
+                axes.ok_or_else(|| AnalysisError::NotAPlane { known: known() })?;
+            request = request.over([first, second], map);
         }
+        for (name, offset) in &plan.start {
+            let place = place(name);
+            let place = place.ok_or_else(|| AnalysisError::NotACoordinate {
+                name: name.clone(),
+                known: known(),
+            })?;
+            request.origin[place] = *offset;
+        }
+        for (parameter, offset) in &plan.at {
+            let name = &scene.model.parameters[*parameter].name;
+            let mut active = map.parameters.iter();
+            let place = active.position(|active| active.name == *name);
+            let place =
+                place.ok_or_else(|| AnalysisError::NotActive { parameter: name.clone() })?;
+            request.parameters[place] = *offset;
+        }
+        request.ranges = plan.ranges.unwrap_or(request.ranges);
+        request.points = plan.points.unwrap_or(request.points);
+        request.manifolds = plan.manifolds;
+        let by = |&method: &Method| Self { method, ..request.clone() };
+        Ok(plan.with.iter().map(by).collect())
+    }
+
+    /// The same over other coordinates, in the window of the map.
+    #[must_use]
+    pub fn over(mut self, axes: [usize; 2], map: &LocalMap) -> Self {
+        let widths = &map.window.state;
+        self.axes = axes;
+        self.ranges = axes.map(|axis| {
+            let width = widths.get(axis).copied().unwrap_or(f64::NAN);
+            [-width, width]
+        });
+        self
     }
 
     /// Checks a request against a map.
@@ -86,6 +145,9 @@ impl BasinRequest {
         let [first, second] = self.axes;
         if first == second || first.max(second) >= coordinates.len() {
             return Err(AnalysisError::NotAPlane { known: coordinates.join(", ") });
+        }
+        if self.manifolds.is_some() && coordinates.len() != 2 {
+            return Err(AnalysisError::NotPlanar { dimension: coordinates.len() });
         }
         for (&axis, range) in self.axes.iter().zip(&self.ranges) {
             if !range.iter().all(|end| end.is_finite()) {
@@ -149,6 +211,9 @@ pub struct Basin {
     /// each from the least of the first. In files they are a table of their own.
     #[serde(skip)]
     pub cells: Vec<BasinClass>,
+    /// Stable and unstable manifolds of the saddles, where they were asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub manifolds: Option<Manifolds>,
     /// How long it took.
     pub timing: Timing,
 }
@@ -275,7 +340,8 @@ pub struct Uncertainty {
 /// # Errors
 ///
 /// [`AnalysisError::NotAPlane`] for axes that are not two coordinates of the section,
-/// [`AnalysisError::NoRange`] for a range that is not finite, [`AnalysisError::Length`], and
+/// [`AnalysisError::NoRange`] for a range that is not finite, [`AnalysisError::NotPlanar`] for
+/// manifolds on a section of other than two coordinates, [`AnalysisError::Length`], and
 /// [`AnalysisError::Hybrid`] if the simulator refuses the model.
 pub fn basin(
     scene: &Scene,
@@ -302,8 +368,12 @@ pub fn basin(
         let states: Vec<Vec<f64>> = cells.iter().map(|&cell| grid.state(cell)).collect();
         search.classes(&states)
     });
-    let (attractors, classes) = ranked(search.attractors(), cells.cells);
+    let computed = cells.computed();
+    let (attractors, classes) = ranked(search.attractors(), cells.into_cells(|class| class));
     let borders = grid.borders(&classes);
+    let subjects = (scene, orbit, map);
+    let curves =
+        request.manifolds.map(|longest| manifolds(subjects, request, longest, &*swept, progress));
     let share = |class: BasinClass| grid.share(class, &classes, &borders);
     let attractors = attractors.into_iter().enumerate().map(|(number, attractor)| BasinAttractor {
         attractor,
@@ -336,9 +406,10 @@ pub fn basin(
         undecided: share(BasinClass::Undecided),
         border: borders.iter().filter(|&&touches| touches).count() as f64 / classes.len() as f64,
         uncertainty: grid.uncertainty(&classes),
-        computed: cells.computed,
+        computed,
         by_map: search.mapped as f64 / search.iterates.max(1) as f64,
         timing: Timing::since(clock, search.iterates),
+        manifolds: curves.transpose()?,
         cells: classes,
     })
 }

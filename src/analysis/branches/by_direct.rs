@@ -8,20 +8,20 @@ use rayon::prelude::*;
 use super::data::{Branch, BranchEnd, BranchLabel, BranchPoint, BranchRequest, Branches, Special};
 use super::normal_form::NormalForm;
 use super::trace::{
-    Trace, apart, null_vector, standard_form, toggled, twice, unit_vector, with_those_led_to,
+    Follow, Of, Trace, Traces, apart, null_vector, standard_form, toggled, twice, unit_vector,
+    with_those_led_to,
 };
 use crate::analysis::continuation::{
-    CourseEnd, CurveEquations, CurvePoint, corrected, searched, tangent_at, zero_near,
+    CourseEnd, CurveEquations, CurvePoint, StepControl, corrected, searched, tangent_at, zero_near,
 };
 use crate::analysis::direct_image::DirectImage;
 use crate::analysis::error::AnalysisError;
-use crate::analysis::escape::extents;
 use crate::analysis::evaluation::{DepthEvaluation, MapEvaluation};
-use crate::analysis::orbits::{FoundOrbit, OrbitContact};
 use crate::analysis::periodic::{
-    ContactItinerary, DirectOrbit, DirectOrbitEquations, DirectUnits, SectionMap, window_scales,
+    ContactItinerary, DirectOrbit, DirectOrbitEquations, DirectUnits, FoundOrbit, OrbitContact,
+    SectionMap, window_scales,
 };
-use crate::analysis::progress::Progress;
+use crate::analysis::progress::{NoProgress, Progress};
 use crate::expansion::LocalMap;
 use crate::hybrid::HybridSystem;
 use crate::iteration::PassageSet;
@@ -32,8 +32,16 @@ use crate::orbit::GrazingOrbit;
 
 /// Values of the parameter at which orbits are flown, up and down.
 const VALUES: usize = 16;
+/// Scattered states from which orbits are flown at each, beside those that are carried.
+const SCATTERED: usize = 2;
+/// Orbits are flown at offsets of the parameter up to so many of its sizes.
+const FARTHEST: f64 = 4.0;
 /// Returns flown before any are looked at.
 const TRANSIENT: usize = 300;
+/// Returns looked at, at least.
+const KEPT: usize = 40;
+/// Section points this near, in units, nearly repeat.
+const NEARLY_REPEATED: f64 = 0.3;
 /// Orbits are the same where all variables agree to this.
 const SAME: f64 = 1e-6;
 /// A variable of a passage up to this is that of a graze, in its unit.
@@ -49,6 +57,9 @@ const FAR: f64 = 1e-5;
 /// The same where a contact is too weak for double precision.
 const FAR_AT_GRAZE: f64 = 1e-2;
 
+/// Steps along a branch: where an orbit loses a section point, derivatives fail before images do.
+const STEPS: StepControl = StepControl { unresolved: 8, ..StepControl::DEFAULT };
+
 type DirectTrace = Trace<DirectOrbit<f64>>;
 type Point = CurvePoint<f64, DirectOrbit<f64>>;
 
@@ -58,18 +69,45 @@ struct Seed {
     itinerary: ContactItinerary,
     states: Vec<Vec<f64>>,
     parameter: f64,
-    /// The direction of a branch that doubles another, in the unknowns.
-    direction: Option<Vec<f64>>,
+    /// Whether section points are those at contacts alone.
+    at_contacts: bool,
+    way: Way,
+}
+
+/// Where the branch of a seed goes.
+#[derive(Clone, Debug)]
+enum Way {
+    /// Through it.
+    Through,
+    /// In this direction of the unknowns, from the branch of half the period.
+    Doubled(Vec<f64>),
+    /// On in this direction, from the end of a branch in other section points.
+    On(Vec<f64>),
+}
+
+/// Consecutive section points at one value of the parameter.
+struct Flight {
+    parameter: f64,
+    states: Vec<Vec<f64>>,
+    /// The passages that make contact in each return.
+    returns: Vec<PassageSet>,
 }
 
 struct Continuation<'a> {
     image: DirectImage<'a, f64>,
     fine: DirectImage<'a, Dd>,
     units: DirectUnits,
+    /// The size at the graze of the parameter that varies; 0 where that is its value.
+    size: f64,
     depths: DepthEvaluation<f64>,
     map: &'a LocalMap,
     request: &'a BranchRequest,
+    graze: Option<GrazeStart>,
 }
+
+/// Where the orbit without contact grazes: its section point and the value of the parameter that
+/// varies, in offsets.
+pub(in crate::analysis) type GrazeStart = (Vec<f64>, f64);
 
 /// The branches of direct simulation.
 pub(super) fn branches(
@@ -77,72 +115,105 @@ pub(super) fn branches(
     orbit: &GrazingOrbit,
     map: &LocalMap,
     request: &BranchRequest,
+    follow: Follow,
+    progress: &dyn Progress,
+) -> Result<Branches, AnalysisError> {
+    branches_from(scene, orbit, map, request, (follow, None), progress)
+}
+
+/// The same with the graze given, at which branches may begin.
+pub(in crate::analysis) fn branches_from(
+    scene: &Scene,
+    orbit: &GrazingOrbit,
+    map: &LocalMap,
+    request: &BranchRequest,
+    (follow, graze): (Follow, Option<GrazeStart>),
     progress: &dyn Progress,
 ) -> Result<Branches, AnalysisError> {
     let system = HybridSystem::new(&scene.model);
-    let mut continuation = Continuation {
-        image: DirectImage::new(&system, scene, orbit)?,
-        fine: DirectImage::new(&system, scene, orbit)?,
-        units: DirectUnits { state: Vec::new(), parameter: 1.0, gap: None },
-        depths: MapEvaluation::depths(map),
-        map,
-        request,
-    };
-    continuation.units = continuation.measured(scene, orbit)?;
-    progress.expect(request.itineraries.len() as u64);
-    let settled = continuation.settled();
-    let first = request.itineraries.par_iter().map(|itinerary| {
-        let seeds = continuation.seeds(itinerary, &settled);
-        let traces = continuation.traces(itinerary, seeds, Vec::new());
-        progress.advance(1);
-        (itinerary.clone(), traces)
-    });
-    let found = with_those_led_to(
-        first.collect(),
-        |seed: &Seed| &seed.itinerary,
-        |itinerary, trace| continuation.led_to(itinerary, trace),
-        |itinerary, seeds, known| continuation.traces(itinerary, seeds, known),
-    );
+    let continuation = Continuation::new(&system, scene, orbit, map, request, graze)?;
+    let found = continuation.all(follow, progress);
     let branches = found.par_iter().flat_map_iter(|(itinerary, traces)| {
         traces.iter().map(|trace| continuation.branch(itinerary, trace))
     });
     Ok(Branches { branches: branches.collect() })
 }
 
+/// The orbits of the itineraries asked for at a value of the parameter that varies: where branches
+/// pass it.
+pub(super) fn orbits(
+    scene: &Scene,
+    orbit: &GrazingOrbit,
+    map: &LocalMap,
+    request: &BranchRequest,
+    value: f64,
+) -> Result<Vec<FoundOrbit>, AnalysisError> {
+    let system = HybridSystem::new(&scene.model);
+    let continuation = Continuation::new(&system, scene, orbit, map, request, None)?;
+    let found = continuation.all(Follow::Asked, &NoProgress);
+    let asked = found.par_iter().filter(|(known, _)| request.itineraries.contains(known));
+    let orbits = asked.flat_map_iter(|(itinerary, traces)| {
+        traces.iter().flat_map(|trace| continuation.passing(itinerary, trace, value))
+    });
+    Ok(orbits.collect())
+}
+
 impl<'a> Continuation<'a> {
-    /// Lengths of the grazing orbit, smaller where the parameter varies little; the gap in the
-    /// place of the coordinate that it depends on most.
-    fn measured(&self, scene: &Scene, orbit: &GrazingOrbit) -> Result<DirectUnits, AnalysisError> {
-        let BranchRequest { along, range, at, .. } = self.request;
-        let parameter = range.iter().fold(f64::MIN_POSITIVE, |most, end| most.max(end.abs()));
-        let value = orbit.parameters()[scene.expansion.active[*along]].to_f64().abs();
-        let share = if value > 0.0 { (parameter / value).min(1.0).sqrt() } else { 1.0 };
-        let extents = extents(scene, orbit);
-        let largest = extents.iter().copied().fold(0.0, f64::max);
-        let state = extents.iter().map(|&extent| match extent > 1e-9 * largest {
-            true => extent * share,
-            false => share,
+    fn new(
+        system: &'a HybridSystem,
+        scene: &Scene,
+        orbit: &GrazingOrbit,
+        map: &'a LocalMap,
+        request: &'a BranchRequest,
+        graze: Option<GrazeStart>,
+    ) -> Result<Self, AnalysisError> {
+        let image = DirectImage::new(system, scene, orbit)?;
+        let free = [(request.along, request.range)];
+        Ok(Self {
+            units: DirectUnits::measured(scene, orbit, image.clone(), &free, &request.at)?,
+            image,
+            fine: DirectImage::new(system, scene, orbit)?,
+            size: orbit.parameters()[scene.expansion.active[request.along]].to_f64().abs(),
+            depths: MapEvaluation::depths(map),
+            map,
+            request,
+            graze,
+        })
+    }
+
+    /// All branches, with those that they lead to.
+    fn all(&self, follow: Follow, progress: &dyn Progress) -> Traces<DirectOrbit<f64>> {
+        progress.expect(self.request.itineraries.len() as u64);
+        let flights = self.flights();
+        let grazing = match &self.graze {
+            Some(graze) => vec![graze.clone()],
+            None => self.grazing_orbits(&flights),
+        };
+        let first = self.request.itineraries.par_iter().map(|itinerary| {
+            let seeds = self.seeds(itinerary, &flights, &grazing);
+            let traces = self.traces(itinerary, seeds, Vec::new());
+            progress.advance(1);
+            (itinerary.clone(), traces)
         });
-        let state: Vec<f64> = state.collect();
-        let mut image = self.image.clone();
-        if !image.is_tangency() {
-            return Ok(DirectUnits { state, parameter, gap: None });
-        }
-        let mut slopes = Vec::new();
-        for place in 0..state.len() {
-            let mut moved = vec![0.0; state.len()];
-            moved[place] = 1e-4 * state[place];
-            let up = image.gap(&moved, at)?;
-            moved[place] = -moved[place];
-            slopes.push((up - image.gap(&moved, at)?).abs() / 2e-4);
-        }
-        let steepest = slopes.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1));
-        let gap = steepest.map(|(place, &slope)| (place, slope));
-        Ok(DirectUnits { state, parameter, gap })
+        with_those_led_to(
+            first.collect(),
+            Of::itinerary,
+            |itinerary, trace| follow.of(self.request, self.led_to(itinerary, trace)),
+            |itinerary, seeds, known| self.traces(itinerary, seeds, known),
+        )
     }
 
     fn equations(&self, itinerary: &ContactItinerary) -> DirectOrbitEquations<'a, f64> {
         self.equations_of(&self.image, itinerary)
+    }
+
+    /// The equations of which an orbit is a solution.
+    fn equations_with(
+        &self,
+        itinerary: &ContactItinerary,
+        orbit: &DirectOrbit<f64>,
+    ) -> DirectOrbitEquations<'a, f64> {
+        in_points_of(self.equations(itinerary), orbit)
     }
 
     fn equations_of<S: Real>(
@@ -153,81 +224,143 @@ impl<'a> Continuation<'a> {
         let BranchRequest { along, at, .. } = self.request;
         let range = self.request.ordered_range();
         let image = image.clone();
-        DirectOrbitEquations::new(image, itinerary, &self.units, (*along, range), at)
+        DirectOrbitEquations::new(image, itinerary, &self.units, &[(*along, range)], at)
     }
 
-    /// The periodic orbits that simulation settles on along the range, up and down, every flight
-    /// begun where the last one ended.
-    fn settled(&self) -> Vec<Seed> {
-        let [from, to] = self.request.range;
+    /// What simulation settles on along the range: up and down, every flight begun where the last
+    /// one ended, and from scattered states.
+    fn flights(&self) -> Vec<Flight> {
+        let range = self.request.range;
+        let [from, to] = match self.size {
+            size if size > 0.0 => range.map(|end| end.clamp(-FARTHEST * size, FARTHEST * size)),
+            _ => range,
+        };
         let value = |number: usize| from + (to - from) * (number as f64 + 0.5) / VALUES as f64;
         let up: Vec<f64> = (0..VALUES).map(value).collect();
         let down: Vec<f64> = up.iter().rev().copied().collect();
-        let seeds = [up, down].into_par_iter().flat_map_iter(|values| {
+        let about = up.par_iter().enumerate().flat_map_iter(|(number, &value)| {
+            let mut image = self.image.clone();
+            let fly = (0..SCATTERED).map(|more| {
+                let units = self.units.state.iter().enumerate();
+                let start =
+                    units.map(|(place, unit)| unit * scattered(SCATTERED * number + more, place));
+                self.fly(&mut image, &start.collect::<Vec<_>>(), value)
+            });
+            fly.collect::<Vec<_>>()
+        });
+        let about: Vec<Flight> = about.collect();
+        let flights = [up, down].into_par_iter().flat_map_iter(|values| {
             let mut image = self.image.clone();
             let mut state = vec![0.0; image.dimension()];
-            let mut seeds = Vec::new();
+            let mut flights = Vec::new();
             for value in values {
-                match self.settles(&mut image, &mut state, value) {
-                    Some(seed) => seeds.push(seed),
-                    None if state.iter().all(|value| value.is_finite()) => {}
-                    None => state.fill(0.0),
-                }
+                let flight = self.fly(&mut image, &state, value);
+                state = match flight.states.last() {
+                    Some(last) => last.clone(),
+                    None => vec![0.0; state.len()],
+                };
+                image.reduce_phase(&mut state);
+                flights.push(flight);
             }
-            seeds
+            flights
         });
-        seeds.collect()
+        let mut flights: Vec<Flight> = flights.collect();
+        flights.extend(about);
+        flights
     }
 
-    /// The periodic orbit that is settled on from a state, which moves on.
-    fn settles(
-        &self,
-        image: &mut DirectImage<'a, f64>,
-        state: &mut Vec<f64>,
-        value: f64,
-    ) -> Option<Seed> {
-        let parameters = self.request.parameters(value);
-        let longest = self.request.longest;
-        let (mut states, mut returns) = (Vec::new(), Vec::new());
-        for number in 0..TRANSIENT + 2 * longest {
-            let step = SectionMap::image(image, state, &parameters);
-            let Some(step) = step else {
-                state.fill(f64::NAN);
-                return None;
+    /// The returns from a state on, after a transient, as far as there are any.
+    fn fly(&self, image: &mut DirectImage<'a, f64>, start: &[f64], parameter: f64) -> Flight {
+        let parameters = self.request.parameters(parameter);
+        let kept = KEPT.max(2 * self.request.longest);
+        let mut state = start.to_vec();
+        let mut flight = Flight { parameter, states: Vec::new(), returns: Vec::new() };
+        for number in 0..TRANSIENT + kept {
+            let Some(step) = SectionMap::image(image, &state, &parameters) else {
+                break;
             };
+            let mut next = step.offsets;
             if number >= TRANSIENT {
-                states.push(state.clone());
-                returns.push((step.contacts, step.extra_contacts));
+                flight.states.push(state);
+                flight.returns.push(step.contacts);
             }
-            *state = step.offsets;
+            // Between the points of one period the phase goes on.
+            if number < TRANSIENT {
+                image.reduce_phase(&mut next);
+            }
+            state = next;
         }
-        let near = |a: &[f64], b: &[f64]| {
-            let mut pairs = a.iter().zip(b).zip(&self.units.state);
-            pairs.all(|((a, b), unit)| (a - b).abs() <= SAME * unit)
-        };
-        let period = (1..=longest).find(|&period| {
-            let mut pairs = (0..longest).map(|n| (&states[n], &states[n + period]));
-            pairs.all(|(a, b)| near(a, b))
-        })?;
-        let made: Vec<PassageSet> = returns[..period].iter().map(|(made, _)| *made).collect();
-        let itinerary = ContactItinerary::new(self.map.passages(), made);
-        let states = states[..period].to_vec();
-        let seed = Seed { itinerary, states, parameter: value, direction: None };
-        Some(seed.in_standard_form())
+        if !flight.states.is_empty() {
+            flight.states.push(state);
+        }
+        flight
     }
 
-    /// Where branches of an itinerary begin: at the graze, and at what was settled on.
-    fn seeds(&self, itinerary: &ContactItinerary, settled: &[Seed]) -> Vec<Seed> {
-        let mine = settled.iter().filter(|seed| seed.itinerary == *itinerary).cloned();
-        let others = self.request.at.iter().enumerate();
-        let mut others = others.filter(|(place, _)| *place != self.request.along);
-        let graze = others.all(|(_, &offset)| offset == 0.0).then(|| Seed {
+    /// The kept returns that come nearest to a period of an itinerary.
+    fn nearest_period(&self, flight: &Flight, itinerary: &ContactItinerary) -> Option<Seed> {
+        let (period, asked) = (itinerary.period(), itinerary.returns());
+        let made = |start: &usize| flight.returns[*start..*start + period] == *asked;
+        let apart = |start: usize| {
+            let pairs = flight.states[start].iter().zip(&flight.states[start + period]);
+            let pairs = pairs.zip(&self.units.state);
+            pairs.fold(0.0_f64, |most, ((a, b), unit)| most.max((a - b).abs() / unit))
+        };
+        let last = (flight.returns.len() + 1).checked_sub(period)?;
+        let nearest = (0..last).filter(made).min_by(|&a, &b| apart(a).total_cmp(&apart(b)))?;
+        (apart(nearest) <= NEARLY_REPEATED).then(|| Seed {
             itinerary: itinerary.clone(),
-            states: vec![vec![0.0; self.image.dimension()]; itinerary.period()],
+            states: flight.states[nearest..nearest + period].to_vec(),
+            parameter: flight.parameter,
+            at_contacts: false,
+            way: Way::Through,
+        })
+    }
+
+    /// Where the orbit without contact grazes: its section point and the parameter. It is followed
+    /// from the graze's parameter or from where simulation settles on it.
+    fn grazing_orbits(&self, flights: &[Flight]) -> Vec<(Vec<f64>, f64)> {
+        let origin = vec![0.0; self.image.dimension()];
+        let mut others = self.request.at.iter().enumerate();
+        if others.all(|(place, &offset)| place == self.request.along || offset == 0.0) {
+            return vec![(origin, 0.0)];
+        }
+        let none = ContactItinerary::new(self.map.passages(), vec![PassageSet::default()]);
+        let at_graze = Seed {
+            itinerary: none.clone(),
+            states: vec![origin],
             parameter: 0.0,
-            direction: None,
+            at_contacts: false,
+            way: Way::Through,
+        };
+        let free = flights.iter().filter_map(|flight| self.nearest_period(flight, &none));
+        let seeds = std::iter::once(at_graze).chain(free).collect();
+        let equations = self.equations(&none);
+        let traces = self.traces(&none, seeds, Vec::new());
+        let ends = traces.iter().flat_map(|trace| [trace.points.first(), trace.points.last()]);
+        let grazing = ends.flatten().filter(|point| !self.grazing(&equations, point).is_empty());
+        let grazing = grazing.map(|point| {
+            let parameters = equations.parameters(&point.unknowns);
+            (point.linearised.extra.states[0].clone(), parameters[self.request.along])
         });
-        graze.into_iter().chain(mine).collect()
+        grazing.collect()
+    }
+
+    /// Where branches of an itinerary begin: at the graze, and at what nearly repeats.
+    fn seeds(
+        &self,
+        itinerary: &ContactItinerary,
+        flights: &[Flight],
+        grazing: &[(Vec<f64>, f64)],
+    ) -> Vec<Seed> {
+        let mine = flights.iter().filter_map(|flight| self.nearest_period(flight, itinerary));
+        let grazing = grazing.iter().map(|(state, parameter)| Seed {
+            itinerary: itinerary.clone(),
+            states: vec![state.clone(); itinerary.period()],
+            parameter: *parameter,
+            at_contacts: false,
+            way: Way::Through,
+        });
+        grazing.chain(mine).collect()
     }
 
     /// The branches of an itinerary through these seeds, beside those known.
@@ -237,8 +370,12 @@ impl<'a> Continuation<'a> {
         seeds: Vec<Seed>,
         mut traces: Vec<DirectTrace>,
     ) -> Vec<DirectTrace> {
-        let mut equations = self.equations(itinerary);
         for seed in seeds {
+            let mut equations = self.equations(itinerary);
+            if seed.at_contacts {
+                let Some(fewer) = equations.at_contacts() else { continue };
+                equations = fewer;
+            }
             traces.extend(self.trace(&mut equations, &seed, &traces));
         }
         traces
@@ -252,15 +389,15 @@ impl<'a> Continuation<'a> {
         known: &[DirectTrace],
     ) -> Option<DirectTrace> {
         let guess = equations.unknowns(&seed.states, &self.request.parameters(seed.parameter))?;
-        let start = match &seed.direction {
-            Some(direction) => DOUBLED.iter().find_map(|distance| {
+        let start = match &seed.way {
+            Way::Doubled(direction) => DOUBLED.iter().find_map(|distance| {
                 let pairs = guess.iter().zip(direction);
                 let start: Vec<f64> = pairs.map(|(u, d)| u + distance * d).collect();
                 let (unknowns, there) = corrected(equations, &start, &start, direction)?;
                 let same = equations.is_repeated(&there.extra, 0.1 * distance);
                 (!same).then_some(unknowns)
             })?,
-            None => {
+            Way::Through | Way::On(_) => {
                 let (unknowns, there) = match equations.linearised(&guess) {
                     Some(there) if there.residual.amax() <= 1e-11 => (guess, there),
                     _ => searched(equations, &guess, guess.len() - 1)?,
@@ -273,52 +410,47 @@ impl<'a> Continuation<'a> {
             let [lower, upper] = equations.range(unknown);
             lower - AT_GRAZE <= *value && *value <= upper + AT_GRAZE
         });
-        if !in_range || self.is_known(equations, &start, known) {
+        let goes_on = matches!(seed.way, Way::On(_));
+        if !in_range || self.is_known(equations, &start, known, goes_on) {
             return None;
         }
-        let trace = Trace::through(equations, &start)?;
+        let trace = match &seed.way {
+            Way::On(direction) => Trace::onward(equations, &start, direction, &STEPS)?,
+            _ => Trace::through(equations, &start, &STEPS)?,
+        };
         // One without orbits beside the graze is not physical on any side of it.
         let beside = |point: &Point| apart(&point.unknowns, &start) > SAME;
         trace.points.iter().any(beside).then_some(trace)
     }
 
-    /// Whether an orbit lies on a branch that is known, begun at any of its points.
+    /// Whether an orbit lies on a branch that is known, begun at any of its points; `alike` asks
+    /// those in the same section points alone.
     fn is_known(
         &self,
         equations: &mut DirectOrbitEquations<'a, f64>,
         unknowns: &[f64],
         traces: &[DirectTrace],
+        alike: bool,
     ) -> bool {
-        let (last, size) = (unknowns.len() - 1, self.units.state.len());
-        let itinerary = equations.itinerary().clone();
-        let later = (0..itinerary.period()).filter(|&later| itinerary.repeats_after(later));
-        let rotated = later.map(|later| {
-            let mut variables = unknowns[..last].to_vec();
-            variables.rotate_left(later * size);
-            variables
-        });
-        let starts: Vec<Vec<f64>> = rotated.collect();
-        let near = |at: &[f64], within: f64| {
-            starts.iter().any(|start| apart(&at[..last], start) <= within)
+        let fewer = |trace: &&DirectTrace| trace.points[0].unknowns.len() < unknowns.len();
+        let (at_contacts, others): (Vec<_>, Vec<_>) = traces.iter().partition(fewer);
+        if lies_on(
+            equations,
+            unknowns,
+            others
+                .into_iter()
+                .filter(|trace| !alike || trace.points[0].unknowns.len() == unknowns.len()),
+        ) {
+            return true;
+        }
+        if alike || at_contacts.is_empty() {
+            return false;
+        }
+        let Some(mut fewer) = self.equations(equations.itinerary()).at_contacts() else {
+            return false;
         };
-        let normal = unit_vector(unknowns.len(), last);
-        let mut pairs = traces.iter().flat_map(|trace| trace.points.windows(2));
-        pairs.any(|pair| {
-            let [a, b] = [&pair[0].unknowns, &pair[1].unknowns];
-            let length = apart(a, b);
-            if near(a, SAME) || near(b, SAME) {
-                return true;
-            }
-            let between = (a[last] - unknowns[last]) * (b[last] - unknowns[last]) <= 0.0;
-            if !between || !near(a, 3.0 * length) {
-                return false;
-            }
-            let run = b[last] - a[last];
-            let share = if run == 0.0 { 0.0 } else { (unknowns[last] - a[last]) / run };
-            let guess: Vec<f64> = a.iter().zip(b).map(|(a, b)| a + share * (b - a)).collect();
-            let there = corrected(equations, &guess, &guess, &normal);
-            there.is_some_and(|(there, _)| near(&there, SAME))
-        })
+        let own = fewer.own(unknowns);
+        lies_on(&mut fewer, &own, at_contacts.into_iter())
     }
 
     /// The passages without speed or gap where a branch ends.
@@ -331,21 +463,35 @@ impl<'a> Continuation<'a> {
     /// The branches that a branch leads to: with a contact more or less where it ends at a graze,
     /// of the doubled period where it flips.
     fn led_to(&self, itinerary: &ContactItinerary, trace: &DirectTrace) -> Vec<Seed> {
-        let equations = self.equations(itinerary);
-        let seed = |point: &Point| Seed {
+        let mut equations = self.equations_with(itinerary, &trace.points[0].linearised.extra);
+        let seed = |equations: &DirectOrbitEquations<'_, f64>, point: &Point| Seed {
             itinerary: itinerary.clone(),
             states: point.linearised.extra.states.clone(),
             parameter: equations.parameters(&point.unknowns)[self.request.along],
-            direction: None,
+            at_contacts: point.linearised.extra.returns.len() < itinerary.period(),
+            way: Way::Through,
         };
         let mut seeds = Vec::new();
-        for (end, point) in trace.ends.iter().zip([trace.points.first(), trace.points.last()]) {
-            if let (CourseEnd::Border { .. }, Some(point)) = (end, point)
-                && let [number] = self.grazing(&equations, point)[..]
-            {
-                let mut seed = seed(point);
-                seed.itinerary = toggled(itinerary, number, 0);
-                seeds.push(seed.in_standard_form());
+        let ends = trace.ends.iter().zip([trace.points.first(), trace.points.last()]);
+        for (end, point) in ends.skip(usize::from(trace.continues)) {
+            let Some(point) = point else { continue };
+            match end {
+                CourseEnd::Border { .. } => {
+                    let [number] = self.grazing(&equations, point)[..] else { continue };
+                    let mut seed = seed(&equations, point);
+                    if seed.at_contacts {
+                        let parameters = self.request.parameters(seed.parameter);
+                        let orbit = &point.linearised.extra;
+                        let Some(all) = equations.every_point(orbit, &parameters) else { continue };
+                        (seed.states, seed.at_contacts) = (all, false);
+                    }
+                    seed.itinerary = toggled(itinerary, number, 0);
+                    seeds.push(seed.in_standard_form());
+                }
+                CourseEnd::StepTooSmall | CourseEnd::StepLimit => {
+                    seeds.extend(self.other_points(seed(&equations, point), point));
+                }
+                _ => {}
             }
         }
         if 2 * itinerary.period() > self.request.longest {
@@ -355,41 +501,62 @@ impl<'a> Continuation<'a> {
             let point = &trace.points[turn.point];
             let matrix = equations.doubling(&point.linearised, &point.linearised.extra);
             let Some(vector) = null_vector(&matrix) else { continue };
-            let seed = seed(point);
+            let seed = seed(&equations, point);
             let against = vector.iter().map(|value| -value);
             let direction: Vec<f64> = vector.iter().copied().chain(against).chain([0.0]).collect();
             let length = direction.iter().map(|value| value * value).sum::<f64>().sqrt();
             seeds.push(Seed {
                 itinerary: twice(itinerary),
                 states: [seed.states.clone(), seed.states].concat(),
-                direction: Some(direction.iter().map(|value| value / length).collect()),
+                way: Way::Doubled(direction.iter().map(|value| value / length).collect()),
                 ..seed
             });
         }
         seeds
     }
 
+    /// The same orbit in other section points, from which the branch goes on: without those of
+    /// returns that may have lost theirs, or with them again.
+    fn other_points(&self, seed: Seed, point: &Point) -> Option<Seed> {
+        // The way of a branch to its end is that of the tangent there.
+        let outward = &point.tangent;
+        let mut every = self.equations(&seed.itinerary);
+        let fewer = every.clone().at_contacts()?;
+        if !seed.at_contacts {
+            let way = Way::On(fewer.own(outward));
+            return Some(Seed { at_contacts: true, way, ..seed });
+        }
+        let parameters = self.request.parameters(seed.parameter);
+        let states = every.every_point(&point.linearised.extra, &parameters)?;
+        let unknowns = every.unknowns(&states, &parameters)?;
+        let there = every.linearised(&unknowns)?;
+        let mut along = unit_vector(unknowns.len(), unknowns.len() - 1);
+        let ahead = outward[outward.len() - 1];
+        along.iter_mut().for_each(|value| *value *= ahead.signum());
+        let way = Way::On(tangent_at(&there.jacobian, &along)?);
+        Some(Seed { at_contacts: false, states, way, ..seed })
+    }
+
     /// A branch as it is given out.
     fn branch(&self, itinerary: &ContactItinerary, trace: &DirectTrace) -> Branch {
-        let equations = self.equations(itinerary);
+        let equations = self.equations_with(itinerary, &trace.points[0].linearised.extra);
         let points = trace.orbits().into_iter().map(|(place, turns)| {
             let point = &trace.points[place];
             let grazing = match place == 0 || place + 1 == trace.points.len() {
                 true => self.grazing(&equations, point),
                 false => Vec::new(),
             };
-            let mut orbit = self.found(&equations, point, !grazing.is_empty());
-            if !grazing.is_empty() {
-                let exact = self.refined_graze(itinerary, point);
-                orbit.parameters = exact.unwrap_or(orbit.parameters);
-            }
+            let grazes = !grazing.is_empty();
             let special = self.special(&equations, point, &turns, grazing);
-            let labelled = special.as_ref().is_some_and(|s| s.label != BranchLabel::Graze);
-            if let (Some(&test), true) = (turns.first(), labelled) {
-                let exact = match equations.is_repeated(&point.linearised.extra, NEAR) {
-                    true => self.refined_doubling(itinerary, point),
-                    false => self.refined(itinerary, point, test),
-                };
+            let doubles = equations.is_repeated(&point.linearised.extra, NEAR);
+            let exact = match (&special, turns.first()) {
+                _ if grazes => self.refined_graze(itinerary, point),
+                (Some(_), Some(&test)) if !doubles => self.refined(itinerary, point, test),
+                _ => None,
+            };
+            let mut orbit = exact.unwrap_or_else(|| self.found(&equations, point, grazes));
+            if special.is_some() && !grazes && doubles {
+                let exact = self.refined_doubling(itinerary, point);
                 orbit.parameters = exact.unwrap_or(orbit.parameters);
             }
             BranchPoint { orbit, special }
@@ -405,6 +572,48 @@ impl<'a> Continuation<'a> {
             None => BranchEnd::Reach,
         });
         Branch { itinerary: itinerary.clone(), points, ends, unresolved }
+    }
+
+    /// The orbits of a branch at a value of the parameter that varies, in double-double.
+    fn passing(
+        &self,
+        itinerary: &ContactItinerary,
+        trace: &DirectTrace,
+        value: f64,
+    ) -> Vec<FoundOrbit> {
+        let first = &trace.points[0].linearised.extra;
+        let equations = self.equations_with(itinerary, first);
+        let mut fine = in_points_of(self.equations_of(&self.fine, itinerary), first);
+        let wanted = value / self.units.parameters[0];
+        let last = trace.points[0].unknowns.len() - 1;
+        let normal = unit_vector(last + 1, last).into_iter().map(Dd::from).collect::<Vec<_>>();
+        let pairs = trace.points.windows(2).filter_map(|pair| {
+            let [a, b] = [&pair[0].unknowns, &pair[1].unknowns];
+            let share = (wanted - a[last]) / (b[last] - a[last]);
+            // A value that is a point's own belongs to one of its two intervals.
+            (0.0..1.0).contains(&share).then(|| {
+                let pairs = a.iter().zip(b);
+                let mut guess: Vec<Dd> =
+                    pairs.map(|(a, b)| Dd::from(a + share * (b - a))).collect();
+                guess[last] = Dd::from(value) / Dd::from(self.units.parameters[0]);
+                guess
+            })
+        });
+        let guesses: Vec<Vec<Dd>> = pairs.collect();
+        let orbits = guesses.into_iter().filter_map(|guess| {
+            let (unknowns, linearised) = corrected(&mut fine, &guess, &guess, &normal)?;
+            let tangent = vec![Dd::ZERO; unknowns.len()];
+            let point = CurvePoint { unknowns, tangent, linearised, tests: Vec::new() };
+            let mut orbit = self.found(&fine, &point, false);
+            orbit.parameters[self.request.along] = value;
+            let is_own = point
+                .unknowns
+                .iter()
+                .enumerate()
+                .all(|(unknown, at)| equations.passage_of(unknown).is_none() || *at > Dd::ZERO);
+            (is_own && orbit.physical).then_some(orbit)
+        });
+        orbits.collect()
     }
 
     /// What is special about a point at which these test functions vanish.
@@ -471,29 +680,28 @@ impl<'a> Continuation<'a> {
         form.of(label)
     }
 
-    /// The parameters of a special point to the rounding of double-double, where it is a zero of
-    /// this test function.
+    /// A special point to the rounding of double-double, where it is a zero of this test function.
     fn refined(
         &self,
         itinerary: &ContactItinerary,
         point: &Point,
         test: usize,
-    ) -> Option<Vec<f64>> {
-        let mut fine = self.equations_of(&self.fine, itinerary);
+    ) -> Option<FoundOrbit> {
+        let fine = self.equations_of(&self.fine, itinerary);
+        let mut fine = in_points_of(fine, &point.linearised.extra);
         let exact =
             |values: &[f64]| values.iter().map(|&value| Dd::from(value)).collect::<Vec<_>>();
         let (at, tangent) = (exact(&point.unknowns), exact(&point.tangent));
         let found = zero_near(&mut fine, &at, &tangent, |point| point.tests[test].value)?;
         let rounded: Vec<f64> = found.unknowns.iter().map(|value| value.to_f64()).collect();
-        let parameters = fine.parameters(&found.unknowns);
-        let parameters = parameters.iter().map(|value| value.to_f64()).collect();
-        (apart(&rounded, &point.unknowns) < FAR).then_some(parameters)
+        (apart(&rounded, &point.unknowns) < FAR).then(|| self.found(&fine, &found, false))
     }
 
-    /// The parameters of an orbit that grazes, its passages without speed or gap held there, to the
-    /// rounding of double-double.
-    fn refined_graze(&self, itinerary: &ContactItinerary, point: &Point) -> Option<Vec<f64>> {
-        let mut fine = self.equations_of(&self.fine, itinerary);
+    /// An orbit that grazes to the rounding of double-double, its passages without speed or gap
+    /// held there.
+    fn refined_graze(&self, itinerary: &ContactItinerary, point: &Point) -> Option<FoundOrbit> {
+        let fine = self.equations_of(&self.fine, itinerary);
+        let mut fine = in_points_of(fine, &point.linearised.extra);
         let own = |unknown: usize| fine.passage_of(unknown).is_some();
         let at = point.unknowns.iter().enumerate().map(|(unknown, &value)| {
             let grazes = own(unknown) && value.abs() <= AT_GRAZE;
@@ -502,11 +710,10 @@ impl<'a> Continuation<'a> {
         let at: Vec<Dd> = at.collect();
         let held = (0..at.len()).find(|&unknown| own(unknown) && at[unknown] == Dd::ZERO)?;
         let normal: Vec<Dd> = unit_vector(at.len(), held).into_iter().map(Dd::from).collect();
-        let (found, _) = corrected(&mut fine, &at, &at, &normal)?;
-        let rounded: Vec<f64> = found.iter().map(|value| value.to_f64()).collect();
-        let parameters = fine.parameters(&found);
-        let parameters = parameters.iter().map(|value| value.to_f64()).collect();
-        (apart(&rounded, &point.unknowns) < FAR_AT_GRAZE).then_some(parameters)
+        let (unknowns, linearised) = corrected(&mut fine, &at, &at, &normal)?;
+        let rounded: Vec<f64> = unknowns.iter().map(|value| value.to_f64()).collect();
+        let found = CurvePoint { unknowns, tangent: at, linearised, tests: Vec::new() };
+        (apart(&rounded, &point.unknowns) < FAR_AT_GRAZE).then(|| self.found(&fine, &found, true))
     }
 
     /// The same of a branch point at which orbits have half their period: there those double.
@@ -515,21 +722,25 @@ impl<'a> Continuation<'a> {
         let returns = itinerary.returns()[..half].to_vec();
         let half = ContactItinerary::new(itinerary.passages(), returns);
         let mut equations = self.equations(&half);
-        let variables = half.period() * self.units.state.len();
+        let orbit = &point.linearised.extra;
+        if orbit.returns.len() < itinerary.period() {
+            equations = equations.at_contacts()?;
+        }
+        let variables = orbit.returns.len() / 2 * self.units.state.len();
         let mut unknowns = point.unknowns[..variables].to_vec();
         unknowns.push(*point.unknowns.last()?);
         let along = unit_vector(unknowns.len(), variables);
         let (unknowns, linearised) = corrected(&mut equations, &unknowns, &unknowns, &along)?;
         let tangent = tangent_at(&linearised.jacobian, &along)?;
         let point = Point { unknowns, tangent, linearised, tests: Vec::new() };
-        self.refined(&half, &point, 1)
+        Some(self.refined(&half, &point, 1)?.parameters)
     }
 
     /// The orbit at a point.
-    fn found(
+    fn found<S: Real>(
         &self,
-        equations: &DirectOrbitEquations<'a, f64>,
-        point: &Point,
+        equations: &DirectOrbitEquations<'a, S>,
+        point: &CurvePoint<S, DirectOrbit<S>>,
         at_graze: bool,
     ) -> FoundOrbit {
         let orbit = &point.linearised.extra;
@@ -537,20 +748,22 @@ impl<'a> Continuation<'a> {
         let multipliers = jacobian.and_then(|jacobian| eigenvalues(&jacobian).ok());
         let multipliers: Vec<[f64; 2]> =
             multipliers.iter().flatten().map(|value| [value.re, value.im]).collect();
-        let parameters = equations.parameters(&point.unknowns);
+        let round = |values: &[S]| values.iter().map(|value| value.to_f64()).collect::<Vec<_>>();
+        let parameters = round(&equations.parameters(&point.unknowns));
+        let states: Vec<Vec<f64>> = orbit.states.iter().map(|state| round(state)).collect();
         let window = &self.map.window;
-        let inside = orbit
-            .states
+        let inside = states
             .iter()
             .all(|state| window.holds(state, &parameters, &self.depths.at(state, &parameters)));
-        let contact = |&(number, passage, speed): &(usize, usize, f64)| OrbitContact {
+        let contact = |&(number, passage, speed): &(usize, usize, S)| OrbitContact {
             number,
             passage,
-            speed,
+            speed: speed.to_f64(),
         };
+        let residual = point.linearised.residual.iter();
         FoundOrbit {
             itinerary: equations.itinerary().clone(),
-            states: orbit.states.clone(),
+            states,
             stable: !multipliers.is_empty()
                 && multipliers.iter().all(|[re, im]| re.hypot(*im) < 1.0),
             multipliers,
@@ -558,9 +771,77 @@ impl<'a> Continuation<'a> {
             physical: orbit.extra_contacts == 0,
             inside,
             extra_contacts: orbit.extra_contacts,
-            residual: point.linearised.residual.amax(),
+            residual: residual.fold(0.0, |most, value| most.max(value.magnitude())),
             parameters,
         }
+    }
+}
+
+/// A number from −1 to 1 for every pair of numbers: a Kronecker sequence.
+fn scattered(number: usize, component: usize) -> f64 {
+    let golden = 0.618_033_988_749_894_9;
+    2.0 * ((number + 1) as f64 * (golden / (component + 1) as f64).sqrt()).fract() - 1.0
+}
+
+/// The equations in the section points of an orbit.
+fn in_points_of<'a, S: Real>(
+    equations: DirectOrbitEquations<'a, S>,
+    orbit: &DirectOrbit<f64>,
+) -> DirectOrbitEquations<'a, S> {
+    if orbit.returns.len() == equations.itinerary().period() {
+        return equations;
+    }
+    let every = equations.clone();
+    equations.at_contacts().unwrap_or(every)
+}
+
+/// Whether an orbit lies on one of some branches, begun at any of its points.
+fn lies_on<'t>(
+    equations: &mut DirectOrbitEquations<'_, f64>,
+    unknowns: &[f64],
+    traces: impl Iterator<Item = &'t DirectTrace>,
+) -> bool {
+    let last = unknowns.len() - 1;
+    let size = equations.dimension();
+    let rotated = equations.rotations().map(|later| {
+        let mut variables = unknowns[..last].to_vec();
+        variables.rotate_left(later * size);
+        variables
+    });
+    let starts: Vec<Vec<f64>> = rotated.collect();
+    let near =
+        |at: &[f64], within: f64| starts.iter().any(|start| apart(&at[..last], start) <= within);
+    let normal = unit_vector(unknowns.len(), last);
+    let lines = traces.map(|trace| {
+        let points = trace.points.iter().map(|point| match point.unknowns.len() {
+            same if same == unknowns.len() => point.unknowns.clone(),
+            _ => equations.own(&point.unknowns),
+        });
+        points.collect::<Vec<_>>()
+    });
+    let lines: Vec<Vec<Vec<f64>>> = lines.collect();
+    let mut pairs = lines.iter().flat_map(|points| points.windows(2));
+    pairs.any(|pair| {
+        let [a, b] = [&pair[0], &pair[1]];
+        let length = apart(a, b);
+        if near(a, SAME) || near(b, SAME) {
+            return true;
+        }
+        let between = (a[last] - unknowns[last]) * (b[last] - unknowns[last]) <= 0.0;
+        if !between || !near(a, 3.0 * length) {
+            return false;
+        }
+        let run = b[last] - a[last];
+        let share = if run == 0.0 { 0.0 } else { (unknowns[last] - a[last]) / run };
+        let guess: Vec<f64> = a.iter().zip(b).map(|(a, b)| a + share * (b - a)).collect();
+        let there = corrected(equations, &guess, &guess, &normal);
+        there.is_some_and(|(there, _)| near(&there, SAME))
+    })
+}
+
+impl Of for Seed {
+    fn itinerary(&self) -> &ContactItinerary {
+        &self.itinerary
     }
 }
 

@@ -5,15 +5,16 @@ use rayon::prelude::*;
 use super::data::{Branch, BranchEnd, BranchLabel, BranchPoint, BranchRequest, Branches, Special};
 use super::normal_form::NormalForm;
 use super::trace::{
-    Trace, apart, null_vector, standard_form, toggled, twice, unit_vector, with_those_led_to,
+    Follow, Of, Trace, apart, null_vector, standard_form, toggled, twice, unit_vector,
+    with_those_led_to,
 };
 use crate::analysis::continuation::{
-    CurveEquations, CurvePoint, Linearised, corrected, searched, tangent_at, zero_near,
+    CurveEquations, CurvePoint, Linearised, StepControl, corrected, searched, tangent_at, zero_near,
 };
 use crate::analysis::error::AnalysisError;
-use crate::analysis::orbits::{ByMap, FoundOrbit, OrbitContact};
 use crate::analysis::periodic::{
-    ContactItinerary, ItinerarySearch, MapOrbitEquations, PassagesOfOrbit, Settled,
+    ByMap, ContactItinerary, FoundOrbit, ItinerarySearch, MapOrbitEquations, OrbitContact,
+    PassagesOfOrbit, Settled,
 };
 use crate::analysis::progress::Progress;
 use crate::expansion::LocalMap;
@@ -70,6 +71,7 @@ pub(super) fn branches(
     orbit: &GrazingOrbit,
     map: &LocalMap,
     request: &BranchRequest,
+    follow: Follow,
     progress: &dyn Progress,
 ) -> Result<Branches, AnalysisError> {
     let continuation = Continuation {
@@ -89,8 +91,8 @@ pub(super) fn branches(
     });
     let found = with_those_led_to(
         first.collect(),
-        |seed: &Seed| &seed.itinerary,
-        |itinerary, trace| continuation.led_to(itinerary, trace),
+        Of::itinerary,
+        |itinerary, trace| follow.of(request, continuation.led_to(itinerary, trace)),
         |itinerary, seeds, known| continuation.traces(itinerary, seeds, known),
     );
     let branches = found.iter().flat_map(|(itinerary, traces)| {
@@ -222,7 +224,11 @@ impl<'a> Continuation<'a> {
                     let Some(start) = solved(&mut equations, &guess) else { continue };
                     let is_new = !equations.is_repeated(&start.2.extra, SAME)
                         && !is_known(&mut equations, &start, &traces);
-                    if is_new { Trace::through(&mut equations, &start.0) } else { None }
+                    if is_new {
+                        Trace::through(&mut equations, &start.0, &StepControl::DEFAULT)
+                    } else {
+                        None
+                    }
                 }
             };
             traces.extend(trace);
@@ -248,7 +254,7 @@ impl<'a> Continuation<'a> {
         if is_known(equations, &(first.0.clone(), first.0.len() - 1, first.2.clone()), known) {
             return None;
         }
-        Trace::through(equations, &first.0)
+        Trace::through(equations, &first.0, &StepControl::DEFAULT)
     }
 
     /// The branches that a branch leads to: with a contact more or less where an orbit of it
@@ -617,6 +623,12 @@ fn doubling(equations: &MapOrbitEquations<'_, f64>, point: &Point, seed: Seed) -
         parameter: seed.parameter,
         direction: Some(direction.iter().map(|value| value / length).collect()),
     })
+}
+
+impl Of for Seed {
+    fn itinerary(&self) -> &ContactItinerary {
+        &self.itinerary
+    }
 }
 
 impl Seed {

@@ -2,8 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::analysis::orbits::FoundOrbit;
-use crate::analysis::periodic::ContactItinerary;
+use crate::analysis::periodic::{ContactItinerary, FoundOrbit};
 
 /// What is asked of [`branches`](super::branches()).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -110,6 +109,9 @@ pub enum BranchEnd {
     Doubling,
     /// At a graze beyond which it is not defined.
     Graze,
+    /// It continues another branch of the itinerary, which ends there: with or without the section
+    /// points of its returns without contact.
+    Continued,
     /// No step was short enough.
     StepTooSmall,
     /// After the most steps.

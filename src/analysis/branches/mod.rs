@@ -9,13 +9,18 @@ mod by_direct;
 mod by_map;
 mod data;
 mod normal_form;
+mod observables;
 mod overlay;
 mod trace;
 
+pub(super) use by_direct::branches_from;
 pub use data::{Branch, BranchEnd, BranchLabel, BranchPoint, BranchRequest, Branches, Special};
+pub use observables::{BranchObservable, observed};
 pub use overlay::{BranchDiagram, branch_diagram};
+pub(super) use trace::Follow;
 
 use crate::analysis::error::AnalysisError;
+use crate::analysis::periodic::FoundOrbit;
 use crate::analysis::progress::Progress;
 use crate::expansion::LocalMap;
 use crate::model::Scene;
@@ -37,8 +42,32 @@ pub fn branches(
     request: &BranchRequest,
     progress: &dyn Progress,
 ) -> Result<Branches, AnalysisError> {
+    followed(scene, orbit, map, request, Follow::All, progress)
+}
+
+/// The branches of the itineraries asked for, and others that they lead to if so.
+pub(super) fn followed(
+    scene: &Scene,
+    orbit: &GrazingOrbit,
+    map: &LocalMap,
+    request: &BranchRequest,
+    follow: Follow,
+    progress: &dyn Progress,
+) -> Result<Branches, AnalysisError> {
     match request.direct {
-        true => by_direct::branches(scene, orbit, map, request, progress),
-        false => by_map::branches(scene, orbit, map, request, progress),
+        true => by_direct::branches(scene, orbit, map, request, follow, progress),
+        false => by_map::branches(scene, orbit, map, request, follow, progress),
     }
+}
+
+/// The orbits of direct simulation where the branches of the itineraries asked for pass a value of
+/// the parameter that varies, solved for in double-double.
+pub(super) fn direct_orbits(
+    scene: &Scene,
+    orbit: &GrazingOrbit,
+    map: &LocalMap,
+    request: &BranchRequest,
+    value: f64,
+) -> Result<Vec<FoundOrbit>, AnalysisError> {
+    by_direct::orbits(scene, orbit, map, request, value)
 }

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::data::BranchEnd;
+use super::data::{BranchEnd, BranchRequest};
 use crate::analysis::continuation::{
     Course, CourseEnd, CurveEquations, CurvePoint, StepControl, Turn, follow, tangent_at,
 };
@@ -23,6 +23,8 @@ pub(super) struct Trace<X> {
     pub(super) turns: Vec<Turn>,
     pub(super) unresolved: Vec<[usize; 2]>,
     pub(super) ends: [CourseEnd; 2],
+    /// Whether it begins where another ends.
+    pub(super) continues: bool,
 }
 
 impl<X: Clone> Trace<X> {
@@ -30,21 +32,42 @@ impl<X: Clone> Trace<X> {
     pub(super) fn through<C: CurveEquations<f64, Extra = X>>(
         equations: &mut C,
         start: &[f64],
+        control: &StepControl,
     ) -> Option<Self> {
         let linearised = equations.linearised(start)?;
         let units = (0..start.len()).rev().map(|place| unit_vector(start.len(), place));
         let mut tangents = units.filter_map(|unit| tangent_at(&linearised.jacobian, &unit));
         let along = tangents.next()?;
         let against: Vec<f64> = along.iter().map(|value| -value).collect();
-        let control = StepControl::default();
-        let on = follow(equations, start, &along, &control)?;
+        let on = follow(equations, start, &along, control)?;
         if on.end == CourseEnd::Closed {
             let unresolved = on.unresolved.iter().map(|(_, ends)| *ends).collect();
             let ends = [on.end, on.end];
-            return Some(Self { points: on.points, turns: on.turns, unresolved, ends });
+            return Some(Self {
+                points: on.points,
+                turns: on.turns,
+                unresolved,
+                ends,
+                continues: false,
+            });
         }
-        let back = follow(equations, start, &against, &control)?;
+        let back = follow(equations, start, &against, control)?;
         Some(Self::joined(back, on))
+    }
+
+    /// The branch from an orbit on, on the side of `along`.
+    pub(super) fn onward<C: CurveEquations<f64, Extra = X>>(
+        equations: &mut C,
+        start: &[f64],
+        along: &[f64],
+        control: &StepControl,
+    ) -> Option<Self> {
+        let tangent = tangent_at(&equations.linearised(start)?.jacobian, along)?;
+        let on = follow(equations, start, &tangent, control)?;
+        let unresolved = on.unresolved.iter().map(|(_, ends)| *ends).collect();
+        let ends = [on.end; 2];
+        let continues = true;
+        Some(Self { points: on.points, turns: on.turns, unresolved, ends, continues })
     }
 
     /// Two courses from one point, the first backwards.
@@ -60,7 +83,7 @@ impl<X: Clone> Trace<X> {
         let later = on.unresolved.iter().map(|(_, [a, b])| [last + a, last + b]);
         let unresolved = before.chain(later).collect();
         let points = back.points.into_iter().rev().chain(on.points.into_iter().skip(1)).collect();
-        Self { points, turns, unresolved, ends }
+        Self { points, turns, unresolved, ends, continues: false }
     }
 
     /// The places of the points that are given out, with the test functions that vanish at each:
@@ -87,13 +110,38 @@ impl<X: Clone> Trace<X> {
 
     /// Why it ends, where the unknown of a border is given a meaning.
     pub(super) fn ends(&self, border: impl Fn(usize) -> BranchEnd) -> [BranchEnd; 2] {
-        self.ends.map(|end| match end {
+        let ends = self.ends.map(|end| match end {
             CourseEnd::Border { unknown } => border(unknown),
             CourseEnd::Closed => BranchEnd::Closed,
             CourseEnd::Last => BranchEnd::Doubling,
             CourseEnd::StepTooSmall => BranchEnd::StepTooSmall,
             CourseEnd::StepLimit => BranchEnd::StepLimit,
-        })
+        });
+        if self.continues { [BranchEnd::Continued, ends[1]] } else { ends }
+    }
+}
+
+/// What belongs to an itinerary: an orbit from which a branch is followed.
+pub(super) trait Of {
+    fn itinerary(&self) -> &ContactItinerary;
+}
+
+/// Which branches are followed that others lead to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in crate::analysis) enum Follow {
+    /// Those of every itinerary.
+    All,
+    /// Those of the itineraries asked for.
+    Asked,
+}
+
+impl Follow {
+    /// Those of these seeds that are followed.
+    pub(super) fn of<S: Of>(self, request: &BranchRequest, mut seeds: Vec<S>) -> Vec<S> {
+        if self == Self::Asked {
+            seeds.retain(|seed| request.itineraries.contains(seed.itinerary()));
+        }
+        seeds
     }
 }
 

@@ -43,7 +43,7 @@ pub enum CourseEnd {
     Closed,
     /// The equations have it end here ([`CurveEquations::is_last`]).
     Last,
-    /// No step is short enough.
+    /// No step is short enough, or none of many after each other was.
     StepTooSmall,
     /// After the most steps.
     StepLimit,
@@ -114,12 +114,17 @@ struct Step<S, X> {
 impl<S: Real, X: Clone, C: CurveEquations<S, Extra = X> + ?Sized> Way<'_, S, C, X> {
     fn follow(&mut self) -> CourseEnd {
         let mut length = self.control.first;
+        let mut too_long = 0;
         for _ in 0..self.control.most {
             let here = self.course.points[self.course.points.len() - 1].clone();
             let Some((step, taken)) = self.step(&here, length) else {
                 return CourseEnd::StepTooSmall;
             };
             length = (GROWTH * taken).min(self.control.longest);
+            too_long = if step.too_long { too_long + 1 } else { 0 };
+            if too_long > self.control.unresolved {
+                return CourseEnd::StepTooSmall;
+            }
             let from = self.course.points.len() - 1;
             let mut end = None;
             for next in step.points {
@@ -355,7 +360,7 @@ mod tests {
     fn a_circle_closes_and_has_its_zeros_to_rounding() {
         let mut circle = Circle { upper: 2.0 };
         let start = [-1.0, 0.0];
-        let course = follow(&mut circle, &start, &[0.0, 1.0], &StepControl::default());
+        let course = follow(&mut circle, &start, &[0.0, 1.0], &StepControl::DEFAULT);
         let course: Course<f64> = course.expect("a circle");
         assert_eq!(course.end, CourseEnd::Closed);
         assert!(course.unresolved.is_empty());
@@ -380,7 +385,7 @@ mod tests {
     #[test]
     fn a_curve_ends_on_the_border_and_zeros_are_refined_in_double_double() {
         let mut circle = Circle { upper: 0.9 };
-        let course = follow(&mut circle, &[-1.0, 0.0], &[0.0, 1.0], &StepControl::default());
+        let course = follow(&mut circle, &[-1.0, 0.0], &[0.0, 1.0], &StepControl::DEFAULT);
         let course: Course<f64> = course.expect("a circle");
         assert_eq!(course.end, CourseEnd::Border { unknown: 1 });
         assert_eq!(course.points.last().map(|point| point.unknowns[1]), Some(0.9));

@@ -33,12 +33,15 @@ pub struct StepControl {
     pub shortest: f64,
     /// Most steps.
     pub most: usize,
+    /// Most steps one after the other of which none was short enough for the zeros of its test
+    /// functions to be known.
+    pub unresolved: usize,
 }
 
-impl Default for StepControl {
-    fn default() -> Self {
-        Self { first: 0.02, longest: 0.4, shortest: 1e-9, most: 400 }
-    }
+impl StepControl {
+    /// Steps that suit most curves.
+    pub const DEFAULT: Self =
+        Self { first: 0.02, longest: 0.4, shortest: 1e-9, most: 400, unresolved: 400 };
 }
 
 /// Newton steps of a corrector at most.
@@ -76,10 +79,14 @@ pub fn corrected<S: Real, C: CurveEquations<S> + ?Sized>(
         for (value, &change) in unknowns.iter_mut().zip(step.iter()) {
             *value += change;
         }
+        let converged = length <= S::ROUNDOFF.powf(0.75);
         let stalled = length >= STALLED * last && length <= S::ROUNDOFF.sqrt();
-        if length <= S::ROUNDOFF.powf(0.75) || stalled {
+        if converged || stalled {
             let there = curve.linearised(&unknowns)?;
-            return Some((unknowns, there));
+            // Steps stall at the rounding of the residual, or where it is no smooth function.
+            let rest = there.residual.iter().fold(0.0, |most: f64, r| most.max(r.magnitude()));
+            let solved = converged || rest <= S::ROUNDOFF.sqrt();
+            return solved.then_some((unknowns, there));
         }
         last = length;
     }

@@ -17,7 +17,7 @@ pub use observe::Observer;
 pub(crate) use starts::low_discrepancy;
 pub(super) use starts::{Entry, Found, settle, states};
 pub use sweep::SweepRequest;
-pub(super) use sweep::{kept_contacts, name};
+pub(super) use sweep::{agree, kept_contacts, name};
 pub use swept_map::{
     DirectSweep, FrozenSweep, GuardedSweep, Settled, SideBySide, SmoothFixedPoint, Start, SweptMap,
     UnobservedSweep,
@@ -35,7 +35,7 @@ use crate::model::{DiagramRequest, Method, Scene, Spacing, SweepDirection};
 use crate::orbit::GrazingOrbit;
 use course::sweep;
 use observe::label;
-pub(super) use swept_map::SweepSubject;
+pub(super) use swept_map::{SweepSubject, exponent};
 
 /// A diagram with its maps and requests worked out, ready to run.
 pub struct DiagramPlan<'a> {

@@ -177,6 +177,11 @@ impl Attractor {
     }
 }
 
+/// Whether two orbits settled on the same, by the same measure.
+pub(in crate::analysis) fn agree(a: &MapOrbit, b: &MapOrbit) -> bool {
+    Attractor::of(a).agrees(&Attractor::of(b))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -132,9 +132,18 @@ fn settle_single<M: SweptMap + ?Sized>(map: &M, start: &Start, request: &OrbitRe
     let fixed = map.at(&start.parameters);
     let orbit = MapOrbit::of(&*fixed, &start.state, &[], request);
     let complete = map.has_jacobian() && orbit.end == OrbitEnd::Completed;
-    let exponent =
-        || largest_lyapunov_exponent(&*fixed, &orbit.last, &[], TANGENT_TRANSIENT, request.keep);
+    let exponent = || exponent(&*fixed, &orbit, request);
     Settled { lyapunov: complete.then(exponent).flatten(), orbit }
+}
+
+/// The largest Lyapunov exponent of an orbit of a map at fixed parameters, onwards from its end
+/// over as many iterates as it kept.
+pub(in crate::analysis) fn exponent(
+    fixed: &dyn DiscreteMap,
+    orbit: &MapOrbit,
+    request: &OrbitRequest,
+) -> Option<f64> {
+    largest_lyapunov_exponent(fixed, &orbit.last, &[], TANGENT_TRANSIENT, request.keep)
 }
 
 /// Orbits with the exponents of those that were completed.

@@ -23,6 +23,32 @@ pub struct LociRequest {
     pub direct: bool,
 }
 
+/// A curve as it is drawn over the plane of two parameters.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PlaneCurve {
+    /// What happens along it.
+    pub kind: LocusKind,
+    /// The contacts of its orbits, in digits; of a graze, those beside the grazing one.
+    pub itinerary: String,
+    /// Its points, in order along it.
+    pub points: Vec<PlanePoint>,
+    /// Whether it was followed as far as it was asked for, or is closed.
+    pub whole: bool,
+}
+
+/// A point of a curve as it is drawn.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PlanePoint {
+    /// Offsets of the two parameters.
+    pub at: [f64; 2],
+    /// Whether all multipliers but those of the locus lie inside the unit circle.
+    pub stable: bool,
+    /// Whether the orbit makes the contacts of the itinerary and no other.
+    pub physical: bool,
+    /// The label of a point of codimension two.
+    pub label: Option<String>,
+}
+
 /// What happens to an orbit along a locus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -95,6 +121,8 @@ pub struct LocusPoint {
 pub enum LocusEnd {
     /// A parameter is at the end of its range, or a state or depth as far out as loci are followed.
     Border,
+    /// Where another passage grazes, beyond which direct simulation has no such orbit.
+    Graze,
     /// It is closed.
     Closed,
     /// No step is short enough.
@@ -121,6 +149,9 @@ pub struct Loci {
     pub loci: Vec<Locus>,
     /// How folds and flips leave the grazing curves at points of codimension two.
     pub tangencies: Vec<Tangency>,
+    /// The passages whose contact begins without a kick, as those of compliant stops do: their
+    /// grazing curves have no `ξ_n = 0` at which loci end, and no tangencies.
+    pub without_kick: Vec<usize>,
 }
 
 /// The quadratic tangency of a locus with a grazing curve: with `t` the first parameter's distance

@@ -1,144 +1,138 @@
-//! Loci by direct simulation: the physical parts, begun at physical orbits of the map's loci and
-//! followed as far as the orbits make their contacts.
+//! Loci by direct simulation: the physical parts, followed as far as the orbits make their
+//! contacts.
+//!
+//! One idea: on the section of a graze the contact of a return is a coordinate of its first point,
+//! so a locus reaches the graze of its orbits exactly, and the graze of any orbit is that
+//! coordinate at 0. Orbits that simulation settles on, and those that begin at the graze, are where
+//! loci are looked for; no map is asked.
 
-use nalgebra::DMatrix;
+use nalgebra::{Complex, DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::data::{LociRequest, Locus, LocusEnd, LocusKind, LocusPoint};
-use super::equations::{CodimensionTwo, LocusEquations, OrbitEquations};
-use super::trace::{Trace, TracePoint, condition_of, is_stable};
-use crate::analysis::Progress;
-use crate::analysis::continuation::{Linearised, corrected};
+use super::equations::{CodimensionTwo, Condition, LocusEquations, OrbitEquations, Unfolding};
+use super::trace::{
+    SAME, SEEDED_AT, STEPS, Trace, TracePoint, WIDER, condition_of, each_once, is_stable, joined,
+    labelled,
+};
+use crate::analysis::branches::{BranchLabel, BranchPoint, BranchRequest, Follow, branches_from};
+use crate::analysis::continuation::{CourseEnd, CurveEquations, Linearised, corrected};
 use crate::analysis::direct_image::DirectImage;
 use crate::analysis::error::AnalysisError;
 use crate::analysis::evaluation::{DepthEvaluation, MapEvaluation};
 use crate::analysis::periodic::{
-    ContactItinerary, finite_or_one, parameter_slopes, state_jacobian, window_scales,
+    ContactItinerary, DirectOrbit, DirectOrbitEquations, DirectUnits, finite_or_one,
 };
+use crate::analysis::{NoProgress, Progress};
 use crate::expansion::LocalMap;
 use crate::hybrid::HybridSystem;
+use crate::iteration::PassageSet;
 use crate::model::Scene;
-use crate::numeric::linear::eigenvalues;
-use crate::numeric::{Dd, Real};
-use crate::orbit::{CurveOptions, CurveOutcome, GrazingOrbit, curve};
+use crate::numeric::linear::{eigenvalues, inverse};
+use crate::numeric::{Dd, Real, Scalar};
+use crate::orbit::GrazingOrbit;
 
-/// Orbits of a locus of the map that are solved for by direct simulation.
-const POINTS: usize = 48;
-/// Depth variables, in the window's, below which none are: differences of simulated images resolve
-/// them no better.
-const SHALLOWEST: f64 = 1e-3;
-/// Most steps beyond the map at each end, and by how much each is longer than the one before.
-const STEPS: usize = 60;
-const GROWTH: f64 = 1.3;
-/// A step that leads nowhere is halved so often.
-const HALVINGS: usize = 5;
+/// Orbits of a locus, beside special ones, that are solved for in double-double.
+const POINTS: usize = 96;
+/// Depth variables, in the window's, of the map's orbits from which loci are followed.
+const DEEP: f64 = 1e-2;
+/// A variable of a passage below this is next to a graze.
+const NEAR: f64 = 1e-3;
+/// How far from its first guess a point in double-double may lie, in units.
+const FAR: f64 = 1e-5;
 
-/// A period by direct simulation in the section's coordinates and two parameters.
-struct DirectEquations<'a, S: Real> {
-    image: DirectImage<'a, S>,
-    itinerary: &'a ContactItinerary,
-    plane: [usize; 2],
-    at: Vec<S>,
-    /// Lengths of the coordinates and all parameters.
-    scales: Vec<f64>,
-    /// Range of the first parameter in its unit.
-    range: [f64; 2],
-}
+impl<S: Real> OrbitEquations<S> for DirectOrbitEquations<'_, S> {
+    type Extra = DirectOrbit<S>;
 
-impl<S: Real> DirectEquations<'_, S> {
-    fn units(&self) -> Vec<f64> {
-        let d = self.image.dimension();
-        let parameters = self.plane.map(|place| self.scales[d + place]);
-        self.scales[..d].iter().copied().chain(parameters).collect()
+    fn linearised(&mut self, unknowns: &[S]) -> Option<Linearised<S, DirectOrbit<S>>> {
+        self.orbit_at(unknowns)
     }
 
-    /// The first point and all parameters, in offsets.
-    fn offsets(&self, unknowns: &[S]) -> (Vec<S>, Vec<S>) {
-        let values = unknowns.iter().zip(self.units());
-        let mut values: Vec<S> = values.map(|(&value, unit)| value * S::from_f64(unit)).collect();
-        let free = values.split_off(self.image.dimension());
-        let mut parameters = self.at.clone();
-        for (place, value) in self.plane.into_iter().zip(free) {
-            parameters[place] = value;
-        }
-        (values, parameters)
-    }
-}
-
-impl<S: Real> OrbitEquations<S> for DirectEquations<'_, S> {
-    /// The section points.
-    type Extra = Vec<Vec<S>>;
-
-    fn linearised(&mut self, unknowns: &[S]) -> Option<Linearised<S, Vec<Vec<S>>>> {
-        let (mut state, parameters) = self.offsets(unknowns);
-        let (d, first) = (state.len(), state.clone());
-        let mut states = Vec::new();
-        let mut jacobian = DMatrix::identity(d, d + 2);
-        jacobian.columns_mut(d, 2).fill(S::zero());
-        for made in self.itinerary.returns() {
-            let (step, by_state) =
-                state_jacobian(&mut self.image, &state, &parameters, &self.scales)?;
-            if step.contacts != *made || step.extra_contacts > 0 {
-                return None;
-            }
-            let slopes = parameter_slopes(
-                &mut self.image,
-                &step,
-                &state,
-                &parameters,
-                &self.plane,
-                &self.scales,
-            )?;
-            jacobian = by_state * jacobian;
-            for (column, slope) in slopes.iter().enumerate() {
-                let sum = jacobian.column(d + column) + slope;
-                jacobian.set_column(d + column, &sum);
-            }
-            states.push(std::mem::replace(&mut state, step.offsets));
-        }
-        let units = self.units();
-        for row in 0..d {
-            jacobian[(row, row)] -= S::one();
-            for (column, unit) in units.iter().enumerate() {
-                jacobian[(row, column)] *= S::from_f64(unit / units[row]);
-            }
-        }
-        let closing = state.iter().zip(&first).zip(&units);
-        let closing = closing.map(|((&end, &start), &unit)| (end - start) / S::from_f64(unit));
-        let residual = nalgebra::DVector::from_iterator(d, closing);
-        let finite = residual.iter().chain(jacobian.iter()).all(|value| value.is_finite());
-        finite.then_some(Linearised { residual, jacobian, extra: states })
+    fn first_point(&self, there: &Linearised<S, DirectOrbit<S>>) -> DMatrix<S> {
+        self.first_point(&there.extra)
     }
 
-    /// Simulation knows no depth that a contact could have: none are unknowns.
-    fn depth_variables(&self) -> std::ops::Range<usize> {
-        let d = self.image.dimension();
-        d..d
+    fn count(&self) -> usize {
+        self.variables() + 2
     }
 
-    fn coordinates(&self) -> usize {
-        self.image.dimension()
+    /// The variable of the own passage of each return.
+    fn depth_variables(&self) -> Vec<usize> {
+        (0..self.variables()).filter(|&unknown| self.passage_of(unknown).is_some()).collect()
     }
 
-    fn free_depths(_: &Vec<Vec<S>>) -> Vec<S> {
+    /// Grazes are borders.
+    fn grazes(&self, _: &[S], _: &DirectOrbit<S>) -> Vec<(Option<usize>, S)> {
         Vec::new()
     }
 
+    fn without(
+        &mut self,
+        unknowns: &[S],
+        _: &Linearised<S, DirectOrbit<S>>,
+        contact: usize,
+    ) -> Option<[DMatrix<S>; 2]> {
+        let mut free = self.with_itinerary(&without(self.itinerary(), contact));
+        let there = free.orbit_at(unknowns)?;
+        let first = free.first_point(&there.extra);
+        Some([there.jacobian, first])
+    }
+
+    fn unfolding(
+        &mut self,
+        unknowns: &[S],
+        there: &Linearised<S, DirectOrbit<S>>,
+    ) -> Option<Unfolding<S>> {
+        let place = *self.depth_variables().first()?;
+        let [jacobian, first] = self.without(unknowns, there, 0)?;
+        let rows = self.variables();
+        let [jacobian, first] = [jacobian, first].map(|part| part.columns(0, rows).into_owned());
+        let to_variables = inverse(&first).ok()?;
+        let mut depth = DVector::from_element(rows, S::zero());
+        depth[place] = S::one();
+        let with = &there.jacobian + self.first_point(&there.extra);
+        Some(Unfolding {
+            period: &to_variables * (jacobian + &first),
+            kick: &to_variables * with.column(place),
+            depth,
+        })
+    }
+
+    fn rounding() -> f64 {
+        Self::rounding()
+    }
+
     fn range(&self, unknown: usize) -> [f64; 2] {
-        match unknown == self.image.dimension() {
-            true => self.range,
-            false => [f64::NEG_INFINITY, f64::INFINITY],
-        }
+        CurveEquations::range(self, unknown)
     }
 }
 
-/// The loci of direct simulation beside those of a map.
+/// An itinerary without the contact of the own passage of a return.
+fn without(itinerary: &ContactItinerary, number: usize) -> ContactItinerary {
+    let mut returns = itinerary.returns().to_vec();
+    returns[number] = returns[number].iter().filter(|&passage| passage != 0).collect();
+    ContactItinerary::new(itinerary.passages(), returns)
+}
+
+/// An orbit near a locus.
+struct Seed {
+    kind: LocusKind,
+    /// Its contacts; of a graze the first return's own is the grazing one.
+    itinerary: ContactItinerary,
+    /// In units, both parameters included; of a pair of multipliers the angle too.
+    unknowns: Vec<f64>,
+}
+
+/// The loci of direct simulation.
 pub(super) struct DirectLoci<'a> {
     scene: &'a Scene,
     orbit: &'a GrazingOrbit,
     map: &'a LocalMap,
     request: &'a LociRequest,
+    rounded: DirectImage<'a, f64>,
     exact: DirectImage<'a, Dd>,
+    units: DirectUnits,
+    free: [(usize, [f64; 2]); 2],
     depths: DepthEvaluation<f64>,
 }
 
@@ -150,296 +144,468 @@ impl<'a> DirectLoci<'a> {
         map: &'a LocalMap,
         request: &'a LociRequest,
     ) -> Result<Self, AnalysisError> {
+        let rounded = DirectImage::new(system, scene, orbit)?;
+        let [first, second] = request.plane;
+        let [from, to] = request.range;
+        let [width, other] = request.plane.map(|place| finite_or_one(map.window.parameter[place]));
+        let wider = (from.abs().max(to.abs()) / width).max(1.0);
+        let reach = other * WIDER * wider;
+        let free = [(first, [from.min(to), from.max(to)]), (second, [-reach, reach])];
         Ok(Self {
+            units: DirectUnits::measured(scene, orbit, rounded.clone(), &free, &request.at)?,
+            rounded,
+            exact: DirectImage::new(system, scene, orbit)?,
+            depths: MapEvaluation::depths(map),
             scene,
             orbit,
             map,
             request,
-            exact: DirectImage::new(system, scene, orbit)?,
-            depths: MapEvaluation::depths(map),
+            free,
         })
     }
 
-    fn equations<'e, S: Real>(
-        &'e self,
-        image: &DirectImage<'e, S>,
-        itinerary: &'e ContactItinerary,
-    ) -> DirectEquations<'e, S>
-    where
-        'a: 'e,
-    {
-        let scales = window_scales(&self.map.window);
-        let unit = scales[self.map.dimension() + self.request.plane[0]];
-        let [from, to] = self.request.range;
-        DirectEquations {
-            image: image.clone(),
-            itinerary,
-            plane: self.request.plane,
-            at: self.request.at.iter().map(|&value| S::from_f64(value)).collect(),
-            scales,
-            range: [from.min(to) / unit, from.max(to) / unit],
-        }
+    fn equations<S: Real>(
+        &self,
+        image: &DirectImage<'a, S>,
+        itinerary: &ContactItinerary,
+    ) -> DirectOrbitEquations<'a, S> {
+        let at = &self.request.at;
+        DirectOrbitEquations::new(image.clone(), itinerary, &self.units, &self.free, at)
     }
 
-    /// The loci next to those of the map, and the grazing curve of the orbit without contact.
-    pub(super) fn beside(
+    /// All loci asked for; those of a map may be where some begin.
+    pub(super) fn all(
         &self,
-        traces: &[Trace],
-        described: &[Locus],
+        by_map: &[Locus],
         progress: &dyn Progress,
-    ) -> Vec<Locus> {
-        let mut found: Vec<Trace> = Vec::new();
-        for (trace, locus) in traces.iter().zip(described) {
-            if trace.kind == LocusKind::Graze {
+    ) -> Result<Vec<Locus>, AnalysisError> {
+        progress.expect(SEEDED_AT.len() as u64 + 1);
+        let grazes: Vec<Trace> = self.graze().into_iter().collect();
+        progress.advance(1);
+        let values: Vec<f64> = SEEDED_AT.iter().map(|share| self.value(*share)).collect();
+        let found: Result<Vec<Vec<Seed>>, AnalysisError> = values
+            .par_iter()
+            .map(|&value| {
+                let seeds = self.seeds_at(&grazes, value);
+                progress.advance(1);
+                seeds
+            })
+            .collect();
+        let mut seeds = self.seeds_at_conditions(&grazes);
+        seeds.extend(found?.into_iter().flatten());
+        seeds.extend(by_map.iter().flat_map(|locus| self.seeds_of(locus)));
+        seeds.retain(|seed| self.request.kinds.contains(&seed.kind));
+        // Seeds of one locus have one kind and one itinerary.
+        let mut groups: Vec<Vec<Seed>> = Vec::new();
+        for seed in seeds {
+            let same = |group: &&mut Vec<Seed>| {
+                group[0].kind == seed.kind && group[0].itinerary == seed.itinerary
+            };
+            match groups.iter_mut().find(same) {
+                Some(group) => group.push(seed),
+                None => groups.push(vec![seed]),
+            }
+        }
+        groups.sort_by_key(|group| group[0].kind as usize);
+        let traces = groups.par_iter().flat_map_iter(|group| self.traces(group, progress));
+        let asked = self.request.kinds.contains(&LocusKind::Graze);
+        let mut all: Vec<Trace> = grazes.into_iter().filter(|_| asked).collect();
+        all.extend(traces.collect::<Vec<_>>());
+        Ok(all.iter().filter_map(|trace| self.described(trace)).collect())
+    }
+
+    fn value(&self, share: f64) -> f64 {
+        let [from, to] = self.request.range;
+        from + share * (to - from)
+    }
+
+    /// The locus of grazes of the orbit without contact; none on stroboscopic sections.
+    fn graze(&self) -> Option<Trace> {
+        self.units.gap?;
+        let itinerary = self.one_contact();
+        let unknowns = vec![0.0; self.equations(&self.rounded, &itinerary).count()];
+        self.trace(&Seed { kind: LocusKind::Graze, itinerary, unknowns }, &[])
+    }
+
+    /// One return with the contact of its own passage.
+    fn one_contact(&self) -> ContactItinerary {
+        let made: PassageSet = [0].into_iter().collect();
+        ContactItinerary::new(self.map.passages(), vec![made])
+    }
+
+    /// Folds and flips of an orbit with one contact begin where `ξ_n = 0` on the graze of the orbit
+    /// without.
+    fn seeds_at_conditions(&self, grazes: &[Trace]) -> Vec<Seed> {
+        let own = self.one_contact();
+        let mut seeds = Vec::new();
+        for itinerary in &self.request.itineraries {
+            if itinerary.contacts() != 1 || itinerary.returns()[0] != own.returns()[0] {
                 continue;
             }
-            for stretch in self.stretches(trace, locus) {
-                progress.expect(stretch.len() as u64);
-                found.extend(self.solved(trace, &stretch, progress));
+            let label = Some(CodimensionTwo::Xi(itinerary.period()));
+            let points = grazes.iter().flat_map(|graze| &graze.points);
+            for point in points.filter(|point| point.label == label) {
+                let (state, parameters) = point.unknowns.split_at(point.unknowns.len() - 2);
+                let mut unknowns = state.repeat(itinerary.period());
+                unknowns.extend(parameters);
+                seeds.extend([LocusKind::Fold, LocusKind::Flip].map(|kind| Seed {
+                    kind,
+                    itinerary: itinerary.clone(),
+                    unknowns: unknowns.clone(),
+                }));
             }
         }
-        let mut loci = self.graze().into_iter().collect::<Vec<_>>();
-        loci.extend(found.iter().filter_map(|trace| self.described(trace)));
-        loci
+        seeds
     }
 
-    /// The physical stretches of a locus of the map, some orbits of each in units, in order.
-    fn stretches(&self, trace: &Trace, locus: &Locus) -> Vec<Vec<Vec<f64>>> {
-        let unit = finite_or_one(self.map.window.depth.sqrt());
-        let is_deep =
-            |point: &&LocusPoint| point.depth_variables.iter().all(|&y| y >= SHALLOWEST * unit);
-        let d = self.map.dimension();
-        let scales = window_scales(&self.map.window);
-        let unknowns = |point: &LocusPoint| -> Vec<f64> {
-            let state = point.states[0].iter().zip(&scales).map(|(value, unit)| value / unit);
-            let plane = self.request.plane;
-            let free = plane.map(|place| point.parameters[place] / scales[d + place]);
-            let angle = match trace.kind {
-                LocusKind::Torus => point.multipliers.first().map(|[re, im]| im.abs().atan2(*re)),
-                _ => None,
-            };
-            state.chain(free).chain(angle).collect()
+    /// The special points of the branches in the second parameter at a value of the first.
+    fn seeds_at(&self, grazes: &[Trace], value: f64) -> Result<Vec<Seed>, AnalysisError> {
+        let [first, second] = self.request.plane;
+        let mut at = self.request.at.clone();
+        at[first] = value;
+        at[second] = 0.0;
+        let asked = &self.request.itineraries;
+        let request = BranchRequest {
+            itineraries: asked.clone(),
+            longest: asked.iter().map(ContactItinerary::period).max().unwrap_or(1),
+            along: second,
+            range: self.free[1].1,
+            at,
+            direct: true,
         };
+        let graze = grazes.iter().find_map(|graze| self.graze_at(graze, value));
+        let (scene, orbit, map) = (self.scene, self.orbit, self.map);
+        let found = branches_from(scene, orbit, map, &request, (Follow::All, graze), &NoProgress)?;
+        let points = found.branches.iter().flat_map(|branch| &branch.points);
+        Ok(points.filter_map(|point| self.seed(point)).collect())
+    }
+
+    /// Where a locus of grazes passes a value of the first parameter: its section point and the
+    /// second parameter, in offsets.
+    fn graze_at(&self, graze: &Trace, value: f64) -> Option<(Vec<f64>, f64)> {
+        let mut equations = self.equations(&self.rounded, &graze.itinerary);
+        let place = equations.variables();
+        let wanted = value / self.units.parameters[0];
+        let pair = graze.points.windows(2).find(|pair| {
+            let [a, b] = [&pair[0], &pair[1]].map(|point| point.unknowns[place] - wanted);
+            a * b <= 0.0 && a != b
+        })?;
+        let [a, b] = [&pair[0].unknowns, &pair[1].unknowns];
+        let share = (wanted - a[place]) / (b[place] - a[place]);
+        let guess: Vec<f64> = a.iter().zip(b).map(|(a, b)| a + share * (b - a)).collect();
+        let mut normal = vec![0.0; guess.len()];
+        normal[place] = 1.0;
+        let mut locus = LocusEquations::new(equations.clone(), Condition::Graze(0), 0);
+        let (found, _) = corrected(&mut locus, &guess, &guess, &normal)?;
+        let there = equations.orbit_at(&found)?;
+        let state = there.extra.states.into_iter().next()?;
+        Some((state, equations.parameters(&found)[self.request.plane[1]]))
+    }
+
+    /// What a special point of a branch is a seed of.
+    fn seed(&self, point: &BranchPoint) -> Option<Seed> {
+        let (special, orbit) = (point.special.as_ref()?, &point.orbit);
+        // Loci are followed in the section points of all returns.
+        if orbit.states.len() < orbit.itinerary.period() {
+            return None;
+        }
+        let asked = |itinerary: &ContactItinerary| {
+            let known = self.request.itineraries.iter();
+            let mut known = known.filter(|other| other.period() == itinerary.period());
+            known.any(|other| {
+                let mut returns = other.returns().to_vec();
+                (0..other.period()).any(|_| {
+                    returns.rotate_left(1);
+                    returns == itinerary.returns()
+                })
+            })
+        };
+        let mut itinerary = orbit.itinerary.clone();
+        let mut states = orbit.states.clone();
+        let mut is_asked = asked(&itinerary);
+        let (kind, angle) = match special.label {
+            BranchLabel::SaddleNode => (LocusKind::Fold, None),
+            BranchLabel::PeriodDoubling => (LocusKind::Flip, None),
+            BranchLabel::NeimarkSacker => (LocusKind::Torus, Some(angle(&orbit.multipliers)?)),
+            BranchLabel::Graze => {
+                let [[number, 0]] = special.grazing[..] else { return None };
+                let mut returns = itinerary.returns().to_vec();
+                returns[number].insert(0);
+                returns.rotate_left(number);
+                states.rotate_left(number);
+                itinerary = ContactItinerary::new(itinerary.passages(), returns);
+                is_asked |= asked(&itinerary);
+                // That of the orbit without contact is known.
+                (itinerary.contacts() > 1).then_some((LocusKind::Graze, None))?
+            }
+            BranchLabel::BranchPoint => return None,
+        };
+        self.wrap(&mut states);
+        let mut unknowns =
+            self.equations(&self.rounded, &itinerary).unknowns(&states, &orbit.parameters)?;
+        unknowns.extend(angle);
+        is_asked.then_some(Seed { kind, itinerary, unknowns })
+    }
+
+    /// Takes whole turns of the phase from the section points of an orbit: with them it is the same.
+    fn wrap(&self, states: &mut [Vec<f64>]) {
+        let model = &self.scene.model;
+        let Some(clock) = &model.phase else { return };
+        let coordinates = &self.orbit.section.coordinates;
+        let phase = coordinates.iter().position(|&component| component + 1 == model.dimension());
+        let Some(phase) = phase else { return };
+        let period = clock.period.to_f64();
+        let turns = (states[0][phase] / period).round() * period;
+        states.iter_mut().for_each(|state| state[phase] -= turns);
+    }
+
+    /// An orbit of each physical stretch of a locus of the map, away from the graze.
+    fn seeds_of(&self, locus: &Locus) -> Vec<Seed> {
+        let mut itinerary = locus.itinerary.clone();
+        if let Some([number, passage]) = locus.grazing {
+            let mut returns = itinerary.returns().to_vec();
+            returns[number].insert(passage);
+            itinerary = ContactItinerary::new(itinerary.passages(), returns);
+            // A graze of another passage is no coordinate of the section.
+            if passage != 0 || itinerary.contacts() < 2 {
+                return Vec::new();
+            }
+        }
+        let least = DEEP * finite_or_one(self.map.window.depth.sqrt());
+        let equations = self.equations(&self.rounded, &itinerary);
         let stretches = locus.points.chunk_by(|a, b| a.physical == b.physical);
-        let stretches = stretches.filter(|stretch| stretch[0].physical).map(|stretch| {
-            let deep: Vec<&LocusPoint> = stretch.iter().filter(is_deep).collect();
-            let apart = deep.len().div_ceil(POINTS).max(1);
-            let last = deep.len().saturating_sub(1);
-            let kept = deep.into_iter().enumerate();
-            let kept = kept.filter(|(place, _)| place % apart == 0 || *place == last);
-            kept.map(|(_, point)| unknowns(point)).collect::<Vec<_>>()
-        });
-        stretches.filter(|stretch| stretch.len() > 1).collect()
-    }
-
-    /// A physical stretch solved for by direct simulation, and followed on beyond its ends.
-    fn solved(
-        &self,
-        trace: &Trace,
-        stretch: &[Vec<f64>],
-        progress: &dyn Progress,
-    ) -> Option<Trace> {
-        let solve = |place: usize| {
-            let (before, after) = (place.saturating_sub(1), (place + 1).min(stretch.len() - 1));
-            let along = between(&stretch[before], &stretch[after]);
-            let found = self.orbit_near(trace, &stretch[place], &along);
-            progress.advance(1);
-            let found = found?;
-            // Where the map errs more than its points are apart, what is found is another orbit's.
-            let is_near = length(&between(&stretch[place], &found)) < 0.5 * length(&along);
-            is_near.then_some(found)
-        };
-        let solved: Vec<Vec<f64>> = (0..stretch.len()).into_par_iter().filter_map(solve).collect();
-        let (back, on) = rayon::join(
-            || self.beyond(trace, solved.iter().rev().cloned().collect(), progress),
-            || self.beyond(trace, solved.clone(), progress),
-        );
-        let (back, first) = back?;
-        let (on, last) = on?;
-        let unknowns = back.into_iter().rev().chain(solved).chain(on);
-        let points = unknowns.map(|unknowns| TracePoint {
-            tangent: vec![0.0; unknowns.len()],
-            unknowns,
-            label: None,
-        });
-        Some(Trace {
-            kind: trace.kind,
-            itinerary: trace.itinerary.clone(),
-            points: points.collect(),
-            ends: [first, last],
-        })
-    }
-
-    /// The orbit of a locus on the plane through a point across a direction.
-    fn orbit_near(&self, trace: &Trace, at: &[f64], along: &[f64]) -> Option<Vec<f64>> {
-        let equations = self.equations(&self.exact, &trace.itinerary);
-        let mut equations = LocusEquations::new(equations, condition_of(trace.kind), 0);
-        let [at, along] =
-            [at, along].map(|values| values.iter().map(|&v| Dd::from(v)).collect::<Vec<_>>());
-        let (found, _) = corrected(&mut equations, &at, &at, &along)?;
-        Some(found.iter().map(|value| value.to_f64()).collect())
-    }
-
-    /// Further points of a locus after its last ones, up to the end of the first parameter's range
-    /// or as far as the orbits make their contacts.
-    fn beyond(
-        &self,
-        trace: &Trace,
-        known: Vec<Vec<f64>>,
-        progress: &dyn Progress,
-    ) -> Option<(Vec<Vec<f64>>, LocusEnd)> {
-        let [.., before, last] = &known[..] else { return None };
-        let first = self.map.dimension();
-        let range = self.equations(&self.exact, &trace.itinerary).range;
-        let is_within = |point: &[f64]| (range[0]..=range[1]).contains(&point[first]);
-        let (mut before, mut last) = (before.clone(), last.clone());
-        let (mut points, mut share) = (Vec::new(), GROWTH);
-        for _ in 0..STEPS {
-            let step = between(&before, &last);
-            let mut found = None;
-            for _ in 0..HALVINGS {
-                let at: Vec<f64> =
-                    last.iter().zip(&step).map(|(value, step)| value + share * step).collect();
-                found = self.orbit_near(trace, &at, &step).filter(|found| {
-                    // A jump is to another locus.
-                    let missed = length(&between(&at, found));
-                    missed < 0.5 * share * length(&step)
-                });
-                if found.is_some() {
-                    break;
-                }
-                share *= 0.5;
+        let physical = stretches.filter(|stretch| stretch[0].physical);
+        let seeds = physical.filter_map(|stretch| {
+            let deep = |point: &&LocusPoint| {
+                let depths = point.depth_variables.iter();
+                depths.filter(|&&y| y < least).count() <= usize::from(locus.grazing.is_some())
+            };
+            let deep: Vec<&LocusPoint> = stretch.iter().filter(deep).collect();
+            let point = deep.get(deep.len() / 2)?;
+            let mut unknowns = equations.clone().unknowns(&point.states, &point.parameters)?;
+            if locus.kind == LocusKind::Torus {
+                unknowns.push(angle(&point.multipliers)?);
             }
-            let Some(next) = found else { return Some((points, LocusEnd::Lost)) };
-            if !is_within(&next) {
-                return Some((points, LocusEnd::Border));
-            }
-            share = GROWTH;
-            progress.expect(1);
+            Some(Seed { kind: locus.kind, itinerary: itinerary.clone(), unknowns })
+        });
+        seeds.collect()
+    }
+
+    /// The loci through seeds of one kind and itinerary.
+    fn traces(&self, seeds: &[Seed], progress: &dyn Progress) -> Vec<Trace> {
+        let mut traces: Vec<Trace> = Vec::new();
+        progress.expect(seeds.len() as u64);
+        for seed in seeds {
+            let found = self.trace(seed, &traces);
+            traces.extend(found);
             progress.advance(1);
-            points.push(next.clone());
-            before = std::mem::replace(&mut last, next);
         }
-        Some((points, LocusEnd::StepLimit))
+        traces
     }
 
+    /// The locus through a seed, unless it is known.
+    fn trace(&self, seed: &Seed, known: &[Trace]) -> Option<Trace> {
+        let Seed { kind, itinerary, unknowns } = seed;
+        let condition = condition_of(*kind);
+        let conditions = match kind {
+            LocusKind::Graze if itinerary.contacts() == 1 => {
+                let periods = self.request.itineraries.iter().map(ContactItinerary::period);
+                periods.max().unwrap_or(1)
+            }
+            _ => 0,
+        };
+        let orbits = self.equations(&self.rounded, itinerary);
+        let mut locus = LocusEquations::new(orbits.clone(), condition, conditions);
+        let kinds = locus.kinds(0);
+        let (points, ends) = joined(&mut locus, unknowns, known.iter(), &STEPS)?;
+        let fine = self.equations(&self.exact, itinerary);
+        let mut exact = LocusEquations::new(fine, condition, conditions);
+        let points = points.into_iter().map(|(point, test)| match test {
+            Some(test) => labelled(point, test, &kinds, &mut exact),
+            None => point,
+        });
+        let mut points = each_once(points.collect());
+        let first = points.first()?.unknowns.clone();
+        let apart = |point: &TracePoint| {
+            let pairs = point.unknowns.iter().zip(&first);
+            pairs.fold(0.0_f64, |most, (a, b)| most.max((a - b).abs()))
+        };
+        // One without orbits beside its first is not physical on any side of it; one that grazes
+        // all along is of fewer contacts, and any condition holds where a contact has no kick.
+        let own = orbits.depth_variables();
+        let touching = own
+            .iter()
+            .filter(|&&place| points.iter().all(|point| point.unknowns[place].abs() < SAME));
+        if points.iter().all(|point| apart(point) < SAME)
+            || touching.count() > usize::from(*kind == LocusKind::Graze)
+        {
+            return None;
+        }
+        // The same orbits begun at another return.
+        let (size, variables) = (orbits.variables() / itinerary.period(), orbits.variables());
+        let mut later = (1..itinerary.period()).filter(|&later| itinerary.repeats_after(later));
+        let known = later.any(|later| {
+            let mut rotated = points[points.len() / 2].unknowns.clone();
+            rotated[..variables].rotate_left(later * size);
+            known.iter().any(|trace| trace.holds(&mut locus, &rotated))
+        });
+        if known {
+            return None;
+        }
+        let repeats = |point: &TracePoint| {
+            let there = orbits.clone().orbit_at(&point.unknowns[..orbits.variables() + 2]);
+            there.is_some_and(|there| orbits.is_repeated(&there.extra, SAME))
+        };
+        if itinerary.period() > 1 && points.iter().all(repeats) {
+            return None;
+        }
+        // Where a contact grazes multipliers are not determined, and a double one is none.
+        use CodimensionTwo as C;
+        for point in &mut points {
+            let double = matches!(point.label, Some(C::Cusp | C::R1 | C::R2));
+            if double && own.iter().any(|&place| point.unknowns[place].abs() < SAME) {
+                point.label = None;
+            }
+        }
+        let mut found = [LocusEnd::Lost; 2];
+        for (number, end) in ends.into_iter().enumerate() {
+            let place = if number == 0 { 0 } else { points.len() - 1 };
+            let size = |unknown: usize| points[place].unknowns[unknown].abs();
+            let nearest = own.iter().copied().min_by(|&a, &b| size(a).total_cmp(&size(b)));
+            let unknown = match end {
+                CourseEnd::Border { unknown } => own.contains(&unknown).then_some(unknown),
+                // In double precision the last orbits before a graze may not be found.
+                _ => nearest.filter(|&unknown| size(unknown) < NEAR),
+            };
+            let Some(unknown) = unknown else {
+                found[number] = LocusEnd::of(end);
+                continue;
+            };
+            found[number] = LocusEnd::Graze;
+            if let Some(there) = grazing(&points[place], unknown, &own, &mut exact) {
+                let there = TracePoint { label: Some(at_graze(*kind)), ..there };
+                points.insert(if number == 0 { 0 } else { points.len() }, there);
+            }
+        }
+        let ends = found;
+        Some(Trace { kind: *kind, itinerary: itinerary.clone(), points, ends })
+    }
+
+    /// A locus with its orbits solved for in double-double; those that are not are left out.
     fn described(&self, trace: &Trace) -> Option<Locus> {
+        let apart = trace.points.len().div_ceil(POINTS).max(1);
+        let last = trace.points.len() - 1;
+        let kept =
+            trace.points.iter().enumerate().filter(|(place, point)| {
+                place % apart == 0 || *place == last || point.label.is_some()
+            });
+        let kept: Vec<&TracePoint> = kept.map(|(_, point)| point).collect();
         let points: Vec<LocusPoint> =
-            trace.points.par_iter().filter_map(|point| self.point(trace, point)).collect();
-        (!points.is_empty()).then(|| Locus {
+            kept.into_par_iter().filter_map(|point| self.point(trace, point)).collect();
+        let (itinerary, grazing) = match trace.kind {
+            LocusKind::Graze => (without(&trace.itinerary, 0), Some([0, 0])),
+            _ => (trace.itinerary.clone(), None),
+        };
+        (!points.is_empty()).then_some(Locus {
             kind: trace.kind,
-            itinerary: trace.itinerary.clone(),
-            grazing: None,
+            itinerary,
+            grazing,
             points,
             ends: trace.ends,
         })
     }
 
     fn point(&self, trace: &Trace, point: &TracePoint) -> Option<LocusPoint> {
-        let mut equations = self.equations(&self.exact, &trace.itinerary);
-        let d = self.map.dimension();
-        let at: Vec<Dd> = point.unknowns[..d + 2].iter().map(|&value| Dd::from(value)).collect();
-        let (_, parameters) = equations.offsets(&at);
-        let there = equations.linearised(&at)?;
-        let mut jacobian = there.jacobian.columns(0, d).into_owned();
-        for place in 0..d {
-            jacobian[(place, place)] += Dd::ONE;
-        }
-        let multipliers = eigenvalues(&jacobian).ok()?;
+        let orbits = self.equations(&self.exact, &trace.itinerary);
+        let at: Vec<Dd> = point.unknowns.iter().map(|&value| Dd::from(value)).collect();
+        let found = match point.label {
+            // Solved for already.
+            Some(_) => at,
+            None => {
+                let condition = condition_of(trace.kind);
+                let mut locus = LocusEquations::new(orbits.clone(), condition, 0);
+                let along: Vec<Dd> = point.tangent.iter().map(|&value| Dd::from(value)).collect();
+                let (found, _) = corrected(&mut locus, &at, &at, &along)?;
+                let pairs = found.iter().zip(&at);
+                let moved = pairs.fold(0.0_f64, |most, (a, b)| most.max((*a - *b).magnitude()));
+                (moved < FAR).then_some(found)?
+            }
+        };
+        let found = &found[..orbits.variables() + 2];
+        let orbit = orbits.clone().orbit_at(found)?.extra;
+        let (jacobian, speeds) = match trace.kind {
+            LocusKind::Graze => {
+                let free = orbits.with_itinerary(&without(&trace.itinerary, 0));
+                let there = free.clone().orbit_at(found)?.extra;
+                let others = orbit.speeds.iter().filter(|(n, passage, _)| (*n, *passage) != (0, 0));
+                let others = others.map(|(_, _, speed)| speed.to_f64());
+                (free.jacobian(&there), std::iter::once(0.0).chain(others).collect())
+            }
+            _ => {
+                let speeds: Vec<f64> =
+                    orbit.speeds.iter().map(|(_, _, speed)| speed.to_f64()).collect();
+                (orbits.jacobian(&orbit), speeds)
+            }
+        };
+        let at_graze = point.label.is_some() && trace.kind != LocusKind::Graze;
+        let multipliers = match jacobian.and_then(|jacobian| eigenvalues(&jacobian).ok()) {
+            Some(multipliers) => multipliers,
+            None if at_graze => Vec::new(),
+            None => return None,
+        };
         let round = |values: &[Dd]| values.iter().map(|value| value.to_f64()).collect::<Vec<_>>();
-        let rounded = round(&parameters);
-        let (mut speeds, mut states, mut inside) = (Vec::new(), Vec::new(), true);
-        for state in &there.extra {
-            let image = equations.image.image(state, &parameters).ok()?;
-            speeds.extend(image.passages.iter().flatten().map(|speed| speed.to_f64()));
-            let state = round(state);
-            let depths = self.depths.at(&state, &rounded);
-            inside &= self.map.window.holds(&state, &rounded, &depths);
-            states.push(state);
-        }
+        let parameters = round(&orbits.parameters(found));
+        let states: Vec<Vec<f64>> = orbit.states.iter().map(|state| round(state)).collect();
+        let inside = states.iter().all(|state| {
+            self.map.window.holds(state, &parameters, &self.depths.at(state, &parameters))
+        });
         Some(LocusPoint {
-            parameters: rounded,
+            parameters,
             states,
             depth_variables: speeds,
             stable: is_stable(trace.kind, &multipliers, point.unknowns.last().copied()),
             multipliers: multipliers.iter().map(|value| [value.re, value.im]).collect(),
-            physical: true,
+            physical: orbit.extra_contacts == 0,
             inside,
             label: point.label,
         })
     }
+}
 
-    /// The grazing curve of the orbit without contact, where the second parameter is the one that
-    /// is adjusted so that it grazes.
-    fn graze(&self) -> Option<Locus> {
-        let active = &self.scene.expansion.active;
-        let [first, second] = self.request.plane.map(|place| active[place]);
-        let asked = self.request.kinds.contains(&LocusKind::Graze);
-        let is_plane = self.scene.grazing.solve_for == [second];
-        if !asked || !is_plane || self.request.at.iter().any(|&offset| offset != 0.0) {
-            return None;
-        }
-        let centre: Vec<f64> =
-            active.iter().map(|&place| self.orbit.parameters()[place].to_f64()).collect();
-        let [from, to] = self.request.range.map(|end| centre[self.request.plane[0]] + end);
-        let periods = self.request.itineraries.iter().map(ContactItinerary::period);
-        let options =
-            CurveOptions { xi_count: periods.max().unwrap_or(1), ..CurveOptions::default() };
-        let Ok(CurveOutcome::Traced(curve)) = curve(self.scene, first, from, to, &options) else {
-            return None;
-        };
-        let offsets = |values: &dyn Fn(usize) -> f64| -> Vec<f64> {
-            active.iter().zip(&centre).map(|(&place, centre)| values(place) - centre).collect()
-        };
-        let mut points: Vec<LocusPoint> = curve
-            .points
-            .iter()
-            .map(|point| graze_point(point, offsets(&|place| point.parameters[place]), None))
-            .collect();
-        for (n, _, special) in curve.codim2() {
-            let values = offsets(&|place| special.parameters[place].to_f64());
-            let label = Some(CodimensionTwo::Xi(n));
-            let along = |point: &LocusPoint| point.parameters[self.request.plane[0]];
-            let special = graze_point(&special.point, values, label);
-            let place = points.iter().position(|point| {
-                (along(point) > along(&special)) == (to > from) && along(point) != along(&special)
-            });
-            points.insert(place.unwrap_or(points.len()), special);
-        }
-        let passages = self.map.passages();
-        let itinerary = ContactItinerary::new(passages, vec![Default::default()]);
-        let window = &self.map.window;
-        for point in &mut points {
-            point.inside = window.holds(&[] as &[f64], &point.parameters, &[]);
-        }
-        let ends = [LocusEnd::Border, LocusEnd::Border];
-        Some(Locus { kind: LocusKind::Graze, itinerary, grazing: Some([0, 0]), points, ends })
+/// What the end of a locus at a graze is.
+fn at_graze(kind: LocusKind) -> CodimensionTwo {
+    match kind {
+        LocusKind::Graze => CodimensionTwo::DoubleGraze,
+        LocusKind::Fold => CodimensionTwo::FoldGraze,
+        LocusKind::Flip => CodimensionTwo::FlipGraze,
+        LocusKind::Torus => CodimensionTwo::TorusGraze,
     }
 }
 
-fn between(a: &[f64], b: &[f64]) -> Vec<f64> {
-    a.iter().zip(b).map(|(a, b)| b - a).collect()
+/// The orbit of a locus at which a variable of a passage is 0, solved for in double-double from one
+/// near it; `None` where the variable of another passage is negative there.
+fn grazing<O: OrbitEquations<Dd>>(
+    near: &TracePoint,
+    unknown: usize,
+    own: &[usize],
+    exact: &mut LocusEquations<O, Dd>,
+) -> Option<TracePoint> {
+    let mut at: Vec<Dd> = near.unknowns.iter().map(|&value| Dd::from(value)).collect();
+    at[unknown] = Dd::ZERO;
+    let mut normal = vec![Dd::ZERO; at.len()];
+    normal[unknown] = Dd::ONE;
+    let (found, _) = corrected(exact, &at, &at, &normal)?;
+    let unknowns: Vec<f64> = found.iter().map(|value| value.to_f64()).collect();
+    let pairs = unknowns.iter().zip(&near.unknowns);
+    let moved = pairs.fold(0.0_f64, |most, (a, b)| most.max((a - b).abs()));
+    let is_orbit = own.iter().all(|&place| unknowns[place] > -SAME);
+    (is_orbit && moved < 10.0 * NEAR).then(|| TracePoint { unknowns, ..near.clone() })
 }
 
-fn length(values: &[f64]) -> f64 {
-    values.iter().map(|value| value * value).sum::<f64>().sqrt()
-}
-
-/// A point of the grazing curve.
-fn graze_point(
-    point: &crate::orbit::CurvePoint,
-    parameters: Vec<f64>,
-    label: Option<CodimensionTwo>,
-) -> LocusPoint {
-    let modulus = |[re, im]: &[f64; 2]| re.hypot(*im);
-    LocusPoint {
-        parameters,
-        states: Vec::new(),
-        depth_variables: vec![0.0],
-        multipliers: point.multipliers.clone(),
-        stable: point.multipliers.iter().all(|value| modulus(value) < 1.0),
-        physical: point.is_physical(),
-        inside: true,
-        label,
-    }
+/// The angle of the pair of multipliers nearest to the unit circle.
+fn angle(multipliers: &[[f64; 2]]) -> Option<f64> {
+    let pairs = multipliers.iter().map(|[re, im]| Complex::new(*re, *im));
+    let pairs = pairs.filter(|value| value.im > 0.0);
+    let apart = |value: &Complex<f64>| (value.norm() - 1.0).abs();
+    pairs.min_by(|a, b| apart(a).total_cmp(&apart(b))).map(|value| value.arg())
 }

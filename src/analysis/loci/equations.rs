@@ -1,9 +1,10 @@
 //! The defining systems of loci: the equations of an itinerary's orbits in two parameters, and one
 //! condition more.
 //!
-//! One idea: a multiplier `s` makes `K(s) = F_z + (1 − s) E` singular, which a bordered linear
-//! system tells without a determinant; its null vectors give the condition's gradient from the
-//! Jacobian at two neighbouring points. See docs/mathematics/loci.md.
+//! One idea: a multiplier `s` makes `K(s) = F_z + (1 − s) E` singular, with `E` the derivative of
+//! the section point that the period closes on, which a bordered linear system tells without a
+//! determinant; its null vectors give the condition's gradient from both derivatives at two
+//! neighbouring points. See docs/mathematics/loci.md.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -20,14 +21,60 @@ pub(super) trait OrbitEquations<S: Real> {
 
     /// Residuals and Jacobian by all unknowns.
     fn linearised(&mut self, unknowns: &[S]) -> Option<Linearised<S, Self::Extra>>;
-    /// The unknowns that vanish with a contact's depth, in order.
-    fn depth_variables(&self) -> std::ops::Range<usize>;
-    /// The first section point's coordinates among the unknowns come first; how many there are.
-    fn coordinates(&self) -> usize;
-    /// Depths of the passages without contact, in order.
-    fn free_depths(extra: &Self::Extra) -> Vec<S>;
+    /// Derivatives of the first section point by all unknowns, in the rows that close the period.
+    fn first_point(&self, there: &Linearised<S, Self::Extra>) -> DMatrix<S>;
+    /// How many unknowns there are, both parameters included.
+    fn count(&self) -> usize;
+    /// The unknowns that vanish where a contact begins, by its number.
+    fn depth_variables(&self) -> Vec<usize>;
+    /// What changes its sign at a graze, with the contact that each is of: depth variables, depths
+    /// of the passages without contact; nothing where a graze is the border of the range.
+    fn grazes(&self, unknowns: &[S], extra: &Self::Extra) -> Vec<(Option<usize>, S)>;
+    /// `F_z` and `E` of the orbit that lacks a contact, where that grazes.
+    fn without(
+        &mut self,
+        unknowns: &[S],
+        there: &Linearised<S, Self::Extra>,
+        contact: usize,
+    ) -> Option<[DMatrix<S>; 2]>;
+    /// The factors of `ξ_n` where the orbit without contact grazes.
+    fn unfolding(
+        &mut self,
+        unknowns: &[S],
+        there: &Linearised<S, Self::Extra>,
+    ) -> Option<Unfolding<S>>;
+    /// Rounding of the Jacobian over that of the numbers.
+    fn rounding() -> f64;
     /// The range of an unknown.
     fn range(&self, unknown: usize) -> [f64; 2];
+}
+
+/// The factors of `ξ_n ∝ ∇d · Mⁿ⁻¹ (M c)`.
+pub(super) struct Unfolding<S> {
+    /// `M`.
+    pub(super) period: DMatrix<S>,
+    /// `M c`: how the depth variable moves the image.
+    pub(super) kick: DVector<S>,
+    /// `∇d`.
+    pub(super) depth: DVector<S>,
+}
+
+impl<S: Real> Unfolding<S> {
+    /// `ξ_n` for `n = 1 …`, over the sizes of its factors; 1 where a contact begins without a kick,
+    /// at a compliant stop: orbits then unfold with the depth, at no point more than at another.
+    fn conditions(&self, count: usize, rounding: f64) -> Vec<TestValue<S>> {
+        let mut kicked = self.kick.clone();
+        let is_smooth = length(&kicked).magnitude() <= (rounding * S::ROUNDOFF).sqrt();
+        let conditions = (0..count).map(|_| {
+            if is_smooth {
+                return TestValue { value: S::one(), size: rounding };
+            }
+            let value = self.depth.dot(&kicked) / (length(&kicked) * length(&self.depth));
+            kicked = &self.period * &kicked;
+            TestValue { value, size: rounding }
+        });
+        conditions.collect()
+    }
 }
 
 impl<S: Real> OrbitEquations<S> for MapOrbitEquations<'_, S> {
@@ -37,16 +84,55 @@ impl<S: Real> OrbitEquations<S> for MapOrbitEquations<'_, S> {
         self.at(unknowns)
     }
 
-    fn depth_variables(&self) -> std::ops::Range<usize> {
-        self.first_depth_variable()..self.first_parameter()
+    fn first_point(&self, there: &Linearised<S, Self::Extra>) -> DMatrix<S> {
+        let (rows, columns) = there.jacobian.shape();
+        let d = self.first_depth_variable();
+        DMatrix::from_fn(
+            rows,
+            columns,
+            |row, column| {
+                if row == column && row < d { S::one() } else { S::zero() }
+            },
+        )
     }
 
-    fn coordinates(&self) -> usize {
-        self.first_depth_variable()
+    fn count(&self) -> usize {
+        self.units().len()
     }
 
-    fn free_depths(extra: &Self::Extra) -> Vec<S> {
-        extra.free.iter().map(|&(_, _, depth)| depth).collect()
+    fn depth_variables(&self) -> Vec<usize> {
+        (self.first_depth_variable()..self.first_parameter()).collect()
+    }
+
+    fn grazes(&self, unknowns: &[S], extra: &Self::Extra) -> Vec<(Option<usize>, S)> {
+        let depths = self.depth_variables().into_iter().enumerate();
+        let depths = depths.map(|(contact, place)| (Some(contact), unknowns[place]));
+        depths.chain(extra.free.iter().map(|&(_, _, depth)| (None, depth))).collect()
+    }
+
+    fn without(
+        &mut self,
+        _: &[S],
+        there: &Linearised<S, Self::Extra>,
+        contact: usize,
+    ) -> Option<[DMatrix<S>; 2]> {
+        let place = self.first_depth_variable() + contact;
+        let both = [there.jacobian.clone(), self.first_point(there)];
+        Some(both.map(|matrix| matrix.remove_row(place).remove_column(place)))
+    }
+
+    fn unfolding(&mut self, _: &[S], there: &Linearised<S, Self::Extra>) -> Option<Unfolding<S>> {
+        let d = self.first_depth_variable();
+        let matrix = &there.jacobian + self.first_point(there);
+        Some(Unfolding {
+            period: matrix.view((0, 0), (d, d)).into_owned(),
+            kick: matrix.view((0, d), (d, 1)).column(0).into_owned(),
+            depth: matrix.view((d, 0), (1, d)).row(0).transpose(),
+        })
+    }
+
+    fn rounding() -> f64 {
+        1.0
     }
 
     fn range(&self, unknown: usize) -> [f64; 2] {
@@ -146,54 +232,44 @@ impl<S: Real, O: OrbitEquations<S>> LocusEquations<O, S> {
         Self { orbits, condition, conditions, borders: None }
     }
 
-    fn rows(&self) -> usize {
-        self.orbits.depth_variables().end
-    }
-
-    /// `K(s)` of a real multiplier.
-    fn shifted(&self, jacobian: &DMatrix<S>, multiplier: f64) -> DMatrix<S> {
-        let mut matrix = jacobian.columns(0, self.rows()).into_owned();
-        for place in 0..self.orbits.coordinates() {
-            matrix[(place, place)] += S::from_f64(1.0 - multiplier);
-        }
-        matrix
-    }
-
-    /// The derivative of the Jacobian along a direction of the orbit's unknowns.
-    fn bent(&mut self, unknowns: &[S], direction: &DVector<S>) -> Option<DMatrix<S>> {
+    /// The derivatives along a direction of the orbit's unknowns of the Jacobian and of the first
+    /// section point's.
+    fn bent(&mut self, unknowns: &[S], direction: &DVector<S>) -> Option<[DMatrix<S>; 2]> {
         let step = S::from_f64(step::<S>());
         let mut side = |sign: f64| {
             let mut moved = unknowns.to_vec();
             for (value, &along) in moved.iter_mut().zip(direction.iter()) {
                 *value += S::from_f64(sign) * step * along;
             }
-            Some(self.orbits.linearised(&moved)?.jacobian)
+            let there = self.orbits.linearised(&moved)?;
+            let first = self.orbits.first_point(&there);
+            Some([there.jacobian, first])
         };
-        let (up, down) = (side(1.0)?, side(-1.0)?);
-        Some((up - down) / (step + step))
+        let ([up, first_up], [down, first_down]) = (side(1.0)?, side(-1.0)?);
+        Some([(up - down) / (step + step), (first_up - first_down) / (step + step)])
     }
 
     /// The condition of a real multiplier.
     fn singular(
         &mut self,
         unknowns: &[S],
-        jacobian: &DMatrix<S>,
+        [jacobian, first]: [&DMatrix<S>; 2],
         multiplier: f64,
     ) -> Option<Singular<S>> {
-        let rows = self.rows();
-        let matrix = self.shifted(jacobian, multiplier);
+        let rows = jacobian.nrows();
+        let share = S::from_f64(1.0 - multiplier);
+        let matrix = (jacobian + first * share).columns(0, rows).into_owned();
         let [right, left] = match self.borders.take().filter(|[right, _]| right.len() == rows) {
             Some(borders) => borders,
             None => null_vectors(&matrix)?,
         };
         let (value, v) = bordered(&matrix, &left, &right)?;
         let (_, w) = bordered(&matrix.transpose(), &right, &left)?;
-        let bent = self.bent(unknowns, &v)?;
-        let gradient = w.transpose() * &bent;
+        let [bent, first_bent] = self.bent(unknowns, &v)?;
+        let gradient = w.transpose() * (bent + first_bent * share);
         let (long, high) = (length(&v), length(&w));
         let bend = gradient.columns(0, rows).transpose().dot(&v) / (long * long * high);
-        let coordinates = 0..self.orbits.coordinates();
-        let rate = coordinates.map(|place| w[place] * v[place]).sum::<S>() / (long * high);
+        let rate = w.dot(&(first.columns(0, rows) * &v)) / (long * high);
         self.borders = Some([&v / long, &w / high]);
         Some(Singular {
             value,
@@ -205,79 +281,79 @@ impl<S: Real, O: OrbitEquations<S>> LocusEquations<O, S> {
 
     fn real(&mut self, unknowns: &[S], multiplier: f64) -> Option<Tested<S>> {
         let orbit = self.orbits.linearised(unknowns)?;
-        let found = self.singular(unknowns, &orbit.jacobian, multiplier)?;
+        let first = self.orbits.first_point(&orbit);
+        let found = self.singular(unknowns, [&orbit.jacobian, &first], multiplier)?;
         let mut tests = Vec::new();
         if multiplier > 0.0 {
-            tests.push(TestValue { value: found.bend, size: 1.0 });
+            // A difference of what is rounded so; of a polynomial it is exact to its terms.
+            let size = if O::rounding() > 1.0 { O::rounding() / step::<S>() } else { 1.0 };
+            tests.push(TestValue { value: found.bend, size });
         }
-        tests.push(TestValue { value: found.rate, size: 1.0 });
-        tests.extend(self.grazes(unknowns, &orbit));
+        tests.push(TestValue { value: found.rate, size: O::rounding() });
+        tests.extend(self.grazes(unknowns, &orbit, None));
         Some(with_condition(orbit, found.value, &found.gradient, tests))
     }
 
-    /// Depth variables and the depths of passages without contact.
-    fn grazes(&self, unknowns: &[S], orbit: &Linearised<S, O::Extra>) -> Vec<TestValue<S>> {
-        let depths = self.orbits.depth_variables().map(|place| unknowns[place]);
-        let depths = depths.chain(O::free_depths(&orbit.extra));
-        depths.map(|value| TestValue { value, size: 1.0 }).collect()
+    /// Depth variables but that of a contact, and the depths of passages without contact.
+    fn grazes(
+        &self,
+        unknowns: &[S],
+        orbit: &Linearised<S, O::Extra>,
+        but: Option<usize>,
+    ) -> Vec<TestValue<S>> {
+        let all = self.orbits.grazes(unknowns, &orbit.extra).into_iter();
+        let others = all.filter(|(contact, _)| contact.is_none() || *contact != but);
+        others.map(|(_, value)| TestValue { value, size: 1.0 }).collect()
     }
 
     fn graze(&mut self, unknowns: &[S], contact: usize) -> Option<Tested<S>> {
         let orbit = self.orbits.linearised(unknowns)?;
-        let place = self.orbits.depth_variables().start + contact;
+        let place = self.orbits.depth_variables()[contact];
         let mut gradient = vec![S::zero(); unknowns.len()];
         gradient[place] = S::one();
         let mut tests = Vec::new();
         match self.conditions {
             0 => {
+                let with = [orbit.jacobian.clone(), self.orbits.first_point(&orbit)];
+                let both = [with, self.orbits.without(unknowns, &orbit, contact)?];
+                let smooth = begins_smoothly(&orbit.jacobian, place, O::rounding());
                 for multiplier in [1.0, -1.0] {
-                    let matrix = self.shifted(&orbit.jacobian, multiplier);
-                    tests.push(TestValue::determinant(&matrix));
-                    let without = matrix.remove_row(place).remove_column(place);
-                    tests.push(TestValue::determinant(&without));
+                    for (number, [jacobian, first]) in both.iter().enumerate() {
+                        if number == 0 && smooth {
+                            tests.push(TestValue { value: S::one(), size: 1.0 });
+                            continue;
+                        }
+                        let matrix = jacobian + first * S::from_f64(1.0 - multiplier);
+                        let square = matrix.columns(0, matrix.nrows()).into_owned();
+                        let test = TestValue::determinant(&square);
+                        tests.push(TestValue { size: test.size * O::rounding(), ..test });
+                    }
                 }
             }
-            count => tests.extend(self.xi(&orbit.jacobian, count)),
+            count => {
+                let unfolding = self.orbits.unfolding(unknowns, &orbit)?;
+                tests.extend(unfolding.conditions(count, O::rounding()));
+            }
         }
-        let others = self.grazes(unknowns, &orbit).into_iter().enumerate();
-        tests.extend(others.filter(|(other, _)| *other != contact).map(|(_, test)| test));
+        tests.extend(self.grazes(unknowns, &orbit, Some(contact)));
         Some(with_condition(orbit, unknowns[place], &gradient, tests))
     }
 
-    /// `ξ_n ∝ ∇d · Mⁿ⁻¹ (M c)` for `n = 1 …`, over the sizes of its factors.
-    fn xi(&self, jacobian: &DMatrix<S>, count: usize) -> Vec<TestValue<S>> {
-        let (d, place) = (self.orbits.coordinates(), self.orbits.depth_variables().start);
-        let matrix = self.shifted(jacobian, 0.0);
-        let period = matrix.view((0, 0), (d, d)).into_owned();
-        let mut kicked: DVector<S> = matrix.view((0, place), (d, 1)).column(0).into_owned();
-        let depth: DVector<S> = matrix.view((place, 0), (1, d)).row(0).transpose();
-        let mut tests = Vec::new();
-        for _ in 0..count {
-            let size = length(&kicked) * length(&depth);
-            tests.push(TestValue { value: depth.dot(&kicked) / size, size: 1.0 });
-            kicked = &period * kicked;
-        }
-        tests
-    }
-
     fn pair(&mut self, unknowns: &[S]) -> Option<Tested<S>> {
-        let (rows, last) = (self.rows(), unknowns.len() - 1);
+        let last = unknowns.len() - 1;
         let orbit = self.orbits.linearised(&unknowns[..last])?;
+        let rows = orbit.residual.len();
         let (sin, cos) = unknowns[last].sin_cos();
-        let d = self.orbits.coordinates();
-        let real = self.shifted(&orbit.jacobian, 1.0);
+        let first = self.orbits.first_point(&orbit).columns(0, rows).into_owned();
+        let real = orbit.jacobian.columns(0, rows) + &first * (S::one() - cos);
+        let imaginary = &first * -sin;
         // The complex matrix a + ib as a real one, [a −b; b a].
         let mut matrix = DMatrix::from_element(2 * rows, 2 * rows, S::zero());
         for part in 0..2 {
             matrix.view_mut((part * rows, part * rows), (rows, rows)).copy_from(&real);
-            for place in 0..d {
-                matrix[(part * rows + place, part * rows + place)] += S::one() - cos;
-            }
         }
-        for place in 0..d {
-            matrix[(place, rows + place)] += sin;
-            matrix[(rows + place, place)] -= sin;
-        }
+        matrix.view_mut((0, rows), (rows, rows)).copy_from(&(-&imaginary));
+        matrix.view_mut((rows, 0), (rows, rows)).copy_from(&imaginary);
         let [right, left] = match self.borders.take().filter(|[right, _]| right.len() == 2 * rows) {
             Some(borders) => borders,
             None => null_vectors(&matrix)?,
@@ -288,8 +364,11 @@ impl<S: Real, O: OrbitEquations<S>> LocusEquations<O, S> {
             [vector.rows(0, rows).into_owned(), vector.rows(rows, rows).into_owned()]
         };
         let ([vr, vi], [wr, wi]) = (halves(&v), halves(&w));
-        let (by_vr, by_vi) =
-            (self.bent(&unknowns[..last], &vr)?, self.bent(&unknowns[..last], &vi)?);
+        let [by_vr, first_by_vr] = self.bent(&unknowns[..last], &vr)?;
+        let [by_vi, first_by_vi] = self.bent(&unknowns[..last], &vi)?;
+        let share = S::one() - cos;
+        let by_vr = by_vr + &first_by_vr * share + &first_by_vi * sin;
+        let by_vi = by_vi + first_by_vi * share - first_by_vr * sin;
         // dg = −w* dK v, with w* the conjugate transpose.
         let product = |a: &DVector<S>, matrix: &DMatrix<S>| a.transpose() * matrix;
         let along_real = product(&wr, &by_vr) + product(&wi, &by_vi);
@@ -297,21 +376,16 @@ impl<S: Real, O: OrbitEquations<S>> LocusEquations<O, S> {
         let mut gradients =
             [along_real, along_imaginary].map(|row| row.iter().map(|&a| -a).collect::<Vec<S>>());
         // dK/dθ = −i exp(iθ) E.
-        let (mut by_angle_real, mut by_angle_imaginary) = (S::zero(), S::zero());
-        for place in 0..d {
-            let turned = [sin * vr[place] + cos * vi[place], sin * vi[place] - cos * vr[place]];
-            by_angle_real -= wr[place] * turned[0] + wi[place] * turned[1];
-            by_angle_imaginary -= wr[place] * turned[1] - wi[place] * turned[0];
-        }
-        gradients[0].push(by_angle_real);
-        gradients[1].push(by_angle_imaginary);
+        let turned = [&first * (&vr * sin + &vi * cos), &first * (&vi * sin - &vr * cos)];
+        gradients[0].push(-(wr.dot(&turned[0]) + wi.dot(&turned[1])));
+        gradients[1].push(-(wr.dot(&turned[1]) - wi.dot(&turned[0])));
         let (long, high) = (length(&v), length(&w));
         self.borders = Some([v / long, w / high]);
         let mut tests = vec![
-            TestValue { value: cos + S::from_f64(0.5), size: 1.0 },
-            TestValue { value: cos, size: 1.0 },
+            TestValue { value: cos + S::from_f64(0.5), size: O::rounding() },
+            TestValue { value: cos, size: O::rounding() },
         ];
-        tests.extend(self.grazes(unknowns, &orbit));
+        tests.extend(self.grazes(unknowns, &orbit, None));
         let columns = unknowns.len();
         let mut jacobian = orbit.jacobian.resize(rows + 2, columns, S::zero());
         let mut residual = orbit.residual.resize_vertically(rows + 2, S::zero());
@@ -324,10 +398,9 @@ impl<S: Real, O: OrbitEquations<S>> LocusEquations<O, S> {
         Some(Linearised { residual, jacobian, extra: tests })
     }
 
-    /// What the zeros of the test functions are, in their order.
-    pub(super) fn kinds(&self, free_passages: usize) -> Vec<CodimensionTwo> {
+    /// What the zeros of the test functions are, in their order; `contacts` of them are grazes.
+    pub(super) fn kinds(&self, contacts: usize) -> Vec<CodimensionTwo> {
         use CodimensionTwo as Kind;
-        let contacts = self.orbits.depth_variables().len() + free_passages;
         let repeated = |kind: Kind, count: usize| std::iter::repeat_n(kind, count);
         match self.condition {
             Condition::Multiplier(s) if s > 0.0 => {
@@ -346,7 +419,8 @@ impl<S: Real, O: OrbitEquations<S>> LocusEquations<O, S> {
                     0 => vec![Kind::FoldGraze, Kind::FoldGraze, Kind::FlipGraze, Kind::FlipGraze],
                     count => (1..=count).map(Kind::Xi).collect(),
                 };
-                own.into_iter().chain(repeated(Kind::DoubleGraze, contacts - 1)).collect()
+                let others = contacts.saturating_sub(1);
+                own.into_iter().chain(repeated(Kind::DoubleGraze, others)).collect()
             }
         }
     }
@@ -368,15 +442,13 @@ impl<S: Real, O: OrbitEquations<S>> CurveEquations<S> for LocusEquations<O, S> {
     }
 
     fn range(&self, unknown: usize) -> [f64; 2] {
-        if self.condition == Condition::Pair && unknown == self.rows() + 2 {
-            return [ANGLE, std::f64::consts::PI - ANGLE];
-        }
         match self.condition {
             // Held at 0, which may be the end of its range.
-            Condition::Graze(contact)
-                if unknown == self.orbits.depth_variables().start + contact =>
-            {
+            Condition::Graze(contact) if unknown == self.orbits.depth_variables()[contact] => {
                 [-1.0, 1.0]
+            }
+            Condition::Pair if unknown == self.orbits.count() => {
+                [ANGLE, std::f64::consts::PI - ANGLE]
             }
             _ => self.orbits.range(unknown),
         }
@@ -385,6 +457,12 @@ impl<S: Real, O: OrbitEquations<S>> CurveEquations<S> for LocusEquations<O, S> {
 
 /// How near to 0 and π the angle of a pair is followed: at them the pair is a double multiplier.
 const ANGLE: f64 = 1e-3;
+
+/// Whether the depth variable of a contact that grazes changes nothing to first order: contacts of
+/// compliant stops begin so, and multipliers are then those without the contact.
+pub(super) fn begins_smoothly<S: Real>(jacobian: &DMatrix<S>, place: usize, rounding: f64) -> bool {
+    length(&jacobian.column(place).into_owned()).magnitude() <= (rounding * S::ROUNDOFF).sqrt()
+}
 
 /// The orbit's equations with one more.
 fn with_condition<S: Real, X: Clone>(
@@ -507,16 +585,37 @@ mod tests {
             Some(Linearised { residual, jacobian, extra: () })
         }
 
-        fn depth_variables(&self) -> std::ops::Range<usize> {
-            self.coordinates..self.coordinates
+        fn first_point(&self, _: &Linearised<f64>) -> DMatrix<f64> {
+            DMatrix::identity(self.coordinates, self.coordinates + 2)
         }
 
-        fn coordinates(&self) -> usize {
-            self.coordinates
+        fn count(&self) -> usize {
+            self.coordinates + 2
         }
 
-        fn free_depths(_: &()) -> Vec<f64> {
+        fn depth_variables(&self) -> Vec<usize> {
             Vec::new()
+        }
+
+        fn grazes(&self, _: &[f64], (): &()) -> Vec<(Option<usize>, f64)> {
+            Vec::new()
+        }
+
+        fn without(
+            &mut self,
+            _: &[f64],
+            _: &Linearised<f64>,
+            _: usize,
+        ) -> Option<[DMatrix<f64>; 2]> {
+            None
+        }
+
+        fn unfolding(&mut self, _: &[f64], _: &Linearised<f64>) -> Option<Unfolding<f64>> {
+            None
+        }
+
+        fn rounding() -> f64 {
+            1.0
         }
 
         fn range(&self, _: usize) -> [f64; 2] {
@@ -542,7 +641,7 @@ mod tests {
         let coordinates = start.len() - 2 - usize::from(condition == Condition::Pair);
         let mut equations = LocusEquations::new(Smooth { coordinates, map }, condition, 0);
         let kinds = equations.kinds(0);
-        let course = follow(&mut equations, start, along, &StepControl::default());
+        let course = follow(&mut equations, start, along, &StepControl::DEFAULT);
         let course = course.expect("a locus");
         let of = |turn: &Turn| {
             let at = &course.points[turn.point].unknowns;

@@ -11,7 +11,9 @@ mod equations;
 mod tangency;
 mod trace;
 
-pub use data::{Loci, LociRequest, Locus, LocusEnd, LocusKind, LocusPoint, Tangency};
+pub use data::{
+    Loci, LociRequest, Locus, LocusEnd, LocusKind, LocusPoint, PlaneCurve, PlanePoint, Tangency,
+};
 pub use equations::CodimensionTwo;
 
 use crate::analysis::Progress;
@@ -30,10 +32,10 @@ const NEAR: f64 = 2.0;
 /// The loci asked for.
 ///
 /// By the map all parts of every locus, virtual ones too. By direct simulation, in double-double,
-/// the physical parts of folds, flips and Neimark–Sacker points, begun at orbits of the map's loci
-/// and followed as far as the orbits make their contacts, and the grazing curve of the orbit
-/// without contact where the second parameter is adjusted for it; grazes of orbits with impacts are
-/// the map's alone. Tangencies are the map's.
+/// the physical parts, followed as far as the orbits make their contacts: looked for along branches
+/// of direct simulation at some values of the first parameter, and at the map's loci. Grazes by
+/// direct simulation are those of the passage that a tangency section is of. Tangencies are the
+/// map's.
 ///
 /// # Errors
 ///
@@ -57,10 +59,9 @@ pub fn loci(
     let tangencies = by_map.tangencies(&traces);
     if request.direct {
         let system = HybridSystem::new(&scene.model);
-        loci =
-            DirectLoci::new(&system, scene, orbit, map, request)?.beside(&traces, &loci, progress);
+        loci = DirectLoci::new(&system, scene, orbit, map, request)?.all(&loci, progress)?;
     } else if !request.kinds.contains(&LocusKind::Graze) {
         loci.retain(|locus| locus.kind != LocusKind::Graze);
     }
-    Ok(Loci { loci, tangencies })
+    Ok(Loci { loci, tangencies, without_kick: by_map.without_kick(&traces) })
 }

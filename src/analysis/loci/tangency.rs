@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use nalgebra::{DMatrix, DVector};
 
-use super::equations::null_vectors;
+use super::equations::{begins_smoothly, null_vectors};
 use crate::analysis::MapEvaluation;
 use crate::analysis::periodic::ContactItinerary;
 use crate::expansion::Arithmetic;
@@ -95,7 +95,7 @@ pub(super) struct Leaving<S> {
 
 impl<S: Real> TangencyPoint<'_, S> {
     /// How the locus of a multiplier, 1 or −1, leaves the grazing curve; `None` where the point is
-    /// degenerate.
+    /// degenerate, and at compliant stops, where multipliers pass a graze without a jump.
     ///
     /// `units` are lengths of the unknowns: coordinates, depth variables, both parameters.
     pub(super) fn leaving(
@@ -118,7 +118,10 @@ impl<S: Real> TangencyPoint<'_, S> {
                 .map(|unknown| match unknown {
                     unknown if unknown == d + self.grazing => variable(0),
                     unknown if unknown == rows => variable(1),
-                    _ => roots.next().cloned().unwrap_or_else(|| Jet::zero(&plane)),
+                    _ => match roots.next() {
+                        Some(root) => root.clone().add_constant(-S::one()),
+                        None => Jet::zero(&plane),
+                    },
                 })
                 .collect()
         };
@@ -126,7 +129,9 @@ impl<S: Real> TangencyPoint<'_, S> {
             .iter()
             .map(|jet| (0..rows + 2).map(|variable| jet.derivative(variable)).collect())
             .collect();
-        let start = vec![Jet::zero(&plane); solved.len()];
+        // NOTE: roots settle relative to their own size, which at the point itself is rounding: they
+        // are solved for as 1 more.
+        let start = vec![Jet::constant(&plane, S::one()); solved.len()];
         let roots = implicit_roots(&start, |roots| {
             let point = along(roots);
             let jacobian = slopes.iter().map(|row| {
@@ -146,6 +151,9 @@ impl<S: Real> TangencyPoint<'_, S> {
             DMatrix::from_fn(rows, rows, |row, column| entries[row][column].coefficient(powers))
         };
         let mut singular = part(&[0, 0]);
+        if begins_smoothly(&singular, d + self.grazing, 1.0) {
+            return None;
+        }
         for place in 0..d {
             singular[(place, place)] += S::from_f64(1.0 - multiplier);
         }

@@ -5,11 +5,14 @@
 use nalgebra::{Complex, DVector};
 
 use super::data::{LociRequest, Locus, LocusEnd, LocusKind, LocusPoint, Tangency};
-use super::equations::{CodimensionTwo, Condition, LocusEquations, OrbitEquations};
+use super::equations::{
+    CodimensionTwo, Condition, LocusEquations, OrbitEquations, begins_smoothly,
+};
 use super::tangency::TangencyPoint;
 use crate::analysis::MapEvaluation;
 use crate::analysis::continuation::{
-    Course, CurveEquations, CurvePoint, StepControl, corrected, follow, tangent_at, zero_near,
+    Course, CourseEnd, CurveEquations, CurvePoint, StepControl, corrected, follow, tangent_at,
+    zero_near,
 };
 use crate::analysis::periodic::{ContactItinerary, ItinerarySearch, MapOrbitEquations};
 use crate::expansion::LocalMap;
@@ -21,16 +24,17 @@ use crate::numeric::{Dd, Real, Scalar};
 const REACH: f64 = 2.0;
 const FARTHEST: f64 = 20.0;
 /// Values of the first parameter at which branches are looked through for seeds.
-const SEEDED_AT: [f64; 5] = [0.1, 0.3, 0.5, 0.7, 0.9];
+pub(super) const SEEDED_AT: [f64; 5] = [0.1, 0.3, 0.5, 0.7, 0.9];
 /// Offsets of the second at which orbits with several contacts are looked for, in half-widths.
 const LOOKED_AT: [f64; 4] = [-0.5, -0.1, 0.1, 0.5];
 /// How near a seed lies to a locus that it is a point of.
-const SAME: f64 = 1e-6;
+pub(super) const SAME: f64 = 1e-6;
 /// The second parameter is followed over this many times the share of its window that the first is.
-const WIDER: f64 = 4.0;
+pub(super) const WIDER: f64 = 4.0;
 
 /// Steps along a locus.
-const STEPS: StepControl = StepControl { first: 0.01, longest: 0.2, shortest: 1e-9, most: 400 };
+pub(super) const STEPS: StepControl =
+    StepControl { first: 0.01, longest: 0.2, ..StepControl::DEFAULT };
 
 /// Distances from a point of codimension two, in units, to which a tangency is fitted: the largest,
 /// and its shares.
@@ -125,9 +129,9 @@ impl<'a> MapLoci<'a> {
         self.equations(&self.exact, itinerary, &self.request.plane, &self.request.at)
     }
 
-    /// Number of passages without contact in an itinerary.
-    fn free_passages(itinerary: &ContactItinerary) -> usize {
-        itinerary.period() * itinerary.passages() - itinerary.contacts()
+    /// Number of passages of an itinerary, with contact and without.
+    fn passages(itinerary: &ContactItinerary) -> usize {
+        itinerary.period() * itinerary.passages()
     }
 
     /// All loci asked for.
@@ -273,7 +277,7 @@ impl<'a> MapLoci<'a> {
             angle,
         };
         let (contacts, d) = (itinerary.contacts(), equations.first_depth_variable());
-        let free = Self::free_passages(itinerary);
+        let free = Self::passages(itinerary) - contacts;
         match test {
             0 => Some(plain(LocusKind::Fold, None)),
             1 => Some(plain(LocusKind::Flip, None)),
@@ -360,7 +364,7 @@ impl<'a> MapLoci<'a> {
             .filter(|trace| trace.kind == seed.kind && trace.itinerary == seed.itinerary);
         let mut equations =
             LocusEquations::new(self.rounded(&seed.itinerary), condition, conditions);
-        let kinds = equations.kinds(Self::free_passages(&seed.itinerary));
+        let kinds = equations.kinds(Self::passages(&seed.itinerary));
         let Some((points, ends)) = joined(&mut equations, &start, known, &STEPS) else { return };
         let mut exact = LocusEquations::new(self.exact(&seed.itinerary), condition, conditions);
         let points: Vec<TracePoint> = points
@@ -380,7 +384,7 @@ impl<'a> MapLoci<'a> {
         if shorter || grazing.count() > usize::from(kind == LocusKind::Graze) {
             return;
         }
-        traces.push(Trace { kind, itinerary, points, ends });
+        traces.push(Trace { kind, itinerary, points, ends: ends.map(LocusEnd::of) });
     }
 
     /// Whether an orbit is one of a shorter period, gone through several times.
@@ -394,6 +398,20 @@ impl<'a> MapLoci<'a> {
             let mut pairs = states[0].iter().zip(&states[later]).zip(units);
             pairs.all(|((a, b), unit)| (a - b).abs() <= SAME * unit)
         })
+    }
+
+    /// The passages whose contact begins without a kick.
+    pub(super) fn without_kick(&self, traces: &[Trace]) -> Vec<usize> {
+        let place = self.map.dimension();
+        let simple = traces.iter().filter(|trace| trace.itinerary.contacts() == 1);
+        let grazes = simple.filter(|trace| trace.kind == LocusKind::Graze);
+        let smooth = grazes.filter_map(|trace| {
+            let point = trace.points.first()?;
+            let there = self.rounded(&trace.itinerary).at(&point.unknowns)?;
+            let passage = trace.itinerary.returns()[0].iter().next()?;
+            begins_smoothly(&there.jacobian, place, 1.0).then_some(passage)
+        });
+        smooth.collect()
     }
 
     /// How folds and flips leave the grazes at their points of codimension two.
@@ -653,14 +671,14 @@ fn followed<'e>(
 ) -> Option<Course<f64, <MapOrbitEquations<'e, f64> as CurveEquations<f64>>::Extra>> {
     let tangent = first_tangent(equations, start)?;
     let along: Vec<f64> = tangent.iter().map(|value| sign * value).collect();
-    follow(equations, start, &along, &StepControl::default())
+    follow(equations, start, &along, &StepControl::DEFAULT)
 }
 
 /// Largest rest of a test function at a point where it vanishes.
 const VANISHES: f64 = 1e-14;
 
 /// A special point solved for in double-double; without its label where that does not converge.
-fn labelled<O: OrbitEquations<Dd>>(
+pub(super) fn labelled<O: OrbitEquations<Dd>>(
     point: TracePoint,
     test: usize,
     kinds: &[CodimensionTwo],
@@ -672,7 +690,7 @@ fn labelled<O: OrbitEquations<Dd>>(
     let zero = zero.filter(|zero| {
         let found = zero.tests[test];
         // Where all contacts graze, loci of fewer contacts cross: the place is not determined.
-        let mut depths = exact.orbits.depth_variables();
+        let mut depths = exact.orbits.depth_variables().into_iter();
         let crossing = kinds[test] == CodimensionTwo::DoubleGraze
             && depths.all(|place| zero.unknowns[place].magnitude() < SAME);
         found.value.magnitude() <= VANISHES * found.size && !crossing
@@ -690,7 +708,7 @@ fn labelled<O: OrbitEquations<Dd>>(
 /// The points of a locus with those of codimension two that lie at one place made one: functions
 /// vanish together there. Where it is a graze, multipliers are not determined, and a double one is
 /// none.
-fn each_once(points: Vec<TracePoint>) -> Vec<TracePoint> {
+pub(super) fn each_once(points: Vec<TracePoint>) -> Vec<TracePoint> {
     let mut kept: Vec<TracePoint> = Vec::with_capacity(points.len());
     for point in points {
         let here = |last: &TracePoint| {
@@ -718,11 +736,11 @@ const ONE_PLACE: f64 = 1e-9;
 const NEIGHBOURS: usize = 6;
 
 /// The points of a locus in order, each with the test function that vanishes there, and its ends.
-type Joined = (Vec<(TracePoint, Option<usize>)>, [LocusEnd; 2]);
+type Joined = (Vec<(TracePoint, Option<usize>)>, [CourseEnd; 2]);
 
 /// A locus through a point near it, followed both ways; `None` where the point lies on a locus that
 /// is known, or no locus is found.
-fn joined<'t, C: CurveEquations<f64>>(
+pub(super) fn joined<'t, C: CurveEquations<f64>>(
     equations: &mut C,
     start: &[f64],
     mut known: impl Iterator<Item = &'t Trace>,
@@ -765,7 +783,7 @@ fn joined<'t, C: CurveEquations<f64>>(
                 }
             }
         }
-        Some((points, LocusEnd::of(course.end)))
+        Some((points, course.end))
     };
     let ((back, first), (on, last)) = (way(-1.0)?, way(1.0)?);
     // The start is in both.
@@ -798,7 +816,7 @@ fn beside(a: &[f64], b: &[f64], point: &[f64]) -> (f64, f64, f64) {
 
 impl Trace {
     /// Whether a point of these equations lies on the locus.
-    fn holds(&self, equations: &mut impl CurveEquations<f64>, point: &[f64]) -> bool {
+    pub(super) fn holds(&self, equations: &mut impl CurveEquations<f64>, point: &[f64]) -> bool {
         self.points.windows(2).any(|pair| {
             let [a, b] = [&pair[0].unknowns, &pair[1].unknowns];
             let (share, apart, length) = beside(a, b, point);

@@ -2,8 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::analysis::periodic::{BifurcationKind, ContactItinerary, PeriodicOrbit};
-use crate::numeric::Real;
+use crate::analysis::periodic::{ContactItinerary, FoundOrbit};
 
 /// What is asked of [`orbits`](super::orbits).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -43,42 +42,32 @@ pub struct SteppedParameter {
     pub values: Vec<f64>,
 }
 
-/// A periodic orbit that was found; everything in offsets.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct FoundOrbit {
-    /// Its itinerary.
-    pub itinerary: ContactItinerary,
-    /// All active parameters.
-    pub parameters: Vec<f64>,
-    /// Its points, in order.
-    pub states: Vec<Vec<f64>>,
-    /// Multipliers, `[re, im]`, the largest first.
-    pub multipliers: Vec<[f64; 2]>,
-    /// Whether all of them lie inside the unit circle.
-    pub stable: bool,
-    /// Its contacts, in order.
-    pub contacts: Vec<OrbitContact>,
-    /// Whether map or simulation make the contacts of the itinerary and no other.
-    pub physical: bool,
-    /// Whether its points, depths and parameters lie in the window.
-    pub inside: bool,
-    /// Contacts that no passage accounts for, by direct simulation.
-    pub extra_contacts: usize,
-    /// Largest difference of a coordinate of the last image and the first point, in half-widths of
-    /// the window.
-    pub residual: f64,
+/// A change of stability of a periodic orbit that one parameter meets.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum BifurcationKind {
+    /// Saddle-node: a multiplier 1, the branch turns back in the parameter.
+    Fold,
+    /// Period-doubling: a multiplier −1.
+    Flip,
 }
 
-/// A contact of a periodic orbit.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct OrbitContact {
-    /// The return that it belongs to, from 0.
-    #[serde(rename = "return")]
-    pub number: usize,
-    /// The passage, from 0.
-    pub passage: usize,
-    /// Speed at which the surface is met; negative on the other branch of the root.
-    pub speed: f64,
+impl BifurcationKind {
+    /// `fold` or `flip`.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Fold => "fold",
+            Self::Flip => "flip",
+        }
+    }
+
+    /// The multiplier.
+    pub fn multiplier(self) -> f64 {
+        match self {
+            Self::Fold => 1.0,
+            Self::Flip => -1.0,
+        }
+    }
 }
 
 /// Orbits of one itinerary at one kind of bifurcation, as a parameter is stepped.
@@ -111,8 +100,6 @@ pub enum LostReason {
     OtherItinerary(ContactItinerary),
     /// Newton's method led to none.
     NotConverged,
-    /// The bifurcation is not between the neighbours that the map has of it.
-    NotBracketed,
 }
 
 /// All that was found.
@@ -129,54 +116,12 @@ pub struct Orbits {
     pub reach: Option<DirectReach>,
 }
 
-/// Where direct simulation was searched for orbits by itself, beside the neighbourhood of the map's
-/// orbits: from what it settles on, or nearly repeats, at values of one parameter far and wide,
-/// along the branches through the orbits there.
+/// How far direct simulation was searched for orbits by itself: along the branches, in one
+/// parameter, that begin at the graze or at what simulation settles on or nearly repeats.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DirectReach {
     /// The parameter, its number among the active ones.
     pub parameter: usize,
-    /// Its first and last offset at which orbits were flown.
+    /// The offsets up to which branches are followed.
     pub range: [f64; 2],
-    /// How many offsets.
-    pub values: usize,
-}
-
-/// Part of their size to which coordinates of one orbit agree.
-const SAME: f64 = 1e-9;
-
-impl FoundOrbit {
-    /// Whether another orbit of the same itinerary and parameters is this one, begun at any of its
-    /// points.
-    pub(super) fn is_same_as(&self, other: &Self) -> bool {
-        let near = |a: &[f64], b: &[f64]| {
-            let mut pairs = a.iter().zip(b);
-            pairs.all(|(a, b)| (a - b).abs() <= SAME * a.abs().max(b.abs()) + f64::EPSILON)
-        };
-        near(&self.parameters, &other.parameters)
-            && self.states.iter().any(|state| near(state, &other.states[0]))
-    }
-
-    /// An orbit with its contacts; `None` where its multipliers are not numbers.
-    pub(super) fn of<S: Real>(
-        itinerary: &ContactItinerary,
-        orbit: &PeriodicOrbit<S>,
-        contacts: Vec<OrbitContact>,
-        (physical, inside): (bool, bool),
-    ) -> Option<Self> {
-        let round = |values: &[S]| values.iter().map(|value| value.to_f64()).collect();
-        let multipliers = orbit.multipliers().ok()?;
-        Some(Self {
-            itinerary: itinerary.clone(),
-            parameters: round(&orbit.parameters),
-            states: orbit.states.iter().map(|state| round(state)).collect(),
-            stable: orbit.is_stable().ok()?,
-            multipliers: multipliers.iter().map(|value| [value.re, value.im]).collect(),
-            contacts,
-            physical,
-            inside,
-            extra_contacts: orbit.extra_contacts,
-            residual: orbit.residual,
-        })
-    }
 }

@@ -2,42 +2,47 @@
 //! what was found.
 //!
 //! One idea: a local map is searched, for with the contacts prescribed it is a polynomial; direct
-//! simulation, whose contacts cannot be prescribed, is solved for the orbit next to each one found,
-//! and searched by itself from what it settles on.
+//! simulation, whose contacts cannot be prescribed, is solved for the orbit next to each one found.
+//! Folds and flips are points of branches, and branches of direct simulation lead beyond the map.
 
 mod data;
-mod direct_search;
 
+pub use crate::analysis::periodic::{FoundOrbit, OrbitContact};
 pub use data::{
-    DirectReach, FoundOrbit, LociRequest, Locus, LostOrbit, LostReason, OrbitContact, Orbits,
-    OrbitsRequest, SteppedParameter,
+    BifurcationKind, DirectReach, LociRequest, Locus, LostOrbit, LostReason, Orbits, OrbitsRequest,
+    SteppedParameter,
 };
 
-use direct_search::{DirectSearch, Reach};
 use rayon::prelude::*;
 
+use crate::analysis::branches::{self, BranchLabel, BranchRequest, Follow};
 use crate::analysis::direct_image::DirectImage;
 use crate::analysis::error::AnalysisError;
 use crate::analysis::evaluation::{DepthEvaluation, MapEvaluation};
 use crate::analysis::periodic::{
-    BifurcationKind, ContactItinerary, Guess, Held, ItineraryBifurcation, ItineraryOrbit,
-    ItinerarySearch, PeriodicOrbit, PeriodicOutcome, PeriodicProblem, bifurcation, periodic_orbit,
-    window_scales,
+    ByMap, ContactItinerary, Guess, Held, ItineraryOrbit, ItinerarySearch, PeriodicOrbit,
+    PeriodicOutcome, PeriodicProblem, finite_or_one, periodic_orbit, window_scales,
 };
-use crate::analysis::progress::Progress;
-use crate::expansion::{Expander, ImpactSpeed, LocalMap, MapWindow};
+use crate::analysis::progress::{NoProgress, Progress};
+use crate::expansion::{LocalMap, MapWindow};
 use crate::hybrid::HybridSystem;
 use crate::model::Scene;
 use crate::numeric::{Dd, Real};
 use crate::orbit::GrazingOrbit;
+
+/// Half-widths of the window up to which branches of the map are followed.
+const WINDOWS: f64 = 10.0;
+/// Offsets up to which branches of direct simulation are followed, in sizes of the parameter.
+const SIZES: [f64; 2] = [-0.99, 100.0];
 
 /// The periodic orbits of the itineraries asked for, and their folds and flips.
 ///
 /// Looked for in the map ([`ItinerarySearch`]), physical and virtual ones. With
 /// [`OrbitsRequest::direct`] every physical one is solved for again by direct simulation in
 /// double-double from there, and that orbit is returned; those without one are listed as lost.
-/// With [`OrbitsRequest::far`] direct simulation is searched by itself as well. No result depends
-/// on the number of cores.
+/// With [`OrbitsRequest::far`] branches of direct simulation are followed in one parameter, and
+/// the orbits where they pass its value added. Folds and flips are special points of branches, of
+/// the map or of direct simulation alone. No result depends on the number of cores.
 ///
 /// # Errors
 ///
@@ -60,14 +65,15 @@ pub fn orbits(
         None => first_adjusted(scene),
     };
     let finder = Finder {
+        scene,
+        orbit,
+        map,
         search: ItinerarySearch::new(map),
         by_map: ByMap::new(scene, orbit, map)?,
-        direct: match request.direct || request.far {
+        direct: match request.direct {
             true => Some(Direct::new(&system, scene, orbit, map)?),
             false => None,
         },
-        guided: request.direct,
-        reach: far.filter(|_| request.far).map(|free| Reach::of(scene, orbit, free)),
     };
     let itineraries = &request.itineraries;
     progress.expect((request.at.len() * itineraries.len()) as u64);
@@ -82,20 +88,20 @@ pub fn orbits(
         found
     });
     let mut cases: Vec<_> = cases.collect();
-    if request.loci.is_none() {
-        let wide = request.at.par_iter().flat_map(|at| finder.wide_orbits(itineraries, at));
-        for (known, found) in cases.iter_mut().zip(wide.collect::<Vec<_>>()) {
+    let far = far.filter(|_| request.far);
+    if let (Some(free), None) = (far, &request.loci) {
+        let wide = request.at.par_iter().map(|at| finder.wide_orbits(itineraries, at, free));
+        let wide = wide.collect::<Result<Vec<_>, _>>()?.concat();
+        for (known, found) in cases.iter_mut().zip(wide) {
             add_new(known, found);
         }
     }
-    let (orbits, mut lost) = parted(cases.concat());
-    let loci = request.loci.as_ref().map(|loci| {
-        let (found, missing) = finder.loci(itineraries, loci, progress);
-        lost.extend(missing);
-        found
-    });
-    let reach = finder.reach.map(Reach::words);
-    Ok(Orbits { orbits, loci, lost, reach })
+    let (orbits, lost) = parted(cases.concat());
+    let loci = request.loci.as_ref();
+    let loci =
+        loci.map(|loci| finder.loci(itineraries, loci, [request.direct, request.far], progress));
+    let reach = far.map(|free| DirectReach { parameter: free, range: finder.range(free, true) });
+    Ok(Orbits { orbits, loci: loci.transpose()?, lost, reach })
 }
 
 /// The first active parameter that is adjusted so that the orbit grazes; the first of all where
@@ -115,24 +121,39 @@ fn add_new(known: &mut Vec<Outcome>, found: Vec<FoundOrbit>) {
     }
 }
 
+/// The same for folds and flips: where a branch goes on in other section points, both have one.
+fn add_special(
+    known: &mut Vec<(BifurcationKind, FoundOrbit)>,
+    found: impl Iterator<Item = (BifurcationKind, FoundOrbit)>,
+) {
+    for (kind, orbit) in found {
+        let same = |(other, known): &(BifurcationKind, FoundOrbit)| {
+            (*other, &known.itinerary) == (kind, &orbit.itinerary) && known.is_same_as(&orbit)
+        };
+        if !known.iter().any(same) {
+            known.push((kind, orbit));
+        }
+    }
+}
+
 /// An orbit, or what became of it.
 type Outcome = Result<FoundOrbit, LostOrbit>;
 
 /// What finds orbits: the map, and direct simulation where that is asked.
 struct Finder<'a> {
+    scene: &'a Scene,
+    orbit: &'a GrazingOrbit,
+    map: &'a LocalMap,
     search: ItinerarySearch<'a>,
     by_map: ByMap<'a>,
+    /// Where the map's orbits are looked for by direct simulation.
     direct: Option<Direct<'a>>,
-    /// Whether the map's orbits are looked for by direct simulation.
-    guided: bool,
-    /// The parameter in which direct simulation is searched alone.
-    reach: Option<Reach>,
 }
 
 impl Finder<'_> {
     fn orbits(&self, itinerary: &ContactItinerary, at: &[f64]) -> Vec<Outcome> {
         let found = self.search.orbits(itinerary, at);
-        let mut direct = self.direct.clone().filter(|_| self.guided);
+        let mut direct = self.direct.clone();
         let outcome = |orbit: &ItineraryOrbit<Dd>| match &mut direct {
             Some(_) if !orbit.is_physical() => None,
             Some(direct) => Some(direct.orbit(itinerary, orbit).map_err(|reason| LostOrbit {
@@ -145,50 +166,73 @@ impl Finder<'_> {
         found.iter().filter_map(outcome).collect()
     }
 
-    /// The orbits of each itinerary that direct simulation has by itself at these parameters.
-    fn wide_orbits(&self, itineraries: &[ContactItinerary], at: &[f64]) -> Vec<Vec<FoundOrbit>> {
-        let (Some(direct), Some(reach)) = (&self.direct, self.reach) else {
-            return vec![Vec::new(); itineraries.len()];
-        };
-        let (mut direct, mut rounded) = (direct.clone(), direct.rounded.clone());
-        let mut search = DirectSearch::new(&mut rounded, reach, &direct.scales, at);
-        let branches: Vec<_> =
-            itineraries.iter().map(|itinerary| search.branches(itinerary)).collect();
-        let guesses: Vec<_> =
-            branches.iter().map(|branches| search.passing(at[reach.free], branches)).collect();
-        let each = itineraries.iter().zip(guesses);
-        each.map(|(itinerary, guesses)| {
-            let found = guesses.iter().filter_map(|guess| direct.alone(itinerary, guess));
-            found.collect()
-        })
-        .collect()
+    /// The offsets of a parameter up to which branches are followed, near the graze or far from it.
+    fn range(&self, parameter: usize, far: bool) -> [f64; 2] {
+        if !far {
+            let width = finite_or_one(self.map.window.parameter[parameter]);
+            return [-WINDOWS, WINDOWS].map(|share| share * width);
+        }
+        let active = self.scene.expansion.active[parameter];
+        let value = self.orbit.parameters()[active].to_f64();
+        SIZES.map(|share| if value == 0.0 { share } else { share * value })
     }
 
-    /// The folds and flips of each itinerary that direct simulation has by itself.
-    fn wide_bifurcations(
+    /// The branches of itineraries in one parameter, the others held.
+    fn branches(
         &self,
         itineraries: &[ContactItinerary],
-        request: &LociRequest,
+        (along, at): (usize, &[f64]),
+        [direct, far]: [bool; 2],
+    ) -> BranchRequest {
+        let periods = itineraries.iter().map(ContactItinerary::period);
+        BranchRequest {
+            itineraries: itineraries.to_vec(),
+            longest: periods.max().unwrap_or(1),
+            along,
+            range: self.range(along, far),
+            at: at.to_vec(),
+            direct,
+        }
+    }
+
+    /// The orbits of each itinerary that direct simulation has by itself at these parameters.
+    fn wide_orbits(
+        &self,
+        itineraries: &[ContactItinerary],
         at: &[f64],
-    ) -> Vec<Vec<(BifurcationKind, FoundOrbit)>> {
-        let (Some(direct), Some(reach)) = (&self.direct, self.reach) else {
-            return vec![Vec::new(); itineraries.len()];
+        free: usize,
+    ) -> Result<Vec<Vec<FoundOrbit>>, AnalysisError> {
+        let request = self.branches(itineraries, (free, at), [true; 2]);
+        let found = branches::direct_orbits(self.scene, self.orbit, self.map, &request, at[free])?;
+        let of = |itinerary: &ContactItinerary| {
+            let found = found.iter().filter(|orbit| orbit.itinerary == *itinerary);
+            found.cloned().collect()
         };
-        let (mut direct, mut rounded) = (direct.clone(), direct.rounded.clone());
-        let scales = direct.scales.clone();
-        let mut search = DirectSearch::new(&mut rounded, reach, &scales, at);
-        let mut of_itinerary = |itinerary: &ContactItinerary| {
-            let branches = search.branches(itinerary);
-            let mut found = Vec::new();
-            for &kind in &request.kinds {
-                for (ends, coordinate) in search.changes(kind, &branches) {
-                    let point = direct.change(itinerary, kind, ends, coordinate, request.free);
-                    found.extend(point.map(|point| (kind, point)));
-                }
-            }
-            found
-        };
-        itineraries.iter().map(&mut of_itinerary).collect()
+        Ok(itineraries.iter().map(of).collect())
+    }
+
+    /// The folds and flips on branches in one parameter.
+    fn bifurcations(
+        &self,
+        itineraries: &[ContactItinerary],
+        place: (usize, &[f64]),
+        direct_and_far: [bool; 2],
+    ) -> Result<Vec<(BifurcationKind, FoundOrbit)>, AnalysisError> {
+        let asked = self.branches(itineraries, place, direct_and_far);
+        let (scene, orbit, map) = (self.scene, self.orbit, self.map);
+        let found = branches::followed(scene, orbit, map, &asked, Follow::Asked, &NoProgress)?;
+        let points = found.branches.into_iter().flat_map(|branch| branch.points);
+        let special = points.filter_map(|point| {
+            let kind = match point.special?.label {
+                BranchLabel::SaddleNode => BifurcationKind::Fold,
+                BranchLabel::PeriodDoubling => BifurcationKind::Flip,
+                _ => return None,
+            };
+            point.orbit.physical.then_some((kind, point.orbit))
+        });
+        let mut found: Vec<(BifurcationKind, FoundOrbit)> = Vec::new();
+        add_special(&mut found, special);
+        Ok(found)
     }
 
     /// Folds and flips of all itineraries, one locus a kind and itinerary.
@@ -196,64 +240,42 @@ impl Finder<'_> {
         &self,
         itineraries: &[ContactItinerary],
         request: &LociRequest,
+        [direct, far]: [bool; 2],
         progress: &dyn Progress,
-    ) -> (Vec<Locus>, Vec<LostOrbit>) {
+    ) -> Result<Vec<Locus>, AnalysisError> {
         let steps = steps(request);
-        progress.expect((steps.len() * itineraries.len()) as u64);
+        progress.expect(steps.len() as u64);
         let at_step = steps.par_iter().map(|at| {
-            let guided = itineraries.iter().map(|itinerary| {
-                let found = self.bifurcations(itinerary, request, at);
-                progress.advance(1);
-                found
-            });
-            let guided: Vec<_> = guided.collect();
-            (guided, self.wide_bifurcations(itineraries, request, at))
+            let place = (request.free, &at[..]);
+            let mut special = self.bifurcations(itineraries, place, [direct, false])?;
+            if direct && far {
+                let more = self.bifurcations(itineraries, place, [true; 2])?;
+                add_special(&mut special, more.into_iter());
+            }
+            progress.advance(1);
+            Ok(special)
         });
-        let at_step: Vec<_> = at_step.collect();
-        let (mut loci, mut lost) = (Vec::new(), Vec::new());
-        for (number, itinerary) in itineraries.iter().enumerate() {
+        let at_step = at_step.collect::<Result<Vec<_>, AnalysisError>>()?;
+        let mut loci = Vec::new();
+        for itinerary in itineraries {
             for &kind in &request.kinds {
-                let mut outcomes = Vec::new();
-                for (guided, wide) in &at_step {
-                    let of_kind = guided[number].iter().filter(|(other, _)| *other == kind);
-                    let mut known: Vec<_> = of_kind.map(|(_, outcome)| outcome.clone()).collect();
-                    let wide = wide[number].iter().filter(|(other, _)| *other == kind);
-                    add_new(&mut known, wide.map(|(_, orbit)| orbit.clone()).collect());
-                    outcomes.extend(known);
+                let mut points = Vec::new();
+                for special in &at_step {
+                    let mine = special
+                        .iter()
+                        .filter(|(other, orbit)| *other == kind && orbit.itinerary == *itinerary);
+                    let mut mine: Vec<_> = mine.map(|(_, orbit)| orbit.clone()).collect();
+                    let speed = |orbit: &FoundOrbit| orbit.contacts.first().map(|c| c.speed);
+                    let compare = |a: &FoundOrbit, b: &FoundOrbit| speed(a).partial_cmp(&speed(b));
+                    mine.sort_by(|a, b| compare(a, b).unwrap_or(std::cmp::Ordering::Equal));
+                    points.extend(mine);
                 }
-                let (points, missing) = parted(outcomes);
-                lost.extend(missing);
                 if !points.is_empty() {
                     loci.push(Locus { kind, itinerary: itinerary.clone(), points });
                 }
             }
         }
-        (loci, lost)
-    }
-
-    fn bifurcations(
-        &self,
-        itinerary: &ContactItinerary,
-        request: &LociRequest,
-        at: &[f64],
-    ) -> Vec<(BifurcationKind, Outcome)> {
-        let (kinds, free) = (&request.kinds, request.free);
-        let found = self.search.bifurcations(itinerary, kinds, free, at);
-        let mut direct = self.direct.clone().filter(|_| self.guided);
-        let outcome = |near: &ItineraryBifurcation| {
-            let outcome = match &mut direct {
-                Some(direct) => {
-                    direct.bifurcation(itinerary, near, free).map_err(|reason| LostOrbit {
-                        itinerary: itinerary.clone(),
-                        parameters: near.orbit.orbit.parameters.clone(),
-                        reason,
-                    })
-                }
-                None => Ok(self.by_map.found(itinerary, &near.orbit)?),
-            };
-            Some((near.kind, outcome))
-        };
-        found.iter().filter_map(outcome).collect()
+        Ok(loci)
     }
 }
 
@@ -282,58 +304,10 @@ fn parted(outcomes: Vec<Outcome>) -> (Vec<FoundOrbit>, Vec<LostOrbit>) {
     (orbits, lost)
 }
 
-/// Impact speeds of a map's contacts.
-#[derive(Debug)]
-pub(in crate::analysis) struct ByMap<'a> {
-    speeds: Vec<ImpactSpeed>,
-    window: &'a MapWindow,
-}
-
-impl<'a> ByMap<'a> {
-    /// The expansions of all passages, to the weight of the map's contacts.
-    pub(in crate::analysis) fn new(
-        scene: &Scene,
-        orbit: &GrazingOrbit,
-        map: &'a LocalMap,
-    ) -> Result<Self, AnalysisError> {
-        let expander = Expander::new(scene, orbit)?;
-        let speed = |passage| expander.impact_speed(passage, map.orders.contact_weight);
-        let speeds = (0..expander.passages()).map(speed);
-        Ok(Self { speeds: speeds.collect::<Result<_, _>>()?, window: &map.window })
-    }
-
-    /// The speed of a contact of a passage of depth variable `y`, reached at a point (coordinates;
-    /// parameters).
-    pub(in crate::analysis) fn speed(&self, passage: usize, y: f64, point: &[f64]) -> f64 {
-        self.speeds[passage].at(y, point)
-    }
-
-    /// An orbit of the map as it is given out.
-    pub(super) fn found<S: Real>(
-        &self,
-        itinerary: &ContactItinerary,
-        orbit: &ItineraryOrbit<S>,
-    ) -> Option<FoundOrbit> {
-        let contacts = orbit.arrivals.iter().zip(&orbit.depth_variables);
-        let contact = |((number, passage, point), y): (&(usize, usize, Vec<S>), &S)| {
-            let point: Vec<f64> = point.iter().map(|value| value.to_f64()).collect();
-            OrbitContact {
-                number: *number,
-                passage: *passage,
-                speed: self.speed(*passage, y.to_f64(), &point),
-            }
-        };
-        let contacts = contacts.map(contact).collect();
-        let kind = (orbit.is_physical(), orbit.is_within(self.window));
-        FoundOrbit::of(itinerary, &orbit.orbit, contacts, kind)
-    }
-}
-
 /// Direct simulation in double-double, with what places its orbits in the window of a map.
 #[derive(Clone, Debug)]
 pub(super) struct Direct<'a> {
     image: DirectImage<'a, Dd>,
-    rounded: DirectImage<'a, f64>,
     window: &'a MapWindow,
     depths: DepthEvaluation<f64>,
     scales: Vec<f64>,
@@ -349,7 +323,6 @@ impl<'a> Direct<'a> {
     ) -> Result<Self, AnalysisError> {
         Ok(Self {
             image: DirectImage::new(system, scene, orbit)?,
-            rounded: DirectImage::new(system, scene, orbit)?,
             window: &map.window,
             depths: MapEvaluation::depths(map),
             scales: window_scales(&map.window),
@@ -362,64 +335,15 @@ impl<'a> Direct<'a> {
         itinerary: &ContactItinerary,
         near: &ItineraryOrbit<S>,
     ) -> Result<FoundOrbit, LostReason> {
-        let problem = self.problem(itinerary, 0);
-        let orbit = self.solved(itinerary, &problem, Held::Parameter, &exact(near))?;
+        let problem = self.problem(itinerary);
+        let orbit = self.solved(itinerary, &problem, &exact(near))?;
         self.found(itinerary, &orbit)
     }
 
-    /// The bifurcation between the neighbours that the map has of one.
-    pub(super) fn bifurcation(
-        &mut self,
-        itinerary: &ContactItinerary,
-        near: &ItineraryBifurcation,
-        free: usize,
-    ) -> Result<FoundOrbit, LostReason> {
-        let problem = self.problem(itinerary, free);
-        let [before, after] = &near.neighbours;
-        let coordinate = self.steepest(before, after);
-        let held = Held::Coordinate(coordinate);
-        let before = self.solved(itinerary, &problem, held, &exact(before))?;
-        let after = self.solved(itinerary, &problem, held, &exact(after))?;
-        let kind: BifurcationKind = near.kind;
-        let ends = [&before, &after];
-        let found = bifurcation(&mut self.image, &problem, kind, coordinate, ends);
-        self.found(itinerary, &found.ok_or(LostReason::NotBracketed)?.orbit)
-    }
-
-    /// The orbit at the parameters of a guess, where nothing but the itinerary's contacts is made.
-    fn alone(&mut self, itinerary: &ContactItinerary, guess: &Guess<f64>) -> Option<FoundOrbit> {
-        let problem = self.problem(itinerary, 0);
-        let orbit = self.solved(itinerary, &problem, Held::Parameter, &converted(guess)).ok()?;
-        self.found(itinerary, &orbit).ok().filter(|orbit| orbit.physical)
-    }
-
-    /// The bifurcation between two orbits of a branch in double precision.
-    fn change(
-        &mut self,
-        itinerary: &ContactItinerary,
-        kind: BifurcationKind,
-        [before, after]: [&PeriodicOrbit<f64>; 2],
-        coordinate: usize,
-        free: usize,
-    ) -> Option<FoundOrbit> {
-        let problem = self.problem(itinerary, free);
-        let held = Held::Coordinate(coordinate);
-        let before = self.solved(itinerary, &problem, held, &converted(&before.guess())).ok()?;
-        let after = self.solved(itinerary, &problem, held, &converted(&after.guess())).ok()?;
-        let ends = [&before, &after];
-        let found = bifurcation(&mut self.image, &problem, kind, coordinate, ends)?.orbit;
-        let multipliers = found.multipliers().ok()?;
-        let mut apart = multipliers.iter().map(|value| (value - kind.multiplier()).norm());
-        // The determinant passes through infinity too: at a graze.
-        let is_there = apart.any(|apart| apart < AT_MULTIPLIER);
-        let found = self.found(itinerary, &found).ok()?;
-        (is_there && found.physical).then_some(found)
-    }
-
-    fn problem(&self, itinerary: &ContactItinerary, free: usize) -> PeriodicProblem {
+    fn problem(&self, itinerary: &ContactItinerary) -> PeriodicProblem {
         PeriodicProblem {
             returns: itinerary.period(),
-            free,
+            free: 0,
             itinerary: Some(itinerary.returns().to_vec()),
             scales: self.scales.clone(),
         }
@@ -429,10 +353,9 @@ impl<'a> Direct<'a> {
         &mut self,
         itinerary: &ContactItinerary,
         problem: &PeriodicProblem,
-        held: Held,
         guess: &Guess<Dd>,
     ) -> Result<PeriodicOrbit<Dd>, LostReason> {
-        match periodic_orbit(&mut self.image, problem, held, guess) {
+        match periodic_orbit(&mut self.image, problem, Held::Parameter, guess) {
             PeriodicOutcome::Found(orbit) => Ok(orbit),
             PeriodicOutcome::OtherItinerary(orbit) => {
                 let passages = itinerary.passages();
@@ -441,15 +364,6 @@ impl<'a> Direct<'a> {
             }
             _ => Err(LostReason::NotConverged),
         }
-    }
-
-    /// The coordinate of the first point that differs most between two orbits.
-    fn steepest(&self, before: &ItineraryOrbit<f64>, after: &ItineraryOrbit<f64>) -> usize {
-        let pairs = before.orbit.states[0].iter().zip(&after.orbit.states[0]);
-        let changes = pairs.zip(&self.scales);
-        let changes = changes.map(|((a, b), scale)| ((a - b) / scale).abs());
-        let largest = changes.enumerate().max_by(|a, b| a.1.total_cmp(&b.1));
-        largest.map_or(0, |(coordinate, _)| coordinate)
     }
 
     /// The orbit with its speeds, flown once more.
@@ -476,15 +390,9 @@ impl<'a> Direct<'a> {
     }
 }
 
-/// How near to its own a multiplier of a bifurcation is, and that of no pole.
-const AT_MULTIPLIER: f64 = 1e-6;
-
 /// The first point of an orbit, as a guess.
 fn exact<S: Real>(orbit: &ItineraryOrbit<S>) -> Guess<Dd> {
-    converted(&orbit.orbit.guess())
-}
-
-fn converted<S: Real>(guess: &Guess<S>) -> Guess<Dd> {
+    let guess = orbit.orbit.guess();
     let convert = |values: &[S]| values.iter().map(|value| value.to_dd()).collect();
     Guess { state: convert(&guess.state), parameters: convert(&guess.parameters) }
 }

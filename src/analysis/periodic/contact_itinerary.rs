@@ -178,8 +178,7 @@ impl ContactItinerary {
 
     /// Whether it is the same, begun after so many returns.
     pub fn repeats_after(&self, returns: usize) -> bool {
-        let period = self.period();
-        (0..period).all(|number| self.returns[number] == self.returns[(number + returns) % period])
+        self.begun_after(returns % self.period()) == self.returns
     }
 
     /// The same begun where it is the largest as a number, and after how many returns that is.
@@ -191,25 +190,23 @@ impl ContactItinerary {
             };
             returns.iter().flat_map(made).collect()
         };
-        let rotation = |by: usize| {
-            let mut returns = self.returns.clone();
-            returns.rotate_left(by);
-            returns
-        };
         // The first of those that are equal.
-        let largest = (0..self.period()).rev().max_by_key(|&by| digits(&rotation(by)));
+        let largest = (0..self.period()).rev().max_by_key(|&by| digits(&self.begun_after(by)));
         let by = largest.unwrap_or(0);
-        (Self { returns: rotation(by), ..*self }, by)
+        (Self { returns: self.begun_after(by), ..*self }, by)
     }
 
     /// By how many returns it would have to begin later to be the other; `None` where it is another
     /// orbit's.
     pub fn rotation_to(&self, other: &Self) -> Option<usize> {
-        let period = self.period();
-        let same = |by: &usize| {
-            (0..period).all(|number| self.returns[(number + by) % period] == other.returns[number])
-        };
-        (period == other.period()).then(|| (0..period).find(same))?
+        (0..self.period()).find(|&by| self.begun_after(by) == other.returns)
+    }
+
+    /// The returns, begun after so many of them.
+    fn begun_after(&self, returns: usize) -> Vec<PassageSet> {
+        let mut begun = self.returns.clone();
+        begun.rotate_left(returns);
+        begun
     }
 }
 

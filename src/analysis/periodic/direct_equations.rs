@@ -11,11 +11,15 @@ use super::contact_itinerary::ContactItinerary;
 use super::map_equations::{is_same, second_compound};
 use crate::analysis::continuation::{CurveEquations, CurvePoint, Linearised, TestValue, bordered};
 use crate::analysis::direct_image::{DirectEnd, DirectImage};
+use crate::analysis::error::AnalysisError;
+use crate::analysis::escape::extents;
 use crate::iteration::PassageSet;
+use crate::model::Scene;
 use crate::numeric::Real;
 use crate::numeric::linear::{determinant, inverse};
+use crate::orbit::GrazingOrbit;
 
-/// The orbits of an itinerary by direct simulation, in one parameter:
+/// The orbits of an itinerary by direct simulation, in one parameter or more:
 ///
 /// ```text
 /// u = (w_0, …, w_{n−1}, p):   P(x(w_k, p), p) − x(w_{k+1}, p) = 0,   w_n = w_0
@@ -27,11 +31,21 @@ use crate::numeric::linear::{determinant, inverse};
 pub struct DirectOrbitEquations<'a, S: Real> {
     image: DirectImage<'a, S>,
     itinerary: ContactItinerary,
+    flights: Vec<Flight<'a, S>>,
     units: DirectUnits,
-    /// The parameter that varies.
-    free: usize,
+    /// The parameters that vary, with their ranges in units.
+    free: Vec<(usize, [f64; 2])>,
     at: Vec<S>,
-    range: [f64; 2],
+}
+
+/// One flight from a section point to the next.
+#[derive(Clone, Debug)]
+struct Flight<'a, S: Real> {
+    /// The first of its returns.
+    first: usize,
+    /// The passages that make contact, of all its returns in order.
+    made: PassageSet,
+    image: DirectImage<'a, S>,
 }
 
 /// What lengths are measured in.
@@ -39,8 +53,8 @@ pub struct DirectOrbitEquations<'a, S: Real> {
 pub struct DirectUnits {
     /// Of each coordinate.
     pub state: Vec<f64>,
-    /// Of the parameter that varies.
-    pub parameter: f64,
+    /// Of each parameter that varies.
+    pub parameters: Vec<f64>,
     /// The coordinate that is replaced by a variable of the passage, and the unit of the gap; none
     /// on stroboscopic sections.
     pub gap: Option<(usize, f64)>,
@@ -51,12 +65,16 @@ pub struct DirectUnits {
 pub struct DirectOrbit<S> {
     /// The section points, in offsets.
     pub states: Vec<Vec<S>>,
+    /// The return that each of them begins.
+    pub returns: Vec<usize>,
     /// Return, passage and speed of each contact.
     pub speeds: Vec<(usize, usize, S)>,
     /// Contacts that no passage accounts for.
     pub extra_contacts: usize,
     /// Derivatives of each section point and its image by the variables of the point.
     blocks: Vec<[DMatrix<S>; 2]>,
+    /// Derivatives of the first section point by the parameters that vary.
+    by_parameters: Vec<DVector<S>>,
 }
 
 /// A section point and its image.
@@ -69,37 +87,152 @@ struct Flown<S> {
 
 /// Variables are followed up to so many units.
 const REACH: f64 = 30.0;
-/// A variable of a passage below this is that of a graze, at which contact is not told.
-const TOUCHING: f64 = 1e-6;
 /// Times a difference is shortened where it meets other contacts, and by how much.
 const SHORTENINGS: usize = 3;
 const SHORTENED: f64 = 1e-2;
+/// Orbits before a graze through which its neighbourhood is a polynomial.
+const NODES: usize = 5;
 /// Newton steps for a gap at most.
 const STEPS: usize = 30;
 /// Section points that agree to this share of their offsets are one.
 const REPEATED: f64 = 1e-4;
 
+/// The sum of images of the same contacts with these weights.
+fn weighted<S: Real>(nodes: &[(S, Flown<S>)]) -> Option<Flown<S>> {
+    let (_, first) = nodes.first()?;
+    let sum = |of: &dyn Fn(&Flown<S>) -> S| nodes.iter().map(|(w, node)| *w * of(node)).sum::<S>();
+    let all = |of: fn(&Flown<S>) -> &Vec<S>| -> Vec<S> {
+        (0..of(first).len()).map(|place| sum(&|node| of(node)[place])).collect()
+    };
+    let speeds = first.speeds.iter().enumerate().map(|(passage, speed)| {
+        speed.map(|_| sum(&|node| node.speeds[passage].unwrap_or(S::zero())))
+    });
+    let alike = nodes.iter().all(|(_, node)| node.extra_contacts == first.extra_contacts);
+    alike.then(|| Flown {
+        point: all(|node| &node.point),
+        image: all(|node| &node.image),
+        speeds: speeds.collect(),
+        extra_contacts: first.extra_contacts,
+    })
+}
+
+/// A flight for every return.
+fn flights_of<'a, S: Real>(
+    image: &DirectImage<'a, S>,
+    itinerary: &ContactItinerary,
+) -> Vec<Flight<'a, S>> {
+    let flight = |(first, &made)| Flight { first, made, image: image.clone() };
+    itinerary.returns().iter().enumerate().map(flight).collect()
+}
+
+impl DirectUnits {
+    /// Lengths of the grazing orbit, smaller where the parameters vary little; the gap in the place
+    /// of the coordinate that it depends on most. Parameters vary within `free`, the others are at
+    /// the offsets `at`.
+    ///
+    /// # Errors
+    ///
+    /// [`AnalysisError::Length`] for as many offsets as there are no parameters.
+    pub fn measured(
+        scene: &Scene,
+        orbit: &GrazingOrbit,
+        mut image: DirectImage<'_, f64>,
+        free: &[(usize, [f64; 2])],
+        at: &[f64],
+    ) -> Result<Self, AnalysisError> {
+        let lengths = free.iter().map(|(place, range)| {
+            let value = orbit.parameters()[scene.expansion.active[*place]].to_f64().abs();
+            let largest = range.iter().fold(f64::MIN_POSITIVE, |most, end| most.max(end.abs()));
+            if value > 0.0 {
+                (largest.min(value), (largest / value).min(1.0))
+            } else {
+                (largest, 1.0)
+            }
+        });
+        let (parameters, shares): (Vec<f64>, Vec<f64>) = lengths.unzip();
+        let share = shares.into_iter().fold(0.0, f64::max).sqrt();
+        let extents = extents(scene, orbit);
+        let longest = extents.iter().copied().fold(0.0, f64::max);
+        let state = extents.iter().map(|&extent| match extent > 1e-9 * longest {
+            true => extent * share,
+            false => share,
+        });
+        let state: Vec<f64> = state.collect();
+        if !image.is_tangency() {
+            return Ok(Self { state, parameters, gap: None });
+        }
+        let mut slopes = Vec::new();
+        for place in 0..state.len() {
+            let mut moved = vec![0.0; state.len()];
+            moved[place] = 1e-4 * state[place];
+            let up = image.gap(&moved, at)?;
+            moved[place] = -moved[place];
+            slopes.push((up - image.gap(&moved, at)?).abs() / 2e-4);
+        }
+        let steepest = slopes.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1));
+        let gap = steepest.map(|(place, &slope)| (place, slope));
+        Ok(Self { state, parameters, gap })
+    }
+}
+
 impl<'a, S: Real> DirectOrbitEquations<'a, S> {
-    /// The equations of an itinerary with one parameter free, within a range of offsets, the others
-    /// at the offsets `at`.
+    /// The equations of an itinerary with some parameters free, each within a range of offsets, the
+    /// others at the offsets `at`.
     pub fn new(
         image: DirectImage<'a, S>,
         itinerary: &ContactItinerary,
         units: &DirectUnits,
-        (free, range): (usize, [f64; 2]),
+        free: &[(usize, [f64; 2])],
         at: &[f64],
     ) -> Self {
+        let free = free.iter().zip(&units.parameters);
+        let free = free.map(|(&(place, range), unit)| (place, range.map(|value| value / unit)));
         Self {
+            flights: flights_of(&image, itinerary),
             image,
             itinerary: itinerary.clone(),
-            free,
+            free: free.collect(),
             at: at.iter().map(|&value| S::from_f64(value)).collect(),
-            range: range.map(|value| value / units.parameter),
             units: units.clone(),
         }
     }
 
-    fn dimension(&self) -> usize {
+    /// The same with other contacts.
+    pub fn with_itinerary(&self, itinerary: &ContactItinerary) -> Self {
+        let flights = flights_of(&self.image, itinerary);
+        Self { itinerary: itinerary.clone(), flights, ..self.clone() }
+    }
+
+    /// The same with section points at contacts alone: on a tangency section a return without
+    /// contact begins at a local minimum of the gap, which an orbit may lose.
+    ///
+    /// `None` where the itinerary does not begin with contact, or every return of it does.
+    pub fn at_contacts(mut self) -> Option<Self> {
+        let (returns, passages) = (self.itinerary.returns(), self.itinerary.passages());
+        let begins = |number: &usize| returns[*number].contains(0);
+        let firsts: Vec<usize> = (0..returns.len()).filter(begins).collect();
+        if firsts.first() != Some(&0) || firsts.len() == returns.len() {
+            return None;
+        }
+        let ends = firsts[1..].iter().copied().chain([returns.len()]);
+        let flights = firsts.iter().zip(ends).map(|(&first, end)| {
+            let made = returns[first..end].iter().enumerate();
+            let made = made.flat_map(|(later, made)| {
+                made.iter().map(move |passage| later * passages + passage)
+            });
+            Some(Flight { first, made: made.collect(), image: self.image.over(end - first).ok()? })
+        });
+        self.flights = flights.collect::<Option<_>>()?;
+        Some(self)
+    }
+
+    /// Number of variables of section points, which come first among the unknowns.
+    pub fn variables(&self) -> usize {
+        self.dimension() * self.flights.len()
+    }
+
+    /// Coordinates of a section point.
+    pub fn dimension(&self) -> usize {
         self.units.state.len()
     }
 
@@ -111,13 +244,16 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
     /// All active parameters.
     pub fn parameters(&self, unknowns: &[S]) -> Vec<S> {
         let mut parameters = self.at.clone();
-        parameters[self.free] = unknowns[unknowns.len() - 1] * S::from_f64(self.units.parameter);
+        let values = unknowns[self.variables()..].iter().zip(&self.units.parameters);
+        for ((place, _), (&value, &unit)) in self.free.iter().zip(values) {
+            parameters[*place] = value * S::from_f64(unit);
+        }
         parameters
     }
 
     /// Whether a return begins with contact.
     fn begins_with_contact(&self, number: usize) -> bool {
-        self.itinerary.returns()[number].contains(0)
+        self.flights[number].made.contains(0)
     }
 
     /// The return whose own passage an unknown is the variable of.
@@ -125,13 +261,17 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
         let (replaced, _) = self.units.gap?;
         let number = unknown / self.dimension();
         let is_own = unknown % self.dimension() == replaced;
-        (is_own && number < self.itinerary.period()).then_some(number)
+        let flight = self.flights.get(number).filter(|_| is_own);
+        flight.map(|flight| flight.first)
     }
 
-    /// Unknowns of section points and the parameter that varies, in offsets.
+    /// Unknowns of section points, those of all returns or the equations' own, and the parameters
+    /// that vary, in offsets.
     pub fn unknowns(&mut self, states: &[Vec<S>], parameters: &[S]) -> Option<Vec<S>> {
         let mut unknowns = Vec::new();
-        for (number, state) in states.iter().enumerate() {
+        for number in 0..self.flights.len() {
+            let own = states.len() == self.flights.len();
+            let state = states.get(if own { number } else { self.flights[number].first })?;
             let units = self.units.state.iter();
             let mut values: Vec<S> =
                 state.iter().zip(units).map(|(&x, &unit)| x / S::from_f64(unit)).collect();
@@ -144,7 +284,8 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
             }
             unknowns.extend(values);
         }
-        unknowns.push(parameters[self.free] / S::from_f64(self.units.parameter));
+        let free = self.free.iter().zip(&self.units.parameters);
+        unknowns.extend(free.map(|((place, _), &unit)| parameters[*place] / S::from_f64(unit)));
         Some(unknowns)
     }
 
@@ -188,41 +329,42 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
         let Some((replaced, _)) = self.units.gap else {
             return self.flown_at(number, variables, parameters);
         };
+        // Next to the graze contacts are not resolved, and beyond it nothing flies: there it is the
+        // polynomial through orbits before it.
         let own = variables[replaced];
-        if own >= S::zero() {
-            return self.flown_at(number, variables, parameters);
+        let mut spacing = S::ROUNDOFF.powf(0.2);
+        for _ in 0..SHORTENINGS {
+            if own >= S::from_f64(spacing) {
+                return self.flown_at(number, variables, parameters);
+            }
+            let at = |node: usize| S::from_f64((node + 1) as f64 * spacing);
+            let nodes = (0..NODES).map(|node| {
+                let mut variables = variables.to_vec();
+                variables[replaced] = at(node);
+                let others = (0..NODES).filter(|&other| other != node);
+                let weight = others.fold(S::one(), |product, other| {
+                    product * (own - at(other)) / (at(node) - at(other))
+                });
+                Some((weight, self.flown_at(number, &variables, parameters)?))
+            });
+            if let Some(nodes) = nodes.collect::<Option<Vec<_>>>() {
+                return weighted(&nodes);
+            }
+            spacing *= SHORTENED;
         }
-        // Beyond the graze, where nothing flies: reflected, so that the curve passes it smoothly.
-        let mut variables = variables.to_vec();
-        variables[replaced] = S::zero();
-        let border = self.flown_at(number, &variables, parameters)?;
-        variables[replaced] = -own;
-        let there = self.flown_at(number, &variables, parameters)?;
-        let reflected = |a: &[S], b: &[S]| a.iter().zip(b).map(|(&a, &b)| a + a - b).collect();
-        Some(Flown {
-            point: reflected(&border.point, &there.point),
-            image: reflected(&border.image, &there.image),
-            ..there
-        })
+        None
     }
 
     fn flown_at(&mut self, number: usize, variables: &[S], parameters: &[S]) -> Option<Flown<S>> {
         let point = self.point(number, variables, parameters)?;
-        let image = self.image.image(&point, parameters).ok()?;
+        let flight = &mut self.flights[number];
+        let image = flight.image.image(&point, parameters).ok()?;
         if image.end != DirectEnd::Returned {
             return None;
         }
         let made = image.passages.iter().enumerate().filter(|(_, speed)| speed.is_some());
-        let mut made: PassageSet = made.map(|(passage, _)| passage).collect();
-        let asked = self.itinerary.returns()[number];
-        let touching = self.units.gap.is_some_and(|(replaced, _)| {
-            variables[replaced].magnitude() < TOUCHING && asked.contains(0) != made.contains(0)
-        });
-        if touching {
-            let others = made.iter().filter(|&passage| passage != 0);
-            made = others.chain(asked.contains(0).then_some(0)).collect();
-        }
-        (made == asked).then_some(Flown {
+        let made: PassageSet = made.map(|(passage, _)| passage).collect();
+        (made == flight.made).then_some(Flown {
             point,
             image: image.offsets,
             speeds: image.passages,
@@ -230,7 +372,8 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
         })
     }
 
-    /// Derivatives of a section point and of its image by one variable, or by the parameter.
+    /// Derivatives of a section point and of its image by one variable, or by a parameter, which
+    /// are numbered after the variables.
     fn slopes(
         &mut self,
         number: usize,
@@ -248,21 +391,16 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
                 let moved = S::from_f64(steps * length);
                 match variables.get_mut(place) {
                     Some(value) => *value += moved,
-                    None => *unknowns.last_mut()? += moved,
+                    None => unknowns[self.variables() + place - variables.len()] += moved,
                 }
                 let parameters = self.parameters(&unknowns);
                 let flown = self.flown(number, &variables, &parameters)?;
                 (flown.extra_contacts == centre.extra_contacts).then_some(flown)
             };
-            // One-sided next to the graze, across which the map is not smooth.
-            let weights: &[(f64, f64)] = match at {
-                at if own && at >= 0.0 && at < 2.0 * length => {
-                    &[(1.0, 48.0), (2.0, -36.0), (3.0, 16.0), (4.0, -3.0), (0.0, -25.0)]
-                }
-                at if own && at < 0.0 && at > -2.0 * length => {
-                    &[(-1.0, -48.0), (-2.0, 36.0), (-3.0, -16.0), (-4.0, 3.0), (0.0, 25.0)]
-                }
-                _ => &[(1.0, 8.0), (-1.0, -8.0), (2.0, -1.0), (-2.0, 1.0)],
+            // One-sided next to the graze, beyond which nothing flies.
+            let weights: &[(f64, f64)] = match own && at < 2.0 * length {
+                true => &[(1.0, 48.0), (2.0, -36.0), (3.0, 16.0), (4.0, -3.0), (0.0, -25.0)],
+                false => &[(1.0, 8.0), (-1.0, -8.0), (2.0, -1.0), (-2.0, 1.0)],
             };
             let sides = weights.iter().map(|&(steps, weight)| Some((weight, side(steps)?)));
             if let Some(sides) = sides.collect::<Option<Vec<_>>>() {
@@ -283,6 +421,11 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
         None
     }
 
+    /// The rounding of derivatives, which are differences, over that of the numbers.
+    pub fn rounding() -> f64 {
+        S::ROUNDOFF.powf(0.8) / S::ROUNDOFF
+    }
+
     /// The Jacobian of the period's map at its first point; `None` at a graze.
     pub fn jacobian(&self, orbit: &DirectOrbit<S>) -> Option<DMatrix<S>> {
         let size = self.dimension();
@@ -295,13 +438,22 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
 
     /// The square Jacobian with the last image's sign turned: singular where −1 is a multiplier.
     pub fn doubling<X>(&self, linearised: &Linearised<S, X>, orbit: &DirectOrbit<S>) -> DMatrix<S> {
-        let (size, count) = (self.dimension(), self.itinerary.period());
-        let mut matrix = linearised.jacobian.columns(0, size * count).into_owned();
+        let matrix = &linearised.jacobian + self.first_point(orbit) * S::from_f64(2.0);
+        matrix.columns(0, self.variables()).into_owned()
+    }
+
+    /// Derivatives of the first section point by all unknowns, in the rows of the last image.
+    pub fn first_point(&self, orbit: &DirectOrbit<S>) -> DMatrix<S> {
+        let (size, rows) = (self.dimension(), self.variables());
+        let mut matrix = DMatrix::from_element(rows, rows + self.free.len(), S::zero());
         let [point, _] = &orbit.blocks[0];
         for row in 0..size {
-            let unit = S::from_f64(0.5 * self.units.state[row]);
+            let (at, unit) = (rows - size + row, S::from_f64(self.units.state[row]));
             for column in 0..size {
-                matrix[((count - 1) * size + row, column)] += point[(row, column)] / unit;
+                matrix[(at, column)] = point[(row, column)] / unit;
+            }
+            for (number, slope) in orbit.by_parameters.iter().enumerate() {
+                matrix[(at, rows + number)] = slope[row] / unit;
             }
         }
         matrix
@@ -314,18 +466,50 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
             let mut pairs = a.iter().zip(b).zip(&self.units.state);
             pairs.all(|((&a, &b), unit)| is_same([a, b], *unit, tolerance))
         };
-        let mut later = (1..count).filter(|&later| self.itinerary.repeats_after(later));
-        later.any(|later| {
+        self.rotations().skip(1).any(|later| {
             (0..count).all(|n| near(&orbit.states[n], &orbit.states[(n + later) % count]))
         })
+    }
+
+    /// The components of a vector of unknowns of all returns that belong to these equations.
+    pub fn own(&self, all: &[S]) -> Vec<S> {
+        let size = self.dimension();
+        let places = self.flights.iter().map(|flight| flight.first * size);
+        let own = places.flat_map(|place| &all[place..place + size]);
+        own.chain(&all[size * self.itinerary.period()..]).copied().collect()
+    }
+
+    /// The section points of all returns of an orbit with some; `None` where a return comes to
+    /// none.
+    pub fn every_point(&mut self, orbit: &DirectOrbit<S>, parameters: &[S]) -> Option<Vec<Vec<S>>> {
+        let mut states: Vec<Vec<S>> = Vec::new();
+        for number in 0..self.itinerary.period() {
+            let state = match orbit.returns.iter().position(|&known| known == number) {
+                Some(place) => orbit.states[place].clone(),
+                None => {
+                    let image = self.image.image(states.last()?, parameters).ok()?;
+                    (image.end == DirectEnd::Returned).then_some(image.offsets)?
+                }
+            };
+            states.push(state);
+        }
+        Some(states)
+    }
+
+    /// By how many section points the orbit may be begun later so that its itinerary is the same.
+    pub fn rotations(&self) -> impl Iterator<Item = usize> {
+        let firsts = self.flights.iter().enumerate();
+        let same = firsts.filter(|(_, flight)| self.itinerary.repeats_after(flight.first));
+        same.map(|(number, _)| number)
     }
 
     /// The difference of the first points of both halves of a period, of itineraries that repeat
     /// after half of it.
     fn halves(&self, unknowns: &[S]) -> TestValue<S> {
-        let (count, size) = (self.itinerary.period(), self.dimension());
+        let (count, size) = (self.flights.len(), self.dimension());
         let half = count / 2;
-        let doubled = count == 2 * half && self.itinerary.repeats_after(half);
+        let doubled =
+            count == 2 * half && self.itinerary.repeats_after(self.itinerary.period() / 2);
         let place = self.units.gap.map_or(0, |(replaced, _)| replaced);
         let value = match doubled {
             true => unknowns[place] - unknowns[half * size + place],
@@ -363,23 +547,23 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
     }
 }
 
-/// The turn of the parameter (a fold), a multiplier −1 (a flip), the determinant with the tangent
-/// (a branch point), both halves of a period alike, reciprocal multipliers. Grazes are borders.
-impl<S: Real> CurveEquations<S> for DirectOrbitEquations<'_, S> {
-    type Extra = DirectOrbit<S>;
-
-    fn linearised(&mut self, unknowns: &[S]) -> Option<Linearised<S, DirectOrbit<S>>> {
-        let (size, count) = (self.dimension(), self.itinerary.period());
-        let rows = size * count;
+impl<S: Real> DirectOrbitEquations<'_, S> {
+    /// Residuals and their Jacobian by all unknowns, with the orbit; `None` where a return does not
+    /// make the contacts of the itinerary.
+    pub fn orbit_at(&mut self, unknowns: &[S]) -> Option<Linearised<S, DirectOrbit<S>>> {
+        let (size, count) = (self.dimension(), self.flights.len());
+        let (rows, free) = (size * count, self.free.len());
         let parameters = self.parameters(unknowns);
         let mut orbit = DirectOrbit {
             states: Vec::new(),
+            returns: self.flights.iter().map(|flight| flight.first).collect(),
             speeds: Vec::new(),
             extra_contacts: 0,
             blocks: Vec::new(),
+            by_parameters: Vec::new(),
         };
         let mut residual = DVector::from_element(rows, S::zero());
-        let mut jacobian = DMatrix::from_element(rows, rows + 1, S::zero());
+        let mut jacobian = DMatrix::from_element(rows, rows + free, S::zero());
         for number in 0..count {
             let variables = &unknowns[number * size..(number + 1) * size];
             let centre = self.flown(number, variables, &parameters)?;
@@ -392,9 +576,9 @@ impl<S: Real> CurveEquations<S> for DirectOrbitEquations<'_, S> {
                 residual[own + row] += centre.image[row] / unit;
                 residual[before + row] -= centre.point[row] / unit;
             }
-            for place in 0..=size {
+            for place in 0..size + free {
                 let [point, image] = self.slopes(number, variables, unknowns, place, &centre)?;
-                let column = if place < size { number * size + place } else { rows };
+                let column = if place < size { number * size + place } else { rows + place - size };
                 for row in 0..size {
                     let unit = S::from_f64(self.units.state[row]);
                     jacobian[(own + row, column)] += image[row] / unit;
@@ -403,17 +587,32 @@ impl<S: Real> CurveEquations<S> for DirectOrbitEquations<'_, S> {
                 if place < size {
                     both[0].set_column(place, &point);
                     both[1].set_column(place, &image);
+                } else if number == 0 {
+                    orbit.by_parameters.push(point);
                 }
             }
             orbit.blocks.push(both);
             orbit.extra_contacts += centre.extra_contacts;
             let speeds = centre.speeds.iter().enumerate();
-            let speeds = speeds.filter_map(|(passage, speed)| Some((number, passage, (*speed)?)));
+            let (first, passages) = (self.flights[number].first, self.itinerary.passages());
+            let speeds = speeds.filter_map(|(passage, speed)| {
+                Some((first + passage / passages, passage % passages, (*speed)?))
+            });
             orbit.speeds.extend(speeds);
             orbit.states.push(centre.point);
         }
         let finite = residual.iter().chain(jacobian.iter()).all(|value| value.is_finite());
         finite.then_some(Linearised { residual, jacobian, extra: orbit })
+    }
+}
+
+/// The turn of the parameter (a fold), a multiplier −1 (a flip), the determinant with the tangent
+/// (a branch point), both halves of a period alike, reciprocal multipliers. Grazes are borders.
+impl<S: Real> CurveEquations<S> for DirectOrbitEquations<'_, S> {
+    type Extra = DirectOrbit<S>;
+
+    fn linearised(&mut self, unknowns: &[S]) -> Option<Linearised<S, DirectOrbit<S>>> {
+        self.orbit_at(unknowns)
     }
 
     fn tests(&self, point: &CurvePoint<S, DirectOrbit<S>>) -> Vec<TestValue<S>> {
@@ -426,14 +625,15 @@ impl<S: Real> CurveEquations<S> for DirectOrbitEquations<'_, S> {
         ];
         tests.extend(self.reciprocity(orbit));
         // Derivatives are differences: of their rounding, not that of the numbers.
-        let rounding = S::ROUNDOFF.powf(0.8) / S::ROUNDOFF;
+        let rounding = Self::rounding();
         tests.iter_mut().for_each(|test| test.size *= rounding);
         tests
     }
 
     fn range(&self, unknown: usize) -> [f64; 2] {
-        if unknown == self.dimension() * self.itinerary.period() {
-            return self.range;
+        let number = unknown.checked_sub(self.variables());
+        if let Some((_, range)) = number.and_then(|number| self.free.get(number)) {
+            return *range;
         }
         let least = if self.passage_of(unknown).is_some() { 0.0 } else { -REACH };
         [least, REACH]

@@ -378,8 +378,95 @@ impl<S: Real> Period<S> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::section_map::SectionStep;
     use super::*;
     use crate::numeric::Dd;
+
+    /// `x ↦ p + x/2` without contact, `x ↦ p − k √x` with: the one-dimensional square-root map, `k
+    /// = 3/10`.
+    struct SquareRoot;
+
+    const KICK: f64 = 0.3;
+
+    impl<S: Real> SectionMap<S> for SquareRoot {
+        fn image(&mut self, state: &[S], parameters: &[S]) -> Option<SectionStep<S>> {
+            let (x, p) = (state[0], parameters[0]);
+            let contact = x > S::zero();
+            let image = match contact {
+                true => p - S::from_f64(KICK) * x.sqrt(),
+                false => p + S::from_f64(0.5) * x,
+            };
+            Some(SectionStep {
+                offsets: vec![image],
+                contacts: contact.then_some(0).into_iter().collect(),
+                depth: x.max(S::zero()),
+                extra_contacts: 0,
+            })
+        }
+    }
+
+    fn problem(contact: bool) -> PeriodicProblem {
+        let made: PassageSet = contact.then_some(0).into_iter().collect();
+        PeriodicProblem { returns: 1, free: 0, itinerary: Some(vec![made]), scales: vec![1.0, 1.0] }
+    }
+
+    fn guess<S: Real>(state: f64, parameter: f64) -> Guess<S> {
+        Guess { state: vec![S::from_f64(state)], parameters: vec![S::from_f64(parameter)] }
+    }
+
+    /// The orbit with contact has `x + k √x = p` and the multiplier `−k/(2√x)`.
+    #[test]
+    fn the_orbit_of_the_square_root_map_is_where_algebra_has_it() {
+        let x = 0.04;
+        let held = Held::Coordinate(0);
+        let found = periodic_orbit(&mut SquareRoot, &problem(true), held, &guess(x, 0.0));
+        let orbit: PeriodicOrbit<f64> = found.found().expect("an orbit");
+        assert!((orbit.parameters[0] - (x + KICK * x.sqrt())).abs() < 1e-13, "{orbit:?}");
+        let multiplier = orbit.multipliers().expect("a number")[0].re;
+        // In double precision derivatives keep twelve digits.
+        assert!((multiplier + KICK / (2.0 * x.sqrt())).abs() < 1e-10, "{multiplier}");
+    }
+
+    #[test]
+    fn an_orbit_of_other_contacts_is_not_the_one_asked_for() {
+        // Without contact x = 2p: for p > 0 it would be beyond the stop.
+        let held = Held::Parameter;
+        let found = periodic_orbit(&mut SquareRoot, &problem(false), held, &guess(0.3, 0.2));
+        let PeriodicOutcome::<f64>::OtherItinerary(orbit) = &found else {
+            panic!("{found:?}");
+        };
+        assert!(orbit.states[0][0] > 0.0, "{found:?}");
+        let found = periodic_orbit(&mut SquareRoot, &problem(false), held, &guess(-0.1, -0.2));
+        let orbit: PeriodicOrbit<f64> = found.found().expect("x = 2p");
+        assert!((orbit.states[0][0] + 0.4).abs() < 1e-14 && orbit.is_stable() == Ok(true));
+    }
+
+    #[test]
+    fn a_fixed_point_of_no_map_is_not_found() {
+        /// `x ↦ x + 1 + p²`: never fixed.
+        struct Shift;
+        impl SectionMap<f64> for Shift {
+            fn image(&mut self, state: &[f64], parameters: &[f64]) -> Option<SectionStep<f64>> {
+                Some(SectionStep {
+                    offsets: vec![state[0] + 1.0 + parameters[0].powi(2)],
+                    contacts: PassageSet::default(),
+                    depth: 0.0,
+                    extra_contacts: 0,
+                })
+            }
+        }
+        let found = periodic_orbit(&mut Shift, &problem(false), Held::Parameter, &guess(0.0, 0.5));
+        let parted = |outcome: &PeriodicOutcome<f64>| {
+            matches!(
+                outcome,
+                PeriodicOutcome::Singular { .. } | PeriodicOutcome::NotConverged { .. }
+            )
+        };
+        assert!(parted(&found), "{found:?}");
+        let held = Held::Coordinate(0);
+        let found = periodic_orbit(&mut Shift, &problem(false), held, &guess(0.0, 0.5));
+        assert!(parted(&found), "{found:?}");
+    }
 
     #[test]
     fn a_small_multiplier_has_the_digits_of_a_jacobian_in_double_double() {

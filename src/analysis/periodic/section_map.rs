@@ -152,20 +152,6 @@ pub(in crate::analysis) fn state_jacobian<S: Real>(
     Some((step, jacobian))
 }
 
-/// Derivatives of the images by some parameters, one vector for each, as [`linearise`] has them.
-pub(in crate::analysis) fn parameter_slopes<S: Real>(
-    map: &mut (impl SectionMap<S> + ?Sized),
-    step: &SectionStep<S>,
-    state: &[S],
-    parameters: &[S],
-    free: &[usize],
-    scales: &[f64],
-) -> Option<Vec<DVector<S>>> {
-    let mut point = Point::new(state, parameters);
-    let variables = free.iter().map(|parameter| state.len() + parameter);
-    variables.map(|variable| point.slope(map, step, variable, scales[variable])).collect()
-}
-
 /// Where derivatives are taken.
 struct Point<S> {
     variables: Vec<S>,

@@ -5,38 +5,52 @@ use super::sweeps::{ByMap, pictures, resumable};
 use super::{map, open, remark_on_window};
 use crate::cli::arguments::BasinArguments;
 use crate::cli::memory::refuse_memory;
-use crate::cli::output::{Bar, CliError, note, pairs};
+use crate::cli::output::{Bar, CliError, note, pairs, stem};
 use grazemap::Map;
 use grazemap::analysis::basin::{Basin, BasinRequest, basin_bytes};
+use grazemap::model::Method;
 use grazemap::report::{
     DocumentKind, OutputFolder, ReportError, basin_array, basin_figure, basin_outside_words,
-    basin_remarks, basin_rows, basin_table, basin_words, write_json,
+    basin_remarks, basin_rows, basin_table, basin_words, manifold_rows, manifold_table, write_json,
 };
 
 pub(in crate::cli) fn run(options: &BasinArguments) -> Result<(), CliError> {
     let outlets = &options.scene.common.outlets;
     let map = map(open(&options.scene)?, outlets.quiet)?;
-    let request = request(options, &map)?;
-    refuse_memory(basin_bytes(&request), outlets.quiet)?;
-    let decisive = format!("{request:?}");
+    let requests = match options.ask() || map.scene().basins.is_empty() {
+        true => vec![request(options, &map)?],
+        false => map.basin_requests()?,
+    };
+    let found = requests.len();
+    if found > 1 && (outlets.json.is_some() || outlets.csv.is_some()) {
+        return Err(CliError::SeveralBasins { found });
+    }
+    refuse_memory(requests.iter().map(basin_bytes).sum(), outlets.quiet)?;
+    let decisive = format!("{requests:?}");
     let resumable = resumable("basin", outlets.folder(), &map, &decisive, outlets.quiet)?;
     let bar = Bar::new("basin", outlets.quiet).resuming(0, resumable.journal());
-    let mut basin = map.basin(&request, &bar)?;
+    let mut basins = map.basins(&requests, &bar)?;
     drop(bar);
     remark_on_window(&map, outlets.quiet);
-    if let Some(words) = basin_outside_words(&basin).filter(|_| !outlets.quiet) {
-        note(&format!("warning: {words}"));
+    warn_of_basins(&basins, outlets.quiet);
+    let texts = basins.iter().map(text).collect::<Result<Vec<_>, _>>()?;
+    basins.iter_mut().for_each(Basin::take_timing);
+    if let [basin] = &basins[..] {
+        let document = ByMap::new(DocumentKind::Basin, basin, &map);
+        outlets.write_json(&|out| write_json(out, &document))?;
+        outlets.write_csv(&|out| basin_rows(basin).write_csv(out))?;
     }
-    let text = text(&basin)?;
-    basin.take_timing();
-    let document = ByMap::new(DocumentKind::Basin, &basin, &map);
-    outlets.write_json(&|out| write_json(out, &document))?;
-    outlets.write_csv(&|out| basin_rows(&basin).write_csv(out))?;
     if let Some(folder) = &outlets.output {
-        write(&OutputFolder::create(folder)?, &basin, &map)?;
+        write_basins(&OutputFolder::create(folder)?, &basins, &map)?;
     }
     resumable.finish();
-    outlets.show(&text)
+    outlets.show(&texts.join("\n"))
+}
+
+/// Says where the map alone leaves its window.
+pub(super) fn warn_of_basins(basins: &[Basin], quiet: bool) {
+    let words = basins.iter().filter_map(basin_outside_words).filter(|_| !quiet);
+    words.for_each(|words| note(&format!("warning: {words}")));
 }
 
 /// What the options ask for, in numbers.
@@ -54,14 +68,9 @@ fn request(options: &BasinArguments, map: &Map) -> Result<BasinRequest, CliError
     }
     if let [first, second] = &options.axes[..] {
         let place = |name: &str| place_of("--axes", COORDINATES, name, &coordinates);
-        request.axes = [place(first)?, place(second)?];
+        request = request.over([place(first)?, place(second)?], map.local());
     } else if !options.axes.is_empty() {
         return Err(CliError::NotTwoAxes { found: options.axes.len() });
-    }
-    let widths = &map.local().window.state;
-    for (axis, range) in request.axes.iter().zip(&mut request.ranges) {
-        let width = widths.get(*axis).copied().unwrap_or(f64::NAN);
-        *range = [-width, width];
     }
     for (name, range) in options.range.iter().flat_map(|ranges| &ranges.0) {
         let place = place_of("--range", COORDINATES, name, &coordinates)?;
@@ -75,13 +84,17 @@ fn request(options: &BasinArguments, map: &Map) -> Result<BasinRequest, CliError
         [first, second] => request.points = [first as usize, second as usize],
         _ => return Err(CliError::NotTwoAxes { found: options.points.len() }),
     }
-    request.method = options.with.into();
+    request.method = options.with.map_or(request.method, Method::from);
+    request.manifolds = options.manifolds.map(usize::from);
     Ok(request)
 }
 
 /// The basin as a person reads it.
 fn text(basin: &Basin) -> Result<String, ReportError> {
     let mut text = format!("{}\n{}\n", basin_words(basin), basin_table(basin)?.to_text());
+    if let Some(manifolds) = &basin.manifolds {
+        text.push_str(&format!("{}\n", manifold_table(basin, manifolds)?.to_text()));
+    }
     for remark in basin_remarks(basin) {
         text.push_str(&format!("{remark}\n"));
     }
@@ -93,11 +106,25 @@ fn text(basin: &Basin) -> Result<String, ReportError> {
     Ok(text)
 }
 
-/// Writes data and picture of a basin without times: the same bytes from run to run.
-fn write(folder: &OutputFolder, basin: &Basin, map: &Map) -> Result<(), ReportError> {
-    let document = ByMap::new(DocumentKind::Basin, basin, map);
-    folder.write_streamed("basin.json", |out| write_json(out, &document))?;
-    folder.write_streamed("basin.csv", |out| basin_rows(basin).write_csv(out))?;
-    folder.write("basin.npy", basin_array(basin)?)?;
-    folder.write_all(pairs(&pictures("basin", &basin_figure(basin))))
+/// Writes data and pictures of basins without times: the same bytes from run to run.
+pub(super) fn write_basins(
+    folder: &OutputFolder,
+    basins: &[Basin],
+    map: &Map,
+) -> Result<(), ReportError> {
+    for (number, basin) in basins.iter().enumerate() {
+        let named = |name: &str| stem(name, number, basins.len());
+        let stem = named("basin");
+        let document = ByMap::new(DocumentKind::Basin, basin, map);
+        folder.write_streamed(&format!("{stem}.json"), |out| write_json(out, &document))?;
+        folder.write_streamed(&format!("{stem}.csv"), |out| basin_rows(basin).write_csv(out))?;
+        if let Some(manifolds) = &basin.manifolds {
+            let rows = || manifold_rows(basin, manifolds);
+            let name = format!("{}.csv", named("manifolds"));
+            folder.write_streamed(&name, |out| rows().write_csv(out))?;
+        }
+        folder.write(&format!("{stem}.npy"), basin_array(basin)?)?;
+        folder.write_all(pairs(&pictures(&stem, &basin_figure(basin))))?;
+    }
+    Ok(())
 }

@@ -20,6 +20,11 @@ pub(in crate::cli) fn run(options: &BranchArguments) -> Result<(), CliError> {
     let polynomials = (map.local(), map.window(), map.window_edges());
     let kind = (request.along, request.direct);
     let listing = BranchListing::new(map.section(), polynomials, &names, &found, kind);
+    let observed = options.observe.iter().map(|&option| {
+        let observable = option.into();
+        Ok((observable, map.branch_observable(&found, observable)?))
+    });
+    let listing = listing.with_observed(&observed.collect::<Result<Vec<_>, CliError>>()?);
     let diagram = match outlets.output.is_some() {
         true => Some(map.branch_diagram(&request, &found)?),
         false => None,
@@ -39,19 +44,19 @@ fn request(options: &BranchArguments, map: &Map) -> Result<BranchRequest, CliErr
     let along = parameters.place("--along", options.along.trim())?;
     let passages = map.local().passages();
     let longest = longest_period(options.period, passages);
-    let named = itineraries(&options.itinerary, options.period, passages)?;
+    let named = itineraries(&options.which.itinerary, options.period, passages)?;
     let named_longest = named.iter().map(|itinerary| itinerary.period()).max();
-    let at = options.at.as_ref().map(|at| parameters.offsets(at)).transpose()?;
+    let at = options.stretch.at.as_ref().map(|at| parameters.offsets(at)).transpose()?;
     Ok(BranchRequest {
         longest: longest.max(named_longest.unwrap_or(1)),
         itineraries: named,
         along,
         range: [
-            parameters.end("--from", options.from, (along, -1.0))?,
-            parameters.end("--to", options.to, (along, 1.0))?,
+            parameters.end("--from", options.stretch.from, (along, -1.0))?,
+            parameters.end("--to", options.stretch.to, (along, 1.0))?,
         ],
         at: at.unwrap_or_else(|| parameters.one(along, 0.0)),
-        direct: options.using == OrbitsUsing::Direct,
+        direct: options.which.using == OrbitsUsing::Direct,
     })
 }
 

@@ -44,11 +44,11 @@ type Emitted = (EmittedModule, Map);
 
 pub(in crate::cli) fn run(options: &EmitArguments) -> Result<(), CliError> {
     let default = match options.catalogue {
-        true => CATALOGUE_FOLDER,
+        true => PathBuf::from(CATALOGUE_FOLDER),
         false => folder_of(options.target.into()),
     };
     let mut outlets = options.common.outlets.clone();
-    let folder = outlets.output.take().unwrap_or_else(|| PathBuf::from(default));
+    let folder = outlets.output.take().unwrap_or(default);
     let command = Reproduction::of(options).command(&folder);
     let (modules, emitted) = match &options.scene {
         Some(scene) => {
@@ -107,7 +107,7 @@ impl<'a> Reproduction<'a> {
         let mut words = vec!["grazemap".to_owned(), "emit".to_owned()];
         let from = match self.target {
             Target::Rust => folder.join("src"),
-            Target::C | Target::Cuda => folder.to_owned(),
+            _ => folder.to_owned(),
         };
         match self.scene {
             Some(scene) if scene.exists() => {
@@ -163,12 +163,11 @@ fn relative(folder: &Path, path: &Path) -> PathBuf {
 }
 
 /// Where an emission goes when no folder is named.
-fn folder_of(target: Target) -> &'static str {
-    match target {
-        Target::Rust => "out/crate",
-        Target::C => "out/c",
-        Target::Cuda => "out/cuda",
-    }
+fn folder_of(target: Target) -> PathBuf {
+    Path::new("out").join(match target {
+        Target::Rust => "crate",
+        other => other.word(),
+    })
 }
 
 fn opened(scene: PathBuf, options: &EmitArguments) -> Result<Source, CliError> {

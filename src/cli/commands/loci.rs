@@ -54,16 +54,17 @@ fn request(options: &LociArguments, map: &Map) -> Result<LociRequest, CliError> 
         value if value.is_finite() => Ok(value),
         value => Err(CliError::NotFinite { flag, value }),
     };
-    let range = [end("--from", options.from, -width)?, end("--to", options.to, width)?];
-    let at = match &options.at {
+    let range =
+        [end("--from", options.stretch.from, -width)?, end("--to", options.stretch.to, width)?];
+    let at = match &options.stretch.at {
         Some(named) => named_offsets("--at", ACTIVE, named, &names)?,
         None => vec![0.0; names.len()],
     };
     let passages = local.passages();
-    let itineraries = match options.itinerary.is_empty() {
+    let itineraries = match options.which.itinerary.is_empty() {
         true => ContactItinerary::all(passages, (DEFAULT_PASSAGES / passages.max(1)).max(1)),
         false => {
-            let named = options.itinerary.iter();
+            let named = options.which.itinerary.iter();
             named.map(|digits| ContactItinerary::parse(digits, passages)).collect()
         }
     };
@@ -78,7 +79,7 @@ fn request(options: &LociArguments, map: &Map) -> Result<LociRequest, CliError> 
         at,
         kinds,
         itineraries: itineraries.collect(),
-        direct: options.using == OrbitsUsing::Direct,
+        direct: options.which.using == OrbitsUsing::Direct,
     })
 }
 
@@ -102,7 +103,8 @@ fn under(map: &Map, listing: &LociListing) -> Result<Option<Figure>, CliError> {
     let Some(request) = charts.find(|request| names(request) == listing.plane) else {
         return Ok(None);
     };
-    Ok(map.chart(request)?.first().map(chart_figure))
+    let bare = ChartRequest { overlay: Vec::new(), ..request.clone() };
+    Ok(map.chart(&bare)?.first().map(chart_figure))
 }
 
 /// The loci as a person reads them.
@@ -119,20 +121,23 @@ fn text(map: &Map, listing: &LociListing) -> Result<String, CliError> {
     );
     if listing.using == "direct" {
         text.push_str(
-            "\nphysical parts, begun at orbits of the map; grazes of orbits with impacts are the \
-             map's alone\n",
+            "\nphysical parts, looked for along branches of direct simulation at five values of \
+             the first parameter, and at the map's loci; tangencies are the map's\n",
         );
-        if listing.loci.iter().all(|locus| locus.kind != LocusKind::Graze) {
-            text.push_str(&format!(
-                "the grazing curve is simulated where it was asked for and `solve_for` is \
-                 \"{second}\"\n"
-            ));
+        if !listing.has_grazes() {
+            text.push_str("grazes are followed on a tangency section, those of its own passage\n");
         }
     }
     if listing.special().next().is_some() {
         text.push_str(&format!(
             "\npoints of codimension two\n\n{}",
             listing.special_table()?.to_text()
+        ));
+    }
+    for surface in &listing.without_kick {
+        text.push_str(&format!(
+            "\nno tangencies at `{surface}`: its contact begins without a kick, so multipliers \
+             pass a graze without a jump, and folds and flips do not end there\n"
         ));
     }
     if !listing.tangencies.is_empty() {

@@ -6,9 +6,9 @@ use crate::cli::output::{Bar, CliError, Results, note};
 use grazemap::Map;
 use grazemap::analysis::itinerary;
 use grazemap::analysis::orbits::{
-    DirectReach, LociRequest, Orbits, OrbitsRequest, SteppedParameter,
+    BifurcationKind, DirectReach, LociRequest, Orbits, OrbitsRequest, SteppedParameter,
 };
-use grazemap::analysis::periodic::{BifurcationKind, ContactItinerary, ItineraryError};
+use grazemap::analysis::periodic::{ContactItinerary, ItineraryError};
 use grazemap::expansion::LocalMap;
 use grazemap::model::{Scene, nearest};
 use grazemap::orbit::PoincareSectionKind;
@@ -47,12 +47,12 @@ pub(super) fn searched(map: &Map, found: &Orbits, request: &OrbitsRequest) -> St
         "the map (itineraries: {itineraries}; depth variables up to twice the window's, offsets up \
          to a hundred half-widths)"
     );
-    if let Some(DirectReach { parameter, range: [from, to], values }) = found.reach {
+    if let Some(DirectReach { parameter, range: [from, to] }) = found.reach {
         let name = &map.local().parameters[parameter].name;
         words.push_str(&format!(
-            "; direct simulation next to the map's orbits, and by itself along the branches of \
-             what it settles on or nearly repeats at {values} offsets of {name} from {from:.3} to \
-             {to:.3}"
+            "; direct simulation next to the map's orbits, and by itself along the branches in \
+             {name}, at offsets from {from:.3} to {to:.3}, that begin at the graze or at what it \
+             settles on or nearly repeats"
         ));
         let is_tangency = map.orbit().section.kind == PoincareSectionKind::Tangency;
         if is_tangency && map.scene().model.phase.is_some() {
@@ -175,10 +175,10 @@ fn request(
 ) -> Result<OrbitsRequest, CliError> {
     let parameters = Parameters { scene, map };
     Ok(OrbitsRequest {
-        itineraries: itineraries(&options.itinerary, options.period, map.passages())?,
+        itineraries: itineraries(&options.which.itinerary, options.period, map.passages())?,
         at: parameters.at(options)?,
-        direct: options.using == OrbitsUsing::Direct,
-        far: options.using == OrbitsUsing::Direct,
+        direct: options.which.using == OrbitsUsing::Direct,
+        far: options.which.using == OrbitsUsing::Direct,
         loci: parameters.loci(options)?,
     })
 }

@@ -5,6 +5,7 @@ use std::time::Instant;
 
 use serde::Serialize;
 
+use super::basin::{warn_of_basins, write_basins};
 use super::converge::convergence_files;
 use super::emit::Reproduction;
 use super::sweeps::{
@@ -15,6 +16,7 @@ use super::{open, refuse_orders, remark_on_window, settle};
 use crate::cli::arguments::{Common, SceneOptions};
 use crate::cli::memory::refuse_memory;
 use crate::cli::output::{Bar, CliError, Outlets, Results, note, pairs};
+use grazemap::analysis::basin::{Basin, basin_bytes};
 use grazemap::analysis::chart::{Chart, chart_bytes};
 use grazemap::analysis::diagram::{Diagram, Sweep, SweepHeading, Timing, diagram_bytes};
 use grazemap::emission::{EmittedCrate, Target};
@@ -160,6 +162,18 @@ pub(in crate::cli) fn run(options: &SceneOptions) -> Result<(), CliError> {
         charts.iter_mut().zip(times).for_each(|(chart, timing)| chart.timing = timing);
     }
 
+    let mut basins = Vec::new();
+    let requests = map.basin_requests()?;
+    if !requests.is_empty() {
+        refuse_memory(requests.iter().map(basin_bytes).sum(), quiet)?;
+        let bar = Bar::new("basin", quiet).resuming(3, resumable.journal());
+        basins = clock.time("basins", || Ok(map.basins(&requests, &bar)?))?;
+        drop(bar);
+        warn_of_basins(&basins, quiet);
+        basins.iter_mut().for_each(Basin::take_timing);
+        write_basins(&folder, &basins, &map)?;
+    }
+
     let theory = map.settled().graze().theory()?;
     // Of a parameter that the map does not keep nothing is measured.
     let measured = map.measure_graze(&theory.parameter).unwrap_or_default();
@@ -177,6 +191,7 @@ pub(in crate::cli) fn run(options: &SceneOptions) -> Result<(), CliError> {
         study: &study,
         diagrams: &diagrams,
         charts: &charts,
+        basins: &basins,
         times: &clock.stages,
     })?;
     folder.write("report.html", page.to_html()?)?;

@@ -15,8 +15,9 @@ use grazemap::convergence::MeasuredWindow;
 use grazemap::expansion::WindowEdge;
 use grazemap::report::{
     DocumentKind, Figure, OutputFolder, ReportError, SectionDocument, chart_array, chart_figure,
-    chart_outside_words, chart_rows, chart_timing_table, diagram_array, diagram_figures,
-    diagram_outside_words, diagram_rows, diagram_timing_table, to_json, write_json,
+    chart_outside_words, chart_overlay_words, chart_rows, chart_timing_table, diagram_array,
+    diagram_figures, diagram_outside_words, diagram_rows, diagram_timing_table, to_json,
+    write_json,
 };
 use grazemap::{Error, Map};
 
@@ -62,7 +63,10 @@ pub(in crate::cli) fn chart(options: &SceneOptions) -> Result<(), CliError> {
     drop(bar);
     remark_on_window(&map, outlets.quiet);
     warn_of_windows(&[], &charts, outlets.quiet);
-    let text = chart_timing_table(&charts)?.to_text();
+    let mut text = chart_timing_table(&charts)?.to_text();
+    for words in charts.iter().filter_map(chart_overlay_words) {
+        text.push_str(&format!("{words}\n"));
+    }
     outlets.write_json(&|out| write_json(out, &chart_documents(&charts, &map)))?;
     outlets.write_csv(&|out| chart_rows(&charts).write_csv(out))?;
     if let Some(folder) = &outlets.output {

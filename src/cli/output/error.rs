@@ -89,6 +89,9 @@ pub(in crate::cli) enum CliError {
     /// Another number of axes, or of numbers of cells, than a plane has.
     #[error("a basin has two axes; found {found}")]
     NotTwoAxes { found: usize },
+    /// Several basins for one file or stream.
+    #[error("the scene asks for {found} basins, and --json and --csv write one; -o DIR writes all")]
+    SeveralBasins { found: usize },
     /// A range along what is no axis.
     #[error("--range names `{name}`, which is no axis of the basin; name it in --axes")]
     NoAxis { name: String },

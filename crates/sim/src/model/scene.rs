@@ -50,6 +50,8 @@ pub struct Scene {
     pub diagrams: Vec<DiagramRequest>,
     /// Two-parameter charts asked for.
     pub charts: Vec<ChartRequest>,
+    /// Basins of attraction asked for.
+    pub basins: Vec<BasinPlan>,
     /// Warnings, one line each.
     pub warnings: Vec<String>,
 }
@@ -453,7 +455,7 @@ pub enum Method {
 }
 
 /// `[[chart]]`.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct ChartRequest {
     /// The two parameters, horizontal first.
     pub parameters: [usize; 2],
@@ -461,12 +463,95 @@ pub struct ChartRequest {
     pub ranges: [[f64; 2]; 2],
     /// Points along each.
     pub points: [usize; 2],
+    /// Whether every cell is computed, and not only those along borders.
+    pub every_cell: bool,
     /// Where the orbits of the cells start.
     pub starts: Starts,
+    /// Most attractors of a cell. With 1 every start has a chart of its own; with more the starts
+    /// are taken together, and a cell has the attractors that they lead to.
+    pub attractors: usize,
     /// Iterates dropped.
     pub transient: usize,
     /// Longest period looked for.
     pub keep: usize,
+    /// What is shown.
+    pub observe: ChartObservable,
     /// One chart for each method.
+    pub with: Vec<Method>,
+    /// Curves that are laid over the chart.
+    pub overlay: Vec<ChartOverlay>,
+    /// Itineraries of the orbits whose loci are laid over it, in digits; none for all of the
+    /// shortest.
+    pub itineraries: Vec<String>,
+}
+
+impl ChartRequest {
+    /// A chart with what a scene gets that names parameters and ranges alone: 200 points along
+    /// each axis, cells computed along borders, 1000 iterates dropped, periods up to 32, guarded.
+    pub fn new(parameters: [usize; 2], ranges: [[f64; 2]; 2]) -> Self {
+        Self {
+            parameters,
+            ranges,
+            points: [200; 2],
+            every_cell: false,
+            starts: Starts::Smooth,
+            attractors: 1,
+            transient: 1000,
+            keep: 32,
+            observe: ChartObservable::Period,
+            with: vec![Method::Guarded],
+            overlay: Vec::new(),
+            itineraries: Vec::new(),
+        }
+    }
+
+    /// Charts that are made: one for each method, and for each start where these are not taken
+    /// together.
+    pub fn count(&self) -> usize {
+        let starts = if self.attractors > 1 { 1 } else { self.starts.count() };
+        self.with.len() * starts
+    }
+}
+
+/// What a chart shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum ChartObservable {
+    /// The period.
+    Period,
+    /// Which passages make contact, return by return.
+    Itinerary,
+    /// The largest Lyapunov exponent.
+    Lyapunov,
+    /// How many attractors there are.
+    Attractors,
+}
+
+/// Curves laid over a chart.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum ChartOverlay {
+    /// Where the orbit of the scene grazes.
+    Graze,
+    /// Where periodic orbits graze, fold, flip or lose stability to a torus.
+    Loci,
+}
+
+/// `[[basin]]`: what a scene says of it; the rest follows from the map.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BasinPlan {
+    /// Names of the two coordinates of the section that span the plane, the horizontal one first.
+    pub axes: Option<[String; 2]>,
+    /// First and last offset along each axis.
+    pub ranges: Option<[[f64; 2]; 2]>,
+    /// Cells along each axis.
+    pub points: Option<[usize; 2]>,
+    /// Offsets of parameters, those not named 0: their numbers in the model.
+    pub at: Vec<(usize, f64)>,
+    /// Offsets of coordinates that are no axes, those not named 0, by name.
+    pub start: Vec<(String, f64)>,
+    /// Longest period of the saddles whose manifolds are drawn; `None` for no manifolds.
+    pub manifolds: Option<usize>,
+    /// One basin for each method.
     pub with: Vec<Method>,
 }

@@ -115,6 +115,11 @@ impl Unset {
         }
     }
 
+    /// Number of outputs.
+    pub fn outputs(&self) -> usize {
+        self.code.outputs()
+    }
+
     /// The interpreter with these values of the last inputs.
     ///
     /// # Panics

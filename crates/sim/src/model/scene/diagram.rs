@@ -1,9 +1,12 @@
-//! `[[diagram]]` and `[[chart]]`: the pictures asked for.
+//! `[[diagram]]`, `[[chart]]` and `[[basin]]`: the pictures asked for.
 
 use super::document::{Field, Table};
 use super::scope::Scope;
-use super::tables::{distinct, key_position, parameter};
-use super::{ChartRequest, DiagramRequest, Method, Observable, Spacing, Starts, SweepDirection};
+use super::tables::{distinct, key_position, parameter, position, refuse_frozen};
+use super::{
+    BasinPlan, ChartObservable, ChartOverlay, ChartRequest, DiagramRequest, Method, Observable,
+    Spacing, Starts, SweepDirection,
+};
 use crate::model::error::{Checked, Fault, SceneProblem};
 use crate::model::oscillator::Model;
 
@@ -24,8 +27,27 @@ const DIAGRAM_KEYS: [&str; 12] = [
 ];
 
 /// Keys of `[[chart]]`.
-const CHART_KEYS: [&str; 8] =
-    ["parameters", "ranges", "points", "start", "starts", "transient", "keep", "with"];
+const CHART_KEYS: [&str; 13] = [
+    "parameters",
+    "ranges",
+    "points",
+    "cells",
+    "start",
+    "starts",
+    "attractors",
+    "transient",
+    "keep",
+    "observe",
+    "with",
+    "overlay",
+    "itineraries",
+];
+
+/// Keys of `[[basin]]`.
+const BASIN_KEYS: [&str; 7] = ["axes", "ranges", "points", "at", "start", "manifolds", "with"];
+
+/// Longest period of saddles whose manifolds are drawn.
+const LONGEST_SADDLE: u64 = 12;
 
 /// Most points along one axis.
 const MOST_POINTS: u64 = 10_000_000;
@@ -45,9 +67,21 @@ const MOST_ITERATES: u64 = 1_000_000_000;
 /// Points, transient and iterates kept where the scene names none.
 const DEFAULTS: [u64; 3] = [1000, 1000, 200];
 
-/// Points along each axis of a chart, and the longest period looked for, where the scene names
-/// none.
-const CHART_DEFAULTS: [u64; 2] = [200, 32];
+/// Most cells of a chart all of which are computed where the scene does not say: of so few a good
+/// part lies along borders.
+const ALL_CELLS: usize = 10_000;
+
+/// States at which every cell starts where attractors are told apart and the scene names none.
+const SPREAD_STARTS: usize = 16;
+
+/// Most attractors of a cell.
+const MOST_ATTRACTORS: u64 = 16;
+
+/// Attractors of a cell whose number is observed, where the scene does not say how many.
+const COUNTED_ATTRACTORS: u64 = 4;
+
+/// Most itineraries whose loci are laid over a chart.
+const MOST_ITINERARIES: usize = 1000;
 
 /// Reads one `[[diagram]]`.
 pub(super) fn read(table: &Table<'_>, model: &mut Model, scope: &Scope) -> Checked<DiagramRequest> {
@@ -79,20 +113,106 @@ pub(super) fn read_chart(table: &Table<'_>, model: &Model) -> Checked<ChartReque
         &names.entry("a list of two parameters")?.pair("a list of two parameters")?,
         |entry| parameter(entry, model),
     )?;
-    let [axis_points, keep] = CHART_DEFAULTS;
-    let points = match table.field("points") {
-        Some(field) => chart_points(&field)?,
-        None => [axis_points as usize; 2],
+    let ranges = chart_ranges(&table.require("ranges")?)?;
+    let defaults = ChartRequest::new([parameters[0], parameters[1]], ranges);
+    let observe = chart_observable(table.field("observe"))?;
+    let attractors = match observe {
+        ChartObservable::Attractors => COUNTED_ATTRACTORS,
+        _ => defaults.attractors as u64,
     };
+    let attractors = count(table, "attractors", 1, MOST_ATTRACTORS, attractors)?;
+    let starts = match starts(table, model)? {
+        Starts::Smooth if attractors > 1 => Starts::Spread(SPREAD_STARTS),
+        starts => starts,
+    };
+    let points = table.field("points").map_or(Ok(defaults.points), |field| chart_points(&field))?;
+    let every_cell = match table.field("cells") {
+        Some(field) => {
+            field.choice(&[("borders", false), ("all", true)], "\"borders\", \"all\"")?
+        }
+        None => points[0] * points[1] <= ALL_CELLS,
+    };
+    let transient = defaults.transient as u64;
     Ok(ChartRequest {
-        parameters: [parameters[0], parameters[1]],
-        ranges: chart_ranges(&table.require("ranges")?)?,
         points,
-        starts: starts(table, model)?,
-        transient: count(table, "transient", 0, MOST_ITERATES, DEFAULTS[1])?,
-        keep: count(table, "keep", 1, MOST_ITERATES, keep)?,
+        every_cell,
+        starts,
+        attractors,
+        transient: count(table, "transient", 0, MOST_ITERATES, transient)?,
+        keep: count(table, "keep", 1, MOST_ITERATES, defaults.keep as u64)?,
+        observe,
+        with: methods(table.field("with"))?,
+        overlay: overlay(table.field("overlay"))?,
+        itineraries: itineraries(table.field("itineraries"))?,
+        ..defaults
+    })
+}
+
+/// Reads one `[[basin]]`.
+pub(super) fn read_basin(table: &Table<'_>, model: &Model, active: &[usize]) -> Checked<BasinPlan> {
+    table.only(&BASIN_KEYS)?;
+    let (states, parameters) = (model.full_state_names(), model.parameter_names());
+    let axes = table.field("axes").map(|field| {
+        let two = "a list of two coordinates";
+        let entries = field.entry(two)?.pair(two)?;
+        let names = entries.iter().map(|entry| {
+            let name = entry.text("a coordinate's name")?;
+            position("state", name, &states).map_err(|problem| entry.fault(problem))
+        });
+        let places: Vec<usize> = names.collect::<Checked<_>>()?;
+        Ok([0, 1].map(|axis: usize| states[places[axis]].to_owned()))
+    });
+    let offsets = |key: &str| -> Checked<Vec<Field<'_>>> {
+        let field = table.field(key).map(|field| field.table());
+        Ok(field.transpose()?.map_or(Vec::new(), |table| table.fields()))
+    };
+    let at = offsets("at")?;
+    let at = at.iter().map(|field| {
+        let place = key_position("parameter", field, &parameters)?;
+        refuse_frozen(field, place, active)?;
+        Ok((place, field.double()?))
+    });
+    let start = offsets("start")?;
+    let start = start.iter().map(|field| {
+        let place = key_position("state", field, &states)?;
+        Ok((states[place].to_owned(), field.double()?))
+    });
+    let manifolds = table.field("manifolds").map(|field| field.count(1, LONGEST_SADDLE));
+    Ok(BasinPlan {
+        axes: axes.transpose()?,
+        ranges: table.field("ranges").map(|field| chart_ranges(&field)).transpose()?,
+        points: table.field("points").map(|field| chart_points(&field)).transpose()?,
+        at: at.collect::<Checked<_>>()?,
+        start: start.collect::<Checked<_>>()?,
+        manifolds: manifolds.transpose()?.map(|period| period as usize),
         with: methods(table.field("with"))?,
     })
+}
+
+fn chart_observable(field: Option<Field<'_>>) -> Checked<ChartObservable> {
+    let options = [
+        ("period", ChartObservable::Period),
+        ("itinerary", ChartObservable::Itinerary),
+        ("lyapunov", ChartObservable::Lyapunov),
+        ("attractors", ChartObservable::Attractors),
+    ];
+    let expected = "\"period\", \"itinerary\", \"lyapunov\", \"attractors\"";
+    field.map_or(Ok(ChartObservable::Period), |field| field.choice(&options, expected))
+}
+
+fn overlay(field: Option<Field<'_>>) -> Checked<Vec<ChartOverlay>> {
+    let Some(field) = field else { return Ok(Vec::new()) };
+    let options = [("graze", ChartOverlay::Graze), ("loci", ChartOverlay::Loci)];
+    let entries = field.one_or_list("a list of \"graze\", \"loci\"")?;
+    distinct(&entries, |entry| entry.choice(&options, "\"graze\", \"loci\""))
+}
+
+fn itineraries(field: Option<Field<'_>>) -> Checked<Vec<String>> {
+    let Some(field) = field else { return Ok(Vec::new()) };
+    let expected = "a list of itineraries in digits, such as \"10\"";
+    let entries = field.one_or_list(expected)?;
+    field.check_length(entries.len(), MOST_ITINERARIES)?;
+    entries.iter().map(|entry| Ok(entry.text(expected)?.to_owned())).collect()
 }
 
 /// The range of the swept parameter, the number of its values, and how they are spread: from

@@ -14,8 +14,18 @@ use crate::model::names::nearest;
 const LONGEST: usize = 1 << 20;
 
 /// Tables of a scene.
-const KEYS: [&str; 9] =
-    ["model", "grazing", "section", "expansion", "window", "direct", "emit", "diagram", "chart"];
+const KEYS: [&str; 10] = [
+    "model",
+    "grazing",
+    "section",
+    "expansion",
+    "window",
+    "direct",
+    "emit",
+    "diagram",
+    "chart",
+    "basin",
+];
 
 impl Scene {
     /// Reads and checks a scene; `file_name` names it in messages and gives it its identifier.
@@ -68,6 +78,36 @@ impl Scene {
         overridden(source, overrides).map_err(|fault| fault.in_file(file_name, source))
     }
 
+    /// The scene with other `[[diagram]]`, `[[chart]]` and `[[basin]]` tables, `tables` a text of
+    /// them. Section and window stay as they were settled; text and digest are those of the new scene.
+    ///
+    /// ```
+    /// use grazemap_sim::model::{Scene, catalogue};
+    ///
+    /// let source = catalogue::text("linear").expect("the catalogue holds it");
+    /// let tables = "[[diagram]]\nparameter = \"alpha\"\nrange = [-1e-4, 1e-4]\n";
+    /// let scene = Scene::parse(source, "linear.toml")?.asking(tables)?;
+    /// assert_eq!((scene.diagrams.len(), scene.charts.len()), (1, 0));
+    /// # Ok::<(), grazemap_sim::model::SceneError>(())
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// The first fault of the tables, its place counted in the new scene's text.
+    pub fn asking(&self, tables: &str) -> Result<Self, SceneError> {
+        let name = &self.file_name;
+        let kept = without_requests(&self.text).map_err(|fault| fault.in_file(name, &self.text))?;
+        let text = format!("{}\n\n{tables}", kept.trim_end());
+        let asked = read(&text, name).map_err(|fault| fault.in_file(name, &text))?;
+        Ok(Self {
+            identifier: self.identifier.clone(),
+            section: self.section,
+            section_rule: self.section_rule,
+            window: self.window.clone(),
+            ..asked
+        })
+    }
+
     /// Reads and checks a scene file.
     ///
     /// # Errors
@@ -112,6 +152,15 @@ fn overridden(source: &str, values: &[(String, String)]) -> Checked<String> {
     Ok(document.to_string())
 }
 
+/// The text without what it asks to be drawn.
+fn without_requests(text: &str) -> Checked<String> {
+    let mut document = parsed(text)?.into_mut();
+    for key in ["diagram", "chart", "basin"] {
+        document.remove(key);
+    }
+    Ok(document.to_string())
+}
+
 pub(super) fn parsed(text: &str) -> Checked<Document<&str>> {
     Document::parse(text).map_err(|error| {
         let problem = SceneProblem::Toml { reason: error.message().trim().replace('\n', "; ") };
@@ -145,6 +194,9 @@ fn read(text: &str, file_name: &str) -> Checked<Scene> {
     for table in tables("chart")? {
         charts.push(diagram::read_chart(&table, &model)?);
     }
+    let basins = tables("basin")?;
+    let basins = basins.iter().map(|table| diagram::read_basin(table, &model, &expansion.active));
+    let basins = basins.collect::<Checked<_>>()?;
     Ok(Scene {
         file_name: file_name.to_owned(),
         identifier,
@@ -160,6 +212,7 @@ fn read(text: &str, file_name: &str) -> Checked<Scene> {
         direct,
         diagrams,
         charts,
+        basins,
         warnings,
     })
 }

@@ -255,7 +255,7 @@ pub(super) fn read_window(
 }
 
 /// Refuses a key that is a parameter which is not active.
-fn refuse_frozen(field: &Field<'_>, parameter: usize, active: &[usize]) -> Checked<()> {
+pub(super) fn refuse_frozen(field: &Field<'_>, parameter: usize, active: &[usize]) -> Checked<()> {
     if active.contains(&parameter) {
         return Ok(());
     }
@@ -375,7 +375,11 @@ pub(super) fn key_position(
 }
 
 /// The place of a name among those known of a kind.
-fn position(kind: &'static str, name: &str, known: &[&str]) -> Result<usize, SceneProblem> {
+pub(super) fn position(
+    kind: &'static str,
+    name: &str,
+    known: &[&str],
+) -> Result<usize, SceneProblem> {
     let found = known.iter().position(|known| *known == name);
     found.ok_or_else(|| SceneProblem::UnknownName {
         name: shown(name),

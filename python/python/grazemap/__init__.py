@@ -1,0 +1,35 @@
+"""Local maps of oscillators that graze a stop.
+
+A :class:`Scene` describes an impact oscillator, :meth:`Scene.graze` finds the orbit that just
+touches the stop, and :meth:`Graze.map` expands the Poincaré map near it:
+
+>>> import grazemap as gm
+>>> m = gm.Scene.catalogue("linear").graze().map()
+>>> m.coordinates, m.parameters
+(('x', 'theta'), ('alpha', 'omega'))
+>>> diagram = gm.diagram(m, "alpha", (-1e-4, 1e-4), points=20, using="guarded")
+"""
+
+from ._commands import basin, chart, diagram
+from ._errors import GrazemapError, InputError, NoResult, SceneError
+from ._lib import catalogue
+from ._pipeline import Graze, Map, Scene
+from ._table import Basin, Chart, Diagram, Table
+
+__all__ = [
+    "Basin",
+    "Chart",
+    "Diagram",
+    "Graze",
+    "GrazemapError",
+    "InputError",
+    "Map",
+    "NoResult",
+    "Scene",
+    "SceneError",
+    "Table",
+    "basin",
+    "catalogue",
+    "chart",
+    "diagram",
+]

@@ -1,0 +1,140 @@
+"""The program's commands as functions."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from . import _lib, _toml
+from ._progress import Progress, shown
+from ._table import Basin, Chart, Diagram
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from ._pipeline import Map
+
+
+def diagram(
+    m: Map,
+    parameter: str,
+    range: tuple[float, float] | None = None,  # noqa: A002
+    *,
+    values: Sequence[float] | None = None,
+    points: int | None = None,
+    scale: str | None = None,
+    start: Sequence[Mapping[str, float]] | None = None,
+    starts: int | None = None,
+    transient: int | None = None,
+    keep: int | None = None,
+    observe: str | None = None,
+    direction: str | None = None,
+    using: str | Sequence[str] = "guarded",
+    progress: Progress | bool | None = None,
+) -> Diagram:
+    """Make a bifurcation diagram over offsets of a parameter.
+
+    The arguments are the keys of ``[[diagram]]`` in a scene, with its defaults; ``using`` is its
+    ``with``. The numbers are those that ``grazemap diagram`` writes.
+
+    >>> from grazemap import Scene
+    >>> m = Scene.catalogue("linear").graze().map()
+    >>> diagram(m, "alpha", (-1e-4, 1e-4), points=20)["offset"].shape
+    (40,)
+    """
+    tables = _toml.table(
+        "diagram",
+        {
+            "parameter": parameter,
+            "range": range,
+            "values": values,
+            "points": points,
+            "scale": scale,
+            "start": start,
+            "starts": starts,
+            "transient": transient,
+            "keep": keep,
+            "observe": observe,
+            "direction": direction,
+            "with": using,
+        },
+    )
+    with shown(progress, "diagram") as seen:
+        return Diagram(_lib.diagram(m._inner, tables, seen))
+
+
+def chart(
+    m: Map,
+    parameters: tuple[str, str],
+    ranges: tuple[tuple[float, float], tuple[float, float]],
+    *,
+    points: int | tuple[int, int] | None = None,
+    cells: str | None = None,
+    start: Sequence[Mapping[str, float]] | None = None,
+    starts: int | None = None,
+    attractors: int | None = None,
+    transient: int | None = None,
+    keep: int | None = None,
+    observe: str | None = None,
+    overlay: str | Sequence[str] | None = None,
+    itineraries: Sequence[str] | None = None,
+    using: str | Sequence[str] = "guarded",
+    progress: Progress | bool | None = None,
+) -> Chart:
+    """Make a two-parameter chart over offsets, the horizontal parameter first.
+
+    The arguments are the keys of ``[[chart]]`` in a scene, with its defaults; ``using`` is its
+    ``with``. The numbers are those that ``grazemap chart`` writes.
+    """
+    tables = _toml.table(
+        "chart",
+        {
+            "parameters": parameters,
+            "ranges": ranges,
+            "points": points,
+            "cells": cells,
+            "start": start,
+            "starts": starts,
+            "attractors": attractors,
+            "transient": transient,
+            "keep": keep,
+            "observe": observe,
+            "overlay": overlay,
+            "itineraries": itineraries,
+            "with": using,
+        },
+    )
+    with shown(progress, "chart") as seen:
+        return Chart(_lib.chart(m._inner, tables, seen))
+
+
+def basin(
+    m: Map,
+    axes: tuple[str, str] | None = None,
+    ranges: tuple[tuple[float, float], tuple[float, float]] | None = None,
+    *,
+    points: int | tuple[int, int] | None = None,
+    at: Mapping[str, float] | None = None,
+    start: Mapping[str, float] | None = None,
+    manifolds: int | None = None,
+    using: str = "guarded",
+    progress: Progress | bool | None = None,
+) -> Basin:
+    """Find the attractors and their basins in a plane of the section.
+
+    The arguments are the keys of ``[[basin]]`` in a scene, with its defaults; ``using`` is its
+    ``with``. The numbers are those that ``grazemap basin`` writes.
+    """
+    tables = _toml.table(
+        "basin",
+        {
+            "axes": axes,
+            "ranges": ranges,
+            "points": points,
+            "at": at,
+            "start": start,
+            "manifolds": manifolds,
+            "with": using,
+        },
+    )
+    with shown(progress, "basin") as seen:
+        return Basin(_lib.basin(m._inner, tables, seen))

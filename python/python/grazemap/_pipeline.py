@@ -1,0 +1,369 @@
+"""Scene, graze, map: from equations to images of points."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import _lib, _toml
+from ._errors import InputError
+from ._table import Table
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from os import PathLike
+
+Array: TypeAlias = NDArray[np.float64]
+
+#: What computes an image.
+METHODS = ("map", "guarded", "direct", "smooth", "discontinuity")
+#: The numbers in which an image is computed.
+PRECISIONS = ("f64", "f32", "dd")
+
+
+class _Value:
+    """A value with a text: equal where the texts are, pickled as the text."""
+
+    def _key(self) -> str:
+        raise NotImplementedError
+
+    def __eq__(self, other: object) -> bool:
+        """Compare the texts."""
+        return isinstance(other, type(self)) and self._key() == other._key()
+
+    def __hash__(self) -> int:
+        """Hash the text."""
+        return hash(self._key())
+
+
+class Scene(_Value):
+    """An oscillator, its stops and what is asked of it, from a scene file.
+
+    >>> scene = Scene.catalogue("linear")
+    >>> scene.states
+    ('x', 'v', 'theta')
+    """
+
+    def __init__(self, inner: _lib.Scene) -> None:
+        """Wrap a scene; use :meth:`load`, :meth:`parse` or :meth:`catalogue`."""
+        self._inner = inner
+
+    @classmethod
+    def load(
+        cls, path: str | PathLike[str], overrides: Mapping[str, object] | None = None
+    ) -> Scene:
+        """Read a scene file, with overrides as in :meth:`with_`.
+
+        Raises
+        ------
+        SceneError
+            The first fault, with its line and column.
+
+        """
+        return cls(_lib.Scene.load(Path(path), _overrides(overrides or {})))
+
+    @classmethod
+    def parse(cls, text: str, name: str = "scene.toml") -> Scene:
+        """Read the text of a scene; ``name`` names it in messages."""
+        return cls(_lib.Scene.parse(text, name, []))
+
+    @classmethod
+    def catalogue(cls, name: str) -> Scene:
+        """Give a scene of the catalogue, of which :func:`grazemap.catalogue` lists the names."""
+        text = _lib.Scene.catalogue_text(name)
+        if text is None:
+            message = f"no scene `{name}` in the catalogue: {', '.join(_lib.catalogue())}"
+            raise InputError(message)
+        return cls.parse(text, f"{name}.toml")
+
+    def with_(self, **overrides: object) -> Scene:
+        """Give the scene with other values: parameters by name, keys by their dotted place.
+
+        >>> scene = Scene.catalogue("linear").with_(zeta=0.1, **{"expansion.smooth_order": 4})
+        >>> scene.parameters["zeta"]
+        0.1
+        """
+        inner = self._inner
+        return Scene(_lib.Scene.parse(inner.text, inner.file_name, _overrides(overrides)))
+
+    @property
+    def text(self) -> str:
+        """The text, overrides included."""
+        return self._inner.text
+
+    @property
+    def name(self) -> str:
+        """Identifier: the file's name without its ending."""
+        return self._inner.name
+
+    @property
+    def digest(self) -> str:
+        """Digest of the text."""
+        return self._inner.digest
+
+    @property
+    def states(self) -> tuple[str, ...]:
+        """Names of the states, the phase last."""
+        return tuple(self._inner.states)
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """Values of the parameters as the scene states them."""
+        return dict(self._inner.parameters)
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What looks wrong and is no fault."""
+        return tuple(self._inner.warnings)
+
+    def graze(self) -> Graze:
+        """Find the orbit that just touches the stop.
+
+        Raises
+        ------
+        NoResult
+            The search ended without an orbit; the message says why.
+
+        """
+        return Graze(self._inner.graze())
+
+    def _key(self) -> str:
+        return f"{self._inner.file_name}\n{self.text}"
+
+    def __reduce__(self) -> tuple[object, tuple[str, str]]:
+        """Pickle the text."""
+        return Scene.parse, (self.text, self._inner.file_name)
+
+    def __repr__(self) -> str:
+        """Name the scene."""
+        return f"<grazemap scene {self.name}: {', '.join(self.states)}>"
+
+
+class Graze(_Value):
+    """The grazing orbit of a scene.
+
+    >>> graze = Scene.catalogue("linear").graze()
+    >>> len(graze.multipliers)
+    2
+    """
+
+    def __init__(self, inner: _lib.Graze) -> None:
+        """Wrap an orbit; use :meth:`Scene.graze`."""
+        self._inner = inner
+        self.document: dict[str, Any] = json.loads(inner.to_json())
+        """The document of ``grazemap locate --json``."""
+
+    @classmethod
+    def from_json(cls, text: str) -> Graze:
+        """Read a saved orbit, with the bits that it had."""
+        return cls(_lib.Graze.from_json(text))
+
+    def to_json(self) -> str:
+        """Write the orbit as the document that the program saves."""
+        return self._inner.to_json()
+
+    @property
+    def scene(self) -> Scene:
+        """The scene."""
+        return Scene(self._inner.scene)
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """Values of all parameters at which the orbit grazes."""
+        return dict(self.document["parameters"])
+
+    @property
+    def state(self) -> dict[str, float]:
+        """The state at the grazing point."""
+        return dict(self.document["state"])
+
+    @property
+    def multipliers(self) -> NDArray[np.complex128]:
+        """Eigenvalues of the smooth Poincaré map, the largest first."""
+        return np.array([complex(*pair) for pair in self.document["multipliers"]])
+
+    @property
+    def xi(self) -> Array:
+        """``xi_1, xi_2, ...``: 0 at a point of codimension two."""
+        return np.array(self.document["xi"])
+
+    @property
+    def verdict(self) -> str:
+        """What theory says of the graze."""
+        return "\n".join(self._inner.verdict())
+
+    def map(self) -> Map:
+        """Expand the local map, with the orders that the scene names or needs for its tolerance."""
+        return Map(self._inner.map())
+
+    def _key(self) -> str:
+        return self.to_json()
+
+    def __reduce__(self) -> tuple[object, tuple[str]]:
+        """Pickle the document."""
+        return Graze.from_json, (self.to_json(),)
+
+    def __repr__(self) -> str:
+        """Name the scene and where it grazes."""
+        parameters = ", ".join(f"{name} = {value:.10g}" for name, value in self.parameters.items())
+        return f"<grazemap graze of {self.document['scene']}: {parameters}>"
+
+
+class Map(_Value):
+    """The local map near a graze; states and parameters are offsets from the grazing orbit.
+
+    >>> import numpy as np
+    >>> m = Scene.catalogue("linear").graze().map()
+    >>> m(np.zeros((3, 2))).shape
+    (3, 2)
+    """
+
+    def __init__(self, inner: _lib.Map) -> None:
+        """Wrap a map; use :meth:`Graze.map`."""
+        self._inner = inner
+
+    @classmethod
+    def from_json(cls, text: str) -> Map:
+        """Read a saved map, with the bits that it had."""
+        return cls(_lib.Map.from_json(text))
+
+    def to_json(self) -> str:
+        """Write the map as the document that the program saves as ``map.json``."""
+        return self._inner.to_json()
+
+    @property
+    def graze(self) -> Graze:
+        """The grazing orbit, on the section of the map."""
+        return Graze(self._inner.graze)
+
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        """Names of the section's coordinates, in the order of a state."""
+        return tuple(self._inner.coordinates)
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """Names of the active parameters, in the order in which they are passed."""
+        return tuple(self._inner.parameters)
+
+    @property
+    def orders(self) -> tuple[int, int]:
+        """Order of the smooth map and weight of the contact."""
+        return self._inner.orders[1:]
+
+    @property
+    def window(self) -> dict[str, float]:
+        """Largest depth ``y²`` and the half-widths of coordinates and parameters, by name."""
+        depth, states, parameters = self._inner.window
+        names = ("depth", *self.coordinates, *self.parameters)
+        return dict(zip(names, (depth, *states, *parameters), strict=True))
+
+    @property
+    def error(self) -> dict[str, float]:
+        """Largest error against direct simulation measured in the window, by coordinate."""
+        errors = [np.nan if error is None else error for error in self._inner.errors]
+        return dict(zip(self.coordinates, errors, strict=True))
+
+    @property
+    def polynomials(self) -> Table:
+        """The coefficients by name: the table of ``grazemap expand --csv``."""
+        return Table(self._inner.polynomials())
+
+    def __call__(self, states: ArrayLike, parameters: ArrayLike | None = None) -> Array:
+        """Give the images of states: one state, or rows of them.
+
+        Parameters are one row for all states or a row for each; none are all 0.
+        """
+        rows, own, shape = self._points(states, parameters)
+        return self._inner.batch(rows, own, False)[:, : shape[-1]].reshape(shape)
+
+    def jacobian(self, states: ArrayLike, parameters: ArrayLike | None = None) -> Array:
+        """Give the derivatives of the images by coordinates and then parameters.
+
+        The last two axes are the image's coordinate and the variable.
+        """
+        rows, own, shape = self._points(states, parameters)
+        columns = len(self.coordinates) + len(self.parameters)
+        first = shape[-1] + self._inner.orders[0]
+        derivatives = self._inner.batch(rows, own, True)[:, first:]
+        return derivatives.reshape((*shape, columns))
+
+    def depths(self, states: ArrayLike, parameters: ArrayLike | None = None) -> Array:
+        """Give the depths ``y² = -h_min`` of the passages, negative without contact."""
+        rows, own, shape = self._points(states, parameters)
+        passages = self._inner.orders[0]
+        depths = self._inner.batch(rows, own, False)[:, shape[-1] : shape[-1] + passages]
+        return depths.reshape((*shape[:-1], passages))
+
+    def inside(self, states: ArrayLike, parameters: ArrayLike | None = None) -> NDArray[np.bool_]:
+        """Tell which states lie in the window on which the map's error was measured."""
+        rows, own, shape = self._points(states, parameters)
+        depth, widths, bounds = self._inner.window
+        held = (np.abs(rows) <= widths).all(axis=1) & (np.abs(own) <= bounds).all(axis=1)
+        held &= (self.depths(rows, own) <= depth).all(axis=1)
+        return held.reshape(shape[:-1])
+
+    def iterate(
+        self,
+        states: ArrayLike,
+        parameters: ArrayLike | None = None,
+        iterations: int = 1,
+        *,
+        using: str = "map",
+        precision: str = "f64",
+    ) -> Array:
+        """Give the orbits of states: an axis of iterates stands before that of coordinates.
+
+        ``using`` is ``"map"``, ``"guarded"`` (direct simulation outside the window), ``"direct"``,
+        ``"smooth"`` or ``"discontinuity"``; ``precision`` is ``"f64"``, ``"f32"`` or ``"dd"``.
+        After an early end an orbit is NaN.
+        """
+        rows, own, shape = self._points(states, parameters)
+        for what, given, known in (("using", using, METHODS), ("precision", precision, PRECISIONS)):
+            if given not in known:
+                message = f"{what} is one of {', '.join(known)}, found {given!r}"
+                raise InputError(message)
+        if (using, precision) == ("map", "f64"):
+            orbits = self._inner.orbits(rows, own, iterations)
+        else:
+            orbits, _, _ = self._inner.images(rows, own, iterations, using, precision)
+        return orbits.reshape((*shape[:-1], iterations, shape[-1]))
+
+    def _points(
+        self, states: ArrayLike, parameters: ArrayLike | None
+    ) -> tuple[Array, Array, tuple[int, ...]]:
+        """Give states as rows, parameters as one row or as many, and the shape of the states."""
+        given = np.asarray(states, dtype=np.float64)
+        width, count = len(self.coordinates), len(self.parameters)
+        if given.ndim == 0 or given.shape[-1] != width:
+            message = f"a state has {width} coordinates ({', '.join(self.coordinates)}), found an "
+            message += f"array of shape {given.shape}"
+            raise InputError(message)
+        rows = np.ascontiguousarray(given.reshape(-1, width))
+        own = np.zeros(count) if parameters is None else np.asarray(parameters, dtype=np.float64)
+        if own.ndim == 0 or own.shape[-1] != count or own.size not in (count, count * len(rows)):
+            message = f"expected one row of {count} parameters ({', '.join(self.parameters)}) or a "
+            message += f"row for each of {len(rows)} states, found an array of shape {own.shape}"
+            raise InputError(message)
+        return rows, np.ascontiguousarray(own.reshape(-1, count)), given.shape
+
+    def _key(self) -> str:
+        return self.to_json()
+
+    def __reduce__(self) -> tuple[object, tuple[str]]:
+        """Pickle the document."""
+        return Map.from_json, (self.to_json(),)
+
+    def __repr__(self) -> str:
+        """Name the scene and the orders."""
+        smooth, contact = self.orders
+        scene = self._inner.graze.scene.name
+        return f"<grazemap map of {scene}: N = {smooth}, W = {contact}>"
+
+
+def _overrides(values: Mapping[str, object]) -> list[tuple[str, str]]:
+    return [(key, _toml.value(item)) for key, item in values.items()]

@@ -1,0 +1,23 @@
+//! The Python package: the values of the pipeline as Python objects, arrays in and out.
+//!
+//! What is computed and how it is laid out is the library's. Deliberately absent: numerics, words
+//! for people, and defaults, which are the library's or stand in the typed layer in Python.
+
+mod background;
+mod error;
+mod map;
+mod result;
+mod scene;
+
+use pyo3::prelude::*;
+
+/// What the typed layer in Python stands on.
+#[pymodule]
+mod _lib {
+    #[pymodule_export]
+    use super::map::{Map, basin, chart, diagram};
+    #[pymodule_export]
+    use super::result::Computed;
+    #[pymodule_export]
+    use super::scene::{Graze, Scene, catalogue};
+}

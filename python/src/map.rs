@@ -1,0 +1,254 @@
+//! Local maps: images of arrays of points, and what is drawn with a map.
+
+use grazemap::analysis::basin::Basin;
+use grazemap::analysis::{ImageRequest, ImageRow, Precision, Using};
+use grazemap::expansion::MapWindow;
+use grazemap::iteration::{Batch, DiscreteMap};
+use grazemap::numeric::Dd;
+use grazemap::report::{
+    Figure, Rows, basin_figure, basin_rows, chart_figure, chart_rows, diagram_figures,
+    diagram_rows, to_json,
+};
+use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray2};
+use pyo3::prelude::*;
+
+use crate::background::compute;
+use crate::error::exception;
+use crate::result::Computed;
+use crate::scene::Graze;
+
+/// Rows of doubles.
+type Points<'py> = PyReadonlyArray2<'py, f64>;
+
+/// A local map.
+#[pyclass(frozen, module = "grazemap._lib")]
+pub(crate) struct Map(pub(crate) grazemap::Map);
+
+#[pymethods]
+impl Map {
+    /// The map of a JSON document.
+    #[staticmethod]
+    fn from_json(py: Python<'_>, text: &str) -> PyResult<Self> {
+        grazemap::Map::from_json(text).map(Self).map_err(|error| exception(py, &error))
+    }
+
+    fn to_json(&self, py: Python<'_>) -> PyResult<String> {
+        self.0.to_json().map_err(|error| exception(py, &error))
+    }
+
+    #[getter]
+    fn graze(&self) -> Graze {
+        Graze(self.0.settled().graze().clone())
+    }
+
+    /// Names of the section's coordinates.
+    #[getter]
+    fn coordinates(&self) -> Vec<String> {
+        self.0.section().coordinates.to_vec()
+    }
+
+    /// Names of the active parameters.
+    #[getter]
+    fn parameters(&self) -> Vec<String> {
+        self.0.local().parameters.iter().map(|parameter| parameter.name.clone()).collect()
+    }
+
+    /// Numbers of passages, smooth order, contact weight.
+    #[getter]
+    fn orders(&self) -> (usize, u32, u32) {
+        let orders = self.0.orders();
+        (self.0.local().passages(), orders.smooth_order, orders.contact_weight)
+    }
+
+    /// Bounds of the window: depth, half-widths of the coordinates, of the parameters.
+    #[getter]
+    fn window(&self) -> (f64, Vec<f64>, Vec<f64>) {
+        let MapWindow { depth, state, parameter } = self.0.local().window.clone();
+        (depth, state, parameter)
+    }
+
+    /// Largest error measured in the window, by coordinate; none where no image is finite.
+    #[getter]
+    fn errors(&self) -> Vec<Option<f64>> {
+        self.0.window().errors.iter().map(|coordinate| coordinate.error).collect()
+    }
+
+    /// The coefficients as the program's table.
+    fn polynomials(&self, py: Python<'_>) -> PyResult<Computed> {
+        let table = self.0.listing().and_then(|listing| Ok(listing.coefficient_table()?));
+        let table = table.map_err(|error| exception(py, &error))?;
+        Ok(Computed::new(self.to_json(py)?, table.into_rows(), Vec::new()))
+    }
+
+    /// Rows of images, depths and, if asked for, derivatives at rows of states, at one row of
+    /// parameters or a row for each.
+    fn batch<'py>(
+        &self,
+        py: Python<'py>,
+        states: Points<'py>,
+        parameters: Points<'py>,
+        derivatives: bool,
+    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let (states, parameters) = (states.as_slice()?, parameters.as_slice()?);
+        let map = self.0.discrete();
+        let Batch { rows, width } = py.detach(|| map.batch(states, parameters, derivatives));
+        let count = rows.len() / width;
+        PyArray1::from_vec(py, rows).reshape([count, width])
+    }
+
+    /// Images of rows of states under the map alone, iterated: states by iterate by coordinate.
+    fn orbits<'py>(
+        &self,
+        py: Python<'py>,
+        states: Points<'py>,
+        parameters: Points<'py>,
+        iterations: usize,
+    ) -> PyResult<Bound<'py, PyArray3<f64>>> {
+        let (states, parameters) = (states.as_slice()?.to_vec(), parameters.as_slice()?.to_vec());
+        let (map, dimension) = (self.0.clone(), self.0.local().dimension());
+        let points = states.len() / dimension;
+        let images = compute(py, None, move |progress| {
+            progress.expect(iterations as u64);
+            let mut images = vec![0.0; points * iterations * dimension];
+            let mut states = states;
+            for iterate in 0..iterations {
+                let Batch { rows, width } = map.discrete().batch(&states, &parameters, false);
+                for (point, row) in rows.chunks_exact(width).enumerate() {
+                    let image = &row[..dimension];
+                    states[point * dimension..][..dimension].copy_from_slice(image);
+                    let place = (point * iterations + iterate) * dimension;
+                    images[place..][..dimension].copy_from_slice(image);
+                }
+                progress.advance(1);
+            }
+            Ok(images)
+        })?;
+        PyArray1::from_vec(py, images).reshape([points, iterations, dimension])
+    }
+
+    /// The same by a method of `image`: images, passages with contact, whether the point that was
+    /// mapped was inside the window; NaN, 0 and 0 after an early end.
+    #[expect(clippy::type_complexity, reason = "three arrays")]
+    fn images<'py>(
+        &self,
+        py: Python<'py>,
+        states: Points<'py>,
+        parameters: Points<'py>,
+        iterations: usize,
+        using: &str,
+        precision: &str,
+    ) -> PyResult<(Bound<'py, PyArray3<f64>>, Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>)>
+    {
+        let (states, parameters) = (states.as_slice()?, parameters.as_slice()?);
+        let request = self.request((states, parameters), iterations, (using, precision));
+        let (map, dimension) = (self.0.clone(), self.0.local().dimension());
+        let points = request.rows.len();
+        let records = compute(py, None, move |_| map.images(&request))?;
+        let mut images = vec![f64::NAN; points * iterations * dimension];
+        let mut contacts = vec![0.0; points * iterations];
+        let mut inside = vec![0.0; points * iterations];
+        for record in &records {
+            let place = record.row * iterations + record.iteration - 1;
+            let image = &mut images[place * dimension..][..dimension];
+            image.iter_mut().zip(&record.offsets).for_each(|(to, from)| *to = from.to_f64());
+            contacts[place] = record.contacts as f64;
+            inside[place] = f64::from(u8::from(record.inside()));
+        }
+        let plane = |values| PyArray1::from_vec(py, values).reshape([points, iterations]);
+        let images = PyArray1::from_vec(py, images).reshape([points, iterations, dimension])?;
+        Ok((images, plane(contacts)?, plane(inside)?))
+    }
+}
+
+impl Map {
+    fn request(
+        &self,
+        (states, parameters): (&[f64], &[f64]),
+        iterations: usize,
+        (using, precision): (&str, &str),
+    ) -> ImageRequest {
+        let (dimension, count) = (self.0.local().dimension(), self.0.discrete().parameters());
+        let exact = |values: &[f64]| values.iter().map(|&value| Dd::from(value)).collect();
+        let own = |point: usize| match parameters.len() == count {
+            true => parameters,
+            false => &parameters[point * count..][..count],
+        };
+        let rows = states.chunks_exact(dimension).enumerate();
+        let row = |(point, state)| ImageRow { state: exact(state), parameters: exact(own(point)) };
+        ImageRequest {
+            rows: rows.map(row).collect(),
+            iterations,
+            using: match using {
+                "map" => Using::Map,
+                "guarded" => Using::Guarded,
+                "smooth" => Using::Smooth,
+                "discontinuity" => Using::Discontinuity,
+                _ => Using::Direct,
+            },
+            precision: match precision {
+                "f32" => Precision::F32,
+                "dd" => Precision::Dd,
+                _ => Precision::F64,
+            },
+        }
+    }
+}
+
+/// Every diagram of `[[diagram]]` tables, without times.
+#[pyfunction]
+#[pyo3(signature = (m, tables, progress=None))]
+pub(crate) fn diagram(
+    py: Python<'_>,
+    m: &Map,
+    tables: String,
+    progress: Option<&Bound<'_, PyAny>>,
+) -> PyResult<Computed> {
+    let map = m.0.clone();
+    compute(py, progress, move |progress| {
+        let mut diagrams = map.asking(&tables)?.diagrams(progress)?;
+        diagrams.iter_mut().for_each(grazemap::Diagram::take_timing);
+        let figures = diagrams.iter().flat_map(diagram_figures);
+        let figures = figures.map(|(name, figure)| (name.to_owned(), figure)).collect();
+        Ok(Computed::new(to_json(&diagrams)?, diagram_rows(&diagrams), figures))
+    })
+}
+
+/// Every chart of `[[chart]]` tables, without times.
+#[pyfunction]
+#[pyo3(signature = (m, tables, progress=None))]
+pub(crate) fn chart(
+    py: Python<'_>,
+    m: &Map,
+    tables: String,
+    progress: Option<&Bound<'_, PyAny>>,
+) -> PyResult<Computed> {
+    let map = m.0.clone();
+    compute(py, progress, move |progress| {
+        let charts = map.asking(&tables)?.charts(progress)?;
+        let charts: Vec<_> = charts.iter().map(grazemap::Chart::without_timing).collect();
+        let figures: Vec<(String, Figure)> =
+            charts.iter().map(|chart| (String::new(), chart_figure(chart))).collect();
+        Ok(Computed::new(to_json(&charts)?, chart_rows(&charts), figures))
+    })
+}
+
+/// The basin of a `[[basin]]` table, without times.
+#[pyfunction]
+#[pyo3(signature = (m, tables, progress=None))]
+pub(crate) fn basin(
+    py: Python<'_>,
+    m: &Map,
+    tables: String,
+    progress: Option<&Bound<'_, PyAny>>,
+) -> PyResult<Computed> {
+    let map = m.0.clone();
+    compute(py, progress, move |progress| {
+        let map = map.asking(&tables)?;
+        let mut basins = map.basins(&map.basin_requests()?, progress)?;
+        basins.iter_mut().for_each(Basin::take_timing);
+        let figures = basins.iter().map(|basin| (String::new(), basin_figure(basin))).collect();
+        let rows = basins.first().map(basin_rows);
+        let rows = rows.unwrap_or_else(|| Rows::new(Vec::new(), std::iter::empty()));
+        Ok(Computed::new(to_json(&basins)?, rows, figures))
+    })
+}

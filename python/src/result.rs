@@ -1,0 +1,108 @@
+//! What was computed: a JSON document, a table by columns, figures.
+
+use std::collections::HashMap;
+
+use grazemap::report::{Alignment, Cell, Column, Figure, Rows};
+use numpy::PyArray1;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+/// A column of a table: numbers, or words by their numbers in a list.
+enum Values {
+    /// NaN where nothing is known.
+    Numbers(Vec<f64>),
+    /// Each word once.
+    Words(Words),
+}
+
+/// Data of a command: what the program writes, as values.
+#[pyclass(frozen, module = "grazemap._lib")]
+pub(crate) struct Computed {
+    /// The JSON document.
+    #[pyo3(get)]
+    document: String,
+    columns: Vec<(String, Values)>,
+    /// Figures as SVG: what follows the command's name in a file's name, and the text.
+    #[pyo3(get)]
+    figures: Vec<(String, String)>,
+}
+
+impl Computed {
+    /// Lays out rows by column.
+    pub(crate) fn new(document: String, rows: Rows<'_>, figures: Vec<(String, Figure)>) -> Self {
+        let drawn = figures.into_iter();
+        let drawn = drawn.filter_map(|(name, figure)| Some((name, figure.to_svg().ok()?)));
+        Self { document, columns: columns(rows), figures: drawn.collect() }
+    }
+}
+
+#[pymethods]
+impl Computed {
+    /// The columns by name: an array of numbers, or an array of indices and the words they stand
+    /// for.
+    fn columns<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let all = PyDict::new(py);
+        for (name, values) in &self.columns {
+            match values {
+                Values::Numbers(values) => {
+                    all.set_item(name, PyArray1::from_slice(py, values))?;
+                }
+                Values::Words(words) => {
+                    let numbers = PyArray1::from_slice(py, &words.numbers);
+                    all.set_item(name, (numbers, &words.list))?;
+                }
+            }
+        }
+        Ok(all)
+    }
+}
+
+/// Rows by column.
+fn columns(rows: Rows<'_>) -> Vec<(String, Values)> {
+    let begin = |column: &Column| match column.alignment {
+        Alignment::Right => Values::Numbers(Vec::new()),
+        Alignment::Left => Values::Words(Words::default()),
+    };
+    let mut columns: Vec<(String, Values)> =
+        rows.columns().iter().map(|column| (column.header.clone(), begin(column))).collect();
+    for row in rows {
+        for (cell, (_, values)) in row.iter().zip(&mut columns) {
+            match values {
+                Values::Numbers(values) => values.push(match cell {
+                    Cell::Integer(value) => *value as f64,
+                    Cell::Number { value, .. } => *value,
+                    // A number in as few digits as it takes.
+                    Cell::Text(text) => text.parse().unwrap_or(f64::NAN),
+                    Cell::Missing => f64::NAN,
+                }),
+                Values::Words(words) => words.push(cell),
+            }
+        }
+    }
+    columns
+}
+
+/// Words of a column, each kept once.
+#[derive(Default)]
+struct Words {
+    /// Of each row, the number of its word; -1 where nothing is known.
+    numbers: Vec<i32>,
+    list: Vec<String>,
+    places: HashMap<String, i32>,
+}
+
+impl Words {
+    fn push(&mut self, cell: &Cell) {
+        let text = cell.for_programs();
+        if *cell == Cell::Missing {
+            self.numbers.push(-1);
+            return;
+        }
+        let next = self.list.len() as i32;
+        let place = *self.places.entry(text.clone()).or_insert(next);
+        if place == next {
+            self.list.push(text);
+        }
+        self.numbers.push(place);
+    }
+}

@@ -1,0 +1,368 @@
+//! Stable and unstable manifolds of saddles as curves, on sections of two coordinates.
+//!
+//! One idea: every point of an invariant curve is the image, after whole returns, of a point of one
+//! short piece beside the saddle. A curve is followed in the place on that piece and the number of
+//! returns together, so that each of its points is an orbit of its own and no error of the curve
+//! before it is carried along. The unstable curve takes images, the stable one preimages, which
+//! Newton's method on the map itself finds: with whatever contacts they make.
+//!
+//! Reference: `KrauskopfOsinga1998`, for the control of spacing and turning.
+
+mod course;
+mod preimage;
+
+use nalgebra::DMatrix;
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::BasinRequest;
+use super::known::refine;
+use crate::analysis::diagram::SweptMap;
+use crate::analysis::error::AnalysisError;
+use crate::analysis::orbits::{FoundOrbit, OrbitsRequest, orbits};
+use crate::analysis::periodic::{ContactItinerary, finite_or_one};
+use crate::analysis::progress::{Progress, keep, recalled};
+use crate::expansion::LocalMap;
+use crate::iteration::DiscreteMap;
+use crate::model::{Method, Scene};
+use crate::orbit::GrazingOrbit;
+use course::{Course, Seed};
+use preimage::Returns;
+
+/// How far beyond the plane curves are followed, in half-ranges from its middle.
+const SURROUNDINGS: f64 = 4.0;
+/// Where the pieces of curves are kept, beside those of the cells' rounds.
+const KEPT: u64 = u64::MAX;
+/// A curve grows by at least this factor in as many returns as are taken at a time.
+const LEAST_GROWTH: f64 = 1.5;
+/// Passes through a saddle's period that are taken at a time, at most.
+const MOST_PASSES: f64 = 64.0;
+
+/// The curves of all saddles that were found.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Manifolds {
+    /// Longest period of the saddles looked for.
+    pub longest_period: usize,
+    /// The saddles.
+    pub saddles: Vec<Saddle>,
+    /// Their curves.
+    pub branches: Vec<ManifoldBranch>,
+}
+
+/// A periodic orbit with one multiplier inside the unit circle and one outside.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Saddle {
+    /// Its itinerary.
+    pub itinerary: ContactItinerary,
+    /// Its points, offsets of the section's coordinates.
+    pub states: Vec<Vec<f64>>,
+    /// Its multipliers, that of larger magnitude first.
+    pub multipliers: [f64; 2],
+}
+
+/// Which curve of a saddle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ManifoldKind {
+    /// States that come to the saddle.
+    Stable,
+    /// States that come from it.
+    Unstable,
+}
+
+impl ManifoldKind {
+    /// Both.
+    pub const ALL: [Self; 2] = [Self::Stable, Self::Unstable];
+
+    /// In one word.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Stable => "stable",
+            Self::Unstable => "unstable",
+        }
+    }
+}
+
+/// The side of its saddle on which a curve begins: that of larger or of smaller values of the
+/// plane's horizontal coordinate.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum ManifoldSide {
+    /// Of larger values.
+    #[serde(rename = "+")]
+    Upper,
+    /// Of smaller values.
+    #[serde(rename = "-")]
+    Lower,
+}
+
+impl ManifoldSide {
+    /// Both.
+    pub const ALL: [Self; 2] = [Self::Upper, Self::Lower];
+
+    /// Its sign, as tables have it.
+    pub fn sign(self) -> &'static str {
+        match self {
+            Self::Upper => "+",
+            Self::Lower => "-",
+        }
+    }
+}
+
+/// Half of a curve: from a point of a saddle on, on one side.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ManifoldBranch {
+    /// Stable or unstable.
+    pub kind: ManifoldKind,
+    /// The number of the saddle, from 0.
+    pub saddle: usize,
+    /// The number of its point, from 0.
+    pub point: usize,
+    /// The side.
+    pub side: ManifoldSide,
+    /// Offsets of the section's coordinates, in order along the curve; it is interrupted between
+    /// one piece and the next where it is not followed or the map jumps.
+    pub pieces: Vec<Vec<[f64; 2]>>,
+    /// Why it ends.
+    pub end: ManifoldEnd,
+}
+
+/// Why a curve ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ManifoldEnd {
+    /// It is as long as curves are followed.
+    Length,
+    /// It comes to rest at an attractor, or, against time, at a repeller.
+    Rest,
+    /// It leaves the surroundings of the plane.
+    Plane,
+    /// It leaves the window of the map, which is used alone.
+    Window,
+    /// The map has no image there.
+    NoImage,
+    /// No state was found that the map sends there.
+    NoPreimage,
+    /// The map is not smooth enough at the saddle for a curve to begin.
+    NotSmooth,
+}
+
+impl ManifoldEnd {
+    /// In words, after "the curve".
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Length => "is as long as curves are followed",
+            Self::Rest => "comes to rest",
+            Self::Plane => "leaves the plane",
+            Self::Window => "leaves the window of the map",
+            Self::NoImage => "comes to where there is no image",
+            Self::NoPreimage => "comes to where no preimage was found",
+            Self::NotSmooth => "does not begin: the map is not smooth at the saddle",
+        }
+    }
+}
+
+/// The manifolds of the saddles of periods up to some length, by a request's method at its
+/// parameters, on a section of two coordinates.
+///
+/// Saddles are the orbits of the orbit search: in the map's window by [`Method::Map`], and those of
+/// direct simulation, near and far, by the other methods.
+///
+/// # Errors
+///
+/// [`AnalysisError::Itinerary`] for a period with too many itineraries, and as
+/// [`orbits`](crate::analysis::orbits::orbits).
+pub(super) fn manifolds(
+    (scene, orbit, map): (&Scene, &GrazingOrbit, &LocalMap),
+    request: &BasinRequest,
+    longest_period: usize,
+    swept: &dyn SweptMap,
+    progress: &dyn Progress,
+) -> Result<Manifolds, AnalysisError> {
+    let itineraries = ContactItinerary::all(map.passages(), longest_period)?;
+    let direct = request.method != Method::Map;
+    let asked = OrbitsRequest {
+        itineraries,
+        at: vec![request.parameters.clone()],
+        direct,
+        far: direct,
+        loci: None,
+    };
+    let found = orbits(scene, orbit, map, &asked, progress)?.orbits;
+    let fixed = swept.at(&request.parameters);
+    let tracer = Tracer::new(request, map, &*fixed);
+    let mut saddles: Vec<Local> = found.iter().filter_map(|orbit| tracer.saddle(orbit)).collect();
+    saddles.dedup_by(|a, b| a.saddle == b.saddle);
+    let cases: Vec<_> = saddles
+        .iter()
+        .enumerate()
+        .flat_map(|(saddle, local)| (0..local.points.len()).map(move |point| (saddle, point)))
+        .flat_map(|at| ManifoldKind::ALL.map(|kind| (at, kind)))
+        .flat_map(|(at, kind)| ManifoldSide::ALL.map(|side| (at, kind, side)))
+        .collect();
+    progress.expect(cases.len() as u64);
+    let branch = |(number, &((saddle, point), kind, side)): (usize, &((usize, usize), _, _))| {
+        let place = [KEPT, number as u64];
+        let branch = recalled(progress, &place).unwrap_or_else(|| {
+            let fixed = swept.at(&request.parameters);
+            let tracer = Tracer { map: &*fixed, ..tracer };
+            let (pieces, end) = tracer.curve(&saddles[saddle], point, kind, side);
+            let branch = ManifoldBranch { kind, saddle, point, side, pieces, end };
+            keep(progress, &place, &branch);
+            branch
+        });
+        progress.advance(1);
+        branch
+    };
+    let branches = cases.par_iter().enumerate().map(branch).collect();
+    let saddles = saddles.into_iter().map(|local| local.saddle).collect();
+    Ok(Manifolds { longest_period, saddles, branches })
+}
+
+/// A saddle with the derivative of its period's map at each of its points.
+struct Local {
+    saddle: Saddle,
+    points: Vec<([f64; 2], DMatrix<f64>)>,
+}
+
+/// What follows the curves of one map.
+#[derive(Clone, Copy)]
+struct Tracer<'a> {
+    request: &'a BasinRequest,
+    local: &'a LocalMap,
+    map: &'a dyn DiscreteMap,
+    /// Middle and half-range of the plane, by coordinate.
+    middle: [f64; 2],
+    scales: [f64; 2],
+}
+
+impl<'a> Tracer<'a> {
+    fn new(request: &'a BasinRequest, local: &'a LocalMap, map: &'a dyn DiscreteMap) -> Self {
+        let (mut middle, mut scales) = ([0.0; 2], [1.0; 2]);
+        for (&axis, [from, to]) in request.axes.iter().zip(&request.ranges) {
+            middle[axis] = 0.5 * (from + to);
+            scales[axis] = finite_or_one(0.5 * (to - from));
+        }
+        Self { request, local, map, middle, scales }
+    }
+
+    /// An orbit found, on the map that is iterated, if it is a saddle near the plane.
+    fn saddle(&self, found: &FoundOrbit) -> Option<Local> {
+        let inside = self.request.method != Method::Map || found.inside;
+        if !found.physical || !inside {
+            return None;
+        }
+        let widths: Vec<f64> = self.local.window.state.iter().copied().map(finite_or_one).collect();
+        let (states, jacobians) = refine(self.map, &found.states, &widths)?;
+        if !states.iter().any(|state| self.is_near([state[0], state[1]])) {
+            return None;
+        }
+        let product = |first: usize| {
+            let (before, after) = jacobians.split_at(first);
+            let all = after.iter().chain(before);
+            all.fold(DMatrix::identity(2, 2), |product, jacobian| jacobian * product)
+        };
+        let points: Vec<_> = states.iter().map(|state| [state[0], state[1]]).collect();
+        let points: Vec<_> =
+            points.into_iter().enumerate().map(|(number, at)| (at, product(number))).collect();
+        let multipliers = real_eigenvalues(&points.first()?.1)?;
+        let [large, small] = multipliers.map(f64::abs);
+        if !(large > 1.0 && small < 1.0 && small > 0.0) {
+            return None;
+        }
+        let itinerary = found.itinerary.clone();
+        Some(Local { saddle: Saddle { itinerary, states, multipliers }, points })
+    }
+
+    fn is_near(&self, point: [f64; 2]) -> bool {
+        let place = |axis: usize| (point[axis] - self.middle[axis]) / self.scales[axis];
+        (0..2).all(|axis| place(axis).abs() <= SURROUNDINGS)
+    }
+
+    /// One half of a curve, and why it ends.
+    fn curve(
+        &self,
+        local: &Local,
+        point: usize,
+        kind: ManifoldKind,
+        side: ManifoldSide,
+    ) -> (Vec<Vec<[f64; 2]>>, ManifoldEnd) {
+        let (at, derivative) = &local.points[point];
+        let [large, small] = local.saddle.multipliers;
+        let (multiplier, factor) = match kind {
+            ManifoldKind::Unstable => (large, large),
+            ManifoldKind::Stable => (small, 1.0 / small),
+        };
+        // What reflects is passed twice, what grows slowly as often as makes it grow.
+        let reflects = usize::from(factor < 0.0) + 1;
+        let growth = factor.abs().ln() * reflects as f64;
+        let passes = (LEAST_GROWTH.ln() / growth).ceil().clamp(1.0, MOST_PASSES);
+        let Some(direction) = self.direction(derivative, multiplier, side) else {
+            return (Vec::new(), ManifoldEnd::NotSmooth);
+        };
+        let returns = Returns {
+            map: self.map,
+            kind,
+            count: local.points.len() * reflects * passes as usize,
+            middle: self.middle,
+            scales: self.scales,
+            window: (self.request.method == Method::Map)
+                .then_some((&self.local.window, &self.request.parameters[..])),
+            is_near: &|point| self.is_near(point),
+        };
+        let factor = (growth * passes).exp();
+        match Seed::beside(&returns, *at, direction, factor) {
+            Some(seed) => Course::new(&returns, seed).run(),
+            None => (Vec::new(), ManifoldEnd::NotSmooth),
+        }
+    }
+
+    /// The eigenvector on a side, of one half-range.
+    fn direction(
+        &self,
+        derivative: &DMatrix<f64>,
+        multiplier: f64,
+        side: ManifoldSide,
+    ) -> Option<[f64; 2]> {
+        let shifted = derivative - DMatrix::identity(2, 2) * multiplier;
+        // Of the rows, whose kernels are the same, the larger is the better known.
+        let kernels = [0, 1].map(|row| [-shifted[(row, 1)], shifted[(row, 0)]]);
+        let length = |v: &[f64; 2]| (v[0] / self.scales[0]).hypot(v[1] / self.scales[1]);
+        let size = |row: usize| {
+            (shifted[(row, 0)] * self.scales[0]).hypot(shifted[(row, 1)] * self.scales[1])
+                / self.scales[row]
+        };
+        let vector = if size(0) >= size(1) { kernels[0] } else { kernels[1] };
+        let horizontal = self.request.axes[0];
+        let is_upper = match vector[horizontal] {
+            0.0 => vector[1 - horizontal] > 0.0,
+            value => value > 0.0,
+        };
+        let sign = if is_upper == (side == ManifoldSide::Upper) { 1.0 } else { -1.0 };
+        let scaled = vector.map(|value| sign * value / length(&vector));
+        scaled.iter().all(|value| value.is_finite()).then_some(scaled)
+    }
+}
+
+/// Both eigenvalues of a matrix of two rows, that of larger magnitude first, if they are real.
+fn real_eigenvalues(matrix: &DMatrix<f64>) -> Option<[f64; 2]> {
+    let half = 0.5 * (matrix[(0, 0)] + matrix[(1, 1)]);
+    let determinant = matrix[(0, 0)] * matrix[(1, 1)] - matrix[(0, 1)] * matrix[(1, 0)];
+    let root = (half * half - determinant).sqrt();
+    // Without cancellation: the smaller one from the product.
+    let large = half + root.copysign(half);
+    let found = [large, determinant / large];
+    found.iter().all(|value| value.is_finite()).then_some(found)
+}
+
+impl ManifoldBranch {
+    /// The length of the curve, in units of what a point's coordinates are divided by.
+    pub fn length(&self, scales: [f64; 2]) -> f64 {
+        self.pieces
+            .iter()
+            .flat_map(|piece| piece.windows(2))
+            .map(|pair| {
+                ((pair[1][0] - pair[0][0]) / scales[0]).hypot((pair[1][1] - pair[0][1]) / scales[1])
+            })
+            .sum()
+    }
+}

@@ -1,0 +1,201 @@
+//! Images and preimages of a point after some returns.
+//!
+//! One idea: flow and impacts can be run backwards wherever the law of contact can be inverted, so
+//! a section map has one preimage there, and Newton's method with the map's own derivative finds it
+//! from the preimage of a point nearby. Where the derivative is not bounded, at a graze, steps that
+//! do not come nearer are halved, and starts beside the first one lie beyond the graze.
+
+use nalgebra::{Matrix2, Vector2};
+
+use super::{ManifoldEnd, ManifoldKind};
+use crate::expansion::MapWindow;
+use crate::iteration::DiscreteMap;
+
+/// Newton steps to a preimage, and a residual from which there is none to be found.
+const NEWTON_STEPS: usize = 30;
+const DIVERGED: f64 = 1e4;
+/// Steps along a graze, and the distance over which its direction is taken, in half-ranges.
+const SLIDES: usize = 4;
+const ASIDE: f64 = 1e-4;
+/// Halvings of a step that does not come nearer.
+const HALVINGS: usize = 30;
+/// How far the image of a preimage may be from what it is the preimage of, in half-ranges.
+const RESIDUAL: f64 = 1e-10;
+/// Distances of further starts from the first one, in half-ranges.
+const FURTHER: [f64; 4] = [1e-5, -1e-5, 1e-2, -1e-2];
+/// A residual at which no further step is taken.
+const ROUNDING: f64 = 1e-14;
+
+/// Some returns of a map at a time, forwards or backwards.
+pub(super) struct Returns<'a> {
+    pub(super) map: &'a dyn DiscreteMap,
+    pub(super) kind: ManifoldKind,
+    /// Returns at a time.
+    pub(super) count: usize,
+    /// Middle and half-ranges of the plane.
+    pub(super) middle: [f64; 2],
+    pub(super) scales: [f64; 2],
+    /// The window and the parameters, where the map is used alone.
+    pub(super) window: Option<(&'a MapWindow, &'a [f64])>,
+    /// Whether a point is in the surroundings of the plane.
+    pub(super) is_near: &'a dyn Fn([f64; 2]) -> bool,
+}
+
+impl Returns<'_> {
+    /// The distance of two points, in half-ranges.
+    pub(super) fn distance(&self, a: [f64; 2], b: [f64; 2]) -> f64 {
+        ((a[0] - b[0]) / self.scales[0]).hypot((a[1] - b[1]) / self.scales[1])
+    }
+
+    /// Where a point goes, or comes from: near `guess` then.
+    pub(super) fn next(&self, point: [f64; 2], guess: [f64; 2]) -> Result<[f64; 2], ManifoldEnd> {
+        let next = match self.kind {
+            ManifoldKind::Unstable => {
+                (0..self.count).try_fold(point, |point, _| self.image(point))?
+            }
+            ManifoldKind::Stable => self.source(point, guess)?,
+        };
+        if (self.is_near)(next) { Ok(next) } else { Err(ManifoldEnd::Plane) }
+    }
+
+    /// Where preimages are looked for that lie near none known.
+    pub(super) fn starts(&self) -> Vec<[f64; 2]> {
+        const PLACES: [f64; 3] = [0.0, -0.6, 0.6];
+        let place = |axis: usize, offset: f64| self.middle[axis] + offset * self.scales[axis];
+        let rows = PLACES.into_iter().map(|offset| place(1, offset));
+        rows.flat_map(|row| PLACES.map(|offset| [place(0, offset), row])).collect()
+    }
+
+    /// One return.
+    fn image(&self, point: [f64; 2]) -> Result<[f64; 2], ManifoldEnd> {
+        let mut image = [f64::NAN; 2];
+        let step = self.map.step(&point, &[], &mut image);
+        let holds = |(window, parameters): (&MapWindow, &[f64])| {
+            window.holds(&point, parameters, &[step.depth])
+        };
+        match step.valid {
+            _ if !self.window.is_none_or(holds) => Err(ManifoldEnd::Window),
+            true => Ok(image),
+            false => Err(ManifoldEnd::NoImage),
+        }
+    }
+
+    /// The point that comes here, near a guess.
+    fn source(&self, point: [f64; 2], guess: [f64; 2]) -> Result<[f64; 2], ManifoldEnd> {
+        let mut guesses = vec![guess];
+        for _ in 1..self.count {
+            let last = guesses[guesses.len() - 1];
+            guesses.push(self.image(last).unwrap_or(last));
+        }
+        let found = guesses.into_iter().rev().try_fold(point, |point, guess| {
+            self.preimage(point, guess).ok_or(ManifoldEnd::NoPreimage)
+        })?;
+        // The window is asked at every return: what is outside is not the map's.
+        (0..self.count).try_fold(found, |point, _| self.image(point))?;
+        Ok(found)
+    }
+
+    /// The preimage of one return.
+    fn preimage(&self, target: [f64; 2], guess: [f64; 2]) -> Option<[f64; 2]> {
+        let beside = |(axis, offset): (usize, f64)| {
+            let mut start = guess;
+            start[axis] += offset * self.scales[axis];
+            self.newton(target, start, 1)
+        };
+        let further = FURTHER.into_iter().flat_map(|offset| [(0, offset), (1, offset)]);
+        // Whole steps first: one across a graze comes nearer only with the next.
+        let near = [1, HALVINGS].into_iter().find_map(|most| self.newton(target, guess, most));
+        let near = near.or_else(|| self.newton(target, self.beyond_graze(target, guess)?, 1));
+        near.or_else(|| further.into_iter().find_map(beside))
+    }
+
+    /// A start beyond a graze: the preimage without the contact, moved along the graze until the
+    /// image is as near as it comes.
+    ///
+    /// A contact of depth `y²` adds `−c y` to the smooth map, along one direction and mostly along
+    /// the graze. While that is left out Newton's method mistakes `(c y)²` for a depth of its own.
+    fn beyond_graze(&self, target: [f64; 2], start: [f64; 2]) -> Option<[f64; 2]> {
+        let derivative = self.derivative(start)?;
+        let step = derivative.lu().solve(&self.defect(start, target)?)?;
+        let moved = |state: [f64; 2], by: Vector2<f64>| {
+            [0, 1].map(|axis| state[axis] + by[axis] * self.scales[axis])
+        };
+        let mut state = moved(start, -step);
+        let depth = self.depth(state);
+        if depth <= 0.0 {
+            return None;
+        }
+        let slope = |axis: usize| {
+            let aside = |offset: f64| {
+                let mut by = Vector2::zeros();
+                by[axis] = offset;
+                let other = self.depth(moved(state, by));
+                (other > 0.0).then_some((other - depth) / offset)
+            };
+            aside(ASIDE).or_else(|| aside(-ASIDE))
+        };
+        let along = Vector2::new(-slope(1)?, slope(0)?).try_normalize(0.0)?;
+        let changes = derivative * along;
+        for _ in 0..SLIDES {
+            let share = changes.dot(&self.defect(state, target)?) / changes.norm_squared();
+            state = moved(state, -share * along);
+        }
+        Some(state)
+    }
+
+    /// The depth of the contacts of one return.
+    fn depth(&self, state: [f64; 2]) -> f64 {
+        self.map.step(&state, &[], &mut [0.0; 2]).depth
+    }
+
+    /// Newton's method; of whole steps alone, or with steps halved until they come nearer.
+    fn newton(&self, target: [f64; 2], start: [f64; 2], tries: usize) -> Option<[f64; 2]> {
+        let mut state = start;
+        let mut defect = self.defect(state, target)?;
+        for _ in 0..NEWTON_STEPS {
+            if defect.norm() <= ROUNDING || defect.norm() > DIVERGED {
+                break;
+            }
+            let Some(step) = self.derivative(state).and_then(|by| by.lu().solve(&defect)) else {
+                break;
+            };
+            let mut share = 1.0;
+            let nearer = (0..tries).find_map(|_| {
+                let moved = [0, 1].map(|axis| state[axis] - share * step[axis] * self.scales[axis]);
+                share *= 0.5;
+                let left = self.defect(moved, target)?;
+                (tries == 1 || left.norm() < defect.norm()).then_some((moved, left))
+            });
+            let Some(nearer) = nearer else { break };
+            if nearer.1.norm() >= defect.norm() && defect.norm() <= RESIDUAL {
+                break;
+            }
+            (state, defect) = nearer;
+        }
+        (defect.norm() <= RESIDUAL).then_some(state)
+    }
+
+    /// By how much an image is not what it is to be, in half-ranges.
+    fn defect(&self, state: [f64; 2], target: [f64; 2]) -> Option<Vector2<f64>> {
+        let mut image = [f64::NAN; 2];
+        let valid = self.map.step(&state, &[], &mut image).valid;
+        let defect = |axis: usize| (image[axis] - target[axis]) / self.scales[axis];
+        valid.then(|| Vector2::new(defect(0), defect(1)))
+    }
+
+    /// The derivative of one return, in half-ranges; at a graze that of a point beside it.
+    fn derivative(&self, state: [f64; 2]) -> Option<Matrix2<f64>> {
+        /// Places beside a point where the map has no derivative, in half-ranges.
+        const BESIDE: [f64; 3] = [0.0, 1e-9, -1e-9];
+        BESIDE.into_iter().find_map(|offset| {
+            let state = [0, 1].map(|axis| state[axis] + offset * self.scales[axis]);
+            let (mut image, mut rows) = ([0.0; 2], [f64::NAN; 4]);
+            self.map.step_jacobian(&state, &[], &mut image, &mut rows);
+            let entry = |row: usize, column: usize| {
+                rows[2 * row + column] * self.scales[column] / self.scales[row]
+            };
+            let matrix = Matrix2::new(entry(0, 0), entry(0, 1), entry(1, 0), entry(1, 1));
+            matrix.iter().all(|entry| entry.is_finite()).then_some(matrix)
+        })
+    }
+}

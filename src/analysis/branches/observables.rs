@@ -1,0 +1,133 @@
+//! What is observed of the orbits of branches beside their section points.
+
+use rayon::prelude::*;
+
+use super::data::{BranchPoint, Branches};
+use crate::analysis::error::AnalysisError;
+use crate::analysis::section_frame::SectionFrame;
+use crate::analysis::time_series::{SeriesPoint, TimeSeriesRequest, time_series};
+use crate::hybrid::MomentEvent;
+use crate::model::Scene;
+use crate::orbit::GrazingOrbit;
+
+/// States per return from which an amplitude is taken.
+const SAMPLES: usize = 400;
+
+/// A number for every orbit of a branch.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BranchObservable {
+    /// The event function of the section's surface at the first section point: `−y²` of a contact.
+    Gap,
+    /// The largest speed at which a passage meets its surface; 0 without contact.
+    ImpactSpeed,
+    /// Time in contact with compliant surfaces per period of the orbit.
+    ContactTime,
+    /// Half of the range of the gap of the section's surface along the orbit.
+    Amplitude,
+}
+
+impl BranchObservable {
+    /// Its name in tables and options.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Gap => "h",
+            Self::ImpactSpeed => "impact_speed",
+            Self::ContactTime => "contact_time",
+            Self::Amplitude => "amplitude",
+        }
+    }
+}
+
+/// An observable of all orbits: by branch and point. The orbits are flown for contact times and
+/// amplitudes, by direct simulation whatever they were found by; NaN where that ends early.
+///
+/// # Errors
+///
+/// [`AnalysisError::Hybrid`] if the simulator refuses the parameters.
+pub fn observed(
+    scene: &Scene,
+    orbit: &GrazingOrbit,
+    found: &Branches,
+    observable: BranchObservable,
+) -> Result<Vec<Vec<f64>>, AnalysisError> {
+    let value = |point: &BranchPoint| of_orbit(scene, orbit, point, observable);
+    let branches = found.branches.par_iter();
+    branches.map(|branch| branch.points.par_iter().map(value).collect()).collect()
+}
+
+fn of_orbit(
+    scene: &Scene,
+    orbit: &GrazingOrbit,
+    point: &BranchPoint,
+    observable: BranchObservable,
+) -> Result<f64, AnalysisError> {
+    let found = &point.orbit;
+    let mut frame = SectionFrame::<f64>::new(scene, orbit);
+    frame.place(&found.states[0], &found.parameters)?;
+    match observable {
+        BranchObservable::Gap => return Ok(frame.gap()),
+        BranchObservable::ImpactSpeed => {
+            let speeds = found.contacts.iter().map(|contact| contact.speed);
+            return Ok(speeds.fold(0.0, f64::max));
+        }
+        BranchObservable::ContactTime | BranchObservable::Amplitude => {}
+    }
+    let request = TimeSeriesRequest {
+        start: found.states[0].clone(),
+        parameters: found.parameters.clone(),
+        returns: found.itinerary.period(),
+        samples: SAMPLES,
+    };
+    let series = time_series(scene, orbit, &request)?;
+    if series.early_end.is_some() {
+        return Ok(f64::NAN);
+    }
+    Ok(match observable {
+        BranchObservable::ContactTime => contact_time(&series.points),
+        _ => {
+            let gaps = series.points.iter();
+            let gaps = gaps.map(|point| (point.time, point.gaps[frame.surface()]));
+            let gaps: Vec<(f64, f64)> = gaps.collect();
+            0.5 * (largest(&gaps, 1.0) - largest(&gaps, -1.0))
+        }
+    })
+}
+
+/// Times from contacts to their releases. A contact that goes on at the end of the period is the
+/// one with which it began.
+fn contact_time(points: &[SeriesPoint]) -> f64 {
+    let mut since: Vec<(usize, f64)> = Vec::new();
+    let mut total = 0.0;
+    for point in points {
+        let Some((event, surface)) = point.event else { continue };
+        match event {
+            MomentEvent::Contact => since.push((surface, point.time)),
+            MomentEvent::Release => {
+                if let Some(place) = since.iter().position(|(begun, _)| *begun == surface) {
+                    total += point.time - since.remove(place).1;
+                }
+            }
+            _ => {}
+        }
+    }
+    total
+}
+
+/// The largest value, or the least where the sign is negative: where a parabola through three rows
+/// has it, if they are evenly spaced.
+fn largest(rows: &[(f64, f64)], sign: f64) -> f64 {
+    let signed = |place: usize| sign * rows[place].1;
+    let Some(at) = (0..rows.len()).max_by(|&a, &b| signed(a).total_cmp(&signed(b))) else {
+        return f64::NAN;
+    };
+    if at == 0 || at + 1 == rows.len() {
+        return rows[at].1;
+    }
+    let (before, after) = (rows[at].0 - rows[at - 1].0, rows[at + 1].0 - rows[at].0);
+    let [a, b, c] = [rows[at - 1].1, rows[at].1, rows[at + 1].1];
+    let bend = a - 2.0 * b + c;
+    match (before - after).abs() <= 1e-6 * after && bend != 0.0 {
+        true => b - (a - c).powi(2) / (8.0 * bend),
+        false => b,
+    }
+}

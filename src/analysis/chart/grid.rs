@@ -1,0 +1,220 @@
+//! The cells of a chart: where each starts, what its orbits settle on, and which are computed.
+
+use rayon::prelude::*;
+
+use super::{ChartAttractor, ChartAxis, ChartCell, ChartClass};
+use crate::analysis::basin::are_one_cycle;
+use crate::analysis::diagram::{
+    Entry, Settled, Shares, Start, SweptMap, agree, exponent, kept_contacts, name, settle,
+};
+use crate::analysis::periodic::ContactItinerary;
+use crate::analysis::progress::{Progress, keep, recalled};
+use crate::analysis::refinement::refine;
+use crate::expansion::MapWindow;
+use crate::iteration::{OrbitEnd, OrbitRequest, Period};
+use crate::model::{ChartObservable, ChartRequest};
+
+/// How many times longer an orbit without a period is followed where attractors are told apart.
+const LONGER: usize = 8;
+
+/// The cells to be computed.
+pub(super) struct Grid<'a> {
+    pub(super) map: &'a dyn SweptMap,
+    pub(super) axes: &'a [ChartAxis; 2],
+    /// Positions of the axes' parameters among the map's; the others stay at 0.
+    pub(super) places: [usize; 2],
+    pub(super) orbit: OrbitRequest,
+    pub(super) window: &'a MapWindow,
+    /// Where every cell starts; `None` beside the map's own start.
+    pub(super) starts: &'a [Option<Vec<f64>>],
+    pub(super) request: &'a ChartRequest,
+}
+
+impl Grid<'_> {
+    /// All cells and the iterates that they took.
+    pub(super) fn cells(&self, progress: &dyn Progress) -> (Vec<ChartCell>, u64) {
+        let [columns, rows] = [&self.axes[0].offsets, &self.axes[1].offsets].map(Vec::len);
+        let (mut round, mut iterates) = (0, 0);
+        let mut compute = |wanted: &[usize]| {
+            let (cells, made) = self.round(round, wanted, progress);
+            round += 1;
+            iterates += made;
+            cells
+        };
+        let cells = if self.computes_all() {
+            compute(&Vec::from_iter(0..columns * rows))
+        } else {
+            refine([columns, rows], |a, b| self.are_alike(a, b), compute).into_cells(|mut cell| {
+                cell.computed = false;
+                cell.attractor.lyapunov = None;
+                cell.others.iter_mut().for_each(|other| other.lyapunov = None);
+                cell
+            })
+        };
+        (cells, iterates)
+    }
+
+    /// Exponents have no borders.
+    fn computes_all(&self) -> bool {
+        self.request.every_cell || self.request.observe == ChartObservable::Lyapunov
+    }
+
+    /// Whether two cells have the same attractors as far as the chart tells them apart.
+    fn are_alike(&self, a: &ChartCell, b: &ChartCell) -> bool {
+        let classes = |cell: &ChartCell| {
+            let mut classes: Vec<_> = cell.attractors().map(|one| self.class(one)).collect();
+            classes.sort_unstable();
+            classes
+        };
+        let itineraries = |cell: &ChartCell| {
+            let named = cell.attractors().filter_map(|one| one.itinerary.as_ref());
+            let mut named: Vec<String> = named.map(ToString::to_string).collect();
+            named.sort_unstable();
+            named
+        };
+        classes(a) == classes(b) && itineraries(a) == itineraries(b)
+    }
+
+    fn class(&self, attractor: &ChartAttractor) -> ChartClass {
+        ChartClass::of(self.map.method(), attractor)
+    }
+
+    /// Some cells, as many at a time as the map has lanes, on all cores, and the iterates that they
+    /// took.
+    fn round(
+        &self,
+        round: u64,
+        wanted: &[usize],
+        progress: &dyn Progress,
+    ) -> (Vec<ChartCell>, u64) {
+        progress.expect(wanted.len() as u64);
+        let block = |(number, cells): (usize, &[usize])| {
+            let (units, place) = (cells.len() as u64, [round, number as u64]);
+            let found = recalled(progress, &place).unwrap_or_else(|| {
+                let found = self.block(cells);
+                keep(progress, &place, &found);
+                found
+            });
+            progress.advance(units);
+            found
+        };
+        let blocks = wanted.par_chunks(self.map.lanes()).enumerate().map(block);
+        let (cells, iterates): (Vec<_>, Vec<u64>) = blocks.unzip();
+        let cell = |mut attractors: Vec<ChartAttractor>| ChartCell {
+            attractor: attractors.remove(0),
+            others: attractors,
+            computed: true,
+        };
+        (cells.into_iter().flatten().map(cell).collect(), iterates.into_iter().sum())
+    }
+
+    /// The attractors of each of some cells, and the iterates that they took.
+    fn block(&self, cells: &[usize]) -> (Vec<Vec<ChartAttractor>>, u64) {
+        let entries: Vec<Entry> = cells.iter().map(|&cell| self.entry(cell)).collect();
+        let mut known: Vec<Vec<Settled>> = vec![Vec::new(); cells.len()];
+        let mut iterates = 0;
+        for start in self.starts {
+            let found = settle(self.map, entries.clone(), start.as_deref(), &self.orbit);
+            for ((found, entry), known) in found.into_iter().zip(&entries).zip(&mut known) {
+                iterates += found.iterates;
+                iterates += self.take(known, found.settled, &entry.parameters);
+            }
+        }
+        let attractors = known.iter().zip(&entries).map(|(known, entry)| {
+            let attractor = |settled| self.attractor(settled, &entry.parameters);
+            known.iter().map(attractor).collect()
+        });
+        (attractors.collect(), iterates)
+    }
+
+    /// Where a cell starts.
+    fn entry(&self, cell: usize) -> Entry {
+        let [horizontal, vertical] = self.axes;
+        let (row, column) = (cell / horizontal.offsets.len(), cell % horizontal.offsets.len());
+        let mut parameters = vec![0.0; self.map.parameters()];
+        parameters[self.places[0]] = horizontal.offsets[column];
+        parameters[self.places[1]] = vertical.offsets[row];
+        Entry { parameters, carried: None }
+    }
+
+    /// Takes in what a start of a cell leads to, where it is not known yet; the iterates that it
+    /// took to find out.
+    fn take(&self, known: &mut Vec<Settled>, mut settled: Settled, parameters: &[f64]) -> u64 {
+        let stays = |settled: &Settled| settled.orbit.end == OrbitEnd::Completed;
+        if self.starts.len() == 1 {
+            known.push(settled);
+            return 0;
+        }
+        // An orbit that left is no attractor, but stands for the cell until one is found.
+        known.retain(stays);
+        if !stays(&settled) {
+            if known.is_empty() {
+                known.push(settled);
+            }
+            return 0;
+        }
+        let mut iterates = 0;
+        let is_known =
+            |settled: &Settled| known.iter().any(|other| self.are_one(other, settled, parameters));
+        if settled.orbit.period == Period::NotFound && !is_known(&settled) {
+            let start = Start { state: settled.orbit.last.clone(), parameters: parameters.into() };
+            let longer = OrbitRequest {
+                transient: LONGER * self.orbit.transient,
+                keep: LONGER * self.orbit.keep,
+                ..self.orbit.clone()
+            };
+            iterates = (longer.transient + longer.keep) as u64;
+            settled = self.map.settle(&[start], &longer).remove(0);
+        }
+        let is_new = stays(&settled) && !is_known(&settled);
+        if known.is_empty() || is_new && known.len() < self.request.attractors {
+            known.push(settled);
+        }
+        iterates
+    }
+
+    /// Whether two orbits settled on one attractor: over the same extent, or on two approaches of
+    /// one periodic orbit, which Newton's method finds.
+    fn are_one(&self, a: &Settled, b: &Settled, parameters: &[f64]) -> bool {
+        if agree(&a.orbit, &b.orbit) {
+            return true;
+        }
+        let points = |settled: &Settled| match settled.orbit.period {
+            Period::Periodic(period) => {
+                Some(settled.orbit.states().take(period).map(<[f64]>::to_vec).collect::<Vec<_>>())
+            }
+            Period::NotFound => None,
+        };
+        let (Some(a), Some(b)) = (points(a), points(b)) else { return false };
+        are_one_cycle(&*self.map.at(parameters), [&a, &b], &self.orbit.scales)
+    }
+
+    fn attractor(&self, settled: &Settled, parameters: &[f64]) -> ChartAttractor {
+        let orbit = &settled.orbit;
+        let Shares { by_map, outside } =
+            Shares::of(self.map.method(), orbit, parameters, self.window);
+        let itinerary = match orbit.period {
+            Period::Periodic(period) if self.request.observe == ChartObservable::Itinerary => {
+                let returns = orbit.steps.iter().skip(1).take(period).map(|step| step.passages);
+                let passages = self.map.itinerary().passages.len();
+                Some(ContactItinerary::new(passages, returns.collect()).largest_rotation().0)
+            }
+            _ => None,
+        };
+        let simulated = || {
+            let shown = self.request.observe == ChartObservable::Lyapunov;
+            let follows = shown && orbit.end == OrbitEnd::Completed;
+            follows.then(|| exponent(&*self.map.at(parameters), orbit, &self.orbit)).flatten()
+        };
+        ChartAttractor {
+            period: orbit.period,
+            itinerary,
+            orbit: name(self.map, orbit, parameters),
+            kept_contacts: kept_contacts(orbit),
+            lyapunov: settled.lyapunov.or_else(simulated),
+            end: orbit.end,
+            by_map,
+            outside,
+        }
+    }
+}

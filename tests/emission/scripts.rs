@@ -1,0 +1,228 @@
+//! Maps emitted in JavaScript, Python, Julia and MATLAB are run by their interpreters and equal the
+//! map in process to the last bit. A language whose interpreter is not on the machine is left out,
+//! which the test says.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use grazemap::emission::{
+    EmissionError, EmitOptions, EmittedCrate, EmittedShape, Target, emitted_module,
+};
+use grazemap::expansion::{ComposedMap, LocalMap, SectionKind};
+use grazemap::iteration::{DiscreteMap, HornerMap};
+use grazemap::numeric::FloatFormat;
+
+use crate::support::synthetic::{self, Numbers};
+
+/// A language: what runs its programs, and a program.
+struct Interpreter {
+    target: Target,
+    /// Commands that may run it, the first that works taken.
+    commands: &'static [&'static [&'static str]],
+    /// What a working one does without an error.
+    probe: &'static str,
+    file: &'static str,
+    /// Prints, at every point, image, depth, Jacobian, and whether it lies inside.
+    program: &'static str,
+}
+
+const INTERPRETERS: [Interpreter; 4] = [
+    Interpreter {
+        target: Target::JavaScript,
+        commands: &[&["node"]],
+        probe: "",
+        file: "program.mjs",
+        program: "
+import { readFileSync } from 'node:fs';
+import * as map from './map_m.mjs';
+for (const line of readFileSync('points.txt', 'utf8').trim().split('\\n')) {
+  const numbers = line.split(' ').map(Number);
+  const [state, parameters] = [numbers.slice(0, 2), numbers.slice(2)];
+  const [image, depths, jacobian] = [[], [], []];
+  const [again, deep] = [[], []];
+  const made = map.stepJacobian(state, parameters, image, depths, jacobian);
+  if (map.step(state, parameters, again, deep) !== made) throw new Error('contacts');
+  if (String([again, deep]) !== String([image, depths])) throw new Error('frozen');
+  console.log([...image, ...depths, ...jacobian, Number(map.inside(state, parameters))].join(' '));
+}
+",
+    },
+    Interpreter {
+        target: Target::Python,
+        commands: &[&["target/python/bin/python3"], &["python3"]],
+        probe: "import numpy",
+        file: "program.py",
+        program: "
+import numpy as np
+import map_m as m
+rows = np.loadtxt('points.txt', ndmin=2)
+image, depths, jacobian = m.step_jacobian(rows.T[:2], rows.T[2:])
+for n, row in enumerate(rows):
+    one = m.step_jacobian(row[:2], row[2:])
+    again, deep = m.step(row[:2], row[2:])
+    assert (again, deep) == one[:2]
+    entries = [entry for line in one[2] for entry in line]
+    many = [entry for line in jacobian for entry in line]
+    numbers = [*again, *deep, *entries]
+    together = [np.broadcast_to(v, len(rows))[n] for v in [*image, *depths, *many]]
+    assert numbers == together, (numbers, together)
+    print(*(repr(float(v)) for v in numbers), int(m.inside(row[:2], row[2:])))
+",
+    },
+    Interpreter {
+        target: Target::Julia,
+        commands: &[&["julia"]],
+        probe: "",
+        file: "program.jl",
+        program: "
+include(\"map_m.jl\")
+for line in eachline(\"points.txt\")
+    row = parse.(Float64, split(line))
+    image, depths, jacobian = map_m.step_jacobian(row[1:2], row[3:4])
+    @assert (image, depths) == map_m.step(row[1:2], row[3:4])
+    numbers = Float64[image..., depths..., (jacobian...)[1]..., (jacobian...)[2]...]
+    println(join(numbers, \" \"), \" \", Int(map_m.inside(row[1:2], row[3:4])))
+end
+",
+    },
+    Interpreter {
+        target: Target::Matlab,
+        commands: &[&["octave-cli", "--no-gui", "--quiet"]],
+        probe: "",
+        file: "program.m",
+        program: "
+map = map_m();
+rows = load('points.txt')';
+[image, depths, jacobian] = map.step_jacobian(rows(1:2, :), rows(3:4, :));
+[again, deep] = map.step(rows(1:2, :), rows(3:4, :));
+assert(isequal([again; deep], [image; depths]));
+inside = map.inside(rows(1:2, :), rows(3:4, :));
+fprintf('%.17g %.17g %.17g %.17g %.17g %.17g %.17g %d\\n', [image; depths; jacobian; inside]);
+",
+    },
+];
+
+/// The command that runs a language on this machine, if one does.
+fn command_of(interpreter: &Interpreter) -> Option<Vec<PathBuf>> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let whole = |words: &&[&str]| {
+        let mut words = words.iter();
+        let first = words.next().map(|&word| match word.contains('/') {
+            true => root.join(word),
+            false => PathBuf::from(word),
+        });
+        first.into_iter().chain(words.map(PathBuf::from)).collect::<Vec<_>>()
+    };
+    let works = |words: &Vec<PathBuf>| {
+        let flag = if interpreter.probe.is_empty() { "--version" } else { "-c" };
+        let mut command = Command::new(&words[0]);
+        command.arg(flag);
+        if !interpreter.probe.is_empty() {
+            command.arg(interpreter.probe);
+        }
+        command.output().is_ok_and(|output| output.status.success())
+    };
+    interpreter.commands.iter().map(whole).find(works)
+}
+
+/// What a language prints of a map at points; none where it cannot be run.
+fn run(
+    interpreter: &Interpreter,
+    (map, composed): (&LocalMap, Option<&ComposedMap>),
+    points: &[([f64; 2], [f64; 2])],
+) -> Option<Vec<Vec<f64>>> {
+    let words = command_of(interpreter)?;
+    let folder = tempfile::tempdir().expect("the test can be set up");
+    let shape = match composed {
+        Some(_) => EmittedShape::Composed,
+        None => EmittedShape::Factored,
+    };
+    let options = EmitOptions { target: interpreter.target, shape, ..EmitOptions::default() };
+    let module = emitted_module(map, composed, &options).expect("the map is emitted");
+    let crates = EmittedCrate::standalone(&module).expect("the map is emitted");
+    for (path, text) in &crates.files {
+        // A module's ending tells node what it is.
+        let path = path.replace(".js", ".mjs");
+        fs::write(folder.path().join(path), text).expect("the test can be set up");
+    }
+    let line = |(state, parameters): &([f64; 2], [f64; 2])| {
+        let [a, b] = state;
+        let [c, d] = parameters;
+        format!("{a:?} {b:?} {c:?} {d:?}\n")
+    };
+    let text: String = points.iter().map(line).collect();
+    fs::write(folder.path().join("points.txt"), text).expect("the test can be set up");
+    fs::write(folder.path().join(interpreter.file), interpreter.program)
+        .expect("the test can be set up");
+    let output = Command::new(&words[0])
+        .args(&words[1..])
+        .arg(interpreter.file)
+        .current_dir(folder.path())
+        .output()
+        .expect("it was found");
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{}: {said}", interpreter.target.word());
+    let text = String::from_utf8(output.stdout).expect("numbers");
+    let line = |line: &str| line.split(' ').map(|word| word.parse().expect("a number")).collect();
+    Some(text.lines().map(line).collect())
+}
+
+/// The same by the map in process.
+fn expected(map: &HornerMap, points: &[([f64; 2], [f64; 2])]) -> Vec<Vec<f64>> {
+    let states = points.iter().flat_map(|(state, _)| *state).collect::<Vec<_>>();
+    let parameters = points.iter().flat_map(|(_, own)| *own).collect::<Vec<_>>();
+    let depths = map.batch(&states, &parameters, false);
+    let row = |(number, (state, own)): (usize, &([f64; 2], [f64; 2]))| {
+        let (mut image, mut jacobian) = ([0.0; 2], [0.0; 4]);
+        map.step_jacobian(state, own, &mut image, &mut jacobian);
+        let depth = depths.rows[number * depths.width + 2];
+        [&image[..], &[depth], &jacobian, &[1.0]].concat()
+    };
+    points.iter().enumerate().map(row).collect()
+}
+
+#[test]
+fn maps_in_languages_that_interpret_equal_the_map_in_process() {
+    let mut numbers = Numbers::new(9);
+    let points: Vec<_> = (0..100).map(|_| synthetic::point(&mut numbers)).collect();
+    let named = |mut map: LocalMap| {
+        map.scene = "m".into();
+        map
+    };
+    let stroboscopic = named(synthetic::map(4, 5, SectionKind::Stroboscopic));
+    let tangency = named(synthetic::map(3, 4, SectionKind::Tangency));
+    let composed = synthetic::composed(6);
+    for interpreter in &INTERPRETERS {
+        let word = interpreter.target.word();
+        for (map, one_pass) in [(&stroboscopic, None), (&tangency, Some(&composed))] {
+            let Some(found) = run(interpreter, (map, one_pass), &points) else {
+                println!("left out: no interpreter of {word} on this machine");
+                continue;
+            };
+            let exact = match one_pass {
+                Some(composed) => HornerMap::composed(map, composed),
+                None => HornerMap::new(map),
+            };
+            let bits = |rows: &[Vec<f64>]| -> Vec<Vec<u64>> {
+                let row = |row: &Vec<f64>| row.iter().map(|v| (v + 0.0).to_bits()).collect();
+                rows.iter().map(row).collect()
+            };
+            assert_eq!(bits(&found), bits(&expected(&exact, &points)), "{word}");
+        }
+    }
+}
+
+#[test]
+fn languages_of_doubles_refuse_single_precision() {
+    let map = synthetic::map(3, 4, SectionKind::Tangency);
+    for interpreter in &INTERPRETERS {
+        let options = EmitOptions {
+            target: interpreter.target,
+            precision: FloatFormat::F32,
+            ..EmitOptions::default()
+        };
+        let refused = emitted_module(&map, None, &options);
+        assert!(matches!(refused, Err(EmissionError::SingleInDouble { .. })));
+    }
+}
