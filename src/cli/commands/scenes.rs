@@ -79,7 +79,8 @@ impl<'a> Summary<'a> {
         let phase = self.phase.map_or("none".to_owned(), str::to_owned);
         format!(
             "  model       {}\n  states      {}\n  phase       {phase}\n  parameters  {}\n  \
-                surfaces    {}\n  active      {}\n  window      {}\n  diagrams    {}\n  charts      {}",
+                surfaces    {}\n  active      {}\n  window      {}\n  diagrams    {}\n  \
+                charts      {}",
             self.model,
             self.states.join(", "),
             self.parameters.join(", "),

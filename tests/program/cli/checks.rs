@@ -135,8 +135,8 @@ fn commands_that_make_no_map_say_that_the_window_is_not_measured() {
         "{checked}"
     );
     assert!(checked.contains("`expand` measures open bounds"), "{checked}");
-    let open = said(&["check", "linear", "--set", "window={}"]);
-    assert!(open.contains("window      open; `expand`"), "{open}");
+    let open = said(&["check", "linear", "--set", "window.state={}"]);
+    assert!(open.contains("window      y^2 <= 1e-3, alpha ± 1e-3"), "{open}");
     let located = said(&["locate", "linear"]);
     assert!(located.ends_with("its map keeps its tolerance\n"), "{located}");
 }

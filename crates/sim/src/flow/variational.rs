@@ -15,8 +15,8 @@ use crate::numeric::Real;
 ///
 /// # Errors
 ///
-/// As [`jet_transport_taylor`](super::jet_transport_taylor); [`FlowError::Jet`] if the jets of the directions do not fit in
-/// memory.
+/// As [`jet_transport_taylor`](super::jet_transport_taylor); [`FlowError::Jet`] if the jets of the
+/// directions do not fit in memory.
 pub fn flow_with_jacobian<S: Real>(
     field: &Field,
     state: &[S],
