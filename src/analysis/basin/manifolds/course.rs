@@ -34,7 +34,7 @@ const STRAIGHT: f64 = 1e-7;
 const AT_REST: f64 = 1e-5;
 
 /// First distances from the saddle, in half-ranges: the largest and the smallest, and by how much
-/// they differ; and the largest deviation from growth in proportion, by itself and as a share.
+/// they differ; and the largest deviations from growth in proportion: across, and along as a share.
 const FARTHEST: f64 = 1e-5;
 const NEAREST: f64 = 1e-10;
 const NEARER: f64 = 0.2;
@@ -66,8 +66,14 @@ impl Seed {
             let seed = Self { saddle, offset, factor };
             let expected = seed.at(1.0);
             let grown = returns.next(seed.at(0.0), expected);
-            let near = |grown| {
-                returns.distance(grown, expected) <= DEVIATION.min(DEVIATING * factor * distance)
+            // What it errs by along the curve is of no account.
+            let near = |grown: [f64; 2]| {
+                let scaled = |v: [f64; 2]| [0, 1].map(|axis| v[axis] / returns.scales[axis]);
+                let error = scaled([grown[0] - expected[0], grown[1] - expected[1]]);
+                let unit = scaled(direction);
+                let along = (error[0] * unit[0] + error[1] * unit[1]).abs();
+                let across = (error[0] * unit[1] - error[1] * unit[0]).abs();
+                across <= DEVIATION && along <= DEVIATING * factor * distance
             };
             if grown.is_ok_and(near) {
                 return Some(seed);
