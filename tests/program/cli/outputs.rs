@@ -138,14 +138,14 @@ fn basins_that_a_scene_asks_for_are_made_without_options() {
     let folder = scratch();
     let scene = grazemap::model::catalogue::text("linear").expect("in the catalogue");
     let basin = "[[basin]]\nranges = [[-1e-3, 3e-4], [-9e-4, 8e-4]]\npoints = [24, 20]\n\
-                 at = { alpha = -5e-4 }\nmanifolds = 1\nwith = [\"guarded\", \"map\"]\n";
+                 at = { alpha = -5e-4 }\nmanifolds = 1\nwith = [\"map\", \"direct\"]\n";
     fs::write(folder.path().join("two.toml"), format!("{scene}\n{basin}")).expect("writable");
     let call =
         |more: &[&str]| grazemap(folder.path(), &[&["basin", "two.toml", "-q"], more].concat());
     let output = call(&["-o", "out"]);
     assert!(output.status.success(), "{}", text(&output.stderr));
     let file = |name: &str| fs::read_to_string(folder.path().join("out").join(name));
-    for (number, method) in [(1, "guarded"), (2, "map")] {
+    for (number, method) in [(1, "map"), (2, "direct")] {
         let basin = file(&format!("basin-{number}.json")).expect("there");
         let basin: serde_json::Value = serde_json::from_str(&basin).expect("JSON");
         assert_eq!(basin["method"], method);
