@@ -67,6 +67,11 @@ with = ["map", "direct"]
 parameters = ["F", "zeta"]
 ranges = [[-1, 1], [-0.5, 2]]
 points = [20, 30]
+[[basin]]
+at = { F = 1e-4 }
+axes = ["theta", "x"]
+points = 40
+manifolds = 3
 "#;
 
 fn parse(source: &str) -> Scene {
@@ -132,6 +137,12 @@ fn every_table_of_a_scene_is_read() {
     assert_eq!((diagram.range, diagram.direction), ([-1e-3, 2e-3], SweepDirection::Down));
     assert_eq!(diagram.with, [Method::Map, Method::Direct]);
     assert!(matches!(&diagram.observe, Observable::Expression { text, .. } if text == "x + theta"));
+    let [basin] = &scene.basins[..] else { panic!("{:?}", scene.basins) };
+    assert_eq!(basin.axes, Some(["theta".to_owned(), "x".to_owned()]));
+    let place = scene.model.parameters.iter().position(|parameter| parameter.name == "F");
+    assert_eq!(basin.at, [(place.expect("a parameter"), 1e-4)]);
+    assert_eq!((basin.points, basin.manifolds), (Some([40, 40]), Some(3)));
+    assert_eq!((basin.ranges, &basin.with[..]), (None, &[Method::Guarded][..]));
     let chart = &scene.charts[0];
     assert_eq!(
         (chart.parameters, chart.points, chart.ranges),

@@ -132,6 +132,38 @@ fn diagrams_and_charts_are_guarded_unless_a_scene_says_otherwise() {
     }
 }
 
+/// Two methods are two basins; an option asks for one of its own.
+#[test]
+fn basins_that_a_scene_asks_for_are_made_without_options() {
+    let folder = scratch();
+    let scene = grazemap::model::catalogue::text("linear").expect("in the catalogue");
+    let basin = "[[basin]]\nranges = [[-1e-3, 3e-4], [-9e-4, 8e-4]]\npoints = [24, 20]\n\
+                 at = { alpha = -5e-4 }\nmanifolds = 1\nwith = [\"map\", \"direct\"]\n";
+    fs::write(folder.path().join("two.toml"), format!("{scene}\n{basin}")).expect("writable");
+    let call =
+        |more: &[&str]| grazemap(folder.path(), &[&["basin", "two.toml", "-q"], more].concat());
+    let output = call(&["-o", "out"]);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let file = |name: &str| fs::read_to_string(folder.path().join("out").join(name));
+    for (number, method) in [(1, "map"), (2, "direct")] {
+        let basin = file(&format!("basin-{number}.json")).expect("there");
+        let basin: serde_json::Value = serde_json::from_str(&basin).expect("JSON");
+        assert_eq!(basin["method"], method);
+        assert_eq!(basin["parameters"][0]["offset"], -5e-4);
+        assert_eq!(basin["manifolds"]["saddles"][0]["itinerary"], "1");
+        let curves = file(&format!("manifolds-{number}.csv")).expect("there");
+        let header = "manifold,itinerary,saddle,point,branch,piece,s,x,theta\nstable,1,1,1,+,1,0";
+        assert!(curves.starts_with(header), "{}", &curves[..100]);
+        assert!(folder.path().join(format!("out/basin-{number}.svg")).exists());
+    }
+    let several = call(&["--json", "-"]);
+    assert_eq!(several.status.code(), Some(2));
+    assert!(text(&several.stderr).contains("asks for 2 basins"), "{}", text(&several.stderr));
+    let one = json(folder.path(), &["basin", "two.toml", "-q", "--points", "4", "--json", "-"]);
+    assert_eq!(one["axes"][0]["offsets"].as_array().map(Vec::len), Some(4));
+    assert_eq!(one["manifolds"], serde_json::Value::Null);
+}
+
 #[test]
 fn an_observable_that_is_constant_up_to_rounding_costs_no_data() {
     let folder = scratch();

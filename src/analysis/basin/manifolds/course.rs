@@ -21,6 +21,8 @@ const LONGEST: f64 = 60.0;
 const MOST_PLACES: usize = 40_000;
 /// Most generations.
 const GENERATIONS: f64 = 300.0;
+/// Share of the distance expected below which a curve was folded on the way.
+const FOLDED: f64 = 0.5;
 /// First and longest step, and the shortest, at which the map is taken to jump.
 const FIRST_STEP: f64 = 1.0 / 16.0;
 const SHORTEST_STEP: f64 = 1e-11;
@@ -32,11 +34,12 @@ const STRAIGHT: f64 = 1e-7;
 const AT_REST: f64 = 1e-5;
 
 /// First distances from the saddle, in half-ranges: the largest and the smallest, and by how much
-/// they differ; and the largest deviation from growth in proportion.
+/// they differ; and the largest deviations from growth in proportion: across, and along as a share.
 const FARTHEST: f64 = 1e-5;
 const NEAREST: f64 = 1e-10;
 const NEARER: f64 = 0.2;
-const DEVIATION: f64 = 1e-3;
+const DEVIATION: f64 = 1e-9;
+const DEVIATING: f64 = 1e-2;
 
 /// The first piece of a curve.
 #[derive(Clone, Copy, Debug)]
@@ -63,7 +66,15 @@ impl Seed {
             let seed = Self { saddle, offset, factor };
             let expected = seed.at(1.0);
             let grown = returns.next(seed.at(0.0), expected);
-            let near = |grown| returns.distance(grown, expected) <= DEVIATION * factor * distance;
+            // What it errs by along the curve is of no account.
+            let near = |grown: [f64; 2]| {
+                let scaled = |v: [f64; 2]| [0, 1].map(|axis| v[axis] / returns.scales[axis]);
+                let error = scaled([grown[0] - expected[0], grown[1] - expected[1]]);
+                let unit = scaled(direction);
+                let along = (error[0] * unit[0] + error[1] * unit[1]).abs();
+                let across = (error[0] * unit[1] - error[1] * unit[0]).abs();
+                across <= DEVIATION && along <= DEVIATING * factor * distance
+            };
             if grown.is_ok_and(near) {
                 return Some(seed);
             }
@@ -122,7 +133,7 @@ impl<'a> Course<'a> {
     }
 
     fn end(&mut self) -> ManifoldEnd {
-        let (mut generation, mut begun, mut before) = (1.0, 0.0, f64::INFINITY);
+        let (mut generation, mut begun, mut before) = (1.0, 0.0, 0.0);
         while self.length < LONGEST && self.tried < MOST_PLACES && self.place < GENERATIONS {
             if self.place >= generation {
                 let grown = self.length - begun;
@@ -204,20 +215,26 @@ impl<'a> Course<'a> {
         Err(end)
     }
 
-    /// The point of a place; a preimage is looked for near `guess`, then about the plane.
+    /// The point of a place; a preimage is looked for about the plane.
     fn point_anywhere(&mut self, place: f64, guess: [f64; 2]) -> Node {
-        let mut node = self.point(place, guess);
-        let mut starts = self.returns.starts().into_iter();
-        while node == Err(ManifoldEnd::NoPreimage) {
-            let Some(start) = starts.next() else { break };
-            node = self.point(place, start);
-        }
+        self.tried += 1;
+        let parent = self.parent(place - 1.0);
+        let node = parent.and_then(|parent| self.returns.next_anywhere(parent, guess));
+        self.nodes.insert(place.to_bits(), node);
         node
     }
 
-    /// Whether a point is near the last one, and the curve does not turn much on the way there.
+    /// Whether a point is near the last one, and the curve does not turn on the way there.
     fn is_smooth(&self, next: [f64; 2]) -> bool {
         let distance = self.returns.distance(self.last(), next);
+        let speed = self.before.zip(self.second_last()).map(|(place, before)| {
+            self.returns.distance(before, self.last()) / (self.place - place)
+        });
+        // What goes out and back is longer than it seems.
+        let expected = speed.map_or(0.0, |speed| speed * self.step);
+        if expected > FINEST && distance < FOLDED * expected {
+            return false;
+        }
         distance <= FINEST || (distance <= SPACING && self.turn(next) * distance <= TURNING)
     }
 
@@ -402,6 +419,15 @@ mod tests {
         }
     }
 
+    /// The distance of a point from the line between two.
+    fn off_segment(point: [f64; 2], pair: &[[f64; 2]]) -> f64 {
+        let from = |other: [f64; 2]| [other[0] - pair[0][0], other[1] - pair[0][1]];
+        let (leg, to) = (from(pair[1]), from(point));
+        let size = (leg[0] * leg[0] + leg[1] * leg[1]).max(f64::MIN_POSITIVE);
+        let share = ((to[0] * leg[0] + to[1] * leg[1]) / size).clamp(0.0, 1.0);
+        (to[0] - share * leg[0]).hypot(to[1] - share * leg[1])
+    }
+
     /// The map of Lozi, `(x, y) ↦ (1 − a|x| + y, b x)`: both curves are broken lines.
     #[test]
     fn curves_of_a_piecewise_linear_map_turn_where_it_does() {
@@ -431,11 +457,13 @@ mod tests {
         // Unstable: the line through the saddle to x = 0, and the image of that point is a turn.
         let pieces = two(&map, ManifoldKind::Unstable, unstable, [unstable, B]);
         let crossing = [0.0, saddle[1] - saddle[0] * B / unstable];
-        let turn = lozi(crossing);
-        let turn = lozi(lozi(lozi(turn)));
-        let nearest = pieces.iter().flatten().map(|p| (p[0] - turn[0]).hypot(p[1] - turn[1]));
-        let nearest = nearest.fold(f64::INFINITY, f64::min);
-        assert!(nearest < 1e-3, "the turn {turn:?} is {nearest} away");
+        let mut turn = crossing;
+        for _ in 0..3 {
+            turn = lozi(lozi(turn));
+            let pairs = pieces.iter().flat_map(|piece| piece.windows(2));
+            let nearest = pairs.map(|pair| off_segment(turn, pair)).fold(f64::INFINITY, f64::min);
+            assert!(nearest < 2.0 * TURNING, "the turn {turn:?} is {nearest} off the curve");
+        }
         // Stable: the line to x = 0; beyond, what the left branch sends to that line.
         let pieces = two(&map, ManifoldKind::Stable, stable, [-stable, -B]);
         let on_line = |[x, y]: [f64; 2]| (y - saddle[1]) - (x - saddle[0]) * B / stable;

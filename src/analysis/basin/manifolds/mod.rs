@@ -31,6 +31,8 @@ use preimage::Returns;
 
 /// How far beyond the plane curves are followed, in half-ranges from its middle.
 const SURROUNDINGS: f64 = 4.0;
+/// Points nearer than this, in half-ranges, are one.
+const ONE_POINT: f64 = 1e-7;
 /// Where the pieces of curves are kept, beside those of the cells' rounds.
 const KEPT: u64 = u64::MAX;
 /// A curve grows by at least this factor in as many returns as are taken at a time.
@@ -190,8 +192,12 @@ pub(super) fn manifolds(
     let found = orbits(scene, orbit, map, &asked, progress)?.orbits;
     let fixed = swept.at(&request.parameters);
     let tracer = Tracer::new(request, map, &*fixed);
-    let mut saddles: Vec<Local> = found.iter().filter_map(|orbit| tracer.saddle(orbit)).collect();
-    saddles.dedup_by(|a, b| a.saddle == b.saddle);
+    let mut saddles: Vec<Local> = Vec::new();
+    for local in found.iter().filter_map(|orbit| tracer.saddle(orbit)) {
+        if !saddles.iter().any(|known| tracer.is_same(known, &local)) {
+            saddles.push(local);
+        }
+    }
     let cases: Vec<_> = saddles
         .iter()
         .enumerate()
@@ -271,6 +277,15 @@ impl<'a> Tracer<'a> {
         }
         let itinerary = found.itinerary.clone();
         Some(Local { saddle: Saddle { itinerary, states, multipliers }, points })
+    }
+
+    /// Whether two saddles are one orbit, found twice.
+    fn is_same(&self, known: &Local, found: &Local) -> bool {
+        let apart = |a: [f64; 2], b: [f64; 2]| {
+            ((a[0] - b[0]) / self.scales[0]).hypot((a[1] - b[1]) / self.scales[1])
+        };
+        let first = found.points[0].0;
+        known.points.iter().any(|(point, _)| apart(*point, first) <= ONE_POINT)
     }
 
     fn is_near(&self, point: [f64; 2]) -> bool {

@@ -11,20 +11,30 @@ use super::{ManifoldEnd, ManifoldKind};
 use crate::expansion::MapWindow;
 use crate::iteration::DiscreteMap;
 
-/// Newton steps to a preimage, and a residual from which there is none to be found.
-const NEWTON_STEPS: usize = 30;
-const DIVERGED: f64 = 1e4;
+/// Newton steps to a preimage, and a residual and a distance from the plane, in half-ranges, from
+/// which there is none to be found.
+const NEWTON_STEPS: usize = 20;
+const DIVERGED: f64 = 1e3;
 /// Steps along a graze, and the distance over which its direction is taken, in half-ranges.
 const SLIDES: usize = 4;
 const ASIDE: f64 = 1e-4;
 /// Halvings of a step that does not come nearer.
-const HALVINGS: usize = 30;
+const HALVINGS: usize = 24;
 /// How far the image of a preimage may be from what it is the preimage of, in half-ranges.
 const RESIDUAL: f64 = 1e-10;
 /// Distances of further starts from the first one, in half-ranges.
 const FURTHER: [f64; 4] = [1e-5, -1e-5, 1e-2, -1e-2];
 /// A residual at which no further step is taken.
 const ROUNDING: f64 = 1e-14;
+
+/// How a preimage is looked for.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Search {
+    /// Next to one that is known, by all means.
+    Near,
+    /// From a start of no account, by Newton's method alone.
+    Far,
+}
 
 /// Some returns of a map at a time, forwards or backwards.
 pub(super) struct Returns<'a> {
@@ -49,17 +59,42 @@ impl Returns<'_> {
 
     /// Where a point goes, or comes from: near `guess` then.
     pub(super) fn next(&self, point: [f64; 2], guess: [f64; 2]) -> Result<[f64; 2], ManifoldEnd> {
+        self.followed(point, guess, Search::Near)
+    }
+
+    /// The same where no preimage near it is known: looked for about the plane.
+    pub(super) fn next_anywhere(
+        &self,
+        point: [f64; 2],
+        guess: [f64; 2],
+    ) -> Result<[f64; 2], ManifoldEnd> {
+        let mut next = self.followed(point, guess, Search::Far);
+        for start in self.starts() {
+            if next != Err(ManifoldEnd::NoPreimage) {
+                break;
+            }
+            next = self.followed(point, start, Search::Far);
+        }
+        next
+    }
+
+    fn followed(
+        &self,
+        point: [f64; 2],
+        guess: [f64; 2],
+        search: Search,
+    ) -> Result<[f64; 2], ManifoldEnd> {
         let next = match self.kind {
             ManifoldKind::Unstable => {
                 (0..self.count).try_fold(point, |point, _| self.image(point))?
             }
-            ManifoldKind::Stable => self.source(point, guess)?,
+            ManifoldKind::Stable => self.source(point, guess, search)?,
         };
         if (self.is_near)(next) { Ok(next) } else { Err(ManifoldEnd::Plane) }
     }
 
     /// Where preimages are looked for that lie near none known.
-    pub(super) fn starts(&self) -> Vec<[f64; 2]> {
+    fn starts(&self) -> Vec<[f64; 2]> {
         const PLACES: [f64; 3] = [0.0, -0.6, 0.6];
         let place = |axis: usize, offset: f64| self.middle[axis] + offset * self.scales[axis];
         let rows = PLACES.into_iter().map(|offset| place(1, offset));
@@ -81,14 +116,19 @@ impl Returns<'_> {
     }
 
     /// The point that comes here, near a guess.
-    fn source(&self, point: [f64; 2], guess: [f64; 2]) -> Result<[f64; 2], ManifoldEnd> {
+    fn source(
+        &self,
+        point: [f64; 2],
+        guess: [f64; 2],
+        search: Search,
+    ) -> Result<[f64; 2], ManifoldEnd> {
         let mut guesses = vec![guess];
         for _ in 1..self.count {
             let last = guesses[guesses.len() - 1];
             guesses.push(self.image(last).unwrap_or(last));
         }
         let found = guesses.into_iter().rev().try_fold(point, |point, guess| {
-            self.preimage(point, guess).ok_or(ManifoldEnd::NoPreimage)
+            self.preimage(point, guess, search).ok_or(ManifoldEnd::NoPreimage)
         })?;
         // The window is asked at every return: what is outside is not the map's.
         (0..self.count).try_fold(found, |point, _| self.image(point))?;
@@ -96,7 +136,10 @@ impl Returns<'_> {
     }
 
     /// The preimage of one return.
-    fn preimage(&self, target: [f64; 2], guess: [f64; 2]) -> Option<[f64; 2]> {
+    fn preimage(&self, target: [f64; 2], guess: [f64; 2], search: Search) -> Option<[f64; 2]> {
+        if search == Search::Far {
+            return self.newton(target, guess, 1);
+        }
         let beside = |(axis, offset): (usize, f64)| {
             let mut start = guess;
             start[axis] += offset * self.scales[axis];
@@ -153,7 +196,7 @@ impl Returns<'_> {
         let mut state = start;
         let mut defect = self.defect(state, target)?;
         for _ in 0..NEWTON_STEPS {
-            if defect.norm() <= ROUNDING || defect.norm() > DIVERGED {
+            if defect.norm() <= ROUNDING || self.is_lost(state, defect) {
                 break;
             }
             let Some(step) = self.derivative(state).and_then(|by| by.lu().solve(&defect)) else {
@@ -173,6 +216,11 @@ impl Returns<'_> {
             (state, defect) = nearer;
         }
         (defect.norm() <= RESIDUAL).then_some(state)
+    }
+
+    /// Whether a search has left all that is near the plane.
+    fn is_lost(&self, state: [f64; 2], defect: Vector2<f64>) -> bool {
+        defect.norm() > DIVERGED || self.distance(state, self.middle) > DIVERGED
     }
 
     /// By how much an image is not what it is to be, in half-ranges.
