@@ -24,7 +24,7 @@ use crate::expansion::LocalMap;
 use crate::iteration::{OrbitName, OrbitRequest, Period};
 use crate::model::{BasinPlan, Digest, Method, Observable, Scene, even_offsets};
 use crate::orbit::GrazingOrbit;
-use manifolds::manifolds;
+use manifolds::{Plane, manifolds};
 use search::Search;
 
 pub use super::refinement::BLOCK;
@@ -372,8 +372,10 @@ pub fn basin(
     let (attractors, classes) = ranked(search.attractors(), cells.into_cells(|class| class));
     let borders = grid.borders(&classes);
     let subjects = (scene, orbit, map);
+    let plane =
+        Plane { parameters, axes: request.axes, ranges: request.ranges, method: request.method };
     let curves =
-        request.manifolds.map(|longest| manifolds(subjects, request, longest, &*swept, progress));
+        request.manifolds.map(|longest| manifolds(subjects, &plane, longest, &*swept, progress));
     let share = |class: BasinClass| grid.share(class, &classes, &borders);
     let attractors = attractors.into_iter().enumerate().map(|(number, attractor)| BasinAttractor {
         attractor,

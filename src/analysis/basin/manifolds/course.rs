@@ -7,7 +7,7 @@
 
 use std::collections::BTreeMap;
 
-use super::ManifoldEnd;
+use super::data::ManifoldEnd;
 use super::preimage::Returns;
 
 /// Largest distance of neighbours, in half-ranges of the plane.
@@ -331,8 +331,8 @@ impl<'a> Course<'a> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::data::ManifoldKind;
     use super::*;
-    use crate::analysis::basin::manifolds::ManifoldKind;
     use crate::iteration::{DiscreteMap, StepInfo};
 
     /// A map of the plane and its derivative.

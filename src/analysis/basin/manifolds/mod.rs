@@ -9,13 +9,15 @@
 //! Reference: `KrauskopfOsinga1998`, for the control of spacing and turning.
 
 mod course;
+mod data;
 mod preimage;
+
+pub(super) use data::Plane;
+pub use data::{ManifoldBranch, ManifoldEnd, ManifoldKind, ManifoldSide, Manifolds, Saddle};
 
 use nalgebra::DMatrix;
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
 
-use super::BasinRequest;
 use super::known::refine;
 use crate::analysis::diagram::SweptMap;
 use crate::analysis::error::AnalysisError;
@@ -40,129 +42,6 @@ const LEAST_GROWTH: f64 = 1.5;
 /// Passes through a saddle's period that are taken at a time, at most.
 const MOST_PASSES: f64 = 64.0;
 
-/// The curves of all saddles that were found.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Manifolds {
-    /// Longest period of the saddles looked for.
-    pub longest_period: usize,
-    /// The saddles.
-    pub saddles: Vec<Saddle>,
-    /// Their curves.
-    pub branches: Vec<ManifoldBranch>,
-}
-
-/// A periodic orbit with one multiplier inside the unit circle and one outside.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Saddle {
-    /// Its itinerary.
-    pub itinerary: ContactItinerary,
-    /// Its points, offsets of the section's coordinates.
-    pub states: Vec<Vec<f64>>,
-    /// Its multipliers, that of larger magnitude first.
-    pub multipliers: [f64; 2],
-}
-
-/// Which curve of a saddle.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum ManifoldKind {
-    /// States that come to the saddle.
-    Stable,
-    /// States that come from it.
-    Unstable,
-}
-
-impl ManifoldKind {
-    /// Both.
-    pub const ALL: [Self; 2] = [Self::Stable, Self::Unstable];
-
-    /// In one word.
-    pub fn word(self) -> &'static str {
-        match self {
-            Self::Stable => "stable",
-            Self::Unstable => "unstable",
-        }
-    }
-}
-
-/// The side of its saddle on which a curve begins: that of larger or of smaller values of the
-/// plane's horizontal coordinate.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum ManifoldSide {
-    /// Of larger values.
-    #[serde(rename = "+")]
-    Upper,
-    /// Of smaller values.
-    #[serde(rename = "-")]
-    Lower,
-}
-
-impl ManifoldSide {
-    /// Both.
-    pub const ALL: [Self; 2] = [Self::Upper, Self::Lower];
-
-    /// Its sign, as tables have it.
-    pub fn sign(self) -> &'static str {
-        match self {
-            Self::Upper => "+",
-            Self::Lower => "-",
-        }
-    }
-}
-
-/// Half of a curve: from a point of a saddle on, on one side.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct ManifoldBranch {
-    /// Stable or unstable.
-    pub kind: ManifoldKind,
-    /// The number of the saddle, from 0.
-    pub saddle: usize,
-    /// The number of its point, from 0.
-    pub point: usize,
-    /// The side.
-    pub side: ManifoldSide,
-    /// Offsets of the section's coordinates, in order along the curve; it is interrupted between
-    /// one piece and the next where it is not followed or the map jumps.
-    pub pieces: Vec<Vec<[f64; 2]>>,
-    /// Why it ends.
-    pub end: ManifoldEnd,
-}
-
-/// Why a curve ends.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum ManifoldEnd {
-    /// It is as long as curves are followed.
-    Length,
-    /// It comes to rest at an attractor, or, against time, at a repeller.
-    Rest,
-    /// It leaves the surroundings of the plane.
-    Plane,
-    /// It leaves the window of the map, which is used alone.
-    Window,
-    /// The map has no image there.
-    NoImage,
-    /// No state was found that the map sends there.
-    NoPreimage,
-    /// The map is not smooth enough at the saddle for a curve to begin.
-    NotSmooth,
-}
-
-impl ManifoldEnd {
-    /// In words, after "the curve".
-    pub fn words(self) -> &'static str {
-        match self {
-            Self::Length => "is as long as curves are followed",
-            Self::Rest => "comes to rest",
-            Self::Plane => "leaves the plane",
-            Self::Window => "leaves the window of the map",
-            Self::NoImage => "comes to where there is no image",
-            Self::NoPreimage => "comes to where no preimage was found",
-            Self::NotSmooth => "does not begin: the map is not smooth at the saddle",
-        }
-    }
-}
-
 /// The manifolds of the saddles of periods up to some length, by a request's method at its
 /// parameters, on a section of two coordinates.
 ///
@@ -175,7 +54,7 @@ impl ManifoldEnd {
 /// [`orbits`](crate::analysis::orbits::orbits).
 pub(super) fn manifolds(
     (scene, orbit, map): (&Scene, &GrazingOrbit, &LocalMap),
-    request: &BasinRequest,
+    request: &Plane<'_>,
     longest_period: usize,
     swept: &dyn SweptMap,
     progress: &dyn Progress,
@@ -184,13 +63,13 @@ pub(super) fn manifolds(
     let direct = request.method != Method::Map;
     let asked = OrbitsRequest {
         itineraries,
-        at: vec![request.parameters.clone()],
+        at: vec![request.parameters.to_vec()],
         direct,
         far: direct,
         loci: None,
     };
     let found = orbits(scene, orbit, map, &asked, progress)?.orbits;
-    let fixed = swept.at(&request.parameters);
+    let fixed = swept.at(request.parameters);
     let tracer = Tracer::new(request, map, &*fixed);
     let mut saddles: Vec<Local> = Vec::new();
     for local in found.iter().filter_map(|orbit| tracer.saddle(orbit)) {
@@ -209,7 +88,7 @@ pub(super) fn manifolds(
     let branch = |(number, &((saddle, point), kind, side)): (usize, &((usize, usize), _, _))| {
         let place = [KEPT, number as u64];
         let branch = recalled(progress, &place).unwrap_or_else(|| {
-            let fixed = swept.at(&request.parameters);
+            let fixed = swept.at(request.parameters);
             let tracer = Tracer { map: &*fixed, ..tracer };
             let (pieces, end) = tracer.curve(&saddles[saddle], point, kind, side);
             let branch = ManifoldBranch { kind, saddle, point, side, pieces, end };
@@ -233,7 +112,7 @@ struct Local {
 /// What follows the curves of one map.
 #[derive(Clone, Copy)]
 struct Tracer<'a> {
-    request: &'a BasinRequest,
+    request: &'a Plane<'a>,
     local: &'a LocalMap,
     map: &'a dyn DiscreteMap,
     /// Middle and half-range of the plane, by coordinate.
@@ -242,7 +121,7 @@ struct Tracer<'a> {
 }
 
 impl<'a> Tracer<'a> {
-    fn new(request: &'a BasinRequest, local: &'a LocalMap, map: &'a dyn DiscreteMap) -> Self {
+    fn new(request: &'a Plane<'a>, local: &'a LocalMap, map: &'a dyn DiscreteMap) -> Self {
         let (mut middle, mut scales) = ([0.0; 2], [1.0; 2]);
         for (&axis, [from, to]) in request.axes.iter().zip(&request.ranges) {
             middle[axis] = 0.5 * (from + to);
@@ -321,7 +200,7 @@ impl<'a> Tracer<'a> {
             middle: self.middle,
             scales: self.scales,
             window: (self.request.method == Method::Map)
-                .then_some((&self.local.window, &self.request.parameters[..])),
+                .then_some((&self.local.window, self.request.parameters)),
             is_near: &|point| self.is_near(point),
         };
         let factor = (growth * passes).exp();
@@ -367,17 +246,4 @@ fn real_eigenvalues(matrix: &DMatrix<f64>) -> Option<[f64; 2]> {
     let large = half + root.copysign(half);
     let found = [large, determinant / large];
     found.iter().all(|value| value.is_finite()).then_some(found)
-}
-
-impl ManifoldBranch {
-    /// The length of the curve, in units of what a point's coordinates are divided by.
-    pub fn length(&self, scales: [f64; 2]) -> f64 {
-        self.pieces
-            .iter()
-            .flat_map(|piece| piece.windows(2))
-            .map(|pair| {
-                ((pair[1][0] - pair[0][0]) / scales[0]).hypot((pair[1][1] - pair[0][1]) / scales[1])
-            })
-            .sum()
-    }
 }

@@ -7,7 +7,7 @@
 
 use nalgebra::{Matrix2, Vector2};
 
-use super::{ManifoldEnd, ManifoldKind};
+use super::data::{ManifoldEnd, ManifoldKind};
 use crate::expansion::MapWindow;
 use crate::iteration::DiscreteMap;
 
