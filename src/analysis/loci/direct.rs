@@ -347,7 +347,7 @@ impl<'a> DirectLoci<'a> {
         is_asked.then_some(Seed { kind, itinerary, unknowns })
     }
 
-    /// Takes whole turns of the phase from the section points of an orbit: with them it is the same.
+    /// Takes whole turns of the phase from the section points of an orbit: it stays the same.
     fn wrap(&self, states: &mut [Vec<f64>]) {
         let model = &self.scene.model;
         let Some(clock) = &model.phase else { return };
