@@ -1,10 +1,14 @@
 //! Local maps: images of arrays of points, and what is drawn with a map.
 
+use std::path::PathBuf;
+
 use grazemap::analysis::basin::Basin;
 use grazemap::analysis::{ImageRequest, ImageRow, Precision, Using};
+use grazemap::emission::{EmittedCrate, Target};
 use grazemap::expansion::MapWindow;
 use grazemap::iteration::{Batch, DiscreteMap};
 use grazemap::numeric::Dd;
+use grazemap::pipeline::{EmitRequest, write_emitted};
 use grazemap::report::{
     Figure, Rows, basin_figure, basin_rows, chart_figure, chart_rows, diagram_figures,
     diagram_rows, to_json,
@@ -16,6 +20,17 @@ use crate::background::compute;
 use crate::error::exception;
 use crate::result::Computed;
 use crate::scene::Graze;
+
+/// Languages of emitted maps.
+const TARGETS: [Target; 7] = [
+    Target::Rust,
+    Target::C,
+    Target::Cuda,
+    Target::JavaScript,
+    Target::Python,
+    Target::Julia,
+    Target::Matlab,
+];
 
 /// Rows of doubles.
 type Points<'py> = PyReadonlyArray2<'py, f64>;
@@ -78,6 +93,28 @@ impl Map {
         let table = self.0.listing().and_then(|listing| Ok(listing.coefficient_table()?));
         let table = table.map_err(|error| exception(py, &error))?;
         Ok(Computed::new(self.to_json(py)?, table.into_rows(), Vec::new()))
+    }
+
+    /// Writes the map as code into a folder; the paths of its files there. None for a language that
+    /// is not known.
+    fn emit(
+        &self,
+        py: Python<'_>,
+        folder: PathBuf,
+        target: &str,
+        measure: bool,
+    ) -> PyResult<Option<Vec<String>>> {
+        let Some(target) = TARGETS.into_iter().find(|known| known.word() == target) else {
+            return Ok(None);
+        };
+        let map = self.0.clone();
+        let paths = compute(py, None, move |_| {
+            let module = map.module(EmitRequest { target, measure, command: None })?;
+            let emitted = EmittedCrate::standalone(&module)?;
+            write_emitted(&emitted, &folder)?;
+            Ok(emitted.files.into_keys().collect())
+        })?;
+        Ok(Some(paths))
     }
 
     /// Rows of images, depths and, if asked for, derivatives at rows of states, at one row of

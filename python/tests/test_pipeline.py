@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 import pickle
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
@@ -136,3 +136,28 @@ def test_coefficients_have_names(m: gm.Map) -> None:
     table = m.polynomials
     assert len(table) > 3
     assert len({column.size for column in table.values()}) == 1
+
+
+def test_a_map_is_saved_as_the_program_does(m: gm.Map, tmp_path: Path) -> None:
+    m.save(tmp_path / "map.json")
+    assert gm.Map.load(tmp_path / "map.json") == m
+    with pytest.raises(gm.InputError, match="no saved orbit or map"):
+        gm.Map.from_json("{}")
+
+
+def test_emitted_code_gives_the_same_numbers(m: gm.Map, tmp_path: Path) -> None:
+    (path,) = m.emit(tmp_path, "python", measure=False)
+    names: dict[str, Any] = {}
+    exec(compile(path.read_text(), path, "exec"), names)  # noqa: S102
+    rng = np.random.default_rng(3)
+    states = rng.uniform(-1e-5, 1e-5, (100, 2))
+    parameters = rng.uniform(-1e-7, 1e-7, (100, 2))
+    image, depths = names["step"](states.T, parameters.T)
+    assert np.array_equal(np.stack(image, axis=1), m(states, parameters))
+    assert np.array_equal(depths[0], m.depths(states, parameters)[:, 0])
+    assert names["MEASURED_ERROR"] is None
+    with pytest.raises(gm.InputError, match="target is one of rust"):
+        m.emit(tmp_path, "cobol")
+    path.write_text("mine")
+    with pytest.raises(gm.InputError, match="not emitted by grazemap"):
+        m.emit(tmp_path, "python", measure=False)

@@ -21,6 +21,8 @@ Array: TypeAlias = NDArray[np.float64]
 
 #: What computes an image.
 METHODS = ("map", "guarded", "direct", "smooth", "discontinuity")
+#: Languages of emitted maps.
+TARGETS = ("rust", "c", "cuda", "javascript", "python", "julia", "matlab")
 #: The numbers in which an image is computed.
 PRECISIONS = ("f64", "f32", "dd")
 
@@ -272,6 +274,29 @@ class Map(_Value):
     def polynomials(self) -> Table:
         """The coefficients by name: the table of ``grazemap expand --csv``."""
         return Table(self._inner.polynomials())
+
+    def emit(
+        self, folder: str | PathLike[str], target: str = "rust", *, measure: bool = True
+    ) -> list[Path]:
+        """Write the map as code into a folder; give the files.
+
+        ``target`` is one of :data:`TARGETS`. What is there and was not emitted is never replaced.
+        Without ``measure`` the code does not state its error.
+        """
+        names = self._inner.emit(Path(folder), target, measure)
+        if names is None:
+            message = f"target is one of {', '.join(TARGETS)}, found {target!r}"
+            raise InputError(message)
+        return [Path(folder) / name for name in names]
+
+    def save(self, path: str | PathLike[str]) -> None:
+        """Write the map to a file that the program takes in the place of a scene."""
+        Path(path).write_text(self.to_json(), encoding="utf-8")
+
+    @classmethod
+    def load(cls, path: str | PathLike[str]) -> Map:
+        """Read a saved map, with the bits that it had."""
+        return cls.from_json(Path(path).read_text(encoding="utf-8"))
 
     def __call__(self, states: ArrayLike, parameters: ArrayLike | None = None) -> Array:
         """Give the images of states: one state, or rows of them.
