@@ -44,8 +44,9 @@ const KEPT: usize = 40;
 const NEARLY_REPEATED: f64 = 0.3;
 /// Orbits are the same where all variables agree to this.
 const SAME: f64 = 1e-6;
-/// A variable of a passage up to this is that of a graze, in its unit.
-const AT_GRAZE: f64 = 1e-8;
+/// A variable of a passage up to this is that of a graze, in its unit: next to one, contacts are not
+/// resolved, and the polynomial in their place errs by as much where the unit is large.
+const AT_GRAZE: f64 = 1e-6;
 /// How near a multiplier is to that of a special point.
 const AT_MULTIPLIER: f64 = 1e-4;
 /// Orbits this near to those of half their period are where a branch doubles.
@@ -406,12 +407,14 @@ impl<'a> Continuation<'a> {
                 is_new.then_some(unknowns)?
             }
         };
-        let in_range = start.iter().enumerate().all(|(unknown, value)| {
+        let bounded = start.iter().enumerate().map(|(unknown, value)| {
             let [lower, upper] = equations.range(unknown);
-            lower - AT_GRAZE <= *value && *value <= upper + AT_GRAZE
+            let bounded = value.clamp(lower, upper);
+            ((bounded - value).abs() <= AT_GRAZE).then_some(bounded)
         });
+        let start: Vec<f64> = bounded.collect::<Option<_>>()?;
         let goes_on = matches!(seed.way, Way::On(_));
-        if !in_range || self.is_known(equations, &start, known, goes_on) {
+        if self.is_known(equations, &start, known, goes_on) {
             return None;
         }
         let trace = match &seed.way {
