@@ -8,6 +8,7 @@ use grazemap::numeric::{Dd, Scalar};
 use grazemap::prelude::{FindGraze, Map, Scene};
 
 use crate::support::foale::Foale;
+use crate::support::scenes::scene_with;
 
 /// The exact derivatives against differences in double-double, at any point.
 #[test]
@@ -135,6 +136,25 @@ fn one_branch_of_direct_simulation_goes_from_the_graze_to_the_published_points()
             assert!((value - expected).abs() < 1e-10, "{scene}: {value} {expected}");
         }
     }
+}
+
+/// The saddle-node of Thota, Zhao and Dankowicz' Fig. 6b is 1.238e-6 from the codimension-two point
+/// (docs/literature.md); over this range contacts next to the graze are known to 1e-6 alone.
+#[test]
+fn a_branch_begins_at_its_graze_where_the_range_is_wide() {
+    let set = [
+        ("omega", "0.095476043524942905"),
+        ("V", "0.398637"),
+        ("grazing.guess", "{x=0.5,v=0.0,theta=-0.9926}"),
+    ];
+    let scene = scene_with("mems_scenario3", &set);
+    let map = scene.graze().and_then(|graze| graze.map()).expect("a map");
+    let asked = request(&["1"], 1, [-3e-5, 3e-5], true);
+    let found = map.branches(&asked, &NoProgress).expect("branches");
+    let folds = labelled(&found, "1", BranchLabel::SaddleNode);
+    let value = map.parameter("V").expect("a parameter") + folds[0] - 0.39863656360925426;
+    assert!((value - 1.238e-6).abs() < 2e-8, "{value:e}");
+    assert_eq!(labelled(&found, "1", BranchLabel::Graze).len(), 1);
 }
 
 /// Flips and grazes of the beam's orbits of two and three returns, inside the window: the map
