@@ -44,8 +44,8 @@ const KEPT: usize = 40;
 const NEARLY_REPEATED: f64 = 0.3;
 /// Orbits are the same where all variables agree to this.
 const SAME: f64 = 1e-6;
-/// A variable of a passage up to this is that of a graze, in its unit: next to one, contacts are not
-/// resolved, and the polynomial in their place errs by as much where the unit is large.
+/// A variable of a passage up to this is that of a graze, in its unit: next to one, contacts are
+/// not resolved, and the polynomial in their place errs by as much where the unit is large.
 const AT_GRAZE: f64 = 1e-6;
 /// How near a multiplier is to that of a special point.
 const AT_MULTIPLIER: f64 = 1e-4;

@@ -129,7 +129,7 @@ impl<S: Real> TangencyPoint<'_, S> {
             .iter()
             .map(|jet| (0..rows + 2).map(|variable| jet.derivative(variable)).collect())
             .collect();
-        // NOTE: roots settle relative to their own size, which at the point itself is rounding: they
+        // NOTE: roots settle relative to their own size, which at the point is rounding: they
         // are solved for as 1 more.
         let start = vec![Jet::constant(&plane, S::one()); solved.len()];
         let roots = implicit_roots(&start, |roots| {
