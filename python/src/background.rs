@@ -40,8 +40,8 @@ impl Progress for Watch {
 }
 
 /// What a computation gives. An exception of a signal or of `progress` (called with what is done
-/// and what is expected, the second 0 where it is not known) ends the call at once and the computation
-/// at its next step.
+/// and what is expected, the second 0 where it is not known) ends the call at once and the
+/// computation at its next step.
 pub(crate) fn compute<T: Send + 'static>(
     py: Python<'_>,
     progress: Option<&Bound<'_, PyAny>>,

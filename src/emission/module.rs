@@ -40,8 +40,8 @@ pub struct EmittedModule {
 /// # Errors
 ///
 /// [`EmissionError`] for a scene whose identifier cannot name a module, numbers that are not finite
-/// in the precision asked for, single precision in a language of doubles, a number of lanes outside 1 to 64, and a composed shape without a
-/// composed form.
+/// in the precision asked for, single precision in a language of doubles, a number of lanes outside
+/// 1 to 64, and a composed shape without a composed form.
 pub fn emitted_module(
     map: &LocalMap,
     composed: Option<&ComposedMap>,

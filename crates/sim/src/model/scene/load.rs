@@ -79,7 +79,8 @@ impl Scene {
     }
 
     /// The scene with other `[[diagram]]`, `[[chart]]` and `[[basin]]` tables, `tables` a text of
-    /// them. Section and window stay as they were settled; text and digest are those of the new scene.
+    /// them. Section and window stay as they were settled; text and digest are those of the new
+    /// scene.
     ///
     /// ```
     /// use grazemap_sim::model::{Scene, catalogue};
