@@ -15,7 +15,7 @@ use pyo3::prelude::*;
 #[pymodule]
 mod _lib {
     #[pymodule_export]
-    use super::map::{Map, basin, chart, diagram};
+    use super::map::{Map, draw};
     #[pymodule_export]
     use super::result::Computed;
     #[pymodule_export]

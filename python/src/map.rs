@@ -2,16 +2,17 @@
 
 use std::path::PathBuf;
 
+use grazemap::Error;
 use grazemap::analysis::basin::Basin;
-use grazemap::analysis::{ImageRequest, ImageRow, Precision, Using};
+use grazemap::analysis::{ImageRequest, ImageRow, Precision, Progress, Using};
 use grazemap::emission::{EmittedCrate, Target};
 use grazemap::expansion::MapWindow;
 use grazemap::iteration::{Batch, DiscreteMap};
 use grazemap::numeric::Dd;
 use grazemap::pipeline::{EmitRequest, write_emitted};
 use grazemap::report::{
-    Figure, Rows, basin_figure, basin_rows, chart_figure, chart_rows, diagram_figures,
-    diagram_rows, to_json,
+    Rows, basin_figure, basin_rows, chart_figure, chart_rows, diagram_figures, diagram_rows,
+    to_json,
 };
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray2};
 use pyo3::prelude::*;
@@ -231,48 +232,10 @@ impl Map {
     }
 }
 
-/// Every diagram of `[[diagram]]` tables, without times.
+/// What tables of one kind, `[[diagram]]`, `[[chart]]` or `[[basin]]`, ask for, without times.
 #[pyfunction]
 #[pyo3(signature = (m, tables, progress=None))]
-pub(crate) fn diagram(
-    py: Python<'_>,
-    m: &Map,
-    tables: String,
-    progress: Option<&Bound<'_, PyAny>>,
-) -> PyResult<Computed> {
-    let map = m.0.clone();
-    compute(py, progress, move |progress| {
-        let mut diagrams = map.asking(&tables)?.diagrams(progress)?;
-        diagrams.iter_mut().for_each(grazemap::Diagram::take_timing);
-        let figures = diagrams.iter().flat_map(diagram_figures);
-        let figures = figures.map(|(name, figure)| (name.to_owned(), figure)).collect();
-        Ok(Computed::new(to_json(&diagrams)?, diagram_rows(&diagrams), figures))
-    })
-}
-
-/// Every chart of `[[chart]]` tables, without times.
-#[pyfunction]
-#[pyo3(signature = (m, tables, progress=None))]
-pub(crate) fn chart(
-    py: Python<'_>,
-    m: &Map,
-    tables: String,
-    progress: Option<&Bound<'_, PyAny>>,
-) -> PyResult<Computed> {
-    let map = m.0.clone();
-    compute(py, progress, move |progress| {
-        let charts = map.asking(&tables)?.charts(progress)?;
-        let charts: Vec<_> = charts.iter().map(grazemap::Chart::without_timing).collect();
-        let figures: Vec<(String, Figure)> =
-            charts.iter().map(|chart| (String::new(), chart_figure(chart))).collect();
-        Ok(Computed::new(to_json(&charts)?, chart_rows(&charts), figures))
-    })
-}
-
-/// The basin of a `[[basin]]` table, without times.
-#[pyfunction]
-#[pyo3(signature = (m, tables, progress=None))]
-pub(crate) fn basin(
+pub(crate) fn draw(
     py: Python<'_>,
     m: &Map,
     tables: String,
@@ -281,11 +244,35 @@ pub(crate) fn basin(
     let map = m.0.clone();
     compute(py, progress, move |progress| {
         let map = map.asking(&tables)?;
-        let mut basins = map.basins(&map.basin_requests()?, progress)?;
-        basins.iter_mut().for_each(Basin::take_timing);
-        let figures = basins.iter().map(|basin| (String::new(), basin_figure(basin))).collect();
-        let rows = basins.first().map(basin_rows);
-        let rows = rows.unwrap_or_else(|| Rows::new(Vec::new(), std::iter::empty()));
-        Ok(Computed::new(to_json(&basins)?, rows, figures))
+        let scene = map.scene();
+        match (scene.diagrams.is_empty(), scene.charts.is_empty()) {
+            (false, _) => diagrams(&map, progress),
+            (true, false) => charts(&map, progress),
+            (true, true) => basins(&map, progress),
+        }
     })
+}
+
+fn diagrams(map: &grazemap::Map, progress: &dyn Progress) -> Result<Computed, Error> {
+    let mut diagrams = map.diagrams(progress)?;
+    diagrams.iter_mut().for_each(grazemap::Diagram::take_timing);
+    let figures = diagrams.iter().flat_map(diagram_figures);
+    let figures = figures.map(|(name, figure)| (name.to_owned(), figure)).collect();
+    Ok(Computed::new(to_json(&diagrams)?, diagram_rows(&diagrams), figures))
+}
+
+fn charts(map: &grazemap::Map, progress: &dyn Progress) -> Result<Computed, Error> {
+    let charts = map.charts(progress)?;
+    let charts: Vec<_> = charts.iter().map(grazemap::Chart::without_timing).collect();
+    let figures = charts.iter().map(|chart| (String::new(), chart_figure(chart))).collect();
+    Ok(Computed::new(to_json(&charts)?, chart_rows(&charts), figures))
+}
+
+fn basins(map: &grazemap::Map, progress: &dyn Progress) -> Result<Computed, Error> {
+    let mut basins = map.basins(&map.basin_requests()?, progress)?;
+    basins.iter_mut().for_each(Basin::take_timing);
+    let figures = basins.iter().map(|basin| (String::new(), basin_figure(basin))).collect();
+    let rows = basins.first().map(basin_rows);
+    let rows = rows.unwrap_or_else(|| Rows::new(Vec::new(), std::iter::empty()));
+    Ok(Computed::new(to_json(&basins)?, rows, figures))
 }

@@ -41,25 +41,21 @@ def diagram(
     >>> diagram(m, "alpha", (-1e-4, 1e-4), points=20)["offset"].shape
     (40,)
     """
-    tables = _toml.table(
-        "diagram",
-        {
-            "parameter": parameter,
-            "range": range,
-            "values": values,
-            "points": points,
-            "scale": scale,
-            "start": start,
-            "starts": starts,
-            "transient": transient,
-            "keep": keep,
-            "observe": observe,
-            "direction": direction,
-            "with": using,
-        },
-    )
-    with shown(progress, "diagram") as seen:
-        return Diagram(_lib.diagram(m._inner, tables, seen))
+    keys = {
+        "parameter": parameter,
+        "range": range,
+        "values": values,
+        "points": points,
+        "scale": scale,
+        "start": start,
+        "starts": starts,
+        "transient": transient,
+        "keep": keep,
+        "observe": observe,
+        "direction": direction,
+        "with": using,
+    }
+    return Diagram(_drawn(m, "diagram", keys, progress))
 
 
 def chart(
@@ -85,26 +81,22 @@ def chart(
     The arguments are the keys of ``[[chart]]`` in a scene, with its defaults; ``using`` is its
     ``with``. The numbers are those that ``grazemap chart`` writes.
     """
-    tables = _toml.table(
-        "chart",
-        {
-            "parameters": parameters,
-            "ranges": ranges,
-            "points": points,
-            "cells": cells,
-            "start": start,
-            "starts": starts,
-            "attractors": attractors,
-            "transient": transient,
-            "keep": keep,
-            "observe": observe,
-            "overlay": overlay,
-            "itineraries": itineraries,
-            "with": using,
-        },
-    )
-    with shown(progress, "chart") as seen:
-        return Chart(_lib.chart(m._inner, tables, seen))
+    keys = {
+        "parameters": parameters,
+        "ranges": ranges,
+        "points": points,
+        "cells": cells,
+        "start": start,
+        "starts": starts,
+        "attractors": attractors,
+        "transient": transient,
+        "keep": keep,
+        "observe": observe,
+        "overlay": overlay,
+        "itineraries": itineraries,
+        "with": using,
+    }
+    return Chart(_drawn(m, "chart", keys, progress))
 
 
 def basin(
@@ -124,17 +116,21 @@ def basin(
     The arguments are the keys of ``[[basin]]`` in a scene, with its defaults; ``using`` is its
     ``with``. The numbers are those that ``grazemap basin`` writes.
     """
-    tables = _toml.table(
-        "basin",
-        {
-            "axes": axes,
-            "ranges": ranges,
-            "points": points,
-            "at": at,
-            "start": start,
-            "manifolds": manifolds,
-            "with": using,
-        },
-    )
-    with shown(progress, "basin") as seen:
-        return Basin(_lib.basin(m._inner, tables, seen))
+    keys = {
+        "axes": axes,
+        "ranges": ranges,
+        "points": points,
+        "at": at,
+        "start": start,
+        "manifolds": manifolds,
+        "with": using,
+    }
+    return Basin(_drawn(m, "basin", keys, progress))
+
+
+def _drawn(
+    m: Map, kind: str, keys: Mapping[str, object], progress: Progress | bool | None
+) -> _lib.Computed:
+    """Compute what one table of a kind with these keys asks for."""
+    with shown(progress, kind) as seen:
+        return _lib.draw(m._inner, _toml.table(kind, keys), seen)
