@@ -23,7 +23,7 @@ use crate::result::Computed;
 use crate::scene::Graze;
 
 /// Languages of emitted maps.
-const TARGETS: [Target; 7] = [
+const TARGETS: [Target; 8] = [
     Target::Rust,
     Target::C,
     Target::Cuda,
@@ -31,6 +31,7 @@ const TARGETS: [Target; 7] = [
     Target::Python,
     Target::Julia,
     Target::Matlab,
+    Target::Wasm,
 ];
 
 /// Rows of doubles.

@@ -245,6 +245,8 @@ pub(super) enum TargetArgument {
     Julia,
     /// A function file of MATLAB and Octave
     Matlab,
+    /// A module of WebAssembly
+    Wasm,
 }
 
 impl From<TargetArgument> for Target {
@@ -257,6 +259,7 @@ impl From<TargetArgument> for Target {
             TargetArgument::Python => Self::Python,
             TargetArgument::Julia => Self::Julia,
             TargetArgument::Matlab => Self::Matlab,
+            TargetArgument::Wasm => Self::Wasm,
         }
     }
 }

@@ -22,7 +22,7 @@ Array: TypeAlias = NDArray[np.float64]
 #: What computes an image.
 METHODS = ("map", "guarded", "direct", "smooth", "discontinuity")
 #: Languages of emitted maps.
-TARGETS = ("rust", "c", "cuda", "javascript", "python", "julia", "matlab")
+TARGETS = ("rust", "c", "cuda", "javascript", "python", "julia", "matlab", "wasm")
 #: The numbers in which an image is computed.
 PRECISIONS = ("f64", "f32", "dd")
 
