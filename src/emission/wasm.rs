@@ -98,11 +98,13 @@ pub(super) fn module(
         measured_error: options.measured_error,
     };
     let text = serde_json::to_string(&description).map_err(EmissionError::Description)?;
+    let jacobian = split.run.outputs.len() - lowered.dimension - lowered.passages;
     let counts = [
         ("DIMENSION", lowered.dimension),
         ("PARAMETERS", lowered.parameters),
         ("PASSAGES", lowered.passages),
         ("COEFFICIENTS", split.coefficients),
+        ("JACOBIAN_COLUMNS", jacobian / lowered.dimension.max(1)),
         ("LANES", LANES as usize),
     ];
     Ok(writer.finish(&text, &counts))

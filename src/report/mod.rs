@@ -18,6 +18,7 @@ mod error;
 mod files;
 mod journal;
 mod json;
+mod live;
 mod loci_listing;
 mod map_listing;
 mod margin_listing;
@@ -58,6 +59,7 @@ pub use figure::Figure;
 pub use files::{OutputFolder, write_atomically, write_streamed};
 pub use journal::Journal;
 pub use json::{Document, DocumentKind, Named, to_json, write_json};
+pub use live::LiveMap;
 pub use loci_listing::{LociListing, LocusPointRecord, LocusRecord, TangencyRecord};
 pub use map_listing::{
     ChosenCoefficients, DepthListing, ExpansionParts, LeadingTerm, MapListing, PassageParts,

@@ -1,16 +1,20 @@
 //! One HTML page that holds a run's report and opens without a network.
 //!
 //! Everything is inside: style, pictures (SVG, or PNG as a data URI where there are very many
-//! dots). Words come from scenes and are escaped wherever they stand; there is no script.
+//! dots). Words come from scenes and are escaped wherever they stand. A page is whole without a
+//! script; the page of a run has one, which a [`LiveMap`] makes its diagrams alive with.
 
 use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD as BASE64;
 use grazemap_figure::escape_html;
 use serde::Serialize;
 
+use super::live::LiveMap;
 use super::{Figure, ReportError, Table};
 
 const TEMPLATE: &str = include_str!("../../templates/report.html.tera");
+const SCRIPT: &str = include_str!("../../templates/page.js");
+const WORKER: &str = include_str!("../../templates/map_worker.js");
 /// SVGs longer than this are shown as PNG: browsers are slow with them.
 const LONGEST_SVG: usize = 400_000;
 
@@ -48,6 +52,8 @@ enum Block {
     Table { table: Table, caption: String },
     Figure(Box<PageFigure>),
     Drawn { picture: Picture, caption: String },
+    Command(String),
+    Live(usize),
 }
 
 /// A picture that was drawn before.
@@ -86,6 +92,20 @@ impl Section {
         self
     }
 
+    /// Adds the command that computes what the section shows.
+    #[must_use]
+    pub fn command(mut self, command: impl Into<String>) -> Self {
+        self.blocks.push(Block::Command(command.into()));
+        self
+    }
+
+    /// Adds room for the live form of a diagram, by its number; it is empty without a script.
+    #[must_use]
+    pub fn live(mut self, diagram: usize) -> Self {
+        self.blocks.push(Block::Live(diagram));
+        self
+    }
+
     /// Adds a picture that was drawn before.
     #[must_use]
     pub fn picture(mut self, picture: Picture, caption: impl Into<String>) -> Self {
@@ -120,12 +140,14 @@ pub struct Page {
     summary: String,
     provenance: Provenance,
     sections: Vec<Section>,
+    live: Option<LiveMap>,
 }
 
 impl Page {
     /// A page without sections.
     pub fn new(title: impl Into<String>, provenance: Provenance) -> Self {
-        Self { title: title.into(), summary: String::new(), provenance, sections: Vec::new() }
+        let (title, summary) = (title.into(), String::new());
+        Self { title, summary, provenance, sections: Vec::new(), live: None }
     }
 
     /// The same page with a summary under its title.
@@ -139,6 +161,13 @@ impl Page {
     #[must_use]
     pub fn section(mut self, section: Section) -> Self {
         self.sections.push(section);
+        self
+    }
+
+    /// The same page with a map that its script iterates.
+    #[must_use]
+    pub fn alive(mut self, map: LiveMap) -> Self {
+        self.live = Some(map);
         self
     }
 
@@ -166,6 +195,9 @@ impl Page {
         context.insert("summary", &self.summary);
         context.insert("provenance", &self.provenance.rows());
         context.insert("sections", &sections);
+        context.insert("live", &self.live);
+        context.insert("script", SCRIPT);
+        context.insert("worker", WORKER);
         Ok(tera.render("report.html", &context)?)
     }
 }
@@ -204,6 +236,13 @@ struct Counts {
 fn block_html(block: &Block, counts: &mut Counts) -> Result<String, ReportError> {
     match block {
         Block::Prose(text) => Ok(format!("<p>{}</p>", escape_html(text))),
+        Block::Command(command) => {
+            let code = escape_html(command);
+            Ok(format!("<p class=\"command\"><code>{code}</code></p>"))
+        }
+        Block::Live(diagram) => {
+            Ok(format!("<div class=\"live\" data-diagram=\"{diagram}\" hidden></div>"))
+        }
         Block::Table { table, caption } => {
             counts.tables += 1;
             let number = counts.tables;

@@ -8,16 +8,16 @@ use super::sweep_words::{
     chart_share_words, diagram_escape_words, diagram_outside_words, diagram_share_words,
 };
 use super::{
-    Cell, Column, Figure, GrazeStudy, MapListing, OrbitListing, Page, Provenance, ReportError,
-    Section, Table, basin_figure, basin_outside_words, basin_remarks, basin_table, basin_words,
-    bounds_words, chart_figure, chart_timing_table, convergence_section, diagram_figures,
-    diagram_timing_table, edge_words, error_words, manifold_table, window_remark,
+    Cell, Column, Figure, GrazeStudy, LiveMap, MapListing, OrbitListing, Page, Provenance,
+    ReportError, Section, Table, basin_figure, basin_outside_words, basin_remarks, basin_table,
+    basin_words, bounds_words, chart_figure, chart_timing_table, convergence_section,
+    diagram_figures, diagram_timing_table, edge_words, error_words, manifold_table, window_remark,
 };
 use crate::analysis::basin::Basin;
 use crate::analysis::chart::Chart;
 use crate::analysis::diagram::Diagram;
 use crate::convergence::ConvergenceStudy;
-use crate::expansion::WindowEdge;
+use crate::expansion::{LocalMap, WindowEdge};
 use crate::model::{ChartObservable, Method, Scene};
 use crate::numeric::Shown;
 
@@ -53,6 +53,12 @@ pub struct RunPage<'a> {
     /// The pictures of the orbit over its period, the phase portraits first, each with the ending
     /// of its file's name.
     pub pictures: &'a [(String, Figure)],
+    /// Its map.
+    pub local: &'a LocalMap,
+    /// The map as a module of WebAssembly.
+    pub module: &'a [u8],
+    /// What commands call the scene, with what is set of it.
+    pub subject: &'a str,
     /// Its expansion.
     pub map: &'a MapListing,
     /// The emitted code.
@@ -83,7 +89,11 @@ pub fn run_page(run: &RunPage<'_>) -> Result<Page, ReportError> {
         .section(expansion_section(run)?)
         .section(convergence_section(run.study)?);
     if !run.diagrams.is_empty() {
-        page = page.section(diagram_section(run.diagrams)?);
+        page = page.section(diagram_section(run.diagrams)?).alive(LiveMap::new(
+            run.local,
+            run.module,
+            run.diagrams,
+        )?);
     }
     if !run.charts.is_empty() {
         page = page.section(chart_section(run.charts)?);
@@ -290,7 +300,8 @@ fn sentence(words: &str) -> String {
 
 fn diagram_section(diagrams: &[Diagram]) -> Result<Section, ReportError> {
     let mut section = Section::new("Bifurcation diagrams");
-    for diagram in diagrams {
+    for (number, diagram) in diagrams.iter().enumerate() {
+        section = section.live(number);
         for (ending, figure) in diagram_figures(diagram) {
             section = section.figure(figure, caption(diagram, ending));
         }

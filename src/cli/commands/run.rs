@@ -19,7 +19,7 @@ use crate::cli::output::{Bar, CliError, Outlets, Results, note, pairs};
 use grazemap::analysis::basin::{Basin, basin_bytes};
 use grazemap::analysis::chart::{Chart, chart_bytes};
 use grazemap::analysis::diagram::{Diagram, Sweep, SweepHeading, Timing, diagram_bytes};
-use grazemap::emission::{EmittedCrate, Target};
+use grazemap::emission::{EmittedCrate, Target, shell_word};
 use grazemap::model::{Digest, Method};
 use grazemap::pipeline::{EmitRequest, Source, StudyRequest, write_emitted};
 use grazemap::report::{
@@ -182,6 +182,9 @@ pub(in crate::cli) fn run(options: &SceneOptions) -> Result<(), CliError> {
         orbit: &OrbitListing::new(&scene, &orbit),
         graze: &GrazeStudy { theory, measured },
         pictures: &time_series_figures(&scene, &orbit, &series.1),
+        local: map.local(),
+        module: &map.web_module()?,
+        subject: &subject(options),
         map: map.listing()?,
         emitted: CrateSummary {
             step: module.step_operations.multiply_adds,
@@ -205,6 +208,14 @@ pub(in crate::cli) fn run(options: &SceneOptions) -> Result<(), CliError> {
     folder.write("timings.json", &timings)?;
     resumable.finish();
     finish(&options.scene, folder.path(), timings, &outlets)
+}
+
+/// The scene and what is set of it, as words of a command.
+fn subject(options: &SceneOptions) -> String {
+    let scene = shell_word(options.scene.as_os_str().as_encoded_bytes());
+    let set = options.common.set.iter();
+    let set = set.map(|(name, value)| shell_word(format!("{name}={value}").as_bytes()));
+    set.fold(scene, |words, own| words + " --set " + &own)
 }
 
 fn finish(scene: &Path, folder: &Path, timings: String, outlets: &Outlets) -> Result<(), CliError> {
