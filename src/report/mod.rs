@@ -14,6 +14,7 @@ mod convergence_page;
 mod curve_figure;
 mod curve_listing;
 mod diagram_figure;
+mod equations;
 mod error;
 mod files;
 mod journal;

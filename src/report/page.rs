@@ -10,13 +10,16 @@ use grazemap_figure::escape_html;
 use serde::Serialize;
 
 use super::live::LiveMap;
-use super::{Figure, ReportError, Table};
+use super::{Cell, Column, Figure, ReportError, Table};
 
 const TEMPLATE: &str = include_str!("../../templates/report.html.tera");
 const SCRIPT: &str = include_str!("../../templates/page.js");
 const WORKER: &str = include_str!("../../templates/map_worker.js");
 /// SVGs longer than this are shown as PNG: browsers are slow with them.
 const LONGEST_SVG: usize = 400_000;
+
+/// Most points of a figure that a page hands out as CSV; those of more stand in files beside it.
+const MOST_POINTS: usize = 1500;
 
 /// Where a report came from; every page shows all of it.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -49,10 +52,18 @@ pub struct PageFigure {
 #[derive(Debug, Clone, PartialEq)]
 enum Block {
     Prose(String),
-    Table { table: Table, caption: String },
+    Table {
+        table: Table,
+        caption: String,
+    },
     Figure(Box<PageFigure>),
-    Drawn { picture: Picture, caption: String },
+    Drawn {
+        picture: Picture,
+        caption: String,
+    },
     Command(String),
+    /// Markup that the program wrote, every name in it escaped.
+    Markup(String),
     Live(usize),
 }
 
@@ -89,6 +100,13 @@ impl Section {
     #[must_use]
     pub fn table(mut self, table: Table, caption: impl Into<String>) -> Self {
         self.blocks.push(Block::Table { table, caption: caption.into() });
+        self
+    }
+
+    /// Adds markup in which every name is escaped already.
+    #[must_use]
+    pub(super) fn markup(mut self, markup: String) -> Self {
+        self.blocks.push(Block::Markup(markup));
         self
     }
 
@@ -177,7 +195,8 @@ impl Page {
     ///
     /// Those of [`Figure::to_svg`] and [`Figure::to_png`]; [`ReportError::Template`].
     pub fn to_html(&self) -> Result<String, ReportError> {
-        let mut counts = Counts::default();
+        let is_alive = self.live.is_some();
+        let mut counts = Counts { is_alive, ..Counts::default() };
         let mut sections = Vec::new();
         for (index, section) in self.sections.iter().enumerate() {
             let blocks = section.blocks.iter().map(|block| block_html(block, &mut counts));
@@ -231,6 +250,8 @@ struct SectionView<'a> {
 struct Counts {
     figures: usize,
     tables: usize,
+    /// Whether the page has a script, which hands out the points of figures.
+    is_alive: bool,
 }
 
 fn block_html(block: &Block, counts: &mut Counts) -> Result<String, ReportError> {
@@ -240,6 +261,7 @@ fn block_html(block: &Block, counts: &mut Counts) -> Result<String, ReportError>
             let code = escape_html(command);
             Ok(format!("<p class=\"command\"><code>{code}</code></p>"))
         }
+        Block::Markup(markup) => Ok(markup.clone()),
         Block::Live(diagram) => {
             Ok(format!("<div class=\"live\" data-diagram=\"{diagram}\" hidden></div>"))
         }
@@ -260,21 +282,44 @@ fn block_html(block: &Block, counts: &mut Counts) -> Result<String, ReportError>
             let svg = shown.figure.to_svg()?;
             let png = || Ok(shown.figure.to_png()?);
             let picture = picture_html(&svg, png, &shown.caption)?;
-            Ok(figure_html(&picture, &caption, counts))
+            let points = match counts.is_alive {
+                true => points_html(&shown.figure)?,
+                false => String::new(),
+            };
+            Ok(figure_html(&picture, &caption, &points, counts))
         }
         Block::Drawn { picture: Picture { svg, png }, caption } => {
             let picture = picture_html(svg, || Ok(png.clone()), caption)?;
-            Ok(figure_html(&picture, caption, counts))
+            Ok(figure_html(&picture, caption, "", counts))
         }
     }
 }
 
-fn figure_html(picture: &str, caption: &str, counts: &mut Counts) -> String {
+/// The points of a figure as CSV, in JSON, for the page's script to hand out; nothing where they
+/// are many.
+fn points_html(figure: &Figure) -> Result<String, ReportError> {
+    let count: usize = figure.series.iter().map(|series| series.points.len()).sum();
+    if count == 0 || count > MOST_POINTS {
+        return Ok(String::new());
+    }
+    let mut table =
+        Table::new(vec![Column::text("series"), Column::number("x"), Column::number("y")]);
+    for series in &figure.series {
+        for [x, y] in &series.points {
+            let name = Cell::text(series.name.clone());
+            table.push(vec![name, Cell::number(*x, 6), Cell::number(*y, 6)])?;
+        }
+    }
+    let text = serde_json::to_string(&table.to_csv()?)?.replace('<', "\\u003c");
+    Ok(format!("<script type=\"application/json\" class=\"points\">{text}</script>"))
+}
+
+fn figure_html(picture: &str, caption: &str, points: &str, counts: &mut Counts) -> String {
     counts.figures += 1;
     let (number, caption) = (counts.figures, escape_html(caption));
     format!(
         "<figure><div class=\"card\">{picture}</div>\n<figcaption><b>Figure {number}.</b> \
-            {caption}</figcaption></figure>"
+            {caption}</figcaption>{points}</figure>"
     )
 }
 
