@@ -98,6 +98,12 @@ function observed(number, observable, keep) {
   return values;
 }
 
+/** The last kept state of a lane, whose depth stands in the record after it. */
+function lastKept(number, keep) {
+  const record = (sizes.states + sizes.passages) * sizes.lanes * 8;
+  return lane(places.records + (keep - 1) * record, number, sizes.states);
+}
+
 /** Sets the parameters of the lanes: those of the page, one of them at these offsets. */
 function freeze(request, offsets) {
   offsets.forEach((offset, number) => {
@@ -157,7 +163,7 @@ function* sweep(request) {
       iterate(pass.keep + 1, true);
       states = states.map((_, n) => {
         const gone = lost[n] || escaped(n);
-        const state = gone ? start.slice() : lane(places.states, n, sizes.states);
+        const state = gone ? start.slice() : lastKept(n, pass.keep);
         const own = request.parameters.slice();
         own[request.axis] = offsets[n];
         if (n * stretch + place < columns) {
@@ -181,7 +187,7 @@ function* sweep(request) {
       lanes.forEach((column, n) => {
         if (first + n >= columns || !last[column] || escaped(n)) return;
         const values = observed(n, request.observe, keep);
-        last[column] = lane(places.states, n, sizes.states);
+        last[column] = lastKept(n, keep);
         const entry = { offset: offset(column), width, values, state: last[column] };
         found.push({ ...entry, pass: 2, column });
       });
