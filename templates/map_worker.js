@@ -5,6 +5,8 @@
 let map, memory, sizes, places, data;
 // The sweep that is being made, by its number; a newer one ends it.
 let current = 0;
+// Iterates made so far.
+let made = 0;
 
 const LONGEST_PERIOD = 256;
 const PERIOD_TOLERANCE = 1e-8;
@@ -56,6 +58,7 @@ function lane(place, number, count) {
 /** Iterates all lanes; keeps the records of at most as many as there is room for. */
 function iterate(count, keeps) {
   const record = (sizes.states + sizes.passages) * sizes.lanes * 8;
+  made += count * sizes.lanes;
   at(places.extents, record / 8).fill(0);
   const { coefficients, states, extents, records } = places;
   map.iterate_lanes(coefficients, states, extents, records, count, keeps ? record : 0);
@@ -104,15 +107,14 @@ function lastKept(number, keep) {
   return lane(places.records + (keep - 1) * record, number, sizes.states);
 }
 
-/** Sets the parameters of the lanes: those of the page, one of them at these offsets. */
-function freeze(request, offsets) {
-  offsets.forEach((offset, number) => {
-    const own = request.parameters.slice();
-    own[request.axis] = offset;
-    put(places.parameters, number, own);
-  });
+/** Sets the parameters of every lane. */
+function freezeAll(parameters) {
+  parameters.forEach((own, number) => put(places.parameters, number, own));
   map.freeze_lanes(places.parameters, places.coefficients);
 }
+
+/** The same: those of the page, one of them at these offsets. */
+const freeze = (request, offsets) => freezeAll(offsets.map((offset) => request.parameters.with(request.axis, offset)));
 
 /** A sweep: the last state is carried from value to value, in as many stretches as there are lanes. */
 function* sweep(request) {
@@ -197,10 +199,59 @@ function* sweep(request) {
   yield found;
 }
 
+/** Classes of a cell that are no period; 0 is no period found. */
+const WITHOUT_CONTACT = -1;
+const OUTSIDE = -2;
+
+/** What the map settles on over two parameters, in cells that become finer. */
+function* chart(request) {
+  const { axes, x, y, columns, rows, start } = request;
+  const longest = Math.min(request.longest, LONGEST_PERIOD);
+  const { states: d, passages: s, lanes } = sizes;
+  const record = (d + s) * lanes * 8;
+  const middle = (ends, number, count) => ends[0] + ((number + 0.5) / count) * (ends[1] - ends[0]);
+  let found = [];
+  for (const every of [4, 2, 1]) {
+    const transient = every === 1 ? request.transient : Math.min(request.transient, 500);
+    const cells = [];
+    for (let row = 0; row < rows; row += every) {
+      for (let column = 0; column < columns; column += every) cells.push([column, row]);
+    }
+    for (let first = 0; first < cells.length; first += lanes) {
+      const own = Array.from({ length: lanes }, (_, n) => cells[Math.min(first + n, cells.length - 1)]);
+      const parameters = own.map(([column, row]) => {
+        const half = every / 2 - 0.5;
+        const across = middle(x, column + half, columns);
+        return request.parameters.with(axes[0], across).with(axes[1], middle(y, row + half, rows));
+      });
+      freezeAll(parameters);
+      own.forEach((_, n) => put(places.states, n, start));
+      iterate(transient, false);
+      const lost = own.map((_, n) => escaped(n));
+      lost.forEach((is, n) => is && put(places.states, n, start));
+      iterate(2 * longest, true);
+      own.forEach(([column, row], n) => {
+        if (first + n >= cells.length) return;
+        let kind = OUTSIDE;
+        if (!lost[n] && !escaped(n) && !outside(n, parameters[n])) {
+          const states = Array.from({ length: 2 * longest }, (_, k) => lane(places.records + k * record, n, d));
+          kind = periodOf(states);
+          const deepest = lane(places.extents, n, d + s).slice(d);
+          if (kind === 1 && deepest.every((depth) => depth <= 0)) kind = WITHOUT_CONTACT;
+        }
+        found.push([column, row, every, kind]);
+      });
+      if (yield found) found = [];
+    }
+  }
+  yield found;
+}
+
 /** Runs a sweep in slices of time, so that a newer one can end it. */
 function run(request) {
-  const course = sweep(request);
+  const course = request.axes ? chart(request) : sweep(request);
   const began = performance.now();
+  const before = made;
   let flushed = false;
   const slice = () => {
     if (current !== request.number) return;
@@ -212,12 +263,13 @@ function run(request) {
       if (step.value) found = step.value;
     } while (!step.done && performance.now() < until);
     if (found && found.length) {
-      postMessage({ kind: "columns", number: request.number, heading: request.heading, found });
+      postMessage({ kind: "found", number: request.number, heading: request.heading, found });
       flushed = true;
     }
     if (!step.done) return setTimeout(slice);
     const time = performance.now() - began;
-    postMessage({ kind: "done", number: request.number, heading: request.heading, time });
+    const { number, heading } = request;
+    postMessage({ kind: "done", number, heading, time, iterates: made - before });
     next();
   };
   slice();

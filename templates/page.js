@@ -133,6 +133,31 @@
     const label = (value) => (value / 10 ** power).toFixed(Math.min(digits, 12)).replace("-", "−");
     return { values, power, label };
   };
+  const place = (room, [rx, ry], [a, b]) => [
+    room.x + ((a - rx[0]) / (rx[1] - rx[0])) * room.w,
+    room.y + room.h - ((b - ry[0]) / (ry[1] - ry[0])) * room.h,
+  ];
+  /** A frame with round values and names below and on the left. */
+  const drawAxes = (g, room, ranges, labels) => {
+    g.font = "11px system-ui, sans-serif";
+    g.strokeStyle = colour("--rule");
+    g.strokeRect(room.x, room.y, room.w, room.h);
+    g.fillStyle = colour("--ink");
+    for (const [n, range] of ranges.entries()) {
+      const { values, power, label } = ticks(range[0], range[1], n ? 4 : Math.max(2, Math.floor(room.w / 80)));
+      for (const value of values) {
+        const [x, y] = place(room, ranges, n ? [ranges[0][0], value] : [value, ranges[1][0]]);
+        g.textAlign = n ? "right" : "center";
+        g.fillText(label(value), n ? x - 4 : x, n ? y + 4 : y + 14);
+      }
+      g.textAlign = "center";
+      g.save();
+      g.translate(n ? room.x - 45 : room.x + room.w / 2, n ? room.y + room.h / 2 : room.y + room.h + 32);
+      if (n) g.rotate(-Math.PI / 2);
+      g.fillText(labels[n] + (power ? ` / 10${superscript(power)}` : ""), 0, 0);
+      g.restore();
+    }
+  };
   const superscript = (power) => String(power).replace("-", "⁻").replace(/\d/g, (d) => "⁰¹²³⁴⁵⁶⁷⁸⁹"[d]);
   const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
   const observables = [
@@ -185,6 +210,7 @@
       if (message.number !== number) return;
       if (message.kind === "done") {
         lastTimes[message.heading] = message.time;
+        pane.rate = message.iterates / message.time / 1000;
         status = "";
         pane.done = Object.keys(lastTimes).length >= Number(show.up) + Number(show.down);
         pane.times = { ...lastTimes };
@@ -511,34 +537,16 @@
           return [low - edge, high + edge];
         };
         const [rx, ry] = [range(0), range(1)];
-        const place = ([a, b]) => [room.x + ((a - rx[0]) / (rx[1] - rx[0])) * room.w, room.y + room.h - ((b - ry[0]) / (ry[1] - ry[0])) * room.h];
-        g.font = "11px system-ui, sans-serif";
-        g.strokeStyle = colour("--rule");
-        g.strokeRect(room.x, room.y, room.w, room.h);
-        g.fillStyle = colour("--ink");
-        for (const [n, own] of [rx, ry].entries()) {
-          const { values, power, label } = ticks(own[0], own[1], n ? 4 : Math.max(2, Math.floor(room.w / 80)));
-          for (const value of values) {
-            const [x, y] = place(n ? [rx[0], value] : [value, ry[0]]);
-            g.textAlign = n ? "right" : "center";
-            g.fillText(label(value), n ? x - 4 : x, n ? y + 4 : y + 14);
-          }
-          const text = labels[n] + (power ? ` / 10${superscript(power)}` : "");
-          g.textAlign = "center";
-          g.save();
-          g.translate(n ? 11 : room.x + room.w / 2, n ? room.y + room.h / 2 : h - 6);
-          if (n) g.rotate(-Math.PI / 2);
-          g.fillText(text, 0, 0);
-          g.restore();
-        }
+        const at = (point) => place(room, [rx, ry], point);
+        drawAxes(g, room, [rx, ry], labels);
         g.fillStyle = g.strokeStyle = colour(answer.outside ? "--outside" : "--up");
         if (lines) {
           g.beginPath();
-          points.forEach((point) => g.lineTo(...place(point)));
+          points.forEach((point) => g.lineTo(...at(point)));
           g.stroke();
         }
         for (const point of points) {
-          const [x, y] = place(point);
+          const [x, y] = at(point);
           g.fillRect(x - 1.5, y - 1.5, 3, 3);
         }
       };
@@ -704,6 +712,10 @@
       const reach = other.width ?? Math.abs(other.grazing) * 1e-3;
       const slider = element("input", { type: "range", min: -100, max: 100, step: 1, value: 0 });
       const says = element("output");
+      slider.follow = () => {
+        slider.value = Math.round((base[n] / reach) * 100);
+        tell();
+      };
       const tell = () => (says.textContent = `${other.symbol} = ${shown(other.grazing + base[n], 8)} (offset ${shown(base[n], 3)})`);
       slider.oninput = () => {
         base = base.slice();
@@ -719,22 +731,235 @@
     host.append(controls, canvas, readout, sliders, panels, hint);
     host.hidden = false;
 
-    const pane = { diagram, canvas, readout, mark, look, reset, layers: () => layers, first: 0, done: false };
+    /** Goes to values of all parameters. */
+    const goTo = (parameters) => {
+      base = parameters.with(axis, 0);
+      sliders.querySelectorAll("input").forEach((slider) => slider.follow());
+      sweep();
+      mark(parameters[axis]);
+    };
+    const pane = { goTo, diagram, canvas, readout, mark, look, reset, layers: () => layers, first: 0, done: false };
     panes.push(pane);
     new ResizeObserver(() => redraw()).observe(canvas);
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redraw);
     return pane;
   }
 
+  const PERIODS = ["#88ccee", "#ddcc77", "#cc6677", "#117733", "#aa4499", "#999933", "#882255", "#44aa99", "#332288"];
+  const WITHOUT_CONTACT = -1;
+  const OUTSIDE = -2;
+  const classWords = (kind) => kind === undefined ? "" : kind === WITHOUT_CONTACT ? "period 1 without contact" : kind === OUTSIDE ? "outside the measured window" : kind === 0 ? "no period" : `period ${kind}`;
+  const classColour = (kind) => kind === WITHOUT_CONTACT ? "#f7eec3" : kind === OUTSIDE ? "#b3b7bc" : kind === 0 ? "#1f2328" : PERIODS[Math.min(kind, 9) - 1];
+
+  /** The live chart of one of the run's. */
+  function chartPane(host, chart) {
+    const home = { x: chart.x, y: chart.y };
+    let view = { x: home.x.slice(), y: home.y.slice() };
+    const [across, upwards] = chart.axes.map((axis) => data.parameters[axis]);
+    const [columns, rows] = [160, 120];
+    const canvas = element("canvas", { tabIndex: 0 });
+    canvas.setAttribute("role", "img");
+    canvas.setAttribute("aria-label", `Periods of the map over ${across.name} and ${upwards.name}. Arrow keys move the marker, plus and minus zoom, 0 shows the whole.`);
+    const readout = element("output", { className: "readout" });
+    readout.setAttribute("aria-live", "polite");
+    const legend = element("div", { className: "legend" });
+    let cells = new Map();
+    let layers = [];
+    let number = 0;
+    let marker = null;
+    let box = null;
+    let grip = null;
+    const room = () => {
+      const width = Math.max(280, canvas.clientWidth || 700);
+      return { width, height: Math.round(Math.min(440, width * 0.62)), x: 60, y: 12 };
+    };
+    const inner = () => {
+      const { width, height, x, y } = room();
+      return { x, y, w: width - 72, h: height - 56 };
+    };
+    const worker = startWorker((message) => {
+      if (message.kind === "ready") return compute();
+      if (message.number !== number) return;
+      if (message.kind === "done") {
+        pane.done = true;
+        pane.time = message.time;
+        return tellLegend();
+      }
+      const g = layers.at(-1).canvas.getContext("2d");
+      for (const [column, row, every, kind] of message.found) {
+        g.fillStyle = classColour(kind);
+        g.fillRect(column, rows - row - every, every, every);
+        for (let n = 0; n < every * every; n++) cells.set((row + Math.floor(n / every)) * columns + column + (n % every), kind);
+      }
+      redraw();
+    });
+    function compute(delay = 0) {
+      clearTimeout(compute.timer);
+      compute.timer = setTimeout(() => {
+        number += 1;
+        pane.done = false;
+        pane.number = number;
+        cells = new Map();
+        layers = [...layers.slice(-1), { view: structuredClone(view), canvas: element("canvas", { width: columns, height: rows }) }];
+        const parameters = data.parameters.map(() => 0);
+        worker.postMessage({ kind: "sweeps", number, sweeps: [{ axes: chart.axes, ...view, columns, rows, parameters, start: chart.start, transient: chart.transient, longest: chart.longest }] });
+      }, delay);
+    }
+    function tellLegend() {
+      const kinds = [...new Set(cells.values())].sort((a, b) => (a < 1 ? 100 - a : a) - (b < 1 ? 100 - b : b));
+      const shownKinds = kinds.filter((kind) => kind < 9).map((kind) => [classColour(kind), classWords(kind)]);
+      if (kinds.some((kind) => kind >= 9)) shownKinds.push([PERIODS[8], `period 9 to ${chart.longest}`]);
+      legend.replaceChildren(...shownKinds.map(([tone, text]) => {
+        const patch = element("i");
+        patch.style.background = tone;
+        return element("span", {}, patch, text);
+      }));
+    }
+    let frame = 0;
+    const redraw = () => {
+      if (!frame) frame = requestAnimationFrame(() => ((frame = 0), draw()));
+    };
+    function draw() {
+      const ratio = Math.min(2, devicePixelRatio || 1);
+      const { width, height } = room();
+      canvas.width = width * ratio;
+      canvas.height = height * ratio;
+      canvas.style.height = `${height}px`;
+      const g = canvas.getContext("2d");
+      g.setTransform(ratio, 0, 0, ratio, 0, 0);
+      g.fillStyle = colour("--paper");
+      g.fillRect(0, 0, width, height);
+      const plot = inner();
+      const ranges = [view.x, view.y];
+      g.save();
+      g.beginPath();
+      g.rect(plot.x, plot.y, plot.w, plot.h);
+      g.clip();
+      g.imageSmoothingEnabled = false;
+      for (const layer of layers) {
+        const [x0, y1] = place(plot, ranges, [layer.view.x[0], layer.view.y[1]]);
+        const [x1, y0] = place(plot, ranges, [layer.view.x[1], layer.view.y[0]]);
+        g.drawImage(layer.canvas, x0, y1, x1 - x0, y0 - y1);
+      }
+      g.strokeStyle = colour("--accent");
+      if (marker) {
+        const [x, y] = place(plot, ranges, marker);
+        g.lineWidth = 2;
+        g.beginPath();
+        g.arc(x, y, 5, 0, 7);
+        g.stroke();
+        g.lineWidth = 1;
+      }
+      if (box) g.strokeRect(box[0], box[1], box[2] - box[0], box[3] - box[1]);
+      g.restore();
+      drawAxes(g, plot, ranges, [across, upwards].map(({ symbol }) => `${symbol} − ${symbol}*`));
+    }
+    const from = ([x, y]) => {
+      const plot = inner();
+      return [view.x[0] + ((x - plot.x) / plot.w) * (view.x[1] - view.x[0]), view.y[0] + ((plot.y + plot.h - y) / plot.h) * (view.y[1] - view.y[0])];
+    };
+    const kindAt = ([a, b]) => {
+      const column = Math.floor(((a - view.x[0]) / (view.x[1] - view.x[0])) * columns);
+      const row = Math.floor(((b - view.y[0]) / (view.y[1] - view.y[0])) * rows);
+      return column < 0 || column >= columns || row < 0 || row >= rows ? undefined : cells.get(row * columns + column);
+    };
+    const say = (point) => {
+      const values = [across, upwards].map((own, n) => `${own.name} = ${shown(own.grazing + point[n], 8)} (offset ${shown(point[n], 4)})`);
+      readout.textContent = [...values, classWords(kindAt(point))].filter(Boolean).join(" · ");
+    };
+    function mark(point) {
+      marker = point;
+      say(point);
+      redraw();
+      const parameters = data.parameters.map(() => 0).with(chart.axes[0], point[0]).with(chart.axes[1], point[1]);
+      for (const pane of panes) if (pane.goTo && chart.axes.includes(pane.diagram.axis)) pane.goTo(parameters);
+    }
+    const look = (x, y, delay) => {
+      if (!(x[1] - x[0] > 1e-13 * (Math.abs(across.grazing) || 1e-3)) || !(y[1] - y[0] > 1e-13 * (Math.abs(upwards.grazing) || 1e-3))) return;
+      view = { x, y };
+      redraw();
+      compute(delay);
+    };
+    const zoom = (factor, point) => {
+      const [a, b] = point ?? marker ?? [(view.x[0] + view.x[1]) / 2, (view.y[0] + view.y[1]) / 2];
+      look(view.x.map((end) => a + (end - a) * factor), view.y.map((end) => b + (end - b) * factor), 60);
+    };
+    const reset = () => look(home.x.slice(), home.y.slice(), 0);
+    const point = (event) => {
+      const at = canvas.getBoundingClientRect();
+      return [event.clientX - at.left, event.clientY - at.top];
+    };
+    canvas.addEventListener("pointerdown", (event) => {
+      if (event.button) return;
+      canvas.focus({ preventScroll: true });
+      canvas.setPointerCapture(event.pointerId);
+      grip = point(event);
+    });
+    canvas.addEventListener("pointermove", (event) => {
+      const own = point(event);
+      if (grip && Math.hypot(own[0] - grip[0], own[1] - grip[1]) > 5) box = [...grip, ...own];
+      if (grip) return redraw();
+      if (kindAt(from(own)) !== undefined) say(from(own));
+    });
+    canvas.addEventListener("pointerup", (event) => {
+      const [held, own] = [grip, point(event)];
+      grip = null;
+      if (!held) return;
+      if (!box) return mark(from(own));
+      box = null;
+      const [a, b] = [from(held), from(own)];
+      const sorted = (n) => [Math.min(a[n], b[n]), Math.max(a[n], b[n])];
+      look(sorted(0), sorted(1), 0);
+    });
+    canvas.addEventListener("pointercancel", () => ((grip = box = null), redraw()));
+    canvas.addEventListener("dblclick", reset);
+    canvas.addEventListener("wheel", (event) => {
+      if (document.activeElement !== canvas && !event.ctrlKey) return;
+      event.preventDefault();
+      zoom(Math.exp(Math.sign(event.deltaY) * 0.25), from(point(event)));
+    }, { passive: false });
+    canvas.addEventListener("keydown", (event) => {
+      const steps = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[event.key];
+      const actions = { "+": () => zoom(0.6), "=": () => zoom(0.6), "-": () => zoom(1 / 0.6), 0: reset, Home: reset };
+      const [a, b] = marker ?? [(view.x[0] + view.x[1]) / 2, (view.y[0] + view.y[1]) / 2];
+      const action = steps ? () => mark([a + (steps[0] * (view.x[1] - view.x[0])) / columns, b + (steps[1] * (view.y[1] - view.y[0])) / rows]) : actions[event.key];
+      if (!action || event.ctrlKey || event.metaKey) return;
+      event.preventDefault();
+      action();
+    });
+    const name = `${data.scene}-${across.name}-${upwards.name}`;
+    const csv = () => {
+      const lines = [...cells].sort(([a], [b]) => a - b).map(([cell, kind]) => {
+        const at = [view.x[0] + (((cell % columns) + 0.5) / columns) * (view.x[1] - view.x[0]), view.y[0] + ((Math.floor(cell / columns) + 0.5) / rows) * (view.y[1] - view.y[0])];
+        return [at[0], at[1], across.grazing + at[0], upwards.grazing + at[1], classWords(kind)].join(",");
+      });
+      return [`${across.name},${upwards.name},${across.name}_value,${upwards.name}_value,class`, ...lines].join("\n") + "\n";
+    };
+    const controls = element("div", { className: "tools" },
+      button("+", "Zoom in", () => zoom(0.6)),
+      button("−", "Zoom out", () => zoom(1 / 0.6)),
+      button("whole", "Show the whole chart", reset),
+      button("PNG", "Save what is seen as PNG", () => canvas.toBlob((blob) => save(`${name}.png`, blob))),
+      button("CSV", "Save the cells that are seen as CSV", () => save(`${name}.csv`, csv(), "text/csv")));
+    const hint = element("p", { className: "hint", textContent: "Drag a box to zoom, wheel after a click, double click for the whole; a click goes to these parameters in the diagrams above. By the map alone, each cell from the same start." });
+    host.append(controls, canvas, readout, legend, hint);
+    const pane = { chart, canvas, done: false, cells: () => cells };
+    panes.push(pane);
+    new ResizeObserver(redraw).observe(canvas);
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redraw);
+  }
+
   try {
     for (const host of document.querySelectorAll(".live")) {
-      const diagram = data.diagrams[Number(host.dataset.diagram)];
-      if (!diagram) continue;
+      const diagram = data.diagrams[host.dataset.diagram];
+      const chart = data.charts[host.dataset.chart];
+      if (!diagram && !chart) continue;
       // A diagram is computed when it comes into sight.
       const observer = new IntersectionObserver((entries) => {
         if (!entries.some((entry) => entry.isIntersecting)) return;
         observer.disconnect();
-        diagramPane(host, diagram);
+        if (diagram) diagramPane(host, diagram);
+        else chartPane(host, chart);
       }, { rootMargin: "200px" });
       host.hidden = false;
       observer.observe(host);

@@ -6,6 +6,7 @@ use serde::Serialize;
 
 use super::ReportError;
 use super::figure::symbol;
+use crate::analysis::chart::Chart;
 use crate::analysis::diagram::{Diagram, SweepHeading};
 use crate::expansion::{LocalMap, SectionKind};
 
@@ -30,6 +31,18 @@ struct Data<'a> {
     /// How far orbits may go, in offsets.
     escape: Vec<f64>,
     diagrams: Vec<Option<LiveDiagram>>,
+    charts: Vec<Option<LiveChart>>,
+}
+
+#[derive(Serialize)]
+struct LiveChart {
+    /// Which of the map's parameters, the horizontal one first.
+    axes: [usize; 2],
+    x: [f64; 2],
+    y: [f64; 2],
+    transient: usize,
+    longest: usize,
+    start: Vec<f64>,
 }
 
 #[derive(Serialize)]
@@ -69,18 +82,25 @@ struct LiveDiagram {
 }
 
 impl LiveMap {
-    /// A map, its module of WebAssembly, and diagrams of it. A diagram over a parameter that is no
+    /// A map, its module of WebAssembly, and diagrams and charts of it. One over a parameter that is no
     /// variable of the map is left as it was drawn.
     ///
     /// # Errors
     ///
     /// Never in practice: everything is numbers and names.
-    pub fn new(map: &LocalMap, module: &[u8], diagrams: &[Diagram]) -> Result<Self, ReportError> {
+    pub fn new(
+        map: &LocalMap,
+        module: &[u8],
+        diagrams: &[Diagram],
+        charts: &[Chart],
+    ) -> Result<Self, ReportError> {
         let section = &map.section;
         let values = section.point.iter().map(|value| value.to_f64());
         let coordinates = section.coordinates.iter().zip(values);
         let widths = map.parameters.iter().zip(&map.window.parameter);
-        let escape = diagrams.first().map_or(&[][..], |diagram| &diagram.escape);
+        let bounds = diagrams.first().map(|diagram| &diagram.escape);
+        let bounds = bounds.or(charts.first().map(|chart| &chart.escape));
+        let escape = bounds.map_or(&[][..], Vec::as_slice);
         let data = Data {
             scene: &map.scene,
             digest: map.digest.to_string(),
@@ -101,6 +121,7 @@ impl LiveMap {
             passages: &map.surfaces,
             escape: escape.iter().map(|bound| bound.offset).collect(),
             diagrams: diagrams.iter().map(|diagram| live(map, diagram)).collect(),
+            charts: live_charts(map, charts),
         };
         // NOTE: in a page `<` could end the element that holds the data.
         let data = serde_json::to_string(&data)?.replace('<', "\\u003c");
@@ -137,4 +158,29 @@ fn live(map: &LocalMap, diagram: &Diagram) -> Option<LiveDiagram> {
             _ => 0,
         },
     })
+}
+
+/// What the script is told of charts: of those over the same parameters the first is alive, `None`
+/// where the map does not keep both.
+fn live_charts(map: &LocalMap, charts: &[Chart]) -> Vec<Option<LiveChart>> {
+    let place = |name: &str| map.parameters.iter().position(|own| own.name == name);
+    let ends = |offsets: &[f64]| match offsets {
+        [first, .., last] => Some([*first, *last]),
+        _ => None,
+    };
+    let live = |(number, chart): (usize, &Chart)| {
+        let [horizontal, vertical] = &chart.axes;
+        if charts[..number].iter().any(|other| other.axes == chart.axes) {
+            return None;
+        }
+        Some(LiveChart {
+            axes: [place(&horizontal.parameter)?, place(&vertical.parameter)?],
+            x: ends(&horizontal.offsets)?,
+            y: ends(&vertical.offsets)?,
+            transient: chart.transient,
+            longest: chart.longest_period,
+            start: chart.start.clone().unwrap_or_else(|| vec![0.0; map.dimension()]),
+        })
+    };
+    charts.iter().enumerate().map(live).collect()
 }

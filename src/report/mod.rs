@@ -72,7 +72,7 @@ pub use orbit_listing::{ConditionsListing, OrbitListing, PassageListing};
 pub use orbits_listing::{
     BifurcationsRecord, ContactRecord, LostRecord, OrbitRecord, OrbitsListing,
 };
-pub use page::{Page, PageFigure, Picture, Provenance, Section};
+pub use page::{LivePane, Page, PageFigure, Picture, Provenance, Section};
 pub use run_page::{CrateSummary, RunPage, StageTime, run_page};
 pub use section_document::{SectionCost, SectionDecision, SectionDocument};
 pub use sweep_words::{chart_outside_words, chart_overlay_words, diagram_outside_words};

@@ -64,7 +64,19 @@ enum Block {
     Command(String),
     /// Markup that the program wrote, every name in it escaped.
     Markup(String),
-    Live(usize),
+    Live {
+        what: LivePane,
+        number: usize,
+    },
+}
+
+/// What a page can be alive with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LivePane {
+    /// A bifurcation diagram.
+    Diagram,
+    /// A chart over two parameters.
+    Chart,
 }
 
 /// A picture that was drawn before.
@@ -117,10 +129,11 @@ impl Section {
         self
     }
 
-    /// Adds room for the live form of a diagram, by its number; it is empty without a script.
+    /// Adds room for the live form of a diagram or chart, by its number among those of the run; it
+    /// is empty without a script.
     #[must_use]
-    pub fn live(mut self, diagram: usize) -> Self {
-        self.blocks.push(Block::Live(diagram));
+    pub fn live(mut self, what: LivePane, number: usize) -> Self {
+        self.blocks.push(Block::Live { what, number });
         self
     }
 
@@ -262,8 +275,12 @@ fn block_html(block: &Block, counts: &mut Counts) -> Result<String, ReportError>
             Ok(format!("<p class=\"command\"><code>{code}</code></p>"))
         }
         Block::Markup(markup) => Ok(markup.clone()),
-        Block::Live(diagram) => {
-            Ok(format!("<div class=\"live\" data-diagram=\"{diagram}\" hidden></div>"))
+        Block::Live { what, number } => {
+            let what = match what {
+                LivePane::Diagram => "diagram",
+                LivePane::Chart => "chart",
+            };
+            Ok(format!("<div class=\"live\" data-{what}=\"{number}\" hidden></div>"))
         }
         Block::Table { table, caption } => {
             counts.tables += 1;

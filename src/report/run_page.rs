@@ -9,9 +9,9 @@ use super::sweep_words::{
     chart_share_words, diagram_escape_words, diagram_outside_words, diagram_share_words,
 };
 use super::{
-    Cell, Column, Figure, GrazeStudy, LiveMap, MapListing, OrbitListing, Page, Provenance,
-    ReportError, Section, Table, basin_figure, basin_outside_words, basin_remarks, basin_table,
-    basin_words, bounds_words, chart_figure, chart_timing_table, convergence_section,
+    Cell, Column, Figure, GrazeStudy, LiveMap, LivePane, MapListing, OrbitListing, Page,
+    Provenance, ReportError, Section, Table, basin_figure, basin_outside_words, basin_remarks,
+    basin_table, basin_words, bounds_words, chart_figure, chart_timing_table, convergence_section,
     diagram_figures, diagram_timing_table, edge_words, error_words, manifold_table, window_remark,
 };
 use crate::analysis::basin::Basin;
@@ -106,7 +106,7 @@ pub fn run_page(run: &RunPage<'_>) -> Result<Page, ReportError> {
         .section(convergence_section(run.study)?.command(run.command("converge")))
         .section(time_section(run)?)
         .section(citation_section(run));
-    Ok(page.alive(LiveMap::new(run.local, run.module, run.diagrams)?))
+    Ok(page.alive(LiveMap::new(run.local, run.module, run.diagrams, run.charts)?))
 }
 
 fn provenance(run: &RunPage<'_>) -> Provenance {
@@ -368,7 +368,7 @@ fn graze_section(run: &RunPage<'_>) -> Result<Section, ReportError> {
 
 fn diagrams_in(mut section: Section, diagrams: &[Diagram]) -> Result<Section, ReportError> {
     for (number, diagram) in diagrams.iter().enumerate() {
-        section = section.live(number);
+        section = section.live(LivePane::Diagram, number);
         for (ending, figure) in diagram_figures(diagram) {
             section = section.figure(figure, caption(diagram, ending));
         }
@@ -405,7 +405,9 @@ fn caption(diagram: &Diagram, ending: &str) -> String {
 }
 
 fn chart_section(charts: &[Chart]) -> Result<Section, ReportError> {
-    let section = charts.iter().fold(Section::new("Over two parameters"), |section, chart| {
+    let section = Section::new("Over two parameters");
+    let section = charts.iter().enumerate().fold(section, |section, (number, chart)| {
+        let section = section.live(LivePane::Chart, number);
         let section = section.figure(chart_figure(chart), chart_caption(chart));
         let outside = chart_outside_words(chart).map(|words| sentence(&words));
         let sentences = [

@@ -218,6 +218,12 @@ fn subject(options: &SceneOptions) -> String {
     set.fold(scene, |words, own| words + " --set " + &own)
 }
 
+/// The page of a run with these options.
+pub(super) fn page_of(common: &Common) -> PathBuf {
+    let folder = common.outlets.output.as_deref();
+    folder.unwrap_or(Path::new(FOLDER)).join("report.html")
+}
+
 fn finish(scene: &Path, folder: &Path, timings: String, outlets: &Outlets) -> Result<(), CliError> {
     let (scene, page) = (scene.display(), folder.join("report.html"));
     let text = format!("{scene}: done; open {}\n", page.display());
