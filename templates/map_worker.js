@@ -5,6 +5,7 @@
 let map, memory, sizes, places, data;
 // The sweep that is being made, by its number; a newer one ends it.
 let current = 0;
+let waiting = [];
 // Iterates made so far.
 let made = 0;
 
@@ -14,6 +15,9 @@ const SLICE = 24; // milliseconds between two messages
 
 /** Instantiates the module and lays out its memory for so many records. */
 function begin(message) {
+  // A sweep of another map has ended.
+  current = 0;
+  waiting = [];
   data = message.data;
   map = new WebAssembly.Instance(new WebAssembly.Module(message.module)).exports;
   const size = (name) => map[name].value;
@@ -275,7 +279,6 @@ function run(request) {
   slice();
 }
 
-let waiting = [];
 /** The next sweep of those asked for together. */
 function next() {
   const request = waiting.shift();

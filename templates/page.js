@@ -79,27 +79,28 @@
   // The map, in a worker.
   if (!byId("map-module")) return;
   const data = JSON.parse(byId("map-data").textContent);
-  const bytes = Uint8Array.from(atob(byId("map-module").textContent.trim()), (c) => c.charCodeAt(0));
+  const modules = byId("map-module").textContent.trim().split(" ");
+  const moduleBytes = modules.map((module) => Uint8Array.from(atob(module), (c) => c.charCodeAt(0)));
   const source = new Blob([byId("map-worker").textContent], { type: "text/javascript" });
   const panes = [];
-  const startWorker = (receive) => {
+  const startWorker = (receive, module = moduleBytes[0]) => {
     const worker = new Worker(URL.createObjectURL(source));
     worker.onmessage = ({ data: message }) => receive(message);
-    worker.postMessage({ kind: "begin", module: bytes, data });
+    worker.postMessage({ kind: "begin", module, data });
     return worker;
   };
   const answers = new Map();
   let token = 0;
-  let asked;
-  /** A question to a worker of its own, so that no sweep delays the answer. */
-  const ask = (question) => {
-    asked ??= startWorker((message) => {
+  const asked = [];
+  /** A question to a worker of its own, so that no sweep delays the answer; of one of the modules. */
+  const ask = (question, chosen = 0) => {
+    asked[chosen] ??= startWorker((message) => {
       answers.get(message.token)?.(message);
       answers.delete(message.token);
-    });
+    }, moduleBytes[chosen]);
     return new Promise((resolve) => {
       answers.set(++token, resolve);
-      asked.postMessage({ ...question, token });
+      asked[chosen].postMessage({ ...question, token });
     });
   };
   // For a console: images of a state and their depths, one after another.
@@ -205,6 +206,8 @@
     const words = `Bifurcation diagram of the map over ${parameter.name}. Arrow keys move the marker, plus and minus zoom, page up and page down shift, 0 shows the whole.`;
     canvas.setAttribute("aria-label", words);
 
+    let reference = null;
+    let chosen = 0;
     const worker = startWorker((message) => {
       if (message.kind === "ready") return sweep();
       if (message.number !== number) return;
@@ -313,12 +316,15 @@
               for (let x = left; x < right; x++) {
                 const place = y * w + x;
                 if (counts[place] < 65535) counts[place]++;
-                kind[place] |= column.outside ? 4 : tone;
+                kind[place] |= tone === 8 ? 8 : column.outside ? 4 : tone;
               }
             }
           }
         }
       };
+      for (const heading of reference ? ["up", "down"] : []) {
+        if (show[heading]) paint(reference[heading], 8, null);
+      }
       for (const heading of ["down", "up"]) {
         if (!show[heading]) continue;
         const tone = heading === "up" ? 1 : 2;
@@ -334,12 +340,12 @@
         const text = colour(name).replace("#", "");
         return [0, 2, 4].map((n) => parseInt(text.slice(n, n + 2), 16));
       };
-      const tones = { 1: rgb("--up"), 2: rgb("--down"), 3: rgb("--both"), 4: rgb("--outside") };
+      const tones = { 1: rgb("--up"), 2: rgb("--down"), 3: rgb("--both"), 4: rgb("--outside"), 8: rgb("--reference") };
       for (let place = 0; place < counts.length; place++) {
         const count = counts[place];
         if (!count) continue;
         const own = kind[place];
-        const [r, g, b] = tones[own & 3 ? own & 3 : 4];
+        const [r, g, b] = tones[own & 3 || (own & 4) || 8];
         image.data.set([r, g, b, Math.min(255, 90 + 45 * Math.log2(1 + count))], 4 * place);
       }
       return image;
@@ -378,6 +384,15 @@
         back.getContext("2d").putImageData(image, 0, 0);
         g.imageSmoothingEnabled = false;
         g.drawImage(back, plot.x, plot.y, plot.w, plot.h);
+      }
+      // Where no orbit of the map stays.
+      g.fillStyle = colour("--outside");
+      for (const heading of ["up", "down"]) {
+        for (const { gone, offset, width: wide } of show[heading] ? layers[heading].values() : []) {
+          if (!gone) continue;
+          const [left, right] = [offset - wide / 2, offset + wide / 2].map((end) => toX(end, plot));
+          g.fillRect(left, plot.y + plot.h - 4, right - left, 4);
+        }
       }
       // Axes: offsets below, physical values above.
       g.font = "12px system-ui, sans-serif";
@@ -462,11 +477,11 @@
       const own = base.slice();
       own[axis] = at;
       const request = { kind: "probe", parameters: own, state: column?.state ?? diagram.start, transient: column ? 300 : 3000 };
-      const answer = await ask(request);
+      const answer = await ask(request, chosen);
       const parts = [`${parameter.name} = ${shown(parameter.grazing + at, 10)} (offset ${shown(at)})`];
       if (value !== undefined) parts.push(`${observe.text} ${shown(value)}`);
       if (answer.gone) {
-        parts.push("the map leaves its window for good");
+        parts.push("the orbit of the map escapes");
       } else {
         const last = answer.states[answer.states.length - 1];
         parts.push(data.coordinates.map(({ name }, n) => `${name} ${shown(last[n])}`).join(", "));
@@ -508,11 +523,12 @@
       const number = (value) => shown(value, 5);
       facts.replaceChildren();
       if (answer.gone) {
-        facts.append(element("p", { textContent: "The map leaves its window for good here." }));
+        facts.append(element("p", { textContent: "The orbit of the map escapes here." }));
         for (const own of [portrait, series]) own.getContext("2d").clearRect(0, 0, own.width, own.height);
         return;
       }
-      const multipliers = answer.multipliers.map(([re, im]) => (im ? `${number(re)} ${im < 0 ? "−" : "+"} ${number(Math.abs(im))} i` : number(re)));
+      const own = answer.multipliers.sort((a, b) => Math.hypot(...b) - Math.hypot(...a));
+      const multipliers = own.map(([re, im]) => (Math.abs(im) > 1e-9 * Math.hypot(re, im) ? `${number(re)} ${im < 0 ? "−" : "+"} ${number(Math.abs(im))} i` : number(re)));
       const touched = answer.depths.slice(0, answer.period || 32).map((own) => (own.some((depth) => depth > 0) ? "1" : "0")).join("");
       const rows = [
         ["Period", answer.period ? `${answer.period}` : "none up to 256"],
@@ -533,7 +549,9 @@
         const range = (n) => {
           const values = points.map((point) => point[n]);
           const [low, high] = [Math.min(...values), Math.max(...values)];
-          const edge = 0.06 * (high - low) || Math.abs(high) * 0.1 || 1e-12;
+          // A period of one has an extent of rounding.
+          const moves = high - low > 1e-6 * Math.max(Math.abs(high), Math.abs(low));
+          const edge = moves ? 0.06 * (high - low) : Math.abs(high) * 0.1 || 1e-12;
           return [low - edge, high + edge];
         };
         const [rx, ry] = [range(0), range(1)];
@@ -679,6 +697,21 @@
       };
       controls.append(choice);
     }
+    if (data.orders.length > 1) {
+      const words = data.orders.map(([n, w], k) => `N ${n}, W ${w}${k ? "" : " (the map)"}`);
+      const choice = element("select", {}, ...words.map((text) => element("option", { textContent: text })));
+      choice.setAttribute("aria-label", "Orders of the map that is drawn; below it in a colour of its own the map itself");
+      choice.onchange = () => {
+        chosen = choice.selectedIndex;
+        // The map's own iterates stay beneath those of lower orders.
+        if (chosen && !reference) reference = structuredClone(layers);
+        if (!chosen) reference = null;
+        layers = { up: new Map(), down: new Map() };
+        stale = { up: new Map(), down: new Map() };
+        worker.postMessage({ kind: "begin", module: moduleBytes[chosen], data });
+      };
+      controls.append(choice);
+    }
     const csv = () => {
       const rows = ["heading,offset,value,outside,observed"];
       for (const heading of ["up", "down"]) {
@@ -727,7 +760,7 @@
       tell();
       sliders.append(element("label", {}, `${other.name} `, slider, says));
     });
-    const hint = element("p", { className: "hint", textContent: "Drag a box to zoom, Shift and drag to move, click for the orbit at a value, wheel after a click, double click for the whole; keys: arrows, + − 0. By the map alone; grey: outside the measured window." });
+    const hint = element("p", { className: "hint", textContent: "Drag a box to zoom, Shift and drag to move, click for the orbit at a value, wheel after a click, double click for the whole; keys: arrows, + − 0. By the map alone; grey: outside the measured window; a bar at the foot: the orbit escapes." });
     host.append(controls, canvas, readout, sliders, panels, hint);
     host.hidden = false;
 

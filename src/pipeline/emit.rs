@@ -4,12 +4,12 @@ use std::path::Path;
 
 use super::map::refuse_depth_variables;
 use super::{Error, Map};
-use crate::convergence::Choice;
+use crate::convergence::{Choice, MapFamily};
 use crate::emission::{
     EmitOptions, EmittedCrate, EmittedModule, EmittedShape, Target, emitted_module, prune,
     prune_composed,
 };
-use crate::expansion::Expander;
+use crate::expansion::{Expander, LocalMap, MapOrders};
 use crate::iteration::HornerMap;
 use crate::model::Shape;
 use crate::report::OutputFolder;
@@ -82,8 +82,28 @@ impl Map {
     ///
     /// [`Error::Emission`] for a map that cannot be emitted.
     pub fn web_module(&self) -> Result<Vec<u8>, Error> {
-        let options = EmitOptions { target: Target::Wasm, ..EmitOptions::default() };
-        Ok(emitted_module(self.local(), None, &options)?.content)
+        web_module(self.local())
+    }
+
+    /// Modules of the same map to lower orders, both lowered together, from the next lower ones on;
+    /// none of a map that is no Taylor series.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Expansion`] if the scene cannot be expanded, [`Error::Emission`] for a map that
+    /// cannot be emitted.
+    pub fn lower_web_modules(&self) -> Result<Vec<(MapOrders, Vec<u8>)>, Error> {
+        let (highest, local) = (self.orders(), self.local());
+        if local.is_flown() || local.fitted_to.is_some() {
+            return Ok(Vec::new());
+        }
+        let family = MapFamily::new(self.scene(), self.orbit(), highest)?;
+        let fewer = highest.smooth_order.min(highest.contact_weight);
+        let lower = (1..fewer).map(|less| MapOrders {
+            smooth_order: highest.smooth_order - less,
+            contact_weight: highest.contact_weight - less,
+        });
+        lower.map(|orders| Ok((orders, web_module(&family.map(orders)?)?))).collect()
     }
 
     /// The shape chosen with the orders, the one a scene names, or the one with fewer operations.
@@ -125,6 +145,12 @@ impl Map {
             }
         })
     }
+}
+
+/// A map as a module of WebAssembly, factored, with every monomial.
+fn web_module(map: &LocalMap) -> Result<Vec<u8>, Error> {
+    let options = EmitOptions { target: Target::Wasm, ..EmitOptions::default() };
+    Ok(emitted_module(map, None, &options)?.content)
 }
 
 /// Writes the files of an emission into a folder; older emissions are replaced.

@@ -16,7 +16,10 @@ pub(super) fn equations(model: &Model) -> String {
     let states = model.full_state_names();
     let printer = Printer { graph: &model.graph, names, states: states.len() };
     let rate = |(name, &node): (&&str, &NodeId)| {
-        printer.equation(&format!("<mover>{}<mo>˙</mo></mover>", identifier(name)), node)
+        printer.equation(
+            &format!("<mover accent=\"true\">{}<mo>˙</mo></mover>", identifier(name)),
+            node,
+        )
     };
     let flow = states.iter().zip(&model.flow).map(rate).collect();
     let mut parts = vec![("In free flight".to_owned(), flow)];
@@ -134,11 +137,12 @@ impl Printer<'_> {
                 sum(a, "−", self.within(b, Binding::Product, room)?)
             }
             Binary::Mul => {
-                // The graph has no order of factors: numbers first, parameters, then states.
-                let (a, b) = if self.rank(b) < self.rank(a) { (b, a) } else { (a, b) };
-                let a = self.within(a, Binding::Product, room)?;
-                let b = self.within(b, Binding::Product, room)?;
-                (format!("<mrow>{a}<mo>&#x2062;</mo>{b}</mrow>"), Binding::Product)
+                let mut factors = self.factors([a, b]);
+                // The graph has no order of factors: numbers first, parameters, then the rest.
+                factors.sort_by_key(|&factor| self.rank(factor));
+                let print = factors.into_iter().map(|one| self.within(one, Binding::Product, room));
+                let factors: Vec<String> = print.collect::<Option<_>>()?;
+                (format!("<mrow>{}</mrow>", factors.join("<mo>⋅</mo>")), Binding::Product)
             }
             Binary::Div => {
                 let (a, b) = (self.print(a, room)?.0, self.print(b, room)?.0);
@@ -150,6 +154,21 @@ impl Printer<'_> {
                 (call(&name, &operands), Binding::Product)
             }
         })
+    }
+
+    /// The factors of a product, in order, of products among them theirs; a few more than can be
+    /// printed where they are many.
+    fn factors(&self, product: [NodeId; 2]) -> Vec<NodeId> {
+        let (mut all, mut rest) = (Vec::new(), vec![product[1], product[0]]);
+        while let Some(node) = rest.pop() {
+            match self.graph.node(node) {
+                Node::Binary(Binary::Mul, a, b) if all.len() + rest.len() < LONGEST => {
+                    rest.extend([b, a]);
+                }
+                _ => all.push(node),
+            }
+        }
+        all
     }
 
     fn rank(&self, node: NodeId) -> u8 {
@@ -176,15 +195,18 @@ fn call(name: &str, operands: &[String]) -> String {
     format!("<mrow><mi>{name}</mi><mo>&#x2061;</mo><mo>(</mo>{operands}<mo>)</mo></mrow>")
 }
 
-/// A name, its index lowered.
+/// A name, its index lowered: what follows an underscore, or digits at its end.
 fn identifier(name: &str) -> String {
-    let symbol = symbol(name);
-    match symbol.strip_suffix('}').and_then(|rest| rest.split_once("_{")) {
-        Some((base, index)) => {
-            let (base, index) = (escape_html(base), escape_html(index));
-            format!("<msub><mi>{base}</mi><mi>{index}</mi></msub>")
-        }
-        None => format!("<mi>{}</mi>", escape_html(&symbol)),
+    let base = name.trim_end_matches(|last: char| last.is_ascii_digit());
+    let (base, index) = match name.split_once('_') {
+        Some((base, index)) if !base.is_empty() && !index.is_empty() => (base, index),
+        _ if base.is_empty() => (name, ""),
+        _ => (base, &name[base.len()..]),
+    };
+    let letter = |name: &str| format!("<mi>{}</mi>", escape_html(&symbol(name)));
+    match index {
+        "" => letter(base),
+        index => format!("<msub>{}{}</msub>", letter(base), letter(index)),
     }
 }
 
@@ -228,11 +250,12 @@ fn fraction(size: f64) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::Scene;
+    use crate::model::{Scene, catalogue};
 
     #[test]
     fn equations_are_those_of_the_scene() {
-        let scene = Scene::load("cantilever_3_5_soft").expect("a scene of the catalogue");
+        let text = catalogue::text("cantilever_3_5_soft").expect("a scene of the catalogue");
+        let scene = Scene::parse(text, "cantilever_3_5_soft").expect("a scene of the catalogue");
         let text = equations(&scene.model);
         for part in
             ["<mfrac><mrow><mn>36</mn></mrow><mn>35</mn></mfrac>", "<mi>cos</mi>", "ζ", "h &gt; 0"]
@@ -240,5 +263,15 @@ mod tests {
             assert!(text.contains(part), "{part} is not in {text}");
         }
         assert_eq!(text.matches("<math").count(), 5);
+    }
+
+    #[test]
+    fn factors_stand_in_order_and_names_have_indices() {
+        let text = catalogue::text("two_stops_t1").expect("a scene of the catalogue");
+        let scene = Scene::parse(text, "two_stops_t1").expect("a scene of the catalogue");
+        let text = equations(&scene.model);
+        let product =
+            "<mn>2</mn></mrow><mo>⋅</mo><mi>ζ</mi><mo>⋅</mo><msub><mi>v</mi><mi>2</mi></msub>";
+        assert!(text.contains(product), "{text}");
     }
 }

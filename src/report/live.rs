@@ -8,13 +8,16 @@ use super::ReportError;
 use super::figure::symbol;
 use crate::analysis::chart::Chart;
 use crate::analysis::diagram::{Diagram, SweepHeading};
-use crate::expansion::{LocalMap, SectionKind};
+use crate::expansion::{LocalMap, MapOrders, SectionKind};
+
+/// Most bytes of the modules of lower orders together.
+const MOST_BYTES: usize = 100_000;
 
 /// A map and the diagrams that a page computes anew where a reader looks closer.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct LiveMap {
-    /// The module, in base64.
-    pub(super) module: String,
+    /// Modules, the map's first, in base64, with a space between.
+    pub(super) modules: String,
     /// JSON that may stand in a page.
     pub(super) data: String,
 }
@@ -28,6 +31,8 @@ struct Data<'a> {
     parameters: Vec<Parameter<'a>>,
     window: Window<'a>,
     passages: &'a [String],
+    /// Orders of the modules.
+    orders: Vec<[u32; 2]>,
     /// How far orbits may go, in offsets.
     escape: Vec<f64>,
     diagrams: Vec<Option<LiveDiagram>>,
@@ -82,7 +87,8 @@ struct LiveDiagram {
 }
 
 impl LiveMap {
-    /// A map, its module of WebAssembly, and diagrams and charts of it. One over a parameter that is no
+    /// A map, modules of WebAssembly (its own, then those of lower orders as far as they stay small
+    /// together), and diagrams and charts of it. One over a parameter that is no
     /// variable of the map is left as it was drawn.
     ///
     /// # Errors
@@ -90,10 +96,16 @@ impl LiveMap {
     /// Never in practice: everything is numbers and names.
     pub fn new(
         map: &LocalMap,
-        module: &[u8],
+        modules: &[(MapOrders, Vec<u8>)],
         diagrams: &[Diagram],
         charts: &[Chart],
     ) -> Result<Self, ReportError> {
+        let small = modules.iter().skip(1).scan(0, |bytes, (_, module)| {
+            *bytes += module.len();
+            Some(*bytes)
+        });
+        let small = small.take_while(|&bytes| bytes <= MOST_BYTES).count();
+        let modules = &modules[..modules.len().min(1 + small)];
         let section = &map.section;
         let values = section.point.iter().map(|value| value.to_f64());
         let coordinates = section.coordinates.iter().zip(values);
@@ -119,13 +131,15 @@ impl LiveMap {
                 depth: map.window.depth,
             },
             passages: &map.surfaces,
+            orders: modules.iter().map(|(own, _)| [own.smooth_order, own.contact_weight]).collect(),
             escape: escape.iter().map(|bound| bound.offset).collect(),
             diagrams: diagrams.iter().map(|diagram| live(map, diagram)).collect(),
             charts: live_charts(map, charts),
         };
         // NOTE: in a page `<` could end the element that holds the data.
         let data = serde_json::to_string(&data)?.replace('<', "\\u003c");
-        Ok(Self { module: BASE64.encode(module), data })
+        let modules: Vec<_> = modules.iter().map(|(_, module)| BASE64.encode(module)).collect();
+        Ok(Self { modules: modules.join(" "), data })
     }
 }
 

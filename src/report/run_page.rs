@@ -18,7 +18,7 @@ use crate::analysis::basin::Basin;
 use crate::analysis::chart::Chart;
 use crate::analysis::diagram::Diagram;
 use crate::convergence::ConvergenceStudy;
-use crate::expansion::{LocalMap, WindowEdge};
+use crate::expansion::{LocalMap, MapOrders, WindowEdge};
 use crate::model::{ChartObservable, Method, Scene};
 use crate::numeric::Shown;
 
@@ -56,8 +56,8 @@ pub struct RunPage<'a> {
     pub pictures: &'a [(String, Figure)],
     /// Its map.
     pub local: &'a LocalMap,
-    /// The map as a module of WebAssembly.
-    pub module: &'a [u8],
+    /// The map as a module of WebAssembly, and those of lower orders.
+    pub modules: &'a [(MapOrders, Vec<u8>)],
     /// What commands call the scene, with what is set of it.
     pub subject: &'a str,
     /// Its expansion.
@@ -106,7 +106,7 @@ pub fn run_page(run: &RunPage<'_>) -> Result<Page, ReportError> {
         .section(convergence_section(run.study)?.command(run.command("converge")))
         .section(time_section(run)?)
         .section(citation_section(run));
-    Ok(page.alive(LiveMap::new(run.local, run.module, run.diagrams, run.charts)?))
+    Ok(page.alive(LiveMap::new(run.local, run.modules, run.diagrams, run.charts)?))
 }
 
 fn provenance(run: &RunPage<'_>) -> Provenance {

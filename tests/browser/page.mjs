@@ -196,7 +196,17 @@ const before = async (page) => (again.number = await page.evaluate(() => window.
   await page.locator(".live .tools label.down input").first().uncheck();
   await again(page);
   assert.equal(await page.evaluate(() => window.grazemap.panes[0].layers().down.size), 0);
-  check("sliders and toggles answer");
+  await before(page);
+  const reference = await page.evaluate(() => [...window.grazemap.panes[0].layers().up.values()].slice(-50).flatMap(({ chunks }) => [...chunks[0]]));
+  await page.getByLabel("Orders of the map").first().selectOption({ index: 3 });
+  await again(page);
+  const lower = await page.evaluate(() => [...window.grazemap.panes[0].layers().up.values()].slice(-50).flatMap(({ chunks }) => [...chunks[0]]));
+  assert.ok(lower.length === reference.length && lower.some((value, n) => value !== reference[n]), "lower orders are another map");
+  await page.screenshot({ path: join(folder, "orders.png") });
+  await before(page);
+  await page.getByLabel("Orders of the map").first().selectOption({ index: 0 });
+  await again(page);
+  check("sliders, toggles and orders answer");
 
   // The chart: a click goes to its parameters in the diagrams; a box is computed anew.
   const chart = page.locator(".live[data-chart]").first();

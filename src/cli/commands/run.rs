@@ -177,13 +177,14 @@ pub(in crate::cli) fn run(options: &SceneOptions) -> Result<(), CliError> {
     let theory = map.settled().graze().theory()?;
     // Of a parameter that the map does not keep nothing is measured.
     let measured = map.measure_graze(&theory.parameter).unwrap_or_default();
+    let modules = [vec![(map.orders(), map.web_module()?)], map.lower_web_modules()?].concat();
     let page = run_page(&RunPage {
         scene: &scene,
         orbit: &OrbitListing::new(&scene, &orbit),
         graze: &GrazeStudy { theory, measured },
         pictures: &time_series_figures(&scene, &orbit, &series.1),
         local: map.local(),
-        module: &map.web_module()?,
+        modules: &modules,
         subject: &subject(options),
         map: map.listing()?,
         emitted: CrateSummary {
