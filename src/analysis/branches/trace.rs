@@ -12,6 +12,9 @@ use crate::numeric::linear::solve;
 
 /// Special points nearer than this are one, in the units of the unknowns.
 pub(super) const ONE: f64 = 1e-10;
+/// Rounding of a component of a unit tangent, by derivatives that are differences in
+/// double-double.
+const ROUNDING: f64 = 1e-9;
 /// Section points are the same where they agree to this share of themselves.
 const SAME: f64 = 1e-6;
 /// Rounds in which branches lead to others.
@@ -239,6 +242,12 @@ pub(super) fn null_vector(matrix: &nalgebra::DMatrix<f64>) -> Option<Vec<f64>> {
         vector = solve(&shifted, &vector).ok()?.normalize();
     }
     vector.iter().all(|value| value.is_finite()).then(|| vector.iter().copied().collect())
+}
+
+/// A component of a unit tangent, or 0 where it is rounding: a parameter that changes with the
+/// square of a speed does not change with it.
+pub(super) fn exact_or_zero(component: f64) -> f64 {
+    if component.abs() <= ROUNDING { 0.0 } else { component }
 }
 
 pub(super) fn unit_vector(size: usize, place: usize) -> Vec<f64> {
