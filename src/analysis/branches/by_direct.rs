@@ -8,8 +8,8 @@ use rayon::prelude::*;
 use super::data::{Branch, BranchEnd, BranchLabel, BranchPoint, BranchRequest, Branches, Special};
 use super::normal_form::NormalForm;
 use super::trace::{
-    Follow, Of, Trace, Traces, apart, exact_or_zero, null_vector, standard_form, toggled, twice,
-    unit_vector, with_those_led_to,
+    Follow, Of, Trace, Traces, apart, each_once, exact_or_zero, null_vector, standard_form,
+    toggled, twice, unit_vector, with_those_led_to,
 };
 use crate::analysis::continuation::{
     CourseEnd, CurveEquations, CurvePoint, Linearised, StepControl, corrected, searched,
@@ -571,7 +571,7 @@ impl<'a> Continuation<'a> {
             }
             BranchPoint { orbit, special }
         });
-        let points = points.collect();
+        let points = each_once(points.collect());
         let value =
             |place: usize| equations.parameters(&trace.points[place].unknowns)[self.request.along];
         let unresolved = trace.unresolved.iter().map(|ends| ends.map(value)).collect();

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::data::{Branch, BranchEnd, BranchLabel, BranchPoint, BranchRequest, Branches, Special};
 use super::normal_form::NormalForm;
 use super::trace::{
-    Follow, Of, Trace, apart, exact_or_zero, null_vector, standard_form, toggled, twice,
+    Follow, Of, Trace, apart, each_once, exact_or_zero, null_vector, standard_form, toggled, twice,
     unit_vector, with_those_led_to,
 };
 use crate::analysis::continuation::{
@@ -121,7 +121,7 @@ impl<'a> Continuation<'a> {
         let reach = [REACH, DEEPEST];
         let equations =
             MapOrbitEquations::new(map, itinerary, &self.map.window, &[*along], at, reach);
-        let equations = equations.with_range(0, range);
+        let equations = equations.in_units_of(0, range);
         if self.search.positive { equations.with_positive_depths() } else { equations }
     }
 
@@ -314,7 +314,7 @@ impl<'a> Continuation<'a> {
             }
             BranchPoint { orbit, special }
         });
-        let points = points.collect();
+        let points = each_once(points.collect());
         let value = |place: usize| {
             let (_, _, parameters) = equations.offsets(&trace.points[place].unknowns);
             parameters[self.request.along]

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::data::{BranchEnd, BranchRequest};
+use super::data::{BranchEnd, BranchLabel, BranchPoint, BranchRequest};
 use crate::analysis::continuation::{
     Course, CourseEnd, CurveEquations, CurvePoint, StepControl, Turn, follow, tangent_at,
 };
@@ -183,6 +183,20 @@ pub(super) fn with_those_led_to<X: Send, S: Clone + Sync>(
     }
     found.sort_by_key(|(itinerary, _)| itinerary.period());
     found
+}
+
+/// The points of a branch with each branch point told once: where a branch doubles its parameter
+/// turns too, and both zeros are found to half the digits.
+pub(super) fn each_once(mut points: Vec<BranchPoint>) -> Vec<BranchPoint> {
+    let is_branch_point = |point: &BranchPoint| {
+        point.special.as_ref().is_some_and(|special| special.label == BranchLabel::BranchPoint)
+    };
+    points.dedup_by(|later, point| {
+        is_branch_point(later)
+            && is_branch_point(point)
+            && later.orbit.parameters == point.orbit.parameters
+    });
+    points
 }
 
 /// The standard form of the itinerary of an orbit with these section points: how many returns of

@@ -145,7 +145,7 @@ impl DirectUnits {
     ) -> Result<Self, AnalysisError> {
         let lengths = free.iter().map(|(place, range)| {
             let value = orbit.parameters()[scene.expansion.active[*place]].to_f64().abs();
-            let largest = range.iter().fold(f64::MIN_POSITIVE, |most, end| most.max(end.abs()));
+            let largest = (0.5 * (range[1] - range[0]).abs()).max(f64::MIN_POSITIVE);
             if value > 0.0 {
                 (largest.min(value), (largest / value).min(1.0))
             } else {
