@@ -5,8 +5,11 @@
 //! curve meets a graze, for the depth variables are among its unknowns. See
 //! docs/mathematics/loci.md.
 
+mod connection;
+mod crisis;
 mod data;
 mod direct;
+mod direct_crisis;
 mod equations;
 mod tangency;
 mod trace;
@@ -22,7 +25,9 @@ use crate::expansion::LocalMap;
 use crate::hybrid::HybridSystem;
 use crate::model::Scene;
 use crate::orbit::GrazingOrbit;
+use crisis::MapCrises;
 use direct::DirectLoci;
+use direct_crisis::DirectCrises;
 use trace::MapLoci;
 
 /// Half-widths of the window in which loci of the map are looked for where those of direct
@@ -62,6 +67,16 @@ pub fn loci(
         loci = DirectLoci::new(&system, scene, orbit, map, request)?.all(&loci, progress)?;
     } else if !request.kinds.contains(&LocusKind::Graze) {
         loci.retain(|locus| locus.kind != LocusKind::Graze);
+    }
+    if request.kinds.contains(&LocusKind::Crisis) && map.dimension() == 2 {
+        let crises = MapCrises::new(map, &near).all();
+        if request.direct {
+            let system = HybridSystem::new(&scene.model);
+            let direct = DirectCrises::new(&system, scene, orbit, map, request)?;
+            loci.extend(direct.all(&crises, progress));
+        } else {
+            loci.extend(crises.into_iter().map(|crisis| crisis.locus));
+        }
     }
     Ok(Loci { loci, tangencies, without_kick: by_map.without_kick(&traces) })
 }
