@@ -4,7 +4,7 @@
 //! comes back along the stable one, so that all its section points but the first and the last are
 //! linked by returns, and these two by one condition each. Where the manifolds touch, the equations
 //! are singular; where they touch at a corner, the image of a graze, a depth variable is 0. Both
-//! are conditions that loci of periodic orbits have. References: `Beyn1997`, `Kleinkauf1998`.
+//! are conditions that loci of periodic orbits have. Reference: `BeynKleinkauf1997`.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -83,7 +83,9 @@ pub(super) fn jacobian<S: Real>(
 ) -> Option<DMatrix<S>> {
     let (d, own) = (dimension, dimension + flown.lacking.len());
     let mut constraint = flown.slopes.view((0, 0), (own, own)).into_owned();
-    constraint.view_mut((d, 0), (own - d, own)).copy_from(&flown.slopes.view((2 * d, 0), (own - d, own)));
+    constraint
+        .view_mut((d, 0), (own - d, own))
+        .copy_from(&flown.slopes.view((2 * d, 0), (own - d, own)));
     let by_point = inverse(&constraint).ok()?.columns(0, d).into_owned();
     Some(flown.slopes.view((d, 0), (d, own)) * by_point)
 }

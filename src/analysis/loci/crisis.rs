@@ -1,16 +1,17 @@
 //! Crises: where an attractor touches the stable manifold of a saddle.
 //!
 //! One idea: the attractor is where the unstable manifold of the saddle goes, so a crisis is the
-//! first touch of both manifolds. Along the unstable manifold the coordinate across the stable one
-//! is least there, at a corner that a graze makes or at a fold. What a scan of that least value in
-//! one parameter finds is solved for as an orbit from the saddle back to it, and followed in two.
+//! first touch of both manifolds (`GrebogiOttYorke1983`). Near a graze the unstable manifold comes
+//! furthest at a corner, an image of its first meeting with the graze. Where an image of it comes to
+//! lie on the stable manifold in one parameter is looked for by iteration, solved for as an orbit
+//! from the saddle back to it, and followed in two.
 
 use super::connection::{Connection, Unstable, jacobian};
 use super::data::{LociRequest, Locus, LocusEnd, LocusKind, LocusPoint};
 use super::equations::{Condition, LocusEquations, OrbitEquations};
-use super::trace::{STEPS, Trace, WIDER, joined};
+use super::trace::{Trace, WIDER, joined};
 use crate::analysis::MapEvaluation;
-use crate::analysis::continuation::searched;
+use crate::analysis::continuation::{StepControl, searched};
 use crate::analysis::periodic::{
     ContactItinerary, ItinerarySearch, MapOrbitEquations, MapReturns, PrescribedReturns,
 };
@@ -60,6 +61,9 @@ pub(super) struct Crisis {
     /// The return and the passage that graze, of all returns.
     pub(super) corner: Option<(usize, usize)>,
 }
+
+/// Steps along a crisis: no special points are looked for on it.
+const STEPS: StepControl = StepControl { first: 0.05, longest: 1.0, ..StepControl::DEFAULT };
 
 /// The crises of a map.
 pub(super) struct MapCrises<'a> {
@@ -282,8 +286,7 @@ impl<'a> MapCrises<'a> {
             // of it.
             let images = a.across.len().min(b.across.len());
             for later in (n - a.at % n..images).step_by(n) {
-                if a.at % n != b.at % n || (a.across[later] > 0.0) == (b.across[later] > 0.0)
-                {
+                if a.at % n != b.at % n || (a.across[later] > 0.0) == (b.across[later] > 0.0) {
                     continue;
                 }
                 let held = first.unknowns.len() - 1;
@@ -377,8 +380,7 @@ impl<'a> MapCrises<'a> {
         let frozen = self.horner.freeze(&saddle.parameters);
         let count = self.returns_of(itinerary, saddle);
         let growth = saddle.unstable.multiplier.ln();
-        let length =
-            |share: f64| side * BESIDE * saddle.bend * (share * growth).exp();
+        let length = |share: f64| side * BESIDE * saddle.bend * (share * growth).exp();
         let share = |number: usize| number as f64 / (PIECE - 1) as f64;
         let made = |share: f64| self.orbit(&frozen, saddle, length(share), count).1;
         let all: Vec<Vec<PassageSet>> = (0..PIECE).map(|number| made(share(number))).collect();

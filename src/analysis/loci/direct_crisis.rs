@@ -182,8 +182,7 @@ impl<'a> DirectCrises<'a> {
             let depths = self.depths.at(&state, &parameters);
             self.map.window.holds(&state, &parameters, &depths)
         });
-        let states: Vec<Vec<f64>> =
-            flown[period..].iter().map(|one| state(&one.point)).collect();
+        let states: Vec<Vec<f64>> = flown[period..].iter().map(|one| state(&one.point)).collect();
         Some(LocusPoint {
             depth_variables: self.speeds(&states, &parameters, corner - period)?,
             states,
@@ -195,12 +194,7 @@ impl<'a> DirectCrises<'a> {
     }
 
     /// The speed of each contact of an excursion, 0 where it grazes.
-    fn speeds(
-        &self,
-        states: &[Vec<f64>],
-        parameters: &[f64],
-        grazing: usize,
-    ) -> Option<Vec<f64>> {
+    fn speeds(&self, states: &[Vec<f64>], parameters: &[f64], grazing: usize) -> Option<Vec<f64>> {
         let mut image = self.rounded.clone();
         let mut speeds = Vec::new();
         for (number, state) in states.iter().enumerate() {

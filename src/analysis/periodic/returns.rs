@@ -114,7 +114,11 @@ impl<'a, S: Real> MapReturns<'a, S> {
 
     /// The unknowns of section points with the depth variables of each return and of parameters,
     /// from offsets.
-    pub(in crate::analysis) fn unknowns(&self, points: &[(Vec<S>, Vec<S>)], parameters: &[S]) -> Vec<S> {
+    pub(in crate::analysis) fn unknowns(
+        &self,
+        points: &[(Vec<S>, Vec<S>)],
+        parameters: &[S],
+    ) -> Vec<S> {
         let scaled = |value: S, unit: f64| value / S::from_f64(unit);
         let mut unknowns = Vec::new();
         for (state, depths) in points {
