@@ -70,7 +70,7 @@ fn request(options: &LociArguments, map: &Map) -> Result<LociRequest, CliError> 
     };
     let itineraries = itineraries?.into_iter().filter(|itinerary| itinerary.contacts() > 0);
     let kinds = match options.kind.is_empty() {
-        true => LocusKind::ALL.to_vec(),
+        true => LocusKind::LOCAL.to_vec(),
         false => options.kind.iter().map(|&kind| kind.into()).collect(),
     };
     Ok(LociRequest {
