@@ -4,6 +4,7 @@
 //! for people, and defaults, which are the library's or stand in the typed layer in Python.
 
 mod background;
+mod command;
 mod error;
 mod map;
 mod result;
@@ -15,7 +16,9 @@ use pyo3::prelude::*;
 #[pymodule]
 mod _lib {
     #[pymodule_export]
-    use super::map::{Map, draw};
+    use super::command::{answer, report};
+    #[pymodule_export]
+    use super::map::{Map, draw, words};
     #[pymodule_export]
     use super::result::Computed;
     #[pymodule_export]

@@ -22,7 +22,7 @@ pub(crate) fn catalogue() -> Vec<&'static str> {
 
 /// A scene.
 #[pyclass(frozen, module = "grazemap._lib")]
-pub(crate) struct Scene(grazemap::Scene);
+pub(crate) struct Scene(pub(crate) grazemap::Scene);
 
 #[pymethods]
 impl Scene {

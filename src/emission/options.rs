@@ -23,6 +23,17 @@ pub enum Target {
 }
 
 impl Target {
+    /// All of them.
+    pub const ALL: [Self; 7] = [
+        Self::Rust,
+        Self::C,
+        Self::Cuda,
+        Self::JavaScript,
+        Self::Python,
+        Self::Julia,
+        Self::Matlab,
+    ];
+
     /// The word for it in commands and templates.
     pub fn word(self) -> &'static str {
         match self {
