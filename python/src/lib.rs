@@ -6,6 +6,7 @@
 mod background;
 mod command;
 mod error;
+mod fit;
 mod map;
 mod result;
 mod scene;
@@ -17,6 +18,8 @@ use pyo3::prelude::*;
 mod _lib {
     #[pymodule_export]
     use super::command::{answer, report};
+    #[pymodule_export]
+    use super::fit::fit;
     #[pymodule_export]
     use super::map::{Map, draw, words};
     #[pymodule_export]

@@ -49,6 +49,20 @@ pub enum KeyError {
         /// The number.
         value: f64,
     },
+    /// A number that is to be above 0.
+    #[error("{key} must be above 0, found {value}")]
+    NotPositive {
+        /// The key.
+        key: &'static str,
+        /// The number.
+        value: f64,
+    },
+    /// A list without names.
+    #[error("{key} names none")]
+    NothingNamed {
+        /// The key.
+        key: &'static str,
+    },
     /// More parameters than a locus has.
     #[error(
         "in takes two parameters; of `orbits` also one, the one that is solved for; found {found}"
@@ -94,6 +108,7 @@ impl KeyError {
     pub fn begins_with_key(&self) -> bool {
         match self {
             Self::UnknownName { .. } | Self::NamedTwice { .. } | Self::NotFinite { .. } => true,
+            Self::NotPositive { .. } | Self::NothingNamed { .. } => true,
             Self::NotAPlane { .. } | Self::NoAxis { .. } | Self::NotNearest { .. } => true,
             Self::NotTwoAxes { .. } | Self::AlreadyAdjusted { .. } => false,
             Self::NoParameter | Self::Itinerary(_) => false,
@@ -195,18 +210,26 @@ impl<'a> ActiveParameters<'a> {
         place_of(key, ACTIVE, name, &self.names)
     }
 
-    /// The numbers of one or two that span a plane, none named twice.
-    pub(super) fn plane(&self, names: &[String]) -> Result<Vec<usize>, KeyError> {
-        let key = "in";
-        if names.len() > 2 {
-            return Err(KeyError::NotAPlane { found: names.len() });
-        }
+    /// The numbers of several, none named twice.
+    pub(super) fn distinct(
+        &self,
+        key: &'static str,
+        names: &[String],
+    ) -> Result<Vec<usize>, KeyError> {
         let places = names.iter().map(|name| self.place(key, name));
         let places = places.collect::<Result<Vec<_>, _>>()?;
         let twice = (1..places.len()).find(|&last| places[..last].contains(&places[last]));
         match twice {
             Some(last) => Err(KeyError::NamedTwice { key, name: names[last].trim().to_owned() }),
             None => Ok(places),
+        }
+    }
+
+    /// The numbers of at most two that span a plane.
+    pub(super) fn plane(&self, names: &[String]) -> Result<Vec<usize>, KeyError> {
+        match names.len() > 2 {
+            true => Err(KeyError::NotAPlane { found: names.len() }),
+            false => self.distinct("in", names),
         }
     }
 
@@ -232,9 +255,18 @@ impl<'a> ActiveParameters<'a> {
         offsets
     }
 
-    /// Offsets by name under `at`; those not named are 0.
+    /// Offsets by name; those not named are 0.
+    pub(super) fn offsets(
+        &self,
+        key: &'static str,
+        named: &Named<f64>,
+    ) -> Result<Vec<f64>, KeyError> {
+        named_offsets(key, ACTIVE, named, &self.names)
+    }
+
+    /// Offsets by name under `at`.
     pub(super) fn at(&self, named: &Named<f64>) -> Result<Vec<f64>, KeyError> {
-        named_offsets("at", ACTIVE, named, &self.names)
+        self.offsets("at", named)
     }
 
     /// The range of a parameter: as given, or that of the window.

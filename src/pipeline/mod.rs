@@ -24,8 +24,8 @@ mod sweeps;
 
 pub use answer::Answer;
 pub use commands::{
-    AskedTrajectory, BasinKeys, BranchKeys, Command, ConvergenceKeys, CurveKeys, Images, LociKeys,
-    NearestKeys, OrbitsKeys, TrajectoryKeys,
+    AskedTrajectory, BasinKeys, BranchKeys, Command, ConvergenceKeys, CurveKeys, FitKeys, Images,
+    LociKeys, NearestKeys, NoiseKeys, OrbitsKeys, TrajectoryKeys,
 };
 pub use emit::{EmitRequest, write_emitted};
 pub use ended::Ended;

@@ -16,6 +16,7 @@ mod curve_listing;
 mod diagram_figure;
 mod error;
 mod files;
+mod fit_listing;
 mod image_listing;
 mod journal;
 mod json;
@@ -58,6 +59,9 @@ pub use diagram_figure::{diagram_array, diagram_figures, diagram_rows, diagram_t
 pub use error::ReportError;
 pub use figure::Figure;
 pub use files::{OutputFolder, write_atomically, write_streamed};
+pub use fit_listing::{
+    fit_remarks, fit_table, fit_text, noise_figures, noise_remarks, noise_table, noise_text,
+};
 pub use image_listing::{ImageListing, image_outside_words, image_rows};
 pub use journal::Journal;
 pub use json::{Document, DocumentKind, Named, to_json, write_json};

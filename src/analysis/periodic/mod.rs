@@ -30,5 +30,5 @@ pub(super) use orbit::finite_or_one;
 pub use orbit::{
     Guess, Held, PeriodicOrbit, PeriodicOutcome, PeriodicProblem, periodic_orbit, window_scales,
 };
-pub(super) use section_map::state_jacobian;
+pub(super) use section_map::derivatives;
 pub use section_map::{Linearisation, SectionMap, SectionStep, Stepped, linearise};

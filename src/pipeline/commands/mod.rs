@@ -7,6 +7,7 @@ mod basin;
 mod branch;
 mod convergence;
 mod curve;
+mod fit;
 mod image;
 mod loci;
 mod orbits;
@@ -22,6 +23,7 @@ pub use branch::BranchKeys;
 pub use convergence::ConvergenceKeys;
 pub(super) use convergence::study_answer;
 pub use curve::{CurveKeys, NearestKeys};
+pub use fit::{FitKeys, NoiseKeys};
 pub use image::Images;
 pub use loci::LociKeys;
 pub use orbits::OrbitsKeys;
@@ -58,6 +60,8 @@ pub enum Command {
     Curve(CurveKeys),
     /// `curve` for the smallest change that grazes.
     Nearest(NearestKeys),
+    /// Orbits under noise.
+    Noise(NoiseKeys),
 }
 
 impl Command {
@@ -85,6 +89,7 @@ impl Command {
             Self::Converge(keys) => keys.answer(&source.settle()?, progress),
             Self::Curve(keys) => keys.answer(source.scene()),
             Self::Nearest(keys) => keys.answer(source.scene()),
+            Self::Noise(keys) => keys.answer(&source.map()?, progress),
         }
     }
 }
