@@ -100,7 +100,7 @@ impl Map {
         };
         let map = self.0.clone();
         let paths = compute(py, None, move |_| {
-            let module = map.module(EmitRequest { target, measure, command: None })?;
+            let module = map.module(EmitRequest { target, measure, ..EmitRequest::default() })?;
             let emitted = EmittedCrate::standalone(&module)?;
             write_emitted(&emitted, &folder)?;
             Ok(emitted.files.into_keys().collect())

@@ -78,6 +78,13 @@ impl Scene {
         parameters.map(|parameter| (parameter.name.clone(), parameter.value.to_f64())).collect()
     }
 
+    /// Names of the parameters that maps keep as variables.
+    #[getter]
+    fn active(&self) -> Vec<String> {
+        let active = self.0.expansion.active.iter();
+        active.map(|&parameter| self.0.model.parameters[parameter].name.clone()).collect()
+    }
+
     #[getter]
     fn warnings(&self) -> Vec<String> {
         self.0.warnings.iter().map(ToString::to_string).collect()

@@ -292,3 +292,41 @@ def test_an_exception_of_progress_ends_the_call(m: gm.Map) -> None:
 
     with pytest.raises(RuntimeError):
         gm.diagram(m, "alpha", (-1e-4, 1e-4), points=100_000, using="direct", progress=refuse)
+
+
+def test_a_fit_finds_parameters_and_says_what_it_needs(m: gm.Map) -> None:
+    rng = np.random.default_rng(1)
+    truth = {"alpha": 3e-7, "omega": -2e-7}
+    starts = rng.uniform(-1e-5, 1e-5, (30, 2))
+    orbits = m.iterate(starts, list(truth.values()), 5)
+    points = np.concatenate([starts[:, None], orbits], axis=1)
+    noisy = points + 1e-9 * rng.normal(size=points.shape)
+    found = gm.fit(m, noisy, list(truth), noise={"x": 1e-9, "theta": 1e-9})
+    for name, value in truth.items():
+        assert abs(found.parameters[name] - value) < 4 * found.errors[name]
+    assert np.allclose(np.sqrt(np.diag(found.covariance)), found["standard_error"])
+    # A control that is known is not fitted, a list of series is what an array is.
+    controls = {"alpha": [truth["alpha"]] * 30}
+    one = gm.fit(m, list(noisy), ["omega"], controls=controls, noise={"x": 1e-9, "theta": 1e-9})
+    assert one.errors["omega"] < found.errors["omega"]
+    again = gm.fit(gm.Scene.catalogue("linear"), points, ["alpha"], controls={"omega": -2e-7})
+    assert abs(again.parameters["alpha"] - truth["alpha"]) < 1e-12
+    with pytest.raises(gm.InputError, match="parameters: the map has no variable `zta`"):
+        gm.fit(m, noisy, ["zta"])
+    with pytest.raises(gm.InputError, match="2 coordinates"):
+        gm.fit(m, points[..., :1], ["alpha"])
+    with pytest.raises(gm.InputError, match="4 numbers were measured, and 4 are unknown"):
+        gm.fit(m, points[0, :2], ["alpha", "omega"])
+
+
+def test_noise_is_drawn_by_its_seed(m: gm.Map) -> None:
+    def drawn(seed: int) -> gm.Noise:
+        return gm.noise(m, {"alpha": 1e-6}, orbits=20, transient=5, keep=30, seed=seed)
+
+    found = drawn(3)
+    assert np.array_equal(found["count"], drawn(3)["count"])
+    assert found.document["mean"] != drawn(4).document["mean"]
+    across, up, density = found.density()
+    assert density.shape == (up.size - 1, across.size - 1)
+    with pytest.raises(gm.InputError, match="orbits must be above 0"):
+        gm.noise(m, {"alpha": 1e-6}, orbits=0)

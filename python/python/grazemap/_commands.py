@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 
 from . import _lib, _toml
+from ._errors import InputError
 from ._pipeline import Graze, Map, Scene, check_methods
 from ._progress import Progress, shown
 from ._table import (
@@ -17,9 +18,11 @@ from ._table import (
     Chart,
     Curve,
     Diagram,
+    Fit,
     Image,
     Loci,
     Nearest,
+    Noise,
     Orbits,
     Study,
     Trajectory,
@@ -29,7 +32,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
     from os import PathLike
 
-    from numpy.typing import ArrayLike
+    from numpy.typing import ArrayLike, NDArray
 
 #: What a command begins with: what is not there yet of a scene's orbit and map is computed.
 Source: TypeAlias = Scene | Graze | Map
@@ -355,6 +358,128 @@ def image(
     rows, own, _ = m._points(states, parameters)
     check_methods(using, precision)
     return Image(m._inner.image(np.atleast_2d(rows), own, iterations, using, precision))
+
+
+def fit(
+    source: Source,
+    data: ArrayLike | Sequence[ArrayLike],
+    parameters: Sequence[str],
+    *,
+    at: Mapping[str, float] | None = None,
+    controls: Mapping[str, float | Sequence[float]] | None = None,
+    noise: Mapping[str, float] | None = None,
+    piece: int | None = None,
+    withheld: int | None = None,
+    using: str = "guarded",
+    progress: Progress | bool | None = None,
+) -> Fit:
+    """Fit parameters to measured section points, by least squares with exact derivatives.
+
+    ``data`` is one series of points (returns by coordinates), or several: offsets, NaN where a
+    coordinate was not measured. ``parameters`` are active; of a scene they are made so. ``at``
+    holds the offsets that the fit begins with; ``controls`` what is known to be added to
+    parameters, a number or one for each series. ``noise`` is the standard deviation of the
+    measurement by coordinate, by default that of the residuals.
+
+    Series are cut into pieces of ``piece`` returns (by default 10; 0: none is cut), each with a
+    start of its own. The last ``withheld`` points of every series are predicted and not fitted.
+    """
+    m = _map_with(source, parameters)
+    width = len(m.coordinates)
+    series = _series(data, width)
+    added = np.zeros((len(series), len(m.parameters)))
+    for name, values in (controls or {}).items():
+        if name not in m.parameters:
+            message = f"controls: the map has no variable `{name}`; active parameters are "
+            raise InputError(message + ", ".join(m.parameters))
+        added[:, m.parameters.index(name)] = values
+    keys = {
+        "parameters": parameters,
+        "at": at,
+        "noise": noise,
+        "piece": piece,
+        "withheld": withheld,
+        "using": using,
+    }
+    given = {key: value for key, value in keys.items() if value is not None}
+    text = json.dumps(given, default=_plain)
+    points = np.ascontiguousarray(np.concatenate(series))
+    with shown(progress, "fit") as seen:
+        lengths = [len(one) for one in series]
+        return Fit(_lib.fit(m._inner, text, lengths, points, added, seen))
+
+
+def _map_with(source: Source, parameters: Sequence[str]) -> Map:
+    """Give the map of a source; that of a scene keeps these parameters as variables."""
+    if isinstance(source, Map):
+        return source
+    if isinstance(source, Graze):
+        return source.map()
+    active = dict.fromkeys((*source.active, *parameters))
+    if len(active) > len(source.active):
+        source = source.with_(**{"expansion.active": list(active)})
+    return source.graze().map()
+
+
+def _series(data: ArrayLike | Sequence[ArrayLike], width: int) -> list[NDArray[np.float64]]:
+    """Give measured points as series."""
+    try:
+        whole = np.asarray(data, dtype=np.float64)
+        several = list(whole) if whole.ndim == 3 else [whole]  # noqa: PLR2004
+    except ValueError:
+        several = [np.asarray(one, dtype=np.float64) for one in data]  # type: ignore[union-attr]
+    for one in several:
+        if one.ndim != 2 or one.shape[1] != width:  # noqa: PLR2004
+            message = f"a series has rows of {width} coordinates, found shape {one.shape}"
+            raise InputError(message)
+    return several
+
+
+def noise(
+    source: Source,
+    deviations: Mapping[str, float],
+    *,
+    at: Mapping[str, float] | None = None,
+    law: str = "normal",
+    start: Mapping[str, float] | None = None,
+    orbits: int | None = None,
+    transient: int | None = None,
+    keep: int | None = None,
+    range: Mapping[str, tuple[float, float]] | None = None,  # noqa: A002
+    cells: int | None = None,
+    seed: int = 0,
+    using: str = "guarded",
+    progress: Progress | bool | None = None,
+) -> Noise:
+    """Iterate with parameters that are drawn afresh at every return, and count densities.
+
+    ``deviations`` are standard deviations of active parameters, be they a restitution, a gap or a
+    forcing; ``at`` their means, as offsets; ``law`` is ``"normal"`` or ``"uniform"``. ``orbits``
+    start at ``start``, leave out ``transient`` returns and count ``keep`` in ``cells`` cells along
+    every coordinate, between the offsets of ``range``, by default the window.
+
+    Equal seeds give equal numbers, on any number of threads.
+
+    >>> m = Scene.catalogue("linear").graze().map()
+    >>> found = noise(m, {"alpha": 1e-6}, at={"alpha": -1e-4}, orbits=10, keep=20, seed=1)
+    >>> int(found["count"].sum()) <= 2 * 10 * 20
+    True
+    """
+    m = _map_with(source, list(deviations))
+    keys = {
+        "deviations": deviations,
+        "at": at,
+        "law": law,
+        "start": start,
+        "orbits": orbits,
+        "transient": transient,
+        "keep": keep,
+        "range": range,
+        "cells": cells,
+        "seed": seed,
+        "using": using,
+    }
+    return Noise(_answered(m, "noise", keys, progress))
 
 
 def report(

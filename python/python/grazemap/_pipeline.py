@@ -114,6 +114,11 @@ class Scene(_Value):
         return dict(self._inner.parameters)
 
     @property
+    def active(self) -> tuple[str, ...]:
+        """Names of the parameters that maps keep as variables."""
+        return tuple(self._inner.active)
+
+    @property
     def warnings(self) -> tuple[str, ...]:
         """What looks wrong and is no fault."""
         return tuple(self._inner.warnings)

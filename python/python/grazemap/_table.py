@@ -268,3 +268,72 @@ class Image(Table):
         """Give the first two coordinates."""
         names = list(self)
         return names[2], names[3]
+
+
+class Fit(Table):
+    """Fitted parameters: a row for each."""
+
+    command = "fit"
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """Offsets by name."""
+        return dict(zip(self["parameter"], map(float, self["offset"]), strict=True))
+
+    @property
+    def errors(self) -> dict[str, float]:
+        """Standard errors by name."""
+        return dict(zip(self["parameter"], map(float, self["standard_error"]), strict=True))
+
+    @property
+    def covariance(self) -> np.ndarray[Any, Any]:
+        """Covariance of the parameters, in the order of the rows."""
+        return np.array(self.document["covariance"], dtype=np.float64)
+
+    @property
+    def noise(self) -> list[float]:
+        """Standard deviation of the measurement in every coordinate, stated or estimated."""
+        return list(self.document["noise"])
+
+    def plot(  # type: ignore[override]
+        self, ax: Axes | None = None, **style: Any
+    ) -> Axes:
+        """Draw offsets with their standard errors."""
+        ax = _axes(ax)
+        places = np.arange(len(self["offset"]))
+        style = {"fmt": "o", **style}
+        ax.errorbar(places, self["offset"], yerr=self["standard_error"], **style)
+        ax.set_xticks(places, list(self["parameter"]))
+        ax.set_xlabel("parameter")
+        ax.set_ylabel("offset")
+        return ax
+
+
+class Noise(Table):
+    """Densities under noise: a row for every cell of every coordinate."""
+
+    command = "noise"
+
+    def density(self) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any], np.ndarray[Any, Any]]:
+        """Give the edges of the cells of the first two coordinates and their joint density.
+
+        Rows of the density go with the second coordinate.
+        """
+        document = self.document
+        (first, second, *_), cells = document["request"]["ranges"], document["request"]["cells"]
+        counts = np.array(document["joint"], dtype=np.float64).reshape(cells, cells)
+        across = np.linspace(first[0], first[1], cells + 1)
+        up = np.linspace(second[0], second[1], cells + 1)
+        area = (across[1] - across[0]) * (up[1] - up[0])
+        return across, up, counts / (document["points"] * area)
+
+    def plot(  # type: ignore[override]
+        self, ax: Axes | None = None, **style: Any
+    ) -> Axes:
+        """Draw the joint density of the first two coordinates with Matplotlib."""
+        ax = _axes(ax)
+        ax.pcolormesh(*self.density(), **style)
+        names = list(dict.fromkeys(self["coordinate"]))
+        ax.set_xlabel(names[0])
+        ax.set_ylabel(names[1])
+        return ax

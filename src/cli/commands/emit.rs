@@ -193,6 +193,7 @@ fn emit(source: Source, options: &EmitArguments, command: &str) -> Result<Emitte
     let module = map.module(EmitRequest {
         target: options.target.into(),
         measure: !options.no_measure,
+        derivatives: !options.catalogue,
         command: Some(command.to_owned()),
     })?;
     Ok((module, map))
