@@ -7,7 +7,7 @@
 //!
 //! Images and their derivatives are those of guarded iteration: the map's, exact, inside its
 //! window, and those of direct simulation outside. Steps are those of Levenberg and Marquardt, with
-//! the damping of Nielsen (1999). Without noise that is stated, its size in every coordinate is
+//! the damping of `Nielsen1999`. Without noise that is stated, its size in every coordinate is
 //! that of the residuals, estimated again until it settles (feasible generalised least squares).
 //!
 //! The orbit is taken to be deterministic: noise is that of the measurement.
