@@ -3,15 +3,16 @@
 
 use serde::Serialize;
 
+use super::basin_figure::basin_outside_words;
 use super::sweep_words::{
     chart_computed_words, chart_escape_words, chart_outside_words, chart_overlay_words,
     chart_share_words, diagram_escape_words, diagram_outside_words, diagram_share_words,
 };
 use super::{
     Cell, Column, Figure, GrazeStudy, MapListing, OrbitListing, Page, Provenance, ReportError,
-    Section, Table, basin_figure, basin_outside_words, basin_remarks, basin_table, basin_words,
-    bounds_words, chart_figure, chart_timing_table, convergence_section, diagram_figures,
-    diagram_timing_table, edge_words, error_words, manifold_table, window_remark,
+    Section, Table, basin_figure, basin_remarks, basin_table, basin_words, bounds_words,
+    chart_figure, chart_timing_table, convergence_section, diagram_figures, diagram_timing_table,
+    edge_words, error_words, manifold_table, window_remark,
 };
 use crate::analysis::basin::Basin;
 use crate::analysis::chart::Chart;
