@@ -26,7 +26,6 @@ function begin(message) {
     parameters: size("PARAMETERS"),
     passages: size("PASSAGES"),
     coefficients: size("COEFFICIENTS"),
-    columns: size("JACOBIAN_COLUMNS"),
     lanes: size("LANES"),
     records: 2048,
   };
@@ -39,7 +38,7 @@ function begin(message) {
     states: take(d * lanes),
     extents: take((d + s) * lanes),
     records: take((d + s) * lanes * records),
-    jacobian: take(d * sizes.columns),
+    jacobian: take(d * d),
   };
   const missing = Math.ceil(free / 65536) - map.memory.buffer.byteLength / 65536;
   if (missing > 0) map.memory.grow(missing);
@@ -373,7 +372,7 @@ function probe(request) {
     at(places.states, d).set(states[n % length]);
     const { coefficients, states: from, records, extents, jacobian } = places;
     map.step_jacobian(coefficients, from, records, extents, jacobian);
-    const rows = Array.from({ length: d }, (_, i) => [...at(jacobian + 8 * sizes.columns * i, d)]);
+    const rows = Array.from({ length: d }, (_, i) => [...at(jacobian + 8 * d * i, d)]);
     const moved = rows.map((row) => row.reduce((sum, v, i) => sum + v * tangent[i], 0));
     const size = Math.hypot(...moved) || 1e-300;
     exponent += Math.log(size / Math.hypot(...tangent));

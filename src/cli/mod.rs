@@ -1,5 +1,5 @@
-//! The command line in five groups, each naming the ones before it alone: output; memory and what
-//! can be resumed; arguments; commands; the gallery, which runs commands.
+//! The command line in five groups, each naming the ones before it alone: output; what can be
+//! resumed; arguments; commands; the gallery, which runs commands.
 //!
 //! A command is: its arguments, one call of the library, its results handed to `report`.
 //!
@@ -11,7 +11,6 @@
 mod arguments;
 mod commands;
 mod gallery;
-mod memory;
 mod output;
 mod resume;
 

@@ -25,6 +25,18 @@ pub enum Target {
 }
 
 impl Target {
+    /// All of them.
+    pub const ALL: [Self; 8] = [
+        Self::Rust,
+        Self::C,
+        Self::Cuda,
+        Self::JavaScript,
+        Self::Python,
+        Self::Julia,
+        Self::Matlab,
+        Self::Wasm,
+    ];
+
     /// The word for it in commands and templates.
     pub fn word(self) -> &'static str {
         match self {
@@ -75,7 +87,7 @@ impl Target {
 }
 
 /// Number of the format of emitted modules; it changes with the templates and with the printing.
-pub const FORMAT: u32 = 1;
+pub const FORMAT: u32 = 2;
 
 /// Shape of an emitted step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -107,6 +119,8 @@ pub struct EmitOptions {
     /// The command that emits the module again from the folder that its file lies in, for the
     /// header; `None` where no file or name of a scene is known.
     pub command: Option<String>,
+    /// Whether there is a step with derivatives by the parameters too: as long again as the rest.
+    pub derivatives: bool,
 }
 
 impl EmitOptions {
@@ -123,6 +137,7 @@ impl Default for EmitOptions {
     fn default() -> Self {
         Self {
             target: Target::Rust,
+            derivatives: true,
             shape: EmittedShape::Factored,
             precision: FloatFormat::F64,
             lanes: 8,

@@ -66,7 +66,9 @@ pub(super) fn module(
     pruned: Option<PruneReport>,
 ) -> Result<Vec<u8>, EmissionError> {
     let mut writer = Writer::new(lowered.dimension as u32, lowered.passages as u32);
-    writer.constants(&[&split.prepare, step, &split.run])?;
+    let derivatives = options.derivatives.then(|| lowered.with_derivatives());
+    let kernels = [&split.prepare, step, &split.run];
+    writer.constants(kernels.into_iter().chain(&derivatives))?;
     let scalar = Form { registers: 1, is_vector: false };
     let lanes = Form { registers: REGISTERS, is_vector: true };
     for (form, name) in [(scalar, "freeze"), (lanes, "freeze_lanes")] {
@@ -74,6 +76,9 @@ pub(super) fn module(
     }
     writer.step("step", scalar, step);
     writer.step("step_jacobian", scalar, &split.run);
+    if let Some(kernel) = &derivatives {
+        writer.step("step_derivatives", scalar, kernel);
+    }
     writer.step("step_lanes", lanes, step);
     writer.iterate("iterate_lanes", lanes, step);
     let description = Description {
@@ -98,13 +103,11 @@ pub(super) fn module(
         measured_error: options.measured_error,
     };
     let text = serde_json::to_string(&description).map_err(EmissionError::Description)?;
-    let jacobian = split.run.outputs.len() - lowered.dimension - lowered.passages;
     let counts = [
         ("DIMENSION", lowered.dimension),
         ("PARAMETERS", lowered.parameters),
         ("PASSAGES", lowered.passages),
         ("COEFFICIENTS", split.coefficients),
-        ("JACOBIAN_COLUMNS", jacobian / lowered.dimension.max(1)),
         ("LANES", LANES as usize),
     ];
     Ok(writer.finish(&text, &counts))
@@ -179,8 +182,11 @@ impl Writer {
     }
 
     /// Collects the constants of kernels, each once.
-    fn constants(&mut self, kernels: &[&Kernel]) -> Result<(), EmissionError> {
-        let all = kernels.iter().flat_map(|kernel| &kernel.constants).copied();
+    fn constants<'k>(
+        &mut self,
+        kernels: impl Iterator<Item = &'k Kernel>,
+    ) -> Result<(), EmissionError> {
+        let all = kernels.flat_map(|kernel| &kernel.constants).copied();
         self.constants.extend([0.0, 0.5].into_iter().chain(all));
         if let Some(&value) = self.constants.iter().find(|value| !value.is_finite()) {
             return Err(EmissionError::NonFinite { what: "a coefficient", value });
@@ -210,7 +216,8 @@ impl Writer {
     }
 
     /// `name(coefficients, state, image, depths[, jacobian])`, which for one point returns the
-    /// passages that made contact.
+    /// passages that made contact. Of a kernel that is not frozen parameters stand in the place of
+    /// coefficients.
     fn step(&mut self, name: &str, form: Form, kernel: &Kernel) {
         let (dimension, passages) = (self.dimension, self.passages);
         let rest = kernel.outputs.len() as u32 > dimension + passages;

@@ -3,6 +3,7 @@
 
 use serde::Serialize;
 
+use super::basin_figure::basin_outside_words;
 use super::equations::equations;
 use super::sweep_words::{
     chart_computed_words, chart_escape_words, chart_outside_words, chart_overlay_words,
@@ -10,9 +11,9 @@ use super::sweep_words::{
 };
 use super::{
     Cell, Column, Figure, GrazeStudy, LiveMap, LivePane, MapListing, OrbitListing, Page,
-    Provenance, ReportError, Section, Table, basin_figure, basin_outside_words, basin_remarks,
-    basin_table, basin_words, bounds_words, chart_figure, chart_timing_table, convergence_section,
-    diagram_figures, diagram_timing_table, edge_words, error_words, manifold_table, window_remark,
+    Provenance, ReportError, Section, Table, basin_figure, basin_remarks, basin_table, basin_words,
+    bounds_words, chart_figure, chart_timing_table, convergence_section, diagram_figures,
+    diagram_timing_table, edge_words, error_words, manifold_table, window_remark,
 };
 use crate::analysis::basin::Basin;
 use crate::analysis::chart::Chart;

@@ -11,7 +11,7 @@ use grazemap::emission::{
     EmissionError, EmitOptions, EmittedCrate, EmittedShape, Target, emitted_module,
 };
 use grazemap::expansion::{ComposedMap, LocalMap, SectionKind};
-use grazemap::iteration::{DiscreteMap, HornerMap};
+use grazemap::iteration::{DifferentiableMap, DiscreteMap, HornerMap};
 use grazemap::numeric::FloatFormat;
 
 use crate::support::synthetic::{self, Numbers};
@@ -24,7 +24,7 @@ struct Interpreter {
     /// What a working one does without an error.
     probe: &'static str,
     file: &'static str,
-    /// Prints, at every point, image, depth, Jacobian, and whether it lies inside.
+    /// Prints, at every point, image, depth, Jacobian, derivatives, and whether it lies inside.
     program: &'static str,
 }
 
@@ -45,7 +45,11 @@ for (const line of readFileSync('points.txt', 'utf8').trim().split('\\n')) {
   const made = map.stepJacobian(state, parameters, image, depths, jacobian);
   if (map.step(state, parameters, again, deep) !== made) throw new Error('contacts');
   if (String([again, deep]) !== String([image, depths])) throw new Error('frozen');
-  console.log([...image, ...depths, ...jacobian, Number(map.inside(state, parameters))].join(' '));
+  const by = [];
+  if (map.stepDerivatives(state, parameters, again, deep, by) !== made) throw new Error('contacts');
+  if (String([again, deep]) !== String([image, depths])) throw new Error('derivatives');
+  const inside = Number(map.inside(state, parameters));
+  console.log([...image, ...depths, ...jacobian, ...by, inside].join(' '));
 }
 ",
     },
@@ -68,7 +72,7 @@ const memory = new Float64Array(map.memory.buffer);
 let free = map.FREE_MEMORY.value;
 const take = (count) => (free += 8 * count) - 8 * count;
 const array = (at, count) => [...memory.subarray(at / 8, at / 8 + count)];
-const [p, c, x, image, depths, jacobian] = [P, C, D, D, S, D * D].map(take);
+const [p, c, x, image, depths, jacobian, by] = [P, C, D, D, S, D * D, D * (D + P)].map(take);
 const [ps, cs, xs, images, deep, extents] = [P, C, D, D, S, D + S].map((n) => take(n * LANES));
 const record = LANES * (D + S);
 const records = take(record * ITERATES);
@@ -92,7 +96,10 @@ for (let first = 0; first < rows.length; first++) {
   map.step_jacobian(c, x, image, depths, jacobian);
   same([...array(image, D), ...array(depths, S)], one, 'jacobian');
   const inside = within(state, said.window_state) && within(parameters, said.window_parameters);
-  console.log([...one, ...array(jacobian, D * D), Number(inside)].join(' '));
+  map.step_derivatives(p, x, image, depths, by);
+  same([...array(image, D), ...array(depths, S)], one, 'derivatives');
+  const rest = [...array(jacobian, D * D), ...array(by, D * (D + P))];
+  console.log([...one, ...rest, Number(inside)].join(' '));
   // The same points in lanes, and their iterates.
   const lane = (l) => rows[(first + l) % rows.length];
   for (let l = 0; l < LANES; l++) {
@@ -133,12 +140,15 @@ import numpy as np
 import map_m as m
 rows = np.loadtxt('points.txt', ndmin=2)
 image, depths, jacobian = m.step_jacobian(rows.T[:2], rows.T[2:])
+*_, derivatives = m.step_derivatives(rows.T[:2], rows.T[2:])
 for n, row in enumerate(rows):
     one = m.step_jacobian(row[:2], row[2:])
     again, deep = m.step(row[:2], row[2:])
     assert (again, deep) == one[:2]
-    entries = [entry for line in one[2] for entry in line]
-    many = [entry for line in jacobian for entry in line]
+    *same, by = m.step_derivatives(row[:2], row[2:])
+    assert tuple(same) == one[:2]
+    entries = [entry for line in (*one[2], *by) for entry in line]
+    many = [entry for line in (*jacobian, *derivatives) for entry in line]
     numbers = [*again, *deep, *entries]
     together = [np.broadcast_to(v, len(rows))[n] for v in [*image, *depths, *many]]
     assert numbers == together, (numbers, together)
@@ -156,7 +166,9 @@ for line in eachline(\"points.txt\")
     row = parse.(Float64, split(line))
     image, depths, jacobian = map_m.step_jacobian(row[1:2], row[3:4])
     @assert (image, depths) == map_m.step(row[1:2], row[3:4])
-    numbers = Float64[image..., depths..., (jacobian...)[1]..., (jacobian...)[2]...]
+    again, deep, by = map_m.step_derivatives(row[1:2], row[3:4])
+    @assert (image, depths) == (again, deep)
+    numbers = Float64[image..., depths..., jacobian[1]..., jacobian[2]..., by[1]..., by[2]...]
     println(join(numbers, \" \"), \" \", Int(map_m.inside(row[1:2], row[3:4])))
 end
 ",
@@ -172,8 +184,10 @@ rows = load('points.txt')';
 [image, depths, jacobian] = map.step_jacobian(rows(1:2, :), rows(3:4, :));
 [again, deep] = map.step(rows(1:2, :), rows(3:4, :));
 assert(isequal([again; deep], [image; depths]));
+[again, deep, by] = map.step_derivatives(rows(1:2, :), rows(3:4, :));
+assert(isequal([again; deep], [image; depths]));
 inside = map.inside(rows(1:2, :), rows(3:4, :));
-fprintf('%.17g %.17g %.17g %.17g %.17g %.17g %.17g %d\\n', [image; depths; jacobian; inside]);
+fprintf([repmat('%.17g ', 1, 15), '%d\\n'], [image; depths; jacobian; by; inside]);
 ",
     },
 ];
@@ -252,7 +266,9 @@ fn expected(map: &HornerMap, points: &[([f64; 2], [f64; 2])]) -> Vec<Vec<f64>> {
         let (mut image, mut jacobian) = ([0.0; 2], [0.0; 4]);
         map.step_jacobian(state, own, &mut image, &mut jacobian);
         let depth = depths.rows[number * depths.width + 2];
-        [&image[..], &[depth], &jacobian, &[1.0]].concat()
+        let mut derivatives = [0.0; 8];
+        map.step_derivatives(state, own, &mut image, &mut derivatives);
+        [&image[..], &[depth], &jacobian, &derivatives, &[1.0]].concat()
     };
     points.iter().enumerate().map(row).collect()
 }

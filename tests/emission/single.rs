@@ -84,7 +84,7 @@ fn compiled_single_maps_give_the_bits_of_the_interpreted_ones() {
         let map = &maps[number / points.len()].0;
         let (expected, contacts) = interpreted(map, &points[number % points.len()]);
         // The image, the depth, the Jacobian.
-        assert_eq!([&answer[..2], &answer[3..]].concat(), expected);
+        assert_eq!([&answer[..2], &answer[3..7]].concat(), expected);
         assert_eq!(answer[2] > 0.0, contacts == 1);
         touched += contacts;
     }
