@@ -117,7 +117,8 @@ function freezeAll(parameters) {
 }
 
 /** The same: those of the page, one of them at these offsets. */
-const freeze = (request, offsets) => freezeAll(offsets.map((offset) => request.parameters.with(request.axis, offset)));
+const freeze = (request, offsets) =>
+  freezeAll(offsets.map((offset) => request.parameters.with(request.axis, offset)));
 
 /** A sweep: the last state is carried from value to value, in as many stretches as there are lanes. */
 function* sweep(request) {
@@ -221,7 +222,10 @@ function* chart(request) {
       for (let column = 0; column < columns; column += every) cells.push([column, row]);
     }
     for (let first = 0; first < cells.length; first += lanes) {
-      const own = Array.from({ length: lanes }, (_, n) => cells[Math.min(first + n, cells.length - 1)]);
+      const own = Array.from(
+        { length: lanes },
+        (_, n) => cells[Math.min(first + n, cells.length - 1)],
+      );
       const parameters = own.map(([column, row]) => {
         const half = every / 2 - 0.5;
         const across = middle(x, column + half, columns);
@@ -237,7 +241,9 @@ function* chart(request) {
         if (first + n >= cells.length) return;
         let kind = OUTSIDE;
         if (!lost[n] && !escaped(n) && !outside(n, parameters[n])) {
-          const states = Array.from({ length: 2 * longest }, (_, k) => lane(places.records + k * record, n, d));
+          const states = Array.from({ length: 2 * longest }, (_, k) =>
+            lane(places.records + k * record, n, d),
+          );
           kind = periodOf(states);
           const deepest = lane(places.extents, n, d + s).slice(d);
           if (kind === 1 && deepest.every((depth) => depth <= 0)) kind = WITHOUT_CONTACT;
@@ -306,17 +312,28 @@ function eigenvalues(matrix) {
   const coefficients = [1];
   let product = matrix.map((row) => row.map(() => 0));
   for (let k = 1; k <= size; k++) {
-    const shifted = product.map((row, i) => row.map((v, j) => v + (i === j ? coefficients[k - 1] : 0)));
-    product = matrix.map((row) => shifted[0].map((_, j) => row.reduce((sum, v, n) => sum + v * shifted[n][j], 0)));
+    const shifted = product.map((row, i) =>
+      row.map((v, j) => v + (i === j ? coefficients[k - 1] : 0)),
+    );
+    product = matrix.map((row) =>
+      shifted[0].map((_, j) => row.reduce((sum, v, n) => sum + v * shifted[n][j], 0)),
+    );
     coefficients.push(-product.reduce((sum, row, n) => sum + row[n], 0) / k);
   }
   if (size === 1) return [[-coefficients[1], 0]];
   if (size === 2) {
     const [, b, c] = coefficients;
     const root = b * b - 4 * c;
-    if (root < 0) return [[-b / 2, Math.sqrt(-root) / 2], [-b / 2, -Math.sqrt(-root) / 2]];
+    if (root < 0)
+      return [
+        [-b / 2, Math.sqrt(-root) / 2],
+        [-b / 2, -Math.sqrt(-root) / 2],
+      ];
     const larger = -(b + (b < 0 ? -1 : 1) * Math.sqrt(root)) / 2;
-    return [[larger, 0], [larger === 0 ? 0 : c / larger, 0]];
+    return [
+      [larger, 0],
+      [larger === 0 ? 0 : c / larger, 0],
+    ];
   }
   // Durand and Kerner.
   const times = ([a, b], [c, d]) => [a * c - b * d, a * d + b * c];
@@ -327,8 +344,14 @@ function eigenvalues(matrix) {
   let roots = matrix.map((_, n) => [Math.cos(1 + 2 * n), Math.sin(1 + 2 * n)]);
   for (let step = 0; step < 200; step++) {
     roots = roots.map((root, n) => {
-      const value = coefficients.reduce((sum, c) => times(sum, root).map((v, i) => (i ? v : v + c)), [0, 0]);
-      const rest = roots.reduce((own, other, m) => (m === n ? own : times(own, [root[0] - other[0], root[1] - other[1]])), [1, 0]);
+      const value = coefficients.reduce(
+        (sum, c) => times(sum, root).map((v, i) => (i ? v : v + c)),
+        [0, 0],
+      );
+      const rest = roots.reduce(
+        (own, other, m) => (m === n ? own : times(own, [root[0] - other[0], root[1] - other[1]])),
+        [1, 0],
+      );
       const move = over(value, rest);
       return [root[0] - move[0], root[1] - move[1]];
     });
@@ -378,7 +401,9 @@ function probe(request) {
     exponent += Math.log(size / Math.hypot(...tangent));
     tangent = moved.map((v) => v / size);
     if (n < length && answer.period) {
-      product = rows.map((row) => product[0].map((_, j) => row.reduce((sum, v, i) => sum + v * product[i][j], 0)));
+      product = rows.map((row) =>
+        product[0].map((_, j) => row.reduce((sum, v, i) => sum + v * product[i][j], 0)),
+      );
     }
   }
   answer.exponent = exponent / (length * turns);

@@ -10,14 +10,21 @@
     return made;
   };
   const button = (text, label, action) => {
-    const made = element("button", { type: "button", textContent: text, title: label, onclick: action });
+    const made = element("button", {
+      type: "button",
+      textContent: text,
+      title: label,
+      onclick: action,
+    });
     made.setAttribute("aria-label", label);
     return made;
   };
 
   // Files that the page hands out.
   const save = (name, content, type) => {
-    const url = URL.createObjectURL(content instanceof Blob ? content : new Blob([content], { type }));
+    const url = URL.createObjectURL(
+      content instanceof Blob ? content : new Blob([content], { type }),
+    );
     element("a", { href: url, download: name }).click();
     setTimeout(() => URL.revokeObjectURL(url), 10_000);
   };
@@ -40,25 +47,48 @@
     const name = `figure-${number + 1}`;
     if (svg) {
       const text = () => new XMLSerializer().serializeToString(svg);
-      bar.append(button("SVG", `Save figure ${number + 1} as SVG`, () => save(name + ".svg", text(), "image/svg+xml")));
-      bar.append(button("PNG", `Save figure ${number + 1} as PNG`, () => savePicture(name + ".png", svg)));
+      bar.append(
+        button("SVG", `Save figure ${number + 1} as SVG`, () =>
+          save(name + ".svg", text(), "image/svg+xml"),
+        ),
+      );
+      bar.append(
+        button("PNG", `Save figure ${number + 1} as PNG`, () => savePicture(name + ".png", svg)),
+      );
     } else if (bitmap) {
       const bytes = () => Uint8Array.from(atob(bitmap.src.split(",")[1]), (c) => c.charCodeAt(0));
-      bar.append(button("PNG", `Save figure ${number + 1} as PNG`, () => save(name + ".png", new Blob([bytes()], { type: "image/png" }))));
+      bar.append(
+        button("PNG", `Save figure ${number + 1} as PNG`, () =>
+          save(name + ".png", new Blob([bytes()], { type: "image/png" })),
+        ),
+      );
     }
     const points = figure.querySelector("script.points");
     if (points) {
-      bar.append(button("CSV", `Save the points of figure ${number + 1} as CSV`, () => save(name + ".csv", JSON.parse(points.textContent), "text/csv")));
+      bar.append(
+        button("CSV", `Save the points of figure ${number + 1} as CSV`, () =>
+          save(name + ".csv", JSON.parse(points.textContent), "text/csv"),
+        ),
+      );
     }
     if (bar.children.length) figure.append(bar);
   }
   for (const [number, figure] of document.querySelectorAll("figure.table").entries()) {
-    const rows = () => [...figure.querySelectorAll("tr")].map((row) => [...row.cells].map((cell) => {
-      const text = cell.textContent.trim();
-      return /[",\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text;
-    }).join(","));
+    const rows = () =>
+      [...figure.querySelectorAll("tr")].map((row) =>
+        [...row.cells]
+          .map((cell) => {
+            const text = cell.textContent.trim();
+            return /[",\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text;
+          })
+          .join(","),
+      );
     const bar = element("div", { className: "tools" });
-    bar.append(button("CSV", `Save table ${number + 1} as CSV`, () => save(`table-${number + 1}.csv`, rows().join("\n") + "\n", "text/csv")));
+    bar.append(
+      button("CSV", `Save table ${number + 1} as CSV`, () =>
+        save(`table-${number + 1}.csv`, rows().join("\n") + "\n", "text/csv"),
+      ),
+    );
     figure.append(bar);
   }
   for (const line of document.querySelectorAll(".command")) {
@@ -80,7 +110,9 @@
   if (!byId("map-module")) return;
   const data = JSON.parse(byId("map-data").textContent);
   const modules = byId("map-module").textContent.trim().split(" ");
-  const moduleBytes = modules.map((module) => Uint8Array.from(atob(module), (c) => c.charCodeAt(0)));
+  const moduleBytes = modules.map((module) =>
+    Uint8Array.from(atob(module), (c) => c.charCodeAt(0)),
+  );
   const source = new Blob([byId("map-worker").textContent], { type: "text/javascript" });
   const panes = [];
   const startWorker = (receive, module = moduleBytes[0]) => {
@@ -115,7 +147,8 @@
   const shown = (value, digits = 6) => {
     if (value === 0) return "0";
     const size = Math.abs(value);
-    const text = size >= 1e5 || size < 1e-3 ? value.toExponential(digits - 1) : value.toPrecision(digits);
+    const text =
+      size >= 1e5 || size < 1e-3 ? value.toExponential(digits - 1) : value.toPrecision(digits);
     const [mantissa, power] = text.split("e");
     const short = mantissa.includes(".") ? mantissa.replace(/\.?0+$/, "") : mantissa;
     return (power ? `${short}e${Number(power)}` : short).replaceAll("-", "−");
@@ -127,7 +160,8 @@
     const step = unit * [1, 2, 5, 10].find((n) => n * unit >= rough * 0.999);
     const first = Math.ceil(from / step - 1e-9);
     const values = [];
-    for (let n = first; n * step <= to + 1e-9 * step && values.length < 50; n++) values.push(n * step);
+    for (let n = first; n * step <= to + 1e-9 * step && values.length < 50; n++)
+      values.push(n * step);
     const largest = Math.max(Math.abs(from), Math.abs(to));
     const power = largest >= 1e4 || largest < 1e-2 ? Math.floor(Math.log10(largest)) : 0;
     const digits = Math.max(0, Math.ceil(power - Math.log10(step) - 1e-9));
@@ -145,7 +179,11 @@
     g.strokeRect(room.x, room.y, room.w, room.h);
     g.fillStyle = colour("--ink");
     for (const [n, range] of ranges.entries()) {
-      const { values, power, label } = ticks(range[0], range[1], n ? 4 : Math.max(2, Math.floor(room.w / 80)));
+      const { values, power, label } = ticks(
+        range[0],
+        range[1],
+        n ? 4 : Math.max(2, Math.floor(room.w / 80)),
+      );
       for (const value of values) {
         const [x, y] = place(room, ranges, n ? [ranges[0][0], value] : [value, ranges[1][0]]);
         g.textAlign = n ? "right" : "center";
@@ -153,13 +191,19 @@
       }
       g.textAlign = "center";
       g.save();
-      g.translate(n ? room.x - 45 : room.x + room.w / 2, n ? room.y + room.h / 2 : room.y + room.h + 32);
+      g.translate(
+        n ? room.x - 45 : room.x + room.w / 2,
+        n ? room.y + room.h / 2 : room.y + room.h + 32,
+      );
       if (n) g.rotate(-Math.PI / 2);
       g.fillText(labels[n] + (power ? ` / 10${superscript(power)}` : ""), 0, 0);
       g.restore();
     }
   };
-  const superscript = (power) => String(power).replace("-", "⁻").replace(/\d/g, (d) => "⁰¹²³⁴⁵⁶⁷⁸⁹"[d]);
+  const superscript = (power) =>
+    String(power)
+      .replace("-", "⁻")
+      .replace(/\d/g, (d) => "⁰¹²³⁴⁵⁶⁷⁸⁹"[d]);
   const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
   const observables = [
     ...data.passages.map((name, depth) => ({
@@ -197,7 +241,10 @@
     const panels = element("div", { className: "panels", hidden: true });
     const portrait = element("canvas");
     const series = element("canvas");
-    for (const [panel, label] of [[portrait, "States of the orbit on the section"], [series, "Depth in each iterate"]]) {
+    for (const [panel, label] of [
+      [portrait, "States of the orbit on the section"],
+      [series, "Depth in each iterate"],
+    ]) {
       panel.setAttribute("role", "img");
       panel.setAttribute("aria-label", label);
     }
@@ -259,7 +306,17 @@
       const ratio = Math.min(2, devicePixelRatio || 1);
       const width = Math.max(280, canvas.clientWidth || 700);
       const height = Math.round(Math.min(460, Math.max(260, width * 0.6)));
-      return { ratio, width, height, plot: { x: margin.left, y: margin.top, w: width - margin.left - margin.right, h: height - margin.top - margin.bottom } };
+      return {
+        ratio,
+        width,
+        height,
+        plot: {
+          x: margin.left,
+          y: margin.top,
+          w: width - margin.left - margin.right,
+          h: height - margin.top - margin.bottom,
+        },
+      };
     };
     const columns = () => Math.min(1000, Math.round(size().plot.w));
 
@@ -278,19 +335,35 @@
           layers[heading] = new Map();
         }
         const [from, to] = view.x;
-        const common = { axis, parameters: base, columns: columns(), from, to, observe: { depth: observe.depth, coordinate: observe.coordinate }, transient: diagram.transient, keep: Math.min(diagram.keep, 400), more: Math.max(0, Math.ceil(1200 / Math.min(diagram.keep, 400)) - 1), start: diagram.start };
+        const common = {
+          axis,
+          parameters: base,
+          columns: columns(),
+          from,
+          to,
+          observe: { depth: observe.depth, coordinate: observe.coordinate },
+          transient: diagram.transient,
+          keep: Math.min(diagram.keep, 400),
+          more: Math.max(0, Math.ceil(1200 / Math.min(diagram.keep, 400)) - 1),
+          start: diagram.start,
+        };
         const [low, high] = [Math.min(...home.x), Math.max(...home.x)];
-        const sweeps = ["up", "down"].filter((heading) => show[heading]).map((heading) => ({ ...common, heading, anchor: heading === "up" ? low : high }));
+        const sweeps = ["up", "down"]
+          .filter((heading) => show[heading])
+          .map((heading) => ({ ...common, heading, anchor: heading === "up" ? low : high }));
         status = "computing …";
         worker.postMessage({ kind: "sweeps", number, sweeps });
         redraw();
       }, delay);
     }
 
-    const toX = (offset, plot) => plot.x + ((offset - view.x[0]) / (view.x[1] - view.x[0])) * plot.w;
-    const toY = (value, plot) => plot.y + plot.h - ((value - view.y[0]) / (view.y[1] - view.y[0])) * plot.h;
+    const toX = (offset, plot) =>
+      plot.x + ((offset - view.x[0]) / (view.x[1] - view.x[0])) * plot.w;
+    const toY = (value, plot) =>
+      plot.y + plot.h - ((value - view.y[0]) / (view.y[1] - view.y[0])) * plot.h;
     const fromX = (x, plot) => view.x[0] + ((x - plot.x) / plot.w) * (view.x[1] - view.x[0]);
-    const fromY = (y, plot) => view.y[0] + ((plot.y + plot.h - y) / plot.h) * (view.y[1] - view.y[0]);
+    const fromY = (y, plot) =>
+      view.y[0] + ((plot.y + plot.h - y) / plot.h) * (view.y[1] - view.y[0]);
 
     /** Density of the iterates, as an image of the plot. */
     function density(plot, ratio) {
@@ -330,22 +403,30 @@
         const tone = heading === "up" ? 1 : 2;
         const fresh = new Uint8Array(w);
         paint(layers[heading], tone, fresh);
-        const old = new Map([...stale[heading]].filter(([, column]) => {
-          const x = Math.round(((column.offset - view.x[0]) / span) * w);
-          return x < -w || x > 2 * w || !fresh[Math.min(w - 1, Math.max(0, x))];
-        }));
+        const old = new Map(
+          [...stale[heading]].filter(([, column]) => {
+            const x = Math.round(((column.offset - view.x[0]) / span) * w);
+            return x < -w || x > 2 * w || !fresh[Math.min(w - 1, Math.max(0, x))];
+          }),
+        );
         paint(old, tone, null);
       }
       const rgb = (name) => {
         const text = colour(name).replace("#", "");
         return [0, 2, 4].map((n) => parseInt(text.slice(n, n + 2), 16));
       };
-      const tones = { 1: rgb("--up"), 2: rgb("--down"), 3: rgb("--both"), 4: rgb("--outside"), 8: rgb("--reference") };
+      const tones = {
+        1: rgb("--up"),
+        2: rgb("--down"),
+        3: rgb("--both"),
+        4: rgb("--outside"),
+        8: rgb("--reference"),
+      };
       for (let place = 0; place < counts.length; place++) {
         const count = counts[place];
         if (!count) continue;
         const own = kind[place];
-        const [r, g, b] = tones[own & 3 || (own & 4) || 8];
+        const [r, g, b] = tones[own & 3 || own & 4 || 8];
         image.data.set([r, g, b, Math.min(255, 90 + 45 * Math.log2(1 + count))], 4 * place);
       }
       return image;
@@ -373,7 +454,9 @@
       const bound = parameter.width;
       if (bound !== null) {
         g.fillStyle = panel;
-        const [left, right] = [-bound, bound].map((x) => Math.min(plot.x + plot.w, Math.max(plot.x, toX(x, plot))));
+        const [left, right] = [-bound, bound].map((x) =>
+          Math.min(plot.x + plot.w, Math.max(plot.x, toX(x, plot))),
+        );
         g.fillRect(plot.x, plot.y, left - plot.x, plot.h);
         g.fillRect(right, plot.y, plot.x + plot.w - right, plot.h);
       }
@@ -409,9 +492,19 @@
         g.fillText(x.label(value), at, plot.y + plot.h + 17);
       }
       const power = (n) => (n ? ` / 10${superscript(n)}` : "");
-      g.fillText(`${parameter.symbol} − ${parameter.symbol}*${power(x.power)}`, plot.x + plot.w / 2, height - 6);
+      g.fillText(
+        `${parameter.symbol} − ${parameter.symbol}*${power(x.power)}`,
+        plot.x + plot.w / 2,
+        height - 6,
+      );
       g.fillStyle = soft;
-      const digits = Math.min(15, Math.max(3, Math.ceil(Math.log10(Math.abs(parameter.grazing || 1) / (view.x[1] - view.x[0]))) + 3));
+      const digits = Math.min(
+        15,
+        Math.max(
+          3,
+          Math.ceil(Math.log10(Math.abs(parameter.grazing || 1) / (view.x[1] - view.x[0]))) + 3,
+        ),
+      );
       const few = Math.max(1, Math.floor(plot.w / (9 * digits + 60)));
       for (let n = 0; n <= few; n++) {
         const offset = view.x[0] + ((view.x[1] - view.x[0]) * n) / few;
@@ -451,7 +544,12 @@
       if (marker !== null) line(marker, colour("--accent"), []);
       if (box) {
         g.strokeStyle = colour("--accent");
-        g.strokeRect(Math.min(box[0], box[2]), Math.min(box[1], box[3]), Math.abs(box[2] - box[0]), Math.abs(box[3] - box[1]));
+        g.strokeRect(
+          Math.min(box[0], box[2]),
+          Math.min(box[1], box[3]),
+          Math.abs(box[2] - box[0]),
+          Math.abs(box[3] - box[1]),
+        );
       }
       g.textAlign = "right";
       g.fillStyle = soft;
@@ -476,9 +574,16 @@
       const at = column ? column.offset : offset;
       const own = base.slice();
       own[axis] = at;
-      const request = { kind: "probe", parameters: own, state: column?.state ?? diagram.start, transient: column ? 300 : 3000 };
+      const request = {
+        kind: "probe",
+        parameters: own,
+        state: column?.state ?? diagram.start,
+        transient: column ? 300 : 3000,
+      };
       const answer = await ask(request, chosen);
-      const parts = [`${parameter.name} = ${shown(parameter.grazing + at, 10)} (offset ${shown(at)})`];
+      const parts = [
+        `${parameter.name} = ${shown(parameter.grazing + at, 10)} (offset ${shown(at)})`,
+      ];
       if (value !== undefined) parts.push(`${observe.text} ${shown(value)}`);
       if (answer.gone) {
         parts.push("the orbit of the map escapes");
@@ -524,20 +629,40 @@
       facts.replaceChildren();
       if (answer.gone) {
         facts.append(element("p", { textContent: "The orbit of the map escapes here." }));
-        for (const own of [portrait, series]) own.getContext("2d").clearRect(0, 0, own.width, own.height);
+        for (const own of [portrait, series])
+          own.getContext("2d").clearRect(0, 0, own.width, own.height);
         return;
       }
       const own = answer.multipliers.sort((a, b) => Math.hypot(...b) - Math.hypot(...a));
-      const multipliers = own.map(([re, im]) => (Math.abs(im) > 1e-9 * Math.hypot(re, im) ? `${number(re)} ${im < 0 ? "−" : "+"} ${number(Math.abs(im))} i` : number(re)));
-      const touched = answer.depths.slice(0, answer.period || 32).map((own) => (own.some((depth) => depth > 0) ? "1" : "0")).join("");
+      const multipliers = own.map(([re, im]) =>
+        Math.abs(im) > 1e-9 * Math.hypot(re, im)
+          ? `${number(re)} ${im < 0 ? "−" : "+"} ${number(Math.abs(im))} i`
+          : number(re),
+      );
+      const touched = answer.depths
+        .slice(0, answer.period || 32)
+        .map((own) => (own.some((depth) => depth > 0) ? "1" : "0"))
+        .join("");
       const rows = [
         ["Period", answer.period ? `${answer.period}` : "none up to 256"],
-        ["Contacts", `${touched.slice(0, 48)}${touched.length > 48 ? "…" : ""} (1: a return with contact)`],
+        [
+          "Contacts",
+          `${touched.slice(0, 48)}${touched.length > 48 ? "…" : ""} (1: a return with contact)`,
+        ],
         ["Multipliers", multipliers.join(", ") || "–"],
         ["Exponent", number(answer.exponent)],
         ["Window", answer.outside ? "outside: not to be trusted" : "inside"],
       ];
-      facts.append(element("dl", {}, ...rows.flatMap(([name, text]) => [element("dt", { textContent: name }), element("dd", { textContent: text })])));
+      facts.append(
+        element(
+          "dl",
+          {},
+          ...rows.flatMap(([name, text]) => [
+            element("dt", { textContent: name }),
+            element("dd", { textContent: text }),
+          ]),
+        ),
+      );
       const plot = (own, points, labels, lines) => {
         const ratio = Math.min(2, devicePixelRatio || 1);
         const [w, h] = [own.clientWidth || 300, 220];
@@ -570,9 +695,24 @@
       };
       const names = data.coordinates.map(({ name }) => name);
       const kept = answer.states.slice(0, answer.period ? Math.max(answer.period, 2) : undefined);
-      if (names.length > 1) plot(portrait, kept.map((state) => [state[0], state[1]]), [names[0], names[1]].map((name) => `${name} − ${name}*`));
-      else plot(portrait, answer.states.slice(1).map((state, n) => [answer.states[n][0], state[0]]), [`${names[0]}, one return`, "the next"]);
-      plot(series, answer.depths.slice(0, 60).map((own, n) => [n, -own[0]]), ["return", observables[0].text], true);
+      if (names.length > 1)
+        plot(
+          portrait,
+          kept.map((state) => [state[0], state[1]]),
+          [names[0], names[1]].map((name) => `${name} − ${name}*`),
+        );
+      else
+        plot(
+          portrait,
+          answer.states.slice(1).map((state, n) => [answer.states[n][0], state[0]]),
+          [`${names[0]}, one return`, "the next"],
+        );
+      plot(
+        series,
+        answer.depths.slice(0, 60).map((own, n) => [n, -own[0]]),
+        ["return", observables[0].text],
+        true,
+      );
     }
 
     // Zoom about a point, shift, choose.
@@ -590,7 +730,8 @@
     const about = (ends, middle, factor) => ends.map((end) => middle + (end - middle) * factor);
     function zoom(factor, point, onlyX) {
       const x = about(view.x, point?.[0] ?? marker ?? (view.x[0] + view.x[1]) / 2, factor);
-      const y = onlyX || !view.y ? null : about(view.y, point?.[1] ?? (view.y[0] + view.y[1]) / 2, factor);
+      const y =
+        onlyX || !view.y ? null : about(view.y, point?.[1] ?? (view.y[0] + view.y[1]) / 2, factor);
       look(x, y, 60);
     }
     function reset() {
@@ -609,7 +750,12 @@
       canvas.focus({ preventScroll: true });
       canvas.setPointerCapture(event.pointerId);
       const [x, y] = point(event);
-      grip = { x, y, view: { x: view.x.slice(), y: view.y && view.y.slice() }, pans: event.shiftKey };
+      grip = {
+        x,
+        y,
+        view: { x: view.x.slice(), y: view.y && view.y.slice() },
+        pans: event.shiftKey,
+      };
     });
     canvas.addEventListener("pointermove", (event) => {
       const { plot } = size();
@@ -621,7 +767,11 @@
       if (grip.pans) {
         const dx = ((grip.x - x) / plot.w) * (view.x[1] - view.x[0]);
         const dy = view.y ? ((y - grip.y) / plot.h) * (view.y[1] - view.y[0]) : 0;
-        look(grip.view.x.map((end) => end + dx), grip.view.y?.map((end) => end + dy), 60);
+        look(
+          grip.view.x.map((end) => end + dx),
+          grip.view.y?.map((end) => end + dy),
+          60,
+        );
       } else if (Math.hypot(x - grip.x, y - grip.y) > 5) {
         box = [grip.x, grip.y, x, y];
         redraw();
@@ -645,17 +795,30 @@
     });
     canvas.addEventListener("pointercancel", () => ((grip = box = null), redraw()));
     canvas.addEventListener("dblclick", reset);
-    canvas.addEventListener("wheel", (event) => {
-      // The page scrolls over a diagram that is not being worked with.
-      if (document.activeElement !== canvas && !event.ctrlKey) return;
-      event.preventDefault();
-      const { plot } = size();
-      const [x, y] = point(event);
-      zoom(Math.exp(Math.sign(event.deltaY) * 0.25), [fromX(x, plot), view.y ? fromY(y, plot) : 0], event.altKey);
-    }, { passive: false });
+    canvas.addEventListener(
+      "wheel",
+      (event) => {
+        // The page scrolls over a diagram that is not being worked with.
+        if (document.activeElement !== canvas && !event.ctrlKey) return;
+        event.preventDefault();
+        const { plot } = size();
+        const [x, y] = point(event);
+        zoom(
+          Math.exp(Math.sign(event.deltaY) * 0.25),
+          [fromX(x, plot), view.y ? fromY(y, plot) : 0],
+          event.altKey,
+        );
+      },
+      { passive: false },
+    );
     canvas.addEventListener("keydown", (event) => {
       const step = (view.x[1] - view.x[0]) / columns();
-      const shift = (share) => look(view.x.map((end) => end + share * (view.x[1] - view.x[0])), null, 60);
+      const shift = (share) =>
+        look(
+          view.x.map((end) => end + share * (view.x[1] - view.x[0])),
+          null,
+          60,
+        );
       const middle = marker ?? (view.x[0] + view.x[1]) / 2;
       const actions = {
         ArrowLeft: () => mark(Math.max(view.x[0], middle - step * (event.shiftKey ? 10 : 1))),
@@ -685,7 +848,11 @@
       controls.append(label);
     }
     if (observables.length > 1) {
-      const choice = element("select", {}, ...observables.map(({ text }) => element("option", { textContent: text })));
+      const choice = element(
+        "select",
+        {},
+        ...observables.map(({ text }) => element("option", { textContent: text })),
+      );
       choice.selectedIndex = observables.indexOf(observe);
       choice.setAttribute("aria-label", "What is drawn");
       choice.onchange = () => {
@@ -699,8 +866,15 @@
     }
     if (data.orders.length > 1) {
       const words = data.orders.map(([n, w], k) => `N ${n}, W ${w}${k ? "" : " (the map)"}`);
-      const choice = element("select", {}, ...words.map((text) => element("option", { textContent: text })));
-      choice.setAttribute("aria-label", "Orders of the map that is drawn; below it in a colour of its own the map itself");
+      const choice = element(
+        "select",
+        {},
+        ...words.map((text) => element("option", { textContent: text })),
+      );
+      choice.setAttribute(
+        "aria-label",
+        "Orders of the map that is drawn; below it in a colour of its own the map itself",
+      );
       choice.onchange = () => {
         chosen = choice.selectedIndex;
         // The map's own iterates stay beneath those of lower orders.
@@ -715,8 +889,14 @@
     const csv = () => {
       const rows = ["heading,offset,value,outside,observed"];
       for (const heading of ["up", "down"]) {
-        for (const column of show[heading] ? [...layers[heading].values()].sort((a, b) => a.offset - b.offset) : []) {
-          for (const chunk of column.chunks) for (const v of chunk) rows.push(`${heading},${column.offset},${parameter.grazing + column.offset},${Number(column.outside)},${v}`);
+        for (const column of show[heading]
+          ? [...layers[heading].values()].sort((a, b) => a.offset - b.offset)
+          : []) {
+          for (const chunk of column.chunks)
+            for (const v of chunk)
+              rows.push(
+                `${heading},${column.offset},${parameter.grazing + column.offset},${Number(column.outside)},${v}`,
+              );
         }
       }
       return rows.join("\n") + "\n";
@@ -726,8 +906,14 @@
       const [ns, name] = ["http://www.w3.org/2000/svg", `${data.scene}-${parameter.name}`];
       const svg = document.createElementNS(ns, "svg");
       const image = document.createElementNS(ns, "image");
-      for (const [key, value] of Object.entries({ width, height, viewBox: `0 0 ${width} ${height}` })) svg.setAttribute(key, value);
-      for (const [key, value] of Object.entries({ width, height, href: canvas.toDataURL() })) image.setAttribute(key, value);
+      for (const [key, value] of Object.entries({
+        width,
+        height,
+        viewBox: `0 0 ${width} ${height}`,
+      }))
+        svg.setAttribute(key, value);
+      for (const [key, value] of Object.entries({ width, height, href: canvas.toDataURL() }))
+        image.setAttribute(key, value);
       svg.append(image);
       save(`${name}.svg`, new XMLSerializer().serializeToString(svg), "image/svg+xml");
     };
@@ -736,8 +922,12 @@
       button("−", "Zoom out", () => zoom(1 / 0.6)),
       button("whole", "Show the whole diagram", reset),
       button("SVG", "Save what is seen as SVG", picture),
-      button("PNG", "Save what is seen as PNG", () => canvas.toBlob((blob) => save(`${data.scene}-${parameter.name}.png`, blob))),
-      button("CSV", "Save the iterates that are seen as CSV", () => save(`${data.scene}-${parameter.name}.csv`, csv(), "text/csv")),
+      button("PNG", "Save what is seen as PNG", () =>
+        canvas.toBlob((blob) => save(`${data.scene}-${parameter.name}.png`, blob)),
+      ),
+      button("CSV", "Save the iterates that are seen as CSV", () =>
+        save(`${data.scene}-${parameter.name}.csv`, csv(), "text/csv"),
+      ),
     );
     const sliders = element("div", { className: "sliders" });
     data.parameters.forEach((other, n) => {
@@ -749,7 +939,8 @@
         slider.value = Math.round((base[n] / reach) * 100);
         tell();
       };
-      const tell = () => (says.textContent = `${other.symbol} = ${shown(other.grazing + base[n], 8)} (offset ${shown(base[n], 3)})`);
+      const tell = () =>
+        (says.textContent = `${other.symbol} = ${shown(other.grazing + base[n], 8)} (offset ${shown(base[n], 3)})`);
       slider.oninput = () => {
         base = base.slice();
         base[n] = (slider.value / 100) * reach;
@@ -760,7 +951,11 @@
       tell();
       sliders.append(element("label", {}, `${other.name} `, slider, says));
     });
-    const hint = element("p", { className: "hint", textContent: "Drag a box to zoom, Shift and drag to move, click for the orbit at a value, wheel after a click, double click for the whole; keys: arrows, + − 0. By the map alone; grey: outside the measured window; a bar at the foot: the orbit escapes." });
+    const hint = element("p", {
+      className: "hint",
+      textContent:
+        "Drag a box to zoom, Shift and drag to move, click for the orbit at a value, wheel after a click, double click for the whole; keys: arrows, + − 0. By the map alone; grey: outside the measured window; a bar at the foot: the orbit escapes.",
+    });
     host.append(controls, canvas, readout, sliders, panels, hint);
     host.hidden = false;
 
@@ -771,18 +966,55 @@
       sweep();
       mark(parameters[axis]);
     };
-    const pane = { goTo, diagram, canvas, readout, mark, look, reset, layers: () => layers, first: 0, done: false };
+    const pane = {
+      goTo,
+      diagram,
+      canvas,
+      readout,
+      mark,
+      look,
+      reset,
+      layers: () => layers,
+      first: 0,
+      done: false,
+    };
     panes.push(pane);
     new ResizeObserver(() => redraw()).observe(canvas);
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redraw);
     return pane;
   }
 
-  const PERIODS = ["#88ccee", "#ddcc77", "#cc6677", "#117733", "#aa4499", "#999933", "#882255", "#44aa99", "#332288"];
+  const PERIODS = [
+    "#88ccee",
+    "#ddcc77",
+    "#cc6677",
+    "#117733",
+    "#aa4499",
+    "#999933",
+    "#882255",
+    "#44aa99",
+    "#332288",
+  ];
   const WITHOUT_CONTACT = -1;
   const OUTSIDE = -2;
-  const classWords = (kind) => kind === undefined ? "" : kind === WITHOUT_CONTACT ? "period 1 without contact" : kind === OUTSIDE ? "outside the measured window" : kind === 0 ? "no period" : `period ${kind}`;
-  const classColour = (kind) => kind === WITHOUT_CONTACT ? "#f7eec3" : kind === OUTSIDE ? "#b3b7bc" : kind === 0 ? "#1f2328" : PERIODS[Math.min(kind, 9) - 1];
+  const classWords = (kind) =>
+    kind === undefined
+      ? ""
+      : kind === WITHOUT_CONTACT
+        ? "period 1 without contact"
+        : kind === OUTSIDE
+          ? "outside the measured window"
+          : kind === 0
+            ? "no period"
+            : `period ${kind}`;
+  const classColour = (kind) =>
+    kind === WITHOUT_CONTACT
+      ? "#f7eec3"
+      : kind === OUTSIDE
+        ? "#b3b7bc"
+        : kind === 0
+          ? "#1f2328"
+          : PERIODS[Math.min(kind, 9) - 1];
 
   /** The live chart of one of the run's. */
   function chartPane(host, chart) {
@@ -792,7 +1024,10 @@
     const [columns, rows] = [160, 120];
     const canvas = element("canvas", { tabIndex: 0 });
     canvas.setAttribute("role", "img");
-    canvas.setAttribute("aria-label", `Periods of the map over ${across.name} and ${upwards.name}. Arrow keys move the marker, plus and minus zoom, 0 shows the whole.`);
+    canvas.setAttribute(
+      "aria-label",
+      `Periods of the map over ${across.name} and ${upwards.name}. Arrow keys move the marker, plus and minus zoom, 0 shows the whole.`,
+    );
     const readout = element("output", { className: "readout" });
     readout.setAttribute("aria-live", "polite");
     const legend = element("div", { className: "legend" });
@@ -822,7 +1057,8 @@
       for (const [column, row, every, kind] of message.found) {
         g.fillStyle = classColour(kind);
         g.fillRect(column, rows - row - every, every, every);
-        for (let n = 0; n < every * every; n++) cells.set((row + Math.floor(n / every)) * columns + column + (n % every), kind);
+        for (let n = 0; n < every * every; n++)
+          cells.set((row + Math.floor(n / every)) * columns + column + (n % every), kind);
       }
       redraw();
     });
@@ -833,20 +1069,48 @@
         pane.done = false;
         pane.number = number;
         cells = new Map();
-        layers = [...layers.slice(-1), { view: structuredClone(view), canvas: element("canvas", { width: columns, height: rows }) }];
+        layers = [
+          ...layers.slice(-1),
+          {
+            view: structuredClone(view),
+            canvas: element("canvas", { width: columns, height: rows }),
+          },
+        ];
         const parameters = data.parameters.map(() => 0);
-        worker.postMessage({ kind: "sweeps", number, sweeps: [{ axes: chart.axes, ...view, columns, rows, parameters, start: chart.start, transient: chart.transient, longest: chart.longest }] });
+        worker.postMessage({
+          kind: "sweeps",
+          number,
+          sweeps: [
+            {
+              axes: chart.axes,
+              ...view,
+              columns,
+              rows,
+              parameters,
+              start: chart.start,
+              transient: chart.transient,
+              longest: chart.longest,
+            },
+          ],
+        });
       }, delay);
     }
     function tellLegend() {
-      const kinds = [...new Set(cells.values())].sort((a, b) => (a < 1 ? 100 - a : a) - (b < 1 ? 100 - b : b));
-      const shownKinds = kinds.filter((kind) => kind < 9).map((kind) => [classColour(kind), classWords(kind)]);
-      if (kinds.some((kind) => kind >= 9)) shownKinds.push([PERIODS[8], `period 9 to ${chart.longest}`]);
-      legend.replaceChildren(...shownKinds.map(([tone, text]) => {
-        const patch = element("i");
-        patch.style.background = tone;
-        return element("span", {}, patch, text);
-      }));
+      const kinds = [...new Set(cells.values())].sort(
+        (a, b) => (a < 1 ? 100 - a : a) - (b < 1 ? 100 - b : b),
+      );
+      const shownKinds = kinds
+        .filter((kind) => kind < 9)
+        .map((kind) => [classColour(kind), classWords(kind)]);
+      if (kinds.some((kind) => kind >= 9))
+        shownKinds.push([PERIODS[8], `period 9 to ${chart.longest}`]);
+      legend.replaceChildren(
+        ...shownKinds.map(([tone, text]) => {
+          const patch = element("i");
+          patch.style.background = tone;
+          return element("span", {}, patch, text);
+        }),
+      );
     }
     let frame = 0;
     const redraw = () => {
@@ -885,37 +1149,62 @@
       }
       if (box) g.strokeRect(box[0], box[1], box[2] - box[0], box[3] - box[1]);
       g.restore();
-      drawAxes(g, plot, ranges, [across, upwards].map(({ symbol }) => `${symbol} − ${symbol}*`));
+      drawAxes(
+        g,
+        plot,
+        ranges,
+        [across, upwards].map(({ symbol }) => `${symbol} − ${symbol}*`),
+      );
     }
     const from = ([x, y]) => {
       const plot = inner();
-      return [view.x[0] + ((x - plot.x) / plot.w) * (view.x[1] - view.x[0]), view.y[0] + ((plot.y + plot.h - y) / plot.h) * (view.y[1] - view.y[0])];
+      return [
+        view.x[0] + ((x - plot.x) / plot.w) * (view.x[1] - view.x[0]),
+        view.y[0] + ((plot.y + plot.h - y) / plot.h) * (view.y[1] - view.y[0]),
+      ];
     };
     const kindAt = ([a, b]) => {
       const column = Math.floor(((a - view.x[0]) / (view.x[1] - view.x[0])) * columns);
       const row = Math.floor(((b - view.y[0]) / (view.y[1] - view.y[0])) * rows);
-      return column < 0 || column >= columns || row < 0 || row >= rows ? undefined : cells.get(row * columns + column);
+      return column < 0 || column >= columns || row < 0 || row >= rows
+        ? undefined
+        : cells.get(row * columns + column);
     };
     const say = (point) => {
-      const values = [across, upwards].map((own, n) => `${own.name} = ${shown(own.grazing + point[n], 8)} (offset ${shown(point[n], 4)})`);
+      const values = [across, upwards].map(
+        (own, n) =>
+          `${own.name} = ${shown(own.grazing + point[n], 8)} (offset ${shown(point[n], 4)})`,
+      );
       readout.textContent = [...values, classWords(kindAt(point))].filter(Boolean).join(" · ");
     };
     function mark(point) {
       marker = point;
       say(point);
       redraw();
-      const parameters = data.parameters.map(() => 0).with(chart.axes[0], point[0]).with(chart.axes[1], point[1]);
-      for (const pane of panes) if (pane.goTo && chart.axes.includes(pane.diagram.axis)) pane.goTo(parameters);
+      const parameters = data.parameters
+        .map(() => 0)
+        .with(chart.axes[0], point[0])
+        .with(chart.axes[1], point[1]);
+      for (const pane of panes)
+        if (pane.goTo && chart.axes.includes(pane.diagram.axis)) pane.goTo(parameters);
     }
     const look = (x, y, delay) => {
-      if (!(x[1] - x[0] > 1e-13 * (Math.abs(across.grazing) || 1e-3)) || !(y[1] - y[0] > 1e-13 * (Math.abs(upwards.grazing) || 1e-3))) return;
+      if (
+        !(x[1] - x[0] > 1e-13 * (Math.abs(across.grazing) || 1e-3)) ||
+        !(y[1] - y[0] > 1e-13 * (Math.abs(upwards.grazing) || 1e-3))
+      )
+        return;
       view = { x, y };
       redraw();
       compute(delay);
     };
     const zoom = (factor, point) => {
       const [a, b] = point ?? marker ?? [(view.x[0] + view.x[1]) / 2, (view.y[0] + view.y[1]) / 2];
-      look(view.x.map((end) => a + (end - a) * factor), view.y.map((end) => b + (end - b) * factor), 60);
+      look(
+        view.x.map((end) => a + (end - a) * factor),
+        view.y.map((end) => b + (end - b) * factor),
+        60,
+      );
     };
     const reset = () => look(home.x.slice(), home.y.slice(), 0);
     const point = (event) => {
@@ -946,35 +1235,80 @@
     });
     canvas.addEventListener("pointercancel", () => ((grip = box = null), redraw()));
     canvas.addEventListener("dblclick", reset);
-    canvas.addEventListener("wheel", (event) => {
-      if (document.activeElement !== canvas && !event.ctrlKey) return;
-      event.preventDefault();
-      zoom(Math.exp(Math.sign(event.deltaY) * 0.25), from(point(event)));
-    }, { passive: false });
+    canvas.addEventListener(
+      "wheel",
+      (event) => {
+        if (document.activeElement !== canvas && !event.ctrlKey) return;
+        event.preventDefault();
+        zoom(Math.exp(Math.sign(event.deltaY) * 0.25), from(point(event)));
+      },
+      { passive: false },
+    );
     canvas.addEventListener("keydown", (event) => {
-      const steps = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[event.key];
-      const actions = { "+": () => zoom(0.6), "=": () => zoom(0.6), "-": () => zoom(1 / 0.6), 0: reset, Home: reset };
+      const steps = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[
+        event.key
+      ];
+      const actions = {
+        "+": () => zoom(0.6),
+        "=": () => zoom(0.6),
+        "-": () => zoom(1 / 0.6),
+        0: reset,
+        Home: reset,
+      };
       const [a, b] = marker ?? [(view.x[0] + view.x[1]) / 2, (view.y[0] + view.y[1]) / 2];
-      const action = steps ? () => mark([a + (steps[0] * (view.x[1] - view.x[0])) / columns, b + (steps[1] * (view.y[1] - view.y[0])) / rows]) : actions[event.key];
+      const action = steps
+        ? () =>
+            mark([
+              a + (steps[0] * (view.x[1] - view.x[0])) / columns,
+              b + (steps[1] * (view.y[1] - view.y[0])) / rows,
+            ])
+        : actions[event.key];
       if (!action || event.ctrlKey || event.metaKey) return;
       event.preventDefault();
       action();
     });
     const name = `${data.scene}-${across.name}-${upwards.name}`;
     const csv = () => {
-      const lines = [...cells].sort(([a], [b]) => a - b).map(([cell, kind]) => {
-        const at = [view.x[0] + (((cell % columns) + 0.5) / columns) * (view.x[1] - view.x[0]), view.y[0] + ((Math.floor(cell / columns) + 0.5) / rows) * (view.y[1] - view.y[0])];
-        return [at[0], at[1], across.grazing + at[0], upwards.grazing + at[1], classWords(kind)].join(",");
-      });
-      return [`${across.name},${upwards.name},${across.name}_value,${upwards.name}_value,class`, ...lines].join("\n") + "\n";
+      const lines = [...cells]
+        .sort(([a], [b]) => a - b)
+        .map(([cell, kind]) => {
+          const at = [
+            view.x[0] + (((cell % columns) + 0.5) / columns) * (view.x[1] - view.x[0]),
+            view.y[0] + ((Math.floor(cell / columns) + 0.5) / rows) * (view.y[1] - view.y[0]),
+          ];
+          return [
+            at[0],
+            at[1],
+            across.grazing + at[0],
+            upwards.grazing + at[1],
+            classWords(kind),
+          ].join(",");
+        });
+      return (
+        [
+          `${across.name},${upwards.name},${across.name}_value,${upwards.name}_value,class`,
+          ...lines,
+        ].join("\n") + "\n"
+      );
     };
-    const controls = element("div", { className: "tools" },
+    const controls = element(
+      "div",
+      { className: "tools" },
       button("+", "Zoom in", () => zoom(0.6)),
       button("−", "Zoom out", () => zoom(1 / 0.6)),
       button("whole", "Show the whole chart", reset),
-      button("PNG", "Save what is seen as PNG", () => canvas.toBlob((blob) => save(`${name}.png`, blob))),
-      button("CSV", "Save the cells that are seen as CSV", () => save(`${name}.csv`, csv(), "text/csv")));
-    const hint = element("p", { className: "hint", textContent: "Drag a box to zoom, wheel after a click, double click for the whole; a click goes to these parameters in the diagrams above. By the map alone, each cell from the same start." });
+      button("PNG", "Save what is seen as PNG", () =>
+        canvas.toBlob((blob) => save(`${name}.png`, blob)),
+      ),
+      button("CSV", "Save the cells that are seen as CSV", () =>
+        save(`${name}.csv`, csv(), "text/csv"),
+      ),
+    );
+    const hint = element("p", {
+      className: "hint",
+      textContent:
+        "Drag a box to zoom, wheel after a click, double click for the whole; a click goes to these parameters in the diagrams above. By the map alone, each cell from the same start.",
+    });
     host.append(controls, canvas, readout, legend, hint);
     const pane = { chart, canvas, done: false, cells: () => cells };
     panes.push(pane);
@@ -988,12 +1322,15 @@
       const chart = data.charts[host.dataset.chart];
       if (!diagram && !chart) continue;
       // A diagram is computed when it comes into sight.
-      const observer = new IntersectionObserver((entries) => {
-        if (!entries.some((entry) => entry.isIntersecting)) return;
-        observer.disconnect();
-        if (diagram) diagramPane(host, diagram);
-        else chartPane(host, chart);
-      }, { rootMargin: "200px" });
+      const observer = new IntersectionObserver(
+        (entries) => {
+          if (!entries.some((entry) => entry.isIntersecting)) return;
+          observer.disconnect();
+          if (diagram) diagramPane(host, diagram);
+          else chartPane(host, chart);
+        },
+        { rootMargin: "200px" },
+      );
       host.hidden = false;
       observer.observe(host);
     }

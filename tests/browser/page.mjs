@@ -12,7 +12,8 @@ const { chromium } = createRequire(join(folder, "package.json"))("playwright-cor
 const SCENE = "cantilever_3_5_soft";
 const LARGEST_PAGE = 1.5e6;
 
-const run = (arguments_) => execFileSync(program, arguments_, { maxBuffer: 1 << 30, encoding: "utf8" });
+const run = (arguments_) =>
+  execFileSync(program, arguments_, { maxBuffer: 1 << 30, encoding: "utf8" });
 const out = join(folder, "out");
 mkdirSync(out, { recursive: true });
 run(["run", SCENE, "-q", "-o", out]);
@@ -28,7 +29,12 @@ const check = (words) => (checks.push(words), console.log(`ok: ${words}`));
 
 /** Opens a page without a network; what it says and asks for is collected. */
 async function open(path, options = {}) {
-  const context = await browser.newContext({ offline: true, acceptDownloads: true, viewport: { width: 1100, height: 900 }, ...options });
+  const context = await browser.newContext({
+    offline: true,
+    acceptDownloads: true,
+    viewport: { width: 1100, height: 900 },
+    ...options,
+  });
   const page = await context.newPage();
   const said = [];
   page.on("console", (message) => said.push(`${message.type()}: ${message.text()}`));
@@ -50,41 +56,97 @@ const live = async (page) => {
 };
 const view = (page) => page.evaluate(() => structuredClone(window.grazemap.panes[0].view));
 const readout = (page) => page.locator(".live .readout").first().textContent();
-const again = (page) => page.waitForFunction((n) => window.grazemap.panes[0].number > n && window.grazemap.panes[0].done, again.number, { timeout: 60_000 });
-const before = async (page) => (again.number = await page.evaluate(() => window.grazemap.panes[0].number));
+const again = (page) =>
+  page.waitForFunction(
+    (n) => window.grazemap.panes[0].number > n && window.grazemap.panes[0].done,
+    again.number,
+    { timeout: 60_000 },
+  );
+const before = async (page) =>
+  (again.number = await page.evaluate(() => window.grazemap.panes[0].number));
 
 {
   const began = Date.now();
   const { page, said, context } = await open(file);
   const opened = Date.now() - began;
   await live(page);
-  const times = await page.evaluate(() => ({ first: window.grazemap.panes[0].first, all: window.grazemap.panes[0].times }));
-  check(`opens from a file in ${opened} ms; first columns after ${times.first.toFixed(0)} ms, all after ${Object.values(times.all).map((t) => t.toFixed(0)).join(" + ")} ms`);
+  const times = await page.evaluate(() => ({
+    first: window.grazemap.panes[0].first,
+    all: window.grazemap.panes[0].times,
+  }));
+  check(
+    `opens from a file in ${opened} ms; first columns after ${times.first.toFixed(0)} ms, all after ${Object.values(
+      times.all,
+    )
+      .map((t) => t.toFixed(0))
+      .join(" + ")} ms`,
+  );
 
   // Iterates from states of the diagram, page against program.
   const starts = await page.evaluate(() => {
-    const columns = [...window.grazemap.panes[0].layers().up.values()].filter((column) => !column.outside && !column.gone);
-    const few = Array.from({ length: 10 }, (_, n) => columns[Math.floor((n * columns.length) / 10)]);
+    const columns = [...window.grazemap.panes[0].layers().up.values()].filter(
+      (column) => !column.outside && !column.gone,
+    );
+    const few = Array.from(
+      { length: 10 },
+      (_, n) => columns[Math.floor((n * columns.length) / 10)],
+    );
     return few.map(({ state, offset, chunks }) => ({ state, offset, last: chunks.at(-1).at(-1) }));
   });
   // The program's map as it is emitted in JavaScript, which the tests of the emission hold against the interpreter; and,
   // since `image` sums in another order, its images to rounding.
   const COUNT = 100_000;
-  run(["emit", SCENE, "--target", "javascript", "--set", "emit.shape=factored", "--no-measure", "-q", "-o", out]);
+  run([
+    "emit",
+    SCENE,
+    "--target",
+    "javascript",
+    "--set",
+    "emit.shape=factored",
+    "--no-measure",
+    "-q",
+    "-o",
+    out,
+  ]);
   const text = readFileSync(join(out, `map_${SCENE}.js`));
   const map = await import(`data:text/javascript;base64,${text.toString("base64")}`);
   const states = join(out, "starts.csv");
-  writeFileSync(states, "q,theta,Q\n" + starts.map(({ state, offset }) => [...state, offset].join(",")).join("\n") + "\n");
-  const table = run(["image", SCENE, "--states", states, "--using", "map", "--iterations", "1", "--csv", "-", "-q"]);
-  const rows = table.trim().split("\n").slice(1).map((line) => line.split(",").map(Number));
+  writeFileSync(
+    states,
+    "q,theta,Q\n" +
+      starts.map(({ state, offset }) => [...state, offset].join(",")).join("\n") +
+      "\n",
+  );
+  const table = run([
+    "image",
+    SCENE,
+    "--states",
+    states,
+    "--using",
+    "map",
+    "--iterations",
+    "1",
+    "--csv",
+    "-",
+    "-q",
+  ]);
+  const rows = table
+    .trim()
+    .split("\n")
+    .slice(1)
+    .map((line) => line.split(",").map(Number));
   for (const [n, { state, offset, last }] of starts.entries()) {
-    const found = await page.evaluate(async ([own, parameters, count]) => {
-      const values = await window.grazemap.iterate(own, parameters, count);
-      let text = "";
-      const bytes = new Uint8Array(values.buffer);
-      for (let at = 0; at < bytes.length; at += 32768) text += String.fromCharCode(...bytes.subarray(at, at + 32768));
-      return btoa(text);
-    }, [state, [offset, 0], COUNT]);
+    const found = await page.evaluate(
+      async ([own, parameters, count]) => {
+        const values = await window.grazemap.iterate(own, parameters, count);
+        let text = "";
+        const bytes = new Uint8Array(values.buffer);
+        for (let at = 0; at < bytes.length; at += 32768)
+          text += String.fromCharCode(...bytes.subarray(at, at + 32768));
+        return btoa(text);
+      },
+      [state, [offset, 0], COUNT],
+    );
     const values = new Float64Array(Uint8Array.from(Buffer.from(found, "base64")).buffer);
     assert.equal(values.length, 3 * COUNT);
     assert.ok(Object.is(-values[2], last), "what is drawn is −depth of the last state");
@@ -92,17 +154,25 @@ const before = async (page) => (again.number = await page.evaluate(() => window.
     let [from, image, depths] = [state, [], []];
     for (let k = 0; k < COUNT; k++) {
       map.stepFrozen(coefficients, from, image, depths);
-      const same = image[0] === values[3 * k] && image[1] === values[3 * k + 1] && depths[0] === values[3 * k + 2];
+      const same =
+        image[0] === values[3 * k] &&
+        image[1] === values[3 * k + 1] &&
+        depths[0] === values[3 * k + 2];
       assert.ok(same, `start ${n}, iterate ${k}`);
       [from, image] = [image, from];
     }
     const [, , q, theta, contacts] = rows[n];
-    assert.ok(Math.abs(q - values[0]) < 1e-17 && Math.abs(theta - values[1]) < 1e-17, `image of start ${n}`);
+    assert.ok(
+      Math.abs(q - values[0]) < 1e-17 && Math.abs(theta - values[1]) < 1e-17,
+      `image of start ${n}`,
+    );
     assert.equal(contacts, Number(values[2] > 0));
   }
   check(`${COUNT * starts.length} iterates have the bits of the program's map`);
   const rate = await page.evaluate(() => window.grazemap.panes[0].rate);
-  console.log(`    ${rate.toFixed(1)} million iterates a second in a sweep of the page, all that it does included`);
+  console.log(
+    `    ${rate.toFixed(1)} million iterates a second in a sweep of the page, all that it does included`,
+  );
 
   // What is painted are the iterates.
   const painted = await page.evaluate(() => {
@@ -115,14 +185,19 @@ const before = async (page) => (again.number = await page.evaluate(() => window.
     let [hits, all] = [0, 0];
     for (const { offset, chunks, gone } of layers().up.values()) {
       if (gone) continue;
-      const x = Math.round(plot.x + ((offset - view.x[0]) / (view.x[1] - view.x[0])) * plot.w - 0.5);
+      const x = Math.round(
+        plot.x + ((offset - view.x[0]) / (view.x[1] - view.x[0])) * plot.w - 0.5,
+      );
       for (const value of chunks[0].slice(0, 8)) {
-        const y = Math.round(plot.y + plot.h - ((value - view.y[0]) / (view.y[1] - view.y[0])) * plot.h - 0.5);
+        const y = Math.round(
+          plot.y + plot.h - ((value - view.y[0]) / (view.y[1] - view.y[0])) * plot.h - 0.5,
+        );
         let seen = false;
-        for (const dx of [-1, 0, 1]) for (const dy of [-1, 0, 1]) {
-          const at = 4 * ((y + dy) * canvas.width + x + dx);
-          seen ||= [0, 1, 2].some((n) => Math.abs(image[at + n] - paper[n]) > 12);
-        }
+        for (const dx of [-1, 0, 1])
+          for (const dy of [-1, 0, 1]) {
+            const at = 4 * ((y + dy) * canvas.width + x + dx);
+            seen ||= [0, 1, 2].some((n) => Math.abs(image[at + n] - paper[n]) > 12);
+          }
         hits += Number(seen);
         all += 1;
       }
@@ -137,13 +212,17 @@ const before = async (page) => (again.number = await page.evaluate(() => window.
   const box = await canvas.boundingBox();
   const at = (x, y) => [box.x + 64 + x * (box.width - 76), box.y + 34 + y * (box.height - 76)];
   await page.mouse.move(...at(0.5, 0.5));
-  await page.waitForFunction(() => document.querySelector(".live .readout").textContent.includes("period"));
+  await page.waitForFunction(() =>
+    document.querySelector(".live .readout").textContent.includes("period"),
+  );
   assert.match(await readout(page), /^Q = −0\.0555\d+ \(offset /);
   await page.mouse.click(...at(0.1, 0.5));
   await page.waitForFunction(() => window.grazemap.panes[0].marked?.period === 1);
   assert.match(await page.locator(".live .facts").first().textContent(), /Multipliers0\.69289/);
   await page.keyboard.press("ArrowRight");
-  await page.waitForFunction(() => document.querySelector(".live .readout").textContent.includes("exponent"));
+  await page.waitForFunction(() =>
+    document.querySelector(".live .readout").textContent.includes("exponent"),
+  );
   check("hover, click and arrow keys read parameter, state, period and multipliers");
 
   const whole = await view(page);
@@ -159,11 +238,23 @@ const before = async (page) => (again.number = await page.evaluate(() => window.
   const inside = await page.evaluate(() => {
     const { layers, view } = window.grazemap.panes[0];
     const columns = [...layers().up.values()];
-    return columns.length > 500 && columns.every(({ offset }) => offset >= view.x[0] && offset <= view.x[1]);
+    return (
+      columns.length > 500 &&
+      columns.every(({ offset }) => offset >= view.x[0] && offset <= view.x[1])
+    );
   });
   assert.ok(inside, "the columns are those of the view");
-  const zoomed = await page.evaluate(() => ({ first: window.grazemap.panes[0].first, all: window.grazemap.panes[0].times }));
-  check(`a box zooms: first columns after ${zoomed.first.toFixed(0)} ms, all after ${Object.values(zoomed.all).map((t) => t.toFixed(0)).join(" + ")} ms`);
+  const zoomed = await page.evaluate(() => ({
+    first: window.grazemap.panes[0].first,
+    all: window.grazemap.panes[0].times,
+  }));
+  check(
+    `a box zooms: first columns after ${zoomed.first.toFixed(0)} ms, all after ${Object.values(
+      zoomed.all,
+    )
+      .map((t) => t.toFixed(0))
+      .join(" + ")} ms`,
+  );
   await page.screenshot({ path: join(folder, "zoomed.png") });
   await before(page);
   await page.mouse.wheel(0, -100);
@@ -182,7 +273,8 @@ const before = async (page) => (again.number = await page.evaluate(() => window.
   await again(page);
   check("wheel, keys and buttons zoom");
 
-  const values = () => page.evaluate(() => [...window.grazemap.panes[0].layers().up.values()].at(-1).chunks[0][0]);
+  const values = () =>
+    page.evaluate(() => [...window.grazemap.panes[0].layers().up.values()].at(-1).chunks[0][0]);
   const still = await values();
   await before(page);
   await page.locator(".live .sliders input").first().fill("40");
@@ -197,11 +289,22 @@ const before = async (page) => (again.number = await page.evaluate(() => window.
   await again(page);
   assert.equal(await page.evaluate(() => window.grazemap.panes[0].layers().down.size), 0);
   await before(page);
-  const reference = await page.evaluate(() => [...window.grazemap.panes[0].layers().up.values()].slice(-50).flatMap(({ chunks }) => [...chunks[0]]));
+  const reference = await page.evaluate(() =>
+    [...window.grazemap.panes[0].layers().up.values()]
+      .slice(-50)
+      .flatMap(({ chunks }) => [...chunks[0]]),
+  );
   await page.getByLabel("Orders of the map").first().selectOption({ index: 3 });
   await again(page);
-  const lower = await page.evaluate(() => [...window.grazemap.panes[0].layers().up.values()].slice(-50).flatMap(({ chunks }) => [...chunks[0]]));
-  assert.ok(lower.length === reference.length && lower.some((value, n) => value !== reference[n]), "lower orders are another map");
+  const lower = await page.evaluate(() =>
+    [...window.grazemap.panes[0].layers().up.values()]
+      .slice(-50)
+      .flatMap(({ chunks }) => [...chunks[0]]),
+  );
+  assert.ok(
+    lower.length === reference.length && lower.some((value, n) => value !== reference[n]),
+    "lower orders are another map",
+  );
   await page.screenshot({ path: join(folder, "orders.png") });
   await before(page);
   await page.getByLabel("Orders of the map").first().selectOption({ index: 0 });
@@ -211,23 +314,44 @@ const before = async (page) => (again.number = await page.evaluate(() => window.
   // The chart: a click goes to its parameters in the diagrams; a box is computed anew.
   const chart = page.locator(".live[data-chart]").first();
   await chart.scrollIntoViewIfNeeded();
-  const number = await page.waitForFunction(() => window.grazemap.panes.findIndex(({ chart, done }) => chart && done) + 1, null, { timeout: 60_000 });
+  const number = await page.waitForFunction(
+    () => window.grazemap.panes.findIndex(({ chart, done }) => chart && done) + 1,
+    null,
+    { timeout: 60_000 },
+  );
   const pane = (await number.jsonValue()) - 1;
   const place = await chart.locator("canvas").boundingBox();
-  const onChart = (x, y) => [place.x + 60 + x * (place.width - 72), place.y + 12 + y * (place.height - 56)];
+  const onChart = (x, y) => [
+    place.x + 60 + x * (place.width - 72),
+    place.y + 12 + y * (place.height - 56),
+  ];
   await page.mouse.move(...onChart(0.3, 0.9));
-  await page.waitForFunction(() => document.querySelector(".live[data-chart] .readout").textContent.includes("without contact"));
+  await page.waitForFunction(() =>
+    document.querySelector(".live[data-chart] .readout").textContent.includes("without contact"),
+  );
   await before(page);
   await page.mouse.click(...onChart(0.75, 0.9));
   await again(page);
-  assert.match(await page.locator(".live .sliders output").first().textContent(), /offset 1\.[45]\de−4/);
-  const cells = await page.evaluate((n) => [...window.grazemap.panes[n].cells().values()].filter((kind) => kind === -1).length / window.grazemap.panes[n].cells().size, pane);
+  assert.match(
+    await page.locator(".live .sliders output").first().textContent(),
+    /offset 1\.[45]\de−4/,
+  );
+  const cells = await page.evaluate(
+    (n) =>
+      [...window.grazemap.panes[n].cells().values()].filter((kind) => kind === -1).length /
+      window.grazemap.panes[n].cells().size,
+    pane,
+  );
   assert.ok(cells > 0.3 && cells < 0.6, `${cells} of the chart is without contact`);
   await page.mouse.move(...onChart(0.4, 0.1));
   await page.mouse.down();
   await page.mouse.move(...onChart(0.6, 0.4), { steps: 4 });
   await page.mouse.up();
-  await page.waitForFunction((n) => window.grazemap.panes[n].number === 2 && window.grazemap.panes[n].done, pane, { timeout: 60_000 });
+  await page.waitForFunction(
+    (n) => window.grazemap.panes[n].number === 2 && window.grazemap.panes[n].done,
+    pane,
+    { timeout: 60_000 },
+  );
   const time = await page.evaluate((n) => window.grazemap.panes[n].time, pane);
   check(`the chart reads cells, moves the diagrams, zooms (19200 cells in ${time.toFixed(0)} ms)`);
 
@@ -244,13 +368,23 @@ const before = async (page) => (again.number = await page.evaluate(() => window.
         continue;
       }
       const [name, bytes] = await saved(button);
-      assert.ok(name.endsWith(kind.toLowerCase()) && begins.test(bytes.toString("latin1")), `${place} ${name}`);
+      assert.ok(
+        name.endsWith(kind.toLowerCase()) && begins.test(bytes.toString("latin1")),
+        `${place} ${name}`,
+      );
     }
   }
   check("diagrams, figures and tables are saved as SVG, PNG and CSV");
   await page.locator(".command button").first().click();
-  await page.waitForFunction(() => document.querySelector(".command button").textContent === "copied");
-  const unnamed = await page.evaluate(() => [...document.querySelectorAll("button, input, select, canvas")].filter((own) => !(own.getAttribute("aria-label") || own.closest("label") || own.textContent)).length);
+  await page.waitForFunction(
+    () => document.querySelector(".command button").textContent === "copied",
+  );
+  const unnamed = await page.evaluate(
+    () =>
+      [...document.querySelectorAll("button, input, select, canvas")].filter(
+        (own) => !(own.getAttribute("aria-label") || own.closest("label") || own.textContent),
+      ).length,
+  );
   assert.equal(unnamed, 0, "every control has a name");
   assert.deepEqual(said, [], "nothing is said, nothing asked for");
   check("no message in the console, no request");
@@ -268,10 +402,18 @@ const before = async (page) => (again.number = await page.evaluate(() => window.
   check("whole without a script");
 }
 for (const colorScheme of ["light", "dark"]) {
-  const { page, said, context } = await open(file, { viewport: { width: 420, height: 800 }, colorScheme });
+  const { page, said, context } = await open(file, {
+    viewport: { width: 420, height: 800 },
+    colorScheme,
+  });
   await live(page);
-  assert.ok((await page.evaluate(() => document.documentElement.scrollWidth)) <= 420, "nothing is wider than the page");
-  const corner = await page.evaluate(() => [...document.querySelector(".live canvas").getContext("2d").getImageData(2, 2, 1, 1).data]);
+  assert.ok(
+    (await page.evaluate(() => document.documentElement.scrollWidth)) <= 420,
+    "nothing is wider than the page",
+  );
+  const corner = await page.evaluate(() => [
+    ...document.querySelector(".live canvas").getContext("2d").getImageData(2, 2, 1, 1).data,
+  ]);
   assert.ok(colorScheme === "dark" ? corner[0] < 60 : corner[0] > 200, `${corner}`);
   assert.deepEqual(said, []);
   await page.screenshot({ path: join(folder, `narrow-${colorScheme}.png`) });
@@ -282,7 +424,12 @@ check("420 pixels wide, light and dark");
 // Names that would be markup or code.
 {
   const evil = "</script><script>alert(1)</script><img src=x onerror=alert(2)>&`${alert(3)}";
-  const quick = ["expansion.smooth_order=2", "expansion.contact_weight=3", "diagram.0.points=30", "diagram.0.transient=50"];
+  const quick = [
+    "expansion.smooth_order=2",
+    "expansion.contact_weight=3",
+    "diagram.0.points=30",
+    "diagram.0.transient=50",
+  ];
   const scene = readFileSync(process.env.GRAZEMAP_SCENES + "/linear.toml", "utf8")
     .replace(/^name *= *"[^"]*"/m, `name = ${JSON.stringify(evil)}`)
     .replace(/^source *= *"[^"]*"/m, `source = ${JSON.stringify(evil)}`);
