@@ -1,7 +1,6 @@
 //! Maps emitted in JavaScript, WebAssembly, Python, Julia and MATLAB are run by their interpreters
 //! and equal the map in process to the last bit. A language whose interpreter is not on the machine
-//! is left out,
-//! which the test says.
+//! is left out, which the test says.
 
 use std::fs;
 use std::path::{Path, PathBuf};
