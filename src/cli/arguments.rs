@@ -30,6 +30,8 @@ pub(super) struct Arguments {
 pub(super) enum Command {
     /// Everything the scene asks for, with a report page, into ./out
     Run(SceneOptions),
+    /// The same, and the page opened in a browser
+    View(SceneOptions),
     /// A scene from the catalogue to start from
     New(NewOptions),
     /// Parse and check a scene, no computing
@@ -71,6 +73,7 @@ impl Arguments {
         Some(match self.command.as_ref() {
             None => ("run", &self.common, false),
             Some(Command::Run(options)) => ("run", &options.common, false),
+            Some(Command::View(options)) => ("view", &options.common, false),
             Some(Command::New(_) | Command::Gallery(_)) => return None,
             Some(Command::Check(options)) => ("check", &options.common, false),
             Some(Command::Locate(options)) => ("locate", &options.scene.common, false),
@@ -247,6 +250,8 @@ pub(super) enum TargetArgument {
     Julia,
     /// A function file of MATLAB and Octave
     Matlab,
+    /// A module of WebAssembly
+    Wasm,
 }
 
 impl From<TargetArgument> for Target {
@@ -259,6 +264,7 @@ impl From<TargetArgument> for Target {
             TargetArgument::Python => Self::Python,
             TargetArgument::Julia => Self::Julia,
             TargetArgument::Matlab => Self::Matlab,
+            TargetArgument::Wasm => Self::Wasm,
         }
     }
 }

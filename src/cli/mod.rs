@@ -22,7 +22,7 @@ use clap::Parser;
 use arguments::{Arguments, Command};
 use commands::{
     basin, branch, converge, emit, expand, grazes, image, loci, orbits, run, scenes, sweeps,
-    trajectory,
+    trajectory, view,
 };
 use output::CliError;
 use resume::catch_interruptions;
@@ -88,6 +88,7 @@ fn execute(command: Command) -> Result<(), CliError> {
         Command::Trajectory(options) => trajectory::run(&options),
         Command::Emit(options) => emit::run(&options),
         Command::Run(options) => run::run(&options),
+        Command::View(options) => view::run(&options),
         // A gallery in a gallery has nothing to add.
         Command::Gallery(_) => Ok(()),
     }

@@ -310,7 +310,7 @@ pub(super) fn map(target: Target, layout: &MapLayout) -> Result<String, Emission
         Target::C | Target::Cuda => {
             render("map.c.tera", include_str!("../../templates/map.c.tera"), context)
         }
-        Target::JavaScript => {
+        Target::JavaScript | Target::Wasm => {
             render("map.js.tera", include_str!("../../templates/map.js.tera"), context)
         }
         Target::Python => {

@@ -20,6 +20,8 @@ pub enum Target {
     Julia,
     /// A function of MATLAB and Octave that gives the map's functions.
     Matlab,
+    /// A module of WebAssembly, in bytes.
+    Wasm,
 }
 
 impl Target {
@@ -44,12 +46,13 @@ impl Target {
             Self::Python => "python",
             Self::Julia => "julia",
             Self::Matlab => "matlab",
+            Self::Wasm => "wasm",
         }
     }
 
     /// Whether the language has numbers in double precision alone.
     pub fn is_double_only(self) -> bool {
-        matches!(self, Self::JavaScript | Self::Python | Self::Julia | Self::Matlab)
+        matches!(self, Self::JavaScript | Self::Python | Self::Julia | Self::Matlab | Self::Wasm)
     }
 
     /// The folder of an emission, from the folder that its module lies in.
@@ -77,6 +80,7 @@ impl Target {
             Self::Python => vec![format!("map_{identifier}.py")],
             Self::Julia => vec![format!("map_{identifier}.jl")],
             Self::Matlab => vec![format!("map_{identifier}.m")],
+            Self::Wasm => vec![format!("map_{identifier}.wasm")],
         }
     }
 }

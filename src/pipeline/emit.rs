@@ -78,6 +78,17 @@ impl Map {
         self.in_shape(&options)
     }
 
+    /// The map as a module of WebAssembly that computes what [`discrete`](Self::discrete) does, to
+    /// the last bit: factored, in double precision, with every monomial.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Emission`] for a map that cannot be emitted.
+    pub fn web_module(&self) -> Result<Vec<u8>, Error> {
+        let options = EmitOptions { target: Target::Wasm, ..EmitOptions::default() };
+        Ok(emitted_module(self.local(), None, &options)?.content)
+    }
+
     /// The shape chosen with the orders, the one a scene names, or the one with fewer operations.
     fn emitted_shape(&self, options: &EmitOptions) -> Result<EmittedShape, Error> {
         match self.scene().emit.shape {

@@ -34,6 +34,10 @@ pub trait RunWatch {
     fn progress(&self, _heading: &'static str, _number: u64) -> Box<dyn Progress + '_> {
         Box::new(NoProgress)
     }
+    /// The scene and what is set of it, as words of a command; `None` for the scene alone.
+    fn subject(&self) -> Option<String> {
+        None
+    }
     /// The command that emits the crate again, for its header.
     fn emission(&self, _folder: &Path) -> Option<String> {
         None
@@ -177,6 +181,9 @@ pub fn run(source: Source, folder: PathBuf, watch: &dyn RunWatch) -> Result<Stri
         orbit: &OrbitListing::new(&scene, &orbit),
         graze: &GrazeStudy { theory, measured },
         pictures: &time_series_figures(&scene, &orbit, &series),
+        local: map.local(),
+        module: &map.web_module()?,
+        subject: &watch.subject().unwrap_or_else(|| scene.identifier.clone()),
         map: map.listing()?,
         emitted: CrateSummary {
             step: module.step_operations.multiply_adds,

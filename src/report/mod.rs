@@ -14,12 +14,14 @@ mod convergence_page;
 mod curve_figure;
 mod curve_listing;
 mod diagram_figure;
+mod equations;
 mod error;
 mod files;
 mod fit_listing;
 mod image_listing;
 mod journal;
 mod json;
+mod live;
 mod loci_listing;
 mod map_listing;
 mod margin_listing;
@@ -65,6 +67,7 @@ pub use fit_listing::{
 pub use image_listing::{ImageListing, image_outside_words, image_rows};
 pub use journal::Journal;
 pub use json::{Document, DocumentKind, Named, to_json, write_json};
+pub use live::LiveMap;
 pub use loci_listing::{LociListing, LocusPointRecord, LocusRecord, TangencyRecord, loci_searched};
 pub use map_listing::{
     ChosenCoefficients, DepthListing, ExpansionParts, LeadingTerm, MapListing, PassageParts,
@@ -77,7 +80,7 @@ pub use orbit_listing::{ConditionsListing, OrbitListing, PassageListing};
 pub use orbits_listing::{
     BifurcationsRecord, ContactRecord, LostRecord, OrbitRecord, OrbitsListing, orbits_searched,
 };
-pub use page::{Page, PageFigure, Picture, Provenance, Section};
+pub use page::{LivePane, Page, PageFigure, Picture, Provenance, Section};
 pub use pictures::pictures;
 pub use run_page::{CrateSummary, RunPage, StageTime, run_page};
 pub use section_document::{SectionCost, SectionDecision, SectionDocument};

@@ -1,5 +1,6 @@
-//! Maps emitted in JavaScript, Python, Julia and MATLAB are run by their interpreters and equal the
-//! map in process to the last bit. A language whose interpreter is not on the machine is left out,
+//! Maps emitted in JavaScript, WebAssembly, Python, Julia and MATLAB are run by their interpreters
+//! and equal the map in process to the last bit. A language whose interpreter is not on the machine
+//! is left out,
 //! which the test says.
 
 use std::fs;
@@ -27,7 +28,7 @@ struct Interpreter {
     program: &'static str,
 }
 
-const INTERPRETERS: [Interpreter; 4] = [
+const INTERPRETERS: [Interpreter; 5] = [
     Interpreter {
         target: Target::JavaScript,
         commands: &[&["node"]],
@@ -49,6 +50,80 @@ for (const line of readFileSync('points.txt', 'utf8').trim().split('\\n')) {
   if (String([again, deep]) !== String([image, depths])) throw new Error('derivatives');
   const inside = Number(map.inside(state, parameters));
   console.log([...image, ...depths, ...jacobian, ...by, inside].join(' '));
+}
+",
+    },
+    Interpreter {
+        target: Target::Wasm,
+        commands: &[&["node"]],
+        probe: "",
+        file: "program.mjs",
+        program: "
+import { readFileSync } from 'node:fs';
+const module = new WebAssembly.Module(readFileSync('map_m.wasm'));
+const [section] = WebAssembly.Module.customSections(module, 'grazemap');
+const said = JSON.parse(new TextDecoder().decode(section));
+const map = new WebAssembly.Instance(module).exports;
+const names = ['DIMENSION', 'PARAMETERS', 'PASSAGES', 'COEFFICIENTS', 'LANES'];
+const [D, P, S, C, LANES] = names.map((name) => map[name].value);
+const ITERATES = 5;
+map.memory.grow(2);
+const memory = new Float64Array(map.memory.buffer);
+let free = map.FREE_MEMORY.value;
+const take = (count) => (free += 8 * count) - 8 * count;
+const array = (at, count) => [...memory.subarray(at / 8, at / 8 + count)];
+const [p, c, x, image, depths, jacobian] = [P, C, D, D, S, D * D].map(take);
+const [ps, cs, xs, images, deep, extents] = [P, C, D, D, S, D + S].map((n) => take(n * LANES));
+const record = LANES * (D + S);
+const records = take(record * ITERATES);
+const same = (a, b, what) => {
+  if (!a.every((value, n) => Object.is(value + 0, b[n] + 0))) throw new Error(what);
+};
+const point = (state, parameters) => {
+  memory.set(parameters, p / 8);
+  memory.set(state, x / 8);
+  map.freeze(p, c);
+  return map.step(c, x, image, depths);
+};
+const lines = readFileSync('points.txt', 'utf8').trim().split('\\n');
+const rows = lines.map((line) => line.split(' ').map(Number));
+const within = (values, widths) => values.every((v, n) => Math.abs(v) <= widths[n]);
+for (let first = 0; first < rows.length; first++) {
+  const [state, parameters] = [rows[first].slice(0, D), rows[first].slice(D)];
+  const made = point(state, parameters);
+  const one = [...array(image, D), ...array(depths, S)];
+  if (made !== array(depths, S).filter((depth) => depth > 0).length) throw new Error('contacts');
+  map.step_jacobian(c, x, image, depths, jacobian);
+  same([...array(image, D), ...array(depths, S)], one, 'jacobian');
+  const inside = within(state, said.window_state) && within(parameters, said.window_parameters);
+  console.log([...one, ...array(jacobian, D * D), Number(inside)].join(' '));
+  // The same points in lanes, and their iterates.
+  const lane = (l) => rows[(first + l) % rows.length];
+  for (let l = 0; l < LANES; l++) {
+    for (let n = 0; n < D; n++) memory[xs / 8 + n * LANES + l] = lane(l)[n];
+    for (let n = 0; n < P; n++) memory[ps / 8 + n * LANES + l] = lane(l)[D + n];
+  }
+  memory.fill(0, extents / 8, extents / 8 + record);
+  map.freeze_lanes(ps, cs);
+  map.step_lanes(cs, xs, images, deep);
+  const lanes = [...array(images, D * LANES), ...array(deep, S * LANES)];
+  map.iterate_lanes(cs, xs, extents, records, ITERATES, 8 * record);
+  same(array(records, record), lanes, 'the first iterate');
+  same(array(xs, D * LANES), array(records + 8 * record * (ITERATES - 1), D * LANES), 'the last');
+  for (let l = 0; l < LANES; l++) {
+    let at = lane(l).slice(0, D);
+    const largest = new Array(D + S).fill(0);
+    for (let iterate = 0; iterate < ITERATES; iterate++) {
+      point(at, lane(l).slice(D));
+      const found = [...array(image, D), ...array(depths, S)];
+      const here = array(records + 8 * record * iterate, record).filter((_, n) => n % LANES === l);
+      same(found, here, 'iterates');
+      const reached = [...at.map(Math.abs), ...array(depths, S)];
+      reached.forEach((value, n) => (largest[n] = Math.max(largest[n], value)));
+      at = array(image, D);
+    }
+    same(largest, array(extents, record).filter((_, n) => n % LANES === l), 'extents');
+  }
 }
 ",
     },

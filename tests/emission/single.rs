@@ -139,9 +139,10 @@ fn single_maps_in_c_give_the_bits_of_the_interpreted_ones() {
     for (map, module) in maps(Target::Cuda) {
         let name = &module.identifier;
         let files = EmittedCrate::standalone(&module).expect("one file").files;
-        for (path, text) in &files {
+        for (path, content) in &files {
+            let text = String::from_utf8_lossy(content);
             assert!(!text.contains("double") && text.contains("float"));
-            fs::write(folder.path().join(path), text).expect("the test can be set up");
+            fs::write(folder.path().join(path), content).expect("the test can be set up");
         }
         let program = PROGRAM
             .replace("POINTS", &rows.join(",\n"))

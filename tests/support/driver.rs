@@ -73,7 +73,7 @@ fn precision(modules: &[&EmittedModule]) -> FloatFormat {
 pub(crate) fn run(modules: &[&EmittedModule], queries: &[String]) -> Vec<Vec<f64>> {
     let folder = tempfile::tempdir().expect("the test can be set up");
     for module in modules {
-        fs::write(folder.path().join(format!("{}.rs", module.identifier)), &module.text)
+        fs::write(folder.path().join(format!("{}.rs", module.identifier)), &module.content)
             .expect("the test can be set up");
     }
     fs::write(folder.path().join("main.rs"), driver(modules)).expect("the test can be set up");

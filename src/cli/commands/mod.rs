@@ -14,6 +14,7 @@ pub(super) mod run;
 pub(super) mod scenes;
 pub(super) mod sweeps;
 pub(super) mod trajectory;
+pub(super) mod view;
 
 use std::num::NonZero;
 

@@ -11,7 +11,7 @@ use crate::cli::output::{Bar, CliError, Results, note};
 use crate::cli::resume::Resumable;
 use grazemap::Map;
 use grazemap::analysis::Progress;
-use grazemap::emission::Target;
+use grazemap::emission::{Target, shell_word};
 use grazemap::pipeline::{RunWatch, Settled, run as run_in};
 use grazemap::report::StageTime;
 
@@ -38,6 +38,12 @@ pub(in crate::cli) fn run(options: &SceneOptions) -> Result<(), CliError> {
     let (scene, page) = (options.scene.display(), folder.join("report.html"));
     let text = format!("{scene}: done; open {}\n", page.display());
     Results { text, json: timings, ..Results::default() }.deliver("run", &outlets)
+}
+
+/// The page of a run with these options.
+pub(super) fn page_of(common: &Common) -> PathBuf {
+    let folder = common.outlets.output.as_deref();
+    folder.unwrap_or(Path::new(FOLDER)).join("report.html")
 }
 
 /// Says what happens in a run on standard error, and keeps its pieces.
@@ -76,6 +82,13 @@ impl RunWatch for Watch<'_> {
     fn progress(&self, heading: &'static str, number: u64) -> Box<dyn Progress + '_> {
         let journal = self.resumable.borrow().as_ref().and_then(Resumable::journal);
         Box::new(Bar::new(heading, self.quiet()).resuming(number, journal))
+    }
+
+    fn subject(&self) -> Option<String> {
+        let scene = shell_word(self.options.scene.as_os_str().as_encoded_bytes());
+        let set = self.options.common.set.iter();
+        let set = set.map(|(name, value)| shell_word(format!("{name}={value}").as_bytes()));
+        Some(set.fold(scene, |words, own| words + " --set " + &own))
     }
 
     fn emission(&self, folder: &Path) -> Option<String> {
