@@ -80,19 +80,22 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
             fs::write(folder.path().join(SCENE), &scene)?;
             let before = processor_time()?;
             let signal = ["-KILL", "-INT"][trial % 2];
-            kill(&program, call, folder.path(), seconds * random.next(), signal)?;
+            let killed = kill(&program, call, folder.path(), seconds * random.next(), signal)?;
             run(&program, call, folder.path())?;
-            twice.push((processor_time()? - before) / busy - 1.0);
+            if killed {
+                twice.push((processor_time()? - before) / busy - 1.0);
+            }
             let found = comparable(folder.path())?;
             if found != expected {
                 wrong += 1;
                 eprintln!("{name}, trial {trial}: {:?}", differences(&found, &expected));
             }
         }
-        let mean = twice.iter().sum::<f64>() / trials as f64;
+        let mean = twice.iter().sum::<f64>() / twice.len() as f64;
         let most = twice.iter().copied().fold(0.0, f64::max);
         println!(
-            "| {name} | {busy:.2} | {trials} | {wrong} | {:.1} % | {:.1} % |",
+            "| {name} | {busy:.2} | {} | {wrong} | {:.1} % | {:.1} % |",
+            twice.len(),
             100.0 * mean,
             100.0 * most
         );
@@ -118,23 +121,24 @@ fn run(program: &Path, call: &[String], folder: &Path) -> Result<(), Box<dyn Err
     Ok(())
 }
 
-/// Runs a command and kills it after some seconds, unless it has ended.
+/// Runs a command and kills it after some seconds; `false` where it has ended by then.
 fn kill(
     program: &Path,
     call: &[String],
     folder: &Path,
     seconds: f64,
     signal: &str,
-) -> Result<(), Box<dyn Error>> {
+) -> Result<bool, Box<dyn Error>> {
     let mut command = Command::new(program);
     let command = command.args(call).current_dir(folder).stdout(Stdio::null());
     let mut child = command.stderr(Stdio::null()).spawn()?;
     sleep(Duration::from_secs_f64(seconds));
-    if child.try_wait()?.is_none() {
+    let runs = child.try_wait()?.is_none();
+    if runs {
         Command::new("kill").args([signal, &child.id().to_string()]).status()?;
     }
     child.wait()?;
-    Ok(())
+    Ok(runs)
 }
 
 /// Every file that a command wrote but those that hold measured times.
