@@ -50,7 +50,7 @@ pub enum AnalysisError {
     /// Manifolds are curves on sections of two coordinates alone.
     #[error(
         "stable and unstable manifolds of saddles are curves on a section of two coordinates; this \
-         one has {dimension}; ask for the basin without manifolds"
+         one has {dimension}; ask for a basin without manifolds, for loci without crises"
     )]
     NotPlanar {
         /// Coordinates of the section.

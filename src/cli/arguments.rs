@@ -532,7 +532,7 @@ pub(super) struct LociArguments {
     pub(super) plane: Vec<String>,
     #[command(flatten)]
     pub(super) stretch: Stretch,
-    /// Which loci. Default: all
+    /// Which loci. Default: all but crises
     #[arg(long, value_name = "KIND,...", value_enum, value_delimiter = ',')]
     pub(super) kind: Vec<LocusKindOption>,
     #[command(flatten)]
@@ -550,6 +550,8 @@ pub(super) enum LocusKindOption {
     Flip,
     /// Neimark-Sacker points
     Torus,
+    /// An attractor touches the stable manifold of a saddle
+    Crisis,
 }
 
 impl From<LocusKindOption> for LocusKind {
@@ -559,6 +561,7 @@ impl From<LocusKindOption> for LocusKind {
             LocusKindOption::Fold => Self::Fold,
             LocusKindOption::Flip => Self::Flip,
             LocusKindOption::Torus => Self::Torus,
+            LocusKindOption::Crisis => Self::Crisis,
         }
     }
 }

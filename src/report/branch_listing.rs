@@ -314,9 +314,6 @@ impl BranchListing {
     fn figure(&self, axis: Axis, under: Vec<[f64; 2]>, value: Values<'_>) -> Figure {
         let letter = symbol(&self.along);
         let mut figure = Figure::new(Axis::linear(format!("{letter} − {letter}*")), axis);
-        if !under.is_empty() {
-            figure.series.push(Series::dots("iterates", under).in_grey());
-        }
         let mut named: Vec<&str> = Vec::new();
         for number in 0..self.branches.len() {
             let itinerary = self.branches[number].itinerary.as_str();
@@ -327,6 +324,10 @@ impl BranchListing {
                 named.push(itinerary);
             }
             self.draw(&mut figure, number, value, (name, color));
+        }
+        let under = beside(under, &figure.series);
+        if !under.is_empty() {
+            figure.series.insert(0, Series::dots("iterates", under).in_grey());
         }
         let points = figure.series.iter().flat_map(|series| series.points.iter().copied());
         join_labels(&mut figure.annotations, points);
@@ -369,6 +370,21 @@ impl BranchListing {
             figure.annotations.push(Annotation { at, text, marker: Some(marker) });
         }
     }
+}
+
+/// The iterates no farther from the branches than these are high: an attractor far away would leave
+/// no room to see them.
+fn beside(mut iterates: Vec<[f64; 2]>, branches: &[Series]) -> Vec<[f64; 2]> {
+    let values = branches.iter().flat_map(|series| &series.points).map(|point| point[1]);
+    let values = values.filter(|value| value.is_finite());
+    let (least, most) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), value| {
+        (least.min(value), most.max(value))
+    });
+    let height = most - least;
+    if height > 0.0 {
+        iterates.retain(|[_, value]| (least - height..=most + height).contains(value));
+    }
+    iterates
 }
 
 /// Labels nearer than this share of the picture's extent are one.
@@ -432,6 +448,16 @@ fn line(points: &[PointRecord], stable: bool, at: impl Fn(usize) -> [f64; 2]) ->
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn iterates_far_from_the_branches_are_not_drawn() {
+        let branch = Series::line("1", Stroke::Solid, vec![[0.0, 1.0], [1.0, 3.0], [f64::NAN; 2]]);
+        let iterates = vec![[0.0, -0.9], [0.5, 2.0], [0.5, 5.1], [1.0, 4.9]];
+        let kept = beside(iterates.clone(), &[branch]);
+        assert_eq!(kept, [[0.0, -0.9], [0.5, 2.0], [1.0, 4.9]]);
+        let level = Series::line("0", Stroke::Solid, vec![[0.0, 1.0], [1.0, 1.0]]);
+        assert_eq!(beside(iterates.clone(), &[level]), iterates);
+    }
 
     #[test]
     fn labels_at_one_point_are_one_and_others_stay() {

@@ -45,6 +45,9 @@ pub struct LocusRecord {
     /// The return and the passage that graze, from 0.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub grazing: Option<[usize; 2]>,
+    /// Of a crisis, the contacts from the saddle back to it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub excursion: Option<String>,
     /// Its points, in order along it.
     pub points: Vec<LocusPointRecord>,
     /// Why it ends at its first and at its last point.
@@ -480,6 +483,7 @@ fn mark(kind: LocusKind) -> &'static str {
         LocusKind::Fold => "SN",
         LocusKind::Flip => "PD",
         LocusKind::Torus => "NS",
+        LocusKind::Crisis => "CR",
     }
 }
 
@@ -501,6 +505,7 @@ fn record(map: &LocalMap, plane: [usize; 2], locus: &Locus) -> LocusRecord {
         kind: locus.kind,
         itinerary: locus.itinerary.to_string(),
         grazing: locus.grazing,
+        excursion: locus.excursion.as_ref().map(ToString::to_string),
         points: locus.points.iter().map(|point| point_record(map, plane, point)).collect(),
         ends: locus.ends,
     }

@@ -11,6 +11,7 @@ mod charts;
 mod choice;
 mod choice_evidence;
 mod convergence;
+mod crises;
 mod diagrams;
 mod dynamics;
 mod fits;

@@ -53,7 +53,7 @@ impl LociKeys {
         let longest = u8::try_from((DEFAULT_PASSAGES / passages.max(1)).max(1)).ok();
         let itineraries = itineraries(&self.itineraries, longest, passages)?.into_iter();
         let kinds = match self.kind.is_empty() {
-            true => LocusKind::ALL.to_vec(),
+            true => LocusKind::LOCAL.to_vec(),
             false => self.kind.clone(),
         };
         Ok(LociRequest {
