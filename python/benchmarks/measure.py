@@ -114,12 +114,12 @@ def measure_fit() -> None:
         "window.parameter": {"V": 3e-4, "omega": 3e-4, "r": 1e-2},
     }
     m = gm.Scene.catalogue("mems").with_(**keys).graze().map()
-    rng, noise = np.random.default_rng(1), np.array([1e-6, 1e-5])
+    rng, noise = np.random.default_rng(1), np.array([3e-7, 1e-5])
     within, times = np.zeros(2), []
     trials = 100
     for _ in range(trials):
-        starts = rng.uniform(-1, 1, (250, 2)) * [1e-5, 2e-3]
-        points = np.concatenate([starts[:, None], m.iterate(starts, truth, 3)], axis=1)
+        starts = [8e-6, 0] + rng.uniform(-1, 1, (333, 2)) * [4e-6, 1e-3]
+        points = np.concatenate([starts[:, None], m.iterate(starts, truth, 2)], axis=1)
         points += noise * rng.normal(size=points.shape)
         start = time.perf_counter()
         found = gm.fit(m, points, names, noise=dict(zip(m.coordinates, noise, strict=True)))
