@@ -118,7 +118,7 @@ def measure_fit() -> None:
     within, times = np.zeros(2), []
     trials = 100
     for _ in range(trials):
-        starts = [8e-6, 0] + rng.uniform(-1, 1, (333, 2)) * [4e-6, 1e-3]
+        starts = np.array([8e-6, 0]) + rng.uniform(-1, 1, (333, 2)) * [4e-6, 1e-3]
         points = np.concatenate([starts[:, None], m.iterate(starts, truth, 2)], axis=1)
         points += noise * rng.normal(size=points.shape)
         start = time.perf_counter()

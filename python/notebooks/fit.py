@@ -24,12 +24,12 @@ m = gm.Scene.catalogue("mems").with_(**keys).graze().map()
 print(m.error)
 
 # %% [markdown]
-# Sixty runs of three returns each, from states whose contacts are deeper than the noise. The window was widened so that it
-# holds where a shallow contact leads; what the map errs there is less than the noise.
+# Sixty runs of three returns each, from states whose contacts are deeper than the noise. The window
+# was widened so that it holds where a shallow contact leads; what the map errs there is printed.
 
 # %%
 rng = np.random.default_rng(4)
-starts = [8e-6, 0] + rng.uniform(-1, 1, (60, 2)) * [4e-6, 1e-3]
+starts = np.array([8e-6, 0]) + rng.uniform(-1, 1, (60, 2)) * [4e-6, 1e-3]
 orbits = m.iterate(starts, truth, 3, using="direct")
 points = np.concatenate([starts[:, None], orbits], axis=1)
 points += rng.normal(size=points.shape) * list(noise.values())
