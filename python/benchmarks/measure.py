@@ -104,14 +104,22 @@ def measure_fit() -> None:
 
     import grazemap as gm
 
-    names, truth = ["V", "omega", "r"], np.array([2e-6, -3e-6, 4e-3])
-    scene = gm.Scene.catalogue("mems").with_(**{"expansion.active": names})
-    m, rng, noise = scene.graze().map(), np.random.default_rng(1), np.array([1e-7, 2e-5])
+    names, truth = ["V", "omega", "r"], np.array([-1e-5, -1e-5, 4e-3])
+    keys = {
+        "expansion.active": names,
+        "expansion.smooth_order": 7,
+        "expansion.contact_weight": 10,
+        "window.depth": 6e-3,
+        "window.state": {"x": 6e-3, "theta": 0.1},
+        "window.parameter": {"V": 3e-4, "omega": 3e-4, "r": 1e-2},
+    }
+    m = gm.Scene.catalogue("mems").with_(**keys).graze().map()
+    rng, noise = np.random.default_rng(1), np.array([3e-7, 1e-5])
     within, times = np.zeros(2), []
     trials = 100
     for _ in range(trials):
-        starts = rng.uniform(-1, 1, (100, 2)) * [2e-5, 4e-3]
-        points = np.concatenate([starts[:, None], m.iterate(starts, truth, 9)], axis=1)
+        starts = np.array([8e-6, 0]) + rng.uniform(-1, 1, (333, 2)) * [4e-6, 1e-3]
+        points = np.concatenate([starts[:, None], m.iterate(starts, truth, 2)], axis=1)
         points += noise * rng.normal(size=points.shape)
         start = time.perf_counter()
         found = gm.fit(m, points, names, noise=dict(zip(m.coordinates, noise, strict=True)))

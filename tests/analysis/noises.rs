@@ -66,33 +66,31 @@ fn without_contact_the_covariance_is_that_of_the_linear_recursion() {
     }
 }
 
-/// From the graze a return makes contact where the drawn parameter is beyond its grazing value; the
-/// root of a normal number's positive part has the mean `2^(1/4) Γ(3/4) / (2 √π)`.
+/// A return from the graze moves the point off it by a multiple of what was drawn, and the next one
+/// makes contact where that is outwards. The root of a normal number's positive part has the mean
+/// `2^(1/4) Γ(3/4) / (2 √π)`.
 #[test]
-fn at_the_graze_half_of_the_returns_make_contact_and_the_mean_is_that_of_a_root() {
+fn off_the_graze_half_of_the_returns_make_contact_and_the_mean_is_that_of_a_root() {
     let case = Case::new("linear");
     let deviation = 1e-9;
-    let asked = NoiseRequest { orbits: 40_000, transient: 0, keep: 1, ..request(deviation) };
+    let asked = NoiseRequest { orbits: 40_000, transient: 1, keep: 1, ..request(deviation) };
     let found = case.noise(&asked);
     assert!((found.contacts - 0.5).abs() < 5.0 * 0.5 / 200.0, "{}", found.contacts);
+    // The kick of one standard deviation outwards, by direct simulation.
     let system = HybridSystem::new(&case.scene.model);
     let direct = DirectMap::new(&system, &case.scene, &case.orbit).expect("a good scene");
-    let mut kicked = [0.0; 2];
-    let side = |sign: f64| {
-        let mut image = [0.0; 2];
-        let step = direct.step(&[0.0; 2], &[sign * deviation, 0.0], &mut image);
+    let kick = |sign: f64| {
+        let (mut off, mut image) = ([0.0; 2], [0.0; 2]);
+        direct.step(&[0.0; 2], &[sign * deviation, 0.0], &mut off);
+        let step = direct.step(&off, &[0.0; 2], &mut image);
         (!step.passages.is_empty()).then_some(image)
     };
-    let image = side(1.0).or(side(-1.0)).expect("contact on one side");
-    for (kick, value) in kicked.iter_mut().zip(image) {
-        *kick = value / deviation.sqrt();
-    }
+    let kick = kick(1.0).or(kick(-1.0)).expect("contact on one side");
     let mean = 2f64.powf(0.25) * 1.225_416_702_465_177_6 / (2.0 * std::f64::consts::PI.sqrt());
-    for (found, kick) in found.mean.iter().zip(kicked) {
-        let expected = kick * deviation.sqrt() * mean;
-        // The spread of a root is half its size; what is linear in the noise is a share of its own
-        // root.
-        assert!((found - expected).abs() < 0.02 * expected.abs(), "{found}: {expected}");
+    for (found, kick) in found.mean.iter().zip(kick) {
+        let expected = kick * mean;
+        // The mean of 40 000 such numbers is known to 0.6 %.
+        assert!((found - expected).abs() < 0.03 * expected.abs(), "{found}: {expected}");
     }
 }
 
@@ -101,9 +99,8 @@ fn a_seed_gives_the_same_numbers_on_any_number_of_threads_and_another_gives_othe
     let case = Case::new("linear");
     let asked = NoiseRequest {
         orbits: 700,
-        transient: 5,
+        transient: 1,
         keep: 20,
-        at: vec![1e-5, 0.0],
         method: Method::Guarded,
         law: NoiseLaw::Uniform,
         ..request(1e-6)
@@ -114,10 +111,10 @@ fn a_seed_gives_the_same_numbers_on_any_number_of_threads_and_another_gives_othe
     };
     let found = on(1);
     assert_eq!(found, on(3));
-    assert!(found.contacts > 0.0 && found.by_map > 0.5);
+    assert!(found.contacts > 0.0 && found.by_map > 0.0);
     assert_ne!(found.mean, case.noise(&NoiseRequest { seed: 2, ..asked.clone() }).mean);
     let counted: u64 = found.joint.iter().sum();
-    assert!(counted <= found.points && counted > found.points / 2);
+    assert!(counted <= found.points && counted > 0);
     // Each marginal holds the points of the joint density, and those outside in the other.
     assert!(found.marginals.iter().all(|counts| counts.iter().sum::<u64>() >= counted));
 }
@@ -125,14 +122,8 @@ fn a_seed_gives_the_same_numbers_on_any_number_of_threads_and_another_gives_othe
 #[test]
 fn guarded_orbits_are_those_of_direct_simulation_under_the_same_noise() {
     let case = Case::new("linear");
-    let asked = |method| NoiseRequest {
-        orbits: 40,
-        transient: 0,
-        keep: 12,
-        at: vec![2e-6, 0.0],
-        method,
-        ..request(1e-6)
-    };
+    let asked =
+        |method| NoiseRequest { orbits: 40, transient: 0, keep: 12, method, ..request(1e-6) };
     let [guarded, direct] = [Method::Guarded, Method::Direct].map(|m| case.noise(&asked(m)));
     assert_eq!(direct.by_map, 0.0);
     for row in 0..2 {

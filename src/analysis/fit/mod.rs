@@ -10,6 +10,9 @@
 //! the damping of `Nielsen1999`. Without noise that is stated, its size in every coordinate is
 //! that of the residuals, estimated again until it settles (feasible generalised least squares).
 //!
+//! Where a start lies on one side of its graze and its orbit on the other, no derivative says so:
+//! starts near the measurement are tried, on both sides, before each descent.
+//!
 //! The orbit is taken to be deterministic: noise is that of the measurement.
 
 mod data;
@@ -34,6 +37,8 @@ use problem::Problem;
 const STEPS: usize = 100;
 /// Most times that the size of the noise is estimated again.
 const ROUNDS: usize = 20;
+/// Most times that starts are tried on both sides of their graze.
+const SIDES: usize = 20;
 /// Change of the size of the noise, relative to itself, at which it has settled.
 const SETTLED: f64 = 1e-3;
 /// Step over the unknowns' sizes, and change of the sum of squares over itself, at which the least
@@ -83,10 +88,16 @@ fn fitted<M: DifferentiableMap>(
     for _ in 0..rounds {
         progress.expect(1);
         let round = Round { problem, map, noise: &noise };
-        let least = round.descend(&mut unknowns);
+        for side in 0..SIDES {
+            let changed = problem.try_starts(map, &mut unknowns, &noise);
+            if side > 0 && !changed {
+                break;
+            }
+            let least = round.descend(&mut unknowns);
+            steps += least.steps;
+            end = least.end;
+        }
         progress.advance(1);
-        steps += least.steps;
-        end = least.end;
         if known || end == FitEnd::NoImage {
             break;
         }

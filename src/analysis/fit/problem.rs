@@ -10,6 +10,17 @@ use crate::analysis::error::{AnalysisError, check_length};
 use crate::expansion::LocalMap;
 use crate::iteration::DifferentiableMap;
 
+/// Starts that are tried along a coordinate, and how far from the measurement they go, in standard
+/// deviations of the noise.
+const TRIALS: usize = 7;
+const REACH: f64 = 3.0;
+/// Most coordinates that starts are tried in.
+const MOST_TRIED: usize = 3;
+/// Steps of Newton's method from the best of them.
+const REFINEMENTS: usize = 8;
+/// What a sum of squares has to be lower by, relative to itself.
+const SMALL: f64 = 1e-6;
+
 /// What is fitted, and to what.
 pub(super) struct Problem<'a> {
     local: &'a LocalMap,
@@ -129,47 +140,125 @@ impl<'a> Problem<'a> {
         &unknowns[self.parameters() + number * self.dimension..][..self.dimension]
     }
 
-    /// The orbit of a piece, and further.
+    /// The orbit of a piece from its start, and further.
     fn flight<M: DifferentiableMap>(
         &self,
         map: &M,
-        number: usize,
-        unknowns: &[f64],
+        (start, offsets): (&[f64], &[f64]),
         returns: usize,
     ) -> Flight {
-        let offsets = self.offsets(&self.pieces[number], unknowns);
-        let mut flight = Flight {
-            states: vec![self.start_of(number, unknowns).to_vec()],
-            by_map: 0,
-            outside: 0,
-        };
+        let mut flight = Flight { states: vec![start.to_vec()], by_map: 0, outside: 0 };
         for place in 0..returns {
             let mut image = vec![0.0; self.dimension];
             let state = &flight.states[place];
-            let info = map.step(state, &offsets, &mut image);
+            let info = map.step(state, offsets, &mut image);
             if !info.valid {
                 break;
             }
             flight.by_map += usize::from(!info.simulated);
-            let holds = self.local.window.holds(state, &offsets, &[info.depth]);
+            let holds = self.local.window.holds(state, offsets, &[info.depth]);
             flight.outside += usize::from(!holds);
             flight.states.push(image);
         }
         flight
     }
 
-    /// Residuals of a piece over the noise: prediction less measurement, where something was
-    /// measured. `None` without an image.
+    /// Residuals of a piece: prediction less measurement, where something was measured. `None`
+    /// without an image.
     fn residuals<M: DifferentiableMap>(
+        &self,
+        map: &M,
+        piece: &Piece<'_>,
+        point: (&[f64], &[f64]),
+    ) -> Option<Vec<(usize, f64)>> {
+        let flight = self.flight(map, point, piece.points.len() - 1);
+        (flight.states.len() == piece.points.len())
+            .then(|| differences(&flight.states, piece.points).collect())
+    }
+
+    /// The sum of the squares of a piece's residuals over the noise; infinite without an image.
+    fn piece_sum<M: DifferentiableMap>(
+        &self,
+        map: &M,
+        piece: &Piece<'_>,
+        point: (&[f64], &[f64]),
+        noise: &[f64],
+    ) -> f64 {
+        let residuals = self.residuals(map, piece, point);
+        residuals.map_or(f64::INFINITY, |residuals| {
+            residuals.iter().map(|&(place, value)| (value / noise[place]).powi(2)).sum()
+        })
+    }
+
+    /// A better start of a piece at the parameters as they are, if one is near its measurement.
+    ///
+    /// A start without contact says nothing of the other side of its graze, where the sum of
+    /// squares may be less: starts are tried on a grid about the measurement.
+    fn better_start<M: DifferentiableMap>(
         &self,
         map: &M,
         number: usize,
         unknowns: &[f64],
-    ) -> Option<Vec<(usize, f64)>> {
+        noise: &[f64],
+    ) -> Option<Vec<f64>> {
         let piece = &self.pieces[number];
-        let flight = self.flight(map, number, unknowns, piece.points.len() - 1);
-        (flight.states.len() == piece.points.len())
-            .then(|| differences(&flight.states, piece.points).collect())
+        let offsets = self.offsets(piece, unknowns);
+        let sum = |start: &[f64]| self.piece_sum(map, piece, (start, &offsets), noise);
+        let now = sum(self.start_of(number, unknowns));
+        let mut best = (f64::INFINITY, Vec::new());
+        for cell in 0..TRIALS.pow(self.dimension as u32) {
+            let mut rest = cell;
+            let start: Vec<f64> = piece.points[0]
+                .iter()
+                .zip(noise)
+                .map(|(measured, noise)| {
+                    let place = rest % TRIALS;
+                    rest /= TRIALS;
+                    let reach = 2.0 * place as f64 / (TRIALS - 1) as f64 - 1.0;
+                    measured + REACH * reach * noise
+                })
+                .collect();
+            let sum = sum(&start);
+            if sum < best.0 {
+                best = (sum, start);
+            }
+        }
+        for _ in 0..REFINEMENTS {
+            let (held, start) = &best;
+            let rows = self.rows(map, piece, (start, &offsets), noise)?;
+            let d = self.dimension;
+            let own = triangle(rows.remove_columns(d, self.parameters()));
+            let residual: DVector<f64> = own.view((0, d), (d, 1)).column(0).into();
+            let change = solved(&own.view((0, 0), (d, d)).into(), &-residual)?;
+            let trial: Vec<f64> = start.iter().zip(change.iter()).map(|(a, b)| a + b).collect();
+            let reached = sum(&trial);
+            if reached >= held * (1.0 - SMALL) {
+                break;
+            }
+            best = (reached, trial);
+        }
+        (best.0 < now * (1.0 - SMALL)).then_some(best.1)
+    }
+
+    /// Takes better starts where there are some near the measurements; whether there were any.
+    pub(super) fn try_starts<M: DifferentiableMap>(
+        &self,
+        map: &(dyn Fn() -> M + Sync),
+        unknowns: &mut [f64],
+        noise: &[f64],
+    ) -> bool {
+        if self.dimension > MOST_TRIED {
+            return false;
+        }
+        let found = self.each(map, |map, number| self.better_start(map, number, unknowns, noise));
+        let mut any = false;
+        for (number, start) in found.into_iter().enumerate() {
+            let Some(start) = start else { continue };
+            let place = self.parameters() + number * self.dimension;
+            unknowns[place..place + self.dimension].copy_from_slice(&start);
+            any = true;
+        }
+        any
     }
 
     /// Of every piece in its order, on all cores, with a map for every thread.
@@ -190,10 +279,9 @@ impl<'a> Problem<'a> {
         noise: &[f64],
     ) -> f64 {
         let sums = self.each(map, |map, number| {
-            let residuals = self.residuals(map, number, unknowns);
-            residuals.map_or(f64::INFINITY, |residuals| {
-                residuals.iter().map(|&(place, value)| (value / noise[place]).powi(2)).sum()
-            })
+            let piece = &self.pieces[number];
+            let point = (self.start_of(number, unknowns), &*self.offsets(piece, unknowns));
+            self.piece_sum(map, piece, point, noise)
         });
         sums.iter().sum()
     }
@@ -207,7 +295,11 @@ impl<'a> Problem<'a> {
         noise: &[f64],
     ) -> Vec<f64> {
         let share = self.freedom() as f64 / self.measured() as f64;
-        let all = self.each(map, |map, number| self.residuals(map, number, unknowns));
+        let all = self.each(map, |map, number| {
+            let piece = &self.pieces[number];
+            let point = (self.start_of(number, unknowns), &*self.offsets(piece, unknowns));
+            self.residuals(map, piece, point)
+        });
         let mut sums = vec![0.0; self.dimension];
         for (place, value) in all.iter().flatten().flatten() {
             sums[*place] += value * value;
@@ -230,7 +322,11 @@ impl<'a> Problem<'a> {
         unknowns: &[f64],
         noise: &[f64],
     ) -> Option<Linearised> {
-        let rows = self.each(map, |map, number| self.rows(map, number, unknowns, noise));
+        let rows = self.each(map, |map, number| {
+            let piece = &self.pieces[number];
+            let point = (self.start_of(number, unknowns), &*self.offsets(piece, unknowns));
+            self.rows(map, piece, point, noise)
+        });
         let (parameters, dimension) = (self.parameters(), self.dimension);
         let mut linear = Linearised {
             pieces: Vec::with_capacity(rows.len()),
@@ -257,21 +353,20 @@ impl<'a> Problem<'a> {
     fn rows<M: DifferentiableMap>(
         &self,
         map: &M,
-        number: usize,
-        unknowns: &[f64],
+        piece: &Piece<'_>,
+        (start, offsets): (&[f64], &[f64]),
         noise: &[f64],
     ) -> Option<DMatrix<f64>> {
-        let (piece, d, q) = (&self.pieces[number], self.dimension, self.parameters());
-        let offsets = self.offsets(piece, unknowns);
+        let (d, q) = (self.dimension, self.parameters());
         let width = d + offsets.len();
-        let mut state = self.start_of(number, unknowns).to_vec();
+        let mut state = start.to_vec();
         // Derivatives of the state by the start, and by the parameters.
         let mut tangent = DMatrix::identity(d, d).resize_horizontally(d + q, 0.0);
         let mut rows = Vec::new();
         for (place, point) in piece.points.iter().enumerate() {
             if place > 0 {
                 let (mut image, mut derivatives) = (vec![0.0; d], vec![0.0; d * width]);
-                let info = map.step_derivatives(&state, &offsets, &mut image, &mut derivatives);
+                let info = map.step_derivatives(&state, offsets, &mut image, &mut derivatives);
                 if !info.valid || derivatives.iter().any(|value| !value.is_finite()) {
                     return None;
                 }
@@ -303,7 +398,8 @@ impl<'a> Problem<'a> {
     ) -> Fit {
         let flights = self.each(map, |map, number| {
             let piece = &self.pieces[number];
-            self.flight(map, number, unknowns, piece.points.len() - 1 + piece.withheld.len())
+            let point = (self.start_of(number, unknowns), &*self.offsets(piece, unknowns));
+            self.flight(map, point, piece.points.len() - 1 + piece.withheld.len())
         });
         let q = self.parameters();
         let entry = |row, column| covariance.map_or(f64::NAN, |matrix| matrix[(row, column)]);
