@@ -232,6 +232,16 @@ fn special_points_of_the_map_are_those_of_direct_simulation() {
         map.branches(&request, &NoProgress).expect("branches")
     };
     let (by_map, direct) = (of(false), of(true));
+    // The cubic coefficient of the flip is that of the map in the same units.
+    let cubic = |found: &Branches| {
+        let ten = found.branches.iter().filter(|branch| branch.itinerary.to_string() == "10");
+        let points = ten.flat_map(|branch| &branch.points);
+        let special = points.filter_map(|point| point.special.as_ref());
+        let mut flips = special.filter(|special| special.label == BranchLabel::PeriodDoubling);
+        flips.next().and_then(|special| special.coefficient).expect("a coefficient")
+    };
+    let (ours, simulated) = (cubic(&by_map), cubic(&direct));
+    assert!((simulated / ours - 1.0).abs() < 1e-4, "{ours} {simulated}");
     for (itinerary, label, tolerance) in [
         ("10", BranchLabel::PeriodDoubling, 1e-9),
         ("100", BranchLabel::PeriodDoubling, 1e-9),

@@ -703,14 +703,21 @@ impl<'a> Continuation<'a> {
         let exact = |values: &[f64]| values.iter().map(|&value| Dd::from(value)).collect();
         let own = point.unknowns.iter().enumerate();
         let own = own.filter(|(unknown, _)| equations.passage_of(*unknown).is_some());
+        let gaps = own.map(|(unknown, value)| match equations.begins_with_contact_at(unknown) {
+            true => value * value,
+            false => value.abs(),
+        });
+        let units = &window_scales(&self.map.window)[..self.units.state.len()];
+        // How far the coordinate that is replaced lies from that of a graze, in half-widths.
+        let share = self.units.gap.map_or(1.0, |(place, _)| self.units.state[place] / units[place]);
         let mut image = self.fine.clone();
         let mut form = NormalForm {
             map: &mut image,
             state: exact(&orbit.states[0]),
             parameters: exact(&equations.parameters(&point.unknowns)),
             returns: equations.itinerary().period(),
-            units: window_scales(&self.map.window)[..self.units.state.len()].to_vec(),
-            length: own.fold(1.0, |least, (_, value)| least.min(value * value)),
+            units: units.to_vec(),
+            length: gaps.fold(1.0, |least, gap| least.min(share * gap)),
             jacobian: equations.jacobian(orbit)?,
         };
         form.of(label)
