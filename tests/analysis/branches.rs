@@ -204,19 +204,6 @@ fn a_branch_on_a_stroboscopic_section_begins_at_its_graze() {
     }
 }
 
-/// A stretch far shorter than the window is followed in steps of its own length.
-#[test]
-fn a_branch_over_a_narrow_range_has_as_many_points() {
-    let map = map_of("foale_omega_2_2");
-    for direct in [false, true] {
-        let range = [5e-4, 5.0001e-4];
-        let found = map.branches(&request(&["1"], 1, range, direct), &NoProgress);
-        let found = found.expect("branches");
-        let points = found.branches.iter().map(|branch| branch.points.len()).max();
-        assert!(points >= Some(40), "{direct}: {points:?}");
-    }
-}
-
 /// Where a compliant stop with a damper is met, the parameter changes with the square of the speed.
 #[test]
 fn a_parameter_that_changes_with_the_square_of_the_speed_has_the_slope_zero() {
