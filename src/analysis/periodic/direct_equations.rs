@@ -1,8 +1,9 @@
 //! The orbits of an itinerary of direct simulation as equations to be continued.
 //!
-//! One idea: the contact of a return is a coordinate of its first point, whose gap at the passage is
-//! known from the free flow: on a tangency section it is that of the point itself. With `y = √(−h)` in the place of one coordinate where a return begins with contact, and the gap
-//! `h` where it does not, the images of all section points are smooth up to the graze, which is the
+//! One idea: the contact of a return is a coordinate of its first point, whose gap at the passage
+//! is known from the free flow: on a tangency section it is that of the point itself. With
+//! `y = √(−h)` in the place of one coordinate where a return begins with contact, and the gap `h`
+//! where it does not, the images of all section points are smooth up to the graze, which is the
 //! border of their range and is reached exactly.
 
 use nalgebra::{DMatrix, DVector};
