@@ -50,11 +50,22 @@ pub enum AnalysisError {
     /// Manifolds are curves on sections of two coordinates alone.
     #[error(
         "stable and unstable manifolds of saddles are curves on a section of two coordinates; this \
-         one has {dimension}; ask for the basin without manifolds"
+         one has {dimension}; ask for a basin without manifolds, for loci without crises"
     )]
     NotPlanar {
         /// Coordinates of the section.
         dimension: usize,
+    },
+    /// A fit has no more numbers than unknowns.
+    #[error(
+        "{measured} numbers were measured, and {unknowns} are unknown (every piece has a start of \
+         its own): longer series or pieces are needed"
+    )]
+    TooFewMeasured {
+        /// Numbers measured.
+        measured: usize,
+        /// Unknowns.
+        unknowns: usize,
     },
     /// The itineraries asked for are too many.
     #[error(transparent)]

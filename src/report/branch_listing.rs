@@ -5,7 +5,8 @@ use serde::Serialize;
 
 use super::diagram_figure::observable_words;
 use super::figure::{Annotation, Axis, Figure, Marker, Series, Stroke, symbol};
-use super::orbits_listing::{OrbitRecord, OrbitsListing, multipliers};
+use super::number::counted;
+use super::orbits_listing::{OrbitRecord, OrbitsListing, multipliers, using_words};
 use super::{Cell, Column, Named, ReportError, SectionDocument, Table};
 use crate::analysis::branches::{
     BranchDiagram, BranchEnd, BranchLabel, BranchObservable, BranchPoint, Branches, Special,
@@ -221,6 +222,49 @@ impl BranchListing {
             table.push(row)?;
         }
         Ok(table)
+    }
+
+    /// The branches as a person reads them: their special points.
+    ///
+    /// # Errors
+    ///
+    /// As [`special_table`](Self::special_table).
+    pub fn text(&self, scene: &str) -> Result<String, ReportError> {
+        let points = self.branches.iter().map(|branch| branch.points.len()).sum();
+        Ok(format!(
+            "branches of `{scene}` in {} by {}: {} with {}; offsets on the {}\n\n{}",
+            self.along,
+            using_words(self.using),
+            self.branches.len(),
+            counted(points, "point"),
+            self.section.words(),
+            self.special_table()?.to_text()
+        ))
+    }
+
+    /// What may not be trusted, or not be all.
+    pub fn remarks(&self) -> Vec<String> {
+        let points = self.branches.iter().flat_map(|branch| &branch.points);
+        let physical: Vec<_> = points.filter(|point| point.orbit.physical).collect();
+        let outside = physical.iter().filter(|point| !point.orbit.inside).count();
+        let mut remarks = Vec::new();
+        if outside > 0 && self.using == "map" {
+            remarks.push(format!(
+                "warning: {outside} of {} physical points are outside the window, where the map \
+                 has not been measured; --using direct asks direct simulation",
+                physical.len()
+            ));
+        }
+        let unresolved = self.branches.iter().filter(|branch| !branch.unresolved.is_empty());
+        let unresolved = unresolved.count();
+        if unresolved > 0 {
+            remarks.push(format!(
+                "warning: on {} more special points may lie than were found; \
+                 `unresolved` in the JSON says where",
+                counted(unresolved, "branch")
+            ));
+        }
+        remarks
     }
 
     fn points(&self) -> impl Iterator<Item = (&BranchRecord, &PointRecord)> {

@@ -3,9 +3,11 @@
 use serde::Serialize;
 
 use super::figure::{Annotation, Axis, Figure, Marker, Series, Stroke, symbol};
+use super::orbits_listing::using_words;
 use super::{Cell, Column, Named, ReportError, SectionDocument, Table};
 use crate::analysis::loci::{
-    CodimensionTwo, Loci, Locus, LocusEnd, LocusKind, LocusPoint, PlaneCurve, PlanePoint, Tangency,
+    CodimensionTwo, Loci, LociRequest, Locus, LocusEnd, LocusKind, LocusPoint, PlaneCurve,
+    PlanePoint, Tangency,
 };
 use crate::expansion::LocalMap;
 
@@ -43,6 +45,9 @@ pub struct LocusRecord {
     /// The return and the passage that graze, from 0.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub grazing: Option<[usize; 2]>,
+    /// Of a crisis, the contacts from the saddle back to it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub excursion: Option<String>,
     /// Its points, in order along it.
     pub points: Vec<LocusPointRecord>,
     /// Why it ends at its first and at its last point.
@@ -219,6 +224,66 @@ impl LociListing {
             ])?;
         }
         Ok(table)
+    }
+
+    /// The loci as a person reads them.
+    ///
+    /// # Errors
+    ///
+    /// As [`table`](Self::table).
+    pub fn text(&self, scene: &str) -> Result<String, ReportError> {
+        let [first, second] = &self.plane;
+        let mut text = format!(
+            "loci of `{scene}` in {first} and {second} by {}; offsets from the graze\n\n{}",
+            using_words(self.using),
+            self.table()?.to_text()
+        );
+        if self.using == "direct" {
+            text.push_str(
+                "\nphysical parts, looked for along branches of direct simulation at five values \
+                 of the first parameter, and at the map's loci; tangencies are the map's\n",
+            );
+            if !self.has_grazes() {
+                text.push_str(
+                    "grazes are followed on a tangency section, those of its own passage\n",
+                );
+            }
+        }
+        if self.special().next().is_some() {
+            text.push_str(&format!(
+                "\npoints of codimension two\n\n{}",
+                self.special_table()?.to_text()
+            ));
+        }
+        for surface in &self.without_kick {
+            text.push_str(&format!(
+                "\nno tangencies at `{surface}`: its contact begins without a kick, so multipliers \
+                 pass a graze without a jump, and folds and flips do not end there\n"
+            ));
+        }
+        if !self.tangencies.is_empty() {
+            text.push_str(&format!(
+                "\ntangencies: {second} of the locus less {second} of the graze, over the square \
+                 of the distance in {first}\n\n{}",
+                self.tangency_table()?.to_text()
+            ));
+        }
+        Ok(text)
+    }
+
+    /// How many points are outside of the window.
+    pub fn remarks(&self) -> Vec<String> {
+        let points = self.loci.iter().flat_map(|locus| &locus.points);
+        let physical: Vec<_> = points.filter(|point| point.physical).collect();
+        let outside = physical.iter().filter(|point| !point.inside).count();
+        if outside == 0 || self.using != "map" {
+            return Vec::new();
+        }
+        vec![format!(
+            "warning: {outside} of {} points are outside the window, where the map has not been \
+             measured; --using direct has them by direct simulation",
+            physical.len()
+        )]
     }
 
     /// The points of all loci with all digits.
@@ -418,6 +483,7 @@ fn mark(kind: LocusKind) -> &'static str {
         LocusKind::Fold => "SN",
         LocusKind::Flip => "PD",
         LocusKind::Torus => "NS",
+        LocusKind::Crisis => "CR",
     }
 }
 
@@ -439,6 +505,7 @@ fn record(map: &LocalMap, plane: [usize; 2], locus: &Locus) -> LocusRecord {
         kind: locus.kind,
         itinerary: locus.itinerary.to_string(),
         grazing: locus.grazing,
+        excursion: locus.excursion.as_ref().map(ToString::to_string),
         points: locus.points.iter().map(|point| point_record(map, plane, point)).collect(),
         ends: locus.ends,
     }
@@ -459,4 +526,17 @@ fn point_record(map: &LocalMap, plane: [usize; 2], point: &LocusPoint) -> LocusP
         label: point.label.map(CodimensionTwo::label),
         at: plane.map(|place| point.parameters[place]),
     }
+}
+
+/// What has been searched for loci, in words.
+pub fn loci_searched(request: &LociRequest) -> String {
+    let itineraries: Vec<String> =
+        request.itineraries.iter().map(|itinerary| itinerary.to_string()).collect();
+    format!(
+        "itineraries {}; branches at five offsets of the first parameter from {:e} to {:e}, depth \
+         variables up to twice the window's",
+        itineraries.join(", "),
+        request.range[0],
+        request.range[1]
+    )
 }

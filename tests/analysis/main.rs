@@ -11,14 +11,17 @@ mod charts;
 mod choice;
 mod choice_evidence;
 mod convergence;
+mod crises;
 mod diagrams;
 mod dynamics;
+mod fits;
 mod graze_theory;
 mod guarded;
 #[path = "../../examples/support/held.rs"]
 mod held;
 mod itineraries;
 mod loci;
+mod noises;
 mod orbit_search;
 mod record;
 mod resuming;

@@ -109,7 +109,7 @@ impl Plane<'_> {
             plane: self.places,
             range: self.request.ranges[0],
             at: vec![0.0; self.map.parameters.len()],
-            kinds: LocusKind::ALL.to_vec(),
+            kinds: LocusKind::LOCAL.to_vec(),
             itineraries,
             direct,
         };

@@ -61,19 +61,24 @@ pub enum LocusKind {
     Flip,
     /// Neimark–Sacker: two multipliers `exp(±iθ)`.
     Torus,
+    /// The unstable manifold of a saddle touches its stable one, and an attractor with it.
+    Crisis,
 }
 
 impl LocusKind {
     /// All of them.
-    pub const ALL: [Self; 4] = [Self::Graze, Self::Fold, Self::Flip, Self::Torus];
+    pub const ALL: [Self; 5] = [Self::Graze, Self::Fold, Self::Flip, Self::Torus, Self::Crisis];
+    /// Those that a periodic orbit tells by itself.
+    pub const LOCAL: [Self; 4] = [Self::Graze, Self::Fold, Self::Flip, Self::Torus];
 
-    /// `graze`, `fold`, `flip` or `torus`.
+    /// `graze`, `fold`, `flip`, `torus` or `crisis`.
     pub fn word(self) -> &'static str {
         match self {
             Self::Graze => "graze",
             Self::Fold => "fold",
             Self::Flip => "flip",
             Self::Torus => "torus",
+            Self::Crisis => "crisis",
         }
     }
 }
@@ -83,10 +88,15 @@ impl LocusKind {
 pub struct Locus {
     /// What happens along it.
     pub kind: LocusKind,
-    /// The contacts of its orbits; of a graze, those beside the grazing one.
+    /// The contacts of its orbits; of a graze, those beside the grazing one; of a crisis, those of
+    /// the saddle.
     pub itinerary: ContactItinerary,
-    /// The return and the passage that graze, from 0.
+    /// The return and the passage that graze, from 0. Of a crisis they are of the excursion; `None`
+    /// where the manifolds touch without a graze.
     pub grazing: Option<[usize; 2]>,
+    /// Of a crisis, the contacts from the saddle back to it, a grazing one included, and nothing of
+    /// other loci.
+    pub excursion: Option<ContactItinerary>,
     /// Its points, in order along it.
     pub points: Vec<LocusPoint>,
     /// Why it ends at its first and at its last point.
@@ -98,7 +108,7 @@ pub struct Locus {
 pub struct LocusPoint {
     /// All active parameters.
     pub parameters: Vec<f64>,
-    /// Its section points, in order.
+    /// Its section points, in order; of a crisis, those of the excursion.
     pub states: Vec<Vec<f64>>,
     /// The depth variable `y` of each contact, the grazing one included; by direct simulation the
     /// speeds. Negative on the other branch of the root.

@@ -510,6 +510,7 @@ impl<'a> DirectLoci<'a> {
             kind: trace.kind,
             itinerary,
             grazing,
+            excursion: None,
             points,
             ends: trace.ends,
         })
@@ -575,7 +576,7 @@ impl<'a> DirectLoci<'a> {
 /// What the end of a locus at a graze is.
 fn at_graze(kind: LocusKind) -> CodimensionTwo {
     match kind {
-        LocusKind::Graze => CodimensionTwo::DoubleGraze,
+        LocusKind::Graze | LocusKind::Crisis => CodimensionTwo::DoubleGraze,
         LocusKind::Fold => CodimensionTwo::FoldGraze,
         LocusKind::Flip => CodimensionTwo::FlipGraze,
         LocusKind::Torus => CodimensionTwo::TorusGraze,

@@ -23,6 +23,10 @@ pub(super) trait OrbitEquations<S: Real> {
     fn linearised(&mut self, unknowns: &[S]) -> Option<Linearised<S, Self::Extra>>;
     /// Derivatives of the first section point by all unknowns, in the rows that close the period.
     fn first_point(&self, there: &Linearised<S, Self::Extra>) -> DMatrix<S>;
+    /// Whether the orbits close. One that does not has no multipliers.
+    fn closes(&self) -> bool {
+        true
+    }
     /// How many unknowns there are, both parameters included.
     fn count(&self) -> usize;
     /// The unknowns that vanish where a contact begins, by its number.
@@ -289,7 +293,9 @@ impl<S: Real, O: OrbitEquations<S>> LocusEquations<O, S> {
             let size = if O::rounding() > 1.0 { O::rounding() / step::<S>() } else { 1.0 };
             tests.push(TestValue { value: found.bend, size });
         }
-        tests.push(TestValue { value: found.rate, size: O::rounding() });
+        if self.orbits.closes() {
+            tests.push(TestValue { value: found.rate, size: O::rounding() });
+        }
         tests.extend(self.grazes(unknowns, &orbit, None));
         Some(with_condition(orbit, found.value, &found.gradient, tests))
     }
@@ -313,6 +319,7 @@ impl<S: Real, O: OrbitEquations<S>> LocusEquations<O, S> {
         gradient[place] = S::one();
         let mut tests = Vec::new();
         match self.conditions {
+            _ if !self.orbits.closes() => {}
             0 => {
                 let with = [orbit.jacobian.clone(), self.orbits.first_point(&orbit)];
                 let both = [with, self.orbits.without(unknowns, &orbit, contact)?];

@@ -1,12 +1,15 @@
 //! Loci in two parameters: saddle-nodes, flips, Neimark–Sacker points and the grazes of periodic
-//! orbits of any itinerary, with their points of codimension two.
+//! orbits of any itinerary, with their points of codimension two, and crises.
 //!
 //! One idea: the orbits of an itinerary with one condition more are a curve, regular where the
 //! curve meets a graze, for the depth variables are among its unknowns. See
 //! docs/mathematics/loci.md.
 
+mod connection;
+mod crisis;
 mod data;
 mod direct;
+mod direct_crisis;
 mod equations;
 mod tangency;
 mod trace;
@@ -22,7 +25,9 @@ use crate::expansion::LocalMap;
 use crate::hybrid::HybridSystem;
 use crate::model::Scene;
 use crate::orbit::GrazingOrbit;
+use crisis::MapCrises;
 use direct::DirectLoci;
+use direct_crisis::DirectCrises;
 use trace::MapLoci;
 
 /// Half-widths of the window in which loci of the map are looked for where those of direct
@@ -35,11 +40,12 @@ const NEAR: f64 = 2.0;
 /// the physical parts, followed as far as the orbits make their contacts: looked for along branches
 /// of direct simulation at some values of the first parameter, and at the map's loci. Grazes by
 /// direct simulation are those of the passage that a tangency section is of. Tangencies are the
-/// map's.
+/// map's. Crises by direct simulation are solved for at some points of the map's.
 ///
 /// # Errors
 ///
-/// [`AnalysisError::Hybrid`] if the simulator refuses the parameters.
+/// [`AnalysisError::Hybrid`] if the simulator refuses the parameters, [`AnalysisError::NotPlanar`]
+/// for crises on a section of other than two coordinates.
 pub fn loci(
     scene: &Scene,
     orbit: &GrazingOrbit,
@@ -53,15 +59,33 @@ pub fn loci(
         let most = NEAR * map.window.parameter[request.plane[0]];
         near.range = request.range.map(|end| end.clamp(-most, most));
     }
-    let by_map = MapLoci::new(map, &near);
-    let traces = by_map.all();
-    let mut loci: Vec<Locus> = traces.iter().map(|trace| by_map.described(trace)).collect();
-    let tangencies = by_map.tangencies(&traces);
-    if request.direct {
-        let system = HybridSystem::new(&scene.model);
-        loci = DirectLoci::new(&system, scene, orbit, map, request)?.all(&loci, progress)?;
-    } else if !request.kinds.contains(&LocusKind::Graze) {
-        loci.retain(|locus| locus.kind != LocusKind::Graze);
+    let mut found = Loci::default();
+    if request.kinds.iter().any(|&kind| kind != LocusKind::Crisis) {
+        let by_map = MapLoci::new(map, &near);
+        let traces = by_map.all();
+        found.loci = traces.iter().map(|trace| by_map.described(trace)).collect();
+        found.tangencies = by_map.tangencies(&traces);
+        found.without_kick = by_map.without_kick(&traces);
+        if request.direct {
+            let system = HybridSystem::new(&scene.model);
+            let direct = DirectLoci::new(&system, scene, orbit, map, request)?;
+            found.loci = direct.all(&found.loci, progress)?;
+        } else if !request.kinds.contains(&LocusKind::Graze) {
+            found.loci.retain(|locus| locus.kind != LocusKind::Graze);
+        }
     }
-    Ok(Loci { loci, tangencies, without_kick: by_map.without_kick(&traces) })
+    if request.kinds.contains(&LocusKind::Crisis) {
+        if map.dimension() != 2 {
+            return Err(AnalysisError::NotPlanar { dimension: map.dimension() });
+        }
+        let crises = MapCrises::new(map, &near).all();
+        if request.direct {
+            let system = HybridSystem::new(&scene.model);
+            let direct = DirectCrises::new(&system, scene, orbit, map, request)?;
+            found.loci.extend(direct.all(&crises, progress));
+        } else {
+            found.loci.extend(crises.into_iter().map(|crisis| crisis.locus));
+        }
+    }
+    Ok(found)
 }

@@ -509,7 +509,8 @@ impl<'a> MapLoci<'a> {
             }
             _ => (trace.itinerary.clone(), None),
         };
-        Locus { kind: trace.kind, itinerary, grazing, points, ends: trace.ends }
+        let (kind, ends) = (trace.kind, trace.ends);
+        Locus { kind, itinerary, grazing, excursion: None, points, ends }
     }
 
     /// The place among the contacts of the one that grazes along a locus of grazes.
@@ -614,7 +615,7 @@ fn condition(seed: &Seed) -> Condition {
 pub(super) fn condition_of(kind: LocusKind) -> Condition {
     match kind {
         LocusKind::Graze => Condition::Graze(0),
-        LocusKind::Fold => Condition::Multiplier(1.0),
+        LocusKind::Fold | LocusKind::Crisis => Condition::Multiplier(1.0),
         LocusKind::Flip => Condition::Multiplier(-1.0),
         LocusKind::Torus => Condition::Pair,
     }
@@ -638,7 +639,7 @@ pub(super) fn is_stable(kind: LocusKind, multipliers: &[Complex<f64>], angle: Op
         nearest.map(|place| others.remove(place));
     };
     match kind {
-        LocusKind::Graze => {}
+        LocusKind::Graze | LocusKind::Crisis => {}
         LocusKind::Fold => leave_out(Complex::new(1.0, 0.0)),
         LocusKind::Flip => leave_out(Complex::new(-1.0, 0.0)),
         LocusKind::Torus => {

@@ -10,6 +10,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::contact_itinerary::ContactItinerary;
 use super::map_equations::{is_same, second_compound};
+use super::returns::PrescribedReturn;
 use crate::analysis::continuation::{CurveEquations, CurvePoint, Linearised, TestValue, bordered};
 use crate::analysis::direct_image::{DirectEnd, DirectImage};
 use crate::analysis::error::AnalysisError;
@@ -454,6 +455,39 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
         let weighted = AHEAD.iter().zip([1.0, 2.0, 3.0, 4.0].map(speed));
         let terms = weighted.map(|(&weight, speed)| Some(S::from_f64(weight) * speed?));
         Some(terms.sum::<Option<S>>()? / S::from_f64(12.0 * length))
+    }
+
+    /// A return in units; without its slopes these are 0. `None` where it does not make the
+    /// contacts of the itinerary and no other.
+    pub(in crate::analysis) fn return_at(
+        &mut self,
+        number: usize,
+        unknowns: &[S],
+        with_slopes: bool,
+    ) -> Option<PrescribedReturn<S>> {
+        let (size, free) = (self.dimension(), self.free.len());
+        let variables = &unknowns[number * size..(number + 1) * size];
+        let parameters = self.parameters(unknowns);
+        let centre = self.flown(number, variables, &parameters)?;
+        let units: Vec<S> = self.units.state.iter().map(|&unit| S::from_f64(unit)).collect();
+        let mut slopes = DMatrix::from_element(2 * size, size + free, S::zero());
+        if with_slopes {
+            for place in 0..size + free {
+                let [point, image] = self.slopes(number, variables, unknowns, place, &centre)?;
+                for row in 0..size {
+                    slopes[(row, place)] = point[row] / units[row];
+                    slopes[(size + row, place)] = image[row] / units[row];
+                }
+            }
+        }
+        let scaled = |values: &[S]| values.iter().zip(&units).map(|(&a, &b)| a / b).collect();
+        (centre.extra_contacts == 0).then(|| PrescribedReturn {
+            point: scaled(&centre.point),
+            image: scaled(&centre.image),
+            lacking: Vec::new(),
+            slopes,
+            free: Vec::new(),
+        })
     }
 
     /// The rounding of derivatives, which are differences, over that of the numbers.

@@ -16,6 +16,7 @@ mod found_orbit;
 mod itinerary_search;
 mod map_equations;
 mod orbit;
+mod returns;
 mod section_map;
 
 pub use contact_itinerary::{ContactItinerary, ItineraryError};
@@ -30,5 +31,6 @@ pub(super) use orbit::finite_or_one;
 pub use orbit::{
     Guess, Held, PeriodicOrbit, PeriodicOutcome, PeriodicProblem, periodic_orbit, window_scales,
 };
-pub(super) use section_map::state_jacobian;
+pub(super) use returns::{MapReturns, PrescribedReturn, PrescribedReturns};
+pub(super) use section_map::derivatives;
 pub use section_map::{Linearisation, SectionMap, SectionStep, Stepped, linearise};

@@ -1,0 +1,210 @@
+//! Crises by direct simulation: the map's, solved for again return by return.
+//!
+//! One idea: a crisis is an orbit from a saddle back to it, and the map's is near enough to begin
+//! Newton's method of direct simulation with. Residuals are of double-double, slopes of `f64`.
+
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+
+use super::connection::Connection;
+use super::crisis::Crisis;
+use super::data::{LociRequest, Locus, LocusPoint};
+use super::equations::OrbitEquations;
+use crate::analysis::Progress;
+use crate::analysis::direct_image::DirectImage;
+use crate::analysis::error::AnalysisError;
+use crate::analysis::evaluation::{DepthEvaluation, MapEvaluation};
+use crate::analysis::periodic::{ContactItinerary, DirectOrbitEquations, DirectUnits};
+use crate::expansion::LocalMap;
+use crate::hybrid::HybridSystem;
+use crate::model::Scene;
+use crate::numeric::linear::factorize;
+use crate::numeric::{Dd, Real, Scalar};
+use crate::orbit::GrazingOrbit;
+
+/// Points of a crisis.
+const POINTS: usize = 9;
+/// Newton steps at most, with slopes of their own and then with the last slopes.
+const STEPS: usize = 8;
+const MORE: usize = 12;
+/// A step at which slopes are kept.
+const NEAR: f64 = 1e-7;
+/// The last step, and how large one that no longer shrinks may be.
+const LAST: f64 = 1e-20;
+const STALLED: f64 = 1e-14;
+
+/// Crises of direct simulation in a plane of parameters.
+pub(super) struct DirectCrises<'a> {
+    rounded: DirectImage<'a, f64>,
+    exact: DirectImage<'a, Dd>,
+    units: DirectUnits,
+    free: [(usize, [f64; 2]); 2],
+    depths: DepthEvaluation<f64>,
+    map: &'a LocalMap,
+    request: &'a LociRequest,
+}
+
+impl<'a> DirectCrises<'a> {
+    pub(super) fn new(
+        system: &'a HybridSystem,
+        scene: &Scene,
+        orbit: &GrazingOrbit,
+        map: &'a LocalMap,
+        request: &'a LociRequest,
+    ) -> Result<Self, AnalysisError> {
+        let rounded = DirectImage::new(system, scene, orbit)?;
+        // Units of the order of the window, where the manifolds are.
+        let widths = request.plane.map(|place| map.window.parameter[place]);
+        let free = [0, 1].map(|at| (request.plane[at], [-widths[at], widths[at]]));
+        Ok(Self {
+            units: DirectUnits::measured(scene, orbit, rounded.clone(), &free, &request.at)?,
+            rounded,
+            exact: DirectImage::new(system, scene, orbit)?,
+            free,
+            depths: MapEvaluation::depths(map),
+            map,
+            request,
+        })
+    }
+
+    /// The map's crises with corners by direct simulation, at some of their physical points; none
+    /// on stroboscopic sections.
+    pub(super) fn all(&self, by_map: &[Crisis], progress: &dyn Progress) -> Vec<Locus> {
+        let with_corner = by_map.iter().filter(|crisis| crisis.corner.is_some());
+        with_corner.filter_map(|crisis| self.locus(crisis, progress)).collect()
+    }
+
+    fn locus(&self, crisis: &Crisis, progress: &dyn Progress) -> Option<Locus> {
+        self.units.gap?;
+        let all = crisis.locus.points.iter().zip(&crisis.saddles);
+        let physical: Vec<_> = all.filter(|(point, _)| point.physical && point.inside).collect();
+        let count = POINTS.min(physical.len());
+        let place = |number: usize| number * (physical.len() - 1) / (count - 1).max(1);
+        let places: Vec<usize> = (0..count).map(place).collect();
+        progress.expect(count as u64);
+        let points: Vec<LocusPoint> = places
+            .into_par_iter()
+            .filter_map(|place| {
+                let (point, saddle) = physical[place];
+                let found = self.point(crisis, point, saddle);
+                progress.advance(1);
+                found
+            })
+            .collect();
+        (!points.is_empty()).then(|| Locus { points, ..crisis.locus.clone() })
+    }
+
+    fn equations<S: Real>(
+        &self,
+        image: &DirectImage<'a, S>,
+        crisis: &Crisis,
+    ) -> DirectOrbitEquations<'a, S> {
+        let passages = crisis.locus.itinerary.passages();
+        let all = ContactItinerary::new(passages, crisis.made.clone());
+        let at = &self.request.at;
+        DirectOrbitEquations::new(image.clone(), &all, &self.units, &self.free, at)
+    }
+
+    /// The crisis at the first parameter of a point of the map's.
+    fn point(
+        &self,
+        crisis: &Crisis,
+        point: &LocusPoint,
+        saddle: &[Vec<f64>],
+    ) -> Option<LocusPoint> {
+        let period = crisis.locus.itinerary.period();
+        let (corner, _) = crisis.corner?;
+        let mut rounded = Connection { returns: self.equations(&self.rounded, crisis), period };
+        let states = [saddle, &point.states].concat();
+        let mut unknowns = rounded.returns.unknowns(&states, &point.parameters)?;
+        let (replaced, _) = self.units.gap?;
+        let grazing = corner * rounded.returns.dimension() + replaced;
+        let (size, held) = (unknowns.len(), unknowns.len() - 2);
+        unknowns[grazing] = 0.0;
+        // Both conditions hold at the start and keep to it.
+        let squared = |jacobian: &DMatrix<f64>| {
+            let mut matrix = jacobian.clone().resize(size, size, 0.0);
+            matrix[(size - 2, grazing)] = 1.0;
+            matrix[(size - 1, held)] = 1.0;
+            matrix
+        };
+        let mut near = None;
+        for _ in 0..STEPS {
+            let there = rounded.linearised(&unknowns)?;
+            let matrix = factorize(&squared(&there.jacobian)).ok()?;
+            let right = (-&there.residual).resize_vertically(size, 0.0);
+            let step = matrix.solve(&right).ok()?;
+            unknowns.iter_mut().zip(step.iter()).for_each(|(value, change)| *value += change);
+            if step.amax() <= NEAR {
+                near = Some((matrix, rounded.ends(&there.extra.returns)?));
+                break;
+            }
+        }
+        let (matrix, ends) = near?;
+        let multiplier = ends.multiplier;
+        let ends = ends.converted::<Dd>();
+        let mut exact = Connection { returns: self.equations(&self.exact, crisis), period };
+        let mut found: Vec<Dd> = unknowns.iter().map(|&value| Dd::from(value)).collect();
+        let mut last = f64::INFINITY;
+        let mut flown = Vec::new();
+        for _ in 0..MORE {
+            let returns = 0..crisis.made.len();
+            let all = returns.map(|number| exact.returns.return_at(number, &found, false));
+            flown = all.collect::<Option<Vec<_>>>()?;
+            let residual = exact.residual(&flown, &ends);
+            // Solved in the numbers of the slopes, scaled to keep small residuals.
+            let largest = residual.iter().fold(0.0, |most: f64, r| most.max(r.magnitude()));
+            let scale = if largest > 0.0 { largest } else { 1.0 };
+            let scaled = residual.iter().map(|&r| -(r / Dd::from(scale)).to_f64());
+            let right = DVector::from_iterator(size - 2, scaled).resize_vertically(size, 0.0);
+            let step = matrix.solve(&right).ok()?;
+            let length = step.amax() * scale;
+            for (value, &change) in found.iter_mut().zip(step.iter()) {
+                *value += Dd::from(change) * Dd::from(scale);
+            }
+            if length <= LAST || length >= 0.5 * last {
+                last = length;
+                break;
+            }
+            last = length;
+        }
+        if last > STALLED {
+            return None;
+        }
+        let parameters: Vec<f64> =
+            exact.returns.parameters(&found).iter().map(|value| value.to_f64()).collect();
+        let state = |values: &[Dd]| -> Vec<f64> {
+            let pairs = values.iter().zip(&self.units.state);
+            pairs.map(|(value, unit)| value.to_f64() * unit).collect()
+        };
+        let inside = flown.iter().all(|one| {
+            let state = state(&one.point);
+            let depths = self.depths.at(&state, &parameters);
+            self.map.window.holds(&state, &parameters, &depths)
+        });
+        let states: Vec<Vec<f64>> = flown[period..].iter().map(|one| state(&one.point)).collect();
+        Some(LocusPoint {
+            depth_variables: self.speeds(&states, &parameters, corner - period)?,
+            states,
+            parameters,
+            multipliers: vec![[multiplier, 0.0]],
+            inside,
+            ..point.clone()
+        })
+    }
+
+    /// The speed of each contact of an excursion, 0 where it grazes.
+    fn speeds(&self, states: &[Vec<f64>], parameters: &[f64], grazing: usize) -> Option<Vec<f64>> {
+        let mut image = self.rounded.clone();
+        let mut speeds = Vec::new();
+        for (number, state) in states.iter().enumerate() {
+            if number == grazing {
+                speeds.push(0.0);
+                continue;
+            }
+            let flown = image.image(state, parameters).ok()?;
+            speeds.extend(flown.passages.into_iter().flatten());
+        }
+        Some(speeds)
+    }
+}

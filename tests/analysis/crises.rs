@@ -1,0 +1,123 @@
+//! Crises against iteration: on one side of the curve an attractor keeps to its bands.
+
+use grazemap::Map;
+use grazemap::analysis::loci::{LociRequest, Locus, LocusKind, LocusPoint};
+use grazemap::analysis::periodic::ContactItinerary;
+use grazemap::analysis::{DirectMap, NoProgress};
+use grazemap::hybrid::HybridSystem;
+use grazemap::iteration::{DiscreteMap, HornerMap};
+use grazemap::prelude::{FindGraze, Scene};
+
+/// The beam whose attractors follow each other by adding a period: seven bands end in a crisis.
+fn beam() -> Map {
+    let scene = Scene::load("scenes/cantilever_3_5_soft.toml").expect("a scene");
+    scene.graze().and_then(|graze| graze.map()).expect("a map")
+}
+
+/// The crises at the saddle `1100000` in the amplitude and the distance of the stop.
+fn crisis(map: &Map, direct: bool) -> Locus {
+    let request = LociRequest {
+        plane: [1, 0],
+        range: [-2e-6, 2e-6],
+        at: vec![0.0; 2],
+        kinds: vec![LocusKind::Crisis],
+        itineraries: vec![ContactItinerary::parse("1100000", 1).expect("digits")],
+        direct,
+    };
+    let found = map.loci(&request, &NoProgress).expect("loci").loci;
+    assert_eq!(found.len(), 1, "crises");
+    found[0].clone()
+}
+
+/// Returns until the deep contacts of a period, which mark the phase of the bands, are no longer
+/// seven returns apart; `most` if they are all along.
+fn returns_in_bands(
+    map: &dyn DiscreteMap,
+    parameters: &[f64],
+    start: &[f64],
+    most: usize,
+) -> usize {
+    let (mut state, mut image) = (start.to_vec(), vec![0.0; 2]);
+    let mut last = None;
+    for number in 0..most {
+        let step = map.step(&state, parameters, &mut image);
+        assert!(step.valid, "no image of {state:?}");
+        if step.depth > 1e-6 {
+            if last.is_some_and(|last| number - last != 7) {
+                return number;
+            }
+            last = Some(number);
+        }
+        state.copy_from_slice(&image);
+    }
+    most
+}
+
+/// The graze of a crisis, which is on the attractor, and the parameters there.
+fn graze(locus: &Locus) -> (Vec<f64>, [f64; 2]) {
+    let size = |point: &&LocusPoint| point.parameters[1].abs();
+    let points = locus.points.iter();
+    let middle = points.min_by(|a, b| size(a).total_cmp(&size(b))).expect("points");
+    let [number, _] = locus.grazing.expect("a graze");
+    (middle.states[number].clone(), [middle.parameters[0], middle.parameters[1]])
+}
+
+/// A share of the crisis' parameter above it at which no other attractor is known.
+const FAR: f64 = 5e-3;
+
+/// A state of the attractor a share of the parameter above the crisis, carried there from [`FAR`].
+fn settled(map: &dyn DiscreteMap, graze: &[f64], [q, beta]: [f64; 2], share: f64) -> Vec<f64> {
+    let (mut state, mut image) = (graze.to_vec(), vec![0.0; 2]);
+    let mut iterate = |away: f64, returns: usize| {
+        for _ in 0..returns {
+            assert!(map.step(&state, &[q * (1.0 + away), beta], &mut image).valid);
+            state.copy_from_slice(&image);
+        }
+    };
+    iterate(FAR, 10_000);
+    let mut away = FAR;
+    while away > share.max(1e-9) {
+        away = (0.7 * away).max(share.max(1e-9));
+        iterate(away, 70);
+    }
+    iterate(share, 7);
+    state
+}
+
+/// Returns in bands at a share of the parameter above the crisis.
+fn bands_at(map: &dyn DiscreteMap, locus: &Locus, share: f64, most: usize) -> usize {
+    let (start, [q, beta]) = graze(locus);
+    let start = settled(map, &start, [q, beta], share);
+    returns_in_bands(map, &[q * (1.0 + share), beta], &start, most)
+}
+
+#[test]
+fn seven_bands_of_the_map_end_at_its_crisis() {
+    let map = beam();
+    let locus = crisis(&map, false);
+    assert!(locus.points.len() > 2 && locus.points.iter().all(|point| point.physical));
+    let horner = HornerMap::new(map.local());
+    for share in [1e-9, 1e-6, 1e-3] {
+        assert_eq!(bands_at(&horner, &locus, share, 400_000), 400_000, "{share:e} above");
+    }
+    for share in [-1e-4, -1e-3] {
+        assert!(bands_at(&horner, &locus, share, 400_000) < 400_000, "{share:e}");
+    }
+}
+
+#[test]
+fn seven_bands_of_direct_simulation_end_at_its_crisis() {
+    let map = beam();
+    let locus = crisis(&map, true);
+    let system = HybridSystem::new(&map.scene().model);
+    let direct = DirectMap::new(&system, map.scene(), map.orbit()).expect("a section");
+    // The map's crisis lies as far from it as the map errs.
+    let apart = graze(&locus).1[0] / graze(&crisis(&map, false)).1[0] - 1.0;
+    assert!((1e-4..1e-2).contains(&apart.abs()), "{apart:e}");
+    for share in [1e-6, 1e-3] {
+        assert_eq!(bands_at(&direct, &locus, share, 30_000), 30_000, "{share:e} above");
+    }
+    for share in [-1e-3, -3e-3] {
+        assert!(bands_at(&direct, &locus, share, 30_000) < 30_000, "{share:e}");
+    }
+}
