@@ -165,8 +165,9 @@ fn a_branch_begins_at_its_graze_where_the_range_is_wide() {
     assert_eq!(labelled(&found, "1", BranchLabel::Graze).len(), 1);
 }
 
-/// On a stroboscopic section, at the phase of the graze and at another, a branch of direct simulation
-/// begins at its graze, with the slope of the closed form, and reaches the published saddle-node.
+/// On a stroboscopic section, at the phase of the graze and at another, a branch of direct
+/// simulation begins at its graze, with the slope of the closed form, and reaches the published
+/// saddle-node.
 #[test]
 fn a_branch_on_a_stroboscopic_section_begins_at_its_graze() {
     let parameter = |name: &str| match name {

@@ -183,7 +183,7 @@ impl<'a, S: Real> MapOrbitEquations<'a, S> {
         finite.then_some(there)
     }
 
-    /// Residuals with derivatives by the offsets of all unknowns, or by none: in so many directions.
+    /// Residuals with derivatives by the offsets of all unknowns or of none: in `size` directions.
     fn evaluated(&self, unknowns: &[S], size: usize) -> Linearised<S, PassagesOfOrbit<S>> {
         let (state, depth_variables, parameters) = self.offsets(unknowns);
         let rows = self.first_parameter();
