@@ -158,23 +158,25 @@ impl<'a, S: Real> DirectImage<'a, S> {
         self.frame.passage_places()
     }
 
-    /// The gap at a section point: `−y²` of its own passage on a tangency section.
+    /// The gap at the first passage of a section point along the free flow, `−y²` of a contact: on
+    /// a tangency section at the point itself. NaN where there is no such passage.
     ///
     /// # Errors
     ///
-    /// [`AnalysisError::Length`].
+    /// [`AnalysisError::Length`]; [`AnalysisError::Hybrid`] if an offset is not finite.
     pub(super) fn gap(
         &mut self,
         offsets: &[S],
         parameter_offsets: &[S],
     ) -> Result<S, AnalysisError> {
         self.frame.place(offsets, parameter_offsets)?;
-        Ok(self.frame.gap())
-    }
-
-    /// Whether the section is that of a graze itself.
-    pub(super) fn is_tangency(&self) -> bool {
-        self.frame.kind() == PoincareSectionKind::Tangency
+        if self.frame.kind() == PoincareSectionKind::Tangency {
+            return Ok(self.frame.gap());
+        }
+        let duration = self.frame.duration();
+        self.returns.set_parameters(self.frame.parameters(), duration)?;
+        let gap = self.returns.first_gap(self.frame.state())?;
+        Ok(gap.unwrap_or(S::from_f64(f64::NAN)))
     }
 
     /// Takes whole periods off the phase of a section point, where it is a coordinate.

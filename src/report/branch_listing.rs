@@ -311,18 +311,29 @@ impl BranchListing {
         figures
     }
 
+    /// What the orbits of a branch are called in a figure: their itinerary, and where there are
+    /// several surfaces the hits of each and the periods.
+    fn name(&self, number: usize) -> &str {
+        let branch = &self.branches[number];
+        let several = self.passages.iter().any(|surface| *surface != self.passages[0]);
+        match branch.points.first() {
+            Some(point) if several => &point.orbit.name,
+            _ => &branch.itinerary,
+        }
+    }
+
     fn figure(&self, axis: Axis, under: Vec<[f64; 2]>, value: Values<'_>) -> Figure {
         let letter = symbol(&self.along);
         let mut figure = Figure::new(Axis::linear(format!("{letter} − {letter}*")), axis);
         let mut named: Vec<&str> = Vec::new();
         for number in 0..self.branches.len() {
-            let itinerary = self.branches[number].itinerary.as_str();
-            let known = named.iter().position(|name| *name == itinerary);
+            let name = self.name(number);
+            let known = named.iter().position(|other| *other == name);
             let color = known.unwrap_or(named.len());
-            let name = if known.is_none() { itinerary } else { "" };
             if known.is_none() {
-                named.push(itinerary);
+                named.push(name);
             }
+            let name = if known.is_none() { name } else { "" };
             self.draw(&mut figure, number, value, (name, color));
         }
         let under = beside(under, &figure.series);

@@ -165,6 +165,46 @@ fn a_branch_begins_at_its_graze_where_the_range_is_wide() {
     assert_eq!(labelled(&found, "1", BranchLabel::Graze).len(), 1);
 }
 
+/// On a stroboscopic section, at the phase of the graze and at another, a branch of direct
+/// simulation begins at its graze, with the slope of the closed form, and reaches the published
+/// saddle-node.
+#[test]
+fn a_branch_on_a_stroboscopic_section_begins_at_its_graze() {
+    let parameter = |name: &str| match name {
+        "zeta" => Dd::from(0.05),
+        "omega" => Dd::from(1.8),
+        _ => Dd::from(0.7),
+    };
+    let closed = Foale::unfolded(parameter, 0.0, 1);
+    let step = Dd::from(1e-10);
+    let sides = [closed.alpha(step), closed.alpha(-step)];
+    let expected = ((sides[0] - sides[1]) / (step + step)).to_f64();
+    for phase in ["\"grazing\"", "0.5"] {
+        let set = [
+            ("section.kind", "\"stroboscopic\""),
+            ("section.phase", phase),
+            ("window.state", "{}"),
+        ];
+        let map = scene_with("foale", &set).graze().and_then(|graze| graze.map()).expect("a map");
+        let found = map.branches(&request(&["1"], 1, [-0.8, 0.1], true), &NoProgress);
+        let found = found.expect("branches");
+        let graze = map.parameter("alpha").expect("a parameter");
+        let folds = labelled(&found, "1", BranchLabel::SaddleNode);
+        assert_eq!(folds.len(), 1, "{phase}");
+        assert!((graze + folds[0] - 1.487172409899).abs() < 2e-12, "{phase}: {folds:?}");
+        let points = found.branches.iter().filter(|branch| branch.itinerary.to_string() == "1");
+        let special = points.flat_map(|branch| &branch.points);
+        let special = special.filter_map(|point| Some((point, point.special.as_ref()?)));
+        let grazes: Vec<_> =
+            special.filter(|(_, special)| special.label == BranchLabel::Graze).collect();
+        assert_eq!(grazes.len(), 1, "{phase}");
+        let (point, special) = grazes[0];
+        assert!(point.orbit.parameters[0].abs() < 1e-15, "{phase}: {:?}", point.orbit);
+        let slope = special.coefficient.expect("a slope");
+        assert!((slope / expected - 1.0).abs() < 1e-9, "{phase}: {slope} {expected}");
+    }
+}
+
 /// Where a compliant stop with a damper is met, the parameter changes with the square of the speed.
 #[test]
 fn a_parameter_that_changes_with_the_square_of_the_speed_has_the_slope_zero() {
@@ -193,6 +233,16 @@ fn special_points_of_the_map_are_those_of_direct_simulation() {
         map.branches(&request, &NoProgress).expect("branches")
     };
     let (by_map, direct) = (of(false), of(true));
+    // The cubic coefficient of the flip is that of the map in the same units.
+    let cubic = |found: &Branches| {
+        let ten = found.branches.iter().filter(|branch| branch.itinerary.to_string() == "10");
+        let points = ten.flat_map(|branch| &branch.points);
+        let special = points.filter_map(|point| point.special.as_ref());
+        let mut flips = special.filter(|special| special.label == BranchLabel::PeriodDoubling);
+        flips.next().and_then(|special| special.coefficient).expect("a coefficient")
+    };
+    let (ours, simulated) = (cubic(&by_map), cubic(&direct));
+    assert!((simulated / ours - 1.0).abs() < 1e-4, "{ours} {simulated}");
     for (itinerary, label, tolerance) in [
         ("10", BranchLabel::PeriodDoubling, 1e-9),
         ("100", BranchLabel::PeriodDoubling, 1e-9),

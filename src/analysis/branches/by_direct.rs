@@ -3,6 +3,8 @@
 //! One idea: at the graze itself every branch may begin, without the map being asked for an orbit;
 //! what simulation settles on along the range gives the other seeds.
 
+use std::collections::VecDeque;
+
 use rayon::prelude::*;
 
 use super::data::{Branch, BranchEnd, BranchLabel, BranchPoint, BranchRequest, Branches, Special};
@@ -37,8 +39,11 @@ const VALUES: usize = 16;
 const SCATTERED: usize = 2;
 /// Orbits are flown at offsets of the parameter up to so many of its sizes.
 const FARTHEST: f64 = 4.0;
-/// Returns flown before any are looked at.
+/// Returns flown before any are looked at, at most.
 const TRANSIENT: usize = 300;
+/// After every so many, whether section points repeat to this, in units, and none more are needed.
+const SETTLING: usize = 16;
+const SETTLED: f64 = 1e-10;
 /// Returns looked at, at least.
 const KEPT: usize = 40;
 /// Section points this near, in units, nearly repeat.
@@ -277,18 +282,30 @@ impl<'a> Continuation<'a> {
         let kept = KEPT.max(2 * self.request.longest);
         let mut state = start.to_vec();
         let mut flight = Flight { parameter, states: Vec::new(), returns: Vec::new() };
-        for number in 0..TRANSIENT + kept {
+        // The last section points, as long as the flight may be settled on a period of them.
+        let mut latest: VecDeque<Vec<f64>> = VecDeque::new();
+        let mut dropped = TRANSIENT;
+        for number in 0.. {
+            if number == dropped + kept {
+                break;
+            }
             let Some(step) = SectionMap::image(image, &state, &parameters) else {
                 break;
             };
             let mut next = step.offsets;
-            if number >= TRANSIENT {
+            if number >= dropped {
                 flight.states.push(state);
                 flight.returns.push(step.contacts);
-            }
-            // Between the points of one period the phase goes on.
-            if number < TRANSIENT {
+            } else {
+                // Between the points of one period the phase goes on.
                 image.reduce_phase(&mut next);
+                if latest.len() > self.request.longest {
+                    latest.pop_back();
+                }
+                if number % SETTLING == 0 && self.repeats(&next, &latest) {
+                    dropped = number + 1;
+                }
+                latest.push_front(next.clone());
             }
             state = next;
         }
@@ -296,6 +313,15 @@ impl<'a> Continuation<'a> {
             flight.states.push(state);
         }
         flight
+    }
+
+    /// Whether a section point is one of the latest.
+    fn repeats(&self, state: &[f64], latest: &VecDeque<Vec<f64>>) -> bool {
+        let near = |other: &Vec<f64>| {
+            let mut pairs = state.iter().zip(other).zip(&self.units.state);
+            pairs.all(|((a, b), unit)| (a - b).abs() <= SETTLED * unit)
+        };
+        latest.iter().any(near)
     }
 
     /// The kept returns that come nearest to a period of an itinerary.
@@ -677,14 +703,21 @@ impl<'a> Continuation<'a> {
         let exact = |values: &[f64]| values.iter().map(|&value| Dd::from(value)).collect();
         let own = point.unknowns.iter().enumerate();
         let own = own.filter(|(unknown, _)| equations.passage_of(*unknown).is_some());
+        let gaps = own.map(|(unknown, value)| match equations.begins_with_contact_at(unknown) {
+            true => value * value,
+            false => value.abs(),
+        });
+        let units = &window_scales(&self.map.window)[..self.units.state.len()];
+        // How far the coordinate that is replaced lies from that of a graze, in half-widths.
+        let share = self.units.gap.map_or(1.0, |(place, _)| self.units.state[place] / units[place]);
         let mut image = self.fine.clone();
         let mut form = NormalForm {
             map: &mut image,
             state: exact(&orbit.states[0]),
             parameters: exact(&equations.parameters(&point.unknowns)),
             returns: equations.itinerary().period(),
-            units: window_scales(&self.map.window)[..self.units.state.len()].to_vec(),
-            length: own.fold(1.0, |least, (_, value)| least.min(value * value)),
+            units: units.to_vec(),
+            length: gaps.fold(1.0, |least, gap| least.min(share * gap)),
             jacobian: equations.jacobian(orbit)?,
         };
         form.of(label)

@@ -14,7 +14,7 @@ use crate::analysis::continuation::{
 use crate::analysis::error::AnalysisError;
 use crate::analysis::periodic::{
     ByMap, ContactItinerary, FoundOrbit, ItinerarySearch, MapOrbitEquations, OrbitContact,
-    PassagesOfOrbit, Settled,
+    PassagesOfOrbit, Settled, window_scales,
 };
 use crate::analysis::progress::Progress;
 use crate::expansion::LocalMap;
@@ -411,18 +411,21 @@ impl<'a> Continuation<'a> {
         let mut map = self.search.fine.clone();
         let exact = |values: Vec<f64>| values.into_iter().map(Dd::from).collect();
         let (state, depths, parameters) = equations.offsets(&point.unknowns);
-        let units = equations.units();
         let first = equations.first_depth_variable();
-        let depths = depths.iter().zip(&units[first..]);
-        let depths = depths.map(|(y, unit)| (y / unit).powi(2));
-        let free = point.linearised.extra.free.iter().map(|(_, _, depth)| depth.abs());
+        let units = &window_scales(&self.map.window)[..first];
+        // Units of the equations are half-widths, or smaller by one factor.
+        let smaller = (equations.units()[0] / units[0]).powi(2);
+        let depths = depths.iter().zip(&equations.units()[first..]);
+        let depths = depths.map(|(y, unit)| smaller * (y / unit).powi(2));
+        let free = point.linearised.extra.free.iter();
+        let free = free.map(|(_, _, depth)| smaller * depth.abs());
         let jacobian = equations.jacobian(&point.linearised)?;
         let mut form = NormalForm {
             map: &mut map,
             state: exact(state),
             parameters: exact(parameters),
             returns: equations.itinerary().period(),
-            units: units[..first].to_vec(),
+            units: units.to_vec(),
             length: depths.chain(free).fold(1.0, f64::min),
             jacobian,
         };

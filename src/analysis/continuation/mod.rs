@@ -38,6 +38,11 @@ pub trait CurveEquations<S: Real> {
     /// not defined.
     fn linearised(&mut self, unknowns: &[S]) -> Option<Linearised<S, Self::Extra>>;
 
+    /// The residuals alone, where they cost less.
+    fn residual(&mut self, unknowns: &[S]) -> Option<DVector<S>> {
+        self.linearised(unknowns).map(|there| there.residual)
+    }
+
     /// Test functions at a point of the curve, as many and in the same order at every point. They
     /// are smooth along the curve; a turn of an unknown is [`TestValue::turn`].
     fn tests(&self, point: &CurvePoint<S, Self::Extra>) -> Vec<TestValue<S>>;

@@ -69,8 +69,7 @@ pub fn corrected<S: Real, C: CurveEquations<S> + ?Sized>(
         for (row, &value) in here.residual.iter().enumerate() {
             right[row] = -value;
         }
-        let offset = unknowns.iter().zip(origin).zip(normal);
-        right[size - 1] = -offset.map(|((&u, &o), &n)| (u - o) * n).sum::<S>();
+        right[size - 1] = -offset(&unknowns, origin, normal);
         let step = solve(&matrix, &right).ok()?;
         let length = step.iter().fold(0.0, |most: f64, value| most.max(value.magnitude()));
         if !length.is_finite() || (length > 2.0 * last && length > S::ROUNDOFF.sqrt()) {
@@ -82,15 +81,64 @@ pub fn corrected<S: Real, C: CurveEquations<S> + ?Sized>(
         let converged = length <= S::ROUNDOFF.powf(0.75);
         let stalled = length >= STALLED * last && length <= S::ROUNDOFF.sqrt();
         if converged || stalled {
-            let there = curve.linearised(&unknowns)?;
-            // Steps stall at the rounding of the residual, or where it is no smooth function.
-            let rest = there.residual.iter().fold(0.0, |most: f64, r| most.max(r.magnitude()));
-            let solved = converged || rest <= S::ROUNDOFF.sqrt();
-            return solved.then_some((unknowns, there));
+            return solved(curve, unknowns, converged);
         }
         last = length;
     }
     None
+}
+
+/// Unknowns at which steps have converged, or stalled.
+fn solved<S: Real, C: CurveEquations<S> + ?Sized>(
+    curve: &mut C,
+    unknowns: Vec<S>,
+    converged: bool,
+) -> Option<Solution<S, C::Extra>> {
+    let there = curve.linearised(&unknowns)?;
+    // Steps stall at the rounding of the residual, or where it is no smooth function.
+    let rest = there.residual.iter().fold(0.0, |most: f64, r| most.max(r.magnitude()));
+    (converged || rest <= S::ROUNDOFF.sqrt()).then_some((unknowns, there))
+}
+
+/// Factor by which steps with a Jacobian that is not the point's own shrink, at least.
+const SHRINKING: f64 = 0.1;
+
+/// The same with a Jacobian from near the solution, in steps that take the residuals alone. Where
+/// they do not shrink fast Newton's method goes on.
+fn corrected_with<S: Real, C: CurveEquations<S> + ?Sized>(
+    curve: &mut C,
+    start: &[S],
+    origin: &[S],
+    normal: &[S],
+    jacobian: &DMatrix<S>,
+) -> Option<Solution<S, C::Extra>> {
+    let mut unknowns = start.to_vec();
+    let factors = factorize(&bordered(jacobian, normal)).ok();
+    let mut last = f64::INFINITY;
+    while let Some(residual) = factors.as_ref().and_then(|_| curve.residual(&unknowns)) {
+        let right = residual.insert_row(unknowns.len() - 1, offset(&unknowns, origin, normal));
+        let step = factors.as_ref()?.solve(&-right).ok()?;
+        let length = step.iter().fold(0.0, |most: f64, value| most.max(value.magnitude()));
+        let small = length <= S::ROUNDOFF.sqrt();
+        if !length.is_finite() || (length > SHRINKING * last && !small) {
+            break;
+        }
+        for (value, &change) in unknowns.iter_mut().zip(step.iter()) {
+            *value += change;
+        }
+        let converged = length <= S::ROUNDOFF.powf(0.75);
+        if converged || (small && length >= STALLED * last) {
+            return solved(curve, unknowns, converged);
+        }
+        last = length;
+    }
+    corrected(curve, start, origin, normal)
+}
+
+/// How far a point lies from the plane through `origin` across `normal`.
+fn offset<S: Real>(unknowns: &[S], origin: &[S], normal: &[S]) -> S {
+    let pairs = unknowns.iter().zip(origin).zip(normal);
+    pairs.map(|((&u, &o), &n)| (u - o) * n).sum()
 }
 
 /// Newton steps of a search at most, and halvings of each.
@@ -159,7 +207,16 @@ pub(super) fn point_on<S: Real, C: CurveEquations<S> + ?Sized>(
     [origin, normal]: [&[S]; 2],
     along: &[S],
 ) -> Option<CurvePoint<S, C::Extra>> {
-    let (unknowns, linearised) = corrected(curve, start, origin, normal)?;
+    let found = corrected(curve, start, origin, normal)?;
+    point_of(curve, found, along)
+}
+
+/// A solution as a point of a curve.
+fn point_of<S: Real, C: CurveEquations<S> + ?Sized>(
+    curve: &mut C,
+    (unknowns, linearised): Solution<S, C::Extra>,
+    along: &[S],
+) -> Option<CurvePoint<S, C::Extra>> {
     let tangent = tangent_at(&linearised.jacobian, along)?;
     let mut point = CurvePoint { unknowns, tangent, linearised, tests: Vec::new() };
     point.tests = curve.tests(&point);
@@ -205,7 +262,9 @@ impl<'a, S: Real, X: Clone> Chord<'a, S, X> {
             self.length * share * rest * (rest * (a - normal) - share * (b - normal))
         });
         let start: Vec<S> = origin.iter().zip(bend).map(|(&origin, bend)| origin + bend).collect();
-        point_on(curve, &start, [&origin, &self.normal], &a.tangent)
+        let jacobian = &a.linearised.jacobian * rest + &b.linearised.jacobian * share;
+        let found = corrected_with(curve, &start, &origin, &self.normal, &jacobian)?;
+        point_of(curve, found, &a.tangent)
     }
 }
 

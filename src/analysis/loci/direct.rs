@@ -219,7 +219,7 @@ impl<'a> DirectLoci<'a> {
         from + share * (to - from)
     }
 
-    /// The locus of grazes of the orbit without contact; none on stroboscopic sections.
+    /// The locus of grazes of the orbit without contact; none where returns have no passage.
     fn graze(&self) -> Option<Trace> {
         self.units.gap?;
         let itinerary = self.one_contact();

@@ -1,8 +1,9 @@
 //! The orbits of an itinerary of direct simulation as equations to be continued.
 //!
-//! One idea: on the section of a graze the contact of a return is a coordinate of its first point.
-//! With `y = √(−h)` in the place of one coordinate where a return begins with contact, and the gap
-//! `h` where it does not, the images of all section points are smooth up to the graze, which is the
+//! One idea: the contact of a return is a coordinate of its first point, whose gap at the passage
+//! is known from the free flow: on a tangency section it is that of the point itself. With
+//! `y = √(−h)` in the place of one coordinate where a return begins with contact, and the gap `h`
+//! where it does not, the images of all section points are smooth up to the graze, which is the
 //! border of their range and is reached exactly.
 
 use nalgebra::{DMatrix, DVector};
@@ -27,7 +28,7 @@ use crate::orbit::GrazingOrbit;
 /// ```
 ///
 /// where `w` is a section point with the variable of its own passage in the place of the
-/// coordinate that the gap depends on most. On stroboscopic sections `w` is the point itself.
+/// coordinate that the gap depends on most.
 #[derive(Clone, Debug)]
 pub struct DirectOrbitEquations<'a, S: Real> {
     image: DirectImage<'a, S>,
@@ -57,7 +58,7 @@ pub struct DirectUnits {
     /// Of each parameter that varies.
     pub parameters: Vec<f64>,
     /// The coordinate that is replaced by a variable of the passage, and the unit of the gap; none
-    /// on stroboscopic sections.
+    /// where nothing passes the surface in free flight.
     pub gap: Option<(usize, f64)>,
 }
 
@@ -162,9 +163,6 @@ impl DirectUnits {
             false => share,
         });
         let state: Vec<f64> = state.collect();
-        if !image.is_tangency() {
-            return Ok(Self { state, parameters, gap: None });
-        }
         let mut slopes = Vec::new();
         for place in 0..state.len() {
             let mut moved = vec![0.0; state.len()];
@@ -175,6 +173,7 @@ impl DirectUnits {
         }
         let steepest = slopes.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1));
         let gap = steepest.map(|(place, &slope)| (place, slope));
+        let gap = gap.filter(|(_, slope)| slope.is_finite());
         Ok(Self { state, parameters, gap })
     }
 }
@@ -286,6 +285,9 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
                 state.iter().zip(units).map(|(&x, &unit)| x / S::from_f64(unit)).collect();
             if let Some((replaced, unit)) = self.units.gap {
                 let gap = self.image.gap(state, parameters).ok()? / S::from_f64(unit);
+                if !gap.is_finite() {
+                    return None;
+                }
                 values[replaced] = match self.begins_with_contact(number) {
                     true => (-gap).max(S::zero()).sqrt(),
                     false => gap.max(S::zero()),
@@ -324,12 +326,14 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
             let slope = (lacking - before) / step;
             let next = -(lacking / slope);
             let small = S::from_f64(4.0 * S::ROUNDOFF) * scale;
-            if lacking == S::zero() || !next.is_finite() || next.abs() <= small {
+            // Rounding of the gap, where it is flown to, keeps steps from shrinking further.
+            let stalls = next.abs() >= step.abs() && step.abs() <= S::from_f64(1e-6) * scale;
+            if lacking == S::zero() || !next.is_finite() || next.abs() <= small || stalls {
                 break;
             }
             step = next;
         }
-        point[replaced].is_finite().then_some(point)
+        (point[replaced].is_finite() && lacking.is_finite()).then_some(point)
     }
 
     /// A section point with its image; `None` where the return does not make the contacts of the
@@ -613,6 +617,22 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
 }
 
 impl<S: Real> DirectOrbitEquations<'_, S> {
+    /// The first row of a point's own equation and that of the return that leads to it.
+    fn rows(&self, number: usize) -> (usize, usize) {
+        let (size, count) = (self.dimension(), self.flights.len());
+        (number * size, (number + count - 1) % count * size)
+    }
+
+    /// Adds what a section point and its image are in the residuals.
+    fn add_to(&self, residual: &mut DVector<S>, number: usize, flown: &Flown<S>) {
+        let (own, before) = self.rows(number);
+        for (row, &unit) in self.units.state.iter().enumerate() {
+            let unit = S::from_f64(unit);
+            residual[own + row] += flown.image[row] / unit;
+            residual[before + row] -= flown.point[row] / unit;
+        }
+    }
+
     /// Residuals and their Jacobian by all unknowns, with the orbit; `None` where a return does not
     /// make the contacts of the itinerary.
     pub fn orbit_at(&mut self, unknowns: &[S]) -> Option<Linearised<S, DirectOrbit<S>>> {
@@ -634,13 +654,8 @@ impl<S: Real> DirectOrbitEquations<'_, S> {
             let centre = self.flown(number, variables, &parameters)?;
             let mut both = [DMatrix::from_element(size, size, S::zero()), DMatrix::zeros(0, 0)];
             both[1] = both[0].clone();
-            // The row of the point's own equation and that of the return that leads to it.
-            let (own, before) = (number * size, (number + count - 1) % count * size);
-            for row in 0..size {
-                let unit = S::from_f64(self.units.state[row]);
-                residual[own + row] += centre.image[row] / unit;
-                residual[before + row] -= centre.point[row] / unit;
-            }
+            let (own, before) = self.rows(number);
+            self.add_to(&mut residual, number, &centre);
             for place in 0..size + free {
                 let [point, image] = self.slopes(number, variables, unknowns, place, &centre)?;
                 let column = if place < size { number * size + place } else { rows + place - size };
@@ -678,6 +693,18 @@ impl<S: Real> CurveEquations<S> for DirectOrbitEquations<'_, S> {
 
     fn linearised(&mut self, unknowns: &[S]) -> Option<Linearised<S, DirectOrbit<S>>> {
         self.orbit_at(unknowns)
+    }
+
+    fn residual(&mut self, unknowns: &[S]) -> Option<DVector<S>> {
+        let (size, count) = (self.dimension(), self.flights.len());
+        let parameters = self.parameters(unknowns);
+        let mut residual = DVector::from_element(size * count, S::zero());
+        for number in 0..count {
+            let variables = &unknowns[number * size..(number + 1) * size];
+            let flown = self.flown(number, variables, &parameters)?;
+            self.add_to(&mut residual, number, &flown);
+        }
+        Some(residual)
     }
 
     fn tests(&self, point: &CurvePoint<S, DirectOrbit<S>>) -> Vec<TestValue<S>> {

@@ -174,8 +174,19 @@ impl<'a, S: Real> MapOrbitEquations<'a, S> {
 
     /// Residuals and Jacobian by all unknowns: `d + m` rows.
     pub fn at(&self, unknowns: &[S]) -> Option<Linearised<S, PassagesOfOrbit<S>>> {
+        let mut there = self.evaluated(unknowns, unknowns.len());
+        for (column, &unit) in self.units.iter().enumerate() {
+            let unit = S::from_f64(unit);
+            there.jacobian.column_mut(column).iter_mut().for_each(|entry| *entry *= unit);
+        }
+        let finite = there.residual.iter().chain(&there.jacobian).all(|value| value.is_finite());
+        finite.then_some(there)
+    }
+
+    /// Residuals with derivatives by the offsets of all unknowns or of none: in `size` directions.
+    fn evaluated(&self, unknowns: &[S], size: usize) -> Linearised<S, PassagesOfOrbit<S>> {
         let (state, depth_variables, parameters) = self.offsets(unknowns);
-        let (size, rows) = (unknowns.len(), self.first_parameter());
+        let rows = self.first_parameter();
         let mut tangents = Tangents::new(size);
         let place_of = |parameter: usize| {
             let place = self.free.iter().position(|&free| free == parameter);
@@ -207,9 +218,9 @@ impl<'a, S: Real> MapOrbitEquations<'a, S> {
                 contact += 1;
                 residual[row] = (depth.value - y * y) / depth_unit;
                 for column in 0..size {
-                    jacobian[(row, column)] = depth.tangent[column] / depth_unit;
+                    let own = if column == row { y + y } else { S::zero() };
+                    jacobian[(row, column)] = (depth.tangent[column] - own) / depth_unit;
                 }
-                jacobian[(row, row)] -= (y + y) / depth_unit;
                 let arrival = arrival.iter().map(|value| value.value).collect();
                 extra.arrivals.push((number, here, arrival));
                 Some(variables.variable(row, y))
@@ -219,16 +230,11 @@ impl<'a, S: Real> MapOrbitEquations<'a, S> {
             let unit = S::from_f64(self.units[row]);
             residual[row] = (end.value - start) / unit;
             for column in 0..size {
-                jacobian[(row, column)] = end.tangent[column] / unit;
+                let own = if column == row { S::one() } else { S::zero() };
+                jacobian[(row, column)] = (end.tangent[column] - own) / unit;
             }
-            jacobian[(row, row)] -= S::one() / unit;
         }
-        for (column, &unit) in self.units.iter().enumerate() {
-            let unit = S::from_f64(unit);
-            jacobian.column_mut(column).iter_mut().for_each(|entry| *entry *= unit);
-        }
-        let finite = residual.iter().chain(jacobian.iter()).all(|value| value.is_finite());
-        finite.then_some(Linearised { residual, jacobian, extra })
+        Linearised { residual, jacobian, extra }
     }
 
     /// `det(J − s I) Π(−2 y_j)`, as a determinant without the root: it vanishes where `s` is a
@@ -341,6 +347,10 @@ impl<S: Real> CurveEquations<S> for MapOrbitEquations<'_, S> {
 
     fn linearised(&mut self, unknowns: &[S]) -> Option<Linearised<S, Self::Extra>> {
         self.at(unknowns)
+    }
+
+    fn residual(&mut self, unknowns: &[S]) -> Option<DVector<S>> {
+        Some(self.evaluated(unknowns, 0).residual)
     }
 
     fn tests(&self, point: &CurvePoint<S, Self::Extra>) -> Vec<TestValue<S>> {

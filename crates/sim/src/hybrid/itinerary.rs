@@ -73,6 +73,11 @@ impl Itinerary {
         self.passages.len()
     }
 
+    /// The surface of the first passage, and the share of the return time at which it is expected.
+    pub(super) fn first(&self) -> Option<(usize, f64)> {
+        self.passages.first().map(|first| (first.surface, first.share))
+    }
+
     /// The share of the return time at which a passage is expected.
     pub(super) fn share(&self, passage: usize) -> f64 {
         self.passages[passage].share

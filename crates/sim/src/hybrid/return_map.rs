@@ -154,6 +154,47 @@ impl<'a, S: Real> DirectReturn<'a, S> {
         Ok(self.report(&log, flown.unwrap_or_else(ReturnOutcome::Ended)))
     }
 
+    /// The gap at the first passage of a full state at the section, along the free flow with the
+    /// surface ignored: `−y²` of a contact. `None` where there is none, or another surface acts
+    /// before.
+    ///
+    /// # Errors
+    ///
+    /// [`HybridError::StateLength`], [`HybridError::NotFinite`].
+    #[inline(never)]
+    pub fn first_gap(&mut self, state: &[S]) -> Result<Option<S>, HybridError> {
+        self.simulator.set_state(state)?;
+        let Some((surface, share)) = self.itinerary.first() else { return Ok(None) };
+        let found = match self.section {
+            ReturnSection::Tangency { .. } => true,
+            ReturnSection::GrazingPhase { .. } => self.find_first_passage(surface),
+            ReturnSection::OtherPhase => {
+                self.reach_passage_at(surface, self.duration * S::from_f64(share))
+            }
+        };
+        Ok(found.then(|| self.simulator.sense(surface).gap))
+    }
+
+    /// Flies with the surface ignored to the minimum of its gap that is nearest to a time; whether
+    /// there is one within half of the return time, before which nothing acts.
+    fn reach_passage_at(&mut self, surface: usize, time: S) -> bool {
+        self.simulator.motion.leaving[surface] = None;
+        self.entry.copy_from(&self.simulator.motion);
+        let mut nearest = None;
+        let reach = self.passage_limit() + self.passage_limit();
+        let limit = time + reach;
+        while let Ok(Some(_)) = self.reach_minimum(surface, limit, &mut Log::new()) {
+            let apart = (self.simulator.time() - time).abs();
+            if !self.flew_freely_from(&self.entry) || nearest.is_some_and(|least| apart >= least) {
+                break;
+            }
+            nearest = Some(apart);
+            self.passage.copy_from(&self.simulator.motion);
+        }
+        self.simulator.motion.copy_from(&self.passage);
+        nearest.is_some_and(|apart| apart <= reach)
+    }
+
     fn fly_return(&mut self, log: &mut Log<S>) -> Result<ReturnOutcome<S>, Outcome<S>> {
         self.simulator.check_placed()?;
         self.simulator.rest_where_placed()?;
@@ -411,6 +452,14 @@ impl<'a, S: Real> DirectReturn<'a, S> {
     ///
     /// Where another surface holds the state, acts on the way or lies on it, there is none.
     fn reach_first_passage(&mut self, surface: usize) -> bool {
+        if !self.find_first_passage(surface) {
+            self.simulator.motion.copy_from(&self.entry);
+        }
+        self.simulator.sense(surface).gap < S::zero()
+    }
+
+    /// The same, anywhere where there is none; whether there is one.
+    fn find_first_passage(&mut self, surface: usize) -> bool {
         let is_stuck = self.simulator.regime() == Regime::Stick { surface };
         if !is_stuck {
             self.simulator.motion.leaving[surface] = None;
@@ -424,7 +473,7 @@ impl<'a, S: Real> DirectReturn<'a, S> {
         let is_free = self.simulator.regime() == Regime::Free;
         let now = self.simulator.time();
         // NOTE: beyond the surface there may be a singularity; then there is no passage.
-        let found = if start.velocity.abs() <= unresolved {
+        if start.velocity.abs() <= unresolved {
             true
         } else if start.velocity > S::zero() {
             let earliest = now - self.passage_limit();
@@ -436,11 +485,7 @@ impl<'a, S: Real> DirectReturn<'a, S> {
                 let minimum = self.reach_minimum(surface, limit, &mut Log::new());
                 minimum.is_ok_and(|minimum| minimum.is_some()) && self.flew_freely_from(&self.entry)
             }
-        };
-        if !found {
-            self.simulator.motion.copy_from(&self.entry);
         }
-        self.simulator.sense(surface).gap < S::zero()
     }
 
     /// Whether the state is beyond no other surface than this.
