@@ -382,11 +382,15 @@ impl<'a> MapCrises<'a> {
         let growth = saddle.unstable.multiplier.ln();
         let length = |share: f64| side * BESIDE * saddle.bend * (share * growth).exp();
         let share = |number: usize| number as f64 / (PIECE - 1) as f64;
-        let made = |share: f64| self.orbit(&frozen, saddle, length(share), count).1;
-        let all: Vec<Vec<PassageSet>> = (0..PIECE).map(|number| made(share(number))).collect();
-        let (at, number) = (0..count).find_map(|at| {
+        let made = |share: f64, count: usize| self.orbit(&frozen, saddle, length(share), count).1;
+        // What leaves comes to the first graze a period later at most.
+        let leaving = count.saturating_sub((PERIODS - 1) * itinerary.period());
+        let all: Vec<Vec<PassageSet>> =
+            (0..PIECE).map(|number| made(share(number), leaving)).collect();
+        let (at, number) = (0..leaving).find_map(|at| {
             let change = |number: &usize| {
-                matches!((all[*number].get(at), all[number + 1].get(at)), (Some(a), Some(b)) if a != b)
+                let pair = all[*number].get(at).zip(all[number + 1].get(at));
+                pair.is_some_and(|(a, b)| a != b)
             };
             Some((at, (0..PIECE - 1).find(change)?))
         })?;
@@ -397,11 +401,12 @@ impl<'a> MapCrises<'a> {
             if middle <= ends[0] || middle >= ends[1] {
                 break;
             }
-            let is_first = made(middle).get(at) == Some(&first);
+            let is_first = made(middle, at + 1).get(at) == Some(&first);
             ends[usize::from(!is_first)] = middle;
         }
         // The image of a graze is that without the contact, which the root does not magnify.
-        let without = if made(ends[0])[at].len() < made(ends[1])[at].len() { 0 } else { 1 };
+        let contacts = ends.map(|end| made(end, at + 1).get(at).map_or(0, |made| made.len()));
+        let without = usize::from(contacts[0] > contacts[1]);
         let (path, _) = self.orbit(&frozen, saddle, length(ends[without]), count);
         let start = saddle.states[0];
         let across = path[at..].iter().map(|state| {

@@ -38,6 +38,7 @@ pub(super) fn grazing_series(
     let request = TimeSeriesRequest {
         start: vec![0.0; settled.orbit().section.coordinates.len()],
         parameters: vec![0.0; settled.scene().expansion.active.len()],
+        settle: 0,
         returns: 1,
         samples: SAMPLES as usize,
     };
@@ -110,6 +111,7 @@ fn request(
     let mut request = TimeSeriesRequest {
         start: vec![0.0; coordinates.len()],
         parameters,
+        settle: options.settle as usize,
         returns: options.periods as usize,
         samples: options.samples as usize,
     };
