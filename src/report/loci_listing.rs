@@ -127,6 +127,13 @@ impl LociListing {
         self.loci.iter().any(|locus| locus.kind == LocusKind::Graze)
     }
 
+    /// The crises, with their numbers from 1.
+    pub fn crises(&self) -> impl Iterator<Item = (usize, &LocusRecord)> {
+        let loci = self.loci.iter().enumerate();
+        let crises = loci.filter(|(_, locus)| locus.kind == LocusKind::Crisis);
+        crises.map(|(number, locus)| (number + 1, locus))
+    }
+
     /// The points of codimension two: the locus that each lies on, and it.
     pub fn special(&self) -> impl Iterator<Item = (usize, &LocusRecord, &LocusPointRecord)> {
         let loci = self.loci.iter().enumerate();

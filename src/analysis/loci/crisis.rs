@@ -99,6 +99,9 @@ struct Corner {
     across: Vec<f64>,
 }
 
+/// A section point and the depth variables of the contacts that follow.
+type PointOfReturn = (Vec<f64>, Vec<f64>);
+
 /// A touch of both manifolds near a value of the second parameter.
 struct Touch {
     saddle: Saddle,
@@ -230,7 +233,7 @@ impl<'a> MapCrises<'a> {
         let mut returns = self.returns(made);
         let mut depths = depths.into_iter();
         let points = there.extra.states.iter().zip(itinerary.returns());
-        let points: Vec<(Vec<f64>, Vec<f64>)> = points
+        let points: Vec<PointOfReturn> = points
             .map(|(state, made)| (state.clone(), depths.by_ref().take(made.len()).collect()))
             .collect();
         let all = returns.unknowns(&points, &parameters);
@@ -456,7 +459,7 @@ impl<'a> MapCrises<'a> {
         // The last image is the saddle's point.
         states.pop();
         let unit = self.returns(Vec::new()).units().1;
-        let mut points: Vec<(Vec<f64>, Vec<f64>)> = Vec::new();
+        let mut points: Vec<PointOfReturn> = Vec::new();
         let mut made: Vec<PassageSet> = Vec::new();
         let mut near: Vec<(f64, usize, usize)> = Vec::new();
         let all = saddle.states.iter().chain(&states);
@@ -510,7 +513,7 @@ impl<'a> MapCrises<'a> {
         &self,
         itinerary: &ContactItinerary,
         saddle: &Saddle,
-        (points, made): (Vec<(Vec<f64>, Vec<f64>)>, Vec<PassageSet>),
+        (points, made): (Vec<PointOfReturn>, Vec<PassageSet>),
         corner: Option<(usize, usize)>,
         known: &mut Vec<(Trace, Vec<PassageSet>)>,
     ) -> Option<Option<Crisis>> {

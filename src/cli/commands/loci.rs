@@ -119,6 +119,14 @@ fn text(map: &Map, listing: &LociListing) -> Result<String, CliError> {
         map.scene().identifier,
         listing.table()?.to_text()
     );
+    for (number, locus) in listing.crises() {
+        text.push_str(&format!(
+            "\nlocus {number}: an attractor touches the stable manifold of the saddle {}, which it \
+             is followed to from the saddle by {}\n",
+            locus.itinerary,
+            locus.excursion.as_deref().unwrap_or_default()
+        ));
+    }
     if listing.using == "direct" {
         text.push_str(
             "\nphysical parts, looked for along branches of direct simulation at five values of \
