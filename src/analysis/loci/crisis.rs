@@ -2,9 +2,9 @@
 //!
 //! One idea: the attractor is where the unstable manifold of the saddle goes, so a crisis is the
 //! first touch of both manifolds (`GrebogiOttYorke1983`). Near a graze the unstable manifold comes
-//! furthest at a corner, an image of its first meeting with the graze. Where an image of it comes to
-//! lie on the stable manifold in one parameter is looked for by iteration, solved for as an orbit
-//! from the saddle back to it, and followed in two.
+//! furthest at a corner, an image of its first meeting with the graze. Where an image of that comes
+//! to lie on the stable manifold in one parameter is looked for by iteration, solved for as an
+//! orbit from the saddle back to it, and followed in two.
 
 use super::connection::{Connection, Unstable, jacobian};
 use super::data::{LociRequest, Locus, LocusEnd, LocusKind, LocusPoint};
