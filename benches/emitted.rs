@@ -160,7 +160,7 @@ fn main() {
 /// Times a module compiled for any machine and for this one, a line each.
 fn measure_both(name: &str, (smooth_order, contact_weight): (u32, u32), module: &EmittedModule) {
     let folder = tempfile::tempdir().expect("a folder");
-    std::fs::write(folder.path().join("map.rs"), &module.text).expect("a file");
+    std::fs::write(folder.path().join("map.rs"), &module.content).expect("a file");
     let program = PROGRAM.replace("REAL", &module.precision.to_string());
     std::fs::write(folder.path().join("main.rs"), program).expect("a file");
     for native in [false, true] {

@@ -1,6 +1,7 @@
 //! Long commands killed at random moments, by the two signals of an impatient user and of a machine
 //! that runs out of memory: nothing is damaged, the same command ends with the bytes of a run that
-//! nobody killed, and little is done twice. `branch` and `loci` keep no pieces and begin anew.
+//! nobody killed, and little is done twice, by processor time. `branch` and `loci` keep no pieces
+//! and begin anew. Needs `/proc`.
 //!
 //! ```text
 //! cargo build --release
@@ -64,40 +65,51 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
     let mut damaged = 0;
     let text = catalogue::text("linear").ok_or("a scene of the catalogue")?;
     let scene = format!("{text}{CHART}");
-    println!("| command | whole run, s | moments | damaged | done twice, mean | largest |");
+    println!("| command | processor time, s | moments | damaged | done twice, mean | largest |");
     println!("|---|---|---|---|---|---|");
     for (name, call) in &commands {
         let whole = tempfile::tempdir()?;
         fs::write(whole.path().join(SCENE), &scene)?;
-        let clock = Instant::now();
+        let (clock, before) = (Instant::now(), processor_time()?);
         run(&program, call, whole.path())?;
-        let seconds = clock.elapsed().as_secs_f64();
+        let (seconds, busy) = (clock.elapsed().as_secs_f64(), processor_time()? - before);
         let expected = comparable(whole.path())?;
         let (mut wrong, mut twice) = (0, Vec::new());
         for trial in 0..trials {
             let folder = tempfile::tempdir()?;
             fs::write(folder.path().join(SCENE), &scene)?;
-            let clock = Instant::now();
+            let before = processor_time()?;
             let signal = ["-KILL", "-INT"][trial % 2];
-            kill(&program, call, folder.path(), seconds * random.next(), signal)?;
+            let killed = kill(&program, call, folder.path(), seconds * random.next(), signal)?;
             run(&program, call, folder.path())?;
-            twice.push(clock.elapsed().as_secs_f64() / seconds - 1.0);
+            if killed {
+                twice.push((processor_time()? - before) / busy - 1.0);
+            }
             let found = comparable(folder.path())?;
             if found != expected {
                 wrong += 1;
                 eprintln!("{name}, trial {trial}: {:?}", differences(&found, &expected));
             }
         }
-        let mean = twice.iter().sum::<f64>() / trials as f64;
+        let mean = twice.iter().sum::<f64>() / twice.len() as f64;
         let most = twice.iter().copied().fold(0.0, f64::max);
         println!(
-            "| {name} | {seconds:.2} | {trials} | {wrong} | {:.1} % | {:.1} % |",
+            "| {name} | {busy:.2} | {} | {wrong} | {:.1} % | {:.1} % |",
+            twice.len(),
             100.0 * mean,
             100.0 * most
         );
         damaged += wrong;
     }
     Ok(if damaged == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+/// Seconds of processor time of all commands that have ended, in steps of 10 ms.
+fn processor_time() -> Result<f64, Box<dyn Error>> {
+    let status = fs::read_to_string("/proc/self/stat")?;
+    let after_name = status.rsplit(')').next().unwrap_or_default();
+    let ticks = after_name.split_whitespace().skip(13).take(2).map(str::parse::<u32>);
+    Ok(f64::from(ticks.sum::<Result<u32, _>>()?) / 100.0)
 }
 
 /// Runs a command to its end.
@@ -109,23 +121,24 @@ fn run(program: &Path, call: &[String], folder: &Path) -> Result<(), Box<dyn Err
     Ok(())
 }
 
-/// Runs a command and kills it after some seconds, unless it has ended.
+/// Runs a command and kills it after some seconds; `false` where it has ended by then.
 fn kill(
     program: &Path,
     call: &[String],
     folder: &Path,
     seconds: f64,
     signal: &str,
-) -> Result<(), Box<dyn Error>> {
+) -> Result<bool, Box<dyn Error>> {
     let mut command = Command::new(program);
     let command = command.args(call).current_dir(folder).stdout(Stdio::null());
     let mut child = command.stderr(Stdio::null()).spawn()?;
     sleep(Duration::from_secs_f64(seconds));
-    if child.try_wait()?.is_none() {
+    let runs = child.try_wait()?.is_none();
+    if runs {
         Command::new("kill").args([signal, &child.id().to_string()]).status()?;
     }
     child.wait()?;
-    Ok(())
+    Ok(runs)
 }
 
 /// Every file that a command wrote but those that hold measured times.

@@ -4,7 +4,9 @@
 //! for people, and defaults, which are the library's or stand in the typed layer in Python.
 
 mod background;
+mod command;
 mod error;
+mod fit;
 mod map;
 mod result;
 mod scene;
@@ -15,7 +17,11 @@ use pyo3::prelude::*;
 #[pymodule]
 mod _lib {
     #[pymodule_export]
-    use super::map::{Map, draw};
+    use super::command::{answer, report};
+    #[pymodule_export]
+    use super::fit::fit;
+    #[pymodule_export]
+    use super::map::{Map, draw, words};
     #[pymodule_export]
     use super::result::Computed;
     #[pymodule_export]

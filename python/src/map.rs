@@ -11,27 +11,17 @@ use grazemap::iteration::{Batch, DiscreteMap};
 use grazemap::numeric::Dd;
 use grazemap::pipeline::{EmitRequest, write_emitted};
 use grazemap::report::{
-    Rows, basin_figure, basin_rows, chart_figure, chart_rows, diagram_figures, diagram_rows,
-    to_json,
+    Rows, basin_figure, basin_rows, basin_warnings, chart_figure, chart_rows, chart_warnings,
+    diagram_figures, diagram_rows, diagram_warnings, to_json,
 };
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray2};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use crate::background::compute;
 use crate::error::exception;
 use crate::result::Computed;
 use crate::scene::Graze;
-
-/// Languages of emitted maps.
-const TARGETS: [Target; 7] = [
-    Target::Rust,
-    Target::C,
-    Target::Cuda,
-    Target::JavaScript,
-    Target::Python,
-    Target::Julia,
-    Target::Matlab,
-];
 
 /// Rows of doubles.
 type Points<'py> = PyReadonlyArray2<'py, f64>;
@@ -105,12 +95,12 @@ impl Map {
         target: &str,
         measure: bool,
     ) -> PyResult<Option<Vec<String>>> {
-        let Some(target) = TARGETS.into_iter().find(|known| known.word() == target) else {
+        let Some(target) = Target::ALL.into_iter().find(|known| known.word() == target) else {
             return Ok(None);
         };
         let map = self.0.clone();
         let paths = compute(py, None, move |_| {
-            let module = map.module(EmitRequest { target, measure, command: None })?;
+            let module = map.module(EmitRequest { target, measure, ..EmitRequest::default() })?;
             let emitted = EmittedCrate::standalone(&module)?;
             write_emitted(&emitted, &folder)?;
             Ok(emitted.files.into_keys().collect())
@@ -164,6 +154,26 @@ impl Map {
         PyArray1::from_vec(py, images).reshape([points, iterations, dimension])
     }
 
+    /// The table of `image`.
+    fn image(
+        &self,
+        py: Python<'_>,
+        states: Points<'_>,
+        parameters: Points<'_>,
+        iterations: usize,
+        using: &str,
+        precision: &str,
+    ) -> PyResult<Computed> {
+        let (states, parameters) = (states.as_slice()?, parameters.as_slice()?);
+        let request = self.request((states, parameters), iterations, (using, precision))?;
+        let map = self.0.clone();
+        compute(py, None, move |_| {
+            let images = map.image_answer(request)?;
+            let computed = Computed::new(images.document()?, images.rows(), Vec::new());
+            Ok(computed.with_remarks(images.remarks().collect(), images.ended()))
+        })
+    }
+
     /// The same by a method of `image`: images, passages with contact, whether the point that was
     /// mapped was inside the window; NaN, 0 and 0 after an early end.
     #[expect(clippy::type_complexity, reason = "three arrays")]
@@ -178,7 +188,7 @@ impl Map {
     ) -> PyResult<(Bound<'py, PyArray3<f64>>, Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>)>
     {
         let (states, parameters) = (states.as_slice()?, parameters.as_slice()?);
-        let request = self.request((states, parameters), iterations, (using, precision));
+        let request = self.request((states, parameters), iterations, (using, precision))?;
         let (map, dimension) = (self.0.clone(), self.0.local().dimension());
         let points = request.rows.len();
         let records = compute(py, None, move |_| map.images(&request))?;
@@ -204,7 +214,7 @@ impl Map {
         (states, parameters): (&[f64], &[f64]),
         iterations: usize,
         (using, precision): (&str, &str),
-    ) -> ImageRequest {
+    ) -> PyResult<ImageRequest> {
         let (dimension, count) = (self.0.local().dimension(), self.0.discrete().parameters());
         let exact = |values: &[f64]| values.iter().map(|&value| Dd::from(value)).collect();
         let own = |point: usize| match parameters.len() == count {
@@ -213,23 +223,33 @@ impl Map {
         };
         let rows = states.chunks_exact(dimension).enumerate();
         let row = |(point, state)| ImageRow { state: exact(state), parameters: exact(own(point)) };
-        ImageRequest {
+        Ok(ImageRequest {
             rows: rows.map(row).collect(),
             iterations,
-            using: match using {
-                "map" => Using::Map,
-                "guarded" => Using::Guarded,
-                "smooth" => Using::Smooth,
-                "discontinuity" => Using::Discontinuity,
-                _ => Using::Direct,
-            },
-            precision: match precision {
-                "f32" => Precision::F32,
-                "dd" => Precision::Dd,
-                _ => Precision::F64,
-            },
-        }
+            using: named("using", using, &Using::ALL)?,
+            precision: named("precision", precision, &Precision::ALL)?,
+        })
     }
+}
+
+/// What a word stands for.
+fn named<T: Copy>(what: &str, word: &str, all: &[(&str, T)]) -> PyResult<T> {
+    let known = || all.iter().map(|(known, _)| *known).collect::<Vec<_>>().join(", ");
+    let found = all.iter().find(|(known, _)| *known == word).map(|(_, value)| *value);
+    found.ok_or_else(|| {
+        PyValueError::new_err(format!("{what} is one of {}, found {word:?}", known()))
+    })
+}
+
+/// The words for what computes an image, for its numbers, and for the languages of emitted maps.
+#[pyfunction]
+pub(crate) fn words() -> (Vec<&'static str>, Vec<&'static str>, Vec<&'static str>) {
+    let (using, precision) = (Using::ALL.iter(), Precision::ALL.iter());
+    (
+        using.map(|(word, _)| *word).collect(),
+        precision.map(|(word, _)| *word).collect(),
+        Target::ALL.iter().map(|target| target.word()).collect(),
+    )
 }
 
 /// What tables of one kind, `[[diagram]]`, `[[chart]]` or `[[basin]]`, ask for, without times.
@@ -257,22 +277,28 @@ fn diagrams(map: &grazemap::Map, progress: &dyn Progress) -> Result<Computed, Er
     let mut diagrams = map.diagrams(progress)?;
     diagrams.iter_mut().for_each(grazemap::Diagram::take_timing);
     let figures = diagrams.iter().flat_map(diagram_figures);
-    let figures = figures.map(|(name, figure)| (name.to_owned(), figure)).collect();
-    Ok(Computed::new(to_json(&diagrams)?, diagram_rows(&diagrams), figures))
+    let figures = figures.map(|(name, figure)| (format!("diagram{name}"), figure)).collect();
+    let document = to_json(&map.diagram_documents(&diagrams))?;
+    let remarks = map.remarks().chain(diagram_warnings(&diagrams)).collect();
+    Ok(Computed::new(document, diagram_rows(&diagrams), figures).with_remarks(remarks, None))
 }
 
 fn charts(map: &grazemap::Map, progress: &dyn Progress) -> Result<Computed, Error> {
     let charts = map.charts(progress)?;
     let charts: Vec<_> = charts.iter().map(grazemap::Chart::without_timing).collect();
-    let figures = charts.iter().map(|chart| (String::new(), chart_figure(chart))).collect();
-    Ok(Computed::new(to_json(&charts)?, chart_rows(&charts), figures))
+    let figures = charts.iter().map(|chart| ("chart".to_owned(), chart_figure(chart))).collect();
+    let document = to_json(&map.chart_documents(&charts))?;
+    let remarks = map.remarks().chain(chart_warnings(&charts)).collect();
+    Ok(Computed::new(document, chart_rows(&charts), figures).with_remarks(remarks, None))
 }
 
 fn basins(map: &grazemap::Map, progress: &dyn Progress) -> Result<Computed, Error> {
     let mut basins = map.basins(&map.basin_requests()?, progress)?;
     basins.iter_mut().for_each(Basin::take_timing);
-    let figures = basins.iter().map(|basin| (String::new(), basin_figure(basin))).collect();
+    let figures = basins.iter().map(|basin| ("basin".to_owned(), basin_figure(basin))).collect();
     let rows = basins.first().map(basin_rows);
     let rows = rows.unwrap_or_else(|| Rows::new(Vec::new(), std::iter::empty()));
-    Ok(Computed::new(to_json(&basins)?, rows, figures))
+    let documents: Vec<_> = basins.iter().map(|basin| map.basin_document(basin)).collect();
+    let remarks = map.remarks().chain(basin_warnings(&basins)).collect();
+    Ok(Computed::new(to_json(&documents)?, rows, figures).with_remarks(remarks, None))
 }

@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 
+use grazemap::pipeline::{Answer, Ended};
 use grazemap::report::{Alignment, Cell, Column, Figure, Rows};
 use numpy::PyArray1;
 use pyo3::prelude::*;
@@ -22,9 +23,15 @@ pub(crate) struct Computed {
     #[pyo3(get)]
     document: String,
     columns: Vec<(String, Values)>,
-    /// Figures as SVG: what follows the command's name in a file's name, and the text.
+    /// Figures as SVG: the names of their files without endings, and the texts.
     #[pyo3(get)]
     figures: Vec<(String, String)>,
+    /// What may not be trusted, or not be all.
+    #[pyo3(get)]
+    remarks: Vec<String>,
+    /// Why it is not what was asked for.
+    #[pyo3(get)]
+    ended: Option<String>,
 }
 
 impl Computed {
@@ -32,7 +39,21 @@ impl Computed {
     pub(crate) fn new(document: String, rows: Rows<'_>, figures: Vec<(String, Figure)>) -> Self {
         let drawn = figures.into_iter();
         let drawn = drawn.filter_map(|(name, figure)| Some((name, figure.to_svg().ok()?)));
-        Self { document, columns: columns(rows), figures: drawn.collect() }
+        let (columns, figures) = (columns(rows), drawn.collect());
+        Self { document, columns, figures, remarks: Vec::new(), ended: None }
+    }
+
+    /// With what is to be said of it.
+    pub(crate) fn with_remarks(self, remarks: Vec<String>, ended: Option<Ended>) -> Self {
+        Self { remarks, ended: ended.map(|ended| ended.to_string()), ..self }
+    }
+
+    /// An answer of a command.
+    pub(crate) fn of(answer: Answer) -> Self {
+        let table = answer.tables.into_iter().next_back();
+        let rows =
+            table.map_or(Rows::new(Vec::new(), std::iter::empty()), |(_, table)| table.into_rows());
+        Self::new(answer.document, rows, answer.figures).with_remarks(answer.remarks, answer.ended)
     }
 }
 

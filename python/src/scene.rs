@@ -22,7 +22,7 @@ pub(crate) fn catalogue() -> Vec<&'static str> {
 
 /// A scene.
 #[pyclass(frozen, module = "grazemap._lib")]
-pub(crate) struct Scene(grazemap::Scene);
+pub(crate) struct Scene(pub(crate) grazemap::Scene);
 
 #[pymethods]
 impl Scene {
@@ -76,6 +76,13 @@ impl Scene {
     fn parameters(&self) -> Vec<(String, f64)> {
         let parameters = self.0.model.parameters.iter();
         parameters.map(|parameter| (parameter.name.clone(), parameter.value.to_f64())).collect()
+    }
+
+    /// Names of the parameters that maps keep as variables.
+    #[getter]
+    fn active(&self) -> Vec<String> {
+        let active = self.0.expansion.active.iter();
+        active.map(|&parameter| self.0.model.parameters[parameter].name.clone()).collect()
     }
 
     #[getter]

@@ -18,7 +18,7 @@ import pytest
 import grazemap as gm
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Callable, Mapping
 
 ROOT = Path(__file__).parents[2]
 
@@ -41,7 +41,7 @@ def program() -> str:
 def written(path: Path) -> dict[str, list[str]]:
     with path.open(newline="") as file:
         header, *rows = list(csv.reader(file))
-    return dict(zip(header, map(list, zip(*rows, strict=True)), strict=True))
+    return {name: [row[place] for row in rows] for place, name in enumerate(header)}
 
 
 def assert_same(table: Mapping[str, np.ndarray], csv_columns: dict[str, list[str]]) -> None:
@@ -88,6 +88,139 @@ def test_numbers_are_those_of_the_program(tmp_path: Path, kind: str) -> None:
     assert_same(table, written(output))
 
 
+def of_program(folder: Path, command: str, *arguments: str) -> tuple[dict[str, list[str]], str]:
+    """Give table and document of a command of the program."""
+    table, document = folder / "out.csv", folder / "out.json"
+    words = [program(), command, *arguments, "-q", "--csv", str(table), "--json", str(document)]
+    subprocess.run(words, check=False, cwd=folder, stdout=subprocess.DEVNULL)  # noqa: S603
+    return written(table), document.read_text()
+
+
+COMMANDS: list[tuple[str, str, list[str], Callable[[gm.Map], gm.Table]]] = [
+    (
+        "foale",
+        "branch",
+        ["--along", "omega", "--itinerary", "1", "--from", "-1e-3", "--observe", "h,impact_speed"],
+        lambda m: gm.branch(
+            m, "omega", (-1e-3, None), itineraries=["1"], observe=["h", "impact_speed"]
+        ),
+    ),
+    (
+        "linear",
+        "loci",
+        ["--in", "omega,alpha", "--kind", "graze,fold", "--itinerary", "1"],
+        lambda m: gm.loci(m, ("omega", "alpha"), kind=["graze", "fold"], itineraries=["1"]),
+    ),
+    (
+        "linear",
+        "orbits",
+        ["--at", "alpha=-1e-4", "--at", "alpha=1e-4,omega=1e-5", "--period", "2"],
+        lambda m: gm.orbits(m, [{"alpha": -1e-4}, {"alpha": 1e-4, "omega": 1e-5}], period=2),
+    ),
+    (
+        "mems_scenario3",
+        "orbits",
+        ["--fold", "--in", "omega,V", "--itinerary", "1", "--points", "5"],
+        lambda m: gm.orbits(m, kind="fold", parameters=["omega", "V"], itineraries=["1"], points=5),
+    ),
+    (
+        "linear",
+        "curve",
+        ["--with", "omega", "--from", "1.75", "--to", "1.85", "--xi", "2"],
+        lambda m: gm.curve(m, "omega", (1.75, 1.85), xi=2),
+    ),
+    (
+        "linear",
+        "curve",
+        ["--nearest", "alpha,omega"],
+        lambda m: gm.nearest(m.graze.scene, ["alpha", "omega"]),
+    ),
+    (
+        "linear",
+        "trajectory",
+        ["--start", "x=1e-3", "--at", "alpha=1e-4", "--periods", "3", "--samples", "40"],
+        lambda m: gm.trajectory(m, start={"x": 1e-3}, at={"alpha": 1e-4}, periods=3, samples=40),
+    ),
+]
+
+
+@pytest.mark.parametrize(("scene", "command", "arguments", "made"), COMMANDS)
+def test_commands_give_the_numbers_of_the_program(
+    tmp_path: Path,
+    scene: str,
+    command: str,
+    arguments: list[str],
+    made: Callable[[gm.Map], gm.Table],
+) -> None:
+    columns, document = of_program(tmp_path, command, scene, *arguments)
+    table = made(gm.Scene.catalogue(scene).graze().map())
+    assert_same(table, columns)
+    assert table._text == document
+    assert len(next(iter(columns.values()))) > 0
+
+
+def test_images_are_those_of_the_program(m: gm.Map, tmp_path: Path) -> None:
+    # Numbers that are the same in decimal and in binary.
+    a, b = 2.0**-17, 2.0**-23
+    (tmp_path / "in.csv").write_text(f"x,theta,alpha\n{a!r},{2 * a!r},{b!r}\n-0.00390625,0,0\n")
+    states = [[a, 2 * a], [-0.00390625, 0.0]]
+    parameters = [[b, 0.0], [0.0, 0.0]]
+    for using, precision in (("map", "dd"), ("guarded", "f64"), ("smooth", "f32")):
+        options = ["--iterations", "3", "--using", using, "--precision", precision]
+        columns, document = of_program(tmp_path, "image", "linear", "--states", "in.csv", *options)
+        table = gm.image(m, states, parameters, 3, using=using, precision=precision)
+        assert_same(table, columns)
+        assert table._text == document
+    with pytest.raises(gm.InputError, match="using is one of map, guarded"):
+        gm.image(m, states, using="magic")
+
+
+def test_a_study_has_the_orders_and_errors_of_the_program(tmp_path: Path) -> None:
+    scene = gm.Scene.catalogue("linear").with_(**{"expansion.smooth_order": 3})
+    (tmp_path / "linear.toml").write_text(scene.text)
+    columns, _ = of_program(tmp_path, "converge", "linear.toml", "--fresh", "20")
+    study = gm.converge(scene, fresh=20)
+    assert list(study) == list(columns)
+    assert any(name.startswith("convergence") for name in study.figures)
+    for name in ("N", "W", "largest error", "coefficients"):
+        numbers = np.array([float(cell or "nan") for cell in columns[name]])
+        assert np.array_equal(study[name], numbers, equal_nan=True), name
+
+
+def test_a_report_has_the_files_of_the_program(tmp_path: Path) -> None:
+    tables = '[[diagram]]\nparameter = "alpha"\nrange = [-1e-4, 2e-4]\npoints = 10\n'
+    text = gm.Scene.catalogue("linear").text.split("[[diagram]]")[0].split("[[chart]]")[0] + tables
+    (tmp_path / "mine.toml").write_text(text)
+    page = gm.report(gm.Scene.load(tmp_path / "mine.toml"), tmp_path / "own")
+    command = [program(), "run", "mine.toml", "-q", "-o", "out"]
+    subprocess.run(command, check=True, cwd=tmp_path, stdout=subprocess.DEVNULL)  # noqa: S603
+    assert page == tmp_path / "own" / "report.html"
+
+    def files(folder: str) -> dict[str, bytes]:
+        paths = (path for path in (tmp_path / folder).rglob("*") if path.is_file())
+        return {str(path.relative_to(tmp_path / folder)): path.read_bytes() for path in paths}
+
+    own, out = files("own"), files("out")
+    assert own.keys() == out.keys()
+    # Times, and the command that emits the crate again, are not the same.
+    own_to_a_run = {"report.html", "timings.json", "crate/src/mine.rs"}
+    timed = {name for name in own if "speed" in name} | own_to_a_run
+    assert {name for name in own if own[name] != out[name]} <= timed
+
+
+def test_what_was_not_found_is_said_and_is_no_exception(m: gm.Map) -> None:
+    none = gm.orbits(m, {"alpha": -1e-6}, itineraries=["11"])
+    assert none.ended is None or "no periodic orbit" in none.ended
+    short = gm.curve(m, "omega", (1.8, 400.0))
+    assert short.ended is not None
+    assert "did not reach omega" in short.ended
+    assert "did not reach" in repr(short)
+    with pytest.raises(gm.InputError, match=r"along: the map has no variable `alhpa`.*`alpha`"):
+        gm.branch(m, "alhpa")
+    with pytest.raises(gm.InputError, match="unknown variant `magic`, expected `map` or `direct`"):
+        gm.branch(m, "alpha", using="magic")
+
+
 def test_wrong_keys_are_faults_of_the_scene(m: gm.Map) -> None:
     with pytest.raises(gm.SceneError, match="zta"):
         gm.diagram(m, "zta", (-1e-4, 1e-4))
@@ -109,6 +242,7 @@ def test_a_table_goes_to_other_libraries(m: gm.Map) -> None:
 
 def test_figures_are_drawn(m: gm.Map) -> None:
     matplotlib = pytest.importorskip("matplotlib")
+    pytest.importorskip("matplotlib.pyplot")
     matplotlib.use("agg")
     ax = gm.diagram(m, "alpha", (-1e-4, 1e-4), points=20).plot()
     (line,) = ax.get_lines()
@@ -116,6 +250,19 @@ def test_figures_are_drawn(m: gm.Map) -> None:
     chart = gm.chart(m, ("alpha", "omega"), ((-1e-4, 1e-4), (-1e-4, 1e-4)), points=5)
     assert chart.grid()[2].shape == (5, 5)
     chart.plot(ax)
+    for table in (
+        gm.basin(m, points=8),
+        gm.branch(m, "alpha", itineraries=["1"]),
+        gm.curve(m, "omega", (1.79, 1.81)),
+        gm.image(m, [[1e-5, 0.0]], None, 4),
+        gm.loci(m, ("omega", "alpha"), kind="graze"),
+        gm.nearest(m, ["alpha"]),
+        gm.orbits(m),
+        gm.trajectory(m, samples=20),
+    ):
+        assert table.plot().get_xlabel() in table
+        matplotlib.pyplot.close("all")
+        assert "<" in table._repr_html_()
 
 
 def test_progress_is_told(m: gm.Map) -> None:
@@ -145,3 +292,41 @@ def test_an_exception_of_progress_ends_the_call(m: gm.Map) -> None:
 
     with pytest.raises(RuntimeError):
         gm.diagram(m, "alpha", (-1e-4, 1e-4), points=100_000, using="direct", progress=refuse)
+
+
+def test_a_fit_finds_parameters_and_says_what_it_needs(m: gm.Map) -> None:
+    rng = np.random.default_rng(1)
+    truth = {"alpha": 3e-7, "omega": -2e-7}
+    starts = rng.uniform(-1e-5, 1e-5, (30, 2))
+    orbits = m.iterate(starts, list(truth.values()), 5)
+    points = np.concatenate([starts[:, None], orbits], axis=1)
+    noisy = points + 1e-9 * rng.normal(size=points.shape)
+    found = gm.fit(m, noisy, list(truth), noise={"x": 1e-9, "theta": 1e-9})
+    for name, value in truth.items():
+        assert abs(found.parameters[name] - value) < 4 * found.errors[name]
+    assert np.allclose(np.sqrt(np.diag(found.covariance)), found["standard_error"])
+    # A control that is known is not fitted, a list of series is what an array is.
+    controls = {"alpha": [truth["alpha"]] * 30}
+    one = gm.fit(m, list(noisy), ["omega"], controls=controls, noise={"x": 1e-9, "theta": 1e-9})
+    assert one.errors["omega"] < found.errors["omega"]
+    again = gm.fit(gm.Scene.catalogue("linear"), points, ["alpha"], controls={"omega": -2e-7})
+    assert abs(again.parameters["alpha"] - truth["alpha"]) < 1e-12
+    with pytest.raises(gm.InputError, match="parameters: the map has no variable `zta`"):
+        gm.fit(m, noisy, ["zta"])
+    with pytest.raises(gm.InputError, match="2 coordinates"):
+        gm.fit(m, points[..., :1], ["alpha"])
+    with pytest.raises(gm.InputError, match="4 numbers were measured, and 4 are unknown"):
+        gm.fit(m, points[0, :2], ["alpha", "omega"])
+
+
+def test_noise_is_drawn_by_its_seed(m: gm.Map) -> None:
+    def drawn(seed: int) -> gm.Noise:
+        return gm.noise(m, {"alpha": 1e-6}, orbits=20, transient=5, keep=30, seed=seed)
+
+    found = drawn(3)
+    assert np.array_equal(found["count"], drawn(3)["count"])
+    assert found.document["mean"] != drawn(4).document["mean"]
+    across, up, density = found.density()
+    assert density.shape == (up.size - 1, across.size - 1)
+    with pytest.raises(gm.InputError, match="orbits must be above 0"):
+        gm.noise(m, {"alpha": 1e-6}, orbits=0)

@@ -6,10 +6,12 @@ use std::sync::{Mutex, PoisonError};
 
 use super::direct_image::{DirectEnd, DirectImage, SectionImage};
 use super::error::AnalysisError;
-use super::periodic::{finite_or_one, state_jacobian};
+use super::periodic::{derivatives, finite_or_one};
 use super::section_frame::SectionFrame;
 use crate::hybrid::{DirectReturn, HybridSystem, LaneReturns};
-use crate::iteration::{DiscreteMap, MapOrbit, OrbitRequest, PassageSet, StepInfo};
+use crate::iteration::{
+    DifferentiableMap, DiscreteMap, MapOrbit, OrbitRequest, PassageSet, StepInfo,
+};
 use crate::model::Scene;
 use crate::numeric::Lanes;
 use crate::orbit::GrazingOrbit;
@@ -59,7 +61,7 @@ impl<'a> DirectMap<'a> {
                 .map(|place| orbit.passages[place].normal_acceleration.to_f64())
                 .collect(),
             grazing_surfaces: orbit.passages.iter().map(|graze| graze.surface).collect(),
-            scales: state_scales(scene, orbit),
+            scales: scales(scene, orbit),
             fits_lanes: image.fits_lanes(),
             image: Mutex::new(image),
         })
@@ -95,6 +97,18 @@ impl<'a> DirectMap<'a> {
             image.map_or(0, |image| image.hits[surface] as u32)
         };
         self.grazing_surfaces.iter().map(hits).collect()
+    }
+
+    /// Derivatives by the first of the coordinates and parameters, row by row; NaN where there are
+    /// none.
+    fn differences(&self, state: &[f64], parameters: &[f64], by: usize, rows: &mut [f64]) {
+        rows.fill(f64::NAN);
+        let mut direct = self.image.lock().unwrap_or_else(PoisonError::into_inner);
+        let found = derivatives(&mut *direct, state, parameters, &self.scales[..by]);
+        let Some((_, found)) = found else { return };
+        for (place, entry) in rows.iter_mut().enumerate() {
+            *entry = found[(place / by, place % by)];
+        }
     }
 
     /// The image with all that is known of it; `None` where the input is not finite.
@@ -155,24 +169,31 @@ impl DiscreteMap for DirectMap<'_> {
         image: &mut [f64],
         jacobian: &mut [f64],
     ) -> StepInfo {
-        jacobian.fill(f64::NAN);
-        let derivative = {
-            let mut direct = self.image.lock().unwrap_or_else(PoisonError::into_inner);
-            state_jacobian(&mut *direct, state, parameters, &self.scales)
-        };
-        if let Some((_, derivative)) = derivative {
-            for (place, entry) in jacobian.iter_mut().enumerate() {
-                *entry = derivative[(place / self.dimension, place % self.dimension)];
-            }
-        }
+        self.differences(state, parameters, self.dimension, jacobian);
         self.step(state, parameters, image)
     }
 }
 
-/// Half-widths of the window, one per coordinate; 1 where it is unbounded.
-fn state_scales(scene: &Scene, orbit: &GrazingOrbit) -> Vec<f64> {
+impl DifferentiableMap for DirectMap<'_> {
+    fn step_derivatives(
+        &self,
+        state: &[f64],
+        parameters: &[f64],
+        image: &mut [f64],
+        derivatives: &mut [f64],
+    ) -> StepInfo {
+        self.differences(state, parameters, self.scales.len(), derivatives);
+        self.step(state, parameters, image)
+    }
+}
+
+/// Half-widths of the window, one per coordinate and then one per active parameter; 1 where it is
+/// unbounded.
+fn scales(scene: &Scene, orbit: &GrazingOrbit) -> Vec<f64> {
     let coordinates = orbit.section.coordinates.iter();
     let widths = coordinates.map(|&component| scene.window.state[component]);
+    let active = scene.expansion.active.iter();
+    let widths = widths.chain(active.map(|&parameter| scene.window.parameter[parameter]));
     widths.map(finite_or_one).collect()
 }
 

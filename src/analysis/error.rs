@@ -56,6 +56,17 @@ pub enum AnalysisError {
         /// Coordinates of the section.
         dimension: usize,
     },
+    /// A fit has no more numbers than unknowns.
+    #[error(
+        "{measured} numbers were measured, and {unknowns} are unknown (every piece has a start of \
+         its own): longer series or pieces are needed"
+    )]
+    TooFewMeasured {
+        /// Numbers measured.
+        measured: usize,
+        /// Unknowns.
+        unknowns: usize,
+    },
     /// The itineraries asked for are too many.
     #[error(transparent)]
     Itinerary(#[from] ItineraryError),

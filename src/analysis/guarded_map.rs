@@ -11,7 +11,7 @@ use super::direct_map::{DirectLanes, DirectMap};
 use super::error::AnalysisError;
 use crate::expansion::MapWindow;
 use crate::hybrid::HybridSystem;
-use crate::iteration::{DiscreteMap, StepInfo};
+use crate::iteration::{DifferentiableMap, DiscreteMap, StepInfo};
 use crate::model::Scene;
 use crate::orbit::GrazingOrbit;
 
@@ -94,6 +94,22 @@ impl<M: DiscreteMap> DiscreteMap for GuardedMap<'_, '_, M> {
             return self.map.step_jacobian(state, parameters, image, jacobian);
         }
         self.direct().step_jacobian(state, self.all(parameters), image, jacobian)
+    }
+}
+
+impl<M: DifferentiableMap> DifferentiableMap for GuardedMap<'_, '_, M> {
+    fn step_derivatives(
+        &self,
+        state: &[f64],
+        parameters: &[f64],
+        image: &mut [f64],
+        derivatives: &mut [f64],
+    ) -> StepInfo {
+        let step = self.map.step_derivatives(state, parameters, image, derivatives);
+        if self.holds(state, parameters, step) {
+            return step;
+        }
+        self.direct().step_derivatives(state, self.all(parameters), image, derivatives)
     }
 }
 

@@ -27,6 +27,17 @@ pub enum Using {
     Discontinuity,
 }
 
+impl Using {
+    /// All of them, with the words for them.
+    pub const ALL: [(&'static str, Self); 5] = [
+        ("map", Self::Map),
+        ("guarded", Self::Guarded),
+        ("direct", Self::Direct),
+        ("smooth", Self::Smooth),
+        ("discontinuity", Self::Discontinuity),
+    ];
+}
+
 /// The numbers an image is computed in.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -38,6 +49,12 @@ pub enum Precision {
     F64,
     /// Double-double.
     Dd,
+}
+
+impl Precision {
+    /// All of them, with the words for them.
+    pub const ALL: [(&'static str, Self); 3] =
+        [("f64", Self::F64), ("f32", Self::F32), ("dd", Self::Dd)];
 }
 
 /// One starting point, in offsets.

@@ -10,6 +10,8 @@ use grazemap::analysis::loci::LocusKind;
 use grazemap::analysis::{Precision, Using};
 use grazemap::emission::Target;
 use grazemap::model::Method;
+use grazemap::pipeline::{OrbitsOf, TrajectoryKeys};
+use grazemap::report::Named;
 
 /// Fast, measured local maps of oscillators that graze a stop.
 ///
@@ -28,6 +30,8 @@ pub(super) struct Arguments {
 pub(super) enum Command {
     /// Everything the scene asks for, with a report page, into ./out
     Run(SceneOptions),
+    /// The same, and the page opened in a browser
+    View(SceneOptions),
     /// A scene from the catalogue to start from
     New(NewOptions),
     /// Parse and check a scene, no computing
@@ -69,6 +73,7 @@ impl Arguments {
         Some(match self.command.as_ref() {
             None => ("run", &self.common, false),
             Some(Command::Run(options)) => ("run", &options.common, false),
+            Some(Command::View(options)) => ("view", &options.common, false),
             Some(Command::New(_) | Command::Gallery(_)) => return None,
             Some(Command::Check(options)) => ("check", &options.common, false),
             Some(Command::Locate(options)) => ("locate", &options.scene.common, false),
@@ -186,10 +191,10 @@ pub(super) struct CurveArguments {
     #[arg(
         long,
         value_name = "P=SIZE,...",
-        value_parser = ParameterOffsets::parse,
+        value_parser = offsets,
         requires = "nearest"
     )]
-    pub(super) scale: Option<ParameterOffsets>,
+    pub(super) scale: Option<Named<f64>>,
     /// Follow xi_1 to xi_N
     #[arg(
         long,
@@ -245,6 +250,8 @@ pub(super) enum TargetArgument {
     Julia,
     /// A function file of MATLAB and Octave
     Matlab,
+    /// A module of WebAssembly
+    Wasm,
 }
 
 impl From<TargetArgument> for Target {
@@ -257,6 +264,7 @@ impl From<TargetArgument> for Target {
             TargetArgument::Python => Self::Python,
             TargetArgument::Julia => Self::Julia,
             TargetArgument::Matlab => Self::Matlab,
+            TargetArgument::Wasm => Self::Wasm,
         }
     }
 }
@@ -380,8 +388,8 @@ pub(super) struct OrbitsArguments {
     pub(super) scene: SceneOptions,
     /// Offsets of active parameters from the graze, others 0; may be repeated. Default: a tenth of
     /// the window on both sides of the graze
-    #[arg(long, value_name = "NAME=OFFSET,...", value_parser = ParameterOffsets::parse)]
-    pub(super) at: Vec<ParameterOffsets>,
+    #[arg(long, value_name = "NAME=OFFSET,...", value_parser = offsets)]
+    pub(super) at: Vec<Named<f64>>,
     /// Look for all itineraries of periods up to N returns. Default: 4, with several passages 4
     /// passages
     #[arg(
@@ -458,8 +466,8 @@ pub(super) struct Stretch {
     #[arg(long, value_name = "B", allow_hyphen_values = true)]
     pub(super) to: Option<f64>,
     /// Offsets of further active parameters from the graze, others 0
-    #[arg(long, value_name = "NAME=OFFSET,...", value_parser = ParameterOffsets::parse)]
-    pub(super) at: Option<ParameterOffsets>,
+    #[arg(long, value_name = "NAME=OFFSET,...", value_parser = offsets)]
+    pub(super) at: Option<Named<f64>>,
 }
 
 /// Whose orbits, and of which contacts: options of `orbits`, `branch` and `loci`.
@@ -511,6 +519,15 @@ pub(super) enum OrbitsUsing {
     Direct,
 }
 
+impl From<OrbitsUsing> for OrbitsOf {
+    fn from(using: OrbitsUsing) -> Self {
+        match using {
+            OrbitsUsing::Map => Self::Map,
+            OrbitsUsing::Direct => Self::Direct,
+        }
+    }
+}
+
 /// Options of `loci`.
 #[derive(Clone, Debug, Args)]
 pub(super) struct LociArguments {
@@ -555,20 +572,17 @@ impl From<LocusKindOption> for LocusKind {
     }
 }
 
-/// Rows per return of a trajectory where none are named.
-pub(super) const SAMPLES: u32 = 400;
-
 /// Options of `trajectory`.
 #[derive(Clone, Debug, Args)]
 pub(super) struct TrajectoryArguments {
     #[command(flatten)]
     pub(super) scene: SceneOptions,
     /// Offsets of active parameters from the graze, others 0
-    #[arg(long, value_name = "NAME=OFFSET,...", value_parser = ParameterOffsets::parse)]
-    pub(super) at: Option<ParameterOffsets>,
+    #[arg(long, value_name = "NAME=OFFSET,...", value_parser = offsets)]
+    pub(super) at: Option<Named<f64>>,
     /// Start at these offsets of the section's coordinates, others 0. Default: on the grazing orbit
-    #[arg(long, value_name = "NAME=OFFSET,...", value_parser = ParameterOffsets::parse)]
-    pub(super) start: Option<ParameterOffsets>,
+    #[arg(long, value_name = "NAME=OFFSET,...", value_parser = offsets)]
+    pub(super) start: Option<Named<f64>>,
     /// Start on the periodic orbit of this itinerary: 1 for contact, 0 for none, passage by passage
     /// and return by return
     #[arg(long, value_name = "DIGITS", conflicts_with = "start")]
@@ -596,7 +610,7 @@ pub(super) struct TrajectoryArguments {
         long,
         value_name = "N",
         allow_negative_numbers = true,
-        default_value_t = SAMPLES,
+        default_value_t = TrajectoryKeys::SAMPLES,
         value_parser = clap::value_parser!(u32).range(1..=1_000_000)
     )]
     pub(super) samples: u32,
@@ -608,8 +622,8 @@ pub(super) struct BasinArguments {
     #[command(flatten)]
     pub(super) scene: SceneOptions,
     /// Offsets of active parameters from the graze, others 0
-    #[arg(long, value_name = "NAME=OFFSET,...", value_parser = ParameterOffsets::parse)]
-    pub(super) at: Option<ParameterOffsets>,
+    #[arg(long, value_name = "NAME=OFFSET,...", value_parser = offsets)]
+    pub(super) at: Option<Named<f64>>,
     /// The coordinates of the section that span the plane, the horizontal one first. Default: the
     /// first two
     #[arg(long, value_name = "A,B", value_delimiter = ',')]
@@ -627,8 +641,8 @@ pub(super) struct BasinArguments {
     )]
     pub(super) points: Vec<u32>,
     /// Offsets of the section's other coordinates, those not named 0
-    #[arg(long, value_name = "NAME=OFFSET,...", value_parser = ParameterOffsets::parse)]
-    pub(super) start: Option<ParameterOffsets>,
+    #[arg(long, value_name = "NAME=OFFSET,...", value_parser = offsets)]
+    pub(super) start: Option<Named<f64>>,
     /// What follows the states. Default: guarded
     #[arg(long, value_enum)]
     pub(super) with: Option<WithArgument>,
@@ -643,15 +657,6 @@ pub(super) struct BasinArguments {
         value_parser = clap::value_parser!(u8).range(1..=12)
     )]
     pub(super) manifolds: Option<u8>,
-}
-
-impl BasinArguments {
-    /// Whether the plane, the parameters or the method are said here, and not in the scene.
-    pub(super) fn ask(&self) -> bool {
-        let lists = self.axes.is_empty() && self.points.is_empty();
-        let named = self.at.is_some() || self.range.is_some() || self.start.is_some();
-        !lists || named || self.with.is_some() || self.manifolds.is_some()
-    }
 }
 
 /// What iterates states.
@@ -677,7 +682,7 @@ impl From<WithArgument> for Method {
 
 /// Ranges by name.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Ranges(pub(super) Vec<(String, [f64; 2])>);
+pub(super) struct Ranges(pub(super) Named<[f64; 2]>);
 
 impl Ranges {
     /// `name=from:to,name=from:to`.
@@ -691,7 +696,7 @@ impl Ranges {
                 false => Err(format!("`{ends}` does not increase")),
             }
         };
-        Ok(Self(text.split(',').map(range).collect::<Result<_, String>>()?))
+        Ok(Self(Named(text.split(',').map(range).collect::<Result<_, String>>()?)))
     }
 }
 
@@ -702,20 +707,13 @@ fn finite(text: &str) -> Result<f64, String> {
     number.ok_or(format!("`{value}` is no finite number"))
 }
 
-/// Offsets of parameters by name.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct ParameterOffsets(pub(super) Vec<(String, f64)>);
-
-impl ParameterOffsets {
-    /// `name=offset,name=offset`.
-    fn parse(text: &str) -> Result<Self, String> {
-        let pair = |pair: &str| {
-            let (name, value) = pair.split_once('=').ok_or("expected NAME=OFFSET")?;
-            Ok((name.trim().to_owned(), finite(value)?))
-        };
-        let pairs = text.split(',').map(pair).collect::<Result<_, String>>();
-        Ok(Self(pairs?))
-    }
+/// Offsets by name: `name=offset,name=offset`.
+fn offsets(text: &str) -> Result<Named<f64>, String> {
+    let pair = |pair: &str| {
+        let (name, value) = pair.split_once('=').ok_or("expected NAME=OFFSET")?;
+        Ok((name.trim().to_owned(), finite(value)?))
+    };
+    text.split(',').map(pair).collect::<Result<_, String>>().map(Named)
 }
 
 /// `name=value`, split at the first `=`.

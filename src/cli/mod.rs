@@ -1,5 +1,5 @@
-//! The command line in five groups, each naming the ones before it alone: output; memory and what
-//! can be resumed; arguments; commands; the gallery, which runs commands.
+//! The command line in five groups, each naming the ones before it alone: output; what can be
+//! resumed; arguments; commands; the gallery, which runs commands.
 //!
 //! A command is: its arguments, one call of the library, its results handed to `report`.
 //!
@@ -11,7 +11,6 @@
 mod arguments;
 mod commands;
 mod gallery;
-mod memory;
 mod output;
 mod resume;
 
@@ -23,7 +22,7 @@ use clap::Parser;
 use arguments::{Arguments, Command};
 use commands::{
     basin, branch, converge, emit, expand, grazes, image, loci, orbits, run, scenes, sweeps,
-    trajectory,
+    trajectory, view,
 };
 use output::CliError;
 use resume::catch_interruptions;
@@ -89,6 +88,7 @@ fn execute(command: Command) -> Result<(), CliError> {
         Command::Trajectory(options) => trajectory::run(&options),
         Command::Emit(options) => emit::run(&options),
         Command::Run(options) => run::run(&options),
+        Command::View(options) => view::run(&options),
         // A gallery in a gallery has nothing to add.
         Command::Gallery(_) => Ok(()),
     }

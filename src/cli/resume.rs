@@ -8,9 +8,9 @@ use std::process;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::UNIX_EPOCH;
 
-use super::output::{counted, note};
+use super::output::note;
 use grazemap::model::Digest;
-use grazemap::report::Journal;
+use grazemap::report::{Journal, counted};
 
 /// The journal of the command that runs.
 static RUNNING: Mutex<Option<Arc<Journal>>> = Mutex::new(None);

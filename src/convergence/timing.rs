@@ -11,7 +11,7 @@ use crate::numeric::Scalar;
 const RUNS: usize = 5;
 
 /// Steps of one run.
-const STEPS: usize = 2000;
+const STEPS: usize = 500;
 
 /// Multiply-adds of one run.
 const MULTIPLY_ADDS: usize = 400_000;

@@ -36,8 +36,9 @@ impl Truth {
     }
 }
 
-/// Most products of series in double-double that the images of a window form: 2 to 3 s on one core.
-pub(super) const MOST_PRODUCTS: usize = 2_000_000;
+/// Most products of series in double-double that the images of a window form: 1 to 4 s on one core,
+/// the longest where few of the operations are sums or products.
+pub(super) const MOST_PRODUCTS: usize = 600_000;
 /// Most steps of an image, in those of the grazing orbit's own and beside them.
 const MOST_STEPS: (usize, usize) = (50, 500);
 /// Most points whose images are made before what they took is looked at.

@@ -15,11 +15,11 @@ use super::module::EmittedModule;
 use super::options::Target;
 use crate::numeric::FloatFormat;
 
-/// The files of an emission: relative path (with `/`) to text.
+/// The files of an emission: relative path (with `/`) to bytes.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct EmittedCrate {
     /// The files, sorted by path.
-    pub files: BTreeMap<String, String>,
+    pub files: BTreeMap<String, Vec<u8>>,
 }
 
 /// How a folder differs from an emission.
@@ -42,6 +42,11 @@ pub enum Difference {
         /// The first line that differs by more than rounding, counted from 1.
         line: usize,
     },
+    /// A file that is no text has other bytes.
+    Other {
+        /// Its path in the crate.
+        path: String,
+    },
 }
 
 impl std::fmt::Display for Difference {
@@ -50,6 +55,7 @@ impl std::fmt::Display for Difference {
             Self::Missing { path } => write!(formatter, "{path} is missing"),
             Self::Unreadable { path } => write!(formatter, "{path} cannot be read"),
             Self::Changed { path, line } => write!(formatter, "{path} differs from line {line} on"),
+            Self::Other { path } => write!(formatter, "{path} differs"),
         }
     }
 }
@@ -64,12 +70,12 @@ impl EmittedCrate {
     /// [`EmissionError::Layout`] if a template fails.
     pub fn standalone(module: &EmittedModule) -> Result<Self, EmissionError> {
         let name = &module.identifier;
-        let text = module.text.clone();
-        let mut texts = vec![text];
+        let mut contents = vec![module.content.clone()];
         if module.target == Target::Rust {
-            texts.extend([manifest(&format!("{name}_map"))?, standalone_root(name)?]);
+            let texts = [manifest(&format!("{name}_map"))?, standalone_root(name)?];
+            contents.extend(texts.map(String::into_bytes));
         }
-        Ok(Self { files: module.target.files(name).into_iter().zip(texts).collect() })
+        Ok(Self { files: module.target.files(name).into_iter().zip(contents).collect() })
     }
 
     /// The sources of the catalogue's crate: one module per map, sorted by name, and a registry of
@@ -87,14 +93,14 @@ impl EmittedCrate {
                 return Err(EmissionError::SingleInCatalogue { name: module.identifier.clone() });
             }
             let path = format!("src/{}.rs", module.identifier);
-            if files.insert(path, module.text.clone()).is_some() {
+            if files.insert(path, module.content.clone()).is_some() {
                 return Err(EmissionError::DuplicateModule { name: module.identifier.clone() });
             }
         }
         let mut names: Vec<&str> =
             modules.iter().map(|module| module.identifier.as_str()).collect();
         names.sort_unstable();
-        files.insert("src/lib.rs".to_owned(), catalogue_root(&names)?);
+        files.insert("src/lib.rs".to_owned(), catalogue_root(&names)?.into_bytes());
         Ok(Self { files })
     }
 
@@ -116,7 +122,8 @@ impl EmittedCrate {
     }
 
     /// How a folder differs from this emission by more than the rounding of coefficients and the
-    /// place of the scene; other files in the folder do not count.
+    /// place of the scene; other files in the folder do not count. What is no text is compared byte
+    /// by byte.
     pub fn check(&self, folder: &Path) -> Vec<Difference> {
         self.files
             .iter()
@@ -137,21 +144,34 @@ fn is_foreign(path: &Path) -> bool {
     };
     let mut start = Vec::new();
     let _as_far_as_it_is_read = file.take(FIRST_LINE).read_to_end(&mut start);
-    let line = start.split(|&byte| byte == b'\n').next().unwrap_or_default();
+    let line = match start.starts_with(WASM_MAGIC) {
+        true => &start[..],
+        false => start.split(|&byte| byte == b'\n').next().unwrap_or_default(),
+    };
     !line.windows(GENERATED.len()).any(|part| part == GENERATED)
 }
+
+/// How a WebAssembly module begins, which has no lines.
+const WASM_MAGIC: &[u8] = b"\0asm";
 
 /// More bytes than the first line of an emitted file has.
 const FIRST_LINE: u64 = 256;
 
-fn difference(path: &str, text: &str, file: &Path) -> Option<Difference> {
+fn difference(path: &str, content: &[u8], file: &Path) -> Option<Difference> {
     let path = path.to_owned();
-    match std::fs::read_to_string(file) {
+    match std::fs::read(file) {
         Err(failure) if failure.kind() == io::ErrorKind::NotFound => {
             Some(Difference::Missing { path })
         }
         Err(_) => Some(Difference::Unreadable { path }),
-        Ok(found) => first_difference(&found, text).map(|line| Difference::Changed { path, line }),
+        Ok(found) if found == content => None,
+        Ok(found) => match (str::from_utf8(&found), str::from_utf8(content)) {
+            (_, Err(_)) => Some(Difference::Other { path }),
+            (Err(_), _) => Some(Difference::Unreadable { path }),
+            (Ok(found), Ok(text)) => {
+                first_difference(found, text).map(|line| Difference::Changed { path, line })
+            }
+        },
     }
 }
 

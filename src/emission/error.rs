@@ -83,6 +83,9 @@ pub enum EmissionError {
         /// Number found.
         found: usize,
     },
+    /// What a module of WebAssembly says of itself could not be written.
+    #[error("the description of the map could not be written")]
+    Description(#[source] serde_json::Error),
     /// A template could not be rendered.
     #[error("the layout of emitted code could not be rendered")]
     Layout(#[from] tera::Error),

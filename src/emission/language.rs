@@ -14,7 +14,8 @@ use super::options::Target;
 use crate::jet::kernel::{Kernel, Operation, Value};
 use crate::numeric::FloatFormat;
 
-/// A target and the numbers that its states, parameters and coefficients are.
+/// A target and the numbers that its states, parameters and coefficients are. The kernels of
+/// WebAssembly are no text; its words are those of JavaScript.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Language {
     pub(super) target: Target,
@@ -61,7 +62,7 @@ impl Language {
         match self.target {
             Target::Rust => format!("let r{number} = {expression};"),
             Target::C | Target::Cuda => format!("const {} r{number} = {expression};", self.real()),
-            Target::JavaScript => format!("const r{number} = {expression};"),
+            Target::JavaScript | Target::Wasm => format!("const r{number} = {expression};"),
             Target::Python | Target::Julia => format!("r{number} = {expression}"),
             Target::Matlab => format!("r{number} = {expression};"),
         }
@@ -141,7 +142,7 @@ impl Language {
             _ if value != f64::INFINITY => self.number("a half-width of the window", value),
             Target::Rust => Ok(format!("{}::INFINITY", self.real())),
             Target::C | Target::Cuda => Ok("INFINITY".into()),
-            Target::JavaScript => Ok("Infinity".into()),
+            Target::JavaScript | Target::Wasm => Ok("Infinity".into()),
             Target::Python => Ok("np.inf".into()),
             Target::Julia | Target::Matlab => Ok("Inf".into()),
         }
@@ -159,7 +160,7 @@ impl Language {
             (Target::Rust, None) => "None".into(),
             (Target::Rust, Some(literal)) => format!("Some({literal})"),
             (Target::C | Target::Cuda, None) => "-1.0".into(),
-            (Target::JavaScript, None) => "null".into(),
+            (Target::JavaScript | Target::Wasm, None) => "null".into(),
             (Target::Python, None) => "None".into(),
             (Target::Julia, None) => "nothing".into(),
             (Target::Matlab, None) => "[]".into(),
@@ -248,7 +249,7 @@ fn in_blocks(kernel: &Kernel, statements: Vec<String>) -> Vec<String> {
 }
 
 /// The last operation that uses each result; beyond all operations for an output.
-fn last_uses(kernel: &Kernel) -> Vec<usize> {
+pub(super) fn last_uses(kernel: &Kernel) -> Vec<usize> {
     let mut last = vec![0; kernel.operations.len()];
     let mut used = |value: Value, by: usize| {
         if let Value::Result(result) = value {

@@ -28,10 +28,22 @@ pub(super) fn arrange(
     };
     let (step_text, jacobian) =
         (print(language, step, input)?, print(language, &split.run, input)?);
+    let variable = |number: usize| match number.checked_sub(free) {
+        None => format!("x{number}"),
+        Some(parameter) => language.element("parameters", parameter),
+    };
+    let derivatives = match options.derivatives {
+        true => print(language, &lowered.with_derivatives(), variable)?,
+        false => PrintedKernel { statements: Vec::new(), outputs: Vec::new() },
+    };
     let passages = lowered.passages;
     let (image, depths) = step_text.outputs.split_at(free);
-    let rows = |printed: &PrintedKernel| -> Vec<String> {
-        printed.outputs[free + passages..].chunks(free.max(1)).map(|row| row.join(", ")).collect()
+    let rows = |printed: &PrintedKernel, width: usize| -> Vec<String> {
+        let rows = printed.outputs.get(free + passages..).unwrap_or_default();
+        rows.chunks(width.max(1)).map(|row| row.join(", ")).collect()
+    };
+    let part = |printed: &PrintedKernel, place: std::ops::Range<usize>| -> Vec<String> {
+        printed.outputs.get(place).unwrap_or_default().to_vec()
     };
     Ok(MapLayout {
         header: header(map, options, lowered, step, pruned)?,
@@ -84,8 +96,14 @@ pub(super) fn arrange(
         step_statements: step_text.statements,
         jacobian_image: jacobian.outputs[..free].to_vec(),
         jacobian_depths: jacobian.outputs[free..free + passages].to_vec(),
-        jacobian_rows: rows(&jacobian),
+        jacobian_rows: rows(&jacobian, free),
         jacobian_entries: jacobian.outputs[free + passages..].to_vec(),
+        derivatives: options.derivatives,
+        derivatives_image: part(&derivatives, 0..free),
+        derivatives_depths: part(&derivatives, free..free + passages),
+        derivatives_rows: rows(&derivatives, free + lowered.parameters),
+        derivatives_entries: part(&derivatives, free + passages..derivatives.outputs.len()),
+        derivatives_statements: derivatives.statements,
         jacobian_statements: jacobian.statements,
     })
 }
@@ -274,6 +292,13 @@ pub(super) struct MapLayout {
     pub(super) jacobian_depths: Vec<String>,
     pub(super) jacobian_rows: Vec<String>,
     pub(super) jacobian_entries: Vec<String>,
+    /// Whether there is a step with these: by the coordinates, and then by the parameters.
+    pub(super) derivatives: bool,
+    pub(super) derivatives_statements: Vec<String>,
+    pub(super) derivatives_image: Vec<String>,
+    pub(super) derivatives_depths: Vec<String>,
+    pub(super) derivatives_rows: Vec<String>,
+    pub(super) derivatives_entries: Vec<String>,
 }
 
 /// The text of one map's module.
@@ -285,7 +310,7 @@ pub(super) fn map(target: Target, layout: &MapLayout) -> Result<String, Emission
         Target::C | Target::Cuda => {
             render("map.c.tera", include_str!("../../templates/map.c.tera"), context)
         }
-        Target::JavaScript => {
+        Target::JavaScript | Target::Wasm => {
             render("map.js.tera", include_str!("../../templates/map.js.tera"), context)
         }
         Target::Python => {

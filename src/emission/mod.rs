@@ -1,5 +1,5 @@
-//! Local maps as source text, in Rust, C or CUDA: one straight-line kernel, printed by templates
-//! that hold layout only.
+//! Local maps as source text in seven languages, and as WebAssembly: one straight-line kernel,
+//! printed by templates that hold layout only, or written as instructions.
 //!
 //! Deliberately absent: dynamics. This floor sees polynomials.
 
@@ -11,6 +11,7 @@ mod module;
 mod names;
 mod options;
 mod pruning;
+mod wasm;
 
 pub use emitted_crate::{Difference, EmittedCrate};
 pub use error::EmissionError;

@@ -1,26 +1,29 @@
 //! One emitted module: a map's kernel, its constants and its provenance.
 
+use std::borrow::Cow;
+
 use super::error::EmissionError;
 use super::layout;
 use super::layout::arrange;
 use super::names::checked_identifier;
 use super::options::{EmitOptions, EmittedShape, Target};
 use super::pruning::{PruneReport, prune, prune_composed};
+use super::wasm;
 use crate::expansion::{ComposedMap, LocalMap, MapKernel, Stage};
 use crate::jet::kernel::{Kernel, OperationCount, SplitKernel};
 use crate::numeric::FloatFormat;
 
-/// An emitted module: a source text without dependencies.
+/// An emitted module without dependencies: a source text, or the bytes of WebAssembly.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EmittedModule {
-    /// Language of the text.
+    /// Language of the module.
     pub target: Target,
     /// What it computes with.
     pub precision: FloatFormat,
     /// Name of the module: the scene's identifier.
     pub identifier: String,
-    /// The source text.
-    pub text: String,
+    /// The module's file.
+    pub content: Vec<u8>,
     /// Operations of a step, freezing included.
     pub step_operations: OperationCount,
     /// Operations of a step of the frozen map.
@@ -31,6 +34,13 @@ pub struct EmittedModule {
     pub pruned: Option<PruneReport>,
     /// Error that was measured on the window.
     pub measured_error: Option<f64>,
+}
+
+impl EmittedModule {
+    /// The source text; of WebAssembly what can be read of it.
+    pub fn text(&self) -> Cow<'_, str> {
+        String::from_utf8_lossy(&self.content)
+    }
 }
 
 /// Emits a map.
@@ -58,12 +68,18 @@ pub fn emitted_module(
     let (lowered, pruned) = lower(map, composed, options)?;
     let split = lowered.with_jacobian().split(lowered.dimension);
     let step = step_kernel(&split, &lowered);
-    let layout = arrange(map, options, &lowered, &split, &step, pruned)?;
+    let content = match options.target {
+        Target::Wasm => wasm::module(map, options, &lowered, &split, &step, pruned)?,
+        target => {
+            let layout = arrange(map, options, &lowered, &split, &step, pruned)?;
+            layout::map(target, &layout)?.into_bytes()
+        }
+    };
     Ok(EmittedModule {
         target: options.target,
         precision: options.precision,
         identifier,
-        text: layout::map(options.target, &layout)?,
+        content,
         step_operations: lowered.kernel.count(),
         frozen_operations: step.count(),
         jacobian_operations: split.run.count(),

@@ -20,9 +20,22 @@ pub enum Target {
     Julia,
     /// A function of MATLAB and Octave that gives the map's functions.
     Matlab,
+    /// A module of WebAssembly, in bytes.
+    Wasm,
 }
 
 impl Target {
+    /// All of them.
+    pub const ALL: [Self; 7] = [
+        Self::Rust,
+        Self::C,
+        Self::Cuda,
+        Self::JavaScript,
+        Self::Python,
+        Self::Julia,
+        Self::Matlab,
+    ];
+
     /// The word for it in commands and templates.
     pub fn word(self) -> &'static str {
         match self {
@@ -33,12 +46,13 @@ impl Target {
             Self::Python => "python",
             Self::Julia => "julia",
             Self::Matlab => "matlab",
+            Self::Wasm => "wasm",
         }
     }
 
     /// Whether the language has numbers in double precision alone.
     pub fn is_double_only(self) -> bool {
-        matches!(self, Self::JavaScript | Self::Python | Self::Julia | Self::Matlab)
+        matches!(self, Self::JavaScript | Self::Python | Self::Julia | Self::Matlab | Self::Wasm)
     }
 
     /// The folder of an emission, from the folder that its module lies in.
@@ -66,12 +80,13 @@ impl Target {
             Self::Python => vec![format!("map_{identifier}.py")],
             Self::Julia => vec![format!("map_{identifier}.jl")],
             Self::Matlab => vec![format!("map_{identifier}.m")],
+            Self::Wasm => vec![format!("map_{identifier}.wasm")],
         }
     }
 }
 
 /// Number of the format of emitted modules; it changes with the templates and with the printing.
-pub const FORMAT: u32 = 1;
+pub const FORMAT: u32 = 2;
 
 /// Shape of an emitted step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -103,6 +118,8 @@ pub struct EmitOptions {
     /// The command that emits the module again from the folder that its file lies in, for the
     /// header; `None` where no file or name of a scene is known.
     pub command: Option<String>,
+    /// Whether there is a step with derivatives by the parameters too: as long again as the rest.
+    pub derivatives: bool,
 }
 
 impl EmitOptions {
@@ -119,6 +136,7 @@ impl Default for EmitOptions {
     fn default() -> Self {
         Self {
             target: Target::Rust,
+            derivatives: true,
             shape: EmittedShape::Factored,
             precision: FloatFormat::F64,
             lanes: 8,

@@ -359,6 +359,11 @@ impl<'a> Expander<'a> {
         self.each_leg(smooth_order, |leg| leg.by_taylor())
     }
 
+    /// Products of series in a step of the free field.
+    pub(super) fn products_of_step(&self) -> usize {
+        self.grazes[0].passage.field.time_program().products()
+    }
+
     /// `P_smooth` of the whole period, from section to section.
     ///
     /// # Errors

@@ -10,8 +10,9 @@ use crate::jet::Jet;
 use crate::model::MapOrders;
 use crate::numeric::{Dd, Real};
 
-/// Highest order of `P_smooth` that is expanded again.
+/// Highest order of `P_smooth` that is expanded again, and of fields with more than so many products.
 const SMOOTH_ORDER: u32 = 2;
+const SMOOTH_ORDER_OF_MANY: (usize, u32) = (100, 1);
 /// Weight to which `D` is always expanded again, and beyond it as far as the space has no more
 /// monomials than this.
 const CONTACT_WEIGHT: u32 = 6;
@@ -41,7 +42,9 @@ impl Expander<'_> {
     ///
     /// [`ExpansionError`] as the expansions themselves.
     pub fn lost_digits(&self, orders: MapOrders) -> Result<LostDigits, ExpansionError> {
-        let order = orders.smooth_order.min(SMOOTH_ORDER);
+        let (many, order_of_many) = SMOOTH_ORDER_OF_MANY;
+        let is_long = self.products_of_step() > many;
+        let order = if is_long { order_of_many } else { SMOOTH_ORDER }.min(orders.smooth_order);
         let (legs, exact) = (self.legs(order)?, self.legs_by_taylor::<Dd>(order)?);
         let units = self.units(self.section_passage());
         let legs = all(&legs).zip(all(&exact));

@@ -73,6 +73,12 @@ impl MapKernel {
     pub fn with_jacobian(&self) -> Kernel {
         self.kernel.with_jacobian(self.dimension, self.dimension)
     }
+
+    /// The kernel with the derivatives of the image by the coordinates and then by the parameters,
+    /// row by row, after its other outputs.
+    pub fn with_derivatives(&self) -> Kernel {
+        self.kernel.with_jacobian(self.dimension, self.dimension + self.parameters)
+    }
 }
 
 /// A flown contact appends its operations.

@@ -42,6 +42,32 @@ pub trait DiscreteMap: Sync {
     }
 }
 
+/// A map whose image has derivatives by its parameters too.
+pub trait DifferentiableMap: DiscreteMap {
+    /// One step with the derivatives of the image by the coordinates and then by the parameters,
+    /// row by row, into `derivatives` (length `dimension × (dimension + parameters)`).
+    fn step_derivatives(
+        &self,
+        state: &[f64],
+        parameters: &[f64],
+        image: &mut [f64],
+        derivatives: &mut [f64],
+    ) -> StepInfo;
+}
+
+/// A reference to a map is a map.
+impl<M: DifferentiableMap + ?Sized> DifferentiableMap for &M {
+    fn step_derivatives(
+        &self,
+        state: &[f64],
+        parameters: &[f64],
+        image: &mut [f64],
+        derivatives: &mut [f64],
+    ) -> StepInfo {
+        (**self).step_derivatives(state, parameters, image, derivatives)
+    }
+}
+
 /// What happened in one step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct StepInfo {

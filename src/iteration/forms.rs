@@ -16,6 +16,7 @@ pub(super) struct Forms {
     pub(super) frozen_step: Freezer,
     step: OnceLock<Interpreter>,
     jacobian: OnceLock<Interpreter>,
+    derivatives: OnceLock<Interpreter>,
     frozen_jacobian: OnceLock<Freezer>,
     frozen_depth: OnceLock<Freezer>,
     batch: [OnceLock<Freezer>; 4],
@@ -27,6 +28,7 @@ impl Forms {
             frozen_step: Freezer::new(&lowered.kernel, lowered.dimension),
             step: OnceLock::new(),
             jacobian: OnceLock::new(),
+            derivatives: OnceLock::new(),
             frozen_jacobian: OnceLock::new(),
             frozen_depth: OnceLock::new(),
             batch: Default::default(),
@@ -46,7 +48,13 @@ impl Forms {
         self.jacobian.get_or_init(make)
     }
 
-    /// The same, for freezing.
+    /// Image, depths, derivatives of the image by coordinates and parameters.
+    pub(super) fn derivatives(&self) -> &Interpreter {
+        let make = || Interpreter::new(&self.lowered.with_derivatives());
+        self.derivatives.get_or_init(make)
+    }
+
+    /// Image, depths, Jacobian, for freezing.
     pub(super) fn frozen_jacobian(&self) -> &Freezer {
         let make = || Freezer::new(&self.lowered.with_jacobian(), self.lowered.dimension);
         self.frozen_jacobian.get_or_init(make)
@@ -56,10 +64,9 @@ impl Forms {
     /// for freezing, or with parameters of its own for each point.
     pub(super) fn batch(&self, derivatives: bool, each: bool) -> &Freezer {
         let MapKernel { dimension, parameters, kernel, .. } = &self.lowered;
-        let all = dimension + parameters;
-        let free = if each { all } else { *dimension };
+        let free = if each { dimension + parameters } else { *dimension };
         let make = || match derivatives {
-            true => Freezer::new(&kernel.with_jacobian(*dimension, all), free),
+            true => Freezer::new(&self.lowered.with_derivatives(), free),
             false => Freezer::new(kernel, free),
         };
         self.batch[2 * usize::from(derivatives) + usize::from(each)].get_or_init(make)

@@ -4,7 +4,7 @@
 use std::sync::{Arc, OnceLock};
 
 use super::batch::fill;
-use super::discrete_map::{DiscreteMap, StepInfo};
+use super::discrete_map::{DifferentiableMap, DiscreteMap, StepInfo};
 use super::forms::Forms;
 use super::frozen_lanes::FrozenLanes;
 use crate::expansion::{ComposedMap, LocalMap, MapKernel};
@@ -126,6 +126,18 @@ impl DiscreteMap for HornerMap {
         jacobian: &mut [f64],
     ) -> StepInfo {
         run(self.forms.jacobian(), &[state, parameters], image, jacobian)
+    }
+}
+
+impl DifferentiableMap for HornerMap {
+    fn step_derivatives(
+        &self,
+        state: &[f64],
+        parameters: &[f64],
+        image: &mut [f64],
+        derivatives: &mut [f64],
+    ) -> StepInfo {
+        run(self.forms.derivatives(), &[state, parameters], image, derivatives)
     }
 }
 

@@ -18,7 +18,7 @@ mod tangents;
 pub use batch::Batch;
 #[cfg(feature = "compiled-maps")]
 pub use compiled::{CompiledMap, compiled};
-pub use discrete_map::{DiscreteMap, PassageSet, StepInfo};
+pub use discrete_map::{DifferentiableMap, DiscreteMap, PassageSet, StepInfo};
 pub use frozen_lanes::{FrozenLanes, Substitute};
 pub use horner::{FrozenMap, HornerMap, SingleMap};
 pub use interpreted::InterpretedMap;

@@ -21,15 +21,17 @@ pub struct EmitRequest {
     pub target: Target,
     /// Whether the error on the window is measured and stated.
     pub measure: bool,
+    /// Whether there is a step with derivatives by the parameters too.
+    pub derivatives: bool,
     /// The command that emits the same again, run in the folder of the module's file: for its
     /// header.
     pub command: Option<String>,
 }
 
 impl Default for EmitRequest {
-    /// Rust, measured, without a command in its header.
+    /// Rust, measured, with all derivatives, without a command in its header.
     fn default() -> Self {
-        Self { target: Target::Rust, measure: true, command: None }
+        Self { target: Target::Rust, measure: true, derivatives: true, command: None }
     }
 }
 
@@ -64,6 +66,7 @@ impl Map {
             tolerance: choice.map(|choice| choice.tolerance).or(self.scene().emit.tolerance),
             drop_within: choice.and_then(Choice::drop_after),
             measured_error: None,
+            derivatives: request.derivatives,
             command: request.command,
         };
         options.shape = self.emitted_shape(&options)?;
@@ -73,6 +76,17 @@ impl Map {
             options.measured_error = images.and_then(|images| images.stated_error(&*run));
         }
         self.in_shape(&options)
+    }
+
+    /// The map as a module of WebAssembly that computes what [`discrete`](Self::discrete) does, to
+    /// the last bit: factored, in double precision, with every monomial.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Emission`] for a map that cannot be emitted.
+    pub fn web_module(&self) -> Result<Vec<u8>, Error> {
+        let options = EmitOptions { target: Target::Wasm, ..EmitOptions::default() };
+        Ok(emitted_module(self.local(), None, &options)?.content)
     }
 
     /// The shape chosen with the orders, the one a scene names, or the one with fewer operations.

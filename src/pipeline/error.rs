@@ -3,6 +3,8 @@
 use std::io;
 use std::path::PathBuf;
 
+use super::ended::Ended;
+use super::keys::KeyError;
 use crate::analysis::AnalysisError;
 use crate::convergence::{ConvergenceError, Limit};
 use crate::emission::EmissionError;
@@ -117,6 +119,29 @@ pub enum Error {
         /// How many were given.
         found: usize,
     },
+    /// A text that is no command with its keys.
+    #[error("no command with its keys: {reason}")]
+    NoCommand {
+        /// What was expected, and where.
+        reason: String,
+    },
+    /// Results larger than the memory of the machine.
+    #[error(
+        "the results take about {needed} MB of memory, and {available} MB are free; ask for fewer \
+         points, starts or kept iterates"
+    )]
+    Memory {
+        /// What they take, in MB.
+        needed: u64,
+        /// What is free, in MB.
+        available: u64,
+    },
+    /// A key of a command whose value asks for nothing that there is.
+    #[error(transparent)]
+    Key(#[from] KeyError),
+    /// A computation that ended without what was asked for.
+    #[error(transparent)]
+    Ended(#[from] Ended),
     /// An analysis that refused its input, or a floor below it.
     #[error(transparent)]
     Analysis(#[from] AnalysisError),
@@ -136,7 +161,7 @@ impl Error {
     pub fn ended_otherwise(&self) -> bool {
         match self {
             Self::NotLocated(_) | Self::Orbit(OrbitError::Flow(_)) => true,
-            Self::ToleranceNotMet { .. } => true,
+            Self::ToleranceNotMet { .. } | Self::Ended(_) => true,
             Self::Analysis(error) => of_analysis(error),
             Self::Expansion(error) => of_expansion(error),
             Self::Convergence(ConvergenceError::NoTruth { .. }) => true,

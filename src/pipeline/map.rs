@@ -10,7 +10,9 @@ use crate::analysis::branches::{
 };
 use crate::analysis::chart::{Chart, chart};
 use crate::analysis::diagram::{Diagram, diagram};
+use crate::analysis::fit::{Fit, FitRequest, fit};
 use crate::analysis::loci::{Loci, LociRequest, loci};
+use crate::analysis::noise::{NoiseRequest, NoisyOrbits, noise};
 use crate::analysis::orbits::{Orbits, OrbitsRequest, orbits};
 use crate::analysis::{
     ImageRecord, ImageRequest, MeasuredSide, NoProgress, Part, Progress, SectionImage,
@@ -467,6 +469,28 @@ impl Map {
     ) -> Result<Orbits, Error> {
         let (scene, orbit) = (self.settled().scene(), self.orbit());
         Ok(orbits(scene, orbit, self.local(), request, progress)?)
+    }
+
+    /// Parameters fitted to measured section points.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Analysis`] for series that are no rows of the map's length, or too short.
+    pub fn fit(&self, request: &FitRequest, progress: &dyn Progress) -> Result<Fit, Error> {
+        Ok(fit(self.settled().scene(), self.orbit(), self.local(), request, progress)?)
+    }
+
+    /// Orbits whose parameters are drawn afresh at every return.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Analysis`] for another number of coordinates or parameters.
+    pub fn noise(
+        &self,
+        request: &NoiseRequest,
+        progress: &dyn Progress,
+    ) -> Result<NoisyOrbits, Error> {
+        Ok(noise(self.settled().scene(), self.orbit(), self.local(), request, progress)?)
     }
 
     /// Loci of periodic orbits in two parameters, with their points of codimension two.

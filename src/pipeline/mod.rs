@@ -4,16 +4,36 @@
 //! bits: [`Scene`](crate::Scene), [`Graze`], [`Settled`], [`Map`]. Section, orders and shape are
 //! settled once, on the way from one to the next, and each expansion is made once.
 //!
+//! The [commands](Answer) of the program stand here as calls with keys and defaults.
+//!
 //! Deliberately absent: numerics of its own, arguments, words for people.
 
+mod answer;
+mod commands;
 mod emit;
+mod ended;
 mod error;
 mod graze;
+mod keys;
 mod map;
+mod memory;
+mod remarks;
+mod run;
 mod saved;
+mod sweeps;
 
+pub use answer::Answer;
+pub use commands::{
+    AskedTrajectory, BasinKeys, BranchKeys, Command, ConvergenceKeys, CurveKeys, FitKeys, Images,
+    LociKeys, NearestKeys, NoiseKeys, OrbitsKeys, TrajectoryKeys,
+};
 pub use emit::{EmitRequest, write_emitted};
+pub use ended::Ended;
 pub use error::Error;
 pub use graze::{FindGraze, Graze, Settled, StudyRequest, parameter_number};
+pub use keys::{KeyError, OrbitsOf};
 pub use map::{Image, Map, Plan};
+pub use memory::refuse_memory;
+pub use run::{RunWatch, run};
 pub use saved::{Source, is_standard};
+pub use sweeps::ByMap;

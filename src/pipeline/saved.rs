@@ -110,6 +110,18 @@ impl Source {
         }
     }
 
+    /// The map, read or expanded.
+    ///
+    /// # Errors
+    ///
+    /// As [`settle`](Self::settle), [`Settled::plan`] and [`Plan::expand`].
+    pub fn map(self) -> Result<Map, Error> {
+        match self {
+            Self::Map(map) => Ok(map),
+            other => other.settle()?.plan()?.expand(),
+        }
+    }
+
     /// The scene with its orbit, on the section that its map is taken on.
     ///
     /// # Errors

@@ -335,7 +335,7 @@ pub fn basin_remarks(basin: &Basin) -> Vec<String> {
 }
 
 /// In how many cells the map alone leaves its window, if in any.
-pub fn basin_outside_words(basin: &Basin) -> Option<String> {
+pub(super) fn basin_outside_words(basin: &Basin) -> Option<String> {
     (basin.outside.count > 0).then(|| {
         format!(
             "from {} of {} states the map alone leaves its window (in grey: its error was not \

@@ -5,7 +5,8 @@ use serde::Serialize;
 
 use super::diagram_figure::observable_words;
 use super::figure::{Annotation, Axis, Figure, Marker, Series, Stroke, symbol};
-use super::orbits_listing::{OrbitRecord, OrbitsListing, multipliers};
+use super::number::counted;
+use super::orbits_listing::{OrbitRecord, OrbitsListing, multipliers, using_words};
 use super::{Cell, Column, Named, ReportError, SectionDocument, Table};
 use crate::analysis::branches::{
     BranchDiagram, BranchEnd, BranchLabel, BranchObservable, BranchPoint, Branches, Special,
@@ -223,6 +224,49 @@ impl BranchListing {
         Ok(table)
     }
 
+    /// The branches as a person reads them: their special points.
+    ///
+    /// # Errors
+    ///
+    /// As [`special_table`](Self::special_table).
+    pub fn text(&self, scene: &str) -> Result<String, ReportError> {
+        let points = self.branches.iter().map(|branch| branch.points.len()).sum();
+        Ok(format!(
+            "branches of `{scene}` in {} by {}: {} with {}; offsets on the {}\n\n{}",
+            self.along,
+            using_words(self.using),
+            self.branches.len(),
+            counted(points, "point"),
+            self.section.words(),
+            self.special_table()?.to_text()
+        ))
+    }
+
+    /// What may not be trusted, or not be all.
+    pub fn remarks(&self) -> Vec<String> {
+        let points = self.branches.iter().flat_map(|branch| &branch.points);
+        let physical: Vec<_> = points.filter(|point| point.orbit.physical).collect();
+        let outside = physical.iter().filter(|point| !point.orbit.inside).count();
+        let mut remarks = Vec::new();
+        if outside > 0 && self.using == "map" {
+            remarks.push(format!(
+                "warning: {outside} of {} physical points are outside the window, where the map \
+                 has not been measured; --using direct asks direct simulation",
+                physical.len()
+            ));
+        }
+        let unresolved = self.branches.iter().filter(|branch| !branch.unresolved.is_empty());
+        let unresolved = unresolved.count();
+        if unresolved > 0 {
+            remarks.push(format!(
+                "warning: on {} more special points may lie than were found; \
+                 `unresolved` in the JSON says where",
+                counted(unresolved, "branch")
+            ));
+        }
+        remarks
+    }
+
     fn points(&self) -> impl Iterator<Item = (&BranchRecord, &PointRecord)> {
         let branches = self.branches.iter();
         branches.flat_map(|branch| branch.points.iter().map(move |point| (branch, point)))
@@ -270,9 +314,6 @@ impl BranchListing {
     fn figure(&self, axis: Axis, under: Vec<[f64; 2]>, value: Values<'_>) -> Figure {
         let letter = symbol(&self.along);
         let mut figure = Figure::new(Axis::linear(format!("{letter} − {letter}*")), axis);
-        if !under.is_empty() {
-            figure.series.push(Series::dots("iterates", under).in_grey());
-        }
         let mut named: Vec<&str> = Vec::new();
         for number in 0..self.branches.len() {
             let itinerary = self.branches[number].itinerary.as_str();
@@ -283,6 +324,10 @@ impl BranchListing {
                 named.push(itinerary);
             }
             self.draw(&mut figure, number, value, (name, color));
+        }
+        let under = beside(under, &figure.series);
+        if !under.is_empty() {
+            figure.series.insert(0, Series::dots("iterates", under).in_grey());
         }
         let points = figure.series.iter().flat_map(|series| series.points.iter().copied());
         join_labels(&mut figure.annotations, points);
@@ -325,6 +370,21 @@ impl BranchListing {
             figure.annotations.push(Annotation { at, text, marker: Some(marker) });
         }
     }
+}
+
+/// The iterates no farther from the branches than these are high: an attractor far away would leave
+/// no room to see them.
+fn beside(mut iterates: Vec<[f64; 2]>, branches: &[Series]) -> Vec<[f64; 2]> {
+    let values = branches.iter().flat_map(|series| &series.points).map(|point| point[1]);
+    let values = values.filter(|value| value.is_finite());
+    let (least, most) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), value| {
+        (least.min(value), most.max(value))
+    });
+    let height = most - least;
+    if height > 0.0 {
+        iterates.retain(|[_, value]| (least - height..=most + height).contains(value));
+    }
+    iterates
 }
 
 /// Labels nearer than this share of the picture's extent are one.
@@ -388,6 +448,16 @@ fn line(points: &[PointRecord], stable: bool, at: impl Fn(usize) -> [f64; 2]) ->
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn iterates_far_from_the_branches_are_not_drawn() {
+        let branch = Series::line("1", Stroke::Solid, vec![[0.0, 1.0], [1.0, 3.0], [f64::NAN; 2]]);
+        let iterates = vec![[0.0, -0.9], [0.5, 2.0], [0.5, 5.1], [1.0, 4.9]];
+        let kept = beside(iterates.clone(), &[branch]);
+        assert_eq!(kept, [[0.0, -0.9], [0.5, 2.0], [1.0, 4.9]]);
+        let level = Series::line("0", Stroke::Solid, vec![[0.0, 1.0], [1.0, 1.0]]);
+        assert_eq!(beside(iterates.clone(), &[level]), iterates);
+    }
 
     #[test]
     fn labels_at_one_point_are_one_and_others_stay() {

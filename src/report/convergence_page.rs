@@ -1,6 +1,6 @@
 //! A study of convergence as tables, pictures and sections of a page.
 
-use super::chosen_words::{accuracy_words, chosen_words, validity_words};
+use super::chosen_words::{accuracy_words, chosen_words, sections_words, validity_words};
 use super::figure::{Annotation, Axis, Figure, Guide, Marker, Palette, Series};
 use super::{Cell, Column, ReportError, Section, Table};
 use crate::convergence::{
@@ -38,6 +38,29 @@ pub fn without_times(study: &ConvergenceStudy) -> ConvergenceStudy {
 pub fn convergence_table(study: &ConvergenceStudy) -> Result<Table, ReportError> {
     let all: Vec<&OrderResult> = study.orders.iter().collect();
     order_table(&all)
+}
+
+/// A study as a person reads it.
+///
+/// # Errors
+///
+/// As [`convergence_table`].
+pub fn convergence_text(study: &ConvergenceStudy) -> Result<String, ReportError> {
+    let direct = format!(
+        "direct simulation ({}): {:.0} ns a return, error {:.1e}",
+        study.direct.method, study.direct.period_ns, study.direct.error_estimate
+    );
+    let sections = match sections_words(study) {
+        words if words.is_empty() => words,
+        words => words + "\n",
+    };
+    Ok(format!(
+        "{}\n{direct}\n{}\n{sections}{}\n{}\n",
+        convergence_table(study)?.to_text(),
+        chosen_words(study),
+        validity_words(&study.validity),
+        accuracy_words(&study.accuracy)
+    ))
 }
 
 /// The pictures of a study, each with the ending of its file's name and a caption.

@@ -2,9 +2,11 @@
 
 use serde::Serialize;
 
+use super::number::counted;
 use super::orbit_listing::{ConditionsListing, surface_of};
 use super::{Cell, Column, Named, ReportError, Table};
 use crate::model::Scene;
+use crate::numeric::Shown;
 use crate::orbit::{CurvePoint, GrazingCurve, SpecialKind, SpecialPoint};
 
 /// A grazing curve in two parameters, ready to be written as JSON.
@@ -136,6 +138,42 @@ impl CurveListing {
         }
     }
 
+    /// How the curve went, as a person reads it, in the parameters that vary.
+    pub fn text(&self) -> String {
+        let mut text = format!("{}; {}\n", counted(self.points.len(), "point"), self.end);
+        let at = |parameters: &Named<f64>| varying(parameters, &self.free);
+        let several = self.points.iter().any(|point| point.conditions.len() > 1);
+        for point in &self.codim2 {
+            let [from, to] = &point.surfaces;
+            let ends = if several {
+                let (first, second) = (point.from + 1, point.to + 1);
+                format!(" from passage {first} ({from}) to passage {second} ({to})")
+            } else {
+                String::new()
+            };
+            text.push_str(&format!("xi_{}{ends} = 0 at {}\n", point.n, at(&point.parameters)));
+        }
+        for fold in &self.folds {
+            text.push_str(&format!("fold in {} at {}\n", fold.parameter, at(&fold.parameters)));
+        }
+        for switch in &self.multiplier_switches {
+            text.push_str(&format!(
+                "multipliers switch between real and complex at {}\n",
+                at(&switch.parameters)
+            ));
+        }
+        for stretch in &self.unresolved {
+            text.push_str(&format!(
+                "warning: {} may vanish more often than listed between {} and {}: its zeros there \
+                 cannot be told apart\n",
+                stretch.of,
+                at(&stretch.from),
+                at(&stretch.to)
+            ));
+        }
+        text
+    }
+
     /// The points as a table: parameters, state, multipliers, `xi_n`.
     ///
     /// # Errors
@@ -224,4 +262,11 @@ fn function(scene: &Scene, kind: SpecialKind) -> String {
 
 fn named(scene: &Scene, values: impl Iterator<Item = f64>) -> Named<f64> {
     Named::new(scene.model.parameters.iter().map(|parameter| parameter.name.as_str()).zip(values))
+}
+
+fn varying(parameters: &Named<f64>, names: &[String]) -> String {
+    let varying = parameters.0.iter().filter(|(name, _)| names.contains(name));
+    let pairs: Vec<String> =
+        varying.map(|(name, value)| format!("{name} = {:.12}", Shown(*value))).collect();
+    pairs.join(", ")
 }

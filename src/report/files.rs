@@ -246,11 +246,12 @@ impl OutputFolder {
     /// # Errors
     ///
     /// As [`write`](Self::write).
-    pub fn write_all<'a, B: AsRef<[u8]> + ?Sized + 'a>(
+    pub fn write_all(
         &self,
-        files: impl IntoIterator<Item = (&'a String, &'a B)>,
+        files: impl IntoIterator<Item = (impl AsRef<str>, impl AsRef<[u8]>)>,
     ) -> Result<(), ReportError> {
-        files.into_iter().try_for_each(|(name, bytes)| self.write(name, bytes).map(drop))
+        let mut files = files.into_iter();
+        files.try_for_each(|(name, bytes)| self.write(name.as_ref(), bytes).map(drop))
     }
 }
 

@@ -234,6 +234,10 @@ pub enum DocumentKind {
     Margin,
     /// Branches of periodic orbits.
     Branch,
+    /// Parameters fitted to measured points.
+    Fit,
+    /// Orbits under noise.
+    Noise,
 }
 
 impl DocumentKind {

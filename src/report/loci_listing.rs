@@ -3,9 +3,11 @@
 use serde::Serialize;
 
 use super::figure::{Annotation, Axis, Figure, Marker, Series, Stroke, symbol};
+use super::orbits_listing::using_words;
 use super::{Cell, Column, Named, ReportError, SectionDocument, Table};
 use crate::analysis::loci::{
-    CodimensionTwo, Loci, Locus, LocusEnd, LocusKind, LocusPoint, PlaneCurve, PlanePoint, Tangency,
+    CodimensionTwo, Loci, LociRequest, Locus, LocusEnd, LocusKind, LocusPoint, PlaneCurve,
+    PlanePoint, Tangency,
 };
 use crate::expansion::LocalMap;
 
@@ -229,6 +231,74 @@ impl LociListing {
             ])?;
         }
         Ok(table)
+    }
+
+    /// The loci as a person reads them.
+    ///
+    /// # Errors
+    ///
+    /// As [`table`](Self::table).
+    pub fn text(&self, scene: &str) -> Result<String, ReportError> {
+        let [first, second] = &self.plane;
+        let mut text = format!(
+            "loci of `{scene}` in {first} and {second} by {}; offsets from the graze\n\n{}",
+            using_words(self.using),
+            self.table()?.to_text()
+        );
+        for (number, locus) in self.crises() {
+            text.push_str(&format!(
+                "\nlocus {number}: an attractor touches the stable manifold of the saddle {}; \
+                 contacts from the saddle back to it: {}\n",
+                locus.itinerary,
+                locus.excursion.as_deref().unwrap_or_default()
+            ));
+        }
+        if self.using == "direct" {
+            text.push_str(
+                "\nphysical parts, looked for along branches of direct simulation at five values \
+                 of the first parameter, and at the map's loci; tangencies are the map's\n",
+            );
+            if !self.has_grazes() {
+                text.push_str(
+                    "grazes are followed on a tangency section, those of its own passage\n",
+                );
+            }
+        }
+        if self.special().next().is_some() {
+            text.push_str(&format!(
+                "\npoints of codimension two\n\n{}",
+                self.special_table()?.to_text()
+            ));
+        }
+        for surface in &self.without_kick {
+            text.push_str(&format!(
+                "\nno tangencies at `{surface}`: its contact begins without a kick, so multipliers \
+                 pass a graze without a jump, and folds and flips do not end there\n"
+            ));
+        }
+        if !self.tangencies.is_empty() {
+            text.push_str(&format!(
+                "\ntangencies: {second} of the locus less {second} of the graze, over the square \
+                 of the distance in {first}\n\n{}",
+                self.tangency_table()?.to_text()
+            ));
+        }
+        Ok(text)
+    }
+
+    /// How many points are outside of the window.
+    pub fn remarks(&self) -> Vec<String> {
+        let points = self.loci.iter().flat_map(|locus| &locus.points);
+        let physical: Vec<_> = points.filter(|point| point.physical).collect();
+        let outside = physical.iter().filter(|point| !point.inside).count();
+        if outside == 0 || self.using != "map" {
+            return Vec::new();
+        }
+        vec![format!(
+            "warning: {outside} of {} points are outside the window, where the map has not been \
+             measured; --using direct has them by direct simulation",
+            physical.len()
+        )]
     }
 
     /// The points of all loci with all digits.
@@ -471,4 +541,17 @@ fn point_record(map: &LocalMap, plane: [usize; 2], point: &LocusPoint) -> LocusP
         label: point.label.map(CodimensionTwo::label),
         at: plane.map(|place| point.parameters[place]),
     }
+}
+
+/// What has been searched for loci, in words.
+pub fn loci_searched(request: &LociRequest) -> String {
+    let itineraries: Vec<String> =
+        request.itineraries.iter().map(|itinerary| itinerary.to_string()).collect();
+    format!(
+        "itineraries {}; branches at five offsets of the first parameter from {:e} to {:e}, depth \
+         variables up to twice the window's",
+        itineraries.join(", "),
+        request.range[0],
+        request.range[1]
+    )
 }

@@ -14,10 +14,14 @@ mod convergence_page;
 mod curve_figure;
 mod curve_listing;
 mod diagram_figure;
+mod equations;
 mod error;
 mod files;
+mod fit_listing;
+mod image_listing;
 mod journal;
 mod json;
+mod live;
 mod loci_listing;
 mod map_listing;
 mod margin_listing;
@@ -26,6 +30,7 @@ mod number;
 mod orbit_listing;
 mod orbits_listing;
 mod page;
+mod pictures;
 mod run_page;
 mod section_document;
 mod sweep_words;
@@ -37,8 +42,8 @@ mod window_words;
 pub use grazemap_figure as figure;
 
 pub use basin_figure::{
-    basin_array, basin_figure, basin_outside_words, basin_remarks, basin_rows, basin_table,
-    basin_words, manifold_rows, manifold_table,
+    basin_array, basin_figure, basin_remarks, basin_rows, basin_table, basin_words, manifold_rows,
+    manifold_table,
 };
 pub use branch_listing::{BranchListing, BranchRecord, PointRecord};
 pub use chart_figure::{chart_array, chart_figure, chart_rows, chart_timing_table};
@@ -46,7 +51,7 @@ pub use chosen_words::{
     accuracy_words, chosen_words, least_orders_words, limit_words, sections_words, validity_words,
 };
 pub use convergence_page::{
-    convergence_figures, convergence_section, convergence_table, without_times,
+    convergence_figures, convergence_section, convergence_table, convergence_text, without_times,
 };
 pub use curve_figure::curve_figures;
 pub use curve_listing::{
@@ -56,27 +61,34 @@ pub use diagram_figure::{diagram_array, diagram_figures, diagram_rows, diagram_t
 pub use error::ReportError;
 pub use figure::Figure;
 pub use files::{OutputFolder, write_atomically, write_streamed};
+pub use fit_listing::{
+    fit_remarks, fit_table, fit_text, noise_figures, noise_remarks, noise_table, noise_text,
+};
+pub use image_listing::{ImageListing, image_outside_words, image_rows};
 pub use journal::Journal;
 pub use json::{Document, DocumentKind, Named, to_json, write_json};
-pub use loci_listing::{LociListing, LocusPointRecord, LocusRecord, TangencyRecord};
+pub use live::LiveMap;
+pub use loci_listing::{LociListing, LocusPointRecord, LocusRecord, TangencyRecord, loci_searched};
 pub use map_listing::{
     ChosenCoefficients, DepthListing, ExpansionParts, LeadingTerm, MapListing, PassageParts,
     PolynomialMap, Term, depth_variables, edge_words,
 };
 pub use margin_listing::{MarginListing, MarginParameter};
 pub use npy::npy_bytes;
+pub use number::counted;
 pub use orbit_listing::{ConditionsListing, OrbitListing, PassageListing};
 pub use orbits_listing::{
-    BifurcationsRecord, ContactRecord, LostRecord, OrbitRecord, OrbitsListing,
+    BifurcationsRecord, ContactRecord, LostRecord, OrbitRecord, OrbitsListing, orbits_searched,
 };
-pub use page::{Page, PageFigure, Picture, Provenance, Section};
+pub use page::{LivePane, Page, PageFigure, Picture, Provenance, Section};
+pub use pictures::pictures;
 pub use run_page::{CrateSummary, RunPage, StageTime, run_page};
 pub use section_document::{SectionCost, SectionDecision, SectionDocument};
-pub use sweep_words::{chart_outside_words, chart_overlay_words, diagram_outside_words};
+pub use sweep_words::{basin_warnings, chart_overlay_words, chart_warnings, diagram_warnings};
 pub use table::{Alignment, Cell, Column, CsvStream, Rows, Table};
 pub use theory_words::GrazeStudy;
 pub use time_series_listing::{
     EventRecord, TimeSeriesListing, time_series_columns, time_series_figures, time_series_row,
-    time_series_table,
+    time_series_table, time_series_text,
 };
 pub use window_words::{WindowRemark, bounds_words, error_words, window_remark, window_words};

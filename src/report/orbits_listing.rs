@@ -4,7 +4,9 @@
 use serde::Serialize;
 
 use super::{Cell, Column, Named, ReportError, SectionDocument, Table};
-use crate::analysis::orbits::{BifurcationKind, FoundOrbit, Locus, LostOrbit, LostReason, Orbits};
+use crate::analysis::orbits::{
+    BifurcationKind, DirectReach, FoundOrbit, Locus, LostOrbit, LostReason, Orbits, OrbitsRequest,
+};
 use crate::convergence::MeasuredWindow;
 use crate::expansion::{LocalMap, WindowEdge};
 use crate::iteration::Itinerary;
@@ -243,6 +245,76 @@ impl OrbitsListing {
         self.numbers(List::Loci)
     }
 
+    /// The orbits as a person reads them.
+    ///
+    /// # Errors
+    ///
+    /// As [`table`](Self::table).
+    pub fn text(&self, scene: &str) -> Result<String, ReportError> {
+        let passages = self.passages.iter().map(|name| format!("`{name}`"));
+        let mut text = format!(
+            "periodic orbits of `{scene}` by {}; offsets on the {}\nitinerary: return by return, 1 \
+                where the passage of {} makes contact, 0 where not\n\n{}",
+            using_words(self.using),
+            self.section.words(),
+            passages.collect::<Vec<_>>().join(", then of "),
+            self.table()?.to_text()
+        );
+        text.push_str(&self.virtual_words());
+        if self.loci.is_some() {
+            text.push_str(&format!("\nfolds and flips\n\n{}", self.loci_table()?.to_text()));
+        }
+        Ok(text)
+    }
+
+    /// What is said of orbits that the map does not go.
+    fn virtual_words(&self) -> String {
+        let count = self.orbits.iter().filter(|orbit| !orbit.physical);
+        match (count.count(), self.any_physical()) {
+            _ if self.using == "direct" => String::new(),
+            (0, _) => String::new(),
+            (_, false) => {
+                "\nvirtual: on a branch of the root that the map does not take; no orbit is \
+                    physical\n"
+                    .to_owned()
+            }
+            (count, true) => format!(
+                "\nvirtual orbits, on a branch of the root that the map does not take: {count}; \
+                    JSON and CSV have them\n"
+            ),
+        }
+    }
+
+    /// Which orbits were outside the window, and which direct simulation has not.
+    pub fn remarks(&self) -> Vec<String> {
+        let points = self.loci.iter().flatten().flat_map(|locus| &locus.points);
+        let physical = self.orbits.iter().chain(points);
+        let physical: Vec<_> = physical.filter(|orbit| orbit.physical).collect();
+        let outside = physical.iter().filter(|orbit| !orbit.inside).count();
+        let mut remarks = Vec::new();
+        if outside > 0 && self.using == "map" {
+            remarks.push(format!(
+                "warning: {outside} of {} orbits are outside the window, where the map has not \
+                    been measured; --using direct asks direct simulation for them",
+                physical.len()
+            ));
+        }
+        let lost = self.lost.iter().map(|lost| {
+            let parameters = lost.parameters.0.iter();
+            let parameters: Vec<String> =
+                parameters.map(|(name, value)| format!("{name} = {value:e}")).collect();
+            format!(
+                "warning: direct simulation has no orbit next to the map's of itinerary {} at {}: \
+                    {}",
+                lost.itinerary,
+                parameters.join(", "),
+                lost.reason
+            )
+        });
+        remarks.extend(lost);
+        remarks
+    }
+
     /// Whether an orbit is physical.
     pub fn any_physical(&self) -> bool {
         self.orbits.iter().any(|orbit| orbit.physical)
@@ -357,4 +429,44 @@ pub(super) fn multipliers(values: &[[f64; 2]]) -> String {
         _ => None,
     };
     values.iter().filter_map(pair).collect::<Vec<_>>().join(", ")
+}
+
+/// By what orbits were found, in words.
+pub(super) fn using_words(using: &str) -> &'static str {
+    match using {
+        "direct" => "direct simulation",
+        _ => "the map",
+    }
+}
+
+/// What has been searched for orbits, in words; `stroboscopic_too` where those that do not return
+/// to a tangency section are found on another.
+pub fn orbits_searched(
+    map: &LocalMap,
+    request: &OrbitsRequest,
+    found: &Orbits,
+    stroboscopic_too: bool,
+) -> String {
+    let itineraries = request.itineraries.len();
+    let mut words = format!(
+        "the map (itineraries: {itineraries}; depth variables up to twice the window's, offsets up \
+         to a hundred half-widths)"
+    );
+    if let Some(DirectReach { parameter, range: [from, to] }) = found.reach {
+        let name = &map.parameters[parameter].name;
+        words.push_str(&format!(
+            "; direct simulation next to the map's orbits, and by itself along the branches in \
+             {name}, at offsets from {from:.3} to {to:.3}, that begin at the graze or at what it \
+             settles on or nearly repeats"
+        ));
+        if stroboscopic_too {
+            words.push_str(
+                "; orbits that do not return to the tangency section once in `periods` of the \
+                 forcing are found on a stroboscopic one",
+            );
+        }
+    } else if !request.direct {
+        words.push_str("; `--using direct` searches direct simulation far beyond the window");
+    }
+    words
 }

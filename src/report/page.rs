@@ -1,18 +1,25 @@
 //! One HTML page that holds a run's report and opens without a network.
 //!
 //! Everything is inside: style, pictures (SVG, or PNG as a data URI where there are very many
-//! dots). Words come from scenes and are escaped wherever they stand; there is no script.
+//! dots). Words come from scenes and are escaped wherever they stand. A page is whole without a
+//! script; the page of a run has one, which a [`LiveMap`] makes its diagrams alive with.
 
 use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD as BASE64;
 use grazemap_figure::escape_html;
 use serde::Serialize;
 
-use super::{Figure, ReportError, Table};
+use super::live::LiveMap;
+use super::{Cell, Column, Figure, ReportError, Table};
 
 const TEMPLATE: &str = include_str!("../../templates/report.html.tera");
+const SCRIPT: &str = include_str!("../../templates/page.js");
+const WORKER: &str = include_str!("../../templates/map_worker.js");
 /// SVGs longer than this are shown as PNG: browsers are slow with them.
 const LONGEST_SVG: usize = 400_000;
+
+/// Most points of a figure that a page hands out as CSV; those of more stand in files beside it.
+const MOST_POINTS: usize = 1500;
 
 /// Where a report came from; every page shows all of it.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -45,9 +52,31 @@ pub struct PageFigure {
 #[derive(Debug, Clone, PartialEq)]
 enum Block {
     Prose(String),
-    Table { table: Table, caption: String },
+    Table {
+        table: Table,
+        caption: String,
+    },
     Figure(Box<PageFigure>),
-    Drawn { picture: Picture, caption: String },
+    Drawn {
+        picture: Picture,
+        caption: String,
+    },
+    Command(String),
+    /// Markup that the program wrote, every name in it escaped.
+    Markup(String),
+    Live {
+        what: LivePane,
+        number: usize,
+    },
+}
+
+/// What a page can be alive with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LivePane {
+    /// A bifurcation diagram.
+    Diagram,
+    /// A chart over two parameters.
+    Chart,
 }
 
 /// A picture that was drawn before.
@@ -86,6 +115,28 @@ impl Section {
         self
     }
 
+    /// Adds markup in which every name is escaped already.
+    #[must_use]
+    pub(super) fn markup(mut self, markup: String) -> Self {
+        self.blocks.push(Block::Markup(markup));
+        self
+    }
+
+    /// Adds the command that computes what the section shows.
+    #[must_use]
+    pub fn command(mut self, command: impl Into<String>) -> Self {
+        self.blocks.push(Block::Command(command.into()));
+        self
+    }
+
+    /// Adds room for the live form of a diagram or chart, by its number among those of the run; it
+    /// is empty without a script.
+    #[must_use]
+    pub fn live(mut self, what: LivePane, number: usize) -> Self {
+        self.blocks.push(Block::Live { what, number });
+        self
+    }
+
     /// Adds a picture that was drawn before.
     #[must_use]
     pub fn picture(mut self, picture: Picture, caption: impl Into<String>) -> Self {
@@ -120,12 +171,14 @@ pub struct Page {
     summary: String,
     provenance: Provenance,
     sections: Vec<Section>,
+    live: Option<LiveMap>,
 }
 
 impl Page {
     /// A page without sections.
     pub fn new(title: impl Into<String>, provenance: Provenance) -> Self {
-        Self { title: title.into(), summary: String::new(), provenance, sections: Vec::new() }
+        let (title, summary) = (title.into(), String::new());
+        Self { title, summary, provenance, sections: Vec::new(), live: None }
     }
 
     /// The same page with a summary under its title.
@@ -142,13 +195,21 @@ impl Page {
         self
     }
 
+    /// The same page with a map that its script iterates.
+    #[must_use]
+    pub fn alive(mut self, map: LiveMap) -> Self {
+        self.live = Some(map);
+        self
+    }
+
     /// The page as one HTML document.
     ///
     /// # Errors
     ///
     /// Those of [`Figure::to_svg`] and [`Figure::to_png`]; [`ReportError::Template`].
     pub fn to_html(&self) -> Result<String, ReportError> {
-        let mut counts = Counts::default();
+        let is_alive = self.live.is_some();
+        let mut counts = Counts { is_alive, ..Counts::default() };
         let mut sections = Vec::new();
         for (index, section) in self.sections.iter().enumerate() {
             let blocks = section.blocks.iter().map(|block| block_html(block, &mut counts));
@@ -166,6 +227,9 @@ impl Page {
         context.insert("summary", &self.summary);
         context.insert("provenance", &self.provenance.rows());
         context.insert("sections", &sections);
+        context.insert("live", &self.live);
+        context.insert("script", SCRIPT);
+        context.insert("worker", WORKER);
         Ok(tera.render("report.html", &context)?)
     }
 }
@@ -199,11 +263,25 @@ struct SectionView<'a> {
 struct Counts {
     figures: usize,
     tables: usize,
+    /// Whether the page has a script, which hands out the points of figures.
+    is_alive: bool,
 }
 
 fn block_html(block: &Block, counts: &mut Counts) -> Result<String, ReportError> {
     match block {
         Block::Prose(text) => Ok(format!("<p>{}</p>", escape_html(text))),
+        Block::Command(command) => {
+            let code = escape_html(command);
+            Ok(format!("<p class=\"command\"><code>{code}</code></p>"))
+        }
+        Block::Markup(markup) => Ok(markup.clone()),
+        Block::Live { what, number } => {
+            let what = match what {
+                LivePane::Diagram => "diagram",
+                LivePane::Chart => "chart",
+            };
+            Ok(format!("<div class=\"live\" data-{what}=\"{number}\" hidden></div>"))
+        }
         Block::Table { table, caption } => {
             counts.tables += 1;
             let number = counts.tables;
@@ -221,21 +299,44 @@ fn block_html(block: &Block, counts: &mut Counts) -> Result<String, ReportError>
             let svg = shown.figure.to_svg()?;
             let png = || Ok(shown.figure.to_png()?);
             let picture = picture_html(&svg, png, &shown.caption)?;
-            Ok(figure_html(&picture, &caption, counts))
+            let points = match counts.is_alive {
+                true => points_html(&shown.figure)?,
+                false => String::new(),
+            };
+            Ok(figure_html(&picture, &caption, &points, counts))
         }
         Block::Drawn { picture: Picture { svg, png }, caption } => {
             let picture = picture_html(svg, || Ok(png.clone()), caption)?;
-            Ok(figure_html(&picture, caption, counts))
+            Ok(figure_html(&picture, caption, "", counts))
         }
     }
 }
 
-fn figure_html(picture: &str, caption: &str, counts: &mut Counts) -> String {
+/// The points of a figure as CSV, in JSON, for the page's script to hand out; nothing where they
+/// are many.
+fn points_html(figure: &Figure) -> Result<String, ReportError> {
+    let count: usize = figure.series.iter().map(|series| series.points.len()).sum();
+    if count == 0 || count > MOST_POINTS {
+        return Ok(String::new());
+    }
+    let mut table =
+        Table::new(vec![Column::text("series"), Column::number("x"), Column::number("y")]);
+    for series in &figure.series {
+        for [x, y] in &series.points {
+            let name = Cell::text(series.name.clone());
+            table.push(vec![name, Cell::number(*x, 6), Cell::number(*y, 6)])?;
+        }
+    }
+    let text = serde_json::to_string(&table.to_csv()?)?.replace('<', "\\u003c");
+    Ok(format!("<script type=\"application/json\" class=\"points\">{text}</script>"))
+}
+
+fn figure_html(picture: &str, caption: &str, points: &str, counts: &mut Counts) -> String {
     counts.figures += 1;
     let (number, caption) = (counts.figures, escape_html(caption));
     format!(
         "<figure><div class=\"card\">{picture}</div>\n<figcaption><b>Figure {number}.</b> \
-            {caption}</figcaption></figure>"
+            {caption}</figcaption>{points}</figure>"
     )
 }
 

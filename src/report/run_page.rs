@@ -3,13 +3,15 @@
 
 use serde::Serialize;
 
+use super::basin_figure::basin_outside_words;
+use super::equations::equations;
 use super::sweep_words::{
     chart_computed_words, chart_escape_words, chart_outside_words, chart_overlay_words,
     chart_share_words, diagram_escape_words, diagram_outside_words, diagram_share_words,
 };
 use super::{
-    Cell, Column, Figure, GrazeStudy, MapListing, OrbitListing, Page, Provenance, ReportError,
-    Section, Table, basin_figure, basin_outside_words, basin_remarks, basin_table, basin_words,
+    Cell, Column, Figure, GrazeStudy, LiveMap, LivePane, MapListing, OrbitListing, Page,
+    Provenance, ReportError, Section, Table, basin_figure, basin_remarks, basin_table, basin_words,
     bounds_words, chart_figure, chart_timing_table, convergence_section, diagram_figures,
     diagram_timing_table, edge_words, error_words, manifold_table, window_remark,
 };
@@ -17,7 +19,7 @@ use crate::analysis::basin::Basin;
 use crate::analysis::chart::Chart;
 use crate::analysis::diagram::Diagram;
 use crate::convergence::ConvergenceStudy;
-use crate::expansion::WindowEdge;
+use crate::expansion::{LocalMap, WindowEdge};
 use crate::model::{ChartObservable, Method, Scene};
 use crate::numeric::Shown;
 
@@ -53,6 +55,12 @@ pub struct RunPage<'a> {
     /// The pictures of the orbit over its period, the phase portraits first, each with the ending
     /// of its file's name.
     pub pictures: &'a [(String, Figure)],
+    /// Its map.
+    pub local: &'a LocalMap,
+    /// The map as a module of WebAssembly.
+    pub module: &'a [u8],
+    /// What commands call the scene, with what is set of it.
+    pub subject: &'a str,
     /// Its expansion.
     pub map: &'a MapListing,
     /// The emitted code.
@@ -69,6 +77,13 @@ pub struct RunPage<'a> {
     pub times: &'a [StageTime],
 }
 
+impl RunPage<'_> {
+    /// A command on this scene.
+    fn command(&self, name: &str) -> String {
+        format!("grazemap {name} {}", self.subject)
+    }
+}
+
 /// The page of a run.
 ///
 /// # Errors
@@ -78,20 +93,21 @@ pub fn run_page(run: &RunPage<'_>) -> Result<Page, ReportError> {
     let model = &run.scene.model;
     let mut page = Page::new(format!("Grazing of the {}", model.name), provenance(run))
         .summary(summary(run))
-        .section(model_section(run.scene)?)
+        .section(model_section(run)?)
         .section(orbit_section(run)?)
-        .section(expansion_section(run)?)
-        .section(convergence_section(run.study)?);
-    if !run.diagrams.is_empty() {
-        page = page.section(diagram_section(run.diagrams)?);
-    }
+        .section(graze_section(run)?);
     if !run.charts.is_empty() {
-        page = page.section(chart_section(run.charts)?);
+        page = page.section(chart_section(run.charts)?.command(run.command("chart")));
     }
     if !run.basins.is_empty() {
-        page = page.section(basin_section(run.basins)?);
+        page = page.section(basin_section(run.basins)?.command(run.command("basin")));
     }
-    Ok(page.section(time_section(run)?))
+    let page = page
+        .section(expansion_section(run)?.command(run.command("expand")))
+        .section(convergence_section(run.study)?.command(run.command("converge")))
+        .section(time_section(run)?)
+        .section(citation_section(run));
+    Ok(page.alive(LiveMap::new(run.local, run.module, run.diagrams, run.charts)?))
 }
 
 fn provenance(run: &RunPage<'_>) -> Provenance {
@@ -140,11 +156,12 @@ fn summary(run: &RunPage<'_>) -> String {
     )
 }
 
-fn model_section(scene: &Scene) -> Result<Section, ReportError> {
-    let model = &scene.model;
+fn model_section(run: &RunPage<'_>) -> Result<Section, ReportError> {
+    let (scene, model) = (run.scene, &run.scene.model);
     let mut table = Table::new(vec![
         Column::text("parameter"),
         Column::number("value in the scene"),
+        Column::number("at the graze"),
         Column::text("role"),
     ]);
     for (number, parameter) in model.parameters.iter().enumerate() {
@@ -159,13 +176,18 @@ fn model_section(scene: &Scene) -> Result<Section, ReportError> {
         table.push(vec![
             Cell::text(parameter.name.clone()),
             Cell::number(parameter.value.to_f64(), 12),
+            run.orbit
+                .parameters
+                .get(&parameter.name)
+                .map_or(Cell::Missing, |&value| Cell::number(value, 12)),
             Cell::text(role),
         ])?;
     }
     let phase = model.phase.as_ref().map_or(String::new(), |phase| {
         format!(" The forcing phase {} has the period {:.12}.", phase.name, phase.period.to_f64())
     });
-    Ok(Section::new("Model")
+    Ok(Section::new("The oscillator")
+        .markup(equations(model))
         .prose(format!("States: {}.{phase}", model.states.join(", ")))
         .table(table, "Parameters of the scene."))
 }
@@ -188,16 +210,7 @@ fn orbit_section(run: &RunPage<'_>) -> Result<Section, ReportError> {
         orbit.residual,
         re.hypot(im)
     );
-    let words: Vec<String> = run.graze.words().iter().map(|words| capitalised(words)).collect();
-    let section = Section::new("Grazing orbit").prose(prose).prose(words.join(" "));
-    let section = match run.graze.orbits_table()? {
-        Some(table) => section.table(
-            table,
-            "Orbits with one contact in n returns that exist near the graze to leading order; \
-             nearer to it than the last column they are unstable.",
-        ),
-        None => section,
-    };
+    let section = Section::new("Grazing orbit").prose(prose);
     let section = run.pictures.iter().fold(section, |section, (_, figure)| {
         section.figure(figure.clone(), "The grazing orbit over a period; rings: where it grazes.")
     });
@@ -206,6 +219,7 @@ fn orbit_section(run: &RunPage<'_>) -> Result<Section, ReportError> {
         "The grazing orbit: parameters p*, the (first) grazing point, multipliers of the period \
             map on the section, and xi_n = h_x · (dP_smooth)^n · β.",
     );
+    let section = section.command(run.command("trajectory"));
     if orbit.passages.len() == 1 {
         return Ok(section);
     }
@@ -274,7 +288,54 @@ fn expansion_section(run: &RunPage<'_>) -> Result<Section, ReportError> {
         .chain(within)
         .fold(section, Section::prose)
         .table(run.map.size_table()?, "Coefficients that are not zero.")
+        .table(window_table(run)?, "The window in which the map was measured.")
         .prose(cost))
+}
+
+/// The window in offsets and in physical values.
+fn window_table(run: &RunPage<'_>) -> Result<Table, ReportError> {
+    let map = run.local;
+    let mut table = Table::new(vec![
+        Column::text("variable"),
+        Column::number("at the graze"),
+        Column::number("half-width"),
+        Column::number("from"),
+        Column::number("to"),
+    ]);
+    let section = &map.section;
+    let coordinates = section.coordinates.iter().zip(&section.point).zip(&map.window.state);
+    let parameters = map.parameters.iter().map(|own| (&own.name, &own.value));
+    for ((name, value), &width) in coordinates.chain(parameters.zip(&map.window.parameter)) {
+        let value = value.to_f64();
+        let bound = |value: f64, digits| match value.is_finite() {
+            true => Cell::number(value, digits),
+            false => Cell::Missing,
+        };
+        table.push(vec![
+            Cell::text(name.clone()),
+            Cell::number(value, 12),
+            bound(width, 4),
+            bound(value - width, 9),
+            bound(value + width, 9),
+        ])?;
+    }
+    Ok(table)
+}
+
+/// What a reader needs to name the map and to make it again.
+fn citation_section(run: &RunPage<'_>) -> Section {
+    let source = run.scene.model.source.as_ref().map_or(String::new(), |own| format!(" ({own})"));
+    let words = format!(
+        "{}{source}: local map at its graze, {}; window {}; {}. Scene {}, digest {}, grazemap {}.",
+        run.scene.model.name,
+        orders_words(run.map),
+        bounds_words(&run.map.window),
+        error_words(&run.map.window),
+        run.scene.identifier,
+        run.scene.digest,
+        env!("CARGO_PKG_VERSION"),
+    );
+    Section::new("To cite").prose(words).command(run.command("run"))
 }
 
 fn edge_sentence(edge: &WindowEdge) -> String {
@@ -288,9 +349,27 @@ fn sentence(words: &str) -> String {
     format!("{}{}.", first.unwrap_or_default(), letters.as_str())
 }
 
-fn diagram_section(diagrams: &[Diagram]) -> Result<Section, ReportError> {
-    let mut section = Section::new("Bifurcation diagrams");
-    for diagram in diagrams {
+/// What happens at the graze: the verdict, and the diagrams.
+fn graze_section(run: &RunPage<'_>) -> Result<Section, ReportError> {
+    let words: Vec<String> = run.graze.words().iter().map(|words| capitalised(words)).collect();
+    let section = Section::new("What happens at this graze").prose(words.join(" "));
+    let section = match run.diagrams {
+        [] => section,
+        diagrams => diagrams_in(section, diagrams)?.command(run.command("diagram")),
+    };
+    Ok(match run.graze.orbits_table()? {
+        Some(table) => section.table(
+            table,
+            "Orbits with one contact in n returns that exist near the graze to leading order; \
+             nearer to it than the last column they are unstable.",
+        ),
+        None => section,
+    })
+}
+
+fn diagrams_in(mut section: Section, diagrams: &[Diagram]) -> Result<Section, ReportError> {
+    for (number, diagram) in diagrams.iter().enumerate() {
+        section = section.live(LivePane::Diagram, number);
         for (ending, figure) in diagram_figures(diagram) {
             section = section.figure(figure, caption(diagram, ending));
         }
@@ -327,7 +406,9 @@ fn caption(diagram: &Diagram, ending: &str) -> String {
 }
 
 fn chart_section(charts: &[Chart]) -> Result<Section, ReportError> {
-    let section = charts.iter().fold(Section::new("Charts"), |section, chart| {
+    let section = Section::new("Over two parameters");
+    let section = charts.iter().enumerate().fold(section, |section, (number, chart)| {
+        let section = section.live(LivePane::Chart, number);
         let section = section.figure(chart_figure(chart), chart_caption(chart));
         let outside = chart_outside_words(chart).map(|words| sentence(&words));
         let sentences = [

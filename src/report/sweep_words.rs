@@ -1,8 +1,9 @@
 //! What the map's window means for diagrams and charts, in words: what lies outside, what the map
 //! made, and when an orbit has escaped.
 
+use super::basin_figure::basin_outside_words;
 use crate::analysis::EscapeBound;
-use crate::analysis::basin::BLOCK;
+use crate::analysis::basin::{BLOCK, Basin};
 use crate::analysis::chart::{Chart, ChartClass, Overlay};
 use crate::analysis::diagram::Diagram;
 use crate::iteration::OrbitEnd;
@@ -12,8 +13,44 @@ use crate::model::{ChartOverlay, Method};
 const REMEDY: &str = "in grey: the map's error was not measured there, and `with = [\"guarded\"]` \
                       simulates what lies outside";
 
+/// What may not be trusted of diagrams, or is not drawn.
+pub fn diagram_warnings(diagrams: &[Diagram]) -> Vec<String> {
+    let lost = diagrams.iter().filter_map(diagram_lost_words);
+    let outside = diagrams.iter().filter_map(diagram_outside_words);
+    lost.chain(outside).map(warning).collect()
+}
+
+/// What may not be trusted of charts.
+pub fn chart_warnings(charts: &[Chart]) -> Vec<String> {
+    charts.iter().filter_map(chart_outside_words).map(warning).collect()
+}
+
+/// What may not be trusted of basins.
+pub fn basin_warnings(basins: &[Basin]) -> Vec<String> {
+    basins.iter().filter_map(basin_outside_words).map(warning).collect()
+}
+
+fn warning(words: String) -> String {
+    format!("warning: {words}")
+}
+
+/// Where an observable was no finite number.
+fn diagram_lost_words(diagram: &Diagram) -> Option<String> {
+    let points = diagram.sweeps.iter().flat_map(|sweep| &sweep.points);
+    let values = points.flat_map(|point| point.kept_values());
+    let lost = values.clone().filter(|value| !value.is_finite()).count();
+    (lost > 0).then(|| {
+        format!(
+            "`{}` over {} is not finite at {lost} of {} iterates; nothing is drawn there",
+            diagram.observable,
+            diagram.parameter,
+            values.count()
+        )
+    })
+}
+
 /// At how many values of a diagram the map alone was used beyond its window, if at any.
-pub fn diagram_outside_words(diagram: &Diagram) -> Option<String> {
+pub(super) fn diagram_outside_words(diagram: &Diagram) -> Option<String> {
     let by_map = || diagram.sweeps.iter().filter(|sweep| sweep.method == Method::Map);
     let outside: usize = by_map().map(|sweep| sweep.outside()).sum();
     let all: usize = by_map().map(|sweep| sweep.points.len()).sum();
@@ -26,7 +63,7 @@ pub fn diagram_outside_words(diagram: &Diagram) -> Option<String> {
 }
 
 /// In how many cells of a chart the map alone was used beyond its window, if in any.
-pub fn chart_outside_words(chart: &Chart) -> Option<String> {
+pub(super) fn chart_outside_words(chart: &Chart) -> Option<String> {
     let (outside, all) = (chart.count(ChartClass::Outside), chart.cells.len());
     let [first, second] = &chart.axes;
     (outside > 0).then(|| {

@@ -2,10 +2,10 @@
 
 use serde::Serialize;
 
+use super::number::significant;
 use super::{Cell, Column, ReportError, Table};
 use crate::analysis::MeasuredSide;
 use crate::iteration::{OrbitEnd, Period};
-use crate::numeric::Shown;
 use crate::orbit::{Expectation, GrazeTheory, Route};
 
 /// What theory says of a graze and what was measured there.
@@ -133,7 +133,7 @@ impl GrazeStudy {
         let words = |side: &MeasuredSide| {
             format!(
                 "theory and measurement differ at the offset {}: {}",
-                Shown(side.offset),
+                significant(side.offset, 4),
                 match side.near {
                     true => "an attractor near the graze was found where theory has none",
                     false => "no attractor near the graze was found where theory has one",
@@ -145,7 +145,7 @@ impl GrazeStudy {
 }
 
 fn measured_words(side: &MeasuredSide) -> String {
-    let offset = Shown(side.offset);
+    let offset = significant(side.offset, 4);
     if side.end != OrbitEnd::Completed {
         return format!("measured at the offset {offset}: the orbit escapes");
     }

@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::figure::{Axis, Figure, Guide, Marker, Series, Stroke, symbol};
+use super::number::counted;
 use super::{Cell, Column, Named, ReportError, SectionDocument, Table};
 use crate::analysis::{SeriesPoint, TimeSeries, TimeSeriesRequest};
 use crate::hybrid::MomentEvent;
@@ -122,6 +123,26 @@ pub fn time_series_table(model: &Model, series: &TimeSeries) -> Result<Table, Re
         table.push(time_series_row(model, point))?;
     }
     Ok(table)
+}
+
+/// A series as a person reads it: its length and what happens in it.
+pub fn time_series_text(scene: &Scene, series: &TimeSeries) -> String {
+    let surfaces = &scene.model.surfaces;
+    let first = series.points.first().map_or(0.0, |point| point.time);
+    let last = series.points.last().map_or(0.0, |point| point.time);
+    let mut text = format!(
+        "trajectory of `{}` from t = {first:.6} to {last:.6} in {}\n",
+        scene.identifier,
+        counted(series.points.len(), "row")
+    );
+    for (event, surface, count) in series.event_counts() {
+        text.push_str(&format!(
+            "{} at `{}`\n",
+            counted(count, event.word()),
+            surfaces[surface].name
+        ));
+    }
+    text
 }
 
 /// The pictures of a series, each with the ending of its file's name: one portrait for each mass

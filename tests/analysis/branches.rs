@@ -129,6 +129,14 @@ fn one_branch_of_direct_simulation_goes_from_the_graze_to_the_published_points()
             _ => Dd::from(0.7),
         };
         let closed = Foale::unfolded(parameter, 0.0, 1);
+        // Its slope there is that of the closed form.
+        let step = Dd::from(1e-10);
+        let sides = [closed.alpha(step), closed.alpha(-step)];
+        let expected = ((sides[0] - sides[1]) / (step + step)).to_f64();
+        let graze = points.iter().filter_map(|point| point.special.as_ref());
+        let mut graze = graze.filter(|special| special.label == BranchLabel::Graze);
+        let slope = graze.next().and_then(|special| special.coefficient).expect("a slope");
+        assert!((slope / expected - 1.0).abs() < 1e-9, "{scene}: {slope} {expected}");
         for point in points.iter().filter(|point| !point.orbit.contacts.is_empty()) {
             let orbit = &point.orbit;
             let expected = closed.alpha(Dd::from(orbit.contacts[0].speed)).to_f64();
@@ -155,6 +163,23 @@ fn a_branch_begins_at_its_graze_where_the_range_is_wide() {
     let value = map.parameter("V").expect("a parameter") + folds[0] - 0.39863656360925426;
     assert!((value - 1.238e-6).abs() < 2e-8, "{value:e}");
     assert_eq!(labelled(&found, "1", BranchLabel::Graze).len(), 1);
+}
+
+/// Where a compliant stop with a damper is met, the parameter changes with the square of the speed.
+#[test]
+fn a_parameter_that_changes_with_the_square_of_the_speed_has_the_slope_zero() {
+    let map = map_of("soft_b");
+    for direct in [false, true] {
+        let found = map.branches(&request(&["1"], 1, [-1e-3, 1e-3], direct), &NoProgress);
+        let found = found.expect("branches");
+        let one = found.branches.iter().find(|branch| branch.itinerary.to_string() == "1");
+        let points = &one.expect("orbits with contact").points;
+        let special = points.iter().filter_map(|point| point.special.as_ref());
+        let grazes: Vec<_> =
+            special.filter(|special| special.label == BranchLabel::Graze).collect();
+        assert_eq!(grazes.len(), 1, "{direct}");
+        assert_eq!(grazes[0].coefficient, Some(0.0), "{direct}");
+    }
 }
 
 /// Flips and grazes of the beam's orbits of two and three returns, inside the window: the map

@@ -14,12 +14,14 @@ mod convergence;
 mod crises;
 mod diagrams;
 mod dynamics;
+mod fits;
 mod graze_theory;
 mod guarded;
 #[path = "../../examples/support/held.rs"]
 mod held;
 mod itineraries;
 mod loci;
+mod noises;
 mod orbit_search;
 mod record;
 mod resuming;

@@ -14,7 +14,9 @@ use grazemap::emission::{
     EmitOptions, EmittedCrate, EmittedModule, EmittedShape, Target, emitted_module,
 };
 use grazemap::expansion::{ComposedMap, Expander, LocalMap, MapOrders, SectionKind};
-use grazemap::iteration::{DiscreteMap, HornerMap, MapOrbit, OrbitRequest, Period};
+use grazemap::iteration::{
+    DifferentiableMap, DiscreteMap, HornerMap, MapOrbit, OrbitRequest, Period,
+};
 
 use crate::support::scenes::grazing;
 use crate::support::synthetic::{self, Numbers};
@@ -104,9 +106,11 @@ int main(void)
     for (int n = 0; n < count; n++) {
         const double *state = points[n], *parameters = points[n] + 2;
         double image[2], depths[1], jacobian[4], again[2], all[5 * 2], images[5 * 2], deep[5], frozen[NAME_COEFFICIENTS];
-        double parameter[5 * 2];
+        double parameter[5 * 2], derivatives[8];
         int contacts = m_step_jacobian(state, parameters, image, depths, jacobian), made[5];
         if (m_step(state, parameters, again, depths) != contacts || memcmp(image, again, sizeof image)) return 1;
+        if (m_step_derivatives(state, parameters, again, depths, derivatives) != contacts) return 5;
+        if (memcmp(image, again, sizeof image)) return 6;
         m_freeze(parameters, frozen);
         if (m_step_frozen(frozen, state, again, depths) != contacts || memcmp(image, again, sizeof image)) return 2;
         if (!m_inside(state, parameters)) return 3;
@@ -116,6 +120,7 @@ int main(void)
             if (images[k] != image[0] || images[5 + k] != image[1] || deep[k] != depths[0] || made[k] != contacts) return 4;
         printf(\"%.17g %.17g %.17g %d\", image[0], image[1], depths[0], contacts);
         for (int k = 0; k < 4; k++) printf(\" %.17g\", jacobian[k]);
+        for (int k = 0; k < 8; k++) printf(\" %.17g\", derivatives[k]);
         printf(\"\\n\");
     }
     return 0;
@@ -153,7 +158,9 @@ fn cuda_sources_run_as_c_and_equal_the_interpreted_map() {
         for ((state, parameters), found) in points.iter().zip(&found) {
             let (mut image, mut jacobian) = ([0.0; 2], [0.0; 4]);
             let info = map.step_jacobian(state, parameters, &mut image, &mut jacobian);
-            let expected = [&image[..], &jacobian].concat();
+            let mut derivatives = [0.0; 8];
+            map.step_derivatives(state, parameters, &mut image, &mut derivatives);
+            let expected = [&image[..], &jacobian, &derivatives].concat();
             let found_numbers = [&found[..2], &found[4..]].concat();
             for (found, expected) in found_numbers.iter().zip(&expected) {
                 // The compilers may fuse where the interpreter does not; Jacobians hold 1/y.

@@ -1,5 +1,6 @@
-//! Maps emitted in JavaScript, Python, Julia and MATLAB are run by their interpreters and equal the
-//! map in process to the last bit. A language whose interpreter is not on the machine is left out,
+//! Maps emitted in JavaScript, WebAssembly, Python, Julia and MATLAB are run by their interpreters
+//! and equal the map in process to the last bit. A language whose interpreter is not on the machine
+//! is left out,
 //! which the test says.
 
 use std::fs;
@@ -10,7 +11,7 @@ use grazemap::emission::{
     EmissionError, EmitOptions, EmittedCrate, EmittedShape, Target, emitted_module,
 };
 use grazemap::expansion::{ComposedMap, LocalMap, SectionKind};
-use grazemap::iteration::{DiscreteMap, HornerMap};
+use grazemap::iteration::{DifferentiableMap, DiscreteMap, HornerMap};
 use grazemap::numeric::FloatFormat;
 
 use crate::support::synthetic::{self, Numbers};
@@ -23,11 +24,11 @@ struct Interpreter {
     /// What a working one does without an error.
     probe: &'static str,
     file: &'static str,
-    /// Prints, at every point, image, depth, Jacobian, and whether it lies inside.
+    /// Prints, at every point, image, depth, Jacobian, derivatives, and whether it lies inside.
     program: &'static str,
 }
 
-const INTERPRETERS: [Interpreter; 4] = [
+const INTERPRETERS: [Interpreter; 5] = [
     Interpreter {
         target: Target::JavaScript,
         commands: &[&["node"]],
@@ -44,7 +45,85 @@ for (const line of readFileSync('points.txt', 'utf8').trim().split('\\n')) {
   const made = map.stepJacobian(state, parameters, image, depths, jacobian);
   if (map.step(state, parameters, again, deep) !== made) throw new Error('contacts');
   if (String([again, deep]) !== String([image, depths])) throw new Error('frozen');
-  console.log([...image, ...depths, ...jacobian, Number(map.inside(state, parameters))].join(' '));
+  const by = [];
+  if (map.stepDerivatives(state, parameters, again, deep, by) !== made) throw new Error('contacts');
+  if (String([again, deep]) !== String([image, depths])) throw new Error('derivatives');
+  const inside = Number(map.inside(state, parameters));
+  console.log([...image, ...depths, ...jacobian, ...by, inside].join(' '));
+}
+",
+    },
+    Interpreter {
+        target: Target::Wasm,
+        commands: &[&["node"]],
+        probe: "",
+        file: "program.mjs",
+        program: "
+import { readFileSync } from 'node:fs';
+const module = new WebAssembly.Module(readFileSync('map_m.wasm'));
+const [section] = WebAssembly.Module.customSections(module, 'grazemap');
+const said = JSON.parse(new TextDecoder().decode(section));
+const map = new WebAssembly.Instance(module).exports;
+const names = ['DIMENSION', 'PARAMETERS', 'PASSAGES', 'COEFFICIENTS', 'LANES'];
+const [D, P, S, C, LANES] = names.map((name) => map[name].value);
+const ITERATES = 5;
+map.memory.grow(2);
+const memory = new Float64Array(map.memory.buffer);
+let free = map.FREE_MEMORY.value;
+const take = (count) => (free += 8 * count) - 8 * count;
+const array = (at, count) => [...memory.subarray(at / 8, at / 8 + count)];
+const [p, c, x, image, depths, jacobian] = [P, C, D, D, S, D * D].map(take);
+const [ps, cs, xs, images, deep, extents] = [P, C, D, D, S, D + S].map((n) => take(n * LANES));
+const record = LANES * (D + S);
+const records = take(record * ITERATES);
+const same = (a, b, what) => {
+  if (!a.every((value, n) => Object.is(value + 0, b[n] + 0))) throw new Error(what);
+};
+const point = (state, parameters) => {
+  memory.set(parameters, p / 8);
+  memory.set(state, x / 8);
+  map.freeze(p, c);
+  return map.step(c, x, image, depths);
+};
+const lines = readFileSync('points.txt', 'utf8').trim().split('\\n');
+const rows = lines.map((line) => line.split(' ').map(Number));
+const within = (values, widths) => values.every((v, n) => Math.abs(v) <= widths[n]);
+for (let first = 0; first < rows.length; first++) {
+  const [state, parameters] = [rows[first].slice(0, D), rows[first].slice(D)];
+  const made = point(state, parameters);
+  const one = [...array(image, D), ...array(depths, S)];
+  if (made !== array(depths, S).filter((depth) => depth > 0).length) throw new Error('contacts');
+  map.step_jacobian(c, x, image, depths, jacobian);
+  same([...array(image, D), ...array(depths, S)], one, 'jacobian');
+  const inside = within(state, said.window_state) && within(parameters, said.window_parameters);
+  console.log([...one, ...array(jacobian, D * D), Number(inside)].join(' '));
+  // The same points in lanes, and their iterates.
+  const lane = (l) => rows[(first + l) % rows.length];
+  for (let l = 0; l < LANES; l++) {
+    for (let n = 0; n < D; n++) memory[xs / 8 + n * LANES + l] = lane(l)[n];
+    for (let n = 0; n < P; n++) memory[ps / 8 + n * LANES + l] = lane(l)[D + n];
+  }
+  memory.fill(0, extents / 8, extents / 8 + record);
+  map.freeze_lanes(ps, cs);
+  map.step_lanes(cs, xs, images, deep);
+  const lanes = [...array(images, D * LANES), ...array(deep, S * LANES)];
+  map.iterate_lanes(cs, xs, extents, records, ITERATES, 8 * record);
+  same(array(records, record), lanes, 'the first iterate');
+  same(array(xs, D * LANES), array(records + 8 * record * (ITERATES - 1), D * LANES), 'the last');
+  for (let l = 0; l < LANES; l++) {
+    let at = lane(l).slice(0, D);
+    const largest = new Array(D + S).fill(0);
+    for (let iterate = 0; iterate < ITERATES; iterate++) {
+      point(at, lane(l).slice(D));
+      const found = [...array(image, D), ...array(depths, S)];
+      const here = array(records + 8 * record * iterate, record).filter((_, n) => n % LANES === l);
+      same(found, here, 'iterates');
+      const reached = [...at.map(Math.abs), ...array(depths, S)];
+      reached.forEach((value, n) => (largest[n] = Math.max(largest[n], value)));
+      at = array(image, D);
+    }
+    same(largest, array(extents, record).filter((_, n) => n % LANES === l), 'extents');
+  }
 }
 ",
     },
@@ -58,12 +137,15 @@ import numpy as np
 import map_m as m
 rows = np.loadtxt('points.txt', ndmin=2)
 image, depths, jacobian = m.step_jacobian(rows.T[:2], rows.T[2:])
+*_, derivatives = m.step_derivatives(rows.T[:2], rows.T[2:])
 for n, row in enumerate(rows):
     one = m.step_jacobian(row[:2], row[2:])
     again, deep = m.step(row[:2], row[2:])
     assert (again, deep) == one[:2]
-    entries = [entry for line in one[2] for entry in line]
-    many = [entry for line in jacobian for entry in line]
+    *same, by = m.step_derivatives(row[:2], row[2:])
+    assert tuple(same) == one[:2]
+    entries = [entry for line in (*one[2], *by) for entry in line]
+    many = [entry for line in (*jacobian, *derivatives) for entry in line]
     numbers = [*again, *deep, *entries]
     together = [np.broadcast_to(v, len(rows))[n] for v in [*image, *depths, *many]]
     assert numbers == together, (numbers, together)
@@ -81,7 +163,9 @@ for line in eachline(\"points.txt\")
     row = parse.(Float64, split(line))
     image, depths, jacobian = map_m.step_jacobian(row[1:2], row[3:4])
     @assert (image, depths) == map_m.step(row[1:2], row[3:4])
-    numbers = Float64[image..., depths..., (jacobian...)[1]..., (jacobian...)[2]...]
+    again, deep, by = map_m.step_derivatives(row[1:2], row[3:4])
+    @assert (image, depths) == (again, deep)
+    numbers = Float64[image..., depths..., jacobian[1]..., jacobian[2]..., by[1]..., by[2]...]
     println(join(numbers, \" \"), \" \", Int(map_m.inside(row[1:2], row[3:4])))
 end
 ",
@@ -97,8 +181,10 @@ rows = load('points.txt')';
 [image, depths, jacobian] = map.step_jacobian(rows(1:2, :), rows(3:4, :));
 [again, deep] = map.step(rows(1:2, :), rows(3:4, :));
 assert(isequal([again; deep], [image; depths]));
+[again, deep, by] = map.step_derivatives(rows(1:2, :), rows(3:4, :));
+assert(isequal([again; deep], [image; depths]));
 inside = map.inside(rows(1:2, :), rows(3:4, :));
-fprintf('%.17g %.17g %.17g %.17g %.17g %.17g %.17g %d\\n', [image; depths; jacobian; inside]);
+fprintf([repmat('%.17g ', 1, 15), '%d\\n'], [image; depths; jacobian; by; inside]);
 ",
     },
 ];
@@ -177,7 +263,9 @@ fn expected(map: &HornerMap, points: &[([f64; 2], [f64; 2])]) -> Vec<Vec<f64>> {
         let (mut image, mut jacobian) = ([0.0; 2], [0.0; 4]);
         map.step_jacobian(state, own, &mut image, &mut jacobian);
         let depth = depths.rows[number * depths.width + 2];
-        [&image[..], &[depth], &jacobian, &[1.0]].concat()
+        let mut derivatives = [0.0; 8];
+        map.step_derivatives(state, own, &mut image, &mut derivatives);
+        [&image[..], &[depth], &jacobian, &derivatives, &[1.0]].concat()
     };
     points.iter().enumerate().map(row).collect()
 }

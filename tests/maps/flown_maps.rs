@@ -225,7 +225,7 @@ fn interpreted_lowered_frozen_and_compiled_maps_agree() {
     let (map, points) = section_map("A", &[("k2", "1e6")]);
     let (interpreted, horner) = (InterpretedMap::new(&map), HornerMap::new(&map));
     let module = emitted_module(&map, None, &EmitOptions::default()).expect("finite numbers");
-    assert!(module.text.contains("Shape: flown"));
+    assert!(module.text().contains("Shape: flown"));
     let queries: Vec<_> = points
         .iter()
         .map(|point| {

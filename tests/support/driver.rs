@@ -49,7 +49,12 @@ fn driver(modules: &[&EmittedModule]) -> String {
         text += "                let contacts = m::step_jacobian_on_slices(&state, &parameters, &mut image, &mut depths, &mut jacobian);\n";
         text += "                assert_eq!((image, depths, contacts), (step.image, step.depths, Some(step.contacts)));\n";
         text += "                assert_eq!(m::step_on_slices(&state[1..], &parameters, &mut image, &mut depths), None);\n";
-        text += "                let numbers = image.iter().chain(&depths).chain(&jacobian);\n";
+        text += "                let found = m::step_derivatives(state, parameters);\n";
+        text += "                assert_eq!(found.step, step);\n";
+        text += "                let mut derivatives = [0.0; 8];\n";
+        text += "                m::step_derivatives_on_slices(&state, &parameters, &mut image, &mut depths, &mut derivatives).unwrap();\n";
+        text += "                assert_eq!(found.derivatives.as_flattened(), derivatives);\n";
+        text += "                let numbers = image.iter().chain(&depths).chain(&jacobian).chain(&derivatives);\n";
         text += "                println!(\"{}\", numbers.map(|x| x.to_bits().to_string()).collect::<Vec<_>>().join(\" \"));\n";
         text += "            }\n";
     }
@@ -68,7 +73,7 @@ fn precision(modules: &[&EmittedModule]) -> FloatFormat {
 pub(crate) fn run(modules: &[&EmittedModule], queries: &[String]) -> Vec<Vec<f64>> {
     let folder = tempfile::tempdir().expect("the test can be set up");
     for module in modules {
-        fs::write(folder.path().join(format!("{}.rs", module.identifier)), &module.text)
+        fs::write(folder.path().join(format!("{}.rs", module.identifier)), &module.content)
             .expect("the test can be set up");
     }
     fs::write(folder.path().join("main.rs"), driver(modules)).expect("the test can be set up");

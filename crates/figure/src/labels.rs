@@ -15,6 +15,27 @@ const MARKER: f64 = 4.0;
 /// Weight of a covered marker; the last of the positions has 3.5.
 const COVERED: f64 = 4.0;
 
+/// Weight of covered words.
+const OVERLAPPING: f64 = 1e4;
+
+/// Distance of words from their point.
+const GAP: f64 = 7.0;
+
+/// Distances that are tried, each a line farther than the one before.
+const RINGS: i32 = 5;
+
+/// Positions around a point, in units of the distance; the first is the best.
+const POSITIONS: [(f64, f64); 8] = [
+    (1.0, -1.0),
+    (-1.0, -1.0),
+    (1.0, 1.0),
+    (-1.0, 1.0),
+    (0.0, -1.4),
+    (0.0, 1.4),
+    (1.4, 0.0),
+    (-1.4, 0.0),
+];
+
 /// Finds room for words; remembers what is taken.
 #[derive(Debug)]
 pub(super) struct Labeller {
@@ -29,7 +50,8 @@ impl Labeller {
         Self { area, obstacles, taken: Vec::new() }
     }
 
-    /// Words near a point, in the best of eight positions around it.
+    /// Words near a point, in the best of eight positions around it, or farther away where all of
+    /// those cover other words.
     pub(super) fn beside(
         &mut self,
         at: Point,
@@ -38,27 +60,21 @@ impl Labeller {
         color: Rgb,
     ) -> Result<Shape, FigureError> {
         let (wide, tall) = (width(text, size)?, size);
-        let gap = 7.0;
         let mut best: Option<(f64, Area)> = None;
-        for (rank, (dx, dy)) in [
-            (1.0, -1.0),
-            (-1.0, -1.0),
-            (1.0, 1.0),
-            (-1.0, 1.0),
-            (0.0, -1.4),
-            (0.0, 1.4),
-            (1.4, 0.0),
-            (-1.4, 0.0),
-        ]
-        .into_iter()
-        .enumerate()
-        {
-            let x = at.0 + dx * gap + (dx.clamp(-1.0, 1.0) - 1.0) / 2.0 * wide;
-            let y = at.1 + dy * gap + (dy.clamp(-1.0, 1.0) - 1.0) / 2.0 * tall;
-            let room = Area { left: x, top: y, right: x + wide, bottom: y + tall };
-            let cost = self.cost(&room) + rank as f64 * 0.5;
-            if best.as_ref().is_none_or(|(least, _)| cost < *least) {
-                best = Some((cost, room));
+        // Farther away only where there is no room beside the point.
+        for ring in 0..RINGS {
+            if best.as_ref().is_some_and(|(least, _)| *least < OVERLAPPING) {
+                break;
+            }
+            let gap = GAP + f64::from(ring) * tall;
+            for (rank, (dx, dy)) in POSITIONS.into_iter().enumerate() {
+                let x = at.0 + dx * gap + (dx.clamp(-1.0, 1.0) - 1.0) / 2.0 * wide;
+                let y = at.1 + dy * gap + (dy.clamp(-1.0, 1.0) - 1.0) / 2.0 * tall;
+                let room = Area { left: x, top: y, right: x + wide, bottom: y + tall };
+                let cost = self.cost(&room) + rank as f64 * 0.5;
+                if best.as_ref().is_none_or(|(least, _)| cost < *least) {
+                    best = Some((cost, room));
+                }
             }
         }
         let (_, room) = best.expect("eight positions were tried");
@@ -85,7 +101,7 @@ impl Labeller {
             bottom: room.bottom + MARKER,
         };
         let covered = self.obstacles.iter().filter(|&&point| reach.holds(point)).count();
-        1e6 * outside as f64 + 1e4 * overlapping as f64 + COVERED * covered as f64
+        1e6 * outside as f64 + OVERLAPPING * overlapping as f64 + COVERED * covered as f64
     }
 }
 
@@ -109,6 +125,20 @@ mod tests {
         placed.expect("the font is built in");
         let room = &labeller.taken[0];
         assert!(room.right < at.0 && room.top > at.1, "{room:?}");
+    }
+
+    #[test]
+    fn many_labels_at_one_point_do_not_overlap() {
+        let area = Area { left: 0.0, top: 0.0, right: 300.0, bottom: 200.0 };
+        let mut labeller = Labeller::new(area, Vec::new());
+        for _ in 0..14 {
+            let placed = labeller.beside((150.0, 100.0), "PD BP GR", 12.0, INK);
+            placed.expect("the font is built in");
+        }
+        let rooms = &labeller.taken;
+        let pairs =
+            rooms.iter().enumerate().flat_map(|(n, a)| rooms[..n].iter().map(move |b| (a, b)));
+        assert!(pairs.into_iter().all(|(a, b)| !overlap(a, b)), "{rooms:?}");
     }
 
     #[test]

@@ -427,8 +427,9 @@ pub(super) fn emitted(subjects: &Subjects, page: &mut Page) {
                 let files = module.and_then(|module| EmittedCrate::standalone(&module));
                 match files {
                     Ok(emitted) => {
-                        for (path, text) in &emitted.files {
-                            page.put(&format!("{variant} {path}"), Hash::of(text));
+                        for (path, content) in &emitted.files {
+                            let text = String::from_utf8_lossy(content);
+                            page.put(&format!("{variant} {path}"), Hash::of(&text));
                         }
                     }
                     Err(_) => page.refuse(&variant, "refused"),

@@ -10,26 +10,77 @@ touches the stop, and :meth:`Graze.map` expands the Poincaré map near it:
 >>> diagram = gm.diagram(m, "alpha", (-1e-4, 1e-4), points=20, using="guarded")
 """
 
-from ._commands import basin, chart, diagram
+from ._commands import (
+    basin,
+    branch,
+    chart,
+    converge,
+    curve,
+    diagram,
+    fit,
+    image,
+    loci,
+    nearest,
+    noise,
+    orbits,
+    report,
+    trajectory,
+)
 from ._errors import GrazemapError, InputError, NoResult, SceneError
 from ._lib import catalogue
 from ._pipeline import Graze, Map, Scene
-from ._table import Basin, Chart, Diagram, Table
+from ._table import (
+    Basin,
+    Branch,
+    Chart,
+    Curve,
+    Diagram,
+    Fit,
+    Image,
+    Loci,
+    Nearest,
+    Noise,
+    Orbits,
+    Study,
+    Table,
+    Trajectory,
+)
 
 __all__ = [
     "Basin",
+    "Branch",
     "Chart",
+    "Curve",
     "Diagram",
+    "Fit",
     "Graze",
     "GrazemapError",
+    "Image",
     "InputError",
+    "Loci",
     "Map",
+    "Nearest",
     "NoResult",
+    "Noise",
+    "Orbits",
     "Scene",
     "SceneError",
+    "Study",
     "Table",
+    "Trajectory",
     "basin",
+    "branch",
     "catalogue",
     "chart",
+    "converge",
+    "curve",
     "diagram",
+    "fit",
+    "image",
+    "loci",
+    "nearest",
+    "noise",
+    "orbits",
+    "report",
+    "trajectory",
 ]

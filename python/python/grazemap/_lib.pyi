@@ -10,11 +10,26 @@ _Progress: TypeAlias = Callable[[int, int], object] | None
 _Overrides: TypeAlias = list[tuple[str, str]]
 
 def catalogue() -> list[str]: ...
+def words() -> tuple[list[str], list[str], list[str]]: ...
 def draw(m: Map, tables: str, progress: _Progress = None) -> Computed: ...
+def answer(source: Scene | Graze | Map, command: str, progress: _Progress = None) -> Computed: ...
+def fit(
+    m: Map,
+    keys: str,
+    lengths: list[int],
+    points: _Array,
+    controls: _Array,
+    progress: _Progress = None,
+) -> Computed: ...
+def report(
+    source: Scene | Graze | Map, folder: str | PathLike[str], progress: _Progress = None
+) -> str: ...
 
 class Computed:
     document: str
     figures: list[tuple[str, str]]
+    remarks: list[str]
+    ended: str | None
     def columns(self) -> dict[str, _Array | tuple[NDArray[np.int32], list[str]]]: ...
 
 class Scene:
@@ -24,6 +39,7 @@ class Scene:
     digest: str
     states: list[str]
     parameters: list[tuple[str, float]]
+    active: list[str]
     warnings: list[str]
     @staticmethod
     def load(path: str | PathLike[str], overrides: _Overrides) -> Scene: ...
@@ -55,6 +71,9 @@ class Map:
     def polynomials(self) -> Computed: ...
     def batch(self, states: _Array, parameters: _Array, derivatives: bool) -> _Array: ...
     def orbits(self, states: _Array, parameters: _Array, iterations: int) -> _Array: ...
+    def image(
+        self, states: _Array, parameters: _Array, iterations: int, using: str, precision: str
+    ) -> Computed: ...
     def images(
         self, states: _Array, parameters: _Array, iterations: int, using: str, precision: str
     ) -> tuple[_Array, _Array, _Array]: ...

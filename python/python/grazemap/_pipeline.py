@@ -19,12 +19,8 @@ if TYPE_CHECKING:
 
 Array: TypeAlias = NDArray[np.float64]
 
-#: What computes an image.
-METHODS = ("map", "guarded", "direct", "smooth", "discontinuity")
-#: Languages of emitted maps.
-TARGETS = ("rust", "c", "cuda", "javascript", "python", "julia", "matlab")
-#: The numbers in which an image is computed.
-PRECISIONS = ("f64", "f32", "dd")
+#: What computes an image, in which numbers, and the languages of emitted maps.
+METHODS, PRECISIONS, TARGETS = map(tuple, _lib.words())
 
 
 class _Value:
@@ -116,6 +112,11 @@ class Scene(_Value):
     def parameters(self) -> dict[str, float]:
         """Values of the parameters as the scene states them."""
         return dict(self._inner.parameters)
+
+    @property
+    def active(self) -> tuple[str, ...]:
+        """Names of the parameters that maps keep as variables."""
+        return tuple(self._inner.active)
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -348,10 +349,7 @@ class Map(_Value):
         After an early end an orbit is NaN.
         """
         rows, own, shape = self._points(states, parameters)
-        for what, given, known in (("using", using, METHODS), ("precision", precision, PRECISIONS)):
-            if given not in known:
-                message = f"{what} is one of {', '.join(known)}, found {given!r}"
-                raise InputError(message)
+        check_methods(using, precision)
         if (using, precision) == ("map", "f64"):
             orbits = self._inner.orbits(rows, own, iterations)
         else:
@@ -388,6 +386,14 @@ class Map(_Value):
         smooth, contact = self.orders
         scene = self._inner.graze.scene.name
         return f"<grazemap map of {scene}: N = {smooth}, W = {contact}>"
+
+
+def check_methods(using: str, precision: str) -> None:
+    """Refuse words for what computes an image that are not known."""
+    for what, given, known in (("using", using, METHODS), ("precision", precision, PRECISIONS)):
+        if given not in known:
+            message = f"{what} is one of {', '.join(known)}, found {given!r}"
+            raise InputError(message)
 
 
 def _overrides(values: Mapping[str, object]) -> list[tuple[str, str]]:

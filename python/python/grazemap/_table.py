@@ -25,6 +25,8 @@ class Table(Mapping[str, np.ndarray[Any, Any]]):
 
     #: The command of the program that writes the same.
     command = ""
+    #: Columns that are drawn where none are named: horizontal, vertical; empty for the first two.
+    axes: tuple[str, str] | tuple[()] = ()
 
     def __init__(self, computed: _lib.Computed) -> None:
         """Take over what was computed."""
@@ -33,7 +35,12 @@ class Table(Mapping[str, np.ndarray[Any, Any]]):
             for name, held in computed.columns().items()
         }
         self._text = computed.document
-        self._figures = computed.figures
+        #: The program's figures as SVG, by the names of their files without ``.svg``.
+        self.figures: dict[str, str] = dict(computed.figures)
+        #: What may not be trusted, or not be all.
+        self.remarks: tuple[str, ...] = tuple(computed.remarks)
+        #: Why this is not what was asked for; ``None`` where it is.
+        self.ended: str | None = computed.ended
 
     def __getitem__(self, name: str) -> np.ndarray[Any, Any]:
         """Give a column."""
@@ -52,11 +59,6 @@ class Table(Mapping[str, np.ndarray[Any, Any]]):
         """The JSON document of the program, as lists and dictionaries."""
         return json.loads(self._text)
 
-    @property
-    def figures(self) -> dict[str, str]:
-        """The program's figures as SVG, by the names of their files without ``.svg``."""
-        return {f"{self.command}{ending}": text for ending, text in self._figures}
-
     def to_pandas(self) -> pd.DataFrame:
         """Give the columns as a data frame."""
         import pandas as pd
@@ -69,14 +71,43 @@ class Table(Mapping[str, np.ndarray[Any, Any]]):
 
         return xr.Dataset({name: ("row", column) for name, column in self._columns.items()})
 
+    def plot(
+        self, ax: Axes | None = None, x: str | None = None, y: str | None = None, **style: Any
+    ) -> Axes:
+        """Draw one column over another with Matplotlib, on new axes where none are given."""
+        across, up = self._axes()
+        across, up = x or across, y or up
+        ax = _axes(ax)
+        ax.plot(self[across], self[up], **{"marker": ".", "linestyle": "none", **style})
+        ax.set_xlabel(across)
+        ax.set_ylabel(up)
+        return ax
+
+    def _axes(self) -> tuple[str, str]:
+        """Give the columns that are drawn where none are named."""
+        if self.axes:
+            return self.axes
+        across, up, *_ = [name for name, column in self.items() if column.dtype != object]
+        return across, up
+
     def __repr__(self) -> str:
         """Say how large the table is."""
         rows = len(next(iter(self._columns.values()), ()))
-        return f"<grazemap {self.command or 'table'}: {rows} rows, {len(self)} columns>"
+        ended = f", {self.ended}" if self.ended else ""
+        return f"<grazemap {self.command or 'table'}: {rows} rows, {len(self)} columns{ended}>"
 
     def _repr_html_(self) -> str:
         """Show the figure in a notebook."""
         return next(iter(self.figures.values()), f"<pre>{self!r}</pre>".replace("<g", "&lt;g"))
+
+
+def _axes(ax: Axes | None) -> Axes:
+    """Give axes: those given, or new ones."""
+    if ax is None:
+        import matplotlib.pyplot as plt
+
+        ax = plt.figure().add_subplot()
+    return ax
 
 
 def _words(numbers: np.ndarray[Any, Any], words: list[str]) -> np.ndarray[Any, Any]:
@@ -98,12 +129,11 @@ class Diagram(Table):
         drawn = np.isfinite(values)
         return offsets[drawn], values[drawn]
 
-    def plot(self, ax: Axes | None = None, **style: Any) -> Axes:
+    def plot(  # type: ignore[override]
+        self, ax: Axes | None = None, **style: Any
+    ) -> Axes:
         """Draw the points with Matplotlib, on new axes where none are given."""
-        if ax is None:
-            import matplotlib.pyplot as plt
-
-            ax = plt.figure().add_subplot()
+        ax = _axes(ax)
         ax.plot(*self.points(), **{"marker": ",", "linestyle": "none", "color": "black", **style})
         (first, *_) = self.document
         ax.set_xlabel(f"{first['parameter']} − {first['grazing_value']:.10g}")
@@ -127,12 +157,11 @@ class Chart(Table):
         periods = np.nan_to_num(self["period"][:cells]).astype(int)
         return first, second, periods.reshape(second.size, first.size)
 
-    def plot(self, ax: Axes | None = None, **style: Any) -> Axes:
+    def plot(  # type: ignore[override]
+        self, ax: Axes | None = None, **style: Any
+    ) -> Axes:
         """Draw the periods of the first chart with Matplotlib, on new axes where none are given."""
-        if ax is None:
-            import matplotlib.pyplot as plt
-
-            ax = plt.figure().add_subplot()
+        ax = _axes(ax)
         ax.pcolormesh(*self.grid(), **{"shading": "nearest", **style})
         names = [axis["parameter"] for axis in self.document[0]["axes"]]
         ax.set_xlabel(f"{names[0]} offset")
@@ -150,3 +179,161 @@ class Basin(Table):
         """The attractors that were found, the one with the largest basin first."""
         (basin, *_) = self.document
         return list(basin["attractors"])
+
+    def plot(  # type: ignore[override]
+        self, ax: Axes | None = None, **style: Any
+    ) -> Axes:
+        """Draw the number of each cell's attractor with Matplotlib, by the words of the column."""
+        ax = _axes(ax)
+        across, up = list(self)[:2]
+        _, classes = np.unique(self["attractor"], return_inverse=True)
+        ax.scatter(self[across], self[up], **{"c": classes, "marker": "s", "s": 1, **style})
+        ax.set_xlabel(across)
+        ax.set_ylabel(up)
+        return ax
+
+
+class Branch(Table):
+    """Branches of periodic orbits: a row for every point of every branch."""
+
+    command = "branch"
+
+    def _axes(self) -> tuple[str, str]:
+        """Give the parameter and the first coordinate."""
+        return self.document["along"], list(self)[5]
+
+    @property
+    def special(self) -> list[dict[str, Any]]:
+        """The special points that were solved for: grazes, folds, flips, branch points."""
+        branches = self.document["branches"]
+        return [point for branch in branches for point in branch["points"] if point.get("label")]
+
+
+class Loci(Table):
+    """Loci in two parameters: a row for every point of every locus."""
+
+    command = "loci"
+
+    def _axes(self) -> tuple[str, str]:
+        """Give the two parameters."""
+        first, second = self.document["plane"]
+        return first, second
+
+
+class Orbits(Table):
+    """Periodic orbits, or where they fold and flip: a row for each."""
+
+    command = "orbits"
+
+
+class Curve(Table):
+    """A grazing curve: a row for every grazing orbit."""
+
+    command = "curve"
+
+    def _axes(self) -> tuple[str, str]:
+        """Give the parameter that it is followed in, and the one that is adjusted."""
+        adjusted, *_, along = self.document["free"]
+        return along, adjusted
+
+
+class Nearest(Table):
+    """The smallest change of parameters that grazes."""
+
+    command = "curve"
+
+
+class Trajectory(Table):
+    """A time series: a row for every moment and event."""
+
+    command = "trajectory"
+
+    def _axes(self) -> tuple[str, str]:
+        """Give the time and the first state."""
+        return "t", next(iter(self.document["states"]))
+
+
+class Study(Table):
+    """A study of convergence: a row for every pair of orders."""
+
+    command = "converge"
+
+
+class Image(Table):
+    """Images of section points: a row for every starting point and iteration."""
+
+    command = "image"
+
+    def _axes(self) -> tuple[str, str]:
+        """Give the first two coordinates."""
+        names = list(self)
+        return names[2], names[3]
+
+
+class Fit(Table):
+    """Fitted parameters: a row for each."""
+
+    command = "fit"
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """Offsets by name."""
+        return dict(zip(self["parameter"], map(float, self["offset"]), strict=True))
+
+    @property
+    def errors(self) -> dict[str, float]:
+        """Standard errors by name."""
+        return dict(zip(self["parameter"], map(float, self["standard_error"]), strict=True))
+
+    @property
+    def covariance(self) -> np.ndarray[Any, Any]:
+        """Covariance of the parameters, in the order of the rows."""
+        return np.array(self.document["covariance"], dtype=np.float64)
+
+    @property
+    def noise(self) -> list[float]:
+        """Standard deviation of the measurement in every coordinate, stated or estimated."""
+        return list(self.document["noise"])
+
+    def plot(  # type: ignore[override]
+        self, ax: Axes | None = None, **style: Any
+    ) -> Axes:
+        """Draw offsets with their standard errors."""
+        ax = _axes(ax)
+        places = np.arange(len(self["offset"]))
+        style = {"fmt": "o", **style}
+        ax.errorbar(places, self["offset"], yerr=self["standard_error"], **style)
+        ax.set_xticks(places, list(self["parameter"]))
+        ax.set_xlabel("parameter")
+        ax.set_ylabel("offset")
+        return ax
+
+
+class Noise(Table):
+    """Densities under noise: a row for every cell of every coordinate."""
+
+    command = "noise"
+
+    def density(self) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any], np.ndarray[Any, Any]]:
+        """Give the edges of the cells of the first two coordinates and their joint density.
+
+        Rows of the density go with the second coordinate.
+        """
+        document = self.document
+        (first, second, *_), cells = document["request"]["ranges"], document["request"]["cells"]
+        counts = np.array(document["joint"], dtype=np.float64).reshape(cells, cells)
+        across = np.linspace(first[0], first[1], cells + 1)
+        up = np.linspace(second[0], second[1], cells + 1)
+        area = (across[1] - across[0]) * (up[1] - up[0])
+        return across, up, counts / (document["points"] * area)
+
+    def plot(  # type: ignore[override]
+        self, ax: Axes | None = None, **style: Any
+    ) -> Axes:
+        """Draw the joint density of the first two coordinates with Matplotlib."""
+        ax = _axes(ax)
+        ax.pcolormesh(*self.density(), **style)
+        names = list(dict.fromkeys(self["coordinate"]))
+        ax.set_xlabel(names[0])
+        ax.set_ylabel(names[1])
+        return ax

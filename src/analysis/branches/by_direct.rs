@@ -8,11 +8,12 @@ use rayon::prelude::*;
 use super::data::{Branch, BranchEnd, BranchLabel, BranchPoint, BranchRequest, Branches, Special};
 use super::normal_form::NormalForm;
 use super::trace::{
-    Follow, Of, Trace, Traces, apart, null_vector, standard_form, toggled, twice, unit_vector,
-    with_those_led_to,
+    Follow, Of, Trace, Traces, apart, each_once, exact_or_zero, null_vector, standard_form,
+    toggled, twice, unit_vector, with_those_led_to,
 };
 use crate::analysis::continuation::{
-    CourseEnd, CurveEquations, CurvePoint, StepControl, corrected, searched, tangent_at, zero_near,
+    CourseEnd, CurveEquations, CurvePoint, Linearised, StepControl, corrected, searched,
+    tangent_at, zero_near,
 };
 use crate::analysis::direct_image::DirectImage;
 use crate::analysis::error::AnalysisError;
@@ -550,10 +551,16 @@ impl<'a> Continuation<'a> {
                 false => Vec::new(),
             };
             let grazes = !grazing.is_empty();
-            let special = self.special(&equations, point, &turns, grazing);
+            let mut special = self.special(&equations, point, &turns, grazing);
             let doubles = equations.is_repeated(&point.linearised.extra, NEAR);
-            let exact = match (&special, turns.first()) {
-                _ if grazes => self.refined_graze(itinerary, point),
+            let exact = match (&mut special, turns.first()) {
+                (Some(special), _) if grazes => {
+                    let graze = self.refined_graze(itinerary, point);
+                    graze.map(|(orbit, slope)| {
+                        special.coefficient = slope;
+                        orbit
+                    })
+                }
                 (Some(_), Some(&test)) if !doubles => self.refined(itinerary, point, test),
                 _ => None,
             };
@@ -564,7 +571,7 @@ impl<'a> Continuation<'a> {
             }
             BranchPoint { orbit, special }
         });
-        let points = points.collect();
+        let points = each_once(points.collect());
         let value =
             |place: usize| equations.parameters(&trace.points[place].unknowns)[self.request.along];
         let unresolved = trace.unresolved.iter().map(|ends| ends.map(value)).collect();
@@ -701,22 +708,47 @@ impl<'a> Continuation<'a> {
     }
 
     /// An orbit that grazes to the rounding of double-double, its passages without speed or gap
-    /// held there.
-    fn refined_graze(&self, itinerary: &ContactItinerary, point: &Point) -> Option<FoundOrbit> {
+    /// held there, and the change of the parameter with the speed of the one contact that begins.
+    fn refined_graze(
+        &self,
+        itinerary: &ContactItinerary,
+        point: &Point,
+    ) -> Option<(FoundOrbit, Option<f64>)> {
         let fine = self.equations_of(&self.fine, itinerary);
         let mut fine = in_points_of(fine, &point.linearised.extra);
         let own = |unknown: usize| fine.passage_of(unknown).is_some();
+        let grazes = |&unknown: &usize| own(unknown) && point.unknowns[unknown].abs() <= AT_GRAZE;
+        let grazing: Vec<usize> = (0..point.unknowns.len()).filter(grazes).collect();
         let at = point.unknowns.iter().enumerate().map(|(unknown, &value)| {
-            let grazes = own(unknown) && value.abs() <= AT_GRAZE;
-            if grazes { Dd::ZERO } else { Dd::from(value) }
+            if grazing.contains(&unknown) { Dd::ZERO } else { Dd::from(value) }
         });
         let at: Vec<Dd> = at.collect();
-        let held = (0..at.len()).find(|&unknown| own(unknown) && at[unknown] == Dd::ZERO)?;
-        let normal: Vec<Dd> = unit_vector(at.len(), held).into_iter().map(Dd::from).collect();
+        let exact = |values: Vec<f64>| values.into_iter().map(Dd::from).collect::<Vec<_>>();
+        let normal = exact(unit_vector(at.len(), *grazing.first()?));
         let (unknowns, linearised) = corrected(&mut fine, &at, &at, &normal)?;
+        let slope = self.slope(&mut fine, &unknowns, &linearised, &grazing);
         let rounded: Vec<f64> = unknowns.iter().map(|value| value.to_f64()).collect();
         let found = CurvePoint { unknowns, tangent: at, linearised, tests: Vec::new() };
-        (apart(&rounded, &point.unknowns) < FAR_AT_GRAZE).then(|| self.found(&fine, &found, true))
+        let near = apart(&rounded, &point.unknowns) < FAR_AT_GRAZE;
+        near.then(|| (self.found(&fine, &found, true), slope))
+    }
+
+    /// The change of the parameter with the speed of the one contact that begins at a graze.
+    fn slope(
+        &self,
+        fine: &mut DirectOrbitEquations<'a, Dd>,
+        unknowns: &[Dd],
+        linearised: &Linearised<Dd, DirectOrbit<Dd>>,
+        grazing: &[usize],
+    ) -> Option<f64> {
+        let mut begins = grazing.iter().filter(|&&unknown| fine.begins_with_contact_at(unknown));
+        let (Some(&unknown), None) = (begins.next(), begins.next()) else { return None };
+        let by_variable = fine.speed_by_variable(unknowns, unknown)?;
+        let normal = unit_vector(unknowns.len(), unknown).into_iter().map(Dd::from);
+        let tangent = tangent_at(&linearised.jacobian, &normal.collect::<Vec<_>>())?;
+        let parameter = exact_or_zero(tangent.last()?.to_f64()) * self.units.parameters[0];
+        let slope = parameter / (tangent[unknown] * by_variable).to_f64();
+        slope.is_finite().then_some(slope)
     }
 
     /// The same of a branch point at which orbits have half their period: there those double.

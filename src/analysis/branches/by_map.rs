@@ -5,8 +5,8 @@ use rayon::prelude::*;
 use super::data::{Branch, BranchEnd, BranchLabel, BranchPoint, BranchRequest, Branches, Special};
 use super::normal_form::NormalForm;
 use super::trace::{
-    Follow, Of, Trace, apart, null_vector, standard_form, toggled, twice, unit_vector,
-    with_those_led_to,
+    Follow, Of, Trace, apart, each_once, exact_or_zero, null_vector, standard_form, toggled, twice,
+    unit_vector, with_those_led_to,
 };
 use crate::analysis::continuation::{
     CurveEquations, CurvePoint, Linearised, StepControl, corrected, searched, tangent_at, zero_near,
@@ -121,7 +121,7 @@ impl<'a> Continuation<'a> {
         let reach = [REACH, DEEPEST];
         let equations =
             MapOrbitEquations::new(map, itinerary, &self.map.window, &[*along], at, reach);
-        let equations = equations.with_range(0, range);
+        let equations = equations.in_units_of(0, range);
         if self.search.positive { equations.with_positive_depths() } else { equations }
     }
 
@@ -314,7 +314,7 @@ impl<'a> Continuation<'a> {
             }
             BranchPoint { orbit, special }
         });
-        let points = points.collect();
+        let points = each_once(points.collect());
         let value = |place: usize| {
             let (_, _, parameters) = equations.offsets(&trace.points[place].unknowns);
             parameters[self.request.along]
@@ -396,7 +396,7 @@ impl<'a> Continuation<'a> {
         let (_, passage, arrival) = &point.linearised.extra.arrivals[place];
         let small = 1e-9 * units[unknown];
         let by_depth = self.by_map.speed(*passage, small, arrival) / small;
-        let along = |unknown: usize| point.tangent[unknown] * units[unknown];
+        let along = |unknown: usize| exact_or_zero(point.tangent[unknown]) * units[unknown];
         let slope = along(parameter) / along(unknown) / by_depth;
         slope.is_finite().then_some(slope)
     }

@@ -1,6 +1,7 @@
 //! What is observed of the orbits of branches beside their section points.
 
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use super::data::{BranchPoint, Branches};
 use crate::analysis::error::AnalysisError;
@@ -14,9 +15,11 @@ use crate::orbit::GrazingOrbit;
 const SAMPLES: usize = 400;
 
 /// A number for every orbit of a branch.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum BranchObservable {
     /// The event function of the section's surface at the first section point: `−y²` of a contact.
+    #[serde(rename = "h")]
     Gap,
     /// The largest speed at which a passage meets its surface; 0 without contact.
     ImpactSpeed,

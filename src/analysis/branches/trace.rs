@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::data::{BranchEnd, BranchRequest};
+use super::data::{BranchEnd, BranchLabel, BranchPoint, BranchRequest};
 use crate::analysis::continuation::{
     Course, CourseEnd, CurveEquations, CurvePoint, StepControl, Turn, follow, tangent_at,
 };
@@ -12,6 +12,9 @@ use crate::numeric::linear::solve;
 
 /// Special points nearer than this are one, in the units of the unknowns.
 pub(super) const ONE: f64 = 1e-10;
+/// Rounding of a component of a unit tangent, by derivatives that are differences in
+/// double-double.
+const ROUNDING: f64 = 1e-9;
 /// Section points are the same where they agree to this share of themselves.
 const SAME: f64 = 1e-6;
 /// Rounds in which branches lead to others.
@@ -182,6 +185,20 @@ pub(super) fn with_those_led_to<X: Send, S: Clone + Sync>(
     found
 }
 
+/// The points of a branch with each branch point told once: where a branch doubles its parameter
+/// turns too, and both zeros are found to half the digits.
+pub(super) fn each_once(mut points: Vec<BranchPoint>) -> Vec<BranchPoint> {
+    let is_branch_point = |point: &BranchPoint| {
+        point.special.as_ref().is_some_and(|special| special.label == BranchLabel::BranchPoint)
+    };
+    points.dedup_by(|later, point| {
+        is_branch_point(later)
+            && is_branch_point(point)
+            && later.orbit.parameters == point.orbit.parameters
+    });
+    points
+}
+
 /// The standard form of the itinerary of an orbit with these section points: how many returns of
 /// it are its shortest period, and how many of those come before the first one.
 pub(super) fn standard_form(
@@ -239,6 +256,12 @@ pub(super) fn null_vector(matrix: &nalgebra::DMatrix<f64>) -> Option<Vec<f64>> {
         vector = solve(&shifted, &vector).ok()?.normalize();
     }
     vector.iter().all(|value| value.is_finite()).then(|| vector.iter().copied().collect())
+}
+
+/// A component of a unit tangent, or 0 where it is rounding: a parameter that changes with the
+/// square of a speed does not change with it.
+pub(super) fn exact_or_zero(component: f64) -> f64 {
+    if component.abs() <= ROUNDING { 0.0 } else { component }
 }
 
 pub(super) fn unit_vector(size: usize, place: usize) -> Vec<f64> {

@@ -91,6 +91,9 @@ const REACH: f64 = 30.0;
 /// Times a difference is shortened where it meets other contacts, and by how much.
 const SHORTENINGS: usize = 3;
 const SHORTENED: f64 = 1e-2;
+/// Twelve times the weights, over their distance, of four evenly spaced values on one side in the
+/// derivative of fourth order; that of the value itself is −25.
+const AHEAD: [f64; 4] = [48.0, -36.0, 16.0, -3.0];
 /// Orbits before a graze through which its neighbourhood is a polynomial.
 const NODES: usize = 5;
 /// Newton steps for a gap at most.
@@ -143,7 +146,7 @@ impl DirectUnits {
     ) -> Result<Self, AnalysisError> {
         let lengths = free.iter().map(|(place, range)| {
             let value = orbit.parameters()[scene.expansion.active[*place]].to_f64().abs();
-            let largest = range.iter().fold(f64::MIN_POSITIVE, |most, end| most.max(end.abs()));
+            let largest = (0.5 * (range[1] - range[0]).abs()).max(f64::MIN_POSITIVE);
             if value > 0.0 {
                 (largest.min(value), (largest / value).min(1.0))
             } else {
@@ -264,6 +267,11 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
         let is_own = unknown % self.dimension() == replaced;
         let flight = self.flights.get(number).filter(|_| is_own);
         flight.map(|flight| flight.first)
+    }
+
+    /// Whether an unknown is the variable of a contact with which a return begins.
+    pub fn begins_with_contact_at(&self, unknown: usize) -> bool {
+        self.passage_of(unknown).is_some() && self.begins_with_contact(unknown / self.dimension())
     }
 
     /// Unknowns of section points, those of all returns or the equations' own, and the parameters
@@ -400,7 +408,13 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
             };
             // One-sided next to the graze, beyond which nothing flies.
             let weights: &[(f64, f64)] = match own && at < 2.0 * length {
-                true => &[(1.0, 48.0), (2.0, -36.0), (3.0, 16.0), (4.0, -3.0), (0.0, -25.0)],
+                true => &[
+                    (1.0, AHEAD[0]),
+                    (2.0, AHEAD[1]),
+                    (3.0, AHEAD[2]),
+                    (4.0, AHEAD[3]),
+                    (0.0, -25.0),
+                ],
                 false => &[(1.0, 8.0), (-1.0, -8.0), (2.0, -1.0), (-2.0, 1.0)],
             };
             let sides = weights.iter().map(|&(steps, weight)| Some((weight, side(steps)?)));
@@ -420,6 +434,23 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
             length *= SHORTENED;
         }
         None
+    }
+
+    /// How fast the impact speed grows with the variable of a return that begins with contact,
+    /// where that is zero: by a difference on the side on which contact is made.
+    pub fn speed_by_variable(&mut self, unknowns: &[S], unknown: usize) -> Option<S> {
+        let (number, size) = (unknown / self.dimension(), self.dimension());
+        let parameters = self.parameters(unknowns);
+        let length = S::ROUNDOFF.powf(0.2);
+        let speed = |steps: f64| {
+            let mut moved = unknowns.to_vec();
+            moved[unknown] = S::from_f64(steps * length);
+            let variables = &moved[number * size..(number + 1) * size];
+            self.flown_at(number, variables, &parameters)?.speeds[0]
+        };
+        let weighted = AHEAD.iter().zip([1.0, 2.0, 3.0, 4.0].map(speed));
+        let terms = weighted.map(|(&weight, speed)| Some(S::from_f64(weight) * speed?));
+        Some(terms.sum::<Option<S>>()? / S::from_f64(12.0 * length))
     }
 
     /// A return in units; without its slopes these are 0. `None` where it does not make the

@@ -102,6 +102,27 @@ impl<'a, S: Real> MapOrbitEquations<'a, S> {
         self
     }
 
+    /// The same with a free parameter's range, and lengths that suit it: parameters vary with the
+    /// square of depth variables, so that these and the coordinates have units smaller by the root.
+    #[must_use]
+    pub fn in_units_of(mut self, place: usize, range: [f64; 2]) -> Self {
+        let first = self.first_parameter();
+        let share = (0.5 * (range[1] - range[0]).abs() / self.units[first + place]).min(1.0);
+        if share > 0.0 {
+            let root = share.sqrt();
+            let shares = (0..self.units.len()).map(|unknown| match unknown < first {
+                true => root,
+                false => share,
+            });
+            for (unknown, share) in shares.enumerate() {
+                self.units[unknown] *= share;
+                self.ranges[unknown] = self.ranges[unknown].map(|end| end / share);
+            }
+            self.depth_unit *= root;
+        }
+        self.with_range(place, range)
+    }
+
     /// The same with depth variables that are not followed below zero: of contacts that are flown.
     #[must_use]
     pub fn with_positive_depths(mut self) -> Self {
@@ -366,9 +387,10 @@ impl<S: Real> MapOrbitEquations<'_, S> {
     }
 }
 
-/// Whether two offsets agree to a share of themselves, or to rounding in their unit.
+/// Whether two offsets agree to a share of themselves and of their unit, or to rounding in it.
 pub(super) fn is_same<S: Real>([a, b]: [S; 2], unit: f64, share: f64) -> bool {
-    (a - b).magnitude() <= share * a.magnitude().max(b.magnitude()) + ROUNDING * unit
+    let size = a.magnitude().max(b.magnitude()).min(unit);
+    (a - b).magnitude() <= share * size + ROUNDING * unit
 }
 
 /// The matrix of all minors of two rows and two columns: its eigenvalues are the products of two

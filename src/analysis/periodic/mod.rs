@@ -32,5 +32,5 @@ pub use orbit::{
     Guess, Held, PeriodicOrbit, PeriodicOutcome, PeriodicProblem, periodic_orbit, window_scales,
 };
 pub(super) use returns::{MapReturns, PrescribedReturn, PrescribedReturns};
-pub(super) use section_map::state_jacobian;
+pub(super) use section_map::derivatives;
 pub use section_map::{Linearisation, SectionMap, SectionStep, Stepped, linearise};

@@ -128,28 +128,28 @@ pub fn linearise<S: Real>(
     free: usize,
     scales: &[f64],
 ) -> Option<Linearisation<S>> {
-    let (step, by_state) = state_jacobian(map, state, parameters, scales)?;
+    let (step, by_state) = derivatives(map, state, parameters, &scales[..state.len()])?;
     let variable = state.len() + free;
     let mut point = Point::new(state, parameters);
     let by_parameter = point.slope(map, &step, variable, scales[variable])?;
     Some(Linearisation { step, by_state, by_parameter })
 }
 
-/// The Jacobian by the state alone, as [`linearise`] has it.
-pub(in crate::analysis) fn state_jacobian<S: Real>(
+/// The derivatives by as many of the coordinates, and then of the parameters, as there are scales,
+/// as [`linearise`] has them.
+pub(in crate::analysis) fn derivatives<S: Real>(
     map: &mut (impl SectionMap<S> + ?Sized),
     state: &[S],
     parameters: &[S],
     scales: &[f64],
 ) -> Option<(SectionStep<S>, DMatrix<S>)> {
     let step = map.image(state, parameters)?;
-    let dimension = state.len();
     let mut point = Point::new(state, parameters);
-    let mut jacobian = DMatrix::from_element(dimension, dimension, S::zero());
-    for (column, &scale) in scales.iter().enumerate().take(dimension) {
-        jacobian.set_column(column, &point.slope(map, &step, column, scale)?);
+    let mut derivatives = DMatrix::from_element(state.len(), scales.len(), S::zero());
+    for (column, &scale) in scales.iter().enumerate() {
+        derivatives.set_column(column, &point.slope(map, &step, column, scale)?);
     }
-    Some((step, jacobian))
+    Some((step, derivatives))
 }
 
 /// Where derivatives are taken.

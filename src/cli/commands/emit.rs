@@ -6,14 +6,14 @@ use serde::Serialize;
 
 use super::{map, open, remark_on_window};
 use crate::cli::arguments::{EmitArguments, SceneOptions};
-use crate::cli::output::{CliError, Results, counted, print};
+use crate::cli::output::{CliError, Results, print};
 use grazemap::convergence::MeasuredWindow;
 use grazemap::emission::{EmissionError, EmittedCrate, EmittedModule, Target, shell_word};
 use grazemap::expansion::WindowEdge;
 use grazemap::model::{EmitPrecision, catalogue};
 use grazemap::numeric::FloatFormat;
 use grazemap::pipeline::{EmitRequest, Source, is_standard, write_emitted};
-use grazemap::report::{SectionDocument, bounds_words, to_json};
+use grazemap::report::{SectionDocument, bounds_words, counted, to_json};
 use grazemap::{Error, Map};
 
 /// Where the catalogue's crate goes when no folder is named.
@@ -193,6 +193,7 @@ fn emit(source: Source, options: &EmitArguments, command: &str) -> Result<Emitte
     let module = map.module(EmitRequest {
         target: options.target.into(),
         measure: !options.no_measure,
+        derivatives: !options.catalogue,
         command: Some(command.to_owned()),
     })?;
     Ok((module, map))

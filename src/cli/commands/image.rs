@@ -1,216 +1,49 @@
 //! `grazemap image`: images of section points, by the map, its parts, or direct simulation.
 
-use std::fmt::Write as _;
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::Path;
 
-use serde::Serialize;
-
-use super::{beyond, map, open, remark_on_window};
+use super::{map, open, remark_on_window};
 use crate::cli::arguments::ImageOptions;
-use crate::cli::output::{CliError, Destination, Results, note};
-use grazemap::Map;
-use grazemap::analysis::{DirectEnd, ImageRecord, ImageRequest, ImageRow, Precision, Using};
-use grazemap::convergence::MeasuredWindow;
-use grazemap::expansion::{LocalMap, SectionKind, WindowBound, WindowEdge};
+use crate::cli::output::{CliError, Destination, note_all};
+use grazemap::Error;
+use grazemap::analysis::{ImageRequest, ImageRow};
+use grazemap::expansion::LocalMap;
 use grazemap::numeric::Dd;
 use grazemap::pipeline::is_standard;
-use grazemap::report::{Named, to_json};
-
-/// Significant digits of a single, of a double and of a double-double.
-const DIGITS: [usize; 3] = [9, 17, 32];
-
-/// One image as it is written to JSON; offsets as decimal text in double-double.
-#[derive(Debug, Serialize)]
-struct Image<'a> {
-    row: usize,
-    iteration: usize,
-    offsets: Named<Option<Offset>>,
-    contacts: usize,
-    inside: u8,
-    /// What `inside` is told by, and what the map errs there.
-    window: &'a MeasuredWindow,
-    /// The bounds of the window that the point that was mapped is outside of.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    outside: Vec<String>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    extra_contacts: Option<usize>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    end: Option<DirectEnd>,
-    /// Of the passage whose contact loses most, where that is too much.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    window_edge: Option<WindowEdge>,
-    /// The section of the offsets, where the scene takes any.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    section: Option<ImageSection>,
-}
-
-/// A section, in few words.
-#[derive(Clone, Copy, Debug, Serialize)]
-struct ImageSection {
-    kind: SectionKind,
-    phase: Option<f64>,
-}
-
-/// An offset as a number, or as text where a number would lose digits.
-#[derive(Debug, Serialize)]
-#[serde(untagged)]
-enum Offset {
-    Number(f64),
-    Digits(String),
-}
+use grazemap::report::OutputFolder;
 
 pub(in crate::cli) fn run(options: &ImageOptions) -> Result<(), CliError> {
-    let outlets = &options.scene.common.outlets;
+    let mut outlets = options.scene.common.outlets.clone();
     if is_standard(&options.scene.scene) && is_standard(&options.states) {
         return Err(CliError::StandardInputTwice);
     }
     let map = map(open(&options.scene)?, outlets.quiet)?;
-    let edge = beyond(map.window_edges());
-    let request = ImageRequest {
+    let images = map.image_answer(ImageRequest {
         rows: read(&options.states, map.local())?,
         iterations: options.iterations as usize,
         using: options.using.into(),
         precision: options.precision.into(),
-    };
-    let records = map.images(&request)?;
+    })?;
     remark_on_window(&map, outlets.quiet);
-    let csv = table(map.local(), &request, &records);
-    let section = map.section();
-    let decided =
-        section.decided.as_ref().map(|_| ImageSection { kind: section.kind, phase: section.phase });
-    let list: Vec<Image> = records
-        .iter()
-        .map(|record| Image { section: decided, ..image(&map, &request, record, edge) })
-        .collect();
-    let results = Results::named("images", csv.clone(), to_json(&list)?, Some(csv));
-    let mut outlets = outlets.clone();
     if outlets.json.is_none() && outlets.csv.is_none() && outlets.output.is_none() {
         outlets.csv = Some(Destination::Standard);
     }
-    results.deliver("image", &outlets)?;
-    judge(map.local(), &request, &records, outlets.quiet)
-}
-
-/// One row per input row and iteration.
-fn table(map: &LocalMap, request: &ImageRequest, records: &[ImageRecord]) -> String {
-    let direct = matches!(request.using, Using::Direct | Using::Guarded);
-    let mut text = format!("row,iteration,{},contacts,inside", map.section.coordinates.join(","));
-    text.push_str(if direct { ",extra_contacts\n" } else { "\n" });
-    for record in records {
-        let offsets: Vec<String> =
-            record.offsets.iter().map(|&value| digits(value, request.precision)).collect();
-        let (row, iteration, inside) = (record.row, record.iteration, u8::from(record.inside()));
-        let _infallible =
-            write!(text, "{row},{iteration},{},{},{inside}", offsets.join(","), record.contacts);
-        if direct {
-            let extra = record.extra_contacts.map(|extra| extra.to_string());
-            let _infallible = write!(text, ",{}", extra.unwrap_or_default());
-        }
-        text.push('\n');
+    if let Some(folder) = &outlets.output {
+        let folder = OutputFolder::create(folder)?;
+        folder.write("images.json", images.document()?)?;
+        folder.write_streamed("images.csv", |out| images.rows().write_csv(out))?;
     }
-    text
-}
-
-/// A number to all its digits; `nan` where there is none.
-fn digits(value: Dd, precision: Precision) -> String {
-    match precision {
-        _ if !value.is_finite() => "nan".to_owned(),
-        Precision::F32 => format!("{:.*e}", DIGITS[0] - 1, value.to_f64()),
-        Precision::F64 => format!("{:.*e}", DIGITS[1] - 1, value.to_f64()),
-        Precision::Dd => value.to_decimal(DIGITS[2]),
+    if let Some(place) = &outlets.json {
+        place.write(&images.document()?)?;
     }
-}
-
-fn image<'a>(
-    map: &'a Map,
-    request: &ImageRequest,
-    record: &ImageRecord,
-    edge: Option<WindowEdge>,
-) -> Image<'a> {
-    let (window, map) = (map.window(), map.local());
-    let offset = |value: &Dd| match request.precision {
-        _ if !value.is_finite() => None,
-        Precision::F32 | Precision::F64 => Some(Offset::Number(value.to_f64())),
-        Precision::Dd => Some(Offset::Digits(value.to_decimal(DIGITS[2]))),
-    };
-    Image {
-        row: record.row,
-        iteration: record.iteration,
-        offsets: Named::new(
-            map.section.coordinates.iter().cloned().zip(record.offsets.iter().map(offset)),
-        ),
-        contacts: record.contacts,
-        inside: u8::from(record.inside()),
-        window,
-        outside: record.exceeded.iter().map(|&bound| bound_name(map, bound)).collect(),
-        extra_contacts: record.extra_contacts,
-        end: record.end,
-        window_edge: edge.filter(|_| matches!(request.using, Using::Map | Using::Discontinuity)),
-        section: None,
+    outlets.write_csv(&|out| images.rows().write_csv(out))?;
+    if outlets.shows() {
+        Destination::Standard.write_streamed(&|out| images.rows().write_csv(out))?;
     }
-}
-
-/// Says which points were outside the window, and fails where a point had no image.
-fn judge(
-    map: &LocalMap,
-    request: &ImageRequest,
-    records: &[ImageRecord],
-    quiet: bool,
-) -> Result<(), CliError> {
-    let missing =
-        records.iter().find(|record| record.offsets.iter().any(|value| !value.is_finite()));
-    if let Some(record) = missing {
-        return Err(CliError::NoImage {
-            row: record.row,
-            iteration: record.iteration,
-            end: record.end,
-        });
-    }
-    let outside = records.iter().filter(|record| !record.inside()).count();
-    let mapped = !matches!(request.using, Using::Direct | Using::Guarded);
-    if outside > 0 && mapped && !quiet {
-        note(&format!(
-            "warning: {outside} of {} points are outside the window, where the map has not been \
-                measured: beyond {}; `--using guarded` simulates them",
-            records.len(),
-            exceeded(map, records)
-        ));
-    }
-    Ok(())
-}
-
-/// The bounds of the window that points are outside of, and how many points each.
-fn exceeded(map: &LocalMap, records: &[ImageRecord]) -> String {
-    let mut counts: Vec<(WindowBound, usize)> = Vec::new();
-    for &bound in records.iter().flat_map(|record| &record.exceeded) {
-        match counts.iter_mut().find(|(known, _)| *known == bound) {
-            Some((_, count)) => *count += 1,
-            None => counts.push((bound, 1)),
-        }
-    }
-    let words = counts.into_iter().map(|(bound, count)| {
-        let (name, window) = (bound_name(map, bound), &map.window);
-        let (what, limit) = match bound {
-            WindowBound::State(number) => ("the half-width", window.state[number]),
-            WindowBound::Parameter(number) => ("the half-width", window.parameter[number]),
-            WindowBound::Depth(_) => ("the largest", window.depth),
-        };
-        format!("{what} {limit:e} of `{name}` ({count})")
-    });
-    words.collect::<Vec<_>>().join(", ")
-}
-
-/// The name of what a window bounds: a coordinate, a parameter, or `depth`, numbered where there
-/// are several passages.
-fn bound_name(map: &LocalMap, bound: WindowBound) -> String {
-    match bound {
-        WindowBound::State(number) => map.section.coordinates[number].clone(),
-        WindowBound::Parameter(number) => map.parameters[number].name.clone(),
-        WindowBound::Depth(_) if map.passages() == 1 => "depth".to_owned(),
-        WindowBound::Depth(passage) => format!("depth{}", passage + 1),
-    }
+    note_all(&images.remarks().collect::<Vec<_>>(), outlets.quiet);
+    images.ended().map_or(Ok(()), |ended| Err(Error::from(ended).into()))
 }
 
 /// Most rows read.

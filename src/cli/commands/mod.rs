@@ -14,15 +14,15 @@ pub(super) mod run;
 pub(super) mod scenes;
 pub(super) mod sweeps;
 pub(super) mod trajectory;
+pub(super) mod view;
 
 use std::num::NonZero;
 
 use super::arguments::SceneOptions;
-use super::output::{CliError, note};
-use grazemap::expansion::{WindowEdge, check_orders};
-use grazemap::model::{Scene, Shape};
+use super::output::{CliError, note, note_all};
+use grazemap::expansion::check_orders;
+use grazemap::model::Scene;
 use grazemap::pipeline::{Settled, Source};
-use grazemap::report::{edge_words, window_remark};
 use grazemap::{Error, Map};
 
 /// Opens what is named in the place of a scene, shows its warnings and starts the threads asked
@@ -48,10 +48,15 @@ fn open(options: &SceneOptions) -> Result<Source, CliError> {
 /// the scene takes any.
 fn settle(source: Source, quiet: bool) -> Result<Settled, CliError> {
     let settled = source.settle()?;
+    note_section(&settled, quiet);
+    Ok(settled)
+}
+
+/// Says, unless `quiet`, what decided the section where the scene takes any.
+fn note_section(settled: &Settled, quiet: bool) {
     if let Some(decision) = settled.section().decided.filter(|_| !quiet) {
         note(&decision.words());
     }
-    Ok(settled)
 }
 
 /// The map of what is named. What is to be said of its window is [said](remark_on_window) once the
@@ -77,26 +82,5 @@ fn refuse_orders(scene: &Scene) -> Result<(), CliError> {
 /// Says on standard error where a map errs on its window more than it should, and where the window
 /// is deeper than the series of the passage whose contact loses most.
 fn remark_on_window(map: &Map, quiet: bool) {
-    let edge = beyond(map.window_edges());
-    let remark = window_remark(map.window(), map.orders(), edge.as_ref());
-    if let Some(remark) = remark.filter(|_| !quiet) {
-        note(&remark.of(&map.scene().identifier));
-    }
-}
-
-/// Says on standard error where a truncation leaves out too much at the edge of the scene's window,
-/// of the passage whose contact loses most. Contacts that are flown are not truncated.
-fn warn_of_edges(scene: &Scene, edges: &[WindowEdge], quiet: bool) {
-    let series = scene.emit.shape != Shape::Flown;
-    if let Some(edge) = beyond(edges).filter(|_| series && !quiet) {
-        let (identifier, words) = (&scene.identifier, edge_words(&edge));
-        note(&format!("warning: `{identifier}`: at the edge of the window {words}"));
-    }
-}
-
-/// The edge of the passage whose contact loses most, where that is too much.
-fn beyond(edges: &[WindowEdge]) -> Option<WindowEdge> {
-    let share = |edge: &WindowEdge| edge.omitted_share;
-    let beyond = edges.iter().filter(|edge| !edge.is_within()).copied();
-    beyond.max_by(|a, b| share(a).total_cmp(&share(b)))
+    note_all(&map.remarks().collect::<Vec<_>>(), quiet);
 }

@@ -18,13 +18,13 @@ use clap::Parser;
 use serde_json::Value;
 
 use super::arguments::{Arguments, Command, GalleryOptions};
-use super::output::{Bar, CliError, counted, print};
+use super::output::{Bar, CliError, print};
 use entry::{Computation, Entry, Number, entries};
 use grazemap::Error;
 use grazemap::analysis::Progress;
 use grazemap::model::{catalogue, nearest};
 use grazemap::numeric::Shown;
-use grazemap::report::{OutputFolder, Picture};
+use grazemap::report::{OutputFolder, Picture, counted};
 
 /// Where the page goes when no folder is named.
 const FOLDER: &str = "out/gallery";

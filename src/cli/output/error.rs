@@ -7,11 +7,8 @@ use miette::{GraphicalReportHandler, GraphicalTheme};
 
 use super::{Destination, note};
 use grazemap::Error;
-use grazemap::analysis::periodic::ItineraryError;
-use grazemap::analysis::{DirectEnd, EarlyEnd};
 use grazemap::model::SceneHeadline;
-use grazemap::numeric::{INSTRUCTION_LIMIT, Shown};
-use grazemap::orbit::CurveEnd;
+use grazemap::numeric::INSTRUCTION_LIMIT;
 use grazemap::report::ReportError;
 
 /// Exit code of mathematics that ended otherwise.
@@ -43,94 +40,12 @@ pub(in crate::cli) enum CliError {
     /// A folder that does not hold what would be emitted now.
     #[error("{} is not what would be emitted now:{differences}", .folder.display())]
     NotCurrent { folder: PathBuf, differences: String },
-    /// A second parameter that is the first one.
-    #[error("`{name}` is already adjusted so that the orbit grazes; continue in another parameter")]
-    AlreadyAdjusted { name: String },
-    /// A scale of a parameter that does not change.
-    #[error("--scale names `{name}`, which is no parameter of --nearest")]
-    NotNearest { name: String },
-    /// A grazing curve that is not one of the oscillator with its stops.
-    #[error(
-        "every orbit of the grazing curve found goes through a surface elsewhere: it is not one \
-         of the oscillator with its stops; another `guess` or `grazing.passages` may name one"
-    )]
-    NoPhysicalGraze,
-    /// An end of a range that is no finite number.
-    #[error("{flag} must be a finite number, found {value}")]
-    NotFinite { flag: &'static str, value: f64 },
-    /// A grazing curve that ended before its goal.
-    #[error(
-        "the grazing curve did not reach {parameter} = {}: {end}; its last point is at \
-         {parameter} = {}",
-        Shown(*goal),
-        Shown(*last)
-    )]
-    CurveEnded { parameter: String, goal: f64, last: f64, end: CurveEnd },
-    /// A name that is none of those known; what it would have to be, and what those known are.
-    #[error(
-        "{flag}: {} `{}`{}; {} are {known}",
-        .kind[0], .name.escape_default(), meant(.nearest), .kind[1]
-    )]
-    UnknownName {
-        flag: &'static str,
-        kind: [&'static str; 2],
-        name: String,
-        nearest: Option<String>,
-        known: String,
-    },
-    /// A parameter named twice.
-    #[error("{flag} names `{name}` twice")]
-    NamedTwice { flag: &'static str, name: String },
-    /// More parameters than a locus has.
-    #[error(
-        "--in takes two parameters; of `orbits` also one, the one that is solved for; found {found}"
-    )]
-    NotAPlane { found: usize },
-    /// Another number of axes, or of numbers of cells, than a plane has.
-    #[error("a basin has two axes; found {found}")]
-    NotTwoAxes { found: usize },
     /// Several basins for one file or stream.
     #[error("the scene asks for {found} basins, and --json and --csv write one; -o DIR writes all")]
     SeveralBasins { found: usize },
-    /// A range along what is no axis.
-    #[error("--range names `{name}`, which is no axis of the basin; name it in --axes")]
-    NoAxis { name: String },
-    /// A map without parameters.
-    #[error("the map has no parameter; name some in `expansion.active`")]
-    NoParameter,
-    /// No itinerary, or not of this scene.
-    #[error(transparent)]
-    Itinerary(#[from] ItineraryError),
-    /// No orbit of the itineraries asked for.
-    #[error(
-        "no periodic orbit was found (parameter values tried: {at}), which says nothing beyond \
-         what was searched: {searched}"
-    )]
-    NoOrbits { at: usize, searched: String },
-    /// No fold or flip of them.
-    #[error(
-        "no {kinds} of a physical orbit was found, which says nothing beyond what was searched: \
-         {searched}"
-    )]
-    NoLoci { kinds: String, searched: String },
-    /// No branch of the itineraries asked for.
-    #[error(
-        "no branch with a physical orbit was found (itineraries tried: {itineraries}); a wider \
-         range of the parameter (--from, --to) or other itineraries may have some"
-    )]
-    NoBranch { itineraries: usize },
-    /// A simulation that did not last as long as was asked.
-    #[error("the trajectory ends at t = {}: {}", Shown(.0.time), .0.reason)]
-    TrajectoryEnded(EarlyEnd),
     /// No diagram in the scene.
     #[error("the scene asks for no diagram; add a [[diagram]] table")]
     NoDiagram,
-    /// Results larger than the memory of the machine.
-    #[error(
-        "the results take about {needed} MB of memory, and {available} MB are free; ask for fewer \
-         points, starts or kept iterates"
-    )]
-    Memory { needed: u64, available: u64 },
     /// No chart in the scene.
     #[error("the scene asks for no chart; add a [[chart]] table with `parameters` and `ranges`")]
     NoChart,
@@ -165,9 +80,6 @@ pub(in crate::cli) enum CliError {
         .text.escape_default(), .path.display()
     )]
     NotANumber { path: PathBuf, line: u64, text: String },
-    /// A point without an image.
-    #[error("row {row} has no image at iteration {iteration}: {}", ended(.end))]
-    NoImage { row: usize, iteration: usize, end: Option<DirectEnd> },
     /// No such entry in the gallery.
     #[error(
         "no entry `{name}` in the gallery{}; `grazemap gallery --list` shows it",
@@ -199,15 +111,7 @@ impl CliError {
     pub(in crate::cli) fn exit_code(&self) -> u8 {
         match self {
             Self::Library(error) if error.ended_otherwise() => ENDED_OTHERWISE,
-            Self::CurveEnded { .. }
-            | Self::NoImage { .. }
-            | Self::NoOrbits { .. }
-            | Self::NoBranch { .. }
-            | Self::NoLoci { .. }
-            | Self::TrajectoryEnded(_)
-            | Self::NoPhysicalGraze
-            | Self::Unexplained { .. }
-            | Self::NotCurrent { .. } => ENDED_OTHERWISE,
+            Self::Unexplained { .. } | Self::NotCurrent { .. } => ENDED_OTHERWISE,
             _ => WRONG_INPUT,
         }
     }
@@ -216,6 +120,10 @@ impl CliError {
     pub(in crate::cli) fn show(&self) {
         match self {
             Self::Library(Error::Scene(error)) => note(drawn(&error.clone().headline()).trim_end()),
+            // A key of a command is an option here.
+            Self::Library(Error::Key(error)) if error.begins_with_key() => {
+                note(&format!("error: --{error}"));
+            }
             other => note(&format!("error: {}", chain(other))),
         }
     }
@@ -224,23 +132,6 @@ impl CliError {
 /// ` (did you mean ...?)`, or nothing.
 fn meant(nearest: &Option<String>) -> String {
     nearest.as_ref().map_or_else(String::new, |name| format!(" (did you mean `{name}`?)"))
-}
-
-/// How a point came to have no image.
-fn ended(end: &Option<DirectEnd>) -> &'static str {
-    match end {
-        Some(DirectEnd::NoReturn) => "no section point within three return times",
-        Some(DirectEnd::Penetrating) => "it is beyond the surface, and no free flight leads there",
-        Some(DirectEnd::Ambiguous) => {
-            "its section falls inside a contact that the coordinates do not tell; choose another \
-             `section.phase`, at which nothing is in contact"
-        }
-        Some(DirectEnd::HeldTwice) => {
-            "two surfaces hold the state at once, and the model has no field for both"
-        }
-        Some(DirectEnd::Ended) => "the simulation ended before the section",
-        Some(DirectEnd::Returned) | None => "it is not finite",
-    }
 }
 
 /// A fault drawn in the text of its scene; colours only on a terminal.

@@ -12,8 +12,10 @@ use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 
 pub(super) use error::CliError;
+use grazemap::Error;
 use grazemap::analysis::Progress;
-use grazemap::report::{Journal, OutputFolder, ReportError, write_streamed};
+use grazemap::pipeline::{Answer, refuse_memory};
+use grazemap::report::{Journal, OutputFolder, ReportError, Table, write_streamed};
 
 /// Where the results of a command go.
 #[derive(Clone, Debug, Default, Args)]
@@ -61,12 +63,12 @@ impl Destination {
     }
 
     /// Writes a whole text.
-    fn write(&self, text: &str) -> Result<(), CliError> {
+    pub(in crate::cli) fn write(&self, text: &str) -> Result<(), CliError> {
         self.write_streamed(&|out| Ok(out.write_all(text.as_bytes())?))
     }
 
     /// Writes what `content` writes.
-    fn write_streamed(&self, content: &Content<'_>) -> Result<(), CliError> {
+    pub(in crate::cli) fn write_streamed(&self, content: &Content<'_>) -> Result<(), CliError> {
         match self {
             Self::Standard => {
                 let mut standard = Reader { out: io::stdout().lock(), gone: false };
@@ -140,9 +142,13 @@ impl Outlets {
 
     /// Shows a text for people, unless standard output carries data or `-q` is given.
     pub(in crate::cli) fn show(&self, text: &str) -> Result<(), CliError> {
-        let taken = [&self.json, &self.csv].into_iter().flatten();
-        let taken = taken.clone().any(|place| *place == Destination::Standard);
-        if self.quiet || taken { Ok(()) } else { print(text) }
+        if self.shows() { print(text) } else { Ok(()) }
+    }
+
+    /// Whether standard output is for people.
+    pub(in crate::cli) fn shows(&self) -> bool {
+        let mut taken = [&self.json, &self.csv].into_iter().flatten();
+        !self.quiet && !taken.any(|place| *place == Destination::Standard)
     }
 }
 
@@ -180,7 +186,8 @@ impl Results {
         outlets: &Outlets,
     ) -> Result<(), CliError> {
         if let Some(folder) = &outlets.output {
-            OutputFolder::create(folder)?.write_all(pairs(&self.files))?;
+            OutputFolder::create(folder)?
+                .write_all(self.files.iter().map(|(name, bytes)| (name, bytes)))?;
         }
         if let Some(destination) = &outlets.json {
             destination.write(&self.json)?;
@@ -193,25 +200,35 @@ impl Results {
     }
 }
 
-/// Files by name, as a folder takes them.
-pub(in crate::cli) fn pairs(
-    files: &[(String, Vec<u8>)],
-) -> impl Iterator<Item = (&String, &Vec<u8>)> {
-    files.iter().map(|(name, bytes)| (name, bytes))
+/// Delivers an answer as the options ask for it, and says what is to be said of it; one that is not
+/// what was asked for is an error in the end.
+pub(in crate::cli) fn deliver(
+    mut answer: Answer,
+    command: &'static str,
+    outlets: &Outlets,
+) -> Result<(), CliError> {
+    let files = match outlets.output.is_some() {
+        true => answer.files().map_err(Error::from)?,
+        false => Vec::new(),
+    };
+    let csv = answer.table().filter(|_| outlets.csv.is_some());
+    let csv = csv.map(Table::to_csv).transpose()?;
+    let (text, json) = (answer.text, answer.document);
+    Results { text, json, csv, files }.deliver(command, outlets)?;
+    note_all(&answer.remarks, outlets.quiet);
+    answer.ended.map_or(Ok(()), |ended| Err(Error::from(ended).into()))
 }
 
-/// The file name, without its ending, of one of several results, counted from 0.
-pub(in crate::cli) fn stem(name: &str, number: usize, count: usize) -> String {
-    match count {
-        1 => name.to_owned(),
-        _ => format!("{name}-{}", number + 1),
-    }
+/// Says remarks on standard error, unless all is to be quiet.
+pub(in crate::cli) fn note_all(remarks: &[String], quiet: bool) {
+    remarks.iter().filter(|_| !quiet).for_each(|words| note(words));
 }
 
-/// A number of things, in words: `1 file`, `2 files`.
-pub(in crate::cli) fn counted(count: usize, thing: &str) -> String {
-    let plural = if count == 1 { "" } else { "s" };
-    format!("{count} {thing}{plural}")
+/// Refuses results that the machine has no memory for, before anything is computed; says, unless
+/// `quiet`, how much large ones take.
+pub(in crate::cli) fn refuse(bytes: u64, quiet: bool) -> Result<(), CliError> {
+    note_all(&refuse_memory(bytes)?.into_iter().collect::<Vec<_>>(), quiet);
+    Ok(())
 }
 
 /// Writes to standard output; a reader that has gone away is no fault.

@@ -7,7 +7,7 @@ mod reach;
 pub use rates::{FactorRate, Rate, SlopeFit, fit_slope};
 pub use reach::{DepthAccuracy, Validity, WindowAccuracy, validity};
 
-use std::cell::OnceCell;
+use std::sync::OnceLock;
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -293,7 +293,7 @@ impl<'a> Sweep<'a> {
         let (options, system) = (&self.options, &self.system);
         let rates = MapOrders::new(options.smooth_rates, options.discontinuity_rates);
         let rates = rates.min(self.highest);
-        let factors = OnceCell::new();
+        let factors = OnceLock::new();
         let factors = || -> Result<&ExactFactors<'_, '_>, ConvergenceError> {
             if let Some(known) = factors.get() {
                 return Ok(known);
@@ -304,9 +304,10 @@ impl<'a> Sweep<'a> {
         let (sample, scene, orbit) = (&self.sample, self.scene, self.orbit);
         let part = Part::new(progress, Stage::Orders as usize);
         let orders = resumed(&part, &[0], || {
-            let maps = self.maps(progress)?;
+            let (maps, factors) = rayon::join(|| self.maps(progress), factors);
+            let (maps, factors) = (maps?, factors?);
             let mut orders: Vec<OrderResult> = maps.iter().map(|map| self.measure(map)).collect();
-            self.add_rates(factors()?, &maps, &mut orders)?;
+            self.add_rates(factors, &maps, &mut orders)?;
             self.add_times(&maps, &mut orders, multiply_add_ns);
             Ok::<_, ConvergenceError>(orders)
         })?;

@@ -72,7 +72,6 @@ const FLOORS: [(&str, &[&str]); 14] = [
         &[
             "numeric",
             "model",
-            "orbit",
             "expansion",
             "emission",
             "iteration",

@@ -18,10 +18,10 @@ impl SeriesProgram {
         let units = lowering.units();
         lowering.mark_feeding(&units, dimension);
         let constants = lowering.constants(dimension);
-        let mut during = Vec::new();
-        let (mut before, mut after) = (Vec::new(), Vec::new());
+        let (mut before, mut feeding, mut after) = (Vec::new(), Vec::new(), Vec::new());
+        let mut integrals = Vec::new();
         for component in lowering.integrated(dimension) {
-            during.push(lowering.integral(component));
+            integrals.push(lowering.integral(component));
         }
         lowering.mark_outputs(dimension);
         for unit in units.iter().rev() {
@@ -31,11 +31,12 @@ impl SeriesProgram {
             if !lowering.of_state[unit[0]] {
                 before.push(instructions);
             } else if lowering.feeds[unit[0]] {
-                during.splice(0..0, instructions);
+                feeding.push(instructions);
             } else {
                 after.push(instructions);
             }
         }
+        let mut during: Vec<_> = feeding.into_iter().rev().flatten().chain(integrals).collect();
         chain(&mut during);
         let groups = before.into_iter().rev().chain([during]);
         Self {
@@ -103,6 +104,8 @@ struct Lowering<'p> {
     kinds: Vec<SlotKind>,
     /// How many operations and outputs read a slot.
     uses: Vec<usize>,
+    /// Terms of a slot's linear combination where linear operands used only there are dissolved.
+    terms: Vec<usize>,
     /// Slots the derivatives of the states need.
     feeds: Vec<bool>,
     /// Slots that instructions or outputs read.
@@ -132,6 +135,7 @@ impl<'p> Lowering<'p> {
             of_state,
             kinds: Vec::new(),
             uses,
+            terms: Vec::new(),
             feeds: vec![false; slots],
             needed: vec![false; slots],
             factors: Vec::new(),
@@ -139,6 +143,7 @@ impl<'p> Lowering<'p> {
         };
         for slot in 0..slots {
             lowering.kinds.push(lowering.kind(slot));
+            lowering.terms.push(lowering.gathered_terms(slot));
         }
         lowering
     }

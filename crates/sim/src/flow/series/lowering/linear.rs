@@ -53,15 +53,30 @@ impl Lowering<'_> {
         }
     }
 
+    /// Terms of a slot's linear combination with linear operands used only there dissolved; those
+    /// of its operands are known.
+    pub(super) fn gathered_terms(&self, slot: Slot) -> usize {
+        let of = |operand: Slot| match () {
+            () if self.is_constant(operand) => 0,
+            () if self.uses[operand] == 1 && self.is_linear(operand) => self.terms[operand],
+            () => 1,
+        };
+        match *self.program.operation(slot) {
+            Operation::Add(a, b) | Operation::Sub(a, b) => of(a) + of(b),
+            Operation::Neg(a) | Operation::Scale(a, _) | Operation::AddConstant(a, _) => of(a),
+            Operation::MulByHead { head, factor } if self.is_constant(head) => of(factor),
+            _ => 1,
+        }
+    }
+
     /// A slot as a linear combination of others; more than three terms are left to the operations
     /// they come from.
     pub(super) fn sum(&mut self, slot: Slot) -> Sum {
-        let gathered = if self.is_linear(slot) {
-            self.form(slot, true)
+        let form = if self.is_linear(slot) {
+            self.form(slot, self.terms[slot] <= 3)
         } else {
             self.form_of_operand(slot, false)
         };
-        let form = if gathered.terms.len() <= 3 { gathered } else { self.form(slot, false) };
         let terms: Vec<_> = form.terms.into_iter().map(|term| self.term(term)).collect();
         let terms = match terms[..] {
             [a, b, c] => Terms::Three([a, b, c]),

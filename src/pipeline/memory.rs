@@ -1,25 +1,28 @@
-//! Memory: what a command will take against what the machine has.
+//! Memory: what results will take against what the machine has.
 
 use std::fs;
 
-use super::output::{CliError, note};
+use super::Error;
 
 /// Results from this size on are announced.
 const LARGE: u64 = 256 << 20;
 
-/// Refuses results that the machine has no memory for, before anything is computed; says, unless
-/// `quiet`, how much large ones take.
-pub(in crate::cli) fn refuse_memory(bytes: u64, quiet: bool) -> Result<(), CliError> {
+/// Refuses results that the machine has no memory for, before anything is computed; what is to be
+/// said of large ones.
+///
+/// # Errors
+///
+/// [`Error::Memory`] where less is free.
+pub fn refuse_memory(bytes: u64) -> Result<Option<String>, Error> {
     let (megabytes, available) = (|bytes: u64| bytes >> 20, available());
     let (needed, free) = (megabytes(bytes), available.map(megabytes));
     if let Some(available) = free.filter(|&free| needed > free) {
-        return Err(CliError::Memory { needed, available });
+        return Err(Error::Memory { needed, available });
     }
-    if bytes >= LARGE && !quiet {
+    Ok((bytes >= LARGE).then(|| {
         let of = free.map_or(String::new(), |free| format!(" of {free} MB that are free"));
-        note(&format!("the results take about {needed} MB of memory{of}"));
-    }
-    Ok(())
+        format!("the results take about {needed} MB of memory{of}")
+    }))
 }
 
 /// Bytes that the system says are free, within the limit of its control group; `None` where it

@@ -1,0 +1,154 @@
+"""Measure what the package costs; each figure is one command.
+
+python benchmarks/measure.py import       first import, in a fresh interpreter, beside NumPy's
+python benchmarks/measure.py map          m(x, p) on a million points against its lanes
+python benchmarks/measure.py interrupt    from Ctrl-C to the prompt
+python benchmarks/measure.py fit          1000 noisy section points, three parameters; coverage
+python benchmarks/measure.py wheel        size of the wheel, and what it takes to install
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import signal
+import statistics
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+PACKAGE = Path(__file__).parents[1]
+
+
+def say(what: str, value: str) -> None:
+    """Write a figure."""
+    sys.stdout.write(f"{what:<46} {value}\n")
+
+
+def seconds(work: Callable[[], object], times: int) -> float:
+    """Give the least time of some runs."""
+
+    def once() -> float:
+        start = time.perf_counter()
+        work()
+        return time.perf_counter() - start
+
+    return min(once() for _ in range(times))
+
+
+def measure_import() -> None:
+    """Time imports in fresh interpreters, the interpreter's own start taken off."""
+
+    def start(code: str) -> float:
+        command = [sys.executable, "-c", code]
+        return seconds(lambda: subprocess.run(command, check=True), 10)  # noqa: S603
+
+    bare, numpy, own = start("pass"), start("import numpy"), start("import grazemap")
+    say("import numpy", f"{1e3 * (numpy - bare):.0f} ms")
+    say("import grazemap, NumPy included", f"{1e3 * (own - bare):.0f} ms")
+
+
+def measure_map() -> None:
+    """Time a million points, and the call of the module in Rust alone: lanes on all cores."""
+    import numpy as np
+
+    import grazemap as gm
+
+    rng = np.random.default_rng(1)
+    for name in ("linear", "mems"):
+        m = gm.Scene.catalogue(name).graze().map()
+        states = rng.uniform(-1e-5, 1e-5, (1_000_000, len(m.coordinates)))
+        for what, rows in (("one row of parameters", 1), ("a row for each point", len(states))):
+            parameters = rng.uniform(-1e-7, 1e-7, (rows, len(m.parameters)))
+            inner = m._inner
+            lanes = seconds(lambda: inner.batch(states, parameters, False), 7)  # noqa: B023
+            called = seconds(lambda: m(states, parameters), 7)  # noqa: B023
+            words = f"{1e3 * called:.1f} ms, {called / lanes:.2f} times {1e3 * lanes:.1f} ms"
+            say(f"m(x, p), 1e6 points, {name}, {what}", words)
+
+
+def measure_interrupt() -> None:
+    """Time from a signal to the exception."""
+    import grazemap as gm
+
+    m = gm.Scene.catalogue("linear").graze().map()
+    sent = 0.0
+
+    def interrupt() -> None:
+        nonlocal sent
+        sent = time.perf_counter()
+        os.kill(os.getpid(), signal.SIGINT)
+
+    delays = []
+    for _ in range(10):
+        timer = threading.Timer(0.2, interrupt)
+        timer.start()
+        try:
+            gm.diagram(m, "alpha", (-1e-4, 1e-4), points=100_000, using="direct")
+        except KeyboardInterrupt:
+            delays.append(time.perf_counter() - sent)
+        timer.join()
+    say("Ctrl-C", f"{1e3 * statistics.median(delays):.0f} ms, at most {1e3 * max(delays):.0f} ms")
+
+
+def measure_fit() -> None:
+    """Fit a hundred times: how long, and how often the truth is within one and two errors."""
+    import numpy as np
+
+    import grazemap as gm
+
+    names, truth = ["V", "omega", "r"], np.array([2e-6, -3e-6, 4e-3])
+    scene = gm.Scene.catalogue("mems").with_(**{"expansion.active": names})
+    m, rng, noise = scene.graze().map(), np.random.default_rng(1), np.array([1e-7, 2e-5])
+    within, times = np.zeros(2), []
+    trials = 100
+    for _ in range(trials):
+        starts = rng.uniform(-1, 1, (100, 2)) * [2e-5, 4e-3]
+        points = np.concatenate([starts[:, None], m.iterate(starts, truth, 9)], axis=1)
+        points += noise * rng.normal(size=points.shape)
+        start = time.perf_counter()
+        found = gm.fit(m, points, names, noise=dict(zip(m.coordinates, noise, strict=True)))
+        times.append(time.perf_counter() - start)
+        error = np.abs(found["offset"] - truth) / found["standard_error"]
+        within += [(error < 1).mean(), (error < 1.96).mean()]  # noqa: PLR2004
+    say("fit, 1000 points of mems, 3 parameters", f"{1e3 * statistics.median(times):.0f} ms")
+    say("truth within 1 standard error (68.3 % expected)", f"{within[0] / trials:.1%}")
+    say("truth within 1.96 standard errors (95 % expected)", f"{within[1] / trials:.1%}")
+
+
+def measure_wheel() -> None:
+    """Build a wheel by maturin, and install it into an empty environment."""
+    maturin = shutil.which("maturin", path=Path(sys.executable).parent) or "maturin"
+    with tempfile.TemporaryDirectory() as folder:
+        command = [maturin, "build", "--release", "--out", folder]
+        built = seconds(
+            lambda: subprocess.run(command, check=True, cwd=PACKAGE),  # noqa: S603
+            1,
+        )
+        (wheel,) = Path(folder).glob("*.whl")
+        say("wheel", f"{wheel.stat().st_size / 2**20:.2f} MB, built in {built:.0f} s")
+        place = Path(folder) / "venv"
+        subprocess.run([sys.executable, "-m", "venv", str(place)], check=True)  # noqa: S603
+        install = [str(place / "bin" / "pip"), "install", "-q", str(wheel)]
+        took = seconds(lambda: subprocess.run(install, check=True), 1)  # noqa: S603
+        say("pip install of the wheel, NumPy included", f"{took:.1f} s")
+
+
+MEASURES = {
+    "import": measure_import,
+    "map": measure_map,
+    "interrupt": measure_interrupt,
+    "fit": measure_fit,
+    "wheel": measure_wheel,
+}
+
+if __name__ == "__main__":
+    for name in sys.argv[1:] or MEASURES:
+        MEASURES[name]()

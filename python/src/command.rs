@@ -1,0 +1,77 @@
+//! The program's commands, by a text of their keys; a run.
+
+use std::path::PathBuf;
+
+use grazemap::analysis::Progress;
+use grazemap::pipeline::{Command, RunWatch, Source, run};
+use pyo3::prelude::*;
+
+use crate::background::compute;
+use crate::error::exception;
+use crate::map::Map;
+use crate::result::Computed;
+use crate::scene::{Graze, Scene};
+
+/// What a command begins with.
+#[derive(FromPyObject)]
+pub(crate) enum Held<'py> {
+    Map(PyRef<'py, Map>),
+    Graze(PyRef<'py, Graze>),
+    Scene(PyRef<'py, Scene>),
+}
+
+impl Held<'_> {
+    fn source(&self) -> Source {
+        match self {
+            Self::Map(map) => Source::Map(map.0.clone()),
+            Self::Graze(graze) => Source::Graze(graze.0.clone()),
+            Self::Scene(scene) => Source::Scene(Box::new(scene.0.clone())),
+        }
+    }
+}
+
+/// What a command gives: an object of JSON with its name and keys.
+#[pyfunction]
+#[pyo3(signature = (source, command, progress=None))]
+pub(crate) fn answer(
+    py: Python<'_>,
+    source: Held<'_>,
+    command: &str,
+    progress: Option<&Bound<'_, PyAny>>,
+) -> PyResult<Computed> {
+    let command = Command::from_json(command).map_err(|error| exception(py, &error))?;
+    let source = source.source();
+    compute(py, progress, move |progress| Ok(Computed::of(command.answer(source, progress)?)))
+}
+
+/// Everything that a scene asks for, written into a folder.
+#[pyfunction]
+#[pyo3(signature = (source, folder, progress=None))]
+pub(crate) fn report(
+    py: Python<'_>,
+    source: Held<'_>,
+    folder: PathBuf,
+    progress: Option<&Bound<'_, PyAny>>,
+) -> PyResult<String> {
+    let source = source.source();
+    compute(py, progress, move |progress| run(source, folder, &Told(progress)))
+}
+
+/// A run that is told to one progress.
+struct Told<'a>(&'a dyn Progress);
+
+impl RunWatch for Told<'_> {
+    fn progress(&self, _heading: &'static str, _number: u64) -> Box<dyn Progress + '_> {
+        Box::new(Self(self.0))
+    }
+}
+
+impl Progress for Told<'_> {
+    fn expect(&self, total: u64) {
+        self.0.expect(total);
+    }
+
+    fn advance(&self, units: u64) {
+        self.0.advance(units);
+    }
+}

@@ -1,0 +1,206 @@
+//! Parameters fitted to measured section points, by least squares.
+//!
+//! One idea: a series of measured points is cut into pieces of a few returns, each with a start of
+//! its own, so that what an orbit stretches does not drown what its parameters do. A piece's start
+//! is eliminated by the QR decomposition of the piece, and what is left of all pieces is a problem
+//! in the parameters alone: the work is that of the pieces, however many there are.
+//!
+//! Images and their derivatives are those of guarded iteration: the map's, exact, inside its
+//! window, and those of direct simulation outside. Steps are those of Levenberg and Marquardt, with
+//! the damping of `Nielsen1999`. Without noise that is stated, its size in every coordinate is
+//! that of the residuals, estimated again until it settles (feasible generalised least squares).
+//!
+//! The orbit is taken to be deterministic: noise is that of the measurement.
+
+mod data;
+mod problem;
+
+use nalgebra::{DMatrix, DVector};
+
+pub use data::{Fit, FitEnd, FitRequest, FittedParameter, MeasuredSeries, WithheldPoints};
+
+use super::direct_map::DirectMap;
+use super::error::AnalysisError;
+use super::guarded_map::GuardedMap;
+use super::progress::Progress;
+use crate::expansion::LocalMap;
+use crate::hybrid::HybridSystem;
+use crate::iteration::{DifferentiableMap, HornerMap};
+use crate::model::{Method, Scene};
+use crate::orbit::GrazingOrbit;
+use problem::Problem;
+
+/// Most steps of the least squares of one round.
+const STEPS: usize = 100;
+/// Most times that the size of the noise is estimated again.
+const ROUNDS: usize = 20;
+/// Change of the size of the noise, relative to itself, at which it has settled.
+const SETTLED: f64 = 1e-3;
+/// Step over the unknowns' sizes, and change of the sum of squares over itself, at which the least
+/// squares have converged.
+const CONVERGED: f64 = 1e-12;
+/// Largest damping: no step lowers the sum of squares.
+const MOST_DAMPING: f64 = 1e16;
+
+/// Parameters of a scene fitted to measured section points.
+///
+/// # Errors
+///
+/// [`AnalysisError::Length`] for points and offsets of another length,
+/// [`AnalysisError::TooFewMeasured`] for fewer numbers than unknowns; as
+/// [`DirectMap::new`](super::DirectMap::new).
+pub fn fit(
+    scene: &Scene,
+    orbit: &GrazingOrbit,
+    map: &LocalMap,
+    request: &FitRequest,
+    progress: &dyn Progress,
+) -> Result<Fit, AnalysisError> {
+    let system = HybridSystem::new(&scene.model);
+    let direct = DirectMap::new(&system, scene, orbit)?;
+    let run = HornerMap::new(map);
+    let problem = Problem::new(map, request)?;
+    let guarded = || GuardedMap::new(&run, &map.window, &direct);
+    Ok(match request.method {
+        Method::Map => fitted(&problem, &|| &run, request, progress),
+        Method::Guarded => fitted(&problem, &guarded, request, progress),
+        Method::Direct => fitted(&problem, &|| direct.clone(), request, progress),
+    })
+}
+
+/// The fit with a map that every thread makes for itself.
+fn fitted<M: DifferentiableMap>(
+    problem: &Problem<'_>,
+    map: &(dyn Fn() -> M + Sync),
+    request: &FitRequest,
+    progress: &dyn Progress,
+) -> Fit {
+    let mut unknowns = problem.start();
+    let known = request.noise.is_some();
+    let mut noise = request.noise.clone().unwrap_or_else(|| problem.spread());
+    let (mut steps, mut end) = (0, FitEnd::NoImage);
+    let rounds = if known { 1 } else { ROUNDS };
+    for _ in 0..rounds {
+        progress.expect(1);
+        let round = Round { problem, map, noise: &noise };
+        let least = round.descend(&mut unknowns);
+        progress.advance(1);
+        steps += least.steps;
+        end = least.end;
+        if known || end == FitEnd::NoImage {
+            break;
+        }
+        let again = problem.noise(map, &unknowns, &noise);
+        let change = again.iter().zip(&noise).map(|(new, old)| (new / old - 1.0).abs());
+        let settled = change.fold(0.0, f64::max) < SETTLED;
+        noise = again;
+        if settled {
+            break;
+        }
+    }
+    let round = Round { problem, map, noise: &noise };
+    let covariance = round.covariance(&unknowns);
+    let (sum, freedom) = (round.sum(&unknowns), problem.freedom());
+    let outcome = problem.outcome(map, &unknowns, &noise, covariance.as_ref());
+    Fit { steps, end, sum_of_squares: sum, freedom, noise_is_known: known, ..outcome }
+}
+
+/// Least squares with a size of the noise.
+struct Round<'a, M> {
+    problem: &'a Problem<'a>,
+    map: &'a (dyn Fn() -> M + Sync),
+    noise: &'a [f64],
+}
+
+/// How a descent ended.
+struct Least {
+    steps: usize,
+    end: FitEnd,
+}
+
+impl<M: DifferentiableMap> Round<'_, M> {
+    /// The sum of squares; infinite where an orbit has no image.
+    fn sum(&self, unknowns: &[f64]) -> f64 {
+        self.problem.sum_of_squares(self.map, unknowns, self.noise)
+    }
+
+    /// Steps down to the least sum of squares.
+    fn descend(&self, unknowns: &mut Vec<f64>) -> Least {
+        let mut sum = self.sum(unknowns);
+        if !sum.is_finite() {
+            return Least { steps: 0, end: FitEnd::NoImage };
+        }
+        let mut scales = vec![0.0; unknowns.len()];
+        let (mut damping, mut growth) = (1e-3, 2.0);
+        let mut linear = None;
+        for step in 0..STEPS {
+            let held = match linear.take() {
+                Some(held) => held,
+                None => {
+                    let fresh = self.problem.linearised(self.map, unknowns, self.noise);
+                    let Some(fresh) = fresh else {
+                        return Least { steps: step, end: FitEnd::NoDerivative };
+                    };
+                    fresh.widen(&mut scales);
+                    fresh
+                }
+            };
+            let Some(change) = held.step(damping, &scales) else {
+                return Least { steps: step, end: FitEnd::Undetermined };
+            };
+            let trial: Vec<f64> = unknowns.iter().zip(&change).map(|(a, b)| a + b).collect();
+            let expected = held.expected(&change, damping, &scales);
+            let reached = self.sum(&trial);
+            let gain = (sum - reached) / expected;
+            let length = norm(&change, &scales) / norm(unknowns, &scales).max(f64::MIN_POSITIVE);
+            if length <= CONVERGED || expected <= CONVERGED * sum {
+                if reached < sum {
+                    *unknowns = trial;
+                }
+                return Least { steps: step + 1, end: FitEnd::Converged };
+            }
+            if gain > 0.0 {
+                *unknowns = trial;
+                sum = reached;
+                damping *= (1.0 - (2.0 * gain - 1.0).powi(3)).max(1.0 / 3.0);
+                growth = 2.0;
+            } else {
+                damping *= growth;
+                growth *= 2.0;
+                linear = Some(held);
+                if damping > MOST_DAMPING {
+                    return Least { steps: step + 1, end: FitEnd::Stalled };
+                }
+            }
+        }
+        Least { steps: STEPS, end: FitEnd::Steps }
+    }
+
+    /// Covariance of the parameters; `None` where the data do not determine them.
+    fn covariance(&self, unknowns: &[f64]) -> Option<DMatrix<f64>> {
+        let linear = self.problem.linearised(self.map, unknowns, self.noise)?;
+        let none = vec![0.0; unknowns.len()];
+        let (triangle, _) = linear.parameters(0.0, &none);
+        let inverse = triangle.try_inverse()?;
+        let covariance = &inverse * inverse.transpose();
+        covariance.iter().all(|value| value.is_finite()).then_some(covariance)
+    }
+}
+
+fn norm(values: &[f64], scales: &[f64]) -> f64 {
+    let squares = values.iter().zip(scales).map(|(value, scale)| (value * scale).powi(2));
+    squares.sum::<f64>().sqrt()
+}
+
+/// The upper triangle of a QR decomposition, square in the columns.
+fn triangle(matrix: DMatrix<f64>) -> DMatrix<f64> {
+    let columns = matrix.ncols();
+    let rows = matrix.nrows().max(columns);
+    matrix.resize_vertically(rows, 0.0).qr().r()
+}
+
+/// The solution of an upper triangular system; `None` where it is singular.
+fn solved(triangle: &DMatrix<f64>, right: &DVector<f64>) -> Option<DVector<f64>> {
+    let solution = triangle.solve_upper_triangular(right)?;
+    solution.iter().all(|value| value.is_finite()).then_some(solution)
+}

@@ -1,0 +1,470 @@
+//! The least squares of a fit: pieces, residuals and their derivatives.
+//!
+//! Unknowns are the parameters, then the start of every piece.
+
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+
+use super::{Fit, FitEnd, FitRequest, FittedParameter, WithheldPoints, solved, triangle};
+use crate::analysis::error::{AnalysisError, check_length};
+use crate::expansion::LocalMap;
+use crate::iteration::DifferentiableMap;
+
+/// What is fitted, and to what.
+pub(super) struct Problem<'a> {
+    local: &'a LocalMap,
+    request: &'a FitRequest,
+    pieces: Vec<Piece<'a>>,
+    dimension: usize,
+}
+
+/// Some returns of a series.
+struct Piece<'a> {
+    controls: &'a [f64],
+    points: &'a [Vec<f64>],
+    /// Points that follow it and are predicted from it.
+    withheld: &'a [Vec<f64>],
+}
+
+/// An orbit from a piece's start.
+struct Flight {
+    /// States, that of the start first; fewer than the piece's points where one has no image.
+    states: Vec<Vec<f64>>,
+    /// How many images the map made.
+    by_map: usize,
+    /// How many returns begin outside the window.
+    outside: usize,
+}
+
+/// A piece's derivatives, its start eliminated: the triangle of start, parameters and residual.
+struct Reduced(DMatrix<f64>);
+
+/// A problem at some unknowns.
+pub(super) struct Linearised {
+    pieces: Vec<Reduced>,
+    /// Squares of the columns' norms, of every unknown.
+    squares: Vec<f64>,
+    /// Half of the gradient of the sum of squares, of every unknown.
+    gradient: Vec<f64>,
+    parameters: usize,
+    dimension: usize,
+}
+
+impl<'a> Problem<'a> {
+    pub(super) fn new(local: &'a LocalMap, request: &'a FitRequest) -> Result<Self, AnalysisError> {
+        let (dimension, active) = (local.dimension(), local.parameters.len());
+        check_length("offsets of the parameters", active, request.at.len())?;
+        let mut pieces = Vec::new();
+        for series in &request.series {
+            check_length("controls of a series", active, series.controls.len())?;
+            for point in &series.points {
+                check_length("coordinates of a point", dimension, point.len())?;
+            }
+            let kept = series.points.len().saturating_sub(request.withheld);
+            let (fitted, withheld) = series.points.split_at(kept);
+            pieces.extend(cut(fitted, withheld, &series.controls, request.piece));
+        }
+        let problem = Self { local, request, pieces, dimension };
+        let (measured, unknowns) = (problem.measured(), problem.unknowns());
+        match measured > unknowns {
+            true => Ok(problem),
+            false => Err(AnalysisError::TooFewMeasured { measured, unknowns }),
+        }
+    }
+
+    fn parameters(&self) -> usize {
+        self.request.parameters.len()
+    }
+
+    fn unknowns(&self) -> usize {
+        self.parameters() + self.pieces.len() * self.dimension
+    }
+
+    /// Numbers that are fitted.
+    fn measured(&self) -> usize {
+        (0..self.dimension).map(|coordinate| self.measured_of(coordinate)).sum()
+    }
+
+    fn measured_of(&self, coordinate: usize) -> usize {
+        let points = self.pieces.iter().flat_map(|piece| piece.points);
+        points.filter(|point| point[coordinate].is_finite()).count()
+    }
+
+    pub(super) fn freedom(&self) -> usize {
+        self.measured() - self.unknowns()
+    }
+
+    /// The unknowns that a fit begins with: starts as they were measured.
+    pub(super) fn start(&self) -> Vec<f64> {
+        let parameters = self.request.parameters.iter().map(|&place| self.request.at[place]);
+        let starts = self.pieces.iter().flat_map(|piece| piece.points[0].iter().copied());
+        parameters.chain(starts).collect()
+    }
+
+    /// Standard deviation of what was measured in every coordinate; 1 where it is 0.
+    pub(super) fn spread(&self) -> Vec<f64> {
+        let spread = |coordinate: usize| {
+            let values = || {
+                let points = self.pieces.iter().flat_map(|piece| piece.points);
+                points.map(|point| point[coordinate]).filter(|value| value.is_finite())
+            };
+            let count = values().count() as f64;
+            let mean = values().sum::<f64>() / count;
+            let variance = values().map(|value| (value - mean).powi(2)).sum::<f64>() / count;
+            if variance > 0.0 { variance.sqrt() } else { 1.0 }
+        };
+        (0..self.dimension).map(spread).collect()
+    }
+
+    /// All active parameters of a piece.
+    fn offsets(&self, piece: &Piece<'_>, unknowns: &[f64]) -> Vec<f64> {
+        let mut offsets = self.request.at.clone();
+        for (&place, &value) in self.request.parameters.iter().zip(unknowns) {
+            offsets[place] = value;
+        }
+        offsets.iter().zip(piece.controls).map(|(offset, control)| offset + control).collect()
+    }
+
+    fn start_of<'u>(&self, number: usize, unknowns: &'u [f64]) -> &'u [f64] {
+        &unknowns[self.parameters() + number * self.dimension..][..self.dimension]
+    }
+
+    /// The orbit of a piece, and further.
+    fn flight<M: DifferentiableMap>(
+        &self,
+        map: &M,
+        number: usize,
+        unknowns: &[f64],
+        returns: usize,
+    ) -> Flight {
+        let offsets = self.offsets(&self.pieces[number], unknowns);
+        let mut flight = Flight {
+            states: vec![self.start_of(number, unknowns).to_vec()],
+            by_map: 0,
+            outside: 0,
+        };
+        for place in 0..returns {
+            let mut image = vec![0.0; self.dimension];
+            let state = &flight.states[place];
+            let info = map.step(state, &offsets, &mut image);
+            if !info.valid {
+                break;
+            }
+            flight.by_map += usize::from(!info.simulated);
+            let holds = self.local.window.holds(state, &offsets, &[info.depth]);
+            flight.outside += usize::from(!holds);
+            flight.states.push(image);
+        }
+        flight
+    }
+
+    /// Residuals of a piece over the noise: prediction less measurement, where something was
+    /// measured. `None` without an image.
+    fn residuals<M: DifferentiableMap>(
+        &self,
+        map: &M,
+        number: usize,
+        unknowns: &[f64],
+    ) -> Option<Vec<(usize, f64)>> {
+        let piece = &self.pieces[number];
+        let flight = self.flight(map, number, unknowns, piece.points.len() - 1);
+        (flight.states.len() == piece.points.len())
+            .then(|| differences(&flight.states, piece.points).collect())
+    }
+
+    /// Of every piece in its order, on all cores, with a map for every thread.
+    fn each<M: DifferentiableMap, R: Send>(
+        &self,
+        map: &(dyn Fn() -> M + Sync),
+        work: impl Fn(&M, usize) -> R + Sync,
+    ) -> Vec<R> {
+        let pieces = (0..self.pieces.len()).into_par_iter();
+        pieces.map_init(map, |map, number| work(map, number)).collect()
+    }
+
+    /// The sum of the squares of the residuals over the noise; infinite where one has no image.
+    pub(super) fn sum_of_squares<M: DifferentiableMap>(
+        &self,
+        map: &(dyn Fn() -> M + Sync),
+        unknowns: &[f64],
+        noise: &[f64],
+    ) -> f64 {
+        let sums = self.each(map, |map, number| {
+            let residuals = self.residuals(map, number, unknowns);
+            residuals.map_or(f64::INFINITY, |residuals| {
+                residuals.iter().map(|&(place, value)| (value / noise[place]).powi(2)).sum()
+            })
+        });
+        sums.iter().sum()
+    }
+
+    /// Standard deviation of the residuals in every coordinate, what the unknowns take off them
+    /// shared out evenly.
+    pub(super) fn noise<M: DifferentiableMap>(
+        &self,
+        map: &(dyn Fn() -> M + Sync),
+        unknowns: &[f64],
+        noise: &[f64],
+    ) -> Vec<f64> {
+        let share = self.freedom() as f64 / self.measured() as f64;
+        let all = self.each(map, |map, number| self.residuals(map, number, unknowns));
+        let mut sums = vec![0.0; self.dimension];
+        for (place, value) in all.iter().flatten().flatten() {
+            sums[*place] += value * value;
+        }
+        let deviation = |(coordinate, sum): (usize, f64)| {
+            let count = self.measured_of(coordinate) as f64 * share;
+            let deviation = (sum / count).sqrt();
+            // Of data without noise, or without this coordinate, nothing is to be learned.
+            let floor = 1e-15 * noise[coordinate];
+            if deviation > floor { deviation } else { floor.max(f64::MIN_POSITIVE) }
+        };
+        sums.into_iter().enumerate().map(deviation).collect()
+    }
+
+    /// Residuals and their derivatives, every piece's start eliminated; `None` where an image has
+    /// no derivatives.
+    pub(super) fn linearised<M: DifferentiableMap>(
+        &self,
+        map: &(dyn Fn() -> M + Sync),
+        unknowns: &[f64],
+        noise: &[f64],
+    ) -> Option<Linearised> {
+        let rows = self.each(map, |map, number| self.rows(map, number, unknowns, noise));
+        let (parameters, dimension) = (self.parameters(), self.dimension);
+        let mut linear = Linearised {
+            pieces: Vec::with_capacity(rows.len()),
+            squares: vec![0.0; unknowns.len()],
+            gradient: vec![0.0; unknowns.len()],
+            parameters,
+            dimension,
+        };
+        for (number, rows) in rows.into_iter().enumerate() {
+            let rows = rows?;
+            let last = rows.ncols() - 1;
+            let own = parameters + number * dimension;
+            for column in 0..last {
+                let place = if column < dimension { own + column } else { column - dimension };
+                linear.squares[place] += rows.column(column).norm_squared();
+                linear.gradient[place] += rows.column(column).dot(&rows.column(last));
+            }
+            linear.pieces.push(Reduced(triangle(rows)));
+        }
+        Some(linear)
+    }
+
+    /// Rows of a piece: derivatives by its start and by the parameters, then the residual.
+    fn rows<M: DifferentiableMap>(
+        &self,
+        map: &M,
+        number: usize,
+        unknowns: &[f64],
+        noise: &[f64],
+    ) -> Option<DMatrix<f64>> {
+        let (piece, d, q) = (&self.pieces[number], self.dimension, self.parameters());
+        let offsets = self.offsets(piece, unknowns);
+        let width = d + offsets.len();
+        let mut state = self.start_of(number, unknowns).to_vec();
+        // Derivatives of the state by the start, and by the parameters.
+        let mut tangent = DMatrix::identity(d, d).resize_horizontally(d + q, 0.0);
+        let mut rows = Vec::new();
+        for (place, point) in piece.points.iter().enumerate() {
+            if place > 0 {
+                let (mut image, mut derivatives) = (vec![0.0; d], vec![0.0; d * width]);
+                let info = map.step_derivatives(&state, &offsets, &mut image, &mut derivatives);
+                if !info.valid || derivatives.iter().any(|value| !value.is_finite()) {
+                    return None;
+                }
+                let derivatives = DMatrix::from_row_slice(d, width, &derivatives);
+                tangent = derivatives.columns(0, d) * tangent;
+                for (column, &parameter) in self.request.parameters.iter().enumerate() {
+                    let mut by = tangent.column_mut(d + column);
+                    by += derivatives.column(d + parameter);
+                }
+                state = image;
+            }
+            for coordinate in (0..d).filter(|&coordinate| point[coordinate].is_finite()) {
+                let residual = state[coordinate] - point[coordinate];
+                let row = tangent.row(coordinate);
+                let row = row.iter().copied().chain([residual]);
+                rows.extend(row.map(|value| value / noise[coordinate]));
+            }
+        }
+        Some(DMatrix::from_row_slice(rows.len() / (d + q + 1), d + q + 1, &rows))
+    }
+
+    /// What is said of a fit at its end.
+    pub(super) fn outcome<M: DifferentiableMap>(
+        &self,
+        map: &(dyn Fn() -> M + Sync),
+        unknowns: &[f64],
+        noise: &[f64],
+        covariance: Option<&DMatrix<f64>>,
+    ) -> Fit {
+        let flights = self.each(map, |map, number| {
+            let piece = &self.pieces[number];
+            self.flight(map, number, unknowns, piece.points.len() - 1 + piece.withheld.len())
+        });
+        let q = self.parameters();
+        let entry = |row, column| covariance.map_or(f64::NAN, |matrix| matrix[(row, column)]);
+        let parameter = |(number, &place): (usize, &usize)| {
+            let active = &self.local.parameters[place];
+            FittedParameter {
+                parameter: active.name.clone(),
+                offset: unknowns[number],
+                value: active.value.to_f64() + unknowns[number],
+                standard_error: entry(number, number).sqrt(),
+            }
+        };
+        let images: usize = flights.iter().map(|flight| flight.states.len() - 1).sum();
+        let share = |count: fn(&Flight) -> usize| {
+            flights.iter().map(count).sum::<usize>() as f64 / images.max(1) as f64
+        };
+        Fit {
+            parameters: self.request.parameters.iter().enumerate().map(parameter).collect(),
+            covariance: (0..q)
+                .map(|row| (0..q).map(|column| entry(row, column)).collect())
+                .collect(),
+            noise: noise.to_vec(),
+            noise_is_known: false,
+            sum_of_squares: f64::NAN,
+            freedom: self.freedom(),
+            measured: self.measured(),
+            pieces: self.pieces.len(),
+            steps: 0,
+            end: FitEnd::Converged,
+            by_map: share(|flight| flight.by_map),
+            outside: share(|flight| flight.outside),
+            withheld: self.predicted(&flights, noise),
+        }
+    }
+
+    fn predicted(&self, flights: &[Flight], noise: &[f64]) -> Option<WithheldPoints> {
+        let (mut sums, mut counts) = (vec![0.0; self.dimension], vec![0usize; self.dimension]);
+        let mut points = 0;
+        for (piece, flight) in self.pieces.iter().zip(flights) {
+            let states = flight.states.get(piece.points.len()..).unwrap_or_default();
+            points += piece.withheld.len();
+            // A point that an orbit does not come to is infinitely far.
+            let lost = piece.withheld.len() - states.len();
+            for (place, difference) in differences(states, piece.withheld) {
+                sums[place] += (difference / noise[place]).powi(2);
+                counts[place] += 1;
+            }
+            if lost > 0 {
+                sums.fill(f64::INFINITY);
+            }
+        }
+        let error = |(sum, count): (&f64, &usize)| (sum / (*count).max(1) as f64).sqrt();
+        (points > 0).then(|| WithheldPoints {
+            points,
+            error_over_noise: sums.iter().zip(&counts).map(error).collect(),
+        })
+    }
+}
+
+/// Pieces of so many returns, each beginning at a point that was measured in all coordinates.
+fn cut<'a>(
+    fitted: &'a [Vec<f64>],
+    withheld: &'a [Vec<f64>],
+    controls: &'a [f64],
+    returns: usize,
+) -> Vec<Piece<'a>> {
+    let is_whole = |point: &Vec<f64>| point.iter().all(|value| value.is_finite());
+    let length = if returns == 0 { usize::MAX } else { returns + 1 };
+    let (mut pieces, mut rest) = (Vec::new(), fitted);
+    while let Some(first) = rest.iter().position(is_whole) {
+        rest = &rest[first..];
+        let (points, after) = rest.split_at(length.min(rest.len()));
+        // What is left over at the end of a series is too short to say anything by itself.
+        let points = if after.len() == 1 { rest } else { points };
+        rest = if after.len() == 1 { &[] } else { after };
+        if points.len() > 1 {
+            pieces.push(Piece { controls, points, withheld: &[] });
+        }
+    }
+    if let Some(last) = pieces.last_mut() {
+        last.withheld = withheld;
+    }
+    pieces
+}
+
+/// Prediction less measurement with its coordinate, where something was measured.
+fn differences<'a>(
+    states: &'a [Vec<f64>],
+    points: &'a [Vec<f64>],
+) -> impl Iterator<Item = (usize, f64)> + 'a {
+    states.iter().zip(points).flat_map(|(state, point)| {
+        let pairs = state.iter().zip(point).enumerate();
+        let pairs = pairs.filter(|(_, (_, measured))| measured.is_finite());
+        pairs.map(|(place, (value, measured))| (place, value - measured))
+    })
+}
+
+impl Linearised {
+    /// Takes the norms of the columns into the scales of the unknowns, which never shrink.
+    pub(super) fn widen(&self, scales: &mut [f64]) {
+        for (scale, square) in scales.iter_mut().zip(&self.squares) {
+            *scale = scale.max(square.sqrt());
+        }
+    }
+
+    /// The triangle of the parameters, and its right side.
+    pub(super) fn parameters(&self, damping: f64, scales: &[f64]) -> (DMatrix<f64>, DVector<f64>) {
+        let (d, q) = (self.dimension, self.parameters);
+        let damped = self.pieces.iter().enumerate();
+        let damped: Vec<_> =
+            damped.map(|(number, piece)| self.damped(number, piece, damping, scales)).collect();
+        let mut all = DMatrix::zeros(damped.len() * (q + 1) + q, q + 1);
+        for (number, piece) in damped.iter().enumerate() {
+            let part = piece.view((d, d), (q + 1, q + 1));
+            all.view_mut((number * (q + 1), 0), (q + 1, q + 1)).copy_from(&part);
+        }
+        for column in 0..q {
+            all[(damped.len() * (q + 1) + column, column)] = damping.sqrt() * scales[column];
+        }
+        let all = triangle(all);
+        (all.view((0, 0), (q, q)).into(), -all.view((0, q), (q, 1)).column(0))
+    }
+
+    /// A piece's triangle with the damping of its start.
+    fn damped(
+        &self,
+        number: usize,
+        Reduced(piece): &Reduced,
+        damping: f64,
+        scales: &[f64],
+    ) -> DMatrix<f64> {
+        let (d, columns) = (self.dimension, piece.ncols());
+        let mut rows = piece.clone().resize_vertically(columns + d, 0.0);
+        for column in 0..d {
+            let scale = scales[self.parameters + number * d + column];
+            rows[(columns + column, column)] = damping.sqrt() * scale;
+        }
+        triangle(rows)
+    }
+
+    /// The damped step; `None` where the problem is singular.
+    pub(super) fn step(&self, damping: f64, scales: &[f64]) -> Option<Vec<f64>> {
+        let (d, q) = (self.dimension, self.parameters);
+        let (matrix, right) = self.parameters(damping, scales);
+        let by_parameters = solved(&matrix, &right)?;
+        let mut change = by_parameters.as_slice().to_vec();
+        for (number, piece) in self.pieces.iter().enumerate() {
+            let rows = self.damped(number, piece, damping, scales);
+            let residual: DVector<f64> = rows.view((0, d + q), (d, 1)).column(0).into();
+            let right = -(residual + rows.view((0, d), (d, q)) * &by_parameters);
+            change.extend(solved(&rows.view((0, 0), (d, d)).into(), &right)?.iter());
+        }
+        Some(change)
+    }
+
+    /// By how much a damped step lowers the sum of squares of the linear problem.
+    pub(super) fn expected(&self, change: &[f64], damping: f64, scales: &[f64]) -> f64 {
+        let terms = change.iter().zip(&self.gradient).zip(scales);
+        let term = |((&change, &gradient), &scale): ((&f64, &f64), &f64)| {
+            change * (damping * scale * scale * change - gradient)
+        };
+        terms.map(term).sum()
+    }
+}

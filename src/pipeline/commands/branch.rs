@@ -1,0 +1,90 @@
+//! `branch`: branches of periodic orbits in one parameter.
+
+use serde::{Deserialize, Serialize};
+
+use crate::analysis::branches::{BranchObservable, BranchRequest};
+use crate::analysis::{Progress, itinerary};
+use crate::pipeline::keys::{ActiveParameters, KeyError, OrbitsOf, itineraries, longest_period};
+use crate::pipeline::{Answer, Ended, Error, Map};
+use crate::report::{BranchListing, Document, DocumentKind, Named, to_json};
+
+/// The keys of `branch`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct BranchKeys {
+    /// The active parameter that varies.
+    pub along: String,
+    /// Its first offset; by default that of the window.
+    pub from: Option<f64>,
+    /// Its last offset; by default that of the window.
+    pub to: Option<f64>,
+    /// Offsets of further active parameters, those not named 0.
+    pub at: Named<f64>,
+    /// The contacts of the orbits; none: all of short periods.
+    pub itineraries: Vec<String>,
+    /// Returns of the longest period.
+    pub period: Option<u8>,
+    /// Whose orbits.
+    pub using: OrbitsOf,
+    /// What is observed of every orbit beside its section points.
+    pub observe: Vec<BranchObservable>,
+    /// Whether guarded iterates are drawn below the branches, where the scene has a diagram over
+    /// the same parameter.
+    pub iterates: bool,
+}
+
+impl BranchKeys {
+    /// What the keys ask for, in numbers.
+    ///
+    /// # Errors
+    ///
+    /// [`KeyError`] for names, numbers and itineraries that the map does not have.
+    pub fn request(&self, map: &Map) -> Result<BranchRequest, KeyError> {
+        let parameters = ActiveParameters::of(map.scene(), map.local());
+        let along = parameters.place("along", &self.along)?;
+        let passages = map.local().passages();
+        let longest = longest_period(self.period, passages);
+        let named = itineraries(&self.itineraries, self.period, passages)?;
+        let named_longest = named.iter().map(|itinerary| itinerary.period()).max();
+        Ok(BranchRequest {
+            longest: longest.max(named_longest.unwrap_or(1)),
+            itineraries: named,
+            along,
+            at: parameters.at(&self.at)?,
+            range: parameters.range(along, self.from, self.to)?,
+            direct: self.using == OrbitsOf::Direct,
+        })
+    }
+
+    /// The branches, laid out.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Key`] as [`request`](Self::request); as [`Map::branches`].
+    pub fn answer(&self, map: &Map, progress: &dyn Progress) -> Result<Answer, Error> {
+        let request = self.request(map)?;
+        let found = map.branches(&request, progress)?;
+        let names = itinerary(map.scene(), map.orbit());
+        let polynomials = (map.local(), map.window(), map.window_edges());
+        let kind = (request.along, request.direct);
+        let listing = BranchListing::new(map.section(), polynomials, &names, &found, kind);
+        let observed = self
+            .observe
+            .iter()
+            .map(|&observable| Ok((observable, map.branch_observable(&found, observable)?)));
+        let listing = listing.with_observed(&observed.collect::<Result<Vec<_>, Error>>()?);
+        let below = match self.iterates {
+            true => map.branch_diagram(&request, &found)?,
+            false => None,
+        };
+        let document = to_json(&Document::new(DocumentKind::Branch, map.scene(), &listing))?;
+        let text = listing.text(&map.scene().identifier)?;
+        let itineraries = request.itineraries.len();
+        Ok(Answer {
+            remarks: map.remarks().chain(listing.remarks()).collect(),
+            ended: listing.branches.is_empty().then_some(Ended::NoBranch { itineraries }),
+            ..Answer::new("branch", text, document, listing.data_table()?)
+                .with_figures(listing.figures(below.as_ref()))
+        })
+    }
+}

@@ -1,0 +1,117 @@
+//! `curve`: the grazing curve in two parameters, and its point nearest to the scene.
+
+use serde::{Deserialize, Serialize};
+
+use crate::model::Scene;
+use crate::orbit::{self, CurveEnd, CurveOptions, CurveOutcome, GrazingCurve, MarginOutcome};
+use crate::pipeline::keys::{KeyError, finite};
+use crate::pipeline::{Answer, Ended, Error, parameter_number};
+use crate::report::{
+    CurveListing, Document, DocumentKind, MarginListing, Named, curve_figures, to_json,
+};
+
+/// The keys of `curve` along a parameter.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CurveKeys {
+    /// The second parameter.
+    pub with: String,
+    /// Its first value.
+    pub from: f64,
+    /// Its last value.
+    pub to: f64,
+    /// How many `xi_n` are followed.
+    #[serde(default = "one")]
+    pub xi: u16,
+}
+
+fn one() -> u16 {
+    1
+}
+
+impl CurveKeys {
+    /// The curve, laid out.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Key`] and [`Error::NoSuchParameter`] for a parameter or ends that there are not,
+    /// [`Error::NotLocated`] where no orbit grazes at the scene.
+    pub fn answer(&self, scene: &Scene) -> Result<Answer, Error> {
+        let with = parameter_number(scene, &self.with)?;
+        if scene.grazing.solve_for.contains(&with) {
+            return Err(KeyError::AlreadyAdjusted { name: self.with.clone() }.into());
+        }
+        let (from, to) = (finite("from", self.from)?, finite("to", self.to)?);
+        let settings = CurveOptions { xi_count: self.xi as usize, ..CurveOptions::default() };
+        let (curve, started) = match orbit::curve(scene, with, from, to, &settings)? {
+            CurveOutcome::Traced(curve) => (curve, true),
+            CurveOutcome::StartNotReached(curve) => (curve, false),
+            CurveOutcome::NotLocated(reason) => return Err(reason.into()),
+        };
+        let listing = CurveListing::new(scene, &curve);
+        let (text, table) = (listing.text(), listing.table()?);
+        let figures = curve_figures(&listing);
+        let document = to_json(&Document::new(DocumentKind::Curve, scene, listing))?;
+        Ok(Answer {
+            ended: self.ended(&curve, started, with),
+            ..Answer::new("curve", text, document, table).with_figures(figures)
+        })
+    }
+
+    /// A curve that did not come to its end is mathematics that ended otherwise.
+    fn ended(&self, curve: &GrazingCurve, started: bool, with: usize) -> Option<Ended> {
+        if started && curve.end == CurveEnd::Reached {
+            return None;
+        }
+        Some(Ended::Curve {
+            parameter: self.with.clone(),
+            goal: if started { self.to } else { self.from },
+            last: curve.points.last().map_or(f64::NAN, |point| point.parameters[with]),
+            end: curve.end.clone(),
+        })
+    }
+}
+
+/// The keys of `curve` for the smallest change that grazes.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct NearestKeys {
+    /// The parameters that change.
+    pub nearest: Vec<String>,
+    /// What a change of one is counted in; by default its value, 1 where that is 0.
+    pub scale: Named<f64>,
+}
+
+impl NearestKeys {
+    /// The change, laid out.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Key`], [`Error::NoSuchParameter`] for parameters that there are not,
+    /// [`Error::NotLocated`] and [`Error::Ended`] where no orbit grazes.
+    pub fn answer(&self, scene: &Scene) -> Result<Answer, Error> {
+        let names = self.nearest.iter();
+        let parameters = names.map(|name| parameter_number(scene, name));
+        let parameters = parameters.collect::<Result<Vec<_>, _>>()?;
+        let own = |&parameter: &usize| match scene.model.parameters[parameter].value.to_f64().abs()
+        {
+            0.0 => 1.0,
+            size => size,
+        };
+        let mut scales: Vec<f64> = parameters.iter().map(own).collect();
+        for (name, scale) in &self.scale.0 {
+            let place = self.nearest.iter().position(|parameter| parameter == name);
+            let place = place.ok_or_else(|| KeyError::NotNearest { name: name.clone() })?;
+            scales[place] = *scale;
+        }
+        let margin = match orbit::margin(scene, &parameters, &scales)? {
+            MarginOutcome::Found(margin) => margin,
+            MarginOutcome::NotLocated(reason) => return Err(reason.into()),
+            MarginOutcome::NotPhysical => return Err(Ended::NoPhysicalGraze.into()),
+        };
+        let listing = MarginListing::new(scene, &margin);
+        let (text, table) = (listing.text()?, listing.table()?);
+        let document = to_json(&Document::new(DocumentKind::Margin, scene, listing))?;
+        Ok(Answer::new("margin", text, document, table))
+    }
+}

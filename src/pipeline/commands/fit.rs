@@ -1,0 +1,220 @@
+//! Fits and noise: parameters of a scene from measured section points, densities under noise.
+
+use serde::{Deserialize, Serialize};
+
+use crate::analysis::Progress;
+use crate::analysis::fit::{FitRequest, MeasuredSeries};
+use crate::analysis::noise::{NoiseLaw, NoiseRequest};
+use crate::model::Method;
+use crate::pipeline::keys::{ActiveParameters, COORDINATES, KeyError, named_offsets, place_of};
+use crate::pipeline::{Answer, Error, Map};
+use crate::report::{
+    Document, DocumentKind, Named, fit_remarks, fit_table, fit_text, noise_figures, noise_remarks,
+    noise_table, noise_text, to_json,
+};
+
+/// The keys of a fit.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct FitKeys {
+    /// The active parameters that are fitted.
+    pub parameters: Vec<String>,
+    /// Offsets of active parameters, those not named 0: those that are fitted begin there.
+    pub at: Named<f64>,
+    /// Standard deviation of the measurement by coordinate, all of them; none: that of the
+    /// residuals.
+    pub noise: Named<f64>,
+    /// Returns of a piece of a series that has a start of its own; 0: a series is one piece.
+    pub piece: usize,
+    /// Points at the end of every series that are not fitted but predicted.
+    pub withheld: usize,
+    /// What computes images.
+    pub using: Method,
+}
+
+impl Default for FitKeys {
+    /// No parameter, by guarded iteration of pieces of ten returns.
+    fn default() -> Self {
+        Self {
+            parameters: Vec::new(),
+            at: Named::default(),
+            noise: Named::default(),
+            piece: FitRequest::PIECE,
+            withheld: 0,
+            using: Method::Guarded,
+        }
+    }
+}
+
+impl FitKeys {
+    /// What the keys ask for, in numbers, of these series.
+    ///
+    /// # Errors
+    ///
+    /// [`KeyError`] for names and numbers that the map does not have.
+    pub fn request(&self, map: &Map, series: Vec<MeasuredSeries>) -> Result<FitRequest, KeyError> {
+        let parameters = ActiveParameters::of(map.scene(), map.local());
+        let places = parameters.distinct("parameters", &self.parameters)?;
+        if places.is_empty() {
+            return Err(KeyError::NothingNamed { key: "parameters" });
+        }
+        let noise = match self.noise.is_empty() {
+            true => None,
+            false => Some(self.deviations(map)?),
+        };
+        Ok(FitRequest {
+            parameters: places,
+            at: parameters.at(&self.at)?,
+            series,
+            noise,
+            piece: self.piece,
+            withheld: self.withheld,
+            method: self.using,
+        })
+    }
+
+    /// The standard deviation of every coordinate.
+    fn deviations(&self, map: &Map) -> Result<Vec<f64>, KeyError> {
+        let coordinates = map.local().section.coordinates.iter();
+        let coordinates: Vec<&str> = coordinates.map(String::as_str).collect();
+        let noise = named_offsets("noise", COORDINATES, &self.noise, &coordinates)?;
+        match noise.iter().find(|&&deviation| deviation <= 0.0) {
+            Some(&value) => Err(KeyError::NotPositive { key: "noise", value }),
+            None => Ok(noise),
+        }
+    }
+
+    /// The fit, laid out.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Key`] as [`request`](Self::request), [`Error::Analysis`] for series that are no
+    /// rows of the map's length, or too short.
+    pub fn answer(
+        &self,
+        map: &Map,
+        series: Vec<MeasuredSeries>,
+        progress: &dyn Progress,
+    ) -> Result<Answer, Error> {
+        let fit = map.fit(&self.request(map, series)?, progress)?;
+        let document = to_json(&Document::new(DocumentKind::Fit, map.scene(), &fit))?;
+        let remarks = fit_remarks(&fit, self.using == Method::Map);
+        Ok(Answer {
+            remarks: map.remarks().chain(remarks).collect(),
+            ..Answer::new("fit", fit_text(map.local(), &fit)?, document, fit_table(&fit)?)
+        })
+    }
+}
+
+/// The keys of orbits under noise.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct NoiseKeys {
+    /// Standard deviations of active parameters, drawn afresh at every return.
+    pub deviations: Named<f64>,
+    /// Means of active parameters: offsets, those not named 0.
+    pub at: Named<f64>,
+    /// How they are drawn.
+    pub law: NoiseLaw,
+    /// Offsets of the section's coordinates at the start, those not named 0.
+    pub start: Named<f64>,
+    /// How many orbits.
+    pub orbits: usize,
+    /// Returns before anything is counted.
+    pub transient: usize,
+    /// Returns that are counted.
+    pub keep: usize,
+    /// First and last offset of a coordinate; by default the window.
+    pub range: Named<[f64; 2]>,
+    /// Cells along every coordinate.
+    pub cells: usize,
+    /// Begins the generators.
+    pub seed: u64,
+    /// What computes the returns.
+    pub using: Method,
+}
+
+impl Default for NoiseKeys {
+    /// A thousand guarded orbits of a thousand returns each, after a hundred; a hundred cells.
+    fn default() -> Self {
+        Self {
+            deviations: Named::default(),
+            at: Named::default(),
+            law: NoiseLaw::Normal,
+            start: Named::default(),
+            orbits: 1000,
+            transient: 100,
+            keep: 1000,
+            range: Named::default(),
+            cells: 100,
+            seed: 0,
+            using: Method::Guarded,
+        }
+    }
+}
+
+impl NoiseKeys {
+    /// What the keys ask for, in numbers.
+    ///
+    /// # Errors
+    ///
+    /// [`KeyError`] for names and numbers that the map does not have.
+    pub fn request(&self, map: &Map) -> Result<NoiseRequest, KeyError> {
+        let parameters = ActiveParameters::of(map.scene(), map.local());
+        let coordinates = map.local().section.coordinates.iter();
+        let coordinates: Vec<&str> = coordinates.map(String::as_str).collect();
+        let widths = map.local().window.state.iter();
+        let mut ranges: Vec<[f64; 2]> = widths.map(|&width| [-width, width]).collect();
+        for (name, range) in &self.range.0 {
+            ranges[place_of("range", COORDINATES, name, &coordinates)?] = *range;
+        }
+        if let Some(range) = ranges.iter().find(|[from, to]| !(to - from).is_normal()) {
+            return Err(KeyError::NotFinite { key: "range", value: range[1] - range[0] });
+        }
+        let count = |key, value: usize| match value {
+            0 => Err(KeyError::NotPositive { key, value: 0.0 }),
+            value => Ok(value),
+        };
+        Ok(NoiseRequest {
+            at: parameters.at(&self.at)?,
+            deviations: parameters.offsets("deviations", &self.deviations)?,
+            law: self.law,
+            start: named_offsets("start", COORDINATES, &self.start, &coordinates)?,
+            orbits: count("orbits", self.orbits)?,
+            transient: self.transient,
+            keep: count("keep", self.keep)?,
+            ranges,
+            cells: count("cells", self.cells)?,
+            seed: self.seed,
+            method: self.using,
+        })
+    }
+
+    /// The orbits, laid out as densities.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Key`] as [`request`](Self::request), [`Error::Analysis`] if the simulator refuses
+    /// the model.
+    pub fn answer(&self, map: &Map, progress: &dyn Progress) -> Result<Answer, Error> {
+        let request = self.request(map)?;
+        let found = map.noise(&request, progress)?;
+        let content = NoiseDocument { request: &request, found: &found };
+        let document = to_json(&Document::new(DocumentKind::Noise, map.scene(), content))?;
+        let remarks = noise_remarks(&found, self.using == Method::Map);
+        let (local, table) = (map.local(), noise_table(map.local(), &request, &found)?);
+        Ok(Answer {
+            remarks: map.remarks().chain(remarks).collect(),
+            ..Answer::new("noise", noise_text(local, &found), document, table)
+                .with_figures(noise_figures(local, &request, &found))
+        })
+    }
+}
+
+/// Orbits under noise as they are written to JSON.
+#[derive(Serialize)]
+struct NoiseDocument<'a> {
+    request: &'a NoiseRequest,
+    #[serde(flatten)]
+    found: &'a crate::analysis::noise::NoisyOrbits,
+}

@@ -1,0 +1,95 @@
+//! The commands of the program as calls of the library: keys with defaults, an answer.
+//!
+//! The program's options and Python's arguments are the keys. What a scene asks for in its tables
+//! (`[[diagram]]`, `[[chart]]`, `[[basin]]`) is asked there ([`Map::asking`](super::Map::asking)).
+
+mod basin;
+mod branch;
+mod convergence;
+mod curve;
+mod fit;
+mod image;
+mod loci;
+mod orbits;
+mod trajectory;
+
+use serde::Deserialize;
+
+use super::{Answer, Error, Source};
+use crate::analysis::Progress;
+
+pub use basin::BasinKeys;
+pub use branch::BranchKeys;
+pub use convergence::ConvergenceKeys;
+pub(super) use convergence::study_answer;
+pub use curve::{CurveKeys, NearestKeys};
+pub use fit::{FitKeys, NoiseKeys};
+pub use image::Images;
+pub use loci::LociKeys;
+pub use orbits::OrbitsKeys;
+pub(super) use trajectory::trajectory_answer;
+pub use trajectory::{AskedTrajectory, TrajectoryKeys};
+
+/// A command with its keys.
+///
+/// ```
+/// use grazemap::analysis::NoProgress;
+/// use grazemap::pipeline::{Command, Source};
+/// use grazemap::prelude::*;
+///
+/// let command = Command::from_json(r#"{"trajectory": {"periods": 2, "samples": 10}}"#)?;
+/// let scene = Scene::load("scenes/linear.toml")?;
+/// let answer = command.answer(Source::Scene(Box::new(scene)), &NoProgress)?;
+/// assert_eq!(answer.table().expect("a table").columns()[0].header, "t");
+/// # Ok::<(), grazemap::Error>(())
+/// ```
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Command {
+    /// `branch`.
+    Branch(BranchKeys),
+    /// `loci`.
+    Loci(LociKeys),
+    /// `orbits`.
+    Orbits(OrbitsKeys),
+    /// `trajectory`.
+    Trajectory(TrajectoryKeys),
+    /// `converge`.
+    Converge(ConvergenceKeys),
+    /// `curve` along a parameter.
+    Curve(CurveKeys),
+    /// `curve` for the smallest change that grazes.
+    Nearest(NearestKeys),
+    /// Orbits under noise.
+    Noise(NoiseKeys),
+}
+
+impl Command {
+    /// The command of an object with one member: its name, and an object of its keys.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::NoCommand`] for another text, a key that the command does not have, and a value of
+    /// another kind.
+    pub fn from_json(text: &str) -> Result<Self, Error> {
+        serde_json::from_str(text).map_err(|fault| Error::NoCommand { reason: fault.to_string() })
+    }
+
+    /// What it computes, laid out.
+    ///
+    /// # Errors
+    ///
+    /// Those of its keys, and of the steps of the pipeline that it takes.
+    pub fn answer(&self, source: Source, progress: &dyn Progress) -> Result<Answer, Error> {
+        match self {
+            Self::Branch(keys) => keys.answer(&source.map()?, progress),
+            Self::Loci(keys) => keys.answer(&source.map()?, progress),
+            Self::Orbits(keys) => keys.answer(&source.map()?, progress),
+            Self::Trajectory(keys) => keys.answer(&source.settle()?, progress),
+            Self::Converge(keys) => keys.answer(&source.settle()?, progress),
+            Self::Curve(keys) => keys.answer(source.scene()),
+            Self::Nearest(keys) => keys.answer(source.scene()),
+            Self::Noise(keys) => keys.answer(&source.map()?, progress),
+        }
+    }
+}

@@ -1,0 +1,141 @@
+//! `trajectory`: time series and phase portraits by direct simulation.
+
+use serde::{Deserialize, Serialize};
+
+use super::orbits::searched;
+use crate::analysis::orbits::{OrbitsRequest, orbits};
+use crate::analysis::periodic::ContactItinerary;
+use crate::analysis::{Progress, TimeSeries, TimeSeriesRequest, time_series};
+use crate::pipeline::keys::{ACTIVE, COORDINATES, KeyError, named_offsets};
+use crate::pipeline::{Answer, Ended, Error, Settled};
+use crate::report::{
+    Document, DocumentKind, Named, TimeSeriesListing, counted, time_series_figures,
+    time_series_table, time_series_text, to_json,
+};
+
+/// The keys of `trajectory`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct TrajectoryKeys {
+    /// Offsets of active parameters, those not named 0.
+    pub at: Named<f64>,
+    /// Offsets of the section's coordinates at the start, those not named 0.
+    pub start: Named<f64>,
+    /// The contacts of the periodic orbit to start on, in the place of `start`.
+    pub itinerary: Option<String>,
+    /// Returns to the section that are simulated first and not written: the orbit settles.
+    pub settle: u32,
+    /// Periods of that orbit or, without one, returns to the section.
+    pub periods: u32,
+    /// Rows per return, evenly spaced in time, beside those of events.
+    pub samples: u32,
+}
+
+impl Default for TrajectoryKeys {
+    /// The grazing orbit over a return, in 400 rows.
+    fn default() -> Self {
+        let (at, start) = (Named::default(), Named::default());
+        Self { at, start, itinerary: None, settle: 0, periods: 1, samples: Self::SAMPLES }
+    }
+}
+
+/// What a trajectory is asked for, and what is to be said of its start.
+pub type AskedTrajectory = (TimeSeriesRequest, Vec<String>);
+
+impl TrajectoryKeys {
+    /// Rows per return where none are named.
+    pub const SAMPLES: u32 = 400;
+
+    /// What the keys ask for, in numbers, and what is to be said of it.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Key`] for names, numbers and itineraries that there are not, [`Error::Ended`] where
+    /// no orbit of the itinerary is found.
+    pub fn request(
+        &self,
+        settled: &Settled,
+        progress: &dyn Progress,
+    ) -> Result<AskedTrajectory, Error> {
+        let scene = settled.scene();
+        let active = scene.expansion.active.iter();
+        let active: Vec<&str> =
+            active.map(|&parameter| scene.model.parameters[parameter].name.as_str()).collect();
+        let coordinates = settled.orbit().section_coordinates(scene);
+        let coordinates: Vec<&str> = coordinates.into_iter().map(|(name, _)| name).collect();
+        let mut request = TimeSeriesRequest {
+            start: named_offsets("start", COORDINATES, &self.start, &coordinates)?,
+            parameters: named_offsets("at", ACTIVE, &self.at, &active)?,
+            settle: self.settle as usize,
+            returns: self.periods as usize,
+            samples: self.samples as usize,
+        };
+        let mut remarks = Vec::new();
+        if let Some(digits) = &self.itinerary {
+            let at = &request.parameters;
+            let (start, returns) = periodic_start(digits, settled, at, progress, &mut remarks)?;
+            request.start = start;
+            request.returns *= returns;
+        }
+        Ok((request, remarks))
+    }
+
+    /// The time series, laid out.
+    ///
+    /// # Errors
+    ///
+    /// As [`request`](Self::request); [`Error::Analysis`] if the simulator refuses the offsets.
+    pub fn answer(&self, settled: &Settled, progress: &dyn Progress) -> Result<Answer, Error> {
+        let (request, remarks) = self.request(settled, progress)?;
+        let series = time_series(settled.scene(), settled.orbit(), &request)?;
+        let answer = trajectory_answer(settled, &request, &series)?;
+        Ok(Answer { remarks, ..answer })
+    }
+}
+
+/// A time series, laid out.
+pub(in crate::pipeline) fn trajectory_answer(
+    settled: &Settled,
+    request: &TimeSeriesRequest,
+    series: &TimeSeries,
+) -> Result<Answer, Error> {
+    let (scene, orbit) = (settled.scene(), settled.orbit());
+    let listing = TimeSeriesListing::new(scene, settled.section(), request, series);
+    let document = to_json(&Document::new(DocumentKind::Trajectory, scene, listing))?;
+    let (text, table) = (time_series_text(scene, series), time_series_table(&scene.model, series)?);
+    Ok(Answer {
+        ended: series.early_end.map(Ended::Trajectory),
+        ..Answer::new("trajectory", text, document, table)
+            .with_figures(time_series_figures(scene, orbit, series))
+    })
+}
+
+/// The first point of a physical orbit by its itinerary, by direct simulation, and its returns.
+fn periodic_start(
+    digits: &str,
+    settled: &Settled,
+    parameters: &[f64],
+    progress: &dyn Progress,
+    remarks: &mut Vec<String>,
+) -> Result<(Vec<f64>, usize), Error> {
+    let map = settled.clone().plan()?.expand()?;
+    let itinerary = ContactItinerary::parse(digits, map.local().passages());
+    let itinerary = itinerary.map_err(KeyError::from)?;
+    let returns = itinerary.returns().len();
+    let request = OrbitsRequest {
+        itineraries: vec![itinerary],
+        at: vec![parameters.to_vec()],
+        direct: true,
+        far: true,
+        loci: None,
+    };
+    let found = orbits(map.scene(), map.orbit(), map.local(), &request, progress)?;
+    let first = found.orbits.first().and_then(|orbit| orbit.states.first());
+    let searched = || searched(&map, &request, &found);
+    let first = first.ok_or_else(|| Ended::NoOrbits { at: 1, searched: searched() })?;
+    if found.orbits.len() > 1 {
+        let others = counted(found.orbits.len() - 1, "other orbit");
+        remarks.push(format!("the first of its itinerary; {others}: `grazemap orbits` lists them"));
+    }
+    Ok((first.clone(), returns))
+}

@@ -1,0 +1,277 @@
+//! Everything a scene asks for, written into a folder with a report page.
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use serde::Serialize;
+
+use super::commands::{study_answer, trajectory_answer};
+use super::{EmitRequest, Error, Map, Settled, Source, StudyRequest, TrajectoryKeys};
+use super::{refuse_memory, write_emitted};
+use crate::analysis::basin::{Basin, basin_bytes};
+use crate::analysis::chart::{Chart, chart_bytes};
+use crate::analysis::diagram::{Diagram, Sweep, SweepHeading, diagram_bytes};
+use crate::analysis::{NoProgress, Progress, TimeSeries, time_series};
+use crate::emission::{EmittedCrate, Target};
+use crate::expansion::check_orders;
+use crate::model::{Digest, Method};
+use crate::report::{
+    CrateSummary, GrazeStudy, OrbitListing, OutputFolder, RunPage, StageTime, basin_warnings,
+    chart_warnings, diagram_warnings, run_page, time_series_figures, to_json,
+};
+
+/// What is told of a run as it goes, and what keeps its pieces.
+pub trait RunWatch {
+    /// Told of a stage as it ends.
+    fn stage(&self, _stage: &StageTime) {}
+    /// Told what is to be said, once it is known.
+    fn remark(&self, _words: &str) {}
+    /// Told of the section that a scene which takes any is settled on.
+    fn settled(&self, _settled: &Settled) {}
+    /// Told of the folder and the map before the long computations begin.
+    fn begin(&self, _folder: &Path, _map: &Map) {}
+    /// The progress of a computation, by its heading and its number among those of the run.
+    fn progress(&self, _heading: &'static str, _number: u64) -> Box<dyn Progress + '_> {
+        Box::new(NoProgress)
+    }
+    /// The scene and what is set of it, as words of a command; `None` for the scene alone.
+    fn subject(&self) -> Option<String> {
+        None
+    }
+    /// The command that emits the crate again, for its header.
+    fn emission(&self, _folder: &Path) -> Option<String> {
+        None
+    }
+}
+
+/// What was measured in a run: times alone, so that every other file is the same from run to run.
+#[derive(Debug, Serialize)]
+struct Timings<'a> {
+    scene: &'a str,
+    digest: Digest,
+    stages: &'a [StageTime],
+    diagrams: Vec<DiagramTimes<'a>>,
+    charts: Vec<ChartTimes<'a>>,
+}
+
+/// What a chart took.
+#[derive(Debug, Serialize)]
+struct ChartTimes<'a> {
+    parameters: [&'a str; 2],
+    iterates: u64,
+    threads: usize,
+    seconds: f64,
+    nanoseconds_per_iterate: f64,
+}
+
+/// What the sweeps of a diagram took.
+#[derive(Debug, Serialize)]
+struct DiagramTimes<'a> {
+    parameter: &'a str,
+    observable: &'a str,
+    /// Time of one iterate by direct simulation over that by the map.
+    speed_ratio: Option<f64>,
+    sweeps: Vec<SweepTimes>,
+}
+
+#[derive(Debug, Serialize)]
+struct SweepTimes {
+    method: Method,
+    heading: SweepHeading,
+    iterates: u64,
+    threads: usize,
+    seconds: f64,
+    nanoseconds_per_iterate: f64,
+}
+
+/// Computes all that a scene asks for and writes it into a folder; the document of the times.
+///
+/// # Errors
+///
+/// Those of every step; [`Error::Report`] if a file cannot be written, [`Error::Emission`] if the
+/// folder holds a crate that was not emitted, [`Error::Memory`] for results that the machine has
+/// no memory for.
+pub fn run(source: Source, folder: PathBuf, watch: &dyn RunWatch) -> Result<String, Error> {
+    let mut clock = Clock { watch, stages: Vec::new() };
+    let remarks = |remarks: Vec<String>| remarks.iter().for_each(|words| watch.remark(words));
+    let memory = |bytes| Ok::<(), Error>(remarks(refuse_memory(bytes)?.into_iter().collect()));
+    let scene = source.scene();
+    check_orders(scene)?;
+    scene.check_diagrams()?;
+    scene.check_charts()?;
+    memory(diagram_bytes(scene) + chart_bytes(scene))?;
+    let crate_folder = folder.join("crate");
+    EmittedCrate::refuse_foreign(&crate_folder, &Target::Rust.files(&scene.identifier))?;
+    let folder = OutputFolder::create(folder)?;
+    folder.write("scene.toml", &*scene.text)?;
+
+    let saved = match &source {
+        Source::Map(map) => Some(map.clone()),
+        Source::Scene(_) | Source::Graze(_) => None,
+    };
+    let graze = clock.time("grazing orbit", || source.graze())?;
+    let source = saved.clone().map_or(Source::Graze(graze), Source::Map);
+    let settled = clock.time("section", || {
+        let settled = source.settle()?;
+        watch.settled(&settled);
+        Ok(settled)
+    })?;
+    let (scene, orbit) = (settled.scene().clone(), settled.orbit().clone());
+    folder.write("orbit.json", settled.graze().to_json()?)?;
+    let series = clock.time("trajectory", || write_trajectory(&settled, &folder, watch))?;
+
+    let map = match saved {
+        Some(map) => map,
+        None => {
+            let plan = clock.time("orders", || settled.plan())?;
+            clock.time("expansion", || {
+                let map = plan.expand()?;
+                map.listing()?;
+                Ok(map)
+            })?
+        }
+    };
+    remarks(map.remarks().collect());
+    watch.begin(folder.path(), &map);
+    folder.write("map.json", map.to_json()?)?;
+    folder.write("map.csv", map.listing()?.coefficient_table()?.to_csv()?)?;
+
+    let request = EmitRequest { command: watch.emission(&crate_folder), ..EmitRequest::default() };
+    let module = clock.time("emission", || map.module(request))?;
+    write_emitted(&EmittedCrate::standalone(&module)?, &crate_folder)?;
+
+    let request =
+        StudyRequest { fresh: StudyRequest::FRESH, sections: false, chosen: map.choice().cloned() };
+    let study = clock.time("convergence", || {
+        map.settled().study(&request, &*watch.progress("convergence", 2))
+    })?;
+    let mut answer = study_answer(&study, &map.section())?;
+    folder.write_all(answer.files()?)?;
+    remarks(answer.remarks);
+
+    let diagrams = clock.time("diagrams", || map.diagrams(&*watch.progress("diagram", 0)))?;
+    remarks(diagram_warnings(&diagrams));
+    let untimed: Vec<Diagram> = diagrams.iter().map(Diagram::without_timing).collect();
+    remarks(map.write_diagrams(&folder, &untimed)?);
+    drop(untimed);
+
+    let mut charts = Vec::new();
+    if !scene.charts.is_empty() {
+        charts = clock.time("charts", || map.charts(&*watch.progress("chart", 1)))?;
+        remarks(chart_warnings(&charts));
+        let untimed: Vec<Chart> = charts.iter().map(Chart::without_timing).collect();
+        remarks(map.write_charts(&folder, &untimed)?);
+    }
+
+    let mut basins = Vec::new();
+    let requests = map.basin_requests()?;
+    if !requests.is_empty() {
+        memory(requests.iter().map(basin_bytes).sum())?;
+        basins = clock.time("basins", || map.basins(&requests, &*watch.progress("basin", 3)))?;
+        remarks(basin_warnings(&basins));
+        basins.iter_mut().for_each(Basin::take_timing);
+        remarks(map.write_basins(&folder, &basins)?);
+    }
+
+    let theory = map.settled().graze().theory()?;
+    // Of a parameter that the map does not keep nothing is measured.
+    let measured = map.measure_graze(&theory.parameter).unwrap_or_default();
+    let page = run_page(&RunPage {
+        scene: &scene,
+        orbit: &OrbitListing::new(&scene, &orbit),
+        graze: &GrazeStudy { theory, measured },
+        pictures: &time_series_figures(&scene, &orbit, &series),
+        local: map.local(),
+        module: &map.web_module()?,
+        subject: &watch.subject().unwrap_or_else(|| scene.identifier.clone()),
+        map: map.listing()?,
+        emitted: CrateSummary {
+            step: module.step_operations.multiply_adds,
+            frozen: module.frozen_operations.multiply_adds,
+            jacobian: module.jacobian_operations.multiply_adds,
+        },
+        study: &study,
+        diagrams: &diagrams,
+        charts: &charts,
+        basins: &basins,
+        times: &clock.stages,
+    })?;
+    folder.write("report.html", page.to_html()?)?;
+    let timings = to_json(&Timings {
+        scene: &scene.identifier,
+        digest: scene.digest,
+        stages: &clock.stages,
+        diagrams: diagrams.iter().map(DiagramTimes::of).collect(),
+        charts: charts.iter().map(ChartTimes::of).collect(),
+    })?;
+    folder.write("timings.json", &timings)?;
+    Ok(timings)
+}
+
+/// Writes the grazing orbit over a period.
+fn write_trajectory(
+    settled: &Settled,
+    folder: &OutputFolder,
+    watch: &dyn RunWatch,
+) -> Result<TimeSeries, Error> {
+    let (request, _) = TrajectoryKeys::default().request(settled, &NoProgress)?;
+    let series = time_series(settled.scene(), settled.orbit(), &request)?;
+    let mut answer = trajectory_answer(settled, &request, &series)?;
+    folder.write_all(answer.files()?)?;
+    answer.remarks.iter().for_each(|words| watch.remark(words));
+    Ok(series)
+}
+
+impl<'a> ChartTimes<'a> {
+    fn of(chart: &'a Chart) -> Self {
+        let [first, second] = &chart.axes;
+        Self {
+            parameters: [&first.parameter, &second.parameter],
+            iterates: chart.timing.iterates,
+            threads: chart.timing.threads,
+            seconds: chart.timing.seconds,
+            nanoseconds_per_iterate: chart.timing.nanoseconds_per_iterate(),
+        }
+    }
+}
+
+impl<'a> DiagramTimes<'a> {
+    fn of(diagram: &'a Diagram) -> Self {
+        let times = |sweep: &Sweep| SweepTimes {
+            method: sweep.method,
+            heading: sweep.heading,
+            iterates: sweep.timing.iterates,
+            threads: sweep.timing.threads,
+            seconds: sweep.timing.seconds,
+            nanoseconds_per_iterate: sweep.timing.nanoseconds_per_iterate(),
+        };
+        Self {
+            parameter: &diagram.parameter,
+            observable: &diagram.observable,
+            speed_ratio: diagram.speed_ratio,
+            sweeps: diagram.sweeps.iter().map(times).collect(),
+        }
+    }
+}
+
+/// Times the stages of a run, and tells of each as it ends.
+struct Clock<'a> {
+    watch: &'a dyn RunWatch,
+    stages: Vec<StageTime>,
+}
+
+impl Clock<'_> {
+    fn time<T>(
+        &mut self,
+        stage: &'static str,
+        work: impl FnOnce() -> Result<T, Error>,
+    ) -> Result<T, Error> {
+        let start = Instant::now();
+        let done = work()?;
+        self.stages.push(StageTime { stage, seconds: start.elapsed().as_secs_f64() });
+        if let Some(time) = self.stages.last() {
+            self.watch.stage(time);
+        }
+        Ok(done)
+    }
+}

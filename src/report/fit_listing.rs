@@ -1,0 +1,173 @@
+//! Fits to measured points and orbits under noise: words, tables and figures.
+
+use super::figure::{Axis, Figure, Series, Stroke, symbol};
+use super::{Cell, Column, ReportError, Table};
+use crate::analysis::fit::{Fit, FitEnd};
+use crate::analysis::noise::{NoiseRequest, NoisyOrbits};
+use crate::expansion::LocalMap;
+
+/// Digits of what is estimated.
+const DIGITS: usize = 6;
+
+/// The parameters, one row each.
+///
+/// # Errors
+///
+/// [`ReportError::RowWidth`] never.
+pub fn fit_table(fit: &Fit) -> Result<Table, ReportError> {
+    let numbers = ["offset", "value", "standard_error"].map(Column::number);
+    let columns = [Column::text("parameter")].into_iter().chain(numbers);
+    let mut table = Table::new(columns.collect());
+    for fitted in &fit.parameters {
+        table.push(vec![
+            Cell::text(&fitted.parameter),
+            Cell::number(fitted.offset, DIGITS),
+            Cell::number(fitted.value, 12),
+            Cell::number(fitted.standard_error, 3),
+        ])?;
+    }
+    Ok(table)
+}
+
+/// A fit as a person reads it.
+///
+/// # Errors
+///
+/// As [`fit_table`].
+pub fn fit_text(map: &LocalMap, fit: &Fit) -> Result<String, ReportError> {
+    let names = &map.section.coordinates;
+    let pairs = |values: &[f64]| {
+        let pairs = names.iter().zip(values);
+        pairs.map(|(name, value)| format!("{name} {value:.3e}")).collect::<Vec<_>>().join(", ")
+    };
+    let known = if fit.noise_is_known { "stated" } else { "estimated" };
+    let mut text = format!(
+        "{}\n{} numbers in {} pieces, {} steps; sum of squares {:.1} at {} degrees of freedom\n\
+         noise, {known}: {}\n",
+        fit_table(fit)?.to_text(),
+        fit.measured,
+        fit.pieces,
+        fit.steps,
+        fit.sum_of_squares,
+        fit.freedom,
+        pairs(&fit.noise)
+    );
+    if let Some(withheld) = &fit.withheld {
+        text.push_str(&format!(
+            "{} points that were not fitted: error of their prediction over the noise {}\n",
+            withheld.points,
+            pairs(&withheld.error_over_noise)
+        ));
+    }
+    Ok(text)
+}
+
+/// What may not be trusted of a fit; `by_map_alone` where nothing is simulated.
+pub fn fit_remarks(fit: &Fit, by_map_alone: bool) -> Vec<String> {
+    let end = fit.end.words().map(|words| format!("warning: {words}"));
+    let outside = (by_map_alone && fit.outside > 0.0).then(|| {
+        format!(
+            "warning: {:.2} % of the returns begin outside the window, where the map has not been \
+             measured; guarded iteration simulates them",
+            100.0 * fit.outside
+        )
+    });
+    let shallow = fit.end == FitEnd::Converged && fit.noise_is_known;
+    let (sum, freedom) = (fit.sum_of_squares, fit.freedom as f64);
+    // Five standard deviations of a chi-squared number.
+    let excess = shallow && (sum - freedom).abs() > 5.0 * (2.0 * freedom).sqrt();
+    let excess = excess.then(|| {
+        format!(
+            "warning: the sum of squares is {sum:.1} where {freedom} was to be expected: the noise \
+             is not as stated, or the model is not that of the data"
+        )
+    });
+    [end, outside, excess].into_iter().flatten().collect()
+}
+
+/// Densities of the coordinates, one row for each cell of each.
+///
+/// # Errors
+///
+/// [`ReportError::RowWidth`] never.
+pub fn noise_table(
+    map: &LocalMap,
+    request: &NoiseRequest,
+    found: &NoisyOrbits,
+) -> Result<Table, ReportError> {
+    let numbers = ["from", "to", "count", "density"].map(Column::number);
+    let columns = [Column::text("coordinate")].into_iter().chain(numbers);
+    let mut table = Table::new(columns.collect());
+    for (coordinate, counts) in map.section.coordinates.iter().zip(&found.marginals).enumerate() {
+        let (name, counts) = counts;
+        for (cell, &count) in counts.iter().enumerate() {
+            let [from, to] = edges(request.ranges[coordinate], request.cells, cell);
+            table.push(vec![
+                Cell::text(name),
+                Cell::number(from, DIGITS),
+                Cell::number(to, DIGITS),
+                Cell::Integer(count as i64),
+                Cell::number(count as f64 / found.points as f64 / (to - from), DIGITS),
+            ])?;
+        }
+    }
+    Ok(table)
+}
+
+/// The density of every coordinate, with the ending of its file's name.
+pub fn noise_figures(
+    map: &LocalMap,
+    request: &NoiseRequest,
+    found: &NoisyOrbits,
+) -> Vec<(String, Figure)> {
+    let figure = |(coordinate, name): (usize, &String)| {
+        let letter = symbol(name);
+        let axis = Axis::linear(format!("{letter} − {letter}*"));
+        let mut figure = Figure::new(axis, Axis::linear("density"));
+        let counts = found.marginals[coordinate].iter().enumerate();
+        let steps = counts.flat_map(|(cell, &count)| {
+            let [from, to] = edges(request.ranges[coordinate], request.cells, cell);
+            let density = count as f64 / found.points as f64 / (to - from);
+            [[from, density], [to, density]]
+        });
+        figure.series.push(Series::line(name.clone(), Stroke::Solid, steps.collect()));
+        (if coordinate == 0 { String::new() } else { format!("-{name}") }, figure)
+    };
+    map.section.coordinates.iter().enumerate().map(figure).collect()
+}
+
+/// Orbits under noise as a person reads them.
+pub fn noise_text(map: &LocalMap, found: &NoisyOrbits) -> String {
+    let mut text = format!(
+        "{} returns counted; contact in {:.4} % of them, {:.4} % by the map\n",
+        found.points,
+        100.0 * found.contacts,
+        100.0 * found.by_map
+    );
+    for (number, name) in map.section.coordinates.iter().enumerate() {
+        text.push_str(&format!(
+            "{name}: mean {:.6e}, standard deviation {:.6e}\n",
+            found.mean[number],
+            found.covariance[number][number].max(0.0).sqrt()
+        ));
+    }
+    text
+}
+
+/// What may not be trusted of orbits under noise; `by_map_alone` where nothing is simulated.
+pub fn noise_remarks(found: &NoisyOrbits, by_map_alone: bool) -> Vec<String> {
+    let outside = (by_map_alone && found.outside > 0.0).then(|| {
+        format!(
+            "warning: {:.2} % of the returns begin outside the window, where the map has not been \
+             measured; guarded iteration simulates them",
+            100.0 * found.outside
+        )
+    });
+    let ended = (found.ended > 0)
+        .then(|| format!("warning: {} orbits ended early, without an image", found.ended));
+    outside.into_iter().chain(ended).collect()
+}
+
+fn edges([from, to]: [f64; 2], cells: usize, cell: usize) -> [f64; 2] {
+    [cell, cell + 1].map(|edge| from + (to - from) * edge as f64 / cells as f64)
+}
