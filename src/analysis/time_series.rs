@@ -17,7 +17,11 @@ pub struct TimeSeriesRequest {
     pub start: Vec<f64>,
     /// Offsets of the active parameters.
     pub parameters: Vec<f64>,
-    /// Returns to the section that the simulation nominally lasts.
+    /// Returns to the section that are simulated first, without rows: as many as take an orbit to
+    /// what attracts it. None on the grazing orbit at its own parameters.
+    #[serde(default)]
+    pub settle: usize,
+    /// Returns to the section that the simulation nominally lasts after them.
     pub returns: usize,
     /// States at evenly spaced times per return, beside those at events.
     pub samples: usize,
@@ -26,7 +30,8 @@ pub struct TimeSeriesRequest {
 /// One row of a time series.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SeriesPoint {
-    /// Time since the section point; negative on the way to one beyond the surface.
+    /// Time since the section point, or since the orbit was given to settle; negative on the way
+    /// to a section point beyond the surface.
     pub time: f64,
     /// The full state; the phase from 0 to its period.
     pub state: Vec<f64>,
@@ -141,10 +146,13 @@ pub fn each_moment(
         grazing_orbit(scene, orbit, request, &mut |moment| record(rows.row(&moment)))?;
         return Ok(TimeSeries { parameters, duration, points: Vec::new(), early_end: None });
     }
-    let length = duration * request.returns as f64;
-    let samples = request.returns.saturating_mul(request.samples);
+    let settled = duration * request.settle as f64;
+    let length = settled + duration * request.returns as f64;
+    let samples = request.returns.saturating_add(request.settle).saturating_mul(request.samples);
     let outcome = returns.sample(frame.state(), length, samples, &mut |moment| {
-        record(rows.row(&moment));
+        if request.settle == 0 || moment.time >= settled {
+            record(rows.row(&Moment { time: moment.time - settled, ..moment }));
+        }
     })?;
     let early_end = EarlyEnd::of(outcome);
     Ok(TimeSeries { parameters, duration, points: Vec::new(), early_end })

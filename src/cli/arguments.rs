@@ -587,6 +587,15 @@ pub(super) struct TrajectoryArguments {
     /// and return by return
     #[arg(long, value_name = "DIGITS", conflicts_with = "start")]
     pub(super) itinerary: Option<String>,
+    /// Returns to the section that are simulated first and not written: the orbit settles
+    #[arg(
+        long,
+        value_name = "K",
+        allow_negative_numbers = true,
+        default_value_t = 0,
+        value_parser = clap::value_parser!(u32).range(0..=10_000_000)
+    )]
+    pub(super) settle: u32,
     /// Periods of the orbit that are simulated; without one, returns to the section
     #[arg(
         long,

@@ -129,6 +129,13 @@ impl LociListing {
         self.loci.iter().any(|locus| locus.kind == LocusKind::Graze)
     }
 
+    /// The crises, with their numbers from 1.
+    pub fn crises(&self) -> impl Iterator<Item = (usize, &LocusRecord)> {
+        let loci = self.loci.iter().enumerate();
+        let crises = loci.filter(|(_, locus)| locus.kind == LocusKind::Crisis);
+        crises.map(|(number, locus)| (number + 1, locus))
+    }
+
     /// The points of codimension two: the locus that each lies on, and it.
     pub fn special(&self) -> impl Iterator<Item = (usize, &LocusRecord, &LocusPointRecord)> {
         let loci = self.loci.iter().enumerate();
@@ -238,6 +245,14 @@ impl LociListing {
             using_words(self.using),
             self.table()?.to_text()
         );
+        for (number, locus) in self.crises() {
+            text.push_str(&format!(
+                "\nlocus {number}: an attractor touches the stable manifold of the saddle {}; \
+                 contacts from the saddle back to it: {}\n",
+                locus.itinerary,
+                locus.excursion.as_deref().unwrap_or_default()
+            ));
+        }
         if self.using == "direct" {
             text.push_str(
                 "\nphysical parts, looked for along branches of direct simulation at five values \

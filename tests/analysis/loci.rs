@@ -259,3 +259,13 @@ fn a_compliant_stop_has_its_loci_and_no_tangency() {
         assert!(labels.flatten().next().is_none(), "{name}");
     }
 }
+
+/// A doubled orbit of two alike contacts is one orbit, whichever of them it is begun at.
+#[test]
+fn a_flip_of_two_alike_contacts_is_followed_once() {
+    let map = map_of(Scene::load("scenes/mems_codim2.toml").expect("a scene"));
+    let width = map.local().window.parameter[1];
+    let found = found(&map, &["1", "11"], &[LocusKind::Flip], width, false);
+    let doubled = found.loci.iter().filter(|locus| locus.itinerary.to_string() == "11");
+    assert_eq!(doubled.count(), 1);
+}

@@ -12,7 +12,8 @@ use grazemap::report::time_series_figures;
 use crate::support::scenes::{grazing, grazing_by, index, text};
 
 fn request(start: &[f64], parameters: usize, returns: usize, samples: usize) -> TimeSeriesRequest {
-    TimeSeriesRequest { start: start.to_vec(), parameters: vec![0.0; parameters], returns, samples }
+    let (start, parameters) = (start.to_vec(), vec![0.0; parameters]);
+    TimeSeriesRequest { start, parameters, settle: 0, returns, samples }
 }
 
 fn series(scene: &Scene, orbit: &GrazingOrbit, request: &TimeSeriesRequest) -> TimeSeries {
@@ -133,4 +134,21 @@ fn a_portrait_marks_the_points_of_a_stroboscopic_section() {
     let stroboscopic = [("section.kind", "\"stroboscopic\""), ("section.phase", "1.0")];
     let points = marked(&stroboscopic).expect("drawn");
     assert_eq!(points.len(), 4, "{points:?}");
+}
+
+/// What an orbit has settled on is what is written: the same rows as far on in one that is written
+/// from the start.
+#[test]
+fn a_series_begins_where_the_orbit_has_settled() {
+    let (scene, orbit) = grazing("linear");
+    let whole = series(&scene, &orbit, &request(&[1e-3, 0.01], 2, 12, 20));
+    let settled = TimeSeriesRequest { settle: 9, ..request(&[1e-3, 0.01], 2, 3, 20) };
+    let settled = series(&scene, &orbit, &settled);
+    let before = 9.0 * whole.duration;
+    let later: Vec<_> = whole.points.iter().filter(|point| point.time >= before).collect();
+    assert_eq!(settled.points.len(), later.len());
+    for (point, later) in settled.points.iter().zip(later) {
+        assert_eq!((point.time, &point.state), (later.time - before, &later.state));
+        assert_eq!(point.event, later.event);
+    }
 }

@@ -211,8 +211,8 @@ def loci(
     """Follow loci of periodic orbits in two parameters, with their points of codimension two.
 
     ``range`` holds offsets of the first parameter, by default those of the window; ``kind`` is
-    some of ``"graze"``, ``"fold"``, ``"flip"``, ``"torus"``, by default all. With ``chart`` the
-    figure shows the scene's chart in these parameters below the loci.
+    some of ``"graze"``, ``"fold"``, ``"flip"``, ``"torus"``, ``"crisis"``, by default all but
+    crises. With ``chart`` the figure shows the scene's chart in these parameters below the loci.
 
     The rows are those of ``grazemap loci``.
     """
@@ -308,6 +308,7 @@ def trajectory(
     at: Mapping[str, float] | None = None,
     start: Mapping[str, float] | None = None,
     itinerary: str | None = None,
+    settle: int | None = None,
     periods: int | None = None,
     samples: int | None = None,
     progress: Progress | bool | None = None,
@@ -315,7 +316,8 @@ def trajectory(
     """Simulate time series directly: from a point of the section, or on a periodic orbit.
 
     ``start`` holds offsets of the section's coordinates, by default all 0, the grazing orbit;
-    ``itinerary`` names a periodic orbit instead. The rows are those of ``grazemap trajectory``.
+    ``itinerary`` names a periodic orbit instead; ``settle`` returns are simulated first, without
+    rows. The rows are those of ``grazemap trajectory``.
 
     >>> series = trajectory(Scene.catalogue("linear"), periods=2, samples=50)
     >>> bool(series["t"][-1] > series["t"][0])
@@ -325,6 +327,7 @@ def trajectory(
         "at": at,
         "start": start,
         "itinerary": itinerary,
+        "settle": settle,
         "periods": periods,
         "samples": samples,
     }

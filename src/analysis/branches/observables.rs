@@ -83,6 +83,7 @@ fn of_orbit(
     let request = TimeSeriesRequest {
         start: found.states[0].clone(),
         parameters: found.parameters.clone(),
+        settle: 0,
         returns: found.itinerary.period(),
         samples: SAMPLES,
     };

@@ -136,8 +136,8 @@ impl<R> Connection<R> {
         let end = (last + 1 - n) % n;
         let (plus, minus) = (S::one(), -S::one());
         let (mut terms, mut row) = (Vec::new(), 0);
-        for number in 0..=last {
-            for part in 0..lacking[number] {
+        for (number, &contacts) in lacking.iter().enumerate() {
+            for part in 0..contacts {
                 terms.push(Term { row, share: plus, number, part: 2 * d + part });
                 row += 1;
             }

@@ -2,9 +2,9 @@
 //!
 //! One idea: the attractor is where the unstable manifold of the saddle goes, so a crisis is the
 //! first touch of both manifolds (`GrebogiOttYorke1983`). Near a graze the unstable manifold comes
-//! furthest at a corner, an image of its first meeting with the graze. Where an image of it comes to
-//! lie on the stable manifold in one parameter is looked for by iteration, solved for as an orbit
-//! from the saddle back to it, and followed in two.
+//! furthest at a corner, an image of its first meeting with the graze. Where an image of that comes
+//! to lie on the stable manifold in one parameter is looked for by iteration, solved for as an
+//! orbit from the saddle back to it, and followed in two.
 
 use super::connection::{Connection, Unstable, jacobian};
 use super::data::{LociRequest, Locus, LocusEnd, LocusKind, LocusPoint};
@@ -98,6 +98,9 @@ struct Corner {
     /// The coordinates across the stable manifold of it and of its images.
     across: Vec<f64>,
 }
+
+/// A section point and the depth variables of the contacts that follow.
+type PointOfReturn = (Vec<f64>, Vec<f64>);
 
 /// A touch of both manifolds near a value of the second parameter.
 struct Touch {
@@ -230,7 +233,7 @@ impl<'a> MapCrises<'a> {
         let mut returns = self.returns(made);
         let mut depths = depths.into_iter();
         let points = there.extra.states.iter().zip(itinerary.returns());
-        let points: Vec<(Vec<f64>, Vec<f64>)> = points
+        let points: Vec<PointOfReturn> = points
             .map(|(state, made)| (state.clone(), depths.by_ref().take(made.len()).collect()))
             .collect();
         let all = returns.unknowns(&points, &parameters);
@@ -382,11 +385,15 @@ impl<'a> MapCrises<'a> {
         let growth = saddle.unstable.multiplier.ln();
         let length = |share: f64| side * BESIDE * saddle.bend * (share * growth).exp();
         let share = |number: usize| number as f64 / (PIECE - 1) as f64;
-        let made = |share: f64| self.orbit(&frozen, saddle, length(share), count).1;
-        let all: Vec<Vec<PassageSet>> = (0..PIECE).map(|number| made(share(number))).collect();
-        let (at, number) = (0..count).find_map(|at| {
+        let made = |share: f64, count: usize| self.orbit(&frozen, saddle, length(share), count).1;
+        // What leaves comes to the first graze a period later at most.
+        let leaving = count.saturating_sub((PERIODS - 1) * itinerary.period());
+        let all: Vec<Vec<PassageSet>> =
+            (0..PIECE).map(|number| made(share(number), leaving)).collect();
+        let (at, number) = (0..leaving).find_map(|at| {
             let change = |number: &usize| {
-                matches!((all[*number].get(at), all[number + 1].get(at)), (Some(a), Some(b)) if a != b)
+                let pair = all[*number].get(at).zip(all[number + 1].get(at));
+                pair.is_some_and(|(a, b)| a != b)
             };
             Some((at, (0..PIECE - 1).find(change)?))
         })?;
@@ -397,11 +404,12 @@ impl<'a> MapCrises<'a> {
             if middle <= ends[0] || middle >= ends[1] {
                 break;
             }
-            let is_first = made(middle).get(at) == Some(&first);
+            let is_first = made(middle, at + 1).get(at) == Some(&first);
             ends[usize::from(!is_first)] = middle;
         }
         // The image of a graze is that without the contact, which the root does not magnify.
-        let without = if made(ends[0])[at].len() < made(ends[1])[at].len() { 0 } else { 1 };
+        let contacts = ends.map(|end| made(end, at + 1).get(at).map_or(0, |made| made.len()));
+        let without = usize::from(contacts[0] > contacts[1]);
         let (path, _) = self.orbit(&frozen, saddle, length(ends[without]), count);
         let start = saddle.states[0];
         let across = path[at..].iter().map(|state| {
@@ -451,7 +459,7 @@ impl<'a> MapCrises<'a> {
         // The last image is the saddle's point.
         states.pop();
         let unit = self.returns(Vec::new()).units().1;
-        let mut points: Vec<(Vec<f64>, Vec<f64>)> = Vec::new();
+        let mut points: Vec<PointOfReturn> = Vec::new();
         let mut made: Vec<PassageSet> = Vec::new();
         let mut near: Vec<(f64, usize, usize)> = Vec::new();
         let all = saddle.states.iter().chain(&states);
@@ -505,7 +513,7 @@ impl<'a> MapCrises<'a> {
         &self,
         itinerary: &ContactItinerary,
         saddle: &Saddle,
-        (points, made): (Vec<(Vec<f64>, Vec<f64>)>, Vec<PassageSet>),
+        (points, made): (Vec<PointOfReturn>, Vec<PassageSet>),
         corner: Option<(usize, usize)>,
         known: &mut Vec<(Trace, Vec<PassageSet>)>,
     ) -> Option<Option<Crisis>> {

@@ -375,16 +375,39 @@ impl<'a> MapLoci<'a> {
             })
             .collect();
         let points = each_once(points);
-        let Seed { kind, itinerary, .. } = seed;
+        let (kind, itinerary) = (seed.kind, &seed.itinerary);
         // Where another contact grazes all along, the orbit is one of fewer contacts.
         let d = self.map.dimension();
         let grazing = (d..d + itinerary.contacts())
             .filter(|&place| points.iter().all(|point| point.unknowns[place].abs() < SAME));
-        let shorter = points.iter().all(|point| self.repeats(&itinerary, &point.unknowns));
-        if shorter || grazing.count() > usize::from(kind == LocusKind::Graze) {
+        let shorter = points.iter().all(|point| self.repeats(itinerary, &point.unknowns));
+        let middle = &points[points.len() / 2].unknowns;
+        let again = self.begun_later(itinerary, middle).iter().any(|later| {
+            let alike = |trace: &&Trace| trace.kind == kind && trace.itinerary == *itinerary;
+            traces.iter().filter(alike).any(|trace| trace.holds(&mut equations, later))
+        });
+        if again || shorter || grazing.count() > usize::from(kind == LocusKind::Graze) {
             return;
         }
+        let itinerary = seed.itinerary;
         traces.push(Trace { kind, itinerary, points, ends: ends.map(LocusEnd::of) });
+    }
+
+    /// The same orbit begun at its other returns with the same contacts to come.
+    fn begun_later(&self, itinerary: &ContactItinerary, unknowns: &[f64]) -> Vec<Vec<f64>> {
+        let equations = self.rounded(itinerary);
+        let (d, units) = (equations.first_depth_variable(), equations.units());
+        let Some(there) = equations.at(&unknowns[..units.len()]) else { return Vec::new() };
+        let later = (1..itinerary.period()).filter(|&later| itinerary.repeats_after(later));
+        let begun = later.map(|later| {
+            let before: usize = itinerary.returns()[..later].iter().map(|made| made.len()).sum();
+            let mut rotated = unknowns.to_vec();
+            let state = there.extra.states[later].iter().zip(units);
+            rotated.splice(..d, state.map(|(value, unit)| value / unit));
+            rotated[d..d + itinerary.contacts()].rotate_left(before);
+            rotated
+        });
+        begun.collect()
     }
 
     /// Whether an orbit is one of a shorter period, gone through several times.

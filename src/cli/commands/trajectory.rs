@@ -17,6 +17,7 @@ pub(in crate::cli) fn run(options: &TrajectoryArguments) -> Result<(), CliError>
         at: options.at.clone().unwrap_or_default(),
         start: options.start.clone().unwrap_or_default(),
         itinerary: options.itinerary.clone(),
+        settle: options.settle,
         periods: options.periods,
         samples: options.samples,
     };

@@ -27,7 +27,7 @@ pub struct LociKeys {
     pub to: Option<f64>,
     /// Offsets of further active parameters, those not named 0.
     pub at: Named<f64>,
-    /// Which loci; none: all.
+    /// Which loci; none: all but crises.
     pub kind: Vec<LocusKind>,
     /// The contacts of the orbits; none: all of short periods.
     pub itineraries: Vec<String>,

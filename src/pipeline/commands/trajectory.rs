@@ -23,6 +23,8 @@ pub struct TrajectoryKeys {
     pub start: Named<f64>,
     /// The contacts of the periodic orbit to start on, in the place of `start`.
     pub itinerary: Option<String>,
+    /// Returns to the section that are simulated first and not written: the orbit settles.
+    pub settle: u32,
     /// Periods of that orbit or, without one, returns to the section.
     pub periods: u32,
     /// Rows per return, evenly spaced in time, beside those of events.
@@ -33,7 +35,7 @@ impl Default for TrajectoryKeys {
     /// The grazing orbit over a return, in 400 rows.
     fn default() -> Self {
         let (at, start) = (Named::default(), Named::default());
-        Self { at, start, itinerary: None, periods: 1, samples: Self::SAMPLES }
+        Self { at, start, itinerary: None, settle: 0, periods: 1, samples: Self::SAMPLES }
     }
 }
 
@@ -64,6 +66,7 @@ impl TrajectoryKeys {
         let mut request = TimeSeriesRequest {
             start: named_offsets("start", COORDINATES, &self.start, &coordinates)?,
             parameters: named_offsets("at", ACTIVE, &self.at, &active)?,
+            settle: self.settle as usize,
             returns: self.periods as usize,
             samples: self.samples as usize,
         };
