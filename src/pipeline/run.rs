@@ -94,7 +94,10 @@ struct SweepTimes {
 pub fn run(source: Source, folder: PathBuf, watch: &dyn RunWatch) -> Result<String, Error> {
     let mut clock = Clock { watch, stages: Vec::new() };
     let remarks = |remarks: Vec<String>| remarks.iter().for_each(|words| watch.remark(words));
-    let memory = |bytes| Ok::<(), Error>(remarks(refuse_memory(bytes)?.into_iter().collect()));
+    let memory = |bytes| -> Result<(), Error> {
+        remarks(refuse_memory(bytes)?.into_iter().collect());
+        Ok(())
+    };
     let scene = source.scene();
     check_orders(scene)?;
     scene.check_diagrams()?;
