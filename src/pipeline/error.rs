@@ -138,7 +138,7 @@ pub enum Error {
     },
     /// A key of a command whose value asks for nothing that there is.
     #[error(transparent)]
-    Key(#[from] KeyError),
+    Key(Box<KeyError>),
     /// A computation that ended without what was asked for.
     #[error(transparent)]
     Ended(#[from] Ended),
@@ -154,6 +154,12 @@ pub enum Error {
     /// A result that could not be laid out or written.
     #[error(transparent)]
     Report(#[from] ReportError),
+}
+
+impl From<KeyError> for Error {
+    fn from(error: KeyError) -> Self {
+        Self::Key(Box::new(error))
+    }
 }
 
 impl Error {
