@@ -57,12 +57,17 @@ print(again.noise, again.errors)
 assert np.allclose(again.noise, list(noise.values()), rtol=0.3)
 
 # %% [markdown]
-# Noise in the oscillator itself: a restitution that is drawn afresh at every return, and the
-# density that it makes.
+# Noise in the oscillator itself: a forcing that is drawn afresh at every return. A little of it
+# spreads the orbit below its graze; more makes it touch the stop, and it leaves for another orbit,
+# far away, with a contact in every period.
 
 # %%
-spread = gm.noise(m, {"r": 2e-3}, at={"V": 1e-6}, orbits=100, keep=20, seed=7)
+linear = gm.Scene.catalogue("linear").graze().map()
+below = {"alpha": -1e-4}
+spread = gm.noise(linear, {"alpha": 1e-6}, at=below, orbits=100, keep=20, seed=7)
 across, up, density = spread.density()
-print(spread, density.shape, spread.document["contacts"])
-assert 0 < spread.document["contacts"] < 1
-spread
+print(spread, density.shape)
+gone = gm.noise(linear, {"alpha": 1e-4}, at=below, orbits=100, keep=20, seed=7)
+print("share of returns with contact:", spread.document["contacts"], gone.document["contacts"])
+assert spread.document["contacts"] == 0
+assert gone.document["contacts"] == 1

@@ -298,7 +298,8 @@ def test_a_fit_finds_parameters_and_says_what_it_needs(m: gm.Map) -> None:
     rng = np.random.default_rng(1)
     truth = {"alpha": 3e-7, "omega": -2e-7}
     starts = np.array([-6e-6, 0.0]) + rng.uniform(-4e-6, 4e-6, (30, 2))
-    orbits = m.iterate(starts, list(truth.values()), 3)
+    # Orbits leave the window, where the map alone is not the oscillator.
+    orbits = m.iterate(starts, list(truth.values()), 3, using="guarded")
     points = np.concatenate([starts[:, None], orbits], axis=1)
     noisy = points + 1e-9 * rng.normal(size=points.shape)
     found = gm.fit(m, noisy, list(truth), noise={"x": 1e-9, "theta": 1e-9})
@@ -317,6 +318,19 @@ def test_a_fit_finds_parameters_and_says_what_it_needs(m: gm.Map) -> None:
         gm.fit(m, points[..., :1], ["alpha"])
     with pytest.raises(gm.InputError, match="4 numbers were measured, and 4 are unknown"):
         gm.fit(m, points[0, :2], ["alpha", "omega"])
+
+
+def test_a_fit_in_a_false_minimum_says_so(m: gm.Map) -> None:
+    rng = np.random.default_rng(1)
+    truth = [3e-7, -2e-7]
+    # Starts less deep than the noise.
+    starts = np.array([-6e-6, 0.0]) + rng.uniform(-1, 1, (30, 2)) * [4e-6, 1e-4]
+    orbits = m.iterate(starts, truth, 3, using="guarded")
+    points = np.concatenate([starts[:, None], orbits], axis=1)
+    noisy = points + 1e-8 * rng.normal(size=points.shape)
+    found = gm.fit(m, noisy, ["alpha", "omega"], noise={"x": 1e-8, "theta": 1e-8})
+    assert found.document["end"] == "misfit"
+    assert any("larger than the noise makes it" in remark for remark in found.remarks)
 
 
 def test_noise_is_drawn_by_its_seed(m: gm.Map) -> None:

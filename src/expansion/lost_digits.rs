@@ -10,8 +10,9 @@ use crate::jet::Jet;
 use crate::model::MapOrders;
 use crate::numeric::{Dd, Real};
 
-/// Highest order of `P_smooth` that is expanded again, and of fields with more than so many products.
+/// Highest order of `P_smooth` that is expanded again.
 const SMOOTH_ORDER: u32 = 2;
+/// A number of products of a field, and the order of those with more.
 const SMOOTH_ORDER_OF_MANY: (usize, u32) = (100, 1);
 /// Weight to which `D` is always expanded again, and beyond it as far as the space has no more
 /// monomials than this.

@@ -72,17 +72,12 @@ pub fn fit_remarks(fit: &Fit, by_map_alone: bool) -> Vec<String> {
             100.0 * fit.outside
         )
     });
-    let shallow = fit.end == FitEnd::Converged && fit.noise_is_known;
-    let (sum, freedom) = (fit.sum_of_squares, fit.freedom as f64);
-    // Five standard deviations of a chi-squared number.
-    let excess = shallow && (sum - freedom).abs() > 5.0 * (2.0 * freedom).sqrt();
-    let excess = excess.then(|| {
-        format!(
-            "warning: the sum of squares is {sum:.1} where {freedom} was to be expected: the noise \
-             is not as stated, or the model is not that of the data"
-        )
+    let estimated = (!fit.noise_is_known && fit.end == FitEnd::Converged).then(|| {
+        "note: the noise is estimated from the residuals, so that a false minimum cannot be told; \
+         state the noise where it is known"
+            .to_owned()
     });
-    [end, outside, excess].into_iter().flatten().collect()
+    [end, outside, estimated].into_iter().flatten().collect()
 }
 
 /// Densities of the coordinates, one row for each cell of each.

@@ -45,6 +45,9 @@ pub struct MeasuredSeries {
 pub enum FitEnd {
     /// At a least sum of squares.
     Converged,
+    /// At a sum of squares more than five standard deviations above what the stated noise makes:
+    /// starts on the wrong side of their graze, more noise, or data of another model.
+    Misfit,
     /// No step lowers the sum of squares, and it is no smooth minimum: the orbits graze there.
     Stalled,
     /// After the most steps that are taken.
@@ -62,6 +65,11 @@ impl FitEnd {
     pub fn words(self) -> Option<&'static str> {
         match self {
             Self::Converged => None,
+            Self::Misfit => Some(
+                "the sum of squares is larger than the noise makes it: a false minimum with \
+                 contacts that are not those of the data (begin nearer, `at`), more noise than \
+                 stated, or another model; standard errors do not hold",
+            ),
             Self::Stalled => Some(
                 "no step lowers the sum of squares: orbits graze there, and standard errors do \
                  not hold",

@@ -44,6 +44,8 @@ const SETTLED: f64 = 1e-3;
 /// Step over the unknowns' sizes, and change of the sum of squares over itself, at which the least
 /// squares have converged.
 const CONVERGED: f64 = 1e-12;
+/// Standard deviations of a sum of squares by which it may be larger than its mean.
+const MISFIT: f64 = 5.0;
 /// Largest damping: no step lowers the sum of squares.
 const MOST_DAMPING: f64 = 1e16;
 
@@ -112,6 +114,10 @@ fn fitted<M: DifferentiableMap>(
     let round = Round { problem, map, noise: &noise };
     let covariance = round.covariance(&unknowns);
     let (sum, freedom) = (round.sum(&unknowns), problem.freedom());
+    let excess = sum - freedom as f64;
+    if known && end == FitEnd::Converged && excess > MISFIT * (2.0 * freedom as f64).sqrt() {
+        end = FitEnd::Misfit;
+    }
     let outcome = problem.outcome(map, &unknowns, &noise, covariance.as_ref());
     Fit { steps, end, sum_of_squares: sum, freedom, noise_is_known: known, ..outcome }
 }
