@@ -213,6 +213,44 @@
     ...data.coordinates.map(({ name }, coordinate) => ({ text: `${name} (offset)`, coordinate })),
   ];
 
+  /**
+   * Hands what a reader does on a canvas to the pane that draws it, points in the canvas's own
+   * coordinates; `keys(event)` has the pane's actions by key, beside those that zoom.
+   */
+  const listen = (canvas, { press, move, release, cancel, zoom, zoomAt, reset, keys }) => {
+    const point = (event) => {
+      const place = canvas.getBoundingClientRect();
+      return [event.clientX - place.left, event.clientY - place.top];
+    };
+    canvas.addEventListener("pointerdown", (event) => {
+      if (event.button) return;
+      canvas.focus({ preventScroll: true });
+      canvas.setPointerCapture(event.pointerId);
+      press(point(event), event);
+    });
+    canvas.addEventListener("pointermove", (event) => move(point(event)));
+    canvas.addEventListener("pointerup", (event) => release(point(event)));
+    canvas.addEventListener("pointercancel", cancel);
+    canvas.addEventListener("dblclick", reset);
+    canvas.addEventListener(
+      "wheel",
+      (event) => {
+        // The page scrolls over a picture that is not being worked with.
+        if (document.activeElement !== canvas && !event.ctrlKey) return;
+        event.preventDefault();
+        zoomAt(Math.exp(Math.sign(event.deltaY) * 0.25), point(event), event);
+      },
+      { passive: false },
+    );
+    canvas.addEventListener("keydown", (event) => {
+      const zooms = { "+": () => zoom(0.6), "=": () => zoom(0.6), "-": () => zoom(1 / 0.6) };
+      const action = { ...zooms, 0: reset, Home: reset, ...keys(event) }[event.key];
+      if (!action || event.ctrlKey || event.metaKey) return;
+      event.preventDefault();
+      action();
+    });
+  };
+
   /** The live diagram of one of the run's. */
   function diagramPane(host, diagram) {
     const axis = diagram.axis;
@@ -741,25 +779,16 @@
 
     let box = null;
     let grip = null;
-    const point = (event) => {
-      const place = canvas.getBoundingClientRect();
-      return [event.clientX - place.left, event.clientY - place.top];
-    };
-    canvas.addEventListener("pointerdown", (event) => {
-      if (event.button) return;
-      canvas.focus({ preventScroll: true });
-      canvas.setPointerCapture(event.pointerId);
-      const [x, y] = point(event);
+    function press([x, y], event) {
       grip = {
         x,
         y,
         view: { x: view.x.slice(), y: view.y && view.y.slice() },
         pans: event.shiftKey,
       };
-    });
-    canvas.addEventListener("pointermove", (event) => {
+    }
+    function move([x, y]) {
       const { plot } = size();
-      const [x, y] = point(event);
       if (!grip) {
         if (view.y && x >= plot.x && x <= plot.x + plot.w) hover(fromX(x, plot), fromY(y, plot));
         return;
@@ -776,10 +805,9 @@
         box = [grip.x, grip.y, x, y];
         redraw();
       }
-    });
-    canvas.addEventListener("pointerup", (event) => {
+    }
+    function release([x, y]) {
       const { plot } = size();
-      const [x, y] = point(event);
       const held = grip;
       grip = null;
       if (!held || held.pans) return;
@@ -792,27 +820,13 @@
       } else if (x >= plot.x && x <= plot.x + plot.w) {
         mark(fromX(x, plot));
       }
-    });
-    canvas.addEventListener("pointercancel", () => ((grip = box = null), redraw()));
-    canvas.addEventListener("dblclick", reset);
-    canvas.addEventListener(
-      "wheel",
-      (event) => {
-        // The page scrolls over a diagram that is not being worked with.
-        if (document.activeElement !== canvas && !event.ctrlKey) return;
-        event.preventDefault();
-        const { plot } = size();
-        const [x, y] = point(event);
-        zoom(
-          Math.exp(Math.sign(event.deltaY) * 0.25),
-          [fromX(x, plot), view.y ? fromY(y, plot) : 0],
-          event.altKey,
-        );
-      },
-      { passive: false },
-    );
-    canvas.addEventListener("keydown", (event) => {
-      const step = (view.x[1] - view.x[0]) / columns();
+    }
+    function zoomAt(factor, [x, y], event) {
+      const { plot } = size();
+      zoom(factor, [fromX(x, plot), view.y ? fromY(y, plot) : 0], event.altKey);
+    }
+    function keys(event) {
+      const step = ((view.x[1] - view.x[0]) / columns()) * (event.shiftKey ? 10 : 1);
       const shift = (share) =>
         look(
           view.x.map((end) => end + share * (view.x[1] - view.x[0])),
@@ -820,22 +834,15 @@
           60,
         );
       const middle = marker ?? (view.x[0] + view.x[1]) / 2;
-      const actions = {
-        ArrowLeft: () => mark(Math.max(view.x[0], middle - step * (event.shiftKey ? 10 : 1))),
-        ArrowRight: () => mark(Math.min(view.x[1], middle + step * (event.shiftKey ? 10 : 1))),
-        "+": () => zoom(0.6),
-        "=": () => zoom(0.6),
-        "-": () => zoom(1 / 0.6),
+      return {
+        ArrowLeft: () => mark(Math.max(view.x[0], middle - step)),
+        ArrowRight: () => mark(Math.min(view.x[1], middle + step)),
         PageUp: () => shift(-0.25),
         PageDown: () => shift(0.25),
-        0: reset,
-        Home: reset,
       };
-      const action = actions[event.key];
-      if (!action || event.ctrlKey || event.metaKey) return;
-      event.preventDefault();
-      action();
-    });
+    }
+    const cancel = () => ((grip = box = null), redraw());
+    listen(canvas, { press, move, release, cancel, zoom, zoomAt, reset, keys });
 
     // What can be chosen.
     for (const heading of ["up", "down"]) {
@@ -1207,24 +1214,14 @@
       );
     };
     const reset = () => look(home.x.slice(), home.y.slice(), 0);
-    const point = (event) => {
-      const at = canvas.getBoundingClientRect();
-      return [event.clientX - at.left, event.clientY - at.top];
-    };
-    canvas.addEventListener("pointerdown", (event) => {
-      if (event.button) return;
-      canvas.focus({ preventScroll: true });
-      canvas.setPointerCapture(event.pointerId);
-      grip = point(event);
-    });
-    canvas.addEventListener("pointermove", (event) => {
-      const own = point(event);
+    const press = (own) => (grip = own);
+    const move = (own) => {
       if (grip && Math.hypot(own[0] - grip[0], own[1] - grip[1]) > 5) box = [...grip, ...own];
       if (grip) return redraw();
       if (kindAt(from(own)) !== undefined) say(from(own));
-    });
-    canvas.addEventListener("pointerup", (event) => {
-      const [held, own] = [grip, point(event)];
+    };
+    const release = (own) => {
+      const held = grip;
       grip = null;
       if (!held) return;
       if (!box) return mark(from(own));
@@ -1232,41 +1229,20 @@
       const [a, b] = [from(held), from(own)];
       const sorted = (n) => [Math.min(a[n], b[n]), Math.max(a[n], b[n])];
       look(sorted(0), sorted(1), 0);
-    });
-    canvas.addEventListener("pointercancel", () => ((grip = box = null), redraw()));
-    canvas.addEventListener("dblclick", reset);
-    canvas.addEventListener(
-      "wheel",
-      (event) => {
-        if (document.activeElement !== canvas && !event.ctrlKey) return;
-        event.preventDefault();
-        zoom(Math.exp(Math.sign(event.deltaY) * 0.25), from(point(event)));
-      },
-      { passive: false },
-    );
-    canvas.addEventListener("keydown", (event) => {
-      const steps = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[
-        event.key
-      ];
-      const actions = {
-        "+": () => zoom(0.6),
-        "=": () => zoom(0.6),
-        "-": () => zoom(1 / 0.6),
-        0: reset,
-        Home: reset,
-      };
+    };
+    const zoomAt = (factor, own) => zoom(factor, from(own));
+    const keys = () => {
       const [a, b] = marker ?? [(view.x[0] + view.x[1]) / 2, (view.y[0] + view.y[1]) / 2];
-      const action = steps
-        ? () =>
-            mark([
-              a + (steps[0] * (view.x[1] - view.x[0])) / columns,
-              b + (steps[1] * (view.y[1] - view.y[0])) / rows,
-            ])
-        : actions[event.key];
-      if (!action || event.ctrlKey || event.metaKey) return;
-      event.preventDefault();
-      action();
-    });
+      const step = [(view.x[1] - view.x[0]) / columns, (view.y[1] - view.y[0]) / rows];
+      return {
+        ArrowLeft: () => mark([a - step[0], b]),
+        ArrowRight: () => mark([a + step[0], b]),
+        ArrowUp: () => mark([a, b + step[1]]),
+        ArrowDown: () => mark([a, b - step[1]]),
+      };
+    };
+    const cancel = () => ((grip = box = null), redraw());
+    listen(canvas, { press, move, release, cancel, zoom, zoomAt, reset, keys });
     const name = `${data.scene}-${across.name}-${upwards.name}`;
     const csv = () => {
       const lines = [...cells]

@@ -546,7 +546,8 @@ impl Map {
     /// let branch = found.branches.iter().find(|branch| branch.itinerary.contacts() == 1);
     /// let branch = branch.ok_or("no branch with an impact")?;
     /// let goes_back = |alpha: f64| alpha < 1e-12;
-    /// assert!(branch.points.iter().all(|p| !p.orbit.physical || goes_back(p.orbit.parameters[0])));
+    /// let mut physical = branch.points.iter().filter(|point| point.orbit.physical);
+    /// assert!(physical.all(|point| goes_back(point.orbit.parameters[0])));
     /// let special = branch.points.iter().filter_map(|point| point.special.as_ref());
     /// assert!(special.into_iter().any(|special| special.label == BranchLabel::Graze));
     /// # Ok::<(), Box<dyn std::error::Error>>(())

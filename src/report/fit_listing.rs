@@ -2,7 +2,7 @@
 
 use super::figure::{Axis, Figure, Series, Stroke, symbol};
 use super::{Cell, Column, ReportError, Table};
-use crate::analysis::fit::{Fit, FitEnd};
+use crate::analysis::fit::{Fit, FitEnd, misfit};
 use crate::analysis::noise::{NoiseRequest, NoisyOrbits};
 use crate::expansion::LocalMap;
 
@@ -77,7 +77,16 @@ pub fn fit_remarks(fit: &Fit, by_map_alone: bool) -> Vec<String> {
          state the noise where it is known"
             .to_owned()
     });
-    [end, outside, estimated].into_iter().flatten().collect()
+    let (sum, freedom) = (fit.sum_of_squares, fit.freedom as f64);
+    let is_small =
+        fit.noise_is_known && fit.end == FitEnd::Converged && misfit(sum, freedom) < -1.0;
+    let small = is_small.then(|| {
+        format!(
+            "warning: the sum of squares is {sum:.1} where {freedom} was to be expected: the noise \
+             is smaller than stated"
+        )
+    });
+    [end, outside, estimated, small].into_iter().flatten().collect()
 }
 
 /// Densities of the coordinates, one row for each cell of each.

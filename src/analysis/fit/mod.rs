@@ -114,12 +114,16 @@ fn fitted<M: DifferentiableMap>(
     let round = Round { problem, map, noise: &noise };
     let covariance = round.covariance(&unknowns);
     let (sum, freedom) = (round.sum(&unknowns), problem.freedom());
-    let excess = sum - freedom as f64;
-    if known && end == FitEnd::Converged && excess > MISFIT * (2.0 * freedom as f64).sqrt() {
+    if known && end == FitEnd::Converged && misfit(sum, freedom as f64) > 1.0 {
         end = FitEnd::Misfit;
     }
     let outcome = problem.outcome(map, &unknowns, &noise, covariance.as_ref());
     Fit { steps, end, sum_of_squares: sum, freedom, noise_is_known: known, ..outcome }
+}
+
+/// How far a sum of squares is above its mean, in units of what chance explains; negative below.
+pub fn misfit(sum: f64, freedom: f64) -> f64 {
+    (sum - freedom) / (MISFIT * (2.0 * freedom).sqrt())
 }
 
 /// Least squares with a size of the noise.
