@@ -143,7 +143,8 @@ pub(in crate::analysis) fn branches_from(
     let system = HybridSystem::new(&scene.model);
     let continuation = Continuation::new(&system, scene, orbit, map, (request, graze), progress)?;
     let found = continuation.all(follow);
-    let traces = found.iter().flat_map(|(itinerary, traces)| traces.iter().map(move |t| (itinerary, t)));
+    let traces =
+        found.iter().flat_map(|(itinerary, traces)| traces.iter().map(move |t| (itinerary, t)));
     let traces: Vec<_> = traces.collect();
     let branches = traces.into_par_iter().enumerate().map(|(number, (itinerary, trace))| {
         let place = [Piece::Branch as u64, number as u64];
@@ -162,8 +163,7 @@ pub(super) fn orbits(
     value: f64,
 ) -> Result<Vec<FoundOrbit>, AnalysisError> {
     let system = HybridSystem::new(&scene.model);
-    let continuation =
-        Continuation::new(&system, scene, orbit, map, (request, None), &NoProgress)?;
+    let continuation = Continuation::new(&system, scene, orbit, map, (request, None), &NoProgress)?;
     let found = continuation.all(Follow::Asked);
     let asked = found.par_iter().filter(|(known, _)| request.itineraries.contains(known));
     let orbits = asked.flat_map_iter(|(itinerary, traces)| {

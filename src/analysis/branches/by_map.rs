@@ -98,7 +98,8 @@ pub(super) fn branches(
         |itinerary, trace| follow.of(request, continuation.led_to(itinerary, trace)),
         |itinerary, seeds, known| continuation.traces(itinerary, seeds, known),
     );
-    let traces = found.iter().flat_map(|(itinerary, traces)| traces.iter().map(move |t| (itinerary, t)));
+    let traces =
+        found.iter().flat_map(|(itinerary, traces)| traces.iter().map(move |t| (itinerary, t)));
     let branches = traces.enumerate().map(|(number, (itinerary, trace))| {
         let place = [Piece::Branch as u64, number as u64];
         resumed(progress, &place, || continuation.branch(itinerary, trace))
@@ -242,8 +243,8 @@ impl<'a> Continuation<'a> {
             return self.doubled(equations, &guess, direction, known);
         }
         let start = solved(equations, &guess)?;
-        let is_new = !equations.is_repeated(&start.2.extra, SAME)
-            && !is_known(equations, &start, known);
+        let is_new =
+            !equations.is_repeated(&start.2.extra, SAME) && !is_known(equations, &start, known);
         is_new.then(|| Trace::through(equations, &start.0, &StepControl::DEFAULT))?
     }
 
