@@ -387,7 +387,7 @@ impl Map {
         self.chart_with(request, &NoProgress)
     }
 
-    fn chart_with(
+    pub(super) fn chart_with(
         &self,
         request: &ChartRequest,
         progress: &dyn Progress,
@@ -588,9 +588,10 @@ impl Map {
         &self,
         request: &BranchRequest,
         found: &Branches,
+        progress: &dyn Progress,
     ) -> Result<Option<BranchDiagram>, Error> {
         let (scene, orbit) = (self.settled().scene(), self.orbit());
-        Ok(branch_diagram(scene, orbit, self.local(), request, found)?)
+        Ok(branch_diagram(scene, orbit, self.local(), request, found, progress)?)
     }
 
     /// Maps of every pair of orders against direct simulation.

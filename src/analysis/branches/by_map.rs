@@ -1,12 +1,13 @@
 //! Branches of the orbits of a local map.
 
 use rayon::prelude::*;
+use serde::Serialize;
 
 use super::data::{Branch, BranchEnd, BranchLabel, BranchPoint, BranchRequest, Branches, Special};
 use super::normal_form::NormalForm;
 use super::trace::{
-    Follow, Of, Trace, apart, each_once, exact_or_zero, null_vector, standard_form, toggled, twice,
-    unit_vector, with_those_led_to,
+    Follow, Of, Piece, Trace, apart, each_once, exact_or_zero, null_vector, standard_form,
+    through_seed, toggled, twice, unit_vector, with_those_led_to,
 };
 use crate::analysis::continuation::{
     CurveEquations, CurvePoint, Linearised, StepControl, corrected, searched, tangent_at, zero_near,
@@ -16,7 +17,7 @@ use crate::analysis::periodic::{
     ByMap, ContactItinerary, FoundOrbit, ItinerarySearch, MapOrbitEquations, OrbitContact,
     PassagesOfOrbit, Settled, window_scales,
 };
-use crate::analysis::progress::Progress;
+use crate::analysis::progress::{Progress, resumed};
 use crate::expansion::LocalMap;
 use crate::iteration::PassageSet;
 use crate::model::Scene;
@@ -46,7 +47,7 @@ const DOUBLED: [f64; 3] = [1e-2, 1e-3, 1e-4];
 type Point = CurvePoint<f64, PassagesOfOrbit<f64>>;
 
 /// An orbit from which a branch is followed: the first point, depth variables, parameter.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize)]
 struct Seed {
     itinerary: ContactItinerary,
     states: Vec<Vec<f64>>,
@@ -63,6 +64,7 @@ struct Continuation<'a> {
     by_map: ByMap<'a>,
     map: &'a LocalMap,
     request: &'a BranchRequest,
+    progress: &'a dyn Progress,
 }
 
 /// The branches of a map.
@@ -79,6 +81,7 @@ pub(super) fn branches(
         by_map: ByMap::new(scene, orbit, map)?,
         map,
         request,
+        progress,
     };
     progress.expect(request.itineraries.len() as u64);
     let settled = continuation.settled();
@@ -95,8 +98,11 @@ pub(super) fn branches(
         |itinerary, trace| follow.of(request, continuation.led_to(itinerary, trace)),
         |itinerary, seeds, known| continuation.traces(itinerary, seeds, known),
     );
-    let branches = found.iter().flat_map(|(itinerary, traces)| {
-        traces.iter().map(|trace| continuation.branch(itinerary, trace))
+    let traces =
+        found.iter().flat_map(|(itinerary, traces)| traces.iter().map(move |t| (itinerary, t)));
+    let branches = traces.enumerate().map(|(number, (itinerary, trace))| {
+        let place = [Piece::Branch as u64, number as u64];
+        resumed(progress, &place, || continuation.branch(itinerary, trace))
     });
     // A branch that is virtual on both sides of a graze touches what is physical there alone.
     let of_stretch = |point: &BranchPoint| {
@@ -216,24 +222,30 @@ impl<'a> Continuation<'a> {
     ) -> Vec<MapTrace> {
         let mut equations = self.equations(itinerary);
         for seed in seeds {
-            let parameters = self.request.parameters(seed.parameter);
-            let guess = equations.unknowns(&seed.states[0], &seed.depth_variables, &parameters);
-            let trace = match &seed.direction {
-                Some(direction) => self.doubled(&mut equations, &guess, direction, &traces),
-                None => {
-                    let Some(start) = solved(&mut equations, &guess) else { continue };
-                    let is_new = !equations.is_repeated(&start.2.extra, SAME)
-                        && !is_known(&mut equations, &start, &traces);
-                    if is_new {
-                        Trace::through(&mut equations, &start.0, &StepControl::DEFAULT)
-                    } else {
-                        None
-                    }
-                }
-            };
+            let trace = through_seed(self.progress, itinerary, traces.len(), &seed, || {
+                self.trace(&mut equations, &seed, &traces)
+            });
             traces.extend(trace);
         }
         traces
+    }
+
+    /// The branch through a seed, if it is another.
+    fn trace(
+        &self,
+        equations: &mut MapOrbitEquations<'_, f64>,
+        seed: &Seed,
+        known: &[MapTrace],
+    ) -> Option<MapTrace> {
+        let parameters = self.request.parameters(seed.parameter);
+        let guess = equations.unknowns(&seed.states[0], &seed.depth_variables, &parameters);
+        if let Some(direction) = &seed.direction {
+            return self.doubled(equations, &guess, direction, known);
+        }
+        let start = solved(equations, &guess)?;
+        let is_new =
+            !equations.is_repeated(&start.2.extra, SAME) && !is_known(equations, &start, known);
+        is_new.then(|| Trace::through(equations, &start.0, &StepControl::DEFAULT))?
     }
 
     /// The branch of the doubled orbits that begins at one that doubles.

@@ -1,8 +1,9 @@
 //! `grazemap branch`: branches of periodic orbits in one parameter.
 
+use super::sweeps::answered;
 use super::{map, open};
 use crate::cli::arguments::BranchArguments;
-use crate::cli::output::{Bar, CliError, deliver};
+use crate::cli::output::CliError;
 use grazemap::pipeline::BranchKeys;
 
 pub(in crate::cli) fn run(options: &BranchArguments) -> Result<(), CliError> {
@@ -19,6 +20,5 @@ pub(in crate::cli) fn run(options: &BranchArguments) -> Result<(), CliError> {
         observe: options.observe.iter().map(|&option| option.into()).collect(),
         iterates: outlets.output.is_some(),
     };
-    let answer = keys.answer(&map, &Bar::new("branch", outlets.quiet))?;
-    deliver(answer, "branch", outlets)
+    answered(&keys, "branch", &map, outlets, |bar| keys.answer(&map, bar))
 }

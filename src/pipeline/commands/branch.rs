@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::analysis::branches::{BranchObservable, BranchRequest};
-use crate::analysis::{Progress, itinerary};
+use crate::analysis::{Part, Progress, itinerary};
 use crate::pipeline::keys::{ActiveParameters, KeyError, OrbitsOf, itineraries, longest_period};
 use crate::pipeline::{Answer, Ended, Error, Map};
 use crate::report::{BranchListing, Document, DocumentKind, Named, to_json};
@@ -63,7 +63,7 @@ impl BranchKeys {
     /// [`Error::Key`] as [`request`](Self::request); as [`Map::branches`].
     pub fn answer(&self, map: &Map, progress: &dyn Progress) -> Result<Answer, Error> {
         let request = self.request(map)?;
-        let found = map.branches(&request, progress)?;
+        let found = map.branches(&request, &Part::new(progress, 0))?;
         let names = itinerary(map.scene(), map.orbit());
         let polynomials = (map.local(), map.window(), map.window_edges());
         let kind = (request.along, request.direct);
@@ -74,7 +74,7 @@ impl BranchKeys {
             .map(|&observable| Ok((observable, map.branch_observable(&found, observable)?)));
         let listing = listing.with_observed(&observed.collect::<Result<Vec<_>, Error>>()?);
         let below = match self.iterates {
-            true => map.branch_diagram(&request, &found)?,
+            true => map.branch_diagram(&request, &found, &Part::new(progress, 1))?,
             false => None,
         };
         let document = to_json(&Document::new(DocumentKind::Branch, map.scene(), &listing))?;
