@@ -10,10 +10,10 @@ use super::sweep_words::{
     chart_share_words, diagram_escape_words, diagram_outside_words, diagram_share_words,
 };
 use super::{
-    Cell, Column, Figure, GrazeStudy, LiveMap, LivePane, MapListing, OrbitListing, Page,
-    Provenance, ReportError, Section, Table, basin_figure, basin_remarks, basin_table, basin_words,
-    bounds_words, chart_figure, chart_timing_table, convergence_section, diagram_figures,
-    diagram_timing_table, edge_words, error_words, manifold_table, window_remark,
+    BranchListing, Cell, Column, Figure, GrazeStudy, LiveMap, LivePane, MapListing, OrbitListing,
+    Page, Provenance, ReportError, Section, Table, basin_figure, basin_remarks, basin_table,
+    basin_words, bounds_words, chart_figure, chart_timing_table, convergence_section,
+    diagram_figures, diagram_timing_table, edge_words, error_words, manifold_table, window_remark,
 };
 use crate::analysis::basin::Basin;
 use crate::analysis::chart::Chart;
@@ -71,6 +71,8 @@ pub struct RunPage<'a> {
     pub diagrams: &'a [Diagram],
     /// Its charts.
     pub charts: &'a [Chart],
+    /// Branches of its periodic orbits over the parameters of its diagrams.
+    pub branches: &'a [BranchListing],
     /// Its basins.
     pub basins: &'a [Basin],
     /// What each stage took.
@@ -107,7 +109,7 @@ pub fn run_page(run: &RunPage<'_>) -> Result<Page, ReportError> {
         .section(convergence_section(run.study)?.command(run.command("converge")))
         .section(time_section(run)?)
         .section(citation_section(run));
-    Ok(page.alive(LiveMap::new(run.local, run.modules, run.diagrams, run.charts)?))
+    Ok(page.alive(LiveMap::new(run.local, run.modules, run.diagrams, run.charts, run.branches)?))
 }
 
 fn provenance(run: &RunPage<'_>) -> Provenance {
