@@ -251,6 +251,12 @@
     });
   };
 
+  /** The offset of a coordinate, with the value from which it counts. */
+  const offsetOf = (coordinate) => {
+    const { name, value } = data.coordinates[coordinate];
+    return `${name} − ${name}*, ${name}* = ${shown(value, 4)}`;
+  };
+
   /** Numbers that the page holds packed. */
   const unpacked = (text) =>
     new Float64Array(Uint8Array.from(atob(text), (c) => c.charCodeAt(0)).buffer);
@@ -892,7 +898,7 @@
         plot(
           portrait,
           kept.map((state) => [state[0], state[1]]),
-          [names[0], names[1]].map((name) => `${name} − ${name}*`),
+          [0, 1].map(offsetOf),
         );
       else drawCobweb(answer, kept, (...own) => plot(portrait, ...own));
       plot(
@@ -928,8 +934,7 @@
           [value, answer.states[n + 1][0]],
         ]);
       pane.cobweb = { graph, steps };
-      const { name } = data.coordinates[0];
-      plot(steps, [`${name} − ${name}*, a return`, "the next"], {
+      plot(steps, [`${offsetOf(0)}: a return`, "the next"], {
         joined: true,
         beneath: [
           graph,
@@ -1385,7 +1390,7 @@
           g.stroke();
         }
       }
-      drawAxes(g, plot, ranges, [0, 1].map((axis) => `${nameOf(axis)} − ${nameOf(axis)}*`));
+      drawAxes(g, plot, ranges, axes.map(offsetOf));
       const kinds = [...new Set(cells.values())].sort((a, b) => b - a);
       legend.replaceChildren(
         ...kinds.map((kind) => {
@@ -1601,7 +1606,9 @@
         g,
         plot,
         ranges,
-        [across, upwards].map(({ symbol }) => `${symbol} − ${symbol}*`),
+        [across, upwards].map(
+          ({ symbol, grazing }) => `${symbol} − ${symbol}*, ${symbol}* = ${shown(grazing)}`,
+        ),
       );
     }
     const from = ([x, y]) => {
