@@ -33,6 +33,7 @@ mod page;
 mod pictures;
 mod run_page;
 mod section_document;
+mod sketch;
 mod sweep_words;
 mod table;
 mod theory_words;
