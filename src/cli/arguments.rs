@@ -64,17 +64,23 @@ pub(super) enum Command {
     Basin(BasinArguments),
     /// Published figures and tables, computed again and compared
     Gallery(GalleryOptions),
+    /// Completions for a shell, on standard output
+    Completions(CompletionsOptions),
+    /// The manual's pages, written into a folder
+    Man(ManOptions),
 }
 
 impl Arguments {
-    /// The command's name, its common options, and whether it has a table; `None` of `new` and
-    /// `gallery`, which have none of them.
+    /// The command's name, its common options, and whether it has a table; `None` of those that
+    /// have none of them.
     fn outputs(&self) -> Option<(&'static str, &Common, bool)> {
         Some(match self.command.as_ref() {
             None => ("run", &self.common, false),
             Some(Command::Run(options)) => ("run", &options.common, false),
             Some(Command::View(options)) => ("view", &options.common, false),
-            Some(Command::New(_) | Command::Gallery(_)) => return None,
+            Some(
+                Command::New(_) | Command::Gallery(_) | Command::Completions(_) | Command::Man(_),
+            ) => return None,
             Some(Command::Check(options)) => ("check", &options.common, false),
             Some(Command::Locate(options)) => ("locate", &options.scene.common, false),
             Some(Command::Curve(options)) => ("curve", &options.scene.common, true),
@@ -378,6 +384,22 @@ pub(super) struct GalleryOptions {
     /// Say nothing but errors
     #[arg(short = 'q', long = "quiet")]
     pub(super) quiet: bool,
+}
+
+/// Options of `completions`.
+#[derive(Clone, Debug, Args)]
+pub(super) struct CompletionsOptions {
+    /// The shell
+    #[arg(value_enum, value_name = "SHELL")]
+    pub(super) shell: clap_complete::Shell,
+}
+
+/// Options of `man`.
+#[derive(Clone, Debug, Args)]
+pub(super) struct ManOptions {
+    /// The folder for the pages, such as ~/.local/share/man/man1
+    #[arg(short = 'o', long = "output", value_name = "DIR")]
+    pub(super) output: PathBuf,
 }
 
 /// Options of `orbits`.
