@@ -327,3 +327,45 @@ fn every_attractor_of_a_sweep_lies_on_a_stable_branch() {
     }
     assert!(settled >= 20, "{settled}");
 }
+
+/// What simulation settles on has its branch, however far from the graze it lies: 70 times as far
+/// as the graze moves over the range.
+#[test]
+fn an_orbit_far_from_the_graze_has_its_branch_by_direct_simulation() {
+    let scene = Scene::load("scenes/mems_scenario3.toml").expect("a scene");
+    let map = scene.graze().and_then(|graze| graze.map()).expect("a map");
+    let request = BranchRequest {
+        itineraries: vec![ContactItinerary::parse("0", 1).expect("digits")],
+        longest: 1,
+        along: 0,
+        range: [-1e-5, 1e-5],
+        at: vec![0.0; map.local().parameters.len()],
+        direct: true,
+    };
+    let found = map.branches(&request, &NoProgress).expect("branches");
+    let far = found.branches.iter().find(|branch| branch.points[0].orbit.states[0][0] < -0.1);
+    let far = far.expect("a branch far from the graze");
+    assert!(far.points.iter().all(|point| point.orbit.stable && point.orbit.physical));
+    let ends = [0, far.points.len() - 1].map(|place| far.points[place].orbit.parameters[0]);
+    assert!(ends.iter().all(|end| end.abs() > 0.99e-5), "{ends:?}");
+}
+
+/// The branches of an orbit do not depend on the return at which its itinerary begins.
+#[test]
+fn an_itinerary_may_begin_at_any_return() {
+    let scene = Scene::load("scenes/cantilever_2_5.toml").expect("a scene");
+    let map = scene.graze().and_then(|graze| graze.map()).expect("a map");
+    let found = ["10", "01"].map(|digits| {
+        let request = BranchRequest {
+            itineraries: vec![ContactItinerary::parse(digits, 1).expect("digits")],
+            longest: 2,
+            along: 0,
+            range: [-1e-4, 1e-4],
+            at: vec![0.0; map.local().parameters.len()],
+            direct: false,
+        };
+        map.branches(&request, &NoProgress).expect("branches")
+    });
+    assert!(found[0].branches.iter().any(|branch| branch.itinerary.contacts() == 1));
+    assert_eq!(found[0], found[1]);
+}

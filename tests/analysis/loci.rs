@@ -211,6 +211,8 @@ fn grazes_of_orbits_with_impacts_are_those_of_the_closed_form() {
     for direct in [false, true] {
         let loci = found(&map, &["10"], &[LocusKind::Graze], 1e-3, direct);
         let graze = of_kind(&loci, LocusKind::Graze, "01");
+        let begun_later = found(&map, &["01"], &[LocusKind::Graze], 1e-3, direct);
+        assert_eq!(begun_later.loci, loci.loci);
         let parameters = &map.local().parameters;
         let points = graze.points.iter().filter(|point| point.physical && point.inside);
         let points: Vec<_> = points.filter(|point| point.depth_variables[1] > 1e-9).collect();

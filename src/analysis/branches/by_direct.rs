@@ -417,6 +417,7 @@ impl<'a> Continuation<'a> {
         known: &[DirectTrace],
     ) -> Option<DirectTrace> {
         let guess = equations.unknowns(&seed.states, &self.request.parameters(seed.parameter))?;
+        equations.reach_beyond(&guess);
         let start = match &seed.way {
             Way::Doubled(direction) => DOUBLED.iter().find_map(|distance| {
                 let pairs = guess.iter().zip(direction);

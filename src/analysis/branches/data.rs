@@ -7,7 +7,7 @@ use crate::analysis::periodic::{ContactItinerary, FoundOrbit};
 /// What is asked of [`branches`](super::branches()).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct BranchRequest {
-    /// Itineraries whose orbits are looked for and continued.
+    /// Itineraries whose orbits are looked for and continued, begun at any return.
     pub itineraries: Vec<ContactItinerary>,
     /// Returns of the longest period that is followed where a branch doubles or changes its
     /// itinerary.

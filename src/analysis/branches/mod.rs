@@ -20,7 +20,7 @@ pub use overlay::{BranchDiagram, branch_diagram};
 pub(super) use trace::Follow;
 
 use crate::analysis::error::AnalysisError;
-use crate::analysis::periodic::FoundOrbit;
+use crate::analysis::periodic::{ContactItinerary, FoundOrbit};
 use crate::analysis::progress::Progress;
 use crate::expansion::LocalMap;
 use crate::model::Scene;
@@ -54,9 +54,11 @@ pub(super) fn followed(
     follow: Follow,
     progress: &dyn Progress,
 ) -> Result<Branches, AnalysisError> {
+    let itineraries = ContactItinerary::listed(&request.itineraries);
+    let request = BranchRequest { itineraries, ..request.clone() };
     match request.direct {
-        true => by_direct::branches(scene, orbit, map, request, follow, progress),
-        false => by_map::branches(scene, orbit, map, request, follow, progress),
+        true => by_direct::branches(scene, orbit, map, &request, follow, progress),
+        false => by_map::branches(scene, orbit, map, &request, follow, progress),
     }
 }
 

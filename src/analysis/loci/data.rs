@@ -17,7 +17,7 @@ pub struct LociRequest {
     pub at: Vec<f64>,
     /// Which loci.
     pub kinds: Vec<LocusKind>,
-    /// Whose orbits.
+    /// Whose orbits, begun at any return.
     pub itineraries: Vec<ContactItinerary>,
     /// Whether they are those of direct simulation.
     pub direct: bool,

@@ -21,6 +21,7 @@ pub use equations::CodimensionTwo;
 
 use crate::analysis::Progress;
 use crate::analysis::error::AnalysisError;
+use crate::analysis::periodic::ContactItinerary;
 use crate::expansion::LocalMap;
 use crate::hybrid::HybridSystem;
 use crate::model::Scene;
@@ -53,6 +54,8 @@ pub fn loci(
     request: &LociRequest,
     progress: &dyn Progress,
 ) -> Result<Loci, AnalysisError> {
+    let itineraries = ContactItinerary::listed(&request.itineraries);
+    let request = &LociRequest { itineraries, ..request.clone() };
     let mut near = request.clone();
     if request.direct {
         // The map is where simulation begins: it need not reach as far.

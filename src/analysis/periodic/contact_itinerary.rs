@@ -196,6 +196,17 @@ impl ContactItinerary {
         (Self { returns: self.begun_after(by), ..*self }, by)
     }
 
+    /// Itineraries as they are listed: each begun where it is the largest, those of one orbit once.
+    pub fn listed(itineraries: &[Self]) -> Vec<Self> {
+        let mut listed: Vec<Self> = Vec::new();
+        for (largest, _) in itineraries.iter().map(Self::largest_rotation) {
+            if !listed.contains(&largest) {
+                listed.push(largest);
+            }
+        }
+        listed
+    }
+
     /// By how many returns it would have to begin later to be the other; `None` where it is another
     /// orbit's.
     pub fn rotation_to(&self, other: &Self) -> Option<usize> {

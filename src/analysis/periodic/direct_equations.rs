@@ -38,6 +38,8 @@ pub struct DirectOrbitEquations<'a, S: Real> {
     /// The parameters that vary, with their ranges in units.
     free: Vec<(usize, [f64; 2])>,
     at: Vec<S>,
+    /// Variables are followed up to so many units.
+    reach: f64,
 }
 
 /// One flight from a section point to the next.
@@ -87,7 +89,7 @@ struct Flown<S> {
     extra_contacts: usize,
 }
 
-/// Variables are followed up to so many units.
+/// Variables are followed up to so many units, or farther where an orbit lies there.
 const REACH: f64 = 30.0;
 /// Times a difference is shortened where it meets other contacts, and by how much.
 const SHORTENINGS: usize = 3;
@@ -197,7 +199,15 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
             free: free.collect(),
             at: at.iter().map(|&value| S::from_f64(value)).collect(),
             units: units.clone(),
+            reach: REACH,
         }
+    }
+
+    /// Lets variables go twice as far as an orbit lies.
+    pub fn reach_beyond(&mut self, unknowns: &[S]) {
+        let variables = unknowns[..self.variables()].iter();
+        let farthest = variables.fold(0.0_f64, |most, value| most.max(value.to_f64().abs()));
+        self.reach = self.reach.max(2.0 * farthest);
     }
 
     /// The same with other contacts.
@@ -727,8 +737,8 @@ impl<S: Real> CurveEquations<S> for DirectOrbitEquations<'_, S> {
         if let Some((_, range)) = number.and_then(|number| self.free.get(number)) {
             return *range;
         }
-        let least = if self.passage_of(unknown).is_some() { 0.0 } else { -REACH };
-        [least, REACH]
+        let least = if self.passage_of(unknown).is_some() { 0.0 } else { -self.reach };
+        [least, self.reach]
     }
 
     fn is_last(&self, point: &CurvePoint<S, DirectOrbit<S>>) -> bool {
