@@ -25,6 +25,7 @@ pub mod periodic;
 mod progress;
 mod refinement;
 mod section_frame;
+mod share;
 mod time_series;
 
 pub(crate) use diagram::low_discrepancy;
@@ -40,6 +41,7 @@ pub use guarded_map::{GuardedMap, guarded};
 pub use image::{ImageRecord, ImageRequest, ImageRow, Precision, Using, images};
 pub use progress::{NoProgress, Part, Progress};
 pub use section_frame::{SectionFrame, itinerary};
+pub use share::{Gathered, Joining, Pieces, Shard, Share};
 pub use time_series::{
     EarlyEnd, SeriesPoint, TimeSeries, TimeSeriesRequest, each_moment, time_series,
 };

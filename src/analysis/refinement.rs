@@ -5,6 +5,8 @@
 //! computed, until there is none, so that every border that is met is followed to its end. What may
 //! be missed is a region that holds no corner of a block and touches no border that was met.
 
+use super::share::Share;
+
 /// Sides of the first blocks, in cells.
 pub const BLOCK: usize = 8;
 
@@ -36,19 +38,34 @@ impl<C> Refined<C> {
 /// `compute` gives the classes of some cells, their numbers increasing, and is never asked twice
 /// for one. `alike` says whether two classes are the same.
 pub(super) fn refine<C: Clone>(
+    size: [usize; 2],
+    alike: impl Fn(&C, &C) -> bool,
+    compute: impl FnMut(&[usize]) -> Vec<C>,
+) -> Refined<C> {
+    refine_share(size, None, alike, compute)
+}
+
+/// The same of the tiles of a share alone: their cells as far as borders in the tiles themselves
+/// ask for them, the others of the grid unknown.
+pub(super) fn refine_share<C: Clone>(
     [columns, rows]: [usize; 2],
+    share: Option<Share>,
     alike: impl Fn(&C, &C) -> bool,
     compute: impl FnMut(&[usize]) -> Vec<C>,
 ) -> Refined<C> {
     let cells = vec![Class::Unknown; columns * rows];
     let mut grid = Grid { columns, rows, cells, alike, compute };
-    let mut blocks = grid.blocks();
-    grid.ask(blocks.iter().flat_map(|block| block.corners(columns)).collect());
+    let mut blocks = blocks([columns, rows]);
+    if let Some(share) = share {
+        let tiles = Tiles::of([columns, rows]);
+        blocks.retain(|block| tiles.are_taken(share, [block.columns[0], block.rows[0]]));
+    }
+    grid.ask(corners(&blocks, columns));
     while !blocks.is_empty() {
         let (same, other): (Vec<Block>, Vec<Block>) =
             blocks.into_iter().partition(|block| grid.is_uniform(block));
         blocks = other.iter().flat_map(Block::parts).collect();
-        grid.ask(blocks.iter().flat_map(|block| block.corners(columns)).collect());
+        grid.ask(corners(&blocks, columns));
         same.iter().for_each(|block| grid.fill(block));
     }
     let mut doubtful: Vec<usize> = (0..columns * rows).collect();
@@ -57,6 +74,56 @@ pub(super) fn refine<C: Clone>(
         doubtful = grid.ask(doubtful).into_iter().flat_map(|cell| grid.neighbours(cell)).collect();
     }
     Refined { cells: grid.cells }
+}
+
+/// The cells that [`refine`] asks for first.
+pub(super) fn first_asked(size: [usize; 2]) -> Vec<usize> {
+    let mut first = corners(&blocks(size), size[0]);
+    first.sort_unstable();
+    first.dedup();
+    first
+}
+
+/// Squares of cells that are dealt out to the shares of a grid: large enough that little is computed
+/// on both sides of their edges, small enough that there are many, and scattered, so that no share
+/// has more of the borders than others.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Tiles {
+    side: usize,
+    columns: usize,
+    count: usize,
+    /// How far apart the tiles of a share are.
+    step: usize,
+}
+
+impl Tiles {
+    /// Sides of the largest and of the smallest, in first blocks, and how many tiles a grid has
+    /// along its longer side where that allows it.
+    const LARGEST: usize = 8;
+    const SMALLEST: usize = 2;
+    const ALONG: usize = 12;
+
+    /// The tiles of a grid of so many columns and rows.
+    pub(super) fn of([columns, rows]: [usize; 2]) -> Self {
+        let blocks = columns.max(rows) / (BLOCK * Self::ALONG);
+        let side = BLOCK * blocks.clamp(Self::SMALLEST, Self::LARGEST);
+        let (columns, rows) = (columns.div_ceil(side), rows.div_ceil(side));
+        let count = columns * rows;
+        // Steps of the golden section leave the largest gaps.
+        let near = (0.618 * count as f64) as usize + 1;
+        let step = (near..).find(|&step| gcd(step, count) == 1).unwrap_or(1);
+        Self { side, columns, count, step }
+    }
+
+    /// Whether a share has the tile at a column and a row.
+    pub(super) fn are_taken(self, share: Share, [column, row]: [usize; 2]) -> bool {
+        let number = row / self.side * self.columns + column / self.side;
+        share.range(self.count).contains(&(number * self.step % self.count))
+    }
+}
+
+fn gcd(a: usize, b: usize) -> usize {
+    if b == 0 { a } else { gcd(b, a % b) }
 }
 
 /// What is known of a cell.
@@ -107,6 +174,23 @@ impl Block {
     }
 }
 
+/// The first blocks, which share their edges.
+fn blocks([columns, rows]: [usize; 2]) -> Vec<Block> {
+    let spans = |count: usize| -> Vec<[usize; 2]> {
+        let last = count.saturating_sub(1);
+        let firsts = (0..last.max(1)).step_by(BLOCK);
+        firsts.map(|first| [first, last.min(first + BLOCK)]).collect()
+    };
+    let (columns, rows) = (spans(columns), spans(rows));
+    let row = |&rows: &[usize; 2]| columns.iter().map(move |&columns| Block { columns, rows });
+    rows.iter().flat_map(row).collect()
+}
+
+/// The corners of some blocks, as often as they are one.
+fn corners(blocks: &[Block], columns: usize) -> Vec<usize> {
+    blocks.iter().flat_map(|block| block.corners(columns)).collect()
+}
+
 struct Grid<C, A, F> {
     columns: usize,
     rows: usize,
@@ -116,18 +200,6 @@ struct Grid<C, A, F> {
 }
 
 impl<C: Clone, A: Fn(&C, &C) -> bool, F: FnMut(&[usize]) -> Vec<C>> Grid<C, A, F> {
-    /// The first blocks, which share their edges.
-    fn blocks(&self) -> Vec<Block> {
-        let spans = |count: usize| -> Vec<[usize; 2]> {
-            let last = count.saturating_sub(1);
-            let firsts = (0..last.max(1)).step_by(BLOCK);
-            firsts.map(|first| [first, last.min(first + BLOCK)]).collect()
-        };
-        let (columns, rows) = (spans(self.columns), spans(self.rows));
-        let row = |&rows: &[usize; 2]| columns.iter().map(move |&columns| Block { columns, rows });
-        rows.iter().flat_map(row).collect()
-    }
-
     /// Computes those of these cells that are not computed yet, and says which.
     fn ask(&mut self, mut wanted: Vec<usize>) -> Vec<usize> {
         wanted.sort_unstable();
@@ -170,8 +242,12 @@ impl<C: Clone, A: Fn(&C, &C) -> bool, F: FnMut(&[usize]) -> Vec<C>> Grid<C, A, F
 
     /// Whether a cell that was not computed touches one that is not alike.
     fn is_doubtful(&self, cell: usize) -> bool {
+        let differs = |&other: &usize| {
+            // What a share leaves to others stays unknown.
+            self.cells[other].known().is_some() && !self.are_alike(cell, other)
+        };
         let filled = matches!(self.cells[cell], Class::Filled(_));
-        filled && self.neighbours(cell).iter().any(|&other| !self.are_alike(cell, other))
+        filled && self.neighbours(cell).iter().any(differs)
     }
 
     /// The cells that touch a cell, at most eight.

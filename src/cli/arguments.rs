@@ -1,13 +1,17 @@
 //! What can be typed after `grazemap`.
 
+use std::mem;
 use std::path::PathBuf;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use clap::{ArgGroup, Args, Parser, Subcommand, ValueEnum};
 
 use super::output::{CliError, Outlets};
+use super::shards;
+use grazemap::Map;
 use grazemap::analysis::branches::BranchObservable;
 use grazemap::analysis::loci::LocusKind;
-use grazemap::analysis::{Precision, Using};
+use grazemap::analysis::{Pieces, Precision, Share, Using};
 use grazemap::emission::Target;
 use grazemap::model::Method;
 use grazemap::pipeline::{OrbitsOf, TrajectoryKeys};
@@ -49,9 +53,9 @@ pub(super) enum Command {
     /// Truncation orders against direct simulation; speed against accuracy
     Converge(ConvergeOptions),
     /// Bifurcation diagrams
-    Diagram(SceneOptions),
+    Diagram(SweepArguments),
     /// Two-parameter charts
-    Chart(SceneOptions),
+    Chart(SweepArguments),
     /// Periodic orbits by itinerary, their stability, folds and flips
     Orbits(OrbitsArguments),
     /// Branches of periodic orbits in one parameter, through folds, flips and grazes
@@ -68,18 +72,24 @@ pub(super) enum Command {
     Completions(CompletionsOptions),
     /// The manual's pages, written into a folder
     Man(ManOptions),
+    /// The results of a command from the pieces of all its shards
+    Merge(MergeArguments),
 }
 
 impl Arguments {
     /// The command's name, its common options, and whether it has a table; `None` of those that
-    /// have none of them.
+    /// have none of them, or those of another command.
     fn outputs(&self) -> Option<(&'static str, &Common, bool)> {
         Some(match self.command.as_ref() {
             None => ("run", &self.common, false),
             Some(Command::Run(options)) => ("run", &options.common, false),
             Some(Command::View(options)) => ("view", &options.common, false),
             Some(
-                Command::New(_) | Command::Gallery(_) | Command::Completions(_) | Command::Man(_),
+                Command::New(_)
+                | Command::Gallery(_)
+                | Command::Completions(_)
+                | Command::Man(_)
+                | Command::Merge(_),
             ) => return None,
             Some(Command::Check(options)) => ("check", &options.common, false),
             Some(Command::Locate(options)) => ("locate", &options.scene.common, false),
@@ -88,14 +98,29 @@ impl Arguments {
             Some(Command::Emit(options)) => ("emit", &options.common, false),
             Some(Command::Image(options)) => ("image", &options.scene.common, true),
             Some(Command::Converge(options)) => ("converge", &options.scene.common, true),
-            Some(Command::Diagram(options)) => ("diagram", &options.common, true),
-            Some(Command::Chart(options)) => ("chart", &options.common, true),
+            Some(Command::Diagram(options)) => ("diagram", &options.scene.common, true),
+            Some(Command::Chart(options)) => ("chart", &options.scene.common, true),
             Some(Command::Orbits(options)) => ("orbits", &options.scene.common, true),
             Some(Command::Branch(options)) => ("branch", &options.scene.common, true),
             Some(Command::Loci(options)) => ("loci", &options.scene.common, true),
             Some(Command::Trajectory(options)) => ("trajectory", &options.scene.common, true),
             Some(Command::Basin(options)) => ("basin", &options.scene.common, true),
         })
+    }
+
+    /// Makes the arguments of a shard those of the run that joins all; whether they are of one.
+    pub(super) fn join(&mut self, options: &MergeArguments, joined: Arc<Joined>) -> bool {
+        let (scene, sharding) = match &mut self.command {
+            Some(Command::Diagram(sweep) | Command::Chart(sweep)) => {
+                (&mut sweep.scene, &mut sweep.sharding)
+            }
+            Some(Command::Basin(basin)) => (&mut basin.scene, &mut basin.sharding),
+            _ => return false,
+        };
+        let (outlets, threads) = (options.outlets.clone(), options.threads);
+        // The map holds what was set.
+        scene.common = Common { set: Vec::new(), outlets, threads, joined: Some(joined) };
+        sharding.share.take().is_some()
     }
 
     /// Refuses, before anything is computed, a table that a command does not have and two results
@@ -123,6 +148,72 @@ pub(super) struct Common {
     #[command(flatten)]
     pub(super) outlets: Outlets,
     /// Threads to compute with, at most as many as there are cores; default: all cores
+    #[arg(
+        long,
+        value_name = "N",
+        allow_negative_numbers = true,
+        value_parser = clap::value_parser!(u16).range(1..=1024)
+    )]
+    pub(super) threads: Option<u16>,
+    /// What shards found, where the command joins them.
+    #[arg(skip)]
+    pub(super) joined: Option<Arc<Joined>>,
+}
+
+impl Common {
+    /// The pieces that shards found; each is given once.
+    pub(super) fn pieces(&self) -> Pieces {
+        self.joined.as_deref().map(Joined::take).unwrap_or_default()
+    }
+}
+
+/// What shards found, and the map that they found it for.
+#[derive(Debug)]
+pub(super) struct Joined {
+    pub(super) map: Option<Map>,
+    pub(super) pieces: Mutex<Pieces>,
+}
+
+impl Joined {
+    /// The pieces; each is given once.
+    pub(super) fn take(&self) -> Pieces {
+        mem::take(&mut self.pieces.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+}
+
+/// Which part of a command is computed.
+#[derive(Clone, Debug, Default, Args)]
+pub(super) struct Sharding {
+    /// Compute shard I of N alone, and write its pieces into -o DIR (default: here) for
+    /// `grazemap merge`; without I/N, the shard of this task of a Slurm job array
+    #[arg(
+        long = "shard",
+        value_name = "I/N",
+        num_args = 0..=1,
+        default_missing_value = shards::ARRAY,
+        value_parser = shards::share
+    )]
+    pub(super) share: Option<Share>,
+}
+
+/// Options of `diagram` and `chart`.
+#[derive(Clone, Debug, Args)]
+pub(super) struct SweepArguments {
+    #[command(flatten)]
+    pub(super) scene: SceneOptions,
+    #[command(flatten)]
+    pub(super) sharding: Sharding,
+}
+
+/// Options of `merge`.
+#[derive(Clone, Debug, Args)]
+pub(super) struct MergeArguments {
+    /// The files that the shards wrote, all of them
+    #[arg(value_name = "PIECES", required = true)]
+    pub(super) pieces: Vec<PathBuf>,
+    #[command(flatten)]
+    pub(super) outlets: Outlets,
+    /// Threads to compute with what the shards left
     #[arg(
         long,
         value_name = "N",
@@ -679,6 +770,8 @@ pub(super) struct BasinArguments {
         value_parser = clap::value_parser!(u8).range(1..=12)
     )]
     pub(super) manifolds: Option<u8>,
+    #[command(flatten)]
+    pub(super) sharding: Sharding,
 }
 
 /// What iterates states.

@@ -1,5 +1,5 @@
-//! The command line in five groups, each naming the ones before it alone: output; what can be
-//! resumed; arguments; commands; the gallery, which runs commands.
+//! The command line in groups, each naming the ones before it alone: output; what can be resumed;
+//! shards; arguments; commands; the gallery and the joining of shards, which run commands.
 //!
 //! A command is: its arguments, one call of the library, its results handed to `report`.
 //!
@@ -11,8 +11,10 @@
 mod arguments;
 mod commands;
 mod gallery;
+mod merge;
 mod output;
 mod resume;
+mod shards;
 
 use std::ffi::OsString;
 
@@ -58,6 +60,7 @@ fn dispatch(arguments: Arguments) -> Result<(), CliError> {
     }
     match arguments.command {
         Some(Command::Gallery(options)) => gallery::run(&options, &execute),
+        Some(Command::Merge(options)) => merge::run(&options, &execute),
         Some(command) => execute(command),
         None => run::built_in(&arguments.common),
     }
@@ -85,7 +88,7 @@ fn execute(command: Command) -> Result<(), CliError> {
         Command::View(options) => view::run(&options),
         Command::Completions(options) => shell::completions(&options),
         Command::Man(options) => shell::man(&options),
-        // A gallery in a gallery has nothing to add.
-        Command::Gallery(_) => Ok(()),
+        // A gallery in a gallery has nothing to add, nor has it shards.
+        Command::Gallery(_) | Command::Merge(_) => Ok(()),
     }
 }

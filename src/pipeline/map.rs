@@ -4,18 +4,18 @@ use std::sync::{Arc, OnceLock};
 
 use super::graze::parameter_number;
 use super::{Error, Graze, Settled, StudyRequest};
-use crate::analysis::basin::{Basin, BasinRequest, basin};
+use crate::analysis::basin::{Basin, BasinRequest, basin, basin_share};
 use crate::analysis::branches::{
     BranchDiagram, BranchObservable, BranchRequest, Branches, branch_diagram, branches, observed,
 };
-use crate::analysis::chart::{Chart, chart};
-use crate::analysis::diagram::{Diagram, diagram};
+use crate::analysis::chart::{Chart, chart, chart_share};
+use crate::analysis::diagram::{Diagram, diagram, diagram_share};
 use crate::analysis::fit::{Fit, FitRequest, fit};
 use crate::analysis::loci::{Loci, LociRequest, loci};
 use crate::analysis::noise::{NoiseRequest, NoisyOrbits, noise};
 use crate::analysis::orbits::{Orbits, OrbitsRequest, orbits};
 use crate::analysis::{
-    ImageRecord, ImageRequest, MeasuredSide, NoProgress, Part, Progress, SectionImage,
+    ImageRecord, ImageRequest, MeasuredSide, NoProgress, Part, Progress, SectionImage, Shard,
     direct_image, guarded, images, measure_graze,
 };
 use crate::convergence::{
@@ -378,6 +378,20 @@ impl Map {
         requests.map(diagram).collect()
     }
 
+    /// A share of the pieces of [`diagrams`](Self::diagrams).
+    ///
+    /// # Errors
+    ///
+    /// As [`diagram`](Self::diagram).
+    pub fn share_diagrams(&self, shard: &Shard<'_>) -> Result<(), Error> {
+        let (scene, orbit) = (self.settled().scene(), self.orbit());
+        self.scene().diagrams.iter().enumerate().try_for_each(|(number, request)| {
+            let share =
+                |shard: &Shard<'_>| diagram_share(scene, orbit, self.local(), request, shard);
+            Ok(shard.part(number, share)?)
+        })
+    }
+
     /// Two-parameter charts, one for each method and start.
     ///
     /// # Errors
@@ -406,6 +420,19 @@ impl Map {
         let charts = requests
             .map(|(number, request)| self.chart_with(request, &Part::new(progress, number)));
         Ok(charts.collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect())
+    }
+
+    /// A share of the pieces of [`charts`](Self::charts).
+    ///
+    /// # Errors
+    ///
+    /// As [`chart`](Self::chart).
+    pub fn share_charts(&self, shard: &Shard<'_>) -> Result<(), Error> {
+        let (scene, orbit) = (self.settled().scene(), self.orbit());
+        self.scene().charts.iter().enumerate().try_for_each(|(number, request)| {
+            let share = |shard: &Shard<'_>| chart_share(scene, orbit, self.local(), request, shard);
+            Ok(shard.part(number, share)?)
+        })
     }
 
     /// What guarded iteration settles on beside the graze, on both sides of the value of a
@@ -454,6 +481,19 @@ impl Map {
         let basins =
             requests.map(|(number, request)| self.basin(request, &Part::new(progress, number)));
         basins.collect()
+    }
+
+    /// A share of the pieces of [`basins`](Self::basins).
+    ///
+    /// # Errors
+    ///
+    /// As [`basin`](Self::basin).
+    pub fn share_basins(&self, requests: &[BasinRequest], shard: &Shard<'_>) -> Result<(), Error> {
+        let (scene, orbit) = (self.settled().scene(), self.orbit());
+        requests.iter().enumerate().try_for_each(|(number, request)| {
+            let share = |shard: &Shard<'_>| basin_share(scene, orbit, self.local(), request, shard);
+            Ok(shard.part(number, share)?)
+        })
     }
 
     /// Periodic orbits by itinerary, their folds and flips.

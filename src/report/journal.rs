@@ -92,7 +92,7 @@ impl Journal {
 const NUMBER: usize = 8;
 
 /// The length of the rest, the length of the place, the place, the piece, the digest of all that.
-fn record(place: &[u64], piece: &[u8]) -> Vec<u8> {
+pub(super) fn record(place: &[u64], piece: &[u8]) -> Vec<u8> {
     let length = NUMBER * (place.len() + 2) + piece.len();
     let mut bytes = Vec::with_capacity(length + NUMBER);
     let numbers = [length as u64, place.len() as u64];
@@ -120,7 +120,7 @@ fn read(file: &mut File) -> io::Result<HashMap<Vec<u64>, Vec<u8>>> {
 }
 
 /// The first record of these bytes, and what stands behind it.
-fn next(bytes: &[u8]) -> Option<(Vec<u64>, &[u8], &[u8])> {
+pub(super) fn next(bytes: &[u8]) -> Option<(Vec<u64>, &[u8], &[u8])> {
     let number = |bytes: &[u8]| {
         let first = bytes.first_chunk::<NUMBER>()?;
         usize::try_from(u64::from_le_bytes(*first)).ok()

@@ -18,8 +18,9 @@ use super::error::AnalysisError;
 use super::escape::{EscapeBound, escape_bounds};
 use super::periodic::ContactItinerary;
 use super::progress::Progress;
-use super::refinement::{neighbours, refine};
+use super::refinement::{first_asked, neighbours, refine, refine_share};
 use super::section_frame::itinerary;
+use super::share::{Shard, given};
 use crate::expansion::LocalMap;
 use crate::iteration::{OrbitName, OrbitRequest, Period};
 use crate::model::{BasinPlan, Digest, Method, Observable, Scene, even_offsets};
@@ -356,17 +357,14 @@ pub fn basin(
     let swept = subject.swept(request.method)?;
     let clock = Instant::now();
     let escape = escape_bounds(scene, orbit);
-    let bounds: Vec<f64> = escape.iter().map(|bound| bound.offset).collect();
-    let settling =
-        OrbitRequest::new(request.transient, 2 * request.longest_period, &map.window.state)
-            .escaping_at(&bounds);
     let (parameters, window) = (&request.parameters, &map.window);
-    let mut search = Search::new(&*swept, parameters, window, settling, progress);
+    let settling = settling(request, map, &escape);
+    let search = Search::new(&*swept, parameters, window, settling, progress);
+    let mut search = search.with_found(given(progress));
     let grid = Grid::new(request);
     let cells = refine(grid.size(), BasinClass::eq, |cells| {
         progress.expect(cells.len() as u64);
-        let states: Vec<Vec<f64>> = cells.iter().map(|&cell| grid.state(cell)).collect();
-        search.classes(&states)
+        search.classes(cells, |cell| grid.state(cell))
     });
     let computed = cells.computed();
     let (attractors, classes) = ranked(search.attractors(), cells.into_cells(|class| class));
@@ -414,6 +412,42 @@ pub fn basin(
         manifolds: curves.transpose()?,
         cells: classes,
     })
+}
+
+/// A share of the cells of [`basin`]: those of some tiles, followed until they come to an attractor
+/// that the first states of all lead to. What borders between tiles ask for, cells that were followed
+/// without an attractor that others found, and manifolds are left to what joins the shares.
+///
+/// # Errors
+///
+/// As [`basin`].
+pub fn basin_share(
+    scene: &Scene,
+    orbit: &GrazingOrbit,
+    map: &LocalMap,
+    request: &BasinRequest,
+    shard: &Shard<'_>,
+) -> Result<(), AnalysisError> {
+    request.check(map)?;
+    let observe = &Observable::EventFunction;
+    let subject = SweepSubject { scene, orbit, map, observe, system: OnceCell::new() };
+    let swept = subject.swept(request.method)?;
+    let settling = settling(request, map, &escape_bounds(scene, orbit));
+    let (parameters, window) = (&request.parameters, &map.window);
+    let mut search = Search::new(&*swept, parameters, window, settling, shard.own);
+    let grid = Grid::new(request);
+    let refined = |compute: &mut dyn FnMut(&[usize]) -> Vec<BasinClass>| {
+        refine_share(grid.size(), Some(shard.share), BasinClass::eq, compute);
+    };
+    search.share(&first_asked(grid.size()), |cell| grid.state(cell), refined, shard);
+    Ok(())
+}
+
+/// When the orbits of a basin have settled, and when they have escaped.
+fn settling(request: &BasinRequest, map: &LocalMap, escape: &[EscapeBound]) -> OrbitRequest {
+    let bounds: Vec<f64> = escape.iter().map(|bound| bound.offset).collect();
+    OrbitRequest::new(request.transient, 2 * request.longest_period, &map.window.state)
+        .escaping_at(&bounds)
 }
 
 /// Attractors by the number of their cells, the cells named accordingly.

@@ -6,6 +6,7 @@
 //! of a round are followed side by side against what was known when it began, and what they found
 //! is taken in by their order, so that no result depends on the number of cores.
 
+use std::collections::HashMap;
 use std::mem;
 
 use rayon::prelude::*;
@@ -16,6 +17,7 @@ use super::{Attractor, BasinClass};
 use crate::analysis::diagram::{SideBySide, SweptMap, name};
 use crate::analysis::periodic::ContactItinerary;
 use crate::analysis::progress::{Progress, keep, recalled};
+use crate::analysis::share::Shard;
 use crate::expansion::MapWindow;
 use crate::iteration::{
     DiscreteMap, MapOrbit, OrbitEnd, OrbitRequest, Period, largest_lyapunov_exponent,
@@ -31,6 +33,8 @@ const STAYED: usize = 3 * CHUNK;
 const FIRST_ROUND: usize = 48;
 const ROUND_GROWTH: usize = 8;
 const LARGEST_ROUND: usize = 1 << 16;
+/// Rounds that every share of a grid makes, to know the attractors.
+const ROUNDS_OF_ALL: usize = 2;
 /// States that one thread follows at a time: as many as make what is prepared for them cheap.
 const BLOCK: usize = 256;
 
@@ -65,9 +69,28 @@ enum Goal {
     },
 }
 
+/// The number of a state, and the state.
+type Start = (usize, Vec<f64>);
+/// What a share found: under so many attractors known, where states go, by their numbers.
+pub(super) type FoundByShare = (usize, Vec<(usize, Followed)>);
+
+/// The places of so many states, round by round: every first round has states from everywhere, so
+/// that most attractors are found in it.
+fn rounds(count: usize) -> Vec<Vec<usize>> {
+    let stride = (count / FIRST_ROUND).max(1);
+    let order: Vec<usize> = (0..stride).flat_map(|first| (first..count).step_by(stride)).collect();
+    let (mut rest, mut size, mut rounds) = (&order[..], FIRST_ROUND, Vec::new());
+    while !rest.is_empty() {
+        let (round, others) = rest.split_at(size.min(rest.len()));
+        rounds.push(round.to_vec());
+        (rest, size) = (others, LARGEST_ROUND.min(ROUND_GROWTH * size));
+    }
+    rounds
+}
+
 /// What following a state found, and at what price.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-struct Followed {
+pub(super) struct Followed {
     goal: Goal,
     iterates: u64,
     /// Those of the iterates that the map made.
@@ -92,6 +115,8 @@ pub(super) struct Search<'a> {
     pub(super) progress: &'a dyn Progress,
     fixed: Box<dyn DiscreteMap + Send + 'a>,
     known: Vec<Known>,
+    /// What shares found, by the attractors known and the number of the state.
+    found: HashMap<(usize, usize), Followed>,
     rounds: u64,
     /// Iterates made in rounds, and those of them that the map made.
     pub(super) iterates: u64,
@@ -115,48 +140,114 @@ impl<'a> Search<'a> {
             progress,
             fixed,
             known: Vec::new(),
+            found: HashMap::new(),
             rounds: 0,
             iterates: 0,
             mapped: 0,
         }
     }
 
-    /// Where some states go, in their order.
-    pub(super) fn classes(&mut self, states: &[Vec<f64>]) -> Vec<BasinClass> {
-        let mut classes = vec![BasinClass::Undecided; states.len()];
-        // Every first round has states from everywhere, so that most attractors are found in it.
-        let stride = (states.len() / FIRST_ROUND).max(1);
-        let order = (0..stride).flat_map(|first| (first..states.len()).step_by(stride));
-        let order: Vec<usize> = order.collect();
-        let (mut rest, mut size) = (&order[..], FIRST_ROUND);
-        while !rest.is_empty() {
-            let (round, others) = rest.split_at(size.min(rest.len()));
-            let starts: Vec<&[f64]> = round.iter().map(|&state| &states[state][..]).collect();
-            for (&state, class) in round.iter().zip(self.round(&starts)) {
-                classes[state] = class;
+    /// With what shares found: where states go by their numbers, each under so many attractors
+    /// known, which are those of this search.
+    pub(super) fn with_found(mut self, found: impl Iterator<Item = FoundByShare>) -> Self {
+        for (known, found) in found {
+            let found = found.into_iter().map(|(number, followed)| ((known, number), followed));
+            self.found.extend(found);
+        }
+        self
+    }
+
+    /// Where the states of some numbers go, in their order.
+    pub(super) fn classes(
+        &mut self,
+        numbers: &[usize],
+        state: impl Fn(usize) -> Vec<f64>,
+    ) -> Vec<BasinClass> {
+        let mut classes = vec![BasinClass::Undecided; numbers.len()];
+        for round in rounds(numbers.len()) {
+            let starts: Vec<_> =
+                round.iter().map(|&place| (numbers[place], state(numbers[place]))).collect();
+            for (&place, class) in round.iter().zip(self.round(&starts)) {
+                classes[place] = class;
             }
-            (rest, size) = (others, LARGEST_ROUND.min(ROUND_GROWTH * size));
         }
         classes
     }
 
     /// Follows some states side by side, and takes in what they found.
-    fn round(&mut self, starts: &[&[f64]]) -> Vec<BasinClass> {
+    fn round(&mut self, starts: &[Start]) -> Vec<BasinClass> {
+        let found = self.followed(starts, self.progress);
+        found.into_iter().map(|followed| self.take(followed, KICKS)).collect()
+    }
+
+    /// What following some states side by side finds, a round of its own.
+    fn followed(&mut self, starts: &[Start], progress: &dyn Progress) -> Vec<Followed> {
         let round = self.rounds;
         self.rounds += 1;
-        let block = |(number, starts): (usize, &[&[f64]])| -> Vec<Followed> {
+        let block = |(number, starts): (usize, &[Start])| -> Vec<Followed> {
             let place = [round, number as u64];
-            let found = recalled(self.progress, &place).unwrap_or_else(|| {
-                let found = self.follow(starts);
-                keep(self.progress, &place, &found);
+            let found = recalled(progress, &place).unwrap_or_else(|| {
+                let found = self.follow_but(starts);
+                keep(progress, &place, &found);
                 found
             });
-            self.progress.advance(starts.len() as u64);
+            progress.advance(starts.len() as u64);
             found
         };
         let found: Vec<_> = starts.par_chunks(BLOCK).enumerate().map(block).collect();
-        let found = found.into_iter().flatten();
-        found.map(|followed| self.take(followed, KICKS)).collect()
+        found.into_iter().flatten().collect()
+    }
+
+    /// What becomes of some states, of which some are known.
+    fn follow_but(&self, starts: &[Start]) -> Vec<Followed> {
+        let known = |number: usize| self.found.get(&(self.known.len(), number));
+        let others = starts.iter().filter(|(number, _)| known(*number).is_none());
+        let others: Vec<&[f64]> = others.map(|(_, state)| &state[..]).collect();
+        let mut others = self.follow(&others).into_iter();
+        let found = |(number, _): &Start| known(*number).cloned().or_else(|| others.next());
+        starts.iter().filter_map(found).collect()
+    }
+
+    /// A share of the states of a grid, which is refined as `refine` does it: the first rounds of
+    /// the first states asked for, which tell the attractors, and then what the share's own tiles
+    /// ask for, under those attractors.
+    pub(super) fn share(
+        &mut self,
+        first: &[usize],
+        state: impl Fn(usize) -> Vec<f64>,
+        refine: impl FnOnce(&mut dyn FnMut(&[usize]) -> Vec<BasinClass>),
+        shard: &Shard<'_>,
+    ) {
+        let starts = |numbers: &mut dyn Iterator<Item = usize>| -> Vec<Start> {
+            numbers.map(|number| (number, state(number))).collect()
+        };
+        let mut classes = HashMap::new();
+        // The same of all shares, so that one of them hands it over.
+        let hands_over = shard.share.number() == 1;
+        for round in rounds(first.len()).into_iter().take(ROUNDS_OF_ALL) {
+            let starts = starts(&mut round.iter().map(|&place| first[place]));
+            shard.own.expect(starts.len() as u64);
+            let progress: &dyn Progress = if hands_over { shard } else { shard.own };
+            for ((number, _), followed) in starts.iter().zip(self.followed(&starts, progress)) {
+                classes.insert(*number, self.take(followed, KICKS));
+            }
+        }
+        let (known, mut found) = (self.known.len(), Vec::new());
+        refine(&mut |wanted| {
+            let new = wanted.iter().copied().filter(|number| !classes.contains_key(number));
+            let new = starts(&mut new.collect::<Vec<_>>().into_iter());
+            shard.own.expect(new.len() as u64);
+            // Attractors that are new serve to tell cells apart, and to follow no state.
+            let more = self.known.split_off(known);
+            let followed = self.followed(&new, shard.own);
+            self.known.extend(more);
+            for ((number, _), followed) in new.iter().zip(followed) {
+                classes.insert(*number, self.take(followed.clone(), KICKS));
+                found.push((*number, followed));
+            }
+            wanted.iter().map(|number| classes[number]).collect()
+        });
+        shard.give(&(known, found));
     }
 
     /// What becomes of some states, as many at a time as the map has lanes.
@@ -494,7 +585,8 @@ mod tests {
         let states: Vec<Vec<f64>> = (-20..=20)
             .flat_map(|row| (-20..=20).map(move |column| vec![offset(column), offset(row) + 1e-4]))
             .collect();
-        let classes = search.classes(&states);
+        let numbers: Vec<usize> = (0..states.len()).collect();
+        let classes = search.classes(&numbers, |number| states[number].clone());
         (states, classes, search.attractors())
     }
 

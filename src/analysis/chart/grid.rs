@@ -1,5 +1,7 @@
 //! The cells of a chart: where each starts, what its orbits settle on, and which are computed.
 
+use std::collections::HashMap;
+
 use rayon::prelude::*;
 
 use super::data::{ChartAttractor, ChartAxis, ChartCell, ChartClass};
@@ -9,13 +11,19 @@ use crate::analysis::diagram::{
 };
 use crate::analysis::periodic::ContactItinerary;
 use crate::analysis::progress::{Progress, keep, recalled};
-use crate::analysis::refinement::refine;
+use crate::analysis::refinement::{Tiles, refine, refine_share};
+use crate::analysis::share::{Shard, given};
 use crate::expansion::MapWindow;
 use crate::iteration::{OrbitEnd, OrbitRequest, Period};
 use crate::model::{ChartObservable, ChartRequest};
 
 /// How many times longer an orbit without a period is followed where attractors are told apart.
 const LONGER: usize = 8;
+
+/// The attractors of a cell, and the iterates that they took.
+type CellFound = (Vec<ChartAttractor>, u64);
+/// What is known of cells, by their numbers.
+type Known = HashMap<usize, CellFound>;
 
 /// The cells to be computed.
 pub(super) struct Grid<'a> {
@@ -31,20 +39,21 @@ pub(super) struct Grid<'a> {
 }
 
 impl Grid<'_> {
-    /// All cells and the iterates that they took.
+    /// All cells and the iterates that they took; those that shares found are not computed again.
     pub(super) fn cells(&self, progress: &dyn Progress) -> (Vec<ChartCell>, u64) {
-        let [columns, rows] = [&self.axes[0].offsets, &self.axes[1].offsets].map(Vec::len);
+        let size = self.size();
+        let known: Known = given::<Vec<(usize, CellFound)>>(progress).flatten().collect();
         let (mut round, mut iterates) = (0, 0);
         let mut compute = |wanted: &[usize]| {
-            let (cells, made) = self.round(round, wanted, progress);
+            let found = self.round(round, wanted, &known, progress);
             round += 1;
-            iterates += made;
-            cells
+            iterates += found.iter().map(|(_, made)| made).sum::<u64>();
+            found.into_iter().map(|(attractors, _)| cell(attractors)).collect::<Vec<_>>()
         };
         let cells = if self.computes_all() {
-            compute(&Vec::from_iter(0..columns * rows))
+            compute(&Vec::from_iter(0..size[0] * size[1]))
         } else {
-            refine([columns, rows], |a, b| self.are_alike(a, b), compute).into_cells(|mut cell| {
+            refine(size, |a, b| self.are_alike(a, b), compute).into_cells(|mut cell| {
                 cell.computed = false;
                 cell.attractor.lyapunov = None;
                 cell.others.iter_mut().for_each(|other| other.lyapunov = None);
@@ -52,6 +61,31 @@ impl Grid<'_> {
             })
         };
         (cells, iterates)
+    }
+
+    /// A share of the cells.
+    pub(super) fn share(&self, shard: &Shard<'_>) {
+        let (size, mut round, mut all) = (self.size(), 0, Vec::new());
+        let mut compute = |wanted: &[usize]| {
+            let found = self.round(round, wanted, &Known::new(), shard.own);
+            round += 1;
+            let cells = found.iter().map(|(attractors, _)| cell(attractors.clone())).collect();
+            all.extend(wanted.iter().copied().zip(found));
+            cells
+        };
+        if self.computes_all() {
+            let tiles = Tiles::of(size);
+            let own = |cell: &usize| tiles.are_taken(shard.share, [cell % size[0], cell / size[0]]);
+            let _cells: Vec<_> = compute(&(0..size[0] * size[1]).filter(own).collect::<Vec<_>>());
+        } else {
+            refine_share(size, Some(shard.share), |a, b| self.are_alike(a, b), compute);
+        }
+        shard.give(&all);
+    }
+
+    /// Columns and rows.
+    fn size(&self) -> [usize; 2] {
+        [0, 1].map(|axis| self.axes[axis].offsets.len())
     }
 
     /// Exponents have no borders.
@@ -79,19 +113,19 @@ impl Grid<'_> {
         ChartClass::of(self.map.method(), attractor)
     }
 
-    /// Some cells, as many at a time as the map has lanes, on all cores, and the iterates that they
-    /// took.
+    /// What is found in some cells, as many at a time as the map has lanes, on all cores.
     fn round(
         &self,
         round: u64,
         wanted: &[usize],
+        known: &Known,
         progress: &dyn Progress,
-    ) -> (Vec<ChartCell>, u64) {
+    ) -> Vec<CellFound> {
         progress.expect(wanted.len() as u64);
         let block = |(number, cells): (usize, &[usize])| {
             let (units, place) = (cells.len() as u64, [round, number as u64]);
             let found = recalled(progress, &place).unwrap_or_else(|| {
-                let found = self.block(cells);
+                let found = self.block_but(cells, known);
                 keep(progress, &place, &found);
                 found
             });
@@ -99,32 +133,40 @@ impl Grid<'_> {
             found
         };
         let blocks = wanted.par_chunks(self.map.lanes()).enumerate().map(block);
-        let (cells, iterates): (Vec<_>, Vec<u64>) = blocks.unzip();
-        let cell = |mut attractors: Vec<ChartAttractor>| ChartCell {
-            attractor: attractors.remove(0),
-            others: attractors,
-            computed: true,
-        };
-        (cells.into_iter().flatten().map(cell).collect(), iterates.into_iter().sum())
+        let blocks: Vec<_> = blocks.collect();
+        blocks.into_iter().flatten().collect()
+    }
+
+    /// What is found in some cells, of which some are known.
+    fn block_but(&self, cells: &[usize], known: &Known) -> Vec<CellFound> {
+        let others: Vec<usize> =
+            cells.iter().copied().filter(|cell| !known.contains_key(cell)).collect();
+        let mut others = self.block(&others).into_iter();
+        let found = |cell| known.get(cell).cloned().or_else(|| others.next());
+        cells.iter().filter_map(found).collect()
     }
 
     /// The attractors of each of some cells, and the iterates that they took.
-    fn block(&self, cells: &[usize]) -> (Vec<Vec<ChartAttractor>>, u64) {
+    fn block(&self, cells: &[usize]) -> Vec<CellFound> {
+        if cells.is_empty() {
+            return Vec::new();
+        }
         let entries: Vec<Entry> = cells.iter().map(|&cell| self.entry(cell)).collect();
-        let mut known: Vec<Vec<Settled>> = vec![Vec::new(); cells.len()];
-        let mut iterates = 0;
+        let mut known: Vec<(Vec<Settled>, u64)> = vec![(Vec::new(), 0); cells.len()];
         for start in self.starts {
             let found = settle(self.map, entries.clone(), start.as_deref(), &self.orbit);
-            for ((found, entry), known) in found.into_iter().zip(&entries).zip(&mut known) {
-                iterates += found.iterates;
-                iterates += self.take(known, found.settled, &entry.parameters);
+            for ((found, entry), (known, iterates)) in
+                found.into_iter().zip(&entries).zip(&mut known)
+            {
+                *iterates += found.iterates;
+                *iterates += self.take(known, found.settled, &entry.parameters);
             }
         }
-        let attractors = known.iter().zip(&entries).map(|(known, entry)| {
+        let attractors = known.iter().zip(&entries).map(|((known, iterates), entry)| {
             let attractor = |settled| self.attractor(settled, &entry.parameters);
-            known.iter().map(attractor).collect()
+            (known.iter().map(attractor).collect(), *iterates)
         });
-        (attractors.collect(), iterates)
+        attractors.collect()
     }
 
     /// Where a cell starts.
@@ -217,4 +259,9 @@ impl Grid<'_> {
             outside,
         }
     }
+}
+
+/// A cell that was computed.
+fn cell(mut attractors: Vec<ChartAttractor>) -> ChartCell {
+    ChartCell { attractor: attractors.remove(0), others: attractors, computed: true }
 }

@@ -16,6 +16,7 @@ use super::error::AnalysisError;
 use super::escape::escape_bounds;
 use super::progress::{Part, Progress};
 use super::section_frame::itinerary;
+use super::share::Shard;
 use crate::expansion::LocalMap;
 use crate::iteration::OrbitRequest;
 use crate::model::{ChartRequest, Method, Observable, Scene, even_offsets};
@@ -68,6 +69,76 @@ pub fn chart(
     progress: &dyn Progress,
 ) -> Result<Vec<Chart>, AnalysisError> {
     let (axes, places) = axes(scene, orbit, map, request)?;
+    let plane = Plane { scene, orbit, map, request, axes: &axes, places };
+    let overlays = request.with.iter().map(|&method| Ok((method, plane.overlays(method)?)));
+    let overlays = overlays.collect::<Result<Vec<_>, AnalysisError>>()?;
+    let overlay = |method: Method| {
+        let found = overlays.iter().find(|(other, _)| *other == method);
+        found.map_or_else(Vec::new, |(_, found)| found.clone())
+    };
+    grids(scene, orbit, map, request, |number, grid| {
+        let clock = Instant::now();
+        let (cells, iterates) = grid.cells(&Part::new(progress, number));
+        let computed = cells.iter().filter(|cell| cell.computed);
+        let shares = |attractor: &ChartAttractor| {
+            let ChartAttractor { by_map, outside, .. } = *attractor;
+            (Shares { by_map, outside }, 1)
+        };
+        let followed = computed.clone().flat_map(ChartCell::attractors);
+        let Shares { by_map, outside } = Shares::mean(followed.map(shares));
+        let (method, starts) = (grid.map.method(), grid.starts);
+        let together = request.attractors > 1;
+        Chart {
+            scene: scene.identifier.clone(),
+            digest: scene.digest,
+            method,
+            axes: axes.clone(),
+            surfaces: itinerary(scene, orbit).surfaces,
+            observe: request.observe,
+            start: starts[0].clone().filter(|_| !together),
+            starts: starts.iter().flatten().filter(|_| together).cloned().collect(),
+            attractors: request.attractors,
+            transient: request.transient,
+            longest_period: request.keep,
+            escape: escape_bounds(scene, orbit),
+            by_map,
+            outside,
+            computed: computed.count(),
+            overlay: overlay(method),
+            cells,
+            timing: Timing::since(clock, iterates),
+        }
+    })
+}
+
+/// A share of the cells of [`chart`]: those of some tiles. What borders between tiles ask for is
+/// left to what joins the shares, as are the loci.
+///
+/// # Errors
+///
+/// As [`chart`].
+pub fn chart_share(
+    scene: &Scene,
+    orbit: &GrazingOrbit,
+    map: &LocalMap,
+    request: &ChartRequest,
+    shard: &Shard<'_>,
+) -> Result<(), AnalysisError> {
+    grids(scene, orbit, map, request, |number, grid| {
+        shard.part(number, |shard| grid.share(shard));
+    })
+    .map(drop)
+}
+
+/// What is made of the grid of each chart.
+fn grids<T>(
+    scene: &Scene,
+    orbit: &GrazingOrbit,
+    map: &LocalMap,
+    request: &ChartRequest,
+    make: impl Fn(usize, Grid<'_>) -> T,
+) -> Result<Vec<T>, AnalysisError> {
+    let (axes, places) = axes(scene, orbit, map, request)?;
     let subject = SweepSubject {
         scene,
         orbit,
@@ -86,17 +157,9 @@ pub fn chart(
     let together = if request.attractors > 1 { starts.len() } else { 1 };
     let swept = request.with.iter().map(|&method| subject.swept(method));
     let swept = swept.collect::<Result<Vec<_>, _>>()?;
-    let plane = Plane { scene, orbit, map, request, axes: &axes, places };
-    let overlays = request.with.iter().map(|&method| Ok((method, plane.overlays(method)?)));
-    let overlays = overlays.collect::<Result<Vec<_>, AnalysisError>>()?;
-    let overlay = |method: Method| {
-        let found = overlays.iter().find(|(other, _)| *other == method);
-        found.map_or_else(Vec::new, |(_, found)| found.clone())
-    };
     let asked =
         swept.iter().flat_map(|map| starts.chunks(together).map(move |starts| (&**map, starts)));
-    let chart = |(number, (swept, starts)): (usize, Swept<'_>)| {
-        let clock = Instant::now();
+    let made = |(number, (swept, starts)): (usize, Swept<'_>)| {
         let grid = Grid {
             map: swept,
             axes: &axes,
@@ -106,37 +169,9 @@ pub fn chart(
             starts,
             request,
         };
-        let (cells, iterates) = grid.cells(&Part::new(progress, number));
-        let computed = cells.iter().filter(|cell| cell.computed);
-        let shares = |attractor: &ChartAttractor| {
-            let ChartAttractor { by_map, outside, .. } = *attractor;
-            (Shares { by_map, outside }, 1)
-        };
-        let followed = computed.clone().flat_map(ChartCell::attractors);
-        let Shares { by_map, outside } = Shares::mean(followed.map(shares));
-        let together = request.attractors > 1;
-        Chart {
-            scene: scene.identifier.clone(),
-            digest: scene.digest,
-            method: swept.method(),
-            axes: axes.clone(),
-            surfaces: itinerary(scene, orbit).surfaces,
-            observe: request.observe,
-            start: starts[0].clone().filter(|_| !together),
-            starts: starts.iter().flatten().filter(|_| together).cloned().collect(),
-            attractors: request.attractors,
-            transient: request.transient,
-            longest_period: request.keep,
-            escape: escape.clone(),
-            by_map,
-            outside,
-            computed: computed.count(),
-            overlay: overlay(swept.method()),
-            cells,
-            timing: Timing::since(clock, iterates),
-        }
+        make(number, grid)
     };
-    Ok(asked.enumerate().map(chart).collect())
+    Ok(asked.enumerate().map(made).collect())
 }
 
 /// The axes of a chart, and the positions of their parameters among the map's.

@@ -18,6 +18,7 @@ use super::starts::{Reach, starts};
 use super::sweep::{SweepRequest, Visit, visit};
 use super::swept_map::SweptMap;
 use crate::analysis::progress::{Progress, keep, recalled};
+use crate::analysis::share::Shard;
 use crate::iteration::{MapOrbit, OrbitEnd, OrbitRequest};
 
 /// Fewest values of a segment.
@@ -37,8 +38,8 @@ pub(super) fn sweep(
 ) -> Sweep {
     let clock = Instant::now();
     let mut course = Course::new(map, request, start, heading);
-    course.run(progress);
-    course.correct(progress);
+    course.run(0..course.segments.len(), progress);
+    course.correct(0..course.segments.len(), progress);
     let timing = Timing::since(clock, course.iterates);
     let visits = course.visits.into_iter().flatten();
     let points: Vec<DiagramPoint> = visits.map(|visit| visit.point).collect();
@@ -49,6 +50,22 @@ pub(super) fn sweep(
     let Shares { by_map, outside } = Shares::mean(points.iter().map(shares));
     let start = start.map(<[f64]>::to_vec);
     Sweep { method: map.method(), heading, start, points, by_map, outside, timing }
+}
+
+/// A share of a sweep: some segments, and their corrections as far as they follow from these alone.
+pub(super) fn sweep_share(
+    map: &dyn SweptMap,
+    request: &SweepRequest,
+    start: Option<&[f64]>,
+    heading: SweepHeading,
+    shard: &Shard<'_>,
+) {
+    let mut course = Course::new(map, request, start, heading);
+    let segments = shard.share.range(course.segments.len());
+    if !segments.is_empty() {
+        course.run(segments.clone(), shard);
+        course.correct(segments, shard);
+    }
 }
 
 /// A sweep under way.
@@ -136,10 +153,11 @@ impl<'a> Course<'a> {
         }
     }
 
-    /// All segments side by side, from the states of the coarse run.
-    fn run(&mut self, progress: &dyn Progress) {
+    /// Some segments side by side, from the states of the coarse run.
+    fn run(&mut self, segments: Range<usize>, progress: &dyn Progress) {
         let starts = self.coarse_run();
         let fronts = starts.into_iter().zip(&self.segments).enumerate();
+        let fronts = fronts.take(segments.end).skip(segments.start);
         let fronts = fronts.map(|(segment, (carried, values))| Front {
             segment,
             value: values.start,
@@ -150,16 +168,19 @@ impl<'a> Course<'a> {
         self.advance(&fronts.collect::<Vec<_>>(), &pieces);
     }
 
-    /// Carries the last state of every segment into the next until nothing changes.
-    fn correct(&mut self, progress: &dyn Progress) {
-        let mut changed: Vec<usize> = (1..self.segments.len()).collect();
+    /// Carries the last state of every segment into the next until nothing changes; of some
+    /// segments as far as it does not depend on those before them.
+    fn correct(&mut self, segments: Range<usize>, progress: &dyn Progress) {
+        let mut changed: Vec<usize> = segments.clone().skip(1).collect();
         let mut pieces = Pieces { round: 0, progress };
         while !changed.is_empty() {
             pieces.round += 1;
             let corrected = changed.iter().map(|&segment| self.corrected(segment));
             changed = self.advance(&corrected.collect::<Vec<_>>(), &pieces);
             changed.iter_mut().for_each(|segment| *segment += 1);
-            changed.retain(|&segment| segment < self.segments.len());
+            // Of segments in the middle every round leaves one more open, which waits for its past.
+            let open = if segments.start == 0 { 0 } else { segments.start + pieces.round };
+            changed.retain(|segment| (open + 1..segments.end).contains(segment));
         }
     }
 

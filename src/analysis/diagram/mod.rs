@@ -29,11 +29,12 @@ use crate::analysis::error::AnalysisError;
 use crate::analysis::escape::escape_bounds;
 use crate::analysis::progress::{Part, Progress};
 use crate::analysis::section_frame::itinerary;
+use crate::analysis::share::Shard;
 use crate::expansion::LocalMap;
 use crate::iteration::OrbitRequest;
 use crate::model::{DiagramRequest, Method, Scene, Spacing, SweepDirection};
 use crate::orbit::GrazingOrbit;
-use course::sweep;
+use course::{sweep, sweep_share};
 use observe::label;
 pub(super) use swept_map::{SweepSubject, exponent};
 
@@ -73,6 +74,53 @@ pub fn diagram(
     request: &DiagramRequest,
     progress: &dyn Progress,
 ) -> Result<Diagram, AnalysisError> {
+    let sweeps = planned(scene, orbit, map, request, |plan| run_plan(plan, progress))?;
+    Ok(Diagram {
+        scene: scene.identifier.clone(),
+        digest: scene.digest,
+        parameter: scene.model.parameters[request.parameter].name.clone(),
+        grazing_value: orbit.parameters()[request.parameter].to_f64(),
+        is_logarithmic: request.spacing == Spacing::Logarithmic,
+        observable: label(&request.observe).to_owned(),
+        surfaces: itinerary(scene, orbit).surfaces,
+        transient: request.transient,
+        keep: request.keep,
+        escape: escape_bounds(scene, orbit),
+        speed_ratio: speed_ratio(&sweeps),
+        sweeps,
+    })
+}
+
+/// A share of the pieces of [`diagram`]: of every sweep some segments, and their corrections as far
+/// as these segments alone decide them. The others are left to what joins the shares.
+///
+/// # Errors
+///
+/// As [`diagram`].
+pub fn diagram_share(
+    scene: &Scene,
+    orbit: &GrazingOrbit,
+    map: &LocalMap,
+    request: &DiagramRequest,
+    shard: &Shard<'_>,
+) -> Result<(), AnalysisError> {
+    planned(scene, orbit, map, request, |plan| {
+        let values = shard.share.range(plan.request.offsets.len()).len();
+        run_sweeps(plan, values, shard, |number, (map, start, heading)| {
+            shard.part(number, |shard| sweep_share(map, &plan.request, start, heading, shard));
+        })
+    })
+    .map(drop)
+}
+
+/// The plan of a diagram, for what is made of it.
+fn planned<T>(
+    scene: &Scene,
+    orbit: &GrazingOrbit,
+    map: &LocalMap,
+    request: &DiagramRequest,
+    make: impl FnOnce(&DiagramPlan<'_>) -> T,
+) -> Result<T, AnalysisError> {
     let parameter = &scene.model.parameters[request.parameter].name;
     let position = map.parameters.iter().position(|active| active.name == *parameter);
     let position =
@@ -83,7 +131,7 @@ pub fn diagram(
     let subject =
         SweepSubject { scene, orbit, map, observe: &request.observe, system: OnceCell::new() };
     let swept = request.with.iter().map(|&method| subject.swept(method));
-    let plan = DiagramPlan {
+    Ok(make(&DiagramPlan {
         maps: swept.collect::<Result<_, _>>()?,
         direction: request.direction,
         request: SweepRequest {
@@ -93,22 +141,7 @@ pub fn diagram(
             orbit: own.escaping_at(&bounds),
             window: map.window.clone(),
         },
-    };
-    let sweeps = run_plan(&plan, progress);
-    Ok(Diagram {
-        scene: scene.identifier.clone(),
-        digest: scene.digest,
-        parameter: parameter.clone(),
-        grazing_value: orbit.parameters()[request.parameter].to_f64(),
-        is_logarithmic: request.spacing == Spacing::Logarithmic,
-        observable: label(&request.observe).to_owned(),
-        surfaces: itinerary(scene, orbit).surfaces,
-        transient: request.transient,
-        keep: request.keep,
-        escape,
-        speed_ratio: speed_ratio(&sweeps),
-        sweeps,
-    })
+    }))
 }
 
 /// Bytes that the diagrams of a scene take in memory, where every value is kept.
@@ -125,25 +158,37 @@ pub fn diagram_bytes(scene: &Scene) -> u64 {
 
 /// Runs all sweeps of a plan: one per map, start and heading, maps in order, up before down.
 pub fn run_plan(plan: &DiagramPlan<'_>, progress: &dyn Progress) -> Vec<Sweep> {
+    let run = |number, (map, start, heading): (&dyn SweptMap, Option<&[f64]>, _)| {
+        sweep(map, &plan.request, start, heading, &Part::new(progress, number))
+    };
+    run_sweeps(plan, plan.request.offsets.len(), progress, run)
+}
+
+/// Makes something of each sweep of a plan, which visits so many values.
+fn run_sweeps<T>(
+    plan: &DiagramPlan<'_>,
+    values: usize,
+    progress: &dyn Progress,
+    run: impl Fn(usize, (&dyn SweptMap, Option<&[f64]>, SweepHeading)) -> T,
+) -> Vec<T> {
     let headings: &[SweepHeading] = match plan.direction {
         SweepDirection::Up => &[SweepHeading::Up],
         SweepDirection::Down => &[SweepHeading::Down],
         SweepDirection::Both => &[SweepHeading::Up, SweepHeading::Down],
     };
-    let request = &plan.request;
-    let starts = match &request.starts[..] {
+    let starts = match &plan.request.starts[..] {
         [] => vec![None],
         states => states.iter().map(|state| Some(&state[..])).collect(),
     };
     let ways = starts.iter().flat_map(|&start| headings.iter().map(move |&way| (start, way)));
     let ways: Vec<_> = ways.collect();
-    progress.expect((plan.maps.len() * ways.len() * request.offsets.len()) as u64);
-    let sweeps = plan.maps.iter().flat_map(|map| ways.iter().map(move |way| (&**map, way)));
+    progress.expect((plan.maps.len() * ways.len() * values) as u64);
+    let sweeps = plan
+        .maps
+        .iter()
+        .flat_map(|map| ways.iter().map(move |&(start, heading)| (&**map, start, heading)));
     // NOTE: one after another, so that the time of each is its own; segments fill the cores.
-    let run = |(number, (map, &(start, heading))): (usize, (&dyn SweptMap, &_))| {
-        sweep(map, request, start, heading, &Part::new(progress, number))
-    };
-    sweeps.enumerate().map(run).collect()
+    sweeps.enumerate().map(|(number, sweep)| run(number, sweep)).collect()
 }
 
 /// Time of an iterate by direct simulation over that by the map.

@@ -1,9 +1,10 @@
 //! `grazemap basin`: where the states of a plane of the section go.
 
 use super::sweeps::resumable;
-use super::{map, open, remark_on_window};
+use super::{map, open, remark_on_window, shard};
 use crate::cli::arguments::BasinArguments;
 use crate::cli::output::{Bar, CliError, note_all, refuse};
+use grazemap::analysis::Joining;
 use grazemap::analysis::basin::{Basin, basin_bytes};
 use grazemap::pipeline::BasinKeys;
 use grazemap::report::{
@@ -25,9 +26,13 @@ pub(in crate::cli) fn run(options: &BasinArguments) -> Result<(), CliError> {
     }
     refuse(requests.iter().map(basin_bytes).sum(), outlets.quiet)?;
     let decisive = format!("{requests:?}");
+    if let Some(share) = options.sharding.share {
+        let asked = ("basin", &map, &*decisive);
+        return shard(share, asked, outlets, |shard| map.share_basins(&requests, shard));
+    }
     let resumable = resumable("basin", outlets.folder(), &map, &decisive, outlets.quiet)?;
     let bar = Bar::new("basin", outlets.quiet).resuming(0, resumable.journal());
-    let mut basins = map.basins(&requests, &bar)?;
+    let mut basins = map.basins(&requests, &Joining::new(&bar, options.scene.common.pieces()))?;
     drop(bar);
     remark_on_window(&map, outlets.quiet);
     note_all(&basin_warnings(&basins), outlets.quiet);

@@ -20,7 +20,9 @@ pub(super) mod view;
 use std::num::NonZero;
 
 use super::arguments::SceneOptions;
-use super::output::{CliError, note, note_all};
+use super::output::{CliError, Outlets, note, note_all};
+use super::shards::Sharded;
+use grazemap::analysis::{Shard, Share};
 use grazemap::expansion::check_orders;
 use grazemap::model::Scene;
 use grazemap::pipeline::{Settled, Source};
@@ -36,7 +38,11 @@ fn open(options: &SceneOptions) -> Result<Source, CliError> {
         let threads = rayon::ThreadPoolBuilder::new().num_threads(threads);
         threads.build_global()?;
     }
-    let source = Source::open(&options.scene, &options.common.set)?;
+    let joined = options.common.joined.as_ref().and_then(|joined| joined.map.clone());
+    let source = match joined {
+        Some(map) => Source::Map(map),
+        None => Source::open(&options.scene, &options.common.set)?,
+    };
     if !options.common.outlets.quiet {
         for warning in &source.scene().warnings {
             note(&format!("warning: {warning}"));
@@ -73,6 +79,18 @@ fn map(source: Source, quiet: bool) -> Result<Map, CliError> {
         Some(map) => map,
         None => settled.plan()?.expand()?,
     })
+}
+
+/// Computes a shard of a command that uses a map, and that was asked for more than its scene says.
+fn shard(
+    share: Share,
+    (command, map, asked): (&'static str, &Map, &str),
+    outlets: &Outlets,
+    compute: impl FnOnce(&Shard<'_>) -> Result<(), Error>,
+) -> Result<(), CliError> {
+    let (scene, document) = (Some(map.scene().digest), map.to_json()?);
+    let sharded = Sharded { share, command, scene, map: Some(&document), asked };
+    sharded.write(outlets, compute)
 }
 
 /// Refuses orders that take too long, before an orbit is looked for.

@@ -4,10 +4,11 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use super::{map, open, remark_on_window};
-use crate::cli::arguments::SceneOptions;
+use super::{map, open, remark_on_window, shard};
+use crate::cli::arguments::SweepArguments;
 use crate::cli::output::{Bar, CliError, Outlets, deliver, note_all, refuse};
 use crate::cli::resume::Resumable;
+use grazemap::analysis::Joining;
 use grazemap::analysis::chart::chart_bytes;
 use grazemap::analysis::diagram::{Diagram, Timing, diagram_bytes};
 use grazemap::pipeline::Answer;
@@ -18,17 +19,21 @@ use grazemap::report::{
 use grazemap::{Error, Map};
 
 /// Bifurcation diagrams.
-pub(in crate::cli) fn diagram(options: &SceneOptions) -> Result<(), CliError> {
-    let (source, outlets) = (open(options)?, &options.common.outlets);
+pub(in crate::cli) fn diagram(options: &SweepArguments) -> Result<(), CliError> {
+    let common = &options.scene.common;
+    let (source, outlets) = (open(&options.scene)?, &common.outlets);
     if source.scene().diagrams.is_empty() {
         return Err(CliError::NoDiagram);
     }
     source.scene().check_diagrams().map_err(Error::from)?;
     refuse(diagram_bytes(source.scene()), outlets.quiet)?;
     let map = map(source, outlets.quiet)?;
+    if let Some(share) = options.sharding.share {
+        return shard(share, ("diagram", &map, ""), outlets, |shard| map.share_diagrams(shard));
+    }
     let resumable = resumable("diagram", outlets.folder(), &map, "", outlets.quiet)?;
     let bar = Bar::new("diagram", outlets.quiet).resuming(0, resumable.journal());
-    let mut diagrams = map.diagrams(&bar)?;
+    let mut diagrams = map.diagrams(&Joining::new(&bar, common.pieces()))?;
     drop(bar);
     remark_on_window(&map, outlets.quiet);
     note_all(&diagram_warnings(&diagrams), outlets.quiet);
@@ -44,17 +49,21 @@ pub(in crate::cli) fn diagram(options: &SceneOptions) -> Result<(), CliError> {
 }
 
 /// Two-parameter charts.
-pub(in crate::cli) fn chart(options: &SceneOptions) -> Result<(), CliError> {
-    let (source, outlets) = (open(options)?, &options.common.outlets);
+pub(in crate::cli) fn chart(options: &SweepArguments) -> Result<(), CliError> {
+    let common = &options.scene.common;
+    let (source, outlets) = (open(&options.scene)?, &common.outlets);
     if source.scene().charts.is_empty() {
         return Err(CliError::NoChart);
     }
     source.scene().check_charts().map_err(Error::from)?;
     refuse(chart_bytes(source.scene()), outlets.quiet)?;
     let map = map(source, outlets.quiet)?;
+    if let Some(share) = options.sharding.share {
+        return shard(share, ("chart", &map, ""), outlets, |shard| map.share_charts(shard));
+    }
     let resumable = resumable("chart", outlets.folder(), &map, "", outlets.quiet)?;
     let bar = Bar::new("chart", outlets.quiet).resuming(0, resumable.journal());
-    let mut charts = map.charts(&bar)?;
+    let mut charts = map.charts(&Joining::new(&bar, common.pieces()))?;
     drop(bar);
     remark_on_window(&map, outlets.quiet);
     note_all(&chart_warnings(&charts), outlets.quiet);

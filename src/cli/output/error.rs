@@ -9,7 +9,7 @@ use super::{Destination, note};
 use grazemap::Error;
 use grazemap::model::SceneHeadline;
 use grazemap::numeric::INSTRUCTION_LIMIT;
-use grazemap::report::ReportError;
+use grazemap::report::{ReportError, ShardError};
 
 /// Exit code of mathematics that ended otherwise.
 const ENDED_OTHERWISE: u8 = 1;
@@ -92,6 +92,17 @@ pub(in crate::cli) enum CliError {
     /// Numbers of the gallery that differ from what was expected.
     #[error("the gallery differs from what it says: {what}")]
     Unexplained { what: String },
+    /// Results asked of a shard.
+    #[error(
+        "a shard has pieces alone, which go into -o DIR; ask `grazemap merge` for --json, --csv"
+    )]
+    ShardHasNoResults,
+    /// Files of pieces that cannot be joined.
+    #[error(transparent)]
+    Shards(#[from] ShardError),
+    /// The program cannot read itself.
+    #[error("cannot read this very program, which pieces are marked with: {0}")]
+    Program(io::Error),
     /// A result that could not be laid out or written.
     #[error(transparent)]
     Report(#[from] ReportError),

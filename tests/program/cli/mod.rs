@@ -9,6 +9,7 @@ mod orbits;
 mod outputs;
 mod resuming;
 mod saved;
+mod shards;
 mod wrong_calls;
 
 use std::fs;

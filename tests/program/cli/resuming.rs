@@ -56,7 +56,7 @@ fn kept(folder: &Path) -> Option<std::path::PathBuf> {
 }
 
 /// All files of a folder, hidden ones too.
-fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+pub(super) fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     let entries = fs::read_dir(folder).expect("a folder").flatten();
     let file = |entry: fs::DirEntry| {
         let bytes = fs::read(entry.path()).expect("readable");

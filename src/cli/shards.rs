@@ -1,0 +1,103 @@
+//! Commands in shards, for several machines: what a shard writes in the place of results.
+
+use std::env;
+use std::fs;
+use std::path::Path;
+
+use super::output::{Bar, CliError, Outlets};
+use super::resume::Resumable;
+use grazemap::analysis::{Gathered, Shard, Share};
+use grazemap::model::Digest;
+use grazemap::report::{OutputFolder, ShardHeader, counted};
+
+/// Which shard, and what decides its pieces.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::cli) struct Sharded<'a> {
+    pub(in crate::cli) share: Share,
+    pub(in crate::cli) command: &'static str,
+    /// Of the scene's text.
+    pub(in crate::cli) scene: Option<Digest>,
+    /// The map's document.
+    pub(in crate::cli) map: Option<&'a str>,
+    /// What is asked beyond that.
+    pub(in crate::cli) asked: &'a str,
+}
+
+impl Sharded<'_> {
+    /// Computes the shard and writes its pieces into the folder of the results.
+    pub(in crate::cli) fn write<E: Into<CliError>>(
+        &self,
+        outlets: &Outlets,
+        compute: impl FnOnce(&Shard<'_>) -> Result<(), E>,
+    ) -> Result<(), CliError> {
+        if outlets.json.is_some() || outlets.csv.is_some() {
+            return Err(CliError::ShardHasNoResults);
+        }
+        let (number, of) = (self.share.number(), self.share.of());
+        let folder = outlets.output.as_deref().unwrap_or(Path::new("."));
+        let header = ShardHeader {
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            program: program()?,
+            command: self.command.to_owned(),
+            scene: self.scene,
+            settings: Digest::of(self.asked),
+            of,
+            number,
+            arguments: env::args_os().map(|word| word.to_string_lossy().into_owned()).collect(),
+            map: self.map.map(str::to_owned),
+            pieces: 0,
+        };
+        let journal = format!("shard-{number}-of-{of}-{}", self.command);
+        let decisive = [self.map.unwrap_or_default(), self.asked];
+        let resumable = Resumable::begin(&journal, Some(folder), &decisive, outlets.quiet);
+        let (bar, gathered) = (Bar::new(self.command, outlets.quiet), Gathered::default());
+        let bar = bar.resuming(0, resumable.journal());
+        compute(&Shard::new(self.share, &bar, &gathered)).map_err(Into::into)?;
+        drop(bar);
+        let (name, pieces) = (header.file_name(), gathered.into_pieces());
+        let path = OutputFolder::create(folder)?.write(&name, header.file(&pieces))?;
+        resumable.finish();
+        let pieces = counted(pieces.len(), "piece");
+        outlets.show(&format!(
+            "shard {number} of {of}: {pieces} in {}; `grazemap merge` joins all\n",
+            path.display()
+        ))
+    }
+}
+
+/// The digest of the very program, which is the same on every machine that has a copy of it.
+fn program() -> Result<Digest, CliError> {
+    let path = env::current_exe().map_err(CliError::Program)?;
+    Ok(Digest::of_bytes(&fs::read(path).map_err(CliError::Program)?))
+}
+
+/// The shard that `--shard` names: `I/N`, or the task of an array of Slurm's.
+pub(in crate::cli) fn share(text: &str) -> Result<Share, String> {
+    let number = |text: &str| text.trim().parse::<usize>().ok();
+    if text != ARRAY {
+        let share = text.split_once('/').and_then(|(i, n)| Share::new(number(i)?, number(n)?));
+        return share.ok_or_else(|| "expected I/N with I from 1 to N, such as 2/7".to_owned());
+    }
+    let [id, count] = ["SLURM_ARRAY_TASK_ID", "SLURM_ARRAY_TASK_COUNT"].map(|name| {
+        let value = env::var(name).map_err(|_| name)?;
+        number(&value).ok_or(name)
+    });
+    let missing = |name| {
+        format!("this is no task of a job array: {name} is not set to a number; expected I/N")
+    };
+    let (id, count) = (id.map_err(missing)?, count.map_err(missing)?);
+    let or =
+        |name, otherwise| env::var(name).ok().and_then(|value| number(&value)).unwrap_or(otherwise);
+    let (first, step) = (or("SLURM_ARRAY_TASK_MIN", 1), or("SLURM_ARRAY_TASK_STEP", 1).max(1));
+    let index = id.checked_sub(first).filter(|index| index % step == 0);
+    let share = index.and_then(|index| Share::new(index / step + 1, count));
+    share.ok_or_else(|| {
+        format!(
+            "task {id} of an array of {count} from {first} on in steps of {step} is no shard; \
+             expected I/N"
+        )
+    })
+}
+
+/// What `--shard` stands for where it has no value.
+pub(in crate::cli) const ARRAY: &str = "array";

@@ -1,0 +1,281 @@
+//! The pieces of one share of a computation, in a file: what a shard writes, and what is joined.
+//!
+//! One idea: the file is records of a journal, the first of them saying what the others are of and
+//! how many they are, so that a file is whole or refused.
+
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+use super::journal::{next, record};
+use crate::analysis::{Pieces, Share};
+use crate::model::Digest;
+
+/// What pieces are of. Pieces of two shards are joined where all but their numbers is equal.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ShardHeader {
+    /// Of the program.
+    pub version: String,
+    /// Of the very program: another build may compute another last bit.
+    pub program: Digest,
+    /// The command.
+    pub command: String,
+    /// Of the scene's text, for commands that have one.
+    pub scene: Option<Digest>,
+    /// Of everything that decides the pieces.
+    pub settings: Digest,
+    /// How many shards there are.
+    pub of: usize,
+    /// Which of them this is, from 1.
+    pub number: usize,
+    /// How the command was called.
+    pub arguments: Vec<String>,
+    /// The map, for commands that have one.
+    pub map: Option<String>,
+    /// How many pieces follow.
+    pub pieces: usize,
+}
+
+/// Why files of pieces cannot be joined.
+#[derive(Debug, thiserror::Error)]
+pub enum ShardError {
+    /// No such file.
+    #[error("cannot read {}: {source}", .path.display())]
+    Unreadable {
+        /// The file.
+        path: PathBuf,
+        /// The system's answer.
+        source: io::Error,
+    },
+    /// Another file.
+    #[error(
+        "{} holds no pieces of this version of grazemap; expected a file that a command wrote \
+         with --shard", .path.display()
+    )]
+    Foreign {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A file that is not whole.
+    #[error(
+        "{} is damaged or cut off; compute shard {number}/{of} again", .path.display()
+    )]
+    Damaged {
+        /// The file.
+        path: PathBuf,
+        /// Which shard it is of.
+        number: usize,
+        /// How many shards there are.
+        of: usize,
+    },
+    /// Files of two computations.
+    #[error(
+        "{} and {} differ in their {what}; shards of one computation are expected",
+        .first.display(), .other.display()
+    )]
+    Mixed {
+        /// In what they differ.
+        what: &'static str,
+        /// The file named first.
+        first: PathBuf,
+        /// The file named later.
+        other: PathBuf,
+    },
+    /// A shard given twice.
+    #[error("shard {number} is in {} and in {}; name one of them", .first.display(), .other.display())]
+    Twice {
+        /// Which shard it is of.
+        number: usize,
+        /// The file named first.
+        first: PathBuf,
+        /// The file named later.
+        other: PathBuf,
+    },
+    /// Not all shards.
+    #[error("of {of} shards there is no file of {}; compute them with --shard I/{of}", list(.missing))]
+    Missing {
+        /// The shards without a file.
+        missing: Vec<usize>,
+        /// How many shards there are.
+        of: usize,
+    },
+}
+
+fn list(numbers: &[usize]) -> String {
+    numbers.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")
+}
+
+impl ShardHeader {
+    /// The file of pieces with this header.
+    pub fn file(mut self, pieces: &Pieces) -> Vec<u8> {
+        self.pieces = pieces.len();
+        // A header of plain values cannot fail to be written.
+        let header = serde_json::to_vec(&self).unwrap_or_default();
+        [record(&[], &header), pieces_to_bytes(pieces)].concat()
+    }
+
+    /// The name of that file.
+    pub fn file_name(&self) -> String {
+        format!("{}-{}-of-{}.pieces", self.command, self.number, self.of)
+    }
+
+    /// In what else than its number a header differs.
+    fn difference(&self, other: &Self) -> Option<&'static str> {
+        let same = [
+            ("version of grazemap", self.version == other.version),
+            ("command", self.command == other.command),
+            ("scene", self.scene == other.scene),
+            ("number of shards", self.of == other.of),
+            ("build of grazemap", self.program == other.program),
+            ("settings", self.settings == other.settings && self.map == other.map),
+        ];
+        same.into_iter().find(|(_, same)| !same).map(|(what, _)| what)
+    }
+}
+
+/// The pieces of all shards, and what they are of.
+///
+/// # Errors
+///
+/// [`ShardError`] for files that are not whole, not of one computation, or not all of it.
+pub fn join_shards(paths: &[PathBuf]) -> Result<(ShardHeader, Pieces), ShardError> {
+    let mut read: Vec<(&Path, ShardHeader)> = Vec::new();
+    let mut all = Pieces::new();
+    for path in paths {
+        let (header, pieces) = read_shard(path)?;
+        if let Some((first, known)) = read.first()
+            && let Some(what) = known.difference(&header)
+        {
+            return Err(ShardError::Mixed { what, first: first.into(), other: path.clone() });
+        }
+        if let Some((first, _)) = read.iter().find(|(_, known)| known.number == header.number) {
+            let number = header.number;
+            return Err(ShardError::Twice { number, first: first.into(), other: path.clone() });
+        }
+        all.extend(pieces);
+        read.push((path, header));
+    }
+    let of = read.first().map_or(0, |(_, header)| header.of);
+    let is_there = |number: &usize| read.iter().any(|(_, header)| header.number == *number);
+    let missing: Vec<usize> = (1..=of).filter(|number| !is_there(number)).collect();
+    match read.into_iter().next() {
+        Some((_, header)) if missing.is_empty() => Ok((header, all)),
+        _ => Err(ShardError::Missing { missing, of }),
+    }
+}
+
+/// One file.
+fn read_shard(path: &Path) -> Result<(ShardHeader, Pieces), ShardError> {
+    let bytes = fs::read(path)
+        .map_err(|source| ShardError::Unreadable { path: path.to_owned(), source })?;
+    let header = next(&bytes).filter(|(place, ..)| place.is_empty());
+    let header = header.and_then(|(_, header, rest)| {
+        let header: ShardHeader = serde_json::from_slice(header).ok()?;
+        Share::new(header.number, header.of)?;
+        Some((header, rest))
+    });
+    let (header, rest) = header.ok_or_else(|| ShardError::Foreign { path: path.to_owned() })?;
+    let pieces = pieces_from_bytes(rest).filter(|pieces| pieces.len() == header.pieces);
+    let ShardHeader { number, of, .. } = header;
+    let damaged = || ShardError::Damaged { path: path.to_owned(), number, of };
+    Ok((header, pieces.ok_or_else(damaged)?))
+}
+
+/// Pieces as bytes.
+pub fn pieces_to_bytes(pieces: &Pieces) -> Vec<u8> {
+    pieces.iter().flat_map(|(place, piece)| record(place, piece)).collect()
+}
+
+/// The pieces of [`pieces_to_bytes`]; `None` for bytes that are not whole.
+pub fn pieces_from_bytes(mut bytes: &[u8]) -> Option<Pieces> {
+    let mut pieces = Pieces::new();
+    while !bytes.is_empty() {
+        let (place, piece, rest) = next(bytes)?;
+        pieces.insert(place, piece.to_vec());
+        bytes = rest;
+    }
+    Some(pieces)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn header(number: usize) -> ShardHeader {
+        ShardHeader {
+            version: "1".to_owned(),
+            program: Digest(1),
+            command: "chart".to_owned(),
+            scene: Some(Digest(2)),
+            settings: Digest(3),
+            of: 2,
+            number,
+            arguments: Vec::new(),
+            map: Some("{}".to_owned()),
+            pieces: 0,
+        }
+    }
+
+    fn pieces(number: u64) -> Pieces {
+        Pieces::from([(vec![number], b"one".to_vec()), (vec![number, 7], Vec::new())])
+    }
+
+    /// What joining two files of these headers says.
+    fn joined(first: ShardHeader, second: ShardHeader) -> Result<Pieces, String> {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let paths = [(0, first), (1, second)].map(|(number, header)| {
+            let path = folder.path().join(number.to_string());
+            fs::write(&path, header.file(&pieces(number))).expect("writable");
+            path
+        });
+        join_shards(&paths).map(|(_, pieces)| pieces).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn shards_of_one_computation_are_joined_and_others_are_refused() {
+        let all: Pieces = [pieces(0), pieces(1)].into_iter().flatten().collect();
+        assert_eq!(joined(header(2), header(1)), Ok(all));
+        let other = || header(2);
+        for (second, word) in [
+            (ShardHeader { version: "2".to_owned(), ..other() }, "version"),
+            (ShardHeader { command: "basin".to_owned(), ..other() }, "command"),
+            (ShardHeader { scene: None, ..other() }, "scene"),
+            (ShardHeader { of: 3, ..other() }, "number of shards"),
+            (ShardHeader { program: Digest(7), ..other() }, "build"),
+            (ShardHeader { settings: Digest(7), ..other() }, "settings"),
+            (ShardHeader { map: None, ..other() }, "settings"),
+            (header(1), "shard 1 is in"),
+        ] {
+            let refused = joined(header(1), second).expect_err(word);
+            assert!(refused.contains(word), "{refused}");
+        }
+        let of = |number| ShardHeader { of: 4, ..header(number) };
+        let refused = joined(of(1), of(3)).expect_err("two are missing");
+        assert!(refused.contains("no file of 2, 4"), "{refused}");
+    }
+
+    #[test]
+    fn a_file_that_is_not_whole_is_refused() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let path = folder.path().join("one");
+        let whole = header(1).file(&pieces(1));
+        let read = |bytes: &[u8]| {
+            fs::write(&path, bytes).expect("writable");
+            read_shard(&path).map_err(|error| error.to_string())
+        };
+        assert!(read(&whole).is_ok());
+        let first = whole.len() - pieces_to_bytes(&pieces(1)).len();
+        for length in 0..whole.len() {
+            let word = if length < first { "holds no pieces" } else { "compute shard 1/2 again" };
+            let refused = read(&whole[..length]).expect_err("cut off");
+            assert!(refused.contains(word), "{refused}");
+        }
+        for place in 0..whole.len() {
+            let mut damaged = whole.clone();
+            damaged[place] ^= 4;
+            assert!(read(&damaged).is_err(), "byte {place}");
+        }
+    }
+}

@@ -1,0 +1,167 @@
+//! Commands in shards: pieces of all shards are joined into the bytes of an unsharded run.
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+use super::resuming::files;
+use super::{grazemap, scratch, text};
+
+/// Calls a command that ends well; what it said.
+fn call(folder: &Path, arguments: &[&str]) -> String {
+    let output = grazemap(folder, arguments);
+    assert!(output.status.success(), "{arguments:?}: {}", text(&output.stderr));
+    text(&output.stderr)
+}
+
+/// A call that is refused: its message.
+fn refused(folder: &Path, arguments: &[&str]) -> String {
+    let output = grazemap(folder, arguments);
+    assert_eq!(output.status.code(), Some(2), "{arguments:?}");
+    text(&output.stderr)
+}
+
+/// The files of pieces of all shards, computed into a folder.
+fn shards(folder: &Path, command: &[&str], count: usize, into: &str) -> Vec<String> {
+    let shard = |number: usize| {
+        call(folder, &[command, &["--shard", &format!("{number}/{count}"), "-o", into]].concat());
+        format!("{into}/{}-{number}-of-{count}.pieces", command[0])
+    };
+    (1..=count).map(shard).collect()
+}
+
+fn merge(folder: &Path, pieces: &[String], more: &[&str]) -> Vec<String> {
+    let pieces: Vec<&str> = pieces.iter().map(String::as_str).collect();
+    let call = [&["merge"], &pieces[..], more].concat();
+    call.into_iter().map(str::to_owned).collect()
+}
+
+/// One, three and seven shards of a command give the bytes of an unsharded run.
+fn equal_bytes(folder: &Path, command: &[&str]) {
+    call(folder, &[command, &["-o", "whole"]].concat());
+    let whole = files(&folder.join("whole"));
+    assert!(whole.len() > 2, "{:?}", whole.keys());
+    for count in [1, 3, 7] {
+        let (into, out) = (format!("pieces-{count}"), format!("joined-{count}"));
+        let mut pieces = shards(folder, command, count, &into);
+        pieces.reverse();
+        let words = merge(folder, &pieces, &["-o", &out]);
+        call(folder, &words.iter().map(String::as_str).collect::<Vec<_>>());
+        let joined = files(&folder.join(&out));
+        let names = |files: &std::collections::BTreeMap<String, Vec<u8>>| {
+            files.keys().cloned().collect::<Vec<_>>()
+        };
+        assert_eq!(names(&joined), names(&whole), "{count} shards");
+        for (name, bytes) in &whole {
+            assert!(joined[name] == *bytes, "{name} of {count} shards differs");
+        }
+        // What was read is left, and nothing beside it.
+        assert_eq!(files(&folder.join(&into)).len(), count);
+    }
+}
+
+/// A saved map with these tables, so that no shard has to look for it.
+fn map_with(folder: &Path, tables: &str) {
+    call(folder, &["new", "linear", "-q", "-o", "scene.toml"]);
+    let scene = fs::read_to_string(folder.join("scene.toml")).expect("readable");
+    let own = scene.find("[[diagram]]").unwrap_or(scene.len());
+    fs::write(folder.join("scene.toml"), format!("{}\n{tables}", &scene[..own])).expect("written");
+    let orders = ["--set", "expansion.smooth_order=2", "--set", "expansion.contact_weight=3"];
+    call(folder, &[&["expand", "scene.toml", "-q", "-o", "."], &orders[..]].concat());
+}
+
+#[test]
+fn shards_of_diagrams_are_joined_to_the_bytes_of_the_whole() {
+    let folder = scratch();
+    map_with(
+        folder.path(),
+        "[[diagram]]\nparameter = \"alpha\"\nrange = [-1e-4, 3e-4]\npoints = 200\n\
+         transient = 100\nkeep = 20\nwith = [\"map\", \"guarded\"]\n\
+         [[diagram]]\nparameter = \"alpha\"\nrange = [-1e-4, 3e-4]\npoints = 30\n\
+         transient = 20\nkeep = 10\nwith = [\"direct\"]\ndirection = \"up\"\n",
+    );
+    equal_bytes(folder.path(), &["diagram", "map.json"]);
+}
+
+#[test]
+fn shards_of_charts_are_joined_to_the_bytes_of_the_whole() {
+    let folder = scratch();
+    map_with(
+        folder.path(),
+        "[[chart]]\nparameters = [\"omega\", \"alpha\"]\nranges = [[-1e-3, 1e-3], [-1e-4, 3e-4]]\n\
+         points = [70, 50]\ntransient = 100\nkeep = 16\n\
+         [[chart]]\nparameters = [\"omega\", \"alpha\"]\nranges = [[-1e-3, 1e-3], [-1e-4, 3e-4]]\n\
+         points = [20, 30]\ntransient = 50\nkeep = 16\nobserve = \"lyapunov\"\nwith = [\"map\"]\n",
+    );
+    equal_bytes(folder.path(), &["chart", "map.json"]);
+}
+
+#[test]
+fn shards_of_basins_are_joined_to_the_bytes_of_the_whole() {
+    let folder = scratch();
+    map_with(folder.path(), "");
+    let call = ["basin", "map.json", "--points", "70,50", "--at", "alpha=1e-4"];
+    equal_bytes(folder.path(), &call);
+}
+
+#[test]
+fn shards_of_branches_are_joined_to_the_bytes_of_the_whole() {
+    let folder = scratch();
+    map_with(folder.path(), "");
+    equal_bytes(folder.path(), &["branch", "map.json", "--along", "alpha", "--period", "3"]);
+}
+
+#[test]
+fn what_is_no_whole_computation_is_refused() {
+    let folder = scratch();
+    let folder = folder.path();
+    map_with(folder, "");
+    let basin = ["basin", "map.json", "--points", "12"];
+    let pieces = shards(folder, &basin, 3, "pieces");
+    let merge = |names: &[&str]| refused(folder, &[&["merge", "-o", "out"], names].concat());
+    let [first, second, third] = [0, 1, 2].map(|number| &*pieces[number]);
+    assert!(merge(&[first, third]).contains("of 3 shards there is no file of 2;"));
+    assert!(merge(&[first, second, second, third]).contains("name one of them"));
+    let other = ["basin", "map.json", "--points", "13"];
+    let others = shards(folder, &other, 3, "others");
+    assert!(merge(&[first, second, &others[2]]).contains("settings"));
+    let whole = fs::read(folder.join(second)).expect("readable");
+    fs::write(folder.join(second), &whole[..whole.len() - 1]).expect("writable");
+    assert!(merge(&[first, second, third]).contains("compute shard 2/3 again"));
+    assert!(merge(&["map.json"]).contains("holds no pieces"));
+    assert!(!folder.join("out").exists(), "what is refused writes nothing");
+    let own = |more: &[&str]| refused(folder, &[&basin, more].concat());
+    assert!(own(&["--shard", "4/3"]).contains("expected I/N"));
+    assert!(own(&["--shard", "1/2", "--json", "-"]).contains("`grazemap merge`"));
+}
+
+#[test]
+fn the_task_of_a_job_array_is_a_shard() {
+    let folder = scratch();
+    map_with(folder.path(), "");
+    let task = |id: Option<&str>, variables: &[(&str, &str)]| {
+        let mut program = Command::new(env!("CARGO_BIN_EXE_grazemap"));
+        program.args(["basin", "map.json", "--points", "9", "-o", "out", "--shard"]);
+        program.current_dir(folder.path()).envs(variables.iter().copied());
+        program.envs(id.map(|id| ("SLURM_ARRAY_TASK_ID", id)));
+        let output = program.output().expect("the program can be started");
+        (output.status.code(), text(&output.stderr))
+    };
+    let array = [
+        ("SLURM_ARRAY_TASK_COUNT", "2"),
+        ("SLURM_ARRAY_TASK_MIN", "10"),
+        ("SLURM_ARRAY_TASK_STEP", "5"),
+    ];
+    assert_eq!(task(Some("15"), &array).0, Some(0));
+    assert!(folder.path().join("out/basin-2-of-2.pieces").exists());
+    for (id, variables, word) in [
+        (None, &array[..], "SLURM_ARRAY_TASK_ID is not set"),
+        (Some("1"), &[], "SLURM_ARRAY_TASK_COUNT is not set"),
+        (Some("12"), &array[..], "task 12"),
+        (Some("20"), &array[..], "task 20"),
+    ] {
+        let (code, said) = task(id, variables);
+        assert_eq!(code, Some(2));
+        assert!(said.contains(word), "{said}");
+    }
+}
