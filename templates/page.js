@@ -251,10 +251,9 @@
     });
   };
 
-  /** The offset of a coordinate, with the value from which it counts. */
   const offsetOf = (coordinate) => {
-    const { name, value } = data.coordinates[coordinate];
-    return `${name} − ${name}*, ${name}* = ${shown(value, 4)}`;
+    const { name } = data.coordinates[coordinate];
+    return `${name} − ${name}*`;
   };
 
   /** Numbers that the page holds packed. */
@@ -847,6 +846,7 @@
         ],
         ["Multipliers", multipliers.join(", ") || "–"],
         ["Exponent", number(answer.exponent)],
+        ["Offsets from", data.coordinates.map(({ name, value }) => `${name}* = ${shown(value, 8)}`).join(", ")],
         ["Window", answer.outside ? "outside: not to be trusted" : "inside"],
       ];
       facts.append(
@@ -1607,7 +1607,7 @@
         plot,
         ranges,
         [across, upwards].map(
-          ({ symbol, grazing }) => `${symbol} − ${symbol}*, ${symbol}* = ${shown(grazing)}`,
+          ({ symbol }) => `${symbol} − ${symbol}*`,
         ),
       );
     }
@@ -1733,6 +1733,7 @@
       textContent:
         "Drag a box to zoom, wheel after a click, double click for the whole; a click goes to these parameters in the diagrams above. By the map alone, each cell from the same start.",
     });
+    hint.textContent += ` Offsets from ${[across, upwards].map(({ symbol, grazing }) => `${symbol}* = ${shown(grazing, 8)}`).join(", ")}.`;
     host.append(controls, canvas, readout, legend, hint);
     const pane = { chart, canvas, done: false, cells: () => cells };
     panes.push(pane);

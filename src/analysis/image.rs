@@ -185,7 +185,7 @@ impl Mapped<f64> for Emitted {
         let frozen = self.0.freeze(parameters);
         Box::new(move |state| {
             let mut offsets = vec![0.0; state.len()];
-            let contacts = frozen.step(state, parameters, &mut offsets).passages.len();
+            let contacts = frozen.step(state, &[], &mut offsets).passages.len();
             Image { offsets, contacts, extra_contacts: None, end: None }
         })
     }

@@ -9,6 +9,8 @@ mod orbits;
 mod outputs;
 mod resuming;
 mod saved;
+#[cfg(unix)]
+mod view;
 mod wrong_calls;
 
 use std::fs;
