@@ -761,7 +761,7 @@
     }
 
     /** What is known at a value of the parameter. */
-    async function inspect(offset, value) {
+    async function inspect(offset, value, transient = 300) {
       const column = columnAt(offset);
       const at = column ? column.offset : offset;
       const own = base.slice();
@@ -770,7 +770,7 @@
         kind: "probe",
         parameters: own,
         state: column?.state ?? diagram.start,
-        transient: column ? 300 : 3000,
+        transient: column ? transient : Math.max(transient, 3000),
       };
       const answer = await ask(request, chosen);
       const parts = [
@@ -809,7 +809,8 @@
     async function mark(offset) {
       marker = offset;
       redraw();
-      const { answer, words } = await inspect(offset);
+      // Long enough for an approach that alternates, which would seem to have twice the period.
+      const { answer, words } = await inspect(offset, undefined, 20_000);
       if (marker !== offset) return;
       readout.textContent = words;
       pane.marked = answer;
