@@ -251,10 +251,9 @@
     });
   };
 
-  /** The offset of a coordinate, with the value from which it counts. */
   const offsetOf = (coordinate) => {
-    const { name, value } = data.coordinates[coordinate];
-    return `${name} − ${name}*, ${name}* = ${shown(value, 4)}`;
+    const { name } = data.coordinates[coordinate];
+    return `${name} − ${name}*`;
   };
 
   /** Numbers that the page holds packed. */
@@ -762,7 +761,7 @@
     }
 
     /** What is known at a value of the parameter. */
-    async function inspect(offset, value) {
+    async function inspect(offset, value, transient = 300) {
       const column = columnAt(offset);
       const at = column ? column.offset : offset;
       const own = base.slice();
@@ -771,7 +770,7 @@
         kind: "probe",
         parameters: own,
         state: column?.state ?? diagram.start,
-        transient: column ? 300 : 3000,
+        transient: column ? transient : Math.max(transient, 3000),
       };
       const answer = await ask(request, chosen);
       const parts = [
@@ -810,7 +809,8 @@
     async function mark(offset) {
       marker = offset;
       redraw();
-      const { answer, words } = await inspect(offset);
+      // Long enough for an approach that alternates, which would seem to have twice the period.
+      const { answer, words } = await inspect(offset, undefined, 20_000);
       if (marker !== offset) return;
       readout.textContent = words;
       pane.marked = answer;
@@ -847,6 +847,7 @@
         ],
         ["Multipliers", multipliers.join(", ") || "–"],
         ["Exponent", number(answer.exponent)],
+        ["Offsets from", data.coordinates.map(({ name, value }) => `${name}* = ${shown(value, 8)}`).join(", ")],
         ["Window", answer.outside ? "outside: not to be trusted" : "inside"],
       ];
       facts.append(
@@ -1607,7 +1608,7 @@
         plot,
         ranges,
         [across, upwards].map(
-          ({ symbol, grazing }) => `${symbol} − ${symbol}*, ${symbol}* = ${shown(grazing)}`,
+          ({ symbol }) => `${symbol} − ${symbol}*`,
         ),
       );
     }
@@ -1733,6 +1734,7 @@
       textContent:
         "Drag a box to zoom, wheel after a click, double click for the whole; a click goes to these parameters in the diagrams above. By the map alone, each cell from the same start.",
     });
+    hint.textContent += ` Offsets from ${[across, upwards].map(({ symbol, grazing }) => `${symbol}* = ${shown(grazing, 8)}`).join(", ")}.`;
     host.append(controls, canvas, readout, legend, hint);
     const pane = { chart, canvas, done: false, cells: () => cells };
     panes.push(pane);

@@ -154,14 +154,17 @@ fn evaluation<S: Real>(map: &LocalMap, using: Using) -> MapEvaluation<S> {
     }
 }
 
+/// One image after another at parameters that stay.
+type Step<'a, S> = Box<dyn Fn(&[S]) -> Image<S> + 'a>;
+
 /// What maps points at parameters that stay.
 trait Mapped<S>: Sync {
     /// The step at these parameters.
-    fn at<'a>(&'a self, parameters: &'a [S]) -> Box<dyn Fn(&[S]) -> Image<S> + 'a>;
+    fn at<'a>(&'a self, parameters: &'a [S]) -> Step<'a, S>;
 }
 
 impl<S: Real> Mapped<S> for MapEvaluation<S> {
-    fn at<'a>(&'a self, parameters: &'a [S]) -> Box<dyn Fn(&[S]) -> Image<S> + 'a> {
+    fn at<'a>(&'a self, parameters: &'a [S]) -> Step<'a, S> {
         Box::new(move |state| {
             let image = self.image(state, parameters);
             let contacts = image.contacts();
@@ -181,11 +184,11 @@ impl Emitted {
 }
 
 impl Mapped<f64> for Emitted {
-    fn at<'a>(&'a self, parameters: &'a [f64]) -> Box<dyn Fn(&[f64]) -> Image<f64> + 'a> {
+    fn at<'a>(&'a self, parameters: &'a [f64]) -> Step<'a, f64> {
         let frozen = self.0.freeze(parameters);
         Box::new(move |state| {
             let mut offsets = vec![0.0; state.len()];
-            let contacts = frozen.step(state, parameters, &mut offsets).passages.len();
+            let contacts = frozen.step(state, &[], &mut offsets).passages.len();
             Image { offsets, contacts, extra_contacts: None, end: None }
         })
     }

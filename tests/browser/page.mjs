@@ -3,14 +3,58 @@
 // node page.mjs PROGRAM CHROMIUM FOLDER, playwright-core beside it; FOLDER takes runs and pictures.
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
-import { readFileSync, statSync, writeFileSync, mkdirSync } from "node:fs";
+import { existsSync, readFileSync, statSync, writeFileSync, mkdirSync } from "node:fs";
 import { join } from "node:path";
 import { createRequire } from "node:module";
+import { fileURLToPath } from "node:url";
 
 const [program, executablePath, folder] = process.argv.slice(2);
 const { chromium } = createRequire(join(folder, "package.json"))("playwright-core");
 const SCENE = "cantilever_3_5_soft";
 const LARGEST_PAGE = 1.5e6;
+// An oscillator without a phase: its section has one coordinate.
+const ONE_COORDINATE = `
+[model]
+name = "van der Pol oscillator with a stop"
+states = ["x", "v"]
+parameters = { mu = 0.5, delta = 2.0, r = 0.8 }
+
+[model.flow]
+x = "v"
+v = "mu*(1 - x^2)*v - x"
+
+[[model.surface]]
+name = "stop"
+event = "delta - x"
+impact = { v = "-r*v" }
+
+[grazing]
+surface = "stop"
+solve_for = "delta"
+guess = { x = 2.009, v = 0.0 }
+
+[section]
+kind = "tangency"
+
+[expansion]
+active = ["delta"]
+smooth_order = 3
+contact_weight = 4
+
+[window]
+depth = 1e-3
+state = { x = 1e-2, v = 1e-2 }
+parameter = { delta = 1e-2 }
+
+[[diagram]]
+parameter = "delta"
+range = [-1e-3, 1e-3]
+points = 60
+transient = 200
+keep = 50
+observe = "h"
+direction = "both"
+`;
 
 const run = (arguments_) =>
   execFileSync(program, arguments_, { maxBuffer: 1 << 30, encoding: "utf8" });
@@ -93,9 +137,10 @@ const before = async (page) =>
     );
     return few.map(({ state, offset, chunks }) => ({ state, offset, last: chunks.at(-1).at(-1) }));
   });
-  // The program's map as it is emitted in JavaScript, which the tests of the emission hold against the interpreter; and,
-  // since `image` sums in another order, its images to rounding.
+  // The program's map as it is emitted in JavaScript, which the tests of the emission hold against
+  // the interpreter, and its images by `image`.
   const COUNT = 100_000;
+  const IMAGES = 500;
   run([
     "emit",
     SCENE,
@@ -125,7 +170,7 @@ const before = async (page) =>
     "--using",
     "map",
     "--iterations",
-    "1",
+    `${IMAGES}`,
     "--csv",
     "-",
     "-q",
@@ -161,12 +206,12 @@ const before = async (page) =>
       assert.ok(same, `start ${n}, iterate ${k}`);
       [from, image] = [image, from];
     }
-    const [, , q, theta, contacts] = rows[n];
-    assert.ok(
-      Math.abs(q - values[0]) < 1e-17 && Math.abs(theta - values[1]) < 1e-17,
-      `image of start ${n}`,
-    );
-    assert.equal(contacts, Number(values[2] > 0));
+    const images = rows.filter(([row]) => row === rows[IMAGES * n][0]);
+    assert.equal(images.length, IMAGES);
+    for (const [k, [, , q, theta, contacts]] of images.entries()) {
+      assert.ok(q === values[3 * k] && theta === values[3 * k + 1], `image ${k} of start ${n}`);
+      assert.equal(contacts, Number(values[3 * k + 2] > 0));
+    }
   }
   check(`${COUNT * starts.length} iterates have the bits of the program's map`);
   const rate = await page.evaluate(() => window.grazemap.panes[0].rate);
@@ -207,6 +252,60 @@ const before = async (page) =>
   assert.ok(painted.all > 1000 && painted.hits === painted.all, JSON.stringify(painted));
   check(`${painted.all} iterates are painted where they belong`);
 
+  // Branches and points of direct simulation.
+  const curves = await page.evaluate(() => {
+    const pane = window.grazemap.panes[0];
+    const [depth, points] = [pane.curves(), pane.direct()];
+    return { depth, points, labels: pane.labels() };
+  });
+  for (const stable of [true, false]) assert.ok(curves.depth.some((own) => own.stable === stable));
+  assert.ok(curves.labels.some(({ text }) => text === "GR"));
+  // The graze is at no depth, and a branch's depths come again after its period.
+  const branch = await page.evaluate(async () => {
+    const { data, iterate } = window.grazemap;
+    const own = data.branches.find(({ itinerary }) => itinerary === "100");
+    const bytes = Uint8Array.from(atob(own.lines[0].points), (c) => c.charCodeAt(0));
+    const [offset, ...states] = new Float64Array(bytes.buffer).slice(-7);
+    const values = await iterate(states.slice(0, 2), [offset, 0], 4);
+    return { offset, states, images: [...values], stable: own.lines[0].stable };
+  });
+  const returns = [3, 4, 6, 7, 9, 10].map((n) => branch.images[n - 3]);
+  for (const [n, value] of [...branch.states.slice(2), ...branch.states.slice(0, 2)].entries())
+    assert.ok(Math.abs(returns[n] - value) < 1e-12, `${returns[n]} is not ${value}`);
+  const drawn = curves.depth.filter(({ itinerary }) => itinerary === "100");
+  assert.equal(drawn.length, 3);
+  for (const [n, { points }] of drawn.entries()) {
+    const [offset, value] = points.at(-1);
+    assert.equal(offset, branch.offset);
+    assert.ok(Math.abs(value + branch.images[(3 * n + 2) % 12]) < 1e-15);
+  }
+  const byDirect = JSON.parse(readFileSync(join(out, "diagram.json"), "utf8"))
+    .flatMap(({ sweeps }) => sweeps)
+    .filter(({ method }) => method === "direct")
+    .flatMap(({ points }) => points);
+  const known = new Map(byDirect.map(({ offset, values }) => [offset, values]));
+  assert.ok(curves.points.length > 500);
+  assert.ok(curves.points.every(([offset, value]) => known.get(offset).includes(value)));
+  const painting = () =>
+    page.evaluate(
+      () =>
+        new Promise((done) =>
+          requestAnimationFrame(() =>
+            requestAnimationFrame(() => done(window.grazemap.panes[0].canvas.toDataURL())),
+          ),
+        ),
+    );
+  for (const name of ["branches", "direct"]) {
+    const box = page.locator(`.live .tools label.${name} input`).first();
+    const [pictures, was] = [[await painting()], await box.isChecked()];
+    await box.setChecked(!was);
+    pictures.push(await painting());
+    await box.setChecked(was);
+    pictures.push(await painting());
+    assert.ok(pictures[0] !== pictures[1] && pictures[0] === pictures[2], `${name} are a layer`);
+  }
+  check(`${curves.depth.length} curves of branches and ${curves.points.length} points of direct simulation are layers`);
+
   // Hover, click, keys.
   const canvas = page.locator(".live canvas").first();
   const box = await canvas.boundingBox();
@@ -224,6 +323,55 @@ const before = async (page) =>
     document.querySelector(".live .readout").textContent.includes("exponent"),
   );
   check("hover, click and arrow keys read parameter, state, period and multipliers");
+
+  // The basins at two markers, cells against images by the program.
+  for (const share of [0.1, 0.5]) {
+    await page.mouse.click(...at(share, 0.5));
+    await page.waitForFunction(() => window.grazemap.panes[0].basin.done, null, {
+      timeout: 60_000,
+    });
+    const basin = await page.evaluate(() => {
+      const { basin, marked } = window.grazemap.panes[0];
+      const { columns, rows } = basin;
+      const [{ x, y }, cells] = [basin.view(), basin.cells()];
+      const few = Array.from({ length: 24 }, (_, n) => Math.floor(((n + 0.5) / 24) * columns * rows));
+      const states = few.map((cell) => [
+        x[0] + (((cell % columns) + 0.5) / columns) * (x[1] - x[0]),
+        y[0] + ((Math.floor(cell / columns) + 0.5) / rows) * (y[1] - y[0]),
+      ]);
+      return {
+        count: cells.size / columns / rows,
+        offset: marked.parameters[0],
+        states,
+        kinds: few.map((cell) => cells.get(cell)),
+        periods: basin.attractors().map(({ period }) => period),
+      };
+    });
+    assert.equal(basin.count, 1, "every cell has a class");
+    const starts = join(out, "basin.csv");
+    const lines = basin.states.map((state) => [...state, basin.offset].join(","));
+    writeFileSync(starts, ["q,theta,Q", ...lines, ""].join("\n"));
+    const asked = ["image", SCENE, "--states", starts, "--using", "map", "--iterations", "2128"];
+    const all = run([...asked, "--csv", "-", "-q"]).trim().split("\n");
+    const names = all[0].split(",");
+    const images = all.slice(1).map((line) => line.split(","));
+    const inside = names.indexOf("inside");
+    for (const [n, kind] of basin.kinds.entries()) {
+      const first = images[0][0];
+      const own = images.filter(([row]) => Number(row) === n + Number(first));
+      const stays = own.length === 2128 && own.every((row) => row[inside] === "1");
+      assert.equal(kind >= 0, stays, `cell ${n} of the basin, ${kind}`);
+      if (!stays) continue;
+      const last = own.slice(-128).map((row) => Number(row[2]));
+      const repeats = last.slice(1).every((q) => Math.abs(q - last[0]) < 1e-8 * 1e-3);
+      assert.equal(basin.periods[kind], repeats ? 1 : 0, `cell ${n} of the basin`);
+    }
+    assert.ok(basin.kinds.some((kind) => kind >= 0) && basin.kinds.some((kind) => kind < 0));
+  }
+  const scrolled = await page.evaluate(() => scrollY);
+  await page.locator(".live .panels").first().screenshot({ path: join(folder, "basin.png") });
+  await page.evaluate((y) => scrollTo(0, y), scrolled);
+  check("the basins at a marker are those of the program's images");
 
   const whole = await view(page);
   await before(page);
@@ -360,7 +508,7 @@ const before = async (page) =>
     return [download.suggestedFilename(), readFileSync(await download.path())];
   };
   const kinds = { SVG: /^<svg/, CSV: /^[a-z_]+,/, PNG: /^\x89PNG/ };
-  for (const place of [".live .tools", "figure:not(.table) .tools", "figure.table .tools"]) {
+  for (const place of [".live .tools", "figure:has(script.points) .tools", "figure.table .tools"]) {
     for (const [kind, begins] of Object.entries(kinds)) {
       const button = page.locator(place).first().locator("button", { hasText: kind });
       if ((await button.count()) === 0) {
@@ -388,6 +536,11 @@ const before = async (page) =>
   assert.equal(unnamed, 0, "every control has a name");
   assert.deepEqual(said, [], "nothing is said, nothing asked for");
   check("no message in the console, no request");
+  assert.equal(await page.locator("#section-1 .card svg[role=img]").count(), 1, "a sketch");
+  const links = await page.locator(".files a").evaluateAll((all) => all.map((own) => own.href));
+  assert.ok(links.length > 10);
+  for (const link of links) assert.ok(existsSync(fileURLToPath(link)), link);
+  check(`a sketch of the stops, ${links.length} links to files beside the page`);
   await context.close();
 }
 
@@ -420,6 +573,36 @@ for (const colorScheme of ["light", "dark"]) {
   await context.close();
 }
 check("420 pixels wide, light and dark");
+
+// One coordinate: a cobweb, its steps on the graph of the map.
+{
+  const scene = join(out, "one_coordinate.toml");
+  writeFileSync(scene, ONE_COORDINATE);
+  const one = join(out, "one_coordinate");
+  run(["run", scene, "-q", "-o", one]);
+  const { page, said, context } = await open(join(one, "report.html"));
+  await live(page);
+  const box = await page.locator(".live canvas").first().boundingBox();
+  await page.mouse.click(box.x + 200, box.y + 200);
+  await page.waitForFunction(() => window.grazemap.panes[0].cobweb, null, { timeout: 60_000 });
+  const { cobweb, parameters, basin } = await page.evaluate(() => {
+    const { cobweb, marked, basin } = window.grazemap.panes[0];
+    return { cobweb, parameters: marked.parameters, basin };
+  });
+  assert.equal(basin, null);
+  for (const [n, [value, image]] of cobweb.steps.entries()) {
+    if (n % 2 === 0) assert.equal(value, image, "on the diagonal");
+    else assert.equal(image, await page.evaluate(
+      async ([own, at]) => (await window.grazemap.iterate([own], at, 1))[0],
+      [value, parameters],
+    ));
+  }
+  assert.equal(cobweb.graph.length, 241);
+  assert.deepEqual(said, []);
+  await page.locator(".live").first().screenshot({ path: join(folder, "cobweb.png") });
+  await context.close();
+  check("one coordinate has a cobweb");
+}
 
 // Names that would be markup or code.
 {

@@ -10,6 +10,8 @@ mod outputs;
 mod resuming;
 mod saved;
 mod shards;
+#[cfg(unix)]
+mod view;
 mod wrong_calls;
 
 use std::fs;
