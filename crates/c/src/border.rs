@@ -2,10 +2,11 @@
 //!
 //! Every function of this module is called from other languages, so that the compiler knows nothing
 //! of its callers. What they promise stands in the header and, once for all functions, here: a
-//! handle is null or came from this library and was not freed; a pointer to data is null or is valid
-//! for as many items as the length beside it says, one where there is none, for reading or, where it
-//! is a result, for writing. Null pointers and wrong lengths are answered by [`GRAZEMAP_WRONG`]. Results are written after all arguments were
-//! read, and by raw pointers, so that they may lie where the arguments are.
+//! handle is null or came from this library and was not freed; a pointer to data is null or is
+//! valid for as many items as the length beside it says, one where there is none, for reading or,
+//! where it is a result, for writing. Null pointers and wrong lengths are answered by
+//! [`GRAZEMAP_WRONG`]. Results are written after all arguments were read, and by raw pointers, so
+//! that they may lie where the arguments are.
 
 #![expect(clippy::missing_safety_doc, reason = "said above, once for all")]
 

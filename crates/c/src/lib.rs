@@ -1,6 +1,6 @@
 //! The library of maps for programs in C, and for all that calls C: Julia, MATLAB, Octave, Fortran.
 //!
-//! A function of the [`border`] reads its arguments, calls [`values`] once and writes what it gave.
+//! A function of the [`border`] reads its arguments, calls `values` once and writes what it gave.
 //! `include/grazemap.h` is made of this package by cbindgen; a test holds it current.
 //!
 //! Deliberately absent: numerics, defaults, words of its own beyond wrong calls.

@@ -139,7 +139,7 @@ fn a_program_in_c_gives_the_numbers_of_the_program() {
     let offsets: Vec<_> = csv.lines().skip(1).filter_map(|row| row.split(',').nth(5)).collect();
     assert_eq!(the("offset"), numbers(&offsets.join(" ")));
 
-    // Steps one by one, as they are emitted and drawn; `image` sums its polynomials in another order.
+    // Steps one by one, as they are emitted and drawn: `image` sums in another order.
     let map = graze.map().expect("a map");
     let starts = [[1e-5, 2e-5], [0.4, 0.3], [-3e-6, 1e-6]];
     let orbits = starts.map(|start| map.iterate(&start, &[1e-6, 0.0], 4).expect("a point"));
