@@ -1,7 +1,6 @@
 //! Long commands killed at random moments, by the two signals of an impatient user and of a machine
 //! that runs out of memory: nothing is damaged, the same command ends with the bytes of a run that
-//! nobody killed, and little is done twice, by processor time. `branch` and `loci` keep no pieces
-//! and begin anew. Needs `/proc`.
+//! nobody killed, and little is done twice, by processor time. Needs `/proc`.
 //!
 //! ```text
 //! cargo build --release

@@ -1,5 +1,7 @@
 //! What a command computed: words for people, a document, tables and figures.
 
+use rayon::prelude::*;
+
 use super::Ended;
 use crate::report::{Figure, ReportError, Table, pictures};
 
@@ -67,8 +69,13 @@ impl Answer {
         for (name, table) in &self.tables {
             files.push((format!("{name}.csv"), table.to_csv()?.into_bytes()));
         }
-        for (name, figure) in &self.figures {
-            files.extend(pictures(name, figure, &mut self.remarks));
+        let drawn = self.figures.par_iter().map(|(name, figure)| {
+            let mut remarks = Vec::new();
+            (pictures(name, figure, &mut remarks), remarks)
+        });
+        for (pictures, remarks) in drawn.collect::<Vec<_>>() {
+            files.extend(pictures);
+            self.remarks.extend(remarks);
         }
         Ok(files)
     }

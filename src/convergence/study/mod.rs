@@ -7,8 +7,6 @@ mod reach;
 pub use rates::{FactorRate, Rate, SlopeFit, fit_slope};
 pub use reach::{DepthAccuracy, Validity, WindowAccuracy, validity};
 
-use std::sync::OnceLock;
-
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -17,18 +15,18 @@ use super::choice::{ChoiceOptions, choose};
 use super::choice::{SectionChoice, choose_sections};
 use super::error::ConvergenceError;
 use super::family::MapFamily;
-use super::resumed::resumed;
+use super::resumed::{computed, kept, resumed};
 use super::sample::WindowSample;
 use super::timing;
 use super::truth::{ErrorSummary, SampleSummary, Truth, summarize, timed_returns, truth};
 use crate::analysis::{DirectImage, MapEvaluation, Part, Progress};
-use crate::expansion::{ComposedMap, LocalMap, MapOrders, WindowEdge};
+use crate::expansion::{ComposedMap, Expander, LocalMap, MapOrders, WindowEdge};
 use crate::hybrid::{FlowMethod, HybridSystem};
 use crate::iteration::{DiscreteMap, HornerMap};
 use crate::model::{Digest, Orders, Scene, Shape};
 use crate::numeric::{Dd, Scalar};
 use crate::orbit::GrazingOrbit;
-use rates::{ExactFactors, MapRates, discontinuity_rates, smooth_rates};
+use rates::{ExactFactors, LazyFactors, MapRates, discontinuity_rates, smooth_rates};
 use reach::depth_accuracy;
 
 /// How far maps of every order are from direct simulation, and how fast they are.
@@ -179,15 +177,35 @@ pub fn converge(
     progress: &dyn Progress,
 ) -> Result<ConvergenceStudy, ConvergenceError> {
     let choice = ChoiceOptions { tolerance: options.tolerance, fresh: options.fresh };
-    let chosen = match &options.chosen {
-        Some(chosen) => chosen.clone(),
-        None => resumed(progress, &[Stage::Choice as u64], || choose(scene, orbit, &choice))?,
+    let choose = || match &options.chosen {
+        Some(chosen) => Ok(chosen.clone()),
+        None => resumed(progress, &[Stage::Choice as u64], || choose(scene, orbit, &choice)),
     };
-    let highest = options.highest.unwrap_or_else(|| beyond(chosen.orders));
+    let expander = Expander::new(scene, orbit)?;
+    let rates = MapOrders::new(options.smooth_rates, options.discontinuity_rates);
+    let factors = |highest| LazyFactors::new(&expander, rates.min(highest));
+    let part = Part::new(progress, Stage::Orders as usize);
+    let known: Option<Vec<OrderResult>> = kept(&part, &[0]);
+    let (chosen, highest, factors) = match options.highest {
+        // Then factors do not wait for the choice.
+        Some(highest) => {
+            let factors = factors(highest);
+            let made = || if known.is_none() { factors.get().map(drop) } else { Ok(()) };
+            let (chosen, made) = rayon::join(choose, made);
+            let chosen = chosen?;
+            made?;
+            (chosen, highest, factors)
+        }
+        None => {
+            let chosen = choose()?;
+            let highest = beyond(chosen.orders);
+            (chosen, highest, factors(highest))
+        }
+    };
     let sweep = Sweep::new(scene, orbit, options, highest, progress)?;
     let multiply_add_ns = timing::multiply_add_ns();
     let Measured { orders, discontinuity_rates, smooth_rates } =
-        sweep.measured(multiply_add_ns, progress)?;
+        sweep.measured(known, &factors, multiply_add_ns, &part)?;
     let (local, map) = chosen_map(&chosen, scene, orbit)?;
     let map = map.in_format(chosen.precision);
     let direct = sweep.direct(&sweep.system)?;
@@ -287,34 +305,29 @@ impl<'a> Sweep<'a> {
     /// Errors, rates and times of all maps, rates of their factors.
     fn measured(
         &self,
+        known: Option<Vec<OrderResult>>,
+        factors: &LazyFactors<'_, '_>,
         multiply_add_ns: f64,
-        progress: &dyn Progress,
+        progress: &Part<'_>,
     ) -> Result<Measured, ConvergenceError> {
-        let (options, system) = (&self.options, &self.system);
-        let rates = MapOrders::new(options.smooth_rates, options.discontinuity_rates);
-        let rates = rates.min(self.highest);
-        let factors = OnceLock::new();
-        let factors = || -> Result<&ExactFactors<'_, '_>, ConvergenceError> {
-            if let Some(known) = factors.get() {
-                return Ok(known);
-            }
-            let made = ExactFactors::new(self.family.expander(), rates)?;
-            Ok(factors.get_or_init(|| made))
-        };
-        let (sample, scene, orbit) = (&self.sample, self.scene, self.orbit);
-        let part = Part::new(progress, Stage::Orders as usize);
-        let orders = resumed(&part, &[0], || {
-            let (maps, factors) = rayon::join(|| self.maps(progress), factors);
+        let (sample, scene, orbit, system) = (&self.sample, self.scene, self.orbit, &self.system);
+        let measure = || {
+            let (maps, factors) = rayon::join(|| self.maps(progress), || factors.get());
             let (maps, factors) = (maps?, factors?);
             let mut orders: Vec<OrderResult> = maps.iter().map(|map| self.measure(map)).collect();
             self.add_rates(factors, &maps, &mut orders)?;
             self.add_times(&maps, &mut orders, multiply_add_ns);
             Ok::<_, ConvergenceError>(orders)
+        };
+        let orders = match known {
+            Some(orders) => orders,
+            None => computed(progress, &[0], measure)?,
+        };
+        let discontinuity_rates = resumed(progress, &[1], || {
+            discontinuity_rates(sample, factors.get()?, system, scene, orbit)
         })?;
-        let discontinuity_rates =
-            resumed(&part, &[1], || discontinuity_rates(sample, factors()?, system, scene, orbit))?;
         let smooth_rates =
-            resumed(&part, &[2], || smooth_rates(sample, factors()?, system, scene, orbit))?;
+            resumed(progress, &[2], || smooth_rates(sample, factors.get()?, system, scene, orbit))?;
         Ok(Measured { orders, discontinuity_rates, smooth_rates })
     }
 

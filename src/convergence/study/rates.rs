@@ -1,6 +1,8 @@
 //! How fast errors fall with the size of the deviations: of the map, of `D` alone, of `P_smooth`
 //! alone.
 
+use std::sync::OnceLock;
+
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -253,6 +255,27 @@ impl MapRates {
     }
 }
 
+/// The factors of a scene, expanded when they are first asked for.
+pub(super) struct LazyFactors<'f, 'a> {
+    expander: &'f Expander<'a>,
+    highest: MapOrders,
+    made: OnceLock<ExactFactors<'f, 'a>>,
+}
+
+impl<'f, 'a> LazyFactors<'f, 'a> {
+    pub(super) fn new(expander: &'f Expander<'a>, highest: MapOrders) -> Self {
+        Self { expander, highest, made: OnceLock::new() }
+    }
+
+    pub(super) fn get(&self) -> Result<&ExactFactors<'f, 'a>, ConvergenceError> {
+        if let Some(known) = self.made.get() {
+            return Ok(known);
+        }
+        let made = ExactFactors::new(self.expander, self.highest)?;
+        Ok(self.made.get_or_init(|| made))
+    }
+}
+
 /// A scene's factors with coefficients in double-double: rates without the rounding of
 /// coefficients.
 pub(super) struct ExactFactors<'f, 'a> {
@@ -263,10 +286,7 @@ pub(super) struct ExactFactors<'f, 'a> {
 }
 
 impl<'f, 'a> ExactFactors<'f, 'a> {
-    pub(super) fn new(
-        expander: &'f Expander<'a>,
-        highest: MapOrders,
-    ) -> Result<Self, ConvergenceError> {
+    fn new(expander: &'f Expander<'a>, highest: MapOrders) -> Result<Self, ConvergenceError> {
         Ok(Self {
             expander,
             legs: expander.legs_by_taylor(highest.smooth_order)?,
