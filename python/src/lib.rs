@@ -10,6 +10,7 @@ mod fit;
 mod map;
 mod result;
 mod scene;
+mod share;
 
 use pyo3::prelude::*;
 
@@ -21,7 +22,7 @@ mod _lib {
     #[pymodule_export]
     use super::fit::fit;
     #[pymodule_export]
-    use super::map::{Map, draw, words};
+    use super::map::{Map, draw, draw_share, words};
     #[pymodule_export]
     use super::result::Computed;
     #[pymodule_export]

@@ -105,6 +105,11 @@ impl Arguments {
                 (&mut sweep.scene, &mut sweep.sharding)
             }
             Some(Command::Basin(basin)) => (&mut basin.scene, &mut basin.sharding),
+            Some(Command::Gallery(gallery)) => {
+                gallery.output.clone_from(&options.outlets.output);
+                (gallery.quiet, gallery.joined) = (options.outlets.quiet, Some(joined));
+                return gallery.sharding.share.take().is_some();
+            }
             _ => return false,
         };
         let (outlets, threads) = (options.outlets.clone(), options.threads);
@@ -465,6 +470,11 @@ pub(super) struct GalleryOptions {
     /// Say nothing but errors
     #[arg(short = 'q', long = "quiet")]
     pub(super) quiet: bool,
+    #[command(flatten)]
+    pub(super) sharding: Sharding,
+    /// What shards made, where the command joins them.
+    #[arg(skip)]
+    pub(super) joined: Option<Arc<Joined>>,
 }
 
 /// Options of `orbits`.
