@@ -206,6 +206,9 @@ function* sweep(request) {
 /** Classes of a cell that are no period; 0 is no period found. */
 const WITHOUT_CONTACT = -1;
 const OUTSIDE = -2;
+const ESCAPED = -3;
+/** Periodic states nearer than this, in half-widths, are of one attractor. */
+const SAME_ATTRACTOR = 1e-5;
 
 /** What the map settles on over two parameters, in cells that become finer. */
 function* chart(request) {
@@ -256,9 +259,79 @@ function* chart(request) {
   yield found;
 }
 
+/** Where the map takes every state of a plane, in cells that become finer. */
+function* basin(request) {
+  const { axes, x, y, columns, rows, parameters, state, attractors } = request;
+  const { states: d, passages: s, lanes } = sizes;
+  const record = (d + s) * lanes * 8;
+  const middle = (ends, number, count) => ends[0] + ((number + 0.5) / count) * (ends[1] - ends[0]);
+  const kept = 2 * request.longest;
+  let found = [];
+  for (const every of [4, 2, 1]) {
+    const cells = [];
+    for (let row = 0; row < rows; row += every) {
+      for (let column = 0; column < columns; column += every) cells.push([column, row]);
+    }
+    for (let first = 0; first < cells.length; first += lanes) {
+      const own = Array.from(
+        { length: lanes },
+        (_, n) => cells[Math.min(first + n, cells.length - 1)],
+      );
+      freezeAll(new Array(lanes).fill(parameters));
+      const half = every / 2 - 0.5;
+      const starts = own.map(([column, row]) =>
+        state
+          .with(axes[0], middle(x, column + half, columns))
+          .with(axes[1], middle(y, row + half, rows)),
+      );
+      starts.forEach((start, n) => put(places.states, n, start));
+      iterate(request.transient, false);
+      const lost = own.map((_, n) => escaped(n));
+      // A start may lie outside by itself; what follows it on its way is in the extents.
+      const left = own.map(
+        (_, n) =>
+          outside(n, parameters) ||
+          starts[n].some((value, k) => Math.abs(value) > (data.window.state[k] ?? Infinity)),
+      );
+      lost.forEach((is, n) => is && put(places.states, n, state));
+      iterate(kept, true);
+      own.forEach(([column, row], n) => {
+        if (first + n >= cells.length) return;
+        let kind = lost[n] || escaped(n) ? ESCAPED : OUTSIDE;
+        if (kind === OUTSIDE && !left[n] && !outside(n, parameters)) {
+          const states = Array.from({ length: kept }, (_, k) =>
+            lane(places.records + k * record, n, d),
+          );
+          const touches = lane(places.extents, n, d + s).slice(d).some((depth) => depth > 0);
+          kind = attractorOf(attractors, states, touches);
+        }
+        found.push([column, row, every, kind]);
+      });
+      if (yield found) found = [];
+    }
+  }
+  yield found;
+}
+
+/** The number of the attractor among those known, which it is added to where it is not. */
+function attractorOf(known, states, touches) {
+  const period = periodOf(states);
+  const near = (a, b) =>
+    a.every(
+      (value, n) =>
+        Math.abs(value - b[n]) <=
+        SAME_ATTRACTOR * Math.max(data.window.state[n] ?? 0, Math.abs(value)),
+    );
+  const same = (other) =>
+    other.period === period && (!period || other.states.some((own) => near(own, states[0])));
+  const number = known.findIndex(same);
+  if (number >= 0) return number;
+  return known.push({ period, touches, states: states.slice(0, period || undefined) }) - 1;
+}
+
 /** Runs a sweep in slices of time, so that a newer one can end it. */
 function run(request) {
-  const course = request.axes ? chart(request) : sweep(request);
+  const course = { basin, chart, sweep }[request.course](request);
   const began = performance.now();
   const before = made;
   let flushed = false;
@@ -272,7 +345,8 @@ function run(request) {
       if (step.value) found = step.value;
     } while (!step.done && performance.now() < until);
     if (found && found.length) {
-      postMessage({ kind: "found", number: request.number, heading: request.heading, found });
+      const { number, heading, attractors } = request;
+      postMessage({ kind: "found", number, heading, attractors, found });
       flushed = true;
     }
     if (!step.done) return setTimeout(slice);
@@ -438,6 +512,25 @@ function orbit(request) {
   return { kind: "orbit", token: request.token, values };
 }
 
+/** The image of every point, each with parameters of its own, and the depths that it has. */
+function images(request) {
+  const { states: d, passages: s, lanes } = sizes;
+  const { points } = request;
+  const values = new Float64Array(points.length * (d + s));
+  for (let first = 0; first < points.length; first += lanes) {
+    const own = Array.from(
+      { length: lanes },
+      (_, n) => points[Math.min(first + n, points.length - 1)],
+    );
+    freezeAll(own.map(({ parameters }) => parameters));
+    own.forEach(({ state }, n) => put(places.states, n, state));
+    iterate(1, true);
+    for (let n = 0; n < lanes && first + n < points.length; n++)
+      values.set(lane(places.records, n, d + s), (first + n) * (d + s));
+  }
+  return { kind: "images", token: request.token, values };
+}
+
 onmessage = ({ data: message }) => {
   if (message.kind === "begin") {
     begin(message);
@@ -450,5 +543,7 @@ onmessage = ({ data: message }) => {
     postMessage(probe(message));
   } else if (message.kind === "orbit") {
     postMessage(orbit(message));
+  } else if (message.kind === "images") {
+    postMessage(images(message));
   }
 };

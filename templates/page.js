@@ -251,6 +251,16 @@
     });
   };
 
+  /** The offset of a coordinate, with the value from which it counts. */
+  const offsetOf = (coordinate) => {
+    const { name, value } = data.coordinates[coordinate];
+    return `${name} − ${name}*, ${name}* = ${shown(value, 4)}`;
+  };
+
+  /** Numbers that the page holds packed. */
+  const unpacked = (text) =>
+    new Float64Array(Uint8Array.from(atob(text), (c) => c.charCodeAt(0)).buffer);
+
   /** The live diagram of one of the run's. */
   function diagramPane(host, diagram) {
     const axis = diagram.axis;
@@ -261,9 +271,34 @@
     let auto = true;
     let base = data.parameters.map(() => 0);
     let observe = observables[diagram.observe] ?? observables[0];
+    /** Points by direct simulation of what is drawn. */
+    const directOf = () =>
+      data.direct
+        .filter((own) => own.axis === axis && observables[own.observe] === observe)
+        .flatMap(({ points }) => {
+          const numbers = unpacked(points);
+          return Array.from({ length: numbers.length / 2 }, (_, n) => [
+            numbers[2 * n],
+            numbers[2 * n + 1],
+          ]);
+        });
+    let direct = directOf();
     let layers = { up: new Map(), down: new Map() };
     let stale = { up: new Map(), down: new Map() };
-    let show = { up: diagram.headings.includes("up"), down: diagram.headings.includes("down") };
+    let show = {
+      up: diagram.headings.includes("up"),
+      down: diagram.headings.includes("down"),
+      branches: true,
+      direct: false,
+    };
+    const branches = data.branches
+      .filter((branch) => branch.axis === axis)
+      .map((branch) => ({
+        ...branch,
+        lines: branch.lines.map((line) => ({ ...line, points: unpacked(line.points) })),
+      }));
+    let curves = [];
+    let labels = [];
     let number = 0;
     let started = 0;
     let drawn = false;
@@ -279,15 +314,21 @@
     const panels = element("div", { className: "panels", hidden: true });
     const portrait = element("canvas");
     const series = element("canvas");
+    const single = data.coordinates.length === 1;
     for (const [panel, label] of [
-      [portrait, "States of the orbit on the section"],
+      [
+        portrait,
+        single ? "Cobweb of the orbit on the graph of the map" : "States of the orbit on the section",
+      ],
       [series, "Depth in each iterate"],
     ]) {
       panel.setAttribute("role", "img");
       panel.setAttribute("aria-label", label);
     }
     const facts = element("div", { className: "facts" });
-    panels.append(portrait, series, facts);
+    panels.append(portrait, series);
+    const basin = single ? null : basinPane(panels);
+    panels.append(facts);
     const words = `Bifurcation diagram of the map over ${parameter.name}. Arrow keys move the marker, plus and minus zoom, page up and page down shift, 0 shows the whole.`;
     canvas.setAttribute("aria-label", words);
 
@@ -374,6 +415,7 @@
         }
         const [from, to] = view.x;
         const common = {
+          course: "sweep",
           axis,
           parameters: base,
           columns: columns(),
@@ -506,6 +548,7 @@
         g.imageSmoothingEnabled = false;
         g.drawImage(back, plot.x, plot.y, plot.w, plot.h);
       }
+      drawLayers(g, plot);
       // Where no orbit of the map stays.
       g.fillStyle = colour("--outside");
       for (const heading of ["up", "down"]) {
@@ -595,6 +638,118 @@
       pane.view = { x: view.x.slice(), y: view.y && view.y.slice() };
     }
 
+    /** Branches as curves of what is drawn: depths by the map, at the points of the branches. */
+    async function trace() {
+      const wanted = observe;
+      const count = data.coordinates.length;
+      const zero = data.parameters.map(() => 0);
+      const points = [];
+      const point = (offset, state) => points.push({ parameters: zero.with(axis, offset), state });
+      for (const { period, lines, special } of branches) {
+        for (const { points: own } of lines) {
+          for (let first = 0; first < own.length; first += 1 + period * count) {
+            for (let n = 0; n < period; n++) {
+              const from = first + 1 + n * count;
+              point(own[first], [...own.subarray(from, from + count)]);
+            }
+          }
+        }
+        for (const { offset, state } of special) point(offset, state);
+      }
+      let values = points.map(({ state }) => state[wanted.coordinate]);
+      if (wanted.depth !== undefined && points.length) {
+        const width = count + data.passages.length;
+        const { values: images } = await ask({ kind: "images", points });
+        values = points.map((_, n) => -images[n * width + count + wanted.depth]);
+      }
+      if (observe !== wanted) return;
+      let next = 0;
+      const pair = () => [points[next].parameters[axis], values[next++]];
+      [curves, labels] = [[], []];
+      for (const { itinerary, period, lines, special } of branches) {
+        for (const { stable, points: own } of lines) {
+          const returns = Array.from({ length: period }, () => []);
+          for (let n = 0; n < own.length / (1 + period * count); n++)
+            for (const line of returns) line.push(pair());
+          for (const line of returns) curves.push({ itinerary, period, stable, points: line });
+        }
+        for (const { label } of special) labels.push({ text: label, at: pair() });
+      }
+      redraw();
+    }
+
+    const otherMoved = () => base.some((offset, n) => n !== axis && offset !== 0);
+
+    /** Branches and points of direct simulation over the iterates; both are of the graze's other parameters. */
+    function drawLayers(g, plot) {
+      if (!view.y || otherMoved()) return;
+      const at = ([offset, value]) => [toX(offset, plot), toY(value, plot)];
+      g.save();
+      g.beginPath();
+      g.rect(plot.x, plot.y, plot.w, plot.h);
+      g.clip();
+      if (show.direct) {
+        g.fillStyle = colour("--direct");
+        for (const point of direct) {
+          const [x, y] = at(point);
+          g.fillRect(x - 1, y - 1, 2, 2);
+        }
+      }
+      if (show.branches) {
+        g.strokeStyle = g.fillStyle = colour("--ink");
+        for (const { stable, points } of curves) {
+          g.setLineDash(stable ? [] : [5, 4]);
+          g.lineWidth = stable ? 1.8 : 1;
+          g.beginPath();
+          for (const point of points) g.lineTo(...at(point));
+          g.stroke();
+        }
+        g.setLineDash([]);
+        g.lineWidth = 1;
+        g.font = "11px system-ui, sans-serif";
+        g.textAlign = "left";
+        const written = [];
+        for (const { text, at: point } of labels) {
+          const [x, y] = at(point);
+          if (written.some(([a, b, word]) => word === text && Math.hypot(a - x, b - y) < 14))
+            continue;
+          written.push([x, y, text]);
+          g.beginPath();
+          g.arc(x, y, 3.5, 0, 7);
+          g.stroke();
+          g.fillText(text, x + 6, y - 6);
+        }
+      }
+      g.restore();
+    }
+
+    /** The branch that passes near a point, in words. */
+    function branchNear(offset, value) {
+      if (!show.branches || otherMoved() || value === undefined) return null;
+      const { plot } = size();
+      const [x, y] = [toX(offset, plot), toY(value, plot)];
+      let [nearest, least] = [null, 8];
+      for (const curve of curves) {
+        for (let n = 1; n < curve.points.length; n++) {
+          const [[a, b], [c, d]] = [curve.points[n - 1], curve.points[n]].map((point) => [
+            toX(point[0], plot),
+            toY(point[1], plot),
+          ]);
+          const length = (c - a) ** 2 + (d - b) ** 2;
+          const share = Math.min(
+            1,
+            Math.max(0, ((x - a) * (c - a) + (y - b) * (d - b)) / (length || 1)),
+          );
+          const distance = Math.hypot(a + share * (c - a) - x, b + share * (d - b) - y);
+          if (distance < least) [nearest, least] = [curve, distance];
+        }
+      }
+      return (
+        nearest &&
+        `branch ${nearest.itinerary} of period ${nearest.period}, ${nearest.stable ? "stable" : "unstable"}`
+      );
+    }
+
     /** The column at an offset, of the sweep that is seen. */
     function columnAt(offset) {
       for (const heading of ["up", "down"]) {
@@ -623,6 +778,8 @@
         `${parameter.name} = ${shown(parameter.grazing + at, 10)} (offset ${shown(at)})`,
       ];
       if (value !== undefined) parts.push(`${observe.text} ${shown(value)}`);
+      const near = branchNear(offset, value);
+      if (near) parts.push(near);
       if (answer.gone) {
         parts.push("the orbit of the map escapes");
       } else {
@@ -659,6 +816,7 @@
       pane.marked = answer;
       panels.hidden = false;
       drawPanels(answer);
+      basin?.mark(answer, chosen);
     }
 
     /** The states on the section, the depths, and what is said of the orbit at the marker. */
@@ -701,7 +859,7 @@
           ]),
         ),
       );
-      const plot = (own, points, labels, lines) => {
+      const plot = (own, points, labels, { joined, beneath = [] } = {}) => {
         const ratio = Math.min(2, devicePixelRatio || 1);
         const [w, h] = [own.clientWidth || 300, 220];
         own.width = w * ratio;
@@ -710,7 +868,7 @@
         g.setTransform(ratio, 0, 0, ratio, 0, 0);
         const room = { x: 56, y: 10, w: w - 66, h: h - 48 };
         const range = (n) => {
-          const values = points.map((point) => point[n]);
+          const values = [points, ...beneath].flat().map((point) => point[n]);
           const [low, high] = [Math.min(...values), Math.max(...values)];
           // A period of one has an extent of rounding.
           const moves = high - low > 1e-6 * Math.max(Math.abs(high), Math.abs(low));
@@ -720,12 +878,15 @@
         const [rx, ry] = [range(0), range(1)];
         const at = (point) => place(room, [rx, ry], point);
         drawAxes(g, room, [rx, ry], labels);
-        g.fillStyle = g.strokeStyle = colour(answer.outside ? "--outside" : "--up");
-        if (lines) {
+        g.strokeStyle = colour("--soft");
+        const line = (points) => {
           g.beginPath();
           points.forEach((point) => g.lineTo(...at(point)));
           g.stroke();
-        }
+        };
+        beneath.forEach(line);
+        g.fillStyle = g.strokeStyle = colour(answer.outside ? "--outside" : "--up");
+        if (joined) line(points);
         for (const point of points) {
           const [x, y] = at(point);
           g.fillRect(x - 1.5, y - 1.5, 3, 3);
@@ -737,20 +898,52 @@
         plot(
           portrait,
           kept.map((state) => [state[0], state[1]]),
-          [names[0], names[1]].map((name) => `${name} − ${name}*`),
+          [0, 1].map(offsetOf),
         );
-      else
-        plot(
-          portrait,
-          answer.states.slice(1).map((state, n) => [answer.states[n][0], state[0]]),
-          [`${names[0]}, one return`, "the next"],
-        );
+      else drawCobweb(answer, kept, (...own) => plot(portrait, ...own));
       plot(
         series,
         answer.depths.slice(0, 60).map((own, n) => [n, -own[0]]),
         ["return", observables[0].text],
-        true,
+        { joined: true },
       );
+    }
+
+    /** Steps between the graph of a map of one coordinate and the diagonal. */
+    async function drawCobweb(answer, kept, plot) {
+      const values = answer.states.map(([value]) => value);
+      const [low, high] = [Math.min(...values), Math.max(...values)];
+      const width = data.window.state[0];
+      const edge = Math.max(0.1 * (high - low), 0.02 * (width ?? Math.abs(high))) || 1e-12;
+      const count = 240;
+      const from = low - edge;
+      const across = Array.from(
+        { length: count + 1 },
+        (_, n) => from + ((high - low + 2 * edge) * n) / count,
+      );
+      const { parameters } = answer;
+      const points = across.map((value) => ({ parameters, state: [value] }));
+      const { values: images } = await ask({ kind: "images", points }, chosen);
+      if (pane.marked !== answer) return;
+      const stride = 1 + data.passages.length;
+      const graph = across.map((value, n) => [value, images[n * stride]]);
+      const steps = kept
+        .slice(0, 60)
+        .flatMap(([value], n) => [
+          [value, value],
+          [value, answer.states[n + 1][0]],
+        ]);
+      pane.cobweb = { graph, steps };
+      plot(steps, [`${offsetOf(0)}: a return`, "the next"], {
+        joined: true,
+        beneath: [
+          graph,
+          [
+            [across[0], across[0]],
+            [across[count], across[count]],
+          ],
+        ],
+      });
     }
 
     // Zoom about a point, shift, choose.
@@ -779,12 +972,19 @@
 
     let box = null;
     let grip = null;
+    /** The marker follows the pointer as fast as its orbit is known. */
+    async function drag(x) {
+      pane.marking = true;
+      await mark(fromX(x, size().plot));
+      pane.marking = false;
+    }
     function press([x, y], event) {
       grip = {
         x,
         y,
         view: { x: view.x.slice(), y: view.y && view.y.slice() },
         pans: event.shiftKey,
+        marks: marker !== null && Math.abs(toX(marker, size().plot) - x) < 6,
       };
     }
     function move([x, y]) {
@@ -793,7 +993,9 @@
         if (view.y && x >= plot.x && x <= plot.x + plot.w) hover(fromX(x, plot), fromY(y, plot));
         return;
       }
-      if (grip.pans) {
+      if (grip.marks) {
+        if (!pane.marking) drag(Math.min(plot.x + plot.w, Math.max(plot.x, x)));
+      } else if (grip.pans) {
         const dx = ((grip.x - x) / plot.w) * (view.x[1] - view.x[0]);
         const dy = view.y ? ((y - grip.y) / plot.h) * (view.y[1] - view.y[0]) : 0;
         look(
@@ -811,6 +1013,7 @@
       const held = grip;
       grip = null;
       if (!held || held.pans) return;
+      if (held.marks) return mark(fromX(Math.min(plot.x + plot.w, Math.max(plot.x, x)), plot));
       if (box) {
         const [a, b] = [held.x, x].sort((p, q) => p - q).map((end) => fromX(end, plot));
         const [c, d] = [held.y, y].sort((p, q) => q - p).map((end) => fromY(end, plot));
@@ -845,15 +1048,19 @@
     listen(canvas, { press, move, release, cancel, zoom, zoomAt, reset, keys });
 
     // What can be chosen.
-    for (const heading of ["up", "down"]) {
-      const box = element("input", { type: "checkbox", checked: show[heading] });
+    function toggle(name, changed) {
+      const box = element("input", { type: "checkbox", checked: show[name] });
       box.onchange = () => {
-        show[heading] = box.checked;
-        sweep();
+        show[name] = box.checked;
+        changed();
       };
-      const label = element("label", { className: heading }, box, heading);
-      controls.append(label);
+      return element("label", { className: name }, box, name);
     }
+    for (const heading of ["up", "down"]) {
+      controls.append(toggle(heading, sweep));
+    }
+    if (branches.length) controls.append(toggle("branches", redraw));
+    if (direct.length) controls.append(toggle("direct", redraw));
     if (observables.length > 1) {
       const choice = element(
         "select",
@@ -864,10 +1071,12 @@
       choice.setAttribute("aria-label", "What is drawn");
       choice.onchange = () => {
         observe = observables[choice.selectedIndex];
+        direct = directOf();
         layers = { up: new Map(), down: new Map() };
         stale = { up: new Map(), down: new Map() };
         auto = true;
         sweep();
+        trace();
       };
       controls.append(choice);
     }
@@ -963,6 +1172,10 @@
       textContent:
         "Drag a box to zoom, Shift and drag to move, click for the orbit at a value, wheel after a click, double click for the whole; keys: arrows, + − 0. By the map alone; grey: outside the measured window; a bar at the foot: the orbit escapes.",
     });
+    if (branches.length) {
+      const rest = data.branches_left_out;
+      hint.textContent += ` Branches of periodic orbits of the map: solid stable, dashed unstable; GR graze, SN fold, PD flip, NS closed curve, BP branch point; with the other parameters at the graze.${rest ? ` ${rest} more are left out.` : ""}`;
+    }
     host.append(controls, canvas, readout, sliders, panels, hint);
     host.hidden = false;
 
@@ -982,10 +1195,15 @@
       look,
       reset,
       layers: () => layers,
+      curves: () => curves,
+      labels: () => labels,
+      direct: () => direct,
+      basin,
       first: 0,
       done: false,
     };
     panes.push(pane);
+    trace();
     new ResizeObserver(() => redraw()).observe(canvas);
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redraw);
     return pane;
@@ -1004,6 +1222,7 @@
   ];
   const WITHOUT_CONTACT = -1;
   const OUTSIDE = -2;
+  const ESCAPED = -3;
   const classWords = (kind) =>
     kind === undefined
       ? ""
@@ -1022,6 +1241,232 @@
         : kind === 0
           ? "#1f2328"
           : PERIODS[Math.min(kind, 9) - 1];
+
+  /** Where the map takes the states about the attractor at a marker; a pane among its others. */
+  function basinPane(host) {
+    const [columns, rows] = [96, 72];
+    const canvas = element("canvas", { tabIndex: 0 });
+    canvas.setAttribute("role", "img");
+    const legend = element("div", { className: "legend" });
+    const says = element("output", { className: "readout" });
+    let axes = [0, 1];
+    let view = { x: [-1, 1], y: [-1, 1] };
+    let cells = new Map();
+    let attractors = [];
+    let number = 0;
+    let marked = null;
+    let of = 0;
+    const picture = element("canvas", { width: columns, height: rows });
+    const workers = [];
+    const receive = (message) => {
+      if (message.number !== number) return;
+      if (message.kind === "done") {
+        pane.done = true;
+        pane.time = message.time;
+      } else if (message.kind === "found") {
+        attractors = message.attractors;
+        const g = picture.getContext("2d");
+        for (const [column, row, every, kind] of message.found) {
+          g.fillStyle = toneOf(kind);
+          g.fillRect(column, rows - row - every, every, every);
+          for (let n = 0; n < every * every; n++)
+            cells.set((row + Math.floor(n / every)) * columns + column + (n % every), kind);
+        }
+      }
+      draw();
+    };
+    const classOf = ({ period, touches }) =>
+      period === 1 && !touches ? WITHOUT_CONTACT : period;
+    /** The colour of its period; of a second attractor of that period one that no other has. */
+    const tones = () => {
+      const taken = [];
+      for (const own of attractors) {
+        const wanted = classColour(classOf(own));
+        const free = PERIODS.find((tone) => !taken.includes(tone));
+        taken.push(taken.includes(wanted) ? (free ?? wanted) : wanted);
+      }
+      return taken;
+    };
+    const toneOf = (kind) =>
+      kind >= 0 ? tones()[kind] : kind === OUTSIDE ? classColour(OUTSIDE) : colour("--paper");
+    const wordsOf = (kind) => {
+      if (kind === undefined) return "";
+      if (kind === ESCAPED) return "the orbit of the map escapes";
+      if (kind === OUTSIDE) return "leaves the measured window";
+      const own = classOf(attractors[kind]);
+      const same = attractors.slice(0, kind).filter((other) => classOf(other) === own).length;
+      return classWords(own) + (same ? `, another (${same + 1})` : "");
+    };
+
+    /** The plane of the window in which the map was measured: where a step stays inside it. */
+    async function plane() {
+      const { states } = marked;
+      const reach = axes.map((axis) => {
+        const far = Math.max(...states.map((state) => Math.abs(state[axis])));
+        return data.window.state[axis] ?? (4 * far || data.escape[axis] || 1);
+      });
+      const count = 48;
+      const middle = (n, axis) => reach[axis] * ((2 * n + 1) / count - 1);
+      const points = [];
+      for (let row = 0; row < count; row++)
+        for (let column = 0; column < count; column++)
+          points.push({
+            parameters: marked.parameters,
+            state: states[0].with(axes[0], middle(column, 0)).with(axes[1], middle(row, 1)),
+          });
+      const { values } = await ask({ kind: "images", points }, of);
+      const [d, s] = [data.coordinates.length, data.passages.length];
+      const inside = (n) => {
+        for (let k = 0; k < d; k++)
+          if (!(Math.abs(values[n * (d + s) + k]) <= (data.window.state[k] ?? Infinity)))
+            return false;
+        for (let k = d; k < d + s; k++)
+          if (!(values[n * (d + s) + k] <= (data.window.depth ?? Infinity))) return false;
+        return true;
+      };
+      const cell = [0, 1].map((axis) => reach[axis] / count);
+      const ends = [0, 1].map((axis) => {
+        const own = points
+          .filter((_, n) => inside(n))
+          .map(({ state }) => state[axes[axis]])
+          .concat(states.map((state) => state[axes[axis]]));
+        return [Math.min(...own) - cell[axis], Math.max(...own) + cell[axis]];
+      });
+      return { x: ends[0], y: ends[1] };
+    }
+
+    async function compute() {
+      const own = ++number;
+      pane.done = false;
+      const found = await plane();
+      if (own !== number) return;
+      view = found;
+      cells = new Map();
+      attractors = [];
+      workers[of] ??= startWorker(receive, moduleBytes[of]);
+      const sweep = {
+        course: "basin",
+        axes,
+        ...view,
+        columns,
+        rows,
+        parameters: marked.parameters,
+        state: marked.states[0],
+        transient: 2000,
+        longest: 64,
+        attractors: [],
+      };
+      workers[of].postMessage({ kind: "sweeps", number, sweeps: [sweep] });
+    }
+    /** The basin at a marker whose orbit stays; a moment later, where the marker moves on. */
+    function mark(answer, chosen) {
+      [marked, of] = [answer, chosen];
+      clearTimeout(mark.timer);
+      pane.done = false;
+      mark.timer = setTimeout(compute, 150);
+    }
+
+    const room = () => ({ x: 56, y: 10, w: (canvas.clientWidth || 300) - 66, h: 172 });
+    const nameOf = (axis) => data.coordinates[axes[axis]].name;
+    function draw() {
+      const ratio = Math.min(2, devicePixelRatio || 1);
+      const [w, h] = [canvas.clientWidth || 300, 220];
+      canvas.width = w * ratio;
+      canvas.height = h * ratio;
+      const g = canvas.getContext("2d");
+      g.setTransform(ratio, 0, 0, ratio, 0, 0);
+      g.imageSmoothingEnabled = false;
+      const plot = room();
+      g.drawImage(picture, plot.x, plot.y, plot.w, plot.h);
+      const ranges = [view.x, view.y];
+      g.strokeStyle = colour("--paper");
+      g.fillStyle = colour("--ink");
+      for (const { period, states } of attractors) {
+        for (const state of period ? states : []) {
+          const [x, y] = place(plot, ranges, [state[axes[0]], state[axes[1]]]);
+          g.beginPath();
+          g.arc(x, y, 2.5, 0, 7);
+          g.fill();
+          g.stroke();
+        }
+      }
+      drawAxes(g, plot, ranges, axes.map(offsetOf));
+      const kinds = [...new Set(cells.values())].sort((a, b) => b - a);
+      legend.replaceChildren(
+        ...kinds.map((kind) => {
+          const patch = element("i");
+          patch.style.background = toneOf(kind);
+          return element("span", {}, patch, wordsOf(kind));
+        }),
+      );
+      canvas.setAttribute(
+        "aria-label",
+        `Basins of attraction at the marker over ${nameOf(0)} and ${nameOf(1)}: ${kinds.map(wordsOf).join(", ")}`,
+      );
+    }
+    const middle = (cell) => [
+      view.x[0] + (((cell % columns) + 0.5) / columns) * (view.x[1] - view.x[0]),
+      view.y[0] + ((Math.floor(cell / columns) + 0.5) / rows) * (view.y[1] - view.y[0]),
+    ];
+    canvas.addEventListener("pointermove", (event) => {
+      const [plot, box] = [room(), canvas.getBoundingClientRect()];
+      const column = Math.floor(((event.clientX - box.left - plot.x) / plot.w) * columns);
+      const row = Math.floor(((plot.y + plot.h - event.clientY + box.top) / plot.h) * rows);
+      if (column < 0 || column >= columns || row < 0 || row >= rows) return;
+      const cell = row * columns + column;
+      const at = middle(cell).map((value, axis) => `${nameOf(axis)} ${shown(value, 4)}`);
+      says.textContent = [...at, wordsOf(cells.get(cell))].join(" · ");
+    });
+    const csv = () =>
+      [
+        `${nameOf(0)},${nameOf(1)},class`,
+        ...[...cells]
+          .sort(([a], [b]) => a - b)
+          .map(([cell, kind]) => [...middle(cell), wordsOf(kind).replaceAll(",", "")].join(",")),
+      ].join("\n") + "\n";
+    const controls = element(
+      "div",
+      { className: "tools" },
+      button("PNG", "Save the basins as PNG", () =>
+        canvas.toBlob((blob) => save(`${data.scene}-basin.png`, blob)),
+      ),
+      button("CSV", "Save the cells of the basins as CSV", () =>
+        save(`${data.scene}-basin.csv`, csv(), "text/csv"),
+      ),
+    );
+    const pairs = data.coordinates.flatMap((_, a) => data.coordinates.map((_, b) => [a, b]));
+    const planes = pairs.filter(([a, b]) => a < b);
+    if (planes.length > 1) {
+      const choice = element(
+        "select",
+        {},
+        ...planes.map((pair) =>
+          element("option", {
+            textContent: pair.map((axis) => data.coordinates[axis].name).join(", "),
+          }),
+        ),
+      );
+      choice.setAttribute("aria-label", "Coordinates of the plane of the basins");
+      choice.onchange = () => {
+        axes = planes[choice.selectedIndex];
+        if (marked) compute();
+      };
+      controls.prepend(choice);
+    }
+    host.append(element("div", { className: "basin" }, canvas, legend, says, controls));
+    const pane = {
+      mark,
+      canvas,
+      done: false,
+      columns,
+      rows,
+      view: () => view,
+      cells: () => cells,
+      attractors: () => attractors,
+      words: wordsOf,
+    };
+    return pane;
+  }
 
   /** The live chart of one of the run's. */
   function chartPane(host, chart) {
@@ -1089,6 +1534,7 @@
           number,
           sweeps: [
             {
+              course: "chart",
               axes: chart.axes,
               ...view,
               columns,
@@ -1160,7 +1606,9 @@
         g,
         plot,
         ranges,
-        [across, upwards].map(({ symbol }) => `${symbol} − ${symbol}*`),
+        [across, upwards].map(
+          ({ symbol, grazing }) => `${symbol} − ${symbol}*, ${symbol}* = ${shown(grazing)}`,
+        ),
       );
     }
     const from = ([x, y]) => {

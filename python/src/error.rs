@@ -12,23 +12,10 @@ pub(crate) fn exception(py: Python<'_>, error: &Error) -> PyErr {
             let words = (fault.to_string(), fault.file_name(), line, column);
             errors.getattr("SceneError")?.call1(words)
         }
-        other if other.ended_otherwise() => errors.getattr("NoResult")?.call1((words(other),)),
-        other => errors.getattr("InputError")?.call1((words(other),)),
+        other if other.ended_otherwise() => {
+            errors.getattr("NoResult")?.call1((other.with_reasons(),))
+        }
+        other => errors.getattr("InputError")?.call1((other.with_reasons(),)),
     });
     made.map_or_else(|failed| failed, PyErr::from_value)
-}
-
-/// An error with what led to it.
-fn words(error: &Error) -> String {
-    let mut text = error.to_string();
-    let mut source = std::error::Error::source(error);
-    while let Some(reason) = source {
-        let more = reason.to_string();
-        if !text.contains(&more) {
-            text.push_str(": ");
-            text.push_str(&more);
-        }
-        source = reason.source();
-    }
-    text
 }

@@ -4,12 +4,11 @@ use std::path::PathBuf;
 
 use grazemap::Error;
 use grazemap::analysis::basin::Basin;
-use grazemap::analysis::{ImageRequest, ImageRow, Joining, Precision, Progress, Using};
+use grazemap::analysis::{Joining, Precision, Progress, Using};
 use grazemap::emission::{EmittedCrate, Target};
 use grazemap::expansion::MapWindow;
-use grazemap::iteration::{Batch, DiscreteMap};
-use grazemap::numeric::Dd;
-use grazemap::pipeline::{EmitRequest, write_emitted};
+use grazemap::iteration::Batch;
+use grazemap::pipeline::{self, EmitRequest, write_emitted};
 use grazemap::report::{
     Rows, basin_figure, basin_rows, basin_warnings, chart_figure, chart_rows, chart_warnings,
     diagram_figures, diagram_rows, diagram_warnings, to_json,
@@ -120,40 +119,46 @@ impl Map {
         derivatives: bool,
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let (states, parameters) = (states.as_slice()?, parameters.as_slice()?);
-        let map = self.0.discrete();
-        let Batch { rows, width } = py.detach(|| map.batch(states, parameters, derivatives));
+        let map = &self.0;
+        let found = py.detach(|| map.batch(states, parameters, derivatives));
+        let Batch { rows, width } = found.map_err(|error| exception(py, &error))?;
         let count = rows.len() / width;
         PyArray1::from_vec(py, rows).reshape([count, width])
     }
 
-    /// Images of rows of states under the map alone, iterated: states by iterate by coordinate.
+    /// Which rows of states lie in the window.
+    fn inside<'py>(
+        &self,
+        py: Python<'py>,
+        states: Points<'py>,
+        parameters: Points<'py>,
+    ) -> PyResult<Bound<'py, PyArray1<bool>>> {
+        let (states, parameters) = (states.as_slice()?, parameters.as_slice()?);
+        let map = &self.0;
+        let inside = py.detach(|| map.inside(states, parameters));
+        Ok(PyArray1::from_vec(py, inside.map_err(|error| exception(py, &error))?))
+    }
+
+    /// Images of rows of states by a method of `image`, iterated: states by iterate by coordinate.
     fn orbits<'py>(
         &self,
         py: Python<'py>,
         states: Points<'py>,
         parameters: Points<'py>,
         iterations: usize,
+        using: &str,
+        precision: &str,
     ) -> PyResult<Bound<'py, PyArray3<f64>>> {
-        let (states, parameters) = (states.as_slice()?.to_vec(), parameters.as_slice()?.to_vec());
+        let points = pipeline::Points {
+            states: states.as_slice()?.to_vec(),
+            parameters: parameters.as_slice()?.to_vec(),
+        };
+        let method = method(using, precision)?;
         let (map, dimension) = (self.0.clone(), self.0.local().dimension());
-        let points = states.len() / dimension;
-        let images = compute(py, None, move |progress| {
-            progress.expect(iterations as u64);
-            let mut images = vec![0.0; points * iterations * dimension];
-            let mut states = states;
-            for iterate in 0..iterations {
-                let Batch { rows, width } = map.discrete().batch(&states, &parameters, false);
-                for (point, row) in rows.chunks_exact(width).enumerate() {
-                    let image = &row[..dimension];
-                    states[point * dimension..][..dimension].copy_from_slice(image);
-                    let place = (point * iterations + iterate) * dimension;
-                    images[place..][..dimension].copy_from_slice(image);
-                }
-                progress.advance(1);
-            }
-            Ok(images)
-        })?;
-        PyArray1::from_vec(py, images).reshape([points, iterations, dimension])
+        let count = points.states.len() / dimension;
+        let images =
+            compute(py, None, move |watch| map.point_orbits(points, iterations, method, watch))?;
+        PyArray1::from_vec(py, images).reshape([count, iterations, dimension])
     }
 
     /// The table of `image`.
@@ -167,7 +172,9 @@ impl Map {
         precision: &str,
     ) -> PyResult<Computed> {
         let (states, parameters) = (states.as_slice()?, parameters.as_slice()?);
-        let request = self.request((states, parameters), iterations, (using, precision))?;
+        let method = method(using, precision)?;
+        let request = self.0.image_request((states, parameters), iterations, method);
+        let request = request.map_err(|error| exception(py, &error))?;
         let map = self.0.clone();
         compute(py, None, move |_| {
             let images = map.image_answer(request)?;
@@ -175,63 +182,12 @@ impl Map {
             Ok(computed.with_remarks(images.remarks().collect(), images.ended()))
         })
     }
-
-    /// The same by a method of `image`: images, passages with contact, whether the point that was
-    /// mapped was inside the window; NaN, 0 and 0 after an early end.
-    #[expect(clippy::type_complexity, reason = "three arrays")]
-    fn images<'py>(
-        &self,
-        py: Python<'py>,
-        states: Points<'py>,
-        parameters: Points<'py>,
-        iterations: usize,
-        using: &str,
-        precision: &str,
-    ) -> PyResult<(Bound<'py, PyArray3<f64>>, Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>)>
-    {
-        let (states, parameters) = (states.as_slice()?, parameters.as_slice()?);
-        let request = self.request((states, parameters), iterations, (using, precision))?;
-        let (map, dimension) = (self.0.clone(), self.0.local().dimension());
-        let points = request.rows.len();
-        let records = compute(py, None, move |_| map.images(&request))?;
-        let mut images = vec![f64::NAN; points * iterations * dimension];
-        let mut contacts = vec![0.0; points * iterations];
-        let mut inside = vec![0.0; points * iterations];
-        for record in &records {
-            let place = record.row * iterations + record.iteration - 1;
-            let image = &mut images[place * dimension..][..dimension];
-            image.iter_mut().zip(&record.offsets).for_each(|(to, from)| *to = from.to_f64());
-            contacts[place] = record.contacts as f64;
-            inside[place] = f64::from(u8::from(record.inside()));
-        }
-        let plane = |values| PyArray1::from_vec(py, values).reshape([points, iterations]);
-        let images = PyArray1::from_vec(py, images).reshape([points, iterations, dimension])?;
-        Ok((images, plane(contacts)?, plane(inside)?))
-    }
 }
 
-impl Map {
-    fn request(
-        &self,
-        (states, parameters): (&[f64], &[f64]),
-        iterations: usize,
-        (using, precision): (&str, &str),
-    ) -> PyResult<ImageRequest> {
-        let (dimension, count) = (self.0.local().dimension(), self.0.discrete().parameters());
-        let exact = |values: &[f64]| values.iter().map(|&value| Dd::from(value)).collect();
-        let own = |point: usize| match parameters.len() == count {
-            true => parameters,
-            false => &parameters[point * count..][..count],
-        };
-        let rows = states.chunks_exact(dimension).enumerate();
-        let row = |(point, state)| ImageRow { state: exact(state), parameters: exact(own(point)) };
-        Ok(ImageRequest {
-            rows: rows.map(row).collect(),
-            iterations,
-            using: named("using", using, &Using::ALL)?,
-            precision: named("precision", precision, &Precision::ALL)?,
-        })
-    }
+/// What computes an image, and in which numbers.
+fn method(using: &str, precision: &str) -> PyResult<(Using, Precision)> {
+    let using = named("using", using, &Using::ALL)?;
+    Ok((using, named("precision", precision, &Precision::ALL)?))
 }
 
 /// What a word stands for.

@@ -89,13 +89,7 @@ fn columns(rows: Rows<'_>) -> Vec<(String, Values)> {
     for row in rows {
         for (cell, (_, values)) in row.iter().zip(&mut columns) {
             match values {
-                Values::Numbers(values) => values.push(match cell {
-                    Cell::Integer(value) => *value as f64,
-                    Cell::Number { value, .. } => *value,
-                    // A number in as few digits as it takes.
-                    Cell::Text(text) => text.parse().unwrap_or(f64::NAN),
-                    Cell::Missing => f64::NAN,
-                }),
+                Values::Numbers(values) => values.push(cell.value()),
                 Values::Words(words) => words.push(cell),
             }
         }

@@ -4,9 +4,10 @@ use rayon::prelude::*;
 
 use super::direct_image::{DirectEnd, DirectImage};
 use super::error::{AnalysisError, check_length};
-use super::evaluation::{MapEvaluation, MapImage};
+use super::evaluation::MapEvaluation;
 use crate::expansion::{LocalMap, WindowBound};
 use crate::hybrid::HybridSystem;
+use crate::iteration::{DiscreteMap, HornerMap};
 use crate::model::Scene;
 use crate::numeric::{Dd, Real};
 use crate::orbit::GrazingOrbit;
@@ -127,31 +128,87 @@ pub fn images(
     }
     match (request.using, request.precision) {
         (Using::Direct | Using::Guarded, Precision::F32) => Err(AnalysisError::SingleSimulation),
-        (Using::Direct | Using::Guarded, Precision::F64) => {
-            flown::<f64>(scene, orbit, map, request)
+        (Using::Direct, Precision::F64) => flown(scene, orbit, map, request, None::<&Emitted>),
+        (Using::Guarded, Precision::F64) => {
+            flown(scene, orbit, map, request, Some(&Emitted::new(map)))
         }
-        (Using::Direct | Using::Guarded, Precision::Dd) => flown::<Dd>(scene, orbit, map, request),
-        (_, Precision::F32) => mapped::<f32>(map, request),
-        (_, Precision::F64) => mapped::<f64>(map, request),
-        (_, Precision::Dd) => mapped::<Dd>(map, request),
+        (Using::Direct, Precision::Dd) => {
+            flown(scene, orbit, map, request, None::<&MapEvaluation<Dd>>)
+        }
+        (Using::Guarded, Precision::Dd) => {
+            flown(scene, orbit, map, request, Some(&MapEvaluation::<Dd>::new(map)))
+        }
+        (Using::Map, Precision::F64) => mapped(map, request, &Emitted::new(map)),
+        (_, Precision::F32) => mapped(map, request, &evaluation::<f32>(map, request.using)),
+        (_, Precision::F64) => mapped(map, request, &evaluation::<f64>(map, request.using)),
+        (_, Precision::Dd) => mapped(map, request, &evaluation::<Dd>(map, request.using)),
     }
 }
 
-/// Images by direct simulation: all of them, or those of points outside the map's window.
+/// The map, or a part of it, as its coefficients say it.
+fn evaluation<S: Real>(map: &LocalMap, using: Using) -> MapEvaluation<S> {
+    match using {
+        Using::Smooth => MapEvaluation::smooth(map),
+        Using::Discontinuity => MapEvaluation::discontinuity(map),
+        Using::Map | Using::Guarded | Using::Direct => MapEvaluation::new(map),
+    }
+}
+
+/// What maps points at parameters that stay.
+trait Mapped<S>: Sync {
+    /// The step at these parameters.
+    fn at<'a>(&'a self, parameters: &'a [S]) -> Box<dyn Fn(&[S]) -> Image<S> + 'a>;
+}
+
+impl<S: Real> Mapped<S> for MapEvaluation<S> {
+    fn at<'a>(&'a self, parameters: &'a [S]) -> Box<dyn Fn(&[S]) -> Image<S> + 'a> {
+        Box::new(move |state| {
+            let image = self.image(state, parameters);
+            let contacts = image.contacts();
+            Image { contacts, offsets: image.offsets, extra_contacts: None, end: None }
+        })
+    }
+}
+
+/// The map with the operations of the emitted code, factored, its parameters folded in: the same
+/// bits.
+struct Emitted(HornerMap);
+
+impl Emitted {
+    fn new(map: &LocalMap) -> Self {
+        Self(HornerMap::new(map))
+    }
+}
+
+impl Mapped<f64> for Emitted {
+    fn at<'a>(&'a self, parameters: &'a [f64]) -> Box<dyn Fn(&[f64]) -> Image<f64> + 'a> {
+        let frozen = self.0.freeze(parameters);
+        Box::new(move |state| {
+            let mut offsets = vec![0.0; state.len()];
+            let contacts = frozen.step(state, parameters, &mut offsets).passages.len();
+            Image { offsets, contacts, extra_contacts: None, end: None }
+        })
+    }
+}
+
+/// Images by direct simulation: all of them, or those of points outside the window of the map
+/// that takes the others.
 fn flown<S: Real>(
     scene: &Scene,
     orbit: &GrazingOrbit,
     map: &LocalMap,
     request: &ImageRequest,
+    guarded: Option<&impl Mapped<S>>,
 ) -> Result<Vec<ImageRecord>, AnalysisError> {
     let exceeded = exceeded::<S>(map);
     let system = HybridSystem::new(&scene.model);
     let direct = DirectImage::<S>::new(&system, scene, orbit)?;
-    let guarded = (request.using == Using::Guarded).then(|| MapEvaluation::new(map));
-    let fly = |direct: &mut DirectImage<S>, row| {
+    let fly = |direct: &mut DirectImage<S>, row: usize| {
+        let parameters = converted(&request.rows[row].parameters);
+        let guarded = guarded.map(|map| map.at(&parameters));
         iterate(row, request, &exceeded, |state, parameters, inside| {
-            if let Some(map) = guarded.as_ref().filter(|_| inside) {
-                return Ok(Image::of(map.image(state, parameters)));
+            if let Some(step) = guarded.as_ref().filter(|_| inside) {
+                return Ok(step(state));
             }
             let image = direct.image(state, parameters)?;
             Ok(Image {
@@ -172,17 +229,15 @@ fn flown<S: Real>(
 fn mapped<S: Real>(
     map: &LocalMap,
     request: &ImageRequest,
+    by: &impl Mapped<S>,
 ) -> Result<Vec<ImageRecord>, AnalysisError> {
     let exceeded = exceeded::<S>(map);
-    let evaluation = match request.using {
-        Using::Smooth => MapEvaluation::<S>::smooth(map),
-        Using::Discontinuity => MapEvaluation::discontinuity(map),
-        Using::Map | Using::Guarded | Using::Direct => MapEvaluation::new(map),
-    };
-    let step =
-        |state: &[S], parameters: &[S], _| Ok(Image::of(evaluation.image(state, parameters)));
     let rows = (0..request.rows.len()).into_par_iter();
-    let rows = rows.map(|row| iterate(row, request, &exceeded, step));
+    let rows = rows.map(|row| {
+        let parameters = converted(&request.rows[row].parameters);
+        let step = by.at(&parameters);
+        iterate(row, request, &exceeded, |state, _, _| Ok(step(state)))
+    });
     let rows: Vec<Vec<ImageRecord>> = rows.collect::<Result<_, _>>()?;
     Ok(rows.concat())
 }
@@ -204,11 +259,9 @@ struct Image<S> {
     end: Option<DirectEnd>,
 }
 
-impl<S: Real> Image<S> {
-    /// One by polynomials.
-    fn of(image: MapImage<S>) -> Self {
-        Self { contacts: image.contacts(), offsets: image.offsets, extra_contacts: None, end: None }
-    }
+/// Offsets in the numbers of a computation.
+fn converted<S: Real>(values: &[Dd]) -> Vec<S> {
+    values.iter().map(|&value| S::from_dd(value)).collect()
 }
 
 /// All images of one row.
@@ -218,10 +271,8 @@ fn iterate<S: Real>(
     exceeded: &impl Fn(&[S], &[S]) -> Vec<WindowBound>,
     mut step: impl FnMut(&[S], &[S], bool) -> Result<Image<S>, AnalysisError>,
 ) -> Result<Vec<ImageRecord>, AnalysisError> {
-    let convert = |values: &[Dd]| values.iter().map(|&value| S::from_dd(value)).collect();
     let start = &request.rows[row];
-    let (mut state, parameters): (Vec<S>, Vec<S>) =
-        (convert(&start.state), convert(&start.parameters));
+    let (mut state, parameters) = (converted(&start.state), converted::<S>(&start.parameters));
     let mut records = Vec::with_capacity(request.iterations);
     for iteration in 1..=request.iterations {
         let exceeded = exceeded(&state, &parameters);

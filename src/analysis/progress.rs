@@ -4,6 +4,8 @@
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
+use crate::model::Digest;
+
 /// Receives the progress of a computation; called from any thread.
 pub trait Progress: Sync {
     /// `total` more units of work are to come.
@@ -71,6 +73,26 @@ pub(crate) fn recalled<T: DeserializeOwned>(
     place: &[u64],
 ) -> Option<T> {
     postcard::from_bytes(&progress.recall(place)?).ok()
+}
+
+/// The value at a place, as an earlier run kept it, or computed and kept.
+pub(crate) fn resumed<T: Serialize + DeserializeOwned>(
+    progress: &(impl Progress + ?Sized),
+    place: &[u64],
+    compute: impl FnOnce() -> T,
+) -> T {
+    recalled(progress, place).unwrap_or_else(|| {
+        let value = compute();
+        keep(progress, place, &value);
+        value
+    })
+}
+
+/// The place, among those that begin with a number, of a piece that these values decide: for pieces
+/// of which nobody knows beforehand how many there are.
+pub(crate) fn place_of(number: u64, decisive: &impl Serialize) -> [u64; 2] {
+    let bytes = postcard::to_stdvec(decisive).unwrap_or_default();
+    [number, Digest::of_bytes(&bytes).0]
 }
 
 /// Keeps a value for a later run.

@@ -70,17 +70,27 @@ pub(super) enum Command {
     Gallery(GalleryOptions),
     /// The results of a command from the pieces of all its shards
     Merge(MergeArguments),
+    /// Completions for a shell, on standard output
+    Completions(CompletionsOptions),
+    /// The manual's pages, written into a folder
+    Man(ManOptions),
 }
 
 impl Arguments {
-    /// The command's name, its common options, and whether it has a table; `None` of `new`,
-    /// `gallery` and `merge`, which have none of them or those of another command.
+    /// The command's name, its common options, and whether it has a table; `None` of those that
+    /// have none of them.
     fn outputs(&self) -> Option<(&'static str, &Common, bool)> {
         Some(match self.command.as_ref() {
             None => ("run", &self.common, false),
             Some(Command::Run(options)) => ("run", &options.common, false),
             Some(Command::View(options)) => ("view", &options.common, false),
-            Some(Command::New(_) | Command::Gallery(_) | Command::Merge(_)) => return None,
+            Some(
+                Command::New(_)
+                | Command::Gallery(_)
+                | Command::Merge(_)
+                | Command::Completions(_)
+                | Command::Man(_),
+            ) => return None,
             Some(Command::Check(options)) => ("check", &options.common, false),
             Some(Command::Locate(options)) => ("locate", &options.scene.common, false),
             Some(Command::Curve(options)) => ("curve", &options.scene.common, true),
@@ -105,6 +115,7 @@ impl Arguments {
                 (&mut sweep.scene, &mut sweep.sharding)
             }
             Some(Command::Basin(basin)) => (&mut basin.scene, &mut basin.sharding),
+            Some(Command::Branch(branch)) => (&mut branch.scene, &mut branch.sharding),
             Some(Command::Gallery(gallery)) => {
                 gallery.output.clone_from(&options.outlets.output);
                 (gallery.quiet, gallery.joined) = (options.outlets.quiet, Some(joined));
@@ -477,6 +488,22 @@ pub(super) struct GalleryOptions {
     pub(super) joined: Option<Arc<Joined>>,
 }
 
+/// Options of `completions`.
+#[derive(Clone, Debug, Args)]
+pub(super) struct CompletionsOptions {
+    /// The shell
+    #[arg(value_enum, value_name = "SHELL")]
+    pub(super) shell: clap_complete::Shell,
+}
+
+/// Options of `man`.
+#[derive(Clone, Debug, Args)]
+pub(super) struct ManOptions {
+    /// The folder for the pages, such as ~/.local/share/man/man1
+    #[arg(short = 'o', long = "output", value_name = "DIR")]
+    pub(super) output: PathBuf,
+}
+
 /// Options of `orbits`.
 #[derive(Clone, Debug, Args)]
 #[command(group = ArgGroup::new("kinds").args(["fold", "flip"]).multiple(true))]
@@ -551,6 +578,8 @@ pub(super) struct BranchArguments {
     /// Numbers of every orbit beside its section points, each a column and a picture
     #[arg(long, value_name = "NAME,...", value_enum, value_delimiter = ',')]
     pub(super) observe: Vec<BranchObservableOption>,
+    #[command(flatten)]
+    pub(super) sharding: Sharding,
 }
 
 /// Part of a parameter, the others held: options of `branch` and `loci`.

@@ -17,13 +17,12 @@ mod resume;
 mod shards;
 
 use std::ffi::OsString;
-use std::process::ExitCode;
 
 use clap::Parser;
 
 use arguments::{Arguments, Command};
 use commands::{
-    basin, branch, converge, emit, expand, grazes, image, loci, orbits, run, scenes, sweeps,
+    basin, branch, converge, emit, expand, grazes, image, loci, orbits, run, scenes, shell, sweeps,
     trajectory, view,
 };
 use output::CliError;
@@ -31,29 +30,24 @@ use resume::catch_interruptions;
 
 use grazemap::numeric::unknown_instruction_limit;
 
-/// Runs the program on the arguments of the process.
+/// Runs the program on these arguments, the first being the program's name; gives its exit code.
 ///
 /// Wrong arguments are said on standard error and end with exit code 2, as every wrong input does.
-pub(crate) fn main() -> ExitCode {
-    run_with(std::env::args_os())
-}
-
-/// Runs the program on these arguments, the first being the program's name.
-fn run_with(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
+pub(crate) fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     let arguments = match Arguments::try_parse_from(arguments) {
         Ok(arguments) => arguments,
         Err(refusal) => {
             // NOTE: `--help` and `--version` arrive here too, with exit code 0; a closed standard
             // output is no fault.
             let _shown = refusal.print();
-            return ExitCode::from(u8::try_from(refusal.exit_code()).unwrap_or(2));
+            return u8::try_from(refusal.exit_code()).unwrap_or(2);
         }
     };
     match dispatch(arguments) {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(()) => 0,
         Err(error) => {
             error.show();
-            ExitCode::from(error.exit_code())
+            error.exit_code()
         }
     }
 }
@@ -99,6 +93,8 @@ fn execute(command: Command) -> Result<(), CliError> {
         Command::Emit(options) => emit::run(&options),
         Command::Run(options) => run::run(&options),
         Command::View(options) => view::run(&options),
+        Command::Completions(options) => shell::completions(&options),
+        Command::Man(options) => shell::man(&options),
         // A gallery in a gallery has nothing to add, nor has it shards.
         Command::Gallery(_) | Command::Merge(_) => Ok(()),
     }

@@ -108,7 +108,7 @@ pub(super) fn truth(
 ) -> Result<Truth, ConvergenceError> {
     let returns = ExactReturns::new(system, scene, orbit)?;
     let mut truth = Truth::default();
-    truth.simulate(&returns, points)?;
+    truth.take(simulated(&returns, points))?;
     Ok(truth)
 }
 
@@ -123,29 +123,31 @@ impl Truth {
         let returns = ExactReturns::new(system, scene, orbit)?;
         let one_of = returns.one_of(points.len(), MOST_PRODUCTS);
         let mut points = points.into_iter().step_by(one_of);
+        let at_once = returns.at_once(MOST_PRODUCTS);
+        // Where that is one point, every core simulates one; those beyond the limit are not used.
+        let side_by_side = at_once.max(rayon::current_num_threads());
         let (mut truth, mut spent) = (Self::default(), 0);
         while spent < MOST_PRODUCTS {
-            let next: Vec<_> = points.by_ref().take(returns.at_once(MOST_PRODUCTS)).collect();
+            let next: Vec<_> = points.by_ref().take(side_by_side).collect();
             if next.is_empty() {
                 break;
             }
-            spent += truth.simulate(&returns, next)?;
+            let mut next = simulated(&returns, next).into_iter().peekable();
+            while spent < MOST_PRODUCTS && next.peek().is_some() {
+                spent += truth.take(next.by_ref().take(at_once))?;
+            }
         }
         Ok(truth)
     }
 
-    /// Takes in points, simulated side by side; the products of series that they took.
-    fn simulate(
+    /// Takes in simulated points; the products of series that they took.
+    fn take(
         &mut self,
-        returns: &ExactReturns<'_>,
-        points: Vec<SamplePoint>,
+        simulated: impl IntoIterator<Item = Simulated>,
     ) -> Result<usize, ConvergenceError> {
-        let images: Vec<_> = points
-            .par_iter()
-            .map_init(|| returns.clone(), |returns, point| returns.image(point))
-            .collect::<Result<_, _>>()?;
         let mut products = 0;
-        for (point, (image, took)) in points.into_iter().zip(images) {
+        for (point, image) in simulated {
+            let (image, took) = image?;
             products += took;
             match image {
                 Some(image) => {
@@ -157,6 +159,21 @@ impl Truth {
         }
         Ok(products)
     }
+}
+
+/// A point with its image, if it can be compared, and the products of series that it took.
+type Simulated = (SamplePoint, Result<(Option<Vec<Dd>>, usize), AnalysisError>);
+
+/// Points in their order, simulated side by side.
+fn simulated(returns: &ExactReturns<'_>, points: Vec<SamplePoint>) -> Vec<Simulated> {
+    let simulated = points.into_par_iter().map_init(
+        || returns.clone(),
+        |returns, point| {
+            let image = returns.image(&point);
+            (point, image)
+        },
+    );
+    simulated.collect()
 }
 
 /// The image of a point after which the orbit returns with no contact but those of grazing

@@ -119,6 +119,14 @@ pub enum Error {
         /// How many were given.
         found: usize,
     },
+    /// Numbers that are no rows of the map's length.
+    #[error("expected {expected}, found {found} numbers")]
+    Rows {
+        /// Which rows.
+        expected: String,
+        /// How many numbers were given.
+        found: usize,
+    },
     /// A text that is no command with its keys.
     #[error("no command with its keys: {reason}")]
     NoCommand {
@@ -163,6 +171,21 @@ impl From<KeyError> for Error {
 }
 
 impl Error {
+    /// The message with what led to it, on one line.
+    pub fn with_reasons(&self) -> String {
+        let mut text = self.to_string();
+        let mut source = std::error::Error::source(self);
+        while let Some(reason) = source {
+            let more = reason.to_string();
+            if !text.contains(&more) {
+                text.push_str(": ");
+                text.push_str(&more);
+            }
+            source = reason.source();
+        }
+        text
+    }
+
     /// Whether the input was right and the mathematics ended without what was asked for.
     pub fn ended_otherwise(&self) -> bool {
         match self {

@@ -6,7 +6,8 @@ use super::graze::parameter_number;
 use super::{Error, Graze, Settled, StudyRequest};
 use crate::analysis::basin::{Basin, BasinRequest, basin, basin_share};
 use crate::analysis::branches::{
-    BranchDiagram, BranchObservable, BranchRequest, Branches, branch_diagram, branches, observed,
+    BranchDiagram, BranchObservable, BranchRequest, Branches, branch_diagram, branches,
+    branches_share, observed,
 };
 use crate::analysis::chart::{Chart, chart, chart_share};
 use crate::analysis::diagram::{Diagram, diagram, diagram_share};
@@ -401,7 +402,7 @@ impl Map {
         self.chart_with(request, &NoProgress)
     }
 
-    fn chart_with(
+    pub(super) fn chart_with(
         &self,
         request: &ChartRequest,
         progress: &dyn Progress,
@@ -605,6 +606,16 @@ impl Map {
         Ok(branches(scene, orbit, self.local(), request, progress)?)
     }
 
+    /// A share of the pieces of [`branches`](Self::branches).
+    ///
+    /// # Errors
+    ///
+    /// As [`orbits`](Self::orbits).
+    pub fn share_branches(&self, request: &BranchRequest, shard: &Shard<'_>) -> Result<(), Error> {
+        let (scene, orbit) = (self.settled().scene(), self.orbit());
+        Ok(branches_share(scene, orbit, self.local(), request, shard)?)
+    }
+
     /// What is observed of the orbits of branches beside their section points, by branch and point.
     ///
     /// # Errors
@@ -628,9 +639,10 @@ impl Map {
         &self,
         request: &BranchRequest,
         found: &Branches,
+        progress: &dyn Progress,
     ) -> Result<Option<BranchDiagram>, Error> {
         let (scene, orbit) = (self.settled().scene(), self.orbit());
-        Ok(branch_diagram(scene, orbit, self.local(), request, found)?)
+        Ok(branch_diagram(scene, orbit, self.local(), request, found, progress)?)
     }
 
     /// Maps of every pair of orders against direct simulation.

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use serde::Serialize;
 
-use super::commands::{study_answer, trajectory_answer};
+use super::commands::{diagram_branches, study_answer, trajectory_answer};
 use super::{EmitRequest, Error, Map, Settled, Source, StudyRequest, TrajectoryKeys};
 use super::{refuse_memory, write_emitted};
 use crate::analysis::basin::{Basin, basin_bytes};
@@ -180,6 +180,7 @@ pub fn run(source: Source, folder: PathBuf, watch: &dyn RunWatch) -> Result<Stri
     // Of a parameter that the map does not keep nothing is measured.
     let measured = map.measure_graze(&theory.parameter).unwrap_or_default();
     let modules = [vec![(map.orders(), map.web_module()?)], map.lower_web_modules()?].concat();
+    let branches = clock.time("branches", || Ok(diagram_branches(&map, &diagrams)))?;
     let page = run_page(&RunPage {
         scene: &scene,
         orbit: &OrbitListing::new(&scene, &orbit),
@@ -198,6 +199,7 @@ pub fn run(source: Source, folder: PathBuf, watch: &dyn RunWatch) -> Result<Stri
         study: &study,
         diagrams: &diagrams,
         charts: &charts,
+        branches: &branches,
         basins: &basins,
         times: &clock.stages,
     })?;

@@ -1,6 +1,9 @@
 //! Branches of periodic orbits: the fields of `branch --json`, the table of all points, the special
 //! points in words, and the picture.
 
+use std::iter::once;
+use std::ops::RangeInclusive;
+
 use serde::Serialize;
 
 use super::diagram_figure::observable_words;
@@ -273,7 +276,7 @@ impl BranchListing {
     }
 
     /// The offset of the parameter that varies, and its value.
-    fn along(&self, orbit: &OrbitRecord) -> (f64, f64) {
+    pub(super) fn along(&self, orbit: &OrbitRecord) -> (f64, f64) {
         let named = |values: &Named<f64>| {
             let value = values.0.iter().find(|(name, _)| *name == self.along);
             value.map_or(f64::NAN, |(_, value)| *value)
@@ -432,28 +435,32 @@ type Place = (usize, usize, usize);
 /// What is drawn of an orbit.
 type Values<'a> = &'a dyn Fn(Place, &PointRecord) -> f64;
 
-/// The line of a branch where it is physical and of a stability; points that end such a stretch
-/// belong to both sides.
+/// The line of a branch where it is physical and of a stability.
 fn line(points: &[PointRecord], stable: bool, at: impl Fn(usize) -> [f64; 2]) -> Vec<[f64; 2]> {
+    let stretches = stretches(points, stable).into_iter();
+    stretches.flat_map(|places| once([f64::NAN; 2]).chain(places.map(&at))).collect()
+}
+
+/// Where a branch is physical and of a stability; points that end such a stretch belong to both
+/// sides.
+pub(super) fn stretches(points: &[PointRecord], stable: bool) -> Vec<RangeInclusive<usize>> {
     let belongs = |point: &PointRecord| {
         let known = !point.orbit.multipliers.is_empty() && point.special.is_none();
         (!known || point.orbit.stable == stable) && point.orbit.physical
     };
-    let mut line: Vec<[f64; 2]> = Vec::new();
-    let mut before = None;
+    let mut stretches: Vec<RangeInclusive<usize>> = Vec::new();
     for place in 1..points.len() {
         let pair = [&points[place - 1], &points[place]];
         let plain = pair.iter().any(|point| point.special.is_none());
         if !(plain && belongs(pair[0]) && belongs(pair[1])) {
             continue;
         }
-        if before != Some(place - 1) {
-            line.extend([[f64::NAN; 2], at(place - 1)]);
+        match stretches.last_mut() {
+            Some(last) if *last.end() == place - 1 => *last = *last.start()..=place,
+            _ => stretches.push(place - 1..=place),
         }
-        line.push(at(place));
-        before = Some(place);
     }
-    line
+    stretches
 }
 
 #[cfg(test)]

@@ -4,14 +4,21 @@ use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD as BASE64;
 use serde::Serialize;
 
-use super::ReportError;
+use super::branch_listing::stretches;
 use super::figure::symbol;
+use super::{BranchListing, BranchRecord, ReportError};
 use crate::analysis::chart::Chart;
 use crate::analysis::diagram::{Diagram, SweepHeading};
 use crate::expansion::{LocalMap, MapOrders, SectionKind};
+use crate::iteration::Period;
+use crate::model::Method;
 
 /// Most bytes of the modules of lower orders together.
 const MOST_BYTES: usize = 100_000;
+/// Most bytes of branches together: further ones, of longer periods, are left out.
+const MOST_BRANCH_BYTES: usize = 60_000;
+/// Most iterates of direct simulation at a value of the parameter.
+const MOST_DIRECT: usize = 8;
 
 /// A map and the diagrams that a page computes anew where a reader looks closer.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -37,6 +44,47 @@ struct Data<'a> {
     escape: Vec<f64>,
     diagrams: Vec<Option<LiveDiagram>>,
     charts: Vec<Option<LiveChart>>,
+    /// Shorter periods first.
+    branches: Vec<LiveBranch<'a>>,
+    /// How many were too many for a page.
+    branches_left_out: usize,
+    /// What diagrams by direct simulation show.
+    direct: Vec<LiveDirect>,
+}
+
+/// A branch of periodic orbits of the map, in offsets.
+#[derive(Serialize)]
+struct LiveBranch<'a> {
+    /// Which of the map's parameters varies.
+    axis: usize,
+    itinerary: &'a str,
+    period: usize,
+    lines: Vec<LiveLine>,
+    special: Vec<LiveSpecial<'a>>,
+}
+
+/// A stretch of a branch that is physical and of one stability.
+#[derive(Serialize)]
+struct LiveLine {
+    stable: bool,
+    /// Of each point the parameter, then the states of its returns, in base64.
+    points: String,
+}
+
+#[derive(Serialize)]
+struct LiveSpecial<'a> {
+    label: &'static str,
+    offset: f64,
+    state: &'a [f64],
+}
+
+/// Iterates of direct simulation over a parameter.
+#[derive(Serialize)]
+struct LiveDirect {
+    axis: usize,
+    observe: usize,
+    /// Pairs of the parameter and what is drawn, in base64.
+    points: String,
 }
 
 #[derive(Serialize)]
@@ -88,8 +136,8 @@ struct LiveDiagram {
 
 impl LiveMap {
     /// A map, modules of WebAssembly (its own, then those of lower orders as far as they stay small
-    /// together), and diagrams and charts of it. One over a parameter that is no
-    /// variable of the map is left as it was drawn.
+    /// together), diagrams and charts of it, and branches of its periodic orbits. A diagram or
+    /// chart over a parameter that is no variable of the map is left as it was drawn.
     ///
     /// # Errors
     ///
@@ -99,6 +147,7 @@ impl LiveMap {
         modules: &[(MapOrders, Vec<u8>)],
         diagrams: &[Diagram],
         charts: &[Chart],
+        branches: &[BranchListing],
     ) -> Result<Self, ReportError> {
         let small = modules.iter().skip(1).scan(0, |bytes, (_, module)| {
             *bytes += module.len();
@@ -113,6 +162,15 @@ impl LiveMap {
         let bounds = diagrams.first().map(|diagram| &diagram.escape);
         let bounds = bounds.or(charts.first().map(|chart| &chart.escape));
         let escape = bounds.map_or(&[][..], Vec::as_slice);
+        let all = branches.iter().flat_map(|listing| live_branches(map, listing));
+        let mut all: Vec<_> = all.collect();
+        let mut bytes = 0;
+        let kept = all.iter().take_while(|branch| {
+            bytes += branch.lines.iter().map(|line| line.points.len()).sum::<usize>();
+            bytes <= MOST_BRANCH_BYTES
+        });
+        let kept = kept.count();
+        let branches_left_out = all.drain(kept..).count();
         let data = Data {
             scene: &map.scene,
             digest: map.digest.to_string(),
@@ -135,6 +193,9 @@ impl LiveMap {
             escape: escape.iter().map(|bound| bound.offset).collect(),
             diagrams: diagrams.iter().map(|diagram| live(map, diagram)).collect(),
             charts: live_charts(map, charts),
+            branches: all,
+            branches_left_out,
+            direct: diagrams.iter().filter_map(|diagram| live_direct(map, diagram)).collect(),
         };
         // NOTE: in a page `<` could end the element that holds the data.
         let data = serde_json::to_string(&data)?.replace('<', "\\u003c");
@@ -145,7 +206,7 @@ impl LiveMap {
 
 /// What the script is told of a diagram; `None` where the map does not keep its parameter.
 fn live(map: &LocalMap, diagram: &Diagram) -> Option<LiveDiagram> {
-    let axis = map.parameters.iter().position(|own| own.name == diagram.parameter)?;
+    let axis = axis(map, &diagram.parameter)?;
     let offsets = diagram.sweeps.iter().flat_map(|sweep| &sweep.points).map(|point| point.offset);
     let ends = offsets.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), offset| {
         (low.min(offset), high.max(offset))
@@ -157,8 +218,6 @@ fn live(map: &LocalMap, diagram: &Diagram) -> Option<LiveDiagram> {
     headings.sort_by_key(|&heading| heading == SweepHeading::Down);
     headings.dedup();
     let start = diagram.sweeps.iter().find_map(|sweep| sweep.start.clone());
-    let coordinate = map.section.coordinates.iter().position(|name| *name == diagram.observable);
-    let is_depth = diagram.observable == "h" && map.section.kind == SectionKind::Tangency;
     Some(LiveDiagram {
         axis,
         from: ends.0,
@@ -167,17 +226,80 @@ fn live(map: &LocalMap, diagram: &Diagram) -> Option<LiveDiagram> {
         keep: diagram.keep,
         headings,
         start: start.unwrap_or_else(|| vec![0.0; map.dimension()]),
-        observe: match coordinate {
-            Some(coordinate) if !is_depth => map.surfaces.len() + coordinate,
-            _ => 0,
-        },
+        observe: observed(map, diagram).unwrap_or(0),
     })
+}
+
+/// The place of a parameter among the map's.
+fn axis(map: &LocalMap, name: &str) -> Option<usize> {
+    map.parameters.iter().position(|own| own.name == name)
+}
+
+/// What a diagram draws, among what a page draws; `None` where a page cannot.
+fn observed(map: &LocalMap, diagram: &Diagram) -> Option<usize> {
+    if diagram.observable == "h" && map.section.kind == SectionKind::Tangency {
+        return Some(0);
+    }
+    let coordinate = map.section.coordinates.iter().position(|name| *name == diagram.observable);
+    coordinate.map(|coordinate| map.surfaces.len() + coordinate)
+}
+
+/// Numbers as the script reads them: eight bytes each, in base64.
+fn packed(numbers: impl IntoIterator<Item = f64>) -> String {
+    BASE64.encode(numbers.into_iter().flat_map(f64::to_le_bytes).collect::<Vec<_>>())
+}
+
+fn live_branches<'a>(map: &LocalMap, listing: &'a BranchListing) -> Vec<LiveBranch<'a>> {
+    let Some(axis) = axis(map, &listing.along) else { return Vec::new() };
+    let live = |branch: &'a BranchRecord| {
+        let offset = |place: usize| listing.along(&branch.points[place].orbit).0;
+        let line = |stable| {
+            let stretches = stretches(&branch.points, stable).into_iter();
+            stretches.map(move |places| LiveLine {
+                stable,
+                points: packed(places.flat_map(|place| {
+                    let states = branch.points[place].orbit.states.iter().flatten().copied();
+                    std::iter::once(offset(place)).chain(states)
+                })),
+            })
+        };
+        let special = branch.points.iter().enumerate().filter_map(|(place, point)| {
+            Some(LiveSpecial {
+                label: point.special.as_ref()?.label.letters(),
+                offset: offset(place),
+                state: point.orbit.states.first()?,
+            })
+        });
+        LiveBranch {
+            axis,
+            itinerary: &branch.itinerary,
+            period: branch.period,
+            lines: [true, false].into_iter().flat_map(line).collect(),
+            special: special.collect(),
+        }
+    };
+    listing.branches.iter().map(live).collect()
+}
+
+/// A few iterates of direct simulation at each value of the parameter, of a period all.
+fn live_direct(map: &LocalMap, diagram: &Diagram) -> Option<LiveDirect> {
+    let (axis, observe) = (axis(map, &diagram.parameter)?, observed(map, diagram)?);
+    let sweeps = diagram.sweeps.iter().filter(|sweep| sweep.method == Method::Direct);
+    let points = sweeps.flat_map(|sweep| &sweep.points).flat_map(|point| {
+        let count = match point.period {
+            Period::Periodic(period) => period.min(MOST_DIRECT),
+            Period::NotFound => MOST_DIRECT,
+        };
+        point.kept_values().take(count).flat_map(|value| [point.offset, value])
+    });
+    let points = packed(points);
+    (!points.is_empty()).then_some(LiveDirect { axis, observe, points })
 }
 
 /// What the script is told of charts: of those over the same parameters the first is alive, `None`
 /// where the map does not keep both.
 fn live_charts(map: &LocalMap, charts: &[Chart]) -> Vec<Option<LiveChart>> {
-    let place = |name: &str| map.parameters.iter().position(|own| own.name == name);
+    let place = |name: &str| axis(map, name);
     let ends = |offsets: &[f64]| match offsets {
         [first, .., last] => Some([*first, *last]),
         _ => None,

@@ -62,6 +62,8 @@ enum Block {
         caption: String,
     },
     Command(String),
+    /// Names of files beside the page.
+    Files(Vec<String>),
     /// Markup that the program wrote, every name in it escaped.
     Markup(String),
     Live {
@@ -126,6 +128,13 @@ impl Section {
     #[must_use]
     pub fn command(mut self, command: impl Into<String>) -> Self {
         self.blocks.push(Block::Command(command.into()));
+        self
+    }
+
+    /// Adds links to the files beside the page that hold what the section shows.
+    #[must_use]
+    pub fn files<S: Into<String>>(mut self, names: impl IntoIterator<Item = S>) -> Self {
+        self.blocks.push(Block::Files(names.into_iter().map(Into::into).collect()));
         self
     }
 
@@ -273,6 +282,14 @@ fn block_html(block: &Block, counts: &mut Counts) -> Result<String, ReportError>
         Block::Command(command) => {
             let code = escape_html(command);
             Ok(format!("<p class=\"command\"><code>{code}</code></p>"))
+        }
+        Block::Files(names) => {
+            let link = |name: &String| {
+                let name = escape_html(name);
+                format!("<a href=\"{name}\">{name}</a>")
+            };
+            let links: Vec<String> = names.iter().map(link).collect();
+            Ok(format!("<p class=\"files\">Data: {}</p>", links.join(", ")))
         }
         Block::Markup(markup) => Ok(markup.clone()),
         Block::Live { what, number } => {

@@ -5,15 +5,16 @@ use serde::Serialize;
 
 use super::basin_figure::basin_outside_words;
 use super::equations::equations;
+use super::sketch::sketch;
 use super::sweep_words::{
     chart_computed_words, chart_escape_words, chart_outside_words, chart_overlay_words,
     chart_share_words, diagram_escape_words, diagram_outside_words, diagram_share_words,
 };
 use super::{
-    Cell, Column, Figure, GrazeStudy, LiveMap, LivePane, MapListing, OrbitListing, Page,
-    Provenance, ReportError, Section, Table, basin_figure, basin_remarks, basin_table, basin_words,
-    bounds_words, chart_figure, chart_timing_table, convergence_section, diagram_figures,
-    diagram_timing_table, edge_words, error_words, manifold_table, window_remark,
+    BranchListing, Cell, Column, Figure, GrazeStudy, LiveMap, LivePane, MapListing, OrbitListing,
+    Page, Picture, Provenance, ReportError, Section, Table, basin_figure, basin_remarks,
+    basin_table, basin_words, bounds_words, chart_figure, chart_timing_table, convergence_section,
+    diagram_figures, diagram_timing_table, edge_words, error_words, manifold_table, window_remark,
 };
 use crate::analysis::basin::Basin;
 use crate::analysis::chart::Chart;
@@ -71,6 +72,8 @@ pub struct RunPage<'a> {
     pub diagrams: &'a [Diagram],
     /// Its charts.
     pub charts: &'a [Chart],
+    /// Branches of its periodic orbits over the parameters of its diagrams.
+    pub branches: &'a [BranchListing],
     /// Its basins.
     pub basins: &'a [Basin],
     /// What each stage took.
@@ -97,17 +100,29 @@ pub fn run_page(run: &RunPage<'_>) -> Result<Page, ReportError> {
         .section(orbit_section(run)?)
         .section(graze_section(run)?);
     if !run.charts.is_empty() {
-        page = page.section(chart_section(run.charts)?.command(run.command("chart")));
+        page = page.section(
+            chart_section(run.charts)?
+                .files(["chart.json", "chart.csv"])
+                .command(run.command("chart")),
+        );
     }
     if !run.basins.is_empty() {
-        page = page.section(basin_section(run.basins)?.command(run.command("basin")));
+        page = page.section(
+            basin_section(run.basins)?.files(basin_files(run.basins)).command(run.command("basin")),
+        );
     }
     let page = page
-        .section(expansion_section(run)?.command(run.command("expand")))
-        .section(convergence_section(run.study)?.command(run.command("converge")))
-        .section(time_section(run)?)
+        .section(
+            expansion_section(run)?.files(["map.json", "map.csv"]).command(run.command("expand")),
+        )
+        .section(
+            convergence_section(run.study)?
+                .files(["convergence.json", "convergence.csv"])
+                .command(run.command("converge")),
+        )
+        .section(time_section(run)?.files(["timings.json"]))
         .section(citation_section(run));
-    Ok(page.alive(LiveMap::new(run.local, run.modules, run.diagrams, run.charts)?))
+    Ok(page.alive(LiveMap::new(run.local, run.modules, run.diagrams, run.charts, run.branches)?))
 }
 
 fn provenance(run: &RunPage<'_>) -> Provenance {
@@ -186,10 +201,29 @@ fn model_section(run: &RunPage<'_>) -> Result<Section, ReportError> {
     let phase = model.phase.as_ref().map_or(String::new(), |phase| {
         format!(" The forcing phase {} has the period {:.12}.", phase.name, phase.period.to_f64())
     });
-    Ok(Section::new("The oscillator")
-        .markup(equations(model))
+    let section = Section::new("The oscillator").markup(equations(model));
+    let section = match oscillator_sketch(run) {
+        Some(svg) => section.picture(
+            Picture { svg, png: Vec::new() },
+            "Masses, stops and gaps, not to scale; in blue where the orbit grazes. A spring \
+                stands for a stop that yields.",
+        ),
+        None => section,
+    };
+    Ok(section
+        .files(["scene.toml"])
         .prose(format!("States: {}.{phase}", model.states.join(", ")))
         .table(table, "Parameters of the scene."))
+}
+
+/// The sketch of the oscillator where the orbit grazes.
+fn oscillator_sketch(run: &RunPage<'_>) -> Option<String> {
+    let model = &run.scene.model;
+    let known = || run.orbit.state.0.iter().chain(&run.orbit.parameters.0);
+    let value = |name: &&str| known().find(|(own, _)| own == name).map(|(_, value)| *value);
+    let names = [model.full_state_names(), model.parameter_names()].concat();
+    let point = names.iter().map(value).collect::<Option<Vec<_>>>()?;
+    sketch(model, &point, &run.scene.grazing.passages)
 }
 
 fn orbit_section(run: &RunPage<'_>) -> Result<Section, ReportError> {
@@ -219,7 +253,9 @@ fn orbit_section(run: &RunPage<'_>) -> Result<Section, ReportError> {
         "The grazing orbit: parameters p*, the (first) grazing point, multipliers of the period \
             map on the section, and xi_n = h_x · (dP_smooth)^n · β.",
     );
-    let section = section.command(run.command("trajectory"));
+    let section = section
+        .files(["orbit.json", "trajectory.json", "trajectory.csv"])
+        .command(run.command("trajectory"));
     if orbit.passages.len() == 1 {
         return Ok(section);
     }
@@ -355,7 +391,9 @@ fn graze_section(run: &RunPage<'_>) -> Result<Section, ReportError> {
     let section = Section::new("What happens at this graze").prose(words.join(" "));
     let section = match run.diagrams {
         [] => section,
-        diagrams => diagrams_in(section, diagrams)?.command(run.command("diagram")),
+        diagrams => diagrams_in(section, diagrams)?
+            .files(["diagram.json", "diagram.csv"])
+            .command(run.command("diagram")),
     };
     Ok(match run.graze.orbits_table()? {
         Some(table) => section.table(
@@ -475,6 +513,15 @@ fn chart_subject(method: Method) -> &'static str {
         Method::Map => "the map alone",
         Method::Guarded => "the map, and direct simulation outside its window,",
         Method::Direct => "direct simulation",
+    }
+}
+
+/// The tables of several basins are numbered.
+fn basin_files(basins: &[Basin]) -> Vec<String> {
+    let endings = |stem: &str| ["json", "csv"].map(|ending| format!("{stem}.{ending}"));
+    match basins {
+        [_] => endings("basin").to_vec(),
+        _ => (1..=basins.len()).flat_map(|number| endings(&format!("basin-{number}"))).collect(),
     }
 }
 

@@ -87,6 +87,16 @@ impl Cell {
         Self::Number { value, digits }
     }
 
+    /// The cell as a number, NaN where it is none: counts and numbers in words are numbers too.
+    pub fn value(&self) -> f64 {
+        match self {
+            Self::Integer(value) => *value as f64,
+            Self::Number { value, .. } => *value,
+            Self::Text(text) => text.parse().unwrap_or(f64::NAN),
+            Self::Missing => f64::NAN,
+        }
+    }
+
     /// The cell as a person reads it.
     pub fn for_people(&self) -> String {
         match self {

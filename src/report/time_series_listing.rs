@@ -172,7 +172,7 @@ pub fn time_series_figures(
 
 /// Positions with their velocities: states whose rate is another state. Where there is none, the
 /// first two states.
-fn portrait_pairs(model: &Model) -> Vec<(usize, usize)> {
+pub(super) fn portrait_pairs(model: &Model) -> Vec<(usize, usize)> {
     let states = model.states.len();
     let velocity = |position: usize| match model.graph.node(model.flow[position]) {
         Node::Input(input) if input < states && input != position => Some((position, input)),

@@ -1,4 +1,4 @@
-//! Diagrams and charts that are interrupted: a later run ends with the same bits, and computes what
+//! Long computations that are interrupted: a later run ends with the same bits, and computes what
 //! the first one had not finished.
 
 use std::collections::HashMap;
@@ -6,6 +6,8 @@ use std::sync::Mutex;
 
 use grazemap::Scene;
 use grazemap::analysis::Progress;
+use grazemap::analysis::loci::LocusKind;
+use grazemap::pipeline::{BranchKeys, LociKeys, OrbitsOf};
 use grazemap::prelude::*;
 use grazemap::report::to_json;
 use serde::Serialize;
@@ -115,4 +117,38 @@ fn an_interrupted_basin_with_manifolds_goes_on_where_it_was_and_ends_with_the_sa
         basins.iter_mut().for_each(|basin| basin.take_timing());
         basins
     });
+}
+
+/// The map of a scene whose diagram is short.
+fn map_of(name: &str) -> Map {
+    let set = [("diagram.0.points", "16"), ("diagram.0.transient", "60"), ("diagram.0.keep", "8")];
+    let scene = crate::support::scenes::parsed(crate::support::scenes::text(name), name, &set);
+    scene.graze().and_then(|graze| graze.map()).expect("a map")
+}
+
+#[test]
+fn interrupted_branches_go_on_where_they_were_and_end_with_the_same_bits() {
+    let map = map_of("cantilever_0_09");
+    for (using, itinerary) in [(OrbitsOf::Map, "10"), (OrbitsOf::Direct, "1")] {
+        let keys = BranchKeys {
+            along: "beta".to_owned(),
+            itineraries: vec![itinerary.to_owned()],
+            using,
+            iterates: using == OrbitsOf::Map,
+            ..BranchKeys::default()
+        };
+        resumes(|progress| keys.answer(&map, progress).expect("branches").document);
+    }
+}
+
+#[test]
+fn interrupted_loci_go_on_where_they_were_and_end_with_the_same_bits() {
+    let map = map_of("linear");
+    let keys = LociKeys {
+        plane: vec!["alpha".to_owned(), "omega".to_owned()],
+        itineraries: vec!["1".to_owned()],
+        kind: vec![LocusKind::Graze, LocusKind::Fold],
+        ..LociKeys::default()
+    };
+    resumes(|progress| keys.answer(&map, progress).expect("loci").document);
 }

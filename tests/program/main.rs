@@ -11,5 +11,6 @@ mod cli;
 mod fuzz;
 mod gallery;
 mod guide;
+mod packaging;
 mod quickstart;
 mod window_edges;

@@ -328,10 +328,7 @@ class Map(_Value):
     def inside(self, states: ArrayLike, parameters: ArrayLike | None = None) -> NDArray[np.bool_]:
         """Tell which states lie in the window on which the map's error was measured."""
         rows, own, shape = self._points(states, parameters)
-        depth, widths, bounds = self._inner.window
-        held = (np.abs(rows) <= widths).all(axis=1) & (np.abs(own) <= bounds).all(axis=1)
-        held &= (self.depths(rows, own) <= depth).all(axis=1)
-        return held.reshape(shape[:-1])
+        return self._inner.inside(rows, own).reshape(shape[:-1])
 
     def iterate(
         self,
@@ -350,10 +347,7 @@ class Map(_Value):
         """
         rows, own, shape = self._points(states, parameters)
         check_methods(using, precision)
-        if (using, precision) == ("map", "f64"):
-            orbits = self._inner.orbits(rows, own, iterations)
-        else:
-            orbits, _, _ = self._inner.images(rows, own, iterations, using, precision)
+        orbits = self._inner.orbits(rows, own, iterations, using, precision)
         return orbits.reshape((*shape[:-1], iterations, shape[-1]))
 
     def _points(

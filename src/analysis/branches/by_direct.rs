@@ -6,12 +6,13 @@
 use std::collections::VecDeque;
 
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use super::data::{Branch, BranchEnd, BranchLabel, BranchPoint, BranchRequest, Branches, Special};
 use super::normal_form::NormalForm;
 use super::trace::{
-    Follow, Of, Trace, Traces, apart, each_once, exact_or_zero, null_vector, standard_form,
-    toggled, twice, unit_vector, with_those_led_to,
+    Follow, Of, Piece, Trace, Traces, apart, each_once, exact_or_zero, null_vector, standard_form,
+    through_seed, toggled, twice, unit_vector, with_those_led_to,
 };
 use crate::analysis::continuation::{
     CourseEnd, CurveEquations, CurvePoint, Linearised, StepControl, corrected, searched,
@@ -24,7 +25,8 @@ use crate::analysis::periodic::{
     ContactItinerary, DirectOrbit, DirectOrbitEquations, DirectUnits, FoundOrbit, OrbitContact,
     SectionMap, window_scales,
 };
-use crate::analysis::progress::{NoProgress, Progress};
+use crate::analysis::progress::{NoProgress, Progress, place_of, resumed};
+use crate::analysis::share::Shard;
 use crate::expansion::LocalMap;
 use crate::hybrid::HybridSystem;
 use crate::iteration::PassageSet;
@@ -71,7 +73,7 @@ type DirectTrace = Trace<DirectOrbit<f64>>;
 type Point = CurvePoint<f64, DirectOrbit<f64>>;
 
 /// An orbit from which a branch is followed.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize)]
 struct Seed {
     itinerary: ContactItinerary,
     states: Vec<Vec<f64>>,
@@ -82,7 +84,7 @@ struct Seed {
 }
 
 /// Where the branch of a seed goes.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize)]
 enum Way {
     /// Through it.
     Through,
@@ -93,6 +95,7 @@ enum Way {
 }
 
 /// Consecutive section points at one value of the parameter.
+#[derive(Serialize, Deserialize)]
 struct Flight {
     parameter: f64,
     states: Vec<Vec<f64>>,
@@ -110,6 +113,7 @@ struct Continuation<'a> {
     map: &'a LocalMap,
     request: &'a BranchRequest,
     graze: Option<GrazeStart>,
+    progress: &'a dyn Progress,
 }
 
 /// Where the orbit without contact grazes: its section point and the value of the parameter that
@@ -138,12 +142,23 @@ pub(in crate::analysis) fn branches_from(
     progress: &dyn Progress,
 ) -> Result<Branches, AnalysisError> {
     let system = HybridSystem::new(&scene.model);
-    let continuation = Continuation::new(&system, scene, orbit, map, request, graze)?;
-    let found = continuation.all(follow, progress);
-    let branches = found.par_iter().flat_map_iter(|(itinerary, traces)| {
-        traces.iter().map(|trace| continuation.branch(itinerary, trace))
-    });
-    Ok(Branches { branches: branches.collect() })
+    let continuation = Continuation::new(&system, scene, orbit, map, (request, graze), progress)?;
+    let found = continuation.all(follow);
+    Ok(Branches { branches: continuation.described(&found) })
+}
+
+/// A share of the branches of the itineraries asked for.
+pub(super) fn share(
+    scene: &Scene,
+    orbit: &GrazingOrbit,
+    map: &LocalMap,
+    request: &BranchRequest,
+    shard: &Shard<'_>,
+) -> Result<(), AnalysisError> {
+    let system = HybridSystem::new(&scene.model);
+    let continuation = Continuation::new(&system, scene, orbit, map, (request, None), shard)?;
+    continuation.described(&continuation.first(&shard.own_of(&request.itineraries)));
+    Ok(())
 }
 
 /// The orbits of the itineraries asked for at a value of the parameter that varies: where branches
@@ -156,8 +171,8 @@ pub(super) fn orbits(
     value: f64,
 ) -> Result<Vec<FoundOrbit>, AnalysisError> {
     let system = HybridSystem::new(&scene.model);
-    let continuation = Continuation::new(&system, scene, orbit, map, request, None)?;
-    let found = continuation.all(Follow::Asked, &NoProgress);
+    let continuation = Continuation::new(&system, scene, orbit, map, (request, None), &NoProgress)?;
+    let found = continuation.all(Follow::Asked);
     let asked = found.par_iter().filter(|(known, _)| request.itineraries.contains(known));
     let orbits = asked.flat_map_iter(|(itinerary, traces)| {
         traces.iter().flat_map(|trace| continuation.passing(itinerary, trace, value))
@@ -171,8 +186,8 @@ impl<'a> Continuation<'a> {
         scene: &Scene,
         orbit: &GrazingOrbit,
         map: &'a LocalMap,
-        request: &'a BranchRequest,
-        graze: Option<GrazeStart>,
+        (request, graze): (&'a BranchRequest, Option<GrazeStart>),
+        progress: &'a dyn Progress,
     ) -> Result<Self, AnalysisError> {
         let image = DirectImage::new(system, scene, orbit)?;
         let free = [(request.along, request.range)];
@@ -185,29 +200,47 @@ impl<'a> Continuation<'a> {
             map,
             request,
             graze,
+            progress,
         })
     }
 
     /// All branches, with those that they lead to.
-    fn all(&self, follow: Follow, progress: &dyn Progress) -> Traces<DirectOrbit<f64>> {
-        progress.expect(self.request.itineraries.len() as u64);
+    fn all(&self, follow: Follow) -> Traces<DirectOrbit<f64>> {
+        with_those_led_to(
+            self.first(&self.request.itineraries.iter().collect::<Vec<_>>()),
+            Of::itinerary,
+            |itinerary, trace| follow.of(self.request, self.led_to(itinerary, trace)),
+            |itinerary, seeds, known| self.traces(itinerary, seeds, known),
+        )
+    }
+
+    /// The branches of some of the itineraries asked for.
+    fn first(&self, own: &[&ContactItinerary]) -> Traces<DirectOrbit<f64>> {
+        self.progress.expect(own.len() as u64);
         let flights = self.flights();
         let grazing = match &self.graze {
             Some(graze) => vec![graze.clone()],
             None => self.grazing_orbits(&flights),
         };
-        let first = self.request.itineraries.par_iter().map(|itinerary| {
+        let first = own.par_iter().map(|&itinerary| {
             let seeds = self.seeds(itinerary, &flights, &grazing);
             let traces = self.traces(itinerary, seeds, Vec::new());
-            progress.advance(1);
+            self.progress.advance(1);
             (itinerary.clone(), traces)
         });
-        with_those_led_to(
-            first.collect(),
-            Of::itinerary,
-            |itinerary, trace| follow.of(self.request, self.led_to(itinerary, trace)),
-            |itinerary, seeds, known| self.traces(itinerary, seeds, known),
-        )
+        first.collect()
+    }
+
+    /// The branches, their special points solved for.
+    fn described(&self, found: &Traces<DirectOrbit<f64>>) -> Vec<Branch> {
+        let traces =
+            found.iter().flat_map(|(itinerary, traces)| traces.iter().map(move |t| (itinerary, t)));
+        let traces: Vec<_> = traces.collect();
+        let branches = traces.into_par_iter().map(|(itinerary, trace)| {
+            let place = place_of(Piece::Branch as u64, &(itinerary, trace));
+            resumed(self.progress, &place, || self.branch(itinerary, trace))
+        });
+        branches.collect()
     }
 
     fn equations(&self, itinerary: &ContactItinerary) -> DirectOrbitEquations<'a, f64> {
@@ -245,7 +278,8 @@ impl<'a> Continuation<'a> {
         let value = |number: usize| from + (to - from) * (number as f64 + 0.5) / VALUES as f64;
         let up: Vec<f64> = (0..VALUES).map(value).collect();
         let down: Vec<f64> = up.iter().rev().copied().collect();
-        let about = up.par_iter().enumerate().flat_map_iter(|(number, &value)| {
+        let piece = |number: usize| [Piece::Flights as u64, number as u64];
+        let scattered_at = |number: usize, value: f64| {
             let mut image = self.image.clone();
             let fly = (0..SCATTERED).map(|more| {
                 let units = self.units.state.iter().enumerate();
@@ -254,13 +288,16 @@ impl<'a> Continuation<'a> {
                 self.fly(&mut image, &start.collect::<Vec<_>>(), value)
             });
             fly.collect::<Vec<_>>()
+        };
+        let about = up.par_iter().enumerate().flat_map_iter(|(number, &value)| {
+            resumed(self.progress, &piece(number), || scattered_at(number, value))
         });
         let about: Vec<Flight> = about.collect();
-        let flights = [up, down].into_par_iter().flat_map_iter(|values| {
+        let carried = |values: &[f64]| {
             let mut image = self.image.clone();
             let mut state = vec![0.0; image.dimension()];
             let mut flights = Vec::new();
-            for value in values {
+            for &value in values {
                 let flight = self.fly(&mut image, &state, value);
                 state = match flight.states.last() {
                     Some(last) => last.clone(),
@@ -270,6 +307,9 @@ impl<'a> Continuation<'a> {
                 flights.push(flight);
             }
             flights
+        };
+        let flights = [&up, &down].into_par_iter().enumerate().flat_map_iter(|(way, values)| {
+            resumed(self.progress, &piece(VALUES + way), || carried(values))
         });
         let mut flights: Vec<Flight> = flights.collect();
         flights.extend(about);
@@ -404,7 +444,10 @@ impl<'a> Continuation<'a> {
                 let Some(fewer) = equations.at_contacts() else { continue };
                 equations = fewer;
             }
-            traces.extend(self.trace(&mut equations, &seed, &traces));
+            let trace = through_seed(self.progress, itinerary, traces.len(), &seed, || {
+                self.trace(&mut equations, &seed, &traces)
+            });
+            traces.extend(trace);
         }
         traces
     }

@@ -1,12 +1,13 @@
 //! Branches of the orbits of a local map.
 
 use rayon::prelude::*;
+use serde::Serialize;
 
 use super::data::{Branch, BranchEnd, BranchLabel, BranchPoint, BranchRequest, Branches, Special};
 use super::normal_form::NormalForm;
 use super::trace::{
-    Follow, Of, Trace, apart, each_once, exact_or_zero, null_vector, standard_form, toggled, twice,
-    unit_vector, with_those_led_to,
+    Follow, Of, Piece, Trace, Traces, apart, each_once, exact_or_zero, null_vector, standard_form,
+    through_seed, toggled, twice, unit_vector, with_those_led_to,
 };
 use crate::analysis::continuation::{
     CurveEquations, CurvePoint, Linearised, StepControl, corrected, searched, tangent_at, zero_near,
@@ -16,7 +17,8 @@ use crate::analysis::periodic::{
     ByMap, ContactItinerary, FoundOrbit, ItinerarySearch, MapOrbitEquations, OrbitContact,
     PassagesOfOrbit, Settled, window_scales,
 };
-use crate::analysis::progress::Progress;
+use crate::analysis::progress::{Progress, place_of, resumed};
+use crate::analysis::share::Shard;
 use crate::expansion::LocalMap;
 use crate::iteration::PassageSet;
 use crate::model::Scene;
@@ -46,7 +48,7 @@ const DOUBLED: [f64; 3] = [1e-2, 1e-3, 1e-4];
 type Point = CurvePoint<f64, PassagesOfOrbit<f64>>;
 
 /// An orbit from which a branch is followed: the first point, depth variables, parameter.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize)]
 struct Seed {
     itinerary: ContactItinerary,
     states: Vec<Vec<f64>>,
@@ -63,6 +65,7 @@ struct Continuation<'a> {
     by_map: ByMap<'a>,
     map: &'a LocalMap,
     request: &'a BranchRequest,
+    progress: &'a dyn Progress,
 }
 
 /// The branches of a map.
@@ -79,25 +82,15 @@ pub(super) fn branches(
         by_map: ByMap::new(scene, orbit, map)?,
         map,
         request,
+        progress,
     };
-    progress.expect(request.itineraries.len() as u64);
-    let settled = continuation.settled();
-    let grazing = continuation.grazing_orbits();
-    let first = request.itineraries.par_iter().map(|itinerary| {
-        let seeds = continuation.seeds(itinerary, &settled, &grazing);
-        let traces = continuation.traces(itinerary, seeds, Vec::new());
-        progress.advance(1);
-        (itinerary.clone(), traces)
-    });
     let found = with_those_led_to(
-        first.collect(),
+        continuation.first(&request.itineraries.iter().collect::<Vec<_>>()),
         Of::itinerary,
         |itinerary, trace| follow.of(request, continuation.led_to(itinerary, trace)),
         |itinerary, seeds, known| continuation.traces(itinerary, seeds, known),
     );
-    let branches = found.iter().flat_map(|(itinerary, traces)| {
-        traces.iter().map(|trace| continuation.branch(itinerary, trace))
-    });
+    let branches = continuation.described(&found).into_iter();
     // A branch that is virtual on both sides of a graze touches what is physical there alone.
     let of_stretch = |point: &BranchPoint| {
         point.orbit.physical && point.special.is_none() && !point.orbit.multipliers.is_empty()
@@ -106,7 +99,51 @@ pub(super) fn branches(
     Ok(Branches { branches: physical.collect() })
 }
 
+/// A share of the branches of the itineraries asked for.
+pub(super) fn share(
+    scene: &Scene,
+    orbit: &GrazingOrbit,
+    map: &LocalMap,
+    request: &BranchRequest,
+    shard: &Shard<'_>,
+) -> Result<(), AnalysisError> {
+    let continuation = Continuation {
+        search: ItinerarySearch::new(map),
+        by_map: ByMap::new(scene, orbit, map)?,
+        map,
+        request,
+        progress: shard,
+    };
+    continuation.described(&continuation.first(&shard.own_of(&request.itineraries)));
+    Ok(())
+}
+
 impl<'a> Continuation<'a> {
+    /// The branches of some of the itineraries asked for.
+    fn first(&self, own: &[&ContactItinerary]) -> Traces<PassagesOfOrbit<f64>> {
+        self.progress.expect(own.len() as u64);
+        let settled = self.settled();
+        let grazing = self.grazing_orbits();
+        let first = own.par_iter().map(|&itinerary| {
+            let seeds = self.seeds(itinerary, &settled, &grazing);
+            let traces = self.traces(itinerary, seeds, Vec::new());
+            self.progress.advance(1);
+            (itinerary.clone(), traces)
+        });
+        first.collect()
+    }
+
+    /// The branches, their special points solved for.
+    fn described(&self, found: &Traces<PassagesOfOrbit<f64>>) -> Vec<Branch> {
+        let traces =
+            found.iter().flat_map(|(itinerary, traces)| traces.iter().map(move |t| (itinerary, t)));
+        let branches = traces.map(|(itinerary, trace)| {
+            let place = place_of(Piece::Branch as u64, &(itinerary, trace));
+            resumed(self.progress, &place, || self.branch(itinerary, trace))
+        });
+        branches.collect()
+    }
+
     fn equations<'e>(&'e self, itinerary: &'e ContactItinerary) -> MapOrbitEquations<'e, f64> {
         self.equations_of(&self.search.map, itinerary)
     }
@@ -216,24 +253,30 @@ impl<'a> Continuation<'a> {
     ) -> Vec<MapTrace> {
         let mut equations = self.equations(itinerary);
         for seed in seeds {
-            let parameters = self.request.parameters(seed.parameter);
-            let guess = equations.unknowns(&seed.states[0], &seed.depth_variables, &parameters);
-            let trace = match &seed.direction {
-                Some(direction) => self.doubled(&mut equations, &guess, direction, &traces),
-                None => {
-                    let Some(start) = solved(&mut equations, &guess) else { continue };
-                    let is_new = !equations.is_repeated(&start.2.extra, SAME)
-                        && !is_known(&mut equations, &start, &traces);
-                    if is_new {
-                        Trace::through(&mut equations, &start.0, &StepControl::DEFAULT)
-                    } else {
-                        None
-                    }
-                }
-            };
+            let trace = through_seed(self.progress, itinerary, traces.len(), &seed, || {
+                self.trace(&mut equations, &seed, &traces)
+            });
             traces.extend(trace);
         }
         traces
+    }
+
+    /// The branch through a seed, if it is another.
+    fn trace(
+        &self,
+        equations: &mut MapOrbitEquations<'_, f64>,
+        seed: &Seed,
+        known: &[MapTrace],
+    ) -> Option<MapTrace> {
+        let parameters = self.request.parameters(seed.parameter);
+        let guess = equations.unknowns(&seed.states[0], &seed.depth_variables, &parameters);
+        if let Some(direction) = &seed.direction {
+            return self.doubled(equations, &guess, direction, known);
+        }
+        let start = solved(equations, &guess)?;
+        let is_new =
+            !equations.is_repeated(&start.2.extra, SAME) && !is_known(equations, &start, known);
+        is_new.then(|| Trace::through(equations, &start.0, &StepControl::DEFAULT))?
     }
 
     /// The branch of the doubled orbits that begins at one that doubles.

@@ -4,7 +4,7 @@ use super::data::{BranchRequest, Branches};
 use crate::analysis::diagram::{Diagram, Observer, diagram};
 use crate::analysis::direct_map::DirectMap;
 use crate::analysis::error::AnalysisError;
-use crate::analysis::progress::NoProgress;
+use crate::analysis::progress::Progress;
 use crate::expansion::LocalMap;
 use crate::hybrid::HybridSystem;
 use crate::model::{DiagramRequest, Method, Scene, Spacing};
@@ -35,6 +35,7 @@ pub fn branch_diagram(
     map: &LocalMap,
     request: &BranchRequest,
     found: &Branches,
+    progress: &dyn Progress,
 ) -> Result<Option<BranchDiagram>, AnalysisError> {
     let along = scene.expansion.active[request.along];
     let asked = scene.diagrams.iter().find(|diagram| diagram.parameter == along);
@@ -64,6 +65,6 @@ pub fn branch_diagram(
         with: vec![Method::Guarded],
         ..asked.clone()
     };
-    let diagram = diagram(scene, orbit, map, &over, &NoProgress)?;
+    let diagram = diagram(scene, orbit, map, &over, progress)?;
     Ok(Some(BranchDiagram { diagram, values: values.collect() }))
 }

@@ -1,12 +1,15 @@
 //! A branch as it is followed, whatever its orbits are of.
 
 use rayon::prelude::*;
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
 
 use super::data::{BranchEnd, BranchLabel, BranchPoint, BranchRequest};
 use crate::analysis::continuation::{
     Course, CourseEnd, CurveEquations, CurvePoint, StepControl, Turn, follow, tangent_at,
 };
 use crate::analysis::periodic::ContactItinerary;
+use crate::analysis::progress::{Progress, place_of, resumed};
 use crate::iteration::PassageSet;
 use crate::numeric::linear::solve;
 
@@ -21,6 +24,8 @@ const SAME: f64 = 1e-6;
 const ROUNDS: usize = 8;
 
 /// A branch from its one end to the other.
+#[derive(Serialize, Deserialize)]
+#[serde(bound(serialize = "X: Serialize", deserialize = "X: Deserialize<'de>"))]
 pub(super) struct Trace<X> {
     pub(super) points: Vec<CurvePoint<f64, X>>,
     pub(super) turns: Vec<Turn>,
@@ -122,6 +127,29 @@ impl<X: Clone> Trace<X> {
         });
         if self.continues { [BranchEnd::Continued, ends[1]] } else { ends }
     }
+}
+
+/// The kinds of pieces that are kept of branches.
+#[derive(Clone, Copy)]
+pub(super) enum Piece {
+    /// What is found through a seed.
+    Trace,
+    /// A branch as it is given out, by its number.
+    Branch,
+    /// What simulation settles on.
+    Flights,
+}
+
+/// The branch through a seed, beside so many that are known, unless an earlier run kept it: the
+/// same seeds come in the same order, so that these numbers decide it.
+pub(super) fn through_seed<X: Serialize + DeserializeOwned>(
+    progress: &dyn Progress,
+    itinerary: &ContactItinerary,
+    known: usize,
+    seed: &impl Serialize,
+    follow: impl FnOnce() -> Option<Trace<X>>,
+) -> Option<Trace<X>> {
+    resumed(progress, &place_of(Piece::Trace as u64, &(itinerary, known, seed)), follow)
 }
 
 /// What belongs to an itinerary: an orbit from which a branch is followed.

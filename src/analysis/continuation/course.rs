@@ -3,6 +3,8 @@
 
 use std::array::from_fn;
 
+use serde::{Deserialize, Serialize};
+
 use super::CurveEquations;
 use super::step::{Chord, CurvePoint, StepControl, dot, norm, point_on, zero_between};
 use crate::numeric::Real;
@@ -23,7 +25,7 @@ pub struct Course<S, X = ()> {
 }
 
 /// A zero of a test function.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Turn {
     /// Its place in [`Course::points`].
     pub point: usize,
@@ -32,7 +34,7 @@ pub struct Turn {
 }
 
 /// Why a curve ends.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum CourseEnd {
     /// An unknown is at the border of its range.
     Border {

@@ -17,6 +17,7 @@
 //! or said not to be. Numbers are `f64` or double-double.
 
 mod course;
+pub(in crate::analysis) mod saved;
 mod step;
 
 pub use course::{Course, CourseEnd, Turn, follow};
@@ -25,6 +26,8 @@ pub use step::{
 };
 
 use nalgebra::{DMatrix, DVector};
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
 
 use crate::numeric::Real;
 
@@ -57,11 +60,17 @@ pub trait CurveEquations<S: Real> {
 }
 
 /// Residuals with their Jacobian.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(bound(
+    serialize = "S: Real + Serialize + DeserializeOwned, X: Serialize",
+    deserialize = "S: Real + Serialize + DeserializeOwned, X: Deserialize<'de>"
+))]
 pub struct Linearised<S, X = ()> {
     /// `F(u)`.
+    #[serde(with = "saved")]
     pub residual: DVector<S>,
     /// `F'(u)`.
+    #[serde(with = "saved")]
     pub jacobian: DMatrix<S>,
     /// What test functions need beside them.
     pub extra: X,
@@ -77,7 +86,7 @@ pub fn bordered<S: Real, X>(point: &CurvePoint<S, X>) -> TestValue<S> {
 }
 
 /// A test function at a point of a curve.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TestValue<S> {
     /// Its value.
     pub value: S,

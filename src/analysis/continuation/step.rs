@@ -1,13 +1,19 @@
 //! Points of a curve: the corrector, the tangent, and zeros of test functions between two points.
 
 use nalgebra::{DMatrix, DVector};
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
 
 use super::{CurveEquations, Linearised, TestValue};
 use crate::numeric::linear::{factorize, solve};
 use crate::numeric::{Bracket, NewtonOutcome, NumericError, Real, damped_newton};
 
 /// A point of a curve.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(bound(
+    serialize = "S: Real + Serialize + DeserializeOwned, X: Serialize",
+    deserialize = "S: Real + Serialize + DeserializeOwned, X: Deserialize<'de>"
+))]
 pub struct CurvePoint<S, X = ()> {
     /// The unknowns.
     pub unknowns: Vec<S>,

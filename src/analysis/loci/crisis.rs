@@ -6,6 +6,8 @@
 //! to lie on the stable manifold in one parameter is looked for by iteration, solved for as an
 //! orbit from the saddle back to it, and followed in two.
 
+use serde::{Deserialize, Serialize};
+
 use super::connection::{Connection, Unstable, jacobian};
 use super::data::{LociRequest, Locus, LocusEnd, LocusKind, LocusPoint};
 use super::equations::{Condition, LocusEquations, OrbitEquations};
@@ -15,6 +17,7 @@ use crate::analysis::continuation::{StepControl, searched};
 use crate::analysis::periodic::{
     ContactItinerary, ItinerarySearch, MapOrbitEquations, MapReturns, PrescribedReturns,
 };
+use crate::analysis::progress::{Progress, resumed};
 use crate::expansion::LocalMap;
 use crate::iteration::{DiscreteMap, FrozenMap, HornerMap, PassageSet};
 use crate::numeric::linear::determinant;
@@ -52,6 +55,7 @@ const CORNER: f64 = 1e-3;
 const GONE: f64 = 1e3;
 
 /// A crisis with what direct simulation begins with.
+#[derive(Serialize, Deserialize)]
 pub(super) struct Crisis {
     pub(super) locus: Locus,
     /// Section points of the saddle at each point of the locus, in offsets.
@@ -123,15 +127,25 @@ impl<'a> MapCrises<'a> {
     }
 
     /// The crises of all itineraries asked for.
-    pub(super) fn all(&self) -> Vec<Crisis> {
+    pub(super) fn all(&self, progress: &dyn Progress) -> Vec<Crisis> {
         let mut loci = Vec::new();
-        for itinerary in &self.request.itineraries {
+        for (number, itinerary) in self.request.itineraries.iter().enumerate() {
             let mut traces: Vec<(Trace, Vec<PassageSet>)> = Vec::new();
-            for share in SEEDED_AT {
+            for (at, share) in SEEDED_AT.into_iter().enumerate() {
                 let [from, to] = self.request.range;
-                for touch in self.touches(itinerary, from + share * (to - from)) {
-                    loci.extend(self.followed(itinerary, &touch, &mut traces));
-                }
+                let value = from + share * (to - from);
+                let (found, followed): (Vec<Crisis>, Vec<_>) =
+                    resumed(progress, &[number as u64, at as u64], || {
+                        let known = traces.len();
+                        let touches = self.touches(itinerary, value);
+                        let found = touches.iter();
+                        let found = found
+                            .filter_map(|touch| self.followed(itinerary, touch, &mut traces))
+                            .collect();
+                        (found, traces.split_off(known))
+                    });
+                loci.extend(found);
+                traces.extend(followed);
             }
         }
         loci

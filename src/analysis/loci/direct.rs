@@ -8,12 +8,13 @@
 
 use nalgebra::{Complex, DMatrix, DVector};
 use rayon::prelude::*;
+use serde::Serialize;
 
 use super::data::{LociRequest, Locus, LocusEnd, LocusKind, LocusPoint};
 use super::equations::{CodimensionTwo, Condition, LocusEquations, OrbitEquations, Unfolding};
 use super::trace::{
-    SAME, SEEDED_AT, STEPS, Trace, TracePoint, WIDER, condition_of, each_once, is_stable, joined,
-    labelled,
+    Piece, SAME, SEEDED_AT, STEPS, Trace, TracePoint, WIDER, condition_of, each_once, is_stable,
+    joined, labelled, through_seed,
 };
 use crate::analysis::branches::{BranchLabel, BranchPoint, BranchRequest, Follow, branches_from};
 use crate::analysis::continuation::{CourseEnd, CurveEquations, Linearised, corrected};
@@ -23,7 +24,7 @@ use crate::analysis::evaluation::{DepthEvaluation, MapEvaluation};
 use crate::analysis::periodic::{
     ContactItinerary, DirectOrbit, DirectOrbitEquations, DirectUnits, finite_or_one,
 };
-use crate::analysis::{NoProgress, Progress};
+use crate::analysis::progress::{Part, Progress, resumed};
 use crate::expansion::LocalMap;
 use crate::hybrid::HybridSystem;
 use crate::iteration::PassageSet;
@@ -115,6 +116,7 @@ fn without(itinerary: &ContactItinerary, number: usize) -> ContactItinerary {
 }
 
 /// An orbit near a locus.
+#[derive(Serialize)]
 struct Seed {
     kind: LocusKind,
     /// Its contacts; of a graze the first return's own is the grazing one.
@@ -134,6 +136,7 @@ pub(super) struct DirectLoci<'a> {
     units: DirectUnits,
     free: [(usize, [f64; 2]); 2],
     depths: DepthEvaluation<f64>,
+    progress: &'a dyn Progress,
 }
 
 impl<'a> DirectLoci<'a> {
@@ -142,7 +145,7 @@ impl<'a> DirectLoci<'a> {
         scene: &'a Scene,
         orbit: &'a GrazingOrbit,
         map: &'a LocalMap,
-        request: &'a LociRequest,
+        (request, progress): (&'a LociRequest, &'a dyn Progress),
     ) -> Result<Self, AnalysisError> {
         let rounded = DirectImage::new(system, scene, orbit)?;
         let [first, second] = request.plane;
@@ -161,6 +164,7 @@ impl<'a> DirectLoci<'a> {
             map,
             request,
             free,
+            progress,
         })
     }
 
@@ -174,19 +178,17 @@ impl<'a> DirectLoci<'a> {
     }
 
     /// All loci asked for; those of a map may be where some begin.
-    pub(super) fn all(
-        &self,
-        by_map: &[Locus],
-        progress: &dyn Progress,
-    ) -> Result<Vec<Locus>, AnalysisError> {
+    pub(super) fn all(&self, by_map: &[Locus]) -> Result<Vec<Locus>, AnalysisError> {
+        let progress = self.progress;
         progress.expect(SEEDED_AT.len() as u64 + 1);
         let grazes: Vec<Trace> = self.graze().into_iter().collect();
         progress.advance(1);
         let values: Vec<f64> = SEEDED_AT.iter().map(|share| self.value(*share)).collect();
         let found: Result<Vec<Vec<Seed>>, AnalysisError> = values
             .par_iter()
-            .map(|&value| {
-                let seeds = self.seeds_at(&grazes, value);
+            .enumerate()
+            .map(|(number, &value)| {
+                let seeds = self.seeds_at(&grazes, value, number);
                 progress.advance(1);
                 seeds
             })
@@ -207,11 +209,15 @@ impl<'a> DirectLoci<'a> {
             }
         }
         groups.sort_by_key(|group| group[0].kind as usize);
-        let traces = groups.par_iter().flat_map_iter(|group| self.traces(group, progress));
+        let traces = groups.par_iter().flat_map_iter(|group| self.traces(group));
         let asked = self.request.kinds.contains(&LocusKind::Graze);
         let mut all: Vec<Trace> = grazes.into_iter().filter(|_| asked).collect();
         all.extend(traces.collect::<Vec<_>>());
-        Ok(all.iter().filter_map(|trace| self.described(trace)).collect())
+        let all = all.iter().enumerate().filter_map(|(number, trace)| {
+            let place = [Piece::Locus as u64, number as u64];
+            resumed(progress, &place, || self.described(trace))
+        });
+        Ok(all.collect())
     }
 
     fn value(&self, share: f64) -> f64 {
@@ -224,7 +230,8 @@ impl<'a> DirectLoci<'a> {
         self.units.gap?;
         let itinerary = self.one_contact();
         let unknowns = vec![0.0; self.equations(&self.rounded, &itinerary).count()];
-        self.trace(&Seed { kind: LocusKind::Graze, itinerary, unknowns }, &[])
+        let seed = Seed { kind: LocusKind::Graze, itinerary, unknowns };
+        through_seed(self.progress, 0, &seed, || self.trace(&seed, &[]))
     }
 
     /// One return with the contact of its own passage.
@@ -258,8 +265,14 @@ impl<'a> DirectLoci<'a> {
         seeds
     }
 
-    /// The special points of the branches in the second parameter at a value of the first.
-    fn seeds_at(&self, grazes: &[Trace], value: f64) -> Result<Vec<Seed>, AnalysisError> {
+    /// The special points of the branches in the second parameter at a value of the first, which
+    /// has this number.
+    fn seeds_at(
+        &self,
+        grazes: &[Trace],
+        value: f64,
+        number: usize,
+    ) -> Result<Vec<Seed>, AnalysisError> {
         let [first, second] = self.request.plane;
         let mut at = self.request.at.clone();
         at[first] = value;
@@ -275,7 +288,9 @@ impl<'a> DirectLoci<'a> {
         };
         let graze = grazes.iter().find_map(|graze| self.graze_at(graze, value));
         let (scene, orbit, map) = (self.scene, self.orbit, self.map);
-        let found = branches_from(scene, orbit, map, &request, (Follow::All, graze), &NoProgress)?;
+        let part = Part::new(self.progress, Piece::Seeds as usize);
+        let part = Part::new(&part, number);
+        let found = branches_from(scene, orbit, map, &request, (Follow::All, graze), &part)?;
         let points = found.branches.iter().flat_map(|branch| &branch.points);
         Ok(points.filter_map(|point| self.seed(point)).collect())
     }
@@ -392,13 +407,14 @@ impl<'a> DirectLoci<'a> {
     }
 
     /// The loci through seeds of one kind and itinerary.
-    fn traces(&self, seeds: &[Seed], progress: &dyn Progress) -> Vec<Trace> {
+    fn traces(&self, seeds: &[Seed]) -> Vec<Trace> {
         let mut traces: Vec<Trace> = Vec::new();
-        progress.expect(seeds.len() as u64);
+        self.progress.expect(seeds.len() as u64);
         for seed in seeds {
-            let found = self.trace(seed, &traces);
+            let trace = || self.trace(seed, &traces);
+            let found = through_seed(self.progress, traces.len(), seed, trace);
             traces.extend(found);
-            progress.advance(1);
+            self.progress.advance(1);
         }
         traces
     }

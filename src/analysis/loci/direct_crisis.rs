@@ -10,11 +10,11 @@ use super::connection::Connection;
 use super::crisis::Crisis;
 use super::data::{LociRequest, Locus, LocusPoint};
 use super::equations::OrbitEquations;
-use crate::analysis::Progress;
 use crate::analysis::direct_image::DirectImage;
 use crate::analysis::error::AnalysisError;
 use crate::analysis::evaluation::{DepthEvaluation, MapEvaluation};
 use crate::analysis::periodic::{ContactItinerary, DirectOrbitEquations, DirectUnits};
+use crate::analysis::progress::{Part, Progress, resumed};
 use crate::expansion::LocalMap;
 use crate::hybrid::HybridSystem;
 use crate::model::Scene;
@@ -71,7 +71,9 @@ impl<'a> DirectCrises<'a> {
     /// on stroboscopic sections.
     pub(super) fn all(&self, by_map: &[Crisis], progress: &dyn Progress) -> Vec<Locus> {
         let with_corner = by_map.iter().filter(|crisis| crisis.corner.is_some());
-        with_corner.filter_map(|crisis| self.locus(crisis, progress)).collect()
+        let loci = with_corner.enumerate();
+        loci.filter_map(|(number, crisis)| self.locus(crisis, &Part::new(progress, number)))
+            .collect()
     }
 
     fn locus(&self, crisis: &Crisis, progress: &dyn Progress) -> Option<Locus> {
@@ -86,7 +88,8 @@ impl<'a> DirectCrises<'a> {
             .into_par_iter()
             .filter_map(|place| {
                 let (point, saddle) = physical[place];
-                let found = self.point(crisis, point, saddle);
+                let found = || self.point(crisis, point, saddle);
+                let found: Option<LocusPoint> = resumed(progress, &[place as u64], found);
                 progress.advance(1);
                 found
             })

@@ -19,9 +19,9 @@ pub use data::{
 };
 pub use equations::CodimensionTwo;
 
-use crate::analysis::Progress;
 use crate::analysis::error::AnalysisError;
 use crate::analysis::periodic::ContactItinerary;
+use crate::analysis::{Part, Progress};
 use crate::expansion::LocalMap;
 use crate::hybrid::HybridSystem;
 use crate::model::Scene;
@@ -64,15 +64,17 @@ pub fn loci(
     }
     let mut found = Loci::default();
     if request.kinds.iter().any(|&kind| kind != LocusKind::Crisis) {
-        let by_map = MapLoci::new(map, &near);
+        let part = Part::new(progress, 0);
+        let by_map = MapLoci::new(map, &near, &part);
         let traces = by_map.all();
-        found.loci = traces.iter().map(|trace| by_map.described(trace)).collect();
+        found.loci = by_map.all_described(&traces);
         found.tangencies = by_map.tangencies(&traces);
         found.without_kick = by_map.without_kick(&traces);
         if request.direct {
             let system = HybridSystem::new(&scene.model);
-            let direct = DirectLoci::new(&system, scene, orbit, map, request)?;
-            found.loci = direct.all(&found.loci, progress)?;
+            let part = Part::new(progress, 1);
+            let direct = DirectLoci::new(&system, scene, orbit, map, (request, &part))?;
+            found.loci = direct.all(&found.loci)?;
         } else if !request.kinds.contains(&LocusKind::Graze) {
             found.loci.retain(|locus| locus.kind != LocusKind::Graze);
         }
@@ -81,11 +83,11 @@ pub fn loci(
         if map.dimension() != 2 {
             return Err(AnalysisError::NotPlanar { dimension: map.dimension() });
         }
-        let crises = MapCrises::new(map, &near).all();
+        let crises = MapCrises::new(map, &near).all(&Part::new(progress, 2));
         if request.direct {
             let system = HybridSystem::new(&scene.model);
             let direct = DirectCrises::new(&system, scene, orbit, map, request)?;
-            found.loci.extend(direct.all(&crises, progress));
+            found.loci.extend(direct.all(&crises, &Part::new(progress, 3)));
         } else {
             found.loci.extend(crises.into_iter().map(|crisis| crisis.locus));
         }

@@ -3,6 +3,7 @@
 //! One idea: a seed on a known locus is not followed again, and every locus is followed both ways.
 
 use nalgebra::{Complex, DVector};
+use serde::{Deserialize, Serialize};
 
 use super::data::{LociRequest, Locus, LocusEnd, LocusKind, LocusPoint, Tangency};
 use super::equations::{
@@ -15,6 +16,7 @@ use crate::analysis::continuation::{
     zero_near,
 };
 use crate::analysis::periodic::{ContactItinerary, ItinerarySearch, MapOrbitEquations};
+use crate::analysis::progress::{Progress, place_of, resumed};
 use crate::expansion::LocalMap;
 use crate::iteration::PassageSet;
 use crate::numeric::linear::eigenvalues;
@@ -41,8 +43,32 @@ pub(super) const STEPS: StepControl =
 const FITTED: f64 = 0.02;
 const FITTED_AT: [f64; 4] = [1.0, 0.5, 0.25, 0.125];
 
+/// The kinds of pieces that are kept of loci.
+#[derive(Clone, Copy)]
+pub(super) enum Piece {
+    /// The seeds of an itinerary at a value of the first parameter.
+    Seeds,
+    /// What is found through a seed.
+    Trace,
+    /// A locus as it is given out, by its number.
+    Locus,
+    /// The tangencies.
+    Tangencies,
+}
+
+/// The locus through a seed, beside so many that are known, unless an earlier run kept it: the same
+/// seeds come in the same order, so that these numbers decide it.
+pub(super) fn through_seed(
+    progress: &dyn Progress,
+    known: usize,
+    seed: &impl Serialize,
+    follow: impl FnOnce() -> Option<Trace>,
+) -> Option<Trace> {
+    resumed(progress, &place_of(Piece::Trace as u64, &(known, seed)), follow)
+}
+
 /// An orbit near a locus.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Seed {
     pub(super) kind: LocusKind,
     /// Its contacts, the grazing one of a graze first.
@@ -54,6 +80,7 @@ pub(super) struct Seed {
 }
 
 /// A locus in units, point by point, as it is being put together.
+#[derive(Serialize, Deserialize)]
 pub(super) struct Trace {
     pub(super) kind: LocusKind,
     pub(super) itinerary: ContactItinerary,
@@ -62,7 +89,7 @@ pub(super) struct Trace {
 }
 
 /// A point of a locus in units.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct TracePoint {
     pub(super) unknowns: Vec<f64>,
     pub(super) tangent: Vec<f64>,
@@ -76,12 +103,17 @@ pub(super) struct MapLoci<'a> {
     exact: MapEvaluation<Dd>,
     search: ItinerarySearch<'a>,
     request: &'a LociRequest,
+    progress: &'a dyn Progress,
     /// By how much more than the window is followed.
     wider: f64,
 }
 
 impl<'a> MapLoci<'a> {
-    pub(super) fn new(map: &'a LocalMap, request: &'a LociRequest) -> Self {
+    pub(super) fn new(
+        map: &'a LocalMap,
+        request: &'a LociRequest,
+        progress: &'a dyn Progress,
+    ) -> Self {
         let width = map.window.parameter[request.plane[0]];
         let asked = request.range.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
         let wider = if width.is_finite() { (asked / width).max(1.0) } else { 1.0 };
@@ -91,6 +123,7 @@ impl<'a> MapLoci<'a> {
             exact: MapEvaluation::new(map),
             search: ItinerarySearch::new(map),
             request,
+            progress,
             wider,
         }
     }
@@ -146,14 +179,16 @@ impl<'a> MapLoci<'a> {
         }
         let simple = traces.len();
         let mut seeds: Vec<Seed> = Vec::new();
-        for itinerary in &self.request.itineraries {
+        for (number, itinerary) in self.request.itineraries.iter().enumerate() {
             if itinerary.contacts() == 1 {
                 seeds.extend(self.seeds_at_conditions(&traces[..simple], itinerary));
             }
-            for share in SEEDED_AT {
+            for (at, share) in SEEDED_AT.into_iter().enumerate() {
                 let [from, to] = self.request.range;
                 let value = from + share * (to - from);
-                seeds.extend(self.seeds_at(&traces[..simple], itinerary, value));
+                let place = [Piece::Seeds as u64, number as u64, at as u64];
+                let found = || self.seeds_at(&traces[..simple], itinerary, value);
+                seeds.extend(resumed(self.progress, &place, found));
             }
         }
         for seed in seeds {
@@ -347,9 +382,16 @@ impl<'a> MapLoci<'a> {
         }
     }
 
-    /// Follows a seed unless it lies on a locus that is known.
+    /// Adds the locus through a seed.
     fn add(&self, traces: &mut Vec<Trace>, seed: Seed) {
-        let condition = condition(&seed);
+        let known = &traces[..];
+        let found = through_seed(self.progress, known.len(), &seed, || self.trace(known, &seed));
+        traces.extend(found);
+    }
+
+    /// Follows a seed unless it lies on a locus that is known.
+    fn trace(&self, traces: &[Trace], seed: &Seed) -> Option<Trace> {
+        let condition = condition(seed);
         let conditions = match seed.kind {
             LocusKind::Graze if seed.itinerary.contacts() == 1 => {
                 let periods = self.request.itineraries.iter().map(ContactItinerary::period);
@@ -365,7 +407,7 @@ impl<'a> MapLoci<'a> {
         let mut equations =
             LocusEquations::new(self.rounded(&seed.itinerary), condition, conditions);
         let kinds = equations.kinds(Self::passages(&seed.itinerary));
-        let Some((points, ends)) = joined(&mut equations, &start, known, &STEPS) else { return };
+        let (points, ends) = joined(&mut equations, &start, known, &STEPS)?;
         let mut exact = LocusEquations::new(self.exact(&seed.itinerary), condition, conditions);
         let points: Vec<TracePoint> = points
             .into_iter()
@@ -387,10 +429,10 @@ impl<'a> MapLoci<'a> {
             traces.iter().filter(alike).any(|trace| trace.holds(&mut equations, later))
         });
         if again || shorter || grazing.count() > usize::from(kind == LocusKind::Graze) {
-            return;
+            return None;
         }
-        let itinerary = seed.itinerary;
-        traces.push(Trace { kind, itinerary, points, ends: ends.map(LocusEnd::of) });
+        let itinerary = itinerary.clone();
+        Some(Trace { kind, itinerary, points, ends: ends.map(LocusEnd::of) })
     }
 
     /// The same orbit begun at its other returns with the same contacts to come.
@@ -439,6 +481,10 @@ impl<'a> MapLoci<'a> {
 
     /// How folds and flips leave the grazes at their points of codimension two.
     pub(super) fn tangencies(&self, traces: &[Trace]) -> Vec<Tangency> {
+        resumed(self.progress, &[Piece::Tangencies as u64], || self.tangencies_of(traces))
+    }
+
+    fn tangencies_of(&self, traces: &[Trace]) -> Vec<Tangency> {
         let grazes = traces.iter().filter(|trace| trace.kind == LocusKind::Graze);
         let mut found = Vec::new();
         for (graze, point) in grazes.flat_map(|graze| graze.points.iter().map(move |p| (graze, p)))
@@ -513,8 +559,18 @@ impl<'a> MapLoci<'a> {
         })
     }
 
+    /// Loci in offsets.
+    pub(super) fn all_described(&self, traces: &[Trace]) -> Vec<Locus> {
+        let traces = traces.iter().enumerate();
+        let described = traces.map(|(number, trace)| {
+            let place = [Piece::Locus as u64, number as u64];
+            resumed(self.progress, &place, || self.described(trace))
+        });
+        described.collect()
+    }
+
     /// A locus in offsets.
-    pub(super) fn described(&self, trace: &Trace) -> Locus {
+    fn described(&self, trace: &Trace) -> Locus {
         let mut points: Vec<LocusPoint> =
             trace.points.iter().filter_map(|point| self.point(trace, point)).collect();
         // Where multipliers are not determined, at a graze, they are those next to it.

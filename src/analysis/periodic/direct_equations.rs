@@ -7,11 +7,15 @@
 //! border of their range and is reached exactly.
 
 use nalgebra::{DMatrix, DVector};
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
 
 use super::contact_itinerary::ContactItinerary;
 use super::map_equations::{is_same, second_compound};
 use super::returns::PrescribedReturn;
-use crate::analysis::continuation::{CurveEquations, CurvePoint, Linearised, TestValue, bordered};
+use crate::analysis::continuation::{
+    CurveEquations, CurvePoint, Linearised, TestValue, bordered, saved,
+};
 use crate::analysis::direct_image::{DirectEnd, DirectImage};
 use crate::analysis::error::AnalysisError;
 use crate::analysis::escape::extents;
@@ -65,7 +69,8 @@ pub struct DirectUnits {
 }
 
 /// An orbit of direct simulation.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(bound = "S: Real + Serialize + DeserializeOwned")]
 pub struct DirectOrbit<S> {
     /// The section points, in offsets.
     pub states: Vec<Vec<S>>,
@@ -76,8 +81,10 @@ pub struct DirectOrbit<S> {
     /// Contacts that no passage accounts for.
     pub extra_contacts: usize,
     /// Derivatives of each section point and its image by the variables of the point.
+    #[serde(with = "saved")]
     blocks: Vec<[DMatrix<S>; 2]>,
     /// Derivatives of the first section point by the parameters that vary.
+    #[serde(with = "saved")]
     by_parameters: Vec<DVector<S>>,
 }
 

@@ -5,6 +5,7 @@
 //! docs/mathematics/dynamics.md.
 
 use nalgebra::{DMatrix, DVector};
+use serde::{Deserialize, Serialize};
 
 use super::contact_itinerary::ContactItinerary;
 use super::orbit::{finite_or_one, window_scales};
@@ -40,7 +41,7 @@ pub struct MapOrbitEquations<'a, S: Real> {
 }
 
 /// What is known of an orbit beside its equations.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct PassagesOfOrbit<S> {
     /// The section points of the period, as offsets.
     pub states: Vec<Vec<S>>,

@@ -1,8 +1,9 @@
 //! `grazemap loci`: saddle-nodes, flips, Neimark–Sacker points and grazes in two parameters.
 
+use super::sweeps::answered;
 use super::{map, open};
 use crate::cli::arguments::LociArguments;
-use crate::cli::output::{Bar, CliError, deliver};
+use crate::cli::output::CliError;
 use grazemap::pipeline::LociKeys;
 
 pub(in crate::cli) fn run(options: &LociArguments) -> Result<(), CliError> {
@@ -18,6 +19,5 @@ pub(in crate::cli) fn run(options: &LociArguments) -> Result<(), CliError> {
         using: options.which.using.into(),
         chart: outlets.output.is_some(),
     };
-    let answer = keys.answer(&map, &Bar::new("loci", outlets.quiet))?;
-    deliver(answer, "loci", outlets)
+    answered(&keys, "loci", &map, outlets, |bar| keys.answer(&map, bar))
 }

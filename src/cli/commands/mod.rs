@@ -12,6 +12,7 @@ pub(super) mod loci;
 pub(super) mod orbits;
 pub(super) mod run;
 pub(super) mod scenes;
+pub(super) mod shell;
 pub(super) mod sweeps;
 pub(super) mod trajectory;
 pub(super) mod view;

@@ -2,13 +2,16 @@
 
 use std::path::Path;
 
+use serde::Serialize;
+
 use super::{map, open, remark_on_window, shard};
 use crate::cli::arguments::SweepArguments;
-use crate::cli::output::{Bar, CliError, note_all, refuse};
+use crate::cli::output::{Bar, CliError, Outlets, deliver, note_all, refuse};
 use crate::cli::resume::Resumable;
 use grazemap::analysis::Joining;
 use grazemap::analysis::chart::chart_bytes;
 use grazemap::analysis::diagram::{Diagram, Timing, diagram_bytes};
+use grazemap::pipeline::Answer;
 use grazemap::report::{
     OutputFolder, chart_overlay_words, chart_rows, chart_timing_table, chart_warnings,
     diagram_rows, diagram_timing_table, diagram_warnings, to_json, write_json,
@@ -76,6 +79,25 @@ pub(in crate::cli) fn chart(options: &SweepArguments) -> Result<(), CliError> {
     }
     resumable.finish();
     outlets.show(&text)
+}
+
+/// A command that answers keys by a map and keeps its finished pieces.
+pub(super) fn answered(
+    keys: &impl Serialize,
+    command: &'static str,
+    map: &Map,
+    outlets: &Outlets,
+    answer: impl FnOnce(&Bar) -> Result<Answer, Error>,
+) -> Result<(), CliError> {
+    let resumable = resumable(command, outlets.folder(), map, &to_json(keys)?, outlets.quiet)?;
+    let bar = Bar::new(command, outlets.quiet).resuming(0, resumable.journal());
+    let mut answer = answer(&bar)?;
+    drop(bar);
+    // That nothing was found is known once it is written.
+    let ended = answer.ended.take();
+    deliver(answer, command, outlets)?;
+    resumable.finish();
+    ended.map_or(Ok(()), |ended| Err(Error::from(ended).into()))
 }
 
 /// Keeps the finished pieces of a command that uses a map, and that was asked for more than its

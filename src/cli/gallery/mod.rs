@@ -25,7 +25,7 @@ use grazemap::Error;
 use grazemap::analysis::{Pieces, Progress, Share};
 use grazemap::model::{Digest, catalogue, nearest};
 use grazemap::numeric::Shown;
-use grazemap::report::{OutputFolder, Picture, counted};
+use grazemap::report::{Ended, OutputFolder, Picture, counted, pack_folder, unpack_folder};
 
 /// Where the page goes when no folder is named.
 const FOLDER: &str = "out/gallery";
@@ -210,9 +210,6 @@ impl MadeBy<'_> {
     }
 }
 
-/// How a computation ended: why, where it has no results.
-type Ended = Result<(), String>;
-
 /// The place of a computation among the pieces of shards.
 fn piece_of(entry: &Entry, computation: &Computation) -> [u64; 1] {
     [Digest::of(&format!("{}/{}", entry.name, computation.name)).0]
@@ -241,39 +238,21 @@ fn shard(
         for (_, (entry, computation)) in own {
             let place = piece_of(entry, computation);
             if shard.recall(&place).is_none() {
-                let folder = tempfile::tempdir().map_err(|fault| unread(Path::new("."), fault))?;
-                let ended = made_by.execute(computation, folder.path());
-                let mut files = Vec::new();
-                pack(folder.path(), "", &mut files)?;
-                let piece = postcard::to_stdvec(&(ended, files));
-                shard.keep(&place, &piece.map_err(|fault| CliError::Gallery(fault.to_string()))?);
+                let folder = folder_of(options).join(format!(".shard-{}", share.number()));
+                let ended = made_by.execute(computation, &folder);
+                fs::create_dir_all(&folder).map_err(|source| unread(&folder, source))?;
+                shard.keep(&place, &pack_folder(&folder, &ended).map_err(|e| unread(&folder, e))?);
+                fs::remove_dir_all(&folder).map_err(|source| unread(&folder, source))?;
             }
         }
         Ok(())
     })
 }
 
-/// The files of a folder and of those in it, by their paths in it.
-fn pack(folder: &Path, path: &str, files: &mut Vec<(String, Vec<u8>)>) -> Result<(), CliError> {
-    let within = folder.join(path);
-    for entry in fs::read_dir(&within).map_err(|source| unread(&within, source))?.flatten() {
-        let name = entry.file_name().to_string_lossy().into_owned();
-        let name = if path.is_empty() { name } else { format!("{path}/{name}") };
-        match entry.path().is_dir() {
-            true => pack(folder, &name, files)?,
-            false => {
-                let bytes = fs::read(entry.path());
-                files.push((name, bytes.map_err(|source| unread(&entry.path(), source))?));
-            }
-        }
-    }
-    Ok(())
-}
-
 /// Writes the files of a piece; how its computation ended.
 fn unpacked(piece: &[u8], place: &Path) -> Result<Ended, CliError> {
-    let (ended, files): (Ended, Vec<(String, Vec<u8>)>) =
-        postcard::from_bytes(piece).map_err(|fault| CliError::Gallery(fault.to_string()))?;
+    let damaged = || CliError::Gallery("a piece cannot be read".to_owned());
+    let (ended, files) = unpack_folder(piece).ok_or_else(damaged)?;
     OutputFolder::create(place)?.write_all(files)?;
     Ok(ended)
 }

@@ -2,8 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::analysis::branches::{BranchObservable, BranchRequest};
-use crate::analysis::{Progress, itinerary};
+use crate::analysis::branches::{BranchObservable, BranchRequest, Branches};
+use crate::analysis::diagram::Diagram;
+use crate::analysis::{NoProgress, Part, Progress, Shard, itinerary};
 use crate::pipeline::keys::{ActiveParameters, KeyError, OrbitsOf, itineraries, longest_period};
 use crate::pipeline::{Answer, Ended, Error, Map};
 use crate::report::{BranchListing, Document, DocumentKind, Named, to_json};
@@ -56,6 +57,16 @@ impl BranchKeys {
         })
     }
 
+    /// A share of the pieces of [`answer`](Self::answer).
+    ///
+    /// # Errors
+    ///
+    /// As [`answer`](Self::answer).
+    pub fn share(&self, map: &Map, shard: &Shard<'_>) -> Result<(), Error> {
+        let request = self.request(map)?;
+        shard.part(0, |shard| map.share_branches(&request, shard))
+    }
+
     /// The branches, laid out.
     ///
     /// # Errors
@@ -63,18 +74,15 @@ impl BranchKeys {
     /// [`Error::Key`] as [`request`](Self::request); as [`Map::branches`].
     pub fn answer(&self, map: &Map, progress: &dyn Progress) -> Result<Answer, Error> {
         let request = self.request(map)?;
-        let found = map.branches(&request, progress)?;
-        let names = itinerary(map.scene(), map.orbit());
-        let polynomials = (map.local(), map.window(), map.window_edges());
-        let kind = (request.along, request.direct);
-        let listing = BranchListing::new(map.section(), polynomials, &names, &found, kind);
+        let found = map.branches(&request, &Part::new(progress, 0))?;
+        let listing = listing(map, &request, &found);
         let observed = self
             .observe
             .iter()
             .map(|&observable| Ok((observable, map.branch_observable(&found, observable)?)));
         let listing = listing.with_observed(&observed.collect::<Result<Vec<_>, Error>>()?);
         let below = match self.iterates {
-            true => map.branch_diagram(&request, &found)?,
+            true => map.branch_diagram(&request, &found, &Part::new(progress, 1))?,
             false => None,
         };
         let document = to_json(&Document::new(DocumentKind::Branch, map.scene(), &listing))?;
@@ -87,4 +95,33 @@ impl BranchKeys {
                 .with_figures(listing.figures(below.as_ref()))
         })
     }
+}
+
+fn listing(map: &Map, request: &BranchRequest, found: &Branches) -> BranchListing {
+    let names = itinerary(map.scene(), map.orbit());
+    let polynomials = (map.local(), map.window(), map.window_edges());
+    let kind = (request.along, request.direct);
+    BranchListing::new(map.section(), polynomials, &names, found, kind)
+}
+
+/// The branches of short periods over every parameter that diagrams are over, as far as these go;
+/// none over one that the map does not keep, or where no branch can be computed.
+pub(in crate::pipeline) fn diagram_branches(map: &Map, diagrams: &[Diagram]) -> Vec<BranchListing> {
+    let mut ranges: Vec<(&str, [f64; 2])> = Vec::new();
+    for diagram in diagrams {
+        let offsets = diagram.sweeps.iter().flat_map(|sweep| &sweep.points);
+        for offset in offsets.map(|point| point.offset) {
+            match ranges.iter_mut().find(|(name, _)| *name == diagram.parameter) {
+                Some((_, [low, high])) => (*low, *high) = (low.min(offset), high.max(offset)),
+                None => ranges.push((&diagram.parameter, [offset; 2])),
+            }
+        }
+    }
+    let branches = ranges.into_iter().filter_map(|(name, [from, to])| {
+        let (along, from, to) = (name.to_owned(), Some(from), Some(to));
+        let request = BranchKeys { along, from, to, ..BranchKeys::default() }.request(map).ok()?;
+        let found = map.branches(&request, &NoProgress).ok()?;
+        Some(listing(map, &request, &found))
+    });
+    branches.collect()
 }

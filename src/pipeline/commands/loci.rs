@@ -2,8 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::analysis::Progress;
 use crate::analysis::loci::{LociRequest, LocusKind};
+use crate::analysis::{Part, Progress};
 use crate::model::ChartRequest;
 use crate::pipeline::keys::{ActiveParameters, KeyError, OrbitsOf, itineraries};
 use crate::pipeline::{Answer, Ended, Error, Map};
@@ -73,13 +73,13 @@ impl LociKeys {
     /// [`Error::Key`] as [`request`](Self::request); as [`Map::loci`].
     pub fn answer(&self, map: &Map, progress: &dyn Progress) -> Result<Answer, Error> {
         let request = self.request(map)?;
-        let found = map.loci(&request, progress)?;
+        let found = map.loci(&request, &Part::new(progress, 0))?;
         let listing =
             LociListing::new(map.section(), map.local(), request.plane, &found, request.direct);
         let document = to_json(&Document::new(DocumentKind::Loci, map.scene(), &listing))?;
         let text = listing.text(&map.scene().identifier)?;
         let below = match self.chart {
-            true => chart_below(map, &listing)?,
+            true => chart_below(map, &listing, &Part::new(progress, 1))?,
             false => None,
         };
         let kinds = || request.kinds.iter().map(|kind| kind.word()).collect::<Vec<_>>();
@@ -96,7 +96,11 @@ impl LociKeys {
 }
 
 /// The scene's first chart in the parameters of the loci, drawn.
-fn chart_below(map: &Map, listing: &LociListing) -> Result<Option<Figure>, Error> {
+fn chart_below(
+    map: &Map,
+    listing: &LociListing,
+    progress: &dyn Progress,
+) -> Result<Option<Figure>, Error> {
     let names = |request: &ChartRequest| {
         request.parameters.map(|place| map.scene().model.parameters[place].name.clone())
     };
@@ -105,5 +109,5 @@ fn chart_below(map: &Map, listing: &LociListing) -> Result<Option<Figure>, Error
         return Ok(None);
     };
     let bare = ChartRequest { overlay: Vec::new(), ..request.clone() };
-    Ok(map.chart(&bare)?.first().map(chart_figure))
+    Ok(map.chart_with(&bare, progress)?.first().map(chart_figure))
 }

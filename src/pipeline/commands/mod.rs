@@ -20,6 +20,7 @@ use crate::analysis::Progress;
 
 pub use basin::BasinKeys;
 pub use branch::BranchKeys;
+pub(super) use branch::diagram_branches;
 pub use convergence::ConvergenceKeys;
 pub(super) use convergence::study_answer;
 pub use curve::{CurveKeys, NearestKeys};

@@ -1,0 +1,92 @@
+//! Why a call gave nothing, kept for the thread that made it.
+
+use std::any::Any;
+use std::cell::RefCell;
+use std::ffi::{CString, c_char};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use crate::border::{GRAZEMAP_DONE, GRAZEMAP_ENDED, GRAZEMAP_PANIC, GRAZEMAP_WRONG};
+
+/// Why a call gave nothing.
+#[derive(Debug)]
+pub(crate) enum Failure {
+    /// What the library answered.
+    Library(grazemap::Error),
+    /// A call that cannot be right.
+    Call(String),
+}
+
+impl<E: Into<grazemap::Error>> From<E> for Failure {
+    fn from(error: E) -> Self {
+        Self::Library(error.into())
+    }
+}
+
+/// The words of a failure, and its place in the text of a scene.
+#[derive(Debug, Default)]
+struct Last {
+    words: CString,
+    position: Option<(usize, usize)>,
+}
+
+thread_local! {
+    static LAST: RefCell<Last> = RefCell::default();
+}
+
+/// Runs a call and gives its code; what failed is kept for this thread. No panic goes through.
+pub(crate) fn answer(call: impl FnOnce() -> Result<(), Failure>) -> i32 {
+    let (code, words, position) = match catch_unwind(AssertUnwindSafe(call)) {
+        Ok(Ok(())) => return GRAZEMAP_DONE,
+        Ok(Err(Failure::Library(error))) => {
+            let position = match &error {
+                grazemap::Error::Scene(fault) => fault.position(),
+                _ => None,
+            };
+            let code = if error.ended_otherwise() { GRAZEMAP_ENDED } else { GRAZEMAP_WRONG };
+            (code, error.with_reasons(), position)
+        }
+        Ok(Err(Failure::Call(words))) => (GRAZEMAP_WRONG, words, None),
+        Err(payload) => (GRAZEMAP_PANIC, panicked(&*payload), None),
+    };
+    let words = CString::new(words.replace('\0', " ")).unwrap_or_default();
+    LAST.set(Last { words, position });
+    code
+}
+
+fn panicked(payload: &(dyn Any + Send)) -> String {
+    let text = payload.downcast_ref::<String>().map(String::as_str);
+    let words = text.or(payload.downcast_ref::<&str>().copied()).unwrap_or("no reason given");
+    format!("a fault of grazemap, please report it: {words}")
+}
+
+/// The words of this thread's last failure, and line and column of its place, 0 where it has none.
+pub(crate) fn last() -> (*const c_char, usize, usize) {
+    LAST.with_borrow(|last| {
+        let (line, column) = last.position.unwrap_or_default();
+        (last.words.as_ptr(), line, column)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Failure, GRAZEMAP_DONE, GRAZEMAP_PANIC, GRAZEMAP_WRONG, LAST, answer};
+
+    fn words() -> String {
+        LAST.with_borrow(|last| last.words.to_string_lossy().into_owned())
+    }
+
+    #[test]
+    fn a_panic_ends_as_a_code_with_its_words() {
+        assert_eq!(answer(|| panic!("no {}", "luck")), GRAZEMAP_PANIC);
+        assert_eq!(words(), "a fault of grazemap, please report it: no luck");
+    }
+
+    #[test]
+    fn a_failure_is_kept_for_its_thread_until_the_next() {
+        let fail = |words: &str| answer(|| Err(Failure::Call(words.to_owned())));
+        assert_eq!(fail("first"), GRAZEMAP_WRONG);
+        std::thread::spawn(move || fail("elsewhere")).join().expect("it ends");
+        assert_eq!((answer(|| Ok(())), words()), (GRAZEMAP_DONE, "first".to_owned()));
+        assert_eq!((fail("se\0cond"), words()), (GRAZEMAP_WRONG, "se cond".to_owned()));
+    }
+}

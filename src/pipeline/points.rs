@@ -1,0 +1,164 @@
+//! Many points as arrays of doubles: images, derivatives, orbits.
+//!
+//! States are rows of the section's coordinates, one after another, parameters one row for all
+//! states or a row for each; both are offsets from the grazing orbit.
+
+use super::{Error, Map};
+use crate::analysis::{ImageRequest, ImageRow, Precision, Progress, Using};
+use crate::iteration::Batch;
+use crate::numeric::Dd;
+
+/// Rows of states and of parameters.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Points {
+    /// Coordinates, state by state.
+    pub states: Vec<f64>,
+    /// One row of parameters, or one for every state.
+    pub parameters: Vec<f64>,
+}
+
+impl Map {
+    /// Images, depths and, if asked for, derivatives of many points.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Rows`] for states or parameters that are no rows of the map's length.
+    pub fn batch(
+        &self,
+        states: &[f64],
+        parameters: &[f64],
+        derivatives: bool,
+    ) -> Result<Batch, Error> {
+        self.count(states, parameters)?;
+        Ok(self.discrete().batch(states, parameters, derivatives))
+    }
+
+    /// Which points lie in the window on which the map's error was measured.
+    ///
+    /// # Errors
+    ///
+    /// As [`batch`](Self::batch).
+    pub fn inside(&self, states: &[f64], parameters: &[f64]) -> Result<Vec<bool>, Error> {
+        let Batch { rows, width } = self.batch(states, parameters, false)?;
+        let (local, dimension) = (self.local(), self.local().dimension());
+        let points = rows.chunks_exact(width).zip(states.chunks_exact(dimension)).enumerate();
+        let held = |(point, (row, state)): (usize, (&[f64], &[f64]))| {
+            let depths = &row[dimension..][..local.passages()];
+            local.window.holds(state, self.own(parameters, point), depths)
+        };
+        Ok(points.map(held).collect())
+    }
+
+    /// The orbits of many points by a method of `image`: of every point, iterate by iterate, the
+    /// coordinates of its image. After an early end they are NaN.
+    ///
+    /// ```
+    /// use grazemap::analysis::{NoProgress, Precision, Using};
+    /// use grazemap::pipeline::Points;
+    /// use grazemap::prelude::*;
+    ///
+    /// let map = Scene::load("scenes/linear.toml")?.graze()?.map()?;
+    /// let points = Points { states: vec![1e-6, 0.0, 2e-6, 0.0], parameters: vec![1e-7, 0.0] };
+    /// let method = (Using::Map, Precision::F64);
+    /// let orbits = map.point_orbits(points, 3, method, &NoProgress)?;
+    /// let single = map.iterate(&[2e-6, 0.0], &[1e-7, 0.0], 3)?;
+    /// assert_eq!(orbits[10..], single[2].offsets);
+    /// # Ok::<(), grazemap::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Rows`] as [`batch`](Self::batch); [`Error::Analysis`] if the simulator refuses the
+    /// offsets, and for precisions that are not there.
+    pub fn point_orbits(
+        &self,
+        points: Points,
+        iterations: usize,
+        (using, precision): (Using, Precision),
+        progress: &dyn Progress,
+    ) -> Result<Vec<f64>, Error> {
+        let Points { states, parameters } = points;
+        if (using, precision) == (Using::Map, Precision::F64) {
+            return self.map_orbits(states, &parameters, iterations, progress);
+        }
+        let request = self.image_request((&states, &parameters), iterations, (using, precision))?;
+        let dimension = self.local().dimension();
+        let mut images = vec![f64::NAN; states.len() * iterations];
+        for record in self.images(&request)? {
+            let place = (record.row * iterations + record.iteration - 1) * dimension;
+            let image = &mut images[place..][..dimension];
+            image.iter_mut().zip(&record.offsets).for_each(|(to, from)| *to = from.to_f64());
+        }
+        Ok(images)
+    }
+
+    /// The same by the map, all points of an iterate together.
+    fn map_orbits(
+        &self,
+        mut states: Vec<f64>,
+        parameters: &[f64],
+        iterations: usize,
+        progress: &dyn Progress,
+    ) -> Result<Vec<f64>, Error> {
+        let dimension = self.local().dimension();
+        progress.expect(iterations as u64);
+        let mut images = vec![0.0; states.len() * iterations];
+        for iterate in 0..iterations {
+            let Batch { rows, width } = self.batch(&states, parameters, false)?;
+            for (point, row) in rows.chunks_exact(width).enumerate() {
+                let image = &row[..dimension];
+                states[point * dimension..][..dimension].copy_from_slice(image);
+                let place = (point * iterations + iterate) * dimension;
+                images[place..][..dimension].copy_from_slice(image);
+            }
+            progress.advance(1);
+        }
+        Ok(images)
+    }
+
+    /// What [`images`](Self::images) is asked of these points.
+    ///
+    /// # Errors
+    ///
+    /// As [`batch`](Self::batch).
+    pub fn image_request(
+        &self,
+        (states, parameters): (&[f64], &[f64]),
+        iterations: usize,
+        (using, precision): (Using, Precision),
+    ) -> Result<ImageRequest, Error> {
+        self.count(states, parameters)?;
+        let exact = |values: &[f64]| values.iter().map(|&value| Dd::from(value)).collect();
+        let row = |(point, state)| ImageRow {
+            state: exact(state),
+            parameters: exact(self.own(parameters, point)),
+        };
+        let rows = states.chunks_exact(self.local().dimension()).enumerate();
+        Ok(ImageRequest { rows: rows.map(row).collect(), iterations, using, precision })
+    }
+
+    /// The parameters of a point.
+    fn own<'a>(&self, parameters: &'a [f64], point: usize) -> &'a [f64] {
+        let count = self.local().parameters.len();
+        match parameters.len() == count {
+            true => parameters,
+            false => &parameters[point * count..][..count],
+        }
+    }
+
+    /// Refuses what is no rows of the map's length.
+    fn count(&self, states: &[f64], parameters: &[f64]) -> Result<(), Error> {
+        let (dimension, count) = (self.local().dimension(), self.local().parameters.len());
+        let points = states.len() / dimension;
+        if states.len() != points * dimension {
+            let expected = format!("rows of {dimension} coordinates");
+            return Err(Error::Rows { expected, found: states.len() });
+        }
+        if ![count, points * count].contains(&parameters.len()) {
+            let expected =
+                format!("one row of {count} parameters or a row for each of {points} states");
+            return Err(Error::Rows { expected, found: parameters.len() });
+        }
+        Ok(())
+    }
+}
