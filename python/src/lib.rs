@@ -29,7 +29,7 @@ fn program(py: Python<'_>, arguments: Vec<OsString>) -> u8 {
 #[pymodule]
 mod _lib {
     #[pymodule_export]
-    use super::command::{answer, report};
+    use super::command::{answer, answer_share, report};
     #[pymodule_export]
     use super::fit::fit;
     #[pymodule_export]

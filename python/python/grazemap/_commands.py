@@ -173,6 +173,7 @@ def branch(
     observe: Sequence[str] = (),
     iterates: bool = False,
     progress: Progress | bool | None = None,
+    client: Client | None = None,
 ) -> Branch:
     """Follow branches of periodic orbits in one parameter, through folds, flips and grazes.
 
@@ -182,7 +183,8 @@ def branch(
     ``"h"``, ``"impact_speed"``, ``"contact_time"``, ``"amplitude"``. With ``iterates`` the figures
     show the iterates of the scene's diagram over the same parameter below the branches.
 
-    The rows are those of ``grazemap branch``.
+    The rows are those of ``grazemap branch``. With a ``client`` of Dask the work is done on the
+    workers of its cluster, in shares, and the numbers are the same to the bit.
 
     >>> m = Scene.catalogue("foale").graze().map()
     >>> set(branch(m, "omega", (-1e-3, 1e-3), itineraries=["1"])["label"]) >= {"", "GR"}
@@ -200,7 +202,7 @@ def branch(
         "observe": observe,
         "iterates": iterates,
     }
-    return Branch(_answered(source, "branch", keys, progress))
+    return Branch(_answered(source, "branch", keys, progress, client))
 
 
 def loci(
@@ -508,13 +510,22 @@ def report(
 
 
 def _answered(
-    source: Source, command: str, keys: Mapping[str, object], progress: Progress | bool | None
+    source: Source,
+    command: str,
+    keys: Mapping[str, object],
+    progress: Progress | bool | None,
+    client: Client | None = None,
 ) -> _lib.Computed:
     """Compute what a command with these keys asks for; keys that are `None` are left out."""
     given = {key: value for key, value in keys.items() if value is not None}
     text = json.dumps({command: given}, default=_plain)
+    found = shares(client, _answer_share, source, text)
     with shown(progress, command) as seen:
-        return _lib.answer(source._inner, text, seen)
+        return _lib.answer(source._inner, text, seen, found)
+
+
+def _answer_share(source: Source, command: str, number: int, of: int) -> bytes:
+    return _lib.answer_share(source._inner, command, number, of)
 
 
 def _plain(item: object) -> object:
