@@ -84,7 +84,10 @@ pub enum ShardError {
         other: PathBuf,
     },
     /// A shard given twice.
-    #[error("shard {number} is in {} and in {}; name one of them", .first.display(), .other.display())]
+    #[error(
+        "shard {number} is in {} and in {}; name one of them",
+        .first.display(), .other.display()
+    )]
     Twice {
         /// Which shard it is of.
         number: usize,
@@ -94,7 +97,10 @@ pub enum ShardError {
         other: PathBuf,
     },
     /// Not all shards.
-    #[error("of {of} shards there is no file of {}; compute them with --shard I/{of}", list(.missing))]
+    #[error(
+        "of {of} shards there is no file of {}; compute them with --shard I/{of}",
+        list(.missing)
+    )]
     Missing {
         /// The shards without a file.
         missing: Vec<usize>,
