@@ -2,15 +2,17 @@
 
 use std::path::PathBuf;
 
-use grazemap::analysis::Progress;
+use grazemap::analysis::{Joining, Progress};
 use grazemap::pipeline::{Command, RunWatch, Source, run};
 use pyo3::prelude::*;
+use pyo3::types::PyBytes;
 
 use crate::background::compute;
 use crate::error::exception;
 use crate::map::Map;
 use crate::result::Computed;
 use crate::scene::{Graze, Scene};
+use crate::share::{joined, share};
 
 /// What a command begins with.
 #[derive(FromPyObject)]
@@ -30,18 +32,36 @@ impl Held<'_> {
     }
 }
 
-/// What a command gives: an object of JSON with its name and keys.
+/// What a command gives: an object of JSON with its name and keys; what shares found is not
+/// computed again.
 #[pyfunction]
-#[pyo3(signature = (source, command, progress=None))]
+#[pyo3(signature = (source, command, progress=None, shares=Vec::new()))]
 pub(crate) fn answer(
     py: Python<'_>,
     source: Held<'_>,
     command: &str,
     progress: Option<&Bound<'_, PyAny>>,
+    shares: Vec<Vec<u8>>,
 ) -> PyResult<Computed> {
     let command = Command::from_json(command).map_err(|error| exception(py, &error))?;
+    let (source, pieces) = (source.source(), joined(&shares)?);
+    compute(py, progress, move |progress| {
+        Ok(Computed::of(command.answer(source, &Joining::new(progress, pieces))?))
+    })
+}
+
+/// What share `number` of `of` (from 1) of the same finds.
+#[pyfunction]
+pub(crate) fn answer_share<'py>(
+    py: Python<'py>,
+    source: Held<'_>,
+    command: &str,
+    number: usize,
+    of: usize,
+) -> PyResult<Bound<'py, PyBytes>> {
+    let command = Command::from_json(command).map_err(|error| exception(py, &error))?;
     let source = source.source();
-    compute(py, progress, move |progress| Ok(Computed::of(command.answer(source, progress)?)))
+    share(py, (number, of), move |shard| command.share(source, shard))
 }
 
 /// Everything that a scene asks for, written into a folder.

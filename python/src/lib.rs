@@ -13,6 +13,7 @@ mod fit;
 mod map;
 mod result;
 mod scene;
+mod share;
 
 use std::ffi::OsString;
 
@@ -28,11 +29,11 @@ fn program(py: Python<'_>, arguments: Vec<OsString>) -> u8 {
 #[pymodule]
 mod _lib {
     #[pymodule_export]
-    use super::command::{answer, report};
+    use super::command::{answer, answer_share, report};
     #[pymodule_export]
     use super::fit::fit;
     #[pymodule_export]
-    use super::map::{Map, draw, words};
+    use super::map::{Map, draw, draw_share, words};
     #[pymodule_export]
     use super::program;
     #[pymodule_export]

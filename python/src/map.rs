@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use grazemap::Error;
 use grazemap::analysis::basin::Basin;
-use grazemap::analysis::{Precision, Progress, Using};
+use grazemap::analysis::{Joining, Precision, Progress, Using};
 use grazemap::emission::{EmittedCrate, Target};
 use grazemap::expansion::MapWindow;
 use grazemap::iteration::Batch;
@@ -16,11 +16,13 @@ use grazemap::report::{
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use pyo3::types::PyBytes;
 
 use crate::background::compute;
 use crate::error::exception;
 use crate::result::Computed;
 use crate::scene::Graze;
+use crate::share::{joined, share};
 
 /// Rows of doubles.
 type Points<'py> = PyReadonlyArray2<'py, f64>;
@@ -208,23 +210,48 @@ pub(crate) fn words() -> (Vec<&'static str>, Vec<&'static str>, Vec<&'static str
     )
 }
 
-/// What tables of one kind, `[[diagram]]`, `[[chart]]` or `[[basin]]`, ask for, without times.
+/// What tables of one kind, `[[diagram]]`, `[[chart]]` or `[[basin]]`, ask for, without times; what
+/// shares found is not computed again.
 #[pyfunction]
-#[pyo3(signature = (m, tables, progress=None))]
+#[pyo3(signature = (m, tables, progress=None, shares=Vec::new()))]
 pub(crate) fn draw(
     py: Python<'_>,
     m: &Map,
     tables: String,
     progress: Option<&Bound<'_, PyAny>>,
+    shares: Vec<Vec<u8>>,
 ) -> PyResult<Computed> {
     let map = m.0.clone();
+    let pieces = joined(&shares)?;
     compute(py, progress, move |progress| {
+        let progress = &Joining::new(progress, pieces);
         let map = map.asking(&tables)?;
         let scene = map.scene();
         match (scene.diagrams.is_empty(), scene.charts.is_empty()) {
             (false, _) => diagrams(&map, progress),
             (true, false) => charts(&map, progress),
             (true, true) => basins(&map, progress),
+        }
+    })
+}
+
+/// What share `number` of `of` (from 1) of the same finds.
+#[pyfunction]
+pub(crate) fn draw_share<'py>(
+    py: Python<'py>,
+    m: &Map,
+    tables: String,
+    number: usize,
+    of: usize,
+) -> PyResult<Bound<'py, PyBytes>> {
+    let map = m.0.clone();
+    share(py, (number, of), move |shard| {
+        let map = map.asking(&tables)?;
+        let scene = map.scene();
+        match (scene.diagrams.is_empty(), scene.charts.is_empty()) {
+            (false, _) => map.share_diagrams(shard),
+            (true, false) => map.share_charts(shard),
+            (true, true) => map.share_basins(&map.basin_requests()?, shard),
         }
     })
 }

@@ -98,6 +98,12 @@ impl<'a> Shard<'a> {
         work(&Shard { share: self.share, own: &own, joined: &joined })
     }
 
+    /// The things that are this share's, dealt out in turn.
+    pub(super) fn own_of<'t, T>(&self, things: &'t [T]) -> Vec<&'t T> {
+        let own = things.iter().enumerate().filter(|(number, _)| self.share.takes(*number));
+        own.map(|(_, thing)| thing).collect()
+    }
+
     /// Hands over what was found by this share as a whole.
     pub(super) fn give<T: Serialize>(&self, found: &T) {
         keep(self.joined, &place(self.share.index), found);

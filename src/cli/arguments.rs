@@ -68,17 +68,17 @@ pub(super) enum Command {
     Basin(BasinArguments),
     /// Published figures and tables, computed again and compared
     Gallery(GalleryOptions),
+    /// The results of a command from the pieces of all its shards
+    Merge(MergeArguments),
     /// Completions for a shell, on standard output
     Completions(CompletionsOptions),
     /// The manual's pages, written into a folder
     Man(ManOptions),
-    /// The results of a command from the pieces of all its shards
-    Merge(MergeArguments),
 }
 
 impl Arguments {
     /// The command's name, its common options, and whether it has a table; `None` of those that
-    /// have none of them, or those of another command.
+    /// have none of them.
     fn outputs(&self) -> Option<(&'static str, &Common, bool)> {
         Some(match self.command.as_ref() {
             None => ("run", &self.common, false),
@@ -87,9 +87,9 @@ impl Arguments {
             Some(
                 Command::New(_)
                 | Command::Gallery(_)
+                | Command::Merge(_)
                 | Command::Completions(_)
-                | Command::Man(_)
-                | Command::Merge(_),
+                | Command::Man(_),
             ) => return None,
             Some(Command::Check(options)) => ("check", &options.common, false),
             Some(Command::Locate(options)) => ("locate", &options.scene.common, false),
@@ -115,6 +115,12 @@ impl Arguments {
                 (&mut sweep.scene, &mut sweep.sharding)
             }
             Some(Command::Basin(basin)) => (&mut basin.scene, &mut basin.sharding),
+            Some(Command::Branch(branch)) => (&mut branch.scene, &mut branch.sharding),
+            Some(Command::Gallery(gallery)) => {
+                gallery.output.clone_from(&options.outlets.output);
+                (gallery.quiet, gallery.joined) = (options.outlets.quiet, Some(joined));
+                return gallery.sharding.share.take().is_some();
+            }
             _ => return false,
         };
         let (outlets, threads) = (options.outlets.clone(), options.threads);
@@ -475,6 +481,11 @@ pub(super) struct GalleryOptions {
     /// Say nothing but errors
     #[arg(short = 'q', long = "quiet")]
     pub(super) quiet: bool,
+    #[command(flatten)]
+    pub(super) sharding: Sharding,
+    /// What shards made, where the command joins them.
+    #[arg(skip)]
+    pub(super) joined: Option<Arc<Joined>>,
 }
 
 /// Options of `completions`.
@@ -567,6 +578,8 @@ pub(super) struct BranchArguments {
     /// Numbers of every orbit beside its section points, each a column and a picture
     #[arg(long, value_name = "NAME,...", value_enum, value_delimiter = ',')]
     pub(super) observe: Vec<BranchObservableOption>,
+    #[command(flatten)]
+    pub(super) sharding: Sharding,
 }
 
 /// Part of a parameter, the others held: options of `branch` and `loci`.

@@ -59,10 +59,17 @@ fn dispatch(arguments: Arguments) -> Result<(), CliError> {
         return Err(CliError::InstructionLimit { value });
     }
     match arguments.command {
-        Some(Command::Gallery(options)) => gallery::run(&options, &execute),
-        Some(Command::Merge(options)) => merge::run(&options, &execute),
-        Some(command) => execute(command),
+        Some(Command::Merge(options)) => merge::run(&options, &in_shards),
+        Some(command) => in_shards(command),
         None => run::built_in(&arguments.common),
+    }
+}
+
+/// Runs a command that may be one of shards.
+fn in_shards(command: Command) -> Result<(), CliError> {
+    match command {
+        Command::Gallery(options) => gallery::run(&options, &execute),
+        command => execute(command),
     }
 }
 

@@ -6,7 +6,8 @@ use super::graze::parameter_number;
 use super::{Error, Graze, Settled, StudyRequest};
 use crate::analysis::basin::{Basin, BasinRequest, basin, basin_share};
 use crate::analysis::branches::{
-    BranchDiagram, BranchObservable, BranchRequest, Branches, branch_diagram, branches, observed,
+    BranchDiagram, BranchObservable, BranchRequest, Branches, branch_diagram, branches,
+    branches_share, observed,
 };
 use crate::analysis::chart::{Chart, chart, chart_share};
 use crate::analysis::diagram::{Diagram, diagram, diagram_share};
@@ -603,6 +604,16 @@ impl Map {
     ) -> Result<Branches, Error> {
         let (scene, orbit) = (self.settled().scene(), self.orbit());
         Ok(branches(scene, orbit, self.local(), request, progress)?)
+    }
+
+    /// A share of the pieces of [`branches`](Self::branches).
+    ///
+    /// # Errors
+    ///
+    /// As [`orbits`](Self::orbits).
+    pub fn share_branches(&self, request: &BranchRequest, shard: &Shard<'_>) -> Result<(), Error> {
+        let (scene, orbit) = (self.settled().scene(), self.orbit());
+        Ok(branches_share(scene, orbit, self.local(), request, shard)?)
     }
 
     /// What is observed of the orbits of branches beside their section points, by branch and point.

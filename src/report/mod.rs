@@ -86,7 +86,10 @@ pub use page::{LivePane, Page, PageFigure, Picture, Provenance, Section};
 pub use pictures::pictures;
 pub use run_page::{CrateSummary, RunPage, StageTime, run_page};
 pub use section_document::{SectionCost, SectionDecision, SectionDocument};
-pub use shard_file::{ShardError, ShardHeader, join_shards, pieces_from_bytes, pieces_to_bytes};
+pub use shard_file::{
+    Ended, ShardError, ShardHeader, join_shards, pack_folder, pieces_from_bytes, pieces_to_bytes,
+    unpack_folder,
+};
 pub use sweep_words::{basin_warnings, chart_overlay_words, chart_warnings, diagram_warnings};
 pub use table::{Alignment, Cell, Column, CsvStream, Rows, Table};
 pub use theory_words::GrazeStudy;

@@ -84,7 +84,10 @@ pub enum ShardError {
         other: PathBuf,
     },
     /// A shard given twice.
-    #[error("shard {number} is in {} and in {}; name one of them", .first.display(), .other.display())]
+    #[error(
+        "shard {number} is in {} and in {}; name one of them",
+        .first.display(), .other.display()
+    )]
     Twice {
         /// Which shard it is of.
         number: usize,
@@ -94,7 +97,10 @@ pub enum ShardError {
         other: PathBuf,
     },
     /// Not all shards.
-    #[error("of {of} shards there is no file of {}; compute them with --shard I/{of}", list(.missing))]
+    #[error(
+        "of {of} shards there is no file of {}; compute them with --shard I/{of}",
+        list(.missing)
+    )]
     Missing {
         /// The shards without a file.
         missing: Vec<usize>,
@@ -197,6 +203,40 @@ pub fn pieces_from_bytes(mut bytes: &[u8]) -> Option<Pieces> {
         bytes = rest;
     }
     Some(pieces)
+}
+
+/// How a command ended: why, where it has no results.
+pub type Ended = Result<(), String>;
+
+/// The files of a folder and of those in it, by their paths in it, and how what wrote them ended,
+/// as one piece.
+///
+/// # Errors
+///
+/// Those of the operating system.
+pub fn pack_folder(folder: &Path, ended: &Ended) -> io::Result<Vec<u8>> {
+    let mut files = Vec::new();
+    read_files(folder, "", &mut files)?;
+    postcard::to_stdvec(&(ended, files)).map_err(io::Error::other)
+}
+
+/// What [`pack_folder`] packed.
+pub fn unpack_folder(piece: &[u8]) -> Option<(Ended, Vec<(String, Vec<u8>)>)> {
+    postcard::from_bytes(piece).ok()
+}
+
+fn read_files(folder: &Path, path: &str, files: &mut Vec<(String, Vec<u8>)>) -> io::Result<()> {
+    for entry in fs::read_dir(folder.join(path))? {
+        let entry = entry?;
+        let name = entry.file_name().to_string_lossy().into_owned();
+        let name = if path.is_empty() { name } else { format!("{path}/{name}") };
+        match entry.path().is_dir() {
+            true => read_files(folder, &name, files)?,
+            false => files.push((name, fs::read(entry.path())?)),
+        }
+    }
+    files.sort();
+    Ok(())
 }
 
 #[cfg(test)]

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 
 from . import _lib, _toml
+from ._cluster import Client, shares
 from ._errors import InputError
 from ._pipeline import Graze, Map, Scene, check_methods
 from ._progress import Progress, shown
@@ -56,11 +57,13 @@ def diagram(
     direction: str | None = None,
     using: str | Sequence[str] = "guarded",
     progress: Progress | bool | None = None,
+    client: Client | None = None,
 ) -> Diagram:
     """Make a bifurcation diagram over offsets of a parameter.
 
     The arguments are the keys of ``[[diagram]]`` in a scene, with its defaults; ``using`` is its
-    ``with``. The numbers are those that ``grazemap diagram`` writes.
+    ``with``. The numbers are those that ``grazemap diagram`` writes. With a ``client`` of Dask the
+    work is done on the workers of its cluster, in shares, and the numbers are the same to the bit.
 
     >>> from grazemap import Scene
     >>> m = Scene.catalogue("linear").graze().map()
@@ -81,7 +84,7 @@ def diagram(
         "direction": direction,
         "with": using,
     }
-    return Diagram(_drawn(m, "diagram", keys, progress))
+    return Diagram(_drawn(m, "diagram", keys, progress, client))
 
 
 def chart(
@@ -101,11 +104,13 @@ def chart(
     itineraries: Sequence[str] | None = None,
     using: str | Sequence[str] = "guarded",
     progress: Progress | bool | None = None,
+    client: Client | None = None,
 ) -> Chart:
     """Make a two-parameter chart over offsets, the horizontal parameter first.
 
     The arguments are the keys of ``[[chart]]`` in a scene, with its defaults; ``using`` is its
-    ``with``. The numbers are those that ``grazemap chart`` writes.
+    ``with``. The numbers are those that ``grazemap chart`` writes. With a ``client`` of Dask the
+    work is done on the workers of its cluster, in shares, and the numbers are the same to the bit.
     """
     keys = {
         "parameters": parameters,
@@ -122,7 +127,7 @@ def chart(
         "itineraries": itineraries,
         "with": using,
     }
-    return Chart(_drawn(m, "chart", keys, progress))
+    return Chart(_drawn(m, "chart", keys, progress, client))
 
 
 def basin(
@@ -136,11 +141,13 @@ def basin(
     manifolds: int | None = None,
     using: str = "guarded",
     progress: Progress | bool | None = None,
+    client: Client | None = None,
 ) -> Basin:
     """Find the attractors and their basins in a plane of the section.
 
     The arguments are the keys of ``[[basin]]`` in a scene, with its defaults; ``using`` is its
-    ``with``. The numbers are those that ``grazemap basin`` writes.
+    ``with``. The numbers are those that ``grazemap basin`` writes. With a ``client`` of Dask the
+    work is done on the workers of its cluster, in shares, and the numbers are the same to the bit.
     """
     keys = {
         "axes": axes,
@@ -151,7 +158,7 @@ def basin(
         "manifolds": manifolds,
         "with": using,
     }
-    return Basin(_drawn(m, "basin", keys, progress))
+    return Basin(_drawn(m, "basin", keys, progress, client))
 
 
 def branch(
@@ -166,6 +173,7 @@ def branch(
     observe: Sequence[str] = (),
     iterates: bool = False,
     progress: Progress | bool | None = None,
+    client: Client | None = None,
 ) -> Branch:
     """Follow branches of periodic orbits in one parameter, through folds, flips and grazes.
 
@@ -175,7 +183,8 @@ def branch(
     ``"h"``, ``"impact_speed"``, ``"contact_time"``, ``"amplitude"``. With ``iterates`` the figures
     show the iterates of the scene's diagram over the same parameter below the branches.
 
-    The rows are those of ``grazemap branch``.
+    The rows are those of ``grazemap branch``. With a ``client`` of Dask the work is done on the
+    workers of its cluster, in shares, and the numbers are the same to the bit.
 
     >>> m = Scene.catalogue("foale").graze().map()
     >>> set(branch(m, "omega", (-1e-3, 1e-3), itineraries=["1"])["label"]) >= {"", "GR"}
@@ -193,7 +202,7 @@ def branch(
         "observe": observe,
         "iterates": iterates,
     }
-    return Branch(_answered(source, "branch", keys, progress))
+    return Branch(_answered(source, "branch", keys, progress, client))
 
 
 def loci(
@@ -501,13 +510,22 @@ def report(
 
 
 def _answered(
-    source: Source, command: str, keys: Mapping[str, object], progress: Progress | bool | None
+    source: Source,
+    command: str,
+    keys: Mapping[str, object],
+    progress: Progress | bool | None,
+    client: Client | None = None,
 ) -> _lib.Computed:
     """Compute what a command with these keys asks for; keys that are `None` are left out."""
     given = {key: value for key, value in keys.items() if value is not None}
     text = json.dumps({command: given}, default=_plain)
+    found = shares(client, _answer_share, source, text)
     with shown(progress, command) as seen:
-        return _lib.answer(source._inner, text, seen)
+        return _lib.answer(source._inner, text, seen, found)
+
+
+def _answer_share(source: Source, command: str, number: int, of: int) -> bytes:
+    return _lib.answer_share(source._inner, command, number, of)
 
 
 def _plain(item: object) -> object:
@@ -519,8 +537,18 @@ def _plain(item: object) -> object:
 
 
 def _drawn(
-    m: Map, kind: str, keys: Mapping[str, object], progress: Progress | bool | None
+    m: Map,
+    kind: str,
+    keys: Mapping[str, object],
+    progress: Progress | bool | None,
+    client: Client | None,
 ) -> _lib.Computed:
     """Compute what one table of a kind with these keys asks for."""
+    table = _toml.table(kind, keys)
+    found = shares(client, _draw_share, m, table)
     with shown(progress, kind) as seen:
-        return _lib.draw(m._inner, _toml.table(kind, keys), seen)
+        return _lib.draw(m._inner, table, seen, found)
+
+
+def _draw_share(m: Map, table: str, number: int, of: int) -> bytes:
+    return _lib.draw_share(m._inner, table, number, of)

@@ -25,7 +25,8 @@ use crate::analysis::periodic::{
     ContactItinerary, DirectOrbit, DirectOrbitEquations, DirectUnits, FoundOrbit, OrbitContact,
     SectionMap, window_scales,
 };
-use crate::analysis::progress::{NoProgress, Progress, resumed};
+use crate::analysis::progress::{NoProgress, Progress, place_of, resumed};
+use crate::analysis::share::Shard;
 use crate::expansion::LocalMap;
 use crate::hybrid::HybridSystem;
 use crate::iteration::PassageSet;
@@ -143,14 +144,21 @@ pub(in crate::analysis) fn branches_from(
     let system = HybridSystem::new(&scene.model);
     let continuation = Continuation::new(&system, scene, orbit, map, (request, graze), progress)?;
     let found = continuation.all(follow);
-    let traces =
-        found.iter().flat_map(|(itinerary, traces)| traces.iter().map(move |t| (itinerary, t)));
-    let traces: Vec<_> = traces.collect();
-    let branches = traces.into_par_iter().enumerate().map(|(number, (itinerary, trace))| {
-        let place = [Piece::Branch as u64, number as u64];
-        resumed(progress, &place, || continuation.branch(itinerary, trace))
-    });
-    Ok(Branches { branches: branches.collect() })
+    Ok(Branches { branches: continuation.described(&found) })
+}
+
+/// A share of the branches of the itineraries asked for.
+pub(super) fn share(
+    scene: &Scene,
+    orbit: &GrazingOrbit,
+    map: &LocalMap,
+    request: &BranchRequest,
+    shard: &Shard<'_>,
+) -> Result<(), AnalysisError> {
+    let system = HybridSystem::new(&scene.model);
+    let continuation = Continuation::new(&system, scene, orbit, map, (request, None), shard)?;
+    continuation.described(&continuation.first(&shard.own_of(&request.itineraries)));
+    Ok(())
 }
 
 /// The orbits of the itineraries asked for at a value of the parameter that varies: where branches
@@ -198,25 +206,41 @@ impl<'a> Continuation<'a> {
 
     /// All branches, with those that they lead to.
     fn all(&self, follow: Follow) -> Traces<DirectOrbit<f64>> {
-        let progress = self.progress;
-        progress.expect(self.request.itineraries.len() as u64);
+        with_those_led_to(
+            self.first(&self.request.itineraries.iter().collect::<Vec<_>>()),
+            Of::itinerary,
+            |itinerary, trace| follow.of(self.request, self.led_to(itinerary, trace)),
+            |itinerary, seeds, known| self.traces(itinerary, seeds, known),
+        )
+    }
+
+    /// The branches of some of the itineraries asked for.
+    fn first(&self, own: &[&ContactItinerary]) -> Traces<DirectOrbit<f64>> {
+        self.progress.expect(own.len() as u64);
         let flights = self.flights();
         let grazing = match &self.graze {
             Some(graze) => vec![graze.clone()],
             None => self.grazing_orbits(&flights),
         };
-        let first = self.request.itineraries.par_iter().map(|itinerary| {
+        let first = own.par_iter().map(|&itinerary| {
             let seeds = self.seeds(itinerary, &flights, &grazing);
             let traces = self.traces(itinerary, seeds, Vec::new());
-            progress.advance(1);
+            self.progress.advance(1);
             (itinerary.clone(), traces)
         });
-        with_those_led_to(
-            first.collect(),
-            Of::itinerary,
-            |itinerary, trace| follow.of(self.request, self.led_to(itinerary, trace)),
-            |itinerary, seeds, known| self.traces(itinerary, seeds, known),
-        )
+        first.collect()
+    }
+
+    /// The branches, their special points solved for.
+    fn described(&self, found: &Traces<DirectOrbit<f64>>) -> Vec<Branch> {
+        let traces =
+            found.iter().flat_map(|(itinerary, traces)| traces.iter().map(move |t| (itinerary, t)));
+        let traces: Vec<_> = traces.collect();
+        let branches = traces.into_par_iter().map(|(itinerary, trace)| {
+            let place = place_of(Piece::Branch as u64, &(itinerary, trace));
+            resumed(self.progress, &place, || self.branch(itinerary, trace))
+        });
+        branches.collect()
     }
 
     fn equations(&self, itinerary: &ContactItinerary) -> DirectOrbitEquations<'a, f64> {

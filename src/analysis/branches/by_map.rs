@@ -6,7 +6,7 @@ use serde::Serialize;
 use super::data::{Branch, BranchEnd, BranchLabel, BranchPoint, BranchRequest, Branches, Special};
 use super::normal_form::NormalForm;
 use super::trace::{
-    Follow, Of, Piece, Trace, apart, each_once, exact_or_zero, null_vector, standard_form,
+    Follow, Of, Piece, Trace, Traces, apart, each_once, exact_or_zero, null_vector, standard_form,
     through_seed, toggled, twice, unit_vector, with_those_led_to,
 };
 use crate::analysis::continuation::{
@@ -17,7 +17,8 @@ use crate::analysis::periodic::{
     ByMap, ContactItinerary, FoundOrbit, ItinerarySearch, MapOrbitEquations, OrbitContact,
     PassagesOfOrbit, Settled, window_scales,
 };
-use crate::analysis::progress::{Progress, resumed};
+use crate::analysis::progress::{Progress, place_of, resumed};
+use crate::analysis::share::Shard;
 use crate::expansion::LocalMap;
 use crate::iteration::PassageSet;
 use crate::model::Scene;
@@ -83,27 +84,13 @@ pub(super) fn branches(
         request,
         progress,
     };
-    progress.expect(request.itineraries.len() as u64);
-    let settled = continuation.settled();
-    let grazing = continuation.grazing_orbits();
-    let first = request.itineraries.par_iter().map(|itinerary| {
-        let seeds = continuation.seeds(itinerary, &settled, &grazing);
-        let traces = continuation.traces(itinerary, seeds, Vec::new());
-        progress.advance(1);
-        (itinerary.clone(), traces)
-    });
     let found = with_those_led_to(
-        first.collect(),
+        continuation.first(&request.itineraries.iter().collect::<Vec<_>>()),
         Of::itinerary,
         |itinerary, trace| follow.of(request, continuation.led_to(itinerary, trace)),
         |itinerary, seeds, known| continuation.traces(itinerary, seeds, known),
     );
-    let traces =
-        found.iter().flat_map(|(itinerary, traces)| traces.iter().map(move |t| (itinerary, t)));
-    let branches = traces.enumerate().map(|(number, (itinerary, trace))| {
-        let place = [Piece::Branch as u64, number as u64];
-        resumed(progress, &place, || continuation.branch(itinerary, trace))
-    });
+    let branches = continuation.described(&found).into_iter();
     // A branch that is virtual on both sides of a graze touches what is physical there alone.
     let of_stretch = |point: &BranchPoint| {
         point.orbit.physical && point.special.is_none() && !point.orbit.multipliers.is_empty()
@@ -112,7 +99,51 @@ pub(super) fn branches(
     Ok(Branches { branches: physical.collect() })
 }
 
+/// A share of the branches of the itineraries asked for.
+pub(super) fn share(
+    scene: &Scene,
+    orbit: &GrazingOrbit,
+    map: &LocalMap,
+    request: &BranchRequest,
+    shard: &Shard<'_>,
+) -> Result<(), AnalysisError> {
+    let continuation = Continuation {
+        search: ItinerarySearch::new(map),
+        by_map: ByMap::new(scene, orbit, map)?,
+        map,
+        request,
+        progress: shard,
+    };
+    continuation.described(&continuation.first(&shard.own_of(&request.itineraries)));
+    Ok(())
+}
+
 impl<'a> Continuation<'a> {
+    /// The branches of some of the itineraries asked for.
+    fn first(&self, own: &[&ContactItinerary]) -> Traces<PassagesOfOrbit<f64>> {
+        self.progress.expect(own.len() as u64);
+        let settled = self.settled();
+        let grazing = self.grazing_orbits();
+        let first = own.par_iter().map(|&itinerary| {
+            let seeds = self.seeds(itinerary, &settled, &grazing);
+            let traces = self.traces(itinerary, seeds, Vec::new());
+            self.progress.advance(1);
+            (itinerary.clone(), traces)
+        });
+        first.collect()
+    }
+
+    /// The branches, their special points solved for.
+    fn described(&self, found: &Traces<PassagesOfOrbit<f64>>) -> Vec<Branch> {
+        let traces =
+            found.iter().flat_map(|(itinerary, traces)| traces.iter().map(move |t| (itinerary, t)));
+        let branches = traces.map(|(itinerary, trace)| {
+            let place = place_of(Piece::Branch as u64, &(itinerary, trace));
+            resumed(self.progress, &place, || self.branch(itinerary, trace))
+        });
+        branches.collect()
+    }
+
     fn equations<'e>(&'e self, itinerary: &'e ContactItinerary) -> MapOrbitEquations<'e, f64> {
         self.equations_of(&self.search.map, itinerary)
     }

@@ -22,6 +22,7 @@ pub(super) use trace::Follow;
 use crate::analysis::error::AnalysisError;
 use crate::analysis::periodic::{ContactItinerary, FoundOrbit};
 use crate::analysis::progress::Progress;
+use crate::analysis::share::Shard;
 use crate::expansion::LocalMap;
 use crate::model::Scene;
 use crate::orbit::GrazingOrbit;
@@ -43,6 +44,25 @@ pub fn branches(
     progress: &dyn Progress,
 ) -> Result<Branches, AnalysisError> {
     followed(scene, orbit, map, request, Follow::All, progress)
+}
+
+/// A share of the pieces of [`branches`]: the branches of some of the itineraries asked for. Those
+/// that they lead to are left to what joins the shares; what seeds them is found by every share.
+///
+/// # Errors
+///
+/// As [`branches`].
+pub fn branches_share(
+    scene: &Scene,
+    orbit: &GrazingOrbit,
+    map: &LocalMap,
+    request: &BranchRequest,
+    shard: &Shard<'_>,
+) -> Result<(), AnalysisError> {
+    match request.direct {
+        true => by_direct::share(scene, orbit, map, request, shard),
+        false => by_map::share(scene, orbit, map, request, shard),
+    }
 }
 
 /// The branches of the itineraries asked for, and others that they lead to if so.

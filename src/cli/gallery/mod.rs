@@ -11,20 +11,21 @@ mod results;
 
 use std::fs;
 use std::io;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::Parser;
 use serde_json::Value;
 
-use super::arguments::{Arguments, Command, GalleryOptions};
-use super::output::{Bar, CliError, print};
+use super::arguments::{Arguments, Command, GalleryOptions, Joined};
+use super::output::{Bar, CliError, Outlets, print};
+use super::shards::Sharded;
 use entry::{Computation, Entry, Number, entries};
 use grazemap::Error;
-use grazemap::analysis::Progress;
-use grazemap::model::{catalogue, nearest};
+use grazemap::analysis::{Pieces, Progress, Share};
+use grazemap::model::{Digest, catalogue, nearest};
 use grazemap::numeric::Shown;
-use grazemap::report::{OutputFolder, Picture, counted};
+use grazemap::report::{Ended, OutputFolder, Picture, counted, pack_folder, unpack_folder};
 
 /// Where the page goes when no folder is named.
 const FOLDER: &str = "out/gallery";
@@ -75,12 +76,17 @@ pub(super) fn run(options: &GalleryOptions, command: Run<'_>) -> Result<(), CliE
         return print(&listing(&entries));
     }
     let chosen = chosen(&entries, &options.names)?;
-    let folder = OutputFolder::create(options.output.clone().unwrap_or_else(|| FOLDER.into()))?;
+    let made_by = MadeBy { small: options.small, command };
+    if let Some(share) = options.sharding.share {
+        return shard(&chosen, options, share, &made_by);
+    }
+    let mut pieces = options.joined.as_deref().map(Joined::take).unwrap_or_default();
+    let folder = OutputFolder::create(folder_of(options))?;
     let bar = Bar::new("gallery", options.quiet);
     bar.expect(chosen.iter().map(|entry| entry.computation.len() as u64).sum());
     let mut computed = Vec::new();
     for entry in chosen {
-        computed.push(compute(entry, folder.path(), options.small, command, &bar)?);
+        computed.push(compute(entry, folder.path(), &made_by, &mut pieces, &bar)?);
     }
     drop(bar);
     folder.write("index.html", page::page(&computed, options.small)?.to_html()?)?;
@@ -98,6 +104,11 @@ pub(super) fn run(options: &GalleryOptions, command: Run<'_>) -> Result<(), CliE
         true => Ok(()),
         false => Err(CliError::Unexplained { what: unexplained.join("; ") }),
     }
+}
+
+/// Where the results go.
+fn folder_of(options: &GalleryOptions) -> PathBuf {
+    options.output.clone().unwrap_or_else(|| FOLDER.into())
 }
 
 /// The entries with their figures, one a line.
@@ -133,11 +144,11 @@ fn chosen<'a>(entries: &'a [Entry], names: &[String]) -> Result<Vec<&'a Entry>, 
 fn compute<'a>(
     entry: &'a Entry,
     folder: &Path,
-    small: bool,
-    command: Run<'_>,
+    made_by: &MadeBy<'_>,
+    pieces: &mut Pieces,
     bar: &Bar,
 ) -> Result<Computed<'a>, CliError> {
-    let start = Instant::now();
+    let (start, small) = (Instant::now(), made_by.small);
     let mut computed = Computed {
         entry,
         lines: Vec::new(),
@@ -150,7 +161,11 @@ fn compute<'a>(
     for computation in entry.computation.iter().filter(|one| !(small && one.large)) {
         let place = folder.join(entry.name).join(&computation.name);
         computed.lines.push(computation.line(small));
-        if let Err(error) = execute(computation, &place, small, command) {
+        let ended = match pieces.remove(&piece_of(entry, computation)[..]) {
+            Some(piece) => unpacked(&piece, &place)?,
+            None => made_by.execute(computation, &place),
+        };
+        if let Err(error) = ended {
             computed.fault = Some(format!("{}: {error}", computation.line(small)));
             break;
         }
@@ -167,24 +182,79 @@ fn compute<'a>(
     Ok(computed)
 }
 
-fn execute(
-    computation: &Computation,
-    place: &Path,
+/// What makes the results of a computation.
+struct MadeBy<'a> {
     small: bool,
-    command: Run<'_>,
-) -> Result<(), CliError> {
-    let mut words = vec!["grazemap".to_owned()];
-    words.extend(computation.arguments(small));
-    if let (Some(tables), Some(scene)) = (&computation.append, words.get_mut(2)) {
-        let text = catalogue::text(scene).unwrap_or_default();
-        let folder = OutputFolder::create(place)?;
-        folder.write(&format!("{scene}.toml"), format!("{text}\n{tables}"))?;
-        *scene = folder.path().join(format!("{scene}.toml")).display().to_string();
+    command: Run<'a>,
+}
+
+impl MadeBy<'_> {
+    /// Makes them in a folder; how it ended, in words where it ended otherwise.
+    fn execute(&self, computation: &Computation, place: &Path) -> Ended {
+        self.run(computation, place).map_err(|error| error.to_string())
     }
-    words.extend(["-q".to_owned(), "-o".to_owned(), place.display().to_string()]);
-    let arguments = Arguments::try_parse_from(&words);
-    let arguments = arguments.map_err(|fault| CliError::Gallery(fault.to_string()))?;
-    arguments.command.map_or(Ok(()), command)
+
+    fn run(&self, computation: &Computation, place: &Path) -> Result<(), CliError> {
+        let mut words = vec!["grazemap".to_owned()];
+        words.extend(computation.arguments(self.small));
+        if let (Some(tables), Some(scene)) = (&computation.append, words.get_mut(2)) {
+            let text = catalogue::text(scene).unwrap_or_default();
+            let folder = OutputFolder::create(place)?;
+            folder.write(&format!("{scene}.toml"), format!("{text}\n{tables}"))?;
+            *scene = folder.path().join(format!("{scene}.toml")).display().to_string();
+        }
+        words.extend(["-q".to_owned(), "-o".to_owned(), place.display().to_string()]);
+        let arguments = Arguments::try_parse_from(&words);
+        let arguments = arguments.map_err(|fault| CliError::Gallery(fault.to_string()))?;
+        arguments.command.map_or(Ok(()), self.command)
+    }
+}
+
+/// The place of a computation among the pieces of shards.
+fn piece_of(entry: &Entry, computation: &Computation) -> [u64; 1] {
+    [Digest::of(&format!("{}/{}", entry.name, computation.name)).0]
+}
+
+/// A share of the computations, each piece the files that one of them writes.
+fn shard(
+    chosen: &[&Entry],
+    options: &GalleryOptions,
+    share: Share,
+    made_by: &MadeBy<'_>,
+) -> Result<(), CliError> {
+    let small = options.small;
+    let all = chosen.iter().flat_map(|entry| {
+        let computations = entry.computation.iter().filter(|one| !(small && one.large));
+        computations.map(move |computation| (*entry, computation))
+    });
+    let all: Vec<(&Entry, &Computation)> = all.collect();
+    let lines = all.iter().map(|(_, computation)| computation.line(small));
+    let asked = lines.collect::<Vec<_>>().join("\n");
+    let (output, quiet) = (Some(folder_of(options)), options.quiet);
+    let outlets = Outlets { output, quiet, ..Outlets::default() };
+    let sharded = Sharded { share, command: "gallery", scene: None, map: None, asked: &asked };
+    sharded.write(&outlets, |shard| -> Result<(), CliError> {
+        let own = all.iter().enumerate().filter(|(number, _)| share.takes(*number));
+        for (_, (entry, computation)) in own {
+            let place = piece_of(entry, computation);
+            if shard.recall(&place).is_none() {
+                let folder = folder_of(options).join(format!(".shard-{}", share.number()));
+                let ended = made_by.execute(computation, &folder);
+                fs::create_dir_all(&folder).map_err(|source| unread(&folder, source))?;
+                shard.keep(&place, &pack_folder(&folder, &ended).map_err(|e| unread(&folder, e))?);
+                fs::remove_dir_all(&folder).map_err(|source| unread(&folder, source))?;
+            }
+        }
+        Ok(())
+    })
+}
+
+/// Writes the files of a piece; how its computation ended.
+fn unpacked(piece: &[u8], place: &Path) -> Result<Ended, CliError> {
+    let damaged = || CliError::Gallery("a piece cannot be read".to_owned());
+    let (ended, files) = unpack_folder(piece).ok_or_else(damaged)?;
+    OutputFolder::create(place)?.write_all(files)?;
+    Ok(ended)
 }
 
 /// What a command wrote as JSON.

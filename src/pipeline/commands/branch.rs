@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::analysis::branches::{BranchObservable, BranchRequest, Branches};
 use crate::analysis::diagram::Diagram;
-use crate::analysis::{NoProgress, Part, Progress, itinerary};
+use crate::analysis::{NoProgress, Part, Progress, Shard, itinerary};
 use crate::pipeline::keys::{ActiveParameters, KeyError, OrbitsOf, itineraries, longest_period};
 use crate::pipeline::{Answer, Ended, Error, Map};
 use crate::report::{BranchListing, Document, DocumentKind, Named, to_json};
@@ -55,6 +55,16 @@ impl BranchKeys {
             range: parameters.range(along, self.from, self.to)?,
             direct: self.using == OrbitsOf::Direct,
         })
+    }
+
+    /// A share of the pieces of [`answer`](Self::answer).
+    ///
+    /// # Errors
+    ///
+    /// As [`answer`](Self::answer).
+    pub fn share(&self, map: &Map, shard: &Shard<'_>) -> Result<(), Error> {
+        let request = self.request(map)?;
+        shard.part(0, |shard| map.share_branches(&request, shard))
     }
 
     /// The branches, laid out.

@@ -16,7 +16,7 @@ mod trajectory;
 use serde::Deserialize;
 
 use super::{Answer, Error, Source};
-use crate::analysis::Progress;
+use crate::analysis::{Progress, Shard};
 
 pub use basin::BasinKeys;
 pub use branch::BranchKeys;
@@ -74,6 +74,19 @@ impl Command {
     /// another kind.
     pub fn from_json(text: &str) -> Result<Self, Error> {
         serde_json::from_str(text).map_err(|fault| Error::NoCommand { reason: fault.to_string() })
+    }
+
+    /// A share of its pieces. Commands that have none find nothing, and leave all to what joins the
+    /// shares.
+    ///
+    /// # Errors
+    ///
+    /// As [`answer`](Self::answer).
+    pub fn share(&self, source: Source, shard: &Shard<'_>) -> Result<(), Error> {
+        match self {
+            Self::Branch(keys) => keys.share(&source.map()?, shard),
+            _ => Ok(()),
+        }
     }
 
     /// What it computes, laid out.

@@ -1,5 +1,6 @@
 //! Commands in shards: pieces of all shards are joined into the bytes of an unsharded run.
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 use std::process::Command;
@@ -30,12 +31,6 @@ fn shards(folder: &Path, command: &[&str], count: usize, into: &str) -> Vec<Stri
     (1..=count).map(shard).collect()
 }
 
-fn merge(folder: &Path, pieces: &[String], more: &[&str]) -> Vec<String> {
-    let pieces: Vec<&str> = pieces.iter().map(String::as_str).collect();
-    let call = [&["merge"], &pieces[..], more].concat();
-    call.into_iter().map(str::to_owned).collect()
-}
-
 /// One, three and seven shards of a command give the bytes of an unsharded run.
 fn equal_bytes(folder: &Path, command: &[&str]) {
     call(folder, &[command, &["-o", "whole"]].concat());
@@ -45,12 +40,10 @@ fn equal_bytes(folder: &Path, command: &[&str]) {
         let (into, out) = (format!("pieces-{count}"), format!("joined-{count}"));
         let mut pieces = shards(folder, command, count, &into);
         pieces.reverse();
-        let words = merge(folder, &pieces, &["-o", &out]);
-        call(folder, &words.iter().map(String::as_str).collect::<Vec<_>>());
+        let pieces: Vec<&str> = pieces.iter().map(String::as_str).collect();
+        call(folder, &[&["merge", "-o", &out], &pieces[..]].concat());
         let joined = files(&folder.join(&out));
-        let names = |files: &std::collections::BTreeMap<String, Vec<u8>>| {
-            files.keys().cloned().collect::<Vec<_>>()
-        };
+        let names = |files: &BTreeMap<String, Vec<u8>>| files.keys().cloned().collect::<Vec<_>>();
         assert_eq!(names(&joined), names(&whole), "{count} shards");
         for (name, bytes) in &whole {
             assert!(joined[name] == *bytes, "{name} of {count} shards differs");
