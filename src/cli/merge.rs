@@ -19,7 +19,7 @@ pub(super) fn run(
     let (header, pieces) = join_shards(&options.pieces)?;
     let foreign = || ShardError::Foreign { path: options.pieces[0].clone() };
     let mut arguments = Arguments::try_parse_from(&header.arguments).map_err(|_| foreign())?;
-    let map = header.map.as_deref().map(Map::from_json).transpose().map_err(Error::from)?;
+    let map = header.map.as_deref().map(Map::from_json).transpose()?;
     let joined = Arc::new(Joined { map, pieces: Mutex::new(pieces) });
     if !arguments.join(options, joined) {
         return Err(foreign().into());

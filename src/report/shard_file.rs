@@ -208,6 +208,9 @@ pub fn pieces_from_bytes(mut bytes: &[u8]) -> Option<Pieces> {
 /// How a command ended: why, where it has no results.
 pub type Ended = Result<(), String>;
 
+/// Files by their paths in a folder.
+type Files = Vec<(String, Vec<u8>)>;
+
 /// The files of a folder and of those in it, by their paths in it, and how what wrote them ended,
 /// as one piece.
 ///
@@ -221,11 +224,11 @@ pub fn pack_folder(folder: &Path, ended: &Ended) -> io::Result<Vec<u8>> {
 }
 
 /// What [`pack_folder`] packed.
-pub fn unpack_folder(piece: &[u8]) -> Option<(Ended, Vec<(String, Vec<u8>)>)> {
+pub fn unpack_folder(piece: &[u8]) -> Option<(Ended, Files)> {
     postcard::from_bytes(piece).ok()
 }
 
-fn read_files(folder: &Path, path: &str, files: &mut Vec<(String, Vec<u8>)>) -> io::Result<()> {
+fn read_files(folder: &Path, path: &str, files: &mut Files) -> io::Result<()> {
     for entry in fs::read_dir(folder.join(path))? {
         let entry = entry?;
         let name = entry.file_name().to_string_lossy().into_owned();
