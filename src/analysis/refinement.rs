@@ -84,9 +84,9 @@ pub(super) fn first_asked(size: [usize; 2]) -> Vec<usize> {
     first
 }
 
-/// Squares of cells that are dealt out to the shares of a grid: large enough that little is computed
-/// on both sides of their edges, small enough that there are many, and scattered, so that no share
-/// has more of the borders than others.
+/// Squares of cells that are dealt out to the shares of a grid: large enough that little is
+/// computed on both sides of their edges, small enough that there are many, and scattered, so that
+/// no share has more of the borders than others.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Tiles {
     side: usize,

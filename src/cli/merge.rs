@@ -9,8 +9,8 @@ use clap::Parser;
 
 use super::arguments::{Arguments, Command, Joined, MergeArguments};
 use super::output::CliError;
+use grazemap::Map;
 use grazemap::report::{ShardError, join_shards};
-use grazemap::{Error, Map};
 
 pub(super) fn run(
     options: &MergeArguments,
