@@ -416,7 +416,7 @@ pub fn basin(
 
 /// A share of the cells of [`basin`]: those of some tiles, followed until they come to an attractor
 /// that the first states of all lead to. What borders between tiles ask for, cells that were
-/// followed without an attractor that others found, and manifolds are left to what joins the shares.
+/// followed without an attractor that others found, and manifolds are left to what joins shares.
 ///
 /// # Errors
 ///
