@@ -210,51 +210,58 @@ const ESCAPED = -3;
 /** Periodic states nearer than this, in half-widths, are of one attractor. */
 const SAME_ATTRACTOR = 1e-5;
 
+/** The middle of a cell of so many between two ends. */
+const middle = (ends, number, count) => ends[0] + ((number + 0.5) / count) * (ends[1] - ends[0]);
+
+/** Cells of a grid, of 4, 2 and 1 columns and rows, in batches of lanes; `count` are no repeats. */
+function* batches(columns, rows, lanes) {
+  for (const every of [4, 2, 1]) {
+    const cells = [];
+    for (let row = 0; row < rows; row += every) {
+      for (let column = 0; column < columns; column += every) cells.push([column, row]);
+    }
+    for (let first = 0; first < cells.length; first += lanes) {
+      const count = Math.min(lanes, cells.length - first);
+      const own = Array.from({ length: lanes }, (_, n) => cells[first + Math.min(n, count - 1)]);
+      yield { every, own, count };
+    }
+  }
+}
+
 /** What the map settles on over two parameters, in cells that become finer. */
 function* chart(request) {
   const { axes, x, y, columns, rows, start } = request;
   const longest = Math.min(request.longest, LONGEST_PERIOD);
   const { states: d, passages: s, lanes } = sizes;
   const record = (d + s) * lanes * 8;
-  const middle = (ends, number, count) => ends[0] + ((number + 0.5) / count) * (ends[1] - ends[0]);
   let found = [];
-  for (const every of [4, 2, 1]) {
+  for (const { every, own, count } of batches(columns, rows, lanes)) {
     const transient = every === 1 ? request.transient : Math.min(request.transient, 500);
-    const cells = [];
-    for (let row = 0; row < rows; row += every) {
-      for (let column = 0; column < columns; column += every) cells.push([column, row]);
-    }
-    for (let first = 0; first < cells.length; first += lanes) {
-      const own = Array.from(
-        { length: lanes },
-        (_, n) => cells[Math.min(first + n, cells.length - 1)],
-      );
-      const parameters = own.map(([column, row]) => {
-        const half = every / 2 - 0.5;
-        const across = middle(x, column + half, columns);
-        return request.parameters.with(axes[0], across).with(axes[1], middle(y, row + half, rows));
-      });
-      freezeAll(parameters);
-      own.forEach((_, n) => put(places.states, n, start));
-      iterate(transient, false);
-      const lost = own.map((_, n) => escaped(n));
-      lost.forEach((is, n) => is && put(places.states, n, start));
-      iterate(2 * longest, true);
-      own.forEach(([column, row], n) => {
-        if (first + n >= cells.length) return;
-        let kind = OUTSIDE;
-        if (!lost[n] && !escaped(n) && !outside(n, parameters[n])) {
-          const states = Array.from({ length: 2 * longest }, (_, k) =>
-            lane(places.records + k * record, n, d),
-          );
-          kind = periodOf(states);
-          const deepest = lane(places.extents, n, d + s).slice(d);
-          if (kind === 1 && deepest.every((depth) => depth <= 0)) kind = WITHOUT_CONTACT;
-        }
-        found.push([column, row, every, kind]);
-      });
-      if (yield found) found = [];
-    }
+    const parameters = own.map(([column, row]) => {
+      const half = every / 2 - 0.5;
+      const across = middle(x, column + half, columns);
+      return request.parameters.with(axes[0], across).with(axes[1], middle(y, row + half, rows));
+    });
+    freezeAll(parameters);
+    own.forEach((_, n) => put(places.states, n, start));
+    iterate(transient, false);
+    const lost = own.map((_, n) => escaped(n));
+    lost.forEach((is, n) => is && put(places.states, n, start));
+    iterate(2 * longest, true);
+    own.forEach(([column, row], n) => {
+      if (n >= count) return;
+      let kind = OUTSIDE;
+      if (!lost[n] && !escaped(n) && !outside(n, parameters[n])) {
+        const states = Array.from({ length: 2 * longest }, (_, k) =>
+          lane(places.records + k * record, n, d),
+        );
+        kind = periodOf(states);
+        const deepest = lane(places.extents, n, d + s).slice(d);
+        if (kind === 1 && deepest.every((depth) => depth <= 0)) kind = WITHOUT_CONTACT;
+      }
+      found.push([column, row, every, kind]);
+    });
+    if (yield found) found = [];
   }
   yield found;
 }
@@ -264,51 +271,40 @@ function* basin(request) {
   const { axes, x, y, columns, rows, parameters, state, attractors } = request;
   const { states: d, passages: s, lanes } = sizes;
   const record = (d + s) * lanes * 8;
-  const middle = (ends, number, count) => ends[0] + ((number + 0.5) / count) * (ends[1] - ends[0]);
   const kept = 2 * request.longest;
   let found = [];
-  for (const every of [4, 2, 1]) {
-    const cells = [];
-    for (let row = 0; row < rows; row += every) {
-      for (let column = 0; column < columns; column += every) cells.push([column, row]);
-    }
-    for (let first = 0; first < cells.length; first += lanes) {
-      const own = Array.from(
-        { length: lanes },
-        (_, n) => cells[Math.min(first + n, cells.length - 1)],
-      );
-      freezeAll(new Array(lanes).fill(parameters));
-      const half = every / 2 - 0.5;
-      const starts = own.map(([column, row]) =>
-        state
-          .with(axes[0], middle(x, column + half, columns))
-          .with(axes[1], middle(y, row + half, rows)),
-      );
-      starts.forEach((start, n) => put(places.states, n, start));
-      iterate(request.transient, false);
-      const lost = own.map((_, n) => escaped(n));
-      // A start may lie outside by itself; what follows it on its way is in the extents.
-      const left = own.map(
-        (_, n) =>
-          outside(n, parameters) ||
-          starts[n].some((value, k) => Math.abs(value) > (data.window.state[k] ?? Infinity)),
-      );
-      lost.forEach((is, n) => is && put(places.states, n, state));
-      iterate(kept, true);
-      own.forEach(([column, row], n) => {
-        if (first + n >= cells.length) return;
-        let kind = lost[n] || escaped(n) ? ESCAPED : OUTSIDE;
-        if (kind === OUTSIDE && !left[n] && !outside(n, parameters)) {
-          const states = Array.from({ length: kept }, (_, k) =>
-            lane(places.records + k * record, n, d),
-          );
-          const touches = lane(places.extents, n, d + s).slice(d).some((depth) => depth > 0);
-          kind = attractorOf(attractors, states, touches);
-        }
-        found.push([column, row, every, kind]);
-      });
-      if (yield found) found = [];
-    }
+  for (const { every, own, count } of batches(columns, rows, lanes)) {
+    freezeAll(new Array(lanes).fill(parameters));
+    const half = every / 2 - 0.5;
+    const starts = own.map(([column, row]) =>
+      state
+        .with(axes[0], middle(x, column + half, columns))
+        .with(axes[1], middle(y, row + half, rows)),
+    );
+    starts.forEach((start, n) => put(places.states, n, start));
+    iterate(request.transient, false);
+    const lost = own.map((_, n) => escaped(n));
+    // A start may lie outside by itself; what follows it on its way is in the extents.
+    const left = own.map(
+      (_, n) =>
+        outside(n, parameters) ||
+        starts[n].some((value, k) => Math.abs(value) > (data.window.state[k] ?? Infinity)),
+    );
+    lost.forEach((is, n) => is && put(places.states, n, state));
+    iterate(kept, true);
+    own.forEach(([column, row], n) => {
+      if (n >= count) return;
+      let kind = lost[n] || escaped(n) ? ESCAPED : OUTSIDE;
+      if (kind === OUTSIDE && !left[n] && !outside(n, parameters)) {
+        const states = Array.from({ length: kept }, (_, k) =>
+          lane(places.records + k * record, n, d),
+        );
+        const touches = lane(places.extents, n, d + s).slice(d).some((depth) => depth > 0);
+        kind = attractorOf(attractors, states, touches);
+      }
+      found.push([column, row, every, kind]);
+    });
+    if (yield found) found = [];
   }
   yield found;
 }

@@ -808,6 +808,7 @@
 
     async function mark(offset) {
       marker = offset;
+      pane.marked = null;
       redraw();
       // Long enough for an approach that alternates, which would seem to have twice the period.
       const { answer, words } = await inspect(offset, undefined, 20_000);
@@ -1242,6 +1243,16 @@
         : kind === 0
           ? "#1f2328"
           : PERIODS[Math.min(kind, 9) - 1];
+  /** Cells as a worker finds them, each of so many columns and rows: painted, and kept by number. */
+  const paintCells = (picture, found, cells, toneOf) => {
+    const [g, { width, height }] = [picture.getContext("2d"), picture];
+    for (const [column, row, every, kind] of found) {
+      g.fillStyle = toneOf(kind);
+      g.fillRect(column, height - row - every, every, every);
+      for (let n = 0; n < every * every; n++)
+        cells.set((row + Math.floor(n / every)) * width + column + (n % every), kind);
+    }
+  };
 
   /** Where the map takes the states about the attractor at a marker; a pane among its others. */
   function basinPane(host) {
@@ -1266,13 +1277,7 @@
         pane.time = message.time;
       } else if (message.kind === "found") {
         attractors = message.attractors;
-        const g = picture.getContext("2d");
-        for (const [column, row, every, kind] of message.found) {
-          g.fillStyle = toneOf(kind);
-          g.fillRect(column, rows - row - every, every, every);
-          for (let n = 0; n < every * every; n++)
-            cells.set((row + Math.floor(n / every)) * columns + column + (n % every), kind);
-        }
+        paintCells(picture, message.found, cells, toneOf);
       }
       draw();
     };
@@ -1506,13 +1511,7 @@
         pane.time = message.time;
         return tellLegend();
       }
-      const g = layers.at(-1).canvas.getContext("2d");
-      for (const [column, row, every, kind] of message.found) {
-        g.fillStyle = classColour(kind);
-        g.fillRect(column, rows - row - every, every, every);
-        for (let n = 0; n < every * every; n++)
-          cells.set((row + Math.floor(n / every)) * columns + column + (n % every), kind);
-      }
+      paintCells(layers.at(-1).canvas, message.found, cells, classColour);
       redraw();
     });
     function compute(delay = 0) {

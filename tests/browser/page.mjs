@@ -327,9 +327,8 @@ const before = async (page) =>
   // The basins at two markers, cells against images by the program.
   for (const share of [0.1, 0.5]) {
     await page.mouse.click(...at(share, 0.5));
-    await page.waitForFunction(() => window.grazemap.panes[0].basin.done, null, {
-      timeout: 60_000,
-    });
+    const settled = () => window.grazemap.panes[0].marked && window.grazemap.panes[0].basin.done;
+    await page.waitForFunction(settled, null, { timeout: 60_000 });
     const basin = await page.evaluate(() => {
       const { basin, marked } = window.grazemap.panes[0];
       const { columns, rows } = basin;

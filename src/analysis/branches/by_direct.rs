@@ -11,8 +11,8 @@ use serde::{Deserialize, Serialize};
 use super::data::{Branch, BranchEnd, BranchLabel, BranchPoint, BranchRequest, Branches, Special};
 use super::normal_form::NormalForm;
 use super::trace::{
-    Follow, Of, Piece, Trace, Traces, apart, each_once, exact_or_zero, null_vector, standard_form,
-    through_seed, toggled, twice, unit_vector, with_those_led_to,
+    Follow, Of, Piece, Trace, Traces, apart, described, each_once, exact_or_zero, null_vector,
+    standard_form, through_seed, toggled, twice, unit_vector, with_those_led_to,
 };
 use crate::analysis::continuation::{
     CourseEnd, CurveEquations, CurvePoint, Linearised, StepControl, corrected, searched,
@@ -25,7 +25,7 @@ use crate::analysis::periodic::{
     ContactItinerary, DirectOrbit, DirectOrbitEquations, DirectUnits, FoundOrbit, OrbitContact,
     SectionMap, window_scales,
 };
-use crate::analysis::progress::{NoProgress, Progress, place_of, resumed};
+use crate::analysis::progress::{NoProgress, Progress, resumed};
 use crate::analysis::share::Shard;
 use crate::expansion::LocalMap;
 use crate::hybrid::HybridSystem;
@@ -231,16 +231,9 @@ impl<'a> Continuation<'a> {
         first.collect()
     }
 
-    /// The branches, their special points solved for.
+    /// The branches as they are given out.
     fn described(&self, found: &Traces<DirectOrbit<f64>>) -> Vec<Branch> {
-        let traces =
-            found.iter().flat_map(|(itinerary, traces)| traces.iter().map(move |t| (itinerary, t)));
-        let traces: Vec<_> = traces.collect();
-        let branches = traces.into_par_iter().map(|(itinerary, trace)| {
-            let place = place_of(Piece::Branch as u64, &(itinerary, trace));
-            resumed(self.progress, &place, || self.branch(itinerary, trace))
-        });
-        branches.collect()
+        described(self.progress, found, |itinerary, trace| self.branch(itinerary, trace))
     }
 
     fn equations(&self, itinerary: &ContactItinerary) -> DirectOrbitEquations<'a, f64> {

@@ -6,8 +6,8 @@ use serde::Serialize;
 use super::data::{Branch, BranchEnd, BranchLabel, BranchPoint, BranchRequest, Branches, Special};
 use super::normal_form::NormalForm;
 use super::trace::{
-    Follow, Of, Piece, Trace, Traces, apart, each_once, exact_or_zero, null_vector, standard_form,
-    through_seed, toggled, twice, unit_vector, with_those_led_to,
+    Follow, Of, Trace, Traces, apart, described, each_once, exact_or_zero, null_vector,
+    standard_form, through_seed, toggled, twice, unit_vector, with_those_led_to,
 };
 use crate::analysis::continuation::{
     CurveEquations, CurvePoint, Linearised, StepControl, corrected, searched, tangent_at, zero_near,
@@ -17,7 +17,7 @@ use crate::analysis::periodic::{
     ByMap, ContactItinerary, FoundOrbit, ItinerarySearch, MapOrbitEquations, OrbitContact,
     PassagesOfOrbit, Settled, window_scales,
 };
-use crate::analysis::progress::{Progress, place_of, resumed};
+use crate::analysis::progress::Progress;
 use crate::analysis::share::Shard;
 use crate::expansion::LocalMap;
 use crate::iteration::PassageSet;
@@ -77,13 +77,7 @@ pub(super) fn branches(
     follow: Follow,
     progress: &dyn Progress,
 ) -> Result<Branches, AnalysisError> {
-    let continuation = Continuation {
-        search: ItinerarySearch::new(map),
-        by_map: ByMap::new(scene, orbit, map)?,
-        map,
-        request,
-        progress,
-    };
+    let continuation = Continuation::new(scene, orbit, map, request, progress)?;
     let found = with_those_led_to(
         continuation.first(&request.itineraries.iter().collect::<Vec<_>>()),
         Of::itinerary,
@@ -107,18 +101,28 @@ pub(super) fn share(
     request: &BranchRequest,
     shard: &Shard<'_>,
 ) -> Result<(), AnalysisError> {
-    let continuation = Continuation {
-        search: ItinerarySearch::new(map),
-        by_map: ByMap::new(scene, orbit, map)?,
-        map,
-        request,
-        progress: shard,
-    };
+    let continuation = Continuation::new(scene, orbit, map, request, shard)?;
     continuation.described(&continuation.first(&shard.own_of(&request.itineraries)));
     Ok(())
 }
 
 impl<'a> Continuation<'a> {
+    fn new(
+        scene: &Scene,
+        orbit: &GrazingOrbit,
+        map: &'a LocalMap,
+        request: &'a BranchRequest,
+        progress: &'a dyn Progress,
+    ) -> Result<Self, AnalysisError> {
+        Ok(Self {
+            search: ItinerarySearch::new(map),
+            by_map: ByMap::new(scene, orbit, map)?,
+            map,
+            request,
+            progress,
+        })
+    }
+
     /// The branches of some of the itineraries asked for.
     fn first(&self, own: &[&ContactItinerary]) -> Traces<PassagesOfOrbit<f64>> {
         self.progress.expect(own.len() as u64);
@@ -133,15 +137,9 @@ impl<'a> Continuation<'a> {
         first.collect()
     }
 
-    /// The branches, their special points solved for.
+    /// The branches as they are given out.
     fn described(&self, found: &Traces<PassagesOfOrbit<f64>>) -> Vec<Branch> {
-        let traces =
-            found.iter().flat_map(|(itinerary, traces)| traces.iter().map(move |t| (itinerary, t)));
-        let branches = traces.map(|(itinerary, trace)| {
-            let place = place_of(Piece::Branch as u64, &(itinerary, trace));
-            resumed(self.progress, &place, || self.branch(itinerary, trace))
-        });
-        branches.collect()
+        described(self.progress, found, |itinerary, trace| self.branch(itinerary, trace))
     }
 
     fn equations<'e>(&'e self, itinerary: &'e ContactItinerary) -> MapOrbitEquations<'e, f64> {

@@ -23,6 +23,11 @@ pub struct BranchRequest {
 }
 
 impl BranchRequest {
+    /// The same with itineraries as they are listed.
+    pub(super) fn listed(&self) -> Self {
+        Self { itineraries: ContactItinerary::listed(&self.itineraries), ..self.clone() }
+    }
+
     /// All active parameters at a value of the one that varies.
     pub(super) fn parameters(&self, value: f64) -> Vec<f64> {
         let mut parameters = self.at.clone();

@@ -20,7 +20,7 @@ pub use overlay::{BranchDiagram, branch_diagram};
 pub(super) use trace::Follow;
 
 use crate::analysis::error::AnalysisError;
-use crate::analysis::periodic::{ContactItinerary, FoundOrbit};
+use crate::analysis::periodic::FoundOrbit;
 use crate::analysis::progress::Progress;
 use crate::analysis::share::Shard;
 use crate::expansion::LocalMap;
@@ -59,9 +59,10 @@ pub fn branches_share(
     request: &BranchRequest,
     shard: &Shard<'_>,
 ) -> Result<(), AnalysisError> {
+    let request = request.listed();
     match request.direct {
-        true => by_direct::share(scene, orbit, map, request, shard),
-        false => by_map::share(scene, orbit, map, request, shard),
+        true => by_direct::share(scene, orbit, map, &request, shard),
+        false => by_map::share(scene, orbit, map, &request, shard),
     }
 }
 
@@ -74,8 +75,7 @@ pub(super) fn followed(
     follow: Follow,
     progress: &dyn Progress,
 ) -> Result<Branches, AnalysisError> {
-    let itineraries = ContactItinerary::listed(&request.itineraries);
-    let request = BranchRequest { itineraries, ..request.clone() };
+    let request = request.listed();
     match request.direct {
         true => by_direct::branches(scene, orbit, map, &request, follow, progress),
         false => by_map::branches(scene, orbit, map, &request, follow, progress),

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
-use super::data::{BranchEnd, BranchLabel, BranchPoint, BranchRequest};
+use super::data::{Branch, BranchEnd, BranchLabel, BranchPoint, BranchRequest};
 use crate::analysis::continuation::{
     Course, CourseEnd, CurveEquations, CurvePoint, StepControl, Turn, follow, tangent_at,
 };
@@ -134,7 +134,7 @@ impl<X: Clone> Trace<X> {
 pub(super) enum Piece {
     /// What is found through a seed.
     Trace,
-    /// A branch as it is given out, by its number.
+    /// A branch as it is given out, by what was followed.
     Branch,
     /// What simulation settles on.
     Flights,
@@ -150,6 +150,22 @@ pub(super) fn through_seed<X: Serialize + DeserializeOwned>(
     follow: impl FnOnce() -> Option<Trace<X>>,
 ) -> Option<Trace<X>> {
     resumed(progress, &place_of(Piece::Trace as u64, &(itinerary, known, seed)), follow)
+}
+
+/// The branches as they are given out, their special points solved for.
+pub(super) fn described<X: Serialize + Sync>(
+    progress: &dyn Progress,
+    found: &Traces<X>,
+    describe: impl Fn(&ContactItinerary, &Trace<X>) -> Branch + Sync,
+) -> Vec<Branch> {
+    let traces =
+        found.iter().flat_map(|(itinerary, traces)| traces.iter().map(move |t| (itinerary, t)));
+    let traces: Vec<_> = traces.collect();
+    let branches = traces.into_par_iter().map(|(itinerary, trace)| {
+        let place = place_of(Piece::Branch as u64, &(itinerary, trace));
+        resumed(progress, &place, || describe(itinerary, trace))
+    });
+    branches.collect()
 }
 
 /// What belongs to an itinerary: an orbit from which a branch is followed.
