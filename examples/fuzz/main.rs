@@ -14,14 +14,16 @@
 //! something was found. Needs a shell with `ulimit`.
 
 mod campaign;
+#[path = "../support/program.rs"]
+mod program;
 
 use std::error::Error;
 use std::fs;
-use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
 use campaign::{Campaign, Case, corpus};
+use program::program;
 
 /// Where what is found is kept.
 const FOUND: &str = "fuzz-found";
@@ -87,17 +89,6 @@ fn run() -> Result<usize, Box<dyn Error>> {
     }
     println!("seed {}: {cases} cases, {found} faults", request.seed);
     Ok(found)
-}
-
-/// The program beside this example.
-fn program() -> Result<PathBuf, Box<dyn Error>> {
-    let example = std::env::current_exe()?;
-    let folder = example.parent().and_then(Path::parent).ok_or("not in a folder of builds")?;
-    let program = folder.join(format!("grazemap{}", std::env::consts::EXE_SUFFIX));
-    match program.is_file() {
-        true => Ok(program),
-        false => Err(format!("{} is not there; build it first", program.display()).into()),
-    }
 }
 
 /// Says and keeps what a case shows; whether it shows anything.

@@ -13,6 +13,8 @@ use super::live::LiveMap;
 use super::{Cell, Column, Figure, ReportError, Table};
 
 const TEMPLATE: &str = include_str!("../../templates/report.html.tera");
+/// What all pages share; `examples/site` uses it too.
+const STYLE: &str = include_str!("../../templates/style.css");
 const SCRIPT: &str = include_str!("../../templates/page.js");
 const WORKER: &str = include_str!("../../templates/map_worker.js");
 /// SVGs longer than this are shown as PNG: browsers are slow with them.
@@ -230,7 +232,7 @@ impl Page {
         }
         let mut tera = tera::Tera::new();
         tera.set_escape_fn(|text, output| output.write_all(escape_html(text).as_bytes()));
-        tera.add_raw_template("report.html", TEMPLATE)?;
+        tera.add_raw_templates([("style.css", STYLE), ("report.html", TEMPLATE)])?;
         let mut context = tera::Context::new();
         context.insert("title", &self.title);
         context.insert("summary", &self.summary);

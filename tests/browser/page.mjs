@@ -573,6 +573,75 @@ for (const colorScheme of ["light", "dark"]) {
 }
 check("420 pixels wide, light and dark");
 
+// The steps of docs/guide/page.md, "A window of period adding", with their pictures.
+{
+  const { page, said, context } = await open(file, { viewport: { width: 700, height: 1000 } });
+  const blank = await context.newPage();
+  // WebP is an eighth of the browser's PNG.
+  const picture = async (name, what) => {
+    const png = (await what.screenshot()).toString("base64");
+    const webp = await blank.evaluate(async (png) => {
+      const image = new Image();
+      image.src = `data:image/png;base64,${png}`;
+      await image.decode();
+      const canvas = new OffscreenCanvas(image.width, image.height);
+      canvas.getContext("2d").drawImage(image, 0, 0);
+      const blob = await canvas.convertToBlob({ type: "image/webp", quality: 0.6 });
+      return [...new Uint8Array(await blob.arrayBuffer())];
+    }, png);
+    assert.ok(webp.length < 40_000, `${name}: ${webp.length} bytes`);
+    writeFileSync(join(folder, `${name}.webp`), Buffer.from(webp));
+  };
+  await page.bringToFront();
+  await live(page);
+  const canvas = page.locator(".live canvas").first();
+  const facts = page.locator(".live .facts").first();
+  const box = await canvas.boundingBox();
+  const at = async (offset) => {
+    const { x } = await view(page);
+    return box.x + 64 + ((offset - x[0]) / (x[1] - x[0])) * (box.width - 76);
+  };
+  const middle = box.y + box.height / 2;
+  await before(page);
+  await page.mouse.move(await at(1.08e-4), middle);
+  await page.mouse.down();
+  await page.mouse.move(await at(1.2e-4), middle + 2, { steps: 5 });
+  await page.waitForTimeout(100);
+  await picture("box", canvas);
+  await page.mouse.up();
+  await again(page);
+  const read = async (offset) => {
+    await page.mouse.click(await at(offset), middle);
+    await page.waitForFunction(
+      ([offset, near]) =>
+        Math.abs(window.grazemap.panes[0].marked?.parameters[0] - offset) < near,
+      [offset, 5e-8],
+      { timeout: 60_000 },
+    );
+    return page.evaluate(() => window.grazemap.panes[0].marked);
+  };
+  // Borders as `grazemap branch` has them.
+  const [flip, graze] = JSON.parse(
+    run(
+      `branch ${SCENE} --along Q --itinerary 1000000 --from 1.1e-4 --to 1.17e-4 -q --json -`.split(" "),
+    ),
+  )
+    .branches[0].points.filter(({ label }) => label)
+    .map(({ parameters }) => parameters.Q);
+  const inside = [flip + 1e-6, 1.13e-4, graze - 2e-7];
+  for (const offset of inside) assert.equal((await read(offset)).period, 7, `${offset}`);
+  for (const offset of [flip - 2e-6, graze + 2e-7])
+    assert.notEqual((await read(offset)).period, 7, `${offset}`);
+  await read(1.13e-4);
+  assert.match(await facts.textContent(), /Period7Contacts(?=[01]{7} )0*10*0* /);
+  await page.waitForTimeout(300);
+  await picture("window", canvas);
+  await picture("facts", facts.locator("dl"));
+  assert.deepEqual(said, []);
+  await context.close();
+  check("the window of the guide has period 7 between the borders of its branch");
+}
+
 // One coordinate: a cobweb, its steps on the graph of the map.
 {
   const scene = join(out, "one_coordinate.toml");

@@ -1,0 +1,124 @@
+//! The commands of the guide, run in the order of their page.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::time::SystemTime;
+
+use pulldown_cmark::{CodeBlockKind, Event, Tag, TagEnd};
+
+use super::documents::Document;
+
+/// Pages whose blocks of `sh` are run, each page in a folder of its own.
+pub(crate) const RUN: [&str; 2] = ["docs/guide/getting-started.md", "docs/guide/page.md"];
+
+/// A block of code of a page: its language, and its lines.
+#[derive(Debug)]
+pub(crate) struct Block {
+    pub(crate) language: String,
+    pub(crate) text: String,
+}
+
+/// A command that was run.
+#[derive(Debug)]
+pub(crate) struct Done {
+    pub(crate) line: String,
+    /// What it said on standard output, then on standard error.
+    pub(crate) said: String,
+    /// Files that it wrote, from the folder of the page.
+    pub(crate) files: Vec<PathBuf>,
+}
+
+/// The blocks of a page whose language is named.
+pub(crate) fn blocks(page: &Document) -> Vec<Block> {
+    let mut blocks: Vec<Block> = Vec::new();
+    let mut is_open = false;
+    for event in page.events() {
+        match event {
+            Event::Start(Tag::CodeBlock(CodeBlockKind::Fenced(language))) => {
+                blocks.push(Block { language: language.to_string(), text: String::new() });
+                is_open = true;
+            }
+            Event::Text(text) if is_open => {
+                blocks.last_mut().expect("a block is open").text.push_str(&text);
+            }
+            Event::End(TagEnd::CodeBlock) => is_open = false,
+            _ => {}
+        }
+    }
+    blocks
+}
+
+/// Where the commands of a page are run.
+#[derive(Debug)]
+pub(crate) struct Runner {
+    program: PathBuf,
+    folder: PathBuf,
+}
+
+impl Runner {
+    /// Runs this program in an empty folder.
+    pub(crate) fn new(program: impl Into<PathBuf>, folder: impl Into<PathBuf>) -> Self {
+        Self { program: program.into(), folder: folder.into() }
+    }
+
+    /// Runs the commands of a page, block by block. A table is saved, as `states.csv`, which is how
+    /// the page calls it; other blocks are for reading.
+    ///
+    /// # Errors
+    ///
+    /// The page, the line and what was said, where a line is no command of the program, or ends
+    /// otherwise.
+    pub(crate) fn page(&self, page: &Document) -> Result<Vec<Vec<Done>>, String> {
+        let blocks = blocks(page).into_iter().map(|block| self.block(&block));
+        blocks.collect::<Result<_, _>>().map_err(|fault| format!("{}: {fault}", page.path))
+    }
+
+    fn block(&self, block: &Block) -> Result<Vec<Done>, String> {
+        match block.language.as_str() {
+            "sh" => block.text.lines().map(|line| self.command(line)).collect(),
+            "csv" => {
+                let saved = fs::write(self.folder.join("states.csv"), &block.text);
+                saved.map(|()| Vec::new()).map_err(|error| error.to_string())
+            }
+            _ => Ok(Vec::new()),
+        }
+    }
+
+    fn command(&self, line: &str) -> Result<Done, String> {
+        let mut words = line.split_whitespace();
+        if words.next() != Some("grazemap") {
+            return Err(format!("{line}: expected a command of grazemap"));
+        }
+        let in_line = |error: std::io::Error| format!("{line}: {error}");
+        let before = files(&self.folder).map_err(in_line)?;
+        let mut command = Command::new(&self.program);
+        let output = command.args(words).current_dir(&self.folder).output().map_err(in_line)?;
+        let said = [&output.stdout, &output.stderr].map(|said| String::from_utf8_lossy(said));
+        let said = said.concat();
+        if !output.status.success() {
+            return Err(format!("{line}: {}\n{said}", output.status));
+        }
+        let mut after = files(&self.folder).map_err(in_line)?;
+        after.retain(|path, time| before.get(path) != Some(time));
+        Ok(Done { line: line.to_owned(), said, files: after.into_keys().collect() })
+    }
+}
+
+/// Files below a folder, and when they were written.
+fn files(folder: &Path) -> std::io::Result<BTreeMap<PathBuf, SystemTime>> {
+    let mut found = BTreeMap::new();
+    let mut folders = vec![folder.to_owned()];
+    while let Some(own) = folders.pop() {
+        for entry in fs::read_dir(own)? {
+            let path = entry?.path();
+            if path.is_dir() {
+                folders.push(path);
+            } else if let Ok(inside) = path.strip_prefix(folder) {
+                found.insert(inside.to_owned(), fs::metadata(&path)?.modified()?);
+            }
+        }
+    }
+    Ok(found)
+}

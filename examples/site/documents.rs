@@ -1,0 +1,200 @@
+//! The pages of documentation as they stand in the repository: headings with the names that links
+//! reach them by, and links that reach nothing.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::error::Error;
+use std::fs;
+use std::path::Path;
+
+use pulldown_cmark::{Event, MetadataBlockKind, Options, Parser, Tag, TagEnd};
+
+/// Pages outside `docs/`.
+const BESIDE: [&str; 4] =
+    ["README.md", "CHANGELOG.md", "CONTRIBUTING.md", "gallery/benchmark/README.md"];
+
+/// A page in Markdown.
+#[derive(Debug)]
+pub(crate) struct Document {
+    /// Its place in the repository, with slashes.
+    pub(crate) path: String,
+    pub(crate) text: String,
+}
+
+/// A heading of a page.
+#[derive(Debug)]
+pub(crate) struct Heading {
+    /// 1 for the title.
+    pub(crate) level: usize,
+    pub(crate) text: String,
+    /// What stands after `#` in a link to it.
+    pub(crate) anchor: String,
+}
+
+/// The pages, by their places.
+#[derive(Debug)]
+pub(crate) struct Documents(pub(crate) BTreeMap<String, Document>);
+
+impl Documents {
+    /// Reads the pages of a checkout.
+    pub(crate) fn read(root: &Path) -> Result<Self, Box<dyn Error>> {
+        let mut paths = BESIDE.map(str::to_owned).to_vec();
+        let mut folders = vec!["docs".to_owned()];
+        while let Some(folder) = folders.pop() {
+            for entry in fs::read_dir(root.join(&folder))? {
+                let entry = entry?;
+                let path = format!("{folder}/{}", entry.file_name().to_string_lossy());
+                match entry.file_type()?.is_dir() {
+                    true => folders.push(path),
+                    false if path.ends_with(".md") => paths.push(path),
+                    false => {}
+                }
+            }
+        }
+        let read = |path: String| -> Result<_, Box<dyn Error>> {
+            let text = fs::read_to_string(root.join(&path)).map_err(|e| format!("{path}: {e}"))?;
+            Ok((path.clone(), Document { path, text }))
+        };
+        Ok(Self(paths.into_iter().map(read).collect::<Result<_, _>>()?))
+    }
+
+    /// Places of files that pages link to and that are no pages.
+    pub(crate) fn files(&self) -> BTreeSet<String> {
+        let of = |page: &Document| -> Vec<String> {
+            let links = page.links().into_iter().filter(|link| !is_address(link));
+            links.filter_map(|link| page.place_of(link.split('#').next()?)).collect()
+        };
+        let mut files: BTreeSet<String> = self.0.values().flat_map(of).collect();
+        files.retain(|path| !self.0.contains_key(path));
+        files
+    }
+
+    /// What is wrong with the links of all pages, each with the page and the target.
+    pub(crate) fn faults(&self, root: &Path) -> Vec<String> {
+        let of = |page: &Document| -> Vec<String> {
+            let links = page.links().into_iter();
+            let fault = |link: String| {
+                let fault = self.fault(root, page, &link)?;
+                Some(format!("{}: `{link}` {fault}", page.path))
+            };
+            links.filter_map(fault).collect()
+        };
+        self.0.values().flat_map(of).collect()
+    }
+
+    /// What is wrong with a link of a page; `None` where it leads somewhere, or out of the pages.
+    fn fault(&self, root: &Path, page: &Document, link: &str) -> Option<String> {
+        let (path, anchor) = match link.split_once('#') {
+            Some((path, anchor)) => (path, Some(anchor)),
+            None => (link, None),
+        };
+        if is_address(path) {
+            return None;
+        }
+        let Some(target) = page.place_of(path) else {
+            return Some("leads out of the repository".to_owned());
+        };
+        let Some(target_page) = self.0.get(&target) else {
+            let is_there = anchor.is_none() && root.join(&target).is_file();
+            return (!is_there)
+                .then(|| format!("leads to `{target}`, which is no page and no file"));
+        };
+        let is_named = |anchor| target_page.headings().iter().any(|own| own.anchor == anchor);
+        match anchor {
+            Some(anchor) if !is_named(anchor) => Some(format!("names no heading of `{target}`")),
+            _ => None,
+        }
+    }
+}
+
+impl Document {
+    /// The text as events of Markdown as GitHub reads it, tables among it.
+    pub(crate) fn events(&self) -> impl Iterator<Item = Event<'_>> {
+        let options = Options::ENABLE_TABLES | Options::ENABLE_YAML_STYLE_METADATA_BLOCKS;
+        Parser::new_ext(&self.text, options)
+    }
+
+    /// Its headings in order.
+    pub(crate) fn headings(&self) -> Vec<Heading> {
+        let mut headings: Vec<Heading> = Vec::new();
+        let mut open: Option<Heading> = None;
+        for event in self.events() {
+            match (event, &mut open) {
+                (Event::Start(Tag::Heading { level, .. }), _) => {
+                    let (text, anchor) = (String::new(), String::new());
+                    open = Some(Heading { level: level as usize, text, anchor });
+                }
+                (Event::Text(words) | Event::Code(words), Some(heading)) => heading.text += &words,
+                (Event::End(TagEnd::Heading(_)), Some(_)) => {
+                    headings.extend(open.take().map(|heading| heading.named(&headings)));
+                }
+                _ => {}
+            }
+        }
+        headings
+    }
+
+    /// The first heading, the title in the head of the file where there is one, or the place.
+    pub(crate) fn title(&self) -> String {
+        let mut events = self.events();
+        let head = Event::Start(Tag::MetadataBlock(MetadataBlockKind::YamlStyle));
+        if let (Some(first), Some(Event::Text(head_text))) = (events.next(), events.next())
+            && first == head
+            && let Some(title) = head_text.lines().find_map(|line| line.strip_prefix("title: "))
+        {
+            return title.trim_matches(['\'', '"']).to_owned();
+        }
+        let first = self.headings().into_iter().next();
+        first.map_or_else(|| self.path.clone(), |heading| heading.text)
+    }
+
+    /// Targets of links and pictures, as they are written.
+    fn links(&self) -> Vec<String> {
+        let target = |event| match event {
+            Event::Start(Tag::Link { dest_url, .. } | Tag::Image { dest_url, .. }) => {
+                Some(dest_url.to_string())
+            }
+            _ => None,
+        };
+        self.events().filter_map(target).collect()
+    }
+
+    /// The place in the repository of a target that the page names, its own where that is empty;
+    /// `None` outside of it.
+    pub(crate) fn place_of(&self, target: &str) -> Option<String> {
+        if target.is_empty() {
+            return Some(self.path.clone());
+        }
+        let mut parts: Vec<&str> = self.path.split('/').collect();
+        parts.pop();
+        for part in target.split('/') {
+            match part {
+                "." => {}
+                ".." => {
+                    parts.pop()?;
+                }
+                name => parts.push(name),
+            }
+        }
+        Some(parts.join("/"))
+    }
+}
+
+impl Heading {
+    /// With the name that GitHub gives a heading: its letters in lower case, hyphens for blanks; a
+    /// number where headings before have the same.
+    fn named(mut self, before: &[Self]) -> Self {
+        let is_kept = |letter: &char| letter.is_alphanumeric() || " -_".contains(*letter);
+        let letters = self.text.to_lowercase();
+        let name: String = letters.chars().filter(is_kept).collect();
+        let name = name.replace(' ', "-");
+        let is_free = |anchor: &String| before.iter().all(|heading| heading.anchor != *anchor);
+        let mut names = (0..).map(|n| if n == 0 { name.clone() } else { format!("{name}-{n}") });
+        self.anchor = names.find(is_free).expect("there is a number for every heading");
+        self
+    }
+}
+
+/// Whether a target is an address of its own and no file of the repository.
+pub(crate) fn is_address(target: &str) -> bool {
+    target.contains("://") || target.starts_with("mailto:")
+}
