@@ -30,12 +30,12 @@ const FIRST: [&str; 8] = [
     "docs/guide/c.md",
 ];
 
-/// Groups of the navigation, by the folders of their pages; the rest stands under the first.
+/// Groups of the navigation, by the folders of their pages; the last takes the rest.
 const GROUPS: [(&str, &str); 4] = [
-    ("", "Grazemap"),
     ("docs/guide/", "Guide"),
     ("docs/mathematics/", "Mathematics"),
     ("docs/studies/", "Studies"),
+    ("", "More"),
 ];
 
 /// Above this size (bytes) a picture is shown as PNG: browsers are slow with longer SVGs.
@@ -89,8 +89,8 @@ impl Site<'_> {
 
     fn groups(&self, current: &Document) -> Vec<Group<'static>> {
         let group_of = |path: &str| {
-            let mut groups = GROUPS.iter().enumerate().skip(1);
-            groups.find(|(_, (folder, _))| path.starts_with(folder)).map_or(0, |(n, _)| n)
+            let home = if path == "README.md" { "docs/guide/" } else { path };
+            GROUPS.iter().position(|(folder, _)| home.starts_with(folder)).unwrap_or_default()
         };
         let mut groups = GROUPS.map(|(_, title)| Group { title, pages: Vec::new() });
         let rank = |path: &str| FIRST.iter().position(|own| *own == path).unwrap_or(FIRST.len());
@@ -193,8 +193,8 @@ fn up(document: &Document, place: &str) -> String {
     format!("{}{place}", "../".repeat(document.path.matches('/').count()))
 }
 
-/// A command with what it printed, the pictures it drew, and links to what it wrote, which stands in
-/// a folder beside the page; of a command that wrote a page with its pictures, the page alone.
+/// A command with what it printed, the pictures it drew, and links to what it wrote, which stands
+/// in a folder beside the page; of a command that wrote a page with its pictures, the page alone.
 fn shown(done: &Done, folder: &Path, stem: &str) -> Result<String, Box<dyn Error>> {
     let line = escape_html(&done.line);
     let mut text = format!("<div class=\"run\">\n<pre><code>{line}</code></pre>\n");
@@ -229,14 +229,14 @@ fn shown(done: &Done, folder: &Path, stem: &str) -> Result<String, Box<dyn Error
     if !done.files.is_empty() {
         let pages: Vec<String> = of("html").into_iter().map(link).collect();
         let all: Vec<String> = done.files.iter().map(link).collect();
-        text += &match (pages.is_empty(), all.len()) {
-            (true, ..=6) => format!("<p class=\"files\">writes {}</p>\n", all.join(", ")),
+        let (count, all) = (all.len(), all.join(", "));
+        let with = if pages.is_empty() { "" } else { ", with the page " };
+        text += &match count {
+            ..=6 => format!("<p class=\"files\">writes {all}</p>\n"),
             _ => format!(
-                "<details class=\"files\"><summary>writes {} files{}{}</summary><p>{}</p></details>\n",
-                all.len(),
-                if pages.is_empty() { "" } else { ", with the page " },
-                pages.join(", "),
-                all.join(", ")
+                "<details class=\"files\"><summary>writes {count} files{with}{}</summary>\
+                 <p>{all}</p></details>\n",
+                pages.join(", ")
             ),
         };
     }

@@ -1,5 +1,5 @@
-//! The guide's examples: its scenes are checked, its commands run in the order of the page. The links
-//! of all pages of documentation lead somewhere.
+//! The guide's examples: its scenes are checked, its commands run in the order of the page. The
+//! links of all pages of documentation lead somewhere.
 
 #[path = "../../examples/site/commands.rs"]
 mod commands;
@@ -105,10 +105,17 @@ fn links_that_lead_nowhere_are_named_with_their_page() {
     let page = |path: &str, text: &str| {
         (path.to_owned(), Document { path: path.to_owned(), text: text.to_owned() })
     };
-    let first = "# A\n[1](docs/b.md#who-hits-what--when-1) [2](docs/b.md#who) [3](docs/c.md) [4](#a)\n\
-                 [5](../x.md) [6](https://a.example/x.md) `[7](no.md)` ![8](no.svg)\n\n    [9](no.md)\n";
-    let second =
-        "# B\n## Who *hits* `what` & when?\n## Who hits what  when\n[1](../README.md#a) [2](#b-1)";
+    let first = "# A
+[1](docs/b.md#who-hits-what--when-1) [2](docs/b.md#who) [3](docs/c.md) [4](#a)
+[5](../x.md) [6](https://a.example/x.md) `[7](no.md)` ![8](no.svg)
+
+    [9](no.md)
+";
+    let second = "# B
+## Who *hits* `what` & when?
+## Who hits what  when
+[1](../README.md#a) [2](#b-1)
+";
     let documents = Documents([page("README.md", first), page("docs/b.md", second)].into());
     let found = documents.faults(root());
     let expected = [
