@@ -272,6 +272,8 @@ def test_progress_is_told(m: gm.Map) -> None:
 
 
 def test_an_interrupt_ends_the_call_at_once(m: gm.Map) -> None:
+    # A shell's background jobs ignore interrupts, and Python leaves it at that.
+    handler = signal.signal(signal.SIGINT, signal.default_int_handler)
     sent = []
 
     def interrupt() -> None:
@@ -284,6 +286,7 @@ def test_an_interrupt_ends_the_call_at_once(m: gm.Map) -> None:
         gm.diagram(m, "alpha", (-1e-4, 1e-4), points=100_000, using="direct")
     assert time.monotonic() - sent[0] < 0.5
     timer.join()
+    signal.signal(signal.SIGINT, handler)
 
 
 def test_an_exception_of_progress_ends_the_call(m: gm.Map) -> None:

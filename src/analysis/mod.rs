@@ -39,6 +39,7 @@ pub use free_flight::{FreeFlight, SectionChange};
 pub use graze_measurement::{MeasuredSide, measure_graze};
 pub use guarded_map::{GuardedMap, guarded};
 pub use image::{ImageRecord, ImageRequest, ImageRow, Precision, Using, images};
+pub(crate) use progress::place_of;
 pub use progress::{NoProgress, Part, Progress};
 pub use section_frame::{SectionFrame, itinerary};
 pub use share::{Gathered, Joining, Pieces, Shard, Share};

@@ -10,6 +10,7 @@ use super::candidates::{Candidate, Level, highest_orders};
 use super::data::{Choice, Limit, Polynomials};
 use super::forecast::OrderRule;
 use super::judge::{Bench, Trial};
+use crate::analysis::Progress;
 use crate::convergence::error::ConvergenceError;
 use crate::convergence::family::{MapFamily, PROBE};
 use crate::convergence::sample::{SamplePoint, WindowSample};
@@ -157,6 +158,13 @@ impl<'a> Chooser<'a> {
         self.limit = self.limit.min(orders);
         self.deepest = self.limit;
         self.flies = false;
+        self
+    }
+
+    /// The same, keeping what is measured of candidates; what an earlier run kept is not measured
+    /// again.
+    pub(in crate::convergence) fn resuming(mut self, progress: &'a dyn Progress) -> Self {
+        self.bench.keep_in(progress);
         self
     }
 

@@ -2,10 +2,14 @@
 
 use std::collections::BTreeMap;
 
+use serde::{Deserialize, Serialize};
+
 use super::candidates::{Candidate, Level};
 use super::data::{Choice, Form, Monomials, Polynomials, weighted};
 use super::next_depth::{LeastOrders, NextDepth};
+use crate::analysis::{NoProgress, Progress, place_of};
 use crate::convergence::error::ConvergenceError;
+use crate::convergence::resumed::resumed;
 use crate::convergence::sample::{SamplePoint, WindowSample};
 use crate::convergence::truth::{Truth, summarize, truth};
 use crate::emission::prune;
@@ -38,6 +42,8 @@ pub(super) struct Bench<'a> {
     next_depth: Option<NextDepth>,
     fresh_points: Vec<SamplePoint>,
     fresh: Option<Truth>,
+    /// Keeps what is measured.
+    progress: &'a dyn Progress,
 }
 
 /// The candidates for one tolerance, run in one kind of numbers: the cheapest that meets it and the
@@ -52,31 +58,39 @@ pub(super) struct Trial {
     /// One within the tolerance that does not move the next depth as contacts do: named where
     /// there is nothing else.
     misleading: Option<Choice>,
-    last_met: bool,
+}
+
+/// A candidate measured.
+#[derive(Debug, Serialize, Deserialize)]
+struct Measured {
+    choice: Choice,
+    /// Within the tolerance, but does not move the next depth as contacts do.
+    misleads: bool,
 }
 
 impl Trial {
     pub(super) fn new(tolerance: f64, precision: FloatFormat) -> Self {
-        Self { tolerance, precision, found: None, nearest: None, misleading: None, last_met: false }
+        Self { tolerance, precision, found: None, nearest: None, misleading: None }
+    }
+
+    /// Enters a candidate and what was dropped of it; whether the whole of it meets the tolerance.
+    fn enter(&mut self, measured: Vec<Measured>) -> bool {
+        let met = measured.first().is_some_and(|first| first.choice.met);
+        for Measured { choice, misleads } in measured {
+            match misleads {
+                // It may not be chosen at any error.
+                true => self.misleading = Some(choice),
+                false => self.add(choice),
+            }
+        }
+        met
     }
 
     pub(super) fn add(&mut self, choice: Choice) {
-        self.last_met = choice.met;
         let best = if choice.met { &mut self.found } else { &mut self.nearest };
         if best.as_ref().is_none_or(|best| choice.beats(best)) {
             *best = Some(choice);
         }
-    }
-
-    /// Records a candidate that may not be chosen at any error.
-    fn refuse(&mut self, choice: Choice) {
-        self.last_met = false;
-        self.misleading = Some(choice);
-    }
-
-    /// Whether the candidate added last meets the tolerance.
-    pub(super) fn last_met(&self) -> bool {
-        self.last_met
     }
 
     pub(super) fn found(&self) -> Option<&Choice> {
@@ -142,7 +156,13 @@ impl<'a> Bench<'a> {
             truth,
             forecast_points: forecast_points.concat(),
             fresh: None,
+            progress: &NoProgress,
         })
+    }
+
+    /// Keeps what is measured of candidates, or takes it as an earlier run kept it.
+    pub(super) fn keep_in(&mut self, progress: &'a dyn Progress) {
+        self.progress = progress;
     }
 
     pub(super) fn scene(&self) -> &'a Scene {
@@ -181,13 +201,32 @@ impl<'a> Bench<'a> {
         polynomials: Polynomials,
         trial: &mut Trial,
     ) -> Result<bool, ConvergenceError> {
+        let (tolerance, precision) = (trial.tolerance, trial.precision);
+        let of = (level.family.highest(), candidate.orders, &candidate.weights);
+        let place = place_of(0, &(tolerance, precision, of, shape, polynomials));
+        let progress = self.progress;
+        let measured = resumed(progress, &place, || {
+            self.measured(level, candidate, shape, polynomials, (tolerance, precision))
+        });
+        Ok(trial.enter(measured?))
+    }
+
+    /// What [`judge`](Self::judge) measures.
+    fn measured(
+        &mut self,
+        level: &Level<'_>,
+        candidate: &Candidate,
+        shape: Shape,
+        polynomials: Polynomials,
+        aim: (f64, FloatFormat),
+    ) -> Result<Vec<Measured>, ConvergenceError> {
         let map = candidate.map(&level.family)?;
         let scene = weighted(self.scene, &candidate.weights);
         let economiser = match polynomials {
             Polynomials::Taylor => None,
             Polynomials::Economised => match level.economiser() {
                 Some(economiser) => Some(economiser),
-                None => return Ok(false),
+                None => return Ok(Vec::new()),
             },
         };
         let fitted = |map: LocalMap| match economiser {
@@ -201,7 +240,7 @@ impl<'a> Bench<'a> {
             true => Form::new(&scene, self.orbit, fitted(prune(&map, error).0), shape),
             false => Ok(whole.without(Some(error))),
         };
-        self.fewest(&whole, pruned, (&candidate.weights, shape), trial)
+        self.fewest(&whole, pruned, (&candidate.weights, shape), aim)
     }
 
     /// Measures a map with flown contacts, with as few monomials of its legs as the tolerance
@@ -213,43 +252,43 @@ impl<'a> Bench<'a> {
     ) -> Result<bool, ConvergenceError> {
         let whole = Form::new(self.scene, self.orbit, map, Shape::Flown)?;
         let pruned = |error: f64| Ok(whole.without(Some(error)));
-        self.fewest(&whole, pruned, (&BTreeMap::new(), Shape::Flown), trial)
+        let aim = (trial.tolerance, trial.precision);
+        let measured = self.fewest(&whole, pruned, (&BTreeMap::new(), Shape::Flown), aim)?;
+        Ok(trial.enter(measured))
     }
 
     /// Measures a map and, where it meets the tolerance, the same with ever more of its monomials
-    /// until one does with fewest of them; whether it does.
+    /// until one does with fewest of them.
     fn fewest(
         &mut self,
         whole: &Form,
         pruned: impl Fn(f64) -> Result<Form, ConvergenceError>,
-        (weights, shape): (&BTreeMap<String, u32>, Shape),
-        trial: &mut Trial,
-    ) -> Result<bool, ConvergenceError> {
-        self.measure(whole, weights, shape, None, trial)?;
-        if !trial.last_met() {
-            return Ok(false);
-        }
-        for times in DROPS {
-            let error = times * trial.tolerance;
-            let form = pruned(error)?;
-            self.measure(&form, weights, shape, Some(error), trial)?;
-            if trial.last_met() {
+        what: (&BTreeMap<String, u32>, Shape),
+        aim: (f64, FloatFormat),
+    ) -> Result<Vec<Measured>, ConvergenceError> {
+        let first = self.measure(whole, what, None, aim)?;
+        let met = first.choice.met;
+        let mut measured = vec![first];
+        for times in DROPS.iter().filter(|_| met) {
+            let error = times * aim.0;
+            let fewer = self.measure(&pruned(error)?, what, Some(error), aim)?;
+            let met = fewer.choice.met;
+            measured.push(fewer);
+            if met {
                 break;
             }
         }
-        Ok(true)
+        Ok(measured)
     }
 
-    /// Measures a map and enters it in the trial.
+    /// Measures a map.
     fn measure(
         &mut self,
         form: &Form,
-        weights: &BTreeMap<String, u32>,
-        shape: Shape,
+        (weights, shape): (&BTreeMap<String, u32>, Shape),
         drop_within: Option<f64>,
-        trial: &mut Trial,
-    ) -> Result<(), ConvergenceError> {
-        let (tolerance, precision) = (trial.tolerance, trial.precision);
+        (tolerance, precision): (f64, FloatFormat),
+    ) -> Result<Measured, ConvergenceError> {
         let lowered = form.lowered();
         let map = lowered.in_format(precision);
         let error = summarize(&*map, &self.truth).max;
@@ -287,14 +326,10 @@ impl<'a> Bench<'a> {
                 choice.single_precision_error = summarize(&lowered.in_single(), fresh).max;
             }
         }
-        match &self.next_depth {
-            Some(next) if choice.met && !next.keeps(&*map) => {
-                choice.met = false;
-                trial.refuse(choice);
-            }
-            _ => trial.add(choice),
-        }
-        Ok(())
+        let next = self.next_depth.as_ref().filter(|_| choice.met);
+        let misleads = next.is_some_and(|next| !next.keeps(&*map));
+        choice.met &= !misleads;
+        Ok(Measured { choice, misleads })
     }
 
     fn fresh(&mut self) -> Result<&Truth, ConvergenceError> {

@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use super::chooser::{ChoiceOptions, Chooser, choose};
 use super::data::Choice;
-use crate::analysis::{Progress, SectionChange};
+use crate::analysis::{NoProgress, Part, Progress, SectionChange};
 use crate::convergence::error::ConvergenceError;
 use crate::convergence::family::{MapFamily, PROBE};
 use crate::convergence::resumed::resumed;
@@ -108,7 +108,7 @@ pub fn settle_section(
     let own = chooser.choose(tolerance)?;
     let trial = Trial::new(&scene, &orbit, &options, &own, chooser.window());
     let sections = others(&scene, &orbit).into_par_iter();
-    let trials = sections.map(|section| trial.of(section)).collect();
+    let trials = sections.map(|section| trial.of(section, &NoProgress)).collect();
     let tangency = SectionChoice { ahead: None, phase: None, choice: Some(own), problem: None };
     let mut settled = cheapest((scene, orbit, tangency), trials);
     if let Some(verdict) = settled.verdict.as_mut().filter(|verdict| verdict.taken.ahead.is_some())
@@ -162,7 +162,8 @@ pub fn choose_sections(
     let trial = Trial::new(scene, orbit, options, own, &window);
     let sections = others(scene, orbit).into_par_iter().enumerate();
     let chosen = |(number, section): (usize, _)| {
-        resumed(progress, &[number as u64], || Ok(trial.of(section).choice))
+        let part = Part::new(progress, number);
+        resumed(&part, &[0], || Ok(trial.of(section, &Part::new(&part, 1)).choice))
     };
     sections.map(chosen).collect()
 }
@@ -199,12 +200,18 @@ impl<'a> Trial<'a> {
     }
 
     /// A section, on which the window is that of the same orbits.
-    fn of(&self, (ahead, section): (Option<f64>, Section)) -> TriedSection {
+    fn of(
+        &self,
+        (ahead, section): (Option<f64>, Section),
+        progress: &dyn Progress,
+    ) -> TriedSection {
         let moved = moved(self.scene, self.orbit, section, &self.points);
         let chosen = moved.and_then(|(scene, orbit)| {
             let chooser = Chooser::new(&scene, &orbit, self.options.fresh);
-            let chosen = chooser
-                .and_then(|chooser| chooser.within(self.limit).choose(self.options.tolerance));
+            let chosen = chooser.and_then(|chooser| {
+                let mut chooser = chooser.within(self.limit).resuming(progress);
+                chooser.choose(self.options.tolerance)
+            });
             let choice = chosen.map_err(|error| error.to_string())?;
             Ok((choice, (scene, orbit)))
         });

@@ -11,8 +11,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::choice::{Choice, chosen_map};
-use super::choice::{ChoiceOptions, choose};
-use super::choice::{SectionChoice, choose_sections};
+use super::choice::{ChoiceOptions, Chooser, SectionChoice, choose_sections};
 use super::error::ConvergenceError;
 use super::family::MapFamily;
 use super::resumed::{computed, kept, resumed};
@@ -179,7 +178,10 @@ pub fn converge(
     let choice = ChoiceOptions { tolerance: options.tolerance, fresh: options.fresh };
     let choose = || match &options.chosen {
         Some(chosen) => Ok(chosen.clone()),
-        None => resumed(progress, &[Stage::Choice as u64], || choose(scene, orbit, &choice)),
+        None => resumed(progress, &[Stage::Choice as u64], || {
+            let part = Part::new(progress, Stage::Candidates as usize);
+            Chooser::new(scene, orbit, choice.fresh)?.resuming(&part).choose(choice.tolerance)
+        }),
     };
     let expander = Expander::new(scene, orbit)?;
     let rates = MapOrders::new(options.smooth_rates, options.discontinuity_rates);
@@ -246,6 +248,7 @@ enum Stage {
     Sections,
     Validity,
     Accuracy,
+    Candidates,
 }
 
 /// What is measured of maps of every order and of their factors.
