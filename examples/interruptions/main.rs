@@ -28,26 +28,27 @@ const SCENE: &str = "scene.toml";
 
 /// Commands of some seconds: a name, the arguments.
 fn commands() -> Vec<(&'static str, Vec<String>)> {
-    let call = |command: &str, options: &[&str]| {
+    let call = |command: &str, scene: &str, options: &[&str]| {
         let options = options.iter().copied();
-        let call = [command, SCENE].into_iter().chain(options).chain(["-o", "out"]);
+        let call = [command, scene].into_iter().chain(options).chain(["-o", "out"]);
         call.map(str::to_owned).collect::<Vec<_>>()
     };
     let set = |command: &str, keys: &[&str]| {
         let keys: Vec<&str> = keys.iter().flat_map(|key| ["--set", key]).collect();
-        call(command, &keys)
+        call(command, SCENE, &keys)
     };
-    let long = ["diagram.0.points=4000", "diagram.0.keep=100"];
+    let long = ["diagram.0.points=20000", "diagram.0.keep=1000"];
     let direct = ["diagram.0.with=[\"direct\"]", "diagram.0.points=1000"];
+    let all = ["diagram.0.points=20000", "diagram.0.keep=200", "chart.0.points=300"];
     vec![
         ("diagram by the map", set("diagram", &long)),
         ("diagram by direct simulation", set("diagram", &direct)),
-        ("chart", set("chart", &[])),
-        ("converge", set("converge", &[])),
-        ("run", set("run", &long[..1])),
-        ("basin", call("basin", &["--points", "1600", "--at", "alpha=1e-3"])),
-        ("branch", call("branch", &["--along", "alpha", "--itinerary", "1"])),
-        ("loci", call("loci", &["--in", "alpha,omega"])),
+        ("chart", set("chart", &["chart.0.points=400"])),
+        ("converge", call("converge", "impact_pair", &[])),
+        ("run", set("run", &all)),
+        ("basin", call("basin", SCENE, &["--points", "2400", "--at", "alpha=1e-3"])),
+        ("branch", call("branch", SCENE, &["--along", "alpha", "--period", "6"])),
+        ("loci", call("loci", SCENE, &["--in", "alpha,omega", "--using", "direct"])),
     ]
 }
 
