@@ -69,14 +69,10 @@ impl Answer {
         for (name, table) in &self.tables {
             files.push((format!("{name}.csv"), table.to_csv()?.into_bytes()));
         }
-        let drawn = self.figures.par_iter().map(|(name, figure)| {
-            let mut remarks = Vec::new();
-            (pictures(name, figure, &mut remarks), remarks)
-        });
-        for (pictures, remarks) in drawn.collect::<Vec<_>>() {
-            files.extend(pictures);
-            self.remarks.extend(remarks);
-        }
+        let figures = self.figures.par_iter().map(|(name, figure)| (&**name, figure));
+        let (drawn, remarks) = pictures(figures);
+        files.extend(drawn);
+        self.remarks.extend(remarks);
         Ok(files)
     }
 }

@@ -1,5 +1,6 @@
 //! Diagrams, charts and basins as documents and as files.
 
+use rayon::prelude::*;
 use serde::Serialize;
 
 use super::{Error, Map};
@@ -9,7 +10,7 @@ use crate::analysis::diagram::Diagram;
 use crate::convergence::MeasuredWindow;
 use crate::expansion::WindowEdge;
 use crate::report::{
-    DocumentKind, OutputFolder, SectionDocument, basin_array, basin_figure, basin_rows,
+    DocumentKind, Figure, OutputFolder, SectionDocument, basin_array, basin_figure, basin_rows,
     chart_array, chart_figure, chart_rows, diagram_array, diagram_figures, diagram_rows,
     manifold_rows, pictures, write_json,
 };
@@ -74,17 +75,19 @@ impl Map {
         diagrams: &[Diagram],
     ) -> Result<Vec<String>, Error> {
         let documents = self.diagram_documents(diagrams);
-        folder.write_streamed("diagram.json", |out| write_json(out, &documents))?;
-        folder.write_streamed("diagram.csv", |out| diagram_rows(diagrams).write_csv(out))?;
-        let mut remarks = Vec::new();
-        for (number, diagram) in diagrams.iter().enumerate() {
-            let stem = stem("diagram", number, diagrams.len());
-            folder.write(&format!("{stem}.npy"), diagram_array(diagram)?)?;
-            for (suffix, figure) in diagram_figures(diagram) {
-                folder.write_all(pictures(&format!("{stem}{suffix}"), &figure, &mut remarks))?;
-            }
-        }
-        Ok(remarks)
+        let stems = || diagrams.iter().zip(stems("diagram", diagrams.len()));
+        let data = || {
+            folder.write_streamed("diagram.json", |out| write_json(out, &documents))?;
+            folder.write_streamed("diagram.csv", |out| diagram_rows(diagrams).write_csv(out))?;
+            stems().try_for_each(|(diagram, stem)| {
+                Ok(folder.write(&format!("{stem}.npy"), diagram_array(diagram)?).map(drop)?)
+            })
+        };
+        let figures = stems().flat_map(|(diagram, stem)| {
+            let named = move |(end, figure)| (format!("{stem}{end}"), figure);
+            diagram_figures(diagram).into_iter().map(named)
+        });
+        write_both(folder, data, figures.collect())
     }
 
     /// Writes data and pictures of charts, which hold no times; what is to be said of them.
@@ -98,15 +101,16 @@ impl Map {
         charts: &[Chart],
     ) -> Result<Vec<String>, Error> {
         let documents = self.chart_documents(charts);
-        folder.write_streamed("chart.json", |out| write_json(out, &documents))?;
-        folder.write_streamed("chart.csv", |out| chart_rows(charts).write_csv(out))?;
-        let mut remarks = Vec::new();
-        for (number, chart) in charts.iter().enumerate() {
-            let stem = stem("chart", number, charts.len());
-            folder.write(&format!("{stem}.npy"), chart_array(chart)?)?;
-            folder.write_all(pictures(&stem, &chart_figure(chart), &mut remarks))?;
-        }
-        Ok(remarks)
+        let stems = || charts.iter().zip(stems("chart", charts.len()));
+        let data = || {
+            folder.write_streamed("chart.json", |out| write_json(out, &documents))?;
+            folder.write_streamed("chart.csv", |out| chart_rows(charts).write_csv(out))?;
+            stems().try_for_each(|(chart, stem)| {
+                Ok(folder.write(&format!("{stem}.npy"), chart_array(chart)?).map(drop)?)
+            })
+        };
+        let figures = stems().map(|(chart, stem)| (stem, chart_figure(chart)));
+        write_both(folder, data, figures.collect())
     }
 
     /// Writes data and pictures of basins, which hold no times; what is to be said of them.
@@ -119,29 +123,46 @@ impl Map {
         folder: &OutputFolder,
         basins: &[Basin],
     ) -> Result<Vec<String>, Error> {
-        let mut remarks = Vec::new();
-        for (number, basin) in basins.iter().enumerate() {
-            let named = |name: &str| stem(name, number, basins.len());
-            let (stem, document) = (named("basin"), self.basin_document(basin));
-            folder.write_streamed(&format!("{stem}.json"), |out| write_json(out, &document))?;
-            folder
-                .write_streamed(&format!("{stem}.csv"), |out| basin_rows(basin).write_csv(out))?;
-            if let Some(manifolds) = &basin.manifolds {
-                let rows = || manifold_rows(basin, manifolds);
-                let name = format!("{}.csv", named("manifolds"));
-                folder.write_streamed(&name, |out| rows().write_csv(out))?;
+        let named = |name| basins.iter().zip(stems(name, basins.len()));
+        let data = || {
+            for (basin, stem) in named("basin") {
+                let (rows, document) = (basin_rows(basin), self.basin_document(basin));
+                folder.write_streamed(&format!("{stem}.json"), |out| write_json(out, &document))?;
+                folder.write_streamed(&format!("{stem}.csv"), |out| rows.write_csv(out))?;
+                folder.write(&format!("{stem}.npy"), basin_array(basin)?)?;
             }
-            folder.write(&format!("{stem}.npy"), basin_array(basin)?)?;
-            folder.write_all(pictures(&stem, &basin_figure(basin), &mut remarks))?;
-        }
-        Ok(remarks)
+            for (basin, stem) in named("manifolds") {
+                if let Some(manifolds) = &basin.manifolds {
+                    let rows = manifold_rows(basin, manifolds);
+                    folder.write_streamed(&format!("{stem}.csv"), |out| rows.write_csv(out))?;
+                }
+            }
+            Ok(())
+        };
+        let figures = named("basin").map(|(basin, stem)| (stem, basin_figure(basin)));
+        write_both(folder, data, figures.collect())
     }
 }
 
-/// The file name, without its ending, of one of several results, counted from 0.
-fn stem(name: &str, number: usize, count: usize) -> String {
-    match count {
+/// Writes data beside figures by the names of their files; what is to be said of the figures.
+fn write_both(
+    folder: &OutputFolder,
+    data: impl FnOnce() -> Result<(), Error> + Send,
+    figures: Vec<(String, Figure)>,
+) -> Result<Vec<String>, Error> {
+    let drawn = || {
+        let (files, remarks) = pictures(figures.par_iter().map(|(stem, figure)| (&**stem, figure)));
+        folder.write_all(files).map(|()| remarks)
+    };
+    let (data, drawn) = rayon::join(data, drawn);
+    data?;
+    Ok(drawn?)
+}
+
+/// The file names, without their endings, of so many results.
+fn stems(name: &str, count: usize) -> impl Iterator<Item = String> {
+    (1..=count).map(move |number| match count {
         1 => name.to_owned(),
-        _ => format!("{name}-{}", number + 1),
-    }
+        _ => format!("{name}-{number}"),
+    })
 }

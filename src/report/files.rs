@@ -13,6 +13,7 @@ use std::io::{self, BufWriter, Write};
 use std::path::{Component, Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
+use rayon::prelude::*;
 use tempfile::NamedTempFile;
 
 use super::ReportError;
@@ -42,6 +43,18 @@ pub fn write_streamed(
     path: &Path,
     content: impl FnOnce(&mut dyn Write) -> Result<(), ReportError>,
 ) -> Result<(), ReportError> {
+    if let Some(folder) = replace(path, content)? {
+        sync_folder(&folder);
+    }
+    Ok(())
+}
+
+/// Writes a file as [`write_streamed`] does; the folder that has its new name, where it has one,
+/// which is not flushed.
+fn replace(
+    path: &Path,
+    content: impl FnOnce(&mut dyn Write) -> Result<(), ReportError>,
+) -> Result<Option<PathBuf>, ReportError> {
     let failed =
         |action| move |source| ReportError::Write { action, path: path.to_path_buf(), source };
     let old = fs::metadata(path).ok();
@@ -53,7 +66,7 @@ pub fn write_streamed(
             let device = File::options().write(true).open(path).map_err(failed("write"))?;
             let mut device = BufWriter::new(device);
             content(&mut device).map_err(|error| named(error, path))?;
-            return device.flush().map_err(failed("write"));
+            return device.flush().map(|()| None).map_err(failed("write"));
         }
         Some(old) => refuse_protected(path, old).map_err(failed("replace"))?,
         None => {}
@@ -72,8 +85,7 @@ pub fn write_streamed(
     }
     temporary.as_file().sync_all().map_err(failed("flush"))?;
     temporary.persist(&target).map_err(|refused| failed("replace")(refused.error))?;
-    sync_folder(folder);
-    Ok(())
+    Ok(Some(folder.to_path_buf()))
 }
 
 /// Refuses a file that may not be written: renaming over it asks for permission of its folder
@@ -179,10 +191,19 @@ fn sync_folder(folder: &Path) {
     }
 }
 
-/// A folder that a run writes its files into, one whole file at a time.
-#[derive(Debug, Clone)]
+/// A folder that a run writes its files into, each whole; their names are made durable at the end.
+#[derive(Debug)]
 pub struct OutputFolder {
     root: PathBuf,
+    /// Folders with new names.
+    changed: Mutex<BTreeSet<PathBuf>>,
+}
+
+impl Drop for OutputFolder {
+    fn drop(&mut self) {
+        let changed = self.changed.get_mut().unwrap_or_else(PoisonError::into_inner);
+        changed.iter().for_each(|folder| sync_folder(folder));
+    }
 }
 
 impl OutputFolder {
@@ -194,7 +215,7 @@ impl OutputFolder {
     pub fn create(root: impl Into<PathBuf>) -> Result<Self, ReportError> {
         let root = root.into();
         create_folder(&root)?;
-        Ok(Self { root })
+        Ok(Self { root, changed: Mutex::default() })
     }
 
     /// Where the folder is.
@@ -212,7 +233,7 @@ impl OutputFolder {
     /// [`ReportError::Write`] as for [`write_atomically`].
     pub fn write(&self, name: &str, bytes: impl AsRef<[u8]>) -> Result<PathBuf, ReportError> {
         let path = self.place(name)?;
-        write_atomically(&path, bytes.as_ref())?;
+        self.replace(&path, |out| Ok(out.write_all(bytes.as_ref())?))?;
         Ok(path)
     }
 
@@ -226,7 +247,17 @@ impl OutputFolder {
         name: &str,
         content: impl FnOnce(&mut dyn Write) -> Result<(), ReportError>,
     ) -> Result<(), ReportError> {
-        write_streamed(&self.place(name)?, content)
+        self.replace(&self.place(name)?, content)
+    }
+
+    fn replace(
+        &self,
+        path: &Path,
+        content: impl FnOnce(&mut dyn Write) -> Result<(), ReportError>,
+    ) -> Result<(), ReportError> {
+        let folder = replace(path, content)?;
+        self.changed.lock().unwrap_or_else(PoisonError::into_inner).extend(folder);
+        Ok(())
     }
 
     /// The path of a file in the folder, whose subfolder is made.
@@ -241,16 +272,16 @@ impl OutputFolder {
         Ok(path)
     }
 
-    /// Writes files by name, in order.
+    /// Writes files by name, side by side.
     ///
     /// # Errors
     ///
     /// As [`write`](Self::write).
     pub fn write_all(
         &self,
-        files: impl IntoIterator<Item = (impl AsRef<str>, impl AsRef<[u8]>)>,
+        files: impl IntoParallelIterator<Item = (impl AsRef<str>, impl AsRef<[u8]>)>,
     ) -> Result<(), ReportError> {
-        let mut files = files.into_iter();
+        let files = files.into_par_iter();
         files.try_for_each(|(name, bytes)| self.write(name.as_ref(), bytes).map(drop))
     }
 }

@@ -10,6 +10,7 @@ use std::sync::Arc;
 
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
+use rayon::prelude::*;
 
 pub(super) use error::CliError;
 use grazemap::Error;
@@ -187,7 +188,7 @@ impl Results {
     ) -> Result<(), CliError> {
         if let Some(folder) = &outlets.output {
             OutputFolder::create(folder)?
-                .write_all(self.files.iter().map(|(name, bytes)| (name, bytes)))?;
+                .write_all(self.files.par_iter().map(|(name, bytes)| (name, bytes)))?;
         }
         if let Some(destination) = &outlets.json {
             destination.write(&self.json)?;
