@@ -40,15 +40,27 @@ fn exponent_of(scientific: &str) -> i32 {
     scientific.split_once('e').and_then(|(_, exponent)| exponent.parse().ok()).unwrap_or(0)
 }
 
-/// A number of things, in words: `1 file`, `2 files`.
+/// A number of things, in words: `1 file`, `2 files`, `2 branches`.
 pub fn counted(count: usize, thing: &str) -> String {
-    let plural = if count == 1 { "" } else { "s" };
+    let hisses = ["s", "x", "z", "ch", "sh"].iter().any(|end| thing.ends_with(end));
+    let plural = match (count, hisses) {
+        (1, _) => "",
+        (_, true) => "es",
+        (_, false) => "s",
+    };
     format!("{count} {thing}{plural}")
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn things_are_counted_in_words() {
+        assert_eq!(counted(1, "branch"), "1 branch");
+        assert_eq!(counted(4, "branch"), "4 branches");
+        assert_eq!(counted(0, "file"), "0 files");
+    }
 
     #[test]
     fn numbers_for_people_keep_the_digits_asked_for() {
