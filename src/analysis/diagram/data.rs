@@ -4,7 +4,7 @@ use std::num::NonZero;
 use std::thread::available_parallelism;
 use std::time::Instant;
 
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::analysis::escape::EscapeBound;
 use crate::expansion::MapWindow;
@@ -130,7 +130,8 @@ pub struct DiagramPoint {
     /// Offset of the parameter from its grazing value.
     pub offset: f64,
     /// The observable at the kept iterates, in order: all of them, or the first few where these
-    /// repeat bit for bit.
+    /// repeat bit for bit. NaN where there is none: `null` in a document.
+    #[serde(deserialize_with = "nulls_as_nan")]
     pub values: Vec<f64>,
     /// Iterates kept; fewer than asked for where the orbit ended early.
     pub kept: usize,
@@ -154,6 +155,15 @@ pub struct DiagramPoint {
     /// point that was mapped lies beyond the half-width of a coordinate or a parameter, or has a
     /// passage deeper than the window.
     pub outside: f64,
+}
+
+/// Values that JSON wrote as `null` where they were NaN; other formats write NaN itself.
+fn nulls_as_nan<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<f64>, D::Error> {
+    if !deserializer.is_human_readable() {
+        return Vec::deserialize(deserializer);
+    }
+    let values = Vec::<Option<f64>>::deserialize(deserializer)?;
+    Ok(values.into_iter().map(|value| value.unwrap_or(f64::NAN)).collect())
 }
 
 /// Time spent in a sweep or a chart, by the clock.

@@ -3,6 +3,12 @@
 use std::fs;
 use std::path::Path;
 
+use grazemap::analysis::basin::Basin;
+use grazemap::report::to_json;
+use grazemap::{Chart, ConvergenceStudy, Diagram};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
 use super::{QUICK, grazemap, scratch, text};
 
 /// What commands make of a scene, and of its saved map and orbit: the same but for times.
@@ -91,6 +97,48 @@ fn a_study_of_a_saved_map_is_that_of_its_scene() {
     let save = [&["expand", "linear", "-q", "--json", "map.json"], &QUICK[..]].concat();
     assert!(grazemap(folder.path(), &save).status.success());
     assert_eq!(study("map.json", &[]), expected);
+}
+
+/// What a document has besides what it holds: read back, and written again, it is the same.
+fn reads_back<T: Serialize + DeserializeOwned>(folder: &Path, file: &str) {
+    let text = fs::read_to_string(folder.join(file)).expect("there");
+    let json = |text: &str| serde_json::from_str::<serde_json::Value>(text).expect("JSON");
+    let read: T = serde_json::from_str(&text).unwrap_or_else(|fault| panic!("{file}: {fault}"));
+    let again = json(&to_json(&read).expect("JSON"));
+    let members = |json: serde_json::Value| match json {
+        serde_json::Value::Array(documents) => documents,
+        document => vec![document],
+    };
+    let (written, again) = (members(json(&text)), members(again));
+    assert_eq!(written.len(), again.len(), "{file}");
+    for (written, again) in written.iter().zip(&again) {
+        let again = again.as_object().expect("an object");
+        assert!(again.len() > 5, "{file}");
+        for (key, value) in again {
+            assert!(written[key] == *value, "{file}: {key}");
+        }
+    }
+}
+
+#[test]
+fn results_are_read_back_as_the_values_that_they_were() {
+    let folder = scratch();
+    let run = |arguments: &[&str]| {
+        let output = grazemap(folder.path(), &[arguments, &["-q", "-o", "out"], &QUICK].concat());
+        assert!(output.status.success(), "{arguments:?}: {}", text(&output.stderr));
+    };
+    // The root of a negative number is no number.
+    run(&["diagram", "linear", "--set", "diagram.0.observe=sqrt(x - 1)"]);
+    run(&["chart", "cantilever_3_5_soft", "--set", "chart.0.points=[6, 5]"]);
+    run(&["basin", "linear", "--points", "12"]);
+    run(&["converge", "linear", "--fresh", "5"]);
+    let out = folder.path().join("out");
+    let diagrams = fs::read_to_string(out.join("diagram.json")).expect("there");
+    assert!(diagrams.contains("\"values\": [null"), "no value is missing");
+    reads_back::<Vec<Diagram>>(&out, "diagram.json");
+    reads_back::<Vec<Chart>>(&out, "chart.json");
+    reads_back::<Basin>(&out, "basin.json");
+    reads_back::<ConvergenceStudy>(&out, "convergence.json");
 }
 
 #[test]
