@@ -11,6 +11,7 @@ let made = 0;
 
 const LONGEST_PERIOD = 256;
 const PERIOD_TOLERANCE = 1e-8;
+const APPROACH_TOLERANCE = 1e-5;
 const SLICE = 24; // milliseconds between two messages
 
 /** Instantiates the module and lays out its memory for so many records. */
@@ -53,6 +54,12 @@ function put(place, lane, values) {
   values.forEach((value, n) => (memory[place / 8 + n * sizes.lanes + lane] = value));
 }
 
+/**
+ * A state to go on from. An offset that decays for good would end among the numbers below the
+ * normal ones, with which processors are slow.
+ */
+const going = (state) => state.map((value) => (Math.abs(value) < 1e-100 ? 0 : value));
+
 /** Takes one point out of a lane. */
 function lane(place, number, count) {
   return Array.from({ length: count }, (_, n) => memory[place / 8 + n * sizes.lanes + number]);
@@ -88,6 +95,12 @@ function outside(number, parameters) {
     )
   );
 }
+
+/** Whether the last iterates of a lane made contact. */
+const touches = (number) =>
+  lane(places.extents, number, sizes.states + sizes.passages)
+    .slice(sizes.states)
+    .some((depth) => depth > 0);
 
 /** What is drawn of the kept iterates of a lane: a coordinate's offset, or −depth of a passage. */
 function observed(number, observable, keep) {
@@ -133,7 +146,7 @@ function* sweep(request) {
     freeze(request, new Array(sizes.lanes).fill(value));
     for (let n = 0; n < sizes.lanes; n++) put(places.states, n, carried);
     iterate(count, false);
-    carried = escaped(0) ? start.slice() : lane(places.states, 0, sizes.states);
+    carried = escaped(0) ? start.slice() : going(lane(places.states, 0, sizes.states));
   };
   const anchor = request.anchor;
   const entry = offset(ordered(0));
@@ -169,13 +182,15 @@ function* sweep(request) {
       iterate(pass.keep + 1, true);
       states = states.map((_, n) => {
         const gone = lost[n] || escaped(n);
-        const state = gone ? start.slice() : lastKept(n, pass.keep);
+        const state = gone ? start.slice() : going(lastKept(n, pass.keep));
         const own = request.parameters.slice();
         own[request.axis] = offsets[n];
         if (n * stretch + place < columns) {
           const values = gone ? new Float64Array(0) : observed(n, request.observe, pass.keep);
           const entry = { offset: offsets[n], width: width * pass.every, values, state };
-          found.push({ ...entry, pass: number, column: taken[n], outside: outside(n, own), gone });
+          const period = gone ? null : periodSeen(values, request.observe);
+          const what = { outside: outside(n, own), touches: touches(n), gone, period };
+          found.push({ ...entry, ...what, pass: number, column: taken[n] });
           if (pass.every === 1) last[taken[n]] = gone ? null : state;
         }
         return state;
@@ -193,7 +208,7 @@ function* sweep(request) {
       lanes.forEach((column, n) => {
         if (first + n >= columns || !last[column] || escaped(n)) return;
         const values = observed(n, request.observe, keep);
-        last[column] = lastKept(n, keep);
+        last[column] = going(lastKept(n, keep));
         const entry = { offset: offset(column), width, values, state: last[column] };
         found.push({ ...entry, pass: 2, column });
       });
@@ -255,9 +270,8 @@ function* chart(request) {
         const states = Array.from({ length: 2 * longest }, (_, k) =>
           lane(places.records + k * record, n, d),
         );
-        kind = periodOf(states);
-        const deepest = lane(places.extents, n, d + s).slice(d);
-        if (kind === 1 && deepest.every((depth) => depth <= 0)) kind = WITHOUT_CONTACT;
+        kind = periodOf(states) || approached(states.length, distances(states), APPROACH_TOLERANCE);
+        if (kind === 1 && !touches(n)) kind = WITHOUT_CONTACT;
       }
       found.push([column, row, every, kind]);
     });
@@ -299,8 +313,7 @@ function* basin(request) {
         const states = Array.from({ length: kept }, (_, k) =>
           lane(places.records + k * record, n, d),
         );
-        const touches = lane(places.extents, n, d + s).slice(d).some((depth) => depth > 0);
-        kind = attractorOf(attractors, states, touches);
+        kind = attractorOf(attractors, states, touches(n));
       }
       found.push([column, row, every, kind]);
     });
@@ -318,8 +331,19 @@ function attractorOf(known, states, touches) {
         Math.abs(value - b[n]) <=
         SAME_ATTRACTOR * Math.max(data.window.state[n] ?? 0, Math.abs(value)),
     );
+  const distance = (a, b) =>
+    Math.max(...a.map((value, n) => Math.abs(value - b[n]) / (data.window.state[n] ?? 1)));
+  // A multiplier of modulus near 1 leaves an orbit long on its way: it comes nearer.
+  const approaches = (other) => {
+    const far = other.states.map((own) => distance(own, states[0]));
+    const first = far.indexOf(Math.min(...far));
+    const turns = 2 * other.period * Math.floor((states.length - 1) / (2 * other.period));
+    const then = distance(other.states[first], states[turns]);
+    return turns > 0 && far[first] < 0.05 && then < 0.98 * far[first];
+  };
   const same = (other) =>
-    other.period === period && (!period || other.states.some((own) => near(own, states[0])));
+    (other.period === period && (!period || other.states.some((own) => near(own, states[0])))) ||
+    (other.period && approaches(other));
   const number = known.findIndex(same);
   if (number >= 0) return number;
   return known.push({ period, touches, states: states.slice(0, period || undefined) }) - 1;
@@ -360,19 +384,78 @@ function next() {
   if (request) run(request);
 }
 
-/** Period of states that repeat, 0 where none does; in half-widths or, where larger, extents. */
-function periodOf(states) {
+/** Share of its first amplitude below which an alternation has shrunk. */
+const SHRUNK = 0.95;
+
+/** The largest distance of states from those so many later, from one state to before another. */
+function farthest(apart, shift, first, end) {
+  let most = 0;
+  for (let n = first; n < end; n++) most = Math.max(most, apart(n, shift));
+  return most;
+}
+
+/**
+ * Period of a run of so many states that repeat, 0 where none does; `apart(n, shift)` is how far a
+ * state is from the one so many later. An orbit that approaches a period by alternating about it
+ * seems to have twice that period: where the alternation shrinks, it is the half. As the program
+ * finds it.
+ */
+function periodIn(count, apart, tolerance, longest = count >> 1) {
+  for (let period = 1; period <= Math.min(longest, count >> 1); period++) {
+    let n = 0;
+    while (n + period < count && apart(n, period) <= tolerance) n++;
+    if (n + period < count) continue;
+    const half = period / 2;
+    if (period % 2 || count < half + 2 * period) return period;
+    const began = farthest(apart, half, 0, period);
+    const ended = farthest(apart, half, count - half - period, count - half);
+    return ended < SHRUNK * began ? half : period;
+  }
+  return 0;
+}
+
+/** The period that a run of states comes nearer to, 0 where it does to none. */
+function approached(count, apart, tolerance) {
+  for (let shift = 1; shift <= count / 3; shift++) {
+    const pairs = count - shift;
+    const began = farthest(apart, shift, 0, pairs >> 1);
+    if (!(began <= tolerance)) continue;
+    if (farthest(apart, shift, pairs - (pairs >> 1), pairs) < SHRUNK * began) return shift;
+  }
+  return 0;
+}
+
+/** How far states are from later ones; in half-widths or, where larger, extents. */
+function distances(states) {
   const scales = states[0].map((_, n) => {
     const own = states.map((state) => state[n]);
     return Math.max(data.window.state[n] ?? 1, Math.max(...own) - Math.min(...own));
   });
-  const apart = (a, b) => a.some((v, n) => !(Math.abs(v - b[n]) <= PERIOD_TOLERANCE * scales[n]));
-  for (let period = 1; period <= states.length / 2; period++) {
-    let n = 0;
-    while (n + period < states.length && !apart(states[n], states[n + period])) n++;
-    if (n + period === states.length) return period;
+  return (number, shift) => {
+    const [a, b] = [states[number], states[number + shift]];
+    let most = 0;
+    for (let n = 0; n < a.length; n++) {
+      const distance = Math.abs(a[n] - b[n]) / scales[n];
+      if (!(distance <= most)) most = distance;
+    }
+    return most;
+  };
+}
+
+/** Period of states that repeat. */
+const periodOf = (states) => periodIn(states.length, distances(states), PERIOD_TOLERANCE);
+
+/** Period of what is drawn, as an eye would tell it. */
+function periodSeen(values, { depth, coordinate }) {
+  let [low, high] = [Infinity, -Infinity];
+  for (const value of values) {
+    if (value < low) low = value;
+    if (value > high) high = value;
   }
-  return 0;
+  const width = depth === undefined ? data.window.state[coordinate] : data.window.depth;
+  if (!(high - low > 1e-9 * (width ?? 1))) return 1;
+  const apart = (n, shift) => Math.abs(values[n] - values[n + shift]);
+  return periodIn(values.length, apart, 1e-3 * (high - low), 64);
 }
 
 /** Eigenvalues of a small matrix, by its characteristic polynomial. */
@@ -380,15 +463,13 @@ function eigenvalues(matrix) {
   const size = matrix.length;
   // Faddeev and LeVerrier.
   const coefficients = [1];
-  let product = matrix.map((row) => row.map(() => 0));
+  let power = matrix.map((row) => row.map(() => 0));
   for (let k = 1; k <= size; k++) {
-    const shifted = product.map((row, i) =>
+    const shifted = power.map((row, i) =>
       row.map((v, j) => v + (i === j ? coefficients[k - 1] : 0)),
     );
-    product = matrix.map((row) =>
-      shifted[0].map((_, j) => row.reduce((sum, v, n) => sum + v * shifted[n][j], 0)),
-    );
-    coefficients.push(-product.reduce((sum, row, n) => sum + row[n], 0) / k);
+    power = times(matrix, shifted);
+    coefficients.push(-power.reduce((sum, row, n) => sum + row[n], 0) / k);
   }
   if (size === 1) return [[-coefficients[1], 0]];
   if (size === 2) {
@@ -406,7 +487,7 @@ function eigenvalues(matrix) {
     ];
   }
   // Durand and Kerner.
-  const times = ([a, b], [c, d]) => [a * c - b * d, a * d + b * c];
+  const product = ([a, b], [c, d]) => [a * c - b * d, a * d + b * c];
   const over = ([a, b], [c, d]) => {
     const norm = c * c + d * d || 1e-300;
     return [(a * c + b * d) / norm, (b * c - a * d) / norm];
@@ -415,11 +496,11 @@ function eigenvalues(matrix) {
   for (let step = 0; step < 200; step++) {
     roots = roots.map((root, n) => {
       const value = coefficients.reduce(
-        (sum, c) => times(sum, root).map((v, i) => (i ? v : v + c)),
+        (sum, c) => product(sum, root).map((v, i) => (i ? v : v + c)),
         [0, 0],
       );
       const rest = roots.reduce(
-        (own, other, m) => (m === n ? own : times(own, [root[0] - other[0], root[1] - other[1]])),
+        (own, other, m) => (m === n ? own : product(own, [root[0] - other[0], root[1] - other[1]])),
         [1, 0],
       );
       const move = over(value, rest);
@@ -457,7 +538,7 @@ function probe(request) {
   at(places.parameters, p).set(own);
   map.freeze(places.parameters, places.coefficients);
   const length = answer.period || count;
-  let product = states[0].map((_, i) => states[0].map((_, j) => Number(i === j)));
+  let product = identity(d);
   let tangent = states[0].map((_, n) => 1 / (n + 1));
   let exponent = 0;
   const turns = answer.period ? Math.max(1, Math.ceil(64 / length)) : 1;
@@ -471,9 +552,7 @@ function probe(request) {
     exponent += Math.log(size / Math.hypot(...tangent));
     tangent = moved.map((v) => v / size);
     if (n < length && answer.period) {
-      product = rows.map((row) =>
-        product[0].map((_, j) => row.reduce((sum, v, i) => sum + v * product[i][j], 0)),
-      );
+      product = times(rows, product);
     }
   }
   answer.exponent = exponent / (length * turns);
@@ -485,6 +564,128 @@ function probe(request) {
   answer.states = states;
   answer.depths = depths;
   return answer;
+}
+
+/**
+ * A periodic orbit near a state, by Newton's method on all its returns together; null where there
+ * is none. With its multipliers, contacts, the least and the largest depth.
+ */
+function periodicOrbit(parameters, state, period) {
+  const { states: d, passages: s, parameters: p } = sizes;
+  at(places.parameters, p).set(parameters);
+  map.freeze(places.parameters, places.coefficients);
+  let from = state;
+  let last = Infinity;
+  for (let turn = 0; turn < 30; turn++) {
+    const orbit = { states: [], depths: [], product: identity(d) };
+    let own = from;
+    for (let n = 0; n < period; n++) {
+      at(places.states, d).set(own);
+      const { coefficients, states, records, extents, jacobian } = places;
+      map.step_jacobian(coefficients, states, records, extents, jacobian);
+      const rows = Array.from({ length: d }, (_, i) => [...at(jacobian + 8 * d * i, d)]);
+      orbit.product = times(rows, orbit.product);
+      orbit.states.push(own);
+      orbit.depths.push([...at(extents, s)]);
+      own = [...at(records, d)];
+    }
+    const residual = own.map((value, n) => value - from[n]);
+    const matrix = orbit.product.map((row, i) => row.map((v, j) => (i === j ? 1 - v : -v)));
+    const step = solve(matrix, residual);
+    if (!step?.every(Number.isFinite)) return null;
+    const scale = (n) => data.window.state[n] ?? Math.abs(from[n]) + 1e-6;
+    const size = Math.max(...step.map((value, n) => Math.abs(value) / scale(n)));
+    // Rounding ends the fall of the steps.
+    if (size < 1e-15 || (size < 1e-11 && size >= last)) {
+      orbit.parameters = parameters;
+      orbit.multipliers = eigenvalues(orbit.product);
+      orbit.contacts = orbit.depths.map((row) => row.map((depth) => Number(depth > 0)).join("")).join();
+      return orbit;
+    }
+    if (!(size < 1e3)) return null;
+    last = size;
+    from = from.map((value, n) => value + step[n]);
+  }
+  return null;
+}
+
+const identity = (size) =>
+  Array.from({ length: size }, (_, i) => Array.from({ length: size }, (_, j) => Number(i === j)));
+
+const times = (rows, other) =>
+  rows.map((row) => other[0].map((_, j) => row.reduce((sum, v, i) => sum + v * other[i][j], 0)));
+
+/** The solution of a small linear system, by elimination; null where it has none. */
+function solve(matrix, right) {
+  const rows = matrix.map((row, n) => [...row, right[n]]);
+  const size = rows.length;
+  for (let n = 0; n < size; n++) {
+    let pivot = n;
+    for (let k = n + 1; k < size; k++)
+      if (Math.abs(rows[k][n]) > Math.abs(rows[pivot][n])) pivot = k;
+    [rows[n], rows[pivot]] = [rows[pivot], rows[n]];
+    if (!rows[n][n]) return null;
+    for (let k = 0; k < size; k++) {
+      if (k === n) continue;
+      const share = rows[k][n] / rows[n][n];
+      for (let j = n; j <= size; j++) rows[k][j] -= share * rows[n][j];
+    }
+  }
+  return rows.map((row, n) => row[size] / row[n]);
+}
+
+/**
+ * How far a stable periodic orbit goes along a parameter with its contacts, both ways: steps that
+ * become shorter until the border is known, and what ends it.
+ */
+function reach({ token, axis, low, high, step, parameters, states, period }) {
+  const first = periodicOrbit(parameters, states[0], period);
+  const modulus = (orbit) => Math.max(...orbit.multipliers.map(([re, im]) => Math.hypot(re, im)));
+  const holds = (orbit) => orbit && orbit.contacts === first.contacts && modulus(orbit) < 1;
+  const least = 1e-13 * Math.max(step, Math.abs(parameters[axis]));
+  const follow = (end) => {
+    const way = Math.sign(end - parameters[axis]);
+    let [here, before, length, failed] = [first, null, step, null];
+    const value = (orbit) => orbit.parameters[axis];
+    for (let turn = 0; turn < 2000 && length > least; turn++) {
+      const left = (end - value(here)) * way;
+      if (left <= least) return { orbit: here, way: "end" };
+      length = Math.min(length, left);
+      const next = length < left ? value(here) + way * length : end;
+      // Along the line through the last two.
+      const share = before && (next - value(here)) / (value(here) - value(before));
+      const from = here.states[0].map((v, n) => v + (before ? share * (v - before.states[0][n]) : 0));
+      const orbit = periodicOrbit(parameters.with(axis, next), from, period);
+      if (holds(orbit)) {
+        [before, here] = [here, orbit];
+        length = failed ? length : 1.5 * length;
+      } else {
+        failed = orbit ?? failed;
+        length /= 2;
+      }
+    }
+    return { orbit: here, way: ending(here, failed) };
+  };
+  const ending = (orbit, beyond) => {
+    const sizes = (own) => own.depths.flat().map(Math.abs);
+    const deepest = Math.max(data.window.depth ?? 0, ...sizes(first));
+    const least = Math.min(...sizes(orbit));
+    const [re, im] = orbit.multipliers.find(([re, im]) => Math.hypot(re, im) === modulus(orbit));
+    if (modulus(orbit) > 0.99) return Math.abs(im) > 1e-6 ? "torus" : re < 0 ? "flip" : "fold";
+    return least < 1e-5 * deepest || beyond ? "graze" : "lost";
+  };
+  const beyond = (value, width) => !(Math.abs(value) <= (width ?? Infinity));
+  const isOutside = ({ parameters, states, depths }) =>
+    parameters.some((value, n) => beyond(value, data.window.parameter[n])) ||
+    states.some((state) => state.some((value, n) => beyond(value, data.window.state[n]))) ||
+    depths.flat().some((value) => !(value <= (data.window.depth ?? Infinity)));
+  const ends = holds(first)
+    ? [low, high].map((end) => {
+        const { orbit, way } = follow(end);
+        return { offset: orbit.parameters[axis], way, outside: isOutside(orbit) };
+      })
+    : [];
+  return { kind: "reach", token, ends };
 }
 
 /** Images of a state, one after another, with depths: as `grazemap image --iterations` has them. */
@@ -527,6 +728,14 @@ function images(request) {
   return { kind: "images", token: request.token, values };
 }
 
+/** How long so many iterates take that are not kept: the speed of the map by itself. */
+function speed({ token, count }) {
+  const began = performance.now();
+  const { coefficients, states, extents, records } = places;
+  map.iterate_lanes(coefficients, states, extents, records, Math.ceil(count / sizes.lanes), 0);
+  return { kind: "speed", token, time: performance.now() - began };
+}
+
 onmessage = ({ data: message }) => {
   if (message.kind === "begin") {
     begin(message);
@@ -535,11 +744,7 @@ onmessage = ({ data: message }) => {
     current = message.number;
     waiting = message.sweeps.map((own) => ({ ...own, number: message.number }));
     next();
-  } else if (message.kind === "probe") {
-    postMessage(probe(message));
-  } else if (message.kind === "orbit") {
-    postMessage(orbit(message));
-  } else if (message.kind === "images") {
-    postMessage(images(message));
+  } else {
+    postMessage({ images, orbit, probe, reach, speed }[message.kind](message));
   }
 };

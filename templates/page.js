@@ -91,9 +91,10 @@
     );
     figure.append(bar);
   }
-  for (const line of document.querySelectorAll(".command")) {
-    const code = line.querySelector("code");
-    const copy = button("copy", "Copy the command", async () => {
+  for (const line of document.querySelectorAll(".command, .quote")) {
+    const code = line.querySelector("code, p");
+    const what = line.matches(".quote") ? "Copy these words" : "Copy the command";
+    const copy = button("copy", what, async () => {
       try {
         await navigator.clipboard.writeText(code.textContent);
       } catch {
@@ -154,7 +155,7 @@
     return (power ? `${short}e${Number(power)}` : short).replaceAll("-", "−");
   };
   /** Round values on an axis, and the power of ten that their labels leave out. */
-  const ticks = (from, to, count) => {
+  const ticks = (from, to, count, plain = false) => {
     const rough = (to - from) / count;
     const unit = 10 ** Math.floor(Math.log10(rough));
     const step = unit * [1, 2, 5, 10].find((n) => n * unit >= rough * 0.999);
@@ -163,41 +164,87 @@
     for (let n = first; n * step <= to + 1e-9 * step && values.length < 50; n++)
       values.push(n * step);
     const largest = Math.max(Math.abs(from), Math.abs(to));
-    const power = largest >= 1e4 || largest < 1e-2 ? Math.floor(Math.log10(largest)) : 0;
+    const leaves = largest >= (plain ? 1e6 : 1e4) || largest < (plain ? 1e-4 : 1e-2);
+    const power = leaves ? Math.floor(Math.log10(largest)) : 0;
     const digits = Math.max(0, Math.ceil(power - Math.log10(step) - 1e-9));
-    const label = (value) => (value / 10 ** power).toFixed(Math.min(digits, 12)).replace("-", "−");
-    return { values, power, label };
+    const label = (value) =>
+      (value / 10 ** power)
+        .toFixed(Math.min(digits, 17))
+        .replace(/^-(?=[0.]*$)/, "")
+        .replace("-", "−");
+    return { values, power, label, step };
   };
   const place = (room, [rx, ry], [a, b]) => [
     room.x + ((a - rx[0]) / (rx[1] - rx[0])) * room.w,
     room.y + room.h - ((b - ry[0]) / (ry[1] - ry[0])) * room.h,
   ];
-  /** A frame with round values and names below and on the left. */
-  const drawAxes = (g, room, ranges, labels) => {
-    g.font = "11px system-ui, sans-serif";
-    g.strokeStyle = colour("--rule");
+  /**
+   * A frame with round values and names: offsets below, so many pixels lower, and on the left; on
+   * the sides across, where there is one, the values that they are offsets from.
+   */
+  const drawAxes = (g, room, ranges, labels, { values = [], foot = 0 } = {}) => {
+    const ends = [ranges[0], ranges[1]];
+    const write = (text, x, y, align) => {
+      g.textAlign = align;
+      g.fillText(text, x, y);
+    };
+    const sideways = (text, x, y) => {
+      g.save();
+      g.translate(x, y);
+      g.rotate(-Math.PI / 2);
+      write(text, 0, 0, "center");
+      g.restore();
+    };
+    // A label in the middle of a tick, or beside it at the border.
+    const below = (text, x, y) => {
+      const half = 3.3 * text.length;
+      write(text, Math.min(x, room.x + room.w + 10 - half), y, "center");
+    };
+    const named = (name, power) => name + (power ? ` / 10${superscript(power)}` : "");
+    const middle = [room.x + room.w / 2, room.y + room.h / 2];
+    g.font = "12px system-ui, sans-serif";
+    g.lineWidth = 1;
+    g.strokeStyle = colour("--soft");
     g.strokeRect(room.x, room.y, room.w, room.h);
     g.fillStyle = colour("--ink");
-    for (const [n, range] of ranges.entries()) {
-      const { values, power, label } = ticks(
-        range[0],
-        range[1],
-        n ? 4 : Math.max(2, Math.floor(room.w / 80)),
-      );
-      for (const value of values) {
-        const [x, y] = place(room, ranges, n ? [ranges[0][0], value] : [value, ranges[1][0]]);
-        g.textAlign = n ? "right" : "center";
-        g.fillText(label(value), n ? x - 4 : x, n ? y + 4 : y + 14);
+    const x = ticks(...ranges[0], Math.max(4, Math.floor(room.w / 80)));
+    const bottom = room.y + room.h + foot;
+    for (const value of x.values) {
+      const [at] = place(room, ends, [value, 0]);
+      g.fillRect(at - 0.5, bottom, 1, 4);
+      below(x.label(value), at, bottom + 16);
+    }
+    write(named(labels[0], x.power), middle[0], bottom + 34, "center");
+    const y = ticks(...ranges[1], Math.max(4, Math.floor(room.h / 50)));
+    for (const value of y.values) {
+      const [, at] = place(room, ends, [0, value]);
+      g.fillRect(room.x - 4, at - 0.5, 4, 1);
+      write(y.label(value), room.x - 7, at + 4, "right");
+    }
+    sideways(named(labels[1], y.power), 13, middle[1]);
+    g.fillStyle = colour("--soft");
+    for (const [n, own] of values.entries()) {
+      if (!own) continue;
+      const shifted = ranges[n].map((end) => own.grazing + end);
+      // Fewer where they are long; none where doubles cannot tell them apart.
+      let count = n ? Math.floor(room.h / 50) : Math.floor(room.w / 60);
+      let found;
+      do found = ticks(...shifted, count, true);
+      while (!n && found.values.length * (7 * found.label(shifted[0]).length + 14) > room.w && --count);
+      if (!count || found.step < 1e-15 * Math.abs(own.grazing)) continue;
+      for (const value of found.values) {
+        const [left, up] = place(room, ends, [value - own.grazing, value - own.grazing]);
+        if (n) {
+          g.fillRect(room.x + room.w, up - 0.5, 4, 1);
+          write(found.label(value), room.x + room.w + 7, up + 4, "left");
+        } else {
+          g.fillRect(left - 0.5, room.y - 4, 1, 4);
+          below(found.label(value), left, room.y - 7);
+        }
       }
-      g.textAlign = "center";
-      g.save();
-      g.translate(
-        n ? room.x - 45 : room.x + room.w / 2,
-        n ? room.y + room.h / 2 : room.y + room.h + 32,
-      );
-      if (n) g.rotate(-Math.PI / 2);
-      g.fillText(labels[n] + (power ? ` / 10${superscript(power)}` : ""), 0, 0);
-      g.restore();
+      const name = named(own.symbol, found.power);
+      if (n) sideways(name, room.x + room.w + values.room, middle[1]);
+      else write(name, middle[0], room.y - 23, "center");
     }
   };
   const superscript = (power) =>
@@ -205,12 +252,137 @@
       .replace("-", "⁻")
       .replace(/\d/g, (d) => "⁰¹²³⁴⁵⁶⁷⁸⁹"[d]);
   const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+  /** Words with a rim of the paper, legible over everything. */
+  const writeOver = (g, text, x, y) => {
+    g.strokeStyle = colour("--paper");
+    g.lineWidth = 3;
+    g.strokeText(text, x, y);
+    g.lineWidth = 1;
+    g.fillText(text, x, y);
+  };
+
+  /** What a canvas is drawn with, as far as the panes use it, writing an SVG. */
+  function svgContext(width, height) {
+    const make = (name, properties, parent) => {
+      const made = document.createElementNS("http://www.w3.org/2000/svg", name);
+      for (const [key, value] of Object.entries(properties)) made.setAttribute(key, value);
+      parent?.append(made);
+      return made;
+    };
+    const round = (value) => Math.round(value * 100) / 100;
+    const svg = make("svg", { width, height, viewBox: `0 0 ${width} ${height}` });
+    let group = svg;
+    let path = "";
+    let dash = [];
+    let clips = 0;
+    const kept = [];
+    const pen = () => ({
+      fill: "none",
+      stroke: g.strokeStyle,
+      "stroke-width": g.lineWidth,
+      "stroke-linejoin": "round",
+      ...(dash.length ? { "stroke-dasharray": dash.join(" ") } : {}),
+    });
+    const box = (x, y, w, h) => ({
+      x: round(Math.min(x, x + w)),
+      y: round(Math.min(y, y + h)),
+      width: round(Math.abs(w)),
+      height: round(Math.abs(h)),
+    });
+    const shift = (transform) => (group = make("g", { transform }, group));
+    const write = (text, x, y, ink) => {
+      const [, size, family] = g.font.match(/(\d+)px (.*)/);
+      const anchor = { left: "start", center: "middle", right: "end" }[g.textAlign];
+      const own = { x: round(x), y: round(y), "text-anchor": anchor, "font-size": size };
+      make("text", { ...own, "font-family": family, ...ink }, group).textContent = text;
+    };
+    const g = {
+      svg,
+      fillStyle: "#000",
+      strokeStyle: "#000",
+      lineWidth: 1,
+      font: "12px sans-serif",
+      textAlign: "left",
+      save: () => {
+        const { fillStyle, strokeStyle, lineWidth, font, textAlign } = g;
+        kept.push([group, dash, { fillStyle, strokeStyle, lineWidth, font, textAlign }]);
+      },
+      restore: () => {
+        let own;
+        [group, dash, own] = kept.pop();
+        Object.assign(g, own);
+      },
+      translate: (x, y) => shift(`translate(${round(x)} ${round(y)})`),
+      rotate: (angle) => shift(`rotate(${round((angle * 180) / Math.PI)})`),
+      beginPath: () => (path = ""),
+      moveTo: (x, y) => (path += `M${round(x)} ${round(y)}`),
+      lineTo: (x, y) => (path += `${path ? "L" : "M"}${round(x)} ${round(y)}`),
+      arc: (x, y, r) =>
+        (path += `M${round(x - r)} ${round(y)}a${r} ${r} 0 1 0 ${2 * r} 0a${r} ${r} 0 1 0 ${-2 * r} 0`),
+      rect: (x, y, w, h) => (path += `M${x} ${y}h${w}v${h}h${-w}z`),
+      clip: () => {
+        const id = `clip-${++clips}`;
+        make("path", { d: path }, make("clipPath", { id }, group));
+        group = make("g", { "clip-path": `url(#${id})` }, group);
+      },
+      setLineDash: (own) => (dash = own),
+      stroke: () => make("path", { d: path, ...pen() }, group),
+      fill: () => make("path", { d: path, fill: g.fillStyle }, group),
+      fillRect: (...own) => make("rect", { ...box(...own), fill: g.fillStyle }, group),
+      strokeRect: (...own) => make("rect", { ...box(...own), ...pen() }, group),
+      fillText: (text, x, y) => write(text, x, y, { fill: g.fillStyle }),
+      strokeText: (text, x, y) => write(text, x, y, pen()),
+      drawImage: (picture, x, y, w, h) => {
+        const href = picture.toDataURL();
+        const style = "image-rendering: pixelated";
+        make("image", { ...box(x, y, w, h), preserveAspectRatio: "none", style, href }, group);
+      },
+    };
+    return g;
+  }
+  /** Draws on a canvas of so many pixels of the page, sharply. */
+  const drawOn = (canvas, [width, height], paint) => {
+    const ratio = Math.min(2, devicePixelRatio || 1);
+    const sides = [width, height].map((side) => Math.round(side * ratio));
+    if (canvas.width !== sides[0] || canvas.height !== sides[1])
+      [canvas.width, canvas.height] = sides;
+    canvas.style.height = `${height}px`;
+    const g = canvas.getContext("2d");
+    g.setTransform(ratio, 0, 0, ratio, 0, 0);
+    g.imageSmoothingEnabled = false;
+    g.clearRect(0, 0, width, height);
+    paint(g);
+  };
+  /** Buttons that save what a canvas shows: as drawn anew for an SVG, as pixels, as numbers. */
+  const savers = (what, name, { canvas, paint, csv }) => [
+    button("SVG", `Save ${what} as SVG`, () => {
+      const g = svgContext(canvas.clientWidth, canvas.clientHeight);
+      g.fillStyle = colour("--paper");
+      g.fillRect(0, 0, canvas.clientWidth, canvas.clientHeight);
+      paint(g);
+      save(`${name()}.svg`, new XMLSerializer().serializeToString(g.svg), "image/svg+xml");
+    }),
+    button("PNG", `Save ${what} as PNG`, () => {
+      const opaque = element("canvas", { width: canvas.width, height: canvas.height });
+      const g = opaque.getContext("2d");
+      g.fillStyle = colour("--paper");
+      g.fillRect(0, 0, canvas.width, canvas.height);
+      g.drawImage(canvas, 0, 0);
+      opaque.toBlob((blob) => save(`${name()}.png`, blob));
+    }),
+    button("CSV", `Save the numbers of ${what} as CSV`, () =>
+      save(`${name()}.csv`, csv(), "text/csv"),
+    ),
+  ];
   const observables = [
     ...data.passages.map((name, depth) => ({
-      text: data.passages.length > 1 ? `h at “${name}” (−y²)` : "h (−y²)",
+      text: data.passages.length > 1 ? `gap h at “${name}”` : "gap h",
       depth,
     })),
-    ...data.coordinates.map(({ name }, coordinate) => ({ text: `${name} (offset)`, coordinate })),
+    ...data.coordinates.map(({ symbol }, coordinate) => ({
+      text: `${symbol} − ${symbol}*`,
+      coordinate,
+    })),
   ];
 
   /**
@@ -251,22 +423,133 @@
     });
   };
 
+  const PERIODS = [
+    "#88ccee",
+    "#ddcc77",
+    "#cc6677",
+    "#117733",
+    "#aa4499",
+    "#999933",
+    "#882255",
+    "#44aa99",
+    "#332288",
+  ];
+  const WITHOUT_CONTACT = -1;
+  const OUTSIDE = -2;
+  const ESCAPED = -3;
+  /** Whether white letters are read on a colour, and not black ones. */
+  const isDark = (tone) =>
+    [1, 3, 5].reduce((sum, at, n) => sum + parseInt(tone.slice(at, at + 2), 16) * [3, 6, 1][n], 0) < 1275;
+  const classWords = (kind) =>
+    kind === undefined
+      ? ""
+      : kind === WITHOUT_CONTACT
+        ? "period 1 without contact"
+        : kind === OUTSIDE
+          ? "outside the measured window"
+          : kind === 0
+            ? "no period"
+            : `period ${kind}`;
+  const classColour = (kind) =>
+    kind === WITHOUT_CONTACT
+      ? "#f7eec3"
+      : kind === OUTSIDE
+        ? "#b3b7bc"
+        : kind === 0
+          ? "#1f2328"
+          : PERIODS[Math.min(kind, 9) - 1];
   const offsetOf = (coordinate) => {
-    const { name } = data.coordinates[coordinate];
-    return `${name} − ${name}*`;
+    const { symbol } = data.coordinates[coordinate];
+    return `${symbol} − ${symbol}*`;
   };
 
   /** Numbers that the page holds packed. */
   const unpacked = (text) =>
     new Float64Array(Uint8Array.from(atob(text), (c) => c.charCodeAt(0)).buffer);
 
+  /** A choice among words. */
+  const chooser = (label, words, choose) => {
+    const choice = element(
+      "select",
+      {},
+      ...words.map((text) => element("option", { textContent: text })),
+    );
+    choice.setAttribute("aria-label", label);
+    choice.onchange = () => choose(choice.selectedIndex);
+    return choice;
+  };
+  /** Draws again where the room or the colours change. */
+  const drawnAgain = (canvas, draw) => {
+    new ResizeObserver(draw).observe(canvas);
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", draw);
+  };
+
+  /** Height of a panel of what is at a marker. */
+  const PANEL = 230;
+  const panelRoom = (canvas) => ({
+    x: 62,
+    y: 10,
+    w: (canvas.clientWidth || 300) - 76,
+    h: PANEL - 50,
+  });
+  /** A panel that draws lines and points of an orbit. */
+  function orbitPanel(what, name) {
+    const canvas = element("canvas");
+    canvas.setAttribute("role", "img");
+    canvas.setAttribute("aria-label", what[0].toUpperCase() + what.slice(1));
+    let [lines, names, pale] = [[], ["", ""], false];
+    const paint = (g) => {
+      if (!lines.length) return;
+      const room = panelRoom(canvas);
+      const ranges = [0, 1].map((n) => {
+        const values = lines.flatMap(({ points }) => points.map((point) => point[n]));
+        const [low, high] = [Math.min(...values), Math.max(...values)];
+        // A period of one has an extent of rounding.
+        const moves = high - low > 1e-6 * Math.max(Math.abs(high), Math.abs(low));
+        const edge = moves ? 0.06 * (high - low) : Math.abs(high) * 0.1 || 1e-12;
+        return [low - edge, high + edge];
+      });
+      drawAxes(g, room, ranges, names);
+      for (const { points, tone, joined, bare } of lines) {
+        g.fillStyle = g.strokeStyle = colour(pale ? "--outside" : tone);
+        if (joined) {
+          g.beginPath();
+          for (const point of points) g.lineTo(...place(room, ranges, point));
+          g.stroke();
+        }
+        for (const point of bare ? [] : points) {
+          const [x, y] = place(room, ranges, point);
+          g.fillRect(x - 1.5, y - 1.5, 3, 3);
+        }
+      }
+    };
+    const csv = () =>
+      [
+        ["line", ...names.map((own) => `"${own.replaceAll('"', '""')}"`)],
+        ...lines.flatMap(({ points }, n) => points.map((point) => [n + 1, ...point])),
+      ].join("\n") + "\n";
+    const tools = element(
+      "div",
+      { className: "tools" },
+      ...savers(what, name, { canvas, paint, csv }),
+    );
+    const draw = () => drawOn(canvas, [canvas.clientWidth || 300, PANEL], paint);
+    drawnAgain(canvas, draw);
+    const show = (...own) => {
+      [pale, lines, names] = own;
+      draw();
+    };
+    return { node: element("div", {}, canvas, tools), tools, show };
+  }
+
   /** The live diagram of one of the run's. */
   function diagramPane(host, diagram) {
     const axis = diagram.axis;
     const parameter = data.parameters[axis];
     const home = { x: [diagram.from, diagram.to], y: null };
-    const margin = { left: 64, right: 12, top: 34, bottom: 42 };
     let view = { x: home.x.slice(), y: null };
+    // The views before this one.
+    let past = [];
     let auto = true;
     let base = data.parameters.map(() => 0);
     let observe = observables[diagram.observe] ?? observables[0];
@@ -282,8 +565,10 @@
           ]);
         });
     let direct = directOf();
-    let layers = { up: new Map(), down: new Map() };
-    let stale = { up: new Map(), down: new Map() };
+    // Columns of iterates by their number, of each sweep; "map" before those of the map itself
+    // where another of lower orders is drawn.
+    let layers = {};
+    let extent = [];
     let show = {
       up: diagram.headings.includes("up"),
       down: diagram.headings.includes("down"),
@@ -300,103 +585,149 @@
     let labels = [];
     let number = 0;
     let started = 0;
-    let drawn = false;
     let marker = null;
+    // What is known of the period at the marker: where it begins and ends.
+    let reach = null;
     let status = "";
     let lastTimes = {};
 
     const canvas = element("canvas", { tabIndex: 0 });
-    canvas.setAttribute("role", "img");
+    canvas.setAttribute("role", "application");
     const readout = element("output", { className: "readout" });
     readout.setAttribute("aria-live", "polite");
     const controls = element("div", { className: "tools" });
     const panels = element("div", { className: "panels", hidden: true });
-    const portrait = element("canvas");
-    const series = element("canvas");
     const single = data.coordinates.length === 1;
-    for (const [panel, label] of [
-      [
-        portrait,
-        single ? "Cobweb of the orbit on the graph of the map" : "States of the orbit on the section",
-      ],
-      [series, "Depth in each iterate"],
-    ]) {
-      panel.setAttribute("role", "img");
-      panel.setAttribute("aria-label", label);
-    }
+    const fileName = (what) => () => `${data.scene}-${parameter.name}-${what}`;
+    const portrait = single
+      ? orbitPanel("the cobweb of the orbit on the graph of the map", fileName("cobweb"))
+      : orbitPanel("the states of the orbit on the section", fileName("section"));
+    const series = orbitPanel("the gap in each return", fileName("gaps"));
     const facts = element("div", { className: "facts" });
-    panels.append(portrait, series);
+    panels.append(facts, portrait.node, series.node);
     const basin = single ? null : basinPane(panels);
-    panels.append(facts);
-    const words = `Bifurcation diagram of the map over ${parameter.name}. Arrow keys move the marker, plus and minus zoom, page up and page down shift, 0 shows the whole.`;
-    canvas.setAttribute("aria-label", words);
+    // The plane of the section that is drawn.
+    let plane = [0, 1];
+    const planes = data.coordinates.flatMap((_, b) => data.coordinates.slice(0, b).map((_, a) => [a, b]));
+    if (planes.length > 1) {
+      const choice = chooser(
+        "Coordinates of the plane of states and basins",
+        planes.map((own) => own.map((axis) => data.coordinates[axis].symbol).join(", ")),
+        (number) => {
+          plane = planes[number];
+          drawPortrait();
+          basin.choose(plane);
+        },
+      );
+      portrait.tools.prepend(choice);
+    }
+    const about = `Bifurcation diagram of the map over ${parameter.name}. Arrow keys move the marker, plus and minus zoom, page up and page down move, 0 shows the whole.`;
+    canvas.setAttribute("aria-label", about);
+    /** The diagram in words: which periods are found where. */
+    function described() {
+      const heading = show.up ? "up" : "down";
+      const runs = [];
+      for (const column of [...(layers[heading]?.values() ?? [])].sort((a, b) => a.offset - b.offset)) {
+        const kind = kindOf(column);
+        if (runs.at(-1)?.kind === kind) runs.at(-1).count += 1;
+        else runs.push({ kind, from: column.offset, count: 1 });
+      }
+      const wide = runs.filter(({ count }) => count >= 8).slice(0, 12);
+      return `${about} From left to right: ${wide.map(({ kind, from }) => `${classWords(kind)} from offset ${shown(from, 3)}`).join(", ")}.`;
+    }
 
-    let reference = null;
     let chosen = 0;
-    const worker = startWorker((message) => {
-      if (message.kind === "ready") return sweep();
+    const receive = (before) => (message) => {
+      if (message.kind === "ready") return before ? beneath() : sweep();
       if (message.number !== number) return;
+      const name = before + message.heading;
       if (message.kind === "done") {
-        lastTimes[message.heading] = message.time;
-        pane.rate = message.iterates / message.time / 1000;
-        status = "";
-        pane.done = Object.keys(lastTimes).length >= Number(show.up) + Number(show.down);
-        pane.times = { ...lastTimes };
+        if (!before) {
+          lastTimes[name] = message.time;
+          pane.rate = message.iterates / message.time / 1000;
+          pane.times = { ...lastTimes };
+        }
+        finished.add(name);
+        if (sweepsOf().every((own) => finished.has(own))) {
+          status = "";
+          old = null;
+          pane.done = true;
+          canvas.setAttribute("aria-label", described());
+        }
       } else {
-        if (!drawn) pane.first = performance.now() - started;
-        drawn = true;
-        take(message);
+        pane.first ||= performance.now() - started;
+        take(name, message.found);
       }
       redraw();
-    });
+    };
+    const worker = startWorker(receive(""));
+    let other = null;
+    const finished = new Set();
+    /** The sweeps that are seen, those beneath the others first. */
+    const sweepsOf = () => {
+      const own = ["down", "up"].filter((heading) => show[heading]);
+      return chosen ? [...own.map((heading) => "map " + heading), ...own] : own;
+    };
 
     /** Takes columns in: those of a later pass replace a preview, those of the last add to it. */
-    function take({ heading, found }) {
-      const layer = layers[heading];
+    function take(name, found) {
+      const layer = (layers[name] ??= new Map());
       for (const column of found) {
-        const old = layer.get(column.column);
-        if (column.pass === 2 && old) {
-          old.chunks.push(column.values);
-          old.state = column.state;
+        const known = layer.get(column.column);
+        if (column.pass === 2 && known) {
+          known.chunks.push(column.values);
+          known.state = column.state;
         } else {
           layer.set(column.column, { ...column, chunks: [column.values] });
+          for (const value of column.values) {
+            if (!(value >= extent[0])) extent[0] = value;
+            if (!(value <= extent[1])) extent[1] = value;
+          }
         }
+        if (sums) count(name, column);
       }
       if (auto) fit();
     }
 
-    /** The height that shows everything there is. */
+    /** The height that shows all iterates, and the branches where the iterates have none. */
     function fit() {
-      let [low, high] = [Infinity, -Infinity];
-      for (const heading of ["up", "down"]) {
-        for (const { chunks, outside } of show[heading] ? layers[heading].values() : []) {
-          for (const value of chunks[0]) {
-            if (value < low) low = value;
-            if (value > high) high = value;
-          }
-        }
+      let [low, high] = extent.length ? extent : [Infinity, -Infinity];
+      const shownCurves = show.branches && !otherMoved() ? curves : [];
+      for (const ofAll of [false, true]) {
+        const ends = shownCurves
+          .filter(({ stable }) => stable || ofAll)
+          .flatMap(({ points }) => points)
+          .filter(([offset]) => offset >= view.x[0] && offset <= view.x[1])
+          .map(([, value]) => value);
+        const [least, most] = [Math.min(...ends), Math.max(...ends)];
+        if (!(high - low >= 1e-3 * (most - least)))
+          [low, high] = [Math.min(low, least), Math.max(high, most)];
+        if (high > low) break;
       }
+      if (!(low <= high)) return;
+      if (view.y && fit.is === number && low >= view.y[0] && high <= view.y[1]) return;
+      fit.is = number;
       const edge = 0.04 * (high - low) || Math.abs(high) * 0.1 || 1e-12;
-      if (low <= high) view.y = [low - edge, high + edge];
+      view.y = [low - edge, high + edge];
+      sums = null;
     }
 
+    // Height of the strip of a sweep, below the plot.
+    const [STRIP, GAP] = [14, 6];
     const size = () => {
-      const ratio = Math.min(2, devicePixelRatio || 1);
       const width = Math.max(280, canvas.clientWidth || 700);
-      const height = Math.round(Math.min(460, Math.max(260, width * 0.6)));
+      const strips = GAP + STRIP * ["up", "down"].filter((heading) => show[heading]).length;
+      const height = Math.round(Math.min(460, Math.max(320, width * 0.6))) + strips;
+      const [left, top] = [68, 40];
       return {
-        ratio,
         width,
         height,
-        plot: {
-          x: margin.left,
-          y: margin.top,
-          w: width - margin.left - margin.right,
-          h: height - margin.top - margin.bottom,
-        },
+        strips,
+        plot: { x: left, y: top, w: width - left - 14, h: height - top - 40 - strips },
       };
     };
-    const columns = () => Math.min(1000, Math.round(size().plot.w));
+    const sharpness = () => Math.min(2, devicePixelRatio || 1);
+    const columns = () => Math.min(1000, Math.round(size().plot.w * sharpness()));
 
     /** Asks for the iterates of what is seen. */
     function sweep(delay = 0) {
@@ -404,36 +735,45 @@
       sweep.timer = setTimeout(() => {
         number += 1;
         started = performance.now();
-        drawn = false;
+        pane.first = 0;
         pane.done = false;
         pane.number = number;
         lastTimes = {};
-        for (const heading of ["up", "down"]) {
-          if (layers[heading].size) stale[heading] = layers[heading];
-          layers[heading] = new Map();
-        }
-        const [from, to] = view.x;
-        const common = {
-          course: "sweep",
-          axis,
-          parameters: base,
-          columns: columns(),
-          from,
-          to,
-          observe: { depth: observe.depth, coordinate: observe.coordinate },
-          transient: diagram.transient,
-          keep: Math.min(diagram.keep, 400),
-          more: Math.max(0, Math.ceil(1200 / Math.min(diagram.keep, 400)) - 1),
-          start: diagram.start,
-        };
-        const [low, high] = [Math.min(...home.x), Math.max(...home.x)];
-        const sweeps = ["up", "down"]
-          .filter((heading) => show[heading])
-          .map((heading) => ({ ...common, heading, anchor: heading === "up" ? low : high }));
+        finished.clear();
+        keepOld();
+        layers = {};
+        extent = [];
+        sums = null;
         status = "computing …";
-        worker.postMessage({ kind: "sweeps", number, sweeps });
+        worker.postMessage({ kind: "sweeps", number, sweeps: requests() });
+        if (chosen) beneath();
         redraw();
       }, delay);
+    }
+    function requests() {
+      const keep = Math.min(diagram.keep, 400);
+      const common = {
+        course: "sweep",
+        axis,
+        parameters: base,
+        columns: columns(),
+        from: view.x[0],
+        to: view.x[1],
+        observe: { depth: observe.depth, coordinate: observe.coordinate },
+        transient: diagram.transient,
+        keep,
+        more: Math.max(0, Math.ceil(1200 / keep) - 1),
+        start: diagram.start,
+      };
+      const [low, high] = [Math.min(...home.x), Math.max(...home.x)];
+      return ["up", "down"]
+        .filter((heading) => show[heading])
+        .map((heading) => ({ ...common, heading, anchor: heading === "up" ? low : high }));
+    }
+    /** The map's own iterates, beneath those of lower orders. */
+    function beneath() {
+      other ??= startWorker(receive("map "));
+      other.postMessage({ kind: "sweeps", number, sweeps: requests() });
     }
 
     const toX = (offset, plot) =>
@@ -444,198 +784,247 @@
     const fromY = (y, plot) =>
       view.y[0] + ((plot.y + plot.h - y) / plot.h) * (view.y[1] - view.y[0]);
 
-    /** Density of the iterates, as an image of the plot. */
-    function density(plot, ratio) {
-      const [w, h] = [Math.round(plot.w * ratio), Math.round(plot.h * ratio)];
-      const image = new ImageData(w, h);
-      if (!view.y) return image;
-      const counts = new Uint16Array(w * h);
-      const kind = new Uint8Array(w * h);
-      const span = view.x[1] - view.x[0];
-      const scale = h / (view.y[1] - view.y[0]);
-      const paint = (layer, tone, cleared) => {
-        for (const column of layer.values()) {
-          const middle = ((column.offset - view.x[0]) / span) * w;
-          const half = (column.width / span) * w * 0.5;
-          const left = Math.max(0, Math.round(middle - half));
-          const right = Math.min(w, Math.max(left + 1, Math.round(middle + half)));
-          if (middle + half < 0 || middle - half > w) continue;
-          if (cleared) for (let x = left; x < right; x++) cleared[x] = 1;
-          for (const values of column.chunks) {
-            for (let n = 0; n < values.length; n++) {
-              const y = h - 1 - Math.floor((values[n] - view.y[0]) * scale);
-              if (y < 0 || y >= h) continue;
-              for (let x = left; x < right; x++) {
-                const place = y * w + x;
-                if (counts[place] < 65535) counts[place]++;
-                kind[place] |= tone === 8 ? 8 : column.outside ? 4 : tone;
-              }
-            }
-          }
-        }
-      };
-      for (const heading of reference ? ["up", "down"] : []) {
-        if (show[heading]) paint(reference[heading], 8, null);
-      }
-      for (const heading of ["down", "up"]) {
-        if (!show[heading]) continue;
-        const tone = heading === "up" ? 1 : 2;
-        const fresh = new Uint8Array(w);
-        paint(layers[heading], tone, fresh);
-        const old = new Map(
-          [...stale[heading]].filter(([, column]) => {
-            const x = Math.round(((column.offset - view.x[0]) / span) * w);
-            return x < -w || x > 2 * w || !fresh[Math.min(w - 1, Math.max(0, x))];
-          }),
-        );
-        paint(old, tone, null);
-      }
-      const rgb = (name) => {
-        const text = colour(name).replace("#", "");
-        return [0, 2, 4].map((n) => parseInt(text.slice(n, n + 2), 16));
-      };
-      const tones = {
-        1: rgb("--up"),
-        2: rgb("--down"),
-        3: rgb("--both"),
-        4: rgb("--outside"),
-        8: rgb("--reference"),
-      };
-      for (let place = 0; place < counts.length; place++) {
-        const count = counts[place];
-        if (!count) continue;
-        const own = kind[place];
-        const [r, g, b] = tones[own & 3 || own & 4 || 8];
-        image.data.set([r, g, b, Math.min(255, 90 + 45 * Math.log2(1 + count))], 4 * place);
-      }
-      return image;
+    // Iterates counted by pixel, one column of pixels after another, of each sweep; of one view.
+    let sums = null;
+    // The picture of the counts, and that of an earlier view until there are columns of this one.
+    const back = element("canvas");
+    let painted = null;
+    let old = null;
+    const sameView = (a, b) =>
+      [0, 1].every((n) => a.x[n] === b.x[n] && a.y && b.y && a.y[n] === b.y[n]);
+    function keepOld() {
+      if (!sums || !painted || sums.fresh.reduce((sum, is) => sum + is, 0) < 0.5 * sums.w) return;
+      const picture = element("canvas", { width: back.width, height: back.height });
+      if (!back.width) return;
+      picture.getContext("2d").drawImage(back, 0, 0);
+      old = { picture, ...painted };
     }
+
+    /** The pixels of a column, from and to. */
+    function pixels({ offset, width }) {
+      const { w, view } = sums;
+      const span = view.x[1] - view.x[0];
+      const [middle, half] = [((offset - view.x[0]) / span) * w, ((width / span) * w) / 2];
+      const left = Math.max(0, Math.round(middle - half));
+      return [left, Math.min(w, Math.max(left + 1, Math.round(middle + half)))];
+    }
+    /** Adds the newest iterates of a column to the counts. */
+    function count(name, { pass, values, ...column }) {
+      const { w, h, view, fresh } = sums;
+      const own = (sums.layers[name] ??= { counts: new Uint8Array(w * h), outside: new Uint8Array(w) });
+      const [left, right] = pixels(column);
+      if (pass < 2) {
+        own.counts.fill(0, left * h, right * h);
+        own.outside.fill(column.outside, left, right);
+        fresh.fill(1, left, right);
+      }
+      sums.stale.fill(1, left, right);
+      const scale = h / (view.y[1] - view.y[0]);
+      for (let n = 0; n < values.length; n++) {
+        const y = h - 1 - Math.floor((values[n] - view.y[0]) * scale);
+        if (y < 0 || y >= h) continue;
+        for (let x = left; x < right; x++) {
+          const place = x * h + y;
+          if (own.counts[place] < 255) own.counts[place]++;
+        }
+      }
+    }
+    /** Counts of all that there is, of this view. */
+    function countAll(plot) {
+      const [w, h] = [plot.w, plot.h].map((side) => Math.round(side * sharpness()));
+      sums = { w, h, view: structuredClone(view), layers: {}, image: new ImageData(w, h) };
+      sums.fresh = new Uint8Array(w);
+      sums.stale = new Uint8Array(w).fill(1);
+      for (const name of sweepsOf()) {
+        for (const column of layers[name]?.values() ?? []) {
+          for (const [n, values] of column.chunks.entries())
+            count(name, { ...column, values, pass: n ? 2 : column.pass });
+        }
+      }
+    }
+    /** Density of the iterates, as a picture of the plot. */
+    function paintDensity() {
+      const { w, h, image } = sums;
+      const pixels = new Uint32Array(image.data.buffer);
+      const names = ["--up", "--down", "--both", "--outside", "--reference"];
+      const shades = names.map((name) => {
+        const [red, green, blue] = [1, 3, 5].map((n) => parseInt(colour(name).slice(n, n + 2), 16));
+        const opaque = (count) => Math.min(255, Math.round(90 + 45 * Math.log2(1 + count)));
+        return Array.from(
+          { length: 16 },
+          (_, count) => ((opaque(count) << 24) | (blue << 16) | (green << 8) | red) >>> 0,
+        );
+      });
+      const none = { counts: new Uint8Array(w * h), outside: new Uint8Array(w) };
+      const of = (name) => (sweepsOf().includes(name) && sums.layers[name]) || none;
+      const [up, down, mapUp, mapDown] = ["up", "down", "map up", "map down"].map(of);
+      for (let x = 0; x < w; x++) {
+        if (!sums.stale[x]) continue;
+        for (let y = 0; y < h; y++) {
+          const at = x * h + y;
+          const a = up.counts[at];
+          const b = down.counts[at];
+          let count = a + b;
+          // Blue, orange or both; what is outside the window grey; else what lies beneath.
+          let tone = (a && !up.outside[x] ? 1 : 0) + (b && !down.outside[x] ? 2 : 0) - 1;
+          if (tone < 0 && count) tone = 3;
+          if (!count) {
+            tone = 4;
+            count = mapUp.counts[at] + mapDown.counts[at];
+          }
+          pixels[y * w + x] = count ? shades[tone][Math.min(15, count)] : 0;
+        }
+      }
+      [back.width, back.height] = [w, h];
+      back.getContext("2d").putImageData(image, 0, 0);
+      painted = sums.view;
+      sums.stale.fill(0);
+    }
+    /** The picture, over that of an earlier view where it has no columns yet. */
+    function drawDensity(g, plot) {
+      if (old) {
+        const at = (x, y) => place(plot, [view.x, view.y], [x, y]);
+        const [[x0, y1], [x1, y0]] = [at(old.x[0], old.y[1]), at(old.x[1], old.y[0])];
+        g.save();
+        g.beginPath();
+        const step = plot.w / sums.w;
+        for (let x = 0; x < sums.w; x++)
+          if (!sums.fresh[x]) g.rect(plot.x + x * step, plot.y, step, plot.h);
+        g.clip();
+        g.drawImage(old.picture, x0, y1, x1 - x0, y0 - y1);
+        g.restore();
+      }
+      g.drawImage(back, plot.x, plot.y, plot.w, plot.h);
+    }
+
+    /** The period at every value, in colours and, where there is room, numbers. */
+    function drawStrip(g, plot, heading, top) {
+      g.fillStyle = colour("--soft");
+      g.font = "11px system-ui, sans-serif";
+      g.textAlign = "right";
+      const words = show.up && show.down ? `period ${heading === "up" ? "↑" : "↓"}` : "period";
+      g.fillText(words, plot.x - 4, top + 11);
+      const sorted = [...(layers[heading]?.values() ?? [])].sort((a, b) => a.offset - b.offset);
+      const runs = [];
+      for (const column of sorted) {
+        const kind = kindOf(column);
+        const ends = [column.offset - column.width / 2, column.offset + column.width / 2];
+        const [left, right] = ends.map((end) =>
+          Math.min(plot.x + plot.w, Math.max(plot.x, toX(end, plot))),
+        );
+        const last = runs.at(-1);
+        if (last?.kind === kind && last.period === column.period && left - last.right < 1)
+          last.right = right;
+        else runs.push({ kind, left, right, period: column.period });
+      }
+      for (const { kind, left, right } of runs) {
+        g.fillStyle = kind === ESCAPED ? colour("--rule") : classColour(kind);
+        g.fillRect(left, top + 1, right - left, STRIP - 2);
+      }
+      g.textAlign = "center";
+      for (const { kind, left, right, period } of runs) {
+        const texts = period ? [`${period}`] : period === 0 ? ["no period"] : ["escapes"];
+        if (kind === WITHOUT_CONTACT) texts.unshift("1, no contact");
+        if (kind === OUTSIDE) texts.unshift(`${period || "no period"}, outside the window`);
+        const text = texts.find((own) => 8 + 6 * own.length < right - left);
+        if (!text) continue;
+        g.fillStyle =
+          kind === ESCAPED ? colour("--ink") : isDark(classColour(kind)) ? "#fff" : "#000";
+        g.fillText(text, (left + right) / 2, top + 11);
+      }
+    }
+    /** The class of what a column settles on. */
+    const kindOf = ({ gone, outside, period, touches }) =>
+      gone ? ESCAPED : outside ? OUTSIDE : period === 1 && !touches ? WITHOUT_CONTACT : period;
 
     let frame = 0;
     function redraw() {
       if (!frame) frame = requestAnimationFrame(() => ((frame = 0), draw()));
     }
-    const back = element("canvas");
-
     function draw() {
-      const { ratio, width, height, plot } = size();
-      if (canvas.width !== width * ratio || canvas.height !== height * ratio) {
-        canvas.width = width * ratio;
-        canvas.height = height * ratio;
-        canvas.style.height = `${height}px`;
+      const { width, height, plot } = size();
+      if (view.y) {
+        const [w, h] = [plot.w, plot.h].map((side) => Math.round(side * sharpness()));
+        if (!sums || sums.w !== w || sums.h !== h || !sameView(sums.view, view)) {
+          if (sums) keepOld();
+          countAll(plot);
+        }
+        if (sums.stale.includes(1)) paintDensity();
       }
-      const g = canvas.getContext("2d");
-      g.setTransform(ratio, 0, 0, ratio, 0, 0);
-      const [ink, soft, rule, panel] = ["--ink", "--soft", "--rule", "--panel"].map(colour);
-      g.fillStyle = colour("--paper");
-      g.fillRect(0, 0, width, height);
+      drawOn(canvas, [width, height], paint);
+      pane.view = { x: view.x.slice(), y: view.y && view.y.slice() };
+    }
+
+    function paint(g) {
+      const { width, height, plot, strips } = size();
       // Beyond the window in the parameter.
       const bound = parameter.width;
       if (bound !== null) {
-        g.fillStyle = panel;
+        g.fillStyle = colour("--panel");
         const [left, right] = [-bound, bound].map((x) =>
           Math.min(plot.x + plot.w, Math.max(plot.x, toX(x, plot))),
         );
         g.fillRect(plot.x, plot.y, left - plot.x, plot.h);
         g.fillRect(right, plot.y, plot.x + plot.w - right, plot.h);
       }
-      if (view.y) {
-        const image = density(plot, ratio);
-        back.width = image.width;
-        back.height = image.height;
-        back.getContext("2d").putImageData(image, 0, 0);
-        g.imageSmoothingEnabled = false;
-        g.drawImage(back, plot.x, plot.y, plot.w, plot.h);
-      }
+      if (view.y) drawDensity(g, plot);
       drawLayers(g, plot);
-      // Where no orbit of the map stays.
-      g.fillStyle = colour("--outside");
-      for (const heading of ["up", "down"]) {
-        for (const { gone, offset, width: wide } of show[heading] ? layers[heading].values() : []) {
-          if (!gone) continue;
-          const [left, right] = [offset - wide / 2, offset + wide / 2].map((end) => toX(end, plot));
-          g.fillRect(left, plot.y + plot.h - 4, right - left, 4);
-        }
-      }
-      // Axes: offsets below, physical values above.
-      g.font = "12px system-ui, sans-serif";
-      g.strokeStyle = rule;
-      g.fillStyle = ink;
-      g.lineWidth = 1;
-      g.strokeRect(plot.x + 0.5, plot.y + 0.5, plot.w - 1, plot.h - 1);
-      const across = Math.max(3, Math.floor(plot.w / 90));
-      const x = ticks(view.x[0], view.x[1], across);
-      g.textAlign = "center";
-      for (const value of x.values) {
-        const at = toX(value, plot);
-        g.fillRect(at, plot.y + plot.h, 1, 4);
-        g.fillText(x.label(value), at, plot.y + plot.h + 17);
-      }
-      const power = (n) => (n ? ` / 10${superscript(n)}` : "");
-      g.fillText(
-        `${parameter.symbol} − ${parameter.symbol}*${power(x.power)}`,
-        plot.x + plot.w / 2,
-        height - 6,
-      );
-      g.fillStyle = soft;
-      const digits = Math.min(
-        15,
-        Math.max(
-          3,
-          Math.ceil(Math.log10(Math.abs(parameter.grazing || 1) / (view.x[1] - view.x[0]))) + 3,
-        ),
-      );
-      const few = Math.max(1, Math.floor(plot.w / (9 * digits + 60)));
-      for (let n = 0; n <= few; n++) {
-        const offset = view.x[0] + ((view.x[1] - view.x[0]) * n) / few;
-        g.textAlign = n === 0 ? "left" : n === few ? "right" : "center";
-        g.fillText(shown(parameter.grazing + offset, digits), toX(offset, plot), plot.y - 6);
-      }
-      g.textAlign = "center";
-      g.fillText(parameter.symbol, plot.x + plot.w / 2, 12);
-      if (view.y) {
-        const y = ticks(view.y[0], view.y[1], Math.max(3, Math.floor(plot.h / 55)));
-        g.fillStyle = ink;
-        g.textAlign = "right";
-        for (const value of y.values) {
-          const at = toY(value, plot);
-          g.fillRect(plot.x - 4, at, 4, 1);
-          g.fillText(y.label(value), plot.x - 7, at + 4);
-        }
-        g.save();
-        g.translate(13, plot.y + plot.h / 2);
-        g.rotate(-Math.PI / 2);
-        g.textAlign = "center";
-        g.fillText(observe.text + power(y.power), 0, 0);
-        g.restore();
-      }
-      // The graze and the marker.
-      const line = (offset, style, dash) => {
-        if (offset < view.x[0] || offset > view.x[1]) return;
+      const headings = ["up", "down"].filter((heading) => show[heading]);
+      for (const [n, heading] of headings.entries())
+        drawStrip(g, plot, heading, plot.y + plot.h + GAP + n * STRIP);
+      const names = [`${parameter.symbol} − ${parameter.symbol}*`, observe.text];
+      const ranges = [view.x, view.y ?? [0, 1]];
+      drawAxes(g, plot, ranges, names, { values: [parameter], foot: strips });
+      // The graze, the marker, and where its period ends.
+      const line = (offset, style, dash, width = 1) => {
+        if (!(offset >= view.x[0] && offset <= view.x[1])) return;
         g.strokeStyle = style;
+        g.lineWidth = width;
         g.setLineDash(dash);
         g.beginPath();
         g.moveTo(toX(offset, plot), plot.y);
-        g.lineTo(toX(offset, plot), plot.y + plot.h);
+        g.lineTo(toX(offset, plot), plot.y + plot.h + strips);
         g.stroke();
         g.setLineDash([]);
+        g.lineWidth = 1;
       };
-      line(0, soft, [3, 3]);
-      if (marker !== null) line(marker, colour("--accent"), []);
-      if (box) {
-        g.strokeStyle = colour("--accent");
-        g.strokeRect(
-          Math.min(box[0], box[2]),
-          Math.min(box[1], box[3]),
-          Math.abs(box[2] - box[0]),
-          Math.abs(box[3] - box[1]),
-        );
+      line(0, colour("--soft"), [3, 3]);
+      for (const end of reach ?? []) line(end.offset, colour("--accent"), [6, 3]);
+      if (marker !== null) line(marker, colour("--accent"), [], 1.5);
+      g.font = "11px system-ui, sans-serif";
+      if (view.x[0] < 0 && view.x[1] > 0) {
+        g.fillStyle = colour("--soft");
+        g.textAlign = "center";
+        writeOver(g, "graze", toX(0, plot), plot.y + 14);
       }
-      g.textAlign = "right";
-      g.fillStyle = soft;
-      if (status) g.fillText(status, plot.x + plot.w - 6, plot.y + 16);
-      pane.view = { x: view.x.slice(), y: view.y && view.y.slice() };
+      if (box) {
+        const [x, y, w, h] = boxOf(plot);
+        g.fillStyle = colour("--accent") + "22";
+        g.strokeStyle = colour("--accent");
+        g.fillRect(x, y, w, h);
+        g.strokeRect(x, y, w, h);
+      }
+      if (pane.done && !extent.length) {
+        g.textAlign = "center";
+        g.fillStyle = colour("--ink");
+        writeOver(g, "The orbit of the map escapes here.", plot.x + plot.w / 2, plot.y + plot.h / 2);
+      }
+      if (status) {
+        g.textAlign = "right";
+        g.fillStyle = colour("--soft");
+        writeOver(g, status, plot.x + plot.w - 6, plot.y + 16);
+      }
     }
+
+    /** The box that is being drawn; a flat one is as high as the plot. */
+    function boxOf(plot) {
+      const within = (ends, from, size) =>
+        ends.map((end) => Math.min(from + size, Math.max(from, end))).sort((a, b) => a - b);
+      const [x0, x1] = within([box[0], box[2]], plot.x, plot.w);
+      const [y0, y1] = within([box[1], box[3]], plot.y, plot.h);
+      return isFlat() ? [x0, plot.y, x1 - x0, plot.h] : [x0, y0, x1 - x0, y1 - y0];
+    }
+    const isFlat = () => Math.abs(box[3] - box[1]) <= 24;
 
     /** Branches as curves of what is drawn: depths by the map, at the points of the branches. */
     async function trace() {
@@ -674,6 +1063,7 @@
         }
         for (const { label } of special) labels.push({ text: label, at: pair() });
       }
+      if (auto) fit();
       redraw();
     }
 
@@ -707,16 +1097,20 @@
         g.lineWidth = 1;
         g.font = "11px system-ui, sans-serif";
         g.textAlign = "left";
+        // Points that fall together have one label.
         const written = [];
         for (const { text, at: point } of labels) {
           const [x, y] = at(point);
-          if (written.some(([a, b, word]) => word === text && Math.hypot(a - x, b - y) < 14))
-            continue;
-          written.push([x, y, text]);
+          const near = written.find((own) => Math.hypot(own.x - x, own.y - y) < 12);
+          if (near) near.words.add(text);
+          else written.push({ x, y, words: new Set([text]) });
+        }
+        for (const { x, y, words } of written) {
           g.beginPath();
           g.arc(x, y, 3.5, 0, 7);
           g.stroke();
-          g.fillText(text, x + 6, y - 6);
+          writeOver(g, [...words].join(", "), x + 6, y - 6);
+          g.strokeStyle = colour("--ink");
         }
       }
       g.restore();
@@ -753,7 +1147,7 @@
     function columnAt(offset) {
       for (const heading of ["up", "down"]) {
         if (!show[heading]) continue;
-        for (const column of layers[heading].values()) {
+        for (const column of layers[heading]?.values() ?? []) {
           if (!column.gone && Math.abs(column.offset - offset) <= 0.5 * column.width) return column;
         }
       }
@@ -808,7 +1202,8 @@
 
     async function mark(offset) {
       marker = offset;
-      pane.marked = null;
+      reach = null;
+      pane.marked = pane.reach = null;
       redraw();
       // Long enough for an approach that alternates, which would seem to have twice the period.
       const { answer, words } = await inspect(offset, undefined, 20_000);
@@ -816,8 +1211,40 @@
       readout.textContent = words;
       pane.marked = answer;
       panels.hidden = false;
+      for (const own of panels.children) own.hidden = answer.gone && own !== facts;
       drawPanels(answer);
+      if (answer.gone) return;
       basin?.mark(answer, chosen);
+      if (!answer.period) return;
+      const [low, high] = [Math.min(home.x[0], view.x[0]), Math.max(home.x[1], view.x[1])];
+      const question = { kind: "reach", axis, low, high, step: (view.x[1] - view.x[0]) / 100 };
+      const { ends } = await ask({ ...answer, ...question }, chosen);
+      if (pane.marked !== answer) return;
+      reach = pane.reach = ends;
+      tellReach();
+      redraw();
+    }
+
+    /** Where the period at the marker begins and ends, and why. */
+    function tellReach() {
+      const ways = {
+        flip: "flip: a multiplier goes to −1",
+        fold: "fold: a multiplier goes to 1",
+        torus: "closed curve: a pair of multipliers goes to modulus 1",
+        graze: "graze: a contact begins or ends",
+        end: "the diagram's end",
+        lost: "lost there",
+      };
+      const room = facts.querySelector(".reach");
+      room.replaceChildren(
+        ...reach.map(({ offset: found, way, outside }, n) => {
+          // The graze itself, to rounding.
+          const offset = Math.abs(found) < 1e-9 * (home.x[1] - home.x[0]) ? 0 : found;
+          return element("div", {
+            textContent: `${n ? "to" : "from"} ${parameter.symbol} = ${shown(parameter.grazing + offset, 12)} (offset ${shown(offset, 8)}), ${ways[way]}${outside ? "; outside the measured window" : ""}`,
+          });
+        }),
+      );
     }
 
     /** The states on the section, the depths, and what is said of the orbit at the marker. */
@@ -826,13 +1253,14 @@
       facts.replaceChildren();
       if (answer.gone) {
         facts.append(element("p", { textContent: "The orbit of the map escapes here." }));
-        for (const own of [portrait, series])
-          own.getContext("2d").clearRect(0, 0, own.width, own.height);
         return;
       }
       const own = answer.multipliers.sort((a, b) => Math.hypot(...b) - Math.hypot(...a));
+      const largest = Math.hypot(...(own[0] ?? []));
       const multipliers = own.map(([re, im]) =>
-        Math.abs(im) > 1e-9 * Math.hypot(re, im)
+        Math.hypot(re, im) < 1e-13 * largest
+          ? "0 to rounding"
+          : Math.abs(im) > 1e-9 * Math.hypot(re, im)
           ? `${number(re)} ${im < 0 ? "−" : "+"} ${number(Math.abs(im))} i`
           : number(re),
       );
@@ -840,15 +1268,22 @@
         .slice(0, answer.period || 32)
         .map((own) => (own.some((depth) => depth > 0) ? "1" : "0"))
         .join("");
+      // Which return comes first is the start's doing: the itinerary begins with its contacts.
+      const turned = Array.from(touched, (_, n) => touched.slice(n) + touched.slice(0, n));
+      const contacts = answer.period ? turned.sort().at(-1) : touched;
       const rows = [
         ["Period", answer.period ? `${answer.period}` : "none up to 256"],
+        ...(answer.period ? [["Holds", ""]] : []),
         [
           "Contacts",
-          `${touched.slice(0, 48)}${touched.length > 48 ? "…" : ""} (1: a return with contact)`,
+          `${contacts.slice(0, 48)}${contacts.length > 48 ? "…" : ""} (1: a return with contact)`,
         ],
         ["Multipliers", multipliers.join(", ") || "–"],
         ["Exponent", number(answer.exponent)],
-        ["Offsets from", data.coordinates.map(({ name, value }) => `${name}* = ${shown(value, 8)}`).join(", ")],
+        [
+          "Offsets from",
+          data.coordinates.map(({ symbol, value }) => `${symbol}* = ${shown(value, 8)}`).join(", "),
+        ],
         ["Window", answer.outside ? "outside: not to be trusted" : "inside"],
       ];
       facts.append(
@@ -857,62 +1292,31 @@
           {},
           ...rows.flatMap(([name, text]) => [
             element("dt", { textContent: name }),
-            element("dd", { textContent: text }),
+            element("dd", { textContent: text, className: text ? "" : "reach" }),
           ]),
         ),
       );
-      const plot = (own, points, labels, { joined, beneath = [] } = {}) => {
-        const ratio = Math.min(2, devicePixelRatio || 1);
-        const [w, h] = [own.clientWidth || 300, 220];
-        own.width = w * ratio;
-        own.height = h * ratio;
-        const g = own.getContext("2d");
-        g.setTransform(ratio, 0, 0, ratio, 0, 0);
-        const room = { x: 56, y: 10, w: w - 66, h: h - 48 };
-        const range = (n) => {
-          const values = [points, ...beneath].flat().map((point) => point[n]);
-          const [low, high] = [Math.min(...values), Math.max(...values)];
-          // A period of one has an extent of rounding.
-          const moves = high - low > 1e-6 * Math.max(Math.abs(high), Math.abs(low));
-          const edge = moves ? 0.06 * (high - low) : Math.abs(high) * 0.1 || 1e-12;
-          return [low - edge, high + edge];
-        };
-        const [rx, ry] = [range(0), range(1)];
-        const at = (point) => place(room, [rx, ry], point);
-        drawAxes(g, room, [rx, ry], labels);
-        g.strokeStyle = colour("--soft");
-        const line = (points) => {
-          g.beginPath();
-          points.forEach((point) => g.lineTo(...at(point)));
-          g.stroke();
-        };
-        beneath.forEach(line);
-        g.fillStyle = g.strokeStyle = colour(answer.outside ? "--outside" : "--up");
-        if (joined) line(points);
-        for (const point of points) {
-          const [x, y] = at(point);
-          g.fillRect(x - 1.5, y - 1.5, 3, 3);
-        }
-      };
-      const names = data.coordinates.map(({ name }) => name);
+      drawPortrait();
+      const lines = data.passages.map((_, passage) => ({
+        points: answer.depths.slice(0, 60).map((own, n) => [n, -own[passage]]),
+        tone: ["--up", "--down", "--direct"][passage % 3],
+        joined: true,
+      }));
+      const name = data.passages.length > 1 ? `gaps h at ${data.passages.join(", ")}` : "gap h";
+      series.show(answer.outside, lines, ["return", name]);
+    }
+
+    function drawPortrait() {
+      const answer = pane.marked;
+      if (!answer || answer.gone) return;
       const kept = answer.states.slice(0, answer.period ? Math.max(answer.period, 2) : undefined);
-      if (names.length > 1)
-        plot(
-          portrait,
-          kept.map((state) => [state[0], state[1]]),
-          [0, 1].map(offsetOf),
-        );
-      else drawCobweb(answer, kept, (...own) => plot(portrait, ...own));
-      plot(
-        series,
-        answer.depths.slice(0, 60).map((own, n) => [n, -own[0]]),
-        ["return", observables[0].text],
-        { joined: true },
-      );
+      if (single) return drawCobweb(answer, kept);
+      const points = kept.map((state) => plane.map((axis) => state[axis]));
+      portrait.show(answer.outside, [{ points, tone: "--up" }], plane.map(offsetOf));
     }
 
     /** Steps between the graph of a map of one coordinate and the diagonal. */
-    async function drawCobweb(answer, kept, plot) {
+    async function drawCobweb(answer, kept) {
       const values = answer.states.map(([value]) => value);
       const [low, high] = [Math.min(...values), Math.max(...values)];
       const width = data.window.state[0];
@@ -936,22 +1340,27 @@
           [value, answer.states[n + 1][0]],
         ]);
       pane.cobweb = { graph, steps };
-      plot(steps, [`${offsetOf(0)}: a return`, "the next"], {
-        joined: true,
-        beneath: [
-          graph,
-          [
-            [across[0], across[0]],
-            [across[count], across[count]],
-          ],
+      const ends = [across[0], across[count]];
+      const beneath = [graph, ends.map((end) => [end, end])];
+      portrait.show(
+        answer.outside,
+        [
+          ...beneath.map((points) => ({ points, tone: "--soft", joined: true, bare: true })),
+          { points: steps, tone: "--up", joined: true },
         ],
-      });
+        [`${offsetOf(0)}: a return`, "the next"],
+      );
     }
 
     // Zoom about a point, shift, choose.
     function look(x, y, delay) {
       const least = 1e-13 * Math.max(Math.abs(parameter.grazing), home.x[1] - home.x[0]);
       if (!(x[1] - x[0] > least)) return;
+      // Moves that follow each other are one.
+      if (performance.now() - look.at > 500) past.push({ view: structuredClone(view), auto });
+      past = past.slice(-50);
+      undo.disabled = !past.length;
+      look.at = performance.now();
       view.x = x;
       if (y) {
         view.y = y;
@@ -960,11 +1369,12 @@
       redraw();
       sweep(delay);
     }
-    const about = (ends, middle, factor) => ends.map((end) => middle + (end - middle) * factor);
+    look.at = -Infinity;
+    const scaled = (ends, middle, factor) => ends.map((end) => middle + (end - middle) * factor);
     function zoom(factor, point, onlyX) {
-      const x = about(view.x, point?.[0] ?? marker ?? (view.x[0] + view.x[1]) / 2, factor);
+      const x = scaled(view.x, point?.[0] ?? marker ?? (view.x[0] + view.x[1]) / 2, factor);
       const y =
-        onlyX || !view.y ? null : about(view.y, point?.[1] ?? (view.y[0] + view.y[1]) / 2, factor);
+        onlyX || !view.y ? null : scaled(view.y, point?.[1] ?? (view.y[0] + view.y[1]) / 2, factor);
       look(x, y, 60);
     }
     function reset() {
@@ -1007,6 +1417,8 @@
         );
       } else if (Math.hypot(x - grip.x, y - grip.y) > 5) {
         box = [grip.x, grip.y, x, y];
+        const ends = [grip.x, x].sort((a, b) => a - b).map((end) => fromX(end, plot));
+        readout.textContent = `Let go to see ${parameter.symbol} from ${ends.map((end) => `${shown(parameter.grazing + end, 8)} (offset ${shown(end, 4)})`).join(" to ")}`;
         redraw();
       }
     }
@@ -1017,11 +1429,12 @@
       if (!held || held.pans) return;
       if (held.marks) return mark(fromX(Math.min(plot.x + plot.w, Math.max(plot.x, x)), plot));
       if (box) {
-        const [a, b] = [held.x, x].sort((p, q) => p - q).map((end) => fromX(end, plot));
-        const [c, d] = [held.y, y].sort((p, q) => q - p).map((end) => fromY(end, plot));
+        box = [held.x, held.y, x, y];
+        const [left, top, w, h] = boxOf(plot);
+        const across = [left, left + w].map((end) => fromX(end, plot));
+        const up = isFlat() ? null : [top + h, top].map((end) => fromY(end, plot));
         box = null;
-        // A flat box chooses the parameter alone.
-        look([a, b], Math.abs(y - held.y) > 12 ? [c, d] : null, 0);
+        look(across, up, 0);
       } else if (x >= plot.x && x <= plot.x + plot.w) {
         mark(fromX(x, plot));
       }
@@ -1042,6 +1455,8 @@
       return {
         ArrowLeft: () => mark(Math.max(view.x[0], middle - step)),
         ArrowRight: () => mark(Math.min(view.x[1], middle + step)),
+        Escape: cancel,
+        Backspace: () => undo.click(),
         PageUp: () => shift(-0.25),
         PageDown: () => shift(0.25),
       };
@@ -1064,51 +1479,37 @@
     if (branches.length) controls.append(toggle("branches", redraw));
     if (direct.length) controls.append(toggle("direct", redraw));
     if (observables.length > 1) {
-      const choice = element(
-        "select",
-        {},
-        ...observables.map(({ text }) => element("option", { textContent: text })),
+      const choice = chooser(
+        "What is drawn",
+        observables.map(({ text }) => text),
+        (number) => {
+          observe = observables[number];
+          direct = directOf();
+          auto = true;
+          sweep();
+          trace();
+        },
       );
       choice.selectedIndex = observables.indexOf(observe);
-      choice.setAttribute("aria-label", "What is drawn");
-      choice.onchange = () => {
-        observe = observables[choice.selectedIndex];
-        direct = directOf();
-        layers = { up: new Map(), down: new Map() };
-        stale = { up: new Map(), down: new Map() };
-        auto = true;
-        sweep();
-        trace();
-      };
       controls.append(choice);
     }
     if (data.orders.length > 1) {
-      const words = data.orders.map(([n, w], k) => `N ${n}, W ${w}${k ? "" : " (the map)"}`);
-      const choice = element(
-        "select",
-        {},
-        ...words.map((text) => element("option", { textContent: text })),
-      );
-      choice.setAttribute(
-        "aria-label",
+      const choice = chooser(
         "Orders of the map that is drawn; below it in a colour of its own the map itself",
+        data.orders.map(([n, w], k) => `N ${n}, W ${w}${k ? "" : " (the map)"}`),
+        (number) => {
+          chosen = number;
+          worker.postMessage({ kind: "begin", module: moduleBytes[chosen], data });
+          if (marker !== null) mark(marker);
+        },
       );
-      choice.onchange = () => {
-        chosen = choice.selectedIndex;
-        // The map's own iterates stay beneath those of lower orders.
-        if (chosen && !reference) reference = structuredClone(layers);
-        if (!chosen) reference = null;
-        layers = { up: new Map(), down: new Map() };
-        stale = { up: new Map(), down: new Map() };
-        worker.postMessage({ kind: "begin", module: moduleBytes[chosen], data });
-      };
       controls.append(choice);
     }
     const csv = () => {
       const rows = ["heading,offset,value,outside,observed"];
       for (const heading of ["up", "down"]) {
         for (const column of show[heading]
-          ? [...layers[heading].values()].sort((a, b) => a.offset - b.offset)
+          ? [...(layers[heading]?.values() ?? [])].sort((a, b) => a.offset - b.offset)
           : []) {
           for (const chunk of column.chunks)
             for (const v of chunk)
@@ -1119,33 +1520,21 @@
       }
       return rows.join("\n") + "\n";
     };
-    const picture = () => {
-      const { width, height } = size();
-      const [ns, name] = ["http://www.w3.org/2000/svg", `${data.scene}-${parameter.name}`];
-      const svg = document.createElementNS(ns, "svg");
-      const image = document.createElementNS(ns, "image");
-      for (const [key, value] of Object.entries({
-        width,
-        height,
-        viewBox: `0 0 ${width} ${height}`,
-      }))
-        svg.setAttribute(key, value);
-      for (const [key, value] of Object.entries({ width, height, href: canvas.toDataURL() }))
-        image.setAttribute(key, value);
-      svg.append(image);
-      save(`${name}.svg`, new XMLSerializer().serializeToString(svg), "image/svg+xml");
-    };
+    const undo = button("back", "Back to the view before", () => {
+      const last = past.pop();
+      auto = last.auto;
+      view = last.view;
+      undo.disabled = !past.length;
+      redraw();
+      sweep();
+    });
+    undo.disabled = true;
     controls.append(
       button("+", "Zoom in", () => zoom(0.6)),
       button("−", "Zoom out", () => zoom(1 / 0.6)),
+      undo,
       button("whole", "Show the whole diagram", reset),
-      button("SVG", "Save what is seen as SVG", picture),
-      button("PNG", "Save what is seen as PNG", () =>
-        canvas.toBlob((blob) => save(`${data.scene}-${parameter.name}.png`, blob)),
-      ),
-      button("CSV", "Save the iterates that are seen as CSV", () =>
-        save(`${data.scene}-${parameter.name}.csv`, csv(), "text/csv"),
-      ),
+      ...savers("what is seen", () => `${data.scene}-${parameter.name}`, { canvas, paint, csv }),
     );
     const sliders = element("div", { className: "sliders" });
     data.parameters.forEach((other, n) => {
@@ -1157,8 +1546,10 @@
         slider.value = Math.round((base[n] / reach) * 100);
         tell();
       };
-      const tell = () =>
-        (says.textContent = `${other.symbol} = ${shown(other.grazing + base[n], 8)} (offset ${shown(base[n], 3)})`);
+      const tell = () => {
+        says.textContent = `${other.symbol} = ${shown(other.grazing + base[n], 8)} (offset ${shown(base[n], 3)})`;
+        slider.setAttribute("aria-valuetext", says.textContent);
+      };
       slider.oninput = () => {
         base = base.slice();
         base[n] = (slider.value / 100) * reach;
@@ -1167,18 +1558,31 @@
         if (marker !== null) mark(marker);
       };
       tell();
-      sliders.append(element("label", {}, `${other.name} `, slider, says));
+      slider.setAttribute("aria-label", other.name);
+      sliders.append(element("div", {}, element("span", { textContent: other.name }), slider, says));
     });
     const hint = element("p", {
       className: "hint",
-      textContent:
-        "Drag a box to zoom, Shift and drag to move, click for the orbit at a value, wheel after a click, double click for the whole; keys: arrows, + − 0. By the map alone; grey: outside the measured window; a bar at the foot: the orbit escapes.",
+      textContent: `Drag across the diagram to zoom in. Click to see the orbit there and where its period ends. The strip below it is the period: black for none, pale without contact, grey outside the measured window.`,
     });
-    if (branches.length) {
-      const rest = data.branches_left_out;
-      hint.textContent += ` Branches of periodic orbits of the map: solid stable, dashed unstable; GR graze, SN fold, PD flip, NS closed curve, BP branch point; with the other parameters at the graze.${rest ? ` ${rest} more are left out.` : ""}`;
-    }
-    host.append(controls, canvas, readout, sliders, panels, hint);
+    const rest = data.branches_left_out;
+    const more = [
+      `By the map alone, over offsets of ${parameter.name} from its value at the graze, ${parameter.symbol}* = ${shown(parameter.grazing, 12)}; its values stand above. The gap h is negative where the free flow would pass the stop: h = −y².`,
+      "A flat drag chooses the parameter alone, a higher one a box; Shift and drag moves the view; the wheel zooms after a click, with Alt the parameter alone; a double click shows the whole.",
+      "Keys: left and right move the marker (with Shift faster), + and − zoom about it, page up and page down move the view, 0 shows the whole, Backspace the view before, Escape lets go of a drag.",
+      ...(branches.length
+        ? [
+            `Branches are periodic orbits of the map, solid where stable, dashed where not, with the other parameters at the graze. GR graze, SN fold, PD flip, NS closed curve, BP branch point.${rest ? ` Of longer periods ${rest} ${rest > 1 ? "are" : "is"} left out.` : ""}`,
+          ]
+        : []),
+    ];
+    const help = element(
+      "details",
+      { className: "hint" },
+      element("summary", { textContent: "What is drawn, mouse and keys" }),
+      ...more.map((textContent) => element("p", { textContent })),
+    );
+    host.append(hint, controls, canvas, readout, sliders, panels, help);
     host.hidden = false;
 
     /** Goes to values of all parameters. */
@@ -1197,6 +1601,7 @@
       look,
       reset,
       layers: () => layers,
+      plot: () => size().plot,
       curves: () => curves,
       labels: () => labels,
       direct: () => direct,
@@ -1206,43 +1611,12 @@
     };
     panes.push(pane);
     trace();
-    new ResizeObserver(() => redraw()).observe(canvas);
-    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redraw);
-    return pane;
+    drawnAgain(canvas, () => {
+      sums?.stale.fill(1);
+      redraw();
+    });
   }
 
-  const PERIODS = [
-    "#88ccee",
-    "#ddcc77",
-    "#cc6677",
-    "#117733",
-    "#aa4499",
-    "#999933",
-    "#882255",
-    "#44aa99",
-    "#332288",
-  ];
-  const WITHOUT_CONTACT = -1;
-  const OUTSIDE = -2;
-  const ESCAPED = -3;
-  const classWords = (kind) =>
-    kind === undefined
-      ? ""
-      : kind === WITHOUT_CONTACT
-        ? "period 1 without contact"
-        : kind === OUTSIDE
-          ? "outside the measured window"
-          : kind === 0
-            ? "no period"
-            : `period ${kind}`;
-  const classColour = (kind) =>
-    kind === WITHOUT_CONTACT
-      ? "#f7eec3"
-      : kind === OUTSIDE
-        ? "#b3b7bc"
-        : kind === 0
-          ? "#1f2328"
-          : PERIODS[Math.min(kind, 9) - 1];
   /** Cells as a worker finds them, each of so many columns and rows: painted, and kept by number. */
   const paintCells = (picture, found, cells, toneOf) => {
     const [g, { width, height }] = [picture.getContext("2d"), picture];
@@ -1341,6 +1715,13 @@
       return { x: ends[0], y: ends[1] };
     }
 
+    /** The orbit at the marker, where it is periodic, is an attractor that is known. */
+    const known = () => {
+      const { period, states, depths } = marked;
+      const touches = depths.slice(0, period).some((own) => own.some((depth) => depth > 0));
+      return period ? [{ period, touches, states: states.slice(0, period) }] : [];
+    };
+
     async function compute() {
       const own = ++number;
       pane.done = false;
@@ -1360,7 +1741,7 @@
         state: marked.states[0],
         transient: 2000,
         longest: 64,
-        attractors: [],
+        attractors: known(),
       };
       workers[of].postMessage({ kind: "sweeps", number, sweeps: [sweep] });
     }
@@ -1372,16 +1753,9 @@
       mark.timer = setTimeout(compute, 150);
     }
 
-    const room = () => ({ x: 56, y: 10, w: (canvas.clientWidth || 300) - 66, h: 172 });
+    const room = () => panelRoom(canvas);
     const nameOf = (axis) => data.coordinates[axes[axis]].name;
-    function draw() {
-      const ratio = Math.min(2, devicePixelRatio || 1);
-      const [w, h] = [canvas.clientWidth || 300, 220];
-      canvas.width = w * ratio;
-      canvas.height = h * ratio;
-      const g = canvas.getContext("2d");
-      g.setTransform(ratio, 0, 0, ratio, 0, 0);
-      g.imageSmoothingEnabled = false;
+    function paint(g) {
       const plot = room();
       g.drawImage(picture, plot.x, plot.y, plot.w, plot.h);
       const ranges = [view.x, view.y];
@@ -1397,6 +1771,9 @@
         }
       }
       drawAxes(g, plot, ranges, axes.map(offsetOf));
+    }
+    function draw() {
+      drawOn(canvas, [canvas.clientWidth || 300, PANEL], paint);
       const kinds = [...new Set(cells.values())].sort((a, b) => b - a);
       legend.replaceChildren(
         ...kinds.map((kind) => {
@@ -1433,35 +1810,16 @@
     const controls = element(
       "div",
       { className: "tools" },
-      button("PNG", "Save the basins as PNG", () =>
-        canvas.toBlob((blob) => save(`${data.scene}-basin.png`, blob)),
-      ),
-      button("CSV", "Save the cells of the basins as CSV", () =>
-        save(`${data.scene}-basin.csv`, csv(), "text/csv"),
-      ),
+      ...savers("the basins", () => `${data.scene}-basin`, { canvas, paint, csv }),
     );
-    const pairs = data.coordinates.flatMap((_, a) => data.coordinates.map((_, b) => [a, b]));
-    const planes = pairs.filter(([a, b]) => a < b);
-    if (planes.length > 1) {
-      const choice = element(
-        "select",
-        {},
-        ...planes.map((pair) =>
-          element("option", {
-            textContent: pair.map((axis) => data.coordinates[axis].name).join(", "),
-          }),
-        ),
-      );
-      choice.setAttribute("aria-label", "Coordinates of the plane of the basins");
-      choice.onchange = () => {
-        axes = planes[choice.selectedIndex];
-        if (marked) compute();
-      };
-      controls.prepend(choice);
-    }
-    host.append(element("div", { className: "basin" }, canvas, legend, says, controls));
+    host.append(element("div", { className: "basin" }, canvas, controls, legend, says));
+    const choose = (plane) => {
+      axes = plane;
+      if (marked) compute();
+    };
     const pane = {
       mark,
+      choose,
       canvas,
       done: false,
       columns,
@@ -1479,12 +1837,14 @@
     const home = { x: chart.x, y: chart.y };
     let view = { x: home.x.slice(), y: home.y.slice() };
     const [across, upwards] = chart.axes.map((axis) => data.parameters[axis]);
+    // The values beside the offsets, and the room of those on the right.
+    const sides = Object.assign([across, upwards], { room: 76 });
     const [columns, rows] = [160, 120];
     const canvas = element("canvas", { tabIndex: 0 });
-    canvas.setAttribute("role", "img");
+    canvas.setAttribute("role", "application");
     canvas.setAttribute(
       "aria-label",
-      `Periods of the map over ${across.name} and ${upwards.name}. Arrow keys move the marker, plus and minus zoom, 0 shows the whole.`,
+      `Chart of the periods of the map over ${across.name} and ${upwards.name}. Arrow keys move the marker, plus and minus zoom, 0 shows the whole.`,
     );
     const readout = element("output", { className: "readout" });
     readout.setAttribute("aria-live", "polite");
@@ -1497,11 +1857,11 @@
     let grip = null;
     const room = () => {
       const width = Math.max(280, canvas.clientWidth || 700);
-      return { width, height: Math.round(Math.min(440, width * 0.62)), x: 60, y: 12 };
+      return { width, height: Math.round(Math.min(480, width * 0.66)), x: 68, y: 40 };
     };
     const inner = () => {
       const { width, height, x, y } = room();
-      return { x, y, w: width - 72, h: height - 56 };
+      return { x, y, w: width - x - 84, h: height - y - 42 };
     };
     const worker = startWorker((message) => {
       if (message.kind === "ready") return compute();
@@ -1570,46 +1930,56 @@
       if (!frame) frame = requestAnimationFrame(() => ((frame = 0), draw()));
     };
     function draw() {
-      const ratio = Math.min(2, devicePixelRatio || 1);
       const { width, height } = room();
-      canvas.width = width * ratio;
-      canvas.height = height * ratio;
-      canvas.style.height = `${height}px`;
-      const g = canvas.getContext("2d");
-      g.setTransform(ratio, 0, 0, ratio, 0, 0);
-      g.fillStyle = colour("--paper");
-      g.fillRect(0, 0, width, height);
+      drawOn(canvas, [width, height], paint);
+    }
+    function paint(g) {
       const plot = inner();
       const ranges = [view.x, view.y];
       g.save();
       g.beginPath();
       g.rect(plot.x, plot.y, plot.w, plot.h);
       g.clip();
-      g.imageSmoothingEnabled = false;
       for (const layer of layers) {
         const [x0, y1] = place(plot, ranges, [layer.view.x[0], layer.view.y[1]]);
         const [x1, y0] = place(plot, ranges, [layer.view.x[1], layer.view.y[0]]);
         g.drawImage(layer.canvas, x0, y1, x1 - x0, y0 - y1);
       }
-      g.strokeStyle = colour("--accent");
+      // The graze, and the marker.
+      const [x, y] = place(plot, ranges, [0, 0]);
+      g.fillStyle = colour("--paper");
+      g.strokeStyle = colour("--ink");
+      g.beginPath();
+      g.arc(x, y, 4, 0, 7);
+      g.fill();
+      g.stroke();
+      g.fillStyle = colour("--ink");
+      g.font = "11px system-ui, sans-serif";
+      g.textAlign = "left";
+      writeOver(g, "graze", x + 8, y + 4);
       if (marker) {
         const [x, y] = place(plot, ranges, marker);
-        g.lineWidth = 2;
-        g.beginPath();
-        g.arc(x, y, 5, 0, 7);
-        g.stroke();
+        for (const [tone, width] of [
+          ["--paper", 4],
+          ["--accent", 2],
+        ]) {
+          g.strokeStyle = colour(tone);
+          g.lineWidth = width;
+          g.beginPath();
+          g.arc(x, y, 6, 0, 7);
+          g.stroke();
+        }
         g.lineWidth = 1;
       }
-      if (box) g.strokeRect(box[0], box[1], box[2] - box[0], box[3] - box[1]);
+      if (box) {
+        g.fillStyle = colour("--accent") + "44";
+        g.strokeStyle = colour("--paper");
+        g.fillRect(box[0], box[1], box[2] - box[0], box[3] - box[1]);
+        g.strokeRect(box[0], box[1], box[2] - box[0], box[3] - box[1]);
+      }
       g.restore();
-      drawAxes(
-        g,
-        plot,
-        ranges,
-        [across, upwards].map(
-          ({ symbol }) => `${symbol} − ${symbol}*`,
-        ),
-      );
+      const names = [across, upwards].map(({ symbol }) => `${symbol} − ${symbol}*`);
+      drawAxes(g, plot, ranges, names, { values: sides });
     }
     const from = ([x, y]) => {
       const plot = inner();
@@ -1679,6 +2049,7 @@
       look(sorted(0), sorted(1), 0);
     };
     const zoomAt = (factor, own) => zoom(factor, from(own));
+    const cancel = () => ((grip = box = null), redraw());
     const keys = () => {
       const [a, b] = marker ?? [(view.x[0] + view.x[1]) / 2, (view.y[0] + view.y[1]) / 2];
       const step = [(view.x[1] - view.x[0]) / columns, (view.y[1] - view.y[0]) / rows];
@@ -1687,9 +2058,9 @@
         ArrowRight: () => mark([a + step[0], b]),
         ArrowUp: () => mark([a, b + step[1]]),
         ArrowDown: () => mark([a, b - step[1]]),
+        Escape: cancel,
       };
     };
-    const cancel = () => ((grip = box = null), redraw());
     listen(canvas, { press, move, release, cancel, zoom, zoomAt, reset, keys });
     const name = `${data.scene}-${across.name}-${upwards.name}`;
     const csv = () => {
@@ -1721,24 +2092,17 @@
       button("+", "Zoom in", () => zoom(0.6)),
       button("−", "Zoom out", () => zoom(1 / 0.6)),
       button("whole", "Show the whole chart", reset),
-      button("PNG", "Save what is seen as PNG", () =>
-        canvas.toBlob((blob) => save(`${name}.png`, blob)),
-      ),
-      button("CSV", "Save the cells that are seen as CSV", () =>
-        save(`${name}.csv`, csv(), "text/csv"),
-      ),
+      ...savers("the chart that is seen", () => name, { canvas, paint, csv }),
     );
     const hint = element("p", {
       className: "hint",
       textContent:
-        "Drag a box to zoom, wheel after a click, double click for the whole; a click goes to these parameters in the diagrams above. By the map alone, each cell from the same start.",
+        "Drag a box to zoom in, click to go to these parameters in the diagrams above, double click for the whole; the wheel zooms after a click. Keys: arrows move the marker, + and − zoom, 0 shows the whole. By the map alone, each cell from the same start.",
     });
-    hint.textContent += ` Offsets from ${[across, upwards].map(({ symbol, grazing }) => `${symbol}* = ${shown(grazing, 8)}`).join(", ")}.`;
-    host.append(controls, canvas, readout, legend, hint);
-    const pane = { chart, canvas, done: false, cells: () => cells };
+    host.append(hint, controls, canvas, legend, readout);
+    const pane = { chart, canvas, plot: inner, done: false, cells: () => cells };
     panes.push(pane);
-    new ResizeObserver(redraw).observe(canvas);
-    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redraw);
+    drawnAgain(canvas, redraw);
   }
 
   try {

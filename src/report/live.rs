@@ -101,6 +101,7 @@ struct LiveChart {
 #[derive(Serialize)]
 struct Coordinate<'a> {
     name: &'a str,
+    symbol: String,
     value: f64,
 }
 
@@ -174,11 +175,13 @@ impl LiveMap {
         let data = Data {
             scene: &map.scene,
             digest: map.digest.to_string(),
-            coordinates: coordinates.map(|(name, value)| Coordinate { name, value }).collect(),
+            coordinates: coordinates
+                .map(|(name, value)| Coordinate { name, symbol: plain_symbol(name), value })
+                .collect(),
             parameters: widths
                 .map(|(parameter, &width)| Parameter {
                     name: &parameter.name,
-                    symbol: symbol(&parameter.name).replace(['{', '}'], ""),
+                    symbol: plain_symbol(&parameter.name),
                     grazing: parameter.value.to_f64(),
                     width,
                 })
@@ -202,6 +205,11 @@ impl LiveMap {
         let modules: Vec<_> = modules.iter().map(|(_, module)| BASE64.encode(module)).collect();
         Ok(Self { modules: modules.join(" "), data })
     }
+}
+
+/// A name as a letter, where it is one, without the marks of an index.
+fn plain_symbol(name: &str) -> String {
+    symbol(name).replace(['{', '}'], "")
 }
 
 /// What the script is told of a diagram; `None` where the map does not keep its parameter.

@@ -17,6 +17,17 @@ const TEMPLATE: &str = include_str!("../../templates/report.html.tera");
 const STYLE: &str = include_str!("../../templates/style.css");
 const SCRIPT: &str = include_str!("../../templates/page.js");
 const WORKER: &str = include_str!("../../templates/map_worker.js");
+
+/// A script without its indents and lines of comments, which a reader finds in the sources.
+///
+/// NOTE: no line of the scripts begins within a text.
+fn compact(script: &str) -> String {
+    let is_comment =
+        |line: &&str| ["//", "/*", "* ", "*/"].iter().any(|mark| line.starts_with(mark));
+    let lines = script.lines().map(str::trim).filter(|line| !line.is_empty() && !is_comment(line));
+    lines.collect::<Vec<_>>().join("\n")
+}
+
 /// SVGs longer than this are shown as PNG: browsers are slow with them.
 const LONGEST_SVG: usize = 400_000;
 
@@ -64,6 +75,8 @@ enum Block {
         caption: String,
     },
     Command(String),
+    /// Words to be copied.
+    Quote(String),
     /// Names of files beside the page.
     Files(Vec<String>),
     /// Markup that the program wrote, every name in it escaped.
@@ -130,6 +143,13 @@ impl Section {
     #[must_use]
     pub fn command(mut self, command: impl Into<String>) -> Self {
         self.blocks.push(Block::Command(command.into()));
+        self
+    }
+
+    /// Adds words that a reader copies.
+    #[must_use]
+    pub fn quote(mut self, text: impl Into<String>) -> Self {
+        self.blocks.push(Block::Quote(text.into()));
         self
     }
 
@@ -239,8 +259,8 @@ impl Page {
         context.insert("provenance", &self.provenance.rows());
         context.insert("sections", &sections);
         context.insert("live", &self.live);
-        context.insert("script", SCRIPT);
-        context.insert("worker", WORKER);
+        context.insert("script", &compact(SCRIPT));
+        context.insert("worker", &compact(WORKER));
         Ok(tera.render("report.html", &context)?)
     }
 }
@@ -285,6 +305,9 @@ fn block_html(block: &Block, counts: &mut Counts) -> Result<String, ReportError>
             let code = escape_html(command);
             Ok(format!("<p class=\"command\"><code>{code}</code></p>"))
         }
+        Block::Quote(text) => {
+            Ok(format!("<blockquote class=\"quote\"><p>{}</p></blockquote>", escape_html(text)))
+        }
         Block::Files(names) => {
             let link = |name: &String| {
                 let name = escape_html(name);
@@ -306,7 +329,8 @@ fn block_html(block: &Block, counts: &mut Counts) -> Result<String, ReportError>
             let number = counts.tables;
             Ok(format!(
                 "<figure class=\"table\"><figcaption><b>Table {number}.</b> \
-                    {}</figcaption>\n<div class=\"scroll\">{}</div></figure>",
+                    {}</figcaption>\n<div class=\"scroll\" tabindex=\"0\" role=\"group\" \
+                    aria-label=\"Table {number}\">{}</div></figure>",
                 escape_html(caption),
                 table.to_html()
             ))
@@ -353,9 +377,12 @@ fn points_html(figure: &Figure) -> Result<String, ReportError> {
 fn figure_html(picture: &str, caption: &str, points: &str, counts: &mut Counts) -> String {
     counts.figures += 1;
     let (number, caption) = (counts.figures, escape_html(caption));
+    // The caption is what a picture is called.
+    let named = format!("role=\"img\" aria-labelledby=\"figure-{number}\"");
+    let picture = picture.replacen("role=\"img\"", &named, 1);
     format!(
-        "<figure><div class=\"card\">{picture}</div>\n<figcaption><b>Figure {number}.</b> \
-            {caption}</figcaption>{points}</figure>"
+        "<figure><div class=\"card\">{picture}</div>\n<figcaption id=\"figure-{number}\"><b>\
+            Figure {number}.</b> {caption}</figcaption>{points}</figure>"
     )
 }
 

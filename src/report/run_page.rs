@@ -245,8 +245,8 @@ fn orbit_section(run: &RunPage<'_>) -> Result<Section, ReportError> {
         re.hypot(im)
     );
     let section = Section::new("Grazing orbit").prose(prose);
-    let section = run.pictures.iter().fold(section, |section, (_, figure)| {
-        section.figure(figure.clone(), "The grazing orbit over a period; rings: where it grazes.")
+    let section = run.pictures.iter().fold(section, |section, (ending, figure)| {
+        section.figure(figure.clone(), picture_caption(ending))
     });
     let section = section.table(
         orbit.point_table()?,
@@ -264,6 +264,18 @@ fn orbit_section(run: &RunPage<'_>) -> Result<Section, ReportError> {
     Ok(section
         .table(passages, "The grazing passages of a period.")
         .table(conditions, "xi_n from one passage to the n-th following of another."))
+}
+
+/// What a picture of the orbit shows, by the ending of its file's name.
+fn picture_caption(ending: &str) -> &'static str {
+    if ending == "-gaps" {
+        "The gaps to the surfaces over a period of the grazing orbit: one is zero where it grazes."
+    } else if ending.starts_with("-time") {
+        "The grazing orbit over time, a period of it; dashed: where a stop stands still."
+    } else {
+        "The grazing orbit, a period of it; a ring: where it grazes; dashed: where a stop stands \
+            still."
+    }
 }
 
 /// What the signs of the conditions say.
@@ -371,7 +383,7 @@ fn citation_section(run: &RunPage<'_>) -> Section {
         run.scene.digest,
         env!("CARGO_PKG_VERSION"),
     );
-    Section::new("To cite").prose(words).command(run.command("run"))
+    Section::new("To cite").quote(capitalised(&words)).command(run.command("run"))
 }
 
 fn edge_sentence(edge: &WindowEdge) -> String {
@@ -380,15 +392,13 @@ fn edge_sentence(edge: &WindowEdge) -> String {
 
 /// Words with a capital and a full stop.
 fn sentence(words: &str) -> String {
-    let mut letters = words.chars();
-    let first = letters.next().map(|first| first.to_uppercase().to_string());
-    format!("{}{}.", first.unwrap_or_default(), letters.as_str())
+    format!("{}.", capitalised(words))
 }
 
 /// What happens at the graze: the verdict, and the diagrams.
 fn graze_section(run: &RunPage<'_>) -> Result<Section, ReportError> {
-    let words: Vec<String> = run.graze.words().iter().map(|words| capitalised(words)).collect();
-    let section = Section::new("What happens at this graze").prose(words.join(" "));
+    let words: Vec<String> = run.graze.words().iter().map(|words| sentence(words)).collect();
+    let section = Section::new("What happens at this graze").prose(words.join("\n"));
     let section = match run.diagrams {
         [] => section,
         diagrams => diagrams_in(section, diagrams)?
@@ -565,9 +575,9 @@ fn time_section(run: &RunPage<'_>) -> Result<Section, ReportError> {
     Ok(section)
 }
 
-/// Words as a sentence.
+/// Words with a capital.
 fn capitalised(words: &str) -> String {
     let mut letters = words.chars();
     let first = letters.next().map(|first| first.to_uppercase().to_string());
-    format!("{}{}.", first.unwrap_or_default(), letters.as_str())
+    format!("{}{}", first.unwrap_or_default(), letters.as_str())
 }

@@ -220,7 +220,7 @@ fn a_page_speaks_of_the_graze_where_it_is_drawn_and_in_whole_sentences() {
     let output = grazemap(folder.path(), &[&run[..], &super::QUICK[..]].concat());
     assert!(output.status.success(), "{}", text(&output.stderr));
     let page = fs::read_to_string(folder.path().join("out/report.html")).expect("there");
-    let captions = page.split("<figcaption>").skip(1);
+    let captions = page.split("<figcaption").skip(1);
     let captions: Vec<&str> =
         captions.filter_map(|rest| rest.split("</figcaption>").next()).collect();
     let of = |word: &str| captions.iter().find(|caption| caption.contains(word));
