@@ -142,6 +142,7 @@
     panes,
     iterate: async (state, parameters, count) =>
       (await ask({ kind: "orbit", state, parameters, count })).values,
+    speed: async (count) => (await ask({ kind: "speed", count })).time,
   };
 
   /** A number in so many digits, with a proper minus. */
@@ -350,26 +351,24 @@
     const g = canvas.getContext("2d");
     g.setTransform(ratio, 0, 0, ratio, 0, 0);
     g.imageSmoothingEnabled = false;
-    g.clearRect(0, 0, width, height);
+    onPaper(g, width, height, paint);
+  };
+  const onPaper = (g, width, height, paint) => {
+    g.fillStyle = colour("--paper");
+    g.fillRect(0, 0, width, height);
     paint(g);
   };
   /** Buttons that save what a canvas shows: as drawn anew for an SVG, as pixels, as numbers. */
   const savers = (what, name, { canvas, paint, csv }) => [
     button("SVG", `Save ${what} as SVG`, () => {
-      const g = svgContext(canvas.clientWidth, canvas.clientHeight);
-      g.fillStyle = colour("--paper");
-      g.fillRect(0, 0, canvas.clientWidth, canvas.clientHeight);
-      paint(g);
+      const size = [canvas.clientWidth, canvas.clientHeight];
+      const g = svgContext(...size);
+      onPaper(g, ...size, paint);
       save(`${name()}.svg`, new XMLSerializer().serializeToString(g.svg), "image/svg+xml");
     }),
-    button("PNG", `Save ${what} as PNG`, () => {
-      const opaque = element("canvas", { width: canvas.width, height: canvas.height });
-      const g = opaque.getContext("2d");
-      g.fillStyle = colour("--paper");
-      g.fillRect(0, 0, canvas.width, canvas.height);
-      g.drawImage(canvas, 0, 0);
-      opaque.toBlob((blob) => save(`${name()}.png`, blob));
-    }),
+    button("PNG", `Save ${what} as PNG`, () =>
+      canvas.toBlob((blob) => save(`${name()}.png`, blob)),
+    ),
     button("CSV", `Save the numbers of ${what} as CSV`, () =>
       save(`${name()}.csv`, csv(), "text/csv"),
     ),
@@ -651,6 +650,10 @@
         if (sweepsOf().every((own) => finished.has(own))) {
           status = "";
           old = null;
+          // The same height in the end, whatever came first.
+          fit.is = null;
+          if (auto) fit();
+          pane.whole = performance.now() - started;
           pane.done = true;
           canvas.setAttribute("aria-label", described());
         }
@@ -708,7 +711,9 @@
       if (view.y && fit.is === number && low >= view.y[0] && high <= view.y[1]) return;
       fit.is = number;
       const edge = 0.04 * (high - low) || Math.abs(high) * 0.1 || 1e-12;
-      view.y = [low - edge, high + edge];
+      const found = [low - edge, high + edge];
+      if (view.y?.every((end, n) => end === found[n])) return;
+      view.y = found;
       sums = null;
     }
 
@@ -1357,10 +1362,11 @@
       const least = 1e-13 * Math.max(Math.abs(parameter.grazing), home.x[1] - home.x[0]);
       if (!(x[1] - x[0] > least)) return;
       // Moves that follow each other are one.
-      if (performance.now() - look.at > 500) past.push({ view: structuredClone(view), auto });
+      const goesOn = delay > 0 && performance.now() - look.at < 500;
+      if (!goesOn) past.push({ view: structuredClone(view), auto });
       past = past.slice(-50);
       undo.disabled = !past.length;
-      look.at = performance.now();
+      look.at = delay > 0 ? performance.now() : -Infinity;
       view.x = x;
       if (y) {
         view.y = y;
@@ -1525,6 +1531,7 @@
       auto = last.auto;
       view = last.view;
       undo.disabled = !past.length;
+      look.at = -Infinity;
       redraw();
       sweep();
     });

@@ -1,17 +1,21 @@
 // The page of a run in a real browser: from a file, without a network.
-//
-// node page.mjs PROGRAM CHROMIUM FOLDER, playwright-core beside it; FOLDER takes runs and pictures.
 import assert from "node:assert/strict";
-import { execFileSync } from "node:child_process";
-import { existsSync, readFileSync, statSync, writeFileSync, mkdirSync } from "node:fs";
+import { existsSync, readFileSync, statSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
-import { createRequire } from "node:module";
 import { fileURLToPath } from "node:url";
+import {
+  LARGEST_PAGE,
+  SCENE,
+  browser,
+  emittedText,
+  folder,
+  live,
+  open,
+  out,
+  places,
+  run,
+} from "./browser.mjs";
 
-const [program, executablePath, folder] = process.argv.slice(2);
-const { chromium } = createRequire(join(folder, "package.json"))("playwright-core");
-const SCENE = "cantilever_3_5_soft";
-const LARGEST_PAGE = 1.5e6;
 // An oscillator without a phase: its section has one coordinate.
 const ONE_COORDINATE = `
 [model]
@@ -56,48 +60,13 @@ observe = "h"
 direction = "both"
 `;
 
-const run = (arguments_) =>
-  execFileSync(program, arguments_, { maxBuffer: 1 << 30, encoding: "utf8" });
-const out = join(folder, "out");
-mkdirSync(out, { recursive: true });
 run(["run", SCENE, "-q", "-o", out]);
 const file = join(out, "report.html");
 assert.ok(statSync(file).size <= LARGEST_PAGE, `the page has ${statSync(file).size} bytes`);
 
-const browser = await chromium.launch({
-  executablePath,
-  args: ["--headless", "--no-sandbox", "--disable-gpu", "--no-first-run"],
-});
 const checks = [];
 const check = (words) => (checks.push(words), console.log(`ok: ${words}`));
 
-/** Opens a page without a network; what it says and asks for is collected. */
-async function open(path, options = {}) {
-  const context = await browser.newContext({
-    offline: true,
-    acceptDownloads: true,
-    viewport: { width: 1100, height: 900 },
-    ...options,
-  });
-  const page = await context.newPage();
-  const said = [];
-  page.on("console", (message) => said.push(`${message.type()}: ${message.text()}`));
-  page.on("pageerror", (error) => said.push(String(error)));
-  page.on("dialog", (dialog) => said.push(`dialog: ${dialog.message()}`));
-  page.on("request", (request) => {
-    const url = request.url();
-    if (url !== `file://${path}` && !/^(blob|data):/.test(url)) said.push(`request: ${url}`);
-  });
-  await page.goto(`file://${path}`);
-  return { page, said, context };
-}
-const settled = (page, pane = 0) =>
-  page.waitForFunction((n) => window.grazemap?.panes[n]?.done, pane, { timeout: 60_000 });
-const live = async (page) => {
-  await page.locator(".live").first().scrollIntoViewIfNeeded();
-  await settled(page);
-  await page.waitForTimeout(100);
-};
 const view = (page) => page.evaluate(() => structuredClone(window.grazemap.panes[0].view));
 const readout = (page) => page.locator(".live .readout").first().textContent();
 const again = (page) =>
@@ -141,19 +110,7 @@ const before = async (page) =>
   // the interpreter, and its images by `image`.
   const COUNT = 100_000;
   const IMAGES = 500;
-  run([
-    "emit",
-    SCENE,
-    "--target",
-    "javascript",
-    "--set",
-    "emit.shape=factored",
-    "--no-measure",
-    "-q",
-    "-o",
-    out,
-  ]);
-  const text = readFileSync(join(out, `map_${SCENE}.js`));
+  const text = readFileSync(await emittedText());
   const map = await import(`data:text/javascript;base64,${text.toString("base64")}`);
   const states = join(out, "starts.csv");
   writeFileSync(
@@ -221,10 +178,8 @@ const before = async (page) =>
 
   // What is painted are the iterates.
   const painted = await page.evaluate(() => {
-    const { canvas, view, layers } = window.grazemap.panes[0];
-    const ratio = Math.min(2, devicePixelRatio);
-    const [width, height] = [canvas.width / ratio, canvas.height / ratio];
-    const plot = { x: 64, y: 34, w: width - 76, h: height - 76 };
+    const { canvas, view, layers, plot: room } = window.grazemap.panes[0];
+    const plot = room();
     const image = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data;
     const paper = [...image.slice(4 * (canvas.width * (plot.y + 3) + plot.x + 3)).slice(0, 3)];
     let [hits, all] = [0, 0];
@@ -308,8 +263,7 @@ const before = async (page) =>
 
   // Hover, click, keys.
   const canvas = page.locator(".live canvas").first();
-  const box = await canvas.boundingBox();
-  const at = (x, y) => [box.x + 64 + x * (box.width - 76), box.y + 34 + y * (box.height - 76)];
+  const at = await places(page, canvas);
   await page.mouse.move(...at(0.5, 0.5));
   await page.waitForFunction(() =>
     document.querySelector(".live .readout").textContent.includes("period"),
@@ -418,7 +372,30 @@ const before = async (page) =>
   await before(page);
   await page.locator(".live button", { hasText: "whole" }).first().click();
   await again(page);
-  check("wheel, keys and buttons zoom");
+  for (const back of [
+    () => page.locator(".live button", { hasText: "back" }).first().click(),
+    () => canvas.press("Backspace"),
+  ]) {
+    const now = await view(page);
+    await before(page);
+    await canvas.press("+");
+    await again(page);
+    assert.notDeepEqual(await view(page), now);
+    await before(page);
+    await back();
+    await again(page);
+    assert.deepEqual(await view(page), now, "back to the view before");
+  }
+  // A drag says what it does, and is let go of.
+  await page.mouse.move(...at(0.3, 0.5));
+  await page.mouse.down();
+  await page.mouse.move(...at(0.5, 0.5), { steps: 4 });
+  assert.match(await readout(page), /^Let go to see Q from −0\.0556\d+ /);
+  const kept = await view(page);
+  await page.keyboard.press("Escape");
+  await page.mouse.up();
+  assert.deepEqual(await view(page), kept, "Escape lets go of a drag");
+  check("wheel, keys and buttons zoom, and go back; Escape lets go of a drag");
 
   const values = () =>
     page.evaluate(() => [...window.grazemap.panes[0].layers().up.values()].at(-1).chunks[0][0]);
@@ -434,7 +411,7 @@ const before = async (page) =>
   await before(page);
   await page.locator(".live .tools label.down input").first().uncheck();
   await again(page);
-  assert.equal(await page.evaluate(() => window.grazemap.panes[0].layers().down.size), 0);
+  assert.equal(await page.evaluate(() => window.grazemap.panes[0].layers().down), undefined);
   await before(page);
   const reference = await page.evaluate(() =>
     [...window.grazemap.panes[0].layers().up.values()]
@@ -452,7 +429,24 @@ const before = async (page) =>
     lower.length === reference.length && lower.some((value, n) => value !== reference[n]),
     "lower orders are another map",
   );
+  // The map itself beneath them is that of the view, before and after a zoom.
+  const beneath = () =>
+    page.evaluate(() => {
+      const { layers, view } = window.grazemap.panes[0];
+      const columns = [...layers()["map up"].values()];
+      const inside = columns.every(({ offset }) => offset > view.x[0] && offset < view.x[1]);
+      return { inside, values: columns.slice(-50).flatMap(({ chunks }) => [...chunks[0]]) };
+    });
+  assert.deepEqual((await beneath()).values, reference, "the map itself lies beneath lower orders");
   await page.screenshot({ path: join(folder, "orders.png") });
+  await before(page);
+  await canvas.focus();
+  await page.keyboard.press("+");
+  await again(page);
+  assert.ok((await beneath()).inside);
+  await before(page);
+  await page.keyboard.press("0");
+  await again(page);
   await before(page);
   await page.getByLabel("Orders of the map").first().selectOption({ index: 0 });
   await again(page);
@@ -467,11 +461,8 @@ const before = async (page) =>
     { timeout: 60_000 },
   );
   const pane = (await number.jsonValue()) - 1;
-  const place = await chart.locator("canvas").boundingBox();
-  const onChart = (x, y) => [
-    place.x + 60 + x * (place.width - 72),
-    place.y + 12 + y * (place.height - 56),
-  ];
+  await chart.locator("canvas").scrollIntoViewIfNeeded();
+  const onChart = await places(page, chart.locator("canvas"), pane);
   await page.mouse.move(...onChart(0.3, 0.9));
   await page.waitForFunction(() =>
     document.querySelector(".live[data-chart] .readout").textContent.includes("without contact"),
@@ -481,7 +472,7 @@ const before = async (page) =>
   await again(page);
   assert.match(
     await page.locator(".live .sliders output").first().textContent(),
-    /offset 1\.[45]\de−4/,
+    /offset 1\.[45]\d?e−4/,
   );
   const cells = await page.evaluate(
     (n) =>
@@ -507,7 +498,14 @@ const before = async (page) =>
     return [download.suggestedFilename(), readFileSync(await download.path())];
   };
   const kinds = { SVG: /^<svg/, CSV: /^[a-z_]+,/, PNG: /^\x89PNG/ };
-  for (const place of [".live .tools", "figure:has(script.points) .tools", "figure.table .tools"]) {
+  const panels = [1, 2, 3].map((n) => `.live .panels > :nth-child(${n + 1}) .tools`);
+  for (const place of [
+    ".live > .tools",
+    ...panels,
+    ".live[data-chart] > .tools",
+    "figure:has(script.points) .tools",
+    "figure.table .tools",
+  ]) {
     for (const [kind, begins] of Object.entries(kinds)) {
       const button = page.locator(place).first().locator("button", { hasText: kind });
       if ((await button.count()) === 0) {
@@ -519,9 +517,16 @@ const before = async (page) =>
         name.endsWith(kind.toLowerCase()) && begins.test(bytes.toString("latin1")),
         `${place} ${name}`,
       );
+      if (kind !== "SVG") continue;
+      const words = await page.evaluate((text) => {
+        const { documentElement: svg } = new DOMParser().parseFromString(text, "image/svg+xml");
+        return svg.matches("svg") && [...svg.querySelectorAll("text")].map((own) => own.textContent);
+      }, bytes.toString());
+      assert.ok(words && words.length > 0, `${place} ${name} is a drawing with words`);
+      if (place === ".live > .tools") assert.ok(words.includes("Q − Q* / 10⁻⁴"), `${words}`);
     }
   }
-  check("diagrams, figures and tables are saved as SVG, PNG and CSV");
+  check("diagrams, panels, charts, figures and tables are saved as SVG, PNG and CSV");
   await page.locator(".command button").first().click();
   await page.waitForFunction(
     () => document.querySelector(".command button").textContent === "copied",
@@ -533,6 +538,14 @@ const before = async (page) =>
       ).length,
   );
   assert.equal(unnamed, 0, "every control has a name");
+  const nameless = await page.locator("[role=img], [role=application]").evaluateAll(
+    (all) =>
+      all.filter((own) => {
+        const named = document.getElementById(own.getAttribute("aria-labelledby"));
+        return !(own.getAttribute("aria-label") || own.getAttribute("alt") || named?.textContent);
+      }).length,
+  );
+  assert.equal(nameless, 0, "every picture has a name");
   assert.deepEqual(said, [], "nothing is said, nothing asked for");
   check("no message in the console, no request");
   assert.equal(await page.locator("#section-1 .card svg[role=img]").count(), 1, "a sketch");
@@ -542,6 +555,78 @@ const before = async (page) =>
   check(`a sketch of the stops, ${links.length} links to files beside the page`);
   await context.close();
 }
+
+// By the keyboard alone; what is read stands out from what it stands on; on paper.
+for (const colorScheme of ["light", "dark"]) {
+  const { page, said, context } = await open(file, { colorScheme });
+  await live(page);
+  await page.evaluate(() => document.activeElement.blur());
+  const order = [];
+  for (let n = 0; n < 400; n++) {
+    await page.keyboard.press("Tab");
+    const number = await page.evaluate(() => {
+      const own = document.activeElement;
+      if (own === document.body) return -1;
+      window.reached ??= [];
+      window.reached.push(own);
+      return [...document.querySelectorAll("*")].indexOf(own);
+    });
+    if (number < 0 || number === order[0]) break;
+    order.push(number);
+  }
+  assert.deepEqual(order, [...order].sort((a, b) => a - b), "the focus goes down the page");
+  const left = await page.evaluate(
+    () =>
+      [...document.querySelectorAll("a[href], button:enabled, input, select, .live > canvas")].filter(
+        (own) => own.checkVisibility() && !window.reached.includes(own),
+      ).length,
+  );
+  assert.equal(left, 0, "everything is reached by the tabulator");
+  const canvas = page.locator(".live canvas").first();
+  await canvas.focus();
+  await page.keyboard.press("ArrowRight");
+  await page.waitForFunction(() => window.grazemap.panes[0].marked);
+  const outline = await canvas.evaluate((own) => getComputedStyle(own).outlineStyle);
+  assert.equal(outline, "solid", "the focus is seen");
+  // WCAG 2.2, 1.4.3: the contrast of text.
+  const pale = await page.evaluate(() => {
+    const numbers = (text) => text.match(/[\d.]+/g).map(Number);
+    const luminance = (colour) => {
+      const [r, g, b] = colour.slice(0, 3).map((own) => {
+        const v = own / 255;
+        return v <= 0.04045 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4;
+      });
+      return 0.2126 * r + 0.7152 * g + 0.0722 * b;
+    };
+    const behind = (own) => {
+      const colour = numbers(getComputedStyle(own).backgroundColor);
+      return colour[3] === 0 ? behind(own.parentElement) : colour;
+    };
+    const found = [];
+    for (const own of document.querySelectorAll("main *:not(svg *):not(math *):not(script)")) {
+      const words = [...own.childNodes].some((node) => node.nodeType === 3 && node.data.trim());
+      if (!words || !own.checkVisibility() || own.disabled) continue;
+      const [high, low] = [numbers(getComputedStyle(own).color), behind(own)]
+        .map(luminance)
+        .sort((a, b) => b - a);
+      const ratio = (high + 0.05) / (low + 0.05);
+      if (ratio < 4.5) found.push(`${own.className || own.localName}: ${ratio.toFixed(2)}`);
+    }
+    for (const own of document.querySelectorAll(".card svg text")) {
+      const fill = getComputedStyle(own).fill;
+      const ratio = 1.05 / (luminance(numbers(fill)) + 0.05);
+      if (ratio < 4.5 && own.textContent.trim()) found.push(`svg ${fill}: ${ratio.toFixed(2)}`);
+    }
+    return [...new Set(found)];
+  });
+  assert.deepEqual(pale, [], "text has a contrast of 4.5");
+  await page.emulateMedia({ media: "print" });
+  assert.equal(await page.locator(".live:visible, button:visible").count(), 0);
+  assert.ok((await page.locator("figure .card:visible").count()) > 5, "figures are printed");
+  assert.deepEqual(said, []);
+  await context.close();
+}
+check("by the keyboard alone, with a contrast of 4.5, light and dark, and on paper");
 
 // Without a script, narrow, dark.
 {
@@ -596,12 +681,12 @@ check("420 pixels wide, light and dark");
   await live(page);
   const canvas = page.locator(".live canvas").first();
   const facts = page.locator(".live .facts").first();
-  const box = await canvas.boundingBox();
+  const place = await places(page, canvas);
   const at = async (offset) => {
     const { x } = await view(page);
-    return box.x + 64 + ((offset - x[0]) / (x[1] - x[0])) * (box.width - 76);
+    return place((offset - x[0]) / (x[1] - x[0]), 0.5)[0];
   };
-  const middle = box.y + box.height / 2;
+  const [, middle] = place(0, 0.5);
   await before(page);
   await page.mouse.move(await at(1.08e-4), middle);
   await page.mouse.down();
@@ -633,7 +718,22 @@ check("420 pixels wide, light and dark");
   for (const offset of [flip - 2e-6, graze + 2e-7])
     assert.notEqual((await read(offset)).period, 7, `${offset}`);
   await read(1.13e-4);
-  assert.match(await facts.textContent(), /Period7Contacts(?=[01]{7} )0*10*0* /);
+  await page.waitForFunction(() => window.grazemap.panes[0].reach);
+  // Where the page says that the period ends, against the solved branch.
+  const reach = await page.evaluate(() => window.grazemap.panes[0].reach);
+  assert.deepEqual(reach.map(({ way, outside }) => [way, outside]), [["flip", false], ["graze", false]]);
+  for (const [n, border] of [flip, graze].entries())
+    assert.ok(Math.abs(reach[n].offset - border) < 1e-13, `${reach[n].offset} is not ${border}`);
+  assert.match(await facts.textContent(), /^Period7Holdsfrom Q = .*Contacts1000000 /);
+  // The strip below the diagram shows it.
+  const strip = await page.evaluate(() =>
+    [...window.grazemap.panes[0].layers().up.values()].map(({ offset, period }) => [offset, period]),
+  );
+  // Nearer to the flip orbits take longer to settle; at the graze a column is as wide as 5e-8.
+  const within = strip.filter(([offset]) => offset > flip + 2e-6 && offset < graze - 1e-7);
+  assert.ok(within.length > 100 && within.every(([, period]) => period === 7), "the strip has 7");
+  const beyond = strip.filter(([offset]) => offset > graze + 1e-8);
+  assert.ok(beyond.length > 100 && beyond.every(([, period]) => period !== 7));
   await page.waitForTimeout(300);
   await picture("window", canvas);
   await picture("facts", facts.locator("dl"));
@@ -694,6 +794,10 @@ check("420 pixels wide, light and dark");
   const canvas = await page.locator(".live canvas").first().boundingBox();
   await page.mouse.click(canvas.x + 200, canvas.y + 100);
   await page.waitForFunction(() => window.grazemap.panes[0].marked);
+  await page.mouse.click(canvas.x + canvas.width * 0.9, canvas.y + 100);
+  await page.waitForFunction(() => window.grazemap.panes[0].marked?.gone);
+  const facts = page.locator(".live .panels:visible > :visible").first();
+  assert.equal(await facts.textContent(), "The orbit of the map escapes here.");
   assert.deepEqual(said, [], "hostile names are words");
   await context.close();
   check("hostile names stay words");
