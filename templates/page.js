@@ -142,7 +142,7 @@
     panes,
     iterate: async (state, parameters, count) =>
       (await ask({ kind: "orbit", state, parameters, count })).values,
-    speed: async (count) => (await ask({ kind: "speed", count })).time,
+    speed: async (parameters, count) => (await ask({ kind: "speed", parameters, count })).time,
   };
 
   /** A number in so many digits, with a proper minus. */
