@@ -560,6 +560,12 @@ const before = async (page) =>
 for (const colorScheme of ["light", "dark"]) {
   const { page, said, context } = await open(file, { colorScheme });
   await live(page);
+  // What is alive is made when it comes into sight; the focus begins where all is there.
+  const alive = await page.locator(".live").count();
+  for (let n = 0; n < alive; n++) {
+    await page.locator(".live").nth(n).scrollIntoViewIfNeeded();
+    await page.locator(".live").nth(n).locator("canvas").first().waitFor();
+  }
   await page.evaluate(() => document.activeElement.blur());
   const order = [];
   for (let n = 0; n < 400; n++) {
