@@ -20,6 +20,7 @@ mod guarded_map;
 mod image;
 pub mod loci;
 pub mod noise;
+pub(crate) mod nulls;
 pub mod orbits;
 pub mod periodic;
 mod progress;

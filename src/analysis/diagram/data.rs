@@ -4,7 +4,7 @@ use std::num::NonZero;
 use std::thread::available_parallelism;
 use std::time::Instant;
 
-use serde::{Deserialize, Deserializer, Serialize};
+use serde::{Deserialize, Serialize};
 
 use crate::analysis::escape::EscapeBound;
 use crate::expansion::MapWindow;
@@ -131,7 +131,7 @@ pub struct DiagramPoint {
     pub offset: f64,
     /// The observable at the kept iterates, in order: all of them, or the first few where these
     /// repeat bit for bit. NaN where there is none: `null` in a document.
-    #[serde(deserialize_with = "nulls_as_nan")]
+    #[serde(deserialize_with = "crate::analysis::nulls::numbers")]
     pub values: Vec<f64>,
     /// Iterates kept; fewer than asked for where the orbit ended early.
     pub kept: usize,
@@ -155,15 +155,6 @@ pub struct DiagramPoint {
     /// point that was mapped lies beyond the half-width of a coordinate or a parameter, or has a
     /// passage deeper than the window.
     pub outside: f64,
-}
-
-/// Values that JSON wrote as `null` where they were NaN; other formats write NaN itself.
-fn nulls_as_nan<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<f64>, D::Error> {
-    if !deserializer.is_human_readable() {
-        return Vec::deserialize(deserializer);
-    }
-    let values = Vec::<Option<f64>>::deserialize(deserializer)?;
-    Ok(values.into_iter().map(|value| value.unwrap_or(f64::NAN)).collect())
 }
 
 /// Time spent in a sweep or a chart, by the clock.

@@ -63,6 +63,7 @@ pub struct Choice {
     /// Why no map meets the tolerance, where none does.
     pub limit: Option<Limit>,
     /// Seconds that the choice took.
+    #[serde(deserialize_with = "crate::analysis::nulls::number")]
     pub seconds: f64,
 }
 

@@ -66,6 +66,7 @@ pub struct ConvergenceStudy {
     #[serde(default)]
     pub direct_by_taylor: Option<DirectSummary>,
     /// Nanoseconds of one multiply-add, measured in the same run.
+    #[serde(deserialize_with = "crate::analysis::nulls::number")]
     pub multiply_add_ns: f64,
 }
 
@@ -82,8 +83,10 @@ pub struct OrderResult {
     /// Exponent with which the error falls when deviations are scaled as `y²`.
     pub rate: Rate,
     /// Nanoseconds of one step, parameters frozen, interpreted.
+    #[serde(deserialize_with = "crate::analysis::nulls::number")]
     pub step_ns: f64,
     /// Nanoseconds that the step's multiply-adds alone would take.
+    #[serde(deserialize_with = "crate::analysis::nulls::number")]
     pub floor_ns: f64,
     /// Operations of one step, parameters frozen.
     pub operations: usize,
@@ -98,6 +101,7 @@ pub struct DirectSummary {
     pub method: String,
     /// Nanoseconds of one return to the section, in double precision, the parameters being those
     /// of the one before.
+    #[serde(deserialize_with = "crate::analysis::nulls::number")]
     pub period_ns: f64,
     /// Largest error of double precision against double-double, over the sample.
     pub error_estimate: f64,
@@ -479,6 +483,7 @@ pub struct ParetoPoint {
     #[serde(default)]
     pub direct: Option<String>,
     /// Nanoseconds of one step, or of one return.
+    #[serde(deserialize_with = "crate::analysis::nulls::number")]
     pub step_ns: f64,
     /// Largest error on the window, against double-double.
     pub error: f64,
