@@ -687,6 +687,8 @@ check("420 pixels wide, light and dark");
   await live(page);
   const canvas = page.locator(".live canvas").first();
   const facts = page.locator(".live .facts").first();
+  // A picture of it would scroll to it, under a pointer that drags.
+  await canvas.scrollIntoViewIfNeeded();
   const place = await places(page, canvas);
   const at = async (offset) => {
     const { x } = await view(page);
