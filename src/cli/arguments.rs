@@ -14,7 +14,7 @@ use grazemap::analysis::loci::LocusKind;
 use grazemap::analysis::{Pieces, Precision, Share, Using};
 use grazemap::emission::Target;
 use grazemap::model::Method;
-use grazemap::pipeline::{OrbitsOf, TrajectoryKeys};
+use grazemap::pipeline::{Device, OrbitsOf, TrajectoryKeys};
 use grazemap::report::Named;
 
 /// Fast, measured local maps of oscillators that graze a stop.
@@ -55,7 +55,7 @@ pub(super) enum Command {
     /// Bifurcation diagrams
     Diagram(SweepArguments),
     /// Two-parameter charts
-    Chart(SweepArguments),
+    Chart(ChartArguments),
     /// Periodic orbits by itinerary, their stability, folds and flips
     Orbits(OrbitsArguments),
     /// Branches of periodic orbits in one parameter, through folds, flips and grazes
@@ -99,7 +99,7 @@ impl Arguments {
             Some(Command::Image(options)) => ("image", &options.scene.common, true),
             Some(Command::Converge(options)) => ("converge", &options.scene.common, true),
             Some(Command::Diagram(options)) => ("diagram", &options.scene.common, true),
-            Some(Command::Chart(options)) => ("chart", &options.scene.common, true),
+            Some(Command::Chart(options)) => ("chart", &options.sweep.scene.common, true),
             Some(Command::Orbits(options)) => ("orbits", &options.scene.common, true),
             Some(Command::Branch(options)) => ("branch", &options.scene.common, true),
             Some(Command::Loci(options)) => ("loci", &options.scene.common, true),
@@ -111,7 +111,10 @@ impl Arguments {
     /// Makes the arguments of a shard those of the run that joins all; whether they are of one.
     pub(super) fn join(&mut self, options: &MergeArguments, joined: Arc<Joined>) -> bool {
         let (scene, sharding) = match &mut self.command {
-            Some(Command::Diagram(sweep) | Command::Chart(sweep)) => {
+            Some(Command::Diagram(sweep)) => (&mut sweep.scene, &mut sweep.sharding),
+            Some(Command::Chart(ChartArguments { sweep, device })) => {
+                // Little is left to compute, on any machine.
+                Device::NAMES[0].clone_into(device);
                 (&mut sweep.scene, &mut sweep.sharding)
             }
             Some(Command::Basin(basin)) => (&mut basin.scene, &mut basin.sharding),
@@ -209,6 +212,17 @@ pub(super) struct SweepArguments {
     pub(super) scene: SceneOptions,
     #[command(flatten)]
     pub(super) sharding: Sharding,
+}
+
+/// Options of `chart`.
+#[derive(Clone, Debug, Args)]
+pub(super) struct ChartArguments {
+    #[command(flatten)]
+    pub(super) sweep: SweepArguments,
+    /// What makes the orbits of the map: `cuda` is a graphics processor of NVIDIA's, whose charts
+    /// have the very bytes of this processor's
+    #[arg(long, default_value = "cpu", value_parser = Device::NAMES)]
+    pub(super) device: String,
 }
 
 /// Options of `merge`.

@@ -16,18 +16,25 @@ pub(super) fn arrange(
     map: &LocalMap,
     options: &EmitOptions,
     lowered: &MapKernel,
-    split: &SplitKernel,
-    step: &Kernel,
+    (split, step, tangent): (&SplitKernel, &Kernel, Option<&Kernel>),
     pruned: Option<PruneReport>,
 ) -> Result<MapLayout, EmissionError> {
     let language = Language { target: options.target, precision: options.precision };
     let prepare = print(language, &split.prepare, |number| language.element("parameters", number))?;
     let free = lowered.dimension;
-    let input = |number: usize| {
-        if number < free { format!("x{number}") } else { language.coefficient(number - free) }
+    // A tangent vector stands between coordinates and coefficients.
+    let known = if tangent.is_some() { 2 * free } else { free };
+    let input = |number: usize| match number {
+        number if number < free => format!("x{number}"),
+        number if number < known => language.element("tangent", number - free),
+        number => language.coefficient(number - known),
     };
     let (step_text, jacobian) =
         (print(language, step, input)?, print(language, &split.run, input)?);
+    let tangent = match tangent {
+        Some(tangent) => print(language, tangent, input)?,
+        None => PrintedKernel { statements: Vec::new(), outputs: Vec::new() },
+    };
     let variable = |number: usize| match number.checked_sub(free) {
         None => format!("x{number}"),
         Some(parameter) => language.element("parameters", parameter),
@@ -98,6 +105,10 @@ pub(super) fn arrange(
         jacobian_depths: jacobian.outputs[free..free + passages].to_vec(),
         jacobian_rows: rows(&jacobian, free),
         jacobian_entries: jacobian.outputs[free + passages..].to_vec(),
+        tangent_image: part(&tangent, 0..free),
+        tangent_depths: part(&tangent, free..free + passages),
+        tangent_carried: part(&tangent, free + passages..tangent.outputs.len()),
+        tangent_statements: tangent.statements,
         derivatives: options.derivatives,
         derivatives_image: part(&derivatives, 0..free),
         derivatives_depths: part(&derivatives, free..free + passages),
@@ -292,6 +303,11 @@ pub(super) struct MapLayout {
     pub(super) jacobian_depths: Vec<String>,
     pub(super) jacobian_rows: Vec<String>,
     pub(super) jacobian_entries: Vec<String>,
+    /// Of a step that carries a tangent vector along, in CUDA.
+    pub(super) tangent_statements: Vec<String>,
+    pub(super) tangent_image: Vec<String>,
+    pub(super) tangent_depths: Vec<String>,
+    pub(super) tangent_carried: Vec<String>,
     /// Whether there is a step with these: by the coordinates, and then by the parameters.
     pub(super) derivatives: bool,
     pub(super) derivatives_statements: Vec<String>,

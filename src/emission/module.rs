@@ -10,7 +10,7 @@ use super::options::{EmitOptions, EmittedShape, Target};
 use super::pruning::{PruneReport, prune, prune_composed};
 use super::wasm;
 use crate::expansion::{ComposedMap, LocalMap, MapKernel, Stage};
-use crate::jet::kernel::{Kernel, OperationCount, SplitKernel};
+use crate::jet::kernel::{Kernel, OperationCount, SplitKernel, Value};
 use crate::numeric::FloatFormat;
 
 /// An emitted module without dependencies: a source text, or the bytes of WebAssembly.
@@ -66,12 +66,16 @@ pub fn emitted_module(
     }
     check_shapes(map)?;
     let (lowered, pruned) = lower(map, composed, options)?;
-    let split = lowered.with_jacobian().split(lowered.dimension);
+    let (split, tangent) = match options.target {
+        Target::Cuda => split_with_tangent(&lowered),
+        _ => (lowered.with_jacobian().split(lowered.dimension), None),
+    };
     let step = step_kernel(&split, &lowered);
     let content = match options.target {
         Target::Wasm => wasm::module(map, options, &lowered, &split, &step, pruned)?,
         target => {
-            let layout = arrange(map, options, &lowered, &split, &step, pruned)?;
+            let tangent = tangent.as_ref();
+            let layout = arrange(map, options, &lowered, (&split, &step, tangent), pruned)?;
             layout::map(target, &layout)?.into_bytes()
         }
     };
@@ -130,6 +134,24 @@ fn lower(
             Ok((MapKernel::factored(&map), Some(report)))
         }
     }
+}
+
+/// The frozen step with its Jacobian, and the frozen step with a tangent vector carried along; the
+/// same coefficients serve both, and stand after the coordinates and the vector.
+fn split_with_tangent(map: &MapKernel) -> (SplitKernel, Option<Kernel>) {
+    let (dimension, first) = (map.dimension, map.dimension + map.passages);
+    let mut split = map.with_tangent().split(2 * dimension);
+    let outputs = split.run.outputs.clone();
+    let (values, rows) = outputs.split_at(first);
+    let rows = || rows.chunks_exact(dimension + 1);
+    let choose = |derivatives: Vec<Value>| {
+        let outputs = [values, &derivatives].concat();
+        Kernel { outputs, ..split.run.clone() }.without_dead_operations()
+    };
+    let jacobian = choose(rows().flat_map(|row| &row[..dimension]).copied().collect());
+    let tangent = choose(rows().map(|row| row[dimension]).collect());
+    split.run = jacobian;
+    (split, Some(tangent))
 }
 
 /// The frozen step alone, out of the frozen step with its Jacobian: the same coefficients serve

@@ -87,7 +87,7 @@ impl Target {
 }
 
 /// Number of the format of emitted modules; it changes with the templates and with the printing.
-pub const FORMAT: u32 = 2;
+pub const FORMAT: u32 = 3;
 
 /// Shape of an emitted step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

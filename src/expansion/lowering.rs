@@ -74,6 +74,12 @@ impl MapKernel {
         self.kernel.with_jacobian(self.dimension, self.dimension)
     }
 
+    /// The same, and after every row of the Jacobian the derivative along a tangent vector, whose
+    /// components are inputs between the coordinates and the parameters.
+    pub fn with_tangent(&self) -> Kernel {
+        self.kernel.with_tangent(self.dimension, self.dimension)
+    }
+
     /// The kernel with the derivatives of the image by the coordinates and then by the parameters,
     /// row by row, after its other outputs.
     pub fn with_derivatives(&self) -> Kernel {

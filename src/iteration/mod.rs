@@ -6,6 +6,7 @@
 mod batch;
 #[cfg(feature = "compiled-maps")]
 mod compiled;
+mod device_map;
 mod discrete_map;
 mod forms;
 mod frozen_lanes;
@@ -18,6 +19,7 @@ mod tangents;
 pub use batch::Batch;
 #[cfg(feature = "compiled-maps")]
 pub use compiled::{CompiledMap, compiled};
+pub use device_map::{DeviceMap, DeviceOrbit, DeviceReport, KernelPiece, KernelPoints, PointKernel};
 pub use discrete_map::{DifferentiableMap, DiscreteMap, PassageSet, StepInfo};
 pub use frozen_lanes::{FrozenLanes, Substitute};
 pub use horner::{FrozenMap, HornerMap, SingleMap};

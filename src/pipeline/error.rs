@@ -144,6 +144,12 @@ pub enum Error {
         /// What is free, in MB.
         available: u64,
     },
+    /// A device that is not there, or cannot be used.
+    #[error("no charts on this device: {reason}; the device `cpu` gives the same charts")]
+    NoDevice {
+        /// What was looked for, and what was found.
+        reason: String,
+    },
     /// A key of a command whose value asks for nothing that there is.
     #[error(transparent)]
     Key(Box<KeyError>),

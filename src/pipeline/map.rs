@@ -26,7 +26,7 @@ use crate::expansion::{
     ComposedMap, Contact, DepthSeries, Expander, LocalMap, RADIUS_ORDER, Stage, WindowEdge,
     check_orders,
 };
-use crate::iteration::{DiscreteMap, HornerMap, StepInfo};
+use crate::iteration::{DeviceMap, DiscreteMap, HornerMap, StepInfo};
 use crate::model::{ChartRequest, DiagramRequest, MapOrders, Scene, Shape};
 use crate::numeric::FloatFormat;
 use crate::orbit::GrazingOrbit;
@@ -144,6 +144,8 @@ pub(super) struct Parts {
     pub(super) composed: OnceLock<ComposedMap>,
     pub(super) listing: OnceLock<MapListing>,
     pub(super) run: OnceLock<HornerMap>,
+    /// What makes the orbits of charts, if not this processor.
+    pub(super) device: Option<Arc<DeviceMap>>,
 }
 
 impl Parts {
@@ -159,6 +161,7 @@ impl Parts {
             composed: OnceLock::new(),
             listing: OnceLock::new(),
             run: OnceLock::new(),
+            device: None,
         }
     }
 }
@@ -175,6 +178,16 @@ pub struct Image {
 impl Map {
     pub(super) fn new(parts: Parts) -> Self {
         Self(Arc::new(parts))
+    }
+
+    /// The same map with another device for charts.
+    pub(super) fn with_device(&self, device: Option<Arc<DeviceMap>>) -> Self {
+        Self::new(Parts { device, ..Parts::clone(&self.0) })
+    }
+
+    /// What makes the orbits of charts, if not this processor.
+    pub(super) fn device(&self) -> Option<&DeviceMap> {
+        self.0.device.as_deref()
     }
 
     /// The scene, with the weights and the shape chosen where it names a tolerance.
@@ -408,7 +421,7 @@ impl Map {
         progress: &dyn Progress,
     ) -> Result<Vec<Chart>, Error> {
         let (scene, orbit) = (self.settled().scene(), self.orbit());
-        Ok(chart(scene, orbit, self.local(), request, progress)?)
+        Ok(chart(scene, orbit, self.local(), self.device(), request, progress)?)
     }
 
     /// Every chart that the scene asks for.
@@ -431,7 +444,9 @@ impl Map {
     pub fn share_charts(&self, shard: &Shard<'_>) -> Result<(), Error> {
         let (scene, orbit) = (self.settled().scene(), self.orbit());
         self.scene().charts.iter().enumerate().try_for_each(|(number, request)| {
-            let share = |shard: &Shard<'_>| chart_share(scene, orbit, self.local(), request, shard);
+            let (map, device) = (self.local(), self.device());
+            let share =
+                |shard: &Shard<'_>| chart_share(scene, orbit, map, device, request, shard);
             Ok(shard.part(number, share)?)
         })
     }

@@ -10,6 +10,7 @@
 
 mod answer;
 mod commands;
+mod device;
 mod emit;
 mod ended;
 mod error;
@@ -28,6 +29,7 @@ pub use commands::{
     AskedTrajectory, BasinKeys, BranchKeys, Command, ConvergenceKeys, CurveKeys, FitKeys, Images,
     LociKeys, NearestKeys, NoiseKeys, OrbitsKeys, TrajectoryKeys,
 };
+pub use device::Device;
 pub use emit::{EmitRequest, write_emitted};
 pub use ended::Ended;
 pub use error::Error;

@@ -37,7 +37,7 @@ impl Case {
     }
 
     fn chart(&self, request: &ChartRequest) -> Result<Chart, AnalysisError> {
-        let charts = chart(&self.scene, &self.orbit, &self.map, request, &NoProgress);
+        let charts = chart(&self.scene, &self.orbit, &self.map, None, request, &NoProgress);
         Ok(charts?.remove(0))
     }
 }
@@ -213,7 +213,7 @@ fn exponents_by_direct_simulation_are_those_of_closed_form_and_of_the_map() {
         with: vec![Method::Guarded, Method::Direct],
         ..case.request(["omega", "alpha"], [[-2e-4, 2e-4], [-6e-4, 6e-4]], [2, 4])
     };
-    let charts = chart(&case.scene, &case.orbit, &case.map, &request, &NoProgress);
+    let charts = chart(&case.scene, &case.orbit, &case.map, None, &request, &NoProgress);
     let [guarded, direct]: [_; 2] = charts.expect("active").try_into().expect("by each method");
     assert_eq!((guarded.computed, direct.computed), (8, 8));
     let (mut closed, mut mapped) = ([0; 2], 0);
@@ -254,7 +254,7 @@ fn starts_that_are_taken_together_show_both_attractors() {
     let found = case.chart(&request).expect("active");
     assert_eq!((found.starts.len(), &found.start), (4, &None));
     let parts = ChartRequest { attractors: 1, ..request };
-    let parts = chart(&case.scene, &case.orbit, &case.map, &parts, &NoProgress).expect("active");
+    let parts = chart(&case.scene, &case.orbit, &case.map, None, &parts, &NoProgress).expect("active");
     assert_eq!(parts.len(), 4);
     let mut several = 0;
     for (number, cell) in found.cells.iter().enumerate() {

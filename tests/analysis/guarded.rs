@@ -247,7 +247,7 @@ fn cells_of_the_map_alone_beyond_its_window_are_outside_and_guarded_ones_are_not
         with: vec![Method::Map, Method::Guarded],
         ..ChartRequest::new(["omega", "alpha"].map(place), ranges)
     };
-    let charts = chart(&case.scene, &case.orbit, &case.map, &request, &NoProgress);
+    let charts = chart(&case.scene, &case.orbit, &case.map, None, &request, &NoProgress);
     let [map, guarded]: [_; 2] = charts.expect("active").try_into().expect("one for each method");
     assert_eq!((map.method, guarded.method), (Method::Map, Method::Guarded));
     let outside = map.count(ChartClass::Outside);

@@ -122,8 +122,10 @@ impl Grid<'_> {
         progress: &dyn Progress,
     ) -> Vec<CellFound> {
         progress.expect(wanted.len() as u64);
+        let lanes = self.map.lanes();
         let block = |(number, cells): (usize, &[usize])| {
-            let (units, place) = (cells.len() as u64, [round, number as u64]);
+            // NOTE: blocks of another device have other lengths.
+            let (units, place) = (cells.len() as u64, [round, number as u64, lanes as u64]);
             let found = recalled(progress, &place).unwrap_or_else(|| {
                 let found = self.block_but(cells, known);
                 keep(progress, &place, &found);
@@ -132,7 +134,7 @@ impl Grid<'_> {
             progress.advance(units);
             found
         };
-        let blocks = wanted.par_chunks(self.map.lanes()).enumerate().map(block);
+        let blocks = wanted.par_chunks(lanes).enumerate().map(block);
         let blocks: Vec<_> = blocks.collect();
         blocks.into_iter().flatten().collect()
     }

@@ -11,14 +11,14 @@ mod overlay;
 use std::cell::OnceCell;
 use std::time::Instant;
 
-use super::diagram::{Shares, SweepSubject, SweptMap, Timing, states};
+use super::diagram::{DeviceSweep, Shares, SweepSubject, SweptMap, Timing, states};
 use super::error::AnalysisError;
 use super::escape::escape_bounds;
 use super::progress::{Part, Progress};
 use super::section_frame::itinerary;
 use super::share::Shard;
 use crate::expansion::LocalMap;
-use crate::iteration::OrbitRequest;
+use crate::iteration::{DeviceMap, OrbitRequest};
 use crate::model::{ChartRequest, Method, Observable, Scene, even_offsets};
 use crate::orbit::GrazingOrbit;
 pub use data::{Chart, ChartAttractor, ChartAxis, ChartCell, ChartClass, Overlay};
@@ -55,6 +55,8 @@ type Swept<'s> = (&'s dyn SweptMap, &'s [Option<Vec<f64>>]);
 /// ([`BLOCK`](super::basin::BLOCK) says what may be missed), or all of them, as the request says;
 /// exponents differ from cell to cell, so that all are computed where they are shown.
 ///
+/// With a `device` its processor makes the orbits of the map, and no bit of the chart changes.
+///
 /// # Errors
 ///
 /// [`AnalysisError::NotActive`] if a parameter is no variable of the map;
@@ -65,6 +67,7 @@ pub fn chart(
     scene: &Scene,
     orbit: &GrazingOrbit,
     map: &LocalMap,
+    device: Option<&DeviceMap>,
     request: &ChartRequest,
     progress: &dyn Progress,
 ) -> Result<Vec<Chart>, AnalysisError> {
@@ -76,7 +79,7 @@ pub fn chart(
         let found = overlays.iter().find(|(other, _)| *other == method);
         found.map_or_else(Vec::new, |(_, found)| found.clone())
     };
-    grids(scene, orbit, map, request, |number, grid| {
+    grids((scene, orbit, map), device, request, |number, grid| {
         let clock = Instant::now();
         let (cells, iterates) = grid.cells(&Part::new(progress, number));
         let computed = cells.iter().filter(|cell| cell.computed);
@@ -121,10 +124,11 @@ pub fn chart_share(
     scene: &Scene,
     orbit: &GrazingOrbit,
     map: &LocalMap,
+    device: Option<&DeviceMap>,
     request: &ChartRequest,
     shard: &Shard<'_>,
 ) -> Result<(), AnalysisError> {
-    grids(scene, orbit, map, request, |number, grid| {
+    grids((scene, orbit, map), device, request, |number, grid| {
         shard.part(number, |shard| grid.share(shard));
     })
     .map(drop)
@@ -132,9 +136,8 @@ pub fn chart_share(
 
 /// What is made of the grid of each chart.
 fn grids<T>(
-    scene: &Scene,
-    orbit: &GrazingOrbit,
-    map: &LocalMap,
+    (scene, orbit, map): (&Scene, &GrazingOrbit, &LocalMap),
+    device: Option<&DeviceMap>,
     request: &ChartRequest,
     make: impl Fn(usize, Grid<'_>) -> T,
 ) -> Result<Vec<T>, AnalysisError> {
@@ -155,7 +158,13 @@ fn grids<T>(
         states => states.into_iter().map(Some).collect(),
     };
     let together = if request.attractors > 1 { starts.len() } else { 1 };
-    let swept = request.with.iter().map(|&method| subject.swept(method));
+    let swept = request.with.iter().map(|&method| {
+        let swept = subject.swept(method)?;
+        Ok::<_, AnalysisError>(match device {
+            None => swept,
+            Some(device) => DeviceSweep::of(swept, device, &map.window, own.keep),
+        })
+    });
     let swept = swept.collect::<Result<Vec<_>, _>>()?;
     let asked =
         swept.iter().flat_map(|map| starts.chunks(together).map(move |starts| (&**map, starts)));

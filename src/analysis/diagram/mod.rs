@@ -6,6 +6,7 @@
 
 mod course;
 mod data;
+mod device_sweep;
 mod observe;
 mod starts;
 mod sweep;
@@ -13,6 +14,7 @@ mod swept_map;
 
 pub(super) use data::Shares;
 pub use data::{Diagram, DiagramPoint, Sweep, SweepHeading, Timing};
+pub(super) use device_sweep::DeviceSweep;
 pub use observe::Observer;
 pub(crate) use starts::low_discrepancy;
 pub(super) use starts::{Entry, Found, settle, states};

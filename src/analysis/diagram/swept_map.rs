@@ -20,7 +20,7 @@ use crate::model::{Method, Observable, Scene};
 use crate::orbit::GrazingOrbit;
 
 /// Iterates in which the tangent vector of a Lyapunov exponent turns to its direction.
-const TANGENT_TRANSIENT: usize = 20;
+pub(super) const TANGENT_TRANSIENT: usize = 20;
 
 /// Lanes of a map that runs in lanes: a step is one long chain of dependent operations, which only
 /// other orbits fill; and the memory of its kernel stays close.

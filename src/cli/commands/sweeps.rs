@@ -5,13 +5,13 @@ use std::path::Path;
 use serde::Serialize;
 
 use super::{map, open, remark_on_window, shard};
-use crate::cli::arguments::SweepArguments;
+use crate::cli::arguments::{ChartArguments, SweepArguments};
 use crate::cli::output::{Bar, CliError, Outlets, deliver, note_all, refuse};
 use crate::cli::resume::Resumable;
 use grazemap::analysis::Joining;
 use grazemap::analysis::chart::chart_bytes;
 use grazemap::analysis::diagram::{Diagram, Timing, diagram_bytes};
-use grazemap::pipeline::Answer;
+use grazemap::pipeline::{Answer, Device};
 use grazemap::report::{
     OutputFolder, chart_overlay_words, chart_rows, chart_timing_table, chart_warnings,
     diagram_rows, diagram_timing_table, diagram_warnings, to_json, write_json,
@@ -49,7 +49,9 @@ pub(in crate::cli) fn diagram(options: &SweepArguments) -> Result<(), CliError> 
 }
 
 /// Two-parameter charts.
-pub(in crate::cli) fn chart(options: &SweepArguments) -> Result<(), CliError> {
+pub(in crate::cli) fn chart(options: &ChartArguments) -> Result<(), CliError> {
+    let device = Device::open(&options.device)?;
+    let options = &options.sweep;
     let common = &options.scene.common;
     let (source, outlets) = (open(&options.scene)?, &common.outlets);
     if source.scene().charts.is_empty() {
@@ -57,7 +59,7 @@ pub(in crate::cli) fn chart(options: &SweepArguments) -> Result<(), CliError> {
     }
     source.scene().check_charts().map_err(Error::from)?;
     refuse(chart_bytes(source.scene()), outlets.quiet)?;
-    let map = map(source, outlets.quiet)?;
+    let map = map(source, outlets.quiet)?.on(&device)?;
     if let Some(share) = options.sharding.share {
         return shard(share, ("chart", &map, ""), outlets, |shard| map.share_charts(shard));
     }

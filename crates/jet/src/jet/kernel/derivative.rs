@@ -27,6 +27,33 @@ impl Kernel {
         })
     }
 
+    /// The same, and after the derivatives of each of the first `rows` outputs that along a tangent
+    /// vector, whose components are `columns` further inputs after the first `columns`.
+    ///
+    /// It rounds as a kernel does that runs on [`Dual`](super::Dual) numbers.
+    pub fn with_tangent(&self, rows: usize, columns: usize) -> Self {
+        let first = columns as u32;
+        let shift = |value: Value| match value {
+            Value::Input(number) if number >= first => Value::Input(number + first),
+            other => other,
+        };
+        let mut spread = self.clone();
+        spread.inputs += columns;
+        for operation in &mut spread.operations {
+            *operation = operation.with_operands(shift);
+        }
+        spread.outputs.iter_mut().for_each(|output| *output = shift(*output));
+        spread.differentiated(rows, &|builder, input| {
+            let one = |column| builder.constant(f64::from(u8::from(input as usize == column)));
+            let mut row: Vec<Value> = (0..columns).map(one).collect();
+            row.push(match input < first {
+                true => builder.input((input + first) as usize),
+                false => builder.constant(0.0),
+            });
+            row
+        })
+    }
+
     /// The kernel with the derivatives of the first `rows` outputs by every direction of the seeds.
     fn differentiated(&self, rows: usize, seed: Seed<'_>) -> Self {
         let mut builder = KernelBuilder::new(self.inputs);

@@ -148,6 +148,40 @@ mod tests {
         let found: Vec<[f64; 2]> = found.iter().map(|dual| [dual.value, dual.slope]).collect();
         // x²y + p = 16, its derivative 2xy/2 − x² = 2; that of the root 2/(2·4).
         assert_eq!(found, [[16.0, 2.0], [4.0, 0.25], [3.0, -1.0]]);
+        // The same by one kernel: the gradient of every output, then its slope.
+        let inputs = [point, vector].concat();
+        let whole = kernel.with_tangent(3, 2);
+        let values = Interpreter::new(&whole).evaluate(&[&inputs[..], &[parameter]].concat());
+        let rows = [12.0, 4.0, 2.0, 1.5, 0.5, 0.25, 0.0, 1.0, -1.0];
+        assert_eq!(values, [&[16.0, 4.0, 3.0][..], &rows].concat());
+    }
+
+    #[test]
+    fn a_tangent_beside_the_jacobian_rounds_as_dual_numbers_do() {
+        let mut builder = KernelBuilder::new(3);
+        let (x, y, p) = (builder.input(0), builder.input(1), builder.input(2));
+        let inner = builder.multiply_add(x, p, y);
+        let held = builder.held(inner);
+        let square = builder.multiply_add(inner, inner, p);
+        let root = builder.root_of_positive_part(square);
+        let share = builder.half_reciprocal(root);
+        let first = builder.multiply_add(share, x, held);
+        let second = builder.multiply(root, y);
+        let kernel = builder.finish(vec![first, second, root]);
+        let split = kernel.with_tangent(2, 2).split(4);
+        for n in 1..50 {
+            let at = |shift: f64| (f64::from(n) * 0.731 + shift).sin();
+            let (point, vector, parameter) = ([at(0.1), at(0.7)], [at(1.3), at(2.9)], at(0.4));
+            let dual = |input: usize| Dual { value: point[input], slope: vector[input] };
+            let interpreter = Interpreter::new(&kernel);
+            let expected = interpreter.evaluate(&[dual(0), dual(1), Dual::of(parameter)]);
+            let coefficients = Interpreter::new(&split.prepare).evaluate(&[parameter]);
+            let bound = Unset::new(&split.run, 4).set(&coefficients);
+            let found = bound.evaluate(&[point, vector].concat());
+            let slopes = [found[5], found[8]];
+            assert_eq!(found[..3], [0, 1, 2].map(|output| expected[output].value));
+            assert_eq!(slopes, [0, 1].map(|output| expected[output].slope));
+        }
     }
 
     #[test]

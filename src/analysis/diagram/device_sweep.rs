@@ -1,0 +1,130 @@
+//! A map whose orbits another processor makes, as many as are asked for at once.
+//!
+//! One idea: the bits are the same on both, so that any orbit may be made on either. What the other
+//! processor is not to be troubled with, what leaves the window there, and all where it fails, is
+//! left to the map that stands behind.
+
+use rayon::prelude::*;
+
+use super::swept_map::{Settled, SideBySide, Start, SweptMap, TANGENT_TRANSIENT};
+use crate::expansion::MapWindow;
+use crate::iteration::{DeviceMap, DiscreteMap, Itinerary, MapOrbit, OrbitRequest};
+use crate::model::Method;
+
+/// Fewest orbits that are worth a launch.
+const FEWEST: usize = 128;
+
+/// Most orbits of a launch: enough for several at once to fill the other processor, and few enough
+/// that all cores judge what comes back.
+const LANES: usize = 2048;
+
+/// Most bytes that come back from a launch.
+const BYTES: usize = 1 << 25;
+
+/// A map by another processor, guarded or alone, with the same map on this one behind it.
+pub(in crate::analysis) struct DeviceSweep<'a> {
+    map: Box<dyn SweptMap + 'a>,
+    device: &'a DeviceMap,
+    /// Where the map is trusted, if direct simulation takes its place elsewhere.
+    window: Option<&'a MapWindow>,
+    lanes: usize,
+}
+
+impl<'a> DeviceSweep<'a> {
+    /// The map on another processor for orbits of so many kept iterates; direct simulation stays
+    /// where it is.
+    pub(in crate::analysis) fn of(
+        map: Box<dyn SweptMap + 'a>,
+        device: &'a DeviceMap,
+        window: &'a MapWindow,
+        keep: usize,
+    ) -> Box<dyn SweptMap + 'a> {
+        let window = match map.method() {
+            Method::Direct => {
+                device.leave_direct();
+                return map;
+            }
+            Method::Map => None,
+            Method::Guarded => Some(window),
+        };
+        let bytes = device.numbers(keep) * size_of::<f64>();
+        let lanes = (BYTES / bytes.max(1)).clamp(FEWEST, LANES);
+        Box::new(Self { map, device, window, lanes })
+    }
+
+    /// Orbits by the map behind, on all cores.
+    fn behind(&self, starts: &[Start], request: &OrbitRequest) -> Vec<Settled> {
+        let chunks = starts.par_chunks(self.map.lanes());
+        chunks.flat_map_iter(|starts| self.map.settle(starts, request)).collect()
+    }
+}
+
+impl SweptMap for DeviceSweep<'_> {
+    fn method(&self) -> Method {
+        self.map.method()
+    }
+
+    fn parameters(&self) -> usize {
+        self.map.parameters()
+    }
+
+    fn segments(&self) -> usize {
+        self.map.segments()
+    }
+
+    fn lanes(&self) -> usize {
+        self.lanes
+    }
+
+    fn settle(&self, starts: &[Start], request: &OrbitRequest) -> Vec<Settled> {
+        if starts.len() < FEWEST || self.device.has_failed() {
+            return self.behind(starts, request);
+        }
+        // As the map alone has it on this processor.
+        let own = match self.window {
+            None => &request.near_the_window(),
+            Some(_) => request,
+        };
+        let points: Vec<[&[f64]; 2]> =
+            starts.iter().map(|start| [&*start.state, &*start.parameters]).collect();
+        let Some(made) = self.device.orbits(&points, own, TANGENT_TRANSIENT, self.window) else {
+            return self.behind(starts, request);
+        };
+        let left = made.iter().zip(starts).filter(|(made, _)| made.is_none());
+        let left: Vec<Start> = left.map(|(_, start)| start.clone()).collect();
+        let mut behind = self.behind(&left, request).into_iter();
+        let settled = made.into_iter().filter_map(|made| match made {
+            Some((orbit, lyapunov)) => Some(Settled { orbit, lyapunov }),
+            None => behind.next(),
+        });
+        settled.collect()
+    }
+
+    fn at(&self, parameters: &[f64]) -> Box<dyn DiscreteMap + Send + '_> {
+        self.map.at(parameters)
+    }
+
+    fn side_by_side(&self, parameters: &[f64], work: &mut dyn FnMut(&mut SideBySide<'_>)) {
+        self.map.side_by_side(parameters, work);
+    }
+
+    fn start(&self, parameters: &[f64]) -> Vec<f64> {
+        self.map.start(parameters)
+    }
+
+    fn observe_all(&self, orbit: &MapOrbit, parameters: &[f64]) -> Vec<f64> {
+        self.map.observe_all(orbit, parameters)
+    }
+
+    fn itinerary(&self) -> &Itinerary {
+        self.map.itinerary()
+    }
+
+    fn hits(&self, orbit: &MapOrbit, number: usize, parameters: &[f64]) -> Vec<u32> {
+        self.map.hits(orbit, number, parameters)
+    }
+
+    fn has_jacobian(&self) -> bool {
+        self.map.has_jacobian()
+    }
+}
