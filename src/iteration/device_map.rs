@@ -169,7 +169,9 @@ impl DeviceMap {
         self.made.fetch_add(made as u64, Ordering::Relaxed);
         self.handed_back.fetch_add((starts.len() - made) as u64, Ordering::Relaxed);
         let mut found = found.into_iter();
-        Some(sent.into_iter().map(|sent| if sent { found.next().flatten() } else { None }).collect())
+        Some(
+            sent.into_iter().map(|sent| if sent { found.next().flatten() } else { None }).collect(),
+        )
     }
 
     /// Half-widths of the window and its depth, sizes of escape, a component of a unit vector.

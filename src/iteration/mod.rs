@@ -19,7 +19,9 @@ mod tangents;
 pub use batch::Batch;
 #[cfg(feature = "compiled-maps")]
 pub use compiled::{CompiledMap, compiled};
-pub use device_map::{DeviceMap, DeviceOrbit, DeviceReport, KernelPiece, KernelPoints, PointKernel};
+pub use device_map::{
+    DeviceMap, DeviceOrbit, DeviceReport, KernelPiece, KernelPoints, PointKernel,
+};
 pub use discrete_map::{DifferentiableMap, DiscreteMap, PassageSet, StepInfo};
 pub use frozen_lanes::{FrozenLanes, Substitute};
 pub use horner::{FrozenMap, HornerMap, SingleMap};

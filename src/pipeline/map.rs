@@ -445,8 +445,7 @@ impl Map {
         let (scene, orbit) = (self.settled().scene(), self.orbit());
         self.scene().charts.iter().enumerate().try_for_each(|(number, request)| {
             let (map, device) = (self.local(), self.device());
-            let share =
-                |shard: &Shard<'_>| chart_share(scene, orbit, map, device, request, shard);
+            let share = |shard: &Shard<'_>| chart_share(scene, orbit, map, device, request, shard);
             Ok(shard.part(number, share)?)
         })
     }

@@ -37,9 +37,9 @@ fn device_words(report: &DeviceReport) -> Vec<String> {
         "{name}: {made} orbits, and {handed_back} handed back to this processor, which left the \
          window of the map"
     );
-    let direct = report.left_direct.then(|| {
-        format!("{name}: direct simulation is not there; this processor made its charts")
-    });
+    let direct = report
+        .left_direct
+        .then(|| format!("{name}: direct simulation is not there; this processor made its charts"));
     let failed = report.failure.as_ref().map(|failure| {
         format!("warning: {name} failed, and this processor made the other orbits: {failure}")
     });

@@ -254,7 +254,8 @@ fn starts_that_are_taken_together_show_both_attractors() {
     let found = case.chart(&request).expect("active");
     assert_eq!((found.starts.len(), &found.start), (4, &None));
     let parts = ChartRequest { attractors: 1, ..request };
-    let parts = chart(&case.scene, &case.orbit, &case.map, None, &parts, &NoProgress).expect("active");
+    let parts =
+        chart(&case.scene, &case.orbit, &case.map, None, &parts, &NoProgress).expect("active");
     assert_eq!(parts.len(), 4);
     let mut several = 0;
     for (number, cell) in found.cells.iter().enumerate() {

@@ -58,7 +58,8 @@ fn names(stem: &str) -> String {
     let plain = format!("{DLL_PREFIX}{stem}{DLL_SUFFIX}");
     let candidates = cudarc::get_lib_name_candidates(stem);
     let numbered = candidates.iter().filter(|name| **name != plain && name.starts_with(&plain));
-    let numbered: Vec<_> = numbered.map(String::as_str).collect();
+    let mut numbered: Vec<_> = numbered.map(String::as_str).collect();
+    numbered.dedup();
     [&[&*plain], &numbered[..]].concat().join(", ")
 }
 

@@ -6,7 +6,10 @@
 //!
 //! Deliberately absent: what a kernel computes.
 
-#[expect(unsafe_code, reason = "libraries of others and kernels; each place says what it relies on")]
+#[expect(
+    unsafe_code,
+    reason = "libraries of others and kernels; each place says what it relies on"
+)]
 mod border;
 mod device;
 

@@ -2,6 +2,8 @@
 
 mod branch;
 mod checks;
+#[cfg(all(feature = "cuda", target_os = "linux"))]
+mod cuda;
 mod emission;
 mod images;
 mod loci;

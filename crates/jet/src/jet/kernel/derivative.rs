@@ -1,5 +1,6 @@
 //! Forward differentiation of a kernel: the kernel of values and partial derivatives.
 
+use super::schemes::{link, uses};
 use super::{Kernel, KernelBuilder, Operation, Value};
 
 /// The derivatives of an input by every direction.
@@ -37,7 +38,18 @@ impl Kernel {
             Value::Input(number) if number >= first => Value::Input(number + first),
             other => other,
         };
-        let mut spread = self.clone();
+        let mut spread = self.without_dead_operations();
+        let (frozen, uses) = (spread.frozen_results(columns), uses(&spread));
+        // NOTE: schemes multiply the sum by the factor, and a slope is rounded in that order.
+        let once = |value: Value| match value {
+            Value::Result(number) => !frozen[number as usize] && uses[number as usize] == 1,
+            Value::Input(_) | Value::Constant(_) => false,
+        };
+        for operation in &mut spread.operations {
+            if let Some([sum, factor, addend]) = link(operation, once) {
+                *operation = Operation::MultiplyAdd(sum, factor, addend);
+            }
+        }
         spread.inputs += columns;
         for operation in &mut spread.operations {
             *operation = operation.with_operands(shift);

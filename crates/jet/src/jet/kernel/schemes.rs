@@ -258,12 +258,16 @@ impl Parts {
 /// nowhere else.
 fn links(kernel: &Kernel, uses: &[usize]) -> Vec<Option<[Value; 3]>> {
     let once = |value: Value| matches!(value, Value::Result(number) if uses[number as usize] == 1);
-    let link = |operation: &Operation| match *operation {
+    kernel.operations.iter().map(|operation| link(operation, once)).collect()
+}
+
+/// Sum, factor and addend of a multiply-add; `once` says what is used nowhere else.
+pub(super) fn link(operation: &Operation, once: impl Fn(Value) -> bool) -> Option<[Value; 3]> {
+    match *operation {
         Operation::MultiplyAdd(a, b, c) if once(b) && !once(a) => Some([b, a, c]),
         Operation::MultiplyAdd(a, b, c) => Some([a, b, c]),
         _ => None,
-    };
-    kernel.operations.iter().map(link).collect()
+    }
 }
 
 /// Factor and values of the chain that gives the result of a multiply-add, the start first.
@@ -287,7 +291,7 @@ fn chain(
 }
 
 /// How often each result is used.
-fn uses(kernel: &Kernel) -> Vec<usize> {
+pub(super) fn uses(kernel: &Kernel) -> Vec<usize> {
     let mut uses = vec![0; kernel.operations.len()];
     let operands = kernel.operations.iter().flat_map(Operation::operands);
     for value in operands.chain(kernel.outputs.iter().copied()) {

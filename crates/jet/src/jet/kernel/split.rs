@@ -46,7 +46,7 @@ impl Kernel {
     }
 
     /// Which results depend on frozen inputs (and constants) only.
-    fn frozen_results(&self, free: usize) -> Vec<bool> {
+    pub(super) fn frozen_results(&self, free: usize) -> Vec<bool> {
         let mut frozen: Vec<bool> = Vec::with_capacity(self.operations.len());
         for operation in &self.operations {
             let all = operation.operands().all(|operand| match operand {

@@ -158,9 +158,8 @@ int cuStreamCreate(Stream **stream, unsigned)
 }
 int cuStreamDestroy_v2(Stream *stream)
 {
-    finish(stream);
-    delete stream;
-    return SUCCESS;
+    // NOTE: events outlive their streams, so that the memory stays.
+    return finish(stream);
 }
 int cuStreamSynchronize(Stream *stream) { return finish(stream); }
 int cuStreamWaitEvent(Stream *stream, Event *event, unsigned)
