@@ -8,7 +8,7 @@ use grazemap::analysis::{Joining, Precision, Progress, Using};
 use grazemap::emission::{EmittedCrate, Target};
 use grazemap::expansion::MapWindow;
 use grazemap::iteration::Batch;
-use grazemap::pipeline::{self, EmitRequest, write_emitted};
+use grazemap::pipeline::{self, Device, EmitRequest, write_emitted};
 use grazemap::report::{
     Rows, basin_figure, basin_rows, basin_warnings, chart_figure, chart_rows, chart_warnings,
     diagram_figures, diagram_rows, diagram_warnings, to_json,
@@ -211,21 +211,22 @@ pub(crate) fn words() -> (Vec<&'static str>, Vec<&'static str>, Vec<&'static str
 }
 
 /// What tables of one kind, `[[diagram]]`, `[[chart]]` or `[[basin]]`, ask for, without times; what
-/// shares found is not computed again.
+/// shares found is not computed again. A device makes the orbits of charts.
 #[pyfunction]
-#[pyo3(signature = (m, tables, progress=None, shares=Vec::new()))]
+#[pyo3(signature = (m, tables, progress=None, shares=Vec::new(), device="cpu".to_owned()))]
 pub(crate) fn draw(
     py: Python<'_>,
     m: &Map,
     tables: String,
     progress: Option<&Bound<'_, PyAny>>,
     shares: Vec<Vec<u8>>,
+    device: String,
 ) -> PyResult<Computed> {
     let map = m.0.clone();
     let pieces = joined(&shares)?;
     compute(py, progress, move |progress| {
         let progress = &Joining::new(progress, pieces);
-        let map = map.asking(&tables)?;
+        let map = map.asking(&tables)?.on(&Device::open(&device)?)?;
         let scene = map.scene();
         match (scene.diagrams.is_empty(), scene.charts.is_empty()) {
             (false, _) => diagrams(&map, progress),
@@ -241,12 +242,13 @@ pub(crate) fn draw_share<'py>(
     py: Python<'py>,
     m: &Map,
     tables: String,
+    device: String,
     number: usize,
     of: usize,
 ) -> PyResult<Bound<'py, PyBytes>> {
     let map = m.0.clone();
     share(py, (number, of), move |shard| {
-        let map = map.asking(&tables)?;
+        let map = map.asking(&tables)?.on(&Device::open(&device)?)?;
         let scene = map.scene();
         match (scene.diagrams.is_empty(), scene.charts.is_empty()) {
             (false, _) => map.share_diagrams(shard),

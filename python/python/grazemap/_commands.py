@@ -103,6 +103,7 @@ def chart(
     overlay: str | Sequence[str] | None = None,
     itineraries: Sequence[str] | None = None,
     using: str | Sequence[str] = "guarded",
+    device: str = "cpu",
     progress: Progress | bool | None = None,
     client: Client | None = None,
 ) -> Chart:
@@ -111,6 +112,7 @@ def chart(
     The arguments are the keys of ``[[chart]]`` in a scene, with its defaults; ``using`` is its
     ``with``. The numbers are those that ``grazemap chart`` writes. With a ``client`` of Dask the
     work is done on the workers of its cluster, in shares, and the numbers are the same to the bit.
+    So they are with the ``device`` ``"cuda"``, a graphics processor, of the workers where there are.
     """
     keys = {
         "parameters": parameters,
@@ -127,7 +129,7 @@ def chart(
         "itineraries": itineraries,
         "with": using,
     }
-    return Chart(_drawn(m, "chart", keys, progress, client))
+    return Chart(_drawn(m, "chart", keys, progress, client, device))
 
 
 def basin(
@@ -542,13 +544,17 @@ def _drawn(
     keys: Mapping[str, object],
     progress: Progress | bool | None,
     client: Client | None,
+    device: str = "cpu",
 ) -> _lib.Computed:
     """Compute what one table of a kind with these keys asks for."""
     table = _toml.table(kind, keys)
-    found = shares(client, _draw_share, m, table)
+    found = shares(client, _draw_share, m, (table, device))
+    if client is not None:
+        # What the shares left is little, on any machine.
+        device = "cpu"
     with shown(progress, kind) as seen:
-        return _lib.draw(m._inner, table, seen, found)
+        return _lib.draw(m._inner, table, seen, found, device)
 
 
-def _draw_share(m: Map, table: str, number: int, of: int) -> bytes:
-    return _lib.draw_share(m._inner, table, number, of)
+def _draw_share(m: Map, asked: tuple[str, str], number: int, of: int) -> bytes:
+    return _lib.draw_share(m._inner, *asked, number, of)

@@ -55,13 +55,13 @@ fn charted(folder: &Path) {
     let chart = |rest: &str| {
         format!(
             "[[chart]]\nparameters = [\"beta\", \"Q\"]\nranges = [[-3.3e-4, 3.3e-4], \
-             [-1e-4, 1.8e-4]]\ntransient = 200\nkeep = 12\n{rest}\n"
+             [-1e-4, 1.8e-4]]\ntransient = 100\nkeep = 12\n{rest}\n"
         )
     };
     let charts = [
-        chart("points = 40\nwith = [\"map\", \"guarded\"]\ncells = \"all\""),
+        chart("points = 24\nwith = [\"map\", \"guarded\"]\ncells = \"all\""),
         chart("points = [60, 50]\nobserve = \"itinerary\"\ncells = \"borders\""),
-        chart("points = 24\nobserve = \"lyapunov\"\nwith = [\"map\", \"guarded\"]"),
+        chart("points = 16\nobserve = \"lyapunov\"\nwith = [\"map\", \"guarded\"]"),
         chart("points = 20\nobserve = \"attractors\"\nattractors = 3\ncells = \"all\""),
         chart("points = 3\nwith = [\"direct\"]\ncells = \"all\""),
     ];
