@@ -183,7 +183,7 @@ fn emitted_text_is_stamped_deterministic_and_short_of_line() {
         assert_eq!(module, same);
         let text = module.text();
         let first = text.lines().next().expect("the test can be set up");
-        assert!(first.contains("@generated") && first.contains("format 2"), "{first}");
+        assert!(first.contains("@generated") && first.contains("format 3"), "{first}");
         let stamps = [
             "digest 0123456789abcdef",
             "--check",

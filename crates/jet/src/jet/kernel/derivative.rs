@@ -6,6 +6,9 @@ use super::{Kernel, KernelBuilder, Operation, Value};
 /// The derivatives of an input by every direction.
 type Seed<'a> = &'a dyn Fn(&mut KernelBuilder, u32) -> Vec<Value>;
 
+/// Whether a direction takes the factors of a multiply-add in turn.
+type Turned<'a> = &'a dyn Fn(usize, usize) -> bool;
+
 impl Kernel {
     /// The kernel that returns this kernel's outputs, and then the derivative of each of the
     /// first `rows` outputs by each of the first `columns` inputs, row by row.
@@ -22,10 +25,11 @@ impl Kernel {
     ///
     /// Derivatives that are 0 or 1 whatever the inputs cost nothing.
     pub fn with_jacobian(&self, rows: usize, columns: usize) -> Self {
-        self.differentiated(rows, &|builder, input| {
+        let seed = |builder: &mut KernelBuilder, input| {
             let one = |column| builder.constant(f64::from(u8::from(input as usize == column)));
             (0..columns).map(one).collect()
-        })
+        };
+        self.differentiated(rows, &seed, &|_, _| false)
     }
 
     /// The same, and after the derivatives of each of the first `rows` outputs that along a tangent
@@ -45,17 +49,17 @@ impl Kernel {
             Value::Result(number) => !frozen[number as usize] && uses[number as usize] == 1,
             Value::Input(_) | Value::Constant(_) => false,
         };
-        for operation in &mut spread.operations {
-            if let Some([sum, factor, addend]) = link(operation, once) {
-                *operation = Operation::MultiplyAdd(sum, factor, addend);
-            }
-        }
+        let turned = spread.operations.iter().map(|operation| {
+            let sum = link(operation, once).map(|[sum, ..]| sum);
+            sum.is_some() && sum != operation.operands().next()
+        });
+        let turned: Vec<bool> = turned.collect();
         spread.inputs += columns;
         for operation in &mut spread.operations {
             *operation = operation.with_operands(shift);
         }
         spread.outputs.iter_mut().for_each(|output| *output = shift(*output));
-        spread.differentiated(rows, &|builder, input| {
+        let seed = |builder: &mut KernelBuilder, input: u32| {
             let one = |column| builder.constant(f64::from(u8::from(input as usize == column)));
             let mut row: Vec<Value> = (0..columns).map(one).collect();
             row.push(match input < first {
@@ -63,11 +67,15 @@ impl Kernel {
                 false => builder.constant(0.0),
             });
             row
+        };
+        spread.differentiated(rows, &seed, &|number, direction| {
+            direction == columns && turned[number]
         })
     }
 
-    /// The kernel with the derivatives of the first `rows` outputs by every direction of the seeds.
-    fn differentiated(&self, rows: usize, seed: Seed<'_>) -> Self {
+    /// The kernel with the derivatives of the first `rows` outputs by every direction of the seeds;
+    /// `turned` says of which multiply-adds a direction takes the factors in turn.
+    fn differentiated(&self, rows: usize, seed: Seed<'_>, turned: Turned<'_>) -> Self {
         let mut builder = KernelBuilder::new(self.inputs);
         let seeds: Vec<Vec<Value>> =
             (0..self.inputs as u32).map(|input| seed(&mut builder, input)).collect();
@@ -80,7 +88,7 @@ impl Kernel {
             Value::Input(number) => seeds[number as usize][direction],
             Value::Constant(_) => none[direction],
         };
-        for operation in &self.operations {
+        for (number, operation) in self.operations.iter().enumerate() {
             let moved = operation.with_operands(|value| builder.import(self, value, &values));
             if let Operation::Held(value) = moved {
                 values.push(value);
@@ -89,10 +97,18 @@ impl Kernel {
             }
             let result = builder.push(moved);
             let operands: Vec<Value> = operation.operands().collect();
-            let row =
-                differentiate(&mut builder, moved, result, directions, |operand, direction| {
-                    slope(operands[operand], direction, &slopes)
-                });
+            let along = |direction| {
+                let mut order = [0, 1, 2];
+                let mut moved = moved;
+                if let (Operation::MultiplyAdd(a, b, c), true) = (moved, turned(number, direction))
+                {
+                    (moved, order) = (Operation::MultiplyAdd(b, a, c), [1, 0, 2]);
+                }
+                let operand = |operand: usize| operands[order[operand]];
+                let slope = |place| slope(operand(place), direction, &slopes);
+                differentiate(&mut builder, moved, result, slope)
+            };
+            let row = (0..directions).map(along).collect();
             values.push(result);
             slopes.push(row);
         }
@@ -106,42 +122,33 @@ impl Kernel {
     }
 }
 
-/// Derivatives of one operation's result by every direction; `slope(operand, direction)` gives its
-/// operands'.
+/// The derivative of one operation's result; `slope(operand)` gives its operands'.
 fn differentiate(
     builder: &mut KernelBuilder,
     operation: Operation,
     result: Value,
-    directions: usize,
-    slope: impl Fn(usize, usize) -> Value,
-) -> Vec<Value> {
-    let one = |builder: &mut KernelBuilder, direction: usize| match operation {
-        Operation::Add(..) => {
-            let (a, b) = (slope(0, direction), slope(1, direction));
-            builder.add(a, b)
-        }
+    slope: impl Fn(usize) -> Value,
+) -> Value {
+    match operation {
+        Operation::Add(..) => builder.add(slope(0), slope(1)),
         Operation::Multiply(a, b) => {
-            let (slope_a, slope_b) = (slope(0, direction), slope(1, direction));
-            let second = builder.multiply(a, slope_b);
-            builder.multiply_add(slope_a, b, second)
+            let second = builder.multiply(a, slope(1));
+            builder.multiply_add(slope(0), b, second)
         }
         Operation::MultiplyAdd(a, b, _) => {
-            let (slope_a, slope_b) = (slope(0, direction), slope(1, direction));
-            let constant = slope(2, direction);
-            let second = builder.multiply_add(a, slope_b, constant);
-            builder.multiply_add(slope_a, b, second)
+            let second = builder.multiply_add(a, slope(1), slope(2));
+            builder.multiply_add(slope(0), b, second)
         }
         Operation::RootOfPositivePart(_) => {
-            let (inner, outer) = (slope(0, direction), builder.half_reciprocal(result));
-            builder.multiply(inner, outer)
+            let outer = builder.half_reciprocal(result);
+            builder.multiply(slope(0), outer)
         }
         Operation::HalfReciprocal(_) => {
-            let (inner, minus_two) = (slope(0, direction), builder.constant(-2.0));
+            let minus_two = builder.constant(-2.0);
             let square = builder.multiply(result, result);
             let outer = builder.multiply(minus_two, square);
-            builder.multiply(inner, outer)
+            builder.multiply(slope(0), outer)
         }
         Operation::Held(_) => builder.constant(0.0),
-    };
-    (0..directions).map(|direction| one(builder, direction)).collect()
+    }
 }
