@@ -267,7 +267,54 @@ impl BranchListing {
                 counted(unresolved, "branch")
             ));
         }
+        remarks.extend(self.early_ends());
         remarks
+    }
+
+    /// Where physical orbits go on and branches do not; the first few in words.
+    fn early_ends(&self) -> Option<String> {
+        let ends = self.branches.iter().flat_map(|branch| {
+            let last = branch.points.len().saturating_sub(1);
+            [0, last].into_iter().zip(branch.ends).map(move |(place, end)| (branch, place, end))
+        });
+        let all: Vec<String> =
+            ends.filter_map(|(branch, place, end)| self.early_end(branch, place, end)).collect();
+        let more = match all.len().checked_sub(ENDS_SAID) {
+            Some(more) if more > 0 => format!("; and {more} more, see `ends` in the JSON"),
+            _ => String::new(),
+        };
+        let said = all[..all.len().min(ENDS_SAID)].join("; ");
+        (!all.is_empty())
+            .then(|| format!("note: not followed to the end of the range: {said}{more}"))
+    }
+
+    /// Why a branch ends at one of its points, where it is physical there and no other goes on.
+    fn early_end(&self, branch: &BranchRecord, place: usize, end: BranchEnd) -> Option<String> {
+        let why = match end {
+            BranchEnd::Reach => "is as far from the graze as it is followed",
+            BranchEnd::StepTooSmall => {
+                "has no step short enough, as where it loses a section point"
+            }
+            BranchEnd::StepLimit => "has taken the most steps",
+            _ => return None,
+        };
+        let point = branch.points.get(place).filter(|point| point.orbit.physical)?;
+        let goes_on = |other: &BranchRecord| {
+            let first = other.points.first().map(|first| &first.orbit);
+            other.ends[0] == BranchEnd::Continued
+                && other.itinerary == branch.itinerary
+                && first.is_some_and(|first| {
+                    first.parameters == point.orbit.parameters && first.state == point.orbit.state
+                })
+        };
+        if self.branches.iter().any(goes_on) {
+            return None;
+        }
+        let (offset, value) = self.along(&point.orbit);
+        let (number, itinerary, along) = (branch.branch, &branch.itinerary, &self.along);
+        Some(format!(
+            "branch {number} ({itinerary}) {why} at {along} = {value:.6} (offset {offset:.3e})"
+        ))
     }
 
     fn points(&self) -> impl Iterator<Item = (&BranchRecord, &PointRecord)> {
@@ -400,6 +447,9 @@ fn beside(mut iterates: Vec<[f64; 2]>, branches: &[Series]) -> Vec<[f64; 2]> {
     }
     iterates
 }
+
+/// Early ends of branches that are put in words at most.
+const ENDS_SAID: usize = 3;
 
 /// Labels nearer than this share of the picture's extent are one.
 const ONE_LABEL: f64 = 0.03;

@@ -6,7 +6,7 @@ use super::number::significant;
 use super::{Cell, Column, ReportError, Table};
 use crate::analysis::MeasuredSide;
 use crate::iteration::{OrbitEnd, Period};
-use crate::orbit::{Expectation, GrazeTheory, Route};
+use crate::orbit::{Expectation, GrazeTheory, OneContactOrbit, Route};
 
 /// What theory says of a graze and what was measured there.
 #[derive(Clone, Debug, Serialize)]
@@ -119,28 +119,42 @@ impl GrazeStudy {
         }
     }
 
-    /// Where theory and measurement differ.
+    /// Where theory and measurement differ, or where both are past what the theory says of the
+    /// graze itself.
     fn differences(&self) -> Vec<String> {
         let persists = match self.theory.expectation {
             Expectation::Jump { .. } => false,
             Expectation::Persists { .. } => true,
             _ => return Vec::new(),
         };
-        let differs = |side: &&MeasuredSide| {
-            let with_contact = side.offset * self.theory.gap_slope < 0.0;
-            side.near != (!with_contact || persists)
-        };
         let words = |side: &MeasuredSide| {
-            format!(
-                "theory and measurement differ at the offset {}: {}",
-                significant(side.offset, 4),
-                match side.near {
-                    true => "an attractor near the graze was found where theory has none",
-                    false => "no attractor near the graze was found where theory has one",
-                }
-            )
+            let with_contact = side.offset * self.theory.gap_slope < 0.0;
+            let offset = significant(side.offset, 4);
+            let differ = format!("theory and measurement differ at the offset {offset}:");
+            match (side.near, !with_contact || persists) {
+                (true, true) | (false, false) => None,
+                (false, true) => Some(format!(
+                    "{differ} no attractor near the graze was found where theory has one"
+                )),
+                (true, false) => Some(match self.stable_at(side.offset) {
+                    Some(orbit) => format!(
+                        "theory at the offset {offset}: the orbit with one contact in {} is stable \
+                         there to leading order; the jump is that of its loss nearer to the graze",
+                        orbit.returns
+                    ),
+                    None => format!(
+                        "{differ} an attractor near the graze was found where theory has none"
+                    ),
+                }),
+            }
         };
-        self.measured.iter().filter(differs).map(words).collect()
+        self.measured.iter().filter_map(words).collect()
+    }
+
+    /// The shortest one-contact orbit that is stable at an offset on the side of contact.
+    fn stable_at(&self, offset: f64) -> Option<&OneContactOrbit> {
+        let mut orbits = self.theory.orbits.iter();
+        orbits.find(|orbit| orbit.sum > 0.0 && orbit.unstable_within < offset.abs())
     }
 }
 
@@ -162,4 +176,44 @@ fn measured_words(side: &MeasuredSide) -> String {
     };
     let near = if side.near { "near the graze" } else { "away from it" };
     format!("measured at the offset {offset}: {what}, {near}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A graze that jumps, whose orbit with one contact in two returns is stable from an offset on.
+    fn study(offset: f64) -> GrazeStudy {
+        let orbit = OneContactOrbit { returns: 2, xi: 1.0, sum: 1.0, unstable_within: 1e-6 };
+        let side = MeasuredSide {
+            offset,
+            period: Period::Periodic(2),
+            contact: true,
+            near: true,
+            size: 1e-3,
+            lyapunov: None,
+            orbit: None,
+            end: OrbitEnd::Completed,
+        };
+        GrazeStudy {
+            theory: GrazeTheory {
+                contact_power: Some(1),
+                largest_multiplier: 0.1,
+                xi: vec![1.0, 1.0, -1e-5],
+                parameter: "p".to_owned(),
+                gap_slope: -1.0,
+                orbits: vec![orbit],
+                expectation: Expectation::Jump { n: 3 },
+            },
+            measured: vec![side],
+        }
+    }
+
+    #[test]
+    fn an_orbit_that_theory_has_stable_at_an_offset_is_no_difference() {
+        let words = study(1e-5).differences().join("");
+        assert!(words.contains("one contact in 2 is stable"), "{words}");
+        let words = study(1e-7).differences().join("");
+        assert!(words.contains("theory and measurement differ"), "{words}");
+    }
 }

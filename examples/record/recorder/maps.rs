@@ -310,7 +310,7 @@ pub(super) fn sweeps(subjects: &Subjects, page: &mut Page) {
             page.put_or(&variant, diagram.as_ref().map(of_diagram));
         }
         let request = chart_request(subject);
-        let chart = request.and_then(|one| chart(scene, orbit, &map, &one, &NoProgress).ok());
+        let chart = request.and_then(|one| chart(scene, orbit, &map, None, &one, &NoProgress).ok());
         let variant = format!("{} chart", section.name());
         page.put_or(&variant, chart.as_ref().and_then(|charts| charts.first()).map(of_chart));
     }
