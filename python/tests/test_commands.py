@@ -208,6 +208,23 @@ def test_a_report_has_the_files_of_the_program(tmp_path: Path) -> None:
     assert {name for name in own if own[name] != out[name]} <= timed
 
 
+def test_the_gallery_has_the_numbers_of_the_program(tmp_path: Path) -> None:
+    entry = "thota2006/fig1"
+    found = gm.gallery(entry, tmp_path / "own", small=True)
+    of_program = tmp_path / "program"
+    words = [program(), "gallery", entry, "--small", "-q", "-o", str(of_program)]
+    subprocess.run(words, check=True)  # noqa: S603
+    with (of_program / "numbers.csv").open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert found.document == rows
+    assert [str(word) for word in found["computed"]] == [row["computed"] for row in rows]
+    assert found.ended is None
+    assert found.page.exists()
+    assert found.figures[f"{entry}/curve/curve"].startswith("<svg")
+    with pytest.raises(gm.InputError, match="thota2007"):
+        gm.gallery("thota2007", tmp_path / "own")
+
+
 def test_what_was_not_found_is_said_and_is_no_exception(m: gm.Map) -> None:
     none = gm.orbits(m, {"alpha": -1e-6}, itineraries=["11"])
     assert none.ended is None or "no periodic orbit" in none.ended

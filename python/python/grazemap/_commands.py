@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import subprocess
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
@@ -10,7 +12,7 @@ import numpy as np
 
 from . import _lib, _toml
 from ._cluster import Client, shares
-from ._errors import InputError
+from ._errors import GrazemapError, InputError
 from ._pipeline import Graze, Map, Scene, check_methods
 from ._progress import Progress, shown
 from ._table import (
@@ -20,6 +22,7 @@ from ._table import (
     Curve,
     Diagram,
     Fit,
+    Gallery,
     Image,
     Loci,
     Nearest,
@@ -37,6 +40,8 @@ if TYPE_CHECKING:
 
 #: What a command begins with: what is not there yet of a scene's orbit and map is computed.
 Source: TypeAlias = Scene | Graze | Map
+#: Exit codes of the program.
+_ENDED_OTHERWISE, _WRONG_INPUT = 1, 2
 #: First and last offset.
 Range: TypeAlias = tuple[float | None, float | None]
 
@@ -509,6 +514,37 @@ def report(
     with shown(progress, "report") as seen:
         _lib.report(source._inner, Path(folder), seen)
     return Path(folder) / "report.html"
+
+
+def gallery(
+    names: str | Sequence[str] = (),
+    folder: str | PathLike[str] = "out/gallery",
+    *,
+    small: bool = False,
+) -> Gallery:
+    """Compute published figures and tables again, as ``grazemap gallery`` does.
+
+    ``names`` are entries (``"thota2006/fig3"``) or papers, by default all; ``small`` takes fewer
+    points and leaves out the longest computations. The page is ``index.html`` in ``folder``. What
+    is not as its entry says is data: ``ended`` names it.
+
+    >>> import tempfile
+    >>> found = gallery("thota2006/fig1", tempfile.mkdtemp(), small=True)
+    >>> set(found["entry"]), found.ended
+    ({'thota2006/fig1'}, None)
+    """
+    named = [names] if isinstance(names, str) else list(names)
+    options = ["--small"] if small else []
+    command = [sys.executable, "-m", "grazemap", "gallery", "-q", *options, "-o", str(folder)]
+    ran = subprocess.run(  # noqa: S603
+        [*command, "--", *named], capture_output=True, text=True, encoding="utf-8", check=False
+    )
+    words = ran.stderr.strip() or None
+    if ran.returncode == 0:
+        return Gallery(Path(folder))
+    if ran.returncode == _ENDED_OTHERWISE:
+        return Gallery(Path(folder), words)
+    raise (InputError if ran.returncode == _WRONG_INPUT else GrazemapError)(words)
 
 
 def _answered(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import json
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
@@ -9,6 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     import pandas as pd
     import xarray as xr
     from matplotlib.axes import Axes
@@ -337,3 +340,32 @@ class Noise(Table):
         ax.set_xlabel(names[0])
         ax.set_ylabel(names[1])
         return ax
+
+
+class Gallery(Table):
+    """Published numbers beside those computed: a row for each, all of them words.
+
+    ``figures`` are those of all entries, by their paths in the folder; ``document`` has the rows.
+    """
+
+    command = "gallery"
+
+    def __init__(self, folder: Path, ended: str | None = None) -> None:
+        """Read what the program wrote into a folder."""
+        with (folder / "numbers.csv").open(encoding="utf-8", newline="") as file:
+            rows = csv.DictReader(file)
+            held = list(rows)
+            names = rows.fieldnames or ()
+        self._columns = {
+            name: np.array([row[name] for row in held], dtype=object) for name in names
+        }
+        self._text = json.dumps(held)
+        entries = sorted(path for path in folder.rglob("*.svg"))
+        self.figures = {
+            path.relative_to(folder).with_suffix("").as_posix(): path.read_text(encoding="utf-8")
+            for path in entries
+        }
+        self.remarks = ()
+        self.ended = ended
+        #: The page with all figures and numbers.
+        self.page = folder / "index.html"
