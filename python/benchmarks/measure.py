@@ -4,6 +4,7 @@ python benchmarks/measure.py import       first import, in a fresh interpreter, 
 python benchmarks/measure.py map          m(x, p) on a million points against its lanes
 python benchmarks/measure.py interrupt    from Ctrl-C to the prompt
 python benchmarks/measure.py fit          1000 noisy section points, three parameters; coverage
+python benchmarks/measure.py cluster      a chart of 1000 x 1000 on two workers, one of them killed
 python benchmarks/measure.py wheel        size of the wheel, and what it takes to install
 """
 
@@ -131,6 +132,53 @@ def measure_fit() -> None:
     say("truth within 1.96 standard errors (95 % expected)", f"{within[1] / trials:.1%}")
 
 
+def measure_cluster() -> None:
+    """Compare a chart of a million cells with that of two workers of Dask, one killed half-way."""
+    import distributed
+
+    import grazemap as gm
+
+    m = gm.Scene.catalogue("linear").graze().map()
+
+    def chart(client: distributed.Client | None = None) -> gm.Chart:
+        ranges = ((-1e-4, 1e-4), (-2e-5, 2e-5))
+        return gm.chart(
+            m, ("omega", "alpha"), ranges, points=(1000, 1000), cells="all", client=client
+        )
+
+    start = time.perf_counter()
+    alone = chart()
+    say("chart of 1000 x 1000, linear, one process", f"{time.perf_counter() - start:.1f} s")
+    with (
+        distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0") as two,
+        distributed.Client(two) as client,
+    ):
+        workers = client.run(os.getpid)
+
+        def kill() -> None:
+            # Each share finished is a result held by a worker: half of the eight.
+            while sum(map(len, client.has_what().values())) < 4:  # noqa: PLR2004
+                time.sleep(0.01)
+            os.kill(next(iter(workers.values())), signal.SIGKILL)
+
+        killer = threading.Thread(target=kill)
+        start = time.perf_counter()
+        killer.start()
+        together = chart(client)
+        took = time.perf_counter() - start
+        killer.join()
+        died = set(workers.values()) - set(client.run(os.getpid).values())
+    differ = sum(
+        list(together[name]) != list(column)
+        if column.dtype == object
+        else together[name].tobytes() != column.tobytes()
+        for name, column in alone.items()
+    )
+    say("on two workers, one killed half-way", f"{took:.1f} s, {len(died)} died")
+    say("columns that differ in a byte", f"{differ} of {len(alone)}")
+    say("documents", "equal" if together.document == alone.document else "differ")
+
+
 def measure_wheel() -> None:
     """Build a wheel by maturin, and install it into an empty environment."""
     maturin = shutil.which("maturin", path=Path(sys.executable).parent) or "maturin"
@@ -154,6 +202,7 @@ MEASURES = {
     "map": measure_map,
     "interrupt": measure_interrupt,
     "fit": measure_fit,
+    "cluster": measure_cluster,
     "wheel": measure_wheel,
 }
 

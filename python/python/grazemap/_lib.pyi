@@ -19,9 +19,7 @@ def draw(
     shares: list[bytes] = ...,
     device: str = "cpu",
 ) -> Computed: ...
-def draw_share(
-    m: Map, tables: str, device: str, number: int, of: int
-) -> bytes: ...
+def draw_share(m: Map, tables: str, device: str, number: int, of: int) -> bytes: ...
 def answer(
     source: Scene | Graze | Map,
     command: str,
