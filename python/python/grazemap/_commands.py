@@ -117,7 +117,8 @@ def chart(
     The arguments are the keys of ``[[chart]]`` in a scene, with its defaults; ``using`` is its
     ``with``. The numbers are those that ``grazemap chart`` writes. With a ``client`` of Dask the
     work is done on the workers of its cluster, in shares, and the numbers are the same to the bit.
-    So they are with the ``device`` ``"cuda"``, a graphics processor, of the workers where there are.
+    So they are with the ``device`` ``"cuda"``, a graphics processor, of the workers where there are
+    any.
     """
     keys = {
         "parameters": parameters,
@@ -134,7 +135,7 @@ def chart(
         "itineraries": itineraries,
         "with": using,
     }
-    return Chart(_drawn(m, "chart", keys, progress, client, device))
+    return Chart(_drawn(m, "chart", keys, progress, client, device=device))
 
 
 def basin(
@@ -580,6 +581,7 @@ def _drawn(
     keys: Mapping[str, object],
     progress: Progress | bool | None,
     client: Client | None,
+    *,
     device: str = "cpu",
 ) -> _lib.Computed:
     """Compute what one table of a kind with these keys asks for."""
