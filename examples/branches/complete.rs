@@ -9,7 +9,8 @@ use grazemap::iteration::{MapOrbit, OrbitEnd, OrbitRequest, PassageSet, Period};
 
 /// Iterates dropped at each value.
 const TRANSIENT: usize = 2000;
-/// How near an attractor lies to the line through two orbits of a branch, in its length.
+/// How near an attractor lies to the line through two orbits of a branch, in its length: the largest
+/// of the coordinates', each in half-widths of the window.
 const BESIDE: f64 = 0.2;
 /// What is left of a transient, in half-widths of the window.
 const SETTLED: f64 = 1e-6;
@@ -130,11 +131,13 @@ impl Place<'_> {
     }
 
     fn is_beside(&self, a: &[f64], b: &[f64], share: f64) -> bool {
-        let pairs = a.iter().zip(b).zip(self.state).zip(self.scales);
-        { pairs }.all(|(((a, b), state), scale)| {
-            let scale = if scale.is_finite() { *scale } else { 1.0 };
-            let between = a + share * (b - a);
-            (between - state).abs() <= BESIDE * (a - b).abs() + SETTLED * scale
-        })
+        let scale = |place: usize| Some(self.scales[place]).filter(|scale| scale.is_finite());
+        let apart = |of: &dyn Fn(usize) -> f64| {
+            let scaled = (0..a.len()).map(|place| of(place).abs() / scale(place).unwrap_or(1.0));
+            scaled.fold(0.0, f64::max)
+        };
+        let length = apart(&|place| a[place] - b[place]);
+        let aside = apart(&|place| a[place] + share * (b[place] - a[place]) - self.state[place]);
+        aside <= BESIDE * length + SETTLED
     }
 }

@@ -261,6 +261,21 @@ fn special_points_of_the_map_are_those_of_direct_simulation() {
     }
 }
 
+/// A compliant stop with a prestressed spring, its section points inside a contact that is still
+/// closing: the flip of the orbit with one contact in five returns, each solved for alone.
+#[test]
+fn section_points_inside_a_contact_have_their_branch_by_direct_simulation() {
+    let map = map_of("three_masses");
+    let flip = |direct| {
+        let found = map.branches(&request(&["10000"], 5, [-2e-4, 2e-4], direct), &NoProgress);
+        let flips = labelled(&found.expect("branches"), "10000", BranchLabel::PeriodDoubling);
+        assert_eq!(flips.len(), 1, "{direct}: {flips:?}");
+        flips[0]
+    };
+    let (by_map, direct) = (flip(false), flip(true));
+    assert!((direct / by_map - 1.0).abs() < 2e-9, "{by_map:e} {direct:e}");
+}
+
 /// Branch switching: at the graze of a passage the itineraries with and without its contact meet,
 /// and the doubled branch begins where the orbit flips.
 #[test]

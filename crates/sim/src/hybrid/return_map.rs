@@ -167,12 +167,23 @@ impl<'a, S: Real> DirectReturn<'a, S> {
         let Some((surface, share)) = self.itinerary.first() else { return Ok(None) };
         let found = match self.section {
             ReturnSection::Tangency { .. } => true,
-            ReturnSection::GrazingPhase { .. } => self.find_first_passage(surface),
+            ReturnSection::GrazingPhase { .. } => {
+                self.leave_contact(surface);
+                self.find_first_passage(surface)
+            }
             ReturnSection::OtherPhase => {
                 self.reach_passage_at(surface, self.duration * S::from_f64(share))
             }
         };
         Ok(found.then(|| self.simulator.sense(surface).gap))
+    }
+
+    /// A section point in contact with a surface as a point of the free flow.
+    fn leave_contact(&mut self, surface: usize) {
+        if self.simulator.regime() == (Regime::Contact { surface }) {
+            self.simulator.motion.regime = Regime::Free;
+            self.simulator.motion.lose_headings();
+        }
     }
 
     /// Flies with the surface ignored to the minimum of its gap that is nearest to a time; whether
