@@ -1,10 +1,11 @@
 //! Charts refined along borders against charts of which every cell is computed: how many cells are
-//! computed, and how many differ.
+//! computed, how many differ, how long both take.
 //!
 //! `cargo run --release --example charts -- [POINTS...]` prints the table of docs/studies/charts.md
 //! for so many points along each axis.
 
 use std::error::Error;
+use std::time::Instant;
 
 use grazemap::analysis::chart::{Chart, ChartCell};
 use grazemap::model::{ChartRequest, Scene, catalogue};
@@ -64,8 +65,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     if points.is_empty() {
         points = POINTS.to_vec();
     }
-    println!("| chart | cells | computed, % | differ, % |");
-    println!("|---|---|---|---|");
+    println!("| chart | cells | computed, % | differ, % | along borders, s | every cell, s |");
+    println!("|---|---|---|---|---|---|");
     for subject in &SUBJECTS {
         let map = subject.map()?;
         for &points in &points {
@@ -87,17 +88,19 @@ impl Subject {
     /// Both charts of so many points along each axis.
     fn row(&self, map: &Map, points: usize) -> Result<String, Box<dyn Error>> {
         let own = map.scene().charts.last().ok_or("no chart")?;
-        let chart = |every_cell| -> Result<Chart, grazemap::Error> {
+        let chart = |every_cell| -> Result<(Chart, f64), grazemap::Error> {
             let request = ChartRequest { points: [points; 2], every_cell, ..own.clone() };
-            Ok(map.chart(&request)?.remove(0))
+            let begun = Instant::now();
+            let chart = map.chart(&request)?.remove(0);
+            Ok((chart, begun.elapsed().as_secs_f64()))
         };
-        let (all, borders) = (chart(true)?, chart(false)?);
+        let ((all, whole), (borders, refined)) = (chart(true)?, chart(false)?);
         let pairs = all.cells.iter().zip(&borders.cells);
         let class = |cell: &ChartCell| all.class(&cell.attractor);
         let differ = pairs.filter(|(all, own)| class(all) != class(own)).count();
         let share = |count: usize| 100.0 * count as f64 / all.cells.len() as f64;
         Ok(format!(
-            "| {} | {points} x {points} | {:.1} | {:.2} |",
+            "| {} | {points} x {points} | {:.1} | {:.2} | {refined:.2} | {whole:.2} |",
             self.name,
             share(borders.computed),
             share(differ)

@@ -22,6 +22,7 @@ def m() -> gm.Map:
 
 def test_the_catalogue_is_named() -> None:
     assert {"linear", "mems", "foale"} <= set(gm.catalogue())
+    assert gm.catalogue("linear") == gm.Scene.catalogue("linear")
     with pytest.raises(gm.InputError, match=r"no scene `lineer` in the catalogue: .*linear"):
         gm.Scene.catalogue("lineer")
 
@@ -161,3 +162,14 @@ def test_emitted_code_gives_the_same_numbers(m: gm.Map, tmp_path: Path) -> None:
     path.write_text("mine")
     with pytest.raises(gm.InputError, match="not emitted by grazemap"):
         m.emit(tmp_path, "python", measure=False)
+
+
+def test_notebooks_show_scenes_orbits_and_maps(m: gm.Map) -> None:
+    scene = gm.Scene.parse(gm.Scene.catalogue("linear").text + "\n# <script>", "a.toml")
+    shown = scene._repr_html_()
+    assert "&lt;script&gt;" in shown
+    assert "<script>" not in shown
+    for value, word in ((m.graze, "theory"), (m, "error in x")):
+        shown = value._repr_html_()
+        assert shown.startswith("<svg")
+        assert word in shown

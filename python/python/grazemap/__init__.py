@@ -28,8 +28,7 @@ from ._commands import (
     trajectory,
 )
 from ._errors import GrazemapError, InputError, NoResult, SceneError
-from ._lib import catalogue
-from ._pipeline import Graze, Map, Scene
+from ._pipeline import Graze, Map, Scene, catalogue
 from ._table import (
     Basin,
     Branch,

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import html
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,6 +17,9 @@ from ._table import Table
 if TYPE_CHECKING:
     from collections.abc import Mapping
     from os import PathLike
+
+#: Samples of the orbit that a notebook shows.
+SAMPLES = 200
 
 Array: TypeAlias = NDArray[np.float64]
 
@@ -71,7 +75,7 @@ class Scene(_Value):
 
     @classmethod
     def catalogue(cls, name: str) -> Scene:
-        """Give a scene of the catalogue, of which :func:`grazemap.catalogue` lists the names."""
+        """Give a scene of the catalogue; :func:`grazemap.catalogue` lists the names."""
         text = _lib.Scene.catalogue_text(name)
         if text is None:
             message = f"no scene `{name}` in the catalogue: {', '.join(_lib.catalogue())}"
@@ -145,6 +149,10 @@ class Scene(_Value):
         """Name the scene."""
         return f"<grazemap scene {self.name}: {', '.join(self.states)}>"
 
+    def _repr_html_(self) -> str:
+        """Show the text in a notebook."""
+        return _words(self, self.text)
+
 
 class Graze(_Value):
     """The grazing orbit of a scene.
@@ -214,6 +222,10 @@ class Graze(_Value):
         """Name the scene and where it grazes."""
         parameters = ", ".join(f"{name} = {value:.10g}" for name, value in self.parameters.items())
         return f"<grazemap graze of {self.document['scene']}: {parameters}>"
+
+    def _repr_html_(self) -> str:
+        """Show the orbit in a notebook, and what theory says of its graze."""
+        return _portrait(self._inner) + _words(self, *self.verdict.splitlines())
 
 
 class Map(_Value):
@@ -380,6 +392,41 @@ class Map(_Value):
         smooth, contact = self.orders
         scene = self._inner.graze.scene.name
         return f"<grazemap map of {scene}: N = {smooth}, W = {contact}>"
+
+    def _repr_html_(self) -> str:
+        """Show the orbit in a notebook, and what the map errs in its window."""
+        errors = (f"error in {name}: {error:.2g}" for name, error in self.error.items())
+        return _portrait(self._inner.graze) + _words(self, *errors)
+
+
+@overload
+def catalogue() -> list[str]: ...
+
+
+@overload
+def catalogue(name: str) -> Scene: ...
+
+
+def catalogue(name: str | None = None) -> list[str] | Scene:
+    """Give a scene of the catalogue, or without a name the names of all.
+
+    >>> catalogue("linear").states
+    ('x', 'v', 'theta')
+    >>> "mems" in catalogue()
+    True
+    """
+    return _lib.catalogue() if name is None else Scene.catalogue(name)
+
+
+def _portrait(graze: _lib.Graze) -> str:
+    """Draw the phase portrait of a grazing orbit."""
+    found = _lib.answer(graze, json.dumps({"trajectory": {"samples": SAMPLES}}), None, [])
+    return next((figure for _, figure in found.figures), "")
+
+
+def _words(value: object, *lines: str) -> str:
+    """Write what a value is and some lines of text."""
+    return f"<pre>{html.escape(chr(10).join([repr(value), *lines]))}</pre>"
 
 
 def check_methods(using: str, precision: str) -> None:
