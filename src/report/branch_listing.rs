@@ -361,15 +361,28 @@ impl BranchListing {
         figures
     }
 
-    /// What the orbits of a branch are called in a figure: their itinerary, and where there are
-    /// several surfaces the hits of each and the periods.
-    fn name(&self, number: usize) -> &str {
-        let branch = &self.branches[number];
+    /// What an orbit is called in a figure: its itinerary, and where there are several surfaces or
+    /// further contacts the hits of each surface and the periods.
+    fn name<'a>(&self, branch: &'a BranchRecord, point: &'a PointRecord) -> &'a str {
         let several = self.passages.iter().any(|surface| *surface != self.passages[0]);
-        match branch.points.first() {
-            Some(point) if several => &point.orbit.name,
-            _ => &branch.itinerary,
+        match several || point.orbit.extra_contacts.is_some_and(|extra| extra > 0) {
+            true => &point.orbit.name,
+            false => &branch.itinerary,
         }
+    }
+
+    /// A branch from graze to graze: its places, each with what its orbits are called there.
+    fn named_stretches(&self, number: usize) -> Vec<(&str, RangeInclusive<usize>)> {
+        let branch = &self.branches[number];
+        let mut stretches: Vec<(&str, RangeInclusive<usize>)> = Vec::new();
+        for (place, point) in branch.points.iter().enumerate() {
+            let name = self.name(branch, point);
+            match stretches.last_mut() {
+                Some((last, places)) if *last == name => *places = *places.start()..=place,
+                _ => stretches.push((name, place.saturating_sub(1)..=place)),
+            }
+        }
+        stretches
     }
 
     fn figure(&self, axis: Axis, under: Vec<[f64; 2]>, value: Values<'_>) -> Figure {
@@ -377,14 +390,16 @@ impl BranchListing {
         let mut figure = Figure::new(Axis::linear(format!("{letter} − {letter}*")), axis);
         let mut named: Vec<&str> = Vec::new();
         for number in 0..self.branches.len() {
-            let name = self.name(number);
-            let known = named.iter().position(|other| *other == name);
-            let color = known.unwrap_or(named.len());
-            if known.is_none() {
-                named.push(name);
+            for (name, places) in self.named_stretches(number) {
+                let known = named.iter().position(|other| *other == name);
+                let color = known.unwrap_or(named.len());
+                if known.is_none() {
+                    named.push(name);
+                }
+                let name = if known.is_none() { name } else { "" };
+                self.draw(&mut figure, (number, places), value, (name, color));
             }
-            let name = if known.is_none() { name } else { "" };
-            self.draw(&mut figure, number, value, (name, color));
+            self.mark(&mut figure, number, value);
         }
         let under = beside(under, &figure.series);
         if !under.is_empty() {
@@ -398,16 +413,17 @@ impl BranchListing {
     fn draw(
         &self,
         figure: &mut Figure,
-        branch: usize,
+        (branch, places): (usize, RangeInclusive<usize>),
         value: Values<'_>,
         (mut name, color): (&str, usize),
     ) {
-        let points = &self.branches[branch].points;
+        let first = *places.start();
+        let points = &self.branches[branch].points[places];
         let returns = points.first().map_or(0, |point| point.orbit.states.len());
         for number in 0..returns {
             let at = |place: usize| {
                 let point = &points[place];
-                [self.along(&point.orbit).0, value((branch, place, number), point)]
+                [self.along(&point.orbit).0, value((branch, first + place, number), point)]
             };
             for (stroke, stable) in [(Stroke::Solid, true), (Stroke::Dashed, false)] {
                 let line = line(points, stable, at);
@@ -417,7 +433,11 @@ impl BranchListing {
                 }
             }
         }
-        for (place, point) in points.iter().enumerate() {
+    }
+
+    /// Marks the special points of a branch.
+    fn mark(&self, figure: &mut Figure, branch: usize, value: Values<'_>) {
+        for (place, point) in self.branches[branch].points.iter().enumerate() {
             let Some(special) = &point.special else { continue };
             let marker = match special.label {
                 BranchLabel::Graze => Marker::Ring,

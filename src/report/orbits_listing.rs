@@ -155,9 +155,13 @@ impl Names<'_> {
             number: contact.number,
             passage: contact.passage,
         });
+        let mut name = self.itinerary.name(returns.map(|&made| self.itinerary.hits(made)));
+        if let Some(hits) = &orbit.hits {
+            name.hits.clone_from(hits);
+        }
         OrbitRecord {
             itinerary: orbit.itinerary.to_string(),
-            name: self.itinerary.name(returns.map(|&made| self.itinerary.hits(made))).to_string(),
+            name: name.to_string(),
             parameters: self.parameters(&orbit.parameters),
             state: Named::new(coordinates.zip(first)),
             states: orbit.states.clone(),

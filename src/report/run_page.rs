@@ -94,7 +94,7 @@ impl RunPage<'_> {
 /// Never in practice: tables have one cell for every column.
 pub fn run_page(run: &RunPage<'_>) -> Result<Page, ReportError> {
     let model = &run.scene.model;
-    let mut page = Page::new(format!("Grazing of the {}", model.name), provenance(run))
+    let mut page = Page::new(format!("Grazing: {}", model.name), provenance(run))
         .summary(summary(run))
         .section(model_section(run)?)
         .section(orbit_section(run)?)

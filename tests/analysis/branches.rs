@@ -2,7 +2,7 @@
 
 use grazemap::analysis::branches::{Branch, BranchLabel, BranchRequest, Branches};
 use grazemap::analysis::periodic::{ContactItinerary, ItinerarySearch, MapOrbitEquations};
-use grazemap::analysis::{MapEvaluation, NoProgress};
+use grazemap::analysis::{MapEvaluation, NoProgress, TimeSeriesRequest, time_series};
 use grazemap::iteration::{MapOrbit, OrbitRequest, Period};
 use grazemap::numeric::{Dd, Scalar};
 use grazemap::prelude::{FindGraze, Map, Scene};
@@ -274,6 +274,57 @@ fn section_points_inside_a_contact_have_their_branch_by_direct_simulation() {
     };
     let (by_map, direct) = (flip(false), flip(true));
     assert!((direct / by_map - 1.0).abs() < 2e-9, "{by_map:e} {direct:e}");
+}
+
+/// Two masses between two elastic stops: the orbit that has lost its symmetry meets one stop a
+/// second time. Where it begins to, direct simulation touches that stop, and on one side of it the
+/// orbit has one contact more.
+#[test]
+fn a_graze_beside_the_passages_changes_the_name_by_one_contact() {
+    let map = map_of("two_stops_t1");
+    let along = map.local().parameters.iter().position(|parameter| parameter.name == "omega");
+    let found = map.branches(
+        &BranchRequest {
+            itineraries: vec![ContactItinerary::parse("11", 2).expect("digits")],
+            longest: 1,
+            along: along.expect("an active parameter"),
+            range: [-0.12, 0.05],
+            at: vec![0.0; 2],
+            direct: true,
+        },
+        &NoProgress,
+    );
+    let found = found.expect("branches");
+    let grazes = found.branches.iter().flat_map(|branch| {
+        let places = 1..branch.points.len().saturating_sub(1);
+        let is_graze = |place: &usize| {
+            let special = branch.points[*place].special.as_ref();
+            special.is_some_and(|special| special.label == BranchLabel::Graze)
+        };
+        places.filter(is_graze).map(|place| &branch.points[place - 1..=place + 1])
+    });
+    let grazes: Vec<_> = grazes.collect();
+    assert_eq!(grazes.len(), 1);
+    let [before, graze, after] = grazes[0] else { panic!("three points") };
+    let hits = [before, after].map(|point| point.orbit.hits.as_ref().expect("counted"));
+    let changes = hits[0].iter().zip(hits[1]).map(|(a, b)| a.abs_diff(*b)).sum::<u32>();
+    assert_eq!(changes, 1, "{hits:?}");
+    let request = TimeSeriesRequest {
+        start: graze.orbit.states[0].clone(),
+        parameters: graze.orbit.parameters.clone(),
+        settle: 0,
+        returns: 1,
+        samples: 20_000,
+    };
+    let series = time_series(map.scene(), map.orbit(), &request).expect("it is simulated");
+    let touches = series.points.windows(3).flat_map(|near| {
+        let lowest = |&stop: &usize| {
+            let [a, b, c] = [0, 1, 2].map(|place: usize| near[place].gaps[stop]);
+            b < a && b <= c && b.abs() < 1e-6
+        };
+        (0..2).filter(lowest).collect::<Vec<_>>()
+    });
+    assert_eq!(touches.count(), 1);
 }
 
 /// Branch switching: at the graze of a passage the itineraries with and without its contact meet,

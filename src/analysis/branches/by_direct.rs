@@ -3,7 +3,8 @@
 //! One idea: at the graze itself every branch may begin, without the map being asked for an orbit;
 //! what simulation settles on along the range gives the other seeds.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeSet, VecDeque};
+use std::iter::once;
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -15,7 +16,7 @@ use super::trace::{
     standard_form, through_seed, toggled, twice, unit_vector, with_those_led_to,
 };
 use crate::analysis::continuation::{
-    CourseEnd, CurveEquations, CurvePoint, Linearised, StepControl, corrected, searched,
+    CourseEnd, CurveEquations, CurvePoint, Linearised, StepControl, by_chords, corrected, searched,
     tangent_at, zero_near,
 };
 use crate::analysis::direct_image::DirectImage;
@@ -61,6 +62,8 @@ const AT_MULTIPLIER: f64 = 1e-4;
 const NEAR: f64 = 1e-3;
 /// Distances from the orbit that doubles at which the doubled branch begins.
 const DOUBLED: [f64; 3] = [1e-2, 1e-3, 1e-4];
+/// Halvings towards a graze beside the passages.
+const HALVINGS: usize = 45;
 /// How far from a special point its refinement in double-double may lie.
 const FAR: f64 = 1e-5;
 /// The same where a contact is too weak for double precision.
@@ -110,6 +113,8 @@ struct Continuation<'a> {
     /// The size at the graze of the parameter that varies; 0 where that is its value.
     size: f64,
     depths: DepthEvaluation<f64>,
+    /// The surfaces that graze, in the model's order.
+    surfaces: BTreeSet<usize>,
     map: &'a LocalMap,
     request: &'a BranchRequest,
     graze: Option<GrazeStart>,
@@ -197,6 +202,7 @@ impl<'a> Continuation<'a> {
             fine: DirectImage::new(system, scene, orbit)?,
             size: orbit.parameters()[scene.expansion.active[request.along]].to_f64().abs(),
             depths: MapEvaluation::depths(map),
+            surfaces: orbit.passages.iter().map(|graze| graze.surface).collect(),
             map,
             request,
             graze,
@@ -607,14 +613,18 @@ impl<'a> Continuation<'a> {
     /// A branch as it is given out.
     fn branch(&self, itinerary: &ContactItinerary, trace: &DirectTrace) -> Branch {
         let equations = self.equations_with(itinerary, &trace.points[0].linearised.extra);
-        let points = trace.orbits().into_iter().map(|(place, turns)| {
-            let point = &trace.points[place];
+        let orbits = trace.orbits();
+        let before = once(None).chain(orbits.iter().map(|(place, _)| Some(*place)));
+        let points = orbits.iter().zip(before).flat_map(|((place, turns), before)| {
+            let (place, point) = (*place, &trace.points[*place]);
+            let passed = before
+                .and_then(|before| self.graze_between(itinerary, [&trace.points[before], point]));
             let grazing = match place == 0 || place + 1 == trace.points.len() {
                 true => self.grazing(&equations, point),
                 false => Vec::new(),
             };
             let grazes = !grazing.is_empty();
-            let mut special = self.special(&equations, point, &turns, grazing);
+            let mut special = self.special(&equations, point, turns, grazing);
             let doubles = equations.is_repeated(&point.linearised.extra, NEAR);
             let exact = match (&mut special, turns.first()) {
                 (Some(special), _) if grazes => {
@@ -632,7 +642,7 @@ impl<'a> Continuation<'a> {
                 let exact = self.refined_doubling(itinerary, point);
                 orbit.parameters = exact.unwrap_or(orbit.parameters);
             }
-            BranchPoint { orbit, special }
+            passed.into_iter().chain([BranchPoint { orbit, special }])
         });
         let points = each_once(points.collect());
         let value =
@@ -645,6 +655,44 @@ impl<'a> Continuation<'a> {
             None => BranchEnd::Reach,
         });
         Branch { itinerary: itinerary.clone(), points, ends, unresolved }
+    }
+
+    /// The graze, between two points of a branch, at which a contact begins or ends that no passage
+    /// accounts for, as of a compliant stop, on which orbits depend smoothly enough: by halving.
+    fn graze_between(
+        &self,
+        itinerary: &ContactItinerary,
+        [from, to]: [&Point; 2],
+    ) -> Option<BranchPoint> {
+        let [before, after] = [from, to].map(|point| &point.linearised.extra);
+        if before.extra_contacts == after.extra_contacts {
+            return None;
+        }
+        let mut equations = self.equations_with(itinerary, before);
+        let chord: Vec<f64> = from.unknowns.iter().zip(&to.unknowns).map(|(a, b)| b - a).collect();
+        let mut at = |share: f64| {
+            let start: Vec<f64> =
+                from.unknowns.iter().zip(&chord).map(|(a, step)| a + share * step).collect();
+            // Derivatives are differences, which would meet both sides of the graze: those of the
+            // first point serve for all.
+            by_chords(&from.linearised.jacobian, &chord, start, |unknowns| {
+                equations.flown_orbit(unknowns)
+            })
+        };
+        let (mut shares, mut found) = ([0.0, 1.0], None);
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (shares[0] + shares[1]);
+            let there = at(middle)?;
+            shares[usize::from(there.1.extra_contacts != before.extra_contacts)] = middle;
+            found = Some(there);
+        }
+        let (unknowns, extra, residual) = found?;
+        let tangent = vec![0.0; unknowns.len()];
+        let linearised = Linearised { residual, extra, ..from.linearised.clone() };
+        let point = Point { unknowns, tangent, linearised, tests: Vec::new() };
+        let orbit = self.found(&equations, &point, true);
+        let special = Special { label: BranchLabel::Graze, grazing: Vec::new(), coefficient: None };
+        Some(BranchPoint { orbit, special: Some(special) })
     }
 
     /// The orbits of a branch at a value of the parameter that varies, in double-double.
@@ -684,7 +732,7 @@ impl<'a> Continuation<'a> {
                 .iter()
                 .enumerate()
                 .all(|(unknown, at)| equations.passage_of(unknown).is_none() || *at > Dd::ZERO);
-            (is_own && orbit.physical).then_some(orbit)
+            (is_own && orbit.extra_contacts == 0).then_some(orbit)
         });
         orbits.collect()
     }
@@ -873,9 +921,10 @@ impl<'a> Continuation<'a> {
                 && multipliers.iter().all(|[re, im]| re.hypot(*im) < 1.0),
             multipliers,
             contacts: orbit.speeds.iter().map(contact).collect(),
-            physical: orbit.extra_contacts == 0,
+            physical: true,
             inside,
             extra_contacts: orbit.extra_contacts,
+            hits: Some(self.surfaces.iter().map(|&surface| orbit.hits[surface] as u32).collect()),
             residual: residual.fold(0.0, |most, value| most.max(value.magnitude())),
             parameters,
         }

@@ -540,6 +540,7 @@ impl<'a> Continuation<'a> {
             physical,
             inside: { inside }.all(|state| window.holds(state, &parameters, &depths)),
             extra_contacts: 0,
+            hits: None,
             residual: point.linearised.residual.iter().fold(0.0, |most, r| most.max(r.abs())),
             parameters,
         }

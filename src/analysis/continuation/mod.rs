@@ -22,7 +22,8 @@ mod step;
 
 pub use course::{Course, CourseEnd, Turn, follow};
 pub use step::{
-    CurvePoint, Solution, StepControl, corrected, searched, tangent_at, zero_between, zero_near,
+    CurvePoint, Solution, StepControl, by_chords, corrected, searched, tangent_at, zero_between,
+    zero_near,
 };
 
 use nalgebra::{DMatrix, DVector};

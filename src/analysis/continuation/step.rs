@@ -5,7 +5,7 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use super::{CurveEquations, Linearised, TestValue};
-use crate::numeric::linear::{factorize, solve};
+use crate::numeric::linear::{factorize, inverse, solve};
 use crate::numeric::{Bracket, NewtonOutcome, NumericError, Real, damped_newton};
 
 /// A point of a curve.
@@ -52,6 +52,8 @@ impl StepControl {
 
 /// Newton steps of a corrector at most.
 const STEPS: usize = 8;
+/// The same with one Jacobian for all steps.
+const CHORDS: usize = 60;
 /// Largest residual that may be left where steps no longer shrink, relative to the first step.
 const STALLED: f64 = 0.25;
 
@@ -89,6 +91,36 @@ pub fn corrected<S: Real, C: CurveEquations<S> + ?Sized>(
         if converged || stalled {
             return solved(curve, unknowns, converged);
         }
+        last = length;
+    }
+    None
+}
+
+/// The point on the plane through `start` across `normal`, by Newton's steps with this Jacobian for
+/// all of them: where derivatives at the point itself are not to be had. `residual` gives what it
+/// found besides, which comes back with the last residual.
+pub fn by_chords<S: Real, X>(
+    jacobian: &DMatrix<S>,
+    normal: &[S],
+    mut unknowns: Vec<S>,
+    mut residual: impl FnMut(&[S]) -> Option<(X, DVector<S>)>,
+) -> Option<(Vec<S>, X, DVector<S>)> {
+    let inverse = inverse(&bordered(jacobian, normal)).ok()?;
+    let size = unknowns.len();
+    let mut last = f64::INFINITY;
+    for _ in 0..CHORDS {
+        let (found, lacking) = residual(&unknowns)?;
+        let right = lacking.iter().copied().chain([S::zero()]);
+        let step = &inverse * DVector::from_iterator(size, right);
+        let length = step.iter().fold(0.0, |most: f64, value| most.max(value.magnitude()));
+        let stalled = length >= STALLED * last && length <= S::ROUNDOFF.sqrt();
+        if length <= S::ROUNDOFF.powf(0.9) || stalled {
+            return Some((unknowns, found, lacking));
+        }
+        if !length.is_finite() || length >= last {
+            return None;
+        }
+        unknowns.iter_mut().zip(step.iter()).for_each(|(value, &change)| *value -= change);
         last = length;
     }
     None

@@ -228,7 +228,8 @@ impl Finder<'_> {
                 BranchLabel::PeriodDoubling => BifurcationKind::Flip,
                 _ => return None,
             };
-            point.orbit.physical.then_some((kind, point.orbit))
+            let physical = point.orbit.physical && point.orbit.extra_contacts == 0;
+            physical.then_some((kind, point.orbit))
         });
         let mut found: Vec<(BifurcationKind, FoundOrbit)> = Vec::new();
         add_special(&mut found, special);

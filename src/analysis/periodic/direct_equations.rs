@@ -80,6 +80,8 @@ pub struct DirectOrbit<S> {
     pub speeds: Vec<(usize, usize, S)>,
     /// Contacts that no passage accounts for.
     pub extra_contacts: usize,
+    /// All contacts at each surface of the model.
+    pub hits: Vec<usize>,
     /// Derivatives of each section point and its image by the variables of the point.
     #[serde(with = "saved")]
     blocks: Vec<[DMatrix<S>; 2]>,
@@ -94,6 +96,7 @@ struct Flown<S> {
     image: Vec<S>,
     speeds: Vec<Option<S>>,
     extra_contacts: usize,
+    hits: Vec<usize>,
 }
 
 /// Variables are followed up to so many units, or farther where an orbit lies there.
@@ -127,6 +130,7 @@ fn weighted<S: Real>(nodes: &[(S, Flown<S>)]) -> Option<Flown<S>> {
         image: all(|node| &node.image),
         speeds: speeds.collect(),
         extra_contacts: first.extra_contacts,
+        hits: first.hits.clone(),
     })
 }
 
@@ -399,6 +403,7 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
             image: image.offsets,
             speeds: image.passages,
             extra_contacts: image.extra_contacts,
+            hits: image.hits,
         })
     }
 
@@ -634,20 +639,64 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
 }
 
 impl<S: Real> DirectOrbitEquations<'_, S> {
+    /// The orbit of these unknowns without derivatives, and the residuals; `None` where a return
+    /// does not make the contacts of the itinerary.
+    pub fn flown_orbit(&mut self, unknowns: &[S]) -> Option<(DirectOrbit<S>, DVector<S>)> {
+        let count = self.flights.len();
+        let parameters = self.parameters(unknowns);
+        let (mut orbit, mut residual) = self.begun();
+        for number in 0..count {
+            let size = self.dimension();
+            let variables = &unknowns[number * size..(number + 1) * size];
+            let flown = self.flown(number, variables, &parameters)?;
+            self.add_to(&mut orbit, &mut residual, number, flown);
+        }
+        Some((orbit, residual))
+    }
+
+    /// An orbit and residuals to which no return has been added.
+    fn begun(&self) -> (DirectOrbit<S>, DVector<S>) {
+        let orbit = DirectOrbit {
+            states: Vec::new(),
+            returns: self.flights.iter().map(|flight| flight.first).collect(),
+            speeds: Vec::new(),
+            extra_contacts: 0,
+            hits: Vec::new(),
+            blocks: Vec::new(),
+            by_parameters: Vec::new(),
+        };
+        (orbit, DVector::from_element(self.variables(), S::zero()))
+    }
+
     /// The first row of a point's own equation and that of the return that leads to it.
     fn rows(&self, number: usize) -> (usize, usize) {
         let (size, count) = (self.dimension(), self.flights.len());
         (number * size, (number + count - 1) % count * size)
     }
 
-    /// Adds what a section point and its image are in the residuals.
-    fn add_to(&self, residual: &mut DVector<S>, number: usize, flown: &Flown<S>) {
+    /// Adds a return to an orbit, and its section point and image to the residuals.
+    fn add_to(
+        &self,
+        orbit: &mut DirectOrbit<S>,
+        residual: &mut DVector<S>,
+        number: usize,
+        flown: Flown<S>,
+    ) {
         let (own, before) = self.rows(number);
         for (row, &unit) in self.units.state.iter().enumerate() {
             let unit = S::from_f64(unit);
             residual[own + row] += flown.image[row] / unit;
             residual[before + row] -= flown.point[row] / unit;
         }
+        let (first, passages) = (self.flights[number].first, self.itinerary.passages());
+        let speeds = flown.speeds.iter().enumerate().filter_map(|(passage, speed)| {
+            Some((first + passage / passages, passage % passages, (*speed)?))
+        });
+        orbit.speeds.extend(speeds);
+        orbit.extra_contacts += flown.extra_contacts;
+        orbit.hits.resize(flown.hits.len(), 0);
+        orbit.hits.iter_mut().zip(&flown.hits).for_each(|(sum, hits)| *sum += hits);
+        orbit.states.push(flown.point);
     }
 
     /// Residuals and their Jacobian by all unknowns, with the orbit; `None` where a return does not
@@ -656,15 +705,7 @@ impl<S: Real> DirectOrbitEquations<'_, S> {
         let (size, count) = (self.dimension(), self.flights.len());
         let (rows, free) = (size * count, self.free.len());
         let parameters = self.parameters(unknowns);
-        let mut orbit = DirectOrbit {
-            states: Vec::new(),
-            returns: self.flights.iter().map(|flight| flight.first).collect(),
-            speeds: Vec::new(),
-            extra_contacts: 0,
-            blocks: Vec::new(),
-            by_parameters: Vec::new(),
-        };
-        let mut residual = DVector::from_element(rows, S::zero());
+        let (mut orbit, mut residual) = self.begun();
         let mut jacobian = DMatrix::from_element(rows, rows + free, S::zero());
         for number in 0..count {
             let variables = &unknowns[number * size..(number + 1) * size];
@@ -672,7 +713,6 @@ impl<S: Real> DirectOrbitEquations<'_, S> {
             let mut both = [DMatrix::from_element(size, size, S::zero()), DMatrix::zeros(0, 0)];
             both[1] = both[0].clone();
             let (own, before) = self.rows(number);
-            self.add_to(&mut residual, number, &centre);
             for place in 0..size + free {
                 let [point, image] = self.slopes(number, variables, unknowns, place, &centre)?;
                 let column = if place < size { number * size + place } else { rows + place - size };
@@ -689,14 +729,7 @@ impl<S: Real> DirectOrbitEquations<'_, S> {
                 }
             }
             orbit.blocks.push(both);
-            orbit.extra_contacts += centre.extra_contacts;
-            let speeds = centre.speeds.iter().enumerate();
-            let (first, passages) = (self.flights[number].first, self.itinerary.passages());
-            let speeds = speeds.filter_map(|(passage, speed)| {
-                Some((first + passage / passages, passage % passages, (*speed)?))
-            });
-            orbit.speeds.extend(speeds);
-            orbit.states.push(centre.point);
+            self.add_to(&mut orbit, &mut residual, number, centre);
         }
         let finite = residual.iter().chain(jacobian.iter()).all(|value| value.is_finite());
         finite.then_some(Linearised { residual, jacobian, extra: orbit })
@@ -713,15 +746,7 @@ impl<S: Real> CurveEquations<S> for DirectOrbitEquations<'_, S> {
     }
 
     fn residual(&mut self, unknowns: &[S]) -> Option<DVector<S>> {
-        let (size, count) = (self.dimension(), self.flights.len());
-        let parameters = self.parameters(unknowns);
-        let mut residual = DVector::from_element(size * count, S::zero());
-        for number in 0..count {
-            let variables = &unknowns[number * size..(number + 1) * size];
-            let flown = self.flown(number, variables, &parameters)?;
-            self.add_to(&mut residual, number, &flown);
-        }
-        Some(residual)
+        Some(self.flown_orbit(unknowns)?.1)
     }
 
     fn tests(&self, point: &CurvePoint<S, DirectOrbit<S>>) -> Vec<TestValue<S>> {

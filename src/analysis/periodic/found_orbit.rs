@@ -26,12 +26,16 @@ pub struct FoundOrbit {
     pub stable: bool,
     /// Its contacts, in order.
     pub contacts: Vec<OrbitContact>,
-    /// Whether map or simulation make the contacts of the itinerary and no other.
+    /// Whether map or simulation make the contacts of the itinerary and no other; on branches of
+    /// direct simulation always, where further contacts are counted in `hits`.
     pub physical: bool,
     /// Whether its points, depths and parameters lie in the window.
     pub inside: bool,
     /// Contacts that no passage accounts for, by direct simulation.
     pub extra_contacts: usize,
+    /// All contacts at each surface that grazes, in the model's order, on branches of direct
+    /// simulation.
+    pub hits: Option<Vec<u32>>,
     /// Largest difference of a coordinate of the last image and the first point, in half-widths of
     /// the window.
     pub residual: f64,
@@ -83,6 +87,7 @@ impl FoundOrbit {
             physical,
             inside,
             extra_contacts: orbit.extra_contacts,
+            hits: None,
             residual: orbit.residual,
         })
     }
