@@ -138,17 +138,16 @@ def measure_cluster() -> None:
 
     import grazemap as gm
 
-    m = gm.Scene.catalogue("linear").graze().map()
+    m = gm.catalogue("cantilever_0_09").graze().map()
 
     def chart(client: distributed.Client | None = None) -> gm.Chart:
-        ranges = ((-1e-4, 1e-4), (-2e-5, 2e-5))
-        return gm.chart(
-            m, ("omega", "alpha"), ranges, points=(1000, 1000), cells="all", client=client
-        )
+        plane, ranges = ("Q", "beta"), ((-1e-4, 8e-4), (-1e-3, 1e-3))
+        size = (1000, 1000)
+        return gm.chart(m, plane, ranges, points=size, cells="all", using="map", client=client)
 
     start = time.perf_counter()
     alone = chart()
-    say("chart of 1000 x 1000, linear, one process", f"{time.perf_counter() - start:.1f} s")
+    say("chart of 1000 x 1000, one process", f"{time.perf_counter() - start:.1f} s")
     with (
         distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0") as two,
         distributed.Client(two) as client,
