@@ -182,7 +182,7 @@ def measure_wheel() -> None:
     """Build a wheel by maturin, and install it into an empty environment."""
     maturin = shutil.which("maturin", path=Path(sys.executable).parent) or "maturin"
     with tempfile.TemporaryDirectory() as folder:
-        command = [maturin, "build", "--release", "--out", folder]
+        command = [maturin, "build", "--profile", "wheel", "--out", folder]
         built = seconds(
             lambda: subprocess.run(command, check=True, cwd=PACKAGE),  # noqa: S603
             1,
