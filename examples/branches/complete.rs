@@ -131,10 +131,12 @@ impl Place<'_> {
     }
 
     fn is_beside(&self, a: &[f64], b: &[f64], share: f64) -> bool {
-        let scale = |place: usize| Some(self.scales[place]).filter(|scale| scale.is_finite());
+        let scale = |place: usize| match self.scales[place] {
+            scale if scale.is_finite() => scale,
+            _ => 1.0,
+        };
         let apart = |of: &dyn Fn(usize) -> f64| {
-            let scaled = (0..a.len()).map(|place| of(place).abs() / scale(place).unwrap_or(1.0));
-            scaled.fold(0.0, f64::max)
+            (0..a.len()).map(|place| of(place).abs() / scale(place)).fold(0.0, f64::max)
         };
         let length = apart(&|place| a[place] - b[place]);
         let aside = apart(&|place| a[place] + share * (b[place] - a[place]) - self.state[place]);

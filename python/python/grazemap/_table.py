@@ -360,10 +360,9 @@ class Gallery(Table):
             name: np.array([row[name] for row in held], dtype=object) for name in names
         }
         self._text = json.dumps(held)
-        entries = sorted(path for path in folder.rglob("*.svg"))
         self.figures = {
             path.relative_to(folder).with_suffix("").as_posix(): path.read_text(encoding="utf-8")
-            for path in entries
+            for path in sorted(folder.rglob("*.svg"))
         }
         self.remarks = ()
         self.ended = ended
