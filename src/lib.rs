@@ -19,19 +19,11 @@
 //! Data flows one way: each module knows those before it and none after it. [`pipeline`] is the way
 //! through them that programs take; what it does can be done by hand on each floor.
 
-pub use grazemap_sim::{flow, hybrid, jet, model, numeric};
-
-pub mod orbit;
-
-pub mod expansion;
+pub use grazemap_map::{
+    analysis, convergence, expansion, flow, hybrid, iteration, jet, model, numeric, orbit,
+};
 
 pub mod emission;
-
-pub mod iteration;
-
-pub mod analysis;
-
-pub mod convergence;
 
 pub mod report;
 

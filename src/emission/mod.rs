@@ -10,7 +10,6 @@ mod layout;
 mod module;
 mod names;
 mod options;
-mod pruning;
 mod wasm;
 
 pub use emitted_crate::{Difference, EmittedCrate};
@@ -18,4 +17,3 @@ pub use error::EmissionError;
 pub use module::{EmittedModule, emitted_module};
 pub use names::{checked_identifier, comment, shell_word, string_literal};
 pub use options::{EmitOptions, EmittedShape, FORMAT, Target};
-pub use pruning::{PruneReport, prune, prune_composed};

@@ -7,9 +7,9 @@ use super::layout;
 use super::layout::arrange;
 use super::names::checked_identifier;
 use super::options::{EmitOptions, EmittedShape, Target};
-use super::pruning::{PruneReport, prune, prune_composed};
 use super::wasm;
 use crate::expansion::{ComposedMap, LocalMap, MapKernel, Stage};
+use crate::expansion::{PruneReport, prune, prune_composed};
 use crate::jet::kernel::{Kernel, OperationCount, SplitKernel, Value};
 use crate::numeric::FloatFormat;
 

@@ -17,7 +17,7 @@ use super::error::EmissionError;
 use super::language::last_uses;
 use super::layout::{header, section_word};
 use super::options::{EmitOptions, FORMAT};
-use super::pruning::PruneReport;
+use crate::expansion::PruneReport;
 use crate::expansion::{LocalMap, MapKernel};
 use crate::jet::kernel::{Kernel, Operation, SplitKernel, Value};
 

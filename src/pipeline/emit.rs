@@ -6,10 +6,9 @@ use super::map::refuse_depth_variables;
 use super::{Error, Map};
 use crate::convergence::{Choice, MapFamily};
 use crate::emission::{
-    EmitOptions, EmittedCrate, EmittedModule, EmittedShape, Target, emitted_module, prune,
-    prune_composed,
+    EmitOptions, EmittedCrate, EmittedModule, EmittedShape, Target, emitted_module,
 };
-use crate::expansion::{Expander, LocalMap, MapOrders};
+use crate::expansion::{Expander, LocalMap, MapOrders, prune, prune_composed};
 use crate::iteration::HornerMap;
 use crate::model::Shape;
 use crate::report::OutputFolder;

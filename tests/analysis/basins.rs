@@ -1,6 +1,8 @@
 //! Basins of attraction against direct simulation, state by state.
 
-use grazemap::analysis::basin::{Basin, BasinClass, BasinRequest, ManifoldKind, basin};
+use grazemap::analysis::basin::{
+    Basin, BasinClass, BasinRequest, ManifoldEnd, ManifoldKind, basin,
+};
 use grazemap::analysis::{AnalysisError, DirectImage, DirectMap, NoProgress};
 use grazemap::hybrid::HybridSystem;
 use grazemap::iteration::Period;
@@ -239,6 +241,22 @@ fn states_on_the_stable_manifold_come_to_the_saddle() {
         tried += 1;
     }
     assert!(tried > 40 && farthest < 1e-2, "{tried} points come within {farthest}");
+}
+
+/// It lacks preimages at a graze; beyond, it goes on.
+#[test]
+fn a_stable_manifold_of_direct_simulation_goes_on_where_preimages_are_lacking() {
+    let case = Case::new("linear");
+    let request = BasinRequest {
+        ranges: [[-5e-5, 5e-5], [-9e-4, -2e-4]],
+        points: [4, 4],
+        ..with_manifolds(&case, Method::Direct)
+    };
+    let basin = case.basin(&request).expect("a plane");
+    let manifolds = basin.manifolds.as_ref().expect("manifolds were asked for");
+    assert!(manifolds.branches.iter().all(|branch| branch.end == ManifoldEnd::Plane));
+    let pieces = points(&basin, ManifoldKind::Stable).filter(|piece| piece.len() > 200);
+    assert_eq!(pieces.count(), 2);
 }
 
 #[test]

@@ -245,7 +245,7 @@ fn numbers_that_are_not_finite_are_refused() {
 #[test]
 fn dropped_monomials_stay_below_their_bound() {
     let map = synthetic::map(6, 7, SectionKind::Tangency);
-    let (pruned, report) = grazemap::emission::prune(&map, 1e-3);
+    let (pruned, report) = grazemap::expansion::prune(&map, 1e-3);
     assert!(report.dropped > 5 && report.bound <= 1e-4, "{report:?}");
     let (whole, pruned) = (InterpretedMap::new(&map), InterpretedMap::new(&pruned));
     let (mut numbers, mut seen) = (Numbers::new(9), 0);

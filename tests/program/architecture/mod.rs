@@ -21,23 +21,13 @@ const FLOORS: [(&str, &[&str]); 14] = [
     ("hybrid", &["numeric", "model", "flow"]),
     ("orbit", &["numeric", "jet", "model", "flow"]),
     ("expansion", &["numeric", "jet", "model", "flow", "orbit"]),
-    ("emission", &["numeric", "jet", "model", "expansion"]),
     ("iteration", &["numeric", "jet", "expansion"]),
     ("analysis", &["numeric", "jet", "model", "flow", "hybrid", "orbit", "expansion", "iteration"]),
     (
         "convergence",
-        &[
-            "numeric",
-            "jet",
-            "model",
-            "hybrid",
-            "orbit",
-            "expansion",
-            "emission",
-            "iteration",
-            "analysis",
-        ],
+        &["numeric", "jet", "model", "hybrid", "orbit", "expansion", "iteration", "analysis"],
     ),
+    ("emission", &["numeric", "jet", "model", "expansion"]),
     (
         "report",
         &[

@@ -60,9 +60,9 @@ fn charted(folder: &Path) {
     };
     let charts = [
         chart("points = 24\nwith = [\"map\", \"guarded\"]\ncells = \"all\""),
-        chart("points = [60, 50]\nobserve = \"itinerary\"\ncells = \"borders\""),
-        chart("points = 16\nobserve = \"lyapunov\"\nwith = [\"map\", \"guarded\"]"),
-        chart("points = 20\nobserve = \"attractors\"\nattractors = 3\ncells = \"all\""),
+        chart("points = [48, 40]\nobserve = \"itinerary\"\ncells = \"borders\""),
+        chart("points = 10\nobserve = \"lyapunov\"\nwith = [\"map\", \"guarded\"]"),
+        chart("points = 14\nobserve = \"attractors\"\nattractors = 3\ncells = \"all\""),
         chart("points = 3\nwith = [\"direct\"]\ncells = \"all\""),
     ];
     let scene = format!("{}\n{}", &scene[..own], charts.concat());

@@ -137,7 +137,7 @@ fn diagrams_and_charts_are_guarded_unless_a_scene_says_otherwise() {
 fn basins_that_a_scene_asks_for_are_made_without_options() {
     let folder = scratch();
     let scene = grazemap::model::catalogue::text("linear").expect("in the catalogue");
-    let basin = "[[basin]]\nranges = [[-1e-3, 3e-4], [-9e-4, 8e-4]]\npoints = [24, 20]\n\
+    let basin = "[[basin]]\nranges = [[-2e-4, 2e-4], [5e-4, 8e-4]]\npoints = [24, 20]\n\
                  at = { alpha = -5e-4 }\nmanifolds = 1\nwith = [\"map\", \"direct\"]\n";
     fs::write(folder.path().join("two.toml"), format!("{scene}\n{basin}")).expect("writable");
     let call =

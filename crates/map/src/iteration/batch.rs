@@ -29,13 +29,21 @@ impl HornerMap {
     /// that single steps give, to the last bit.
     ///
     /// ```
-    /// use grazemap::prelude::*;
+    /// use grazemap_map::expansion::{Expander, MapOrders};
+    /// use grazemap_map::iteration::{DiscreteMap, HornerMap};
+    /// use grazemap_map::model::{Scene, catalogue};
+    /// use grazemap_map::orbit::locate;
     ///
-    /// let map = Scene::load("scenes/linear.toml")?.graze()?.map()?;
-    /// let batch = map.discrete().batch(&[1e-6, 0.0, 2e-6, 0.0], &[1e-7, 0.0], false);
-    /// let single = map.step(&[2e-6, 0.0], &[1e-7, 0.0])?;
-    /// assert_eq!(batch.rows[batch.width..][..2], single.offsets);
-    /// # Ok::<(), grazemap::Error>(())
+    /// let text = catalogue::text("linear").expect("in the catalogue");
+    /// let scene = Scene::parse(text, "linear.toml")?;
+    /// let orbit = locate(&scene)?.into_result()?;
+    /// let orders = MapOrders { smooth_order: 3, contact_weight: 4 };
+    /// let map = HornerMap::new(&Expander::new(&scene, &orbit)?.expand(orders)?);
+    /// let batch = map.batch(&[1e-6, 0.0, 2e-6, 0.0], &[1e-7, 0.0], false);
+    /// let mut single = [0.0; 2];
+    /// map.step(&[2e-6, 0.0], &[1e-7, 0.0], &mut single);
+    /// assert_eq!(batch.rows[batch.width..][..2], single);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     ///
     /// # Panics
@@ -110,16 +118,19 @@ impl numeric::Kernel for Points<'_> {
 
 #[cfg(test)]
 mod tests {
-    use crate::iteration::DiscreteMap;
+    use crate::expansion::{Expander, MapOrders};
+    use crate::iteration::{DiscreteMap, HornerMap};
     use crate::model::{Scene, catalogue};
-    use crate::pipeline::FindGraze;
+    use crate::orbit::locate;
 
     #[test]
     fn a_batch_is_its_steps() {
         let source = catalogue::text("linear").expect("it is in the catalogue");
         let scene = Scene::parse(source, "linear.toml").expect("a scene");
-        let map = scene.graze().and_then(|graze| graze.map()).expect("a simple graze");
-        let map = map.discrete();
+        let orbit = locate(&scene).expect("a search").into_result().expect("a simple graze");
+        let orders = MapOrders { smooth_order: 5, contact_weight: 6 };
+        let map = Expander::new(&scene, &orbit).and_then(|it| it.expand(orders)).expect("a map");
+        let map = HornerMap::new(&map);
         // More than one task, and a block that is not full.
         let points = super::TASK + 21;
         let offset = |n: usize| 1e-5 * ((n * 7919 % 1000) as f64 / 500.0 - 1.0);

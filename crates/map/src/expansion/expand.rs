@@ -37,9 +37,9 @@ const LARGEST_DEFECT: f64 = 1e-9;
 /// Expands the map of one scene about one grazing orbit, at any orders.
 ///
 /// ```
-/// use grazemap::expansion::{Expander, MapOrders};
-/// use grazemap::model::{Scene, catalogue};
-/// use grazemap::orbit::locate;
+/// use grazemap_map::expansion::{Expander, MapOrders};
+/// use grazemap_map::model::{Scene, catalogue};
+/// use grazemap_map::orbit::locate;
 ///
 /// let text = catalogue::text("linear").expect("in the catalogue");
 /// let scene = Scene::parse(text, "linear.toml")?;

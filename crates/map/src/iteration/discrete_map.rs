@@ -141,7 +141,7 @@ impl<M: DiscreteMap + ?Sized> DiscreteMap for &M {
 /// many as a scene may name; higher numbers are not kept.
 ///
 /// ```
-/// use grazemap::iteration::PassageSet;
+/// use grazemap_map::iteration::PassageSet;
 ///
 /// let made: PassageSet = [0, 2].into_iter().collect();
 /// assert_eq!((made.len(), made.contains(1), made.contains(2)), (2, false, true));

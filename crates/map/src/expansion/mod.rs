@@ -15,6 +15,7 @@ mod lost_digits;
 mod lowering;
 mod natural_window;
 mod passage;
+mod pruning;
 mod release;
 mod rounding;
 mod routes;
@@ -36,6 +37,7 @@ pub use lost_digits::LostDigits;
 pub use lowering::MapKernel;
 pub use natural_window::NaturalWindow;
 pub use passage::{ContactLaw, Passage};
+pub use pruning::{PruneReport, prune, prune_composed};
 pub use routes::{Graze, Route, RouteEnd, Routes, SectionChart};
 pub use variables::{DEVIATION_WEIGHT, Variables, check_orders};
 

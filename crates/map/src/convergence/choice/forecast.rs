@@ -305,7 +305,7 @@ impl OrderRule {
     /// The least orders whose neglected terms come to at most half a tolerance each.
     ///
     /// ```
-    /// use grazemap::convergence::{Decay, OrderRule};
+    /// use grazemap_map::convergence::{Decay, OrderRule};
     ///
     /// let decay = |sizes: &[f64]| Decay { sizes: sizes.to_vec(), period: 1, ratio: 0.1 };
     /// let rule = OrderRule { legs: decay(&[1e-2, 1e-3, 1e-4]), contacts: decay(&[1e-5, 1e-6]) };

@@ -20,12 +20,12 @@ const LONGEST: usize = 64;
 /// makes contact; returns of more than one passage are parted by points.
 ///
 /// ```
-/// use grazemap::analysis::periodic::ContactItinerary;
+/// use grazemap_map::analysis::periodic::ContactItinerary;
 ///
 /// let itinerary = ContactItinerary::parse("100", 1)?;
 /// assert_eq!((itinerary.period(), itinerary.contacts()), (3, 1));
 /// assert_eq!(ContactItinerary::parse("10 01", 2)?.to_string(), "10.01");
-/// # Ok::<(), grazemap::analysis::periodic::ItineraryError>(())
+/// # Ok::<(), grazemap_map::analysis::periodic::ItineraryError>(())
 /// ```
 ///
 /// In files it is that text, with a point after a return of several passages that stands alone.

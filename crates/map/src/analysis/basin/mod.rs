@@ -321,21 +321,28 @@ pub struct Uncertainty {
 /// ([`BLOCK`] says what may be missed).
 ///
 /// ```
-/// use grazemap::analysis::basin::BasinRequest;
-/// use grazemap::prelude::*;
+/// use grazemap_map::analysis::NoProgress;
+/// use grazemap_map::analysis::basin::{BasinRequest, basin};
+/// use grazemap_map::expansion::{Expander, MapOrders};
+/// use grazemap_map::model::{Scene, catalogue};
+/// use grazemap_map::orbit::locate;
 ///
-/// let map = Scene::load("scenes/linear.toml")?.graze()?.map()?;
+/// let text = catalogue::text("linear").expect("in the catalogue");
+/// let scene = Scene::parse(text, "linear.toml")?;
+/// let orbit = locate(&scene)?.into_result()?;
+/// let orders = MapOrders { smooth_order: 5, contact_weight: 6 };
+/// let map = Expander::new(&scene, &orbit)?.expand(orders)?;
 /// let request = BasinRequest {
 ///     parameters: vec![-5e-4, 0.0],
 ///     ranges: [[-1e-3, 1e-3], [-2e-3, 2e-3]],
 ///     points: [48, 48],
-///     ..BasinRequest::over_the_window(map.local())
+///     ..BasinRequest::over_the_window(&map)
 /// };
-/// let basin = map.basin(&request, &grazemap::analysis::NoProgress)?;
+/// let basin = basin(&scene, &orbit, &map, &request, &NoProgress)?;
 /// let itineraries = basin.attractors.iter().map(|found| &found.attractor.itinerary);
 /// let itineraries: Vec<_> = itineraries.flatten().map(ToString::to_string).collect();
 /// assert_eq!(itineraries, ["1", "0"]);
-/// # Ok::<(), grazemap::Error>(())
+/// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///
 /// # Errors

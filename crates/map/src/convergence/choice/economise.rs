@@ -48,10 +48,10 @@ impl MapFamily<'_> {
     /// put the points of the window.
     ///
     /// ```
-    /// use grazemap::convergence::MapFamily;
-    /// use grazemap::expansion::MapOrders;
-    /// use grazemap::model::{Scene, catalogue};
-    /// use grazemap::orbit::locate;
+    /// use grazemap_map::convergence::MapFamily;
+    /// use grazemap_map::expansion::MapOrders;
+    /// use grazemap_map::model::{Scene, catalogue};
+    /// use grazemap_map::orbit::locate;
     ///
     /// let text = catalogue::text("linear").expect("in the catalogue");
     /// let scene = Scene::parse(text, "linear.toml")?;

@@ -209,6 +209,8 @@ impl<'a> Course<'a> {
                 self.pieces.push(Vec::new());
             }
             self.push(with, found);
+            // Whether it turned on the way is not asked: a step back leads to the interruption.
+            self.before = None;
             self.step = (place - with).clamp(SHORTEST_STEP, FIRST_STEP);
             return Ok(());
         }

@@ -23,7 +23,7 @@ pub struct Itinerary {
 /// its map times the forcing periods of one return.
 ///
 /// ```
-/// use grazemap::iteration::OrbitName;
+/// use grazemap_map::iteration::OrbitName;
 ///
 /// let name = OrbitName { hits: vec![1, 1], periods: 3 };
 /// assert_eq!(name.to_string(), "(1,1,3)");

@@ -72,8 +72,8 @@ pub enum MarginOutcome {
 /// [`locate`] finds.
 ///
 /// ```
-/// use grazemap::model::Scene;
-/// use grazemap::orbit::{MarginOutcome, margin};
+/// use grazemap_map::model::Scene;
+/// use grazemap_map::orbit::{MarginOutcome, margin};
 ///
 /// let scene = Scene::load("scenes/linear.toml")?;
 /// let [alpha, omega] = ["alpha", "omega"].map(|name| {

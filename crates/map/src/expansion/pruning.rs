@@ -7,7 +7,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::expansion::{ComposedMap, Contact, DepthPolynomial, Leg, LocalMap, Stage};
+use super::{ComposedMap, Contact, DepthPolynomial, Leg, LocalMap, Stage};
 use crate::jet::Jet;
 
 /// The part of the tolerance that dropped monomials may use.

@@ -198,8 +198,8 @@ impl WindowEdge {
     /// below the order of the series is taken as the highest one that is.
     ///
     /// ```
-    /// use grazemap::expansion::{DepthSeries, WindowEdge};
-    /// use grazemap::numeric::Dd;
+    /// use grazemap_map::expansion::{DepthSeries, WindowEdge};
+    /// use grazemap_map::numeric::Dd;
     ///
     /// // y + (4y)² + (4y)³ + …: radius 1/4, and Σ_{k>4} (4y)^k / y = 0.4^5 / 0.6 / 0.1 at y = 0.1.
     /// let coefficients = (0..=24).map(|k| match k {

@@ -108,9 +108,9 @@ impl Search {
 /// Chooses maps of one scene.
 ///
 /// ```
-/// use grazemap::convergence::Chooser;
-/// use grazemap::model::{Scene, catalogue};
-/// use grazemap::orbit::locate;
+/// use grazemap_map::convergence::Chooser;
+/// use grazemap_map::model::{Scene, catalogue};
+/// use grazemap_map::orbit::locate;
 ///
 /// let text = catalogue::text("linear").expect("in the catalogue");
 /// let scene = Scene::parse(text, "linear.toml")?;
