@@ -46,6 +46,7 @@ pub(crate) fn of_map(
         range,
         at: vec![0.0; local.parameters.len()],
         direct,
+        starts: Vec::new(),
     };
     let all = ContactItinerary::all(local.passages(), longest)?;
     let by_map = map.branches(&request(all, false), &NoProgress)?.branches;

@@ -41,6 +41,7 @@ pub(crate) fn table() -> Result<Table, Box<dyn Error>> {
                 range: [-width, width],
                 at: vec![0.0; map.local().parameters.len()],
                 direct,
+                starts: Vec::new(),
             };
             let (mut points, mut fastest) = (0, f64::INFINITY);
             for _ in 0..RUNS {

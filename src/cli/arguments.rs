@@ -589,6 +589,10 @@ pub(super) struct BranchArguments {
     pub(super) period: Option<u8>,
     #[command(flatten)]
     pub(super) which: WhichOrbits,
+    /// Offsets of the section's coordinates, others 0, from which direct simulation looks for
+    /// orbits beside those it finds by itself; may be repeated. `basin` finds some
+    #[arg(long, value_name = "NAME=OFFSET,...", value_parser = offsets)]
+    pub(super) start: Vec<Named<f64>>,
     /// Numbers of every orbit beside its section points, each a column and a picture
     #[arg(long, value_name = "NAME,...", value_enum, value_delimiter = ',')]
     pub(super) observe: Vec<BranchObservableOption>,

@@ -89,6 +89,9 @@ pub enum KeyError {
         /// How many were named.
         found: usize,
     },
+    /// Starts of orbits that need none.
+    #[error("start is for orbits of direct simulation (`direct`); those of the map are solved for")]
+    StartsOfMap,
     /// A second parameter that is the first one.
     #[error("`{name}` is already adjusted so that the orbit grazes; continue in another parameter")]
     AlreadyAdjusted {
@@ -110,6 +113,7 @@ impl KeyError {
             Self::UnknownName { .. } | Self::NamedTwice { .. } | Self::NotFinite { .. } => true,
             Self::NotPositive { .. } | Self::NothingNamed { .. } => true,
             Self::NotAPlane { .. } | Self::NoAxis { .. } | Self::NotNearest { .. } => true,
+            Self::StartsOfMap => true,
             Self::NotTwoAxes { .. } | Self::AlreadyAdjusted { .. } => false,
             Self::NoParameter | Self::Itinerary(_) => false,
         }

@@ -595,6 +595,7 @@ impl Map {
     ///     range: [-1e-3, 1e-3],
     ///     at: vec![0.0, 0.0],
     ///     direct: false,
+    ///     starts: Vec::new(),
     /// };
     /// let found = map.branches(&request, &NoProgress)?;
     /// // Below omega = 2 the orbit with one impact goes back from the graze.

@@ -83,6 +83,7 @@ fn request(itineraries: &[&str], longest: usize, range: [f64; 2], direct: bool) 
         range,
         at: vec![0.0; 2],
         direct,
+        starts: Vec::new(),
     }
 }
 
@@ -291,6 +292,7 @@ fn a_graze_beside_the_passages_changes_the_name_by_one_contact() {
             range: [-0.12, 0.05],
             at: vec![0.0; 2],
             direct: true,
+            starts: Vec::new(),
         },
         &NoProgress,
     );
@@ -407,6 +409,7 @@ fn an_orbit_far_from_the_graze_has_its_branch_by_direct_simulation() {
         range: [-1e-5, 1e-5],
         at: vec![0.0; map.local().parameters.len()],
         direct: true,
+        starts: Vec::new(),
     };
     let found = map.branches(&request, &NoProgress).expect("branches");
     let far = found.branches.iter().find(|branch| branch.points[0].orbit.states[0][0] < -0.1);
@@ -429,6 +432,7 @@ fn an_itinerary_may_begin_at_any_return() {
             range: [-1e-4, 1e-4],
             at: vec![0.0; map.local().parameters.len()],
             direct: false,
+            starts: Vec::new(),
         };
         map.branches(&request, &NoProgress).expect("branches")
     });

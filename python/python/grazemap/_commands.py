@@ -178,6 +178,7 @@ def branch(
     itineraries: Sequence[str] = (),
     period: int | None = None,
     using: str = "map",
+    starts: Sequence[Mapping[str, float]] = (),
     observe: Sequence[str] = (),
     iterates: bool = False,
     progress: Progress | bool | None = None,
@@ -188,7 +189,8 @@ def branch(
     ``range`` holds offsets of ``along``, by default those of the window; ``at`` those of other
     parameters. ``itineraries`` are digits (1 contact, 0 none); none are all of short periods, or
     of up to ``period`` returns. ``using`` is ``"map"`` or ``"direct"``, ``observe`` some of
-    ``"h"``, ``"impact_speed"``, ``"contact_time"``, ``"amplitude"``. With ``iterates`` the figures
+    ``"h"``, ``"impact_speed"``, ``"contact_time"``, ``"amplitude"``. Direct simulation looks for
+    orbits from ``starts`` too, offsets of coordinates by name. With ``iterates`` the figures
     show the iterates of the scene's diagram over the same parameter below the branches.
 
     The rows are those of ``grazemap branch``. With a ``client`` of Dask the work is done on the
@@ -207,6 +209,7 @@ def branch(
         "itineraries": itineraries,
         "period": period,
         "using": using,
+        "starts": starts,
         "observe": observe,
         "iterates": iterates,
     }

@@ -19,6 +19,7 @@ pub(in crate::cli) fn run(options: &BranchArguments) -> Result<(), CliError> {
         itineraries: options.which.itinerary.clone(),
         period: options.period,
         using: options.which.using.into(),
+        starts: options.start.clone(),
         observe: options.observe.iter().map(|&option| option.into()).collect(),
         iterates: outlets.output.is_some() || options.sharding.share.is_some(),
     };

@@ -5,7 +5,9 @@ use serde::{Deserialize, Serialize};
 use crate::analysis::branches::{BranchObservable, BranchRequest, Branches};
 use crate::analysis::diagram::Diagram;
 use crate::analysis::{NoProgress, Part, Progress, Shard, itinerary};
-use crate::pipeline::keys::{ActiveParameters, KeyError, OrbitsOf, itineraries, longest_period};
+use crate::pipeline::keys::{
+    ActiveParameters, COORDINATES, KeyError, OrbitsOf, itineraries, longest_period, named_offsets,
+};
 use crate::pipeline::{Answer, Ended, Error, Map};
 use crate::report::{BranchListing, Document, DocumentKind, Named, to_json};
 
@@ -27,6 +29,9 @@ pub struct BranchKeys {
     pub period: Option<u8>,
     /// Whose orbits.
     pub using: OrbitsOf,
+    /// Offsets of the section's coordinates from which direct simulation looks for orbits too,
+    /// those not named 0.
+    pub starts: Vec<Named<f64>>,
     /// What is observed of every orbit beside its section points.
     pub observe: Vec<BranchObservable>,
     /// Whether guarded iterates are drawn below the branches, where the scene has a diagram over
@@ -46,6 +51,12 @@ impl BranchKeys {
         let passages = map.local().passages();
         let longest = longest_period(self.period, passages);
         let named = itineraries(&self.itineraries, self.period, passages)?;
+        if self.using == OrbitsOf::Map && !self.starts.is_empty() {
+            return Err(KeyError::StartsOfMap);
+        }
+        let coordinates = map.local().section.coordinates.iter();
+        let coordinates: Vec<&str> = coordinates.map(String::as_str).collect();
+        let start = |named| named_offsets("start", COORDINATES, named, &coordinates);
         let named_longest = named.iter().map(|itinerary| itinerary.period()).max();
         Ok(BranchRequest {
             longest: longest.max(named_longest.unwrap_or(1)),
@@ -54,6 +65,7 @@ impl BranchKeys {
             at: parameters.at(&self.at)?,
             range: parameters.range(along, self.from, self.to)?,
             direct: self.using == OrbitsOf::Direct,
+            starts: self.starts.iter().map(start).collect::<Result<_, _>>()?,
         })
     }
 

@@ -267,7 +267,7 @@ impl<'a> Continuation<'a> {
     }
 
     /// What simulation settles on along the range: up and down, every flight begun where the last
-    /// one ended, and from scattered states.
+    /// one ended, and from scattered states and those asked for.
     fn flights(&self) -> Vec<Flight> {
         let range = self.request.range;
         let [from, to] = match self.size {
@@ -280,13 +280,14 @@ impl<'a> Continuation<'a> {
         let piece = |number: usize| [Piece::Flights as u64, number as u64];
         let scattered_at = |number: usize, value: f64| {
             let mut image = self.image.clone();
-            let fly = (0..SCATTERED).map(|more| {
+            let scattered = (0..SCATTERED).map(|more| {
                 let units = self.units.state.iter().enumerate();
                 let start =
                     units.map(|(place, unit)| unit * scattered(SCATTERED * number + more, place));
-                self.fly(&mut image, &start.collect::<Vec<_>>(), value)
+                start.collect::<Vec<_>>()
             });
-            fly.collect::<Vec<_>>()
+            let starts = scattered.chain(self.request.starts.iter().cloned());
+            starts.map(|start| self.fly(&mut image, &start, value)).collect::<Vec<_>>()
         };
         let about = up.par_iter().enumerate().flat_map_iter(|(number, &value)| {
             resumed(self.progress, &piece(number), || scattered_at(number, value))

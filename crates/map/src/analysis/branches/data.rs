@@ -20,6 +20,9 @@ pub struct BranchRequest {
     pub at: Vec<f64>,
     /// Whether orbits are those of direct simulation, or the map's.
     pub direct: bool,
+    /// States from which direct simulation looks for orbits beside those it tries by itself, in
+    /// offsets; the map's orbits are all solved for and need none.
+    pub starts: Vec<Vec<f64>>,
 }
 
 impl BranchRequest {

@@ -285,6 +285,7 @@ impl<'a> DirectLoci<'a> {
             range: self.free[1].1,
             at,
             direct: true,
+            starts: Vec::new(),
         };
         let graze = grazes.iter().find_map(|graze| self.graze_at(graze, value));
         let (scene, orbit, map) = (self.scene, self.orbit, self.map);

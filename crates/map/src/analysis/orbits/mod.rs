@@ -192,6 +192,7 @@ impl Finder<'_> {
             range: self.range(along, far),
             at: at.to_vec(),
             direct,
+            starts: Vec::new(),
         }
     }
 
