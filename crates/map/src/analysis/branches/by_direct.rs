@@ -440,7 +440,9 @@ impl<'a> Continuation<'a> {
     ) -> Vec<DirectTrace> {
         for seed in seeds {
             let mut equations = self.equations(itinerary);
-            if seed.at_contacts {
+            let parameters = self.request.parameters(seed.parameter);
+            // Returns without contact may be without the local minimum of the gap that names them.
+            if seed.at_contacts || equations.unknowns(&seed.states, &parameters).is_none() {
                 let Some(fewer) = equations.at_contacts() else { continue };
                 equations = fewer;
             }
