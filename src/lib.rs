@@ -1,12 +1,11 @@
 //! Grazemap: fast, measured local maps of oscillators that graze a stop.
 //!
 //! A [`Scene`] describes an impact oscillator. [`graze`](FindGraze::graze) finds the orbit that
-//! just
-//! touches the stop, [`map`](Graze::map) expands the Poincaré map near it, and a [`Map`] is
+//! just touches the stop, [`map`](Graze::map) expands the Poincaré map near it, and a [`Map`] is
 //! [stepped](Map::step) and [iterated](Map::iterate), [emitted](Map::emit) as Rust code, drawn as
 //! [diagram](Map::diagram) or [chart](Map::chart), and [measured](Map::study) against event-driven
-//! simulation. Every value is owned, `Send + Sync`, and [saved](Map::save) and
-//! [loaded](Map::load) with its bits.
+//! simulation. Every value is owned, `Send + Sync`, and [saved](Map::save) and [loaded](Map::load)
+//! with its bits.
 //!
 //! # A first application
 //!

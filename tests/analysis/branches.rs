@@ -439,3 +439,29 @@ fn an_itinerary_may_begin_at_any_return() {
     assert!(found[0].branches.iter().any(|branch| branch.itinerary.contacts() == 1));
     assert_eq!(found[0], found[1]);
 }
+
+/// Foale's orbit with one impact in three periods: returns without contact have no local minimum of
+/// the gap, and no start that is tried by itself settles on it. The flip is that of the closed form,
+/// solved with 30 digits.
+#[test]
+fn an_orbit_far_from_every_start_has_its_branch_from_a_start_that_is_given() {
+    let set = [
+        ("alpha", "3.5"),
+        ("omega", "2.1198"),
+        ("grazing.guess", "{x = 1.0, v = 0.0, theta = 3.08099}"),
+        ("grazing.solve_for", "\"omega\""),
+        ("section.kind", "\"stroboscopic\""),
+        ("section.phase", "\"0\""),
+    ];
+    let scene = scene_with("foale", &set);
+    let map = scene.graze().and_then(|graze| graze.map()).expect("a map");
+    let omega = map.local().parameters[1].value.to_f64();
+    let mut request = BranchRequest { along: 1, ..request(&["100"], 3, [1.6, 2.8], true) };
+    assert!(map.branches(&request, &NoProgress).expect("branches").branches.is_empty());
+    request.starts = vec![vec![1.54, 1.78]];
+    let found = map.branches(&request, &NoProgress).expect("branches");
+    let points = found.branches.iter().flat_map(|branch| &branch.points);
+    let special = points.filter(|point| point.special.is_some());
+    let flips: Vec<f64> = special.map(|point| point.orbit.parameters[1] + omega).collect();
+    assert!((flips[0] - 4.115_431_958_233_79).abs() < 1e-11, "{flips:?}");
+}
