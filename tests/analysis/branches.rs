@@ -440,11 +440,8 @@ fn an_itinerary_may_begin_at_any_return() {
     assert_eq!(found[0], found[1]);
 }
 
-/// Foale's orbit with one impact in three periods: returns without contact have no local minimum of
-/// the gap, and no start that is tried by itself settles on it. The flip is that of the closed form,
-/// solved with 30 digits.
-#[test]
-fn an_orbit_far_from_every_start_has_its_branch_from_a_start_that_is_given() {
+/// Foale's oscillator at a force of 3.5, where it grazes at a frequency.
+fn foale_over_omega() -> Map {
     let set = [
         ("alpha", "3.5"),
         ("omega", "2.1198"),
@@ -453,15 +450,35 @@ fn an_orbit_far_from_every_start_has_its_branch_from_a_start_that_is_given() {
         ("section.kind", "\"stroboscopic\""),
         ("section.phase", "\"0\""),
     ];
-    let scene = scene_with("foale", &set);
-    let map = scene.graze().and_then(|graze| graze.map()).expect("a map");
+    scene_with("foale", &set).graze().and_then(|graze| graze.map()).expect("a map")
+}
+
+/// With one impact in three or four periods, the other returns have no local minimum of the gap.
+/// Flips are those of the closed form, solved with 30 digits.
+#[test]
+fn returns_without_a_minimum_of_the_gap_have_their_branch() {
+    let map = foale_over_omega();
     let omega = map.local().parameters[1].value.to_f64();
-    let mut request = BranchRequest { along: 1, ..request(&["100"], 3, [1.6, 2.8], true) };
+    let cases =
+        [("100", [1.6, 2.8], 4.115_431_958_233_79), ("1000", [2.8, 4.2], 5.360_354_676_974_13)];
+    for (itinerary, range, flip) in cases {
+        let request = BranchRequest { along: 1, ..request(&[itinerary], 4, range, true) };
+        let found = map.branches(&request, &NoProgress).expect("branches");
+        let points = found.branches.iter().flat_map(|branch| &branch.points);
+        let special = points.filter(|point| point.special.is_some());
+        let found: Vec<f64> = special.map(|point| point.orbit.parameters[1] + omega).collect();
+        assert!((found[0] - flip).abs() < 1e-11, "{itinerary}: {found:?}");
+    }
+}
+
+/// One impact in six periods: a hundredth of the states come to it.
+#[test]
+fn an_orbit_that_few_states_come_to_has_its_branch_from_a_start_that_is_given() {
+    let map = foale_over_omega();
+    let mut request = BranchRequest { along: 1, ..request(&["100000"], 6, [4.6, 5.4], true) };
     assert!(map.branches(&request, &NoProgress).expect("branches").branches.is_empty());
-    request.starts = vec![vec![1.54, 1.78]];
+    request.starts = vec![vec![1.8917, 0.2817]];
     let found = map.branches(&request, &NoProgress).expect("branches");
-    let points = found.branches.iter().flat_map(|branch| &branch.points);
-    let special = points.filter(|point| point.special.is_some());
-    let flips: Vec<f64> = special.map(|point| point.orbit.parameters[1] + omega).collect();
-    assert!((flips[0] - 4.115_431_958_233_79).abs() < 1e-11, "{flips:?}");
+    let [branch] = &found.branches[..] else { panic!("{} branches", found.branches.len()) };
+    assert!(branch.points.iter().all(|point| point.orbit.stable && point.orbit.physical));
 }
