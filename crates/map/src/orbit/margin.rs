@@ -72,10 +72,11 @@ pub enum MarginOutcome {
 /// [`locate`] finds.
 ///
 /// ```
-/// use grazemap_map::model::Scene;
+/// use grazemap_map::model::{Scene, catalogue};
 /// use grazemap_map::orbit::{MarginOutcome, margin};
 ///
-/// let scene = Scene::load("scenes/linear.toml")?;
+/// let text = catalogue::text("linear").expect("in the catalogue");
+/// let scene = Scene::parse(text, "linear.toml")?;
 /// let [alpha, omega] = ["alpha", "omega"].map(|name| {
 ///     scene.model.parameters.iter().position(|known| known.name == name).expect("there")
 /// });
