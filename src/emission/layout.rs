@@ -5,8 +5,7 @@ use super::error::EmissionError;
 use super::language::{Language, PrintedKernel, print};
 use super::names::{comment, number_literal};
 use super::options::{EmitOptions, EmittedShape, FORMAT, Target};
-use crate::expansion::PruneReport;
-use crate::expansion::{LocalMap, MapKernel, MapOrders, SectionKind};
+use crate::expansion::{LocalMap, MapKernel, MapOrders, PruneReport, SectionKind};
 use crate::jet::kernel::{Kernel, OperationCount, SplitKernel};
 use crate::numeric::FloatFormat;
 

@@ -8,8 +8,9 @@ use super::layout::arrange;
 use super::names::checked_identifier;
 use super::options::{EmitOptions, EmittedShape, Target};
 use super::wasm;
-use crate::expansion::{ComposedMap, LocalMap, MapKernel, Stage};
-use crate::expansion::{PruneReport, prune, prune_composed};
+use crate::expansion::{
+    ComposedMap, LocalMap, MapKernel, PruneReport, Stage, prune, prune_composed,
+};
 use crate::jet::kernel::{Kernel, OperationCount, SplitKernel, Value};
 use crate::numeric::FloatFormat;
 

@@ -17,8 +17,7 @@ use super::error::EmissionError;
 use super::language::last_uses;
 use super::layout::{header, section_word};
 use super::options::{EmitOptions, FORMAT};
-use crate::expansion::PruneReport;
-use crate::expansion::{LocalMap, MapKernel};
+use crate::expansion::{LocalMap, MapKernel, PruneReport};
 use crate::jet::kernel::{Kernel, Operation, SplitKernel, Value};
 
 /// Pairs of numbers that are computed with in turn.

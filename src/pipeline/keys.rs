@@ -145,7 +145,7 @@ pub(super) fn named_offsets(
     key: &'static str,
     kind: [&'static str; 2],
     named: &Named<f64>,
-    known: &[&str],
+    known: &[impl AsRef<str>],
 ) -> Result<Vec<f64>, KeyError> {
     let mut offsets = vec![None; known.len()];
     for (name, offset) in &named.0 {
@@ -162,15 +162,16 @@ pub(super) fn place_of(
     key: &'static str,
     kind: [&'static str; 2],
     name: &str,
-    known: &[&str],
+    known: &[impl AsRef<str>],
 ) -> Result<usize, KeyError> {
     let name = name.trim();
-    known.iter().position(|&known| known == name).ok_or_else(|| KeyError::UnknownName {
+    let known = || known.iter().map(AsRef::as_ref);
+    known().position(|known| known == name).ok_or_else(|| KeyError::UnknownName {
         key,
         kind,
         name: name.to_owned(),
-        nearest: nearest(name, known.iter().copied()),
-        known: known.join(", "),
+        nearest: nearest(name, known()),
+        known: known().collect::<Vec<&str>>().join(", "),
     })
 }
 

@@ -41,22 +41,21 @@ impl BasinKeys {
     /// [`KeyError`] for names and numbers that the map does not have.
     pub fn request(&self, map: &Map) -> Result<BasinRequest, KeyError> {
         let mut request = BasinRequest::over_the_window(map.local());
-        let coordinates = map.local().section.coordinates.iter();
-        let coordinates: Vec<&str> = coordinates.map(String::as_str).collect();
+        let coordinates = &map.local().section.coordinates;
         if !self.at.is_empty() {
             request.parameters = ActiveParameters::of(map.scene(), map.local()).at(&self.at)?;
         }
         if !self.start.is_empty() {
-            request.origin = named_offsets("start", COORDINATES, &self.start, &coordinates)?;
+            request.origin = named_offsets("start", COORDINATES, &self.start, coordinates)?;
         }
         if let [first, second] = &self.axes[..] {
-            let place = |name: &str| place_of("axes", COORDINATES, name, &coordinates);
+            let place = |name: &str| place_of("axes", COORDINATES, name, coordinates);
             request = request.over([place(first)?, place(second)?], map.local());
         } else if !self.axes.is_empty() {
             return Err(KeyError::NotTwoAxes { found: self.axes.len() });
         }
         for (name, range) in &self.range.0 {
-            let place = place_of("range", COORDINATES, name, &coordinates)?;
+            let place = place_of("range", COORDINATES, name, coordinates)?;
             let axis = request.axes.iter().position(|&axis| axis == place);
             let axis = axis.ok_or_else(|| KeyError::NoAxis { name: name.clone() })?;
             request.ranges[axis] = *range;

@@ -54,9 +54,8 @@ impl BranchKeys {
         if self.using == OrbitsOf::Map && !self.starts.is_empty() {
             return Err(KeyError::StartsOfMap);
         }
-        let coordinates = map.local().section.coordinates.iter();
-        let coordinates: Vec<&str> = coordinates.map(String::as_str).collect();
-        let start = |named| named_offsets("start", COORDINATES, named, &coordinates);
+        let coordinates = &map.local().section.coordinates;
+        let start = |named| named_offsets("start", COORDINATES, named, coordinates);
         let named_longest = named.iter().map(|itinerary| itinerary.period()).max();
         Ok(BranchRequest {
             longest: longest.max(named_longest.unwrap_or(1)),

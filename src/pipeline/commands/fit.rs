@@ -75,9 +75,8 @@ impl FitKeys {
 
     /// The standard deviation of every coordinate.
     fn deviations(&self, map: &Map) -> Result<Vec<f64>, KeyError> {
-        let coordinates = map.local().section.coordinates.iter();
-        let coordinates: Vec<&str> = coordinates.map(String::as_str).collect();
-        let noise = named_offsets("noise", COORDINATES, &self.noise, &coordinates)?;
+        let coordinates = &map.local().section.coordinates;
+        let noise = named_offsets("noise", COORDINATES, &self.noise, coordinates)?;
         match noise.iter().find(|&&deviation| deviation <= 0.0) {
             Some(&value) => Err(KeyError::NotPositive { key: "noise", value }),
             None => Ok(noise),
@@ -161,12 +160,11 @@ impl NoiseKeys {
     /// [`KeyError`] for names and numbers that the map does not have.
     pub fn request(&self, map: &Map) -> Result<NoiseRequest, KeyError> {
         let parameters = ActiveParameters::of(map.scene(), map.local());
-        let coordinates = map.local().section.coordinates.iter();
-        let coordinates: Vec<&str> = coordinates.map(String::as_str).collect();
+        let coordinates = &map.local().section.coordinates;
         let widths = map.local().window.state.iter();
         let mut ranges: Vec<[f64; 2]> = widths.map(|&width| [-width, width]).collect();
         for (name, range) in &self.range.0 {
-            ranges[place_of("range", COORDINATES, name, &coordinates)?] = *range;
+            ranges[place_of("range", COORDINATES, name, coordinates)?] = *range;
         }
         if let Some(range) = ranges.iter().find(|[from, to]| !(to - from).is_normal()) {
             return Err(KeyError::NotFinite { key: "range", value: range[1] - range[0] });
@@ -179,7 +177,7 @@ impl NoiseKeys {
             at: parameters.at(&self.at)?,
             deviations: parameters.offsets("deviations", &self.deviations)?,
             law: self.law,
-            start: named_offsets("start", COORDINATES, &self.start, &coordinates)?,
+            start: named_offsets("start", COORDINATES, &self.start, coordinates)?,
             orbits: count("orbits", self.orbits)?,
             transient: self.transient,
             keep: count("keep", self.keep)?,

@@ -439,29 +439,42 @@ impl<'a> Continuation<'a> {
         mut traces: Vec<DirectTrace>,
     ) -> Vec<DirectTrace> {
         for seed in seeds {
-            let mut equations = self.equations(itinerary);
-            let parameters = self.request.parameters(seed.parameter);
-            // Returns without contact may be without the local minimum of the gap that names them.
-            if seed.at_contacts || equations.unknowns(&seed.states, &parameters).is_none() {
-                let Some(fewer) = equations.at_contacts() else { continue };
-                equations = fewer;
-            }
             let trace = through_seed(self.progress, itinerary, traces.len(), &seed, || {
-                self.trace(&mut equations, &seed, &traces)
+                self.trace(itinerary, &seed, &traces)
             });
             traces.extend(trace);
         }
         traces
     }
 
+    /// The equations in whose section points a seed is followed, and its unknowns.
+    fn equations_at(
+        &self,
+        itinerary: &ContactItinerary,
+        seed: &Seed,
+    ) -> Option<(DirectOrbitEquations<'a, f64>, Vec<f64>)> {
+        let parameters = self.request.parameters(seed.parameter);
+        let mut equations = self.equations(itinerary);
+        if !seed.at_contacts
+            && let Some(guess) = equations.unknowns(&seed.states, &parameters)
+        {
+            return Some((equations, guess));
+        }
+        // Returns without contact may be without the local minimum of the gap that names them.
+        let mut fewer = equations.at_contacts()?;
+        let guess = fewer.unknowns(&seed.states, &parameters)?;
+        Some((fewer, guess))
+    }
+
     /// The branch through a seed, if it is another and not a point alone.
     fn trace(
         &self,
-        equations: &mut DirectOrbitEquations<'a, f64>,
+        itinerary: &ContactItinerary,
         seed: &Seed,
         known: &[DirectTrace],
     ) -> Option<DirectTrace> {
-        let guess = equations.unknowns(&seed.states, &self.request.parameters(seed.parameter))?;
+        let (mut equations, guess) = self.equations_at(itinerary, seed)?;
+        let equations = &mut equations;
         equations.reach_beyond(&guess);
         let start = match &seed.way {
             Way::Doubled(direction) => DOUBLED.iter().find_map(|distance| {
