@@ -5,19 +5,15 @@
 //! round alike. See docs/mathematics/evaluation.md.
 
 mod code;
-mod derivative;
-mod horner;
 mod interpreter;
-mod number;
 mod schemes;
-mod split;
 
 use std::collections::HashMap;
 
-pub use horner::HornerPlan;
+use super::Jet;
+
+pub use code::{Dual, Number};
 pub use interpreter::{Interpreted, Interpreter, LaneInterpreter, Unset};
-pub use number::{Dual, Number};
-pub use split::SplitKernel;
 
 /// An operand: where a number comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -295,5 +291,330 @@ impl KernelBuilder {
             Value::Constant(number) => self.constant(kernel.constants[number as usize]),
             Value::Result(number) => renamed[number as usize],
         }
+    }
+}
+
+/// A polynomial as nested Horner schemes: in the first variable, with coefficients that are Horner
+/// schemes in the second, and so on.
+///
+/// A polynomial with `M` terms that fill a simplex costs `M − 1` multiply-adds; gaps between powers
+/// are bridged by powers of the variable, which all polynomials of a kernel share. Variables that
+/// are to be frozen stand last: then everything that depends on them alone is a coefficient of the
+/// others.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HornerPlan {
+    variables: usize,
+    root: Scheme,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+enum Scheme {
+    Constant(f64),
+    /// Coefficients of powers of one variable, highest power first.
+    Powers {
+        variable: usize,
+        coefficients: Vec<(u8, Scheme)>,
+    },
+}
+
+impl HornerPlan {
+    /// Plans a polynomial given by its non-zero terms, exponents and coefficient, in any order.
+    pub fn new<'a>(variables: usize, terms: impl IntoIterator<Item = (&'a [u8], f64)>) -> Self {
+        let mut terms: Vec<(&[u8], f64)> =
+            terms.into_iter().filter(|&(_, coefficient)| coefficient != 0.0).collect();
+        terms.sort_by(|(left, _), (right, _)| right.cmp(left));
+        Self { variables, root: scheme(&terms, 0, variables) }
+    }
+
+    /// Plans a jet, read as a polynomial.
+    pub fn of_jet(jet: &Jet<f64>) -> Self {
+        Self::new(jet.space().variables(), jet.terms())
+    }
+
+    /// Appends the evaluation at `point` (one value per variable) to a kernel.
+    pub fn lower(&self, builder: &mut KernelBuilder, point: &[Value]) -> Value {
+        assert_eq!(point.len(), self.variables, "a point has one value per variable");
+        lower(&self.root, builder, point)
+    }
+}
+
+/// The scheme of terms that agree in the exponents before `variable`, sorted by descending
+/// exponents.
+fn scheme(terms: &[(&[u8], f64)], variable: usize, variables: usize) -> Scheme {
+    if variable == variables || terms.is_empty() {
+        return Scheme::Constant(terms.iter().map(|&(_, coefficient)| coefficient).sum());
+    }
+    let groups = terms.chunk_by(|(left, _), (right, _)| left[variable] == right[variable]);
+    let coefficients: Vec<(u8, Scheme)> = groups
+        .map(|group| (group[0].0[variable], scheme(group, variable + 1, variables)))
+        .collect();
+    match <[(u8, Scheme); 1]>::try_from(coefficients) {
+        Ok([(0, only)]) => only,
+        Ok(single) => Scheme::Powers { variable, coefficients: single.into() },
+        Err(coefficients) => Scheme::Powers { variable, coefficients },
+    }
+}
+
+fn lower(scheme: &Scheme, builder: &mut KernelBuilder, point: &[Value]) -> Value {
+    let (variable, coefficients) = match scheme {
+        Scheme::Constant(value) => return builder.constant(*value),
+        Scheme::Powers { variable, coefficients } => (*variable, coefficients),
+    };
+    let (mut power, first) = (coefficients[0].0, &coefficients[0].1);
+    let mut sum = lower(first, builder, point);
+    for (lower_power, coefficient) in &coefficients[1..] {
+        let coefficient = lower(coefficient, builder, point);
+        let gap = lower_gap(builder, point[variable], power - lower_power);
+        sum = builder.multiply_add(sum, gap, coefficient);
+        power = *lower_power;
+    }
+    let rest = lower_gap(builder, point[variable], power);
+    builder.multiply(sum, rest)
+}
+
+/// `base^exponent` by repeated squaring: at most `2 log₂ exponent` products.
+fn lower_gap(builder: &mut KernelBuilder, base: Value, exponent: u8) -> Value {
+    match exponent {
+        0 => builder.constant(1.0),
+        1 => base,
+        even if even % 2 == 0 => {
+            let root = lower_gap(builder, base, even / 2);
+            builder.multiply(root, root)
+        }
+        odd => {
+            let rest = lower_gap(builder, base, odd - 1);
+            builder.multiply(rest, base)
+        }
+    }
+}
+
+/// A kernel in two steps: results that depend on the frozen inputs only are computed once and
+/// reused.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SplitKernel {
+    /// From the frozen inputs to the coefficients.
+    pub prepare: Kernel,
+    /// From the free inputs, and then the coefficients, to the outputs.
+    pub run: Kernel,
+    /// Number of coefficients.
+    pub coefficients: usize,
+}
+
+impl Kernel {
+    /// Splits into the operations that depend only on the inputs from number `free` on (*frozen*),
+    /// and the others.
+    ///
+    /// Running the two kernels one after the other does the very same operations as the kernel
+    /// itself.
+    pub fn split(&self, free: usize) -> SplitKernel {
+        let frozen = self.frozen_results(free);
+        let is_frozen = |value: Value| match value {
+            Value::Input(number) => number as usize >= free,
+            Value::Constant(_) => false,
+            Value::Result(number) => frozen[number as usize],
+        };
+        let mut hoisted: Vec<Value> = Vec::new();
+        let users = (0..self.operations.len()).filter(|&number| !frozen[number]);
+        let used = users
+            .flat_map(|number| self.operations[number].operands())
+            .chain(self.outputs.iter().copied());
+        for value in used.filter(|&value| is_frozen(value)) {
+            if !hoisted.contains(&value) {
+                hoisted.push(value);
+            }
+        }
+        hoisted.sort_unstable();
+        SplitKernel {
+            prepare: self.prepare(free, &hoisted),
+            run: self.rest(free, &hoisted, &frozen),
+            coefficients: hoisted.len(),
+        }
+    }
+
+    /// Which results depend on frozen inputs (and constants) only.
+    pub(super) fn frozen_results(&self, free: usize) -> Vec<bool> {
+        let mut frozen: Vec<bool> = Vec::with_capacity(self.operations.len());
+        for operation in &self.operations {
+            let all = operation.operands().all(|operand| match operand {
+                Value::Input(number) => number as usize >= free,
+                Value::Constant(_) => true,
+                Value::Result(number) => frozen[number as usize],
+            });
+            frozen.push(all);
+        }
+        frozen
+    }
+
+    fn prepare(&self, free: usize, hoisted: &[Value]) -> Kernel {
+        let shift = |value: Value| match value {
+            Value::Input(number) => Value::Input(number.saturating_sub(free as u32)),
+            other => other,
+        };
+        let mut whole = self.clone();
+        whole.outputs = hoisted.to_vec();
+        let mut kernel = whole.without_dead_operations();
+        kernel.inputs = self.inputs - free;
+        kernel
+            .operations
+            .iter_mut()
+            .for_each(|operation| *operation = operation.with_operands(shift));
+        kernel.outputs.iter_mut().for_each(|output| *output = shift(*output));
+        kernel
+    }
+
+    fn rest(&self, free: usize, hoisted: &[Value], frozen: &[bool]) -> Kernel {
+        let mut builder = KernelBuilder::new(free + hoisted.len());
+        let mut renamed: Vec<Value> = Vec::with_capacity(self.operations.len());
+        let place = |value: Value, builder: &mut KernelBuilder, renamed: &[Value]| match hoisted
+            .binary_search(&value)
+        {
+            Ok(position) => builder.input(free + position),
+            Err(_) => builder.import(self, value, renamed),
+        };
+        for (operation, &frozen) in self.operations.iter().zip(frozen) {
+            renamed.push(if frozen {
+                builder.constant(0.0)
+            } else {
+                let moved = operation.with_operands(|value| place(value, &mut builder, &renamed));
+                builder.push(moved)
+            });
+        }
+        let outputs =
+            self.outputs.iter().map(|&output| place(output, &mut builder, &renamed)).collect();
+        builder.finish(outputs).without_dead_operations()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::jet::JetSpace;
+
+    fn kernel_of(plan: &HornerPlan) -> super::Kernel {
+        let mut builder = KernelBuilder::new(plan.variables);
+        let point: Vec<Value> =
+            (0..plan.variables).map(|position| builder.input(position)).collect();
+        let value = plan.lower(&mut builder, &point);
+        builder.finish(vec![value])
+    }
+
+    #[test]
+    fn integer_polynomials_are_exact() {
+        let terms: [(&[u8], f64); 4] =
+            [(&[3, 1], 2.0), (&[1, 0], -1.0), (&[0, 4], 5.0), (&[0, 0], 7.0)];
+        let kernel = kernel_of(&HornerPlan::new(2, terms));
+        let (x, y) = (3.0f64, -2.0f64);
+        let expected = 2.0 * x.powi(3) * y - x + 5.0 * y.powi(4) + 7.0;
+        assert_eq!(Interpreter::new(&kernel).evaluate(&[x, y]), [expected]);
+    }
+
+    #[test]
+    fn a_full_polynomial_costs_a_multiply_add_per_term_but_one() {
+        let space = JetSpace::uniform(3, 5).unwrap();
+        let coefficients = (0..space.len()).map(|number| 2.0 + number as f64).collect();
+        let kernel = kernel_of(&HornerPlan::of_jet(&Jet::from_coefficients(&space, coefficients)));
+        assert_eq!(kernel.count().multiply_adds, space.len() - 1);
+        assert_eq!(kernel.count().total(), space.len() - 1);
+    }
+
+    #[test]
+    fn the_empty_polynomial_is_zero() {
+        let kernel = kernel_of(&HornerPlan::new(2, []));
+        assert_eq!(Interpreter::new(&kernel).evaluate(&[1.0, 1.0]), [0.0]);
+    }
+
+    #[test]
+    fn the_two_halves_do_what_the_whole_does() {
+        let mut builder = KernelBuilder::new(3);
+        let (x, p, q) = (builder.input(0), builder.input(1), builder.input(2));
+        let five = builder.constant(5.0);
+        let frozen = builder.multiply_add(p, q, five);
+        let free = builder.multiply_add(x, frozen, q);
+        let kernel = builder.finish(vec![free, frozen, x]);
+        let split = kernel.split(1);
+        assert_eq!(split.coefficients, 2);
+        assert_eq!(split.run.count().total(), 1);
+        let coefficients = Interpreter::new(&split.prepare).evaluate(&[3.0, 4.0]);
+        let bound = Unset::new(&split.run, 1).set(&coefficients);
+        assert_eq!(bound.evaluate(&[2.0]), Interpreter::new(&kernel).evaluate(&[2.0, 3.0, 4.0]));
+    }
+
+    #[test]
+    fn derivatives_follow_the_rules() {
+        let mut builder = KernelBuilder::new(2);
+        let (x, p) = (builder.input(0), builder.input(1));
+        let square = builder.multiply(x, x);
+        let cubic = builder.multiply_add(square, x, p);
+        let root = builder.root_of_positive_part(cubic);
+        let jacobian = builder.finish(vec![cubic, root]).with_jacobian(2, 1);
+        let values = Interpreter::new(&jacobian).evaluate(&[2.0, 1.0]);
+        assert_eq!(values, [9.0, 3.0, 12.0, 2.0]);
+        let below = Interpreter::new(&jacobian).evaluate(&[-2.0, 1.0]);
+        assert_eq!(below, [-7.0, 0.0, 12.0, 0.0]);
+    }
+
+    #[test]
+    fn a_tangent_is_the_jacobian_times_the_vector() {
+        let mut builder = KernelBuilder::new(3);
+        let (x, y, p) = (builder.input(0), builder.input(1), builder.input(2));
+        let product = builder.multiply(x, y);
+        let sum = builder.multiply_add(product, x, p);
+        let root = builder.root_of_positive_part(sum);
+        let kernel = builder.finish(vec![sum, root, y]);
+        let (point, vector, parameter) = ([2.0, 3.0], [0.5, -1.0], 4.0);
+        let dual = |input: usize| Dual { value: point[input], slope: vector[input] };
+        let found = Interpreter::new(&kernel).evaluate(&[dual(0), dual(1), Dual::of(parameter)]);
+        let found: Vec<[f64; 2]> = found.iter().map(|dual| [dual.value, dual.slope]).collect();
+        // x²y + p = 16, its derivative 2xy/2 − x² = 2; that of the root 2/(2·4).
+        assert_eq!(found, [[16.0, 2.0], [4.0, 0.25], [3.0, -1.0]]);
+        // The same by one kernel: the gradient of every output, then its slope.
+        let inputs = [point, vector].concat();
+        let whole = kernel.with_tangent(3, 2);
+        let values = Interpreter::new(&whole).evaluate(&[&inputs[..], &[parameter]].concat());
+        let rows = [12.0, 4.0, 2.0, 1.5, 0.5, 0.25, 0.0, 1.0, -1.0];
+        assert_eq!(values, [&[16.0, 4.0, 3.0][..], &rows].concat());
+    }
+
+    #[test]
+    fn a_tangent_beside_the_jacobian_rounds_as_dual_numbers_do() {
+        let mut builder = KernelBuilder::new(3);
+        let (x, y, p) = (builder.input(0), builder.input(1), builder.input(2));
+        let inner = builder.multiply_add(x, p, y);
+        let held = builder.held(inner);
+        let square = builder.multiply_add(inner, inner, p);
+        let root = builder.root_of_positive_part(square);
+        let share = builder.half_reciprocal(root);
+        let first = builder.multiply_add(share, x, held);
+        let second = builder.multiply(root, y);
+        let kernel = builder.finish(vec![first, second, root]);
+        let split = kernel.with_tangent(2, 2).split(4);
+        for n in 1..50 {
+            let at = |shift: f64| (f64::from(n) * 0.731 + shift).sin();
+            let (point, vector, parameter) = ([at(0.1), at(0.7)], [at(1.3), at(2.9)], at(0.4));
+            let dual = |input: usize| Dual { value: point[input], slope: vector[input] };
+            let interpreter = Interpreter::new(&kernel);
+            let expected = interpreter.evaluate(&[dual(0), dual(1), Dual::of(parameter)]);
+            let coefficients = Interpreter::new(&split.prepare).evaluate(&[parameter]);
+            let bound = Unset::new(&split.run, 4).set(&coefficients);
+            let found = bound.evaluate(&[point, vector].concat());
+            let slopes = [found[5], found[8]];
+            assert_eq!(found[..3], [0, 1, 2].map(|output| expected[output].value));
+            assert_eq!(slopes, [0, 1].map(|output| expected[output].slope));
+        }
+    }
+
+    #[test]
+    fn a_held_value_is_a_constant_to_the_jacobian_and_costs_nothing() {
+        let mut builder = KernelBuilder::new(1);
+        let x = builder.input(0);
+        let square = builder.multiply(x, x);
+        let held = builder.held(square);
+        let product = builder.multiply(held, x);
+        let kernel = builder.finish(vec![product]);
+        assert_eq!(Interpreter::new(&kernel).evaluate(&[3.0]), [27.0]);
+        let jacobian = kernel.with_jacobian(1, 1);
+        assert_eq!(Interpreter::new(&jacobian).evaluate(&[3.0]), [27.0, 9.0]);
+        assert_eq!(kernel.count().total(), 2);
+        assert_eq!(jacobian.operations.len(), 2);
     }
 }

@@ -4,11 +4,10 @@
 use std::ops::Range;
 
 mod convolution;
-pub(super) mod small;
 pub(super) mod table;
 
 use convolution::{Convolution, Factor, Finish, FullProduct};
-use small::SmallProduct;
+use table::SmallProduct;
 
 use super::{JetSpace, Selection, Span};
 use crate::numeric::Scalar;

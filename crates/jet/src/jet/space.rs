@@ -6,9 +6,91 @@
 use std::ops::Range;
 use std::sync::{Arc, OnceLock};
 
-use super::JetError;
-use super::product::small::SmallSpace;
-use super::product::table::{Monomials, ProductTable};
+use super::product::table::{Monomials, ProductTable, SmallSpace};
+
+/// Error of an operation on jets.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum JetError {
+    /// A weight of a variable is zero.
+    #[error("variable {variable} has weight 0; weights are at least 1")]
+    ZeroWeight {
+        /// Number of the variable.
+        variable: usize,
+    },
+    /// The order exceeds what exponents can hold.
+    #[error("order {order} exceeds 255")]
+    OrderTooHigh {
+        /// The order asked for.
+        order: usize,
+    },
+    /// The space would not fit in memory.
+    #[error(
+        "{variables} variables at order {order} need {coefficients} coefficients and {products} \
+            coefficient products; at most {limit} products are allowed"
+    )]
+    TooLarge {
+        /// Number of variables.
+        variables: usize,
+        /// Weighted order.
+        order: usize,
+        /// Coefficients of one jet.
+        coefficients: u128,
+        /// Coefficient products of one product.
+        products: u128,
+        /// The limit.
+        limit: u128,
+    },
+    /// A map without components.
+    #[error("a map needs at least one component")]
+    Empty,
+    /// Jets of different spaces in one map.
+    #[error("component {component} lies in another space than component 0")]
+    SpaceMismatch {
+        /// Number of the component.
+        component: usize,
+    },
+    /// Numbers of components, variables or equations that do not fit.
+    #[error("expected {expected} components, found {found}")]
+    DimensionMismatch {
+        /// The number needed.
+        expected: usize,
+        /// The number given.
+        found: usize,
+    },
+    /// A component of a map to be inverted begins below its variable's weight.
+    #[error(
+        "component {component} has a term of degree {degree}; at least its weight {weight} is \
+            needed"
+    )]
+    DegreeTooLow {
+        /// Number of the component.
+        component: usize,
+        /// Its lowest degree.
+        degree: usize,
+        /// Weight of its variable.
+        weight: u32,
+    },
+    /// A matrix of jets that is singular at the expansion point.
+    #[error("singular at the expansion point: no pivot in column {column}")]
+    Singular {
+        /// The column.
+        column: usize,
+    },
+    /// Newton's method met a value that is not finite.
+    #[error("a coefficient is not finite after Newton step {step}")]
+    NotFinite {
+        /// Number of the step, from 0.
+        step: usize,
+    },
+    /// Newton's method did not settle.
+    #[error("no convergence in {steps} Newton steps; the last relative change is {change:e}")]
+    NoConvergence {
+        /// Steps made.
+        steps: usize,
+        /// Relative change in the last step.
+        change: f64,
+    },
+}
 
 /// Largest number of coefficient products a space may need: at most 0.8 GB of product table, 8
 /// bytes of which stand for one product or several.
@@ -260,7 +342,7 @@ pub fn variables_of_monomial(space: &JetSpace, monomial: usize) -> VariableSet {
 }
 
 /// Number of exponent vectors of `copies` jets whose degrees sum to at most `order`.
-pub(super) fn count_monomials(weights: &[u32], order: usize, copies: usize) -> u128 {
+fn count_monomials(weights: &[u32], order: usize, copies: usize) -> u128 {
     let mut counts = vec![0u128; order + 1];
     counts[0] = 1;
     for _ in 0..copies {
@@ -275,7 +357,7 @@ pub(super) fn count_monomials(weights: &[u32], order: usize, copies: usize) -> u
 }
 
 /// All exponents by ascending degree, flattened, and the first monomial of each degree.
-pub(super) fn list_monomials(weights: &[u32], order: usize) -> (Vec<u8>, Vec<usize>) {
+fn list_monomials(weights: &[u32], order: usize) -> (Vec<u8>, Vec<usize>) {
     let mut exponents = Vec::new();
     let mut starts = Vec::with_capacity(order + 2);
     let mut current = vec![0u8; weights.len()];
@@ -313,11 +395,7 @@ fn push_degree(
 }
 
 /// For every monomial, its parent and the variable between them.
-pub(super) fn list_parents(
-    variables: usize,
-    exponents: &[u8],
-    ranks: &RankTable,
-) -> Vec<(u32, u32)> {
+fn list_parents(variables: usize, exponents: &[u8], ranks: &RankTable) -> Vec<(u32, u32)> {
     let mut parents = vec![(0, 0)];
     let mut divisor = vec![0u8; variables];
     for monomial in exponents.chunks_exact(variables.max(1)).skip(1) {

@@ -10,7 +10,6 @@
 
 mod decimal;
 mod functions;
-mod tables;
 
 use std::cmp::Ordering;
 use std::iter::Sum;

@@ -11,7 +11,7 @@ use std::ops::{
 
 use num_traits::{One, Zero};
 
-use super::sine::{Quartered, sin_cos};
+use super::float::{Quartered, sin_cos};
 use super::{Branched, Dd, Kernel, Mask, Scalar, widest};
 
 /// `N` doubles on which every operation acts lane by lane.
@@ -66,7 +66,7 @@ impl<const N: usize> Lanes<N> {
 
     /// A function with two results applied lane by lane.
     #[inline(always)]
-    pub(super) fn unzip_map(self, function: impl Fn(f64) -> (f64, f64)) -> (Self, Self) {
+    fn unzip_map(self, function: impl Fn(f64) -> (f64, f64)) -> (Self, Self) {
         let mut results = (self, self);
         for lane in 0..N {
             (results.0.0[lane], results.1.0[lane]) = function(self.0[lane]);

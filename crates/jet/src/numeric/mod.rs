@@ -7,31 +7,25 @@
 //! Deliberately absent: jets, models, files.
 
 mod bracket;
-mod branched;
 mod decimals;
 mod dispatch;
 mod double_double;
-mod error;
 mod float;
 mod lanes;
 pub mod linear;
-mod newton;
 pub mod polynomial;
-mod saved;
 mod scalar;
-mod sine;
 
-pub use bracket::{Bracket, BracketOutcome, NewtonStep, NewtonSteps, last_that_holds};
-pub use branched::{Branched, Mask};
-pub use decimals::{Shown, decimal_above, decimal_below};
+pub use bracket::{
+    Bracket, BracketOutcome, NewtonOutcome, NewtonStep, NewtonSteps, damped_newton, last_that_holds,
+};
+pub use decimals::{Shown, decimal_above, decimal_below, unbounded, unbounded_number};
 pub use dispatch::{INSTRUCTION_LIMIT, Kernel, is_wide, unknown_instruction_limit, wide, widest};
 pub use double_double::{Dd, ParseDdError};
-pub use error::NumericError;
 pub use float::FloatFormat;
 pub use lanes::{LaneMask, Lanes, one_by_one};
-pub use newton::{NewtonOutcome, damped_newton};
-pub use saved::{unbounded, unbounded_number};
-pub use scalar::{Real, Scalar};
+pub use linear::NumericError;
+pub use scalar::{Branched, Mask, Real, Scalar};
 
 /// How the property tests of this floor draw their samples: so many cases, the same ones every
 /// time, and no record of failures on disk.

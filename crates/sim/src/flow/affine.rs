@@ -1,17 +1,13 @@
 //! Affine fields, recognised from the expression graph, and their exact flow.
 
-mod economy;
-mod expressions;
-mod flow;
 mod form;
 mod matrix;
 mod nodes;
 mod rows;
 mod span;
 
-pub use expressions::{AffineExpressions, AffineRows};
-pub use flow::AffineFlow;
-pub use matrix::AffineFieldRows;
+pub use form::{AffineExpressions, AffineRows};
+pub use matrix::{AffineFieldRows, AffineFlow};
 pub(crate) use nodes::{Backend, Batch, NumberMask, RoundedNumber, Single};
 pub use rows::RowTable;
 pub(crate) use span::SpanTables;

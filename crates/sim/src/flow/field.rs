@@ -1,7 +1,8 @@
-//! A smooth vector field and the functions watched along it.
+//! A smooth vector field and the functions watched along it, and what can go wrong along its flow.
 
 use super::program::{InputKind, Program};
 use super::series::SeriesProgram;
+use crate::jet::JetError;
 use crate::model::{ExpressionGraph, Model, NodeId};
 use crate::numeric::Dd;
 
@@ -122,4 +123,26 @@ fn unbound_as(kind: InputKind, unbound: InputKind) -> InputKind {
         InputKind::Bound(_) => kind,
         _ => unbound,
     }
+}
+
+/// Error of an integration.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum FlowError {
+    /// The solution or the field left the finite numbers.
+    #[error("the vector field is not finite here (Taylor coefficient {degree})")]
+    NotFinite {
+        /// Degree of the first Taylor coefficient looked at that is not finite.
+        degree: usize,
+    },
+    /// The step limit was reached.
+    #[error("no end after {limit} steps; {remaining:e} of the time remains")]
+    TooManySteps {
+        /// The limit.
+        limit: usize,
+        /// Time left.
+        remaining: f64,
+    },
+    /// The space of jets could not be made.
+    #[error(transparent)]
+    Jet(#[from] JetError),
 }

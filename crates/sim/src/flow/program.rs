@@ -11,11 +11,14 @@ mod lowering;
 mod operation;
 
 use std::borrow::Borrow;
+use std::sync::Arc;
 
-use crate::jet::Graded;
+use crate::jet::{Graded, Jet, JetSpace, TimeSeries};
 use crate::model::{ExpressionGraph, NodeId};
-use crate::numeric::{Dd, Scalar};
+use crate::numeric::{Dd, Kernel, Scalar};
+
 use lowering::Lowering;
+
 pub(super) use operation::{Operation, Slot, run};
 
 /// How an input of the graph enters a program.
@@ -131,7 +134,7 @@ impl Program {
     }
 
     /// As [`advance`](Self::advance), in an algebra chosen for each slot.
-    pub(crate) fn advance_with<S: Scalar, A: Graded<S>, R: Borrow<A>>(
+    fn advance_with<S: Scalar, A: Graded<S>, R: Borrow<A>>(
         &self,
         algebra_of: impl Fn(usize) -> R,
         degree: usize,
@@ -147,4 +150,93 @@ impl Program {
             tape[slot * len + part.start..slot * len + part.end].copy_from_slice(out);
         }
     }
+}
+
+/// Values of a program's outputs at jets: one input jet per input of the program, all of `space`.
+///
+/// Inputs that were lowered as bound are not read.
+pub fn evaluate<S: Scalar>(
+    program: &Program,
+    space: &Arc<JetSpace>,
+    inputs: &[Jet<S>],
+) -> Vec<Jet<S>> {
+    let len = space.len();
+    let mut tape = vec![S::zero(); program.slots() * len];
+    for (slot, input) in inputs.iter().enumerate() {
+        tape[slot * len..(slot + 1) * len].copy_from_slice(input.coefficients());
+    }
+    let mut scratch = vec![S::zero(); len];
+    for degree in 0..=space.order() {
+        program.advance(&**space, degree, &mut tape, &mut scratch);
+    }
+    (0..program.outputs())
+        .map(|output| {
+            let slot = program.output(output);
+            Jet::from_coefficients(space, tape[slot * len..(slot + 1) * len].to_vec())
+        })
+        .collect()
+}
+
+impl Program {
+    /// Computes the value of every slot from the inputs' values, slots `0..inputs` of `tape`.
+    ///
+    /// `tape` holds one scalar per slot; the value of output `k` is in slot
+    /// [`output(k)`](Self::output). Nothing is allocated.
+    ///
+    /// # Panics
+    ///
+    /// If `tape` is shorter than [`slots`](Self::slots).
+    pub fn evaluate_values<S: Scalar>(&self, tape: &mut [S]) {
+        self.evaluate_values_to(self.slots(), tape);
+    }
+
+    /// The same for the first slots alone.
+    pub(crate) fn evaluate_values_to<S: Scalar>(&self, slots: usize, tape: &mut [S]) {
+        S::dispatch(Values { program: self, slots, tape });
+    }
+}
+
+/// Values to be computed.
+struct Values<'s, S> {
+    program: &'s Program,
+    slots: usize,
+    tape: &'s mut [S],
+}
+
+impl<S: Scalar> Kernel for Values<'_, S> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Self { program, slots, tape } = self;
+        for slot in program.inputs()..slots {
+            tape[slot] = match *program.operation(slot) {
+                Operation::Constant(value) => S::from_dd(value),
+                Operation::Add(a, b) => tape[a] + tape[b],
+                Operation::Sub(a, b) => tape[a] - tape[b],
+                Operation::Neg(a) => -tape[a],
+                Operation::Scale(a, factor) => tape[a] * S::from_dd(factor),
+                Operation::AddConstant(a, value) => tape[a] + S::from_dd(value),
+                Operation::MulByHead { head: a, factor: b } | Operation::Mul(a, b) => {
+                    tape[a] * tape[b]
+                }
+                Operation::Div(a, b) => tape[a] / tape[b],
+                Operation::Sine { a, cosine, .. } => {
+                    let (sine, cosine_of_a) = tape[a].sin_cos();
+                    tape[cosine] = cosine_of_a;
+                    sine
+                }
+                // NOTE: its sine comes before it.
+                Operation::Cosine { .. } => tape[slot],
+                ref operation => any_value(operation, slot, tape),
+            };
+        }
+    }
+}
+
+#[inline(never)]
+fn any_value<S: Scalar>(operation: &Operation, slot: usize, tape: &[S]) -> S {
+    let mut out = [S::zero()];
+    run(operation, slot, &TimeSeries { order: 0 }, 0, 1, tape, &mut out);
+    out[0]
 }

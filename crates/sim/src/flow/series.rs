@@ -2,20 +2,18 @@
 //!
 //! One idea: a field's program is lowered once more, for series in time alone, to few instructions
 //! ([`lowering`](self::lowering)): functions of the parameters are computed when these change,
-//! functions of the phase before the series of the states, watched functions after, and only
-//! what is left goes degree by degree, products four degrees at a time ([`block`](self::block)).
+//! functions of the phase before the series of the states, watched functions after, and only what
+//! is left goes degree by degree, products four degrees at a time ([`expansion`](self::expansion)).
 //! Any scalar will do; lanes give the bits of single numbers.
 
-mod block;
 mod expansion;
-mod instruction;
 mod lowering;
 
 use super::program::{Operation, Slot, run};
 use crate::jet::TimeSeries;
-use crate::numeric::Scalar;
-use block::{BLOCK, Block};
-use instruction::{Factor, Instruction};
+use crate::numeric::{Dd, Scalar};
+
+use expansion::{BLOCK, Block};
 
 /// Most blocks of a series: order 39, which double-double takes.
 ///
@@ -198,5 +196,245 @@ fn any_coefficient<S: Scalar>(
     out[0]
 }
 
+/// A product of a number and heads of constant slots.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Factor {
+    pub(super) number: Dd,
+    pub(super) heads: Vec<Slot>,
+}
+
+/// An operand of which the coefficient of the degree at hand is wanted.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Operand {
+    pub(super) slot: Slot,
+    /// Whether that coefficient is what the instruction before this one gave.
+    ///
+    /// NOTE: it then comes in a register: through memory each of the instructions of one degree
+    /// would wait for the one before.
+    pub(super) is_fresh: bool,
+}
+
+/// A factor, by index, and what it multiplies.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Term {
+    pub(super) factor: usize,
+    pub(super) operand: Operand,
+}
+
+/// Terms of a sum.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Terms {
+    One(Term),
+    Two([Term; 2]),
+    /// Only the last of several terms may be fresh.
+    Three([Term; 3]),
+}
+
+/// `Σ_i factor_i · operand_i`, and a constant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Sum {
+    pub(super) terms: Terms,
+    /// The constant: a factor by its index.
+    pub(super) constant: Option<usize>,
+}
+
+impl Sum {
+    fn terms(&mut self) -> &mut [Term] {
+        match &mut self.terms {
+            Terms::One(term) => std::slice::from_mut(term),
+            Terms::Two(terms) => terms,
+            Terms::Three(terms) => terms,
+        }
+    }
+}
+
+/// One recurrence: how the coefficients of a slot follow from those of others.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Instruction {
+    /// A linear combination.
+    Linear { out: Slot, sum: Sum },
+    /// `x_{k+1} = sum_k / (k + 1)`.
+    Integral { out: Slot, sum: Sum },
+    /// A square.
+    Square { out: Slot, a: Operand },
+    /// A product.
+    Product { out: Slot, a: Operand, b: Operand },
+    /// `(numerator_k − Σ_{j ≥ 1} b_j u_{k−j}) / b_0`.
+    Quotient {
+        out: Slot,
+        numerator: Operand,
+        denominator: Operand,
+        /// Slot of `1/b_0`.
+        reciprocal: Slot,
+    },
+    /// Sine and cosine of a phase `a = a_0 + a_1 t`, where wanted: `a_1^k/k!`, a table, times the
+    /// derivatives of the functions at `a_0`.
+    Phase { a: Slot, table: Slot, sine: Option<Slot>, cosine: Option<Slot> },
+    /// Any other operation of the program.
+    Other { out: Slot, operation: Operation },
+}
+
+impl Instruction {
+    /// The slot whose coefficient it gives last.
+    pub(super) fn out(&self) -> Option<Slot> {
+        match *self {
+            Instruction::Linear { out, .. }
+            | Instruction::Integral { out, .. }
+            | Instruction::Square { out, .. }
+            | Instruction::Product { out, .. }
+            | Instruction::Quotient { out, .. }
+            | Instruction::Other { out, .. } => Some(out),
+            Instruction::Phase { .. } => None,
+        }
+    }
+
+    /// Whether one of the operands whose newest coefficient is wanted is this slot.
+    pub(super) fn takes(&self, slot: Slot) -> bool {
+        let mut found = false;
+        let mut copy = *self;
+        copy.each_operand(&mut |operand| found |= operand.slot == slot);
+        found
+    }
+
+    /// Marks the operands that the instruction before gives.
+    pub(super) fn take_from(&mut self, before: Slot) {
+        if let Instruction::Linear { sum, .. } | Instruction::Integral { sum, .. } = self {
+            let terms = sum.terms();
+            let last = terms.len() - 1;
+            if let Some(fresh) = terms.iter().position(|term| term.operand.slot == before) {
+                terms.swap(fresh, last);
+            }
+        }
+        self.each_operand(&mut |operand| operand.is_fresh = operand.slot == before);
+    }
+
+    fn each_operand(&mut self, visit: &mut dyn FnMut(&mut Operand)) {
+        match self {
+            Instruction::Linear { sum, .. } | Instruction::Integral { sum, .. } => {
+                let terms = sum.terms().iter_mut();
+                terms.for_each(|term| visit(&mut term.operand));
+            }
+            Instruction::Square { a, .. } => visit(a),
+            Instruction::Product { a, b, .. } => [a, b].into_iter().for_each(visit),
+            Instruction::Quotient { numerator, denominator, .. } => {
+                [numerator, denominator].into_iter().for_each(visit)
+            }
+            Instruction::Phase { .. } | Instruction::Other { .. } => {}
+        }
+    }
+}
+
 #[cfg(test)]
-mod tests;
+mod tests {
+    //! Instructions against the program they come from, run in the algebra of series by the
+    //! recurrences of any ring.
+
+    use super::*;
+    use crate::flow::jet_transport::expand;
+    use crate::flow::{Field, InputKind, samples};
+    use crate::model::{ExpressionGraph, Unary};
+    use crate::numeric::{Dd, Real};
+
+    /// `x' = y, y' = −x y² + y sin(x)/(2 + x) + cos²θ − sin θ cos θ + p x + e^{−y} + |x|, θ' = 2p`,
+    /// watching `x y + θ + p` and `sin² θ`: products, sums of many terms, functions of states, and
+    /// of the phase alone.
+    fn everything() -> Field {
+        let mut g = ExpressionGraph::new();
+        let [x, y, theta, p] = std::array::from_fn(|input| g.input(input));
+        let square = g.power_integer(y, 2);
+        let drag = g.mul(x, square);
+        let (sine, two) = (g.unary(Unary::Sin, x), g.number(2.0));
+        let (top, bottom) = (g.mul(y, sine), g.add(two, x));
+        let quotient = g.div(top, bottom);
+        let (s, c) = (g.unary(Unary::Sin, theta), g.unary(Unary::Cos, theta));
+        let (cc, sc, ss) = (g.power_integer(c, 2), g.mul(s, c), g.power_integer(s, 2));
+        let (spring, minus) = (g.mul(p, x), g.neg(y));
+        let (decay, size) = (g.unary(Unary::Exp, minus), g.unary(Unary::Abs, x));
+        let mut rate = g.neg(drag);
+        for term in [quotient, cc, spring, decay, size] {
+            rate = g.add(rate, term);
+        }
+        let rate = g.sub(rate, sc);
+        let turn = g.mul(two, p);
+        let (xy, shifted) = (g.mul(x, y), g.add(theta, p));
+        let watched = g.add(xy, shifted);
+        Field::new(&g, &[y, rate, turn], &[watched, ss], &[InputKind::HeadOnly])
+    }
+
+    /// The largest difference of the states' and watched functions' coefficients, relative to the
+    /// largest of this degree or above.
+    fn largest_difference<S: Real>(field: &Field, state: &[f64], parameters: &[f64]) -> f64 {
+        let values =
+            |values: &[f64]| -> Vec<S> { values.iter().map(|&v| S::from_f64(v)).collect() };
+        let (state, parameters) = (values(state), values(parameters));
+        let mut series = Series::new(field.series(), 30);
+        // Twice, so that what a first expansion leaves behind is seen.
+        series.expand(&another_state(&state), &parameters);
+        series.expand(&state, &parameters);
+        let (order, program) = (series.order(), field.time_program());
+        let mut tape = vec![S::zero(); program.slots() * (order + 1)];
+        for (input, &value) in state.iter().chain(&parameters).enumerate() {
+            tape[input * (order + 1)] = value;
+        }
+        expand(field, &TimeSeries { order }, &mut tape, &mut [S::zero()]);
+        let watched = (0..field.watched()).map(|w| program.output(field.dimension() + w));
+        let slots: Vec<_> = (0..field.dimension()).chain(watched).collect();
+        let (mut size, mut largest) = (1e-300, 0.0_f64);
+        for degree in (0..=order).rev() {
+            for &slot in &slots {
+                size = tape[slot * (order + 1) + degree].magnitude().max(size);
+            }
+            for &slot in &slots {
+                let (found, expected) =
+                    (series.coefficients(slot)[degree], tape[slot * (order + 1) + degree]);
+                largest = largest.max((found - expected).magnitude() / size);
+            }
+        }
+        largest
+    }
+
+    fn another_state<S: Real>(state: &[S]) -> Vec<S> {
+        state.iter().map(|&value| value * S::from_f64(0.5)).collect()
+    }
+
+    #[test]
+    fn instructions_give_the_series_of_the_program() {
+        let kinds = [InputKind::HeadOnly; 3];
+        let cases: [(Field, &[f64], &[f64]); 6] = [
+            (everything(), &[0.4, -0.3, 0.8], &[0.7]),
+            (samples::electrostatic(&kinds), &[0.3, 0.1, 0.4], &[0.02, 0.3, 0.6]),
+            (samples::linear(&kinds), &[0.3, 0.1, 0.4], &[0.05, 1.1, 1.8]),
+            (samples::kepler(), &[0.5, 0.1, 0.2, 1.5], &[]),
+            (samples::pendulum(), &[0.7, 0.4], &[]),
+            (samples::quadratic(), &[0.7], &[]),
+        ];
+        for (index, (field, state, parameters)) in cases.iter().enumerate() {
+            // Roundings of some 30 coefficients of 30 terms each, which later ones inherit.
+            let double = largest_difference::<f64>(field, state, parameters);
+            assert!(double < 1e-12, "{index}: {double:e}");
+            let exact = largest_difference::<Dd>(field, state, parameters);
+            assert!(exact < 1e-27, "{index}: {exact:e}");
+        }
+    }
+
+    #[test]
+    fn squares_of_the_phase_need_no_products() {
+        let field = samples::electrostatic(&[InputKind::HeadOnly; 3]);
+        let products = field.series().groups.iter().flatten().filter(|instruction| {
+            matches!(
+                instruction,
+                Instruction::Square { .. }
+                    | Instruction::Product { .. }
+                    | Instruction::Quotient { .. }
+            )
+        });
+        // The quotient `V sin θ/(1 − x)` and its square; the phase is in neither convolution twice.
+        assert_eq!(products.count(), 2);
+        let phase_alone = everything();
+        let before = &phase_alone.series().groups[..2];
+        assert!(before.iter().flatten().all(|instruction| matches!(
+            instruction,
+            Instruction::Phase { .. } | Instruction::Linear { .. }
+        )));
+    }
+}

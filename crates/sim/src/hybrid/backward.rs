@@ -1,8 +1,7 @@
 //! Free flight backward in time, to the minimum of a gap or to the surface itself.
 
-use super::flight::{Flight, TaylorFlight};
 use super::motion::{Motion, Regime};
-use super::passage::{Back, Goal, Heading, Landing, NoLog};
+use super::passage::{Back, Flight, Goal, Heading, Landing, NoLog, TaylorFlight};
 use super::search::{Gap, search_scalar};
 use super::simulator::{Simulator, Work};
 use super::trajectory::Outcome;

@@ -8,16 +8,14 @@
 //! of these states occur, and where a return ends. An orbit that does anything else leaves the
 //! lanes and is flown by the scalar simulator.
 
-use super::chatter::Rebound;
-use super::lane_flow::{LaneAsked, LaneFlow, LaneStepEnd};
-use super::lane_log::LaneLog;
+use super::lane_flow::{LaneAsked, LaneFlow, LaneLog, LaneStepEnd};
 use super::motion::LaneMotion;
 use super::passage::Back;
-use super::response::PASSES;
+use super::response::{PASSES, Rebound};
 use super::return_map::DirectReturn;
-use super::returned::ReturnSection;
 use super::sensing::Sense;
 use super::system::HybridSystem;
+use super::trajectory::ReturnSection;
 use crate::numeric::{Branched, Kernel, LaneMask, Lanes, Mask, Scalar, wide};
 
 /// Most steps of a return in lanes.

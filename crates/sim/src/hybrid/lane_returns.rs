@@ -3,16 +3,26 @@
 //! One idea: lanes fly what returns have in common; a return that does anything else is flown by a
 //! scalar simulator, from its start. So an image is, to the last bit, that of [`DirectReturn`],
 //! whatever its neighbours do.
+//!
+//! Steps of Taylor's method of several orbits at one rigid surface ([`LaneTaylor`]): a step forms
+//! the series of all orbits at once; each has its own length, its own event, and lands at its own
+//! time.
 
 use super::affine::{LaneTools, OrbitTables};
+use super::backward::reversed_gap;
 use super::lane_flight::LaneFlight;
-use super::lane_flow::LaneFlow;
-use super::lane_taylor::LaneTaylor;
+use super::lane_flow::{LaneAsked, LaneFlow, LaneLog, LaneStepEnd, LoggedFrom};
+use super::motion::LaneMotion;
+use super::passage::{Back, Goal, NoLog, REDUCED, Start, ends_before_turn};
 use super::return_map::DirectReturn;
-use super::returned::ReturnOutcome;
+use super::search::{Gap, SearchEnd, search};
+use super::sensing::{Evaluator, Sense, Sensor};
 use super::simulator::Simulator;
-use super::system::{FlowMethod, Law};
-use crate::numeric::{LaneMask, Lanes, Real, is_wide};
+use super::stationary::StationaryPoints;
+use super::system::{FlowMethod, HybridSystem, Law};
+use super::trajectory::ReturnOutcome;
+use crate::flow::{LaneIntegrator, LaneStep};
+use crate::numeric::{Branched, LaneMask, Lanes, Mask, Real, Scalar, is_wide};
 
 /// The return map of a section by direct simulation, other parameters in every lane.
 ///
@@ -182,4 +192,197 @@ impl<S: Real> DirectReturn<'_, S> {
             && (self.section, self.periods) == (other.section, other.periods)
             && self.itinerary.len() == other.itinerary.len()
     }
+}
+
+/// The surface at which orbits are flown in lanes, the only watched one.
+const SURFACE: usize = 0;
+
+/// What steps of several orbits are taken with, each at its own parameters.
+#[derive(Clone, Debug)]
+struct LaneTaylor<'a, const N: usize> {
+    parameters: Vec<Lanes<N>>,
+    integrator: LaneIntegrator<'a, N>,
+    sensor: Sensor<'a, Lanes<N>>,
+    contact: Evaluator<'a, Lanes<N>>,
+    reset: Evaluator<'a, Lanes<N>>,
+    points: StationaryPoints<Lanes<N>>,
+    /// Gaps and their slopes in reversed time.
+    reversed: (Vec<Lanes<N>>, Vec<Lanes<N>>),
+}
+
+impl<'a, const N: usize> LaneTaylor<'a, N> {
+    /// At the parameters of every lane; `None` unless the system has one rigid surface.
+    pub(super) fn new(system: &'a HybridSystem, parameters: [&[f64]; N]) -> Option<Self> {
+        let [surface] = &system.surfaces[..] else {
+            return None;
+        };
+        let Law::Rigid { reset, .. } = &surface.law else {
+            return None;
+        };
+        let parameter = |place: usize| Lanes::from_fn(|lane| parameters[lane][place]);
+        let dimension = system.dimension;
+        Some(Self {
+            parameters: (0..system.parameters).map(parameter).collect(),
+            integrator: LaneIntegrator::new(&system.free.field),
+            sensor: Sensor::new(&surface.sensor, dimension),
+            contact: Evaluator::new(&surface.landing, 2 + dimension),
+            reset: Evaluator::new(reset, dimension),
+            points: StationaryPoints::new(),
+            reversed: (Vec::new(), Vec::new()),
+        })
+    }
+}
+
+impl<const N: usize> LaneFlow<N> for LaneTaylor<'_, N> {
+    #[inline(always)]
+    fn forget(&mut self) {}
+
+    #[inline(always)]
+    fn time_scale(&self, motion: &LaneMotion<N>) -> Lanes<N> {
+        motion.last_step
+    }
+
+    #[inline(always)]
+    fn step(
+        &mut self,
+        motion: &mut LaneMotion<N>,
+        horizon: Lanes<N>,
+        asked: LaneAsked<N>,
+        log: &mut LaneLog<N>,
+    ) -> LaneStepEnd<N> {
+        let (wanted, remaining) = (asked.wanted, asked.longest);
+        let step = self.integrator.expand(&motion.state, &self.parameters);
+        let (admissible, mut undecided) = admissible(&step, motion, wanted);
+        let slack = Lanes::splat(8.0 * <f64 as Scalar>::ROUNDOFF) * admissible;
+        let is_last = remaining.is_at_most(admissible + slack);
+        let length = Lanes::select(is_last, remaining, admissible);
+        let gap = Gap {
+            value: step.watched_coefficients(2 * SURFACE),
+            slope: step.watched_coefficients(2 * SURFACE + 1),
+            sign: Lanes::splat(1.0),
+            surface: SURFACE,
+        };
+        let goal = Goal {
+            minima: asked.ignoring,
+            stopping: asked.stopping,
+            near: Lanes::splat(f64::INFINITY),
+        };
+        let flown = wanted & !undecided;
+        let watched = flown & !asked.blind;
+        let start = motion.start();
+        let mut passage = SearchEnd::none(length);
+        if watched.any() {
+            let from = motion.time;
+            let log = LoggedFrom { start: from, log };
+            passage = search(&mut self.points, gap, length, start, goal, watched, log);
+        }
+        let goes_on = flown & !passage.minimum & !passage.crossing;
+        motion.lose_headings(wanted);
+        motion.rises |= (goes_on & watched & !passage.falls) | (flown & passage.minimum);
+        motion.falls |= goes_on & watched & passage.falls;
+        let there = motion.time + passage.time;
+        let is_over = passage.time.is_equal(remaining);
+        let is_stuck = goes_on & passage.time.is_below(remaining) & there.is_equal(motion.time);
+        undecided |= is_stuck;
+        let mut rises_for = Lanes::splat(0.0);
+        if (passage.minimum & !asked.passing).any() {
+            rises_for = gap.rises_for(passage.time, admissible);
+        }
+        let of_use = !(goes_on & is_over) | asked.landing;
+        let useful = flown & of_use & !(passage.minimum & asked.passing);
+        if useful.any() {
+            step.states_at(passage.time, useful, &mut motion.state);
+        }
+        let time = Lanes::select(is_over, horizon, there);
+        motion.time = Lanes::select(flown, time, motion.time);
+        LaneStepEnd {
+            time: passage.time,
+            contact: flown & passage.crossing,
+            minimum: flown & passage.minimum,
+            rises_for,
+            undecided,
+        }
+    }
+
+    /// NOTE: by one step; an orbit that needs more is left to the scalar simulator.
+    #[inline(always)]
+    fn retreat(
+        &mut self,
+        motion: &mut LaneMotion<N>,
+        goal: Back,
+        wanted: LaneMask<N>,
+        longest: Lanes<N>,
+    ) -> LaneMask<N> {
+        let step = self.integrator.expand(&motion.state, &self.parameters);
+        let (admissible, undecided) = admissible(&step, motion, wanted);
+        let length = admissible.min(longest);
+        let value = step.watched_coefficients(2 * SURFACE);
+        let slope = step.watched_coefficients(2 * SURFACE + 1);
+        let (gap, goal) = reversed_gap(value, slope, goal, &mut self.reversed);
+        let start = Start {
+            rose: LaneMask::NONE,
+            fell: LaneMask::NONE,
+            leaving: LaneMask::NONE,
+            ..motion.start()
+        };
+        let flown = wanted & !undecided;
+        let points = &mut self.points;
+        let passage = search(points, gap, length, start, goal, flown, NoLog);
+        let known = flown & (passage.crossing | passage.minimum);
+        step.states_at(-passage.time, known, &mut motion.state);
+        motion.time = Lanes::select(known, motion.time - passage.time, motion.time);
+        known
+    }
+
+    #[inline(always)]
+    fn sense(&mut self, motion: &LaneMotion<N>, _: LaneMask<N>) -> Sense<Lanes<N>> {
+        self.sensor.sense(&motion.state, &self.parameters)
+    }
+
+    #[inline(always)]
+    fn approach(&mut self, motion: &LaneMotion<N>, _: LaneMask<N>) -> [Lanes<N>; 2] {
+        self.sensor.approach(&motion.state, &self.parameters)
+    }
+
+    #[inline(always)]
+    fn gap(&mut self, motion: &LaneMotion<N>, wanted: LaneMask<N>) -> Lanes<N> {
+        self.approach(motion, wanted)[0]
+    }
+
+    #[inline(always)]
+    fn reset(&mut self, motion: &mut LaneMotion<N>, wanted: LaneMask<N>) {
+        let image = self.reset.evaluate(&motion.state, &self.parameters);
+        for (state, &image) in motion.state.iter_mut().zip(image) {
+            *state = Lanes::select(wanted, image, *state);
+        }
+    }
+
+    #[inline(always)]
+    fn settle(&mut self, motion: &mut LaneMotion<N>, wanted: LaneMask<N>) -> LaneMask<N> {
+        let curvature = self.sense(motion, wanted).acceleration;
+        let landing = self.contact.evaluate(&motion.state, &self.parameters);
+        let (value, slope, zero) = (landing[0], landing[1], Lanes::splat(0.0));
+        let settles = wanted & !value.is_equal(zero) & slope.is_below(zero);
+        let shift = -value / slope;
+        for (state, &rate) in motion.state.iter_mut().zip(&landing[2..]) {
+            *state = Lanes::select(settles, rate.mul_add(shift, *state), *state);
+        }
+        let after = self.gap(motion, settles);
+        let less = after.abs().is_at_most(value.abs() * Lanes::splat(REDUCED));
+        motion.time = Lanes::select(settles, motion.time + shift, motion.time);
+        settles & !(less & ends_before_turn(value, slope, curvature))
+    }
+}
+
+/// The lengths on which states and gaps meet the tolerance, which are those in which the motions
+/// change; where there are none.
+#[inline(always)]
+fn admissible<const N: usize>(
+    step: &LaneStep<'_, N>,
+    motion: &mut LaneMotion<N>,
+    wanted: LaneMask<N>,
+) -> (Lanes<N>, LaneMask<N>) {
+    let lengths = step.length.min(step.watched_length(2 * SURFACE));
+    motion.last_step = Lanes::select(wanted, lengths, motion.last_step);
+    (lengths, wanted & !Lanes::splat(0.0).is_below(step.length))
 }

@@ -11,21 +11,13 @@
 mod advance;
 mod affine;
 mod backward;
-mod chatter;
-mod error;
-mod flight;
-mod itinerary;
-mod landing;
 mod lane_flight;
 mod lane_flow;
-mod lane_log;
 mod lane_returns;
-mod lane_taylor;
 mod motion;
 mod passage;
 mod response;
 mod return_map;
-mod returned;
 mod sampling;
 mod search;
 mod sensing;
@@ -35,13 +27,13 @@ mod stepping;
 mod system;
 mod trajectory;
 
-pub use error::HybridError;
-pub use itinerary::NominalPassage;
 pub use lane_returns::{LaneImages, LaneReturns};
 pub use motion::Regime;
 pub use return_map::DirectReturn;
-pub use returned::{Return, ReturnOutcome, ReturnSection};
 pub use sampling::{Moment, MomentEvent, Recorder};
 pub use simulator::Simulator;
 pub use system::{FlowMethod, HybridSystem};
-pub use trajectory::{Event, EventKind, Outcome, Trajectory};
+pub use trajectory::{
+    Event, EventKind, HybridError, NominalPassage, Outcome, Return, ReturnOutcome, ReturnSection,
+    Trajectory,
+};

@@ -7,14 +7,14 @@
 //! alike, with the passage nearest to the section in place of the section point.
 
 use super::HybridError;
-use super::itinerary::{Itinerary, Log, NominalPassage};
 use super::motion::{Motion, Regime};
 use super::passage::{Approach, Back, Stop};
-use super::returned::{Return, ReturnOutcome, ReturnSection};
 use super::sensing::{Clearance, Sense};
 use super::simulator::{Simulator, check_finite};
 use super::system::HybridSystem;
-use super::trajectory::{Event, EventKind, Outcome};
+use super::trajectory::{
+    Event, EventKind, Itinerary, Log, NominalPassage, Outcome, Return, ReturnOutcome, ReturnSection,
+};
 use crate::numeric::Real;
 
 /// The return map of a section by direct simulation.

@@ -2,9 +2,10 @@
 
 use std::cmp::Ordering;
 
-use super::flight::{Flight, Outlook, TaylorFlight};
 use super::motion::{Motion, Regime};
-use super::passage::{Approach, Goal, Heading, Landing, Start, Stop};
+use super::passage::{
+    Approach, Flight, Goal, Heading, Landing, Outlook, Start, Stop, TaylorFlight,
+};
 use super::search::{Gap, SearchEnd, search_scalar};
 use super::simulator::{Simulator, SurfaceTools, Work};
 use super::system::{HybridSystem, Law, RegimeField, Watch};

@@ -2,10 +2,8 @@
 
 mod diagram;
 mod document;
-mod faults;
 mod load;
 mod oscillator;
-mod scope;
 mod tables;
 
 use std::fmt;

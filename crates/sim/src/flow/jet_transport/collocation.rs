@@ -3,15 +3,18 @@
 //! One idea: where Taylor's method multiplies jets thousands of times, the Gauss nodes of an
 //! element are lanes, the field's program runs once over them per degree, and one small matrix
 //! solves for every coefficient. See docs/mathematics/flow.md.
+//!
+//! The element of one transport is kept for the next of the same thread: preparing one costs as
+//! much as computing jets of low order, and asking the system for memory anew as much as a quarter
+//! of those of order 6.
 
+use std::cell::RefCell;
 use std::sync::Arc;
 
-use super::cache_key::Inputs;
 use super::element::Element;
-use super::gauss::{NODES, NodeValues};
-use super::nominal::guess_orbit;
-use super::resolution::Resolution;
-use super::spare;
+use super::gauss::{GAUSS, NODES, NodeValues};
+use super::plan::{CacheKey, Inputs};
+use super::solver::Resolution;
 use crate::flow::integrator::are_finite;
 use crate::flow::{Field, FlowError, Integrator};
 use crate::jet::{Jet, JetSpace};
@@ -66,7 +69,7 @@ pub fn jet_transport(
     let mut transport = Transport::new(field, first, initial, parameters, tolerance);
     let result = transport.run(duration);
     let flow = result.map(|()| transport.flow(first.space()));
-    spare::give_back(transport.element);
+    give_back(transport.element);
     flow
 }
 
@@ -100,7 +103,7 @@ impl<'a> Transport<'a> {
     ) -> Self {
         let inputs = initial.iter().chain(parameters).map(Jet::coefficients);
         let inputs = Inputs::new(first.space(), inputs);
-        let mut element = spare::take(field, first.space(), inputs);
+        let mut element = spare_element(field, first.space(), inputs);
         let constants: Vec<_> = parameters.iter().map(Jet::coefficients).collect();
         element.set_parameters(&constants);
         let [least, more] = STEPS_PER_ELEMENT;
@@ -207,4 +210,69 @@ struct Attempt {
     steps: f64,
     /// `None` if its equations are singular.
     resolution: Option<Resolution>,
+}
+
+/// Longest tape that is kept: 32 MB.
+const LONGEST: usize = 1 << 18;
+
+thread_local! {
+    static SPARE: RefCell<Option<Box<Element>>> = const { RefCell::new(None) };
+}
+
+/// An element for a field and inputs, its values left from earlier use.
+fn spare_element(field: &Field, space: &Arc<JetSpace>, inputs: Inputs) -> Box<Element> {
+    match SPARE.take() {
+        Some(element) if element.key.is(field, space, &inputs) => element,
+        other => Box::new(Element::new(CacheKey::new(field, space, inputs), other)),
+    }
+}
+
+/// Keeps an element for the next transport.
+fn give_back(element: Box<Element>) {
+    if element.remainders.tape_len() <= LONGEST {
+        SPARE.replace(Some(element));
+    }
+}
+
+/// Most Taylor steps in one guess.
+const MAX_STEPS: usize = 1000;
+
+/// How far beyond its own step an expansion is used: a few digits are left there, and Newton's
+/// method does the rest.
+const STRETCH: f64 = 3.0;
+
+/// Fills the nodes of an element with a guess, good to a few digits, of the orbit from a state.
+///
+/// The element's length, of either sign, is chosen from the length of the first Taylor step, and
+/// returned.
+pub(super) fn guess_orbit(
+    integrator: &mut Integrator<'_, f64>,
+    state: &[f64],
+    parameters: &[f64],
+    length: impl FnOnce(f64) -> f64,
+    nodes: &mut [NodeValues],
+) -> Result<f64, FlowError> {
+    let mut state = state.to_vec();
+    let mut step = integrator.step(&state, parameters)?;
+    let length = length(step.length);
+    nodes.fill(Lanes([0.0; NODES]));
+    let (mut time, mut next) = (0.0, 0);
+    for _ in 0..MAX_STEPS {
+        let remaining = length - time;
+        let reach = (STRETCH * step.length).min(remaining.abs());
+        while next < NODES && (GAUSS.nodes[next] * length - time).abs() <= reach {
+            for (component, values) in nodes.iter_mut().enumerate() {
+                values.0[next] = step.component_at(component, GAUSS.nodes[next] * length - time);
+            }
+            next += 1;
+        }
+        if next == NODES {
+            return Ok(length);
+        }
+        let advance = reach.copysign(length);
+        step.state_at(advance, &mut state);
+        time += advance;
+        step = integrator.step(&state, parameters)?;
+    }
+    Err(FlowError::TooManySteps { limit: MAX_STEPS, remaining: length - time })
 }

@@ -2,14 +2,12 @@
 
 use std::ops::Range;
 
-use super::cache_key::CacheKey;
 use super::coefficients::{Part, Sizes};
 use super::first_order::FirstOrderTape;
-use super::gauss::{NODES, NodeValues};
-use super::orbit::Nominal;
+use super::gauss::{GAUSS, NODES, NodeValues};
+use super::plan::CacheKey;
 use super::remainders::Remainders;
-use super::resolution::{Resolution, Tail};
-use super::solver::ElementSolver;
+use super::solver::{ElementSolver, Resolution, Tail};
 use crate::flow::Program;
 use crate::numeric::{Kernel, Lanes, Scalar, widest};
 
@@ -23,7 +21,7 @@ pub(super) struct Element {
     /// Non-zero derivatives by states of the slots whose lower parts recurrences read.
     pub(super) gradients: Vec<Gradient>,
     /// Whether higher degrees read a state at the nodes.
-    pub(super) reads_nodes: Vec<bool>,
+    reads_nodes: Vec<bool>,
     /// Rates of the components on the nominal orbit, and corrections of the orbit and of them.
     pub(super) rates: Vec<NodeValues>,
     pub(super) corrections: [Vec<NodeValues>; 2],
@@ -200,4 +198,169 @@ fn chains(program: &Program, dimension: usize) -> Vec<Option<usize>> {
             (root < dimension && rate(root) >= dimension).then_some(root)
         })
         .collect()
+}
+
+/// Most of Newton's steps towards a nominal orbit.
+const MAX_CORRECTIONS: usize = 20;
+
+/// Gain of a step with the equations of an earlier one that is not worth another such step.
+const POOR_GAIN: f64 = 0.03;
+
+/// Corrections that end Newton's method: rounding, and what quadratic convergence turns into
+/// rounding.
+const CORRECTED: f64 = 4e-15;
+
+/// Corrections that may no longer shrink.
+const STAGNANT: f64 = 1e-11;
+
+/// The nominal orbit of an element: its nodes, its end, the equations of all degrees.
+pub(super) struct Nominal<'e> {
+    pub(super) element: &'e mut Element,
+    pub(super) nominal: &'e mut [NodeValues],
+    pub(super) length: f64,
+    pub(super) jets: &'e [f64],
+    pub(super) image: &'e mut [f64],
+}
+
+impl Kernel for Nominal<'_> {
+    type Output = Option<Resolution>;
+
+    #[inline(always)]
+    fn run(self) -> Option<Resolution> {
+        let element = self.element;
+        let len = element.key.space.len();
+        let mut start = Vec::with_capacity(element.rates.len());
+        start.extend(self.jets.iter().step_by(len));
+        if !element.correct(self.nominal, self.length, &start) {
+            return None;
+        }
+        element.prepare_slots();
+        let is_last = element.key.space.order() <= 1;
+        let reads_nodes = |state: usize| !is_last && element.reads_nodes[state];
+        element.solver.expand(reads_nodes);
+        let mut resolution = Resolution::new(element.solver.fundamental_tail());
+        for state in 0..start.len() {
+            let root = element.solver.root(state);
+            let rate = element.rates[root] + element.corrections[1][root];
+            let functionals = GAUSS.functionals_of(rate);
+            let [once, twice] = [functionals.0[0], functionals.0[1]];
+            let rate = if root == state { once } else { start[root] + self.length * twice };
+            self.image[state * len] = start[state] + self.length * rate;
+            let largest = self.nominal[state].magnitude();
+            if root == state {
+                let change = functionals * Lanes::splat(self.length);
+                resolution.include(0, Tail::new(change, largest));
+            }
+        }
+        Some(resolution)
+    }
+}
+
+impl Element {
+    /// Newton's method for the orbit; the solver is that of the last step.
+    ///
+    /// The equations are solved anew at the first step, at the last, and where steps with those of
+    /// an earlier one gain too little.
+    #[inline(always)]
+    fn correct(&mut self, nominal: &mut [NodeValues], length: f64, start: &[f64]) -> bool {
+        self.first_order.fix(&self.key.program, nominal);
+        let (mut last, mut is_new) = (f64::INFINITY, true);
+        for _ in 0..MAX_CORRECTIONS {
+            self.evaluate(nominal);
+            if is_new && !self.factor(length) {
+                return false;
+            }
+            let size = self.step(nominal, start);
+            let is_stagnant = last <= STAGNANT && size > 0.5 * last;
+            if !size.is_finite() {
+                return false;
+            }
+            if is_new && (size <= CORRECTED || is_stagnant) {
+                return true;
+            }
+            let gain = if is_new { size } else { size / last };
+            is_new = is_stagnant || gain > POOR_GAIN || size * gain <= CORRECTED;
+            last = size;
+        }
+        false
+    }
+
+    /// Rates of the components at node values.
+    #[inline(always)]
+    fn evaluate(&mut self, nominal: &[NodeValues]) {
+        let program = &self.key.program;
+        self.first_order.evaluate(program, nominal);
+        for (component, rate) in self.rates.iter_mut().enumerate() {
+            *rate = self.first_order.value(program.output(component));
+        }
+    }
+
+    /// Solves the linear equations about the orbit at hand; `false` if they are singular.
+    #[inline(always)]
+    fn factor(&mut self, length: f64) -> bool {
+        let program = &self.key.program;
+        self.first_order.differentiate(program);
+        let slopes = &self.first_order;
+        let slope = |row: usize, state: usize| slopes.slope(program.output(row), state);
+        self.solver.factor(length, slope)
+    }
+
+    /// One step of Newton's method; its relative size.
+    #[inline(always)]
+    fn step(&mut self, nominal: &mut [NodeValues], start: &[f64]) -> f64 {
+        let [corrections, rate_corrections] = &mut self.corrections;
+        let solver = &self.solver;
+        solver.correct(start, nominal, &self.rates, corrections, rate_corrections);
+        let size = relative_size(corrections, nominal, &self.rates, solver.length);
+        for (values, &correction) in nominal.iter_mut().zip(&*corrections) {
+            *values += correction;
+        }
+        size
+    }
+
+    /// Heads of the stored slots, and the slopes of those that are read again.
+    #[inline(always)]
+    fn prepare_slots(&mut self) {
+        let dimension = self.key.dimension;
+        self.gradients.clear();
+        for state in 0..dimension {
+            self.reads_nodes[state] = self.remainders.is_read_again(state);
+        }
+        for place in 0..self.remainders.places() {
+            let slot = self.remainders.slot(place);
+            let head = self.first_order.value(slot);
+            self.remainders.set_head(place, head);
+            if place < dimension || !self.remainders.is_read_again(place) {
+                continue;
+            }
+            for state in 0..dimension {
+                let slope = self.first_order.slope(slot, state);
+                if slope != ZERO {
+                    self.reads_nodes[state] = true;
+                    self.gradients.push(Gradient { place, state, slope });
+                }
+            }
+        }
+    }
+}
+
+/// Largest correction of a component, over the largest value of the component or change of it in
+/// the element.
+#[inline(always)]
+fn relative_size(
+    corrections: &[NodeValues],
+    nominal: &[NodeValues],
+    rates: &[NodeValues],
+    length: f64,
+) -> f64 {
+    let mut worst = 0.0_f64;
+    for ((correction, values), rate) in corrections.iter().zip(nominal).zip(rates) {
+        let scale = values.magnitude() + length.abs() * rate.magnitude();
+        let size = correction.magnitude();
+        if size.is_nan() {
+            return f64::INFINITY;
+        }
+        worst = worst.max(size / scale.max(f64::MIN_POSITIVE));
+    }
+    worst
 }

@@ -1,27 +1,23 @@
 //! Jets of a flow over a time: two methods that share nothing but the field's program.
 
-mod block;
-mod cache_key;
 mod coefficients;
 mod collocation;
 mod element;
-mod elimination;
 mod first_order;
 mod gauss;
-mod nominal;
-mod orbit;
-mod pairs;
 mod plan;
 mod remainders;
-mod resolution;
 mod solver;
-mod spare;
 mod sparse;
 mod taylor;
 
 pub use collocation::{JetFlow, jet_transport};
-pub use taylor::jet_transport_taylor;
-pub(crate) use taylor::{JetExpansion, MAX_STEPS, jet_transport_within};
+#[cfg(test)]
+pub(super) use taylor::expand;
+pub use taylor::{
+    LocalSeries, at_series_time, flow_with_jacobian, flow_with_jacobian_within,
+    jet_transport_taylor, local_series, local_series_kept_to,
+};
 
 #[cfg(test)]
 mod tests;

@@ -4,11 +4,9 @@
 use std::rc::Rc;
 use std::sync::Arc;
 
-use super::cache_key::{CacheKey, Reach};
 use super::gauss::{NODES, NodeValues};
-use super::pairs::{Pairs, pairs_of_actions};
-use super::plan::{Action, Plan};
-use super::sparse::{SparseSpace, Support, reach_of_slots};
+use super::plan::{Action, CacheKey, Plan, Reach};
+use super::sparse::{Pairs, SparseSpace, Support, pairs_of_actions, reach_of_slots};
 use crate::flow::program::run;
 use crate::jet::{JetSpace, VariableSet, variables_of_monomials};
 use crate::numeric::{Lanes, Scalar, one_by_one};

@@ -13,10 +13,7 @@
 //! and a forced oscillator of one degree of freedom leaves a single block to invert. See
 //! docs/mathematics/flow.md.
 
-use super::block::Block;
-use super::elimination::BlockMatrix;
-use super::gauss::{Functionals, GAUSS, Gauss, NODES, NodeValues};
-use super::resolution::Tail;
+use super::gauss::{Block, Functionals, GAUSS, Gauss, NODES, NodeValues};
 use crate::numeric::{Lanes, Scalar};
 
 const ZERO: NodeValues = Lanes([0.0; NODES]);
@@ -296,5 +293,181 @@ fn absent<T>(count: usize) -> Vec<Option<T>> {
 fn clear<T>(places: &mut [Option<T>]) {
     for place in places {
         *place = None;
+    }
+}
+
+/// Largest Legendre modes of some functions over their size.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Tail {
+    /// Those of degree 10 and 11.
+    before: f64,
+    /// Those of degree 14 and 15, the last that the nodes tell apart.
+    last: f64,
+}
+
+impl Tail {
+    /// That of no function.
+    pub(super) const NONE: Self = Self { before: 0.0, last: 0.0 };
+
+    /// That of functions of a size.
+    #[inline(always)]
+    pub(super) fn new(functionals: Functionals, size: f64) -> Self {
+        let largest = |first: usize| {
+            let [a, b] = [functionals.0[first].abs(), functionals.0[first + 1].abs()];
+            a.max(b) / size.max(f64::MIN_POSITIVE)
+        };
+        Self { before: largest(2), last: largest(4) }
+    }
+
+    /// The larger of both.
+    #[inline(always)]
+    pub(super) fn larger(self, other: Self) -> Self {
+        Self { before: self.before.max(other.before), last: self.last.max(other.last) }
+    }
+
+    /// What the first modes that the nodes do not tell apart are expected to be: they fall on as
+    /// those before.
+    fn next(self) -> f64 {
+        self.last * (self.last / self.before).sqrt().min(1.0)
+    }
+}
+
+/// An estimate of the error of an element: the product of two tails of Legendre modes. See
+/// docs/mathematics/flow.md.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Resolution {
+    /// Next modes of the fundamental matrix, relative to its entries.
+    fundamental: f64,
+    /// Estimated error at the end, over the largest coefficient of the same degree: the worst
+    /// degree.
+    pub(super) error: f64,
+    /// Largest last Legendre mode over the largest coefficient of the same degree.
+    tail: f64,
+}
+
+/// Largest last Legendre mode for which the error estimate, a product of two of them, is believed.
+const RESOLVED: f64 = 1e-4;
+
+/// Share of a product of two modes in the error: one over its norm, 33, times the neighbours that
+/// count as much.
+const SHARE: f64 = 0.25;
+
+impl Resolution {
+    /// That of the fundamental matrix alone.
+    pub(super) fn new(fundamental: Tail) -> Self {
+        Self {
+            fundamental: fundamental.next().max(f64::EPSILON),
+            error: 0.0,
+            tail: fundamental.last,
+        }
+    }
+
+    /// Includes a degree with these modes, whose monomials have up to some factors, each of the
+    /// flow or of the defect.
+    pub(super) fn include(&mut self, factors: usize, tail: Tail) {
+        let ways = 2.0_f64.powi(factors as i32);
+        self.tail = self.tail.max(tail.last);
+        self.error = self.error.max(SHARE * ways * tail.next() * self.fundamental);
+    }
+
+    /// Whether the estimate is below a tolerance and believed.
+    pub(super) fn meets(self, tolerance: f64) -> bool {
+        self.error <= tolerance && self.tail <= RESOLVED
+    }
+}
+
+/// A square matrix of blocks by rows, zero ones absent.
+#[derive(Default)]
+struct BlockMatrix {
+    dimension: usize,
+    blocks: Vec<Block>,
+    /// Of each block, whether it is there; what is kept of others means nothing.
+    present: Vec<bool>,
+}
+
+impl BlockMatrix {
+    /// Makes it a zero matrix, keeping its memory.
+    pub(super) fn clear(&mut self, dimension: usize) {
+        self.dimension = dimension;
+        self.blocks.resize(dimension * dimension, Block::ZERO);
+        self.present.clear();
+        self.present.resize(dimension * dimension, false);
+    }
+
+    /// A block, unless it is zero.
+    #[inline(always)]
+    pub(super) fn get(&self, row: usize, column: usize) -> Option<&Block> {
+        let place = row * self.dimension + column;
+        self.present[place].then(|| &self.blocks[place])
+    }
+
+    /// The place of a block that is there from now on, whatever it holds.
+    #[inline(always)]
+    pub(super) fn place(&mut self, row: usize, column: usize) -> &mut Block {
+        let place = row * self.dimension + column;
+        self.present[place] = true;
+        &mut self.blocks[place]
+    }
+
+    /// Inverts it by block elimination along the diagonal, in the memory of both; `false` if a
+    /// pivot is singular.
+    #[inline(always)]
+    pub(super) fn invert(&mut self, spare: &mut Self) -> bool {
+        if let ([block], [true]) = (self.blocks.as_mut_slice(), self.present.as_slice()) {
+            return block.invert();
+        }
+        spare.clear(self.dimension);
+        for row in 0..self.dimension {
+            *spare.place(row, row) = Block::IDENTITY;
+        }
+        let is_regular = self.eliminate(spare);
+        std::mem::swap(self, spare);
+        is_regular
+    }
+
+    /// Turns itself into the identity and another matrix into its own inverse times that matrix.
+    #[inline(always)]
+    fn eliminate(&mut self, other: &mut Self) -> bool {
+        for pivot in 0..self.dimension {
+            let Some(mut scale) = self.get(pivot, pivot).copied() else {
+                return false;
+            };
+            if !scale.invert() {
+                return false;
+            }
+            self.scale_row(pivot, &scale, pivot + 1);
+            other.scale_row(pivot, &scale, 0);
+            for row in (0..self.dimension).filter(|&row| row != pivot) {
+                if let Some(factor) = self.get(row, pivot).copied() {
+                    self.subtract_row(row, pivot, &factor, pivot + 1);
+                    other.subtract_row(row, pivot, &factor, 0);
+                }
+            }
+        }
+        true
+    }
+
+    /// `row = factor · row` in the columns from `first` on.
+    #[inline(always)]
+    fn scale_row(&mut self, row: usize, factor: &Block, first: usize) {
+        for column in first..self.dimension {
+            if let Some(product) = self.get(row, column).map(|block| factor.times(block)) {
+                *self.place(row, column) = product;
+            }
+        }
+    }
+
+    /// `row −= factor · pivot` in the columns from `first` on.
+    #[inline(always)]
+    fn subtract_row(&mut self, row: usize, pivot: usize, factor: &Block, first: usize) {
+        for column in first..self.dimension {
+            if let Some(block) = self.get(pivot, column) {
+                let product = factor.times(block);
+                if self.get(row, column).is_none() {
+                    *self.place(row, column) = Block::ZERO;
+                }
+                self.place(row, column).subtract(&product);
+            }
+        }
     }
 }

@@ -3,15 +3,19 @@
 //! One idea: a slot depends on some of the jets' variables only (a forcing on its phase, frequency
 //! and amplitude), up to some degree (a driven phase up to the first), and all other monomials are
 //! zero.
+//!
+//! Products of few coefficients go pair by pair: where a factor has two or three coefficients, or
+//! the degree is low, finding the runs of a product costs more than the product; its pairs of
+//! coefficients are listed once.
 
 use std::ops::Range;
+use std::rc::Rc;
 
-use super::cache_key::{Inputs, Reach};
-use super::gauss::NodeValues;
-use super::pairs::Pairs;
+use super::gauss::{NODES, NodeValues};
+use super::plan::{Action, Inputs, Plan, Reach};
 use crate::flow::Program;
 use crate::jet::{Graded, HeadFunction, JetSpace, PartOf, Selection, Span, VariableSet};
-use crate::numeric::Lanes;
+use crate::numeric::{Lanes, Scalar};
 
 /// What each slot can reach at any time, from what the inputs do at the start.
 pub(super) fn reach_of_slots(
@@ -204,5 +208,189 @@ impl Graded<NodeValues> for SparseSpace<'_> {
 
     fn head_atan2(&self, y: &[NodeValues], x: &[NodeValues], out: &mut [NodeValues]) {
         self.space.head_atan2(y, x, out);
+    }
+}
+
+/// Highest degree in which a factor that may differ from zero in all monomials is listed.
+const LOW: usize = 2;
+
+/// The products that the monomials of a part sum.
+pub(super) struct Pairs {
+    /// Of each monomial, where its pairs end.
+    ends: Vec<u32>,
+    pairs: Vec<(u32, u32)>,
+}
+
+/// Of every action of a plan in each degree, the pairs of its product, if it is one of few.
+pub(super) fn pairs_of_actions(
+    plan: &Plan,
+    space: &JetSpace,
+    monomials: &[VariableSet],
+    reach: &[Reach],
+    supports: &[Rc<Support>],
+) -> Vec<Vec<Option<Pairs>>> {
+    let pairs = |degree: usize, action: &Action| {
+        let Action::Run { operation, place, .. } = action else {
+            return None;
+        };
+        let (left, right, span) = operation.product(*place)?;
+        let [left, right, slot] = [left, right, *place].map(|place| plan.stored[place]);
+        let factors = Factors { space, monomials, span, left: reach[left], right: reach[right] };
+        factors.pairs(degree, supports[slot].part(degree))
+    };
+    let actions = plan.actions.iter().enumerate();
+    actions
+        .map(|(degree, actions)| actions.iter().map(|action| pairs(degree, action)).collect())
+        .collect()
+}
+
+/// A product of two slots: its terms, and the monomials in which its factors can differ from zero.
+struct Factors<'a> {
+    space: &'a JetSpace,
+    /// Variables of every monomial.
+    monomials: &'a [VariableSet],
+    span: Span,
+    left: Reach,
+    right: Reach,
+}
+
+impl Factors<'_> {
+    /// The pairs of the monomials of a part of a degree, if they are few.
+    fn pairs(&self, degree: usize, part: Range<usize>) -> Option<Pairs> {
+        let is_left_short = self.left.degree <= self.right.degree;
+        let short = if is_left_short { self.left } else { self.right };
+        if short.degree > 1 && degree > LOW {
+            return None;
+        }
+        let low = 0..self.space.degree_range(short.degree.min(degree)).end;
+        let few: Vec<_> = low.filter(|&m| self.reaches(short, m)).collect();
+        let mut pairs = Pairs {
+            ends: Vec::with_capacity(part.len()),
+            pairs: Vec::with_capacity(few.len() * part.len()),
+        };
+        let mut exponents = Vec::with_capacity(self.space.variables());
+        for product in part {
+            for &one in &few {
+                let Some(other) = self.cofactor(product, one, &mut exponents) else {
+                    continue;
+                };
+                let pair = if is_left_short { (one, other) } else { (other, one) };
+                if self.has(pair) {
+                    pairs.pairs.push((pair.0 as u32, pair.1 as u32));
+                }
+            }
+            pairs.ends.push(pairs.pairs.len() as u32);
+        }
+        Some(pairs)
+    }
+
+    /// The monomial whose product with another one is a given one, its exponents put into some
+    /// memory.
+    fn cofactor(&self, product: usize, factor: usize, exponents: &mut Vec<u8>) -> Option<usize> {
+        if self.monomials[factor] & !self.monomials[product] != 0 {
+            return None;
+        }
+        exponents.clear();
+        let both = self.space.exponents(product).iter().zip(self.space.exponents(factor));
+        for (product, factor) in both {
+            exponents.push(product.checked_sub(*factor)?);
+        }
+        self.space.monomial(exponents)
+    }
+
+    /// Whether a pair is one of the terms and both its coefficients can differ from zero.
+    fn has(&self, (left, right): (usize, usize)) -> bool {
+        let is_left_out = match self.span {
+            Span::Full => false,
+            Span::WithoutFirst => left == 0,
+            Span::WithoutLast => right == 0,
+            Span::Interior => left == 0 || right == 0,
+        };
+        !is_left_out && self.reaches(self.left, left) && self.reaches(self.right, right)
+    }
+
+    fn reaches(&self, reach: Reach, monomial: usize) -> bool {
+        self.monomials[monomial] & !reach.variables == 0
+            && self.space.degree(monomial) <= reach.degree
+    }
+}
+
+impl Pairs {
+    /// The sum of the products of a monomial, given by its place in the part.
+    #[inline(always)]
+    pub(super) fn sum(&self, place: usize, a: &[NodeValues], b: &[NodeValues]) -> NodeValues {
+        let start = place.checked_sub(1).map_or(0, |before| self.ends[before]);
+        let mut sum = Lanes([0.0; NODES]);
+        for &(i, j) in &self.pairs[start as usize..self.ends[place] as usize] {
+            sum = a[i as usize].mul_add(b[j as usize], sum);
+        }
+        sum
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::jet::variables_of_monomials;
+
+    /// The pairs of a degree by the table of the space, those left out that a reach or the span
+    /// leaves out.
+    fn of_table(factors: &Factors<'_>, degree: usize) -> Vec<Vec<(usize, usize)>> {
+        let space = factors.space;
+        let reaches = |reach: Reach, monomial: usize| {
+            let exponents = space.exponents(monomial);
+            let is_one = |variable: usize| reach.variables >> variable & 1 == 1;
+            let degree: usize = exponents.iter().map(|&e| usize::from(e)).sum();
+            degree <= reach.degree
+                && (0..exponents.len()).all(|variable| exponents[variable] == 0 || is_one(variable))
+        };
+        let counts = |&(i, j): &(usize, usize)| {
+            let is_first = i == 0 && factors.span == Span::WithoutFirst;
+            !is_first && reaches(factors.left, i) && reaches(factors.right, j)
+        };
+        let sorted = |monomial: usize| {
+            let mut pairs: Vec<_> = space.pairs(monomial).into_iter().filter(counts).collect();
+            pairs.sort_unstable();
+            pairs
+        };
+        space.degree_range(degree).map(sorted).collect()
+    }
+
+    #[test]
+    fn listed_pairs_are_those_of_the_table_whose_factors_can_differ_from_zero() {
+        let space = JetSpace::uniform(3, 4).unwrap();
+        let monomials = variables_of_monomials(&space);
+        let reach = |variables, degree| Reach { variables, degree };
+        for (left, right, span, degree) in [
+            (reach(0b001, 1), reach(0b110, 4), Span::Full, 3),
+            (reach(0b111, 4), reach(0b011, 1), Span::WithoutFirst, 4),
+            (reach(0b111, 4), reach(0b111, 4), Span::WithoutFirst, 2),
+        ] {
+            let factors = Factors { space: &space, monomials: &monomials, span, left, right };
+            let pairs = factors.pairs(degree, space.degree_range(degree)).unwrap();
+            let mut start = 0;
+            for (&end, expected) in pairs.ends.iter().zip(of_table(&factors, degree)) {
+                let listed = pairs.pairs[start..end as usize].iter();
+                let mut listed: Vec<_> = listed.map(|&(i, j)| (i as usize, j as usize)).collect();
+                listed.sort_unstable();
+                assert_eq!(listed, expected);
+                start = end as usize;
+            }
+            assert_eq!(pairs.ends.len(), space.degree_range(degree).len());
+        }
+    }
+
+    #[test]
+    fn products_of_many_pairs_are_not_listed() {
+        let space = JetSpace::uniform(3, 4).unwrap();
+        let whole = Reach { variables: 0b111, degree: 4 };
+        let factors = Factors {
+            space: &space,
+            monomials: &variables_of_monomials(&space),
+            span: Span::Full,
+            left: whole,
+            right: whole,
+        };
+        assert!(factors.pairs(3, space.degree_range(3)).is_none());
     }
 }

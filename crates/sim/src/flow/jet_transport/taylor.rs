@@ -1,13 +1,19 @@
-//! Jet transport by Taylor's method: series in time whose coefficients are jets.
+//! Jet transport by Taylor's method: series in time whose coefficients are jets, their sums at a
+//! jet-valued time, and the flow with its first derivatives as jets of order 1.
 //!
 //! Slow and general: any scalar, so also double-double. The step is controlled on the parts of
 //! every degree of every component.
+//!
+//! The Taylor coefficients of a solution in time come one power after another: from
+//! `x' = f(x, p)` follows `x_{k+1} = f_k / (k + 1)`, and a program gives `f_k` from
+//! `x_0 … x_k` in any algebra graded by powers of time: numbers or jets as coefficients.
+
+use nalgebra::DMatrix;
 
 use crate::flow::step_control::{component_step, margin_at, order_for};
-use crate::flow::time_expansion::expand;
 use crate::flow::{Field, FlowError};
-use crate::jet::{Graded, Jet, JetSeries};
-use crate::numeric::Real;
+use crate::jet::{Graded, Jet, JetSeries, JetSpace, power_series_at};
+use crate::numeric::{Real, Scalar};
 
 /// Most steps one flow may take.
 pub(crate) const MAX_STEPS: usize = 100_000;
@@ -34,7 +40,7 @@ pub fn jet_transport_taylor<S: Real>(
 }
 
 /// As [`jet_transport_taylor`], in a number of steps, which those taken lower.
-pub(crate) fn jet_transport_within<S: Real>(
+fn jet_transport_within<S: Real>(
     field: &Field,
     initial: &[Jet<S>],
     parameters: &[Jet<S>],
@@ -66,7 +72,7 @@ pub(crate) fn jet_transport_within<S: Real>(
 }
 
 /// The tape of one field over series in time of jets.
-pub(crate) struct JetExpansion<'a, S: Real> {
+struct JetExpansion<'a, S: Real> {
     field: &'a Field,
     algebra: JetSeries,
     tape: Vec<S>,
@@ -137,6 +143,252 @@ impl<'a, S: Real> JetExpansion<'a, S> {
             for (value, &coefficient) in out.iter_mut().zip(self.coefficients(component, power)) {
                 *value = value.mul_add(time, coefficient);
             }
+        }
+    }
+}
+
+/// Fills the tape of a field with the Taylor coefficients of all its slots up to the algebra's
+/// order.
+///
+/// The heads of the inputs must be in place, and the inputs of the parameters zero beyond their
+/// heads.
+pub(crate) fn expand<S: Scalar, A: Graded<S>>(
+    field: &Field,
+    algebra: &A,
+    tape: &mut [S],
+    scratch: &mut [S],
+) {
+    let (program, len, order) = (field.time_program(), algebra.element_len(), algebra.order());
+    for degree in 0..=order {
+        program.advance(algebra, degree, tape, scratch);
+        if degree == order {
+            return;
+        }
+        let (from, to) = (algebra.part(degree), algebra.part(degree + 1));
+        let factor = S::one() / S::from_f64((degree + 1) as f64);
+        for component in 0..field.dimension() {
+            let source = program.output(component) * len + from.start;
+            let target = component * len + to.start;
+            for offset in 0..from.len() {
+                tape[target + offset] = tape[source + offset] * factor;
+            }
+        }
+    }
+}
+
+/// The state after a duration of either sign, and its derivative by chosen inputs.
+///
+/// `directions` lists inputs of the field: `0..dimension` are the initial state's components,
+/// `dimension + i` is parameter `i`. The matrix has one row per state component and one column per
+/// direction. Derivatives by bound parameters are zero.
+///
+/// # Errors
+///
+/// As [`jet_transport_taylor`](super::jet_transport_taylor); [`FlowError::Jet`] if the jets of the
+/// directions do not fit in memory.
+pub fn flow_with_jacobian<S: Real>(
+    field: &Field,
+    state: &[S],
+    parameters: &[S],
+    duration: S,
+    directions: &[usize],
+) -> Result<(Vec<S>, DMatrix<S>), FlowError> {
+    flow_with_jacobian_within(field, state, parameters, duration, directions, &mut { MAX_STEPS })
+}
+
+/// As [`flow_with_jacobian`], in a number of Taylor steps, which those taken lower.
+///
+/// The derivatives may need shorter steps than the state: those of `x^n` grow as `n`.
+///
+/// # Errors
+///
+/// As [`flow_with_jacobian`], [`FlowError::TooManySteps`] after the steps given.
+pub fn flow_with_jacobian_within<S: Real>(
+    field: &Field,
+    state: &[S],
+    parameters: &[S],
+    duration: S,
+    directions: &[usize],
+    steps_left: &mut usize,
+) -> Result<(Vec<S>, DMatrix<S>), FlowError> {
+    let space = JetSpace::uniform(directions.len(), 1)?;
+    let jet = |(input, &value): (usize, &S)| match directions.iter().position(|&d| d == input) {
+        Some(variable) => Jet::variable(&space, variable, value),
+        None => Jet::constant(&space, value),
+    };
+    let inputs: Vec<_> = state.iter().chain(parameters).enumerate().map(jet).collect();
+    let (initial, parameters) = inputs.split_at(state.len());
+    let image = jet_transport_within(field, initial, parameters, duration, steps_left)?;
+    let slope = |row: usize, column: usize| {
+        space
+            .linear_monomial(column)
+            .map_or(S::zero(), |monomial| image[row].coefficients()[monomial])
+    };
+    let matrix = DMatrix::from_fn(image.len(), directions.len(), slope);
+    Ok((image.iter().map(Jet::head).collect(), matrix))
+}
+
+/// Taylor coefficients in time, as jets, of every state component and watched function.
+#[derive(Clone, Debug)]
+pub struct LocalSeries<S: Real> {
+    states: Vec<Vec<Jet<S>>>,
+    watched: Vec<Vec<Jet<S>>>,
+}
+
+impl<S: Real> LocalSeries<S> {
+    /// Coefficients of a state component, by power of time.
+    pub fn state(&self, component: usize) -> &[Jet<S>] {
+        &self.states[component]
+    }
+
+    /// Coefficients of a watched function, by power of time.
+    pub fn watched(&self, watched: usize) -> &[Jet<S>] {
+        &self.watched[watched]
+    }
+
+    /// The state at a jet-valued time, the series summed as in [`at_series_time`].
+    pub fn state_at(&self, time: &Jet<S>) -> Vec<Jet<S>> {
+        self.states.iter().map(|series| at_series_time(series, time)).collect()
+    }
+}
+
+/// Expands the solution about a jet-valued state, up to a power of time.
+///
+/// `initial` holds one jet per state component, `parameters` one per parameter of the field (those
+/// of bound ones are ignored), all of one space, with any content. Outside the domain of the field
+/// the coefficients are not finite.
+///
+/// # Panics
+///
+/// If there is no state component, or the jets' spaces differ.
+pub fn local_series<S: Real>(
+    field: &Field,
+    initial: &[Jet<S>],
+    parameters: &[Jet<S>],
+    order: usize,
+) -> LocalSeries<S> {
+    let degree = initial[0].space().order();
+    local_series_kept_to(field, initial, parameters, vec![degree; order + 1])
+}
+
+/// [`local_series`] with the coefficients of each power of time to a degree of its own; beyond it
+/// they are 0.
+///
+/// What is to be summed at a time of lowest degree `l` is needed to the order less `l` times the
+/// power: a small part of the work.
+///
+/// # Panics
+///
+/// As [`local_series`], if no power is kept, or a degree exceeds that of a lower power.
+pub fn local_series_kept_to<S: Real>(
+    field: &Field,
+    initial: &[Jet<S>],
+    parameters: &[Jet<S>],
+    kept: Vec<usize>,
+) -> LocalSeries<S> {
+    let space = initial[0].space();
+    let powers = 0..kept.len();
+    let algebra = JetSeries::kept_to(space, kept);
+    let mut expansion = JetExpansion::new(field, algebra.clone());
+    expansion.expand(initial, parameters);
+    let jets = |slot: usize| -> Vec<Jet<S>> {
+        let jet = |power| {
+            let coefficients = expansion.coefficients(slot, power).to_vec();
+            let jet = Jet::from_coefficients(space, coefficients);
+            jet.truncate(algebra.kept(power))
+        };
+        powers.clone().map(jet).collect()
+    };
+    let output = |watched| field.time_program().output(field.dimension() + watched);
+    LocalSeries {
+        states: (0..field.dimension()).map(&jets).collect(),
+        watched: (0..field.watched()).map(|watched| jets(output(watched))).collect(),
+    }
+}
+
+/// `Σ_k c_k τ^k` for a time `τ` without constant term, by Horner's rule.
+///
+/// Exact to the order of the space if `coefficients` reaches the power at which `τ^k` vanishes: the
+/// order over the lowest degree of `τ`.
+///
+/// # Panics
+///
+/// If `coefficients` is empty, or the jets' spaces differ.
+pub fn at_series_time<S: Real>(coefficients: &[Jet<S>], time: &Jet<S>) -> Jet<S> {
+    assert!(!coefficients.is_empty(), "a series has its term of power 0");
+    power_series_at(coefficients, time)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::flow::{InputKind, Integrator, samples};
+    use crate::jet::JetSpace;
+    use crate::numeric::Dd;
+
+    #[test]
+    fn derivatives_agree_with_differences_of_flows() {
+        let field = samples::electrostatic(&[InputKind::Variable; 3]);
+        let point = [0.2, 0.1, 0.3, 0.02, 0.3, 0.6].map(Dd::from);
+        let duration = Dd::PI / point[5];
+        let (image, matrix) =
+            flow_with_jacobian(&field, &point[..3], &point[3..], duration, &[0, 1, 2, 4, 5])
+                .unwrap();
+        let step = Dd::from(1e-8);
+        for (column, input) in [0, 1, 2, 4, 5].into_iter().enumerate() {
+            let shifted = |offset: Dd| {
+                let mut at = point;
+                at[input] += offset;
+                Integrator::new(&field).flow(&at[..3], &at[3..], duration).unwrap()
+            };
+            let (up, down, middle) = (shifted(step), shifted(-step), shifted(Dd::ZERO));
+            for row in 0..3 {
+                let difference = (up[row] - down[row]) / (step + step);
+                // The difference quotient errs by step² times a third derivative.
+                assert!((difference - matrix[(row, column)]).to_f64().abs() < 1e-12);
+                assert!((middle[row] - image[row]).to_f64().abs() < 1e-28);
+            }
+        }
+    }
+
+    #[test]
+    fn series_at_a_jet_time_is_the_closed_flow_of_the_square() {
+        let space = JetSpace::uniform(2, 7).unwrap();
+        let x = Jet::variable(&space, 0, 0.5_f64);
+        let time = Jet::variable(&space, 1, 0.0);
+        let series = local_series(&samples::quadratic(), std::slice::from_ref(&x), &[], 7);
+        let sum = at_series_time(series.state(0), &time);
+        let expected = &x / &(-&(&x * &time)).add_constant(1.0);
+        for (value, exact) in sum.coefficients().iter().zip(expected.coefficients()) {
+            assert!((value - exact).abs() < 1e-14 * exact.abs().max(1.0), "{value} {exact}");
+        }
+    }
+
+    #[test]
+    fn coefficients_kept_to_a_degree_are_those_of_the_whole_series_up_to_it() {
+        let space = JetSpace::new(&[1, 2], 6).unwrap();
+        let state = [Jet::variable(&space, 0, 0.7), Jet::variable(&space, 1, 0.4)];
+        let whole = local_series(&samples::pendulum(), &state, &[], 6);
+        let kept = |power: usize| 6 - power;
+        let degrees = (0..=6).map(kept).collect();
+        let series = local_series_kept_to(&samples::pendulum(), &state, &[], degrees);
+        for component in 0..2 {
+            for power in 0..=6 {
+                let expected = whole.state(component)[power].truncate(kept(power));
+                assert_eq!(series.state(component)[power], expected, "{power}");
+            }
+        }
+    }
+
+    #[test]
+    fn watched_energy_of_the_pendulum_is_constant_as_a_jet() {
+        let space = JetSpace::uniform(2, 4).unwrap();
+        let state = [Jet::variable(&space, 0, 0.7_f64), Jet::variable(&space, 1, 0.4)];
+        let series = local_series(&samples::pendulum(), &state, &[], 8);
+        for power in 1..=8 {
+            let largest =
+                series.watched(0)[power].coefficients().iter().fold(0.0_f64, |m, c| m.max(c.abs()));
+            assert!(largest < 1e-14, "power {power}: {largest:e}");
         }
     }
 }

@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
-use super::cache_key::{CacheKey, Inputs};
+use super::collocation::guess_orbit;
 use super::element::Element;
 use super::gauss::NODES;
-use super::nominal::guess_orbit;
+use super::plan::{CacheKey, Inputs};
 use super::{jet_transport, jet_transport_taylor};
 use crate::flow::{Field, InputKind, Integrator, samples};
 use crate::jet::{Jet, JetSpace};

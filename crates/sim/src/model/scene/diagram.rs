@@ -1,7 +1,6 @@
 //! `[[diagram]]`, `[[chart]]` and `[[basin]]`: the pictures asked for.
 
-use super::document::{Field, Table};
-use super::scope::Scope;
+use super::document::{Field, Scope, Table};
 use super::tables::{distinct, key_position, parameter, position, refuse_frozen};
 use super::{
     BasinPlan, ChartObservable, ChartOverlay, ChartRequest, DiagramRequest, Method, Observable,

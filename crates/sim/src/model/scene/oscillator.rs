@@ -3,9 +3,7 @@
 
 use std::ops::Range;
 
-use super::document::{Field, Table, shown};
-use super::scope;
-use super::scope::{Kind, Scope};
+use super::document::{Field, Kind, Scope, Table, define, shown};
 use super::tables::key_position;
 use crate::model::error::{Checked, Fault, SceneProblem};
 use crate::model::graph::{ExpressionGraph, NodeId};
@@ -21,7 +19,7 @@ const KEYS: [&str; 8] =
 const MOST_NAMES: usize = 256;
 
 /// A model being read.
-pub(super) struct Draft {
+struct Draft {
     pub(super) scope: Scope,
     pub(super) graph: ExpressionGraph,
     pub(super) states: Vec<String>,
@@ -70,7 +68,7 @@ fn declare(table: &Table<'_>, phase: Option<&Table<'_>>) -> Checked<Draft> {
         let node = graph.input(input);
         scope.define(name, node);
     }
-    scope::define(&lets, &mut scope, &mut graph)?;
+    define(&lets, &mut scope, &mut graph)?;
     Ok(Draft { scope, graph, states, parameters, phase })
 }
 
@@ -180,11 +178,7 @@ const SURFACE_KEYS: [&str; 5] = ["name", "event", "impact", "contact", "release"
 const MOST_SURFACES: usize = 64;
 
 /// Reads every surface of the model; `flow` is its free flow.
-pub(super) fn read_surfaces(
-    model: &Table<'_>,
-    flow: &[NodeId],
-    draft: &mut Draft,
-) -> Checked<Vec<Surface>> {
+fn read_surfaces(model: &Table<'_>, flow: &[NodeId], draft: &mut Draft) -> Checked<Vec<Surface>> {
     let field = model.require("surface")?;
     let tables = field.tables()?;
     field.check_length(tables.len(), MOST_SURFACES)?;
