@@ -94,9 +94,7 @@ impl Field {
     pub fn time_program(&self) -> &Program {
         &self.time_program
     }
-}
 
-impl Field {
     /// The program for series in time with numbers as coefficients: its slots are those of
     /// [`time_program`](Self::time_program).
     pub(super) fn series(&self) -> &SeriesProgram {

@@ -50,8 +50,7 @@ impl Program {
     /// Input `i` of the graph is slot `i` of the tape.
     pub fn new(graph: &ExpressionGraph, outputs: &[NodeId], inputs: &[InputKind]) -> Self {
         let mut lowering = Lowering::new(graph, inputs);
-        lowering.mark_needed(outputs);
-        lowering.lower_nodes();
+        lowering.lower_nodes(outputs);
         let outputs = outputs.iter().map(|&node| lowering.slot_of(node)).collect();
         let reaching = [0, 1, 2].map(|degree| {
             let reaches = |&slot: &Slot| lowering.support[slot].reaches(degree);

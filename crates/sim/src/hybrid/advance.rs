@@ -158,9 +158,7 @@ impl<S: Real> Simulator<'_, S> {
         }
         Ok(false)
     }
-}
 
-impl<S: Real> Simulator<'_, S> {
     /// Brings the state onto the zero it has landed beside, where it meets it transversally.
     ///
     /// NOTE: where the step does not halve the distance or leads to where `g` turns, `|g g''| ≥

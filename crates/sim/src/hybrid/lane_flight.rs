@@ -9,11 +9,10 @@
 //! lanes and is flown by the scalar simulator.
 
 use super::lane_flow::{LaneAsked, LaneFlow, LaneLog, LaneStepEnd};
-use super::motion::LaneMotion;
+use super::motion::{LaneMotion, Sense};
 use super::passage::Back;
 use super::response::{PASSES, Rebound};
 use super::return_map::DirectReturn;
-use super::sensing::Sense;
 use super::system::HybridSystem;
 use super::trajectory::ReturnSection;
 use crate::numeric::{Branched, Kernel, LaneMask, Lanes, Mask, Scalar, wide};

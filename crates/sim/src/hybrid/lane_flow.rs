@@ -7,9 +7,8 @@
 //! [`Log`](super::trajectory::Log) is for one. The event nearest to a passage tells of it, so the
 //! nearest one so far is all that is kept of the events, and nothing grows on the way.
 
-use super::motion::LaneMotion;
+use super::motion::{LaneMotion, Sense};
 use super::passage::{Back, MinimumLog};
-use super::sensing::Sense;
 use crate::numeric::{Branched, LaneMask, Lanes, Mask, Scalar};
 
 /// What is asked of a step.

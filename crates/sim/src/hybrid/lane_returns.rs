@@ -9,16 +9,15 @@
 //! time.
 
 use super::affine::{LaneTools, OrbitTables};
-use super::backward::reversed_gap;
 use super::lane_flight::LaneFlight;
 use super::lane_flow::{LaneAsked, LaneFlow, LaneLog, LaneStepEnd, LoggedFrom};
-use super::motion::LaneMotion;
+use super::motion::{Evaluator, LaneMotion, Sense, Sensor};
 use super::passage::{Back, Goal, NoLog, REDUCED, Start, ends_before_turn};
 use super::return_map::DirectReturn;
 use super::search::{Gap, SearchEnd, search};
-use super::sensing::{Evaluator, Sense, Sensor};
 use super::simulator::Simulator;
 use super::stationary::StationaryPoints;
+use super::stepping::reversed_gap;
 use super::system::{FlowMethod, HybridSystem, Law};
 use super::trajectory::ReturnOutcome;
 use crate::flow::{LaneIntegrator, LaneStep};

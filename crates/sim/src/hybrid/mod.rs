@@ -10,7 +10,6 @@
 
 mod advance;
 mod affine;
-mod backward;
 mod lane_flight;
 mod lane_flow;
 mod lane_returns;
@@ -20,7 +19,6 @@ mod response;
 mod return_map;
 mod sampling;
 mod search;
-mod sensing;
 mod simulator;
 mod stationary;
 mod stepping;

@@ -12,8 +12,7 @@
 //!
 //! with an error of order `T₀³`.
 
-use super::motion::Regime;
-use super::sensing::{Clearance, Sense};
+use super::motion::{Clearance, Regime, Sense};
 use super::simulator::{Contact, Simulator};
 use super::system::Law;
 use super::trajectory::{Event, EventKind, Outcome};

@@ -7,9 +7,8 @@
 //! alike, with the passage nearest to the section in place of the section point.
 
 use super::HybridError;
-use super::motion::{Motion, Regime};
+use super::motion::{Clearance, Motion, Regime, Sense};
 use super::passage::{Approach, Back, Stop};
-use super::sensing::{Clearance, Sense};
 use super::simulator::{Simulator, check_finite};
 use super::system::HybridSystem;
 use super::trajectory::{
@@ -590,8 +589,7 @@ impl<'a, S: Real> DirectReturn<'a, S> {
         if sense.acceleration <= S::zero() {
             return S::zero();
         }
-        let limit = self.duration * S::from_f64(0.25);
-        (-sense.velocity / sense.acceleration).min(limit)
+        (-sense.velocity / sense.acceleration).min(self.passage_limit())
     }
 
     fn report(&self, log: &Log<S>, outcome: ReturnOutcome<S>) -> Return<S> {

@@ -6,8 +6,7 @@
 
 use super::HybridError;
 use super::affine::AffineTools;
-use super::motion::{Motion, Regime};
-use super::sensing::{Evaluator, Sensor, rounding_of};
+use super::motion::{Evaluator, Motion, Regime, Sensor, rounding_of};
 use super::stationary::StationaryPoints;
 use super::system::{HybridSystem, Law, SurfaceLaw};
 use crate::flow::Integrator;

@@ -52,17 +52,8 @@ impl<'g> Former<'g> {
     /// The form of each node up to and including the last of `nodes`; `None` where it has none or
     /// is not needed.
     pub(super) fn forms(&mut self, nodes: &[NodeId]) -> Vec<Option<Form>> {
-        let count = nodes.iter().map(|node| node.index() + 1).max().unwrap_or(0);
-        let mut needed = vec![false; count];
-        nodes.iter().for_each(|node| needed[node.index()] = true);
-        for index in (0..count).rev().filter(|&index| index < count) {
-            if needed[index] {
-                for operand in self.graph.nodes()[index].operands() {
-                    needed[operand.index()] = true;
-                }
-            }
-        }
-        let mut forms: Vec<Option<Form>> = Vec::with_capacity(count);
+        let needed = self.graph.needed_by(nodes);
+        let mut forms: Vec<Option<Form>> = Vec::with_capacity(needed.len());
         for (index, needed) in needed.into_iter().enumerate() {
             let form = if needed { self.form(index, &forms) } else { None };
             forms.push(form);

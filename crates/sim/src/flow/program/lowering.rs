@@ -37,7 +37,6 @@ pub(super) struct Lowering<'a> {
     pub(super) operations: Vec<Operation>,
     pub(super) support: Vec<Support>,
     slots: Vec<Option<Slot>>,
-    needed: Vec<bool>,
     /// Slots of operations that several nodes share: Euler derivatives, sine and cosine pairs,
     /// products.
     shared: HashMap<SharedKey, Slot>,
@@ -66,28 +65,16 @@ impl<'a> Lowering<'a> {
             operations: vec![Operation::Input; inputs.len()],
             support: inputs.iter().map(support).collect(),
             slots: vec![None; graph.nodes().len()],
-            needed: vec![false; graph.nodes().len()],
             shared: HashMap::new(),
         }
     }
 
-    pub(super) fn mark_needed(&mut self, outputs: &[NodeId]) {
-        for output in outputs {
-            self.needed[output.index()] = true;
-        }
-        for index in (0..self.needed.len()).rev() {
-            if self.needed[index] {
-                for operand in self.graph.nodes()[index].operands() {
-                    self.needed[operand.index()] = true;
-                }
-            }
-        }
-    }
-
-    pub(super) fn lower_nodes(&mut self) {
-        for index in 0..self.needed.len() {
-            if self.needed[index] {
-                self.slots[index] = Some(self.lower(self.graph.nodes()[index]));
+    /// Lowers the nodes that some outputs are computed from.
+    pub(super) fn lower_nodes(&mut self, outputs: &[NodeId]) {
+        let graph = self.graph;
+        for (index, needed) in graph.needed_by(outputs).into_iter().enumerate() {
+            if needed {
+                self.slots[index] = Some(self.lower(graph.nodes()[index]));
             }
         }
     }
@@ -275,10 +262,8 @@ impl<'a> Lowering<'a> {
         let power = result.unwrap_or(one);
         if exponent < 0 { self.div(one, power) } else { power }
     }
-}
 
-impl Lowering<'_> {
-    pub(super) fn power_real(&mut self, a: Slot, exponent: Dd) -> Slot {
+    fn power_real(&mut self, a: Slot, exponent: Dd) -> Slot {
         let euler_a = self.euler(a);
         let euler_u = self.operations.len() + 1;
         let u = self.push(Operation::Power { a, exponent, euler_a, euler_u }, self.joint(&[a]));
@@ -286,7 +271,7 @@ impl Lowering<'_> {
         u
     }
 
-    pub(super) fn unary(&mut self, function: Unary, a: Slot) -> Slot {
+    fn unary(&mut self, function: Unary, a: Slot) -> Slot {
         match function {
             Unary::Sqrt => self.push(Operation::Sqrt(a), self.joint(&[a])),
             Unary::Exp => {
@@ -406,7 +391,7 @@ impl Lowering<'_> {
         })
     }
 
-    pub(super) fn atan2(&mut self, y: Slot, x: Slot) -> Slot {
+    fn atan2(&mut self, y: Slot, x: Slot) -> Slot {
         let (euler_y, euler_x) = (self.euler(y), self.euler(x));
         let (y_square, x_square) = (self.square(y), self.square(x));
         let w = self.add(y_square, x_square);
@@ -418,7 +403,7 @@ impl Lowering<'_> {
     }
 
     /// `min` and `max` from `(a + b)/2` and `|a − b|/2`.
-    pub(super) fn select(
+    fn select(
         &mut self,
         a: Slot,
         b: Slot,

@@ -296,66 +296,63 @@ impl Operation {
     }
 
     /// The same operation on slots of other names.
-    pub(in crate::flow) fn renamed(self, name: impl Fn(Slot) -> Slot) -> Self {
-        let mut renamed = self;
-        match &mut renamed {
-            Operation::Input | Operation::Constant(_) => {}
-            Operation::Euler(a)
-            | Operation::Neg(a)
-            | Operation::Scale(a, _)
-            | Operation::AddConstant(a, _)
-            | Operation::Sqrt(a)
-            | Operation::Sign(a) => *a = name(*a),
-            Operation::Add(a, b)
-            | Operation::Sub(a, b)
-            | Operation::Mul(a, b)
-            | Operation::Div(a, b)
-            | Operation::MulByHead { head: a, factor: b }
-            | Operation::Exp { a, euler_a: b }
-            | Operation::OfPhase { a, partner: b, .. }
-            | Operation::SignTimes { a, b } => [a, b].into_iter().for_each(|s| *s = name(*s)),
-            Operation::Sine { a, euler_a, cosine: b }
-            | Operation::Cosine { a, euler_a, sine: b }
-            | Operation::Sinh { a, euler_a, cosh: b }
-            | Operation::Cosh { a, euler_a, sinh: b }
-            | Operation::Primitive { a, w: euler_a, euler_u: b, .. }
-            | Operation::Power { a, euler_a, euler_u: b, .. } => {
-                [a, euler_a, b].into_iter().for_each(|s| *s = name(*s))
-            }
-            Operation::Atan2 { y, x, euler_y, euler_x, w, euler_u } => {
-                [y, x, euler_y, euler_x, w, euler_u].into_iter().for_each(|s| *s = name(*s))
-            }
+    pub(in crate::flow) fn renamed(mut self, name: impl Fn(Slot) -> Slot) -> Self {
+        for slot in self.slots_mut().into_iter().flatten().flatten() {
+            *slot = name(*slot);
         }
-        renamed
+        self
     }
 
     /// The slots an operation reads, its own left out.
     pub(in crate::flow) fn operands(&self) -> impl Iterator<Item = Slot> + use<> {
-        let slots: [Option<Slot>; 3] = match *self {
-            Operation::Input | Operation::Constant(_) => [None, None, None],
+        let [operands, _] = self.slots();
+        operands.into_iter().flatten()
+    }
+
+    /// All slots an operation reads, those that are computed after it included.
+    pub(in crate::flow) fn reads(&self) -> impl Iterator<Item = Slot> + use<> {
+        self.slots().into_iter().flatten().flatten()
+    }
+
+    fn slots(mut self) -> [[Option<Slot>; 3]; 2] {
+        self.slots_mut().map(|slots| slots.map(|slot| slot.copied()))
+    }
+
+    /// The slots an operation reads: its operands, then those that are computed with it or after
+    /// it.
+    fn slots_mut(&mut self) -> [[Option<&mut Slot>; 3]; 2] {
+        let none = || [const { None }; 3];
+        match self {
+            Operation::Input | Operation::Constant(_) => [none(), none()],
             Operation::Euler(a)
             | Operation::Neg(a)
             | Operation::Scale(a, _)
             | Operation::AddConstant(a, _)
             | Operation::Sqrt(a)
-            | Operation::Exp { a, .. }
-            | Operation::Sine { a, .. }
-            | Operation::Cosine { a, .. }
-            | Operation::OfPhase { a, .. }
-            | Operation::Sinh { a, .. }
-            | Operation::Cosh { a, .. }
-            | Operation::Power { a, .. }
-            | Operation::Sign(a) => [Some(a), None, None],
+            | Operation::Sign(a) => [[Some(a), None, None], none()],
             Operation::Add(a, b)
             | Operation::Sub(a, b)
             | Operation::Mul(a, b)
             | Operation::Div(a, b)
             | Operation::MulByHead { head: a, factor: b }
-            | Operation::Primitive { a, w: b, .. }
-            | Operation::SignTimes { a, b } => [Some(a), Some(b), None],
-            Operation::Atan2 { y, x, w, .. } => [Some(y), Some(x), Some(w)],
-        };
-        slots.into_iter().flatten()
+            | Operation::SignTimes { a, b } => [[Some(a), Some(b), None], none()],
+            Operation::Exp { a, euler_a: partner } | Operation::OfPhase { a, partner, .. } => {
+                [[Some(a), None, None], [Some(partner), None, None]]
+            }
+            Operation::Sine { a, euler_a, cosine: partner }
+            | Operation::Cosine { a, euler_a, sine: partner }
+            | Operation::Sinh { a, euler_a, cosh: partner }
+            | Operation::Cosh { a, euler_a, sinh: partner }
+            | Operation::Power { a, euler_a, euler_u: partner, .. } => {
+                [[Some(a), None, None], [Some(euler_a), Some(partner), None]]
+            }
+            Operation::Primitive { a, w, euler_u, .. } => {
+                [[Some(a), Some(w), None], [Some(euler_u), None, None]]
+            }
+            Operation::Atan2 { y, x, euler_y, euler_x, w, euler_u } => {
+                [[Some(y), Some(x), Some(w)], [Some(euler_y), Some(euler_x), Some(euler_u)]]
+            }
+        }
     }
 
     /// The factors and the terms of the product of which a part consists, if it is one product and
@@ -392,24 +389,5 @@ impl Operation {
             _ if self.operands().all(|operand| of(operand) == 0) => 0,
             _ => order,
         }
-    }
-
-    /// All slots an operation reads, those that are computed after it included.
-    pub(in crate::flow) fn reads(&self) -> impl Iterator<Item = Slot> + use<> {
-        let partners = match *self {
-            Operation::Exp { euler_a, .. } => [Some(euler_a), None, None],
-            Operation::Sine { euler_a, cosine, .. } => [Some(euler_a), Some(cosine), None],
-            Operation::Cosine { euler_a, sine, .. } => [Some(euler_a), Some(sine), None],
-            Operation::OfPhase { partner, .. } => [Some(partner), None, None],
-            Operation::Sinh { euler_a, cosh, .. } => [Some(euler_a), Some(cosh), None],
-            Operation::Cosh { euler_a, sinh, .. } => [Some(euler_a), Some(sinh), None],
-            Operation::Primitive { euler_u, .. } => [Some(euler_u), None, None],
-            Operation::Power { euler_a, euler_u, .. } => [Some(euler_a), Some(euler_u), None],
-            Operation::Atan2 { euler_y, euler_x, euler_u, .. } => {
-                [Some(euler_y), Some(euler_x), Some(euler_u)]
-            }
-            _ => [None; 3],
-        };
-        self.operands().chain(partners.into_iter().flatten())
     }
 }

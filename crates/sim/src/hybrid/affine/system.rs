@@ -3,8 +3,8 @@
 //! flight lands.
 
 use crate::flow::{AffineExpressions, AffineFieldRows, AffineRows, RowTable};
+use crate::hybrid::motion::{Clearance, Sense};
 use crate::hybrid::passage::Landing;
-use crate::hybrid::sensing::{Clearance, Sense};
 use crate::model::{Model, NodeId, Response};
 use crate::numeric::{Branched, Lanes, Real};
 

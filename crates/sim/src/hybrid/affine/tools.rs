@@ -6,9 +6,8 @@ use super::extended::{AffineFlight, Extended, FlightBuffers};
 use super::system::{AffineSurface, AffineSystem, SurfaceTables};
 use crate::flow::{AffineFieldRows, AffineFlow, AffineRows, Batch, Single, SpanTables};
 use crate::hybrid::lane_flow::{LaneAsked, LaneFlow, LaneLog, LaneStepEnd, LoggedFrom};
-use crate::hybrid::motion::{LaneMotion, Motion, Regime};
+use crate::hybrid::motion::{Clearance, LaneMotion, Motion, Regime, Sense};
 use crate::hybrid::passage::{Back, Goal, Heading, Landing, REDUCED, Stop, ends_before_turn};
-use crate::hybrid::sensing::{Clearance, Sense};
 use crate::numeric::{Branched, Kernel, LaneMask, Lanes, Mask, Real, Scalar};
 
 /// The affine side of a simulator.

@@ -5,12 +5,11 @@ use std::path::Path;
 
 use toml_edit::{Document, DocumentMut, Item, TableLike, Value};
 
-use super::document::Table;
-use super::{Digest, Scene, diagram, load, oscillator, tables};
+use super::document::{Table, shown};
+use super::{Digest, Scene, diagram, oscillator, tables};
 use crate::model::error::{Checked, Fault, OverrideReason, SceneError, SceneProblem};
 use crate::model::graph::NodeId;
-use crate::model::names;
-use crate::model::names::nearest;
+use crate::model::names::{self, nearest};
 use crate::model::oscillator::Response;
 use crate::numeric::Dd;
 
@@ -239,7 +238,7 @@ pub(super) fn apply(document: &mut DocumentMut, overrides: &[(String, String)]) 
             vec!["model", "parameters", key]
         };
         let fail = |part: &str, reason| {
-            let (key, part) = (super::document::shown(key), super::document::shown(part));
+            let (key, part) = (shown(key), shown(part));
             Fault::nowhere(SceneProblem::Override { key, part, reason, nearest: None })
         };
         if let Some(empty) = parts.iter().take(MOST_PARTS + 1).find(|part| part.is_empty()) {
@@ -341,7 +340,7 @@ fn parameters(document: &DocumentMut) -> impl Iterator<Item = &str> {
 }
 
 fn unknown_parameter(document: &DocumentMut, key: &str) -> Fault {
-    let shown = super::document::shown(key);
+    let shown = shown(key);
     Fault::nowhere(SceneProblem::Override {
         key: shown.clone(),
         part: shown,
@@ -486,7 +485,7 @@ impl Scene {
 
     /// What a check finds in the scene's text.
     fn located(&self, check: impl FnOnce(&Table<'_>) -> Checked<()>) -> Result<(), SceneError> {
-        let found = load::parsed(&self.text)
+        let found = parsed(&self.text)
             .and_then(|document| check(&Table::root(&self.text, document.as_table())));
         found.map_err(|fault| fault.in_file(&self.file_name, &self.text))
     }
