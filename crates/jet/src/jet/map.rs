@@ -331,7 +331,7 @@ impl<S: Scalar> JetMap<S> {
     /// `self ∘ inner`, to the order of the inner map's space; the two spaces may differ.
     ///
     /// The result is the truncation of the composed functions, where constants are carried exactly
-    /// as [`substitute`](super::substitute) says.
+    /// as [`substitute`] says.
     ///
     /// # Errors
     ///

@@ -1,9 +1,9 @@
 //! Taylor coefficients in time of a solution, as numbers: the integrator's inner loop.
 //!
 //! One idea: a field's program is lowered once more, for series in time alone, to few instructions
-//! ([`lowering`](self::lowering)): functions of the parameters are computed when these change,
+//! ([`lowering`]): functions of the parameters are computed when these change,
 //! functions of the phase before the series of the states, watched functions after, and only what
-//! is left goes degree by degree, products four degrees at a time ([`expansion`](self::expansion)).
+//! is left goes degree by degree, products four degrees at a time ([`expansion`]).
 //! Any scalar will do; lanes give the bits of single numbers.
 
 mod expansion;

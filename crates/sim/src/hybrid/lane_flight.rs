@@ -1,5 +1,5 @@
 //! Flights of several orbits from one section point to the next:
-//! [`DirectReturn`](super::DirectReturn) in lanes.
+//! [`DirectReturn`] in lanes.
 //!
 //! One idea: a return is a state machine with few states, and all lanes step at the same time. An
 //! orbit flies to the section's own passage; to its next minimum or contact; behind a contact, to

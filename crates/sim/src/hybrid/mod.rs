@@ -8,7 +8,6 @@
 //! Deliberately absent: Poincaré maps' expansions, orbits, anything truncated.
 //! See docs/mathematics/direct-simulation.md.
 
-mod advance;
 mod affine;
 mod lane_flight;
 mod lane_flow;

@@ -173,7 +173,7 @@ pub enum Orders {
 }
 
 /// Truncation orders `(N, W)` of a map.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct MapOrders {
     /// Truncation order `N` of `P_smooth`: the highest degree of its monomials.
     pub smooth_order: u32,
@@ -221,9 +221,9 @@ impl MapOrders {
     }
 }
 
-impl std::fmt::Display for MapOrders {
+impl fmt::Display for MapOrders {
     /// `(N, W)`.
-    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(formatter, "({}, {})", self.smooth_order, self.contact_weight)
     }
 }

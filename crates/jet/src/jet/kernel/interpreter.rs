@@ -154,10 +154,10 @@ impl Unset {
 }
 
 /// A kernel prepared for running on several points in step, each with known inputs of its own, on
-/// [`Lanes`](crate::numeric::Lanes) or [`Dual`](super::Dual) numbers of lanes.
+/// [`Lanes`] or [`Dual`] numbers of lanes.
 ///
 /// One instruction is read for all of them, since reading takes most of the time; the
-/// operations of a lane are those of [`Interpreter`](super::Interpreter), to the last bit.
+/// operations of a lane are those of [`Interpreter`], to the last bit.
 #[derive(Clone, Debug)]
 pub struct LaneInterpreter<T: Number> {
     code: Arc<Code>,

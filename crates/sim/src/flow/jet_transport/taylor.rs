@@ -184,7 +184,7 @@ pub(crate) fn expand<S: Scalar, A: Graded<S>>(
 ///
 /// # Errors
 ///
-/// As [`jet_transport_taylor`](super::jet_transport_taylor); [`FlowError::Jet`] if the jets of the
+/// As [`jet_transport_taylor`]; [`FlowError::Jet`] if the jets of the
 /// directions do not fit in memory.
 pub fn flow_with_jacobian<S: Real>(
     field: &Field,

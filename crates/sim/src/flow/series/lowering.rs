@@ -19,10 +19,8 @@ impl SeriesProgram {
         lowering.mark_feeding(&units, dimension);
         let constants = lowering.constants(dimension);
         let (mut before, mut feeding, mut after) = (Vec::new(), Vec::new(), Vec::new());
-        let mut integrals = Vec::new();
-        for component in lowering.integrated(dimension) {
-            integrals.push(lowering.integral(component));
-        }
+        let integrated = lowering.integrated(dimension).into_iter();
+        let integrals: Vec<_> = integrated.map(|one| lowering.integral(one)).collect();
         lowering.mark_outputs(dimension);
         for unit in units.iter().rev() {
             let Some(instructions) = lowering.unit(unit) else {
