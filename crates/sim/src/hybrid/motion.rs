@@ -26,6 +26,17 @@ pub enum Regime {
     },
 }
 
+impl Regime {
+    /// The surface that holds the state.
+    #[inline]
+    pub(super) fn surface(self) -> Option<usize> {
+        match self {
+            Self::Free => None,
+            Self::Contact { surface } | Self::Stick { surface } => Some(surface),
+        }
+    }
+}
+
 /// State of a simulation between two steps.
 #[derive(Clone, Debug)]
 pub(super) struct Motion<S> {

@@ -71,10 +71,8 @@ impl<S: Real> Simulator<'_, S> {
 
     /// Fails if another surface holds the state already: no regime stands for both.
     fn check_alone(&self, surface: usize) -> Result<(), Outcome<S>> {
-        match self.motion.regime {
-            Regime::Contact { surface: other } | Regime::Stick { surface: other }
-                if other != surface =>
-            {
+        match self.motion.regime.surface() {
+            Some(other) if other != surface => {
                 let time = self.motion.time;
                 Err(Outcome::HeldTwice { surfaces: [other, surface], time })
             }
@@ -198,12 +196,7 @@ impl<S: Real> Simulator<'_, S> {
     /// where it is free; where the state of a passage has to be free, it tells nothing beyond the
     /// surface.
     pub(super) fn tells_hold(&mut self, surface: usize, is_passage: bool) -> bool {
-        let is_held = match self.motion.regime {
-            Regime::Contact { surface: holding } | Regime::Stick { surface: holding } => {
-                holding == surface
-            }
-            Regime::Free => false,
-        };
+        let is_held = self.motion.regime.surface() == Some(surface);
         let Clearance { gap, rounding } = self.clearance(surface);
         if gap > rounding {
             return !is_held;
@@ -289,9 +282,7 @@ impl<S: Real> Simulator<'_, S> {
 
     /// Ends the present contact or sticking.
     pub(super) fn release(&mut self, record: &mut dyn FnMut(Event<S>)) {
-        let (Regime::Contact { surface } | Regime::Stick { surface }) = self.motion.regime else {
-            return;
-        };
+        let Some(surface) = self.motion.regime.surface() else { return };
         let sense = self.sense(surface);
         let kind = match self.motion.regime {
             Regime::Contact { .. } => EventKind::ContactEnd { speed: sense.velocity },

@@ -377,12 +377,7 @@ impl<'a, S: Real> DirectReturn<'a, S> {
 
     /// Another surface than this that holds the state.
     fn held_elsewhere(&self, surface: usize) -> Option<usize> {
-        match self.simulator.regime() {
-            Regime::Contact { surface: other } | Regime::Stick { surface: other } => {
-                (other != surface).then_some(other)
-            }
-            Regime::Free => None,
-        }
+        self.simulator.regime().surface().filter(|&other| other != surface)
     }
 
     /// The speed of a gap whose minimum is nearer than the rounding of the time: it cannot be flown

@@ -254,9 +254,7 @@ fn present<'s, 'a, S: Real>(
     free: &'s mut Integrator<'a, S>,
     surfaces: &'s mut [SurfaceTools<'a, S>],
 ) -> (&'s mut Integrator<'a, S>, &'a RegimeField) {
-    let (Regime::Contact { surface } | Regime::Stick { surface }) = regime else {
-        return (free, &system.free);
-    };
+    let Some(surface) = regime.surface() else { return (free, &system.free) };
     let field = match &system.surfaces[surface].law {
         Law::Rigid { stick, .. } => stick.as_ref(),
         Law::Compliant { contact, .. } => Some(contact),

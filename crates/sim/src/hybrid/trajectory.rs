@@ -417,18 +417,15 @@ impl<S: Real> Log<S> {
 
     /// Speeds of all contacts, in order.
     pub(super) fn contact_speeds(&self) -> Vec<S> {
-        let kinds = self.events.iter().map(|event| event.kind);
-        kinds.filter_map(|kind| kind.contact_speed()).collect()
+        self.events.iter().filter_map(|event| event.kind.contact_speed()).collect()
     }
 
     /// Gaps of all near misses, in order.
     pub(super) fn near_misses(&self) -> Vec<S> {
-        let kinds = self.events.iter().map(|event| event.kind);
-        kinds
-            .filter_map(|kind| match kind {
-                EventKind::NearMiss { gap } => Some(gap),
-                _ => None,
-            })
-            .collect()
+        let gap = |event: &Event<S>| match event.kind {
+            EventKind::NearMiss { gap } => Some(gap),
+            _ => None,
+        };
+        self.events.iter().filter_map(gap).collect()
     }
 }

@@ -11,8 +11,7 @@ use num_traits::Zero;
 use thiserror::Error;
 
 use crate::model::graph::{Binary, ExpressionGraph, Node, NodeId};
-use crate::model::names;
-use crate::model::names::Function;
+use crate::model::names::{self, Function};
 use crate::numeric::Dd;
 
 /// A fault and where it stands.
@@ -276,10 +275,10 @@ pub(super) fn parse(
     let (node, _) = parser.expression(0)?;
     match parser.peek() {
         (Token::End, _) => Ok(node),
-        (_, span) => {
-            Err(parser
-                .fault(ExpressionError::ExpectedOperator { found: parser.found(&span) }, span))
-        }
+        (_, span) => Err(Spanned::new(
+            ExpressionError::ExpectedOperator { found: parser.found(&span) },
+            span,
+        )),
     }
 }
 
@@ -298,7 +297,7 @@ impl Parser<'_> {
         self.depth += 1;
         if self.depth > DEEPEST {
             let (_, span) = self.peek();
-            return Err(self.fault(ExpressionError::TooDeep { limit: DEEPEST }, span));
+            return Err(Spanned::new(ExpressionError::TooDeep { limit: DEEPEST }, span));
         }
         let (mut left, mut span) = self.operand()?;
         while let (Token::Symbol(symbol), _) = self.peek() {
@@ -334,9 +333,10 @@ impl Parser<'_> {
                 let end = self.close(span.clone())?;
                 Ok((inner, span.start..end))
             }
-            _ => {
-                Err(self.fault(ExpressionError::ExpectedOperand { found: self.found(&span) }, span))
-            }
+            _ => Err(Spanned::new(
+                ExpressionError::ExpectedOperand { found: self.found(&span) },
+                span,
+            )),
         }
     }
 
@@ -344,7 +344,7 @@ impl Parser<'_> {
         let text = &self.text[span.clone()];
         match decimal(text) {
             Some(value) => Ok((self.graph.constant(value), span)),
-            None => Err(self.fault(ExpressionError::NotFinite { text: text.to_owned() }, span)),
+            None => Err(Spanned::new(ExpressionError::NotFinite { text: text.to_owned() }, span)),
         }
     }
 
@@ -355,11 +355,11 @@ impl Parser<'_> {
             (Some(function), true) => return self.call(function, span),
             (Some(_), false) => {
                 let error = ExpressionError::FunctionWithoutArguments { name: name.to_owned() };
-                return Err(self.fault(error, span));
+                return Err(Spanned::new(error, span));
             }
             (None, true) => {
                 let nearest = names::nearest(name, names::function_names());
-                return Err(self.fault(
+                return Err(Spanned::new(
                     ExpressionError::UnknownFunction { name: name.to_owned(), nearest },
                     span,
                 ));
@@ -372,10 +372,12 @@ impl Parser<'_> {
         match (self.resolve)(name) {
             Resolved::Node(node) => Ok((node, span)),
             Resolved::Unknown(_) if name == names::FREE => {
-                Err(self.fault(ExpressionError::FreeOutsideContact, span))
+                Err(Spanned::new(ExpressionError::FreeOutsideContact, span))
             }
-            Resolved::Unknown(nearest) => Err(self
-                .fault(ExpressionError::UnknownVariable { name: name.to_owned(), nearest }, span)),
+            Resolved::Unknown(nearest) => Err(Spanned::new(
+                ExpressionError::UnknownVariable { name: name.to_owned(), nearest },
+                span,
+            )),
         }
     }
 
@@ -401,7 +403,7 @@ impl Parser<'_> {
                     expected: function.arity(),
                     found: arguments.len(),
                 };
-                return Err(self.fault(error, span));
+                return Err(Spanned::new(error, span));
             }
         };
         self.finite(node, &arguments, &span)?;
@@ -437,7 +439,7 @@ impl Parser<'_> {
         };
         if by_zero || (operands.iter().all(constant) && !constant(&node)) {
             let text = self.text[span.clone()].to_owned();
-            return Err(self.fault(ExpressionError::NotFinite { text }, span.clone()));
+            return Err(Spanned::new(ExpressionError::NotFinite { text }, span.clone()));
         }
         Ok(())
     }
@@ -449,11 +451,11 @@ impl Parser<'_> {
                 self.at += 1;
                 Ok(span.end)
             }
-            (Token::End, _) => Err(self.fault(ExpressionError::Unclosed, open)),
-            (_, span) => {
-                Err(self
-                    .fault(ExpressionError::ExpectedOperator { found: self.found(&span) }, span))
-            }
+            (Token::End, _) => Err(Spanned::new(ExpressionError::Unclosed, open)),
+            (_, span) => Err(Spanned::new(
+                ExpressionError::ExpectedOperator { found: self.found(&span) },
+                span,
+            )),
         }
     }
 
@@ -467,10 +469,6 @@ impl Parser<'_> {
             "" => "the end of the expression".to_owned(),
             text => format!("`{text}`"),
         }
-    }
-
-    fn fault(&self, error: ExpressionError, span: Range<usize>) -> Spanned<ExpressionError> {
-        Spanned::new(error, span)
     }
 }
 

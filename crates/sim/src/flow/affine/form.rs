@@ -12,7 +12,7 @@ use crate::numeric::{Dd, Scalar};
 
 /// What a coefficient of a form multiplies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Term {
+enum Term {
     /// A state, not the phase.
     State(usize),
     /// The phase itself: only inside a sine or cosine.
@@ -27,31 +27,27 @@ pub(super) enum Term {
 
 /// `Σ coefficient · term`, without terms that vanish; coefficients are expressions of the
 /// parameters.
-pub(super) type Form = BTreeMap<Term, NodeId>;
+type Form = BTreeMap<Term, NodeId>;
 
 /// Largest power of a trigonometric expression that is multiplied out.
 const LARGEST_POWER: i32 = 16;
 
 /// Takes expressions of a graph apart; new coefficients are added to the graph.
 struct Former<'g> {
-    pub(super) graph: &'g mut ExpressionGraph,
+    graph: &'g mut ExpressionGraph,
     dimension: usize,
     phase: Option<usize>,
 }
 
 impl<'g> Former<'g> {
     /// Inputs `0..dimension` of the graph are the full state, `phase` the phase among them.
-    pub(super) fn new(
-        graph: &'g mut ExpressionGraph,
-        dimension: usize,
-        phase: Option<usize>,
-    ) -> Self {
+    fn new(graph: &'g mut ExpressionGraph, dimension: usize, phase: Option<usize>) -> Self {
         Self { graph, dimension, phase }
     }
 
     /// The form of each node up to and including the last of `nodes`; `None` where it has none or
     /// is not needed.
-    pub(super) fn forms(&mut self, nodes: &[NodeId]) -> Vec<Option<Form>> {
+    fn forms(&mut self, nodes: &[NodeId]) -> Vec<Option<Form>> {
         let needed = self.graph.needed_by(nodes);
         let mut forms: Vec<Option<Form>> = Vec::with_capacity(needed.len());
         for (index, needed) in needed.into_iter().enumerate() {

@@ -15,26 +15,26 @@ use crate::numeric::{Kernel, Lanes, Scalar, widest};
 /// slots.
 pub(super) struct Element {
     pub(super) key: CacheKey,
-    pub(super) solver: ElementSolver,
+    solver: ElementSolver,
     pub(super) remainders: Remainders,
-    pub(super) first_order: FirstOrderTape,
+    first_order: FirstOrderTape,
     /// Non-zero derivatives by states of the slots whose lower parts recurrences read.
-    pub(super) gradients: Vec<Gradient>,
+    gradients: Vec<Gradient>,
     /// Whether higher degrees read a state at the nodes.
     reads_nodes: Vec<bool>,
     /// Rates of the components on the nominal orbit, and corrections of the orbit and of them.
-    pub(super) rates: Vec<NodeValues>,
-    pub(super) corrections: [Vec<NodeValues>; 2],
+    rates: Vec<NodeValues>,
+    corrections: [Vec<NodeValues>; 2],
     /// Remainders of components that owe something to driven ones, one part after another.
     owed: Vec<NodeValues>,
     owed_starts: Vec<Option<usize>>,
 }
 
 /// A derivative of a stored slot by a state at the nodes.
-pub(super) struct Gradient {
-    pub(super) place: usize,
-    pub(super) state: usize,
-    pub(super) slope: NodeValues,
+struct Gradient {
+    place: usize,
+    state: usize,
+    slope: NodeValues,
 }
 
 const ZERO: NodeValues = Lanes([0.0; NODES]);
@@ -214,12 +214,12 @@ const CORRECTED: f64 = 4e-15;
 const STAGNANT: f64 = 1e-11;
 
 /// The nominal orbit of an element: its nodes, its end, the equations of all degrees.
-pub(super) struct Nominal<'e> {
-    pub(super) element: &'e mut Element,
-    pub(super) nominal: &'e mut [NodeValues],
-    pub(super) length: f64,
-    pub(super) jets: &'e [f64],
-    pub(super) image: &'e mut [f64],
+struct Nominal<'e> {
+    element: &'e mut Element,
+    nominal: &'e mut [NodeValues],
+    length: f64,
+    jets: &'e [f64],
+    image: &'e mut [f64],
 }
 
 impl Kernel for Nominal<'_> {

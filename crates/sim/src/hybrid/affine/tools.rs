@@ -302,11 +302,11 @@ impl AffineTools<'_, f64> {
 /// What one orbit has at its parameters.
 #[derive(Clone, Debug)]
 pub(in crate::hybrid) struct OrbitTables {
-    pub(super) span: SpanTables<Single<f64>>,
-    pub(super) surface: SurfaceTables<f64>,
-    pub(super) multiples: Vec<f64>,
-    pub(super) phase: Option<usize>,
-    pub(super) states: usize,
+    span: SpanTables<Single<f64>>,
+    surface: SurfaceTables<f64>,
+    multiples: Vec<f64>,
+    phase: Option<usize>,
+    states: usize,
 }
 
 /// The event with which an exact step ends, if there is one; `None` where nothing happened so far

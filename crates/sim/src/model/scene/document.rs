@@ -297,9 +297,7 @@ impl Entry<'_> {
             return Err(self.wrong_type(NUMBER));
         }
         let digits = self.literal().replace('_', "");
-        let value =
-            Dd::from_decimal(digits.trim_start_matches('+')).ok().filter(|value| value.is_finite());
-        value.ok_or_else(|| {
+        expression::decimal(digits.trim_start_matches('+')).ok_or_else(|| {
             self.fault(SceneProblem::NotFinite {
                 key: self.path.clone(),
                 found: shown(self.literal()),

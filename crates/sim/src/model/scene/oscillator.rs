@@ -20,11 +20,11 @@ const MOST_NAMES: usize = 256;
 
 /// A model being read.
 struct Draft {
-    pub(super) scope: Scope,
-    pub(super) graph: ExpressionGraph,
-    pub(super) states: Vec<String>,
-    pub(super) parameters: Vec<Parameter>,
-    pub(super) phase: Option<String>,
+    scope: Scope,
+    graph: ExpressionGraph,
+    states: Vec<String>,
+    parameters: Vec<Parameter>,
+    phase: Option<String>,
 }
 
 /// Reads `[model]`; `default_name` is the name of a model that gives none.
@@ -143,7 +143,7 @@ impl Draft {
     /// key.
     ///
     /// `free`, where given, holds the node that `free` stands for in each component.
-    pub(super) fn components(
+    fn components(
         &mut self,
         table: &Table<'_>,
         free: Option<&[NodeId]>,
