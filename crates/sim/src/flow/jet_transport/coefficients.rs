@@ -3,15 +3,13 @@
 use std::hint::black_box;
 use std::ops::Range;
 
-use super::gauss::{Functionals, NODES, NodeValues};
+use super::gauss::{Functionals, NodeValues, ZERO};
 use super::solver::ElementSolver;
 use crate::numeric::{Lanes, Scalar, one_by_one};
 
 /// Coefficients whose node values are solved for together: their sums fit the registers and hide
 /// each other's latency.
 const TOGETHER: usize = 4;
-
-const ZERO: NodeValues = Lanes([0.0; NODES]);
 
 /// Coefficients of one degree: what their node values follow from.
 #[derive(Clone, Copy)]

@@ -12,13 +12,12 @@ use std::cell::RefCell;
 use std::sync::Arc;
 
 use super::element::Element;
-use super::gauss::{GAUSS, NODES, NodeValues};
+use super::gauss::{GAUSS, NODES, NodeValues, ZERO};
 use super::plan::{CacheKey, Inputs};
 use super::solver::Resolution;
 use crate::flow::integrator::are_finite;
 use crate::flow::{Field, FlowError, Integrator};
 use crate::jet::{Jet, JetSpace};
-use crate::numeric::Lanes;
 
 /// Jets of a flow over a time.
 #[derive(Clone, Debug)]
@@ -121,7 +120,7 @@ impl<'a> Transport<'a> {
             jets,
             stride: first.space().len(),
             state: vec![0.0; initial.len()],
-            nodes: vec![Lanes([0.0; NODES]); initial.len()],
+            nodes: vec![ZERO; initial.len()],
             steps: least + more / order.max(1) as f64,
             elements: 0,
             error: 0.0,
@@ -255,7 +254,7 @@ pub(super) fn guess_orbit(
     let mut state = state.to_vec();
     let mut step = integrator.step(&state, parameters)?;
     let length = length(step.length);
-    nodes.fill(Lanes([0.0; NODES]));
+    nodes.fill(ZERO);
     let (mut time, mut next) = (0.0, 0);
     for _ in 0..MAX_STEPS {
         let remaining = length - time;

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::coefficients::{Part, Sizes};
 use super::first_order::FirstOrderTape;
-use super::gauss::{GAUSS, NODES, NodeValues};
+use super::gauss::{GAUSS, NodeValues, ZERO};
 use super::plan::CacheKey;
 use super::remainders::Remainders;
 use super::solver::{ElementSolver, Resolution, Tail};
@@ -36,8 +36,6 @@ struct Gradient {
     state: usize,
     slope: NodeValues,
 }
-
-const ZERO: NodeValues = Lanes([0.0; NODES]);
 
 impl Element {
     /// An element for a key, in the memory of another one if there is one.

@@ -12,6 +12,9 @@ pub(super) const NODES: usize = 16;
 /// Values at the nodes of an element.
 pub(super) type NodeValues = Lanes<NODES>;
 
+/// Zero at every node.
+pub(super) const ZERO: NodeValues = Lanes([0.0; NODES]);
+
 /// Integral, double integral, and the coefficients of the Legendre polynomials of degree 10, 11, 14
 /// and 15; two lanes are idle.
 pub(super) type Functionals = Lanes<8>;
@@ -140,7 +143,7 @@ pub(super) const TOGETHER: usize = 4;
 
 impl Block {
     /// The zero block.
-    pub(super) const ZERO: Self = Self([Lanes([0.0; NODES]); NODES]);
+    pub(super) const ZERO: Self = Self([ZERO; NODES]);
 
     /// The identity.
     pub(super) const IDENTITY: Self = {
@@ -170,7 +173,7 @@ impl Block {
     /// The product with a column of node values.
     #[inline(always)]
     pub(super) fn apply(&self, values: NodeValues) -> NodeValues {
-        let mut sums = [Lanes([0.0; NODES])];
+        let mut sums = [ZERO];
         self.add_products(&[values], &mut sums);
         sums[0]
     }

@@ -4,14 +4,12 @@
 use std::rc::Rc;
 use std::sync::Arc;
 
-use super::gauss::{NODES, NodeValues};
+use super::gauss::{NodeValues, ZERO};
 use super::plan::{Action, CacheKey, Plan, Reach};
 use super::sparse::{Pairs, SparseSpace, Support, pairs_of_actions, reach_of_slots};
 use crate::flow::program::run;
 use crate::jet::{JetSpace, VariableSet, variables_of_monomials};
 use crate::numeric::{Lanes, Scalar, one_by_one};
-
-const ZERO: NodeValues = Lanes([0.0; NODES]);
 
 /// The stored slots of a program, the states first.
 pub(super) struct Remainders {

@@ -13,10 +13,8 @@
 //! and a forced oscillator of one degree of freedom leaves a single block to invert. See
 //! docs/mathematics/flow.md.
 
-use super::gauss::{Block, Functionals, GAUSS, Gauss, NODES, NodeValues};
+use super::gauss::{Block, Functionals, GAUSS, Gauss, NODES, NodeValues, ZERO};
 use crate::numeric::{Lanes, Scalar};
-
-const ZERO: NodeValues = Lanes([0.0; NODES]);
 
 /// The equations of one element, ready for any coefficient.
 pub(super) struct ElementSolver {

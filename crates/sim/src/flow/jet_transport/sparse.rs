@@ -11,7 +11,7 @@
 use std::ops::Range;
 use std::rc::Rc;
 
-use super::gauss::{NODES, NodeValues};
+use super::gauss::{NodeValues, ZERO};
 use super::plan::{Action, Inputs, Plan, Reach};
 use crate::flow::Program;
 use crate::jet::{Graded, HeadFunction, JetSpace, PartOf, Selection, Span, VariableSet};
@@ -320,7 +320,7 @@ impl Pairs {
     #[inline(always)]
     pub(super) fn sum(&self, place: usize, a: &[NodeValues], b: &[NodeValues]) -> NodeValues {
         let start = place.checked_sub(1).map_or(0, |before| self.ends[before]);
-        let mut sum = Lanes([0.0; NODES]);
+        let mut sum = ZERO;
         for &(i, j) in &self.pairs[start as usize..self.ends[place] as usize] {
             sum = a[i as usize].mul_add(b[j as usize], sum);
         }
