@@ -11,39 +11,55 @@ pub mod diagram;
 mod direct_image;
 mod direct_map;
 mod error;
-mod escape;
 mod evaluation;
 pub mod fit;
 mod free_flight;
-mod graze_measurement;
 mod guarded_map;
 mod image;
 pub mod loci;
 pub mod noise;
-pub(crate) mod nulls;
 pub mod orbits;
 pub mod periodic;
 mod progress;
 mod refinement;
 mod section_frame;
-mod share;
 mod time_series;
 
+use serde::{Deserialize, Deserializer};
+
 pub(crate) use diagram::low_discrepancy;
+pub use diagram::{MeasuredSide, measure_graze};
 pub(crate) use direct_image::products_of_step;
 pub use direct_image::{DirectEnd, DirectImage, SectionImage, direct_image};
 pub use direct_map::{DirectLanes, DirectMap};
 pub use error::AnalysisError;
-pub use escape::{EscapeBound, escape_bounds};
 pub use evaluation::{Arrival, DepthEvaluation, MapEvaluation, MapImage};
 pub use free_flight::{FreeFlight, SectionChange};
-pub use graze_measurement::{MeasuredSide, measure_graze};
 pub use guarded_map::{GuardedMap, guarded};
 pub use image::{ImageRecord, ImageRequest, ImageRow, Precision, Using, images};
 pub(crate) use progress::place_of;
-pub use progress::{NoProgress, Part, Progress};
-pub use section_frame::{SectionFrame, itinerary};
-pub use share::{Gathered, Joining, Pieces, Shard, Share};
+pub use progress::{Gathered, Joining, NoProgress, Part, Pieces, Progress, Shard, Share};
+pub use section_frame::{EscapeBound, SectionFrame, escape_bounds, itinerary};
 pub use time_series::{
     EarlyEnd, SeriesPoint, TimeSeries, TimeSeriesRequest, each_moment, time_series,
 };
+
+/// A number read back from a document: NaN where a text has `null`, as JSON has no NaN; formats of
+/// bytes write NaN itself.
+pub(crate) fn number_or_nan<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+    if !deserializer.is_human_readable() {
+        return f64::deserialize(deserializer);
+    }
+    Ok(Option::deserialize(deserializer)?.unwrap_or(f64::NAN))
+}
+
+/// A list of such numbers.
+pub(crate) fn numbers_or_nan<'de, D: Deserializer<'de>>(
+    deserializer: D,
+) -> Result<Vec<f64>, D::Error> {
+    if !deserializer.is_human_readable() {
+        return Vec::deserialize(deserializer);
+    }
+    let values = Vec::<Option<f64>>::deserialize(deserializer)?;
+    Ok(values.into_iter().map(|value| value.unwrap_or(f64::NAN)).collect())
+}

@@ -1,5 +1,14 @@
 //! Progress of long computations: how far they are, and the finished pieces from which a later run
-//! can go on.
+//! can go on, on this machine or on several.
+//!
+//! Computations in shares: a share finds pieces, and the whole computation goes on from the pieces
+//! of all shares. A share's pieces are those that the whole computation would find, so that joining
+//! is that very computation: what it recalls it does not compute, and what no share could find,
+//! since it depends on what several of them found, it computes itself.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+use std::sync::{Mutex, PoisonError};
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -99,5 +108,183 @@ pub(crate) fn place_of(number: u64, decisive: &impl Serialize) -> [u64; 2] {
 pub(crate) fn keep<T: Serialize>(progress: &(impl Progress + ?Sized), place: &[u64], value: &T) {
     if let Ok(piece) = postcard::to_stdvec(value) {
         progress.keep(place, &piece);
+    }
+}
+
+/// Pieces by their place.
+pub type Pieces = BTreeMap<Vec<u64>, Vec<u8>>;
+
+/// One of so many shares of a computation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Share {
+    /// Counted from 0.
+    index: usize,
+    of: usize,
+}
+
+impl Share {
+    /// Share `number` of so many, counted from 1; `None` where there is no such share.
+    pub fn new(number: usize, of: usize) -> Option<Self> {
+        (1..=of).contains(&number).then(|| Self { index: number - 1, of })
+    }
+
+    /// Its number, from 1.
+    pub fn number(self) -> usize {
+        self.index + 1
+    }
+
+    /// How many shares there are.
+    pub fn of(self) -> usize {
+        self.of
+    }
+
+    /// Its part of so many things in a row.
+    pub(super) fn range(self, count: usize) -> Range<usize> {
+        let cut = |index: usize| (index as u128 * count as u128 / self.of as u128) as usize;
+        cut(self.index)..cut(self.index + 1)
+    }
+
+    /// Whether a thing of this number is its own, where things are dealt out in turn.
+    pub fn takes(self, number: usize) -> bool {
+        number % self.of == self.index
+    }
+}
+
+/// Receives pieces.
+#[derive(Debug, Default)]
+pub struct Gathered(Mutex<Pieces>);
+
+impl Gathered {
+    /// All of them.
+    pub fn into_pieces(self) -> Pieces {
+        self.0.into_inner().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Progress for Gathered {
+    fn expect(&self, _total: u64) {}
+    fn advance(&self, _units: u64) {}
+
+    fn keep(&self, place: &[u64], piece: &[u8]) {
+        let mut pieces = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        pieces.insert(place.to_vec(), piece.to_vec());
+    }
+}
+
+/// A share under way: how far it is, what an interrupted run of it kept, and who receives what it
+/// finds.
+///
+/// As a [`Progress`] it hands over every piece that is kept or recalled.
+#[derive(Clone, Copy)]
+pub struct Shard<'a> {
+    pub(super) share: Share,
+    /// What is kept there serves this share alone.
+    pub(super) own: &'a dyn Progress,
+    joined: &'a dyn Progress,
+}
+
+impl<'a> Shard<'a> {
+    /// A share whose pieces `joined` receives.
+    pub fn new(share: Share, own: &'a dyn Progress, joined: &'a Gathered) -> Self {
+        Self { share, own, joined }
+    }
+
+    /// The share of a part of the computation.
+    pub fn part<T>(&self, number: usize, work: impl FnOnce(&Shard<'_>) -> T) -> T {
+        let (own, joined) = (Part::new(self.own, number), Part::new(self.joined, number));
+        work(&Shard { share: self.share, own: &own, joined: &joined })
+    }
+
+    /// The things that are this share's, dealt out in turn.
+    pub(super) fn own_of<'t, T>(&self, things: &'t [T]) -> Vec<&'t T> {
+        let own = things.iter().enumerate().filter(|(number, _)| self.share.takes(*number));
+        own.map(|(_, thing)| thing).collect()
+    }
+
+    /// Hands over what was found by this share as a whole.
+    pub(super) fn give<T: Serialize>(&self, found: &T) {
+        keep(self.joined, &place(self.share.index), found);
+    }
+}
+
+impl Progress for Shard<'_> {
+    fn expect(&self, total: u64) {
+        self.own.expect(total);
+    }
+
+    fn advance(&self, units: u64) {
+        self.own.advance(units);
+    }
+
+    fn recall(&self, place: &[u64]) -> Option<Vec<u8>> {
+        let piece = self.own.recall(place)?;
+        self.joined.keep(place, &piece);
+        Some(piece)
+    }
+
+    fn keep(&self, place: &[u64], piece: &[u8]) {
+        self.own.keep(place, piece);
+        self.joined.keep(place, piece);
+    }
+}
+
+/// The place of what a share found as a whole: no round of a computation has this number.
+fn place(index: usize) -> [u64; 2] {
+    [u64::MAX, index as u64]
+}
+
+/// What each share found as a whole, as far as this progress has them.
+pub(super) fn given<T: DeserializeOwned>(progress: &dyn Progress) -> impl Iterator<Item = T> {
+    (0..).map_while(|index| recalled(progress, &place(index)))
+}
+
+/// A computation that begins with the pieces of shares.
+pub struct Joining<'a> {
+    progress: &'a dyn Progress,
+    pieces: Mutex<Pieces>,
+}
+
+impl<'a> Joining<'a> {
+    /// With the pieces of all shares.
+    pub fn new(progress: &'a dyn Progress, pieces: Pieces) -> Self {
+        Self { progress, pieces: Mutex::new(pieces) }
+    }
+}
+
+impl Progress for Joining<'_> {
+    fn expect(&self, total: u64) {
+        self.progress.expect(total);
+    }
+
+    fn advance(&self, units: u64) {
+        self.progress.advance(units);
+    }
+
+    fn recall(&self, place: &[u64]) -> Option<Vec<u8>> {
+        let piece = self.pieces.lock().unwrap_or_else(PoisonError::into_inner).remove(place);
+        piece.or_else(|| self.progress.recall(place))
+    }
+
+    fn keep(&self, place: &[u64], piece: &[u8]) {
+        self.progress.keep(place, piece);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shares_part_what_there_is() {
+        assert_eq!(Share::new(0, 3), None);
+        assert_eq!(Share::new(4, 3), None);
+        for (count, of) in [(16, 3), (2, 7), (0, 2), (64, 7)] {
+            let shares: Vec<Share> = (1..=of).filter_map(|number| Share::new(number, of)).collect();
+            let parts: Vec<usize> = shares.iter().flat_map(|share| share.range(count)).collect();
+            assert_eq!(parts, Vec::from_iter(0..count));
+            for number in 0..count {
+                assert_eq!(shares.iter().filter(|share| share.takes(number)).count(), 1);
+            }
+        }
     }
 }

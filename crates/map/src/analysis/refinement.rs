@@ -5,7 +5,7 @@
 //! computed, until there is none, so that every border that is met is followed to its end. What may
 //! be missed is a region that holds no corner of a block and touches no border that was met.
 
-use super::share::Share;
+use super::progress::Share;
 
 /// Sides of the first blocks, in cells.
 pub const BLOCK: usize = 8;

@@ -2,6 +2,7 @@
 
 use std::sync::{Arc, OnceLock};
 
+use super::ConvergenceError;
 use crate::expansion::{
     ComposedMap, Contact, DEVIATION_WEIGHT, Expander, ExpansionError, Leg, Legs, LocalMap,
     MapOrders, Stage, Variables,
@@ -10,6 +11,13 @@ use crate::jet::{Jet, JetSpace};
 use crate::model::Scene;
 use crate::numeric::Real;
 use crate::orbit::GrazingOrbit;
+
+impl ConvergenceError {
+    /// Whether an expansion failed as [`ExpansionError::is_overflow`] says.
+    pub fn is_overflow(&self) -> bool {
+        matches!(self, Self::Expansion(error) if error.is_overflow())
+    }
+}
 
 /// Orders of a first expansion: it tells how terms fall, and how deep passages are.
 pub(super) const PROBE: MapOrders = MapOrders::new(4, 8);

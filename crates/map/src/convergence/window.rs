@@ -12,7 +12,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::error::ConvergenceError;
+use super::ConvergenceError;
 use super::sample::{SamplePoint, WindowSample};
 use super::truth::{ExactImages, ExactReturns, MOST_PRODUCTS, SampleSummary, errors};
 use crate::expansion::{LocalMap, MapWindow, NaturalWindow};

@@ -260,7 +260,7 @@ impl DepthPolynomial {
 
 /// The space of `(y_1 … y_K; coordinates; parameters)` up to a weight, every `y_k` of
 /// weight 1.
-pub(super) struct DepthSpace<'a> {
+struct DepthSpace<'a> {
     pub(super) space: Arc<JetSpace>,
     pub(super) passages: usize,
     variables: &'a Variables,

@@ -190,20 +190,14 @@ impl<S: Real> Approach<S> {
 
 impl<S: Real> Departure<S> {
     /// Along the free flow to `h' = 0`: the image on a tangency section.
-    pub(super) fn project_to_tangency(
-        &self,
-        passage: &Passage,
-    ) -> Result<Vec<Jet<S>>, ExpansionError> {
+    fn project_to_tangency(&self, passage: &Passage) -> Result<Vec<Jet<S>>, ExpansionError> {
         let series = self.series(passage);
         let time = time_of_minimum(series.watched(0), &Jet::zero(&self.space))?;
         Ok(self.states_at(&series, &time))
     }
 
     /// Back along the free flow by the time since the section point: the image at zero net time.
-    pub(super) fn back_to_zero_time(
-        &self,
-        passage: &Passage,
-    ) -> Result<Vec<Jet<S>>, ExpansionError> {
+    fn back_to_zero_time(&self, passage: &Passage) -> Result<Vec<Jet<S>>, ExpansionError> {
         Ok(self.states_at(&self.series(passage), &-&self.time))
     }
 

@@ -12,7 +12,7 @@ use super::flown::contact::FlownContact;
 use super::flown::plan::{FlightWindow, flown_contact};
 use super::local_map::{Contact, Leg, LocalMap, Stage, active_parameters, map_section, map_window};
 use super::passage::ContactLaw;
-use super::rounding::{Sizes, without_rounding};
+use super::pruning::{Sizes, without_rounding};
 use super::routes::{Graze, Route, Routes};
 use super::variables::{DEVIATION_WEIGHT, Variables};
 use crate::flow::{
@@ -138,7 +138,7 @@ impl<'a> Expander<'a> {
     }
 
     /// Largest `y²` of the scene's window, assumed where it is open.
-    pub(super) fn depth_limit(&self) -> f64 {
+    fn depth_limit(&self) -> f64 {
         self.scene.window.assumed_depth()
     }
 

@@ -13,11 +13,9 @@ mod flown;
 mod local_map;
 mod lost_digits;
 mod lowering;
-mod natural_window;
 mod passage;
 mod pruning;
 mod release;
-mod rounding;
 mod routes;
 mod variables;
 
@@ -26,17 +24,14 @@ pub use depth_series::{DepthSeries, LeadingLaw, WindowEdge};
 pub use discontinuity::{ImpactSpeed, discontinuity, impact_speed};
 pub use error::{ContactLawError, ExpansionError, FlightError};
 pub use expand::{Expander, Legs, RADIUS_ORDER};
-pub use flown::{
-    AffineLaw, Arithmetic, FlightPlan, FlightWindow, FlownContact, Numbers, flown_contact,
-};
+pub use flown::{Arithmetic, FlightPlan, FlightWindow, FlownContact, Numbers, flown_contact};
 pub use local_map::{
     ActiveParameter, Contact, DepthForm, Leg, LocalMap, MapSection, MapWindow, SectionKind, Stage,
     WindowBound,
 };
-pub use lost_digits::LostDigits;
+pub use lost_digits::{LostDigits, NaturalWindow};
 pub use lowering::MapKernel;
-pub use natural_window::NaturalWindow;
-pub use passage::{ContactLaw, Passage};
+pub use passage::{AffineLaw, ContactLaw, Passage};
 pub use pruning::{PruneReport, prune, prune_composed};
 pub use routes::{Graze, Route, RouteEnd, Routes, SectionChart};
 pub use variables::{DEVIATION_WEIGHT, Variables, check_orders};

@@ -96,7 +96,7 @@ impl Routes {
 
 /// The chart in which the contact of a passage acts: the scene's section, through the grazing
 /// point.
-pub(super) fn grazing_chart(orbit: &GrazingOrbit, passage: usize) -> SectionChart {
+fn grazing_chart(orbit: &GrazingOrbit, passage: usize) -> SectionChart {
     let graze = &orbit.passages[passage];
     SectionChart { section: graze.section.clone(), point: graze.state.clone() }
 }

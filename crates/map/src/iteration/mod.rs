@@ -3,31 +3,27 @@
 //! One contract, [`DiscreteMap`], for every way to evaluate a map. Deliberately absent: where a map
 //! came from.
 
-mod batch;
 #[cfg(feature = "compiled-maps")]
 mod compiled;
 mod device_map;
 mod discrete_map;
-mod forms;
 mod frozen_lanes;
 mod horner;
 mod interpreted;
-mod itinerary;
 mod orbit;
-mod tangents;
 
-pub use batch::Batch;
 #[cfg(feature = "compiled-maps")]
 pub use compiled::{CompiledMap, compiled};
 pub use device_map::{
     DeviceMap, DeviceOrbit, DeviceReport, KernelPiece, KernelPoints, PointKernel,
 };
-pub use discrete_map::{DifferentiableMap, DiscreteMap, PassageSet, StepInfo};
+pub use discrete_map::{
+    DifferentiableMap, DiscreteMap, Itinerary, OrbitName, PassageSet, StepInfo,
+};
 pub use frozen_lanes::{FrozenLanes, Substitute};
-pub use horner::{FrozenMap, HornerMap, SingleMap};
+pub use horner::{Batch, FrozenMap, HornerMap, SingleMap};
 pub use interpreted::InterpretedMap;
-pub use itinerary::{Itinerary, OrbitName};
+pub(crate) use interpreted::{Tangent, Tangents};
 pub use orbit::{
     ContactsPerPeriod, MapOrbit, OrbitEnd, OrbitRequest, Period, largest_lyapunov_exponent,
 };
-pub(crate) use tangents::{Tangent, Tangents};

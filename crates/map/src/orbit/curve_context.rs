@@ -3,17 +3,14 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::corners::Corners;
-use super::grazes::{Grazes, Touch};
+use super::free_flow::{Corners, each_step};
 use super::grazing_curve::{CurveEnd, CurvePoint, SpecialKind};
-use super::grazing_orbit::{GrazingConditions, GrazingOrbit};
-use super::minima::each_step;
-use super::monodromy::{ConditionFactors, legs, multipliers, on_section, round};
+use super::grazing_orbit::{Grazes, GrazingConditions, GrazingOrbit, Touch};
+use super::monodromy::{ConditionFactors, Stretch, legs, multipliers, on_section, round};
 use super::newton::{Equations, Root, Scaled, Solve, refine, solve, unit_of};
 use super::outcome::{NotLocated, OrbitError, Stop, settled};
 use super::passages::{clearance, passages, points, stretches};
 use super::section::PoincareSection;
-use super::stretch::Stretch;
 use super::system::{ExtendedSystem, Matching};
 use crate::model::Scene;
 use crate::numeric::{Dd, Real};

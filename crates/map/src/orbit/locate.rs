@@ -1,10 +1,8 @@
 //! The grazing orbit of a scene, from its guess or from the steady state, or why there is none.
 
-use super::corners::Corners;
 use super::effort::Effort;
-use super::grazes::{Grazes, check_field};
-use super::grazing_orbit::{GrazingOrbit, Location};
-use super::minima::{Gaps, Minimum, each_step, gaps, watching_field};
+use super::free_flow::{Corners, Gaps, Minimum, each_step, gaps, watching_field};
+use super::grazing_orbit::{Grazes, GrazingOrbit, Location, check_field};
 use super::monodromy::{full_monodromy, multipliers};
 use super::newton::{NewtonFailure, Solve};
 use super::outcome::{NamedValues, NotLocated, OrbitError, settled};
@@ -458,7 +456,7 @@ const DEGENERATE: f64 = 1e-6;
 const NEARLY_DEGENERATE: f64 = 1e-2;
 
 /// The unknowns of a system, under examination.
-pub(super) struct Diagnosis<'a> {
+struct Diagnosis<'a> {
     scene: &'a Scene,
     system: &'a ExtendedSystem,
     unknowns: &'a [f64],
@@ -472,7 +470,7 @@ impl<'a> Diagnosis<'a> {
     }
 
     /// Why a root is not an orbit of simple grazes.
-    pub(super) fn degeneracy(&self) -> Option<NotLocated> {
+    fn degeneracy(&self) -> Option<NotLocated> {
         self.degenerate_below(DEGENERATE)
     }
 

@@ -10,9 +10,8 @@ use nalgebra::{DMatrix, DVector};
 
 use super::curve::curve_towards;
 use super::curve_context::Distance;
-use super::grazes::Grazes;
 use super::grazing_curve::{CurveEnd, CurvePoint, SpecialKind, SpecialPoint};
-use super::grazing_orbit::{GrazingOrbit, Location};
+use super::grazing_orbit::{Grazes, GrazingOrbit, Location};
 use super::locate::locate;
 use super::outcome::{NotLocated, OrbitError};
 use super::system::ExtendedSystem;

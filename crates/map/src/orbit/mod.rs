@@ -3,16 +3,14 @@
 //! Deliberately absent: the direct simulator. Every orbit here is one of the free flow, surfaces
 //! ignored.
 
-mod corners;
 mod curve;
 mod curve_context;
 mod effort;
-mod grazes;
+mod free_flow;
 mod grazing_curve;
 mod grazing_orbit;
 mod locate;
 mod margin;
-mod minima;
 mod monodromy;
 mod newton;
 mod outcome;
@@ -20,8 +18,6 @@ mod passages;
 pub(crate) mod sampled;
 mod search;
 mod section;
-mod special;
-mod stretch;
 mod system;
 mod theory;
 

@@ -3,16 +3,14 @@
 
 use nalgebra::DMatrix;
 
-use super::grazes::{Touch, mirrored};
-use super::grazing_orbit::{GrazingOrbit, GrazingPoint};
-use super::minima::{Gaps, Minimum, gaps, watching_field};
+use super::free_flow::{Gaps, Minimum, gaps, watching_field};
+use super::grazing_orbit::{GrazingOrbit, GrazingPoint, Touch, mirrored};
 use super::monodromy::{
-    ConditionFactors, full_monodromy, legs, multipliers, on_section, round, section_point,
+    ConditionFactors, Stretch, full_monodromy, legs, multipliers, on_section, round, section_point,
 };
 use super::newton::Root;
 use super::outcome::{NotLocated, OrbitError, Stop};
 use super::section::{PoincareSection, reduced};
-use super::stretch::Stretch;
 use super::system::ExtendedSystem;
 use crate::flow::Integrator;
 use crate::model::{Scene, Symmetry};

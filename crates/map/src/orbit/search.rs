@@ -1,6 +1,6 @@
 //! From a steady state to a graze: settle, shoot, and move the parameter until the orbit touches.
 
-use super::minima::{Minimum, gaps, watching_field};
+use super::free_flow::{Minimum, gaps, watching_field};
 use super::newton::{Scaled, Solve, solve};
 use super::outcome::{NamedValues, NotLocated, OrbitError, Stop};
 use super::system::{ExtendedSystem, Shooting, solve_either};

@@ -13,7 +13,7 @@ use std::f64::consts::TAU;
 use nalgebra::DMatrix;
 
 use super::effort::{Effort, Flight};
-use super::grazes::Grazes;
+use super::grazing_orbit::Grazes;
 use super::newton::{Equations, Root, Scaled, Solve, refine, solve, unit_of};
 use super::outcome::OrbitError;
 use super::section::Geometry;

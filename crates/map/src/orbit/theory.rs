@@ -15,12 +15,11 @@
 
 use serde::Serialize;
 
-use super::grazes::Grazes;
-use super::grazing_orbit::GrazingOrbit;
+use super::grazing_orbit::{Grazes, GrazingOrbit};
 use super::margin::gap_slopes;
+use super::monodromy::Stretch;
 use super::outcome::OrbitError;
 use super::passages::stretches;
-use super::stretch::Stretch;
 use super::system::ExtendedSystem;
 use crate::model::Scene;
 

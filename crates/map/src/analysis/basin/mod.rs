@@ -15,12 +15,10 @@ use serde::{Deserialize, Serialize};
 
 use super::diagram::{SweepSubject, Timing};
 use super::error::AnalysisError;
-use super::escape::{EscapeBound, escape_bounds};
 use super::periodic::ContactItinerary;
-use super::progress::Progress;
+use super::progress::{Progress, Shard, given};
 use super::refinement::{first_asked, neighbours, refine, refine_share};
-use super::section_frame::itinerary;
-use super::share::{Shard, given};
+use super::section_frame::{EscapeBound, escape_bounds, itinerary};
 use crate::expansion::LocalMap;
 use crate::iteration::{OrbitName, OrbitRequest, Period};
 use crate::model::{BasinPlan, Digest, Method, Observable, Scene, even_offsets};

@@ -16,8 +16,7 @@ use super::known::{Cells, Cycle};
 use super::{Attractor, BasinClass};
 use crate::analysis::diagram::{SideBySide, SweptMap, name};
 use crate::analysis::periodic::ContactItinerary;
-use crate::analysis::progress::{Progress, keep, recalled};
-use crate::analysis::share::Shard;
+use crate::analysis::progress::{Progress, Shard, keep, recalled};
 use crate::expansion::MapWindow;
 use crate::iteration::{
     DiscreteMap, MapOrbit, OrbitEnd, OrbitRequest, Period, largest_lyapunov_exponent,

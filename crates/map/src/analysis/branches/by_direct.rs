@@ -26,8 +26,7 @@ use crate::analysis::periodic::{
     ContactItinerary, DirectOrbit, DirectOrbitEquations, DirectUnits, FoundOrbit, OrbitContact,
     SectionMap, window_scales,
 };
-use crate::analysis::progress::{NoProgress, Progress, resumed};
-use crate::analysis::share::Shard;
+use crate::analysis::progress::{NoProgress, Progress, Shard, resumed};
 use crate::expansion::LocalMap;
 use crate::hybrid::HybridSystem;
 use crate::iteration::PassageSet;

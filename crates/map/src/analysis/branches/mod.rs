@@ -22,7 +22,7 @@ pub(super) use trace::Follow;
 use crate::analysis::error::AnalysisError;
 use crate::analysis::periodic::FoundOrbit;
 use crate::analysis::progress::Progress;
-use crate::analysis::share::Shard;
+use crate::analysis::progress::Shard;
 use crate::expansion::LocalMap;
 use crate::model::Scene;
 use crate::orbit::GrazingOrbit;

@@ -3,9 +3,9 @@
 use serde::{Deserialize, Serialize};
 
 use crate::analysis::diagram::Timing;
-use crate::analysis::escape::EscapeBound;
 use crate::analysis::loci::PlaneCurve;
 use crate::analysis::periodic::ContactItinerary;
+use crate::analysis::section_frame::EscapeBound;
 use crate::iteration::{OrbitEnd, OrbitName, Period};
 use crate::model::{ChartObservable, ChartOverlay, Digest, Method};
 

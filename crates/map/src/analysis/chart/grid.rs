@@ -10,9 +10,8 @@ use crate::analysis::diagram::{
     Entry, Settled, Shares, Start, SweptMap, agree, exponent, kept_contacts, name, settle,
 };
 use crate::analysis::periodic::ContactItinerary;
-use crate::analysis::progress::{Progress, keep, recalled};
+use crate::analysis::progress::{Progress, Shard, given, keep, recalled};
 use crate::analysis::refinement::{Tiles, refine, refine_share};
-use crate::analysis::share::{Shard, given};
 use crate::expansion::MapWindow;
 use crate::iteration::{OrbitEnd, OrbitRequest, Period};
 use crate::model::{ChartObservable, ChartRequest};

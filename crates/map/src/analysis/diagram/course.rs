@@ -17,8 +17,7 @@ use super::data::{DiagramPoint, Shares, Sweep, SweepHeading, Timing, threads};
 use super::starts::{Reach, starts};
 use super::sweep::{SweepRequest, Visit, visit};
 use super::swept_map::SweptMap;
-use crate::analysis::progress::{Progress, keep, recalled};
-use crate::analysis::share::Shard;
+use crate::analysis::progress::{Progress, Shard, keep, recalled};
 use crate::iteration::{MapOrbit, OrbitEnd, OrbitRequest};
 
 /// Fewest values of a segment.
@@ -299,8 +298,8 @@ impl<'a> Course<'a> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::swept_map::{Settled, Start};
     use super::*;
+    use crate::analysis::diagram::swept_map::{Settled, Start};
     use crate::analysis::progress::NoProgress;
     use crate::expansion::MapWindow;
     use crate::iteration::{DiscreteMap, Itinerary, StepInfo};

@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use serde::{Deserialize, Serialize};
 
-use crate::analysis::escape::EscapeBound;
+use crate::analysis::section_frame::EscapeBound;
 use crate::expansion::MapWindow;
 use crate::iteration::{ContactsPerPeriod, MapOrbit, OrbitEnd, OrbitName, Period};
 use crate::model::{Digest, Method};
@@ -131,7 +131,7 @@ pub struct DiagramPoint {
     pub offset: f64,
     /// The observable at the kept iterates, in order: all of them, or the first few where these
     /// repeat bit for bit. NaN where there is none: `null` in a document.
-    #[serde(deserialize_with = "crate::analysis::nulls::numbers")]
+    #[serde(deserialize_with = "crate::analysis::numbers_or_nan")]
     pub values: Vec<f64>,
     /// Iterates kept; fewer than asked for where the orbit ended early.
     pub kept: usize,

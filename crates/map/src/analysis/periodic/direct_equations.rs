@@ -18,7 +18,7 @@ use crate::analysis::continuation::{
 };
 use crate::analysis::direct_image::{DirectEnd, DirectImage};
 use crate::analysis::error::AnalysisError;
-use crate::analysis::escape::extents;
+use crate::analysis::section_frame::extents;
 use crate::iteration::PassageSet;
 use crate::model::Scene;
 use crate::numeric::Real;

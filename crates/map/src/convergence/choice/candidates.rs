@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::economise::Economiser;
 use super::forecast::{Forecaster, OrderRule, weighted_degrees};
-use crate::convergence::error::ConvergenceError;
+use crate::convergence::ConvergenceError;
 use crate::convergence::family::MapFamily;
 use crate::convergence::sample::SamplePoint;
 use crate::expansion::{DEVIATION_WEIGHT, LocalMap, MapOrders, Stage, Variables};
@@ -34,7 +34,7 @@ pub(super) struct Candidate {
 
 impl Candidate {
     /// The weights of (coordinates; parameters), those of the coordinates given.
-    pub(super) fn weights_of(&self, coordinates: &[u32]) -> Vec<u32> {
+    fn weights_of(&self, coordinates: &[u32]) -> Vec<u32> {
         [coordinates, &self.parameters].concat()
     }
 

@@ -11,7 +11,7 @@ use super::data::{Choice, Limit, Polynomials};
 use super::forecast::OrderRule;
 use super::judge::{Bench, Trial};
 use crate::analysis::Progress;
-use crate::convergence::error::ConvergenceError;
+use crate::convergence::ConvergenceError;
 use crate::convergence::family::{MapFamily, PROBE};
 use crate::convergence::sample::{SamplePoint, WindowSample};
 use crate::expansion::MapOrders;
@@ -433,11 +433,11 @@ impl<'a> Chooser<'a> {
 }
 
 /// A map is measured where its forecast is within this many times the tolerance.
-pub(super) const SLACK: f64 = 2.0;
+const SLACK: f64 = 2.0;
 
 /// Further ones are tried where the forecast of their stages is within this many times the
 /// tolerance: folding can leave out less than they do.
-pub(super) const COMPOSED_SLACK: f64 = 100.0;
+const COMPOSED_SLACK: f64 = 100.0;
 
 /// An economised one where that of its truncation is: fits gain a factor of 2 to 20.
 const GAIN: f64 = 20.0;
@@ -461,7 +461,7 @@ const LAST_PRODUCTS: u128 = 1_000_000_000;
 
 /// The maps of one expansion that may be the answer: Taylor maps, factored and composed, then
 /// economised ones that are cheaper than the cheapest of them.
-pub(super) fn try_level(
+fn try_level(
     bench: &mut Bench<'_>,
     level: &Level<'_>,
     trial: &mut Trial,

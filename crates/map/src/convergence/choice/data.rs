@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::economise::Economiser;
 use super::next_depth::LeastOrders;
-use crate::convergence::error::ConvergenceError;
+use crate::convergence::ConvergenceError;
 use crate::convergence::family::MapFamily;
 use crate::expansion::{ComposedMap, Expander, LocalMap, MapOrders, prune, prune_composed};
 use crate::iteration::HornerMap;
@@ -62,7 +62,7 @@ pub struct Choice {
     /// Why no map meets the tolerance, where none does.
     pub limit: Option<Limit>,
     /// Seconds that the choice took.
-    #[serde(deserialize_with = "crate::analysis::nulls::number")]
+    #[serde(deserialize_with = "crate::analysis::number_or_nan")]
     pub seconds: f64,
 }
 

@@ -10,9 +10,8 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 
-use crate::analysis::MapEvaluation;
-use crate::analysis::low_discrepancy;
-use crate::convergence::error::ConvergenceError;
+use crate::analysis::{MapEvaluation, low_discrepancy};
+use crate::convergence::ConvergenceError;
 use crate::convergence::family::MapFamily;
 use crate::convergence::sample::WindowSample;
 use crate::expansion::{Contact, Leg, LocalMap, MapOrders, Stage};

@@ -87,13 +87,13 @@ impl Forecast {
 
     /// Largest coordinate of what the terms of each degree of the legs, from 2, contribute to the
     /// image.
-    pub(super) fn leg_sizes(&self) -> Vec<f64> {
+    fn leg_sizes(&self) -> Vec<f64> {
         sizes(&self.smooth)
     }
 
     /// Largest coordinate of what the terms of each weight of the contacts, from 2, contribute to
     /// the image.
-    pub(super) fn contact_sizes(&self) -> Vec<f64> {
+    fn contact_sizes(&self) -> Vec<f64> {
         sizes(&self.contact)
     }
 }

@@ -10,14 +10,13 @@ pub use reach::{DepthAccuracy, Validity, WindowAccuracy, validity};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::choice::{Choice, chosen_map};
-use super::choice::{ChoiceOptions, Chooser, SectionChoice, choose_sections};
-use super::error::ConvergenceError;
+use super::choice::{Choice, ChoiceOptions, Chooser, SectionChoice, choose_sections, chosen_map};
 use super::family::MapFamily;
-use super::resumed::{computed, kept, resumed};
 use super::sample::WindowSample;
-use super::timing;
-use super::truth::{ErrorSummary, SampleSummary, Truth, summarize, timed_returns, truth};
+use super::truth::{
+    ErrorSummary, SampleSummary, Truth, multiply_add_ns, step_ns, summarize, timed_returns, truth,
+};
+use super::{ConvergenceError, computed, kept, resumed};
 use crate::analysis::{DirectImage, MapEvaluation, Part, Progress};
 use crate::expansion::{ComposedMap, Expander, LocalMap, MapOrders, WindowEdge};
 use crate::hybrid::{FlowMethod, HybridSystem};
@@ -66,7 +65,7 @@ pub struct ConvergenceStudy {
     #[serde(default)]
     pub direct_by_taylor: Option<DirectSummary>,
     /// Nanoseconds of one multiply-add, measured in the same run.
-    #[serde(deserialize_with = "crate::analysis::nulls::number")]
+    #[serde(deserialize_with = "crate::analysis::number_or_nan")]
     pub multiply_add_ns: f64,
 }
 
@@ -83,10 +82,10 @@ pub struct OrderResult {
     /// Exponent with which the error falls when deviations are scaled as `y²`.
     pub rate: Rate,
     /// Nanoseconds of one step, parameters frozen, interpreted.
-    #[serde(deserialize_with = "crate::analysis::nulls::number")]
+    #[serde(deserialize_with = "crate::analysis::number_or_nan")]
     pub step_ns: f64,
     /// Nanoseconds that the step's multiply-adds alone would take.
-    #[serde(deserialize_with = "crate::analysis::nulls::number")]
+    #[serde(deserialize_with = "crate::analysis::number_or_nan")]
     pub floor_ns: f64,
     /// Operations of one step, parameters frozen.
     pub operations: usize,
@@ -101,7 +100,7 @@ pub struct DirectSummary {
     pub method: String,
     /// Nanoseconds of one return to the section, in double precision, the parameters being those
     /// of the one before.
-    #[serde(deserialize_with = "crate::analysis::nulls::number")]
+    #[serde(deserialize_with = "crate::analysis::number_or_nan")]
     pub period_ns: f64,
     /// Largest error of double precision against double-double, over the sample.
     pub error_estimate: f64,
@@ -209,7 +208,7 @@ pub fn converge(
         }
     };
     let sweep = Sweep::new(scene, orbit, options, highest, progress)?;
-    let multiply_add_ns = timing::multiply_add_ns();
+    let multiply_add_ns = multiply_add_ns();
     let Measured { orders, discontinuity_rates, smooth_rates } =
         sweep.measured(known, &factors, multiply_add_ns, &part)?;
     let (local, map) = chosen_map(&chosen, scene, orbit)?;
@@ -410,7 +409,7 @@ impl<'a> Sweep<'a> {
     /// Times are taken one after another: side by side they would disturb each other.
     fn add_times(&self, maps: &[SweptOrders], results: &mut [OrderResult], multiply_add_ns: f64) {
         for (result, map) in results.iter_mut().zip(maps) {
-            result.step_ns = timing::step_ns(&map.run, &self.truth.points[0]);
+            result.step_ns = step_ns(&map.run, &self.truth.points[0]);
             result.floor_ns = multiply_add_ns * result.operations as f64;
         }
     }
@@ -483,7 +482,7 @@ pub struct ParetoPoint {
     #[serde(default)]
     pub direct: Option<String>,
     /// Nanoseconds of one step, or of one return.
-    #[serde(deserialize_with = "crate::analysis::nulls::number")]
+    #[serde(deserialize_with = "crate::analysis::number_or_nan")]
     pub step_ns: f64,
     /// Largest error on the window, against double-double.
     pub error: f64,
@@ -500,7 +499,7 @@ pub struct ParetoMap {
 }
 
 /// The front, fastest first, direct simulation last by every method whether beaten or not.
-pub(super) fn pareto<'d>(
+fn pareto<'d>(
     orders: &[OrderResult],
     direct: impl IntoIterator<Item = &'d DirectSummary>,
 ) -> Vec<ParetoPoint> {

@@ -6,9 +6,8 @@ use std::sync::OnceLock;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use crate::analysis::low_discrepancy;
-use crate::analysis::{DirectImage, FreeFlight, MapEvaluation};
-use crate::convergence::error::ConvergenceError;
+use crate::analysis::{DirectImage, FreeFlight, MapEvaluation, low_discrepancy};
+use crate::convergence::ConvergenceError;
 use crate::convergence::family::{cut_contact, cut_contacts, cut_legs};
 use crate::convergence::sample::WindowSample;
 use crate::convergence::truth::{distance, tells_order};

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::analysis::DirectImage;
-use crate::convergence::error::ConvergenceError;
+use crate::convergence::ConvergenceError;
 use crate::convergence::sample::{SamplePoint, WindowSample};
 use crate::convergence::truth::{distance, error, image, window_sample};
 use crate::expansion::LocalMap;

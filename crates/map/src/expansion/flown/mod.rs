@@ -7,10 +7,8 @@
 //! docs/mathematics/flown-contacts.md.
 
 pub(super) mod contact;
-pub(super) mod law;
 pub(super) mod plan;
 mod smooth;
 
 pub use contact::{Arithmetic, FlightPlan, FlownContact, Numbers};
-pub use law::AffineLaw;
 pub use plan::{FlightWindow, flown_contact};

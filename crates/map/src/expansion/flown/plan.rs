@@ -10,10 +10,9 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::contact::{ContactTime, FlightPlan, FlownContact, Numbers, scaled, scaled_all, shift};
-use super::law::AffineLaw;
 use super::smooth::{SmoothExpansion, SmoothPieces};
 use crate::expansion::error::{ExpansionError, FlightError};
-use crate::expansion::passage::ContactLaw;
+use crate::expansion::passage::{AffineLaw, ContactLaw};
 use crate::expansion::release::ReleaseBalance;
 use crate::expansion::routes::Graze;
 use crate::numeric::linear::eigenvalues;

@@ -26,9 +26,9 @@ use std::sync::Arc;
 use num_traits::Zero;
 
 use super::contact::{Drive, LinearLaw};
-use super::law::AffineLaw;
 use crate::expansion::approach::{Approach, DepthVariable, series_about_minimum, time_of_minimum};
 use crate::expansion::error::ExpansionError;
+use crate::expansion::passage::AffineLaw;
 use crate::expansion::routes::Graze;
 use crate::expansion::variables::respace;
 use crate::flow::{LocalSeries, at_series_time, local_series};
@@ -268,7 +268,7 @@ fn decomposed(series: &[Jet<Dd>], gap: &[Jet<Dd>]) -> ([Dd; 3], Vec<Jet<Dd>>) {
 }
 
 /// A value, or 0 if it is no larger than rounding.
-pub(super) fn rounded_away(value: Dd, rounding: f64) -> Dd {
+fn rounded_away(value: Dd, rounding: f64) -> Dd {
     if value.magnitude() <= rounding { Dd::ZERO } else { value }
 }
 
@@ -289,7 +289,7 @@ fn depending_on(jet: &Jet<Dd>, variables: std::ops::Range<usize>) -> Jet<Dd> {
 impl LinearLaw<Dd> {
     /// The law of `u`; the law itself where it has no such force or its release is another function
     /// than the gap.
-    pub(super) fn without_passing_impulse(mut self) -> Self {
+    fn without_passing_impulse(mut self) -> Self {
         let Some(share) = self.passing_share() else {
             return self;
         };
