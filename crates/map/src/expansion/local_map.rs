@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use super::flown::contact::FlownContact;
+use super::flown::FlownContact;
 use crate::jet::Jet;
 use crate::model::{Digest, MapOrders, Scene};
 use crate::numeric::{Dd, Real, Scalar, unbounded, unbounded_number};

@@ -1,7 +1,7 @@
 //! A local map lowered to the one straight-line kernel that is run in process and printed as code.
 
 use super::composition::{ComposedMap, DepthPolynomial, DepthTerm};
-use super::flown::contact::Arithmetic;
+use super::flown::Arithmetic;
 use super::local_map::{Contact, Leg, LocalMap, Stage};
 use crate::jet::Jet;
 use crate::jet::kernel::{HornerPlan, Kernel, KernelBuilder, Value};

@@ -14,8 +14,7 @@ use std::time::Instant;
 use rayon::prelude::*;
 
 use super::data::{DiagramPoint, Shares, Sweep, SweepHeading, Timing, threads};
-use super::starts::{Reach, starts};
-use super::sweep::{SweepRequest, Visit, visit};
+use super::sweep::{Reach, SweepRequest, Visit, starts, visit};
 use super::swept_map::SweptMap;
 use crate::analysis::progress::{Progress, Shard, keep, recalled};
 use crate::iteration::{MapOrbit, OrbitEnd, OrbitRequest};

@@ -8,7 +8,6 @@ mod course;
 mod data;
 mod device_sweep;
 mod observe;
-mod starts;
 mod sweep;
 mod swept_map;
 
@@ -30,10 +29,9 @@ pub(super) use data::Shares;
 pub use data::{Diagram, DiagramPoint, Sweep, SweepHeading, Timing};
 pub(super) use device_sweep::DeviceSweep;
 pub use observe::Observer;
-pub(crate) use starts::low_discrepancy;
-pub(super) use starts::{Entry, Found, settle, states};
 pub use sweep::SweepRequest;
-pub(super) use sweep::{agree, kept_contacts, name};
+pub(crate) use sweep::low_discrepancy;
+pub(super) use sweep::{Entry, Found, agree, kept_contacts, name, settle, states};
 pub use swept_map::{
     DirectSweep, FrozenSweep, GuardedSweep, Settled, SideBySide, SmoothFixedPoint, Start, SweptMap,
     UnobservedSweep,
@@ -139,7 +137,7 @@ fn planned<T>(
         request: SweepRequest {
             parameter: position,
             offsets: request.offsets(),
-            starts: starts::states(&request.starts, scene, map)?,
+            starts: sweep::states(&request.starts, scene, map)?,
             orbit: own.escaping_at(&bounds),
             window: map.window.clone(),
         },

@@ -1,13 +1,23 @@
-//! What a sweep asks for, what it finds at one parameter value, and whether two runs have settled
-//! on the same thing.
+//! What a sweep asks for, where its orbits start (at states that a scene names, spread over the
+//! window, or beside a fixed point), what it finds at one parameter value, and whether two runs have
+//! settled on the same thing.
+//!
+//! One idea: an orbit is what a map settles on only if the map comes back to it. A fixed point that
+//! repels is a fixed point of rounding too, so that no orbit starts on one, and an orbit that was
+//! found to repel is left by a kick and followed once more.
 
+use std::collections::VecDeque;
+
+use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 
 use super::data::{DiagramPoint, Shares, SweepHeading, one_period};
-use super::starts::{Entry, settle};
-use super::swept_map::{Settled, SweptMap};
-use crate::expansion::MapWindow;
+use super::swept_map::{Settled, Start, SweptMap};
+use crate::analysis::error::AnalysisError;
+use crate::expansion::{LocalMap, MapWindow};
 use crate::iteration::{MapOrbit, OrbitEnd, OrbitName, OrbitRequest, Period, StepInfo};
+use crate::model::{Scene, Starts};
+use crate::numeric::linear::eigenvalues;
 
 /// What is asked of a sweep.
 #[derive(Clone, Debug, PartialEq)]
@@ -41,6 +51,273 @@ impl SweepRequest {
         }
         offsets
     }
+}
+
+/// How far beside a fixed point an orbit starts, in half-widths of the window: less than the
+/// tolerance of periods, so that no transient is needed where the fixed point attracts.
+const BESIDE: f64 = 1e-9;
+
+/// How far an orbit is kicked off a period that repels, in half-widths.
+const KICK: f64 = 1e-3;
+
+/// Magnitude of a multiplier beyond which a period repels; what is nearer to 1 is that of rounding.
+const REPELLING: f64 = 1.0 + 1e-6;
+
+/// A tangent vector that shrank by this factor, in its logarithm, over the kept iterates leaves no
+/// doubt that the period attracts.
+const SURELY_ATTRACTING: f64 = -14.0;
+
+/// The states, in offsets of the section's coordinates, at which a scene asks orbits to start; none
+/// where they start beside the fixed point of `P_smooth`.
+///
+/// # Errors
+///
+/// [`AnalysisError::NotACoordinate`] for a component that is no coordinate of the section,
+/// [`AnalysisError::NoWidth`] where starts are to be spread over a window without bound.
+pub(in crate::analysis) fn states(
+    starts: &Starts,
+    scene: &Scene,
+    map: &LocalMap,
+) -> Result<Vec<Vec<f64>>, AnalysisError> {
+    let coordinates = &map.section.coordinates;
+    match starts {
+        Starts::Smooth => Ok(Vec::new()),
+        Starts::Given(states) => {
+            let names = scene.model.full_state_names();
+            let offsets = |state: &Vec<Option<f64>>| {
+                let mut offsets = vec![0.0; coordinates.len()];
+                for (name, offset) in names.iter().zip(state) {
+                    let Some(offset) = offset else { continue };
+                    let place = coordinates.iter().position(|coordinate| coordinate == name);
+                    let place = place.ok_or_else(|| AnalysisError::NotACoordinate {
+                        name: (*name).to_owned(),
+                        known: coordinates.join(", "),
+                    })?;
+                    offsets[place] = *offset;
+                }
+                Ok(offsets)
+            };
+            states.iter().map(offsets).collect()
+        }
+        Starts::Spread(count) => {
+            let widths = &map.window.state;
+            if let Some(unbounded) = widths.iter().position(|width| !width.is_finite()) {
+                return Err(AnalysisError::NoWidth { name: coordinates[unbounded].clone() });
+            }
+            let spread = |number: usize| {
+                let shares = low_discrepancy(number, widths.len()).into_iter().zip(widths);
+                shares.map(|(share, width)| width * (2.0 * share - 1.0)).collect()
+            };
+            Ok((0..*count).map(spread).collect())
+        }
+    }
+}
+
+/// Point of the additive sequence of the generalised golden ratio: `frac(1/2 + n/φ^k)`, `φ^(d+1) =
+/// φ + 1`.
+///
+/// Any stretch of it covers the unit cube evenly.
+pub(crate) fn low_discrepancy(index: usize, dimension: usize) -> Vec<f64> {
+    let mut ratio: f64 = 1.5;
+    for _ in 0..60 {
+        let nearer = (1.0 + ratio).powf(1.0 / (dimension as f64 + 1.0));
+        if nearer == ratio {
+            break;
+        }
+        ratio = nearer;
+    }
+    (1..=dimension).map(|k| (0.5 + (index + 1) as f64 * ratio.powi(-(k as i32))).fract()).collect()
+}
+
+/// Where an orbit starts.
+#[derive(Clone, Debug, PartialEq)]
+pub(in crate::analysis) struct Entry {
+    /// All parameters of the map.
+    pub(in crate::analysis) parameters: Vec<f64>,
+    /// The state that is carried there; tried first.
+    pub(in crate::analysis) carried: Option<Vec<f64>>,
+}
+
+/// Where an orbit may start, within a reach: at the state given, or on both sides of the map's own
+/// start; and about the section's origin, where contact begins.
+pub(super) fn starts(
+    map: &dyn SweptMap,
+    given: Option<&[f64]>,
+    parameters: &[f64],
+    scales: &[f64],
+    reach: Reach,
+) -> Vec<Vec<f64>> {
+    match (given, reach) {
+        (Some(state), Reach::Beside) => vec![state.to_vec()],
+        (Some(_), Reach::Around) => Vec::new(),
+        (None, Reach::Beside) => beside(&map.start(parameters), scales, BESIDE).into(),
+        (None, Reach::Around) => AROUND.iter().flat_map(|&share| around(scales, share)).collect(),
+    }
+}
+
+/// Where orbits may start.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Reach {
+    /// Beside the map's start.
+    Beside,
+    /// About the section's origin.
+    Around,
+}
+
+/// Shares of the half-widths within which an attractor is looked for that no orbit beside the start
+/// leads to.
+const AROUND: [f64; 2] = [0.1, 0.01];
+
+/// States for each of them.
+const DIRECTIONS: usize = 8;
+
+/// States spread over a share of the half-widths about the section's origin.
+fn around(scales: &[f64], share: f64) -> Vec<Vec<f64>> {
+    let spread = |number: usize| {
+        let shares = low_discrepancy(number, scales.len()).into_iter();
+        shares.zip(scales).map(|(x, scale)| share * scale * (2.0 * x - 1.0)).collect()
+    };
+    (0..DIRECTIONS).map(spread).collect()
+}
+
+/// A state moved by a share of the half-width of every coordinate, to both sides.
+fn beside(state: &[f64], scales: &[f64], share: f64) -> [Vec<f64>; 2] {
+    [share, -share].map(|share| {
+        let pairs = state.iter().zip(scales);
+        pairs.map(|(value, scale)| value + share * scale).collect()
+    })
+}
+
+/// What a map settles on at some parameters, and the iterates that it took.
+#[derive(Clone, Debug)]
+pub(in crate::analysis) struct Found {
+    pub(in crate::analysis) settled: Settled,
+    pub(in crate::analysis) iterates: u64,
+}
+
+/// A state from which an orbit is followed.
+struct Candidate {
+    state: Vec<f64>,
+    /// Whether it is a kick away from a period that repels.
+    kicked: bool,
+}
+
+/// An orbit that is looked for.
+struct Search {
+    parameters: Vec<f64>,
+    candidates: VecDeque<Candidate>,
+    /// Which starts are still to be tried, in order.
+    reaches: &'static [Reach],
+    found: Option<Found>,
+}
+
+/// What a map settles on, side by side for at most as many entries as it has lanes: from the
+/// carried state or else from the start, the first orbit that stays. From a period that repels it
+/// goes on after a kick.
+pub(in crate::analysis) fn settle(
+    map: &dyn SweptMap,
+    entries: Vec<Entry>,
+    start: Option<&[f64]>,
+    request: &OrbitRequest,
+) -> Vec<Found> {
+    let mut searches: Vec<Search> = entries.into_iter().map(Search::new).collect();
+    loop {
+        let next = |(place, search): (usize, &mut Search)| {
+            let candidate = search.next(map, start, request)?;
+            let parameters = search.parameters.clone();
+            Some(((place, candidate.kicked), Start { state: candidate.state, parameters }))
+        };
+        let next = searches.iter_mut().enumerate().filter_map(next);
+        let (places, starts): (Vec<_>, Vec<_>) = next.unzip();
+        if starts.is_empty() {
+            break;
+        }
+        let settled = map.settle(&starts, request);
+        for ((place, kicked), settled) in places.into_iter().zip(settled) {
+            searches[place].take(map, settled, kicked, request);
+        }
+    }
+    searches.into_iter().filter_map(|search| search.found).collect()
+}
+
+impl Search {
+    fn new(entry: Entry) -> Self {
+        // Where a state was carried, it is known where orbits stay.
+        let reaches: &[Reach] = match entry.carried {
+            Some(_) => &[Reach::Beside],
+            None => &[Reach::Beside, Reach::Around],
+        };
+        let carried = entry.carried.map(|state| Candidate { state, kicked: false });
+        Self {
+            parameters: entry.parameters,
+            candidates: carried.into_iter().collect(),
+            reaches,
+            found: None,
+        }
+    }
+
+    /// The next state to try.
+    fn next(
+        &mut self,
+        map: &dyn SweptMap,
+        start: Option<&[f64]>,
+        request: &OrbitRequest,
+    ) -> Option<Candidate> {
+        while self.candidates.is_empty()
+            && let Some((&reach, rest)) = self.reaches.split_first()
+        {
+            self.reaches = rest;
+            let starts = starts(map, start, &self.parameters, &request.scales, reach).into_iter();
+            self.candidates.extend(starts.map(|state| Candidate { state, kicked: false }));
+        }
+        self.candidates.pop_front()
+    }
+
+    /// Takes in what the orbit of a candidate settled on.
+    fn take(&mut self, map: &dyn SweptMap, settled: Settled, kicked: bool, request: &OrbitRequest) {
+        let stays = settled.orbit.end == OrbitEnd::Completed;
+        if stays && !kicked && repels(map, &settled, &self.parameters) {
+            for state in beside(&settled.orbit.last, &request.scales, KICK).into_iter().rev() {
+                self.candidates.push_front(Candidate { state, kicked: true });
+            }
+        } else if stays {
+            self.candidates.clear();
+            self.reaches = &[];
+        }
+        let before = self.found.as_ref().map_or(0, |found| found.iterates);
+        let iterates = before + made(settled.orbit.end, request);
+        self.found = Some(Found { settled, iterates });
+    }
+}
+
+/// Iterates an orbit made.
+fn made(end: OrbitEnd, request: &OrbitRequest) -> u64 {
+    let count = match end {
+        OrbitEnd::Completed => request.transient + request.keep,
+        OrbitEnd::Escaped { iterate } | OrbitEnd::NoImage { iterate } => iterate,
+    };
+    count as u64
+}
+
+/// Whether an orbit settled on a period with a multiplier outside the unit circle.
+fn repels(map: &dyn SweptMap, settled: &Settled, parameters: &[f64]) -> bool {
+    let (Period::Periodic(period), orbit) = (settled.orbit.period, &settled.orbit) else {
+        return false;
+    };
+    let shrunk = settled.lyapunov.map(|exponent| exponent * orbit.steps.len() as f64);
+    if shrunk.is_some_and(|shrunk| shrunk < SURELY_ATTRACTING) {
+        return false;
+    }
+    let fixed = map.at(parameters);
+    let dimension = orbit.last.len();
+    let mut product = DMatrix::identity(dimension, dimension);
+    let (mut image, mut rows) = (vec![0.0; dimension], vec![0.0; dimension * dimension]);
+    for state in orbit.states().take(period) {
+        fixed.step_jacobian(state, &[], &mut image, &mut rows);
+        product = DMatrix::from_row_slice(dimension, dimension, &rows) * product;
+    }
+    let multipliers = eigenvalues(&product).unwrap_or_default();
+    multipliers.iter().any(|multiplier| multiplier.norm() > REPELLING)
 }
 
 /// What a map settles on at one value, and where the next one starts.

@@ -10,8 +10,8 @@ use std::mem;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::chooser::{ChoiceOptions, Chooser, choose};
 use super::data::Choice;
+use super::{ChoiceOptions, Chooser, choose};
 use crate::analysis::{NoProgress, Part, Progress, SectionChange};
 use crate::convergence::family::{MapFamily, PROBE};
 use crate::convergence::sample::{SamplePoint, WindowSample};

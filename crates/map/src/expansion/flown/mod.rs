@@ -5,10 +5,665 @@
 //! series in time of a fixed number of terms solves it to rounding whatever the stiffness, so the
 //! only truncated series left are those of the free flow. Derivation:
 //! docs/mathematics/flown-contacts.md.
+//!
+//! Here are the contact itself (the polynomials of the free flow about it, its linear law) and the
+//! operations by which it acts, on any [`Arithmetic`].
 
-pub(super) mod contact;
-pub(super) mod plan;
+mod plan;
 mod smooth;
 
-pub use contact::{Arithmetic, FlightPlan, FlownContact, Numbers};
+use std::marker::PhantomData;
+
+use num_traits::{One, Zero};
+use serde::{Deserialize, Serialize};
+
+use crate::jet::Jet;
+use crate::numeric::{Real, Scalar};
+
 pub use plan::{FlightWindow, flown_contact};
+
+/// A grazing passage whose contact is flown exactly:
+///
+/// ```text
+/// y = √max(0, depth(x, p)),   entry at s_e = −y σ from the minimum of the gap,
+/// z' = A z + g(s),            release where ρ(s) + r·z = 0,
+/// x ↦ x + section(back(s, z; x, p); x, p)
+/// ```
+///
+/// with the free flow's gap, force `g` and release function `ρ` as series in the time `s` from the
+/// minimum. It is the identity, exactly, where `y = 0`.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct FlownContact<S: Scalar = f64> {
+    /// `−h_min`, a polynomial in (coordinates; parameters) without constant term.
+    pub depth: Jet<S>,
+    /// `H_2, H_3, …` of the gap `h = −y² + Σ H_k s^k`.
+    gap: Vec<Jet<S>>,
+    /// `σ` to low weight, in `(y; coordinates; parameters)`: where its Newton steps begin.
+    entry: Jet<S>,
+    /// The contact's linear law.
+    law: LinearLaw<S>,
+    /// What the contact has added at the time of the minimum, in `(s; z)` or `(s; z; coordinates;
+    /// parameters)`.
+    back: Vec<Jet<S>>,
+    /// Correction of each coordinate, in (what was added; coordinates; parameters).
+    section: Vec<Jet<S>>,
+    /// The contact time over `y`, nearly.
+    contact_time: ContactTime<S>,
+    /// Numbers of steps.
+    plan: FlightPlan,
+    /// Largest correction of each coordinate over the window, for bounds.
+    largest: Vec<f64>,
+}
+
+/// `z' = A z + g`, released where `ρ + r·z = 0`, with `ρ + r·z` rising there.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+struct LinearLaw<S: Scalar> {
+    matrix: Vec<Vec<S>>,
+    /// The components with a force, and the forces along the free flow.
+    forces: Vec<(usize, Drive<S>)>,
+    release_row: Vec<S>,
+    /// The release function along the free flow.
+    release: Drive<S>,
+}
+
+/// A function along the free flow: a combination of 1, the gap and its rate, and a series for the
+/// rest.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+struct Drive<S: Scalar> {
+    constant: S,
+    gap: S,
+    gap_rate: S,
+    /// Coefficients of the rest in the time from the minimum; empty where the combination says
+    /// all.
+    rest: Vec<Jet<S>>,
+}
+
+/// `κ(y) = P(y)/Q(y)`, positive; lowest power first.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+struct ContactTime<S> {
+    numerator: Vec<S>,
+    denominator: Vec<S>,
+}
+
+/// The fixed numbers of steps with which every contact is flown.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct FlightPlan {
+    /// Newton steps for the entry.
+    pub entry: usize,
+    /// Taylor steps along the contact.
+    pub steps: usize,
+    /// Powers of time in each.
+    pub order: usize,
+    /// Newton steps for the release.
+    pub release: usize,
+}
+
+impl<S: Scalar> FlownContact<S> {
+    /// Number of coordinates.
+    pub fn dimension(&self) -> usize {
+        self.section.len()
+    }
+
+    /// Steps flown.
+    pub fn plan(&self) -> FlightPlan {
+        self.plan
+    }
+
+    /// Largest correction of each coordinate that was met on the window.
+    pub fn largest_corrections(&self) -> &[f64] {
+        &self.largest
+    }
+
+    /// The image of a point (coordinates; parameters) by a contact of depth variable `y`, whatever
+    /// the depth there.
+    pub fn act_at<A: Arithmetic<Scalar = S>>(
+        &self,
+        arithmetic: &mut A,
+        y: &A::Value,
+        point: &[A::Value],
+    ) -> Vec<A::Value> {
+        let corrections = self.corrections(arithmetic, y, point);
+        let pairs = corrections.iter().zip(point);
+        let image = pairs.map(|(correction, start)| arithmetic.add(correction, start));
+        image.collect()
+    }
+
+    /// Every polynomial of the passage.
+    pub fn polynomials(&self) -> impl Iterator<Item = &Jet<S>> {
+        let drives = self.law.forces.iter().map(|(_, force)| force);
+        let rests = drives.chain([&self.law.release]).flat_map(|d| &d.rest);
+        let rest = self.gap.iter().chain(&self.back).chain(&self.section);
+        [&self.depth, &self.entry].into_iter().chain(rests).chain(rest)
+    }
+}
+
+impl FlownContact {
+    /// Whether its parts have the sizes of a map in so many coordinates and parameters.
+    pub fn fits(&self, coordinates: usize, parameters: usize) -> bool {
+        let (plain, moved) = (coordinates + parameters, self.law.matrix.len());
+        let in_space = |jets: &[Jet<f64>], allowed: &[usize]| {
+            let mut spaces = jets.iter().map(|jet| jet.space().variables());
+            spaces.all(|found| allowed.contains(&found))
+        };
+        let drives = self.law.forces.iter().map(|(_, force)| force);
+        let mut drives = drives.chain([&self.law.release]);
+        let one = std::slice::from_ref;
+        in_space(one(&self.depth), &[plain])
+            && in_space(one(&self.entry), &[plain + 1])
+            && in_space(&self.gap, &[plain])
+            && in_space(&self.back, &[1 + moved, 1 + moved + plain])
+            && in_space(&self.section, &[self.back.len() + plain])
+            && drives.all(|drive| in_space(&drive.rest, &[plain]))
+            && self.law.matrix.iter().all(|row| row.len() == moved)
+            && self.law.forces.iter().all(|&(place, _)| place < moved)
+            && self.law.release_row.len() == moved
+            && [self.section.len(), self.largest.len()] == [coordinates; 2]
+            && !(self.contact_time.numerator.is_empty() || self.contact_time.denominator.is_empty())
+    }
+}
+
+impl<S: Scalar> LinearLaw<S> {
+    /// The same law with its release function turned over.
+    fn turned(self) -> Self {
+        let release = self.release;
+        Self {
+            release_row: self.release_row.into_iter().map(|value| -value).collect(),
+            release: Drive {
+                constant: -release.constant,
+                gap: -release.gap,
+                gap_rate: -release.gap_rate,
+                rest: release.rest.iter().map(|jet| -jet).collect(),
+            },
+            ..self
+        }
+    }
+}
+
+impl<S: Real> FlownContact<S> {
+    /// The same with its numbers as another type.
+    pub fn map_scalars<T: Real>(&self, convert: impl Fn(S) -> T + Copy) -> FlownContact<T> {
+        let jets = |jets: &[Jet<S>]| jets.iter().map(|jet| jet.map_scalars(convert)).collect();
+        let numbers = |numbers: &[S]| numbers.iter().copied().map(convert).collect();
+        let drive = |drive: &Drive<S>| Drive {
+            constant: convert(drive.constant),
+            gap: convert(drive.gap),
+            gap_rate: convert(drive.gap_rate),
+            rest: jets(&drive.rest),
+        };
+        let forces = self.law.forces.iter();
+        FlownContact {
+            depth: self.depth.map_scalars(convert),
+            gap: jets(&self.gap),
+            entry: self.entry.map_scalars(convert),
+            law: LinearLaw {
+                matrix: self.law.matrix.iter().map(|row| numbers(row)).collect(),
+                forces: forces.map(|(i, force)| (*i, drive(force))).collect(),
+                release_row: numbers(&self.law.release_row),
+                release: drive(&self.law.release),
+            },
+            back: jets(&self.back),
+            section: jets(&self.section),
+            contact_time: ContactTime {
+                numerator: numbers(&self.contact_time.numerator),
+                denominator: numbers(&self.contact_time.denominator),
+            },
+            plan: self.plan,
+            largest: self.largest.clone(),
+        }
+    }
+
+    /// Whether every coefficient is finite.
+    pub fn is_finite(&self) -> bool {
+        let law = self.law.matrix.iter().flatten().chain(&self.law.release_row);
+        let time = &self.contact_time;
+        let numbers = law.chain(&time.numerator).chain(&time.denominator);
+        self.polynomials().all(Jet::is_finite) && numbers.copied().all(Scalar::is_finite)
+    }
+}
+
+/// The arithmetic of a flown contact: numbers, values with tangents, or the operations of a
+/// kernel.
+///
+/// One sequence of operations is written once and run on all of them, so that the map read off its
+/// coefficients, the kernel and the emitted code do the same.
+pub trait Arithmetic {
+    /// The numbers of the coefficients.
+    type Scalar: Scalar;
+    /// A value.
+    type Value: Clone;
+
+    /// A constant.
+    fn constant(&mut self, value: Self::Scalar) -> Self::Value;
+    /// `a + b`.
+    fn add(&mut self, a: &Self::Value, b: &Self::Value) -> Self::Value;
+    /// `a b`.
+    fn multiply(&mut self, a: &Self::Value, b: &Self::Value) -> Self::Value;
+    /// `a b + c`.
+    fn multiply_add(&mut self, a: &Self::Value, b: &Self::Value, c: &Self::Value) -> Self::Value;
+    /// `√max(0, a)`.
+    fn root_of_positive_part(&mut self, a: &Self::Value) -> Self::Value;
+    /// `1/(2a)`, and 0 where `a` is not positive.
+    fn half_reciprocal(&mut self, a: &Self::Value) -> Self::Value;
+    /// `a`, a constant to differentiation: a choice on which no result depends.
+    fn held(&mut self, a: &Self::Value) -> Self::Value;
+    /// A polynomial at a point.
+    fn polynomial(&mut self, jet: &Jet<Self::Scalar>, point: &[Self::Value]) -> Self::Value;
+}
+
+/// Plain numbers.
+#[derive(Clone, Copy, Debug)]
+pub struct Numbers<S>(PhantomData<S>);
+
+impl<S: Real> Numbers<S> {
+    /// Plain numbers.
+    pub fn new() -> Self {
+        Self(PhantomData)
+    }
+}
+
+impl<S: Real> Default for Numbers<S> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<S: Real> Arithmetic for Numbers<S> {
+    type Scalar = S;
+    type Value = S;
+
+    fn constant(&mut self, value: S) -> S {
+        value
+    }
+
+    fn add(&mut self, a: &S, b: &S) -> S {
+        *a + *b
+    }
+
+    fn multiply(&mut self, a: &S, b: &S) -> S {
+        *a * *b
+    }
+
+    fn multiply_add(&mut self, a: &S, b: &S, c: &S) -> S {
+        a.mul_add(*b, *c)
+    }
+
+    fn root_of_positive_part(&mut self, a: &S) -> S {
+        if *a > S::zero() { a.sqrt() } else { S::zero() }
+    }
+
+    fn half_reciprocal(&mut self, a: &S) -> S {
+        if *a > S::zero() { S::from_f64(0.5) / *a } else { S::zero() }
+    }
+
+    fn held(&mut self, a: &S) -> S {
+        *a
+    }
+
+    fn polynomial(&mut self, jet: &Jet<S>, point: &[S]) -> S {
+        jet.evaluate(point)
+    }
+}
+
+/// The free flow seen from the entry.
+struct Entry<V> {
+    /// Time from the minimum of the gap, negative.
+    time: V,
+    /// Coefficients of each force, in the time since the entry.
+    forces: Vec<Vec<V>>,
+    /// Coefficients of the release function along the free flow.
+    release: Vec<V>,
+}
+
+/// One Taylor step: coefficients in the time over the length of the step.
+struct Step<V> {
+    /// Series of each moved component.
+    states: Vec<Vec<V>>,
+    /// Series of the release function.
+    release: Vec<V>,
+}
+
+impl<S: Scalar> FlownContact<S> {
+    /// The image of a point (coordinates; parameters), and its depth.
+    pub fn act<A: Arithmetic<Scalar = S>>(
+        &self,
+        arithmetic: &mut A,
+        point: &[A::Value],
+    ) -> (Vec<A::Value>, A::Value) {
+        let depth = arithmetic.polynomial(&self.depth, point);
+        let y = arithmetic.root_of_positive_part(&depth);
+        (self.act_at(arithmetic, &y, point), depth)
+    }
+
+    /// The correction of each coordinate by a contact of depth variable `y`.
+    fn corrections<A: Arithmetic<Scalar = S>>(
+        &self,
+        arithmetic: &mut A,
+        y: &A::Value,
+        point: &[A::Value],
+    ) -> Vec<A::Value> {
+        let entry = self.entry(arithmetic, y, point);
+        let (flown, added) = self.fly(arithmetic, y, &entry);
+        let time = arithmetic.add(&entry.time, &flown);
+        self.on_section(arithmetic, &time, &added, point)
+    }
+
+    /// From the entry to the release: the contact time and what the contact has added to each moved
+    /// component.
+    fn fly<A: Arithmetic<Scalar = S>>(
+        &self,
+        arithmetic: &mut A,
+        y: &A::Value,
+        entry: &Entry<A::Value>,
+    ) -> (A::Value, Vec<A::Value>) {
+        let contact_time = self.contact_time(arithmetic, y);
+        let share = arithmetic.constant(S::one() / S::from_f64(self.plan.steps as f64));
+        let length = arithmetic.multiply(&contact_time, &share);
+        // How a flight is cut into steps does not change where it ends.
+        let length = arithmetic.held(&length);
+        let step = self.last_step(arithmetic, entry, &length);
+        let part = self.release_part(arithmetic, &step.release);
+        let states = step.states.iter();
+        let added = states.map(|series| horner(arithmetic, series, &part)).collect();
+        let before = arithmetic.constant(S::from_f64(self.plan.steps as f64 - 1.0));
+        let flown = arithmetic.add(&part, &before);
+        (arithmetic.multiply(&flown, &length), added)
+    }
+
+    /// Corrections of the coordinates from what a contact has added up to the time `s` from the
+    /// minimum.
+    fn on_section<A: Arithmetic<Scalar = S>>(
+        &self,
+        arithmetic: &mut A,
+        time: &A::Value,
+        added: &[A::Value],
+        point: &[A::Value],
+    ) -> Vec<A::Value> {
+        let mut exit = [std::slice::from_ref(time), added, point].concat();
+        // Where the free field is affine the way back does not depend on the point.
+        exit.truncate(self.back.first().map_or(0, |jet| jet.space().variables()));
+        let back = all(arithmetic, &self.back, &exit);
+        all(arithmetic, &self.section, &[&back, point].concat())
+    }
+
+    /// Newton's steps for `σ`, `0 = −1 + σ² Q(−y σ)` with `Q(s) = Σ_{k≥2} H_k s^{k−2}`, and the
+    /// free flow about the entry.
+    fn entry<A: Arithmetic<Scalar = S>>(
+        &self,
+        arithmetic: &mut A,
+        y: &A::Value,
+        point: &[A::Value],
+    ) -> Entry<A::Value> {
+        let quotient = all(arithmetic, &self.gap, point);
+        let [minus_one, minus_two, two, zero] =
+            [-1.0, -2.0, 2.0, 0.0].map(|value| arithmetic.constant(S::from_f64(value)));
+        let minus_y = arithmetic.multiply(y, &minus_one);
+        let around = [std::slice::from_ref(y), point].concat();
+        let mut sigma = arithmetic.polynomial(&self.entry, &around);
+        for _ in 0..self.plan.entry {
+            // At a root Newton's step has the root's derivative, whatever the derivative of where
+            // it begins.
+            sigma = arithmetic.held(&sigma);
+            let time = arithmetic.multiply(&minus_y, &sigma);
+            let (value, slope) = horner_with_slope(arithmetic, &quotient, &time);
+            let scaled = arithmetic.multiply(&sigma, &value);
+            let residual = arithmetic.multiply_add(&sigma, &scaled, &minus_one);
+            // The derivative: 2 σ Q + s σ Q'.
+            let bend = arithmetic.multiply(&time, &slope);
+            let bent = arithmetic.multiply(&bend, &sigma);
+            let derivative = arithmetic.multiply_add(&two, &scaled, &bent);
+            let half = arithmetic.half_reciprocal(&derivative);
+            let half = arithmetic.held(&half);
+            let step = arithmetic.multiply(&residual, &half);
+            sigma = arithmetic.multiply_add(&step, &minus_two, &sigma);
+        }
+        let time = arithmetic.multiply(&minus_y, &sigma);
+        let depth = arithmetic.multiply(&minus_y, y);
+        let mut gap = [&[depth, zero.clone()], quotient.as_slice()].concat();
+        shift(arithmetic, &mut gap, Some(&time));
+        // The gap vanishes on entry; what rounding leaves of it is not part of the law.
+        gap[0] = zero;
+        let forces = self.law.forces.iter();
+        Entry {
+            forces: forces
+                .map(|(_, force)| force.about_entry(arithmetic, &gap, &time, point))
+                .collect(),
+            release: self.law.release.about_entry(arithmetic, &gap, &time, point),
+            time,
+        }
+    }
+
+    /// `y κ(y)`.
+    fn contact_time<A: Arithmetic<Scalar = S>>(
+        &self,
+        arithmetic: &mut A,
+        y: &A::Value,
+    ) -> A::Value {
+        let ContactTime { numerator, denominator } = &self.contact_time;
+        let [numerator, denominator] = [numerator, denominator].map(|numbers| {
+            let values: Vec<_> = numbers.iter().map(|&n| arithmetic.constant(n)).collect();
+            horner(arithmetic, &values, y)
+        });
+        let half = arithmetic.half_reciprocal(&denominator);
+        let scaled = arithmetic.multiply(&numerator, &half);
+        let twice = arithmetic.add(&scaled, &scaled);
+        arithmetic.multiply(&twice, y)
+    }
+
+    /// Flies all steps; the last one.
+    fn last_step<A: Arithmetic<Scalar = S>>(
+        &self,
+        arithmetic: &mut A,
+        entry: &Entry<A::Value>,
+        length: &A::Value,
+    ) -> Step<A::Value> {
+        let mut forces = scaled_all(arithmetic, &entry.forces, length);
+        let mut release = scaled(arithmetic, &entry.release, length);
+        let zero = arithmetic.constant(S::zero());
+        let start = vec![zero; self.law.matrix.len()];
+        let order = self.plan.order;
+        let mut step = self.law.step(arithmetic, &forces, &release, start, length, order);
+        for _ in 1..self.plan.steps {
+            let start = step.states.iter().map(|series| sum(arithmetic, series));
+            let start = start.collect();
+            forces.iter_mut().for_each(|series| shift(arithmetic, series, None));
+            shift(arithmetic, &mut release, None);
+            step = self.law.step(arithmetic, &forces, &release, start, length, order);
+        }
+        step
+    }
+
+    /// Newton's steps for the part of the last step at which the contact is released, from 1 on.
+    fn release_part<A: Arithmetic<Scalar = S>>(
+        &self,
+        arithmetic: &mut A,
+        release: &[A::Value],
+    ) -> A::Value {
+        let minus_two = arithmetic.constant(S::from_f64(-2.0));
+        let mut part = arithmetic.constant(S::one());
+        for _ in 0..self.plan.release {
+            part = arithmetic.held(&part);
+            let (value, slope) = horner_with_slope(arithmetic, release, &part);
+            let half = arithmetic.half_reciprocal(&slope);
+            let half = arithmetic.held(&half);
+            let step = arithmetic.multiply(&value, &half);
+            part = arithmetic.multiply_add(&step, &minus_two, &part);
+        }
+        part
+    }
+}
+
+impl<S: Scalar> LinearLaw<S> {
+    /// One Taylor step of this length: `Z_{k+1} = length (A Z_k + G_k)/(k + 1)`.
+    fn step<A: Arithmetic<Scalar = S>>(
+        &self,
+        arithmetic: &mut A,
+        forces: &[Vec<A::Value>],
+        release: &[A::Value],
+        start: Vec<A::Value>,
+        length: &A::Value,
+        order: usize,
+    ) -> Step<A::Value> {
+        let mut states: Vec<Vec<_>> = start.into_iter().map(|value| vec![value]).collect();
+        for power in 0..order {
+            let inverse = arithmetic.constant(S::one() / S::from_f64(power as f64 + 1.0));
+            let factor = arithmetic.multiply(length, &inverse);
+            let next: Vec<_> = (0..states.len())
+                .map(|component| {
+                    let rate = self.rate(arithmetic, forces, &states, component, power);
+                    arithmetic.multiply(&factor, &rate)
+                })
+                .collect();
+            let pairs = states.iter_mut().zip(next);
+            pairs.for_each(|(series, coefficient)| series.push(coefficient));
+        }
+        let release = (0..=order)
+            .map(|power| {
+                let zero = arithmetic.constant(S::zero());
+                let free = release.get(power).cloned().unwrap_or(zero);
+                dot(arithmetic, &self.release_row, &states, power, free)
+            })
+            .collect();
+        Step { states, release }
+    }
+
+    /// `(A Z_k + G_k)_i`.
+    fn rate<A: Arithmetic<Scalar = S>>(
+        &self,
+        arithmetic: &mut A,
+        forces: &[Vec<A::Value>],
+        states: &[Vec<A::Value>],
+        component: usize,
+        power: usize,
+    ) -> A::Value {
+        let own = self.forces.iter().position(|&(i, _)| i == component);
+        let force = own.and_then(|number| forces[number].get(power)).cloned();
+        let force = force.unwrap_or_else(|| arithmetic.constant(S::zero()));
+        dot(arithmetic, &self.matrix[component], states, power, force)
+    }
+}
+
+impl<S: Scalar> Drive<S> {
+    /// Coefficients in the time since the entry; `gap` holds those of the gap, `time` is that of
+    /// the entry.
+    fn about_entry<A: Arithmetic<Scalar = S>>(
+        &self,
+        arithmetic: &mut A,
+        gap: &[A::Value],
+        time: &A::Value,
+        point: &[A::Value],
+    ) -> Vec<A::Value> {
+        let by_gap = arithmetic.constant(self.gap);
+        let term = |power: usize| {
+            let constant = if power == 0 { self.constant } else { S::zero() };
+            let mut sum = arithmetic.constant(constant);
+            if let Some(next) = gap.get(power + 1) {
+                let rate = self.gap_rate * S::from_f64(power as f64 + 1.0);
+                let rate = arithmetic.constant(rate);
+                sum = arithmetic.multiply_add(&rate, next, &sum);
+            }
+            arithmetic.multiply_add(&by_gap, &gap[power], &sum)
+        };
+        let mut sum: Vec<_> = (0..gap.len()).map(term).collect();
+        let mut rest = all(arithmetic, &self.rest, point);
+        shift(arithmetic, &mut rest, Some(time));
+        for (sum, rest) in sum.iter_mut().zip(&rest) {
+            *sum = arithmetic.add(sum, rest);
+        }
+        sum
+    }
+}
+
+fn all<A: Arithmetic>(
+    arithmetic: &mut A,
+    jets: &[Jet<A::Scalar>],
+    point: &[A::Value],
+) -> Vec<A::Value> {
+    jets.iter().map(|jet| arithmetic.polynomial(jet, point)).collect()
+}
+
+/// `base + Σ_i row_i (series_i)_power`.
+fn dot<A: Arithmetic>(
+    arithmetic: &mut A,
+    row: &[A::Scalar],
+    series: &[Vec<A::Value>],
+    power: usize,
+    base: A::Value,
+) -> A::Value {
+    let terms = row.iter().zip(series).filter(|&(&entry, _)| entry != A::Scalar::zero());
+    terms.fold(base, |sum, (&entry, series)| {
+        let entry = arithmetic.constant(entry);
+        arithmetic.multiply_add(&entry, &series[power], &sum)
+    })
+}
+
+/// The coefficients of a polynomial in `t` as those of one in `t/length`.
+fn scaled<A: Arithmetic>(
+    arithmetic: &mut A,
+    coefficients: &[A::Value],
+    length: &A::Value,
+) -> Vec<A::Value> {
+    let mut power = arithmetic.constant(A::Scalar::one());
+    let scale = |coefficient: &A::Value| {
+        let value = arithmetic.multiply(&power, coefficient);
+        power = arithmetic.multiply(&power, length);
+        value
+    };
+    coefficients.iter().map(scale).collect()
+}
+
+/// The same for several polynomials.
+fn scaled_all<A: Arithmetic>(
+    arithmetic: &mut A,
+    polynomials: &[Vec<A::Value>],
+    length: &A::Value,
+) -> Vec<Vec<A::Value>> {
+    let polynomials = polynomials.iter();
+    polynomials.map(|coefficients| scaled(arithmetic, coefficients, length)).collect()
+}
+
+/// The coefficients about another point (`None`: about 1), by repeated synthetic division.
+fn shift<A: Arithmetic>(arithmetic: &mut A, coefficients: &mut [A::Value], by: Option<&A::Value>) {
+    for first in 0..coefficients.len().saturating_sub(1) {
+        for place in (first..coefficients.len() - 1).rev() {
+            let (lower, upper) = (&coefficients[place], &coefficients[place + 1]);
+            coefficients[place] = match by {
+                Some(by) => arithmetic.multiply_add(by, upper, lower),
+                None => arithmetic.add(lower, upper),
+            };
+        }
+    }
+}
+
+/// A polynomial, lowest power first.
+fn horner<A: Arithmetic>(arithmetic: &mut A, coefficients: &[A::Value], at: &A::Value) -> A::Value {
+    let Some((last, lower)) = coefficients.split_last() else {
+        return arithmetic.constant(A::Scalar::zero());
+    };
+    let lower = lower.iter().rev();
+    lower.fold(last.clone(), |sum, coefficient| arithmetic.multiply_add(&sum, at, coefficient))
+}
+
+/// A polynomial and its derivative.
+fn horner_with_slope<A: Arithmetic>(
+    arithmetic: &mut A,
+    coefficients: &[A::Value],
+    at: &A::Value,
+) -> (A::Value, A::Value) {
+    let zero = arithmetic.constant(A::Scalar::zero());
+    let Some((last, lower)) = coefficients.split_last() else {
+        return (zero.clone(), zero);
+    };
+    let (mut value, mut slope) = (last.clone(), zero);
+    for coefficient in lower.iter().rev() {
+        slope = arithmetic.multiply_add(&slope, at, &value);
+        value = arithmetic.multiply_add(&value, at, coefficient);
+    }
+    (value, slope)
+}
+
+fn sum<A: Arithmetic>(arithmetic: &mut A, values: &[A::Value]) -> A::Value {
+    let zero = arithmetic.constant(A::Scalar::zero());
+    let mut values = values.iter().rev();
+    let last = values.next().cloned().unwrap_or(zero);
+    values.fold(last, |sum, value| arithmetic.add(&sum, value))
+}

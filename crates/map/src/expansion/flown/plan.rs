@@ -9,8 +9,8 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::contact::{ContactTime, FlightPlan, FlownContact, Numbers, scaled, scaled_all, shift};
 use super::smooth::{SmoothExpansion, SmoothPieces};
+use super::{ContactTime, FlightPlan, FlownContact, Numbers, scaled, scaled_all, shift};
 use crate::expansion::error::{ExpansionError, FlightError};
 use crate::expansion::passage::{AffineLaw, ContactLaw};
 use crate::expansion::release::ReleaseBalance;

@@ -25,7 +25,7 @@ use std::sync::Arc;
 
 use num_traits::Zero;
 
-use super::contact::{Drive, LinearLaw};
+use super::{Drive, LinearLaw};
 use crate::expansion::approach::{Approach, DepthVariable, series_about_minimum, time_of_minimum};
 use crate::expansion::error::ExpansionError;
 use crate::expansion::passage::AffineLaw;
