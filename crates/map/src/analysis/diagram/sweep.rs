@@ -1,6 +1,6 @@
 //! What a sweep asks for, where its orbits start (at states that a scene names, spread over the
-//! window, or beside a fixed point), what it finds at one parameter value, and whether two runs have
-//! settled on the same thing.
+//! window, or beside a fixed point), what it finds at one parameter value, and whether two runs
+//! have settled on the same thing.
 //!
 //! One idea: an orbit is what a map settles on only if the map comes back to it. A fixed point that
 //! repels is a fixed point of rounding too, so that no orbit starts on one, and an orbit that was
