@@ -1,7 +1,7 @@
 //! What can be wrong with what an analysis is asked.
 
 use super::periodic::ItineraryError;
-use crate::expansion::ExpansionError;
+use crate::expansion::{ExpansionError, LocalMap};
 use crate::flow::FlowError;
 use crate::hybrid::HybridError;
 
@@ -94,6 +94,22 @@ pub enum AnalysisError {
     /// An expansion failed.
     #[error(transparent)]
     Expansion(#[from] ExpansionError),
+}
+
+/// The number of a parameter among the variables of a map.
+pub(crate) fn active_place(map: &LocalMap, parameter: &str) -> Result<usize, AnalysisError> {
+    let place = map.parameters.iter().position(|active| active.name == parameter);
+    place.ok_or_else(|| AnalysisError::NotActive { parameter: parameter.to_owned() })
+}
+
+/// The number of a component of the state among the coordinates of a map's section.
+pub(crate) fn coordinate_place(map: &LocalMap, name: &str) -> Result<usize, AnalysisError> {
+    let coordinates = &map.section.coordinates;
+    let place = coordinates.iter().position(|coordinate| coordinate == name);
+    place.ok_or_else(|| AnalysisError::NotACoordinate {
+        name: name.to_owned(),
+        known: coordinates.join(", "),
+    })
 }
 
 /// Checks the length of a row of numbers.

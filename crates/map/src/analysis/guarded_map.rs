@@ -167,9 +167,16 @@ impl<'m, 'a> DirectPoints<'m, 'a> {
         Self { map, groups: parameters.chunks(DIRECT_LANES).map(group).collect() }
     }
 
+    /// What makes returns of the points, for orbits in step and in the place of a map.
+    pub(super) fn returns(
+        &mut self,
+    ) -> impl FnMut(&[bool], &[f64], &mut [f64], &mut [StepInfo]) + use<'_, 'm, 'a> {
+        |wanted, states, images, steps| self.step(wanted, states, images, steps)
+    }
+
     /// One return of the points that are wanted, their states one after another; the images of the
     /// others are not to be used.
-    pub(super) fn step(
+    fn step(
         &mut self,
         wanted: &[bool],
         states: &[f64],

@@ -58,6 +58,11 @@ impl OrbitRequest {
         Self { escape, ..self.clone() }
     }
 
+    /// The same, so many times as long.
+    pub(crate) fn longer(&self, times: usize) -> Self {
+        Self { transient: times * self.transient, keep: times * self.keep, ..self.clone() }
+    }
+
     /// The same with other bounds, one per coordinate.
     pub fn escaping_at(self, escape: &[f64]) -> Self {
         Self { escape: escape.to_vec(), ..self }

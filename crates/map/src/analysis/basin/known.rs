@@ -72,21 +72,14 @@ impl Cycle {
     /// where that stays near and converges, as it is elsewhere.
     pub(super) fn near(map: &dyn DiscreteMap, settled: &[Vec<f64>], scales: &[f64]) -> Self {
         let refined = refine(map, settled, scales);
-        let (points, jacobians) = match refined {
-            Some(found) => found,
-            None => (settled.to_vec(), Vec::new()),
-        };
-        let product = |first: usize| {
-            let (before, after) = jacobians.split_at(first);
-            let identity = DMatrix::identity(scales.len(), scales.len());
-            after.iter().chain(before).fold(identity, |product, jacobian| jacobian * product)
-        };
+        let (points, jacobians) = refined.unwrap_or_else(|| (settled.to_vec(), Vec::new()));
         let mut cycle = Self { points, multipliers: Vec::new(), traps: Vec::new() };
         if jacobians.is_empty() {
             return cycle;
         }
-        cycle.multipliers = eigenvalues(&product(0)).unwrap_or_default();
+        cycle.multipliers = eigenvalues(&product_from(&jacobians, 0)).unwrap_or_default();
         if cycle.attracts() {
+            let product = |point: usize| product_from(&jacobians, point);
             let traps = (0..cycle.points.len())
                 .filter_map(|point| trap(map, &cycle.points, point, &product(point), scales));
             cycle.traps = traps.collect();
@@ -145,6 +138,14 @@ fn apart(a: &[f64], b: &[f64], scales: &[f64]) -> f64 {
 /// Points of a periodic orbit, and the derivative of the map at each.
 pub(super) type Refined = (Vec<Vec<f64>>, Vec<DMatrix<f64>>);
 
+/// The derivative of a period's map at one of its points, from those at all of them.
+pub(super) fn product_from(jacobians: &[DMatrix<f64>], first: usize) -> DMatrix<f64> {
+    let (before, after) = jacobians.split_at(first);
+    let dimension = jacobians.first().map_or(0, DMatrix::nrows);
+    let identity = DMatrix::identity(dimension, dimension);
+    after.iter().chain(before).fold(identity, |product, jacobian| jacobian * product)
+}
+
 /// Newton's method for a fixed point of the period's map.
 pub(super) fn refine(
     map: &dyn DiscreteMap,
@@ -156,10 +157,8 @@ pub(super) fn refine(
     for _ in 0..NEWTON_STEPS {
         let ((points, jacobians), image) = around(map, &start, settled.len())?;
         let identity = DMatrix::identity(dimension, dimension);
-        let product =
-            jacobians.iter().fold(identity.clone(), |product, jacobian| jacobian * product);
         let defect = DVector::from_vec(image) - DVector::from_column_slice(&start);
-        let step = (identity - product).lu().solve(&defect)?;
+        let step = (identity - product_from(&jacobians, 0)).lu().solve(&defect)?;
         let size = step.iter().zip(scales).map(|(step, scale)| (step / scale).abs());
         let size = size.fold(0.0, f64::max);
         start.iter_mut().zip(step.iter()).for_each(|(value, step)| *value += step);

@@ -8,20 +8,19 @@ mod known;
 mod manifolds;
 mod search;
 
-use std::cell::OnceCell;
 use std::time::Instant;
 
 use serde::{Deserialize, Serialize};
 
 use super::diagram::{SweepSubject, Timing};
-use super::error::AnalysisError;
+use super::error::{AnalysisError, active_place, check_length, coordinate_place};
 use super::periodic::ContactItinerary;
 use super::progress::{Progress, Shard, given};
 use super::refinement::{first_asked, neighbours, refine, refine_share};
 use super::section_frame::{EscapeBound, escape_bounds, itinerary};
 use crate::expansion::LocalMap;
 use crate::iteration::{OrbitName, OrbitRequest, Period};
-use crate::model::{BasinPlan, Digest, Method, Observable, Scene, even_offsets};
+use crate::model::{BasinPlan, Digest, Method, Scene, even_offsets};
 use crate::orbit::GrazingOrbit;
 use manifolds::{Plane, manifolds};
 use search::Search;
@@ -89,28 +88,19 @@ impl BasinRequest {
     ) -> Result<Vec<Self>, AnalysisError> {
         let coordinates = &map.section.coordinates;
         let place = |name: &String| coordinates.iter().position(|known| known == name);
-        let known = || coordinates.join(", ");
         let mut request = Self::over_the_window(map);
         if let Some([first, second]) = &plan.axes {
             let axes = place(first).zip(place(second));
+            let known = || coordinates.join(", ");
             let (first, second) =
                 axes.ok_or_else(|| AnalysisError::NotAPlane { known: known() })?;
             request = request.over([first, second], map);
         }
         for (name, offset) in &plan.start {
-            let place = place(name);
-            let place = place.ok_or_else(|| AnalysisError::NotACoordinate {
-                name: name.clone(),
-                known: known(),
-            })?;
-            request.origin[place] = *offset;
+            request.origin[coordinate_place(map, name)?] = *offset;
         }
         for (parameter, offset) in &plan.at {
-            let name = &scene.model.parameters[*parameter].name;
-            let mut active = map.parameters.iter();
-            let place = active.position(|active| active.name == *name);
-            let place =
-                place.ok_or_else(|| AnalysisError::NotActive { parameter: name.clone() })?;
+            let place = active_place(map, &scene.model.parameters[*parameter].name)?;
             request.parameters[place] = *offset;
         }
         request.ranges = plan.ranges.unwrap_or(request.ranges);
@@ -132,15 +122,16 @@ impl BasinRequest {
         self
     }
 
+    /// When the orbits of a basin have settled, and when they have escaped.
+    fn settling(&self, subject: &SweepSubject<'_>) -> OrbitRequest {
+        subject.orbits(self.transient, 2 * self.longest_period)
+    }
+
     /// Checks a request against a map.
     fn check(&self, map: &LocalMap) -> Result<(), AnalysisError> {
         let coordinates = &map.section.coordinates;
-        super::error::check_length(
-            "offsets of the parameters",
-            map.parameters.len(),
-            self.parameters.len(),
-        )?;
-        super::error::check_length("offsets of the state", coordinates.len(), self.origin.len())?;
+        check_length("offsets of the parameters", map.parameters.len(), self.parameters.len())?;
+        check_length("offsets of the state", coordinates.len(), self.origin.len())?;
         let [first, second] = self.axes;
         if first == second || first.max(second) >= coordinates.len() {
             return Err(AnalysisError::NotAPlane { known: coordinates.join(", ") });
@@ -357,13 +348,11 @@ pub fn basin(
     progress: &dyn Progress,
 ) -> Result<Basin, AnalysisError> {
     request.check(map)?;
-    let observe = &Observable::EventFunction;
-    let subject = SweepSubject { scene, orbit, map, observe, system: OnceCell::new() };
+    let subject = SweepSubject::new(scene, orbit, map);
     let swept = subject.swept(request.method)?;
     let clock = Instant::now();
-    let escape = escape_bounds(scene, orbit);
     let (parameters, window) = (&request.parameters, &map.window);
-    let settling = settling(request, map, &escape);
+    let settling = request.settling(&subject);
     let search = Search::new(&*swept, parameters, window, settling, progress);
     let mut search = search.with_found(given(progress));
     let grid = Grid::new(request);
@@ -404,7 +393,7 @@ pub fn basin(
         surfaces: itinerary(scene, orbit).surfaces,
         transient: request.transient,
         longest_period: request.longest_period,
-        escape,
+        escape: escape_bounds(scene, orbit),
         attractors: attractors.collect(),
         escaped: share(BasinClass::Escaped),
         outside: share(BasinClass::Outside),
@@ -434,10 +423,9 @@ pub fn basin_share(
     shard: &Shard<'_>,
 ) -> Result<(), AnalysisError> {
     request.check(map)?;
-    let observe = &Observable::EventFunction;
-    let subject = SweepSubject { scene, orbit, map, observe, system: OnceCell::new() };
+    let subject = SweepSubject::new(scene, orbit, map);
     let swept = subject.swept(request.method)?;
-    let settling = settling(request, map, &escape_bounds(scene, orbit));
+    let settling = request.settling(&subject);
     let (parameters, window) = (&request.parameters, &map.window);
     let mut search = Search::new(&*swept, parameters, window, settling, shard.own);
     let grid = Grid::new(request);
@@ -446,13 +434,6 @@ pub fn basin_share(
     };
     search.share(&first_asked(grid.size()), |cell| grid.state(cell), refined, shard);
     Ok(())
-}
-
-/// When the orbits of a basin have settled, and when they have escaped.
-fn settling(request: &BasinRequest, map: &LocalMap, escape: &[EscapeBound]) -> OrbitRequest {
-    let bounds: Vec<f64> = escape.iter().map(|bound| bound.offset).collect();
-    OrbitRequest::new(request.transient, 2 * request.longest_period, &map.window.state)
-        .escaping_at(&bounds)
 }
 
 /// Attractors by the number of their cells, the cells named accordingly.

@@ -16,7 +16,7 @@ use super::known::{Cells, Cycle};
 use super::{Attractor, BasinClass};
 use crate::analysis::diagram::{SideBySide, SweptMap, name};
 use crate::analysis::periodic::ContactItinerary;
-use crate::analysis::progress::{Progress, Shard, keep, recalled};
+use crate::analysis::progress::{Progress, Shard, resumed};
 use crate::expansion::MapWindow;
 use crate::iteration::{
     DiscreteMap, MapOrbit, OrbitEnd, OrbitRequest, Period, largest_lyapunov_exponent,
@@ -185,11 +185,7 @@ impl<'a> Search<'a> {
         self.rounds += 1;
         let block = |(number, starts): (usize, &[Start])| -> Vec<Followed> {
             let place = [round, number as u64];
-            let found = recalled(progress, &place).unwrap_or_else(|| {
-                let found = self.follow_but(starts);
-                keep(progress, &place, &found);
-                found
-            });
+            let found = resumed(progress, &place, || self.follow_but(starts));
             progress.advance(starts.len() as u64);
             found
         };
@@ -326,12 +322,7 @@ impl<'a> Search<'a> {
             return BasinClass::Attractor(number);
         }
         let Some(last) = rows.last() else { return BasinClass::Undecided };
-        let longer = OrbitRequest {
-            transient: LONGER * self.request.transient,
-            keep: LONGER * self.request.keep,
-            ..self.request.clone()
-        };
-        let orbit = MapOrbit::of(&*self.fixed, last, &[], &longer);
+        let orbit = MapOrbit::of(&*self.fixed, last, &[], &self.request.longer(LONGER));
         match (orbit.end, orbit.period) {
             (OrbitEnd::Completed, Period::Periodic(period)) => {
                 let points: Vec<Vec<f64>> =
@@ -350,9 +341,8 @@ impl<'a> Search<'a> {
         if orbit.end != OrbitEnd::Completed {
             return BasinClass::Escaped;
         }
-        BasinClass::Attractor(
-            self.learn(Known::Cells(Cells::of(&orbit, &self.request.scales), orbit)),
-        )
+        let cells = Cells::of(&orbit, &self.request.scales);
+        BasinClass::Attractor(self.learn(Known::Cells(cells, orbit)))
     }
 
     fn learn(&mut self, known: Known) -> usize {

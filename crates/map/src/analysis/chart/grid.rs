@@ -10,7 +10,7 @@ use crate::analysis::diagram::{
     Entry, Settled, Shares, Start, SweptMap, agree, exponent, kept_contacts, name, settle,
 };
 use crate::analysis::periodic::ContactItinerary;
-use crate::analysis::progress::{Progress, Shard, given, keep, recalled};
+use crate::analysis::progress::{Progress, Shard, given, resumed};
 use crate::analysis::refinement::{Tiles, refine, refine_share};
 use crate::expansion::MapWindow;
 use crate::iteration::{OrbitEnd, OrbitRequest, Period};
@@ -125,16 +125,11 @@ impl Grid<'_> {
         let block = |(number, cells): (usize, &[usize])| {
             // NOTE: blocks of another device have other lengths.
             let (units, place) = (cells.len() as u64, [round, number as u64, lanes as u64]);
-            let found = recalled(progress, &place).unwrap_or_else(|| {
-                let found = self.block_but(cells, known);
-                keep(progress, &place, &found);
-                found
-            });
+            let found = resumed(progress, &place, || self.block_but(cells, known));
             progress.advance(units);
             found
         };
-        let blocks = wanted.par_chunks(lanes).enumerate().map(block);
-        let blocks: Vec<_> = blocks.collect();
+        let blocks: Vec<_> = wanted.par_chunks(lanes).enumerate().map(block).collect();
         blocks.into_iter().flatten().collect()
     }
 
@@ -201,11 +196,7 @@ impl Grid<'_> {
             |settled: &Settled| known.iter().any(|other| self.are_one(other, settled, parameters));
         if settled.orbit.period == Period::NotFound && !is_known(&settled) {
             let start = Start { state: settled.orbit.last.clone(), parameters: parameters.into() };
-            let longer = OrbitRequest {
-                transient: LONGER * self.orbit.transient,
-                keep: LONGER * self.orbit.keep,
-                ..self.orbit.clone()
-            };
+            let longer = self.orbit.longer(LONGER);
             iterates = (longer.transient + longer.keep) as u64;
             settled = self.map.settle(&[start], &longer).remove(0);
         }

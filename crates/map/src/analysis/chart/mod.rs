@@ -8,18 +8,17 @@
 mod data;
 mod grid;
 
-use std::cell::OnceCell;
 use std::time::Instant;
 
 use super::diagram::{DeviceSweep, Shares, SweepSubject, SweptMap, Timing, states};
-use super::error::AnalysisError;
+use super::error::{AnalysisError, active_place};
 use super::loci::{LociRequest, Locus, LocusEnd, LocusKind, PlaneCurve, PlanePoint, loci};
 use super::periodic::ContactItinerary;
 use super::progress::{NoProgress, Part, Progress, Shard};
 use super::section_frame::{escape_bounds, itinerary};
 use crate::expansion::LocalMap;
-use crate::iteration::{DeviceMap, OrbitRequest, PassageSet};
-use crate::model::{ChartOverlay, ChartRequest, Method, Observable, Scene, even_offsets};
+use crate::iteration::{DeviceMap, PassageSet};
+use crate::model::{ChartOverlay, ChartRequest, Method, Scene, even_offsets};
 use crate::orbit::{self, CurveEnd, CurveOptions, CurveOutcome, CurvePoint, GrazingOrbit};
 use grid::Grid;
 
@@ -142,17 +141,8 @@ fn grids<T>(
     make: impl Fn(usize, Grid<'_>) -> T,
 ) -> Result<Vec<T>, AnalysisError> {
     let (axes, places) = axes(scene, orbit, map, request)?;
-    let subject = SweepSubject {
-        scene,
-        orbit,
-        map,
-        observe: &Observable::EventFunction,
-        system: OnceCell::new(),
-    };
-    let escape = escape_bounds(scene, orbit);
-    let bounds: Vec<f64> = escape.iter().map(|bound| bound.offset).collect();
-    let own = OrbitRequest::new(request.transient, 2 * request.keep, &map.window.state);
-    let own = own.escaping_at(&bounds).approaching();
+    let subject = SweepSubject::new(scene, orbit, map);
+    let own = subject.orbits(request.transient, 2 * request.keep).approaching();
     let starts = match states(&request.starts, scene, map)? {
         states if states.is_empty() => vec![None],
         states => states.into_iter().map(Some).collect(),
@@ -199,13 +189,8 @@ fn axes(
         }
     };
     let axes = [axis(0), axis(1)];
-    let mut places = [0; 2];
-    for (place, axis) in places.iter_mut().zip(&axes) {
-        let mut active = map.parameters.iter();
-        let found = active.position(|active| active.name == axis.parameter);
-        *place =
-            found.ok_or_else(|| AnalysisError::NotActive { parameter: axis.parameter.clone() })?;
-    }
+    let place = |number: usize| active_place(map, &axes[number].parameter);
+    let places = [place(0)?, place(1)?];
     Ok((axes, places))
 }
 

@@ -11,16 +11,14 @@ mod observe;
 mod sweep;
 mod swept_map;
 
-use std::cell::OnceCell;
-
 use serde::Serialize;
 
-use super::error::AnalysisError;
+use super::error::{AnalysisError, active_place};
 use super::progress::{Part, Progress, Shard};
 use super::section_frame::{escape_bounds, itinerary};
 use crate::expansion::LocalMap;
-use crate::iteration::{OrbitEnd, OrbitName, OrbitRequest, Period};
-use crate::model::{DiagramRequest, Method, Observable, Scene, Spacing, SweepDirection};
+use crate::iteration::{OrbitEnd, OrbitName, Period};
+use crate::model::{DiagramRequest, Method, Scene, Spacing, SweepDirection};
 use crate::orbit::GrazingOrbit;
 use course::{sweep, sweep_share};
 use observe::label;
@@ -122,14 +120,9 @@ fn planned<T>(
     make: impl FnOnce(&DiagramPlan<'_>) -> T,
 ) -> Result<T, AnalysisError> {
     let parameter = &scene.model.parameters[request.parameter].name;
-    let position = map.parameters.iter().position(|active| active.name == *parameter);
-    let position =
-        position.ok_or_else(|| AnalysisError::NotActive { parameter: parameter.clone() })?;
-    let escape = escape_bounds(scene, orbit);
-    let bounds: Vec<f64> = escape.iter().map(|bound| bound.offset).collect();
-    let own = OrbitRequest::new(request.transient, request.keep, &map.window.state);
+    let position = active_place(map, parameter)?;
     let subject =
-        SweepSubject { scene, orbit, map, observe: &request.observe, system: OnceCell::new() };
+        SweepSubject { observe: &request.observe, ..SweepSubject::new(scene, orbit, map) };
     let swept = request.with.iter().map(|&method| subject.swept(method));
     Ok(make(&DiagramPlan {
         maps: swept.collect::<Result<_, _>>()?,
@@ -138,7 +131,7 @@ fn planned<T>(
             parameter: position,
             offsets: request.offsets(),
             starts: sweep::states(&request.starts, scene, map)?,
-            orbit: own.escaping_at(&bounds),
+            orbit: subject.orbits(request.transient, request.keep),
             window: map.window.clone(),
         },
     }))
@@ -250,14 +243,10 @@ pub fn measure_graze(
     map: &LocalMap,
     parameter: &str,
 ) -> Result<Vec<MeasuredSide>, AnalysisError> {
-    let place = map.parameters.iter().position(|active| active.name == parameter);
-    let place =
-        place.ok_or_else(|| AnalysisError::NotActive { parameter: parameter.to_owned() })?;
-    let observe = &Observable::EventFunction;
-    let subject = SweepSubject { scene, orbit, map, observe, system: OnceCell::new() };
+    let place = active_place(map, parameter)?;
+    let subject = SweepSubject::new(scene, orbit, map);
     let swept = subject.swept(Method::Guarded)?;
-    let bounds: Vec<f64> = escape_bounds(scene, orbit).iter().map(|bound| bound.offset).collect();
-    let request = OrbitRequest::new(TRANSIENT, KEPT, &map.window.state).escaping_at(&bounds);
+    let request = subject.orbits(TRANSIENT, KEPT);
     let entry = |share: f64| {
         let mut parameters = vec![0.0; map.parameters.len()];
         parameters[place] = share * map.window.parameter[place];

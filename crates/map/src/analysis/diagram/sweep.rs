@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 
 use super::data::{DiagramPoint, Shares, SweepHeading, one_period};
 use super::swept_map::{Settled, Start, SweptMap};
-use crate::analysis::error::AnalysisError;
+use crate::analysis::error::{AnalysisError, coordinate_place};
 use crate::expansion::{LocalMap, MapWindow};
 use crate::iteration::{MapOrbit, OrbitEnd, OrbitName, OrbitRequest, Period, StepInfo};
 use crate::model::{Scene, Starts};
@@ -88,12 +88,7 @@ pub(in crate::analysis) fn states(
                 let mut offsets = vec![0.0; coordinates.len()];
                 for (name, offset) in names.iter().zip(state) {
                     let Some(offset) = offset else { continue };
-                    let place = coordinates.iter().position(|coordinate| coordinate == name);
-                    let place = place.ok_or_else(|| AnalysisError::NotACoordinate {
-                        name: (*name).to_owned(),
-                        known: coordinates.join(", "),
-                    })?;
-                    offsets[place] = *offset;
+                    offsets[coordinate_place(map, name)?] = *offset;
                 }
                 Ok(offsets)
             };

@@ -9,7 +9,7 @@ use super::observe::Observer;
 use crate::analysis::direct_map::DirectMap;
 use crate::analysis::error::AnalysisError;
 use crate::analysis::guarded_map::{DIRECT_LANES, DirectPoints, GuardedMap};
-use crate::analysis::section_frame::itinerary;
+use crate::analysis::section_frame::{escape_bounds, itinerary};
 use crate::expansion::{LocalMap, MapWindow, Stage};
 use crate::hybrid::HybridSystem;
 use crate::iteration::{
@@ -116,6 +116,11 @@ pub struct Start {
     pub state: Vec<f64>,
     /// All parameters of the map.
     pub parameters: Vec<f64>,
+}
+
+/// The parameters of some starts, and their states.
+fn parts(starts: &[Start]) -> (Vec<&[f64]>, Vec<&[f64]>) {
+    starts.iter().map(|start| (&start.parameters[..], &start.state[..])).unzip()
 }
 
 /// An orbit, and its largest Lyapunov exponent over as many iterates as were kept, onwards from its
@@ -270,9 +275,8 @@ impl SweptMap for FrozenSweep {
             let single = |start: &Start| settle_single(self, start, request);
             return starts.iter().map(single).collect();
         }
-        let parameters = starts.iter().map(|start| &start.parameters[..]);
-        let states: Vec<&[f64]> = starts.iter().map(|start| &start.state[..]).collect();
-        let mut map = self.map.freeze_lanes::<LANES>(&parameters.collect::<Vec<_>>());
+        let (parameters, states) = parts(starts);
+        let mut map = self.map.freeze_lanes::<LANES>(&parameters);
         let orbits = map.orbits(&states, request);
         if orbits.iter().all(|orbit| orbit.end != OrbitEnd::Completed) {
             let orbits = orbits.into_iter();
@@ -340,12 +344,9 @@ impl SweptMap for DirectSweep<'_> {
     }
 
     fn settle(&self, starts: &[Start], request: &OrbitRequest) -> Vec<Settled> {
-        let parameters: Vec<&[f64]> = starts.iter().map(|start| &start.parameters[..]).collect();
-        let states: Vec<&[f64]> = starts.iter().map(|start| &start.state[..]).collect();
+        let (parameters, states) = parts(starts);
         let mut points = DirectPoints::new(&self.map, &parameters);
-        let orbits = MapOrbit::in_step(&states, request, |going, states, images, steps| {
-            points.step(going, states, images, steps);
-        });
+        let orbits = MapOrbit::in_step(&states, request, points.returns());
         orbits.into_iter().map(|orbit| Settled { orbit, lyapunov: None }).collect()
     }
 
@@ -358,9 +359,7 @@ impl SweptMap for DirectSweep<'_> {
         let mut points = DirectPoints::new(&self.map, &[parameters; DIRECT_LANES]);
         work(&mut |states, request| {
             padded::<DIRECT_LANES>(states, |states| {
-                MapOrbit::in_step(states, request, |going, states, images, steps| {
-                    points.step(going, states, images, steps);
-                })
+                MapOrbit::in_step(states, request, points.returns())
             })
         });
     }
@@ -433,14 +432,10 @@ impl SweptMap for GuardedSweep<'_> {
     }
 
     fn settle(&self, starts: &[Start], request: &OrbitRequest) -> Vec<Settled> {
-        let parameters: Vec<&[f64]> = starts.iter().map(|start| &start.parameters[..]).collect();
-        let states: Vec<&[f64]> = starts.iter().map(|start| &start.state[..]).collect();
+        let (parameters, states) = parts(starts);
         let mut map = self.map.map.freeze_lanes::<LANES>(&parameters);
         let mut points = DirectPoints::new(&self.direct, &parameters);
-        let mut fly = |wanted: &[bool], states: &[f64], images: &mut [f64], steps: &mut [_]| {
-            points.step(wanted, states, images, steps);
-        };
-        let orbits = map.guarded_orbits(&states, request, &self.window, &mut fly);
+        let orbits = map.guarded_orbits(&states, request, &self.window, &mut points.returns());
         let last: Vec<&[f64]> = orbits.iter().map(|orbit| &orbit.last[..]).collect();
         let exponents =
             map.guarded_lyapunov_exponents(&last, TANGENT_TRANSIENT, request.keep, &self.window);
@@ -455,12 +450,9 @@ impl SweptMap for GuardedSweep<'_> {
     fn side_by_side(&self, parameters: &[f64], work: &mut dyn FnMut(&mut SideBySide<'_>)) {
         let mut map = self.map.map.freeze_lanes::<LANES>(&[parameters; LANES]);
         let mut points = DirectPoints::new(&self.direct, &[parameters; LANES]);
-        let mut fly = |wanted: &[bool], states: &[f64], images: &mut [f64], steps: &mut [_]| {
-            points.step(wanted, states, images, steps);
-        };
         work(&mut |states, request| {
             padded::<LANES>(states, |states| {
-                map.guarded_orbits(states, request, &self.window, &mut fly)
+                map.guarded_orbits(states, request, &self.window, &mut points.returns())
             })
         });
     }
@@ -506,7 +498,23 @@ pub(in crate::analysis) struct SweepSubject<'a> {
     pub(in crate::analysis) system: OnceCell<HybridSystem>,
 }
 
-impl SweepSubject<'_> {
+impl<'a> SweepSubject<'a> {
+    /// The maps of a scene about its grazing orbit; drawn is the event function.
+    pub(in crate::analysis) fn new(
+        scene: &'a Scene,
+        orbit: &'a GrazingOrbit,
+        map: &'a LocalMap,
+    ) -> Self {
+        Self { scene, orbit, map, observe: &Observable::EventFunction, system: OnceCell::new() }
+    }
+
+    /// What is asked of orbits: they escape where those of the oscillator do.
+    pub(in crate::analysis) fn orbits(&self, transient: usize, keep: usize) -> OrbitRequest {
+        let escape = escape_bounds(self.scene, self.orbit);
+        let bounds: Vec<f64> = escape.iter().map(|bound| bound.offset).collect();
+        OrbitRequest::new(transient, keep, &self.map.window.state).escaping_at(&bounds)
+    }
+
     /// The map of a method.
     ///
     /// # Errors

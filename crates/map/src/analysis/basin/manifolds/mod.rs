@@ -18,12 +18,12 @@ pub use data::{ManifoldBranch, ManifoldEnd, ManifoldKind, ManifoldSide, Manifold
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
-use super::known::refine;
+use super::known::{product_from, refine};
 use crate::analysis::diagram::SweptMap;
 use crate::analysis::error::AnalysisError;
 use crate::analysis::orbits::{FoundOrbit, OrbitsRequest, orbits};
 use crate::analysis::periodic::{ContactItinerary, finite_or_one};
-use crate::analysis::progress::{Progress, keep, recalled};
+use crate::analysis::progress::{Progress, resumed};
 use crate::expansion::LocalMap;
 use crate::iteration::DiscreteMap;
 use crate::model::{Method, Scene};
@@ -87,13 +87,11 @@ pub(super) fn manifolds(
     progress.expect(cases.len() as u64);
     let branch = |(number, &((saddle, point), kind, side)): (usize, &((usize, usize), _, _))| {
         let place = [KEPT, number as u64];
-        let branch = recalled(progress, &place).unwrap_or_else(|| {
+        let branch = resumed(progress, &place, || {
             let fixed = swept.at(request.parameters);
             let tracer = Tracer { map: &*fixed, ..tracer };
             let (pieces, end) = tracer.curve(&saddles[saddle], point, kind, side);
-            let branch = ManifoldBranch { kind, saddle, point, side, pieces, end };
-            keep(progress, &place, &branch);
-            branch
+            ManifoldBranch { kind, saddle, point, side, pieces, end }
         });
         progress.advance(1);
         branch
@@ -141,14 +139,10 @@ impl<'a> Tracer<'a> {
         if !states.iter().any(|state| self.is_near([state[0], state[1]])) {
             return None;
         }
-        let product = |first: usize| {
-            let (before, after) = jacobians.split_at(first);
-            let all = after.iter().chain(before);
-            all.fold(DMatrix::identity(2, 2), |product, jacobian| jacobian * product)
+        let local = |(number, state): (usize, &Vec<f64>)| {
+            ([state[0], state[1]], product_from(&jacobians, number))
         };
-        let points: Vec<_> = states.iter().map(|state| [state[0], state[1]]).collect();
-        let points: Vec<_> =
-            points.into_iter().enumerate().map(|(number, at)| (at, product(number))).collect();
+        let points: Vec<_> = states.iter().enumerate().map(local).collect();
         let multipliers = real_eigenvalues(&points.first()?.1)?;
         let [large, small] = multipliers.map(f64::abs);
         if !(large > 1.0 && small < 1.0 && small > 0.0) {
