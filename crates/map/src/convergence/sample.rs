@@ -238,7 +238,7 @@ impl WindowSample {
         (0..widths.len()).max_by(|&a, &b| moved(a).total_cmp(&moved(b))).unwrap_or(0)
     }
 
-    /// The point with a variable moved until a passage has a depth, by Newton's method.
+    /// The point with a variable moved until a passage has a depth.
     fn solved_for(
         &self,
         passage: usize,
@@ -247,17 +247,30 @@ impl WindowSample {
         depth: f64,
     ) -> Option<SamplePoint> {
         let step = 1e-4 * self.widths()[variable];
+        let depths = self.solve(passage, (variable, step), &mut offsets, depth)?;
+        let parameters = offsets.split_off(self.state.len());
+        let depth = depths.iter().copied().fold(depths[passage], f64::max);
+        Some(SamplePoint { state: offsets, parameters, depth })
+    }
+
+    /// Moves a variable until a passage has a depth, by Newton's method with difference quotients
+    /// over a step; the depths of all passages there.
+    fn solve(
+        &self,
+        passage: usize,
+        (variable, step): (usize, f64),
+        offsets: &mut [f64],
+        depth: f64,
+    ) -> Option<Vec<f64>> {
         offsets[variable] = 0.0;
         for _ in 0..NEWTON_STEPS {
             let (state, parameters) = offsets.split_at(self.state.len());
             let depths = self.depths.at(state, parameters);
             let here = depths[passage];
             if (here - depth).abs() <= 1e-9 * depth.abs() {
-                let (state, parameters) = (state.to_vec(), parameters.to_vec());
-                let depth = depths.into_iter().fold(here, f64::max);
-                return Some(SamplePoint { state, parameters, depth });
+                return Some(depths);
             }
-            let mut shifted = offsets.clone();
+            let mut shifted = offsets.to_vec();
             shifted[variable] += step;
             let slope = (self.depth(passage, &shifted) - here) / step;
             offsets[variable] += (depth - here) / slope;
@@ -316,30 +329,20 @@ impl WindowSample {
         })
     }
 
-    /// The state with the steepest coordinate of a passage moved until that passage has a depth, by
-    /// Newton's method, and the depths of all passages.
+    /// The state with the steepest coordinate of a passage moved until that passage has a depth, and
+    /// the depths of all passages.
     pub(super) fn placed(
         &self,
         passage: usize,
-        mut state: Vec<f64>,
+        state: Vec<f64>,
         parameters: &[f64],
         depth: f64,
     ) -> Option<(Vec<f64>, Vec<f64>)> {
-        let step = 1e-4 * self.deepest;
-        let steepest = *self.steepest.get(passage)?;
-        state[steepest] = 0.0;
-        for _ in 0..NEWTON_STEPS {
-            let depths = self.depths.at(&state, parameters);
-            let here = depths[passage];
-            if (here - depth).abs() <= 1e-9 * depth.abs() {
-                return Some((state, depths));
-            }
-            let mut shifted = state.clone();
-            shifted[steepest] += step;
-            let slope = (self.depths.at(&shifted, parameters)[passage] - here) / step;
-            state[steepest] += (depth - here) / slope;
-        }
-        None
+        let along = (*self.steepest.get(passage)?, 1e-4 * self.deepest);
+        let mut offsets = [state.as_slice(), parameters].concat();
+        let depths = self.solve(passage, along, &mut offsets, depth)?;
+        offsets.truncate(self.state.len());
+        Some((offsets, depths))
     }
 
     /// The coordinate along which the depth of a passage changes most over its half-width.

@@ -11,7 +11,7 @@ use super::grazing_curve::{
 };
 use super::grazing_orbit::{GrazingOrbit, Location};
 use super::locate::locate;
-use super::newton::{Equations, Solve, refine};
+use super::newton::{Equations, refine};
 use super::outcome::{OrbitError, Stop, settled};
 use super::sampled::{SAMPLES, Zeros, places, zeros};
 use crate::model::Scene;
@@ -501,10 +501,8 @@ fn refined(
         }
         _ => context.correct_dd(unknowns, origin, normal)?,
     };
-    let unknowns = match root {
-        Solve::Root(root) => root.unknowns,
-        Solve::Failed(_) => unknowns.iter().map(|&value| Dd::from(value)).collect(),
-    };
+    let rounded = |_| unknowns.iter().map(|&value| Dd::from(value)).collect();
+    let unknowns = root.map_or_else(rounded, |root| root.unknowns);
     Ok(Some(SpecialPoint { kind, parameters: context.parameters(&unknowns), point }))
 }
 

@@ -7,7 +7,7 @@ use super::free_flow::{Corners, each_step};
 use super::grazing_curve::{CurveEnd, CurvePoint, SpecialKind};
 use super::grazing_orbit::{Grazes, GrazingConditions, GrazingOrbit, Touch};
 use super::monodromy::{ConditionFactors, Stretch, legs, multipliers, on_section, round};
-use super::newton::{Equations, Root, Scaled, Solve, refine, solve, unit_of};
+use super::newton::{Equations, Root, Scaled, Solved, refine, solve, unit_of};
 use super::outcome::{NotLocated, OrbitError, Stop, settled};
 use super::passages::{clearance, passages, points, stretches};
 use super::section::PoincareSection;
@@ -433,8 +433,8 @@ impl CurveContext<'_> {
     ) -> Result<Option<Vec<f64>>, OrbitError> {
         for system in self.scaled() {
             match solve(&Bordered { system, origin, normal }, start, TOLERANCE) {
-                Ok(Solve::Root(root)) => return Ok(Some(root)),
-                Ok(Solve::Failed(_)) | Err(OrbitError::Flow(_)) => {}
+                Ok(Ok(root)) => return Ok(Some(root)),
+                Ok(Err(_)) | Err(OrbitError::Flow(_)) => {}
                 Err(error) => return Err(error),
             }
         }
@@ -442,15 +442,10 @@ impl CurveContext<'_> {
     }
 
     /// A point found by [`correct`](Self::correct), to the roundoff of double-double.
-    pub(super) fn correct_dd(
-        &self,
-        point: &[f64],
-        origin: &[f64],
-        normal: &[f64],
-    ) -> Result<Solve<Root>, OrbitError> {
+    pub(super) fn correct_dd(&self, point: &[f64], origin: &[f64], normal: &[f64]) -> Solved<Root> {
         let [end, middle] = self.scaled().map(|system| Bordered { system, origin, normal });
         match refine(&end, point, 1e-22) {
-            Ok(Solve::Root(root)) => Ok(Solve::Root(root)),
+            Ok(Ok(root)) => Ok(Ok(root)),
             _ => refine(&middle, point, 1e-22),
         }
     }

@@ -4,7 +4,7 @@ use super::effort::Effort;
 use super::free_flow::{Corners, Gaps, Minimum, each_step, gaps, watching_field};
 use super::grazing_orbit::{Grazes, GrazingOrbit, Location, check_field};
 use super::monodromy::{full_monodromy, multipliers};
-use super::newton::{NewtonFailure, Solve};
+use super::newton::NewtonFailure;
 use super::outcome::{NamedValues, NotLocated, OrbitError, settled};
 use super::passages::{SAME, describe, disorder, further_graze, in_order};
 use super::search::Search;
@@ -271,14 +271,14 @@ impl<'a> Locator<'a> {
 
     fn newton(&self, system: &ExtendedSystem, start: &[f64]) -> Result<Found, OrbitError> {
         Ok(match solve_either(system, start, 1e-9)? {
-            Solve::Root(unknowns) => {
+            Ok(unknowns) => {
                 let degenerate = Diagnosis::new(self.scene, system, &unknowns).degeneracy();
                 match degenerate.or_else(|| disorder(self.scene, system, &unknowns)) {
                     Some(reason) => Err(reason),
                     None => Ok(unknowns),
                 }
             }
-            Solve::Failed(failure) => {
+            Err(failure) => {
                 Err(Diagnosis::new(self.scene, system, &failure.unknowns).failed(&failure))
             }
         })
@@ -418,8 +418,8 @@ impl<'a> Locator<'a> {
             return Ok(Location::NotLocated(reason));
         }
         let root = match refine_either(&self.system, unknowns, RESIDUAL)? {
-            Solve::Root(root) => root,
-            Solve::Failed(failure) => {
+            Ok(root) => root,
+            Err(failure) => {
                 let diagnosis = Diagnosis::new(self.scene, &self.system, &failure.unknowns);
                 return Ok(Location::NotLocated(diagnosis.failed(&failure)));
             }

@@ -22,14 +22,8 @@ pub(super) trait Equations {
     fn residual<S: Real>(&self, unknowns: &[S]) -> Result<Vec<S>, OrbitError>;
 }
 
-/// How a Newton iteration ended.
-#[derive(Clone, Debug)]
-pub(super) enum Solve<T> {
-    /// At a root.
-    Root(T),
-    /// Before one.
-    Failed(NewtonFailure),
-}
+/// How a Newton iteration ended: at a root, or before one.
+pub(super) type Solved<T> = Result<Result<T, NewtonFailure>, OrbitError>;
 
 /// Why an iteration found no root.
 #[derive(Clone, Debug, PartialEq)]
@@ -73,11 +67,7 @@ enum NoStep {
 
 /// Damped Newton in `f64`, to a stall below `tolerance`; a step must lower the residual by a
 /// quarter of what a linear system would lose.
-pub(super) fn solve(
-    system: &impl Equations,
-    start: &[f64],
-    tolerance: f64,
-) -> Result<Solve<Vec<f64>>, OrbitError> {
+pub(super) fn solve(system: &impl Equations, start: &[f64], tolerance: f64) -> Solved<Vec<f64>> {
     let mut history = Vec::new();
     let step = |unknowns: &Vec<f64>| {
         let (residual, jacobian) = match system.linearised(unknowns) {
@@ -112,37 +102,27 @@ pub(super) fn solve(
     let outcome =
         damped_newton(start.to_vec(), [MAX_ITERATIONS, MAX_HALVINGS], step, moved, is_root);
     let (unknowns, singular) = match outcome {
-        NewtonOutcome::Root(unknowns) => return Ok(Solve::Root(unknowns)),
-        NewtonOutcome::NotNearer { at, step: (_, size) } if size <= tolerance => {
-            return Ok(Solve::Root(at));
-        }
+        NewtonOutcome::Root(unknowns) => return Ok(Ok(unknowns)),
+        NewtonOutcome::NotNearer { at, step: (_, size) } if size <= tolerance => return Ok(Ok(at)),
         NewtonOutcome::NotNearer { at, .. } | NewtonOutcome::StepLimit(at) => (at, None),
         NewtonOutcome::NoStep { at, reason, .. } => match reason {
-            NoStep::AtRoot => return Ok(Solve::Root(at)),
+            NoStep::AtRoot => return Ok(Ok(at)),
             NoStep::Failed(singular) => (at, singular),
             NoStep::Error(error) => return Err(error),
         },
     };
-    Ok(Solve::Failed(NewtonFailure { unknowns, history, singular }))
+    Ok(Err(NewtonFailure { unknowns, history, singular }))
 }
 
 /// Refines an `f64` root until the double-double residuals stop falling; they must end below
 /// `tolerance`.
-pub(super) fn refine(
-    system: &impl Equations,
-    start: &[f64],
-    tolerance: f64,
-) -> Result<Solve<Root>, OrbitError> {
+pub(super) fn refine(system: &impl Equations, start: &[f64], tolerance: f64) -> Solved<Root> {
     let (_, jacobian) = system.linearised(start)?;
     let inverse = match inverse(&jacobian) {
         Ok(inverse) => inverse,
         Err(condition) => {
-            let unknowns = start.to_vec();
-            return Ok(Solve::Failed(NewtonFailure {
-                unknowns,
-                history: Vec::new(),
-                singular: Some(condition),
-            }));
+            let (unknowns, history, singular) = (start.to_vec(), Vec::new(), Some(condition));
+            return Ok(Err(NewtonFailure { unknowns, history, singular }));
         }
     };
     let mut unknowns: Vec<Dd> = start.iter().map(|&value| Dd::from(value)).collect();
@@ -168,10 +148,10 @@ pub(super) fn refine(
         }
     }
     if best.residual <= tolerance {
-        return Ok(Solve::Root(best));
+        return Ok(Ok(best));
     }
     let unknowns = best.unknowns.iter().map(|value| value.to_f64()).collect();
-    Ok(Solve::Failed(NewtonFailure { unknowns, history, singular: None }))
+    Ok(Err(NewtonFailure { unknowns, history, singular: None }))
 }
 
 /// `J⁻¹ r`, or the reciprocal condition of `J` where it is singular.
@@ -243,32 +223,23 @@ pub(super) struct Scaled<'a, E> {
 }
 
 impl<E: Equations> Scaled<'_, E> {
-    /// The outcome of a Newton iteration on the scaled system, from and to the units of the system
-    /// itself.
-    pub(super) fn solve(
-        &self,
-        start: &[f64],
-        solve: impl Fn(&Self, &[f64]) -> Result<Solve<Vec<f64>>, OrbitError>,
-    ) -> Result<Solve<Vec<f64>>, OrbitError> {
-        Ok(match solve(self, &self.in_units(start))? {
-            Solve::Root(root) => Solve::Root(self.without_units(&root)),
-            Solve::Failed(failure) => Solve::Failed(self.failure_back(failure)),
-        })
+    /// [`solve`] on the scaled system, from and to the units of the system itself.
+    pub(super) fn solve(&self, start: &[f64], tolerance: f64) -> Solved<Vec<f64>> {
+        let solved = solve(self, &self.in_units(start), tolerance)?;
+        let root = solved.map(|root| self.without_units(&root));
+        Ok(root.map_err(|failure| self.failure_back(failure)))
     }
 
-    /// As [`solve`](Self::solve), for a refinement.
-    pub(super) fn refine(
-        &self,
-        start: &[f64],
-        refine: impl Fn(&Self, &[f64]) -> Result<Solve<Root>, OrbitError>,
-    ) -> Result<Solve<Root>, OrbitError> {
-        Ok(match refine(self, &self.in_units(start))? {
-            Solve::Root(root) => Solve::Root(Root {
-                unknowns: self.without_units(&root.unknowns),
-                residual: root.residual * self.residual_unit,
-            }),
-            Solve::Failed(failure) => Solve::Failed(self.failure_back(failure)),
-        })
+    /// As [`solve`](Self::solve), for a refinement to a tolerance relative to the size of the
+    /// unknowns.
+    pub(super) fn refine(&self, start: &[f64], tolerance: f64) -> Solved<Root> {
+        let unknowns = self.in_units(start);
+        let size = unknowns.iter().fold(1.0_f64, |size, value| size.max(value.abs()));
+        let root = refine(self, &unknowns, tolerance * size)?.map(|root| Root {
+            unknowns: self.without_units(&root.unknowns),
+            residual: root.residual * self.residual_unit,
+        });
+        Ok(root.map_err(|failure| self.failure_back(failure)))
     }
 
     /// Unknowns in their units.

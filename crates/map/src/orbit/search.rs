@@ -1,7 +1,7 @@
 //! From a steady state to a graze: settle, shoot, and move the parameter until the orbit touches.
 
 use super::free_flow::{Minimum, gaps, watching_field};
-use super::newton::{Scaled, Solve, solve};
+use super::newton::Scaled;
 use super::outcome::{NamedValues, NotLocated, OrbitError, Stop};
 use super::system::{ExtendedSystem, Shooting, solve_either};
 use crate::flow::{Field, Integrator};
@@ -116,8 +116,7 @@ impl<'a> Search<'a> {
         let length = self.system.length(&self.unknowns(start, value));
         let scaled =
             Scaled { equations: &shooting, units: vec![length; states], residual_unit: length };
-        let solved = scaled.solve(&start[..states], |scaled, start| solve(scaled, start, 1e-9));
-        let Ok(Solve::Root(root)) = solved else {
+        let Ok(Ok(root)) = scaled.solve(&start[..states], 1e-9) else {
             return None;
         };
         let mut full = start.to_vec();
@@ -136,7 +135,7 @@ impl<'a> Search<'a> {
         if orbit.lowest.event.abs() > NEAR * (orbit.largest - orbit.lowest.event) {
             return Ok(None);
         }
-        let Solve::Root(root) =
+        let Ok(root) =
             solve_either(self.system, &self.unknowns(&orbit.lowest.state, orbit.value), 1e-9)?
         else {
             return Ok(None);

@@ -14,7 +14,7 @@ use nalgebra::DMatrix;
 
 use super::effort::{Effort, Flight};
 use super::grazing_orbit::Grazes;
-use super::newton::{Equations, Root, Scaled, Solve, refine, solve, unit_of};
+use super::newton::{Equations, Root, Scaled, Solved, unit_of};
 use super::outcome::OrbitError;
 use super::section::Geometry;
 use crate::flow::{Field, Integrator, flow_with_jacobian, flow_with_jacobian_within};
@@ -450,18 +450,11 @@ pub(super) fn solve_either(
     system: &ExtendedSystem,
     start: &[f64],
     tolerance: f64,
-) -> Result<Solve<Vec<f64>>, OrbitError> {
-    let matched = |matching| {
-        let system = system.matched(matching);
-        let scaled = system.scaled(start);
-        scaled.solve(start, |scaled, start| solve(scaled, start, tolerance))
-    };
+) -> Solved<Vec<f64>> {
+    let matched = |matching| system.matched(matching).scaled(start).solve(start, tolerance);
     match matched(Matching::AtEnd)? {
-        Solve::Root(root) => Ok(Solve::Root(root)),
-        Solve::Failed(failure) => Ok(match matched(Matching::AtMiddle)? {
-            Solve::Root(root) => Solve::Root(root),
-            Solve::Failed(_) => Solve::Failed(failure),
-        }),
+        Err(failure) => Ok(matched(Matching::AtMiddle)?.map_err(|_| failure)),
+        root => Ok(root),
     }
 }
 
@@ -471,16 +464,10 @@ pub(super) fn refine_either(
     system: &ExtendedSystem,
     start: &[f64],
     tolerance: f64,
-) -> Result<Solve<Root>, OrbitError> {
-    let matched = |matching| {
-        let system = system.matched(matching);
-        let scaled = system.scaled(start);
-        let unknowns = scaled.in_units(start);
-        let size = unknowns.iter().fold(1.0_f64, |size, value| size.max(value.abs()));
-        scaled.refine(start, |scaled, start| refine(scaled, start, tolerance * size))
-    };
+) -> Solved<Root> {
+    let matched = |matching| system.matched(matching).scaled(start).refine(start, tolerance);
     match matched(Matching::AtEnd) {
-        Ok(Solve::Root(root)) => Ok(Solve::Root(root)),
+        Ok(Ok(root)) => Ok(Ok(root)),
         _ => matched(Matching::AtMiddle),
     }
 }

@@ -24,7 +24,7 @@ use crate::iteration::{DiscreteMap, HornerMap};
 use crate::model::{Digest, Orders, Scene, Shape};
 use crate::numeric::{Dd, Scalar};
 use crate::orbit::GrazingOrbit;
-use rates::{ExactFactors, LazyFactors, MapRates, discontinuity_rates, smooth_rates};
+use rates::{ExactFactors, LazyFactors, ScaledPoints, discontinuity_rates, smooth_rates};
 use reach::depth_accuracy;
 
 /// How far maps of every order are from direct simulation, and how fast they are.
@@ -398,7 +398,8 @@ impl<'a> Sweep<'a> {
         results: &mut [OrderResult],
     ) -> Result<(), ConvergenceError> {
         let expander = self.family.expander();
-        let rates = MapRates::new(expander, &self.sample, &self.system, self.scene, self.orbit)?;
+        let rates =
+            ScaledPoints::of_maps(expander, &self.sample, &self.system, self.scene, self.orbit)?;
         results.par_iter_mut().zip(maps).try_for_each(|(result, map)| {
             let (evaluation, rounding) = map.evaluation(factors)?;
             result.rate = rates.rate(&evaluation, rounding, map.orders);

@@ -14,7 +14,7 @@ use crate::convergence::truth::{distance, tells_order};
 use crate::expansion::{Contact, Expander, Legs, MapOrders};
 use crate::hybrid::HybridSystem;
 use crate::model::Scene;
-use crate::numeric::{Dd, Real, Scalar};
+use crate::numeric::{Dd, Scalar};
 use crate::orbit::GrazingOrbit;
 
 /// A measured exponent and the expected one.
@@ -61,7 +61,7 @@ const DEEP: f64 = 0.1;
 const CLEAR: f64 = 1e3;
 
 /// Deviations of one size in several directions, with their exact images.
-struct ScaledPoints {
+pub(super) struct ScaledPoints {
     /// Size, in units of the window's edge, and the points of that size.
     sizes: Vec<(f64, Vec<ScaledPoint>)>,
 }
@@ -109,17 +109,12 @@ impl ScaledPoints {
         Ok(Self { sizes })
     }
 
-    /// The rate of a map on these points; `rounding` is that of its coefficients, relative to the
-    /// image. The truth itself errs by the rounding of the depth, `1/y` of which is that of the
-    /// kick.
-    fn rate<S: Real>(&self, map: &MapEvaluation<S>, rounding: f64, expected: f64) -> Rate {
-        self.rate_and_errors(map, rounding, expected).0
-    }
-
-    /// The rate of a map on these points, and the errors it was measured from: size and error.
-    fn rate_and_errors<S: Real>(
+    /// The rate of a map on these points, and the errors it was measured from: size and error;
+    /// `rounding` is that of its coefficients, relative to the image. The truth itself errs by the
+    /// rounding of the depth, `1/y` of which is that of the kick.
+    fn rate_and_errors(
         &self,
-        map: &MapEvaluation<S>,
+        map: &MapEvaluation<Dd>,
         rounding: f64,
         expected: f64,
     ) -> (Rate, Vec<[f64; 2]>) {
@@ -159,12 +154,8 @@ impl ScaledPoints {
 }
 
 impl ScaledPoint {
-    fn error<S: Real>(&self, map: &MapEvaluation<S>) -> f64 {
-        let convert =
-            |values: &[Dd]| values.iter().map(|&value| S::from_dd(value)).collect::<Vec<S>>();
-        let image = map.image(&convert(&self.state), &convert(&self.parameters));
-        let image: Vec<Dd> = image.offsets.into_iter().map(Real::to_dd).collect();
-        distance(&image, &self.image)
+    fn error(&self, map: &MapEvaluation<Dd>) -> f64 {
+        distance(&map.image(&self.state, &self.parameters).offsets, &self.image)
     }
 
     fn size(&self) -> f64 {
@@ -220,37 +211,39 @@ fn smooth_directions(sample: &WindowSample) -> Vec<Vec<f64>> {
         .collect()
 }
 
-/// Measures the rate of whole maps: deviations of weight `w` scaled as `size^w`, so that `y` is
-/// proportional to the size.
-pub(super) struct MapRates {
-    scaled: ScaledPoints,
-}
+impl ScaledPoints {
+    /// Points at which the section's passage makes contact, deviations of weight `w` scaled as
+    /// `size^w`, so that `y` is proportional to the size.
+    fn in_contact(
+        expander: &Expander<'_>,
+        sample: &WindowSample,
+        exact: &mut Exact<'_>,
+    ) -> Result<Self, ConvergenceError> {
+        let variables = expander.variables();
+        let scale = |size: f64, variable: usize| size.powi(variables.weights[variable] as i32);
+        Self::new(&contact_directions(sample, expander), variables.coordinates, scale, exact)
+    }
 
-impl MapRates {
-    pub(super) fn new(
+    /// The same for whole maps.
+    pub(super) fn of_maps(
         expander: &Expander<'_>,
         sample: &WindowSample,
         system: &HybridSystem,
         scene: &Scene,
         orbit: &GrazingOrbit,
     ) -> Result<Self, ConvergenceError> {
-        let variables = expander.variables();
         let mut direct = DirectImage::<Dd>::new(system, scene, orbit)?;
-        let mut exact = |state: &[Dd], parameters: &[Dd]| {
+        Self::in_contact(expander, sample, &mut |state, parameters| {
             let image = direct.image(state, parameters)?;
             Ok(tells_order(&image).then_some(image.offsets))
-        };
-        let scale = |size: f64, variable: usize| size.powi(variables.weights[variable] as i32);
-        let directions = contact_directions(sample, expander);
-        let scaled = ScaledPoints::new(&directions, variables.coordinates, scale, &mut exact)?;
-        Ok(Self { scaled })
+        })
     }
 
     /// The rate of a map at these orders: after a contact the state is `O(y)`, so that a leg cut at
     /// degree `N` errs by `y^(N+1)`, and a contact cut at weight `W` by `y^(W+1)`.
     pub(super) fn rate(&self, map: &MapEvaluation<Dd>, rounding: f64, orders: MapOrders) -> Rate {
         let expected = f64::from(orders.smooth_order.min(orders.contact_weight) + 1);
-        self.scaled.rate(map, rounding, expected)
+        self.rate_and_errors(map, rounding, expected).0
     }
 }
 
@@ -323,13 +316,10 @@ pub(super) fn discontinuity_rates(
     let contact = &factors.contacts[expander.section_passage()];
     let variables = expander.variables();
     let mut flight = FreeFlight::<Dd>::new(system, scene, orbit)?;
-    let mut exact = |state: &[Dd], parameters: &[Dd]| {
+    let scaled = ScaledPoints::in_contact(expander, sample, &mut |state, parameters| {
         let flown = flight.discontinuity(state, parameters)?;
         Ok(flown.and_then(|(image, depth)| (depth > Dd::ZERO).then_some(image)))
-    };
-    let scale = |size: f64, variable: usize| size.powi(variables.weights[variable] as i32);
-    let directions = contact_directions(sample, expander);
-    let scaled = ScaledPoints::new(&directions, variables.coordinates, scale, &mut exact)?;
+    })?;
     scaled.factor_rates(factors.highest.contact_weight, |weight| {
         let contact = cut_contact(variables, contact, weight)?;
         Ok(MapEvaluation::contact(contact))
