@@ -25,7 +25,7 @@ pub use double_double::{Dd, ParseDdError};
 pub use float::FloatFormat;
 pub use lanes::{LaneMask, Lanes, one_by_one};
 pub use linear::NumericError;
-pub use scalar::{Branched, Mask, Real, Scalar};
+pub use scalar::{Branched, Mask, Real, Scalar, converted};
 
 /// How the property tests of this floor draw their samples: so many cases, the same ones every
 /// time, and no record of failures on disk.

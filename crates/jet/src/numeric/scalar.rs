@@ -114,6 +114,17 @@ pub trait Real: Scalar + PartialOrd {
     fn floor(self) -> Self;
 }
 
+/// The same numbers of another type: exact, or the nearest.
+///
+/// ```
+/// use grazemap_jet::numeric::{Dd, converted};
+/// let exact: Vec<Dd> = converted(&[0.5, 2.0]);
+/// assert_eq!(converted::<_, f64>(&exact), [0.5, 2.0]);
+/// ```
+pub fn converted<S: Real, T: Real>(values: &[S]) -> Vec<T> {
+    values.iter().map(|value| T::from_dd(value.to_dd())).collect()
+}
+
 /// Methods of [`Scalar`] by the type's own functions of the same names.
 macro_rules! inherent {
     ($type:ident: $($function:ident($($argument:ident),*)),*) => {$(

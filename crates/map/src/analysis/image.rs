@@ -9,7 +9,7 @@ use crate::expansion::{LocalMap, WindowBound};
 use crate::hybrid::HybridSystem;
 use crate::iteration::{DiscreteMap, HornerMap};
 use crate::model::Scene;
-use crate::numeric::{Dd, Real};
+use crate::numeric::{Dd, Real, converted};
 use crate::orbit::GrazingOrbit;
 
 /// What computes an image.
@@ -262,11 +262,6 @@ struct Image<S> {
     end: Option<DirectEnd>,
 }
 
-/// Offsets in the numbers of a computation.
-fn converted<S: Real>(values: &[Dd]) -> Vec<S> {
-    values.iter().map(|&value| S::from_dd(value)).collect()
-}
-
 /// All images of one row.
 fn iterate<S: Real>(
     row: usize,
@@ -275,7 +270,7 @@ fn iterate<S: Real>(
     mut step: impl FnMut(&[S], &[S], bool) -> Result<Image<S>, AnalysisError>,
 ) -> Result<Vec<ImageRecord>, AnalysisError> {
     let start = &request.rows[row];
-    let (mut state, parameters) = (converted(&start.state), converted::<S>(&start.parameters));
+    let (mut state, parameters) = (converted(&start.state), converted(&start.parameters));
     let mut records = Vec::with_capacity(request.iterations);
     for iteration in 1..=request.iterations {
         let exceeded = exceeded(&state, &parameters);
@@ -284,7 +279,7 @@ fn iterate<S: Real>(
         records.push(ImageRecord {
             row,
             iteration,
-            offsets: image.offsets.iter().map(|value| value.to_dd()).collect(),
+            offsets: converted(&image.offsets),
             contacts: image.contacts,
             exceeded,
             extra_contacts: image.extra_contacts,

@@ -20,7 +20,7 @@ use super::progress::{NoProgress, Progress};
 use crate::expansion::{LocalMap, MapWindow};
 use crate::hybrid::HybridSystem;
 use crate::model::Scene;
-use crate::numeric::{Dd, Real};
+use crate::numeric::{Dd, Real, converted};
 use crate::orbit::GrazingOrbit;
 
 pub use crate::analysis::periodic::{FoundOrbit, OrbitContact};
@@ -492,7 +492,7 @@ impl<'a> Direct<'a> {
         orbit: &PeriodicOrbit<Dd>,
     ) -> Result<FoundOrbit, LostReason> {
         let (mut contacts, mut inside) = (Vec::new(), true);
-        let parameters: Vec<f64> = orbit.parameters.iter().map(|value| value.to_f64()).collect();
+        let parameters: Vec<f64> = converted(&orbit.parameters);
         for (number, state) in orbit.states.iter().enumerate() {
             let image = self.image.image(state, &orbit.parameters);
             let image = image.map_err(|_| LostReason::NotConverged)?;
@@ -500,7 +500,7 @@ impl<'a> Direct<'a> {
             contacts.extend(speeds.filter_map(|(passage, speed)| {
                 Some(OrbitContact { number, passage, speed: (*speed)?.to_f64() })
             }));
-            let state: Vec<f64> = state.iter().map(|value| value.to_f64()).collect();
+            let state: Vec<f64> = converted(state);
             let depths = self.depths.at(&state, &parameters);
             inside &= self.window.holds(&state, &parameters, &depths);
         }

@@ -9,7 +9,7 @@ use crate::hybrid::{NominalPassage, ReturnSection};
 use crate::iteration::Itinerary;
 use crate::jet::TimeSeries;
 use crate::model::{ExpressionGraph, Model, NodeId, Scene};
-use crate::numeric::{Dd, Real, Scalar, unbounded_number};
+use crate::numeric::{Dd, Real, Scalar, converted, unbounded_number};
 use crate::orbit::{FollowingPassage, GrazingOrbit, PoincareSection, PoincareSectionKind};
 
 /// Newton steps onto the tangency section before giving up: each doubles the digits.
@@ -58,12 +58,11 @@ impl<S: Real> SectionFrame<S> {
     fn about(scene: &Scene, orbit: &GrazingOrbit, origin: &[Dd]) -> Self {
         let model = &scene.model;
         let surface = orbit.grazing_point().surface;
-        let convert = |values: &[Dd]| values.iter().map(|&value| S::from_dd(value)).collect();
         let phase = model.phase.as_ref();
         Self {
             section: orbit.section.clone(),
-            origin: convert(origin),
-            grazing_parameters: convert(orbit.parameters()),
+            origin: converted(origin),
+            grazing_parameters: converted(orbit.parameters()),
             active: scene.expansion.active.clone(),
             surface,
             passages: orbit.passages_after_section(scene),
@@ -75,8 +74,8 @@ impl<S: Real> SectionFrame<S> {
                 periods: scene.grazing.periods,
             }),
             orbit_period: S::from_dd(orbit.period),
-            state: convert(origin),
-            parameters: convert(orbit.parameters()),
+            state: converted(origin),
+            parameters: converted(orbit.parameters()),
         }
     }
 
@@ -368,10 +367,8 @@ pub fn escape_bounds(scene: &Scene, orbit: &GrazingOrbit) -> Vec<EscapeBound> {
 /// Difference of the greatest and the least value of every coordinate along the grazing orbit.
 pub(super) fn extents(scene: &Scene, orbit: &GrazingOrbit) -> Vec<f64> {
     let field = Field::free(&scene.model, &[]);
-    let rounded = |values: &[crate::numeric::Dd]| -> Vec<f64> {
-        values.iter().map(|value| value.to_f64()).collect()
-    };
-    let (mut state, parameters) = (rounded(&orbit.section_point), rounded(orbit.parameters()));
+    let parameters: Vec<f64> = converted(orbit.parameters());
+    let mut state: Vec<f64> = converted(&orbit.section_point);
     let step = orbit.period.to_f64() / SAMPLES as f64;
     let mut ends: Vec<[f64; 2]> = state.iter().map(|&value| [value; 2]).collect();
     for _ in 0..SAMPLES {

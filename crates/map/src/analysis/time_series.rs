@@ -7,7 +7,7 @@ use super::section_frame::{SectionFrame, Values};
 use crate::flow::{Field, Integrator};
 use crate::hybrid::{DirectReturn, HybridSystem, Moment, MomentEvent, Outcome};
 use crate::model::{Model, Scene};
-use crate::numeric::Dd;
+use crate::numeric::converted;
 use crate::orbit::GrazingOrbit;
 
 /// What is simulated.
@@ -166,8 +166,8 @@ fn grazing_orbit(
     request: &TimeSeriesRequest,
     record: &mut dyn FnMut(Moment<'_, f64>),
 ) -> Result<(), AnalysisError> {
-    let round = |values: &[Dd]| values.iter().map(|value| value.to_f64()).collect::<Vec<_>>();
-    let (start, parameters) = (round(&orbit.section_point), round(orbit.parameters()));
+    let start: Vec<f64> = converted(&orbit.section_point);
+    let parameters: Vec<f64> = converted(orbit.parameters());
     let duration = orbit.period.to_f64();
     let passages = orbit.passages_after_section(scene);
     let grazes = |share: f64| passages.iter().find(|passage| passage.share == share);
@@ -188,7 +188,7 @@ fn grazing_orbit(
             state = flight.flow(&state, &parameters, duration * (share - reached))?;
             reached = share;
             if let Some(passage) = grazes(share) {
-                state = round(&orbit.passages[passage.place].state);
+                state = converted(&orbit.passages[passage.place].state);
             }
             hand_on(period, share, &state);
         }

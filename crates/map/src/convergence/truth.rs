@@ -15,7 +15,7 @@ use crate::expansion::LocalMap;
 use crate::hybrid::HybridSystem;
 use crate::iteration::{DiscreteMap, HornerMap};
 use crate::model::Scene;
-use crate::numeric::{Dd, Real, Scalar};
+use crate::numeric::{Dd, Real, Scalar, converted};
 use crate::orbit::GrazingOrbit;
 
 /// Sample points with their images.
@@ -186,11 +186,7 @@ pub(super) fn image<S: Real>(
     direct: &mut DirectImage<'_, S>,
     point: &SamplePoint,
 ) -> Result<Option<Vec<S>>, AnalysisError> {
-    let convert = |values: &[f64]| {
-        let values = values.iter();
-        values.map(|&value| S::from_f64(value)).collect::<Vec<_>>()
-    };
-    let image = direct.image(&convert(&point.state), &convert(&point.parameters))?;
+    let image = direct.image(&converted(&point.state), &converted(&point.parameters))?;
     let comparable = image.end == DirectEnd::Returned && image.extra_contacts == 0;
     Ok(comparable.then_some(image.offsets))
 }
@@ -218,8 +214,7 @@ pub(super) fn timed_returns(
         let found = image(direct, point)?;
         seconds += start.elapsed().as_secs_f64();
         let found = found.unwrap_or_else(|| vec![0.0; exact.len()]);
-        let found: Vec<Dd> = found.into_iter().map(Dd::from).collect();
-        worst = worst.max(distance(&found, exact));
+        worst = worst.max(distance(&converted(&found), exact));
     }
     let period = 1e9 * seconds / truth.points.len().max(1) as f64;
     Ok((period, worst))

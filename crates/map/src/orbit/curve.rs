@@ -15,7 +15,7 @@ use super::newton::{Equations, refine};
 use super::outcome::{OrbitError, Stop, settled};
 use super::sampled::{SAMPLES, Zeros, places, zeros};
 use crate::model::Scene;
-use crate::numeric::{Bracket, Dd, Real};
+use crate::numeric::{Bracket, Real, converted};
 
 /// Continues the grazing orbit of a scene in a second parameter, `with`, from one value of it to
 /// another.
@@ -501,8 +501,7 @@ fn refined(
         }
         _ => context.correct_dd(unknowns, origin, normal)?,
     };
-    let rounded = |_| unknowns.iter().map(|&value| Dd::from(value)).collect();
-    let unknowns = root.map_or_else(rounded, |root| root.unknowns);
+    let unknowns = root.map_or_else(|_| converted(unknowns), |root| root.unknowns);
     Ok(Some(SpecialPoint { kind, parameters: context.parameters(&unknowns), point }))
 }
 

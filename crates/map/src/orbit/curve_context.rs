@@ -13,7 +13,7 @@ use super::passages::{clearance, passages, points, stretches};
 use super::section::PoincareSection;
 use super::system::{ExtendedSystem, Matching};
 use crate::model::Scene;
-use crate::numeric::{Dd, Real};
+use crate::numeric::{Dd, Real, converted};
 
 /// What every point of a curve shares: the scene, its equations, and how grazes are stretched.
 ///
@@ -302,7 +302,7 @@ impl<'a> CurveContext<'a> {
         let factors = self.factors(&passed)?;
         let conditions = factors.conditions(self.count);
         let parameters = &passed.parameters;
-        let exact: Vec<Dd> = parameters.iter().map(|&value| Dd::from(value)).collect();
+        let exact: Vec<Dd> = converted(parameters);
         let passages = points(self.scene, self.system(), &passed.touches, &exact)?;
         let (graze, state) = (&passages[0], passed.touches[0].state.clone());
         let local = self.system().geometry(0).at(&state, parameters);
@@ -476,7 +476,7 @@ fn start(system: &ExtendedSystem, orbit: &GrazingOrbit) -> Vec<f64> {
     let independent = &orbit.passages[1..system.grazes.independent];
     let times: Vec<Dd> = independent.iter().map(|passage| passage.time).collect();
     let unknowns = system.assemble(&graze.state, orbit.period, &times, &graze.parameters);
-    unknowns.iter().map(|value| value.to_f64()).collect()
+    converted(&unknowns)
 }
 
 /// How far each component of the full state goes from the graze along an orbit; 1 where it rests.

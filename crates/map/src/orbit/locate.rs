@@ -11,7 +11,7 @@ use super::search::Search;
 use super::system::{ExtendedSystem, refine_either, solve_either};
 use crate::flow::Integrator;
 use crate::model::{Scene, Section, StroboscopicPhase, Symmetry};
-use crate::numeric::Dd;
+use crate::numeric::{Dd, converted};
 
 /// Largest residual of an orbit called located, relative to the size of its unknowns.
 const RESIDUAL: f64 = 1e-24;
@@ -122,8 +122,7 @@ impl<'a> Locator<'a> {
     }
 
     fn start_parameters(&self) -> Vec<f64> {
-        let values = self.scene.model.parameter_values();
-        values.iter().map(|value| value.to_f64()).collect()
+        converted(&self.scene.model.parameter_values())
     }
 
     /// The guess, or rest.
@@ -364,12 +363,10 @@ impl<'a> Locator<'a> {
         };
         let met = match &location {
             Location::Located(orbit) => {
-                let round = |values: &[Dd]| values.iter().map(|value| value.to_f64()).collect();
                 let passages = orbit.passages.iter();
                 let grazes: Vec<(usize, Vec<f64>)> =
-                    passages.map(|graze| (graze.surface, round(&graze.state))).collect();
-                let parameters: Vec<f64> = round(orbit.parameters());
-                corners.of_orbit(&grazes, &parameters, orbit.period.to_f64())?
+                    passages.map(|graze| (graze.surface, converted(&graze.state))).collect();
+                corners.of_orbit(&grazes, &converted(orbit.parameters()), orbit.period.to_f64())?
             }
             // A flow that cannot be followed has no corner to show; the reason known stands.
             Location::NotLocated(_) => self.corner_from_start(&corners).unwrap_or(None),
@@ -433,8 +430,7 @@ impl<'a> Locator<'a> {
             return Ok(Location::NotLocated(reason));
         }
         self.check_symmetry_of(&orbit)?;
-        let rounded: Vec<f64> = root.unknowns.iter().map(|value| value.to_f64()).collect();
-        orbit.guess_distance = self.guess_distance(&rounded);
+        orbit.guess_distance = self.guess_distance(&converted(&root.unknowns));
         Ok(Location::Located(Box::new(orbit)))
     }
 

@@ -16,7 +16,7 @@ use super::locate::locate;
 use super::outcome::{NotLocated, OrbitError};
 use super::system::ExtendedSystem;
 use crate::model::Scene;
-use crate::numeric::Dd;
+use crate::numeric::{Dd, converted};
 
 /// A sample of the curve that is nearer than every stationary point by more than this, relative to
 /// its distance, is at an end of the curve.
@@ -187,7 +187,7 @@ impl Search {
     /// The nearest graze of the curve through an orbit.
     fn from(&self, orbit: &GrazingOrbit) -> Result<MarginOutcome, OrbitError> {
         let graze = orbit.grazing_point();
-        let state: Vec<f64> = graze.state.iter().map(|value| value.to_f64()).collect();
+        let state: Vec<f64> = converted(&graze.state);
         let here = self.candidate(orbit.parameters().to_vec(), &state, orbit.period.to_f64());
         let is_physical = orbit.clearance.is_none_or(|clearance| clearance >= 0.0);
         let (Some(&with), true) = (self.parameters.get(1), here.distance > 0.0) else {
@@ -204,8 +204,7 @@ impl Search {
             let curve = curve_towards(&self.scene, orbit, (with, to), distance)?;
             let physical = |point: &&CurvePoint| point.is_physical();
             samples.extend(curve.points.iter().filter(physical).map(|point| {
-                let parameters = point.parameters.iter().map(|&value| Dd::from(value));
-                self.candidate(parameters.collect(), &point.state, point.period)
+                self.candidate(converted(&point.parameters), &point.state, point.period)
             }));
             let nearest = curve.special.iter().filter(|at| at.kind == SpecialKind::Nearest);
             let nearest = nearest.filter(|at| at.point.is_physical());
@@ -272,8 +271,7 @@ impl Search {
     }
 
     fn slopes(&self, at: &Candidate) -> Result<Slopes, OrbitError> {
-        let state: Vec<Dd> = at.state.iter().map(|&value| Dd::from(value)).collect();
-        slopes(&self.scene, &state, Dd::from(at.period), &at.parameters)
+        slopes(&self.scene, &converted(&at.state), Dd::from(at.period), &at.parameters)
     }
 }
 
@@ -302,8 +300,7 @@ fn slopes(
     let all: Vec<usize> = (0..scene.model.parameters.len()).collect();
     let system = ExtendedSystem::new(scene, Grazes::of(scene)?, parameters, &all);
     let unknowns = system.assemble(state, period, &[], parameters);
-    let unknowns: Vec<f64> = unknowns.iter().map(|value| value.to_f64()).collect();
-    let (_, jacobian) = system.differentiate(&unknowns)?;
+    let (_, jacobian) = system.differentiate(&converted(&unknowns))?;
     let first = system.first_parameter();
     let combination = left_null(&jacobian.columns(0, first).into_owned());
     let slope = |parameter: usize| jacobian.column(first + parameter).dot(&combination);

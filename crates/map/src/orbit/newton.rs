@@ -12,7 +12,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::outcome::OrbitError;
-use crate::numeric::{Dd, NewtonOutcome, Real, damped_newton};
+use crate::numeric::{Dd, NewtonOutcome, Real, converted, damped_newton};
 
 /// A square system of equations.
 pub(super) trait Equations {
@@ -125,7 +125,7 @@ pub(super) fn refine(system: &impl Equations, start: &[f64], tolerance: f64) -> 
             return Ok(Err(NewtonFailure { unknowns, history, singular }));
         }
     };
-    let mut unknowns: Vec<Dd> = start.iter().map(|&value| Dd::from(value)).collect();
+    let mut unknowns: Vec<Dd> = converted(start);
     let mut residual = system.residual(&unknowns)?;
     let mut history = vec![norm(&residual)];
     let mut best = Root { unknowns: unknowns.clone(), residual: history[0] };
@@ -150,7 +150,7 @@ pub(super) fn refine(system: &impl Equations, start: &[f64], tolerance: f64) -> 
     if best.residual <= tolerance {
         return Ok(Ok(best));
     }
-    let unknowns = best.unknowns.iter().map(|value| value.to_f64()).collect();
+    let unknowns = converted(&best.unknowns);
     Ok(Err(NewtonFailure { unknowns, history, singular: None }))
 }
 

@@ -14,7 +14,7 @@ use super::section::{PoincareSection, reduced};
 use super::system::ExtendedSystem;
 use crate::flow::Integrator;
 use crate::model::{Scene, Symmetry};
-use crate::numeric::{Dd, Real};
+use crate::numeric::{Dd, Real, converted};
 
 /// The passages of an orbit, and how far those that no equation holds are from touching.
 #[derive(Clone, Debug, PartialEq)]
@@ -127,13 +127,8 @@ impl<'a, S: Real> Orbit<'a, S> {
 
     /// Minima over a whole period.
     fn gaps(&self) -> Result<Gaps, OrbitError> {
-        let rounded = |values: &[S]| values.iter().map(|v| v.to_f64()).collect::<Vec<f64>>();
-        gaps(
-            &watching_field(&self.scene.model),
-            &rounded(&self.state),
-            &rounded(&self.parameters),
-            self.period.to_f64(),
-        )
+        let (field, period) = (watching_field(&self.scene.model), self.period.to_f64());
+        gaps(&field, &converted(&self.state), &converted(&self.parameters), period)
     }
 
     /// Passages that no equation holds: of the minima after the last one that is held, those
@@ -367,7 +362,7 @@ pub(super) fn points<S: Real>(
     parameters: &[Dd],
 ) -> Result<Vec<GrazingPoint>, OrbitError> {
     let point = |(passage, touch): (usize, &Touch<S>)| {
-        let state: Vec<Dd> = touch.state.iter().map(|value| value.to_dd()).collect();
+        let state: Vec<Dd> = converted(&touch.state);
         let local = system.geometry(passage).at(&state, parameters);
         Ok(GrazingPoint {
             surface: touch.surface,
@@ -428,8 +423,7 @@ fn other_minima(
     let Some(graze) = passages.first() else {
         return Ok(Vec::new());
     };
-    let rounded = |values: &[Dd]| values.iter().map(|value| value.to_f64()).collect::<Vec<_>>();
-    let (state, parameters) = (rounded(&graze.state), rounded(&graze.parameters));
+    let (state, parameters) = (converted(&graze.state), converted(&graze.parameters));
     let period = period.to_f64();
     let gaps = gaps(&watching_field(&scene.model), &state, &parameters, period)?;
     let is_graze = |minimum: &Minimum| {

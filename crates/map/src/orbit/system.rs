@@ -19,7 +19,7 @@ use super::outcome::OrbitError;
 use super::section::Geometry;
 use crate::flow::{Field, Integrator, flow_with_jacobian, flow_with_jacobian_within};
 use crate::model::Scene;
-use crate::numeric::{Dd, Real};
+use crate::numeric::{Dd, Real, converted};
 
 /// Where the two ends of a period are matched.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -213,7 +213,7 @@ impl ExtendedSystem {
 
     /// All parameters at these unknowns.
     pub(super) fn parameters<S: Real>(&self, unknowns: &[S]) -> Vec<S> {
-        let mut parameters: Vec<S> = self.base.iter().map(|&value| S::from_dd(value)).collect();
+        let mut parameters: Vec<S> = converted(&self.base);
         for (&parameter, &value) in self.free.iter().zip(&unknowns[self.first_parameter()..]) {
             parameters[parameter] = value;
         }
@@ -423,8 +423,7 @@ pub(super) struct Shooting {
 impl Shooting {
     /// Closure from this phase at these parameters, for a system of one graze.
     pub(super) fn new(system: &ExtendedSystem, phase: f64, parameters: &[f64]) -> Self {
-        let parameters: Vec<Dd> = parameters.iter().map(|&value| Dd::from(value)).collect();
-        Self { fixed: system.with(&parameters, &[]), phase }
+        Self { fixed: system.with(&converted(parameters), &[]), phase }
     }
 }
 

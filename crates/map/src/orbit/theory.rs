@@ -22,6 +22,7 @@ use super::outcome::OrbitError;
 use super::passages::stretches;
 use super::system::ExtendedSystem;
 use crate::model::Scene;
+use crate::numeric::converted;
 
 /// Longest one-contact orbits listed, in returns.
 const LONGEST: usize = 8;
@@ -127,7 +128,7 @@ pub fn graze_theory(scene: &Scene, orbit: &GrazingOrbit) -> Result<GrazeTheory, 
     let mut theory = GrazeTheory {
         contact_power,
         largest_multiplier: re.hypot(im),
-        xi: orbit.xi.iter().map(|value| value.to_f64()).collect(),
+        xi: converted(&orbit.xi),
         parameter: scene.model.parameters[parameter].name.clone(),
         gap_slope: f64::NAN,
         orbits: Vec::new(),

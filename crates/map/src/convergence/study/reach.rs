@@ -18,7 +18,7 @@ use crate::expansion::LocalMap;
 use crate::hybrid::HybridSystem;
 use crate::iteration::DiscreteMap;
 use crate::model::Scene;
-use crate::numeric::{Dd, last_that_holds};
+use crate::numeric::{Dd, converted, last_that_holds};
 use crate::orbit::GrazingOrbit;
 
 /// Points at which a window is tried, in addition to its corners.
@@ -193,8 +193,7 @@ pub(super) fn depth_accuracy(
                       point: &SamplePoint| {
             let truth = image(exact, point).ok()??;
             let direct = image(double, point).ok()??;
-            let direct: Vec<Dd> = direct.into_iter().map(Dd::from).collect();
-            Some((error(map, point, &truth), distance(&direct, &truth)))
+            Some((error(map, point, &truth), distance(&converted(&direct), &truth)))
         };
         let points = window.points(FIRST, POINTS);
         let errors: Vec<(f64, f64)> = points
