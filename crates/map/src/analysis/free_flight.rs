@@ -129,25 +129,9 @@ impl<'a, S: Real> FreeFlight<'a, S> {
         Ok(image.map(|image| (self.graze.offsets(&image), depth)))
     }
 
-    /// Which section.
-    pub(super) fn kind(&self) -> PoincareSectionKind {
-        self.section.kind()
-    }
-
-    /// The phase of the section point; `None` for an autonomous system.
-    pub(super) fn origin_phase(&self) -> Option<S> {
-        self.section.phase().map(|(_, origin)| origin)
-    }
-
     /// The section point that a free flight of about a time ends at, in offsets, its phase less
     /// `turns`; `None` as for [`smooth`](Self::smooth).
-    pub(super) fn arrive(
-        &mut self,
-        state: &[S],
-        parameters: &[S],
-        duration: S,
-        turns: S,
-    ) -> Option<Vec<S>> {
+    fn arrive(&mut self, state: &[S], parameters: &[S], duration: S, turns: S) -> Option<Vec<S>> {
         let mut end = self.fly(state, parameters, duration)?;
         if self.section.kind() == PoincareSectionKind::Tangency {
             end = self.minimum_near(&end, parameters)?.0;
@@ -273,15 +257,15 @@ impl<'a, S: Real> SectionChange<'a, S> {
         self.from.place(offsets, parameters)?;
         let (duration, advance) = (self.from.duration(), self.from.advance());
         let (state, values) = (self.from.state(), self.from.parameters());
-        let phases = self.from.phase().zip(self.to.origin_phase());
-        let Some((late, phase, other)) = phases.map(|((phase, origin), other)| {
+        let phases = self.from.phase().zip(self.to.section.phase());
+        let Some((late, phase, other)) = phases.map(|((phase, origin), (_, other))| {
             let arrival = origin + self.share * advance;
             ((phase - origin) / advance, arrival, other)
         }) else {
             return Ok(self.to.arrive(state, values, self.share * duration, S::zero()));
         };
         // On a stroboscopic section a point that is late has less far to fly.
-        let share = match self.to.kind() {
+        let share = match self.to.section.kind() {
             PoincareSectionKind::Stroboscopic { .. } => self.share - late,
             PoincareSectionKind::Tangency => self.share,
         };

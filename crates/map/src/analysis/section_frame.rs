@@ -213,13 +213,10 @@ impl<S: Real> SectionFrame<S> {
 
     /// Nominal return time at the parameters placed last.
     pub fn duration(&mut self) -> S {
-        match &self.clock {
-            Some(clock) => {
-                let advance = clock.advance;
-                self.duration_of(advance)
-            }
-            None => self.orbit_period,
-        }
+        let (state, parameters) = (&self.state, &self.parameters);
+        self.clock.as_mut().map_or(self.orbit_period, |clock| {
+            clock.advance / clock.rate.evaluate(state, parameters).get(0)
+        })
     }
 
     /// Offsets of the coordinates of a full state.
@@ -231,13 +228,6 @@ impl<S: Real> SectionFrame<S> {
     pub(super) fn offset_values(&self, state: impl Fn(usize) -> S) -> impl Iterator<Item = S> {
         let coordinates = self.section.coordinates.iter();
         coordinates.map(move |&component| state(component) - self.origin[component])
-    }
-
-    /// Time in which the phase advances by this much.
-    fn duration_of(&mut self, advance: S) -> S {
-        let (state, parameters) = (&self.state, &self.parameters);
-        let rate = self.clock.as_mut().map(|clock| clock.rate.evaluate(state, parameters).get(0));
-        rate.map_or(self.orbit_period, |rate| advance / rate)
     }
 
     /// Newton's method for `h' = 0` in the eliminated component.

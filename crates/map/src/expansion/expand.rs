@@ -137,11 +137,6 @@ impl<'a> Expander<'a> {
         acceleration.to_f64() * time * time
     }
 
-    /// Largest `y²` of the scene's window, assumed where it is open.
-    fn depth_limit(&self) -> f64 {
-        self.scene.window.assumed_depth()
-    }
-
     /// The local map at these orders.
     ///
     /// # Errors
@@ -409,8 +404,8 @@ impl<'a> Expander<'a> {
         passage: usize,
         contact_weight: u32,
     ) -> Result<Option<WindowEdge>, ExpansionError> {
-        let series = self.depth_series(passage, super::expand::RADIUS_ORDER)?;
-        Ok(WindowEdge::new(&series, self.depth_limit(), contact_weight))
+        let series = self.depth_series(passage, RADIUS_ORDER)?;
+        Ok(WindowEdge::new(&series, self.scene.window.assumed_depth(), contact_weight))
     }
 
     /// The composed form of a map.

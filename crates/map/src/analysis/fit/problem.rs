@@ -136,8 +136,9 @@ impl<'a> Problem<'a> {
         offsets.iter().zip(piece.controls).map(|(offset, control)| offset + control).collect()
     }
 
-    fn start_of<'u>(&self, number: usize, unknowns: &'u [f64]) -> &'u [f64] {
-        &unknowns[self.parameters() + number * self.dimension..][..self.dimension]
+    /// Where the start of a piece stands among the unknowns.
+    fn place(&self, number: usize) -> usize {
+        self.parameters() + number * self.dimension
     }
 
     /// The orbit of a piece from its start, and further.
@@ -197,14 +198,12 @@ impl<'a> Problem<'a> {
     fn better_start<M: DifferentiableMap>(
         &self,
         map: &M,
-        number: usize,
-        unknowns: &[f64],
+        piece: &Piece<'_>,
+        (now, offsets): (&[f64], &[f64]),
         noise: &[f64],
     ) -> Option<Vec<f64>> {
-        let piece = &self.pieces[number];
-        let offsets = self.offsets(piece, unknowns);
-        let sum = |start: &[f64]| self.piece_sum(map, piece, (start, &offsets), noise);
-        let now = sum(self.start_of(number, unknowns));
+        let sum = |start: &[f64]| self.piece_sum(map, piece, (start, offsets), noise);
+        let now = sum(now);
         let mut best = (f64::INFINITY, Vec::new());
         for cell in 0..TRIALS.pow(self.dimension as u32) {
             let mut rest = cell;
@@ -225,7 +224,7 @@ impl<'a> Problem<'a> {
         }
         for _ in 0..REFINEMENTS {
             let (held, start) = &best;
-            let rows = self.rows(map, piece, (start, &offsets), noise)?;
+            let rows = self.rows(map, piece, (start, offsets), noise)?;
             let d = self.dimension;
             let own = triangle(rows.remove_columns(d, self.parameters()));
             let residual: DVector<f64> = own.view((0, d), (d, 1)).column(0).into();
@@ -250,25 +249,30 @@ impl<'a> Problem<'a> {
         if self.dimension > MOST_TRIED {
             return false;
         }
-        let found = self.each(map, |map, number| self.better_start(map, number, unknowns, noise));
+        let found = self
+            .each(map, unknowns, |map, piece, point| self.better_start(map, piece, point, noise));
         let mut any = false;
         for (number, start) in found.into_iter().enumerate() {
             let Some(start) = start else { continue };
-            let place = self.parameters() + number * self.dimension;
-            unknowns[place..place + self.dimension].copy_from_slice(&start);
+            unknowns[self.place(number)..][..self.dimension].copy_from_slice(&start);
             any = true;
         }
         any
     }
 
-    /// Of every piece in its order, on all cores, with a map for every thread.
+    /// Of every piece in its order, with its start and its parameters, on all cores, with a map for
+    /// every thread.
     fn each<M: DifferentiableMap, R: Send>(
         &self,
         map: &(dyn Fn() -> M + Sync),
-        work: impl Fn(&M, usize) -> R + Sync,
+        unknowns: &[f64],
+        work: impl Fn(&M, &Piece<'_>, (&[f64], &[f64])) -> R + Sync,
     ) -> Vec<R> {
-        let pieces = (0..self.pieces.len()).into_par_iter();
-        pieces.map_init(map, |map, number| work(map, number)).collect()
+        let of_piece = |map: &mut M, (number, piece): (usize, &Piece<'_>)| {
+            let start = &unknowns[self.place(number)..][..self.dimension];
+            work(map, piece, (start, &self.offsets(piece, unknowns)))
+        };
+        self.pieces.par_iter().enumerate().map_init(map, of_piece).collect()
     }
 
     /// The sum of the squares of the residuals over the noise; infinite where one has no image.
@@ -278,12 +282,10 @@ impl<'a> Problem<'a> {
         unknowns: &[f64],
         noise: &[f64],
     ) -> f64 {
-        let sums = self.each(map, |map, number| {
-            let piece = &self.pieces[number];
-            let point = (self.start_of(number, unknowns), &*self.offsets(piece, unknowns));
+        let sum = |map: &M, piece: &Piece<'_>, point: (&[f64], &[f64])| {
             self.piece_sum(map, piece, point, noise)
-        });
-        sums.iter().sum()
+        };
+        self.each(map, unknowns, sum).iter().sum()
     }
 
     /// Standard deviation of the residuals in every coordinate, what the unknowns take off them
@@ -295,11 +297,7 @@ impl<'a> Problem<'a> {
         noise: &[f64],
     ) -> Vec<f64> {
         let share = self.freedom() as f64 / self.measured() as f64;
-        let all = self.each(map, |map, number| {
-            let piece = &self.pieces[number];
-            let point = (self.start_of(number, unknowns), &*self.offsets(piece, unknowns));
-            self.residuals(map, piece, point)
-        });
+        let all = self.each(map, unknowns, |map, piece, point| self.residuals(map, piece, point));
         let mut sums = vec![0.0; self.dimension];
         for (place, value) in all.iter().flatten().flatten() {
             sums[*place] += value * value;
@@ -322,11 +320,8 @@ impl<'a> Problem<'a> {
         unknowns: &[f64],
         noise: &[f64],
     ) -> Option<Linearised> {
-        let rows = self.each(map, |map, number| {
-            let piece = &self.pieces[number];
-            let point = (self.start_of(number, unknowns), &*self.offsets(piece, unknowns));
-            self.rows(map, piece, point, noise)
-        });
+        let rows =
+            self.each(map, unknowns, |map, piece, point| self.rows(map, piece, point, noise));
         let (parameters, dimension) = (self.parameters(), self.dimension);
         let mut linear = Linearised {
             pieces: Vec::with_capacity(rows.len()),
@@ -396,9 +391,7 @@ impl<'a> Problem<'a> {
         noise: &[f64],
         covariance: Option<&DMatrix<f64>>,
     ) -> Fit {
-        let flights = self.each(map, |map, number| {
-            let piece = &self.pieces[number];
-            let point = (self.start_of(number, unknowns), &*self.offsets(piece, unknowns));
+        let flights = self.each(map, unknowns, |map, piece, point| {
             self.flight(map, point, piece.points.len() - 1 + piece.withheld.len())
         });
         let q = self.parameters();

@@ -33,11 +33,6 @@ pub(super) struct Candidate {
 }
 
 impl Candidate {
-    /// The weights of (coordinates; parameters), those of the coordinates given.
-    fn weights_of(&self, coordinates: &[u32]) -> Vec<u32> {
-        [coordinates, &self.parameters].concat()
-    }
-
     /// Its map, out of the family it was found in.
     pub(super) fn map(&self, family: &MapFamily<'_>) -> Result<LocalMap, ConvergenceError> {
         Ok(family.weighted_map(self.orders, &self.parameters)?)
@@ -221,7 +216,7 @@ impl<'a> Level<'a> {
         let coordinates = self.map.dimension();
         let MapOrders { smooth_order, contact_weight } = candidate.orders;
         let variables = self.family.expander().variables();
-        let weights = &candidate.weights_of(&variables.weights[..coordinates]);
+        let weights = [&variables.weights[..coordinates], &candidate.parameters].concat();
         let begins_with_contact = matches!(self.map.stages.first(), Some(Stage::Contact(_)));
         let (replaced, contacts) = match self.map.passages() {
             1 if begins_with_contact => (1, 0),

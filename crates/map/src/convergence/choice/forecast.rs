@@ -84,21 +84,11 @@ impl Forecast {
         });
         sizes.fold(0.0, f64::max)
     }
-
-    /// Largest coordinate of what the terms of each degree of the legs, from 2, contribute to the
-    /// image.
-    fn leg_sizes(&self) -> Vec<f64> {
-        sizes(&self.smooth)
-    }
-
-    /// Largest coordinate of what the terms of each weight of the contacts, from 2, contribute to
-    /// the image.
-    fn contact_sizes(&self) -> Vec<f64> {
-        sizes(&self.contact)
-    }
 }
 
-/// Sizes of what lies between a cut and the one before it, the largest over points and coordinates.
+/// What the terms of each degree of the legs, or of each weight of the contacts, from 2, contribute
+/// to the image: the largest over points and coordinates of what lies between a cut and the one
+/// before it.
 fn sizes(effects: &[Effects]) -> Vec<f64> {
     let cuts = effects.first().map_or(0, Vec::len);
     let size = |cut: usize| {
@@ -297,8 +287,8 @@ pub struct Decay {
 impl OrderRule {
     pub(super) fn new(forecast: &Forecast) -> Self {
         Self {
-            legs: Decay::of(forecast.leg_sizes(), LEG_PERIOD),
-            contacts: Decay::of(forecast.contact_sizes(), CONTACT_PERIOD),
+            legs: Decay::of(sizes(&forecast.smooth), LEG_PERIOD),
+            contacts: Decay::of(sizes(&forecast.contact), CONTACT_PERIOD),
         }
     }
 

@@ -222,8 +222,13 @@ impl<'a> Chooser<'a> {
             }
         }
         for at in 0..searches.len() {
-            if !searches.iter().any(found) {
-                self.search_deeper(&mut searches[at])?;
+            if searches.iter().any(found) {
+                break;
+            }
+            // Series to the highest orders, where those of the first search were too low.
+            let search = &mut searches[at];
+            if search.limit == Some(Limit::Orders) {
+                search.limit = self.choose_deeper(&mut search.trial)?;
             }
         }
         let at = searches.iter().position(found);
@@ -256,14 +261,6 @@ impl<'a> Chooser<'a> {
             Shape::Auto if self.flies && !serves => self.choose_flown(&mut search.trial),
             _ => Ok(()),
         }
-    }
-
-    /// Series to the highest orders, where those of the first search were too low.
-    fn search_deeper(&mut self, search: &mut Search) -> Result<(), ConvergenceError> {
-        if search.limit == Some(Limit::Orders) {
-            search.limit = self.choose_deeper(&mut search.trial)?;
-        }
-        Ok(())
     }
 
     /// Expansions from the predicted orders on until a map meets the tolerance; why none does.
