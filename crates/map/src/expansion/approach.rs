@@ -174,9 +174,7 @@ pub(super) fn series_about_minimum<S: Real>(
         return Err(ExpansionError::DegenerateGraze { normal_acceleration });
     }
     let time = time_of_minimum(series.watched(0), &Jet::zero(start[0].space()))?;
-    let minimum: Vec<_> =
-        (0..start.len()).map(|component| at_series_time(series.state(component), &time)).collect();
-    let about = local_series_kept_to(field, &minimum, parameters, kept);
+    let about = local_series_kept_to(field, &series.state_at(&time), parameters, kept);
     Ok((time, about))
 }
 

@@ -261,37 +261,33 @@ impl DepthPolynomial {
 /// The space of `(y_1 … y_K; coordinates; parameters)` up to a weight, every `y_k` of
 /// weight 1.
 struct DepthSpace<'a> {
-    pub(super) space: Arc<JetSpace>,
-    pub(super) passages: usize,
+    space: Arc<JetSpace>,
+    passages: usize,
     variables: &'a Variables,
     weight: u32,
 }
 
 impl<'a> DepthSpace<'a> {
-    pub(super) fn new(
-        passages: usize,
-        variables: &'a Variables,
-        weight: u32,
-    ) -> Result<Self, ExpansionError> {
+    fn new(passages: usize, variables: &'a Variables, weight: u32) -> Result<Self, ExpansionError> {
         let weights = [vec![1; passages], variables.weights.clone()].concat();
         Ok(Self { space: JetSpace::new(&weights, weight as usize)?, passages, variables, weight })
     }
 
     /// The variables (coordinates; parameters) as themselves.
-    pub(super) fn identity(&self) -> Vec<Jet<f64>> {
+    fn identity(&self) -> Vec<Jet<f64>> {
         (0..self.variables.len())
             .map(|variable| Jet::variable(&self.space, self.passages + variable, 0.0))
             .collect()
     }
 
     /// The depth variable of a passage.
-    pub(super) fn depth_variable(&self, passage: usize) -> Jet<f64> {
+    fn depth_variable(&self, passage: usize) -> Jet<f64> {
         Jet::variable(&self.space, passage, 0.0)
     }
 
     /// The jet with powers of `y_k` above the second lowered by `y_k² = depths[k]`, the last
     /// passage first.
-    pub(super) fn reduced(&self, jet: &Jet<f64>, depths: &[Jet<f64>]) -> Jet<f64> {
+    fn reduced(&self, jet: &Jet<f64>, depths: &[Jet<f64>]) -> Jet<f64> {
         let passages = depths.iter().enumerate().rev();
         passages.fold(jet.clone(), |jet, (passage, depth)| self.reduced_in(passage, &jet, depth))
     }
@@ -326,7 +322,7 @@ impl<'a> DepthSpace<'a> {
     }
 
     /// A reduced jet as a polynomial; what has no depth variable is taken from `smooth` instead.
-    pub(super) fn polynomial(
+    fn polynomial(
         &self,
         smooth: Jet<f64>,
         jet: &Jet<f64>,

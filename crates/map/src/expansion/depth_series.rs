@@ -245,8 +245,11 @@ fn omitted_share(series: &DepthSeries, leading: u32, weight: u32, y: f64, radius
         let first = (weight as usize + 1).min(order);
         let rest = (first..=order).map(|k| size(k) * y.powi((k - leading) as i32));
         let last = order.saturating_sub(ENVELOPE).max(leading)..=order;
-        let envelope =
-            last.map(|k| size(k) * y.powi((k - leading) as i32) * share_of(y, radius, order - k));
+        let envelope = last.map(|k| {
+            // The ratio of terms that lie so many powers apart.
+            let ratio = (y / radius).powi((order - k) as i32);
+            size(k) * y.powi((k - leading) as i32) * ratio
+        });
         let tail = envelope.fold(0.0, f64::max) * tail_factor(y / radius, order);
         (size(leading) > 0.0).then(|| (rest.sum::<f64>() + tail) / size(leading))
     };
@@ -256,11 +259,6 @@ fn omitted_share(series: &DepthSeries, leading: u32, weight: u32, y: f64, radius
 
 /// How many of the last powers tell how large the next ones are: some vanish by symmetry.
 const ENVELOPE: usize = 4;
-
-/// Ratio `(y/R)^j` of terms that lie `j` powers apart.
-fn share_of(y: f64, radius: f64, powers: usize) -> f64 {
-    (y / radius).powi(powers as i32)
-}
 
 /// `Σ_{k>n} |c_k| y^k` over `|c_n| y^n` where `|c_k| ~ k^{−3/2} R^{−k}`, at most: `q/(1 − q)` with
 /// `q = y/R`, and on the circle itself `2n`.

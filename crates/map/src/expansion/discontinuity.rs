@@ -17,7 +17,7 @@ use super::passage::{ContactLaw, Passage};
 use super::release::ReleaseBalance;
 use super::routes::Graze;
 use super::variables::{Variables, coefficient_of_depth_power, fold_depth_powers, respace};
-use crate::flow::{Field, LocalSeries, Program, at_series_time, evaluate, local_series_kept_to};
+use crate::flow::{Field, Program, evaluate, local_series_kept_to};
 use crate::jet::{Jet, JetSpace};
 use crate::numeric::Real;
 use crate::orbit::PoincareSectionKind;
@@ -49,11 +49,37 @@ impl<S: Real> Approach<S> {
         through: &Through<'_>,
     ) -> Result<Vec<Jet<S>>, ExpansionError> {
         let Graze { passage, chart, .. } = graze;
-        let departure = self.departure(passage, through)?;
-        match chart.section.kind {
-            PoincareSectionKind::Tangency => departure.project_to_tangency(passage),
-            PoincareSectionKind::Stroboscopic { .. } => departure.back_to_zero_time(passage),
-        }
+        let parameters = passage.parameter_jets(&self.space, self.first_parameter);
+        let (state, time) = self.departure(&parameters, through)?;
+        let kept = kept_to_minimum(self.space.order());
+        let series = local_series_kept_to(&passage.field, &state, &parameters, kept);
+        let to_section = match chart.section.kind {
+            PoincareSectionKind::Tangency => {
+                time_of_minimum(series.watched(0), &Jet::zero(&self.space))?
+            }
+            PoincareSectionKind::Stroboscopic { .. } => -&time,
+        };
+        Ok(series.state_at(&to_section))
+    }
+
+    /// The state just after the contact (the reset of a rigid stop, or the contact field up to the
+    /// release) and the time from the section point, as jets in `(y; coordinates; parameters)`.
+    fn departure(
+        &self,
+        parameters: &[Jet<S>],
+        through: &Through<'_>,
+    ) -> Result<(Vec<Jet<S>>, Jet<S>), ExpansionError> {
+        let entry = self.entry()?;
+        Ok(match through {
+            Through::Contact { field, release } => {
+                let (state, contact_time) = release.exit(field, &entry.state, parameters)?;
+                (state, &entry.time + &contact_time)
+            }
+            Through::Reset(reset) => {
+                let inputs: Vec<_> = entry.state.iter().chain(parameters).cloned().collect();
+                (evaluate(reset, &self.space, &inputs), entry.time)
+            }
+        })
     }
 
     /// Takes the identity off, orders by powers of `y`, and replaces `y²` beyond the first by the
@@ -118,16 +144,6 @@ fn largest<S: Real>(jet: &Jet<S>) -> f64 {
     jet.coefficients().iter().map(|value| value.magnitude()).fold(0.0, f64::max)
 }
 
-/// The state just after the contact, as jets in `(y; coordinates; parameters)`.
-pub(super) struct Departure<S: Real> {
-    space: Arc<JetSpace>,
-    first_parameter: usize,
-    /// The state.
-    pub(super) state: Vec<Jet<S>>,
-    /// Time from the section point.
-    pub(super) time: Jet<S>,
-}
-
 /// Contact of a passage with its surface.
 pub(super) enum Through<'a> {
     /// A reset.
@@ -157,60 +173,6 @@ impl<'a> Through<'a> {
             Self::Reset(_) => 0,
             Self::Contact { release, .. } => release.lost_weights(),
         }
-    }
-}
-
-impl<S: Real> Approach<S> {
-    /// Through the contact: the reset of a rigid stop, or the contact field up to the release.
-    pub(super) fn departure(
-        &self,
-        passage: &Passage,
-        through: &Through<'_>,
-    ) -> Result<Departure<S>, ExpansionError> {
-        let entry = self.entry()?;
-        let parameters = passage.parameter_jets(&self.space, self.first_parameter);
-        let (state, time) = match through {
-            Through::Contact { field, release } => {
-                let exit = release.exit(field, &entry.state, &parameters)?;
-                (exit.state, &entry.time + &exit.contact_time)
-            }
-            Through::Reset(reset) => {
-                let inputs: Vec<_> = entry.state.iter().chain(&parameters).cloned().collect();
-                (evaluate(reset, &self.space, &inputs), entry.time)
-            }
-        };
-        Ok(Departure {
-            space: Arc::clone(&self.space),
-            first_parameter: self.first_parameter,
-            state,
-            time,
-        })
-    }
-}
-
-impl<S: Real> Departure<S> {
-    /// Along the free flow to `h' = 0`: the image on a tangency section.
-    fn project_to_tangency(&self, passage: &Passage) -> Result<Vec<Jet<S>>, ExpansionError> {
-        let series = self.series(passage);
-        let time = time_of_minimum(series.watched(0), &Jet::zero(&self.space))?;
-        Ok(self.states_at(&series, &time))
-    }
-
-    /// Back along the free flow by the time since the section point: the image at zero net time.
-    fn back_to_zero_time(&self, passage: &Passage) -> Result<Vec<Jet<S>>, ExpansionError> {
-        Ok(self.states_at(&self.series(passage), &-&self.time))
-    }
-
-    fn series(&self, passage: &Passage) -> LocalSeries<S> {
-        let parameters = passage.parameter_jets(&self.space, self.first_parameter);
-        let kept = kept_to_minimum(self.space.order());
-        local_series_kept_to(&passage.field, &self.state, &parameters, kept)
-    }
-
-    fn states_at(&self, series: &LocalSeries<S>, time: &Jet<S>) -> Vec<Jet<S>> {
-        (0..self.state.len())
-            .map(|component| at_series_time(series.state(component), time))
-            .collect()
     }
 }
 

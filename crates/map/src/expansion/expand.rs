@@ -16,8 +16,7 @@ use super::pruning::{Sizes, without_rounding};
 use super::routes::{Graze, Route, Routes};
 use super::variables::{DEVIATION_WEIGHT, Variables};
 use crate::flow::{
-    Field, FlowError, Program, at_series_time, evaluate, jet_transport, jet_transport_taylor,
-    local_series,
+    Field, FlowError, Program, evaluate, jet_transport, jet_transport_taylor, local_series,
 };
 use crate::jet::{Jet, JetSpace};
 use crate::model::{MapOrders, Scene};
@@ -507,9 +506,7 @@ impl LegFlight<'_> {
             _ => time_of_minimum(series.watched(0), &Jet::zero(&self.space))?,
         };
         let time = time.add_constant(-time.head());
-        Ok((0..state.len())
-            .map(|component| at_series_time(series.state(component), &time))
-            .collect())
+        Ok(series.state_at(&time))
     }
 }
 

@@ -11,7 +11,7 @@ use std::sync::Arc;
 use super::error::{ContactLawError, ExpansionError, FlightError};
 use crate::flow::{Field, InputKind, Program, bound_but};
 use crate::jet::{Jet, JetSpace};
-use crate::model::{Binary, ExpressionGraph, Model, Node, NodeId, Response, Surface, Unary};
+use crate::model::{Binary, ExpressionGraph, Model, Node, NodeId, Response, Unary};
 use crate::numeric::{Dd, Real};
 
 /// The surface, its contact law and the free field around a graze, inactive parameters folded in.
@@ -53,7 +53,11 @@ impl Passage {
             }
             Response::Contact { field, release } => {
                 let graze: Vec<Dd> = state.iter().chain(parameters).copied().collect();
-                refuse_corners(model, surface, field, *release, &graze)?;
+                let outputs: Vec<_> = field.iter().copied().chain([*release]).collect();
+                if let Some(corner) = corner_under(&model.graph, &outputs, &graze) {
+                    let (Corner { function, argument }, surface) = (corner, surface.name.clone());
+                    return Err(ContactLawError::NotAnalytic { surface, function, argument }.into());
+                }
                 let watched = [*release, surface.event];
                 let kinds = bound_but(active, parameters);
                 let flight = AffineLaw::new(
@@ -108,41 +112,14 @@ impl Passage {
         space: &Arc<JetSpace>,
         first_variable: usize,
     ) -> Vec<Jet<S>> {
-        parameter_jets(&self.parameters, &self.active, space, first_variable)
-    }
-}
-
-/// A contact field or a release function at a corner of one of its functions has no expansion.
-fn refuse_corners(
-    model: &Model,
-    surface: &Surface,
-    field: &[NodeId],
-    release: NodeId,
-    graze: &[Dd],
-) -> Result<(), ContactLawError> {
-    let outputs: Vec<_> = field.iter().copied().chain([release]).collect();
-    match corner_under(&model.graph, &outputs, graze) {
-        None => Ok(()),
-        Some(Corner { function, argument }) => {
-            Err(ContactLawError::NotAnalytic { surface: surface.name.clone(), function, argument })
+        let values = self.parameters.iter().map(|&value| S::from_dd(value));
+        let mut jets: Vec<_> = values.map(|value| Jet::constant(space, value)).collect();
+        for (position, &parameter) in self.active.iter().enumerate() {
+            let value = S::from_dd(self.parameters[parameter]);
+            jets[parameter] = Jet::variable(space, first_variable + position, value);
         }
+        jets
     }
-}
-
-/// All parameters as jets, the active ones as variables from `first_variable` on.
-fn parameter_jets<S: Real>(
-    parameters: &[Dd],
-    active: &[usize],
-    space: &Arc<JetSpace>,
-    first_variable: usize,
-) -> Vec<Jet<S>> {
-    let mut jets: Vec<_> =
-        parameters.iter().map(|&value| Jet::constant(space, S::from_dd(value))).collect();
-    for (position, &parameter) in active.iter().enumerate() {
-        jets[parameter] =
-            Jet::variable(space, first_variable + position, S::from_dd(parameters[parameter]));
-    }
-    jets
 }
 
 /// How each input enters a program over jets: states and active parameters vary, the rest is folded

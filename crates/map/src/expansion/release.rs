@@ -11,7 +11,7 @@ use super::error::{ContactLawError, ExpansionError};
 use super::passage::Passage;
 use super::routes::Graze;
 use super::variables::shift_depth_power;
-use crate::flow::{Field, LocalSeries, at_series_time, local_series, local_series_kept_to};
+use crate::flow::{Field, LocalSeries, local_series, local_series_kept_to};
 use crate::jet::{Jet, implicit_root, power_series_with_slope_at};
 use crate::numeric::polynomial::{evaluate, roots_on_interval};
 use crate::numeric::{Dd, Real, Scalar};
@@ -35,14 +35,6 @@ pub(super) struct ReleaseBalance {
     divided: usize,
     /// `κ₀`.
     factor: Dd,
-}
-
-/// The end of a contact.
-pub(super) struct Exit<S: Real> {
-    /// State at the release.
-    pub(super) state: Vec<Jet<S>>,
-    /// Time since the entry.
-    pub(super) contact_time: Jet<S>,
 }
 
 impl ReleaseBalance {
@@ -95,7 +87,8 @@ impl ReleaseBalance {
         powers.map(|power| needed(power).min(order)).collect()
     }
 
-    /// From the entry along the contact field to the release: solves, for `κ = t/y^q`,
+    /// From the entry along the contact field to the release: the state there and the time that the
+    /// contact took. Solves, for `κ = t/y^q`,
     ///
     /// ```text
     /// 0 = Σ_{k≥z} y^{q(k−z)−m} ρ_k κ^{k−z}
@@ -105,7 +98,7 @@ impl ReleaseBalance {
         field: &Field,
         entry: &[Jet<S>],
         parameters: &[Jet<S>],
-    ) -> Result<Exit<S>, ExpansionError> {
+    ) -> Result<(Vec<Jet<S>>, Jet<S>), ExpansionError> {
         let space = entry[0].space();
         let series = local_series_kept_to(field, entry, parameters, self.kept(space.order()));
         let release = series.watched(0).iter().enumerate().skip(self.trivial);
@@ -114,10 +107,7 @@ impl ReleaseBalance {
         let start = Jet::constant(space, S::from_dd(self.factor));
         let factor = implicit_root(&start, |factor| power_series_with_slope_at(&divided, factor))?;
         let contact_time = shift_depth_power(&factor, self.power as i32);
-        let state = (0..entry.len())
-            .map(|component| at_series_time(series.state(component), &contact_time))
-            .collect();
-        Ok(Exit { state, contact_time })
+        Ok((series.state_at(&contact_time), contact_time))
     }
 }
 

@@ -176,12 +176,8 @@ pub(super) fn coefficient_of_depth_power<S: Scalar>(
     space: &Arc<JetSpace>,
 ) -> Jet<S> {
     let mut result = Jet::zero(space);
-    let source = jet.space();
-    for (number, &value) in jet.coefficients().iter().enumerate() {
-        let exponents = source.exponents(number);
-        if exponents[0] == power {
-            add_at(&mut result, &exponents[1..], value);
-        }
+    for (exponents, value) in jet.terms().filter(|(exponents, _)| exponents[0] == power) {
+        add_at(&mut result, &exponents[1..], value);
     }
     result
 }
@@ -223,8 +219,8 @@ fn rebase<S: Scalar>(
 ) -> Jet<S> {
     let mut result = Jet::zero(space);
     let mut target = vec![0; space.variables()];
-    for (number, &value) in jet.coefficients().iter().enumerate() {
-        map(jet.space().exponents(number), &mut target);
+    for (exponents, value) in jet.terms() {
+        map(exponents, &mut target);
         add_at(&mut result, &target, value);
     }
     result

@@ -9,7 +9,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::smooth::{SmoothExpansion, SmoothPieces};
+use super::smooth::SmoothExpansion;
 use super::{ContactTime, FlightPlan, FlownContact, Numbers, scaled, scaled_all, shift};
 use crate::expansion::error::{ExpansionError, FlightError};
 use crate::expansion::passage::{AffineLaw, ContactLaw};
@@ -17,7 +17,7 @@ use crate::expansion::release::ReleaseBalance;
 use crate::expansion::routes::Graze;
 use crate::numeric::linear::eigenvalues;
 use crate::numeric::polynomial::{CrossingDirection, crossings, evaluate};
-use crate::numeric::{Dd, Real, Scalar};
+use crate::numeric::{Dd, Real, Scalar, converted};
 
 /// Smallest depth variable at which contacts are checked: a depth of 1e-32.
 const SHALLOWEST: f64 = 1e-16;
@@ -89,7 +89,9 @@ pub fn flown_contact(
             FlightError::Depth { surface: passage.surface.clone(), depth: window.depth }.into()
         );
     }
-    let pieces = SmoothExpansion::new(graze, affine, weight)?.pieces()?;
+    let small = ContactTime { numerator: vec![balance.factor()], denominator: vec![Dd::ONE] };
+    let plan = FlightPlan { entry: MOST_NEWTON, steps: 1, order: 1, release: 0 };
+    let unplanned = SmoothExpansion::new(graze, affine, weight)?.contact(small, plan)?;
     let planner = Planner {
         surface: &passage.surface,
         factor: balance.factor().to_f64(),
@@ -98,25 +100,11 @@ pub fn flown_contact(
         highest: highest(window),
         middle: vec![Dd::ZERO; window.half_widths.len()],
     };
-    let contact = planner.plan(unplanned(pieces, balance.factor()))?;
+    let contact = planner.plan(unplanned)?;
     if !contact.is_finite() {
         return Err(ExpansionError::NotFinite { part: "D" });
     }
     Ok(Some(contact.map_scalars(Real::to_f64)))
-}
-
-fn unplanned(pieces: SmoothPieces, factor: Dd) -> FlownContact<Dd> {
-    FlownContact {
-        largest: vec![0.0; pieces.section.len()],
-        depth: pieces.depth,
-        gap: pieces.gap,
-        entry: pieces.entry,
-        law: pieces.law,
-        back: pieces.back,
-        section: pieces.section,
-        contact_time: ContactTime { numerator: vec![factor], denominator: vec![Dd::ONE] },
-        plan: FlightPlan { entry: MOST_NEWTON, steps: 1, order: 1, release: 0 },
-    }
 }
 
 fn spectral_radius(affine: &AffineLaw) -> Result<f64, ExpansionError> {
@@ -164,7 +152,9 @@ fn sign(number: usize, corner: usize, variable: usize) -> f64 {
 /// Finds the fewest steps that fly every contact of the window.
 struct Planner<'a> {
     surface: &'a str,
+    /// Contact time over `y` at small depths.
     factor: f64,
+    /// Largest magnitude of an eigenvalue of the contact's matrix.
     rate: f64,
     samples: Vec<(Dd, Vec<Vec<Dd>>)>,
     highest: f64,
@@ -176,6 +166,16 @@ struct Checked {
     y: Dd,
     point: Vec<Dd>,
     exact: FlownReference,
+}
+
+/// What the reference finds of a contact.
+struct FlownReference {
+    /// Contact time.
+    time: Dd,
+    /// Sign of the release function before the release.
+    sign: f64,
+    /// Corrections of the coordinates.
+    corrections: Vec<Dd>,
 }
 
 impl Planner<'_> {
@@ -220,14 +220,39 @@ impl Planner<'_> {
             .collect()
     }
 
+    /// The contact of depth variable `y > 0` at a point, flown slowly and surely.
     fn reference(
         &self,
         contact: &FlownContact<Dd>,
         y: Dd,
         point: &[Dd],
     ) -> Result<FlownReference, FlightError> {
-        let reference = Reference { contact, factor: self.factor, rate: self.rate };
-        reference.fly(y, point).ok_or_else(|| FlightError::NoRelease {
+        let numbers = &mut Numbers::default();
+        let entry = contact.entry(numbers, &y, point);
+        let time = (self.factor * y.to_f64()).min(1.0 / self.rate);
+        let length = Dd::from(time / STEPS_PER_TIME);
+        let mut forces = scaled_all(numbers, &entry.forces, &length);
+        let mut release = scaled(numbers, &entry.release, &length);
+        let law = &contact.law;
+        let mut state = vec![Dd::ZERO; law.matrix.len()];
+        let mut sign = None;
+        for number in 0..MOST_STEPS {
+            let step = law.step(numbers, &forces, &release, state, &length, ORDER);
+            let part = first_change(&step.release, &mut sign);
+            let at = part.unwrap_or(Dd::ONE);
+            let added = step.states.iter().map(|series| evaluate(series, at).0);
+            let added: Vec<_> = added.collect();
+            if let (Some(_), Some(sign)) = (part, sign) {
+                let time = (Dd::from(number as f64) + at) * length;
+                let since_minimum = entry.time + time;
+                let corrections = contact.on_section(numbers, &since_minimum, &added, point);
+                return Ok(FlownReference { time, sign, corrections });
+            }
+            state = added;
+            forces.iter_mut().for_each(|series| shift(numbers, series, None));
+            shift(numbers, &mut release, None);
+        }
+        Err(FlightError::NoRelease {
             surface: self.surface.to_owned(),
             depth: (y * y).to_f64(),
             steps: MOST_STEPS,
@@ -246,9 +271,8 @@ impl Planner<'_> {
                 samples.push((y, factor));
             }
         }
-        let fit = fit(&samples);
-        let exact = |numbers: Vec<f64>| numbers.into_iter().map(Dd::from).collect();
-        Ok(ContactTime { numerator: exact(fit.numerator), denominator: exact(fit.denominator) })
+        let ContactTime { numerator, denominator } = fit(&samples);
+        Ok(ContactTime { numerator: converted(&numerator), denominator: converted(&denominator) })
     }
 
     fn check(&self, contact: &FlownContact<Dd>, checked: &[Checked]) -> Result<(), FlightError> {
@@ -337,58 +361,7 @@ const ORDER: usize = 24;
 /// Part of the first step after which the sign of the release function is not rounding.
 const SETTLED: f64 = 0.125;
 /// Steps after which a contact counts as one without release.
-pub(super) const MOST_STEPS: usize = 4096;
-
-/// Flies contacts of one law, slowly and surely.
-pub(super) struct Reference<'a> {
-    pub(super) contact: &'a FlownContact<Dd>,
-    /// Contact time over `y` at small depths.
-    pub(super) factor: f64,
-    /// Largest magnitude of an eigenvalue of the contact's matrix.
-    pub(super) rate: f64,
-}
-
-/// One contact.
-pub(super) struct FlownReference {
-    /// Contact time.
-    pub(super) time: Dd,
-    /// Sign of the release function before the release.
-    pub(super) sign: f64,
-    /// Corrections of the coordinates.
-    pub(super) corrections: Vec<Dd>,
-}
-
-impl Reference<'_> {
-    /// The contact of depth variable `y > 0` at a point; `None` if it has no release.
-    pub(super) fn fly(&self, y: Dd, point: &[Dd]) -> Option<FlownReference> {
-        let numbers = &mut Numbers::default();
-        let entry = self.contact.entry(numbers, &y, point);
-        let time = (self.factor * y.to_f64()).min(1.0 / self.rate);
-        let length = Dd::from(time / STEPS_PER_TIME);
-        let mut forces = scaled_all(numbers, &entry.forces, &length);
-        let mut release = scaled(numbers, &entry.release, &length);
-        let law = &self.contact.law;
-        let mut state = vec![Dd::ZERO; law.matrix.len()];
-        let mut sign = None;
-        for number in 0..MOST_STEPS {
-            let step = law.step(numbers, &forces, &release, state, &length, ORDER);
-            let part = first_change(&step.release, &mut sign);
-            let at = part.unwrap_or(Dd::ONE);
-            let added = step.states.iter().map(|series| evaluate(series, at).0);
-            let added: Vec<_> = added.collect();
-            if part.is_some() {
-                let time = (Dd::from(number as f64) + at) * length;
-                let since_minimum = entry.time + time;
-                let corrections = self.contact.on_section(numbers, &since_minimum, &added, point);
-                return Some(FlownReference { time, sign: sign?, corrections });
-            }
-            state = added;
-            forces.iter_mut().for_each(|series| shift(numbers, series, None));
-            shift(numbers, &mut release, None);
-        }
-        None
-    }
-}
+const MOST_STEPS: usize = 4096;
 
 /// The first point of `[0, 1]` at which a polynomial has another sign than `sign`; an unknown
 /// `sign` is that of the value at [`SETTLED`].
@@ -422,7 +395,7 @@ const MOST_SCALES: usize = 10;
 const CLOSE: f64 = 3e-3;
 
 /// Fits `κ` to pairs `(y, κ)`, in relative error.
-pub(super) fn fit(samples: &[(f64, f64)]) -> ContactTime<f64> {
+fn fit(samples: &[(f64, f64)]) -> ContactTime<f64> {
     let candidates = candidates(samples);
     let mut scales: Vec<f64> = Vec::new();
     let mut best = solve(samples, &scales);

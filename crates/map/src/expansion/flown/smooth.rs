@@ -25,7 +25,7 @@ use std::sync::Arc;
 
 use num_traits::Zero;
 
-use super::{Drive, LinearLaw};
+use super::{ContactTime, Drive, FlightPlan, FlownContact, LinearLaw};
 use crate::expansion::approach::{Approach, DepthVariable, series_about_minimum, time_of_minimum};
 use crate::expansion::error::ExpansionError;
 use crate::expansion::passage::AffineLaw;
@@ -44,16 +44,6 @@ pub(super) const VANISHING: f64 = 1e-22;
 /// The rest of a force beside a combination of the gap and its rate is rounding below this share of
 /// the force.
 const SAME: f64 = 1e-20;
-
-/// The series of the free flow that a flown passage is made of.
-pub(super) struct SmoothPieces {
-    pub(super) depth: Jet<Dd>,
-    pub(super) gap: Vec<Jet<Dd>>,
-    pub(super) entry: Jet<Dd>,
-    pub(super) law: LinearLaw<Dd>,
-    pub(super) back: Vec<Jet<Dd>>,
-    pub(super) section: Vec<Jet<Dd>>,
-}
 
 /// One passage under expansion.
 pub(super) struct SmoothExpansion<'a> {
@@ -84,21 +74,28 @@ impl<'a> SmoothExpansion<'a> {
         Ok(Self { graze, affine, weight, minimum_time, series })
     }
 
-    /// Expands all pieces.
-    pub(super) fn pieces(&self) -> Result<SmoothPieces, ExpansionError> {
+    /// Expands all pieces of a contact, which is to be flown by a plan from nearly these times.
+    pub(super) fn contact(
+        &self,
+        contact_time: ContactTime<Dd>,
+        plan: FlightPlan,
+    ) -> Result<FlownContact<Dd>, ExpansionError> {
         let gap = self.series.watched(0);
         let mut depth = -&gap[0];
         // The depth vanishes on the grazing orbit: its constant term is rounding.
         depth.coefficients_mut()[0] = Dd::ZERO;
         let quotient = gap.iter().enumerate().skip(2);
         let quotient: Result<_, _> = quotient.map(|(power, jet)| self.cut(jet, power)).collect();
-        Ok(SmoothPieces {
+        Ok(FlownContact {
             depth,
             gap: quotient?,
             entry: self.entry()?,
             law: self.law()?,
             back: self.back()?,
             section: self.section()?,
+            contact_time,
+            plan,
+            largest: Vec::new(),
         })
     }
 
