@@ -7,6 +7,7 @@
 use super::error::ExpansionError;
 use super::expand::{Expander, Legs};
 use super::local_map::{Leg, LocalMap, MapWindow, Stage};
+use super::pruning::monomial_size;
 use super::variables::DEVIATION_WEIGHT;
 use crate::jet::Jet;
 use crate::model::MapOrders;
@@ -118,13 +119,8 @@ struct Compared<'a> {
 
 impl<'a> Compared<'a> {
     fn new(jet: &'a Jet<f64>, exact: &Jet<Dd>, units: &[f64]) -> Self {
-        let unit = |exponents: &[u8]| {
-            let powers = exponents.iter().zip(units);
-            powers.fold(1.0, |unit, (&power, size)| unit * size.powi(power.into()))
-        };
-        let sizes = |pair: ((&[u8], Dd), &f64)| {
-            let ((exponents, exact), &found) = pair;
-            let unit = unit(exponents);
+        let sizes = |((exponents, exact), &found): ((&[u8], Dd), &f64)| {
+            let unit = monomial_size(exponents, units);
             let error = (Dd::from(found) - exact).to_f64().abs() * unit;
             (exact.to_f64().abs() * unit, error)
         };

@@ -159,10 +159,14 @@ fn drop_smallest(
     lost
 }
 
+/// The size of a monomial in variables of these sizes.
+pub(super) fn monomial_size(exponents: &[u8], sizes: &[f64]) -> f64 {
+    let powers = exponents.iter().zip(sizes);
+    powers.map(|(&exponent, size)| size.powi(i32::from(exponent))).product()
+}
+
 fn contribution(exponents: &[u8], coefficient: f64, bounds: &[f64]) -> f64 {
-    let powers =
-        exponents.iter().zip(bounds).map(|(&exponent, bound)| bound.powi(i32::from(exponent)));
-    coefficient.abs() * powers.product::<f64>()
+    coefficient.abs() * monomial_size(exponents, bounds)
 }
 
 /// Bound of a polynomial where every variable stays within its bound.
@@ -281,8 +285,7 @@ impl Part<'_> {
     /// Powers and size of every term.
     fn terms(&self, sizes: &Sizes) -> Vec<(Vec<u8>, f64)> {
         let term = |(powers, value): (&[u8], Dd)| {
-            let pairs = powers.iter().zip(&sizes.variables);
-            let monomial: f64 = pairs.map(|(&power, size)| size.powi(i32::from(power))).product();
+            let monomial = monomial_size(powers, &sizes.variables);
             (powers.to_vec(), value.magnitude() * monomial * self.factor)
         };
         self.jet.terms().map(term).collect()

@@ -212,7 +212,7 @@ impl<'a> Corners<'a> {
     }
 
     /// The first corner at a graze of an orbit, each given by its surface and the state, or along
-    /// it.
+    /// it: in a period from the first.
     pub(super) fn of_orbit(
         &self,
         grazes: &[(usize, Vec<f64>)],
@@ -227,21 +227,6 @@ impl<'a> Corners<'a> {
         match grazes.first() {
             Some((_, start)) => self.along(start, parameters, period),
             None => Ok(None),
-        }
-    }
-
-    /// The first corner at a point near a graze, or that the free flow crosses in a time from
-    /// there.
-    pub(super) fn near(
-        &self,
-        surface: usize,
-        start: &[f64],
-        parameters: &[f64],
-        duration: f64,
-    ) -> Result<Option<NotLocated>, OrbitError> {
-        match self.at(surface, start, parameters)? {
-            None => self.along(start, parameters, duration),
-            corner => Ok(corner),
         }
     }
 

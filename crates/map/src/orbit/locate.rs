@@ -377,8 +377,8 @@ impl<'a> Locator<'a> {
     fn corner_from_start(&self, corners: &Corners) -> Result<Option<NotLocated>, OrbitError> {
         let start = self.start();
         let period = self.system.period(&self.start_unknowns(&start)?);
-        let surface = self.system.grazes.surfaces[0];
-        corners.near(surface, &start, &self.start_parameters(), period)
+        let point = (self.system.grazes.surfaces[0], start);
+        corners.of_orbit(&[point], &self.start_parameters(), period)
     }
 
     /// Distance from the guess in state and adjusted parameters, relative to the guess's size.

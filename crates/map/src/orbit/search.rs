@@ -55,10 +55,8 @@ impl<'a> Search<'a> {
             Some(orbit) => orbit,
             None => {
                 let (settled, change) = self.settle(start, value);
-                match self.periodic(value, &settled) {
-                    Some(orbit) => orbit,
-                    None => return Err(Stop::Ended(self.no_orbit(value, change))),
-                }
+                let orbit = self.periodic(value, &settled);
+                orbit.ok_or_else(|| Stop::Ended(self.no_orbit(value, change)))?
             }
         };
         let mut closest = orbit.clone();

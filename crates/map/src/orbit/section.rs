@@ -173,13 +173,13 @@ impl<S: Scalar> LocalGeometry<'_, S> {
         self.values[node.index()]
     }
 
-    fn gradient(&self, sloped: &Sloped) -> Vec<S> {
-        sloped.slopes.iter().map(|&node| self.value(node)).collect()
+    fn values(&self, nodes: &[NodeId]) -> Vec<S> {
+        nodes.iter().map(|&node| self.value(node)).collect()
     }
 
     /// The free field.
     pub(super) fn flow(&self) -> Vec<S> {
-        self.geometry.flow.iter().map(|&node| self.value(node)).collect()
+        self.values(&self.geometry.flow)
     }
 
     /// `h`.
@@ -199,30 +199,30 @@ impl<S: Scalar> LocalGeometry<'_, S> {
 
     /// Gradient of `h` in the full state, then the parameters.
     pub(super) fn event_gradient(&self) -> Vec<S> {
-        self.gradient(&self.geometry.event)
+        self.values(&self.geometry.event.slopes)
     }
 
     /// Gradient of `h'` in the full state, then the parameters.
     pub(super) fn velocity_gradient(&self) -> Vec<S> {
-        self.gradient(&self.geometry.velocity)
+        self.values(&self.geometry.velocity.slopes)
     }
 
     /// Rate of the phase and its gradient, where there is a phase.
     pub(super) fn clock(&self) -> Option<(S, Vec<S>)> {
-        self.geometry.clock.as_ref().map(|clock| (self.value(clock.node), self.gradient(clock)))
+        let clock = self.geometry.clock.as_ref()?;
+        Some((self.value(clock.node), self.values(&clock.slopes)))
     }
 
     /// The state after the reset and the reset's Jacobian in the full state, for a rigid surface.
     pub(super) fn reset(&self) -> Option<(Vec<S>, Vec<Vec<S>>)> {
         let reset = self.geometry.reset.as_ref()?;
         let image = reset.iter().map(|component| self.value(component.node)).collect();
-        Some((image, reset.iter().map(|component| self.gradient(component)).collect()))
+        Some((image, reset.iter().map(|component| self.values(&component.slopes)).collect()))
     }
 
     /// The contact field, for a compliant surface whose contact ends at the surface.
     pub(super) fn contact(&self) -> Option<Vec<S>> {
-        let field = self.geometry.contact.as_ref()?;
-        Some(field.iter().map(|&node| self.value(node)).collect())
+        self.geometry.contact.as_ref().map(|field| self.values(field))
     }
 
     /// Length of the full state.
