@@ -47,8 +47,8 @@ pub struct WindowSample {
     deepest: f64,
     state: Vec<f64>,
     parameters: Vec<f64>,
-    /// The steepest coordinate of each passage's depth.
-    steepest: Vec<usize>,
+    /// The steepest coordinate of each passage's depth, which is solved for.
+    pub(super) steepest: Vec<usize>,
 }
 
 impl WindowSample {
@@ -105,11 +105,6 @@ impl WindowSample {
             ..self.clone()
         };
         resized.with_steepest()
-    }
-
-    /// The coordinates that are solved for: a passage's depth decides them.
-    pub(super) fn solved(&self) -> &[usize] {
-        &self.steepest
     }
 
     /// Largest depth of the window.
@@ -400,7 +395,7 @@ impl WindowSample {
 
     /// Passages that are followed by another one in the same return, if any.
     fn pairs(&self) -> Option<usize> {
-        self.solved().len().checked_sub(1).filter(|&pairs| pairs > 0)
+        self.steepest.len().checked_sub(1).filter(|&pairs| pairs > 0)
     }
 
     /// The point moved until the passage after one that makes contact has a depth.

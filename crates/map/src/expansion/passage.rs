@@ -26,7 +26,8 @@ pub struct Passage {
     /// `h'`, then its derivative with respect to each component of the full state, over jets.
     pub normal_velocity: Program,
     dimension: usize,
-    parameters: Vec<Dd>,
+    /// Values of all parameters at the graze.
+    pub(super) parameters: Vec<Dd>,
     active: Vec<usize>,
 }
 
@@ -93,11 +94,6 @@ impl Passage {
     pub fn jet_program(&self, model: &Model, outputs: &[NodeId]) -> Program {
         let inputs = jet_inputs(self.dimension, &self.parameters, &self.active);
         Program::new(&model.graph, outputs, &inputs)
-    }
-
-    /// Values of all parameters at the graze.
-    pub(super) fn parameter_values(&self) -> &[Dd] {
-        &self.parameters
     }
 
     /// Length of the full state.

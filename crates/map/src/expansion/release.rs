@@ -30,11 +30,11 @@ pub(super) struct ReleaseBalance {
     /// Powers of time divided out because the release function vanishes on entry.
     trivial: usize,
     /// `q`.
-    power: usize,
+    pub(super) power: usize,
     /// Power of `y` by which the equation for `κ` is divided.
     divided: usize,
     /// `κ₀`.
-    factor: Dd,
+    pub(super) factor: Dd,
 }
 
 impl ReleaseBalance {
@@ -53,16 +53,6 @@ impl ReleaseBalance {
         let balance = polygon.first_release()?;
         polygon.check_division(&balance)?;
         Ok(balance)
-    }
-
-    /// `q` of the contact time `κ₀ y^q`.
-    pub(super) fn power(&self) -> usize {
-        self.power
-    }
-
-    /// `κ₀`.
-    pub(super) fn factor(&self) -> Dd {
-        self.factor
     }
 
     /// Weights by which the contact time is less exact than the state at the entry.

@@ -34,19 +34,13 @@ impl HornerMap {
         Self { forms: Arc::new(Forms::new(lowered)) }
     }
 
-    /// What the map was lowered to.
-    pub(super) fn forms(&self) -> &Forms {
-        &self.forms
-    }
-
-    /// The map's operations.
-    pub(super) fn kernel(&self) -> &MapKernel {
-        &self.forms.lowered
-    }
-
     /// The same operations in single precision.
     pub fn in_single(&self) -> SingleMap {
-        SingleMap::new(self.clone())
+        SingleMap {
+            step: Interpreter::new(&self.forms.lowered.kernel),
+            jacobian: OnceLock::new(),
+            map: self.clone(),
+        }
     }
 
     /// The same operations in the numbers in which they are to be run.
@@ -73,7 +67,12 @@ impl HornerMap {
     ///
     /// If their number is not the map's.
     pub fn freeze(&self, parameters: &[f64]) -> FrozenMap {
-        FrozenMap::new(self.forms.clone(), parameters)
+        FrozenMap {
+            step: self.forms.frozen_step.freeze(parameters),
+            parameters: parameters.to_vec(),
+            jacobian: OnceLock::new(),
+            forms: self.forms.clone(),
+        }
     }
 
     /// Depth `−h_min` of the first passage (negative without contact) at states of one parameter
@@ -142,7 +141,7 @@ impl DifferentiableMap for HornerMap {
 }
 
 /// Runs a map's kernel: the image, the depths of the passages, and then the derivatives asked for.
-pub(super) fn run<T: Interpreted<Known = T> + Real>(
+fn run<T: Interpreted<Known = T> + Real>(
     interpreter: &Interpreter<T>,
     inputs: &[&[T]],
     image: &mut [f64],
@@ -170,17 +169,6 @@ pub struct FrozenMap {
     parameters: Vec<f64>,
     step: Interpreter,
     jacobian: OnceLock<Interpreter>,
-}
-
-impl FrozenMap {
-    pub(super) fn new(forms: Arc<Forms>, parameters: &[f64]) -> Self {
-        Self {
-            step: forms.frozen_step.freeze(parameters),
-            parameters: parameters.to_vec(),
-            jacobian: OnceLock::new(),
-            forms,
-        }
-    }
 }
 
 impl DiscreteMap for FrozenMap {
@@ -243,12 +231,6 @@ pub struct SingleMap {
     jacobian: OnceLock<Interpreter<f32>>,
 }
 
-impl SingleMap {
-    pub(super) fn new(map: HornerMap) -> Self {
-        Self { step: Interpreter::new(&map.kernel().kernel), jacobian: OnceLock::new(), map }
-    }
-}
-
 impl DiscreteMap for SingleMap {
     fn dimension(&self) -> usize {
         self.map.dimension()
@@ -269,7 +251,7 @@ impl DiscreteMap for SingleMap {
         image: &mut [f64],
         jacobian: &mut [f64],
     ) -> StepInfo {
-        let make = || Interpreter::new(&self.map.kernel().with_jacobian());
+        let make = || Interpreter::new(&self.map.forms.lowered.with_jacobian());
         let kernel = self.jacobian.get_or_init(make);
         rounded_run(kernel, state, parameters, image, jacobian)
     }
@@ -332,12 +314,12 @@ impl HornerMap {
     /// If the states are no rows of the map's length, or the parameters neither one row nor a row
     /// for every state.
     pub fn batch(&self, states: &[f64], parameters: &[f64], derivatives: bool) -> Batch {
-        let (dimension, count) = (self.kernel().dimension, self.kernel().parameters);
+        let MapKernel { dimension, parameters: count, .. } = self.forms.lowered;
         let points = states.len() / dimension;
         assert_eq!(states.len(), points * dimension, "rows of {dimension} coordinates");
         let each = parameters.len() != count;
         assert!(!each || parameters.len() == points * count, "rows of {count} parameters");
-        let freezer = self.forms().batch(derivatives, each);
+        let freezer = self.forms.batch(derivatives, each);
         let coefficients = freezer.coefficients(if each { &[] } else { parameters });
         let width = freezer.outputs();
         let mut rows = vec![0.0; points * width];

@@ -113,7 +113,7 @@ impl PseudoArclength<'_> {
     /// Follows the curve until the second parameter is `to`; also the last unknowns.
     fn trace(&self, start: &[f64], to: f64) -> Result<(GrazingCurve, Vec<f64>), OrbitError> {
         let mut curve = GrazingCurve {
-            free: self.context.system().free().to_vec(),
+            free: self.context.system().free.clone(),
             points: Vec::new(),
             special: Vec::new(),
             unresolved: Vec::new(),

@@ -187,7 +187,7 @@ impl<'a> CurveContext<'a> {
         };
         let Described { point, sizes, discriminant, corners } = self.describe(&unknowns)?;
         let turning = tangent[self.system().first_parameter()..].iter();
-        let folds = self.system().free().iter().zip(turning).map(|(&parameter, &component)| {
+        let folds = self.system().free.iter().zip(turning).map(|(&parameter, &component)| {
             TestValue { kind: SpecialKind::Fold { parameter }, value: component, size: 1.0 }
         });
         let switch = discriminant.map(|[value, size]| TestValue {
@@ -207,7 +207,7 @@ impl<'a> CurveContext<'a> {
     pub(super) fn is_beyond(&self, points: &[CurvePoint]) -> bool {
         let Some(distance) = &self.nearest else { return false };
         let offsets = |point: &CurvePoint| {
-            distance.scaled(self.system().free().iter().map(|&free| point.parameters[free]))
+            distance.scaled(self.system().free.iter().map(|&free| point.parameters[free]))
         };
         let length = |offsets: Vec<f64>| offsets.iter().map(|x| x * x).sum::<f64>().sqrt();
         let least =
@@ -481,7 +481,7 @@ fn start(system: &ExtendedSystem, orbit: &GrazingOrbit) -> Vec<f64> {
 
 /// How far each component of the full state goes from the graze along an orbit; 1 where it rests.
 fn reach(system: &ExtendedSystem, start: &[f64]) -> Result<Vec<f64>, OrbitError> {
-    let graze = &start[..system.dimension()];
+    let graze = &start[..system.dimension];
     let (parameters, period) = (system.parameters(start), system.period(start));
     let mut reach = vec![0.0_f64; graze.len()];
     each_step(&system.field, graze, &parameters, period, |_, _, state, _| -> Option<()> {

@@ -231,11 +231,11 @@ impl<'a> Locator<'a> {
         first: impl Fn(&ExtendedSystem, usize) -> Result<Found, OrbitError>,
     ) -> Result<Found, OrbitError> {
         let mut reason = None;
-        for &parameter in self.system.free() {
+        for &parameter in &self.system.free {
             let alone = self.system.first_graze(parameter);
             let found = match first(&alone, parameter)? {
                 Ok(root) if self.system.grazes.independent > 1 => {
-                    let (state, period) = (&root[..alone.dimension()], alone.period(&root));
+                    let (state, period) = (&root[..alone.dimension], alone.period(&root));
                     self.after_first(state, period, &alone.parameters(&root), SAME * period)?
                 }
                 found => found,
@@ -387,11 +387,8 @@ impl<'a> Locator<'a> {
         let guess = self.scene.grazing.guess.iter().flatten();
         let size = guess.map(|value| value * value).sum::<f64>().sqrt().max(1.0);
         let state = self.guess_distance(unknowns).unwrap_or(0.0) / size;
-        let moved = self
-            .system
-            .free()
-            .iter()
-            .map(|&at| (found[at] - start[at]).abs() / start[at].abs().max(0.1));
+        let moved = self.system.free.iter();
+        let moved = moved.map(|&at| (found[at] - start[at]).abs() / start[at].abs().max(0.1));
         moved.fold(state, f64::hypot)
     }
 
@@ -493,7 +490,7 @@ impl<'a> Diagnosis<'a> {
 
     /// The adjusted parameters here.
     pub(super) fn adjusted(&self) -> NamedValues {
-        let named = self.system.free().iter().map(|&parameter| {
+        let named = self.system.free.iter().map(|&parameter| {
             let name = self.scene.model.parameters[parameter].name.clone();
             (name, self.parameters[parameter])
         });
@@ -502,7 +499,7 @@ impl<'a> Diagnosis<'a> {
 
     /// The first degenerate graze, `h'' T² / max h` being below a bound.
     fn degenerate_below(&self, bound: f64) -> Option<NotLocated> {
-        let start = &self.unknowns[..self.system.dimension()];
+        let start = &self.unknowns[..self.system.dimension];
         let period = self.system.period(self.unknowns);
         let watching = watching_field(&self.scene.model);
         let gaps = gaps(&watching, start, &self.parameters, period);
@@ -538,9 +535,9 @@ impl<'a> Diagnosis<'a> {
     }
 
     fn multiplier_nearest_one(&self) -> [f64; 2] {
-        let state = &self.unknowns[..self.system.dimension()];
+        let state = &self.unknowns[..self.system.dimension];
         let period = self.system.period(self.unknowns);
-        let states = self.system.states();
+        let states = self.system.states;
         let full = full_monodromy(self.system, state, &self.parameters, period);
         let block = full.map(|full| full.view((0, 0), (states, states)).into_owned());
         let found = block.and_then(|block| multipliers(&block));

@@ -305,7 +305,7 @@ fn slopes(
     let combination = left_null(&jacobian.columns(0, first).into_owned());
     let slope = |parameter: usize| jacobian.column(first + parameter).dot(&combination);
     let slopes = all.into_iter().map(slope).collect();
-    Ok(Slopes { slopes, gap: combination[system.states()] })
+    Ok(Slopes { slopes, gap: combination[system.states] })
 }
 
 struct Slopes {

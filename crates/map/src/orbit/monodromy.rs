@@ -133,7 +133,7 @@ impl<S: Real> ConditionFactors<S> {
         legs: &[DMatrix<S>],
         parameters: &[S],
     ) -> Result<Self, OrbitError> {
-        let dimension = system.dimension();
+        let dimension = system.dimension;
         let (mut slopes, mut directions) = (Vec::new(), Vec::new());
         for (passage, (touch, stretch)) in touches.iter().zip(stretches).enumerate() {
             let local = system.geometry(passage).at(&touch.state, parameters);

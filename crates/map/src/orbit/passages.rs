@@ -76,7 +76,7 @@ impl<'a, S: Real> Orbit<'a, S> {
         Self {
             scene,
             system,
-            state: with_reduced_phase(scene, unknowns[..system.dimension()].to_vec()),
+            state: with_reduced_phase(scene, unknowns[..system.dimension].to_vec()),
             parameters: system.parameters(unknowns),
             times: times.map(|time| time - (time / period).floor() * period).collect(),
             period,

@@ -86,7 +86,7 @@ impl<'a> Search<'a> {
 
     /// The free flow's state after many periods, and how much the last one changed it.
     fn settle(&self, start: &[f64], value: f64) -> (Vec<f64>, f64) {
-        let (parameters, states) = (self.parameters(value), self.system.states());
+        let (parameters, states) = (self.parameters(value), self.system.states);
         let period = self.system.period(&self.unknowns(start, value));
         let mut state = start.to_vec();
         let mut change = f64::NAN;
@@ -109,7 +109,7 @@ impl<'a> Search<'a> {
 
     /// The periodic orbit near a full state, its phase kept.
     fn periodic(&self, value: f64, start: &[f64]) -> Option<Periodic> {
-        let (states, parameters) = (self.system.states(), self.parameters(value));
+        let (states, parameters) = (self.system.states, self.parameters(value));
         let shooting = Shooting::new(self.system, *start.get(states)?, &parameters);
         let length = self.system.length(&self.unknowns(start, value));
         let scaled =
@@ -138,7 +138,7 @@ impl<'a> Search<'a> {
         else {
             return Ok(None);
         };
-        let state = &root[..self.system.dimension()];
+        let state = &root[..self.system.dimension];
         let acceleration =
             self.system.geometry(0).at(state, &self.system.parameters(&root)).acceleration();
         Ok((acceleration > 0.0).then_some(root))

@@ -40,11 +40,14 @@ pub(super) struct ExtendedSystem {
     pub(super) field: Field,
     /// One per passage.
     geometries: Vec<Geometry>,
-    dimension: usize,
-    states: usize,
+    /// Length of the full state.
+    pub(super) dimension: usize,
+    /// Number of states, the phase not counted.
+    pub(super) states: usize,
     phase_advance: Option<Dd>,
     base: Vec<Dd>,
-    free: Vec<usize>,
+    /// The free parameters.
+    pub(super) free: Vec<usize>,
     matching: Matching,
     /// What is computed is counted here, and limited.
     effort: Option<Effort>,
@@ -160,21 +163,6 @@ impl ExtendedSystem {
     /// Expressions at the surface of a passage; those of the first give the flow and the clock too.
     pub(super) fn geometry(&self, passage: usize) -> &Geometry {
         &self.geometries[passage]
-    }
-
-    /// Number of states, the phase not counted.
-    pub(super) fn states(&self) -> usize {
-        self.states
-    }
-
-    /// Length of the full state.
-    pub(super) fn dimension(&self) -> usize {
-        self.dimension
-    }
-
-    /// The free parameters.
-    pub(super) fn free(&self) -> &[usize] {
-        &self.free
     }
 
     /// Number of unknowns.

@@ -41,7 +41,7 @@ impl Candidate {
 
 /// Every pair of orders with every choice of weights, cheapest first.
 pub(super) fn candidates(family: &MapFamily<'_>, forecaster: &Forecaster) -> Vec<Candidate> {
-    let (highest, map) = (family.highest(), forecaster.map());
+    let (highest, map) = (family.highest(), &forecaster.map);
     let variables = family.expander().variables();
     let names = &variables.names[variables.coordinates..];
     let base = &variables.weights[variables.coordinates..];
@@ -199,7 +199,7 @@ impl<'a> Level<'a> {
         Ok(Self {
             candidates: candidates(&family, &forecaster),
             rule: OrderRule::new(&forecast),
-            map: forecaster.map().clone(),
+            map: forecaster.map,
             economiser: OnceCell::new(),
             family,
         })

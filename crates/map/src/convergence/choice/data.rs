@@ -142,7 +142,7 @@ impl Choice {
         let Some(exact) = self.fitted_to else {
             return Ok(MapFamily::new(scene, orbit, orders)?.map(orders)?);
         };
-        let unweighted = self.unweighted(scene);
+        let unweighted = unweighted(scene, &self.weights);
         let family = MapFamily::new(&unweighted, orbit, exact)?;
         let variables = Expander::new(scene, orbit)?.variables().clone();
         let map = family.weighted_map(orders, &variables.weights[variables.coordinates..])?;
@@ -159,20 +159,18 @@ impl Choice {
         let dropped = self.polynomials == Polynomials::Economised && self.shape == Shape::Factored;
         self.drop_within.filter(|_| !dropped)
     }
-
-    /// The scene without the weights chosen.
-    fn unweighted(&self, scene: &Scene) -> Scene {
-        let mut scene = scene.clone();
-        let kept = |(name, _): &(String, u32)| !self.weights.contains_key(name);
-        scene.expansion.weights.retain(kept);
-        scene
-    }
 }
 
-pub(super) fn weighted(scene: &Scene, weights: &BTreeMap<String, u32>) -> Scene {
+/// The scene without weights of its own for these parameters.
+fn unweighted(scene: &Scene, weights: &BTreeMap<String, u32>) -> Scene {
     let mut scene = scene.clone();
-    let kept = |(name, _): &(String, u32)| !weights.contains_key(name);
-    scene.expansion.weights.retain(kept);
+    scene.expansion.weights.retain(|(name, _)| !weights.contains_key(name));
+    scene
+}
+
+/// The scene with these weights of parameters.
+pub(super) fn weighted(scene: &Scene, weights: &BTreeMap<String, u32>) -> Scene {
+    let mut scene = unweighted(scene, weights);
     let weights = weights.iter();
     let weights = weights.map(|(name, &weight)| (name.clone(), weight));
     scene.expansion.weights.extend(weights);
@@ -181,10 +179,11 @@ pub(super) fn weighted(scene: &Scene, weights: &BTreeMap<String, u32>) -> Scene 
 
 /// A map in the shape in which it is run.
 #[derive(Clone)]
-pub(super) struct Form {
+pub(in crate::convergence) struct Form {
     /// As it is expanded.
-    pub(super) map: LocalMap,
-    composed: Option<ComposedMap>,
+    pub(in crate::convergence) map: LocalMap,
+    /// Its composed form, where that is the shape.
+    pub(in crate::convergence) composed: Option<ComposedMap>,
 }
 
 impl Form {
@@ -204,27 +203,26 @@ impl Form {
 
     /// Without the monomials that an error does not need; `None` keeps them all.
     pub(super) fn without(&self, error: Option<f64>) -> Self {
-        error.map_or_else(|| self.clone(), |error| self.pruned(error))
-    }
-
-    fn pruned(&self, tolerance: f64) -> Self {
-        match &self.composed {
-            Some(composed) => Self {
+        match (error, &self.composed) {
+            (None, _) => self.clone(),
+            (Some(error), Some(composed)) => Self {
                 map: self.map.clone(),
-                composed: Some(prune_composed(&self.map, composed, tolerance).0),
+                composed: Some(prune_composed(&self.map, composed, error).0),
             },
-            None => Self { map: prune(&self.map, tolerance).0, composed: None },
+            (Some(error), None) => Self { map: prune(&self.map, error).0, composed: None },
         }
     }
 
-    pub(super) fn lowered(&self) -> HornerMap {
+    /// The operations that are run.
+    pub(in crate::convergence) fn lowered(&self) -> HornerMap {
         match &self.composed {
             Some(composed) => HornerMap::composed(&self.map, composed),
             None => HornerMap::new(&self.map),
         }
     }
 
-    pub(super) fn coefficients(&self) -> usize {
+    /// Number of coefficients that are not zero.
+    pub(in crate::convergence) fn coefficients(&self) -> usize {
         match &self.composed {
             Some(composed) => composed.coefficients(),
             None => self.map.coefficients(),

@@ -21,7 +21,8 @@ const STEP: f64 = 1e-9;
 /// it.
 #[derive(Clone, Debug)]
 pub(super) struct Forecaster {
-    map: LocalMap,
+    /// The map that is followed.
+    pub(super) map: LocalMap,
     /// By point, then by stage.
     routes: Vec<Vec<StageInput>>,
 }
@@ -56,11 +57,6 @@ impl Forecaster {
         let parts: Vec<_> = parts.collect();
         let routes = points.iter().map(|point| route(point, &parts)).collect();
         Self { map, routes }
-    }
-
-    /// The map that is followed.
-    pub(super) fn map(&self) -> &LocalMap {
-        &self.map
     }
 
     /// The forecast with the weights of (coordinates; parameters).

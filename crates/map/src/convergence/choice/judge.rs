@@ -29,19 +29,21 @@ const DROPS: [f64; 6] = [300.0, 100.0, 30.0, 10.0, 3.0, 1.0];
 
 /// What every candidate is measured on.
 pub(super) struct Bench<'a> {
-    scene: &'a Scene,
+    pub(super) scene: &'a Scene,
     orbit: &'a GrazingOrbit,
     system: HybridSystem,
-    sample: WindowSample,
+    /// The window.
+    pub(super) sample: WindowSample,
     truth: Truth,
-    /// Points at which truncation is forecast.
-    forecast_points: Vec<SamplePoint>,
+    /// Points at which truncation is forecast: the first of the sample and of those with two
+    /// contacts.
+    pub(super) forecast_points: Vec<SamplePoint>,
     /// Where `xi_1` is near 0 on the window.
     next_depth: Option<NextDepth>,
     fresh_points: Vec<SamplePoint>,
     fresh: Option<Truth>,
-    /// Keeps what is measured.
-    progress: &'a dyn Progress,
+    /// Keeps what is measured of candidates, or gives it as an earlier run kept it.
+    pub(super) progress: &'a dyn Progress,
 }
 
 /// The candidates for one tolerance, run in one kind of numbers: the cheapest that meets it and the
@@ -156,26 +158,6 @@ impl<'a> Bench<'a> {
             fresh: None,
             progress: &NoProgress,
         })
-    }
-
-    /// Keeps what is measured of candidates, or takes it as an earlier run kept it.
-    pub(super) fn keep_in(&mut self, progress: &'a dyn Progress) {
-        self.progress = progress;
-    }
-
-    pub(super) fn scene(&self) -> &'a Scene {
-        self.scene
-    }
-
-    /// The window.
-    pub(super) fn sample(&self) -> &WindowSample {
-        &self.sample
-    }
-
-    /// Points at which truncation is forecast: the first of the sample and of those with two
-    /// contacts.
-    pub(super) fn forecast_points(&self) -> &[SamplePoint] {
-        &self.forecast_points
     }
 
     /// Orders that no choice goes below.

@@ -26,6 +26,7 @@ use crate::orbit::GrazingOrbit;
 use candidates::{Candidate, Level, highest_orders};
 use judge::{Bench, Trial};
 
+pub(super) use data::Form;
 pub use data::{Choice, Limit, Monomials, Polynomials, chosen_map};
 pub use forecast::{Decay, OrderRule};
 pub use next_depth::LeastOrders;
@@ -160,7 +161,7 @@ impl<'a> Chooser<'a> {
     ) -> Result<Self, ConvergenceError> {
         let family = MapFamily::new(scene, orbit, PROBE)?;
         let bench = Bench::new(scene, orbit, &family.map(PROBE)?, fresh)?;
-        let probe = Level::new(family, bench.forecast_points())?;
+        let probe = Level::new(family, &bench.forecast_points)?;
         let [limit, deepest] = highest_orders(probe.family.expander().variables());
         Ok(Self { scene, orbit, bench, limit, deepest, levels: vec![probe], flies: true })
     }
@@ -176,7 +177,7 @@ impl<'a> Chooser<'a> {
     /// The same, keeping what is measured of candidates; what an earlier run kept is not measured
     /// again.
     pub(super) fn resuming(mut self, progress: &'a dyn Progress) -> Self {
-        self.bench.keep_in(progress);
+        self.bench.progress = progress;
         self
     }
 
@@ -187,7 +188,7 @@ impl<'a> Chooser<'a> {
 
     /// The window.
     fn window(&self) -> &WindowSample {
-        self.bench.sample()
+        &self.bench.sample
     }
 
     /// Points of the window, from a number of the sequence on: nothing is chosen by those beyond
@@ -378,7 +379,7 @@ impl<'a> Chooser<'a> {
         }
         let families: Vec<_> = self.levels.iter().map(|level| &level.family).collect();
         let family = MapFamily::sharing(self.scene, self.orbit, highest, &families)?;
-        let level = Level::new(family, self.bench.forecast_points())?;
+        let level = Level::new(family, &self.bench.forecast_points)?;
         self.levels.push(level);
         Ok(self.levels.len() - 1)
     }
@@ -475,7 +476,7 @@ fn try_level(
     level: &Level<'_>,
     trial: &mut Trial,
 ) -> Result<(), ConvergenceError> {
-    let shape = bench.scene().emit.shape;
+    let shape = bench.scene.emit.shape;
     let tolerance = trial.tolerance;
     let least = bench.least_orders();
     let likely = |slack: f64| {

@@ -161,7 +161,7 @@ struct Pair {
 impl Pair {
     fn new(sample: &WindowSample, y: f64, parameters: &[f64]) -> Option<Self> {
         let coordinates = sample.widths().len() - parameters.len();
-        let last = sample.solved().len().checked_sub(1)?;
+        let last = sample.steepest.len().checked_sub(1)?;
         let at = |depth: f64| sample.placed(last, vec![0.0; coordinates], parameters, depth);
         Some(Self {
             touching: at(y * y)?.0,

@@ -10,7 +10,9 @@ pub use reach::{DepthAccuracy, Validity, WindowAccuracy, validity};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::choice::{Choice, ChoiceOptions, Chooser, SectionChoice, choose_sections, chosen_map};
+use super::choice::{
+    Choice, ChoiceOptions, Chooser, Form, SectionChoice, choose_sections, chosen_map,
+};
 use super::family::MapFamily;
 use super::sample::WindowSample;
 use super::truth::{
@@ -18,7 +20,7 @@ use super::truth::{
 };
 use super::{ConvergenceError, computed, kept, resumed};
 use crate::analysis::{DirectImage, MapEvaluation, Part, Progress};
-use crate::expansion::{ComposedMap, Expander, LocalMap, MapOrders, WindowEdge};
+use crate::expansion::{Expander, MapOrders, WindowEdge};
 use crate::hybrid::{FlowMethod, HybridSystem};
 use crate::iteration::{DiscreteMap, HornerMap};
 use crate::model::{Digest, Orders, Scene, Shape};
@@ -361,11 +363,8 @@ impl<'a> Sweep<'a> {
             Shape::Composed => Some(self.family.compose(&local)?),
             Shape::Factored | Shape::Flown | Shape::Auto => None,
         };
-        let run = match &composed {
-            Some(composed) => HornerMap::composed(&local, composed),
-            None => HornerMap::new(&local),
-        };
-        Ok(SweptOrders { orders, shape, local, composed, run })
+        let form = Form { map: local, composed };
+        Ok(SweptOrders { orders, shape, run: form.lowered(), form })
     }
 
     /// The error of a map; its rate and its times are still to come.
@@ -384,10 +383,7 @@ impl<'a> Sweep<'a> {
             step_ns: 0.0,
             floor_ns: 0.0,
             operations: map.run.frozen_count().total(),
-            coefficients: match &map.composed {
-                Some(composed) => composed.coefficients(),
-                None => map.local.coefficients(),
-            },
+            coefficients: map.form.coefficients(),
         }
     }
 
@@ -447,9 +443,7 @@ impl<'a> Sweep<'a> {
 struct SweptOrders {
     orders: MapOrders,
     shape: Shape,
-    local: LocalMap,
-    /// The composition, where that is the shape.
-    composed: Option<ComposedMap>,
+    form: Form,
     /// The map as it is run.
     run: HornerMap,
 }
@@ -460,7 +454,7 @@ impl SweptOrders {
         &self,
         factors: &ExactFactors<'_, '_>,
     ) -> Result<(MapEvaluation<Dd>, f64), ConvergenceError> {
-        if let Some(composed) = &self.composed {
+        if let Some(composed) = &self.form.composed {
             return Ok((MapEvaluation::composed(composed), f64::ROUNDOFF));
         }
         let exact = match self.shape {
@@ -469,7 +463,7 @@ impl SweptOrders {
         };
         Ok(match exact {
             Some(exact) => (exact, Dd::ROUNDOFF),
-            None => (MapEvaluation::new(&self.local), f64::ROUNDOFF),
+            None => (MapEvaluation::new(&self.form.map), f64::ROUNDOFF),
         })
     }
 }

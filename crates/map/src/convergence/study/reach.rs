@@ -82,7 +82,7 @@ pub fn validity(
     let window = scale.map(|scale| scaled(&sample, scale));
     let alone = |variable: usize| {
         let window = window.as_ref()?;
-        if sample.solved().contains(&variable) {
+        if sample.steepest.contains(&variable) {
             return None;
         }
         let grown = |factor| {

@@ -77,10 +77,10 @@ pub fn flown_contact(
     };
     let affine = flight.as_ref().as_ref().map_err(Clone::clone)?;
     let balance = ReleaseBalance::new(graze, field)?;
-    if balance.power() != 1 {
+    if balance.power != 1 {
         return Err(FlightError::ContactTime {
             surface: passage.surface.clone(),
-            power: balance.power(),
+            power: balance.power,
         }
         .into());
     }
@@ -89,12 +89,12 @@ pub fn flown_contact(
             FlightError::Depth { surface: passage.surface.clone(), depth: window.depth }.into()
         );
     }
-    let small = ContactTime { numerator: vec![balance.factor()], denominator: vec![Dd::ONE] };
+    let small = ContactTime { numerator: vec![balance.factor], denominator: vec![Dd::ONE] };
     let plan = FlightPlan { entry: MOST_NEWTON, steps: 1, order: 1, release: 0 };
     let unplanned = SmoothExpansion::new(graze, affine, weight)?.contact(small, plan)?;
     let planner = Planner {
         surface: &passage.surface,
-        factor: balance.factor().to_f64(),
+        factor: balance.factor.to_f64(),
         rate: spectral_radius(affine)?,
         samples: samples(window),
         highest: highest(window),

@@ -224,7 +224,7 @@ impl<'a> SmoothExpansion<'a> {
             let first = first + self.graze.variables.coordinates;
             return self.graze.passage.parameter_jets(space, first);
         }
-        let values = self.graze.passage.parameter_values().iter();
+        let values = self.graze.passage.parameters.iter();
         values.map(|&value| Jet::constant(space, value)).collect()
     }
 
