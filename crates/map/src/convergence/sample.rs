@@ -224,13 +224,8 @@ impl WindowSample {
 
     /// The coordinate or parameter that moves the depth of a passage most over its half-width.
     fn widest_variable(&self, passage: usize) -> usize {
-        let widths = self.widths();
-        let moved = |variable: usize| {
-            let mut offsets = vec![0.0; widths.len()];
-            offsets[variable] = 1e-4 * widths[variable];
-            self.depth(passage, &offsets).abs()
-        };
-        (0..widths.len()).max_by(|&a, &b| moved(a).total_cmp(&moved(b))).unwrap_or(0)
+        let steps = self.widths().into_iter().map(|width| 1e-4 * width);
+        self.most_moving(passage, &steps.collect::<Vec<_>>())
     }
 
     /// The point with a variable moved until a passage has a depth.
@@ -324,8 +319,8 @@ impl WindowSample {
         })
     }
 
-    /// The state with the steepest coordinate of a passage moved until that passage has a depth, and
-    /// the depths of all passages.
+    /// The state with the steepest coordinate of a passage moved until that passage has a depth,
+    /// and the depths of all passages.
     pub(super) fn placed(
         &self,
         passage: usize,
@@ -342,14 +337,17 @@ impl WindowSample {
 
     /// The coordinate along which the depth of a passage changes most over its half-width.
     fn steepest_coordinate(&self, passage: usize) -> usize {
-        let parameters = vec![0.0; self.parameters.len()];
-        let step = 1e-4 * self.deepest;
-        let slope = |coordinate: usize| {
-            let mut state = vec![0.0; self.state.len()];
-            state[coordinate] = step;
-            self.depths.at(&state, &parameters)[passage].abs()
+        self.most_moving(passage, &vec![1e-4 * self.deepest; self.state.len()])
+    }
+
+    /// The variable that moves the depth of a passage most, each by its own step.
+    fn most_moving(&self, passage: usize, steps: &[f64]) -> usize {
+        let moved = |variable: usize| {
+            let mut offsets = vec![0.0; self.state.len() + self.parameters.len()];
+            offsets[variable] = steps[variable];
+            self.depth(passage, &offsets).abs()
         };
-        (0..self.state.len()).max_by(|&a, &b| slope(a).total_cmp(&slope(b))).unwrap_or(0)
+        (0..steps.len()).max_by(|&a, &b| moved(a).total_cmp(&moved(b))).unwrap_or(0)
     }
 }
 

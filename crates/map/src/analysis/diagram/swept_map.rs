@@ -6,9 +6,8 @@ use std::cell::OnceCell;
 use nalgebra::{DMatrix, DVector};
 
 use super::observe::Observer;
-use crate::analysis::direct_map::DirectMap;
+use crate::analysis::direct_map::{DIRECT_LANES, DirectMap, DirectPoints, GuardedMap};
 use crate::analysis::error::AnalysisError;
-use crate::analysis::guarded_map::{DIRECT_LANES, DirectPoints, GuardedMap};
 use crate::analysis::section_frame::{escape_bounds, itinerary};
 use crate::expansion::{LocalMap, MapWindow, Stage};
 use crate::hybrid::HybridSystem;

@@ -20,9 +20,8 @@ mod problem;
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
-use super::direct_map::DirectMap;
+use super::direct_map::{DirectMap, GuardedMap};
 use super::error::AnalysisError;
-use super::guarded_map::GuardedMap;
 use super::progress::Progress;
 use crate::expansion::LocalMap;
 use crate::hybrid::HybridSystem;

@@ -193,7 +193,9 @@ impl<'a> Course<'a> {
         let parents = self.nodes.range((without - 1.0).max(0.0).to_bits()..);
         let parents = parents.filter_map(|(&bits, node)| node.ok().map(|_| f64::from_bits(bits)));
         for place in parents.map(|place| place + 1.0).collect::<Vec<_>>() {
-            let Ok(mut found) = self.point_anywhere(place, last) else {
+            let Ok(mut found) =
+                self.node(place, |returns, parent| returns.next_anywhere(parent, last))
+            else {
                 without = without.max(place);
                 continue;
             };
@@ -215,15 +217,6 @@ impl<'a> Course<'a> {
             return Ok(());
         }
         Err(end)
-    }
-
-    /// The point of a place; a preimage is looked for about the plane.
-    fn point_anywhere(&mut self, place: f64, guess: [f64; 2]) -> Node {
-        self.tried += 1;
-        let parent = self.parent(place - 1.0);
-        let node = parent.and_then(|parent| self.returns.next_anywhere(parent, guess));
-        self.nodes.insert(place.to_bits(), node);
-        node
     }
 
     /// Whether a point is near the last one, and the curve does not turn on the way there.
@@ -297,14 +290,16 @@ impl<'a> Course<'a> {
 
     /// The point of a place; a preimage is looked for near `guess`.
     fn point(&mut self, place: f64, guess: [f64; 2]) -> Node {
+        self.node(place, |returns, parent| returns.next(parent, guess))
+    }
+
+    /// The point of a place, as `next` finds it from that of the generation before.
+    fn node(&mut self, place: f64, next: impl FnOnce(&Returns<'_>, [f64; 2]) -> Node) -> Node {
         self.tried += 1;
-        if place < 1.0 {
-            let point = self.seed.at(place);
-            self.nodes.insert(place.to_bits(), Ok(point));
-            return Ok(point);
-        }
-        let parent = self.parent(place - 1.0);
-        let node = parent.and_then(|parent| self.returns.next(parent, guess));
+        let node = match place < 1.0 {
+            true => Ok(self.seed.at(place)),
+            false => self.parent(place - 1.0).and_then(|parent| next(self.returns, parent)),
+        };
         self.nodes.insert(place.to_bits(), node);
         node
     }
