@@ -166,8 +166,8 @@ fn larger(a: f64, b: f64) -> f64 {
     if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) }
 }
 
-/// Natural sizes of the depth and of the variables of a map, with the weights they are scaled by: on
-/// what lengths its polynomials vary.
+/// Natural sizes of the depth and of the variables of a map, with the weights they are scaled by:
+/// on what lengths its polynomials vary.
 ///
 /// A window that is to be measured needs a shape before it has a size. A variable has the size at
 /// which some monomial of it alone moves an image by the size of a state, or its own size where

@@ -252,8 +252,8 @@ impl Sizes {
 ///
 /// A coefficient that is zero in exact arithmetic is in double-double some 1e-32 of the terms it is
 /// a difference of, and those are seen at the same monomial in the other corrections, or where it
-/// has one more factor. It comes and goes with every change of the arithmetic, changes no image, and
-/// costs an operation in every step.
+/// has one more factor. It comes and goes with every change of the arithmetic, changes no image,
+/// and costs an operation in every step.
 ///
 /// NOTE: monomials farther apart are not compared. Where a contact is stiff the coefficients of
 /// high powers of one variable exceed those of another by more than double-double has digits.

@@ -1,5 +1,5 @@
-//! The contract of every map that can be iterated, the contacts of a step, and the names of periodic
-//! orbits by them: how often an orbit hits each surface, in how many periods.
+//! The contract of every map that can be iterated, the contacts of a step, and the names of
+//! periodic orbits by them: how often an orbit hits each surface, in how many periods.
 
 use serde::{Deserialize, Serialize};
 

@@ -1,5 +1,5 @@
-//! The kernels of one map, whole and split for freezing, and the map at fixed parameters, other ones
-//! in every lane.
+//! The kernels of one map, whole and split for freezing, and the map at fixed parameters, other
+//! ones in every lane.
 
 use std::sync::{Arc, OnceLock};
 
