@@ -203,7 +203,7 @@ impl<'a> Chooser<'a> {
         self.window().joint_points(first, count)
     }
 
-    /// The cheapest map for a tolerance: see [`choose_orders`](super::choose_orders). It is judged
+    /// The cheapest map for a tolerance: see [`choose_orders`]. It is judged
     /// in the numbers in which the scene has it run; where that is left open, in single
     /// precision first.
     ///
