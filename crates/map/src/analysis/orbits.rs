@@ -454,28 +454,17 @@ impl<'a> Direct<'a> {
         itinerary: &ContactItinerary,
         near: &ItineraryOrbit<S>,
     ) -> Result<FoundOrbit, LostReason> {
-        let problem = self.problem(itinerary);
-        let orbit = self.solved(itinerary, &problem, &exact(near))?;
-        self.found(itinerary, &orbit)
-    }
-
-    fn problem(&self, itinerary: &ContactItinerary) -> PeriodicProblem {
-        PeriodicProblem {
+        let problem = PeriodicProblem {
             returns: itinerary.period(),
             free: 0,
             itinerary: Some(itinerary.returns().to_vec()),
             scales: self.scales.clone(),
-        }
-    }
-
-    fn solved(
-        &mut self,
-        itinerary: &ContactItinerary,
-        problem: &PeriodicProblem,
-        guess: &Guess<Dd>,
-    ) -> Result<PeriodicOrbit<Dd>, LostReason> {
-        match periodic_orbit(&mut self.image, problem, Held::Parameter, guess) {
-            PeriodicOutcome::Found(orbit) => Ok(orbit),
+        };
+        let guess = near.orbit.guess();
+        let guess =
+            Guess { state: converted(&guess.state), parameters: converted(&guess.parameters) };
+        match periodic_orbit(&mut self.image, &problem, Held::Parameter, &guess) {
+            PeriodicOutcome::Found(orbit) => self.found(itinerary, &orbit),
             PeriodicOutcome::OtherItinerary(orbit) => {
                 let passages = itinerary.passages();
                 let other = ContactItinerary::new(passages, orbit.itinerary);
@@ -507,11 +496,4 @@ impl<'a> Direct<'a> {
         let kind = (orbit.extra_contacts == 0, inside);
         FoundOrbit::of(itinerary, orbit, contacts, kind).ok_or(LostReason::NotConverged)
     }
-}
-
-/// The first point of an orbit, as a guess.
-fn exact<S: Real>(orbit: &ItineraryOrbit<S>) -> Guess<Dd> {
-    let guess = orbit.orbit.guess();
-    let convert = |values: &[S]| values.iter().map(|value| value.to_dd()).collect();
-    Guess { state: convert(&guess.state), parameters: convert(&guess.parameters) }
 }

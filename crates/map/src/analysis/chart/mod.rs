@@ -211,7 +211,7 @@ pub(super) struct Plane<'a> {
 impl Plane<'_> {
     /// The curves that are asked for, those of direct simulation over a chart of direct simulation
     /// and those of the map inside its window over others.
-    pub(super) fn overlays(&self, method: Method) -> Result<Vec<Overlay>, AnalysisError> {
+    fn overlays(&self, method: Method) -> Result<Vec<Overlay>, AnalysisError> {
         let overlay = |&what: &ChartOverlay| {
             let curves = match what {
                 ChartOverlay::Graze => self.grazing_curve().into_iter().collect(),

@@ -227,9 +227,9 @@ fn fitted<M: DifferentiableMap>(
             if side > 0 && !changed {
                 break;
             }
-            let least = round.descend(&mut unknowns);
-            steps += least.steps;
-            end = least.end;
+            let made;
+            (made, end) = round.descend(&mut unknowns);
+            steps += made;
         }
         progress.advance(1);
         if known || end == FitEnd::NoImage {
@@ -265,23 +265,17 @@ struct Round<'a, M> {
     noise: &'a [f64],
 }
 
-/// How a descent ended.
-struct Least {
-    steps: usize,
-    end: FitEnd,
-}
-
 impl<M: DifferentiableMap> Round<'_, M> {
     /// The sum of squares; infinite where an orbit has no image.
     fn sum(&self, unknowns: &[f64]) -> f64 {
         self.problem.sum_of_squares(self.map, unknowns, self.noise)
     }
 
-    /// Steps down to the least sum of squares.
-    fn descend(&self, unknowns: &mut Vec<f64>) -> Least {
+    /// Steps down to the least sum of squares: how many, and how they ended.
+    fn descend(&self, unknowns: &mut Vec<f64>) -> (usize, FitEnd) {
         let mut sum = self.sum(unknowns);
         if !sum.is_finite() {
-            return Least { steps: 0, end: FitEnd::NoImage };
+            return (0, FitEnd::NoImage);
         }
         let mut scales = vec![0.0; unknowns.len()];
         let (mut damping, mut growth) = (1e-3, 2.0);
@@ -292,14 +286,14 @@ impl<M: DifferentiableMap> Round<'_, M> {
                 None => {
                     let fresh = self.problem.linearised(self.map, unknowns, self.noise);
                     let Some(fresh) = fresh else {
-                        return Least { steps: step, end: FitEnd::NoDerivative };
+                        return (step, FitEnd::NoDerivative);
                     };
                     fresh.widen(&mut scales);
                     fresh
                 }
             };
             let Some(change) = held.step(damping, &scales) else {
-                return Least { steps: step, end: FitEnd::Undetermined };
+                return (step, FitEnd::Undetermined);
             };
             let trial: Vec<f64> = unknowns.iter().zip(&change).map(|(a, b)| a + b).collect();
             let expected = held.expected(&change, damping, &scales);
@@ -310,7 +304,7 @@ impl<M: DifferentiableMap> Round<'_, M> {
                 if reached < sum {
                     *unknowns = trial;
                 }
-                return Least { steps: step + 1, end: FitEnd::Converged };
+                return (step + 1, FitEnd::Converged);
             }
             if gain > 0.0 {
                 *unknowns = trial;
@@ -322,11 +316,11 @@ impl<M: DifferentiableMap> Round<'_, M> {
                 growth *= 2.0;
                 linear = Some(held);
                 if damping > MOST_DAMPING {
-                    return Least { steps: step + 1, end: FitEnd::Stalled };
+                    return (step + 1, FitEnd::Stalled);
                 }
             }
         }
-        Least { steps: STEPS, end: FitEnd::Steps }
+        (STEPS, FitEnd::Steps)
     }
 
     /// Covariance of the parameters; `None` where the data do not determine them.

@@ -270,7 +270,8 @@ impl<'a> Chooser<'a> {
         let reachable = trial.tolerance.max(rounding);
         let predicted = self.rule().orders(reachable);
         let least = self.bench.least_orders();
-        let mut highest = self.beyond(least.map_or(predicted, |least| least.raised(predicted)));
+        let mut highest =
+            self.clamped(least.map_or(predicted, |l| l.raised(predicted)).plus(MARGIN));
         let slack = match self.scene.emit.shape {
             Shape::Factored => SLACK,
             _ => COMPOSED_SLACK,
@@ -352,10 +353,6 @@ impl<'a> Chooser<'a> {
             smooth_order: grown(legs || !contacts, here.smooth_order, STEP.smooth_order),
             contact_weight: grown(contacts || !legs, here.contact_weight, STEP.contact_weight),
         })
-    }
-
-    fn beyond(&self, orders: MapOrders) -> MapOrders {
-        self.clamped(orders.plus(MARGIN))
     }
 
     /// Within the highest orders; at least 2, so that terms can be seen to fall.

@@ -22,7 +22,7 @@ use super::{ConvergenceError, computed, kept, resumed};
 use crate::analysis::{DirectImage, MapEvaluation, Part, Progress};
 use crate::expansion::{Expander, MapOrders, WindowEdge};
 use crate::hybrid::{FlowMethod, HybridSystem};
-use crate::iteration::{DiscreteMap, HornerMap};
+use crate::iteration::HornerMap;
 use crate::model::{Digest, Orders, Scene, Shape};
 use crate::numeric::{Dd, Scalar};
 use crate::orbit::GrazingOrbit;
@@ -234,7 +234,9 @@ pub fn converge(
         validity: resumed(progress, &[Stage::Validity as u64], || {
             validity(scene, orbit, &local, &*map, options.tolerance)
         })?,
-        accuracy: resumed(progress, &[Stage::Accuracy as u64], || sweep.accuracy(&*map))?,
+        accuracy: resumed(progress, &[Stage::Accuracy as u64], || {
+            depth_accuracy(&sweep.system, scene, orbit, &sweep.sample, &*map)
+        })?,
         pareto: pareto(&orders, direct_by_taylor.iter().chain([&direct])),
         chosen,
         sections,
@@ -409,10 +411,6 @@ impl<'a> Sweep<'a> {
             result.step_ns = step_ns(&map.run, &self.truth.points[0]);
             result.floor_ns = multiply_add_ns * result.operations as f64;
         }
-    }
-
-    fn accuracy(&self, map: &dyn DiscreteMap) -> Result<DepthAccuracy, ConvergenceError> {
-        depth_accuracy(&self.system, self.scene, self.orbit, &self.sample, map)
     }
 
     fn direct(&self, system: &HybridSystem) -> Result<DirectSummary, ConvergenceError> {
