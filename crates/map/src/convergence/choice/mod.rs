@@ -17,7 +17,7 @@ use std::time::Instant;
 
 use super::ConvergenceError;
 use super::family::{MapFamily, PROBE};
-use super::sample::{SamplePoint, WindowSample};
+use super::sample::SamplePoint;
 use crate::analysis::Progress;
 use crate::expansion::MapOrders;
 use crate::model::{EmitPrecision, Scene, Shape};
@@ -186,21 +186,16 @@ impl<'a> Chooser<'a> {
         self.levels[0].rule.clone()
     }
 
-    /// The window.
-    fn window(&self) -> &WindowSample {
-        &self.bench.sample
-    }
-
     /// Points of the window, from a number of the sequence on: nothing is chosen by those beyond
     /// the first 128 and as many fresh ones as were asked for.
     pub fn points(&self, first: usize, count: usize) -> Vec<SamplePoint> {
-        self.window().points(first, count)
+        self.bench.sample.points(first, count)
     }
 
     /// Points at which two passages in a row make contact; see
     /// [`WindowSample::joint_points`].
     pub fn joint_points(&self, first: usize, count: usize) -> Vec<SamplePoint> {
-        self.window().joint_points(first, count)
+        self.bench.sample.joint_points(first, count)
     }
 
     /// The cheapest map for a tolerance: see [`choose_orders`]. It is judged

@@ -105,7 +105,7 @@ pub fn settle_section(
     let options = ChoiceOptions::new(tolerance);
     let mut chooser = Chooser::new(&scene, &orbit, options.fresh)?;
     let own = chooser.choose(tolerance)?;
-    let trial = Trial::new(&scene, &orbit, &options, &own, chooser.window());
+    let trial = Trial::new(&scene, &orbit, &options, &own, &chooser.bench.sample);
     let sections = others(&scene, &orbit).into_par_iter();
     let trials = sections.map(|section| trial.of(section, &NoProgress)).collect();
     let tangency = SectionChoice { ahead: None, phase: None, choice: Some(own), problem: None };
