@@ -18,9 +18,10 @@ use crate::model::Scene;
 use crate::numeric::{Dd, Real, Scalar, converted};
 use crate::orbit::GrazingOrbit;
 
-/// Sample points with their images.
+/// Points of a window with their images by direct simulation in double-double, to compare any
+/// number of maps with.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Truth {
+pub struct ExactImages {
     /// Points that can be compared.
     pub(super) points: Vec<SamplePoint>,
     /// Their images.
@@ -29,7 +30,12 @@ pub(super) struct Truth {
     pub(super) excluded: usize,
 }
 
-impl Truth {
+impl ExactImages {
+    /// Points and their images.
+    fn pairs(&self) -> impl Iterator<Item = (&SamplePoint, &Vec<Dd>)> {
+        self.points.iter().zip(&self.images)
+    }
+
     /// Takes in further points.
     pub(super) fn append(&mut self, other: Self) {
         self.points.extend(other.points);
@@ -107,22 +113,28 @@ pub(super) fn truth(
     scene: &Scene,
     orbit: &GrazingOrbit,
     points: Vec<SamplePoint>,
-) -> Result<Truth, ConvergenceError> {
+) -> Result<ExactImages, ConvergenceError> {
     let returns = ExactReturns::new(system, scene, orbit)?;
-    let mut truth = Truth::default();
+    let mut truth = ExactImages::default();
     truth.take(simulated(&returns, points))?;
     Ok(truth)
 }
 
-impl Truth {
-    /// As [`truth`], of as many points, spread over the list, as [`MOST_PRODUCTS`] suffice for.
-    fn within_limits(
-        system: &HybridSystem,
+impl ExactImages {
+    /// Simulates points side by side; those that do not return, or with contacts other than those
+    /// of the grazing passages, are left out. Where a return takes long, the points are fewer, as
+    /// many as are simulated in a few seconds.
+    ///
+    /// # Errors
+    ///
+    /// [`ConvergenceError`] if no point is left, or direct simulation fails.
+    pub fn new(
         scene: &Scene,
         orbit: &GrazingOrbit,
         points: Vec<SamplePoint>,
     ) -> Result<Self, ConvergenceError> {
-        let returns = ExactReturns::new(system, scene, orbit)?;
+        let system = HybridSystem::new(&scene.model);
+        let returns = ExactReturns::new(&system, scene, orbit)?;
         let one_of = returns.one_of(points.len(), MOST_PRODUCTS);
         let mut points = points.into_iter().step_by(one_of);
         let at_once = returns.at_once(MOST_PRODUCTS);
@@ -138,6 +150,9 @@ impl Truth {
             while spent < MOST_PRODUCTS && next.peek().is_some() {
                 spent += truth.take(next.by_ref().take(at_once))?;
             }
+        }
+        if truth.points.is_empty() {
+            return Err(ConvergenceError::NoTruth { tried: truth.excluded });
         }
         Ok(truth)
     }
@@ -197,17 +212,19 @@ pub(super) fn tells_order<S>(image: &SectionImage<S>) -> bool {
     image.end == DirectEnd::Returned && image.contacts > 0 && image.extra_contacts == 0
 }
 
-/// Nanoseconds of a direct return in double precision, and its largest error, over a sample.
+/// Nanoseconds of a direct return in double precision, and its largest error, over a sample: its
+/// first points, so many at most.
 ///
 /// NOTE: what a simulator prepares at new parameters is not part of the time, as for a map with its
 /// parameters frozen.
 pub(super) fn timed_returns(
     direct: &mut DirectImage<'_, f64>,
-    truth: &Truth,
+    truth: &ExactImages,
+    most: usize,
 ) -> Result<(f64, f64), AnalysisError> {
     let mut worst: f64 = 0.0;
     let mut seconds = 0.0;
-    for (point, exact) in truth.points.iter().zip(&truth.images) {
+    for (point, exact) in truth.pairs().take(most) {
         // An orbit that double precision sends elsewhere is an error as large as the kick.
         image(direct, point)?;
         let start = Instant::now();
@@ -216,7 +233,7 @@ pub(super) fn timed_returns(
         let found = found.unwrap_or_else(|| vec![0.0; exact.len()]);
         worst = worst.max(distance(&converted(&found), exact));
     }
-    let period = 1e9 * seconds / truth.points.len().max(1) as f64;
+    let period = 1e9 * seconds / truth.points.len().min(most).max(1) as f64;
     Ok((period, worst))
 }
 
@@ -257,9 +274,8 @@ impl ErrorSummary {
 }
 
 /// Largest and median error of a map; `None` where an image is not finite.
-pub(super) fn summarize(map: &dyn DiscreteMap, truth: &Truth) -> ErrorSummary {
-    let pairs = truth.points.iter().zip(&truth.images);
-    let mut errors: Vec<f64> = pairs.map(|(point, image)| error(map, point, image)).collect();
+pub(super) fn summarize(map: &dyn DiscreteMap, truth: &ExactImages) -> ErrorSummary {
+    let mut errors = truth.errors(map);
     errors.sort_by(f64::total_cmp);
     let finite = |value: Option<&f64>| value.copied().filter(|value| value.is_finite());
     ErrorSummary { max: finite(errors.last()), median: finite(errors.get(errors.len() / 2)) }
@@ -296,38 +312,10 @@ pub(super) fn window_sample(
     Ok(WindowSample::new(&map))
 }
 
-/// Points of a window with their images by direct simulation in double-double, to compare any
-/// number of maps with.
-#[derive(Clone, Debug)]
-pub struct ExactImages {
-    truth: Truth,
-}
-
 impl ExactImages {
-    /// Simulates points side by side; those that do not return, or with contacts other than those
-    /// of the grazing passages, are left out. Where a return takes long, the points are fewer, as
-    /// many as are simulated in a few seconds.
-    ///
-    /// # Errors
-    ///
-    /// [`ConvergenceError`] if no point is left, or direct simulation fails.
-    pub fn new(
-        scene: &Scene,
-        orbit: &GrazingOrbit,
-        points: Vec<SamplePoint>,
-    ) -> Result<Self, ConvergenceError> {
-        let system = HybridSystem::new(&scene.model);
-        let truth = Truth::within_limits(&system, scene, orbit, points)?;
-        if truth.points.is_empty() {
-            return Err(ConvergenceError::NoTruth { tried: truth.excluded });
-        }
-        Ok(Self { truth })
-    }
-
     /// Largest error of each coordinate of a map; NaN where an image is not finite.
     pub fn largest_errors(&self, map: &dyn DiscreteMap) -> Vec<f64> {
-        let pairs = self.truth.points.iter().zip(&self.truth.images);
-        pairs.fold(vec![0.0; map.dimension()], |mut largest, (point, image)| {
+        self.pairs().fold(vec![0.0; map.dimension()], |mut largest, (point, image)| {
             for (largest, error) in largest.iter_mut().zip(errors(map, point, image)) {
                 *largest = nan_or_larger(*largest, error);
             }
@@ -337,18 +325,17 @@ impl ExactImages {
 
     /// How many points there are, and how many were left out.
     pub fn summary(&self) -> SampleSummary {
-        SampleSummary { points: self.truth.points.len(), excluded: self.truth.excluded }
+        SampleSummary { points: self.points.len(), excluded: self.excluded }
     }
 
     /// The points that have images.
     pub fn points(&self) -> &[SamplePoint] {
-        &self.truth.points
+        &self.points
     }
 
     /// The largest error of a coordinate at each point, of a map; not finite where it has no image.
     pub fn errors(&self, map: &dyn DiscreteMap) -> Vec<f64> {
-        let pairs = self.truth.points.iter().zip(&self.truth.images);
-        pairs.map(|(point, image)| error(map, point, image)).collect()
+        self.pairs().map(|(point, image)| error(map, point, image)).collect()
     }
 
     /// Nanoseconds of a return by direct simulation in double precision, one after another over the
@@ -365,12 +352,9 @@ impl ExactImages {
     ) -> Result<(f64, f64), ConvergenceError> {
         let system = HybridSystem::new(&scene.model);
         let mut direct = DirectImage::<f64>::new(&system, scene, orbit)?;
-        let mut first = self.truth.clone();
-        first.points.truncate(points);
-        first.images.truncate(points);
-        let mut best = timed_returns(&mut direct, &first)?;
+        let mut best = timed_returns(&mut direct, self, points)?;
         for _ in 1..ROUNDS {
-            let (period_ns, error) = timed_returns(&mut direct, &first)?;
+            let (period_ns, error) = timed_returns(&mut direct, self, points)?;
             best = (best.0.min(period_ns), error);
         }
         Ok(best)

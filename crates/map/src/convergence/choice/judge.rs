@@ -9,7 +9,7 @@ use super::data::{Choice, Form, Monomials, Polynomials, weighted};
 use super::next_depth::{LeastOrders, NextDepth};
 use crate::analysis::{NoProgress, Progress, place_of};
 use crate::convergence::sample::{SamplePoint, WindowSample};
-use crate::convergence::truth::{Truth, summarize, truth};
+use crate::convergence::truth::{ExactImages, summarize, truth};
 use crate::convergence::{ConvergenceError, resumed};
 use crate::expansion::{LocalMap, prune};
 use crate::hybrid::HybridSystem;
@@ -34,14 +34,14 @@ pub(super) struct Bench<'a> {
     system: HybridSystem,
     /// The window.
     pub(super) sample: WindowSample,
-    truth: Truth,
+    truth: ExactImages,
     /// Points at which truncation is forecast: the first of the sample and of those with two
     /// contacts.
     pub(super) forecast_points: Vec<SamplePoint>,
     /// Where `xi_1` is near 0 on the window.
     next_depth: Option<NextDepth>,
     fresh_points: Vec<SamplePoint>,
-    fresh: Option<Truth>,
+    fresh: Option<ExactImages>,
     /// Keeps what is measured of candidates, or gives it as an earlier run kept it.
     pub(super) progress: &'a dyn Progress,
 }
@@ -143,7 +143,8 @@ impl<'a> Bench<'a> {
         if truth.points.is_empty() {
             return Err(ConvergenceError::NoTruth { tried: POINTS });
         }
-        let first = |truth: &Truth| truth.points.iter().take(FORECAST_POINTS).cloned().collect();
+        let first =
+            |truth: &ExactImages| truth.points.iter().take(FORECAST_POINTS).cloned().collect();
         let forecast_points: [Vec<SamplePoint>; 2] = [first(&truth), first(&joint)];
         truth.append(joint);
         Ok(Self {
@@ -312,7 +313,7 @@ impl<'a> Bench<'a> {
         Ok(Measured { choice, misleads })
     }
 
-    fn fresh(&mut self) -> Result<&Truth, ConvergenceError> {
+    fn fresh(&mut self) -> Result<&ExactImages, ConvergenceError> {
         let fresh = match self.fresh.take() {
             Some(fresh) => fresh,
             None => {

@@ -16,7 +16,8 @@ use super::choice::{
 use super::family::MapFamily;
 use super::sample::WindowSample;
 use super::truth::{
-    ErrorSummary, SampleSummary, Truth, multiply_add_ns, step_ns, summarize, timed_returns, truth,
+    ErrorSummary, ExactImages, SampleSummary, multiply_add_ns, step_ns, summarize, timed_returns,
+    truth,
 };
 use super::{ConvergenceError, computed, kept, resumed};
 use crate::analysis::{DirectImage, MapEvaluation, Part, Progress};
@@ -227,7 +228,7 @@ pub fn converge(
     Ok(ConvergenceStudy {
         scene: scene.identifier.clone(),
         digest: scene.digest,
-        sample: SampleSummary { points: sweep.truth.points.len(), excluded: sweep.truth.excluded },
+        sample: sweep.truth.summary(),
         discontinuity_rates,
         smooth_rates,
         window_edges: window_edges(&sweep.family, &chosen)?,
@@ -289,7 +290,7 @@ pub(super) struct Sweep<'a> {
     system: HybridSystem,
     family: MapFamily<'a>,
     sample: WindowSample,
-    truth: Truth,
+    truth: ExactImages,
 }
 
 impl<'a> Sweep<'a> {
@@ -415,7 +416,7 @@ impl<'a> Sweep<'a> {
 
     fn direct(&self, system: &HybridSystem) -> Result<DirectSummary, ConvergenceError> {
         let mut direct = DirectImage::<f64>::new(system, self.scene, self.orbit)?;
-        let (period_ns, error_estimate) = timed_returns(&mut direct, &self.truth)?;
+        let (period_ns, error_estimate) = timed_returns(&mut direct, &self.truth, usize::MAX)?;
         Ok(DirectSummary {
             method: match system.method() {
                 FlowMethod::ExactAffine => "exact affine flow",
