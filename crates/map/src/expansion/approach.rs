@@ -218,7 +218,10 @@ impl<S: Real> DepthChart<S> {
         weight: u32,
     ) -> Result<Self, ExpansionError> {
         let replaced = steepest_coordinate(depth, variables)?;
-        let space = space_without(replaced, variables, weight)?;
+        let mut others = variables.clone();
+        // Too heavy to have a monomial.
+        others.weights[replaced] = weight + 1;
+        let space = others.contact_space(weight)?;
         let powers = powers_of(replaced, depth, &space);
         let y = Jet::variable(&space, 0, S::zero());
         let square = &y * &y;
@@ -264,18 +267,6 @@ fn powers_of<S: Real>(variable: usize, jet: &Jet<S>, space: &Arc<JetSpace>) -> V
         }
     }
     powers
-}
-
-/// The space of `(y; coordinates; parameters)` in which one coordinate is too heavy to have a
-/// monomial.
-fn space_without(
-    replaced: usize,
-    variables: &Variables,
-    weight: u32,
-) -> Result<Arc<JetSpace>, ExpansionError> {
-    let mut others = variables.clone();
-    others.weights[replaced] = weight + 1;
-    others.contact_space(weight)
 }
 
 /// The coordinate to replace: of those the depth depends on, the lightest, of these the steepest.

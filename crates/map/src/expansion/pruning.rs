@@ -53,14 +53,14 @@ pub fn prune(map: &LocalMap, tolerance: f64) -> (LocalMap, PruneReport) {
             Stage::Contact(Contact { depth, linear, quadratic, depth_form }) => {
                 *depth_form = None;
                 report.kept += depth.nonzero();
-                lost = drop_contact(
-                    linear,
-                    quadratic,
-                    bounds,
-                    map.window.depth,
-                    0.5 * budget,
-                    &mut report,
-                );
+                let (budget, depth) = (0.5 * budget, map.window.depth);
+                for (linear, quadratic) in linear.iter_mut().zip(quadratic) {
+                    let linear = &mut [(linear, depth.sqrt())];
+                    let first = drop_smallest(linear, bounds, budget, &mut report);
+                    let quadratic = &mut [(quadratic, depth)];
+                    let second = drop_smallest(quadratic, bounds, budget, &mut report);
+                    lost = lost.max(first + second);
+                }
             }
         }
         report.bound = before + if lost > 0.0 { lost * amplification } else { 0.0 };
@@ -106,24 +106,6 @@ fn folded(power: u8) -> u8 {
         0 => 0,
         _ => 2 - power % 2,
     }
-}
-
-/// Drops from both polynomials of a contact; the largest contribution lost.
-fn drop_contact(
-    linear: &mut [Jet<f64>],
-    quadratic: &mut [Jet<f64>],
-    bounds: &[f64],
-    depth: f64,
-    budget: f64,
-    report: &mut PruneReport,
-) -> f64 {
-    let mut lost = 0.0f64;
-    for (linear, quadratic) in linear.iter_mut().zip(quadratic) {
-        let first = drop_smallest(&mut [(linear, depth.sqrt())], bounds, budget, report);
-        let second = drop_smallest(&mut [(quadratic, depth)], bounds, budget, report);
-        lost = lost.max(first + second);
-    }
-    lost
 }
 
 /// Of polynomials, each with what it is multiplied by, drops the smallest terms while their sum

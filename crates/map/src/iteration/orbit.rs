@@ -308,9 +308,7 @@ impl Period {
             Some(period) => Self::Periodic(period),
         }
     }
-}
 
-impl Period {
     /// The period that a run of states approaches: those a period apart agree to `tolerance` and
     /// come closer from the first half of the run to the second, which hold it once at least.
     fn approached(states: &[f64], scales: &[f64], tolerance: f64) -> Self {
