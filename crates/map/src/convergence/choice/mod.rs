@@ -193,7 +193,7 @@ impl<'a> Chooser<'a> {
     }
 
     /// Points at which two passages in a row make contact; see
-    /// [`WindowSample::joint_points`].
+    /// [`WindowSample::joint_points`](super::WindowSample::joint_points).
     pub fn joint_points(&self, first: usize, count: usize) -> Vec<SamplePoint> {
         self.bench.sample.joint_points(first, count)
     }
