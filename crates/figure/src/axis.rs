@@ -1,4 +1,8 @@
-//! Axes: what they are called, how they are scaled, and where a value lands on them.
+//! Axes: what they are called, how they are scaled, where a value lands on them, and their ticks.
+//!
+//! Ticks are round places with exact, short words. A linear tick is a whole multiple of `m·10^e`
+//! with `m` in {1, 2, 5}; its text is made from the whole number, so that no rounding shows. A
+//! power of ten common to all ticks moves to the label.
 
 use std::cmp::Ordering;
 
@@ -157,6 +161,177 @@ fn with_margin(ends: Option<(f64, f64)>) -> (f64, f64) {
     }
 }
 
+/// One tick.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Tick {
+    /// Where it stands, as a place on the axis.
+    pub(super) place: f64,
+    /// What stands beside it, with markup; empty for a line of the grid alone.
+    pub(super) text: String,
+}
+
+/// The ticks of one axis.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Ticks {
+    /// Ticks in ascending order.
+    pub(super) ticks: Vec<Tick>,
+    /// Power of ten that multiplies every text; 0 for none.
+    pub(super) power: i32,
+}
+
+/// Ticks between two places, about `wanted` of them.
+pub(super) fn ticks(scale: AxisScale, ends: (f64, f64), wanted: usize) -> Ticks {
+    match scale {
+        AxisScale::Linear => linear(ends, wanted),
+        AxisScale::Log10 if ends.1 - ends.0 < 0.7 => within_a_decade(ends, wanted),
+        AxisScale::Log10 => decades(ends, wanted),
+        AxisScale::Symlog { threshold } => symmetric(scale, threshold, ends, wanted),
+    }
+}
+
+fn linear((lower, upper): (f64, f64), wanted: usize) -> Ticks {
+    let step = Step::near((upper - lower) / wanted.max(1) as f64);
+    let power = common_power(lower.abs().max(upper.abs()));
+    let ticks = step
+        .multiples(lower, upper)
+        .map(|k| Tick { place: step.at(k), text: step.text(k, power) })
+        .collect();
+    Ticks { ticks, power }
+}
+
+/// The step between ticks, `mantissa · 10^exponent`.
+#[derive(Debug, Clone, Copy)]
+struct Step {
+    mantissa: i64,
+    exponent: i32,
+}
+
+impl Step {
+    /// The smallest of 1, 2, 5 times a power of ten that is at least nearly `rough`.
+    fn near(rough: f64) -> Self {
+        let exponent = rough.log10().floor() as i32;
+        let ratio = rough / 10_f64.powi(exponent);
+        let (mantissa, carry) = match ratio {
+            r if r < 1.2 => (1, 0),
+            r if r < 2.4 => (2, 0),
+            r if r < 6.0 => (5, 0),
+            _ => (1, 1),
+        };
+        Self { mantissa, exponent: exponent + carry }
+    }
+
+    fn at(self, k: i64) -> f64 {
+        // NOTE: dividing by an exact power of ten rounds once; multiplying by 10^-n rounds twice.
+        let whole = (k * self.mantissa) as f64;
+        match self.exponent {
+            e @ -300..0 => whole / 10_f64.powi(-e),
+            e => whole * 10_f64.powi(e),
+        }
+    }
+
+    fn multiples(self, lower: f64, upper: f64) -> impl Iterator<Item = i64> {
+        let size = self.at(1);
+        let slack = 1e-9;
+        let first = (lower / size - slack).ceil() as i64;
+        let last = (upper / size + slack).floor() as i64;
+        (first..=last).take(100)
+    }
+
+    /// `k` steps, divided by `10^power`, as a decimal written from the whole number.
+    fn text(self, k: i64, power: i32) -> String {
+        let whole = k * self.mantissa;
+        let exponent = self.exponent - power;
+        if whole == 0 {
+            return "0".to_owned();
+        }
+        let sign = if whole < 0 { "−" } else { "" };
+        let digits = whole.unsigned_abs().to_string();
+        if exponent >= 0 {
+            return format!("{sign}{digits}{}", "0".repeat(exponent as usize));
+        }
+        let decimals = exponent.unsigned_abs() as usize;
+        let padded = format!("{digits:0>width$}", width = decimals + 1);
+        let (before, after) = padded.split_at(padded.len() - decimals);
+        format!("{sign}{before}.{after}")
+    }
+}
+
+/// The power of ten to take out: none for numbers that are short as they are.
+fn common_power(largest: f64) -> i32 {
+    let exponent = (largest * (1.0 + 1e-12)).log10().floor();
+    if !(-2.0..4.0).contains(&exponent) && exponent.is_finite() { exponent as i32 } else { 0 }
+}
+
+fn within_a_decade((lower, upper): (f64, f64), wanted: usize) -> Ticks {
+    let values = (10_f64.powf(lower), 10_f64.powf(upper));
+    let mut found = linear(values, wanted);
+    found.ticks.retain(|tick| tick.place > 0.0);
+    for tick in &mut found.ticks {
+        tick.place = tick.place.log10();
+    }
+    found
+}
+
+fn decades((lower, upper): (f64, f64), wanted: usize) -> Ticks {
+    let slack = 1e-9;
+    let (first, last) = ((lower - slack).ceil() as i32, (upper + slack).floor() as i32);
+    let stride = (f64::from(last - first + 1) / wanted.max(1) as f64).ceil().max(1.0) as i32;
+    let labelled = |k: i32| k.rem_euclid(stride) == 0;
+    let mut ticks = Vec::new();
+    for k in first - 1..=last {
+        if k >= first && (stride <= 3 || labelled(k)) {
+            let text = if labelled(k) { power_of_ten(k) } else { String::new() };
+            ticks.push(Tick { place: f64::from(k), text });
+        }
+        if last - first < 4 {
+            ticks.extend(between_decades(k, (lower, upper), last - first));
+        }
+    }
+    Ticks { ticks, power: 0 }
+}
+
+/// Lines of the grid at 2 to 9 times a power of ten; 2 and 5 named where decades are few.
+fn between_decades(k: i32, (lower, upper): (f64, f64), span: i32) -> impl Iterator<Item = Tick> {
+    (2..10).filter_map(move |m| {
+        let place = f64::from(k) + f64::from(m).log10();
+        let named = span < 1 && (m == 2 || m == 5);
+        let text = if named { format!("{m}×{}", power_of_ten(k)) } else { String::new() };
+        (place >= lower && place <= upper).then_some(Tick { place, text })
+    })
+}
+
+fn symmetric(scale: AxisScale, threshold: f64, ends: (f64, f64), wanted: usize) -> Ticks {
+    let largest = scale.value(ends.0).abs().max(scale.value(ends.1).abs());
+    let (first, last) = (threshold.log10().ceil() as i32, largest.log10().floor() as i32);
+    let count = f64::from((last - first + 1).max(1)) * 2.0;
+    let stride = (count / wanted.max(1) as f64).ceil().max(1.0) as i32;
+    let mut ticks = vec![Tick { place: 0.0, text: "0".to_owned() }];
+    for k in (first..=last).filter(|k| (last - k).rem_euclid(stride) == 0) {
+        let place = scale.place(10_f64.powi(k));
+        ticks.push(Tick { place, text: power_of_ten(k) });
+        ticks.push(Tick { place: -place, text: format!("−{}", power_of_ten(k)) });
+    }
+    ticks.retain(|tick| tick.place >= ends.0 && tick.place <= ends.1);
+    ticks.sort_by(|a, b| a.place.total_cmp(&b.place));
+    Ticks { ticks, power: 0 }
+}
+
+fn power_of_ten(exponent: i32) -> String {
+    match exponent {
+        0 => "1".to_owned(),
+        1 => "10".to_owned(),
+        k => format!("10^{{{}}}", k.to_string().replace('-', "−")),
+    }
+}
+
+/// ` (10^{k})` for an axis label, or nothing.
+pub(super) fn power_suffix(power: i32) -> String {
+    match power {
+        0 => String::new(),
+        k => format!("  (10^{{{}}})", k.to_string().replace('-', "−")),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -203,5 +378,45 @@ mod tests {
             let (lower, upper) = Axis::linear("x").ends(data.into_iter()).expect("no range given");
             assert!(lower < upper && (upper - lower).is_finite());
         }
+    }
+
+    fn texts(scale: AxisScale, ends: (f64, f64), wanted: usize) -> Vec<String> {
+        let found = ticks(scale, ends, wanted);
+        found.ticks.into_iter().map(|tick| tick.text).filter(|text| !text.is_empty()).collect()
+    }
+
+    #[test]
+    fn linear_ticks_show_no_rounding() {
+        let found = texts(AxisScale::Linear, (0.0, 0.6), 6);
+        assert_eq!(found, ["0", "0.1", "0.2", "0.3", "0.4", "0.5", "0.6"]);
+        let found = texts(AxisScale::Linear, (-1.5, 1.5), 6);
+        assert_eq!(found, ["−1.5", "−1.0", "−0.5", "0", "0.5", "1.0", "1.5"]);
+    }
+
+    #[test]
+    fn offsets_take_their_power_of_ten_out() {
+        let found = ticks(AxisScale::Linear, (-1e-3, 5e-3), 6);
+        assert_eq!(found.power, -3);
+        assert_eq!(found.ticks[0].text, "−1");
+        assert_eq!(found.ticks.last().map(|tick| tick.text.as_str()), Some("5"));
+        assert_eq!(ticks(AxisScale::Linear, (0.0, 250_000.0), 5).power, 5);
+    }
+
+    #[test]
+    fn many_decades_are_not_all_named() {
+        let found = texts(AxisScale::Log10, (-16.0, 0.0), 6);
+        assert_eq!(found, ["10^{−15}", "10^{−12}", "10^{−9}", "10^{−6}", "10^{−3}", "1"]);
+        let found = texts(AxisScale::Log10, (0.1, 0.4), 4);
+        assert_eq!(found, ["1.5", "2.0", "2.5"]);
+    }
+
+    #[test]
+    fn a_symmetric_axis_has_a_zero_and_both_signs() {
+        let scale = AxisScale::Symlog { threshold: 1e-3 };
+        let ends = (scale.place(-1.0), scale.place(1.0));
+        let found = texts(scale, ends, 9);
+        assert_eq!(found.len(), 9);
+        assert_eq!(found[0], "−1");
+        assert_eq!(found[4], "0");
     }
 }

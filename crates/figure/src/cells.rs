@@ -1,9 +1,8 @@
 //! A chart of categories over two parameters, such as the period of the attractor.
 
 use super::FigureError;
-use super::clip::Area;
-use super::drawing::{Mosaic, Point};
-use super::palette::{CELLS, GREY, INK, PALE, PAPER, Palette, Rgb, diverging, viridis};
+use super::drawing::{Area, Mosaic, Point};
+use super::series::{CELLS, GREY, INK, PALE, PAPER, Palette, Rgb, diverging, viridis};
 
 /// A grid of categories that fills a rectangle of the axes.
 ///

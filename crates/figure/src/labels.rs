@@ -4,10 +4,9 @@
 //! they can.
 
 use super::FigureError;
-use super::clip::Area;
-use super::drawing::{Anchor, Direction, Point, Shape};
-use super::font::width;
-use super::palette::Rgb;
+use super::drawing::{Anchor, Area, Direction, Point, Shape};
+use super::series::Rgb;
+use super::text::width;
 
 /// Half of a marker's size: words nearer than that to its middle cover it.
 const MARKER: f64 = 4.0;
@@ -111,7 +110,7 @@ fn overlap(a: &Area, b: &Area) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::super::palette::INK;
+    use super::super::series::INK;
     use super::*;
 
     #[test]

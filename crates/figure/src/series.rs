@@ -1,6 +1,10 @@
-//! What a figure draws: series of points, guides, annotations.
-
-use super::palette::{GREY, INK, Palette, Rgb};
+//! What a figure draws (series of points, guides, annotations), and its colours, which stay apart
+//! for colour-blind readers, on white and in grey print.
+//!
+//! Reference: Okabe and Ito, "Color Universal Design" (2008), without its yellow, which is too pale
+//! on white; the "muted" scheme of Tol, "Colour schemes" (SRON/EPS/TN/09-002, 2021), for cells; the
+//! viridis ramp of matplotlib for ordered series, and PuOr of Brewer, "ColorBrewer" (2002), turned
+//! round, for values of two signs.
 
 /// How a line is interrupted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -187,4 +191,111 @@ impl Annotation {
     pub fn ring(at: [f64; 2], text: impl Into<String>) -> Self {
         Self { at, text: text.into(), marker: Some(Marker::Ring) }
     }
+}
+
+/// Red, green, blue.
+pub(super) type Rgb = [u8; 3];
+
+/// Ink of axes and text.
+pub(super) const INK: Rgb = [0x1f, 0x23, 0x28];
+/// Ink of secondary text and guides.
+pub(super) const FAINT_INK: Rgb = [0x6a, 0x70, 0x78];
+/// What is not to be trusted.
+pub(super) const GREY: Rgb = [0xb3, 0xb7, 0xbc];
+/// Where nothing happens.
+pub(super) const PALE: Rgb = [0xf7, 0xee, 0xc3];
+/// Lines of the grid.
+pub(super) const GRID: Rgb = [0xe6, 0xe8, 0xeb];
+/// The paper.
+pub(super) const PAPER: Rgb = [0xff, 0xff, 0xff];
+
+/// How the series of a figure are told apart.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Palette {
+    /// Unrelated series.
+    Categorical,
+    /// Series in an order, such as truncation orders: dark to light.
+    Sequential,
+}
+
+const CATEGORICAL: [Rgb; 8] = [
+    [0x00, 0x72, 0xb2],
+    [0xd5, 0x5e, 0x00],
+    [0x00, 0x9e, 0x73],
+    [0xcc, 0x79, 0xa7],
+    [0x30, 0x34, 0x3a],
+    [0xe6, 0x9f, 0x00],
+    [0x56, 0xb4, 0xe9],
+    [0x8c, 0x56, 0x4b],
+];
+
+/// Colours of areas.
+pub(super) const CELLS: [Rgb; 9] = [
+    [0x88, 0xcc, 0xee],
+    [0xdd, 0xcc, 0x77],
+    [0xcc, 0x66, 0x77],
+    [0x11, 0x77, 0x33],
+    [0xaa, 0x44, 0x99],
+    [0x99, 0x99, 0x33],
+    [0x88, 0x22, 0x55],
+    [0x44, 0xaa, 0x99],
+    [0x33, 0x22, 0x88],
+];
+
+const DIVERGING: [Rgb; 9] = [
+    [0x2d, 0x00, 0x4b],
+    [0x54, 0x27, 0x88],
+    [0x80, 0x73, 0xac],
+    [0xb2, 0xab, 0xd2],
+    [0xf7, 0xf7, 0xf7],
+    [0xfd, 0xb8, 0x63],
+    [0xe0, 0x82, 0x14],
+    [0xb3, 0x58, 0x06],
+    [0x7f, 0x3b, 0x08],
+];
+
+const VIRIDIS: [Rgb; 9] = [
+    [0x44, 0x01, 0x54],
+    [0x47, 0x2d, 0x7b],
+    [0x3b, 0x52, 0x8b],
+    [0x2c, 0x72, 0x8e],
+    [0x21, 0x91, 0x8c],
+    [0x28, 0xae, 0x80],
+    [0x5e, 0xc9, 0x62],
+    [0xad, 0xdc, 0x30],
+    [0xfd, 0xe7, 0x25],
+];
+
+impl Palette {
+    /// The colour of one of `count` series.
+    pub(super) fn color(self, index: usize, count: usize) -> Rgb {
+        match self {
+            Self::Categorical => CATEGORICAL[index % CATEGORICAL.len()],
+            Self::Sequential => {
+                // NOTE: the ramp's last fifth is too pale on white.
+                let last = count.max(2) - 1;
+                viridis(0.82 * index.min(last) as f64 / last as f64)
+            }
+        }
+    }
+}
+
+/// The ramp at a fraction from 0 to 1.
+pub(super) fn viridis(fraction: f64) -> Rgb {
+    along(&VIRIDIS, fraction)
+}
+
+/// The ramp of two colours at a share from −1 to 1.
+pub(super) fn diverging(share: f64) -> Rgb {
+    along(&DIVERGING, 0.5 * (1.0 + share))
+}
+
+fn along(ramp: &[Rgb; 9], fraction: f64) -> Rgb {
+    let along = fraction.clamp(0.0, 1.0) * (ramp.len() - 1) as f64;
+    let below = (along as usize).min(ramp.len() - 2);
+    let weight = along - below as f64;
+    std::array::from_fn(|i| {
+        let (from, to) = (f64::from(ramp[below][i]), f64::from(ramp[below + 1][i]));
+        (from + weight * (to - from)).round() as u8
+    })
 }

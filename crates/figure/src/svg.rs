@@ -7,10 +7,9 @@ use base64::prelude::BASE64_STANDARD as BASE64;
 
 use super::FigureError;
 use super::drawing::{Anchor, Direction, DotRuns, Drawing, Mosaic, Point, Shape, dashes, outline};
-use super::markup::{Level, escape_html, runs};
-use super::palette::{PAPER, Rgb};
 use super::raster::encode;
-use super::series::Marker;
+use super::series::{Marker, PAPER, Rgb};
+use super::text::{Level, escape_html, runs};
 
 const FONTS: &str = "system-ui, -apple-system, 'Segoe UI', Helvetica, Arial, sans-serif";
 
