@@ -12,32 +12,27 @@ mod answer;
 mod commands;
 mod device;
 mod emit;
-mod ended;
 mod error;
 mod graze;
 mod keys;
 mod map;
-mod memory;
 mod points;
-mod remarks;
 mod run;
 mod saved;
 mod sweeps;
 
-pub use answer::Answer;
+pub use answer::{Answer, refuse_memory};
 pub use commands::{
-    AskedTrajectory, BasinKeys, BranchKeys, Command, ConvergenceKeys, CurveKeys, FitKeys, Images,
-    LociKeys, NearestKeys, NoiseKeys, OrbitsKeys, TrajectoryKeys,
+    AskedTrajectory, BranchKeys, Command, ConvergenceKeys, CurveKeys, FitKeys, LociKeys,
+    NearestKeys, NoiseKeys, OrbitsKeys, TrajectoryKeys,
 };
 pub use device::Device;
 pub use emit::{EmitRequest, write_emitted};
-pub use ended::Ended;
-pub use error::Error;
+pub use error::{Ended, Error};
 pub use graze::{FindGraze, Graze, Settled, StudyRequest, parameter_number};
 pub use keys::{KeyError, OrbitsOf};
 pub use map::{Image, Map, Plan};
-pub use memory::refuse_memory;
-pub use points::Points;
+pub use points::{Images, Points};
 pub use run::{RunWatch, run};
 pub use saved::{Source, is_standard};
-pub use sweeps::ByMap;
+pub use sweeps::{BasinKeys, ByMap};

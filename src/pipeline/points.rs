@@ -1,12 +1,13 @@
-//! Many points as arrays of doubles: images, derivatives, orbits.
+//! Many points as arrays of doubles: images, derivatives, orbits; and images laid out, for `image`.
 //!
 //! States are rows of the section's coordinates, one after another, parameters one row for all
 //! states or a row for each; both are offsets from the grazing orbit.
 
-use super::{Error, Map};
-use crate::analysis::{ImageRequest, ImageRow, Precision, Progress, Using};
+use super::{Ended, Error, Map};
+use crate::analysis::{ImageRecord, ImageRequest, ImageRow, Precision, Progress, Using};
 use crate::iteration::Batch;
 use crate::numeric::Dd;
+use crate::report::{ImageListing, Rows, image_outside_words, image_rows, to_json};
 
 /// Rows of states and of parameters.
 #[derive(Clone, Debug, PartialEq)]
@@ -116,6 +117,16 @@ impl Map {
         Ok(images)
     }
 
+    /// Images of many points, to be laid out.
+    ///
+    /// # Errors
+    ///
+    /// As [`images`](Self::images).
+    pub fn image_answer(&self, request: ImageRequest) -> Result<Images, Error> {
+        let records = self.images(&request)?;
+        Ok(Images { map: self.clone(), request, records })
+    }
+
     /// What [`images`](Self::images) is asked of these points.
     ///
     /// # Errors
@@ -160,5 +171,55 @@ impl Map {
             return Err(Error::Rows { expected, found: parameters.len() });
         }
         Ok(())
+    }
+}
+
+/// Images of many points, with what was asked for.
+#[derive(Clone, Debug)]
+pub struct Images {
+    map: Map,
+    request: ImageRequest,
+    records: Vec<ImageRecord>,
+}
+
+impl Images {
+    /// The table: a row for every starting point and iteration.
+    pub fn rows(&self) -> Rows<'_> {
+        image_rows(self.map.local(), &self.request, &self.records)
+    }
+
+    /// The images themselves.
+    pub fn records(&self) -> &[ImageRecord] {
+        &self.records
+    }
+
+    /// The document: JSON.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Report`] if the writer refuses.
+    pub fn document(&self) -> Result<String, Error> {
+        let map = (self.map.local(), self.map.window());
+        let (section, edge) = (self.map.section(), self.map.worst_edge());
+        let list = ImageListing::list(map, &section, &self.request, &self.records, edge);
+        Ok(to_json(&list)?)
+    }
+
+    /// Which points may not be trusted; nothing where some have no image.
+    pub fn remarks(&self) -> impl Iterator<Item = String> + use<> {
+        let words = image_outside_words(self.map.local(), &self.request, &self.records);
+        let words = words.filter(|_| self.ended().is_none());
+        words.map(|words| format!("warning: {words}")).into_iter()
+    }
+
+    /// The first point without an image, if there is one.
+    pub fn ended(&self) -> Option<Ended> {
+        let lost = |record: &&ImageRecord| record.offsets.iter().any(|value| !value.is_finite());
+        let missing = self.records.iter().find(lost);
+        missing.map(|&ImageRecord { row, iteration, end, .. }| Ended::NoImage {
+            row,
+            iteration,
+            end,
+        })
     }
 }

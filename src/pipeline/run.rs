@@ -6,8 +6,10 @@ use std::time::Instant;
 use serde::Serialize;
 
 use super::commands::{diagram_branches, study_answer, trajectory_answer};
-use super::{EmitRequest, Error, Map, Settled, Source, StudyRequest, TrajectoryKeys};
-use super::{refuse_memory, write_emitted};
+use super::{
+    EmitRequest, Error, Map, Settled, Source, StudyRequest, TrajectoryKeys, refuse_memory,
+    write_emitted,
+};
 use crate::analysis::basin::{Basin, basin_bytes};
 use crate::analysis::chart::{Chart, chart_bytes};
 use crate::analysis::diagram::{Diagram, Sweep, SweepHeading, diagram_bytes};

@@ -3,33 +3,24 @@
 //! The program's options and Python's arguments are the keys. What a scene asks for in its tables
 //! (`[[diagram]]`, `[[chart]]`, `[[basin]]`) is asked there ([`Map::asking`](super::Map::asking)).
 
-mod basin;
-mod branch;
-mod convergence;
+mod continuation;
 mod curve;
+mod direct;
 mod fit;
-mod image;
-mod loci;
 mod orbits;
-mod trajectory;
 
 use serde::Deserialize;
 
 use super::{Answer, Error, Source};
 use crate::analysis::{Progress, Shard};
 
-pub use basin::BasinKeys;
-pub use branch::BranchKeys;
-pub(super) use branch::diagram_branches;
-pub use convergence::ConvergenceKeys;
-pub(super) use convergence::study_answer;
+pub(super) use continuation::diagram_branches;
+pub use continuation::{BranchKeys, LociKeys};
 pub use curve::{CurveKeys, NearestKeys};
+pub use direct::{AskedTrajectory, ConvergenceKeys, TrajectoryKeys};
+pub(super) use direct::{study_answer, trajectory_answer};
 pub use fit::{FitKeys, NoiseKeys};
-pub use image::Images;
-pub use loci::LociKeys;
 pub use orbits::OrbitsKeys;
-pub(super) use trajectory::trajectory_answer;
-pub use trajectory::{AskedTrajectory, TrajectoryKeys};
 
 /// A command with its keys.
 ///
