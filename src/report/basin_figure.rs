@@ -5,8 +5,8 @@ use super::diagram_figure::{OUTSIDE, method_word, orbit_header, period_cell, sha
 use super::figure::{
     Axis, CellCategory, CellChart, CellColor, Figure, Marker, Series, Stroke, symbol,
 };
-use super::number::significant;
-use super::sweep_words::escape_words;
+use super::table::significant;
+use super::window_words::escape_words;
 use super::{Cell, Column, ReportError, Rows, Table, npy_bytes};
 use crate::analysis::basin::{
     Basin, BasinAttractor, BasinAxis, BasinClass, BasinShare, ManifoldKind, Manifolds,

@@ -8,8 +8,8 @@ use serde::Serialize;
 
 use super::diagram_figure::observable_words;
 use super::figure::{Annotation, Axis, Figure, Marker, Series, Stroke, symbol};
-use super::number::counted;
 use super::orbits_listing::{OrbitRecord, OrbitsListing, multipliers, using_words};
+use super::table::counted;
 use super::{Cell, Column, Named, ReportError, SectionDocument, Table};
 use crate::analysis::branches::{
     BranchDiagram, BranchEnd, BranchLabel, BranchObservable, BranchPoint, Branches, Special,

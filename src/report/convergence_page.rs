@@ -1,6 +1,6 @@
 //! A study of convergence as tables, pictures and sections of a page.
 
-use super::chosen_words::{accuracy_words, chosen_words, sections_words, validity_words};
+use super::choice::{accuracy_words, chosen_words, sections_words, validity_words};
 use super::figure::{Annotation, Axis, Figure, Guide, Marker, Palette, Series};
 use super::{Cell, Column, ReportError, Section, Table};
 use crate::convergence::{

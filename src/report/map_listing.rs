@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::number::significant;
+use super::table::significant;
 use super::{Cell, Column, Named, ReportError, SectionDocument, Table};
 use crate::convergence::{Choice, MeasuredWindow, Polynomials};
 use crate::expansion::{

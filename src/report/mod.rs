@@ -9,9 +9,8 @@
 mod basin_figure;
 mod branch_listing;
 mod chart_figure;
-mod chosen_words;
+mod choice;
 mod convergence_page;
-mod curve_figure;
 mod curve_listing;
 mod diagram_figure;
 mod equations;
@@ -19,25 +18,17 @@ mod error;
 mod files;
 mod fit_listing;
 mod image_listing;
-mod journal;
 mod json;
 mod live;
 mod loci_listing;
 mod map_listing;
-mod margin_listing;
-mod npy;
-mod number;
 mod orbit_listing;
 mod orbits_listing;
 mod page;
-mod pictures;
+mod pieces;
 mod run_page;
-mod section_document;
-mod shard_file;
 mod sketch;
-mod sweep_words;
 mod table;
-mod theory_words;
 mod time_series_listing;
 mod window_words;
 
@@ -49,25 +40,25 @@ pub use basin_figure::{
 };
 pub use branch_listing::{BranchListing, BranchRecord, PointRecord};
 pub use chart_figure::{chart_array, chart_figure, chart_rows, chart_timing_table};
-pub use chosen_words::{
-    accuracy_words, chosen_words, least_orders_words, limit_words, sections_words, validity_words,
+pub use choice::{
+    SectionCost, SectionDecision, SectionDocument, accuracy_words, chosen_words,
+    least_orders_words, limit_words, sections_words, validity_words,
 };
 pub use convergence_page::{
     convergence_figures, convergence_section, convergence_table, convergence_text, without_times,
 };
-pub use curve_figure::curve_figures;
 pub use curve_listing::{
-    Codimension2, CurveListing, CurvePointListing, FoldListing, SwitchListing, UnresolvedListing,
+    Codimension2, CurveListing, CurvePointListing, FoldListing, MarginListing, MarginParameter,
+    SwitchListing, UnresolvedListing, curve_figures,
 };
 pub use diagram_figure::{diagram_array, diagram_figures, diagram_rows, diagram_timing_table};
 pub use error::ReportError;
 pub use figure::Figure;
-pub use files::{OutputFolder, write_atomically, write_streamed};
+pub use files::{OutputFolder, npy_bytes, pictures, write_atomically, write_streamed};
 pub use fit_listing::{
     fit_remarks, fit_table, fit_text, noise_figures, noise_remarks, noise_table, noise_text,
 };
 pub use image_listing::{ImageListing, image_outside_words, image_rows};
-pub use journal::Journal;
 pub use json::{Document, DocumentKind, Named, to_json, write_json};
 pub use live::LiveMap;
 pub use loci_listing::{LociListing, LocusPointRecord, LocusRecord, TangencyRecord, loci_searched};
@@ -75,26 +66,22 @@ pub use map_listing::{
     ChosenCoefficients, DepthListing, ExpansionParts, LeadingTerm, MapListing, PassageParts,
     PolynomialMap, Term, depth_variables, edge_words,
 };
-pub use margin_listing::{MarginListing, MarginParameter};
-pub use npy::npy_bytes;
-pub use number::counted;
-pub use orbit_listing::{ConditionsListing, OrbitListing, PassageListing};
+pub use orbit_listing::{ConditionsListing, GrazeStudy, OrbitListing, PassageListing};
 pub use orbits_listing::{
     BifurcationsRecord, ContactRecord, LostRecord, OrbitRecord, OrbitsListing, orbits_searched,
 };
 pub use page::{LivePane, Page, PageFigure, Picture, Provenance, Section};
-pub use pictures::pictures;
-pub use run_page::{CrateSummary, RunPage, StageTime, run_page};
-pub use section_document::{SectionCost, SectionDecision, SectionDocument};
-pub use shard_file::{
-    Ended, ShardError, ShardHeader, join_shards, pack_folder, pieces_from_bytes, pieces_to_bytes,
-    unpack_folder,
+pub use pieces::{
+    Ended, Journal, ShardError, ShardHeader, join_shards, pack_folder, pieces_from_bytes,
+    pieces_to_bytes, unpack_folder,
 };
-pub use sweep_words::{basin_warnings, chart_overlay_words, chart_warnings, diagram_warnings};
-pub use table::{Alignment, Cell, Column, CsvStream, Rows, Table};
-pub use theory_words::GrazeStudy;
+pub use run_page::{CrateSummary, RunPage, StageTime, run_page};
+pub use table::{Alignment, Cell, Column, CsvStream, Rows, Table, counted};
 pub use time_series_listing::{
     EventRecord, TimeSeriesListing, time_series_columns, time_series_figures, time_series_row,
     time_series_table, time_series_text,
 };
-pub use window_words::{WindowRemark, bounds_words, error_words, window_remark, window_words};
+pub use window_words::{
+    WindowRemark, basin_warnings, bounds_words, chart_overlay_words, chart_warnings,
+    diagram_warnings, error_words, window_remark, window_words,
+};

@@ -6,7 +6,7 @@ use serde::Serialize;
 use super::basin_figure::basin_outside_words;
 use super::equations::equations;
 use super::sketch::sketch;
-use super::sweep_words::{
+use super::window_words::{
     chart_computed_words, chart_escape_words, chart_outside_words, chart_overlay_words,
     chart_share_words, diagram_escape_words, diagram_outside_words, diagram_share_words,
 };

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::figure::{Axis, Figure, Guide, Marker, Series, Stroke, symbol};
-use super::number::counted;
+use super::table::counted;
 use super::{Cell, Column, Named, ReportError, SectionDocument, Table};
 use crate::analysis::{SeriesPoint, TimeSeries, TimeSeriesRequest};
 use crate::hybrid::MomentEvent;
