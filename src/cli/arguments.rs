@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use clap::{ArgGroup, Args, Parser, Subcommand, ValueEnum};
 
 use super::output::{CliError, Outlets};
-use super::shards;
+use super::pieces;
 use grazemap::Map;
 use grazemap::analysis::branches::BranchObservable;
 use grazemap::analysis::loci::LocusKind;
@@ -199,8 +199,8 @@ pub(super) struct Sharding {
         long = "shard",
         value_name = "I/N",
         num_args = 0..=1,
-        default_missing_value = shards::ARRAY,
-        value_parser = shards::share
+        default_missing_value = pieces::ARRAY,
+        value_parser = pieces::share
     )]
     pub(super) share: Option<Share>,
 }

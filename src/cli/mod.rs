@@ -1,5 +1,5 @@
-//! The command line in groups, each naming the ones before it alone: output; what can be resumed;
-//! shards; arguments; commands; the gallery and the joining of shards, which run commands.
+//! The command line in groups, each naming the ones before it alone: output; what can be resumed or
+//! shared; arguments; commands; the gallery, which runs commands.
 //!
 //! A command is: its arguments, one call of the library, its results handed to `report`.
 //!
@@ -11,24 +11,22 @@
 mod arguments;
 mod commands;
 mod gallery;
-mod merge;
 mod output;
-mod resume;
-mod shards;
+mod pieces;
 
 use std::ffi::OsString;
+use std::sync::{Arc, Mutex};
 
 use clap::Parser;
 
-use arguments::{Arguments, Command};
-use commands::{
-    basin, branch, converge, emit, expand, grazes, image, loci, orbits, run, scenes, shell, sweeps,
-    trajectory, view,
-};
+use arguments::{Arguments, Command, Joined, MergeArguments};
+use commands::{answers, emit, grazes, image, run, scenes, sweeps};
 use output::CliError;
-use resume::catch_interruptions;
+use pieces::catch_interruptions;
 
+use grazemap::Map;
 use grazemap::numeric::unknown_instruction_limit;
+use grazemap::report::{ShardError, join_shards};
 
 /// Runs the program on these arguments, the first being the program's name; gives its exit code.
 ///
@@ -59,10 +57,25 @@ fn dispatch(arguments: Arguments) -> Result<(), CliError> {
         return Err(CliError::InstructionLimit { value });
     }
     match arguments.command {
-        Some(Command::Merge(options)) => merge::run(&options, &in_shards),
+        Some(Command::Merge(options)) => merge(&options),
         Some(command) => in_shards(command),
         None => run::built_in(&arguments.common),
     }
+}
+
+/// The results of a command from the pieces of all its shards: the command itself runs, as its shards
+/// were called, on the map that they hold; what their pieces hold it does not compute.
+fn merge(options: &MergeArguments) -> Result<(), CliError> {
+    let (header, pieces) = join_shards(&options.pieces)?;
+    let foreign = || ShardError::Foreign { path: options.pieces[0].clone() };
+    let mut arguments = Arguments::try_parse_from(&header.arguments).map_err(|_| foreign())?;
+    let map = header.map.as_deref().map(Map::from_json).transpose()?;
+    let joined = Arc::new(Joined { map, pieces: Mutex::new(pieces) });
+    if !arguments.join(options, joined) {
+        return Err(foreign().into());
+    }
+    arguments.refuse_lost_output()?;
+    arguments.command.map_or(Ok(()), in_shards)
 }
 
 /// Runs a command that may be one of shards.
@@ -79,22 +92,22 @@ fn execute(command: Command) -> Result<(), CliError> {
         Command::New(options) => scenes::new(&options),
         Command::Check(options) => scenes::check(&options),
         Command::Locate(options) => grazes::locate(&options),
-        Command::Expand(options) => expand::run(&options),
+        Command::Expand(options) => grazes::expand(&options),
         Command::Curve(options) => grazes::curve(&options),
         Command::Image(options) => image::run(&options),
-        Command::Converge(options) => converge::run(&options),
+        Command::Converge(options) => answers::converge(&options),
         Command::Diagram(options) => sweeps::diagram(&options),
         Command::Chart(options) => sweeps::chart(&options),
-        Command::Orbits(options) => orbits::run(&options),
-        Command::Basin(options) => basin::run(&options),
-        Command::Branch(options) => branch::run(&options),
-        Command::Loci(options) => loci::run(&options),
-        Command::Trajectory(options) => trajectory::run(&options),
+        Command::Orbits(options) => answers::orbits(&options),
+        Command::Basin(options) => sweeps::basin(&options),
+        Command::Branch(options) => answers::branch(&options),
+        Command::Loci(options) => answers::loci(&options),
+        Command::Trajectory(options) => answers::trajectory(&options),
         Command::Emit(options) => emit::run(&options),
         Command::Run(options) => run::run(&options),
-        Command::View(options) => view::run(&options),
-        Command::Completions(options) => shell::completions(&options),
-        Command::Man(options) => shell::man(&options),
+        Command::View(options) => run::view(&options),
+        Command::Completions(options) => scenes::completions(&options),
+        Command::Man(options) => scenes::man(&options),
         // A gallery in a gallery has nothing to add, nor has it shards.
         Command::Gallery(_) | Command::Merge(_) => Ok(()),
     }

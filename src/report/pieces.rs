@@ -49,7 +49,7 @@ impl Journal {
         let mut file = options.open(&path).ok()?;
         file.try_lock().ok()?;
         remove_abandoned(folder, &prefix);
-        let known = read(&mut file).ok()?;
+        let known = read_records(&mut file).ok()?;
         // The file itself may have been taken for one of another key before it was locked.
         path.exists().then_some(())?;
         Some(Self { path, state: Mutex::new(State { file, pieces: known.len(), known }) })
@@ -98,7 +98,7 @@ impl Journal {
 const NUMBER: usize = 8;
 
 /// The length of the rest, the length of the place, the place, the piece, the digest of all that.
-pub(super) fn record(place: &[u64], piece: &[u8]) -> Vec<u8> {
+fn record(place: &[u64], piece: &[u8]) -> Vec<u8> {
     let length = NUMBER * (place.len() + 2) + piece.len();
     let mut bytes = Vec::with_capacity(length + NUMBER);
     let numbers = [length as u64, place.len() as u64];
@@ -112,12 +112,12 @@ pub(super) fn record(place: &[u64], piece: &[u8]) -> Vec<u8> {
 }
 
 /// Every whole record of a file, which is cut after the last of them.
-fn read(file: &mut File) -> io::Result<HashMap<Vec<u64>, Vec<u8>>> {
+fn read_records(file: &mut File) -> io::Result<HashMap<Vec<u64>, Vec<u8>>> {
     let mut bytes = Vec::new();
     file.seek(SeekFrom::Start(0))?;
     file.read_to_end(&mut bytes)?;
     let (mut known, mut rest) = (HashMap::new(), &bytes[..]);
-    while let Some((place, piece, behind)) = next(rest) {
+    while let Some((place, piece, behind)) = next_record(rest) {
         known.insert(place, piece.to_vec());
         rest = behind;
     }
@@ -126,7 +126,7 @@ fn read(file: &mut File) -> io::Result<HashMap<Vec<u64>, Vec<u8>>> {
 }
 
 /// The first record of these bytes, and what stands behind it.
-pub(super) fn next(bytes: &[u8]) -> Option<(Vec<u64>, &[u8], &[u8])> {
+fn next_record(bytes: &[u8]) -> Option<(Vec<u64>, &[u8], &[u8])> {
     let number = |bytes: &[u8]| {
         let first = bytes.first_chunk::<NUMBER>()?;
         usize::try_from(u64::from_le_bytes(*first)).ok()
@@ -304,7 +304,7 @@ pub fn join_shards(paths: &[PathBuf]) -> Result<(ShardHeader, Pieces), ShardErro
 fn read_shard(path: &Path) -> Result<(ShardHeader, Pieces), ShardError> {
     let bytes = fs::read(path)
         .map_err(|source| ShardError::Unreadable { path: path.to_owned(), source })?;
-    let header = next(&bytes).filter(|(place, ..)| place.is_empty());
+    let header = next_record(&bytes).filter(|(place, ..)| place.is_empty());
     let header = header.and_then(|(_, header, rest)| {
         let header: ShardHeader = serde_json::from_slice(header).ok()?;
         Share::new(header.number, header.of)?;
@@ -326,7 +326,7 @@ pub fn pieces_to_bytes(pieces: &Pieces) -> Vec<u8> {
 pub fn pieces_from_bytes(mut bytes: &[u8]) -> Option<Pieces> {
     let mut pieces = Pieces::new();
     while !bytes.is_empty() {
-        let (place, piece, rest) = next(bytes)?;
+        let (place, piece, rest) = next_record(bytes)?;
         pieces.insert(place, piece.to_vec());
         bytes = rest;
     }

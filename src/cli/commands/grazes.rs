@@ -1,11 +1,16 @@
-//! `grazemap locate` and `grazemap curve`: the grazing orbit, and its curve in two parameters.
+//! `grazemap locate`, `curve` and `expand`: the grazing orbit, its curve in two parameters, and the
+//! coefficients of `P_smooth`, `D` and their composition.
 
-use super::{map, open};
-use crate::cli::arguments::{CurveArguments, LocateArguments};
+use super::{map, open, remark_on_window};
+use crate::cli::arguments::{CurveArguments, LocateArguments, SceneOptions};
 use crate::cli::output::{CliError, Results, deliver};
+use grazemap::convergence::Choice;
 use grazemap::model::Scene;
 use grazemap::pipeline::{CurveKeys, NearestKeys};
-use grazemap::report::{GrazeStudy, OrbitListing, ReportError, window_words};
+use grazemap::report::{
+    ChosenCoefficients, GrazeStudy, MapListing, OrbitListing, ReportError, least_orders_words,
+    window_words,
+};
 
 /// What `locate` says of the window where it makes no map.
 const NOT_MEASURED: &str = "window: not measured here; `expand` measures how far from this graze \
@@ -91,4 +96,46 @@ pub(in crate::cli) fn curve(options: &CurveArguments) -> Result<(), CliError> {
         }
     };
     deliver(answer, "curve", &options.scene.common.outlets)
+}
+
+pub(in crate::cli) fn expand(options: &SceneOptions) -> Result<(), CliError> {
+    let map = map(open(options)?, options.common.outlets.quiet)?;
+    let listing = map.listing()?;
+    remark_on_window(&map, options.common.outlets.quiet);
+    let choice = map.choice().map_or_else(String::new, choice_words);
+    let text = expansion_text(map.scene(), listing)? + &window_words(&listing.window) + &choice;
+    let csv = listing.coefficient_table()?.to_csv()?;
+    let results = Results::named("map", text, map.to_json()?, Some(csv));
+    results.deliver("expand", &options.common.outlets)
+}
+
+/// What a choice says of itself beside its orders.
+fn choice_words(choice: &Choice) -> String {
+    let coefficients = ChosenCoefficients::of(choice).words();
+    let least = least_orders_words(choice);
+    let words = format!("{coefficients}\n{}", least.trim_start());
+    words.trim_end().to_owned() + "\n"
+}
+
+/// The expansion's sizes as a person reads them.
+fn expansion_text(scene: &Scene, document: &MapListing) -> Result<String, ReportError> {
+    let orders = document.orders;
+    let laws = document.depth.iter().enumerate().map(|(passage, laws)| {
+        let contact = document.discontinuity.get(passage);
+        match contact.and_then(|contact| contact.surface.as_ref()) {
+            Some(surface) => format!("passage {} at `{surface}`\n{}", passage + 1, laws.words()),
+            None => laws.words(),
+        }
+    });
+    let laws: String = laws.collect();
+    Ok(format!(
+        "expansion of `{}`: P_smooth to degree {}, D to weight {}\nsection: {}\n{}{}\nterms\n{}",
+        scene.identifier,
+        orders.smooth_order,
+        orders.contact_weight,
+        document.section.words(),
+        document.section.decision_line(),
+        laws,
+        document.size_table()?.to_text()
+    ))
 }

@@ -1,31 +1,25 @@
 //! One file per command, or per few of one kind; here what they begin with: the scene, orbit or map
 //! named, and what is said of it on the way.
 
-pub(super) mod basin;
-pub(super) mod branch;
-pub(super) mod converge;
+pub(super) mod answers;
 pub(super) mod emit;
-pub(super) mod expand;
 pub(super) mod grazes;
 pub(super) mod image;
-pub(super) mod loci;
-pub(super) mod orbits;
 pub(super) mod run;
 pub(super) mod scenes;
-pub(super) mod shell;
 pub(super) mod sweeps;
-pub(super) mod trajectory;
-pub(super) mod view;
 
 use std::num::NonZero;
+use std::path::Path;
 
 use super::arguments::SceneOptions;
 use super::output::{CliError, Outlets, note, note_all};
-use super::shards::Sharded;
+use super::pieces::{Resumable, Sharded};
 use grazemap::analysis::{Shard, Share};
 use grazemap::expansion::check_orders;
 use grazemap::model::Scene;
 use grazemap::pipeline::{Settled, Source};
+use grazemap::report::to_json;
 use grazemap::{Error, Map};
 
 /// Opens what is named in the place of a scene, shows its warnings and starts the threads asked
@@ -91,6 +85,19 @@ fn shard(
     let (scene, document) = (Some(map.scene().digest), map.to_json()?);
     let sharded = Sharded { share, command, scene, map: Some(&document), asked };
     sharded.write(outlets, compute)
+}
+
+/// Keeps the finished pieces of a command that uses a map, and that was asked for more than its
+/// scene says, beside its results.
+fn resumable(
+    command: &str,
+    folder: Option<&Path>,
+    map: &Map,
+    asked: &str,
+    quiet: bool,
+) -> Result<Resumable, CliError> {
+    let decisive = [&*map.scene().text, &to_json(map.local())?, asked];
+    Ok(Resumable::begin(command, folder, &decisive, quiet))
 }
 
 /// Refuses orders that take too long, before an orbit is looked for.

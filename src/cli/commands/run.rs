@@ -1,14 +1,16 @@
-//! `grazemap run`: everything a scene asks for, with a report page.
+//! `grazemap run` and `view`: everything a scene asks for, with a report page; and that page
+//! opened.
 
 use std::cell::RefCell;
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
 
 use super::emit::Reproduction;
-use super::sweeps::resumable;
-use super::{note_section, open};
+use super::{note_section, open, resumable};
 use crate::cli::arguments::{Common, SceneOptions};
 use crate::cli::output::{Bar, CliError, Results, note};
-use crate::cli::resume::Resumable;
+use crate::cli::pieces::Resumable;
 use grazemap::Map;
 use grazemap::analysis::Progress;
 use grazemap::emission::{Target, shell_word};
@@ -41,7 +43,7 @@ pub(in crate::cli) fn run(options: &SceneOptions) -> Result<(), CliError> {
 }
 
 /// The page of a run with these options.
-pub(super) fn page_of(common: &Common) -> PathBuf {
+fn page_of(common: &Common) -> PathBuf {
     let folder = common.outlets.output.as_deref();
     folder.unwrap_or(Path::new(FOLDER)).join("report.html")
 }
@@ -100,4 +102,27 @@ impl RunWatch for Watch<'_> {
         };
         Some(again.command(folder))
     }
+}
+
+/// A run, and its page in a browser: that of the variable `BROWSER`, else the system's.
+pub(in crate::cli) fn view(options: &SceneOptions) -> Result<(), CliError> {
+    run(options)?;
+    let page = page_of(&options.common);
+    if !opens(&page) && !options.common.outlets.quiet {
+        note("no browser could be started; set BROWSER, or open the page yourself");
+    }
+    Ok(())
+}
+
+/// Whether something took the page.
+fn opens(page: &Path) -> bool {
+    let page = std::path::absolute(page).unwrap_or_else(|_| page.to_owned());
+    let opener = match std::env::var_os("BROWSER").filter(|browser| !browser.is_empty()) {
+        Some(browser) => browser,
+        None if cfg!(target_os = "macos") => OsString::from("open"),
+        None if cfg!(windows) => OsString::from("explorer"),
+        None => OsString::from("xdg-open"),
+    };
+    let quiet = || Stdio::null();
+    Command::new(opener).arg(page).stdin(quiet()).stdout(quiet()).stderr(quiet()).spawn().is_ok()
 }

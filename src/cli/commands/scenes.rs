@@ -1,16 +1,18 @@
-//! `grazemap check` and `grazemap new`: scenes, no computing.
+//! What needs no computing: `grazemap check` and `new`, of scenes; `completions` and `man`, what a
+//! shell and `man` know of the program.
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
+use clap::CommandFactory;
 use serde::Serialize;
 
 use super::{open, refuse_orders};
-use crate::cli::arguments::{NewOptions, SceneOptions};
+use crate::cli::arguments::{Arguments, CompletionsOptions, ManOptions, NewOptions, SceneOptions};
 use crate::cli::output::{CliError, Results, note, print};
 use grazemap::Error;
 use grazemap::model::{Digest, Scene, catalogue, nearest};
-use grazemap::report::{Named, to_json, write_atomically};
+use grazemap::report::{Named, OutputFolder, to_json, write_atomically};
 
 /// What a checked scene holds.
 #[derive(Debug, Serialize)]
@@ -139,6 +141,28 @@ fn write(name: &str, options: &NewOptions) -> Result<(), CliError> {
     if !options.quiet {
         let path = path.display();
         note(&format!("wrote {path}; edit it, then: grazemap check {path}"));
+    }
+    Ok(())
+}
+
+/// The completions of a shell, on standard output.
+pub(in crate::cli) fn completions(options: &CompletionsOptions) -> Result<(), CliError> {
+    let mut text = Vec::new();
+    clap_complete::generate(options.shell, &mut Arguments::command(), "grazemap", &mut text);
+    print(&String::from_utf8_lossy(&text))
+}
+
+/// The manual in a folder: a page of the program and one of each command.
+pub(in crate::cli) fn man(options: &ManOptions) -> Result<(), CliError> {
+    let folder = OutputFolder::create(&options.output)?;
+    let mut program = Arguments::command().disable_help_subcommand(true);
+    program.build();
+    let commands: Vec<_> = program.get_subcommands().cloned().collect();
+    for command in commands.into_iter().chain([program]) {
+        let page = clap_mangen::Man::new(command);
+        let mut text = Vec::new();
+        page.render(&mut text).map_err(CliError::StandardOutput)?;
+        folder.write(&page.get_filename(), text)?;
     }
     Ok(())
 }

@@ -1,22 +1,20 @@
-//! `grazemap diagram` and `grazemap chart`: bifurcation diagrams, two-parameter charts.
+//! `grazemap diagram`, `chart` and `basin`: bifurcation diagrams, two-parameter charts, and where
+//! the states of a plane of the section go.
 
-use std::path::Path;
-
-use serde::Serialize;
-
-use super::{map, open, remark_on_window, shard};
-use crate::cli::arguments::{ChartArguments, SweepArguments};
-use crate::cli::output::{Bar, CliError, Outlets, deliver, note_all, refuse};
-use crate::cli::resume::Resumable;
+use super::{map, open, remark_on_window, resumable, shard};
+use crate::cli::arguments::{BasinArguments, ChartArguments, SweepArguments};
+use crate::cli::output::{Bar, CliError, note_all, refuse};
+use grazemap::Error;
 use grazemap::analysis::Joining;
+use grazemap::analysis::basin::{Basin, basin_bytes};
 use grazemap::analysis::chart::chart_bytes;
 use grazemap::analysis::diagram::{Diagram, Timing, diagram_bytes};
-use grazemap::pipeline::{Answer, Device};
+use grazemap::pipeline::{BasinKeys, Device};
 use grazemap::report::{
-    OutputFolder, chart_overlay_words, chart_rows, chart_timing_table, chart_warnings,
-    diagram_rows, diagram_timing_table, diagram_warnings, to_json, write_json,
+    OutputFolder, ReportError, basin_remarks, basin_rows, basin_table, basin_warnings, basin_words,
+    chart_overlay_words, chart_rows, chart_timing_table, chart_warnings, diagram_rows,
+    diagram_timing_table, diagram_warnings, manifold_table, write_json,
 };
-use grazemap::{Error, Map};
 
 /// Bifurcation diagrams.
 pub(in crate::cli) fn diagram(options: &SweepArguments) -> Result<(), CliError> {
@@ -83,34 +81,71 @@ pub(in crate::cli) fn chart(options: &ChartArguments) -> Result<(), CliError> {
     outlets.show(&text)
 }
 
-/// A command that answers keys by a map and keeps its finished pieces.
-pub(super) fn answered(
-    keys: &impl Serialize,
-    command: &'static str,
-    map: &Map,
-    outlets: &Outlets,
-    answer: impl FnOnce(&Bar) -> Result<Answer, Error>,
-) -> Result<(), CliError> {
-    let resumable = resumable(command, outlets.folder(), map, &to_json(keys)?, outlets.quiet)?;
-    let bar = Bar::new(command, outlets.quiet).resuming(0, resumable.journal());
-    let mut answer = answer(&bar)?;
+pub(in crate::cli) fn basin(options: &BasinArguments) -> Result<(), CliError> {
+    let outlets = &options.scene.common.outlets;
+    let map = map(open(&options.scene)?, outlets.quiet)?;
+    let keys = basin_keys(options);
+    let requests = match !keys.is_empty() || map.scene().basins.is_empty() {
+        true => vec![keys.request(&map).map_err(grazemap::Error::from)?],
+        false => map.basin_requests()?,
+    };
+    let found = requests.len();
+    if found > 1 && (outlets.json.is_some() || outlets.csv.is_some()) {
+        return Err(CliError::SeveralBasins { found });
+    }
+    refuse(requests.iter().map(basin_bytes).sum(), outlets.quiet)?;
+    let decisive = format!("{requests:?}");
+    if let Some(share) = options.sharding.share {
+        let asked = ("basin", &map, &*decisive);
+        return shard(share, asked, outlets, |shard| map.share_basins(&requests, shard));
+    }
+    let resumable = resumable("basin", outlets.folder(), &map, &decisive, outlets.quiet)?;
+    let bar = Bar::new("basin", outlets.quiet).resuming(0, resumable.journal());
+    let mut basins = map.basins(&requests, &Joining::new(&bar, options.scene.common.pieces()))?;
     drop(bar);
-    // That nothing was found is known once it is written.
-    let ended = answer.ended.take();
-    deliver(answer, command, outlets)?;
+    remark_on_window(&map, outlets.quiet);
+    note_all(&basin_warnings(&basins), outlets.quiet);
+    let texts = basins.iter().map(basin_text).collect::<Result<Vec<_>, _>>()?;
+    basins.iter_mut().for_each(Basin::take_timing);
+    if let [basin] = &basins[..] {
+        let document = map.basin_document(basin);
+        outlets.write_json(&|out| write_json(out, &document))?;
+        outlets.write_csv(&|out| basin_rows(basin).write_csv(out))?;
+    }
+    if let Some(folder) = &outlets.output {
+        let remarks = map.write_basins(&OutputFolder::create(folder)?, &basins)?;
+        note_all(&remarks, false);
+    }
     resumable.finish();
-    ended.map_or(Ok(()), |ended| Err(Error::from(ended).into()))
+    outlets.show(&texts.join("\n"))
 }
 
-/// Keeps the finished pieces of a command that uses a map, and that was asked for more than its
-/// scene says, beside its results.
-pub(super) fn resumable(
-    command: &str,
-    folder: Option<&Path>,
-    map: &Map,
-    asked: &str,
-    quiet: bool,
-) -> Result<Resumable, CliError> {
-    let decisive = [&*map.scene().text, &to_json(map.local())?, asked];
-    Ok(Resumable::begin(command, folder, &decisive, quiet))
+/// The options as keys.
+fn basin_keys(options: &BasinArguments) -> BasinKeys {
+    BasinKeys {
+        at: options.at.clone().unwrap_or_default(),
+        axes: options.axes.clone(),
+        range: options.range.clone().map(|ranges| ranges.0).unwrap_or_default(),
+        points: options.points.clone(),
+        start: options.start.clone().unwrap_or_default(),
+        with: options.with.map(Into::into),
+        manifolds: options.manifolds,
+    }
+}
+
+/// The basin as a person reads it.
+fn basin_text(basin: &Basin) -> Result<String, ReportError> {
+    let mut text = format!("{}\n{}\n", basin_words(basin), basin_table(basin)?.to_text());
+    if let Some(manifolds) = &basin.manifolds {
+        text.push_str(&format!("{}\n", manifold_table(basin, manifolds)?.to_text()));
+    }
+    for remark in basin_remarks(basin) {
+        text.push_str(&format!("{remark}\n"));
+    }
+    let timing = &basin.timing;
+    text.push_str(&format!(
+        "{} iterates in {:.2} s on {} threads\n",
+        timing.iterates, timing.seconds, timing.threads
+    ));
+    Ok(text)
 }

@@ -1,10 +1,15 @@
-//! The entries: one published figure or table each, as files under `gallery/`.
+//! The entries: one published figure or table each, as files under `gallery/`; and what their
+//! numbers are compared with: numbers in the JSON that commands write, and expressions of them.
 
 use std::collections::BTreeMap;
 
 use serde::Deserialize;
 use serde_json::Value;
 use toml_edit::{DocumentMut, Item, TableLike};
+
+use grazemap::Scene;
+use grazemap::iteration::OrbitName;
+use grazemap::model::catalogue;
 
 /// A published figure or table, and what reproduces it.
 #[derive(Debug, Deserialize)]
@@ -78,7 +83,7 @@ pub(super) struct Number {
     pub(super) printed: Option<String>,
     /// What is right by other means: a closed form, or another program.
     pub(super) reference: Option<String>,
-    /// Where it stands in the results, as [`find`](super::results::find) reads it after the name of
+    /// Where it stands in the results, as [`find`](find) reads it after the name of
     /// the computation; or an expression in the names of `of`.
     pub(super) value: String,
     /// Names of the expression, and where they stand.
@@ -219,3 +224,133 @@ const FILES: &[(&str, &str)] = files![
     "foale1994/fig6",
     "foale1994/fig7",
 ];
+
+/// The value at a path: keys and places in lists, parted by `/`.
+///
+/// In a list, `key=value` takes the element whose `key` is the word `value` or the number nearest
+/// to it, and `a=b&c=d` the one nearest to the last among those equal in all others; a key inside
+/// a key is `outer.inner`. `count` is the length of a list, and `count(key=value)` the number of
+/// its elements with that value. An object that names an orbit is its name in words.
+pub(super) fn find(document: &Value, path: &str) -> Option<Value> {
+    let mut value = document;
+    for segment in path.split('/') {
+        if let Some(counted) = count(value, segment) {
+            return Some(counted.into());
+        }
+        value = match value {
+            Value::Array(list) if segment.contains('=') => select(list, segment)?,
+            Value::Array(list) => list.get(segment.parse::<usize>().ok()?)?,
+            other => other.get(segment)?,
+        };
+    }
+    let name: Result<OrbitName, _> = serde_json::from_value(value.clone());
+    Some(name.map_or_else(|_| value.clone(), |name| name.to_string().into()))
+}
+
+fn count(value: &Value, segment: &str) -> Option<usize> {
+    let list = value.as_array()?;
+    let condition = segment.strip_prefix("count")?;
+    if condition.is_empty() {
+        return Some(list.len());
+    }
+    let (key, wanted) = condition.strip_prefix('(')?.strip_suffix(')')?.split_once('=')?;
+    Some(list.iter().filter(|element| is_equal(element, key, wanted)).count())
+}
+
+fn select<'a>(list: &'a [Value], segment: &str) -> Option<&'a Value> {
+    let (all, last) = segment.rsplit_once('&').unwrap_or(("", segment));
+    let conditions = all.split('&').filter_map(|condition| condition.split_once('='));
+    let mut candidates = list
+        .iter()
+        .filter(|element| conditions.clone().all(|(key, wanted)| is_equal(element, key, wanted)));
+    let (key, wanted) = last.split_once('=')?;
+    let Ok(number) = wanted.parse::<f64>() else {
+        return candidates.find(|element| is_equal(element, key, wanted));
+    };
+    let distance = |element: &Value| {
+        let value = inner(element, key).and_then(Value::as_f64);
+        value.map_or(f64::INFINITY, |value| (value - number).abs())
+    };
+    candidates.min_by(|a, b| distance(a).total_cmp(&distance(b)))
+}
+
+fn is_equal(element: &Value, key: &str, wanted: &str) -> bool {
+    let word = inner(element, key).map(|value| match value {
+        Value::String(word) => word.clone(),
+        other => other.to_string(),
+    });
+    word.as_deref() == Some(wanted)
+}
+
+fn inner<'a>(element: &'a Value, key: &str) -> Option<&'a Value> {
+    key.split('.').try_fold(element, |value, key| match value {
+        Value::Array(list) => list.get(key.parse::<usize>().ok()?),
+        other => other.get(key),
+    })
+}
+
+/// The value of an expression in which names stand for numbers; `None` where it is no expression.
+///
+/// A scene reads an expression of numbers as the value of a parameter.
+pub(super) fn evaluate(expression: &str, named: &[(&str, f64)]) -> Option<f64> {
+    const SCENE: &str = "linear";
+    const PARAMETER: &str = "omega";
+    let value = format!("\"{}\"", inserted(expression, named));
+    let overrides = [(PARAMETER.to_owned(), value)];
+    let scene = Scene::parse_with(catalogue::text(SCENE)?, SCENE, &overrides).ok()?;
+    let mut parameters = scene.model.parameters.iter();
+    Some(parameters.find(|parameter| parameter.name == PARAMETER)?.value.to_f64())
+}
+
+/// The expression with the numbers in the places of their names.
+fn inserted(expression: &str, named: &[(&str, f64)]) -> String {
+    let is_part = |letter: char| letter.is_alphanumeric() || letter == '_';
+    let (mut text, mut word) = (String::new(), String::new());
+    for letter in expression.chars().chain([' ']) {
+        if is_part(letter) {
+            word.push(letter);
+            continue;
+        }
+        match named.iter().find(|(name, _)| *name == word) {
+            Some((_, value)) => text.push_str(&format!("({value:e})")),
+            None => text.push_str(&word),
+        }
+        word.clear();
+        text.push(letter);
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_path_leads_by_keys_places_and_nearest_values() {
+        let document = serde_json::json!({
+            "list": [
+                {"n": 1, "at": {"omega": 2.0}, "word": "a"},
+                {"n": 2, "at": {"omega": 2.1}, "word": "b"},
+                {"n": 2, "at": {"omega": 4.0}, "word": "c"},
+            ],
+            "orbit": {"hits": [1, 1], "periods": 3},
+        });
+        let found = |path| find(&document, path).map(|value| value.to_string());
+        assert_eq!(found("list/1/at/omega").as_deref(), Some("2.1"));
+        assert_eq!(found("list/at.omega=2.09/word").as_deref(), Some("\"b\""));
+        assert_eq!(found("list/n=2&at.omega=1.0/word").as_deref(), Some("\"b\""));
+        assert_eq!(found("list/word=c/n").as_deref(), Some("2"));
+        assert_eq!(found("list/count").as_deref(), Some("3"));
+        assert_eq!(found("list/count(n=2)").as_deref(), Some("2"));
+        assert_eq!(found("orbit").as_deref(), Some("\"(1,1,3)\""));
+        assert_eq!(found("list/7/n"), None);
+        assert_eq!(found("list/word=d"), None);
+    }
+
+    #[test]
+    fn names_stand_for_their_numbers() {
+        let value = evaluate("2*sqrt(a) + ab^2 - 1.5e-1", &[("a", 9.0), ("ab", -0.5)]);
+        assert_eq!(value, Some(6.1));
+        assert_eq!(evaluate("2*c", &[("a", 9.0)]), None);
+    }
+}

@@ -5,9 +5,7 @@
 //! a command runs as a person types it, into a folder of its own, and what it wrote is read.
 
 mod entry;
-mod formula;
 mod page;
-mod results;
 
 use std::fs;
 use std::io;
@@ -19,7 +17,7 @@ use serde_json::Value;
 
 use super::arguments::{Arguments, Command, GalleryOptions, Joined};
 use super::output::{Bar, CliError, Outlets, print};
-use super::shards::Sharded;
+use super::pieces::Sharded;
 use entry::{Computation, Entry, Number, entries};
 use grazemap::Error;
 use grazemap::analysis::{Pieces, Progress, Share};
@@ -315,7 +313,7 @@ impl<'a> Compared<'a> {
         let one = |path: &str| {
             let (name, path) = path.split_once('/')?;
             let (_, document) = documents.iter().find(|(known, _)| *known == name)?;
-            results::find(document, path)
+            entry::find(document, path)
         };
         let ours = match number.of.is_empty() {
             true => one(&number.value),
@@ -324,7 +322,7 @@ impl<'a> Compared<'a> {
                     Some((name.as_str(), one(path)?.as_f64()?))
                 };
                 let named = number.of.iter().map(named).collect::<Option<Vec<_>>>();
-                let value = named.and_then(|named| formula::evaluate(&number.value, &named));
+                let value = named.and_then(|named| entry::evaluate(&number.value, &named));
                 value.map(Value::from)
             }
         };

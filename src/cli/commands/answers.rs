@@ -1,0 +1,159 @@
+//! `grazemap orbits`, `branch`, `loci`, `trajectory` and `converge`: options as keys, and the
+//! answer to them.
+
+use std::cell::Cell;
+
+use serde::Serialize;
+
+use super::{map, open, resumable, settle, shard};
+use crate::cli::arguments::{
+    BranchArguments, ConvergeOptions, LociArguments, OrbitsArguments, TrajectoryArguments,
+};
+use crate::cli::output::{Bar, CliError, Outlets, deliver, note_all};
+use crate::cli::pieces::Resumable;
+use grazemap::analysis::orbits::BifurcationKind;
+use grazemap::analysis::{Joining, TimeSeriesRequest, each_moment};
+use grazemap::pipeline::{
+    Answer, BranchKeys, ConvergenceKeys, Ended, LociKeys, OrbitsKeys, Settled, TrajectoryKeys,
+};
+use grazemap::report::{CsvStream, time_series_columns, time_series_row, to_json};
+use grazemap::{Error, Map};
+
+pub(in crate::cli) fn orbits(options: &OrbitsArguments) -> Result<(), CliError> {
+    let outlets = &options.scene.common.outlets;
+    let map = map(open(&options.scene)?, outlets.quiet)?;
+    let kinds = [(options.fold, BifurcationKind::Fold), (options.flip, BifurcationKind::Flip)];
+    let kinds = kinds.into_iter().filter(|(asked, _)| *asked);
+    let keys = OrbitsKeys {
+        at: options.at.clone(),
+        period: options.period,
+        itineraries: options.which.itinerary.clone(),
+        using: options.which.using.into(),
+        kind: kinds.map(|(_, kind)| kind).collect(),
+        plane: options.plane.clone(),
+        from: options.from,
+        to: options.to,
+        points: options.points,
+    };
+    let answer = keys.answer(&map, &Bar::new("orbits", outlets.quiet))?;
+    deliver(answer, "orbits", outlets)
+}
+
+pub(in crate::cli) fn branch(options: &BranchArguments) -> Result<(), CliError> {
+    let outlets = &options.scene.common.outlets;
+    let map = map(open(&options.scene)?, outlets.quiet)?;
+    let keys = BranchKeys {
+        along: options.along.clone(),
+        from: options.stretch.from,
+        to: options.stretch.to,
+        at: options.stretch.at.clone().unwrap_or_default(),
+        itineraries: options.which.itinerary.clone(),
+        period: options.period,
+        using: options.which.using.into(),
+        starts: options.start.clone(),
+        observe: options.observe.iter().map(|&option| option.into()).collect(),
+        iterates: outlets.output.is_some() || options.sharding.share.is_some(),
+    };
+    if let Some(share) = options.sharding.share {
+        let asked = to_json(&keys)?;
+        return shard(share, ("branch", &map, &asked), outlets, |shard| keys.share(&map, shard));
+    }
+    let pieces = options.scene.common.pieces();
+    answered(&keys, "branch", &map, outlets, |bar| keys.answer(&map, &Joining::new(bar, pieces)))
+}
+
+pub(in crate::cli) fn loci(options: &LociArguments) -> Result<(), CliError> {
+    let outlets = &options.scene.common.outlets;
+    let map = map(open(&options.scene)?, outlets.quiet)?;
+    let keys = LociKeys {
+        plane: options.plane.clone(),
+        from: options.stretch.from,
+        to: options.stretch.to,
+        at: options.stretch.at.clone().unwrap_or_default(),
+        kind: options.kind.iter().map(|&kind| kind.into()).collect(),
+        itineraries: options.which.itinerary.clone(),
+        using: options.which.using.into(),
+        chart: outlets.output.is_some(),
+    };
+    answered(&keys, "loci", &map, outlets, |bar| keys.answer(&map, bar))
+}
+
+pub(in crate::cli) fn trajectory(options: &TrajectoryArguments) -> Result<(), CliError> {
+    let outlets = &options.scene.common.outlets;
+    let settled = settle(open(&options.scene)?, outlets.quiet)?;
+    let keys = TrajectoryKeys {
+        at: options.at.clone().unwrap_or_default(),
+        start: options.start.clone().unwrap_or_default(),
+        itinerary: options.itinerary.clone(),
+        settle: options.settle,
+        periods: options.periods,
+        samples: options.samples,
+    };
+    let bar = Bar::new("orbits", outlets.quiet);
+    if outlets.csv.is_some() && outlets.json.is_none() && outlets.output.is_none() {
+        let (request, remarks) = keys.request(&settled, &bar)?;
+        note_all(&remarks, outlets.quiet);
+        return stream(&settled, &request, outlets);
+    }
+    deliver(keys.answer(&settled, &bar)?, "trajectory", outlets)
+}
+
+/// Writes the table row by row, as the rows are simulated.
+fn stream(
+    settled: &Settled,
+    request: &TimeSeriesRequest,
+    outlets: &Outlets,
+) -> Result<(), CliError> {
+    let model = &settled.scene().model;
+    let ended = Cell::new(None);
+    outlets.write_csv(&|out| {
+        let mut table = CsvStream::new(out, &time_series_columns(model))?;
+        let mut written = Ok(());
+        ended.set(Some(each_moment(settled.scene(), settled.orbit(), request, &mut |point| {
+            if written.is_ok() {
+                written = table.push(&time_series_row(model, &point));
+            }
+        })));
+        written.and_then(|()| table.finish())
+    })?;
+    match ended.into_inner() {
+        Some(ran) => match ran.map_err(Error::from)?.early_end {
+            Some(end) => Err(Error::from(Ended::Trajectory(end)).into()),
+            None => Ok(()),
+        },
+        None => Ok(()),
+    }
+}
+
+pub(in crate::cli) fn converge(options: &ConvergeOptions) -> Result<(), CliError> {
+    let outlets = &options.scene.common.outlets;
+    let settled = settle(open(&options.scene)?, outlets.quiet)?;
+    let keys = ConvergenceKeys { fresh: options.fresh };
+    let decisive = [&*settled.graze().to_json()?, &options.fresh.to_string()];
+    let resumable = Resumable::begin("converge", outlets.folder(), &decisive, outlets.quiet);
+    let bar = Bar::new("convergence", outlets.quiet).resuming(0, resumable.journal());
+    let answer = keys.answer(&settled, &bar)?;
+    drop(bar);
+    deliver(answer, "converge", outlets)?;
+    resumable.finish();
+    Ok(())
+}
+
+/// A command that answers keys by a map and keeps its finished pieces.
+fn answered(
+    keys: &impl Serialize,
+    command: &'static str,
+    map: &Map,
+    outlets: &Outlets,
+    answer: impl FnOnce(&Bar) -> Result<Answer, Error>,
+) -> Result<(), CliError> {
+    let resumable = resumable(command, outlets.folder(), map, &to_json(keys)?, outlets.quiet)?;
+    let bar = Bar::new(command, outlets.quiet).resuming(0, resumable.journal());
+    let mut answer = answer(&bar)?;
+    drop(bar);
+    // That nothing was found is known once it is written.
+    let ended = answer.ended.take();
+    deliver(answer, command, outlets)?;
+    resumable.finish();
+    ended.map_or(Ok(()), |ended| Err(Error::from(ended).into()))
+}
