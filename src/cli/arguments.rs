@@ -4,7 +4,8 @@ use std::mem;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use clap::{ArgGroup, Args, Parser, Subcommand, ValueEnum};
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use clap::{ArgGroup, Args, Parser, Subcommand};
 
 use super::output::{CliError, Outlets};
 use super::pieces;
@@ -334,8 +335,13 @@ pub(super) struct EmitArguments {
     #[arg(long, conflicts_with = "scene")]
     pub(super) catalogue: bool,
     /// The language of the map
-    #[arg(long, value_enum, default_value_t = TargetArgument::Rust, conflicts_with = "catalogue")]
-    pub(super) target: TargetArgument,
+    #[arg(
+        long,
+        default_value = "rust",
+        value_parser = one_of(TARGETS),
+        conflicts_with = "catalogue"
+    )]
+    pub(super) target: Target,
     /// Compare with what is in the folder, write nothing
     #[arg(long)]
     pub(super) check: bool,
@@ -350,41 +356,20 @@ pub(super) struct EmitArguments {
 }
 
 /// Language of an emitted map.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(super) enum TargetArgument {
-    /// A crate of Rust without dependencies
-    Rust,
-    /// A header for C99, C++ and shared libraries
-    C,
-    /// The header's functions with CUDA kernels, one thread a point
-    Cuda,
-    /// A module of JavaScript
-    #[value(name = "javascript")]
-    JavaScript,
-    /// A module of Python for numbers and NumPy arrays, which numba compiles
-    Python,
-    /// A module of Julia
-    Julia,
-    /// A function file of MATLAB and Octave
-    Matlab,
-    /// A module of WebAssembly
-    Wasm,
-}
-
-impl From<TargetArgument> for Target {
-    fn from(argument: TargetArgument) -> Self {
-        match argument {
-            TargetArgument::Rust => Self::Rust,
-            TargetArgument::C => Self::C,
-            TargetArgument::Cuda => Self::Cuda,
-            TargetArgument::JavaScript => Self::JavaScript,
-            TargetArgument::Python => Self::Python,
-            TargetArgument::Julia => Self::Julia,
-            TargetArgument::Matlab => Self::Matlab,
-            TargetArgument::Wasm => Self::Wasm,
-        }
-    }
-}
+const TARGETS: Words<Target> = &[
+    ("rust", Target::Rust, "A crate of Rust without dependencies"),
+    ("c", Target::C, "A header for C99, C++ and shared libraries"),
+    ("cuda", Target::Cuda, "The header's functions with CUDA kernels, one thread a point"),
+    ("javascript", Target::JavaScript, "A module of JavaScript"),
+    (
+        "python",
+        Target::Python,
+        "A module of Python for numbers and NumPy arrays, which numba compiles",
+    ),
+    ("julia", Target::Julia, "A module of Julia"),
+    ("matlab", Target::Matlab, "A function file of MATLAB and Octave"),
+    ("wasm", Target::Wasm, "A module of WebAssembly"),
+];
 
 /// Options of `image`.
 #[derive(Clone, Debug, Args)]
@@ -396,8 +381,8 @@ pub(super) struct ImageOptions {
     #[arg(long, value_name = "CSV")]
     pub(super) states: PathBuf,
     /// What computes the images
-    #[arg(long, value_enum, default_value_t = UsingArgument::Map)]
-    pub(super) using: UsingArgument,
+    #[arg(long, default_value = "map", value_parser = one_of(USING))]
+    pub(super) using: Using,
     /// Images per row
     #[arg(
         long,
@@ -408,57 +393,25 @@ pub(super) struct ImageOptions {
     )]
     pub(super) iterations: u32,
     /// The numbers to compute with
-    #[arg(long, value_enum, default_value_t = PrecisionArgument::F64)]
-    pub(super) precision: PrecisionArgument,
+    #[arg(long, default_value = "f64", value_parser = one_of(PRECISIONS))]
+    pub(super) precision: Precision,
 }
 
 /// What computes an image.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(super) enum UsingArgument {
-    /// The local map
-    Map,
-    /// The local map inside its window, direct simulation outside
-    Guarded,
-    /// Direct simulation
-    Direct,
-    /// P_smooth alone
-    Smooth,
-    /// D alone
-    Discontinuity,
-}
-
-impl From<UsingArgument> for Using {
-    fn from(argument: UsingArgument) -> Self {
-        match argument {
-            UsingArgument::Map => Self::Map,
-            UsingArgument::Guarded => Self::Guarded,
-            UsingArgument::Direct => Self::Direct,
-            UsingArgument::Smooth => Self::Smooth,
-            UsingArgument::Discontinuity => Self::Discontinuity,
-        }
-    }
-}
+const USING: Words<Using> = &[
+    ("map", Using::Map, "The local map"),
+    ("guarded", Using::Guarded, "The local map inside its window, direct simulation outside"),
+    ("direct", Using::Direct, "Direct simulation"),
+    ("smooth", Using::Smooth, "P_smooth alone"),
+    ("discontinuity", Using::Discontinuity, "D alone"),
+];
 
 /// The numbers an image is computed in.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(super) enum PrecisionArgument {
-    /// Single precision, of the map or its parts
-    F32,
-    /// Double precision
-    F64,
-    /// Double-double, about 32 digits
-    Dd,
-}
-
-impl From<PrecisionArgument> for Precision {
-    fn from(argument: PrecisionArgument) -> Self {
-        match argument {
-            PrecisionArgument::F32 => Self::F32,
-            PrecisionArgument::F64 => Self::F64,
-            PrecisionArgument::Dd => Self::Dd,
-        }
-    }
-}
+const PRECISIONS: Words<Precision> = &[
+    ("f32", Precision::F32, "Single precision, of the map or its parts"),
+    ("f64", Precision::F64, "Double precision"),
+    ("dd", Precision::Dd, "Double-double, about 32 digits"),
+];
 
 /// Options of `new`.
 #[derive(Clone, Debug, Args)]
@@ -594,8 +547,8 @@ pub(super) struct BranchArguments {
     #[arg(long, value_name = "NAME=OFFSET,...", value_parser = offsets)]
     pub(super) start: Vec<Named<f64>>,
     /// Numbers of every orbit beside its section points, each a column and a picture
-    #[arg(long, value_name = "NAME,...", value_enum, value_delimiter = ',')]
-    pub(super) observe: Vec<BranchObservableOption>,
+    #[arg(long, value_name = "NAME,...", value_parser = one_of(OBSERVABLES), value_delimiter = ',')]
+    pub(super) observe: Vec<BranchObservable>,
     #[command(flatten)]
     pub(super) sharding: Sharding,
 }
@@ -622,55 +575,25 @@ pub(super) struct WhichOrbits {
     #[arg(long, value_name = "DIGITS")]
     pub(super) itinerary: Vec<String>,
     /// Whose orbits: the map's, or those of direct simulation
-    #[arg(long, value_enum, default_value_t = OrbitsUsing::Map)]
-    pub(super) using: OrbitsUsing,
+    #[arg(long, default_value = "map", value_parser = one_of(ORBITS_OF))]
+    pub(super) using: OrbitsOf,
 }
 
 /// What is observed of the orbits of a branch.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(super) enum BranchObservableOption {
-    /// The event function at the first section point
-    #[value(name = "h")]
-    Gap,
-    /// The largest impact speed
-    #[value(name = "impact_speed")]
-    ImpactSpeed,
-    /// Time in contact per period of the orbit
-    #[value(name = "contact_time")]
-    ContactTime,
-    /// Half of the range of the event function along the orbit
-    #[value(name = "amplitude")]
-    Amplitude,
-}
-
-impl From<BranchObservableOption> for BranchObservable {
-    fn from(option: BranchObservableOption) -> Self {
-        match option {
-            BranchObservableOption::Gap => Self::Gap,
-            BranchObservableOption::ImpactSpeed => Self::ImpactSpeed,
-            BranchObservableOption::ContactTime => Self::ContactTime,
-            BranchObservableOption::Amplitude => Self::Amplitude,
-        }
-    }
-}
+const OBSERVABLES: Words<BranchObservable> = &[
+    ("h", BranchObservable::Gap, "The event function at the first section point"),
+    ("impact_speed", BranchObservable::ImpactSpeed, "The largest impact speed"),
+    ("contact_time", BranchObservable::ContactTime, "Time in contact per period of the orbit"),
+    (
+        "amplitude",
+        BranchObservable::Amplitude,
+        "Half of the range of the event function along the orbit",
+    ),
+];
 
 /// Whose orbits.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(super) enum OrbitsUsing {
-    /// The local map
-    Map,
-    /// Direct simulation
-    Direct,
-}
-
-impl From<OrbitsUsing> for OrbitsOf {
-    fn from(using: OrbitsUsing) -> Self {
-        match using {
-            OrbitsUsing::Map => Self::Map,
-            OrbitsUsing::Direct => Self::Direct,
-        }
-    }
-}
+const ORBITS_OF: Words<OrbitsOf> =
+    &[("map", OrbitsOf::Map, "The local map"), ("direct", OrbitsOf::Direct, "Direct simulation")];
 
 /// Options of `loci`.
 #[derive(Clone, Debug, Args)]
@@ -683,38 +606,20 @@ pub(super) struct LociArguments {
     #[command(flatten)]
     pub(super) stretch: Stretch,
     /// Which loci. Default: all but crises
-    #[arg(long, value_name = "KIND,...", value_enum, value_delimiter = ',')]
-    pub(super) kind: Vec<LocusKindOption>,
+    #[arg(long, value_name = "KIND,...", value_parser = one_of(LOCI), value_delimiter = ',')]
+    pub(super) kind: Vec<LocusKind>,
     #[command(flatten)]
     pub(super) which: WhichOrbits,
 }
 
 /// What happens along a locus.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(super) enum LocusKindOption {
-    /// The orbit grazes
-    Graze,
-    /// Saddle-nodes
-    Fold,
-    /// Period-doublings
-    Flip,
-    /// Neimark-Sacker points
-    Torus,
-    /// An attractor touches the stable manifold of a saddle
-    Crisis,
-}
-
-impl From<LocusKindOption> for LocusKind {
-    fn from(option: LocusKindOption) -> Self {
-        match option {
-            LocusKindOption::Graze => Self::Graze,
-            LocusKindOption::Fold => Self::Fold,
-            LocusKindOption::Flip => Self::Flip,
-            LocusKindOption::Torus => Self::Torus,
-            LocusKindOption::Crisis => Self::Crisis,
-        }
-    }
-}
+const LOCI: Words<LocusKind> = &[
+    ("graze", LocusKind::Graze, "The orbit grazes"),
+    ("fold", LocusKind::Fold, "Saddle-nodes"),
+    ("flip", LocusKind::Flip, "Period-doublings"),
+    ("torus", LocusKind::Torus, "Neimark-Sacker points"),
+    ("crisis", LocusKind::Crisis, "An attractor touches the stable manifold of a saddle"),
+];
 
 /// Options of `trajectory`.
 #[derive(Clone, Debug, Args)]
@@ -788,8 +693,8 @@ pub(super) struct BasinArguments {
     #[arg(long, value_name = "NAME=OFFSET,...", value_parser = offsets)]
     pub(super) start: Option<Named<f64>>,
     /// What follows the states. Default: guarded
-    #[arg(long, value_enum)]
-    pub(super) with: Option<WithArgument>,
+    #[arg(long, value_parser = one_of(METHODS))]
+    pub(super) with: Option<Method>,
     /// Stable and unstable manifolds of the saddles of periods up to N returns, as curves; the
     /// section has two coordinates then
     #[arg(
@@ -806,25 +711,11 @@ pub(super) struct BasinArguments {
 }
 
 /// What iterates states.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(super) enum WithArgument {
-    /// The local map
-    Map,
-    /// The local map inside its window, direct simulation outside
-    Guarded,
-    /// Direct simulation
-    Direct,
-}
-
-impl From<WithArgument> for Method {
-    fn from(argument: WithArgument) -> Self {
-        match argument {
-            WithArgument::Map => Self::Map,
-            WithArgument::Guarded => Self::Guarded,
-            WithArgument::Direct => Self::Direct,
-        }
-    }
-}
+const METHODS: Words<Method> = &[
+    ("map", Method::Map, "The local map"),
+    ("guarded", Method::Guarded, "The local map inside its window, direct simulation outside"),
+    ("direct", Method::Direct, "Direct simulation"),
+];
 
 /// Ranges by name.
 #[derive(Clone, Debug, PartialEq)]
@@ -844,6 +735,18 @@ impl Ranges {
         };
         Ok(Self(Named(text.split(',').map(range).collect::<Result<_, String>>()?)))
     }
+}
+
+/// Words, what each stands for, and what is said of it.
+type Words<T> = &'static [(&'static str, T, &'static str)];
+
+/// Takes one of these words for what it stands for.
+fn one_of<T: Copy + Send + Sync>(words: Words<T>) -> impl TypedValueParser<Value = T> {
+    let known = words.iter().map(|&(word, _, help)| PossibleValue::new(word).help(help));
+    PossibleValuesParser::new(known).map(|word| {
+        let named = words.iter().find(|(known, ..)| *known == word);
+        named.expect("the parser takes no other word").1
+    })
 }
 
 /// A finite number.

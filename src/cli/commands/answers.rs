@@ -28,7 +28,7 @@ pub(in crate::cli) fn orbits(options: &OrbitsArguments) -> Result<(), CliError> 
         at: options.at.clone(),
         period: options.period,
         itineraries: options.which.itinerary.clone(),
-        using: options.which.using.into(),
+        using: options.which.using,
         kind: kinds.map(|(_, kind)| kind).collect(),
         plane: options.plane.clone(),
         from: options.from,
@@ -49,9 +49,9 @@ pub(in crate::cli) fn branch(options: &BranchArguments) -> Result<(), CliError> 
         at: options.stretch.at.clone().unwrap_or_default(),
         itineraries: options.which.itinerary.clone(),
         period: options.period,
-        using: options.which.using.into(),
+        using: options.which.using,
         starts: options.start.clone(),
-        observe: options.observe.iter().map(|&option| option.into()).collect(),
+        observe: options.observe.clone(),
         iterates: outlets.output.is_some() || options.sharding.share.is_some(),
     };
     if let Some(share) = options.sharding.share {
@@ -70,9 +70,9 @@ pub(in crate::cli) fn loci(options: &LociArguments) -> Result<(), CliError> {
         from: options.stretch.from,
         to: options.stretch.to,
         at: options.stretch.at.clone().unwrap_or_default(),
-        kind: options.kind.iter().map(|&kind| kind.into()).collect(),
+        kind: options.kind.clone(),
         itineraries: options.which.itinerary.clone(),
-        using: options.which.using.into(),
+        using: options.which.using,
         chart: outlets.output.is_some(),
     };
     answered(&keys, "loci", &map, outlets, |bar| keys.answer(&map, bar))

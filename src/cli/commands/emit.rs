@@ -45,7 +45,7 @@ type Emitted = (EmittedModule, Map);
 pub(in crate::cli) fn run(options: &EmitArguments) -> Result<(), CliError> {
     let default = match options.catalogue {
         true => PathBuf::from(CATALOGUE_FOLDER),
-        false => folder_of(options.target.into()),
+        false => folder_of(options.target),
     };
     let mut outlets = options.common.outlets.clone();
     let folder = outlets.output.take().unwrap_or(default);
@@ -54,7 +54,7 @@ pub(in crate::cli) fn run(options: &EmitArguments) -> Result<(), CliError> {
         Some(scene) => {
             let source = opened(scene.clone(), options)?;
             if !options.check {
-                let files = Target::from(options.target).files(&source.scene().identifier);
+                let files = options.target.files(&source.scene().identifier);
                 EmittedCrate::refuse_foreign(&folder, &files).map_err(Error::from)?;
             }
             let emitted = emit(source, options, &command)?;
@@ -96,7 +96,7 @@ impl<'a> Reproduction<'a> {
         Self {
             scene: options.scene.as_deref(),
             overrides: &options.common.set,
-            target: options.target.into(),
+            target: options.target,
             measure: !options.no_measure,
         }
     }
@@ -191,7 +191,7 @@ fn refuse_single(scenes: &[Source]) -> Result<(), CliError> {
 fn emit(source: Source, options: &EmitArguments, command: &str) -> Result<Emitted, CliError> {
     let map = map(source, options.common.outlets.quiet)?;
     let module = map.module(EmitRequest {
-        target: options.target.into(),
+        target: options.target,
         measure: !options.no_measure,
         derivatives: !options.catalogue,
         command: Some(command.to_owned()),

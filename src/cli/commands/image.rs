@@ -23,8 +23,8 @@ pub(in crate::cli) fn run(options: &ImageOptions) -> Result<(), CliError> {
     let images = map.image_answer(ImageRequest {
         rows: read(&options.states, map.local())?,
         iterations: options.iterations as usize,
-        using: options.using.into(),
-        precision: options.precision.into(),
+        using: options.using,
+        precision: options.precision,
     })?;
     remark_on_window(&map, outlets.quiet);
     if outlets.json.is_none() && outlets.csv.is_none() && outlets.output.is_none() {

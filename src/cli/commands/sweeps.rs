@@ -128,7 +128,7 @@ fn basin_keys(options: &BasinArguments) -> BasinKeys {
         range: options.range.clone().map(|ranges| ranges.0).unwrap_or_default(),
         points: options.points.clone(),
         start: options.start.clone().unwrap_or_default(),
-        with: options.with.map(Into::into),
+        with: options.with,
         manifolds: options.manifolds,
     }
 }
