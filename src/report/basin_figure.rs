@@ -9,7 +9,8 @@ use super::table::significant;
 use super::window_words::escape_words;
 use super::{Cell, Column, ReportError, Rows, Table, npy_bytes};
 use crate::analysis::basin::{
-    Basin, BasinAttractor, BasinAxis, BasinClass, BasinShare, ManifoldKind, Manifolds,
+    Basin, BasinAttractor, BasinAxis, BasinClass, BasinShare, ManifoldBranch, ManifoldKind,
+    Manifolds,
 };
 use crate::iteration::Period;
 use crate::model::Method;
@@ -91,28 +92,22 @@ fn manifold_series(manifolds: &Manifolds, kind: ManifoldKind, places: [usize; 2]
 ///
 /// Never in practice: every row has one cell for every column.
 pub fn manifold_table(basin: &Basin, manifolds: &Manifolds) -> Result<Table, ReportError> {
-    let names = ["manifold", "saddle"].map(Column::text).into_iter();
-    let numbers = ["multipliers", "point"].map(Column::number);
-    let ends = [Column::text("side"), Column::number("pieces"), Column::number("points")];
-    let last = [Column::number("length"), Column::text("the curve")];
-    let mut table = Table::new(names.chain(numbers).chain(ends).chain(last).collect());
     let scales = manifold_scales(basin);
-    for branch in &manifolds.branches {
-        let saddle = &manifolds.saddles[branch.saddle];
-        let [large, small] = saddle.multipliers.map(|value| significant(value, 4));
-        table.push(vec![
-            Cell::text(branch.kind.word()),
-            Cell::text(saddle.itinerary.to_string()),
-            Cell::text(format!("{large}, {small}")),
-            Cell::Integer(branch.point as i64 + 1),
-            Cell::text(branch.side.sign()),
-            Cell::Integer(branch.pieces.len() as i64),
-            Cell::Integer(branch.pieces.iter().map(Vec::len).sum::<usize>() as i64),
-            Cell::number(branch.length(scales), 4),
-            Cell::text(branch.end.words()),
-        ])?;
-    }
-    Ok(table)
+    let saddle = |branch: &ManifoldBranch| &manifolds.saddles[branch.saddle];
+    let multipliers = |branch: &ManifoldBranch| {
+        saddle(branch).multipliers.map(|value| significant(value, 4)).join(", ")
+    };
+    let table = Table::of(&manifolds.branches)
+        .text("manifold", |branch| branch.kind.word())
+        .text("saddle", |branch| saddle(branch).itinerary.to_string())
+        .column(Column::number("multipliers"), |branch| Cell::text(multipliers(branch)))
+        .count("point", |branch| branch.point + 1)
+        .text("side", |branch| branch.side.sign())
+        .count("pieces", |branch| branch.pieces.len())
+        .count("points", |branch| branch.pieces.iter().map(Vec::len).sum::<usize>())
+        .number("length", 4, |branch| branch.length(scales))
+        .text("the curve", |branch| branch.end.words());
+    Ok(table.made())
 }
 
 /// The widths of the plane, by coordinate of the section.

@@ -4,7 +4,7 @@ use std::cmp::Reverse;
 use std::collections::HashMap;
 
 use super::diagram_figure::{
-    OUTSIDE, end_word, method_word, orbit_header, period_cell, share_cell, start_cell,
+    OUTSIDE, end_word, method_word, orbit_header, period_cell, share_cell, start_cell, timed,
 };
 use super::figure::{Annotation, Axis, CellCategory, CellChart, CellColor, Figure, Marker, symbol};
 use super::loci_listing::draw_curves;
@@ -279,40 +279,20 @@ pub fn chart_array(chart: &Chart) -> Result<Vec<u8>, ReportError> {
 ///
 /// Never in practice: every row has one cell for every column.
 pub fn chart_timing_table(charts: &[Chart]) -> Result<Table, ReportError> {
-    let mut table = Table::new(vec![
-        Column::text("chart"),
-        Column::text("method"),
-        Column::number("cells"),
-        Column::number("computed"),
-        Column::number("without contact"),
-        Column::number("without period"),
-        Column::number("outside the window"),
-        Column::number("left"),
-        Column::number("by map").with_unit("%"),
-        Column::number("iterates"),
-        Column::number("threads"),
-        Column::number("time").with_unit("s"),
-        Column::number("one iterate").with_unit("ns"),
-    ]);
-    for chart in charts {
-        let count = |class| Cell::Integer(chart.count(class) as i64);
-        table.push(vec![
-            Cell::text(format!("{} by {}", chart.axes[0].parameter, chart.axes[1].parameter)),
-            Cell::text(method_word(chart.method)),
-            Cell::Integer(chart.cells.len() as i64),
-            Cell::Integer(chart.computed as i64),
-            count(ChartClass::WithoutContact),
-            count(ChartClass::NoPeriod),
-            count(ChartClass::Outside),
-            count(ChartClass::Escaped),
-            Cell::number(100.0 * chart.by_map, 4),
-            Cell::Integer(chart.timing.iterates as i64),
-            Cell::Integer(chart.timing.threads as i64),
-            Cell::number(chart.timing.seconds, 3),
-            Cell::number(chart.timing.nanoseconds_per_iterate(), 3),
-        ])?;
-    }
-    Ok(table)
+    let axes =
+        |chart: &Chart| chart.axes.each_ref().map(|axis| axis.parameter.clone()).join(" by ");
+    let table = Table::of(charts)
+        .text("chart", axes)
+        .text("method", |chart| method_word(chart.method))
+        .count("cells", |chart| chart.cells.len())
+        .count("computed", |chart| chart.computed)
+        .count("without contact", |chart| chart.count(ChartClass::WithoutContact))
+        .count("without period", |chart| chart.count(ChartClass::NoPeriod))
+        .count("outside the window", |chart| chart.count(ChartClass::Outside))
+        .count("left", |chart| chart.count(ChartClass::Escaped))
+        .number("by map", 4, |chart| 100.0 * chart.by_map)
+        .unit("%");
+    Ok(timed(table, |chart| &chart.timing))
 }
 
 fn cells(chart: &Chart) -> CellChart {

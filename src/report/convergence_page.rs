@@ -2,9 +2,10 @@
 
 use super::choice::{accuracy_words, chosen_words, sections_words, validity_words};
 use super::figure::{Annotation, Axis, Figure, Guide, Marker, Palette, Series};
+use super::table::ByColumn;
 use super::{Cell, Column, ReportError, Section, Table};
 use crate::convergence::{
-    ConvergenceStudy, DepthAccuracy, FactorRate, OrderResult, Rate, Validity,
+    ConvergenceStudy, DepthAccuracy, FactorRate, OrderResult, ParetoPoint, Validity,
 };
 use crate::model::Shape;
 
@@ -175,87 +176,57 @@ fn diagonal(study: &ConvergenceStudy) -> Vec<&OrderResult> {
     study.orders.iter().filter(with).collect()
 }
 
+/// A row for each pair of orders, which its first columns hold.
+fn ordered<'a>(orders: &[&'a OrderResult]) -> ByColumn<&'a OrderResult> {
+    Table::of(orders.iter().copied())
+        .count("N", |order| order.orders.smooth_order)
+        .count("W", |order| order.orders.contact_weight)
+}
+
 fn order_table(orders: &[&OrderResult]) -> Result<Table, ReportError> {
-    let mut columns = vec![Column::number("N"), Column::number("W"), Column::text("shape")];
-    columns.extend(
-        [
-            "largest error",
-            "median error",
-            "measured rate",
-            "±",
-            "expected rate",
-            "coefficients",
-            "operations",
-        ]
-        .map(Column::number),
-    );
-    columns.extend(["step", "floor"].map(|name| Column::number(name).with_unit("ns")));
-    let mut table = Table::new(columns);
-    for order in orders {
-        let Rate { measured, uncertainty, expected, .. } = order.rate;
-        table.push(vec![
-            Cell::Integer(order.orders.smooth_order.into()),
-            Cell::Integer(order.orders.contact_weight.into()),
-            Cell::text(shape_word(order.shape)),
-            number(order.error.max, 3),
-            number(order.error.median, 3),
-            number(measured, 4),
-            number(uncertainty, 2),
-            Cell::number(expected, 3),
-            Cell::Integer(order.coefficients as i64),
-            Cell::Integer(order.operations as i64),
-            number(Some(order.step_ns), 3),
-            number(Some(order.floor_ns), 3),
-        ])?;
-    }
-    Ok(table)
+    let table = ordered(orders)
+        .text("shape", |order| shape_word(order.shape))
+        .column(Column::number("largest error"), |order| number(order.error.max, 3))
+        .column(Column::number("median error"), |order| number(order.error.median, 3))
+        .column(Column::number("measured rate"), |order| number(order.rate.measured, 4))
+        .column(Column::number("±"), |order| number(order.rate.uncertainty, 2))
+        .number("expected rate", 3, |order| order.rate.expected)
+        .count("coefficients", |order| order.coefficients)
+        .count("operations", |order| order.operations)
+        .column(Column::number("step"), |order| number(Some(order.step_ns), 3))
+        .unit("ns")
+        .column(Column::number("floor"), |order| number(Some(order.floor_ns), 3))
+        .unit("ns");
+    Ok(table.made())
 }
 
 /// As many columns as a page has room for; the CSV holds all.
 fn page_table(orders: &[&OrderResult]) -> Result<Table, ReportError> {
-    let names = ["N", "W", "largest error", "median error", "rate", "expected", "coefficients"];
-    let mut columns: Vec<Column> = names.map(Column::number).into();
-    columns.push(Column::number("step").with_unit("ns"));
-    let mut table = Table::new(columns);
-    for order in orders {
-        table.push(vec![
-            Cell::Integer(order.orders.smooth_order.into()),
-            Cell::Integer(order.orders.contact_weight.into()),
-            number(order.error.max, 3),
-            number(order.error.median, 3),
-            number(order.rate.measured, 4),
-            Cell::number(order.rate.expected, 3),
-            Cell::Integer(order.coefficients as i64),
-            number(Some(order.step_ns), 3),
-        ])?;
-    }
-    Ok(table)
+    let table = ordered(orders)
+        .column(Column::number("largest error"), |order| number(order.error.max, 3))
+        .column(Column::number("median error"), |order| number(order.error.median, 3))
+        .column(Column::number("rate"), |order| number(order.rate.measured, 4))
+        .number("expected", 3, |order| order.rate.expected)
+        .count("coefficients", |order| order.coefficients)
+        .column(Column::number("step"), |order| number(Some(order.step_ns), 3))
+        .unit("ns");
+    Ok(table.made())
 }
 
 fn rate_table(study: &ConvergenceStudy) -> Result<Table, ReportError> {
-    let mut table = Table::new(vec![
-        Column::text("factor"),
-        Column::number("order"),
-        Column::number("measured"),
-        Column::number("±"),
-        Column::number("expected"),
-    ]);
     let factors = [
         ("D, in y", &study.discontinuity_rates),
         ("P_smooth, in the distance", &study.smooth_rates),
     ];
-    for (name, rates) in factors.into_iter().filter(|(_, rates)| is_measured(rates)) {
-        for FactorRate { order, rate, .. } in rates {
-            table.push(vec![
-                Cell::text(name),
-                Cell::Integer((*order).into()),
-                number(rate.measured, 4),
-                number(rate.uncertainty, 2),
-                Cell::number(rate.expected, 3),
-            ])?;
-        }
-    }
-    Ok(table)
+    let measured = factors.into_iter().filter(|(_, rates)| is_measured(rates));
+    let rates = measured.flat_map(|(name, rates)| rates.iter().map(move |rate| (name, rate)));
+    let table = Table::of(rates)
+        .text("factor", |(name, _)| name)
+        .count("order", |(_, of)| of.order)
+        .column(Column::number("measured"), |(_, of)| number(of.rate.measured, 4))
+        .column(Column::number("±"), |(_, of)| number(of.rate.uncertainty, 2))
+        .number("expected", 3, |(_, of)| of.rate.expected);
+    Ok(table.made())
 }
 
 /// A finite number, or nothing.
@@ -366,35 +337,21 @@ fn frontier(study: &ConvergenceStudy) -> Vec<&OrderResult> {
 
 /// The front: fastest first, direct simulation last.
 fn pareto_table(study: &ConvergenceStudy) -> Result<Table, ReportError> {
-    let mut table = Table::new(vec![
-        Column::text("method"),
-        Column::number("N"),
-        Column::number("W"),
-        Column::number("step").with_unit("ns"),
-        Column::number("largest error"),
-    ]);
-    for point in &study.pareto {
-        let (method, orders) = match &point.map {
-            Some(map) => (
-                shape_word(map.shape).to_owned(),
-                [map.orders.smooth_order, map.orders.contact_weight]
-                    .map(|order| Cell::Integer(order.into())),
-            ),
-            None => (
-                direct_words(point.direct.as_deref().unwrap_or_default()),
-                [Cell::Missing, Cell::Missing],
-            ),
-        };
-        let [n, w] = orders;
-        table.push(vec![
-            Cell::text(method),
-            n,
-            w,
-            number(Some(point.step_ns), 3),
-            number(Some(point.error), 3),
-        ])?;
-    }
-    Ok(table)
+    let method = |point: &ParetoPoint| match &point.map {
+        Some(map) => shape_word(map.shape).to_owned(),
+        None => direct_words(point.direct.as_deref().unwrap_or_default()),
+    };
+    let order =
+        |order: Option<u32>| order.map_or(Cell::Missing, |order| Cell::Integer(order.into()));
+    let orders = |point: &ParetoPoint| point.map.as_ref().map(|map| map.orders);
+    let table = Table::of(&study.pareto)
+        .text("method", method)
+        .column(Column::number("N"), |point| order(orders(point).map(|of| of.smooth_order)))
+        .column(Column::number("W"), |point| order(orders(point).map(|of| of.contact_weight)))
+        .column(Column::number("step"), |point| number(Some(point.step_ns), 3))
+        .unit("ns")
+        .column(Column::number("largest error"), |point| number(Some(point.error), 3));
+    Ok(table.made())
 }
 
 /// The window's factor, then every width alone.

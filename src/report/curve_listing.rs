@@ -454,23 +454,16 @@ impl MarginListing {
     ///
     /// Never in practice: every row has one cell for every column.
     pub fn table(&self) -> Result<Table, ReportError> {
-        let columns = ["value", "nearest", "change", "scale", "change/scale", "sensitivity"];
-        let columns = columns.map(Column::number).into_iter();
-        let mut table =
-            Table::new([Column::text("parameter")].into_iter().chain(columns).collect());
-        for at in &self.changes {
-            let sensitivity = self.sensitivities.get(&at.parameter).copied();
-            table.push(vec![
-                Cell::text(at.parameter.clone()),
-                Cell::number(at.value, 15),
-                Cell::number(at.nearest, 15),
-                Cell::number(at.change, 12),
-                Cell::number(at.scale, 6),
-                Cell::number(at.change / at.scale, 12),
-                sensitivity.map_or(Cell::Missing, |value| Cell::number(value, 6)),
-            ])?;
-        }
-        Ok(table)
+        let sensitivity = |at: &MarginParameter| self.sensitivities.get(&at.parameter).copied();
+        let table = Table::of(&self.changes)
+            .text("parameter", |at| &at.parameter)
+            .number("value", 15, |at| at.value)
+            .number("nearest", 15, |at| at.nearest)
+            .number("change", 12, |at| at.change)
+            .number("scale", 6, |at| at.scale)
+            .number("change/scale", 12, |at| at.change / at.scale)
+            .number("sensitivity", 6, sensitivity);
+        Ok(table.made())
     }
 
     /// The margin as a person reads it.

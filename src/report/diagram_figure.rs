@@ -3,8 +3,9 @@
 use super::figure::{
     Annotation, Axis, AxisScale, Figure, Guide, Marker, Series, ShiftedScale, symbol,
 };
+use super::table::ByColumn;
 use super::{Cell, Column, ReportError, Rows, Table, npy_bytes};
-use crate::analysis::diagram::{Diagram, DiagramPoint, Sweep, SweepHeading};
+use crate::analysis::diagram::{Diagram, DiagramPoint, Sweep, SweepHeading, Timing};
 use crate::iteration::{OrbitEnd, Period};
 use crate::model::Method;
 
@@ -99,33 +100,31 @@ pub fn diagram_array(diagram: &Diagram) -> Result<Vec<u8>, ReportError> {
 ///
 /// Never in practice: every row has one cell for every column.
 pub fn diagram_timing_table(diagrams: &[Diagram]) -> Result<Table, ReportError> {
-    let mut table = Table::new(vec![
-        Column::text("diagram"),
-        Column::text("sweep"),
-        Column::number("values"),
-        Column::number("by map").with_unit("%"),
-        Column::number("outside").with_unit("%"),
-        Column::number("iterates"),
-        Column::number("threads"),
-        Column::number("time").with_unit("s"),
-        Column::number("one iterate").with_unit("ns"),
-    ]);
-    for diagram in diagrams {
-        for sweep in &diagram.sweeps {
-            table.push(vec![
-                Cell::text(format!("{} over {}", diagram.observable, diagram.parameter)),
-                Cell::text(sweep_word(sweep) + &start_words(sweep)),
-                Cell::Integer(sweep.points.len() as i64),
-                Cell::number(100.0 * sweep.by_map, 4),
-                Cell::number(100.0 * sweep.outside, 4),
-                Cell::Integer(sweep.timing.iterates as i64),
-                Cell::Integer(sweep.timing.threads as i64),
-                Cell::number(sweep.timing.seconds, 3),
-                Cell::number(sweep.timing.nanoseconds_per_iterate(), 3),
-            ])?;
-        }
-    }
-    Ok(table)
+    let sweeps = diagrams.iter().flat_map(|one| one.sweeps.iter().map(move |sweep| (one, sweep)));
+    let table = Table::of(sweeps)
+        .text("diagram", |(one, _)| format!("{} over {}", one.observable, one.parameter))
+        .text("sweep", |(_, sweep)| sweep_word(sweep) + &start_words(sweep))
+        .count("values", |(_, sweep)| sweep.points.len())
+        .number("by map", 4, |(_, sweep)| 100.0 * sweep.by_map)
+        .unit("%")
+        .number("outside", 4, |(_, sweep)| 100.0 * sweep.outside)
+        .unit("%");
+    Ok(timed(table, |(_, sweep)| &sweep.timing))
+}
+
+/// With what the rows of a table cost.
+pub(super) fn timed<'a, R: Copy>(
+    table: ByColumn<R>,
+    timing: impl Fn(R) -> &'a Timing + Copy,
+) -> Table {
+    table
+        .count("iterates", |of| timing(of).iterates)
+        .count("threads", |of| timing(of).threads)
+        .number("time", 3, |of| timing(of).seconds)
+        .unit("s")
+        .number("one iterate", 3, |of| timing(of).nanoseconds_per_iterate())
+        .unit("ns")
+        .made()
 }
 
 fn figure(

@@ -15,18 +15,12 @@ const DIGITS: usize = 6;
 ///
 /// [`ReportError::RowWidth`] never.
 pub fn fit_table(fit: &Fit) -> Result<Table, ReportError> {
-    let numbers = ["offset", "value", "standard_error"].map(Column::number);
-    let columns = [Column::text("parameter")].into_iter().chain(numbers);
-    let mut table = Table::new(columns.collect());
-    for fitted in &fit.parameters {
-        table.push(vec![
-            Cell::text(&fitted.parameter),
-            Cell::number(fitted.offset, DIGITS),
-            Cell::number(fitted.value, 12),
-            Cell::number(fitted.standard_error, 3),
-        ])?;
-    }
-    Ok(table)
+    let table = Table::of(&fit.parameters)
+        .text("parameter", |fitted| &fitted.parameter)
+        .number("offset", DIGITS, |fitted| fitted.offset)
+        .number("value", 12, |fitted| fitted.value)
+        .number("standard_error", 3, |fitted| fitted.standard_error);
+    Ok(table.made())
 }
 
 /// A fit as a person reads it.

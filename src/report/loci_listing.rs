@@ -187,28 +187,18 @@ impl LociListing {
     ///
     /// Never in practice: every row has a cell per column.
     pub fn special_table(&self) -> Result<Table, ReportError> {
-        let mut columns = vec![Column::text("point"), Column::number("locus")];
-        columns.extend(["kind", "itinerary"].map(Column::text));
-        for name in &self.plane {
-            columns.push(Column::number(name.clone()));
-            columns.push(Column::number(format!("value of {name}")));
+        let mut table = Table::of(self.special())
+            .text("point", |(.., point)| point.label.as_deref().unwrap_or_default())
+            .count("locus", |(number, ..)| number + 1)
+            .text("kind", |(_, locus, _)| locus.kind.word())
+            .text("itinerary", |(_, locus, _)| &locus.itinerary);
+        for (place, name) in self.plane.iter().enumerate() {
+            let value = format!("value of {name}");
+            table = table.number(name, 9, |(.., point)| point.at[place]);
+            table = table.number(&value, 14, |(.., point)| self.values(point)[place]);
         }
-        columns.push(Column::text("orbit"));
-        let mut table = Table::new(columns);
-        for (number, locus, point) in self.special() {
-            let mut row = vec![
-                Cell::text(point.label.clone().unwrap_or_default()),
-                Cell::Integer(number as i64 + 1),
-                Cell::text(locus.kind.word()),
-                Cell::text(&locus.itinerary),
-            ];
-            for (offset, value) in point.at.iter().zip(self.values(point)) {
-                row.extend([Cell::number(*offset, 9), Cell::number(value, 14)]);
-            }
-            row.push(Cell::text(if point.physical { "physical" } else { "virtual" }));
-            table.push(row)?;
-        }
-        Ok(table)
+        let word = |point: &LocusPointRecord| if point.physical { "physical" } else { "virtual" };
+        Ok(table.text("orbit", |(.., point)| word(point)).made())
     }
 
     /// The tangencies as a person reads them.
@@ -217,20 +207,14 @@ impl LociListing {
     ///
     /// Never in practice: every row has a cell per column.
     pub fn tangency_table(&self) -> Result<Table, ReportError> {
-        let mut columns: Vec<Column> = ["point", "kind", "itinerary"].map(Column::text).into();
-        columns.extend(["from jets", "fitted", "y over distance"].map(Column::number));
-        let mut table = Table::new(columns);
-        for found in &self.tangencies {
-            table.push(vec![
-                Cell::text(&found.label),
-                Cell::text(found.kind.word()),
-                Cell::text(&found.itinerary),
-                Cell::number(found.coefficient, 12),
-                found.fitted.map_or(Cell::Missing, |value| Cell::number(value, 12)),
-                Cell::number(found.slope, 9),
-            ])?;
-        }
-        Ok(table)
+        let table = Table::of(&self.tangencies)
+            .text("point", |found| &found.label)
+            .text("kind", |found| found.kind.word())
+            .text("itinerary", |found| &found.itinerary)
+            .number("from jets", 12, |found| found.coefficient)
+            .number("fitted", 12, |found| found.fitted)
+            .number("y over distance", 9, |found| found.slope);
+        Ok(table.made())
     }
 
     /// The loci as a person reads them.

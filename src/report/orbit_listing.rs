@@ -241,21 +241,16 @@ impl GrazeStudy {
             return Ok(None);
         }
         let unstable = format!("unstable within ({})", self.theory.parameter);
-        let mut table = Table::new(vec![
-            Column::number("one contact in n"),
-            Column::number("xi_n"),
-            Column::text("exists"),
-            Column::number(unstable),
-        ]);
-        for orbit in &self.theory.orbits {
-            table.push(vec![
-                Cell::Integer(orbit.returns as i64),
-                Cell::number(orbit.xi, 6),
-                Cell::text(if orbit.sum > 0.0 { "with contact" } else { "before contact" }),
-                Cell::number(orbit.unstable_within, 3),
-            ])?;
-        }
-        Ok(Some(table))
+        let exists = |orbit: &OneContactOrbit| match orbit.sum > 0.0 {
+            true => "with contact",
+            false => "before contact",
+        };
+        let table = Table::of(&self.theory.orbits)
+            .count("one contact in n", |orbit| orbit.returns)
+            .number("xi_n", 6, |orbit| orbit.xi)
+            .text("exists", exists)
+            .number(&unstable, 3, |orbit| orbit.unstable_within);
+        Ok(Some(table.made()))
     }
 
     /// On which side contact begins.

@@ -207,6 +207,65 @@ impl Table {
     }
 }
 
+/// A table made column by column: each has a heading, and says what stands under it in a row.
+pub(super) struct ByColumn<R> {
+    of: Vec<R>,
+    table: Table,
+}
+
+impl Table {
+    /// A table with a row for each of these, to which columns are added.
+    pub(super) fn of<R: Copy>(rows: impl IntoIterator<Item = R>) -> ByColumn<R> {
+        let of: Vec<R> = rows.into_iter().collect();
+        let table = Self { columns: Vec::new(), rows: vec![Vec::new(); of.len()] };
+        ByColumn { of, table }
+    }
+}
+
+impl<R: Copy> ByColumn<R> {
+    /// With a column of such cells.
+    pub(super) fn column(mut self, column: Column, cell: impl Fn(R) -> Cell) -> Self {
+        self.table.columns.push(column);
+        self.table.rows.iter_mut().zip(&self.of).for_each(|(row, &of)| row.push(cell(of)));
+        self
+    }
+
+    /// With a column of words.
+    pub(super) fn text<T: Into<String>>(self, header: &str, words: impl Fn(R) -> T) -> Self {
+        self.column(Column::text(header), |of| Cell::text(words(of)))
+    }
+
+    /// With a column of counts.
+    pub(super) fn count<T: TryInto<i64>>(self, header: &str, count: impl Fn(R) -> T) -> Self {
+        let cell = |of| count(of).try_into().map_or(Cell::Missing, Cell::Integer);
+        self.column(Column::number(header), cell)
+    }
+
+    /// With a column of numbers to so many significant digits; what is not known stays empty.
+    pub(super) fn number<T: Into<Option<f64>>>(
+        self,
+        header: &str,
+        digits: usize,
+        value: impl Fn(R) -> T,
+    ) -> Self {
+        let cell = |value| Cell::number(value, digits);
+        self.column(Column::number(header), |of| value(of).into().map_or(Cell::Missing, cell))
+    }
+
+    /// With a unit at the last column.
+    pub(super) fn unit(mut self, unit: &str) -> Self {
+        if let Some(column) = self.table.columns.last_mut() {
+            unit.clone_into(&mut column.unit);
+        }
+        self
+    }
+
+    /// The whole table.
+    pub(super) fn made(self) -> Table {
+        self.table
+    }
+}
+
 impl Table {
     /// Aligned columns for a terminal, two spaces between them, a line under the headings.
     ///
