@@ -63,8 +63,10 @@ fn dispatch(arguments: Arguments) -> Result<(), CliError> {
     }
 }
 
-/// The results of a command from the pieces of all its shards: the command itself runs, as its shards
-/// were called, on the map that they hold; what their pieces hold it does not compute.
+/// The results of a command from the pieces of all its shards.
+///
+/// The command itself runs, as its shards were called, on the map that they hold: what their pieces
+/// hold it does not compute.
 fn merge(options: &MergeArguments) -> Result<(), CliError> {
     let (header, pieces) = join_shards(&options.pieces)?;
     let foreign = || ShardError::Foreign { path: options.pieces[0].clone() };

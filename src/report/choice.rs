@@ -4,14 +4,13 @@
 use serde::{Deserialize, Serialize};
 
 use super::Named;
-use super::convergence_page::shape_word;
 use super::table::significant;
 use crate::convergence::{
     Choice, ConvergenceStudy, DepthAccuracy, LeastOrders, Limit, Monomials, Polynomials,
     SectionChoice, SectionVerdict, Validity,
 };
 use crate::expansion::SectionKind;
-use crate::model::{Scene, SectionRule};
+use crate::model::{Scene, SectionRule, Shape};
 use crate::numeric::FloatFormat;
 use crate::orbit::{GrazingOrbit, PoincareSectionKind};
 
@@ -189,6 +188,16 @@ impl SectionCost {
             }
             (None, _) => format!("{name} none ({})", self.problem.as_deref().unwrap_or("no map")),
         }
+    }
+}
+
+/// The name of a shape.
+pub(super) fn shape_word(shape: Shape) -> &'static str {
+    match shape {
+        Shape::Auto => "auto",
+        Shape::Factored => "factored",
+        Shape::Composed => "composed",
+        Shape::Flown => "flown",
     }
 }
 

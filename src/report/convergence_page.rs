@@ -1,6 +1,6 @@
 //! A study of convergence as tables, pictures and sections of a page.
 
-use super::choice::{accuracy_words, chosen_words, sections_words, validity_words};
+use super::choice::{accuracy_words, chosen_words, sections_words, shape_word, validity_words};
 use super::figure::{Annotation, Axis, Figure, Guide, Marker, Palette, Series};
 use super::table::ByColumn;
 use super::{Cell, Column, ReportError, Section, Table};
@@ -265,15 +265,6 @@ fn expected_slope(factor: &FactorRate) -> Option<Guide> {
         to: high,
         label: String::new(),
     })
-}
-
-pub(super) fn shape_word(shape: Shape) -> &'static str {
-    match shape {
-        Shape::Auto => "auto",
-        Shape::Factored => "factored",
-        Shape::Composed => "composed",
-        Shape::Flown => "flown",
-    }
 }
 
 /// Error against time, the cheapest map of each accuracy labelled.
