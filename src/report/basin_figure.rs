@@ -1,10 +1,10 @@
 //! Basins of attraction as pictures, tables and arrays.
 
 use super::chart_figure::edges;
-use super::diagram_figure::{OUTSIDE, method_word, orbit_header, period_cell, share_cell};
-use super::figure::{
-    Axis, CellCategory, CellChart, CellColor, Figure, Marker, Series, Stroke, symbol,
+use super::diagram_figure::{
+    OUTSIDE, method_word, offset_axis, orbit_header, period_cell, share_cell,
 };
+use super::figure::{Axis, CellCategory, CellChart, CellColor, Figure, Marker, Series, Stroke};
 use super::table::significant;
 use super::window_words::escape_words;
 use super::{Cell, Column, ReportError, Rows, Table, npy_bytes};
@@ -347,7 +347,6 @@ fn place(basin: &Basin, axis: &BasinAxis) -> usize {
 }
 
 fn axis(axis: &BasinAxis) -> Axis {
-    let letter = symbol(&axis.coordinate);
     let (low, high) = edges(&axis.offsets);
-    Axis::linear(format!("{letter} − {letter}*")).with_range(low, high)
+    offset_axis(&axis.coordinate).with_range(low, high)
 }

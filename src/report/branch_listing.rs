@@ -6,8 +6,8 @@ use std::ops::RangeInclusive;
 
 use serde::Serialize;
 
-use super::diagram_figure::observable_words;
-use super::figure::{Annotation, Axis, Figure, Marker, Series, Stroke, symbol};
+use super::diagram_figure::{extent, observable_words, offset_axis};
+use super::figure::{Annotation, Axis, Figure, Marker, Series, Stroke};
 use super::orbits_listing::{OrbitRecord, OrbitsListing, multipliers, using_words};
 use super::table::counted;
 use super::{Cell, Column, Named, ReportError, SectionDocument, Table};
@@ -386,8 +386,7 @@ impl BranchListing {
     }
 
     fn figure(&self, axis: Axis, under: Vec<[f64; 2]>, value: Values<'_>) -> Figure {
-        let letter = symbol(&self.along);
-        let mut figure = Figure::new(Axis::linear(format!("{letter} − {letter}*")), axis);
+        let mut figure = Figure::new(offset_axis(&self.along), axis);
         let mut named: Vec<&str> = Vec::new();
         for number in 0..self.branches.len() {
             for (name, places) in self.named_stretches(number) {
@@ -458,9 +457,7 @@ impl BranchListing {
 fn beside(mut iterates: Vec<[f64; 2]>, branches: &[Series]) -> Vec<[f64; 2]> {
     let values = branches.iter().flat_map(|series| &series.points).map(|point| point[1]);
     let values = values.filter(|value| value.is_finite());
-    let (least, most) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), value| {
-        (least.min(value), most.max(value))
-    });
+    let (least, most) = extent(values);
     let height = most - least;
     if height > 0.0 {
         iterates.retain(|[_, value]| (least - height..=most + height).contains(value));
@@ -476,14 +473,12 @@ const ONE_LABEL: f64 = 0.03;
 
 /// Puts the words of labels that would overlap at the first of them, each word once.
 fn join_labels(labels: &mut [Annotation], points: impl Iterator<Item = [f64; 2]> + Clone) {
-    let extent = |axis: usize| {
+    let width = |axis: usize| {
         let values = points.clone().map(|point| point[axis]).filter(|value| value.is_finite());
-        let (least, most) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), v| {
-            (least.min(v), most.max(v))
-        });
+        let (least, most) = extent(values);
         most - least
     };
-    let reach = [0, 1].map(|axis| ONE_LABEL * extent(axis).max(f64::MIN_POSITIVE));
+    let reach = [0, 1].map(|axis| ONE_LABEL * width(axis).max(f64::MIN_POSITIVE));
     for place in 1..labels.len() {
         let (before, rest) = labels.split_at_mut(place);
         let label = &mut rest[0];

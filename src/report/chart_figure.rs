@@ -4,9 +4,10 @@ use std::cmp::Reverse;
 use std::collections::HashMap;
 
 use super::diagram_figure::{
-    OUTSIDE, end_word, method_word, orbit_header, period_cell, share_cell, start_cell, timed,
+    OUTSIDE, end_word, method_word, offset_axis, orbit_header, period_cell, share_cell, start_cell,
+    timed,
 };
-use super::figure::{Annotation, Axis, CellCategory, CellChart, CellColor, Figure, Marker, symbol};
+use super::figure::{Annotation, Axis, CellCategory, CellChart, CellColor, Figure};
 use super::loci_listing::draw_curves;
 use super::{Cell, Column, ReportError, Rows, Table, npy_bytes};
 use crate::analysis::chart::{Chart, ChartAttractor, ChartAxis, ChartCell, ChartClass};
@@ -176,11 +177,7 @@ pub fn chart_figure(chart: &Chart) -> Figure {
         low <= 0.0 && 0.0 <= high
     };
     if shows(horizontal) && shows(vertical) {
-        figure.annotations.push(Annotation {
-            at: [0.0, 0.0],
-            text: "G".to_owned(),
-            marker: Some(Marker::Ring),
-        });
+        figure.annotations.push(Annotation::ring([0.0, 0.0], "G"));
     }
     figure
 }
@@ -328,7 +325,6 @@ pub(super) fn edges(offsets: &[f64]) -> (f64, f64) {
 }
 
 fn axis(axis: &ChartAxis) -> Axis {
-    let letter = symbol(&axis.parameter);
     let (low, high) = edges(&axis.offsets);
-    Axis::linear(format!("{letter} − {letter}*")).with_range(low, high)
+    offset_axis(&axis.parameter).with_range(low, high)
 }

@@ -1,8 +1,6 @@
 //! Bifurcation diagrams as pictures, tables and arrays.
 
-use super::figure::{
-    Annotation, Axis, AxisScale, Figure, Guide, Marker, Series, ShiftedScale, symbol,
-};
+use super::figure::{Annotation, Axis, AxisScale, Figure, Guide, Series, ShiftedScale, symbol};
 use super::table::ByColumn;
 use super::{Cell, Column, ReportError, Rows, Table, npy_bytes};
 use crate::analysis::diagram::{Diagram, DiagramPoint, Sweep, SweepHeading, Timing};
@@ -132,7 +130,7 @@ fn figure(
     shown: impl Fn(&Sweep) -> bool,
     name: impl Fn(&Sweep) -> String,
 ) -> Figure {
-    let mut figure = Figure::new(offset_axis(diagram), value_axis(diagram));
+    let mut figure = Figure::new(parameter_axis(diagram), value_axis(diagram));
     figure.above = Some(physical_scale(diagram));
     let alone = diagram.sweeps.iter().filter(|sweep| shown(sweep)).count() == 1;
     let mut outside = Vec::new();
@@ -146,11 +144,7 @@ fn figure(
     // A logarithmic axis does not reach the graze.
     if !diagram.is_logarithmic {
         figure.guides.push(Guide::Vertical { at: 0.0, label: String::new() });
-        figure.annotations.push(Annotation {
-            at: [0.0, 0.0],
-            text: "G".to_owned(),
-            marker: Some(Marker::Ring),
-        });
+        figure.annotations.push(Annotation::ring([0.0, 0.0], "G"));
     }
     figure
 }
@@ -182,7 +176,7 @@ fn difference_figure(diagram: &Diagram) -> Option<Figure> {
         others.extend(rest);
     }
     let words = format!("distance to {}", method_word(reference));
-    let mut figure = Figure::new(offset_axis(diagram), Axis::log10(words));
+    let mut figure = Figure::new(parameter_axis(diagram), Axis::log10(words));
     figure.size = (760, 300);
     figure.series.push(Series::dots("no period, another, or outside", others).in_grey());
     figure.series.extend(settled);
@@ -213,7 +207,7 @@ fn distance(point: &DiagramPoint, other: &DiagramPoint) -> Option<f64> {
 
 fn lyapunov_figure(diagram: &Diagram) -> Option<Figure> {
     let mut figure =
-        Figure::new(offset_axis(diagram), Axis::linear("largest Lyapunov exponent per iterate"));
+        Figure::new(parameter_axis(diagram), Axis::linear("largest Lyapunov exponent per iterate"));
     figure.size = (760, 300);
     let mut outside = Vec::new();
     for sweep in &diagram.sweeps {
@@ -257,12 +251,21 @@ fn add_dots(figure: &mut Figure, name: String, dots: Vec<[f64; 2]>) {
     }
 }
 
-fn offset_axis(diagram: &Diagram) -> Axis {
-    let letter = symbol(&diagram.parameter);
-    let ends = diagram.sweeps.iter().flat_map(|sweep| &sweep.points).map(|point| point.offset);
-    let (lower, upper) =
-        ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));
-    let mut axis = Axis::linear(format!("{letter} − {letter}*"));
+/// The axis of the offsets of a variable from the graze.
+pub(super) fn offset_axis(name: &str) -> Axis {
+    let letter = symbol(name);
+    Axis::linear(format!("{letter} − {letter}*"))
+}
+
+/// The least and the largest of some values; infinite, the least above the largest, of none.
+pub(super) fn extent(values: impl Iterator<Item = f64>) -> (f64, f64) {
+    values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)))
+}
+
+fn parameter_axis(diagram: &Diagram) -> Axis {
+    let offsets = diagram.sweeps.iter().flat_map(|sweep| &sweep.points).map(|point| point.offset);
+    let (lower, upper) = extent(offsets);
+    let mut axis = offset_axis(&diagram.parameter);
     axis.scale = match diagram.is_logarithmic {
         false => AxisScale::Linear,
         true if lower > 0.0 => AxisScale::Log10,
@@ -282,8 +285,7 @@ fn value_axis(diagram: &Diagram) -> Axis {
     let axis = Axis::linear(observable_words(&diagram.observable));
     let points = diagram.sweeps.iter().flat_map(|sweep| &sweep.points);
     let values = points.flat_map(|point| &point.values).filter(|value| value.is_finite());
-    let (lower, upper) = values
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &x| (low.min(x), high.max(x)));
+    let (lower, upper) = extent(values.copied());
     let margin = 0.04 * (upper - lower);
     if margin > 0.0 { axis.with_range(lower - margin, upper + margin) } else { axis }
 }

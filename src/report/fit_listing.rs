@@ -1,6 +1,7 @@
 //! Fits to measured points and orbits under noise: words, tables and figures.
 
-use super::figure::{Axis, Figure, Series, Stroke, symbol};
+use super::diagram_figure::offset_axis;
+use super::figure::{Axis, Figure, Series, Stroke};
 use super::{Cell, Column, ReportError, Table};
 use crate::analysis::fit::{Fit, FitEnd, misfit};
 use crate::analysis::noise::{NoiseRequest, NoisyOrbits};
@@ -119,9 +120,7 @@ pub fn noise_figures(
     found: &NoisyOrbits,
 ) -> Vec<(String, Figure)> {
     let figure = |(coordinate, name): (usize, &String)| {
-        let letter = symbol(name);
-        let axis = Axis::linear(format!("{letter} − {letter}*"));
-        let mut figure = Figure::new(axis, Axis::linear("density"));
+        let mut figure = Figure::new(offset_axis(name), Axis::linear("density"));
         let counts = found.marginals[coordinate].iter().enumerate();
         let steps = counts.flat_map(|(cell, &count)| {
             let [from, to] = edges(request.ranges[coordinate], request.cells, cell);

@@ -5,6 +5,7 @@ use base64::prelude::BASE64_STANDARD as BASE64;
 use serde::Serialize;
 
 use super::branch_listing::stretches;
+use super::diagram_figure::extent;
 use super::figure::symbol;
 use super::{BranchListing, BranchRecord, ReportError};
 use crate::analysis::chart::Chart;
@@ -216,9 +217,7 @@ fn plain_symbol(name: &str) -> String {
 fn live(map: &LocalMap, diagram: &Diagram) -> Option<LiveDiagram> {
     let axis = axis(map, &diagram.parameter)?;
     let offsets = diagram.sweeps.iter().flat_map(|sweep| &sweep.points).map(|point| point.offset);
-    let ends = offsets.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), offset| {
-        (low.min(offset), high.max(offset))
-    });
+    let ends = extent(offsets);
     if ends.0 >= ends.1 {
         return None;
     }

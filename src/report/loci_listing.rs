@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use super::diagram_figure::offset_axis;
 use super::figure::{Annotation, Axis, Figure, Marker, Series, Stroke, symbol};
 use super::orbits_listing::using_words;
 use super::{Cell, Column, Named, ReportError, SectionDocument, Table};
@@ -329,12 +330,10 @@ impl LociListing {
     /// multipliers are stable and dashed where not, the rest dotted in grey; points of codimension
     /// two with their labels. `under` is drawn beneath, where it has these axes.
     pub fn figure(&self, under: Option<Figure>) -> Figure {
-        let axis = |name: &String| {
-            let letter = symbol(name);
-            Axis::linear(format!("{letter} − {letter}*"))
-        };
-        let [horizontal, vertical] = &self.plane;
-        let mut figure = under.unwrap_or_else(|| Figure::new(axis(horizontal), axis(vertical)));
+        let mut figure = under.unwrap_or_else(|| {
+            let [horizontal, vertical] = self.plane.each_ref().map(|name| offset_axis(name));
+            Figure::new(horizontal, vertical)
+        });
         self.draw(&mut figure, &|at| Some(at));
         figure
     }
@@ -347,11 +346,10 @@ impl LociListing {
             .iter()
             .find(|locus| locus.kind == LocusKind::Graze && !locus.itinerary.contains('1'))?;
         let line: Vec<[f64; 2]> = graze.points.iter().map(|point| point.at).collect();
-        let letters = self.plane.each_ref().map(|name| symbol(name));
-        let mut figure = Figure::new(
-            Axis::linear(format!("{0} − {0}*", letters[0])),
-            Axis::linear(format!("{0} − {0} of the graze", letters[1])),
-        );
+        let [horizontal, vertical] = &self.plane;
+        let letter = symbol(vertical);
+        let vertical = Axis::linear(format!("{letter} − {letter} of the graze"));
+        let mut figure = Figure::new(offset_axis(horizontal), vertical);
         self.draw(&mut figure, &|[first, second]| Some([first, second - between(&line, first)?]));
         Some(figure)
     }

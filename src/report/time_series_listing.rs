@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use super::diagram_figure::extent;
 use super::figure::{Axis, Figure, Guide, Marker, Series, Stroke, symbol};
 use super::table::counted;
 use super::{Cell, Column, Named, ReportError, SectionDocument, Table};
@@ -337,9 +338,7 @@ fn zero_near(
     mut function: impl FnMut(f64) -> f64,
     places: impl Iterator<Item = f64>,
 ) -> Option<f64> {
-    let ends = places.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), place| {
-        (low.min(place), high.max(place))
-    });
+    let ends = extent(places);
     let margin = 0.5 * (ends.1 - ends.0);
     let (mut low, mut high) = (ends.0 - margin, ends.1 + margin);
     let rises = function(high) > 0.0;
