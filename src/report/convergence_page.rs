@@ -186,16 +186,16 @@ fn ordered<'a>(orders: &[&'a OrderResult]) -> ByColumn<&'a OrderResult> {
 fn order_table(orders: &[&OrderResult]) -> Result<Table, ReportError> {
     let table = ordered(orders)
         .text("shape", |order| shape_word(order.shape))
-        .column(Column::number("largest error"), |order| number(order.error.max, 3))
-        .column(Column::number("median error"), |order| number(order.error.median, 3))
-        .column(Column::number("measured rate"), |order| number(order.rate.measured, 4))
-        .column(Column::number("±"), |order| number(order.rate.uncertainty, 2))
+        .number("largest error", 3, |order| finite(order.error.max))
+        .number("median error", 3, |order| finite(order.error.median))
+        .number("measured rate", 4, |order| finite(order.rate.measured))
+        .number("±", 2, |order| finite(order.rate.uncertainty))
         .number("expected rate", 3, |order| order.rate.expected)
         .count("coefficients", |order| order.coefficients)
         .count("operations", |order| order.operations)
-        .column(Column::number("step"), |order| number(Some(order.step_ns), 3))
+        .number("step", 3, |order| finite(order.step_ns))
         .unit("ns")
-        .column(Column::number("floor"), |order| number(Some(order.floor_ns), 3))
+        .number("floor", 3, |order| finite(order.floor_ns))
         .unit("ns");
     Ok(table.made())
 }
@@ -203,12 +203,12 @@ fn order_table(orders: &[&OrderResult]) -> Result<Table, ReportError> {
 /// As many columns as a page has room for; the CSV holds all.
 fn page_table(orders: &[&OrderResult]) -> Result<Table, ReportError> {
     let table = ordered(orders)
-        .column(Column::number("largest error"), |order| number(order.error.max, 3))
-        .column(Column::number("median error"), |order| number(order.error.median, 3))
-        .column(Column::number("rate"), |order| number(order.rate.measured, 4))
+        .number("largest error", 3, |order| finite(order.error.max))
+        .number("median error", 3, |order| finite(order.error.median))
+        .number("rate", 4, |order| finite(order.rate.measured))
         .number("expected", 3, |order| order.rate.expected)
         .count("coefficients", |order| order.coefficients)
-        .column(Column::number("step"), |order| number(Some(order.step_ns), 3))
+        .number("step", 3, |order| finite(order.step_ns))
         .unit("ns");
     Ok(table.made())
 }
@@ -223,17 +223,15 @@ fn rate_table(study: &ConvergenceStudy) -> Result<Table, ReportError> {
     let table = Table::of(rates)
         .text("factor", |(name, _)| name)
         .count("order", |(_, of)| of.order)
-        .column(Column::number("measured"), |(_, of)| number(of.rate.measured, 4))
-        .column(Column::number("±"), |(_, of)| number(of.rate.uncertainty, 2))
+        .number("measured", 4, |(_, of)| finite(of.rate.measured))
+        .number("±", 2, |(_, of)| finite(of.rate.uncertainty))
         .number("expected", 3, |(_, of)| of.rate.expected);
     Ok(table.made())
 }
 
 /// A finite number, or nothing.
-pub(super) fn number(value: Option<f64>, digits: usize) -> Cell {
-    value
-        .filter(|value| value.is_finite())
-        .map_or(Cell::Missing, |value| Cell::number(value, digits))
+fn finite(value: impl Into<Option<f64>>) -> Option<f64> {
+    value.into().filter(|value| value.is_finite())
 }
 
 /// Error against size, one curve per order, with the expected slope through the middle of the range
@@ -332,28 +330,29 @@ fn pareto_table(study: &ConvergenceStudy) -> Result<Table, ReportError> {
         Some(map) => shape_word(map.shape).to_owned(),
         None => direct_words(point.direct.as_deref().unwrap_or_default()),
     };
-    let order =
-        |order: Option<u32>| order.map_or(Cell::Missing, |order| Cell::Integer(order.into()));
+    let order = |order: Option<u32>| order.map_or(Cell::Missing, |n| Cell::Integer(n.into()));
     let orders = |point: &ParetoPoint| point.map.as_ref().map(|map| map.orders);
     let table = Table::of(&study.pareto)
         .text("method", method)
         .column(Column::number("N"), |point| order(orders(point).map(|of| of.smooth_order)))
         .column(Column::number("W"), |point| order(orders(point).map(|of| of.contact_weight)))
-        .column(Column::number("step"), |point| number(Some(point.step_ns), 3))
+        .number("step", 3, |point| finite(point.step_ns))
         .unit("ns")
-        .column(Column::number("largest error"), |point| number(Some(point.error), 3));
+        .number("largest error", 3, |point| finite(point.error));
     Ok(table.made())
 }
 
 /// The window's factor, then every width alone.
 fn validity_table(validity: &Validity) -> Result<Table, ReportError> {
-    let mut table = Table::new(vec![Column::text("window"), Column::number("largest")]);
-    table.push(vec![Cell::text("factor of the scene's window"), number(validity.scale, 3)])?;
-    table.push(vec![Cell::text("depth y²"), number(validity.depth, 3)])?;
-    for (name, width) in validity.state.iter().chain(&validity.parameter) {
-        table.push(vec![Cell::text(name.clone()), number(*width, 3)])?;
-    }
-    Ok(table)
+    let whole = [("factor of the scene's window", validity.scale), ("depth y²", validity.depth)];
+    let widths = validity.state.iter().chain(&validity.parameter);
+    let widths = widths.map(|(name, width)| (name.as_str(), *width));
+    let table = Table::of(whole.into_iter().chain(widths)).text("window", |(name, _)| name).number(
+        "largest",
+        3,
+        |(_, width)| finite(width),
+    );
+    Ok(table.made())
 }
 
 /// Errors of the map and of direct simulation against the depth; `None` without windows.

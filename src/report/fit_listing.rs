@@ -2,7 +2,7 @@
 
 use super::diagram_figure::offset_axis;
 use super::figure::{Axis, Figure, Series, Stroke};
-use super::{Cell, Column, ReportError, Table};
+use super::{ReportError, Table};
 use crate::analysis::fit::{Fit, FitEnd, misfit};
 use crate::analysis::noise::{NoiseRequest, NoisyOrbits};
 use crate::expansion::LocalMap;
@@ -60,13 +60,7 @@ pub fn fit_text(map: &LocalMap, fit: &Fit) -> Result<String, ReportError> {
 /// What may not be trusted of a fit; `by_map_alone` where nothing is simulated.
 pub fn fit_remarks(fit: &Fit, by_map_alone: bool) -> Vec<String> {
     let end = fit.end.words().map(|words| format!("warning: {words}"));
-    let outside = (by_map_alone && fit.outside > 0.0).then(|| {
-        format!(
-            "warning: {:.2} % of the returns begin outside the window, where the map has not been \
-             measured; guarded iteration simulates them",
-            100.0 * fit.outside
-        )
-    });
+    let outside = outside_words(fit.outside).filter(|_| by_map_alone);
     let estimated = (!fit.noise_is_known && fit.end == FitEnd::Converged).then(|| {
         "note: the noise is estimated from the residuals, so that a false minimum cannot be told; \
          state the noise where it is known"
@@ -94,23 +88,17 @@ pub fn noise_table(
     request: &NoiseRequest,
     found: &NoisyOrbits,
 ) -> Result<Table, ReportError> {
-    let numbers = ["from", "to", "count", "density"].map(Column::number);
-    let columns = [Column::text("coordinate")].into_iter().chain(numbers);
-    let mut table = Table::new(columns.collect());
-    for (coordinate, counts) in map.section.coordinates.iter().zip(&found.marginals).enumerate() {
-        let (name, counts) = counts;
-        for (cell, &count) in counts.iter().enumerate() {
-            let [from, to] = edges(request.ranges[coordinate], request.cells, cell);
-            table.push(vec![
-                Cell::text(name),
-                Cell::number(from, DIGITS),
-                Cell::number(to, DIGITS),
-                Cell::Integer(count as i64),
-                Cell::number(count as f64 / found.points as f64 / (to - from), DIGITS),
-            ])?;
-        }
-    }
-    Ok(table)
+    let coordinates = map.section.coordinates.iter().enumerate();
+    let cells = coordinates.flat_map(|(coordinate, name)| {
+        densities(request, found, coordinate).map(move |cell| (name, cell))
+    });
+    let table = Table::of(cells)
+        .text("coordinate", |(name, _)| name)
+        .number("from", DIGITS, |(_, ([from, _], ..))| from)
+        .number("to", DIGITS, |(_, ([_, to], ..))| to)
+        .count("count", |(_, (_, count, _))| count)
+        .number("density", DIGITS, |(_, (.., density))| density);
+    Ok(table.made())
 }
 
 /// The density of every coordinate, with the ending of its file's name.
@@ -121,12 +109,8 @@ pub fn noise_figures(
 ) -> Vec<(String, Figure)> {
     let figure = |(coordinate, name): (usize, &String)| {
         let mut figure = Figure::new(offset_axis(name), Axis::linear("density"));
-        let counts = found.marginals[coordinate].iter().enumerate();
-        let steps = counts.flat_map(|(cell, &count)| {
-            let [from, to] = edges(request.ranges[coordinate], request.cells, cell);
-            let density = count as f64 / found.points as f64 / (to - from);
-            [[from, density], [to, density]]
-        });
+        let cells = densities(request, found, coordinate);
+        let steps = cells.flat_map(|(ends, _, density)| ends.map(|end| [end, density]));
         figure.series.push(Series::line(name.clone(), Stroke::Solid, steps.collect()));
         (if coordinate == 0 { String::new() } else { format!("-{name}") }, figure)
     };
@@ -153,18 +137,33 @@ pub fn noise_text(map: &LocalMap, found: &NoisyOrbits) -> String {
 
 /// What may not be trusted of orbits under noise; `by_map_alone` where nothing is simulated.
 pub fn noise_remarks(found: &NoisyOrbits, by_map_alone: bool) -> Vec<String> {
-    let outside = (by_map_alone && found.outside > 0.0).then(|| {
-        format!(
-            "warning: {:.2} % of the returns begin outside the window, where the map has not been \
-             measured; guarded iteration simulates them",
-            100.0 * found.outside
-        )
-    });
+    let outside = outside_words(found.outside).filter(|_| by_map_alone);
     let ended = (found.ended > 0)
         .then(|| format!("warning: {} orbits ended early, without an image", found.ended));
     outside.into_iter().chain(ended).collect()
 }
 
-fn edges([from, to]: [f64; 2], cells: usize, cell: usize) -> [f64; 2] {
-    [cell, cell + 1].map(|edge| from + (to - from) * edge as f64 / cells as f64)
+/// How much of the returns begins outside the window, where some do.
+fn outside_words(share: f64) -> Option<String> {
+    (share > 0.0).then(|| {
+        format!(
+            "warning: {:.2} % of the returns begin outside the window, where the map has not been \
+             measured; guarded iteration simulates them",
+            100.0 * share
+        )
+    })
+}
+
+/// The cells of a coordinate: their ends, counts and densities.
+fn densities(
+    request: &NoiseRequest,
+    found: &NoisyOrbits,
+    coordinate: usize,
+) -> impl Iterator<Item = ([f64; 2], u64, f64)> {
+    let [first, last] = request.ranges[coordinate];
+    let edge = move |edge: usize| first + (last - first) * edge as f64 / request.cells as f64;
+    found.marginals[coordinate].iter().enumerate().map(move |(cell, &count)| {
+        let (from, to) = (edge(cell), edge(cell + 1));
+        ([from, to], count, count as f64 / found.points as f64 / (to - from))
+    })
 }

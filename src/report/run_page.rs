@@ -11,10 +11,10 @@ use super::window_words::{
     chart_share_words, diagram_escape_words, diagram_outside_words, diagram_share_words,
 };
 use super::{
-    BranchListing, Cell, Column, Figure, GrazeStudy, LiveMap, LivePane, MapListing, OrbitListing,
-    Page, Picture, Provenance, ReportError, Section, Table, basin_figure, basin_remarks,
-    basin_table, basin_words, bounds_words, chart_figure, chart_timing_table, convergence_section,
-    diagram_figures, diagram_timing_table, edge_words, error_words, manifold_table, window_remark,
+    BranchListing, Figure, GrazeStudy, LiveMap, LivePane, MapListing, OrbitListing, Page, Picture,
+    Provenance, ReportError, Section, Table, basin_figure, basin_remarks, basin_table, basin_words,
+    bounds_words, chart_figure, chart_timing_table, convergence_section, diagram_figures,
+    diagram_timing_table, edge_words, error_words, manifold_table, window_remark,
 };
 use crate::analysis::basin::Basin;
 use crate::analysis::chart::Chart;
@@ -173,31 +173,22 @@ fn summary(run: &RunPage<'_>) -> String {
 
 fn model_section(run: &RunPage<'_>) -> Result<Section, ReportError> {
     let (scene, model) = (run.scene, &run.scene.model);
-    let mut table = Table::new(vec![
-        Column::text("parameter"),
-        Column::number("value in the scene"),
-        Column::number("at the graze"),
-        Column::text("role"),
-    ]);
-    for (number, parameter) in model.parameters.iter().enumerate() {
+    let role = |number: usize| {
         let solved = scene.grazing.solve_for.contains(&number);
-        let active = scene.expansion.active.contains(&number);
-        let role = match (solved, active) {
+        match (solved, scene.expansion.active.contains(&number)) {
             (true, true) => "adjusted so that the orbit grazes; variable of the map",
             (true, false) => "adjusted so that the orbit grazes",
             (false, true) => "variable of the map",
             (false, false) => "fixed",
-        };
-        table.push(vec![
-            Cell::text(parameter.name.clone()),
-            Cell::number(parameter.value.to_f64(), 12),
-            run.orbit
-                .parameters
-                .get(&parameter.name)
-                .map_or(Cell::Missing, |&value| Cell::number(value, 12)),
-            Cell::text(role),
-        ])?;
-    }
+        }
+    };
+    let grazing = |parameter: &str| run.orbit.parameters.get(parameter).copied();
+    let table = Table::of(model.parameters.iter().enumerate())
+        .text("parameter", |(_, parameter)| &parameter.name)
+        .number("value in the scene", 12, |(_, parameter)| parameter.value.to_f64())
+        .number("at the graze", 12, |(_, parameter)| grazing(&parameter.name))
+        .text("role", |(number, _)| role(number))
+        .made();
     let phase = model.phase.as_ref().map_or(String::new(), |phase| {
         format!(" The forcing phase {} has the period {:.12}.", phase.name, phase.period.to_f64())
     });
@@ -343,31 +334,19 @@ fn expansion_section(run: &RunPage<'_>) -> Result<Section, ReportError> {
 /// The window in offsets and in physical values.
 fn window_table(run: &RunPage<'_>) -> Result<Table, ReportError> {
     let map = run.local;
-    let mut table = Table::new(vec![
-        Column::text("variable"),
-        Column::number("at the graze"),
-        Column::number("half-width"),
-        Column::number("from"),
-        Column::number("to"),
-    ]);
     let section = &map.section;
     let coordinates = section.coordinates.iter().zip(&section.point).zip(&map.window.state);
     let parameters = map.parameters.iter().map(|own| (&own.name, &own.value));
-    for ((name, value), &width) in coordinates.chain(parameters.zip(&map.window.parameter)) {
-        let value = value.to_f64();
-        let bound = |value: f64, digits| match value.is_finite() {
-            true => Cell::number(value, digits),
-            false => Cell::Missing,
-        };
-        table.push(vec![
-            Cell::text(name.clone()),
-            Cell::number(value, 12),
-            bound(width, 4),
-            bound(value - width, 9),
-            bound(value + width, 9),
-        ])?;
-    }
-    Ok(table)
+    let variables = coordinates.chain(parameters.zip(&map.window.parameter));
+    let variables = variables.map(|((name, value), &width)| (name, value.to_f64(), width));
+    let bound = |value: f64| value.is_finite().then_some(value);
+    let table = Table::of(variables)
+        .text("variable", |(name, ..)| name)
+        .number("at the graze", 12, |(_, value, _)| value)
+        .number("half-width", 4, |(.., width)| bound(width))
+        .number("from", 9, |(_, value, width)| bound(value - width))
+        .number("to", 9, |(_, value, width)| bound(value + width));
+    Ok(table.made())
 }
 
 /// What a reader needs to name the map and to make it again.
@@ -557,10 +536,11 @@ fn basin_section(basins: &[Basin]) -> Result<Section, ReportError> {
 }
 
 fn time_section(run: &RunPage<'_>) -> Result<Section, ReportError> {
-    let mut table = Table::new(vec![Column::text("stage"), Column::number("time").with_unit("s")]);
-    for time in run.times {
-        table.push(vec![Cell::text(time.stage), Cell::number(time.seconds, 3)])?;
-    }
+    let table = Table::of(run.times)
+        .text("stage", |time| time.stage)
+        .number("time", 3, |time| time.seconds)
+        .unit("s")
+        .made();
     let mut section =
         Section::new("Times").table(table, "What each stage of this run took, by the clock.");
     for diagram in run.diagrams {
