@@ -164,11 +164,8 @@ impl BranchListing {
                 Cell::number(value, 10),
             ];
             row.extend(point.orbit.state.0.iter().map(|(_, value)| Cell::number(*value, 5)));
-            let speeds = point.orbit.contacts.iter();
-            let speeds: Vec<String> =
-                speeds.map(|contact| format!("{:.4e}", contact.speed)).collect();
             row.push(Cell::text(multipliers(&point.orbit.multipliers)));
-            row.push(Cell::text(speeds.join(", ")));
+            row.push(Cell::text(point.orbit.speeds(4, ", ")));
             row.push(special.coefficient.map_or(Cell::Missing, |value| Cell::number(value, 5)));
             row.push(Cell::text(if point.orbit.inside { "inside" } else { "outside" }));
             table.push(row)?;
@@ -211,10 +208,7 @@ impl BranchListing {
             let known = !orbit.multipliers.is_empty();
             row.push(if known { Cell::Integer(orbit.stable.into()) } else { Cell::Missing });
             row.extend([orbit.physical, orbit.inside].map(|flag| Cell::Integer(flag.into())));
-            let speeds = orbit.contacts.iter();
-            let speeds: Vec<String> =
-                speeds.map(|contact| format!("{:.16e}", contact.speed)).collect();
-            row.push(Cell::text(speeds.join(" ")));
+            row.push(Cell::text(orbit.speeds(16, " ")));
             let label = point.special.as_ref().map(|special| special.label.letters());
             row.push(label.map_or(Cell::Missing, Cell::text));
             let observed = point.observed.0.iter().map(|(_, value)| match value.is_finite() {

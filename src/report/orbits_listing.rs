@@ -351,15 +351,12 @@ impl OrbitsListing {
         let mut table = Table::new(columns);
         for (kind, orbit) in self.rows(list) {
             let located = orbit.parameters.0.iter().chain(&orbit.state.0);
-            let speeds = orbit.contacts.iter();
-            let speeds: Vec<String> =
-                speeds.map(|contact| format!("{:.4e}", contact.speed)).collect();
             let mut row = named(kind, orbit);
             row.extend(located.map(|(_, value)| Cell::number(*value, 5)));
             row.extend([
                 Cell::text(multipliers(&orbit.multipliers)),
                 Cell::text(orbit.kind_words(kind)),
-                Cell::text(speeds.join(", ")),
+                Cell::text(orbit.speeds(4, ", ")),
                 Cell::text(if orbit.inside { "inside" } else { "outside" }),
             ]);
             table.push(row)?;
@@ -380,16 +377,13 @@ impl OrbitsListing {
             let located = orbit.parameters.0.iter().chain(&orbit.state.0);
             let located = located.map(|(_, value)| value);
             let numbers = located.chain(orbit.multipliers.iter().flatten());
-            let speeds = orbit.contacts.iter();
-            let speeds: Vec<String> =
-                speeds.map(|contact| format!("{:.16e}", contact.speed)).collect();
             let flags = [orbit.stable, orbit.physical, orbit.inside];
             let mut row = named(kind, orbit);
             row.extend(numbers.map(|&value| Cell::number(value, 12)));
             row.extend(flags.map(|flag| Cell::Integer(flag.into())));
             let extra = orbit.extra_contacts;
             row.push(extra.map_or(Cell::Missing, |extra| Cell::Integer(extra as i64)));
-            row.push(Cell::text(speeds.join(" ")));
+            row.push(Cell::text(orbit.speeds(16, " ")));
             table.push(row)?;
         }
         Ok(table)
@@ -397,6 +391,14 @@ impl OrbitsListing {
 }
 
 impl OrbitRecord {
+    /// The impact speeds of its contacts, with so many decimals.
+    pub(super) fn speeds(&self, decimals: usize, between: &str) -> String {
+        let speeds = self.contacts.iter();
+        let speeds: Vec<_> =
+            speeds.map(|contact| format!("{:.decimals$e}", contact.speed)).collect();
+        speeds.join(between)
+    }
+
     /// Stability, and whether it is one of map or simulation at all.
     fn kind_words(&self, kind: Option<BifurcationKind>) -> String {
         let stable = if self.stable { "stable" } else { "unstable" };
