@@ -83,8 +83,8 @@ pub(super) struct Number {
     pub(super) printed: Option<String>,
     /// What is right by other means: a closed form, or another program.
     pub(super) reference: Option<String>,
-    /// Where it stands in the results, as [`find`](find) reads it after the name of
-    /// the computation; or an expression in the names of `of`.
+    /// Where it stands in the results, as [`find`] reads it after the name of the computation; or
+    /// an expression in the names of `of`.
     pub(super) value: String,
     /// Names of the expression, and where they stand.
     #[serde(default)]
