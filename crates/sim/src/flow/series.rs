@@ -117,6 +117,7 @@ impl<'p, S: Scalar> Series<'p, S> {
     }
 
     /// Computes the coefficients of every slot that is needed, about a state.
+    #[inline(never)]
     pub(super) fn expand(&mut self, state: &[S], parameters: &[S]) {
         if self.parameters.as_deref() != Some(parameters) {
             self.set_parameters(parameters);

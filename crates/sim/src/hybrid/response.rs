@@ -26,6 +26,7 @@ const PENETRATES: f64 = 64.0;
 
 impl<S: Real> Simulator<'_, S> {
     /// Applies a surface's response at the present state, which is on the surface.
+    #[inline(never)]
     pub(super) fn respond(
         &mut self,
         surface: usize,

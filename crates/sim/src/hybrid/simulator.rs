@@ -405,6 +405,7 @@ impl<S: Real> Simulator<'_, S> {
     /// # Errors
     ///
     /// [`HybridError::NoSuchSurface`], [`HybridError::StateLength`], [`HybridError::NotFinite`].
+    #[inline(never)]
     pub fn contact_phase(
         &mut self,
         surface: usize,
@@ -446,6 +447,7 @@ impl<S: Real> Simulator<'_, S> {
     /// NOTE: where the step does not halve the distance or leads to where `g` turns, `|g g''| ≥
     /// g'²`, the depth of the approach is itself within the rounding of `g`: nothing is known
     /// that a correction could restore, and the state stays where it is.
+    #[inline(never)]
     pub(super) fn settle_on(&mut self, landing: Landing) {
         let falling = match landing {
             Landing::Contact { .. } => S::one(),
@@ -490,6 +492,7 @@ impl<S: Real> Simulator<'_, S> {
 
     /// Value and slope of the function at the present state, put to the working memory with the
     /// rates of the free flow; `None` for a surface that has none.
+    #[inline(never)]
     fn read_landing(&mut self, landing: Landing) -> Option<(S, S)> {
         let Self { affine, motion, parameters, work, surfaces, .. } = self;
         let values = &mut work.landing;

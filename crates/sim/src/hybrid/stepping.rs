@@ -16,6 +16,7 @@ use crate::numeric::{Branched, Mask, Real, Scalar};
 
 impl<S: Real> Simulator<'_, S> {
     /// One step, cut at the first event.
+    #[inline(never)]
     pub(super) fn step(
         &mut self,
         horizon: S,
@@ -117,6 +118,7 @@ struct Leg<'s, S: Real> {
 impl<S: Real> Leg<'_, S> {
     /// Searches every watched gap and takes the state at the first event, or at the end of the
     /// step.
+    #[inline(never)]
     fn fly<F: Flight<S>>(
         &mut self,
         flight: &mut F,
@@ -368,6 +370,7 @@ impl<S: Real> Simulator<'_, S> {
     }
 
     /// `heading`: which way the gap goes, backward in time, from one step to the next.
+    #[inline(never)]
     fn step_back(
         &mut self,
         surface: usize,
@@ -404,6 +407,7 @@ struct BackwardLeg<'s, S: Real> {
 
 impl<S: Real> BackwardLeg<'_, S> {
     /// Flies to the goal, or to the end of the step; whether the goal was reached.
+    #[inline(never)]
     fn fly<F: Flight<S>>(&mut self, flight: &mut F) -> Result<bool, Outcome<S>> {
         self.motion.last_step = flight.time_scale();
         let length = flight.length().min(self.remaining);

@@ -409,6 +409,7 @@ impl<S: Real> AffineFlow<S> {
     }
 
     /// The states at a time within `[−length, length]`; `series` holds one series.
+    #[inline(never)]
     pub fn states_at(&self, time: S, extended: &[S], series: &mut [S], states: &mut [S]) {
         for (state, row, slope) in &self.state_series {
             row.combine(extended, series);

@@ -109,6 +109,7 @@ impl<'a, S: Real> AffineTools<'a, S> {
     ///
     /// `asked` says of each surface what is looked for; minima at which the flight does not stop
     /// are put to `misses`.
+    #[inline(never)]
     pub(in crate::hybrid) fn exact_step(
         &mut self,
         motion: &mut Motion<S>,
@@ -158,6 +159,7 @@ impl<'a, S: Real> AffineTools<'a, S> {
 
     /// Takes the state back along the free flow to where the gap was zero, or least; the time that
     /// took, `None` where it is longer than asked for or not known from one series.
+    #[inline(never)]
     pub(in crate::hybrid) fn retreat(
         &mut self,
         surface: usize,
@@ -238,6 +240,7 @@ impl<'a, S: Real> AffineTools<'a, S> {
 
     /// Writes value and slope of the function that is zero where a flight has landed, and the rates
     /// of the free flow; `false` where there is none.
+    #[inline(never)]
     pub(in crate::hybrid) fn read_landing(
         &mut self,
         landing: Landing,
