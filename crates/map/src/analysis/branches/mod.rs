@@ -10,13 +10,11 @@ mod by_map;
 mod data;
 mod normal_form;
 mod observables;
-mod overlay;
 mod trace;
 
 pub(super) use by_direct::branches_from;
 pub use data::{Branch, BranchEnd, BranchLabel, BranchPoint, BranchRequest, Branches, Special};
-pub use observables::{BranchObservable, observed};
-pub use overlay::{BranchDiagram, branch_diagram};
+pub use observables::{BranchDiagram, BranchObservable, branch_diagram, observed};
 pub(super) use trace::Follow;
 
 use crate::analysis::error::AnalysisError;

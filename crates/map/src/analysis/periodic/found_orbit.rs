@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::contact_itinerary::ContactItinerary;
-use super::depth_variable_map::ItineraryOrbit;
+use super::itinerary_search::ItineraryOrbit;
 use super::orbit::PeriodicOrbit;
 use crate::analysis::error::AnalysisError;
 use crate::expansion::{Expander, ImpactSpeed, LocalMap, MapWindow};

@@ -10,7 +10,6 @@
 //! docs/mathematics/dynamics.md.
 
 mod contact_itinerary;
-mod depth_variable_map;
 mod direct_equations;
 mod found_orbit;
 mod itinerary_search;
@@ -20,12 +19,11 @@ mod returns;
 mod section_map;
 
 pub use contact_itinerary::{ContactItinerary, ItineraryError};
-pub use depth_variable_map::{DepthVariableMap, ItineraryOrbit};
 pub use direct_equations::{DirectOrbit, DirectOrbitEquations, DirectUnits};
 pub(super) use found_orbit::ByMap;
 pub use found_orbit::{FoundOrbit, OrbitContact};
-pub use itinerary_search::ItinerarySearch;
 pub(super) use itinerary_search::Settled;
+pub use itinerary_search::{DepthVariableMap, ItineraryOrbit, ItinerarySearch};
 pub use map_equations::{MapOrbitEquations, PassagesOfOrbit};
 pub(super) use orbit::finite_or_one;
 pub use orbit::{
