@@ -12,12 +12,12 @@ use serde::{Deserialize, Serialize};
 use super::data::{Branch, BranchEnd, BranchLabel, BranchPoint, BranchRequest, Branches, Special};
 use super::normal_form::NormalForm;
 use super::trace::{
-    Follow, Of, Piece, Trace, Traces, apart, described, each_once, exact_or_zero, null_vector,
-    standard_form, through_seed, toggled, twice, unit_vector, with_those_led_to,
+    Follow, NEAR, Oracle, Piece, SAME, Seed, Trace, Way, each_once, exact_or_zero, first_doubled,
+    halved, label_of, lies_on, null_vector, refined, solved, toggled,
 };
 use crate::analysis::continuation::{
-    CourseEnd, CurveEquations, CurvePoint, Linearised, StepControl, by_chords, corrected, searched,
-    tangent_at, zero_near,
+    CourseEnd, CurveEquations, CurvePoint, Linearised, StepControl, apart, between, by_chords,
+    corrected, exact, moved, rounded, tangent_at, unit_vector,
 };
 use crate::analysis::direct_image::DirectImage;
 use crate::analysis::error::AnalysisError;
@@ -50,22 +50,15 @@ const SETTLED: f64 = 1e-10;
 const KEPT: usize = 40;
 /// Section points this near, in units, nearly repeat.
 const NEARLY_REPEATED: f64 = 0.3;
-/// Orbits are the same where all variables agree to this.
-const SAME: f64 = 1e-6;
 /// A variable of a passage up to this is that of a graze, in its unit: next to one, contacts are
 /// not resolved, and the polynomial in their place errs by as much where the unit is large.
 const AT_GRAZE: f64 = 1e-6;
 /// How near a multiplier is to that of a special point.
-const AT_MULTIPLIER: f64 = 1e-4;
-/// Orbits this near to those of half their period are where a branch doubles.
-const NEAR: f64 = 1e-3;
-/// Distances from the orbit that doubles at which the doubled branch begins.
-const DOUBLED: [f64; 3] = [1e-2, 1e-3, 1e-4];
+const AT_MULTIPLIER: [f64; 2] = [1e-4; 2];
 /// Halvings towards a graze beside the passages.
 const HALVINGS: usize = 45;
-/// How far from a special point its refinement in double-double may lie.
-const FAR: f64 = 1e-5;
-/// The same where a contact is too weak for double precision.
+/// How far from a graze its refinement in double-double may lie: a contact may be too weak for
+/// double precision.
 const FAR_AT_GRAZE: f64 = 1e-2;
 
 /// Steps along a branch: where an orbit loses a section point, derivatives fail before images do.
@@ -74,28 +67,6 @@ const STEPS: StepControl = StepControl { unresolved: 8, ..StepControl::DEFAULT }
 type DirectTrace = Trace<DirectOrbit<f64>>;
 type Point = CurvePoint<f64, DirectOrbit<f64>>;
 
-/// An orbit from which a branch is followed.
-#[derive(Clone, Debug, Serialize)]
-struct Seed {
-    itinerary: ContactItinerary,
-    states: Vec<Vec<f64>>,
-    parameter: f64,
-    /// Whether section points are those at contacts alone.
-    at_contacts: bool,
-    way: Way,
-}
-
-/// Where the branch of a seed goes.
-#[derive(Clone, Debug, Serialize)]
-enum Way {
-    /// Through it.
-    Through,
-    /// In this direction of the unknowns, from the branch of half the period.
-    Doubled(Vec<f64>),
-    /// On in this direction, from the end of a branch in other section points.
-    On(Vec<f64>),
-}
-
 /// Consecutive section points at one value of the parameter.
 #[derive(Serialize, Deserialize)]
 struct Flight {
@@ -103,6 +74,13 @@ struct Flight {
     states: Vec<Vec<f64>>,
     /// The passages that make contact in each return.
     returns: Vec<PassageSet>,
+}
+
+/// What seeds are taken from.
+struct Sources {
+    flights: Vec<Flight>,
+    /// Where the orbit without contact grazes.
+    grazing: Vec<GrazeStart>,
 }
 
 struct Continuation<'a> {
@@ -147,8 +125,7 @@ pub(in crate::analysis) fn branches_from(
 ) -> Result<Branches, AnalysisError> {
     let system = HybridSystem::new(&scene.model);
     let continuation = Continuation::new(&system, scene, orbit, map, (request, graze), progress)?;
-    let found = continuation.all(follow);
-    Ok(Branches { branches: continuation.described(&found) })
+    Ok(Branches { branches: continuation.described(&continuation.all(follow)) })
 }
 
 /// A share of the branches of the itineraries asked for.
@@ -160,8 +137,7 @@ pub(super) fn share(
     shard: &Shard<'_>,
 ) -> Result<(), AnalysisError> {
     let system = HybridSystem::new(&scene.model);
-    let continuation = Continuation::new(&system, scene, orbit, map, (request, None), shard)?;
-    continuation.described(&continuation.first(&shard.own_of(&request.itineraries)));
+    Continuation::new(&system, scene, orbit, map, (request, None), shard)?.find_share(shard);
     Ok(())
 }
 
@@ -207,38 +183,6 @@ impl<'a> Continuation<'a> {
             graze,
             progress,
         })
-    }
-
-    /// All branches, with those that they lead to.
-    fn all(&self, follow: Follow) -> Traces<DirectOrbit<f64>> {
-        with_those_led_to(
-            self.first(&self.request.itineraries.iter().collect::<Vec<_>>()),
-            Of::itinerary,
-            |itinerary, trace| follow.of(self.request, self.led_to(itinerary, trace)),
-            |itinerary, seeds, known| self.traces(itinerary, seeds, known),
-        )
-    }
-
-    /// The branches of some of the itineraries asked for.
-    fn first(&self, own: &[&ContactItinerary]) -> Traces<DirectOrbit<f64>> {
-        self.progress.expect(own.len() as u64);
-        let flights = self.flights();
-        let grazing = match &self.graze {
-            Some(graze) => vec![graze.clone()],
-            None => self.grazing_orbits(&flights),
-        };
-        let first = own.par_iter().map(|&itinerary| {
-            let seeds = self.seeds(itinerary, &flights, &grazing);
-            let traces = self.traces(itinerary, seeds, Vec::new());
-            self.progress.advance(1);
-            (itinerary.clone(), traces)
-        });
-        first.collect()
-    }
-
-    /// The branches as they are given out.
-    fn described(&self, found: &Traces<DirectOrbit<f64>>) -> Vec<Branch> {
-        described(self.progress, found, |itinerary, trace| self.branch(itinerary, trace))
     }
 
     fn equations(&self, itinerary: &ContactItinerary) -> DirectOrbitEquations<'a, f64> {
@@ -374,33 +318,23 @@ impl<'a> Continuation<'a> {
         };
         let last = (flight.returns.len() + 1).checked_sub(period)?;
         let nearest = (0..last).filter(made).min_by(|&a, &b| apart(a).total_cmp(&apart(b)))?;
-        (apart(nearest) <= NEARLY_REPEATED).then(|| Seed {
-            itinerary: itinerary.clone(),
-            states: flight.states[nearest..nearest + period].to_vec(),
-            parameter: flight.parameter,
-            at_contacts: false,
-            way: Way::Through,
-        })
+        let states = &flight.states[nearest..nearest + period];
+        (apart(nearest) <= NEARLY_REPEATED)
+            .then(|| Seed::new(itinerary, states.to_vec(), Vec::new(), flight.parameter))
     }
 
     /// Where the orbit without contact grazes: its section point and the parameter. It is followed
     /// from the graze's parameter or from where simulation settles on it.
-    fn grazing_orbits(&self, flights: &[Flight]) -> Vec<(Vec<f64>, f64)> {
+    fn grazing_orbits(&self, flights: &[Flight]) -> Vec<GrazeStart> {
         let origin = vec![0.0; self.image.dimension()];
         let mut others = self.request.at.iter().enumerate();
         if others.all(|(place, &offset)| place == self.request.along || offset == 0.0) {
             return vec![(origin, 0.0)];
         }
         let none = ContactItinerary::new(self.map.passages(), vec![PassageSet::default()]);
-        let at_graze = Seed {
-            itinerary: none.clone(),
-            states: vec![origin],
-            parameter: 0.0,
-            at_contacts: false,
-            way: Way::Through,
-        };
+        let at_graze = Seed::new(&none, vec![origin], Vec::new(), 0.0);
         let free = flights.iter().filter_map(|flight| self.nearest_period(flight, &none));
-        let seeds = std::iter::once(at_graze).chain(free).collect();
+        let seeds = once(at_graze).chain(free).collect();
         let equations = self.equations(&none);
         let traces = self.traces(&none, seeds, Vec::new());
         let ends = traces.iter().flat_map(|trace| [trace.points.first(), trace.points.last()]);
@@ -410,40 +344,6 @@ impl<'a> Continuation<'a> {
             (point.linearised.extra.states[0].clone(), parameters[self.request.along])
         });
         grazing.collect()
-    }
-
-    /// Where branches of an itinerary begin: at the graze, and at what nearly repeats.
-    fn seeds(
-        &self,
-        itinerary: &ContactItinerary,
-        flights: &[Flight],
-        grazing: &[(Vec<f64>, f64)],
-    ) -> Vec<Seed> {
-        let mine = flights.iter().filter_map(|flight| self.nearest_period(flight, itinerary));
-        let grazing = grazing.iter().map(|(state, parameter)| Seed {
-            itinerary: itinerary.clone(),
-            states: vec![state.clone(); itinerary.period()],
-            parameter: *parameter,
-            at_contacts: false,
-            way: Way::Through,
-        });
-        grazing.chain(mine).collect()
-    }
-
-    /// The branches of an itinerary through these seeds, beside those known.
-    fn traces(
-        &self,
-        itinerary: &ContactItinerary,
-        seeds: Vec<Seed>,
-        mut traces: Vec<DirectTrace>,
-    ) -> Vec<DirectTrace> {
-        for seed in seeds {
-            let trace = through_seed(self.progress, itinerary, traces.len(), &seed, || {
-                self.trace(itinerary, &seed, &traces)
-            });
-            traces.extend(trace);
-        }
-        traces
     }
 
     /// The equations in whose section points a seed is followed, and its unknowns.
@@ -465,7 +365,339 @@ impl<'a> Continuation<'a> {
         Some((fewer, guess))
     }
 
-    /// The branch through a seed, if it is another and not a point alone.
+    /// Whether an orbit lies on a branch that is known, begun at any of its points; `alike` asks
+    /// those in the same section points alone.
+    fn is_known(
+        &self,
+        equations: &mut DirectOrbitEquations<'a, f64>,
+        unknowns: &[f64],
+        traces: &[DirectTrace],
+        alike: bool,
+    ) -> bool {
+        let fewer = |trace: &&DirectTrace| trace.points[0].unknowns.len() < unknowns.len();
+        let (at_contacts, others): (Vec<_>, Vec<_>) = traces.iter().partition(fewer);
+        let all = |trace: &&DirectTrace| trace.points[0].unknowns.len() == unknowns.len();
+        let others = others.into_iter().filter(|trace| !alike || all(trace));
+        if lies_on_one(equations, unknowns, others) {
+            return true;
+        }
+        if alike || at_contacts.is_empty() {
+            return false;
+        }
+        let Some(mut fewer) = self.equations(equations.itinerary()).at_contacts() else {
+            return false;
+        };
+        let own = fewer.own(unknowns);
+        lies_on_one(&mut fewer, &own, at_contacts.into_iter())
+    }
+
+    /// The passages without speed or gap where a branch ends.
+    fn grazing(&self, equations: &DirectOrbitEquations<'a, f64>, point: &Point) -> Vec<usize> {
+        let unknowns = point.unknowns.iter().enumerate();
+        let touching = unknowns.filter(|(_, value)| value.abs() <= AT_GRAZE);
+        touching.filter_map(|(unknown, _)| equations.passage_of(unknown)).collect()
+    }
+
+    /// The same orbit in other section points, from which the branch goes on: without those of
+    /// returns that may have lost theirs, or with them again.
+    fn other_points(&self, seed: Seed, point: &Point) -> Option<Seed> {
+        // The way of a branch to its end is that of the tangent there.
+        let outward = &point.tangent;
+        let mut every = self.equations(&seed.itinerary);
+        let fewer = every.clone().at_contacts()?;
+        if !seed.at_contacts {
+            let way = Way::On(fewer.own(outward));
+            return Some(Seed { at_contacts: true, way, ..seed });
+        }
+        let parameters = self.request.parameters(seed.parameter);
+        let states = every.every_point(&point.linearised.extra, &parameters)?;
+        let unknowns = every.unknowns(&states, &parameters)?;
+        let there = every.linearised(&unknowns)?;
+        let mut along = unit_vector(unknowns.len(), unknowns.len() - 1);
+        let ahead = outward[outward.len() - 1];
+        along.iter_mut().for_each(|value| *value *= ahead.signum());
+        let way = Way::On(tangent_at(&there.jacobian, &along)?);
+        Some(Seed { at_contacts: false, states, way, ..seed })
+    }
+
+    /// The graze, between two points of a branch, at which a contact begins or ends that no passage
+    /// accounts for, as of a compliant stop, on which orbits depend smoothly enough: by halving.
+    fn graze_between(
+        &self,
+        itinerary: &ContactItinerary,
+        [from, to]: [&Point; 2],
+    ) -> Option<BranchPoint> {
+        let [before, after] = [from, to].map(|point| &point.linearised.extra);
+        if before.extra_contacts == after.extra_contacts {
+            return None;
+        }
+        let mut equations = self.equations_with(itinerary, before);
+        let chord: Vec<f64> = from.unknowns.iter().zip(&to.unknowns).map(|(a, b)| b - a).collect();
+        let mut at = |share: f64| {
+            let start = moved(&from.unknowns, &chord, share);
+            // Derivatives are differences, which would meet both sides of the graze: those of the
+            // first point serve for all.
+            by_chords(&from.linearised.jacobian, &chord, start, |unknowns| {
+                equations.flown_orbit(unknowns)
+            })
+        };
+        let (mut shares, mut found) = ([0.0, 1.0], None);
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (shares[0] + shares[1]);
+            let there = at(middle)?;
+            shares[usize::from(there.1.extra_contacts != before.extra_contacts)] = middle;
+            found = Some(there);
+        }
+        let (unknowns, extra, residual) = found?;
+        let tangent = vec![0.0; unknowns.len()];
+        let linearised = Linearised { residual, extra, ..from.linearised.clone() };
+        let point = Point { unknowns, tangent, linearised, tests: Vec::new() };
+        let orbit = self.found(&equations, &point, true);
+        let special = Special { label: BranchLabel::Graze, grazing: Vec::new(), coefficient: None };
+        Some(BranchPoint { orbit, special: Some(special) })
+    }
+
+    /// The orbits of a branch at a value of the parameter that varies, in double-double.
+    fn passing(
+        &self,
+        itinerary: &ContactItinerary,
+        trace: &DirectTrace,
+        value: f64,
+    ) -> Vec<FoundOrbit> {
+        let first = &trace.points[0].linearised.extra;
+        let equations = self.equations_with(itinerary, first);
+        let mut fine = in_points_of(self.equations_of(&self.fine, itinerary), first);
+        let wanted = value / self.units.parameters[0];
+        let last = trace.points[0].unknowns.len() - 1;
+        let normal: Vec<Dd> = unit_vector(last + 1, last);
+        let guesses = trace.points.windows(2).filter_map(|pair| {
+            let [a, b] = [&pair[0].unknowns, &pair[1].unknowns];
+            let share = (wanted - a[last]) / (b[last] - a[last]);
+            // A value that is a point's own belongs to one of its two intervals.
+            (0.0..1.0).contains(&share).then(|| {
+                let mut guess: Vec<Dd> = exact(&between(a, b, share));
+                guess[last] = Dd::from(value) / Dd::from(self.units.parameters[0]);
+                guess
+            })
+        });
+        let orbits = guesses.filter_map(|guess| {
+            let (unknowns, linearised) = corrected(&mut fine, &guess, &guess, &normal)?;
+            let tangent = vec![Dd::ZERO; unknowns.len()];
+            let point = CurvePoint { unknowns, tangent, linearised, tests: Vec::new() };
+            let mut orbit = self.found(&fine, &point, false);
+            orbit.parameters[self.request.along] = value;
+            let is_own = point
+                .unknowns
+                .iter()
+                .enumerate()
+                .all(|(unknown, at)| equations.passage_of(unknown).is_none() || *at > Dd::ZERO);
+            (is_own && orbit.extra_contacts == 0).then_some(orbit)
+        });
+        orbits.collect()
+    }
+
+    /// What is special about a point at which these test functions vanish.
+    fn special(
+        &self,
+        equations: &DirectOrbitEquations<'a, f64>,
+        point: &Point,
+        turns: &[usize],
+        grazing: Vec<usize>,
+    ) -> Option<Special> {
+        let orbit = &point.linearised.extra;
+        if !grazing.is_empty() {
+            let grazing = grazing.into_iter().map(|number| [number, 0]).collect();
+            return Some(Special { label: BranchLabel::Graze, grazing, coefficient: None });
+        }
+        if turns.is_empty() {
+            return None;
+        }
+        let multipliers =
+            equations.jacobian(orbit).and_then(|jacobian| eigenvalues(&jacobian).ok());
+        let multipliers = multipliers.unwrap_or_default();
+        let label = match equations.is_repeated(orbit, NEAR) {
+            true => BranchLabel::BranchPoint,
+            // Where the parameter turns, the multiplier 1 is that of the turn.
+            false => label_of(turns, 0, &multipliers, AT_MULTIPLIER)
+                .find(|label| *label != BranchLabel::BranchPoint || !turns.contains(&0))?,
+        };
+        let coefficient = self.coefficient(equations, point, label);
+        Some(Special { label, grazing: Vec::new(), coefficient })
+    }
+
+    /// The coefficient of the normal form.
+    fn coefficient(
+        &self,
+        equations: &DirectOrbitEquations<'a, f64>,
+        point: &Point,
+        label: BranchLabel,
+    ) -> Option<f64> {
+        let orbit = &point.linearised.extra;
+        let own = point.unknowns.iter().enumerate();
+        let own = own.filter(|(unknown, _)| equations.passage_of(*unknown).is_some());
+        let gaps = own.map(|(unknown, value)| match equations.begins_with_contact_at(unknown) {
+            true => value * value,
+            false => value.abs(),
+        });
+        let units = &window_scales(&self.map.window)[..self.units.state.len()];
+        // How far the coordinate that is replaced lies from that of a graze, in half-widths.
+        let share = self.units.gap.map_or(1.0, |(place, _)| self.units.state[place] / units[place]);
+        let mut image = self.fine.clone();
+        let mut form = NormalForm {
+            map: &mut image,
+            state: exact(&orbit.states[0]),
+            parameters: exact(&equations.parameters(&point.unknowns)),
+            returns: equations.itinerary().period(),
+            units: units.to_vec(),
+            length: gaps.fold(1.0, |least, gap| least.min(share * gap)),
+            jacobian: equations.jacobian(orbit)?,
+        };
+        form.of(label)
+    }
+
+    /// A special point to the rounding of double-double, where it is a zero of this test function.
+    fn refined(
+        &self,
+        itinerary: &ContactItinerary,
+        point: &Point,
+        test: usize,
+    ) -> Option<FoundOrbit> {
+        let fine = self.equations_of(&self.fine, itinerary);
+        let mut fine = in_points_of(fine, &point.linearised.extra);
+        let found = refined(&mut fine, point, test)?;
+        Some(self.found(&fine, &found, false))
+    }
+
+    /// An orbit that grazes to the rounding of double-double, its passages without speed or gap
+    /// held there, and the change of the parameter with the speed of the one contact that begins.
+    fn refined_graze(
+        &self,
+        itinerary: &ContactItinerary,
+        point: &Point,
+    ) -> Option<(FoundOrbit, Option<f64>)> {
+        let fine = self.equations_of(&self.fine, itinerary);
+        let mut fine = in_points_of(fine, &point.linearised.extra);
+        let own = |unknown: usize| fine.passage_of(unknown).is_some();
+        let grazes = |&unknown: &usize| own(unknown) && point.unknowns[unknown].abs() <= AT_GRAZE;
+        let grazing: Vec<usize> = (0..point.unknowns.len()).filter(grazes).collect();
+        let at = point.unknowns.iter().enumerate().map(|(unknown, &value)| {
+            if grazing.contains(&unknown) { Dd::ZERO } else { Dd::from(value) }
+        });
+        let at: Vec<Dd> = at.collect();
+        let normal = unit_vector(at.len(), *grazing.first()?);
+        let (unknowns, linearised) = corrected(&mut fine, &at, &at, &normal)?;
+        let slope = self.slope(&mut fine, &unknowns, &linearised, &grazing);
+        let near = apart(&rounded(&unknowns), &point.unknowns) < FAR_AT_GRAZE;
+        let found = CurvePoint { unknowns, tangent: at, linearised, tests: Vec::new() };
+        near.then(|| (self.found(&fine, &found, true), slope))
+    }
+
+    /// The change of the parameter with the speed of the one contact that begins at a graze.
+    fn slope(
+        &self,
+        fine: &mut DirectOrbitEquations<'a, Dd>,
+        unknowns: &[Dd],
+        linearised: &Linearised<Dd, DirectOrbit<Dd>>,
+        grazing: &[usize],
+    ) -> Option<f64> {
+        let mut begins = grazing.iter().filter(|&&unknown| fine.begins_with_contact_at(unknown));
+        let (Some(&unknown), None) = (begins.next(), begins.next()) else { return None };
+        let by_variable = fine.speed_by_variable(unknowns, unknown)?;
+        let tangent = tangent_at(&linearised.jacobian, &unit_vector(unknowns.len(), unknown))?;
+        let parameter = exact_or_zero(tangent.last()?.to_f64()) * self.units.parameters[0];
+        let slope = parameter / (tangent[unknown] * by_variable).to_f64();
+        slope.is_finite().then_some(slope)
+    }
+
+    /// The same of a branch point at which orbits have half their period: there those double.
+    fn refined_doubling(&self, itinerary: &ContactItinerary, point: &Point) -> Option<Vec<f64>> {
+        let half = halved(itinerary);
+        let mut equations = self.equations(&half);
+        let orbit = &point.linearised.extra;
+        if orbit.returns.len() < itinerary.period() {
+            equations = equations.at_contacts()?;
+        }
+        let variables = orbit.returns.len() / 2 * self.units.state.len();
+        let mut unknowns = point.unknowns[..variables].to_vec();
+        unknowns.push(*point.unknowns.last()?);
+        let along = unit_vector(unknowns.len(), variables);
+        let (unknowns, linearised) = corrected(&mut equations, &unknowns, &unknowns, &along)?;
+        let tangent = tangent_at(&linearised.jacobian, &along)?;
+        let point = Point { unknowns, tangent, linearised, tests: Vec::new() };
+        Some(self.refined(&half, &point, 1)?.parameters)
+    }
+
+    /// The orbit at a point.
+    fn found<S: Real>(
+        &self,
+        equations: &DirectOrbitEquations<'a, S>,
+        point: &CurvePoint<S, DirectOrbit<S>>,
+        at_graze: bool,
+    ) -> FoundOrbit {
+        let orbit = &point.linearised.extra;
+        let jacobian = equations.jacobian(orbit).filter(|_| !at_graze);
+        let parameters = equations.parameters(&point.unknowns);
+        let found = FoundOrbit::on_branch(
+            equations.itinerary(),
+            (&orbit.states, &parameters),
+            jacobian,
+            &point.linearised.residual,
+        );
+        let holds = |state: &Vec<f64>| {
+            let depths = self.depths.at(state, &found.parameters);
+            self.map.window.holds(state, &found.parameters, &depths)
+        };
+        let contact = |&(number, passage, speed): &(usize, usize, S)| OrbitContact {
+            number,
+            passage,
+            speed: speed.to_f64(),
+        };
+        FoundOrbit {
+            inside: found.states.iter().all(holds),
+            contacts: orbit.speeds.iter().map(contact).collect(),
+            extra_contacts: orbit.extra_contacts,
+            hits: Some(self.surfaces.iter().map(|&surface| orbit.hits[surface] as u32).collect()),
+            ..found
+        }
+    }
+}
+
+impl Oracle for Continuation<'_> {
+    type Orbit = DirectOrbit<f64>;
+    type Sources = Sources;
+
+    fn request(&self) -> &BranchRequest {
+        self.request
+    }
+
+    fn progress(&self) -> &dyn Progress {
+        self.progress
+    }
+
+    fn sources(&self) -> Sources {
+        let flights = self.flights();
+        let grazing = match &self.graze {
+            Some(graze) => vec![graze.clone()],
+            None => self.grazing_orbits(&flights),
+        };
+        Sources { flights, grazing }
+    }
+
+    /// At the graze, and at what nearly repeats.
+    fn seeds(
+        &self,
+        itinerary: &ContactItinerary,
+        Sources { flights, grazing }: &Sources,
+    ) -> Vec<Seed> {
+        let mine = flights.iter().filter_map(|flight| self.nearest_period(flight, itinerary));
+        let grazing = grazing.iter().map(|(state, parameter)| {
+            let states = vec![state.clone(); itinerary.period()];
+            Seed::new(itinerary, states, Vec::new(), *parameter)
+        });
+        grazing.chain(mine).collect()
+    }
+
+    /// A branch is no point alone.
     fn trace(
         &self,
         itinerary: &ContactItinerary,
@@ -476,18 +708,12 @@ impl<'a> Continuation<'a> {
         let equations = &mut equations;
         equations.reach_beyond(&guess);
         let start = match &seed.way {
-            Way::Doubled(direction) => DOUBLED.iter().find_map(|distance| {
-                let pairs = guess.iter().zip(direction);
-                let start: Vec<f64> = pairs.map(|(u, d)| u + distance * d).collect();
-                let (unknowns, there) = corrected(equations, &start, &start, direction)?;
-                let same = equations.is_repeated(&there.extra, 0.1 * distance);
-                (!same).then_some(unknowns)
-            })?,
+            Way::Doubled(direction) => {
+                let is_repeated = DirectOrbitEquations::is_repeated;
+                first_doubled(equations, &guess, direction, is_repeated)?.0
+            }
             Way::Through | Way::On(_) => {
-                let (unknowns, there) = match equations.linearised(&guess) {
-                    Some(there) if there.residual.amax() <= 1e-11 => (guess, there),
-                    _ => searched(equations, &guess, guess.len() - 1)?,
-                };
+                let (unknowns, there) = solved(equations, &guess)?;
                 let is_new = !equations.is_repeated(&there.extra, SAME);
                 is_new.then_some(unknowns)?
             }
@@ -511,53 +737,15 @@ impl<'a> Continuation<'a> {
         trace.points.iter().any(beside).then_some(trace)
     }
 
-    /// Whether an orbit lies on a branch that is known, begun at any of its points; `alike` asks
-    /// those in the same section points alone.
-    fn is_known(
-        &self,
-        equations: &mut DirectOrbitEquations<'a, f64>,
-        unknowns: &[f64],
-        traces: &[DirectTrace],
-        alike: bool,
-    ) -> bool {
-        let fewer = |trace: &&DirectTrace| trace.points[0].unknowns.len() < unknowns.len();
-        let (at_contacts, others): (Vec<_>, Vec<_>) = traces.iter().partition(fewer);
-        if lies_on(
-            equations,
-            unknowns,
-            others
-                .into_iter()
-                .filter(|trace| !alike || trace.points[0].unknowns.len() == unknowns.len()),
-        ) {
-            return true;
-        }
-        if alike || at_contacts.is_empty() {
-            return false;
-        }
-        let Some(mut fewer) = self.equations(equations.itinerary()).at_contacts() else {
-            return false;
-        };
-        let own = fewer.own(unknowns);
-        lies_on(&mut fewer, &own, at_contacts.into_iter())
-    }
-
-    /// The passages without speed or gap where a branch ends.
-    fn grazing(&self, equations: &DirectOrbitEquations<'a, f64>, point: &Point) -> Vec<usize> {
-        let unknowns = point.unknowns.iter().enumerate();
-        let touching = unknowns.filter(|(_, value)| value.abs() <= AT_GRAZE);
-        touching.filter_map(|(unknown, _)| equations.passage_of(unknown)).collect()
-    }
-
-    /// The branches that a branch leads to: with a contact more or less where it ends at a graze,
-    /// of the doubled period where it flips.
     fn led_to(&self, itinerary: &ContactItinerary, trace: &DirectTrace) -> Vec<Seed> {
         let mut equations = self.equations_with(itinerary, &trace.points[0].linearised.extra);
-        let seed = |equations: &DirectOrbitEquations<'_, f64>, point: &Point| Seed {
-            itinerary: itinerary.clone(),
-            states: point.linearised.extra.states.clone(),
-            parameter: equations.parameters(&point.unknowns)[self.request.along],
-            at_contacts: point.linearised.extra.returns.len() < itinerary.period(),
-            way: Way::Through,
+        let seed = |equations: &DirectOrbitEquations<'_, f64>, point: &Point| {
+            let orbit = &point.linearised.extra;
+            let parameter = equations.parameters(&point.unknowns)[self.request.along];
+            Seed {
+                at_contacts: orbit.returns.len() < itinerary.period(),
+                ..Seed::new(itinerary, orbit.states.clone(), Vec::new(), parameter)
+            }
         };
         let mut seeds = Vec::new();
         let ends = trace.ends.iter().zip([trace.points.first(), trace.points.last()]);
@@ -589,43 +777,13 @@ impl<'a> Continuation<'a> {
             let point = &trace.points[turn.point];
             let matrix = equations.doubling(&point.linearised, &point.linearised.extra);
             let Some(vector) = null_vector(&matrix) else { continue };
-            let seed = seed(&equations, point);
             let against = vector.iter().map(|value| -value);
             let direction: Vec<f64> = vector.iter().copied().chain(against).chain([0.0]).collect();
-            let length = direction.iter().map(|value| value * value).sum::<f64>().sqrt();
-            seeds.push(Seed {
-                itinerary: twice(itinerary),
-                states: [seed.states.clone(), seed.states].concat(),
-                way: Way::Doubled(direction.iter().map(|value| value / length).collect()),
-                ..seed
-            });
+            seeds.push(seed(&equations, point).doubled(&direction));
         }
         seeds
     }
 
-    /// The same orbit in other section points, from which the branch goes on: without those of
-    /// returns that may have lost theirs, or with them again.
-    fn other_points(&self, seed: Seed, point: &Point) -> Option<Seed> {
-        // The way of a branch to its end is that of the tangent there.
-        let outward = &point.tangent;
-        let mut every = self.equations(&seed.itinerary);
-        let fewer = every.clone().at_contacts()?;
-        if !seed.at_contacts {
-            let way = Way::On(fewer.own(outward));
-            return Some(Seed { at_contacts: true, way, ..seed });
-        }
-        let parameters = self.request.parameters(seed.parameter);
-        let states = every.every_point(&point.linearised.extra, &parameters)?;
-        let unknowns = every.unknowns(&states, &parameters)?;
-        let there = every.linearised(&unknowns)?;
-        let mut along = unit_vector(unknowns.len(), unknowns.len() - 1);
-        let ahead = outward[outward.len() - 1];
-        along.iter_mut().for_each(|value| *value *= ahead.signum());
-        let way = Way::On(tangent_at(&there.jacobian, &along)?);
-        Some(Seed { at_contacts: false, states, way, ..seed })
-    }
-
-    /// A branch as it is given out.
     fn branch(&self, itinerary: &ContactItinerary, trace: &DirectTrace) -> Branch {
         let equations = self.equations_with(itinerary, &trace.points[0].linearised.extra);
         let orbits = trace.orbits();
@@ -671,279 +829,6 @@ impl<'a> Continuation<'a> {
         });
         Branch { itinerary: itinerary.clone(), points, ends, unresolved }
     }
-
-    /// The graze, between two points of a branch, at which a contact begins or ends that no passage
-    /// accounts for, as of a compliant stop, on which orbits depend smoothly enough: by halving.
-    fn graze_between(
-        &self,
-        itinerary: &ContactItinerary,
-        [from, to]: [&Point; 2],
-    ) -> Option<BranchPoint> {
-        let [before, after] = [from, to].map(|point| &point.linearised.extra);
-        if before.extra_contacts == after.extra_contacts {
-            return None;
-        }
-        let mut equations = self.equations_with(itinerary, before);
-        let chord: Vec<f64> = from.unknowns.iter().zip(&to.unknowns).map(|(a, b)| b - a).collect();
-        let mut at = |share: f64| {
-            let start: Vec<f64> =
-                from.unknowns.iter().zip(&chord).map(|(a, step)| a + share * step).collect();
-            // Derivatives are differences, which would meet both sides of the graze: those of the
-            // first point serve for all.
-            by_chords(&from.linearised.jacobian, &chord, start, |unknowns| {
-                equations.flown_orbit(unknowns)
-            })
-        };
-        let (mut shares, mut found) = ([0.0, 1.0], None);
-        for _ in 0..HALVINGS {
-            let middle = 0.5 * (shares[0] + shares[1]);
-            let there = at(middle)?;
-            shares[usize::from(there.1.extra_contacts != before.extra_contacts)] = middle;
-            found = Some(there);
-        }
-        let (unknowns, extra, residual) = found?;
-        let tangent = vec![0.0; unknowns.len()];
-        let linearised = Linearised { residual, extra, ..from.linearised.clone() };
-        let point = Point { unknowns, tangent, linearised, tests: Vec::new() };
-        let orbit = self.found(&equations, &point, true);
-        let special = Special { label: BranchLabel::Graze, grazing: Vec::new(), coefficient: None };
-        Some(BranchPoint { orbit, special: Some(special) })
-    }
-
-    /// The orbits of a branch at a value of the parameter that varies, in double-double.
-    fn passing(
-        &self,
-        itinerary: &ContactItinerary,
-        trace: &DirectTrace,
-        value: f64,
-    ) -> Vec<FoundOrbit> {
-        let first = &trace.points[0].linearised.extra;
-        let equations = self.equations_with(itinerary, first);
-        let mut fine = in_points_of(self.equations_of(&self.fine, itinerary), first);
-        let wanted = value / self.units.parameters[0];
-        let last = trace.points[0].unknowns.len() - 1;
-        let normal = unit_vector(last + 1, last).into_iter().map(Dd::from).collect::<Vec<_>>();
-        let pairs = trace.points.windows(2).filter_map(|pair| {
-            let [a, b] = [&pair[0].unknowns, &pair[1].unknowns];
-            let share = (wanted - a[last]) / (b[last] - a[last]);
-            // A value that is a point's own belongs to one of its two intervals.
-            (0.0..1.0).contains(&share).then(|| {
-                let pairs = a.iter().zip(b);
-                let mut guess: Vec<Dd> =
-                    pairs.map(|(a, b)| Dd::from(a + share * (b - a))).collect();
-                guess[last] = Dd::from(value) / Dd::from(self.units.parameters[0]);
-                guess
-            })
-        });
-        let guesses: Vec<Vec<Dd>> = pairs.collect();
-        let orbits = guesses.into_iter().filter_map(|guess| {
-            let (unknowns, linearised) = corrected(&mut fine, &guess, &guess, &normal)?;
-            let tangent = vec![Dd::ZERO; unknowns.len()];
-            let point = CurvePoint { unknowns, tangent, linearised, tests: Vec::new() };
-            let mut orbit = self.found(&fine, &point, false);
-            orbit.parameters[self.request.along] = value;
-            let is_own = point
-                .unknowns
-                .iter()
-                .enumerate()
-                .all(|(unknown, at)| equations.passage_of(unknown).is_none() || *at > Dd::ZERO);
-            (is_own && orbit.extra_contacts == 0).then_some(orbit)
-        });
-        orbits.collect()
-    }
-
-    /// What is special about a point at which these test functions vanish.
-    fn special(
-        &self,
-        equations: &DirectOrbitEquations<'a, f64>,
-        point: &Point,
-        turns: &[usize],
-        grazing: Vec<usize>,
-    ) -> Option<Special> {
-        let orbit = &point.linearised.extra;
-        if !grazing.is_empty() {
-            let grazing = grazing.into_iter().map(|number| [number, 0]).collect();
-            return Some(Special { label: BranchLabel::Graze, grazing, coefficient: None });
-        }
-        if turns.is_empty() {
-            return None;
-        }
-        let multipliers =
-            equations.jacobian(orbit).and_then(|jacobian| eigenvalues(&jacobian).ok());
-        let multipliers = multipliers.unwrap_or_default();
-        let near = |value: f64| {
-            multipliers.iter().any(|multiplier| (multiplier - value).norm() < AT_MULTIPLIER)
-        };
-        let circle = multipliers
-            .iter()
-            .any(|value| value.im != 0.0 && (value.norm() - 1.0).abs() < AT_MULTIPLIER);
-        let doubles = equations.is_repeated(orbit, NEAR);
-        let label = doubles.then_some(BranchLabel::BranchPoint);
-        let label = label.or_else(|| {
-            turns.iter().find_map(|&test| match test {
-                0 if near(1.0) => Some(BranchLabel::SaddleNode),
-                1 if near(-1.0) => Some(BranchLabel::PeriodDoubling),
-                2 if near(1.0) && !turns.contains(&0) => Some(BranchLabel::BranchPoint),
-                4 if circle => Some(BranchLabel::NeimarkSacker),
-                _ => None,
-            })
-        })?;
-        let coefficient = self.coefficient(equations, point, label);
-        Some(Special { label, grazing: Vec::new(), coefficient })
-    }
-
-    /// The coefficient of the normal form.
-    fn coefficient(
-        &self,
-        equations: &DirectOrbitEquations<'a, f64>,
-        point: &Point,
-        label: BranchLabel,
-    ) -> Option<f64> {
-        let orbit = &point.linearised.extra;
-        let exact = |values: &[f64]| values.iter().map(|&value| Dd::from(value)).collect();
-        let own = point.unknowns.iter().enumerate();
-        let own = own.filter(|(unknown, _)| equations.passage_of(*unknown).is_some());
-        let gaps = own.map(|(unknown, value)| match equations.begins_with_contact_at(unknown) {
-            true => value * value,
-            false => value.abs(),
-        });
-        let units = &window_scales(&self.map.window)[..self.units.state.len()];
-        // How far the coordinate that is replaced lies from that of a graze, in half-widths.
-        let share = self.units.gap.map_or(1.0, |(place, _)| self.units.state[place] / units[place]);
-        let mut image = self.fine.clone();
-        let mut form = NormalForm {
-            map: &mut image,
-            state: exact(&orbit.states[0]),
-            parameters: exact(&equations.parameters(&point.unknowns)),
-            returns: equations.itinerary().period(),
-            units: units.to_vec(),
-            length: gaps.fold(1.0, |least, gap| least.min(share * gap)),
-            jacobian: equations.jacobian(orbit)?,
-        };
-        form.of(label)
-    }
-
-    /// A special point to the rounding of double-double, where it is a zero of this test function.
-    fn refined(
-        &self,
-        itinerary: &ContactItinerary,
-        point: &Point,
-        test: usize,
-    ) -> Option<FoundOrbit> {
-        let fine = self.equations_of(&self.fine, itinerary);
-        let mut fine = in_points_of(fine, &point.linearised.extra);
-        let exact =
-            |values: &[f64]| values.iter().map(|&value| Dd::from(value)).collect::<Vec<_>>();
-        let (at, tangent) = (exact(&point.unknowns), exact(&point.tangent));
-        let found = zero_near(&mut fine, &at, &tangent, |point| point.tests[test].value)?;
-        let rounded: Vec<f64> = found.unknowns.iter().map(|value| value.to_f64()).collect();
-        (apart(&rounded, &point.unknowns) < FAR).then(|| self.found(&fine, &found, false))
-    }
-
-    /// An orbit that grazes to the rounding of double-double, its passages without speed or gap
-    /// held there, and the change of the parameter with the speed of the one contact that begins.
-    fn refined_graze(
-        &self,
-        itinerary: &ContactItinerary,
-        point: &Point,
-    ) -> Option<(FoundOrbit, Option<f64>)> {
-        let fine = self.equations_of(&self.fine, itinerary);
-        let mut fine = in_points_of(fine, &point.linearised.extra);
-        let own = |unknown: usize| fine.passage_of(unknown).is_some();
-        let grazes = |&unknown: &usize| own(unknown) && point.unknowns[unknown].abs() <= AT_GRAZE;
-        let grazing: Vec<usize> = (0..point.unknowns.len()).filter(grazes).collect();
-        let at = point.unknowns.iter().enumerate().map(|(unknown, &value)| {
-            if grazing.contains(&unknown) { Dd::ZERO } else { Dd::from(value) }
-        });
-        let at: Vec<Dd> = at.collect();
-        let exact = |values: Vec<f64>| values.into_iter().map(Dd::from).collect::<Vec<_>>();
-        let normal = exact(unit_vector(at.len(), *grazing.first()?));
-        let (unknowns, linearised) = corrected(&mut fine, &at, &at, &normal)?;
-        let slope = self.slope(&mut fine, &unknowns, &linearised, &grazing);
-        let rounded: Vec<f64> = unknowns.iter().map(|value| value.to_f64()).collect();
-        let found = CurvePoint { unknowns, tangent: at, linearised, tests: Vec::new() };
-        let near = apart(&rounded, &point.unknowns) < FAR_AT_GRAZE;
-        near.then(|| (self.found(&fine, &found, true), slope))
-    }
-
-    /// The change of the parameter with the speed of the one contact that begins at a graze.
-    fn slope(
-        &self,
-        fine: &mut DirectOrbitEquations<'a, Dd>,
-        unknowns: &[Dd],
-        linearised: &Linearised<Dd, DirectOrbit<Dd>>,
-        grazing: &[usize],
-    ) -> Option<f64> {
-        let mut begins = grazing.iter().filter(|&&unknown| fine.begins_with_contact_at(unknown));
-        let (Some(&unknown), None) = (begins.next(), begins.next()) else { return None };
-        let by_variable = fine.speed_by_variable(unknowns, unknown)?;
-        let normal = unit_vector(unknowns.len(), unknown).into_iter().map(Dd::from);
-        let tangent = tangent_at(&linearised.jacobian, &normal.collect::<Vec<_>>())?;
-        let parameter = exact_or_zero(tangent.last()?.to_f64()) * self.units.parameters[0];
-        let slope = parameter / (tangent[unknown] * by_variable).to_f64();
-        slope.is_finite().then_some(slope)
-    }
-
-    /// The same of a branch point at which orbits have half their period: there those double.
-    fn refined_doubling(&self, itinerary: &ContactItinerary, point: &Point) -> Option<Vec<f64>> {
-        let half = itinerary.period() / 2;
-        let returns = itinerary.returns()[..half].to_vec();
-        let half = ContactItinerary::new(itinerary.passages(), returns);
-        let mut equations = self.equations(&half);
-        let orbit = &point.linearised.extra;
-        if orbit.returns.len() < itinerary.period() {
-            equations = equations.at_contacts()?;
-        }
-        let variables = orbit.returns.len() / 2 * self.units.state.len();
-        let mut unknowns = point.unknowns[..variables].to_vec();
-        unknowns.push(*point.unknowns.last()?);
-        let along = unit_vector(unknowns.len(), variables);
-        let (unknowns, linearised) = corrected(&mut equations, &unknowns, &unknowns, &along)?;
-        let tangent = tangent_at(&linearised.jacobian, &along)?;
-        let point = Point { unknowns, tangent, linearised, tests: Vec::new() };
-        Some(self.refined(&half, &point, 1)?.parameters)
-    }
-
-    /// The orbit at a point.
-    fn found<S: Real>(
-        &self,
-        equations: &DirectOrbitEquations<'a, S>,
-        point: &CurvePoint<S, DirectOrbit<S>>,
-        at_graze: bool,
-    ) -> FoundOrbit {
-        let orbit = &point.linearised.extra;
-        let jacobian = equations.jacobian(orbit).filter(|_| !at_graze);
-        let multipliers = jacobian.and_then(|jacobian| eigenvalues(&jacobian).ok());
-        let multipliers: Vec<[f64; 2]> =
-            multipliers.iter().flatten().map(|value| [value.re, value.im]).collect();
-        let round = |values: &[S]| values.iter().map(|value| value.to_f64()).collect::<Vec<_>>();
-        let parameters = round(&equations.parameters(&point.unknowns));
-        let states: Vec<Vec<f64>> = orbit.states.iter().map(|state| round(state)).collect();
-        let window = &self.map.window;
-        let inside = states
-            .iter()
-            .all(|state| window.holds(state, &parameters, &self.depths.at(state, &parameters)));
-        let contact = |&(number, passage, speed): &(usize, usize, S)| OrbitContact {
-            number,
-            passage,
-            speed: speed.to_f64(),
-        };
-        let residual = point.linearised.residual.iter();
-        FoundOrbit {
-            itinerary: equations.itinerary().clone(),
-            states,
-            stable: !multipliers.is_empty()
-                && multipliers.iter().all(|[re, im]| re.hypot(*im) < 1.0),
-            multipliers,
-            contacts: orbit.speeds.iter().map(contact).collect(),
-            physical: true,
-            inside,
-            extra_contacts: orbit.extra_contacts,
-            hits: Some(self.surfaces.iter().map(|&surface| orbit.hits[surface] as u32).collect()),
-            residual: residual.fold(0.0, |most, value| most.max(value.magnitude())),
-            parameters,
-        }
-    }
 }
 
 /// A number from −1 to 1 for every pair of numbers: a Kronecker sequence.
@@ -965,7 +850,7 @@ fn in_points_of<'a, S: Real>(
 }
 
 /// Whether an orbit lies on one of some branches, begun at any of its points.
-fn lies_on<'t>(
+fn lies_on_one<'t>(
     equations: &mut DirectOrbitEquations<'_, f64>,
     unknowns: &[f64],
     traces: impl Iterator<Item = &'t DirectTrace>,
@@ -978,9 +863,6 @@ fn lies_on<'t>(
         variables
     });
     let starts: Vec<Vec<f64>> = rotated.collect();
-    let near =
-        |at: &[f64], within: f64| starts.iter().any(|start| apart(&at[..last], start) <= within);
-    let normal = unit_vector(unknowns.len(), last);
     let lines = traces.map(|trace| {
         let points = trace.points.iter().map(|point| match point.unknowns.len() {
             same if same == unknowns.len() => point.unknowns.clone(),
@@ -989,38 +871,5 @@ fn lies_on<'t>(
         points.collect::<Vec<_>>()
     });
     let lines: Vec<Vec<Vec<f64>>> = lines.collect();
-    let mut pairs = lines.iter().flat_map(|points| points.windows(2));
-    pairs.any(|pair| {
-        let [a, b] = [&pair[0], &pair[1]];
-        let length = apart(a, b);
-        if near(a, SAME) || near(b, SAME) {
-            return true;
-        }
-        let between = (a[last] - unknowns[last]) * (b[last] - unknowns[last]) <= 0.0;
-        if !between || !near(a, 3.0 * length) {
-            return false;
-        }
-        let run = b[last] - a[last];
-        let share = if run == 0.0 { 0.0 } else { (unknowns[last] - a[last]) / run };
-        let guess: Vec<f64> = a.iter().zip(b).map(|(a, b)| a + share * (b - a)).collect();
-        let there = corrected(equations, &guess, &guess, &normal);
-        there.is_some_and(|(there, _)| near(&there, SAME))
-    })
-}
-
-impl Of for Seed {
-    fn itinerary(&self) -> &ContactItinerary {
-        &self.itinerary
-    }
-}
-
-impl Seed {
-    /// The same orbit, of its shortest period and begun where its itinerary is the largest.
-    fn in_standard_form(mut self) -> Self {
-        let (standard, period, by) = standard_form(&self.itinerary, &self.states);
-        self.states.truncate(period);
-        self.states.rotate_left(by);
-        self.itinerary = standard;
-        self
-    }
+    lies_on(equations, (&starts, unknowns[last]), &lines, 0.0)
 }

@@ -1,18 +1,18 @@
 //! Branches of the orbits of a local map.
 
 use rayon::prelude::*;
-use serde::Serialize;
 
 use super::data::{Branch, BranchEnd, BranchLabel, BranchPoint, BranchRequest, Branches, Special};
 use super::normal_form::NormalForm;
 use super::trace::{
-    Follow, Of, Trace, Traces, apart, described, each_once, exact_or_zero, null_vector,
-    standard_form, through_seed, toggled, twice, unit_vector, with_those_led_to,
+    Follow, NEAR, Oracle, SAME, Seed, Trace, Way, each_once, exact_or_zero, first_doubled, halved,
+    label_of, lies_on, null_vector, refined, solved, toggled,
 };
 use crate::analysis::continuation::{
-    CurveEquations, CurvePoint, Linearised, StepControl, corrected, searched, tangent_at, zero_near,
+    CurveEquations, CurvePoint, Solution, StepControl, exact, rounded, tangent_at, unit_vector,
 };
 use crate::analysis::error::AnalysisError;
+use crate::analysis::evaluation::MapEvaluation;
 use crate::analysis::periodic::{
     ByMap, ContactItinerary, FoundOrbit, ItinerarySearch, MapOrbitEquations, OrbitContact,
     PassagesOfOrbit, Settled, window_scales,
@@ -21,8 +21,8 @@ use crate::analysis::progress::{Progress, Shard};
 use crate::expansion::LocalMap;
 use crate::iteration::PassageSet;
 use crate::model::Scene;
+use crate::numeric::Real;
 use crate::numeric::linear::eigenvalues;
-use crate::numeric::{Dd, Real};
 use crate::orbit::GrazingOrbit;
 
 /// Half-widths of the window up to which branches are followed, of coordinates, and depth
@@ -31,33 +31,22 @@ const REACH: f64 = 10.0;
 const DEEPEST: f64 = 2.0;
 /// Places in the range at which orbits are looked for, as shares of each side of the graze.
 const SHARES: [f64; 4] = [0.02, 0.15, 0.5, 0.95];
-/// Orbits are the same where all unknowns agree to this.
-const SAME: f64 = 1e-6;
 /// A value of a graze within this of zero is at it, in the units of the unknowns.
 const AT_GRAZE: f64 = 1e-10;
-/// Orbits this near to those of half their period are where a branch doubles.
-const NEAR: f64 = 1e-3;
-/// How far from a special point its refinement in double-double may lie.
-const FAR: f64 = 1e-5;
-/// How near a multiplier is to that of a special point.
-const AT_MULTIPLIER: f64 = 1e-5;
-/// Distances from the orbit that doubles at which the doubled branch begins.
-const DOUBLED: [f64; 3] = [1e-2, 1e-3, 1e-4];
+/// How near multipliers are to those of a special point, real ones and complex pairs.
+const AT_MULTIPLIER: [f64; 2] = [1e-5, 1e-6];
 
 type Point = CurvePoint<f64, PassagesOfOrbit<f64>>;
 
-/// An orbit from which a branch is followed: the first point, depth variables, parameter.
-#[derive(Clone, Debug, Serialize)]
-struct Seed {
-    itinerary: ContactItinerary,
-    states: Vec<Vec<f64>>,
-    depth_variables: Vec<f64>,
-    parameter: f64,
-    /// The direction of a branch that doubles another, in the unknowns.
-    direction: Option<Vec<f64>>,
-}
-
 type MapTrace = Trace<PassagesOfOrbit<f64>>;
+
+/// What seeds are taken from.
+struct Sources {
+    /// What the map settles on, by the value of the parameter.
+    settled: Vec<(f64, Vec<Settled>)>,
+    /// Where the orbit without contact grazes: its point, the parameter, and the passages.
+    grazing: Vec<(Vec<f64>, f64, PassageSet)>,
+}
 
 struct Continuation<'a> {
     search: ItinerarySearch<'a>,
@@ -77,13 +66,7 @@ pub(super) fn branches(
     progress: &dyn Progress,
 ) -> Result<Branches, AnalysisError> {
     let continuation = Continuation::new(scene, orbit, map, request, progress)?;
-    let found = with_those_led_to(
-        continuation.first(&request.itineraries.iter().collect::<Vec<_>>()),
-        Of::itinerary,
-        |itinerary, trace| follow.of(request, continuation.led_to(itinerary, trace)),
-        |itinerary, seeds, known| continuation.traces(itinerary, seeds, known),
-    );
-    let branches = continuation.described(&found).into_iter();
+    let branches = continuation.described(&continuation.all(follow)).into_iter();
     // A branch that is virtual on both sides of a graze touches what is physical there alone.
     let of_stretch = |point: &BranchPoint| {
         point.orbit.physical && point.special.is_none() && !point.orbit.multipliers.is_empty()
@@ -100,8 +83,7 @@ pub(super) fn share(
     request: &BranchRequest,
     shard: &Shard<'_>,
 ) -> Result<(), AnalysisError> {
-    let continuation = Continuation::new(scene, orbit, map, request, shard)?;
-    continuation.described(&continuation.first(&shard.own_of(&request.itineraries)));
+    Continuation::new(scene, orbit, map, request, shard)?.find_share(shard);
     Ok(())
 }
 
@@ -122,32 +104,13 @@ impl<'a> Continuation<'a> {
         })
     }
 
-    /// The branches of some of the itineraries asked for.
-    fn first(&self, own: &[&ContactItinerary]) -> Traces<PassagesOfOrbit<f64>> {
-        self.progress.expect(own.len() as u64);
-        let settled = self.settled();
-        let grazing = self.grazing_orbits();
-        let first = own.par_iter().map(|&itinerary| {
-            let seeds = self.seeds(itinerary, &settled, &grazing);
-            let traces = self.traces(itinerary, seeds, Vec::new());
-            self.progress.advance(1);
-            (itinerary.clone(), traces)
-        });
-        first.collect()
-    }
-
-    /// The branches as they are given out.
-    fn described(&self, found: &Traces<PassagesOfOrbit<f64>>) -> Vec<Branch> {
-        described(self.progress, found, |itinerary, trace| self.branch(itinerary, trace))
-    }
-
     fn equations<'e>(&'e self, itinerary: &'e ContactItinerary) -> MapOrbitEquations<'e, f64> {
         self.equations_of(&self.search.map, itinerary)
     }
 
     fn equations_of<'e, S: Real>(
         &'e self,
-        map: &'e crate::analysis::evaluation::MapEvaluation<S>,
+        map: &'e MapEvaluation<S>,
         itinerary: &'e ContactItinerary,
     ) -> MapOrbitEquations<'e, S> {
         let BranchRequest { along, at, .. } = self.request;
@@ -184,13 +147,8 @@ impl<'a> Continuation<'a> {
         let passages = self.map.passages();
         let none = ContactItinerary::new(passages, vec![PassageSet::default()]);
         let value = self.values().first().copied().unwrap_or_default();
-        let seed = Seed {
-            itinerary: none.clone(),
-            states: vec![self.search.smooth.at(&self.request.parameters(value))],
-            depth_variables: Vec::new(),
-            parameter: value,
-            direction: None,
-        };
+        let state = self.search.smooth.at(&self.request.parameters(value));
+        let seed = Seed::new(&none, vec![state], Vec::new(), value);
         let traces = self.traces(&none, vec![seed], Vec::new());
         let turns = traces.iter().flat_map(|trace| {
             let grazes = trace.turns.iter().filter(|turn| turn.test >= 2);
@@ -208,173 +166,6 @@ impl<'a> Continuation<'a> {
         turns.collect()
     }
 
-    /// Where branches of an itinerary may be found.
-    fn seeds(
-        &self,
-        itinerary: &ContactItinerary,
-        settled: &[(f64, Vec<Settled>)],
-        grazing: &[(Vec<f64>, f64, PassageSet)],
-    ) -> Vec<Seed> {
-        let contacts = itinerary.contacts();
-        let seed = |state: Vec<f64>, depth_variables: Vec<f64>, parameter: f64| Seed {
-            itinerary: itinerary.clone(),
-            states: vec![state],
-            depth_variables,
-            parameter,
-            direction: None,
-        };
-        let mut seeds = Vec::new();
-        for (state, parameter, passages) in grazing {
-            let all = itinerary.returns().iter().flat_map(|made| made.iter());
-            if all.into_iter().all(|passage| passages.contains(passage)) {
-                seeds.push(seed(state.clone(), vec![0.0; contacts], *parameter));
-            }
-        }
-        for (value, settled) in settled {
-            for start in settled.iter().filter_map(|settled| settled.begun_as(itinerary)) {
-                seeds.push(seed(start.state, start.depth_variables, *value));
-            }
-            for start in self.search.starts_about(itinerary, &self.request.parameters(*value)) {
-                seeds.push(seed(start.state, start.depth_variables, *value));
-            }
-        }
-        seeds
-    }
-
-    /// The branches of an itinerary through these seeds, beside those known.
-    fn traces(
-        &self,
-        itinerary: &ContactItinerary,
-        seeds: Vec<Seed>,
-        mut traces: Vec<MapTrace>,
-    ) -> Vec<MapTrace> {
-        let mut equations = self.equations(itinerary);
-        for seed in seeds {
-            let trace = through_seed(self.progress, itinerary, traces.len(), &seed, || {
-                self.trace(&mut equations, &seed, &traces)
-            });
-            traces.extend(trace);
-        }
-        traces
-    }
-
-    /// The branch through a seed, if it is another.
-    fn trace(
-        &self,
-        equations: &mut MapOrbitEquations<'_, f64>,
-        seed: &Seed,
-        known: &[MapTrace],
-    ) -> Option<MapTrace> {
-        let parameters = self.request.parameters(seed.parameter);
-        let guess = equations.unknowns(&seed.states[0], &seed.depth_variables, &parameters);
-        if let Some(direction) = &seed.direction {
-            return self.doubled(equations, &guess, direction, known);
-        }
-        let start = solved(equations, &guess)?;
-        let is_new =
-            !equations.is_repeated(&start.2.extra, SAME) && !is_known(equations, &start, known);
-        is_new.then(|| Trace::through(equations, &start.0, &StepControl::DEFAULT))?
-    }
-
-    /// The branch of the doubled orbits that begins at one that doubles.
-    fn doubled(
-        &self,
-        equations: &mut MapOrbitEquations<'_, f64>,
-        origin: &[f64],
-        direction: &[f64],
-        known: &[MapTrace],
-    ) -> Option<MapTrace> {
-        let first = DOUBLED.iter().find_map(|distance| {
-            let pairs = origin.iter().zip(direction);
-            let start: Vec<f64> = pairs.map(|(u, d)| u + distance * d).collect();
-            let (unknowns, linearised) = corrected(equations, &start, &start, direction)?;
-            let same = equations.is_repeated(&linearised.extra, 0.1 * distance);
-            (!same).then_some((unknowns, start, linearised))
-        })?;
-        if is_known(equations, &(first.0.clone(), first.0.len() - 1, first.2.clone()), known) {
-            return None;
-        }
-        Trace::through(equations, &first.0, &StepControl::DEFAULT)
-    }
-
-    /// The branches that a branch leads to: with a contact more or less where an orbit of it
-    /// grazes, of the doubled period where it flips.
-    fn led_to(&self, itinerary: &ContactItinerary, trace: &MapTrace) -> Vec<Seed> {
-        let equations = self.equations(itinerary);
-        let contacts = itinerary.contacts();
-        let mut seeds = Vec::new();
-        for turn in &trace.turns {
-            let point = &trace.points[turn.point];
-            let extra = &point.linearised.extra;
-            if !is_physical(&equations, point, &[turn.test]) {
-                continue;
-            }
-            let (_, depth_variables, parameters) = equations.offsets(&point.unknowns);
-            let seed = Seed {
-                itinerary: itinerary.clone(),
-                states: extra.states.clone(),
-                depth_variables,
-                parameter: parameters[self.request.along],
-                direction: None,
-            };
-            match turn.test {
-                1 if 2 * itinerary.period() <= self.request.longest => {
-                    seeds.extend(doubling(&equations, point, seed));
-                }
-                test if (2..2 + contacts).contains(&test) => {
-                    let (number, passage, _) = extra.arrivals[test - 2];
-                    seeds.push(seed.with(number, passage, Some(test - 2)));
-                }
-                test if (2 + contacts..2 + contacts + extra.free.len()).contains(&test) => {
-                    let (number, passage, _) = extra.free[test - 2 - contacts];
-                    seeds.push(seed.with(number, passage, None));
-                }
-                _ => {}
-            }
-        }
-        seeds.into_iter().map(|seed| seed.in_standard_form()).collect()
-    }
-
-    /// A branch as it is given out.
-    fn branch(&self, itinerary: &ContactItinerary, trace: &MapTrace) -> Branch {
-        let equations = self.equations(itinerary);
-        let points = trace.orbits().into_iter().map(|(place, turns)| {
-            let point = &trace.points[place];
-            let physical = is_physical(&equations, point, &turns);
-            let mut orbit = self.found(&equations, point, physical);
-            let mut special = None;
-            if let Some(&first) = turns.first() {
-                special = self.special(&equations, point, &turns).filter(|_| physical);
-                let doubles = equations.is_repeated(&point.linearised.extra, NEAR);
-                let exact = match doubles {
-                    true => self.refined_doubling(itinerary, point),
-                    false => self.refined(itinerary, point, first),
-                };
-                orbit.parameters = exact.unwrap_or(orbit.parameters);
-            }
-            BranchPoint { orbit, special }
-        });
-        let points = each_once(points.collect());
-        let value = |place: usize| {
-            let (_, _, parameters) = equations.offsets(&trace.points[place].unknowns);
-            parameters[self.request.along]
-        };
-        // Where several contacts graze at once, determinants have zeros of higher order.
-        let several = |ends: &&[usize; 2]| {
-            let places = ends[0]..=ends[1];
-            let mut grazing = places.map(|place| &trace.points[place]);
-            !grazing.any(|point| depths_at_graze(&equations, point) > 1)
-        };
-        let unresolved = trace.unresolved.iter().filter(several);
-        let unresolved = unresolved.map(|ends| ends.map(value)).collect();
-        let first = equations.first_parameter();
-        let ends = trace.ends(|unknown| match unknown == first {
-            true => BranchEnd::Range,
-            false => BranchEnd::Reach,
-        });
-        Branch { itinerary: itinerary.clone(), points, ends, unresolved }
-    }
-
     /// What is special about a point at which these test functions vanish.
     fn special(
         &self,
@@ -387,30 +178,16 @@ impl<'a> Continuation<'a> {
         let jacobian = equations.jacobian(&point.linearised);
         let multipliers = jacobian.and_then(|jacobian| eigenvalues(&jacobian).ok());
         let multipliers = multipliers.unwrap_or_default();
-        // Nearer to a graze than rounding nothing is told from it.
+        // Nearer to a graze than rounding nothing is told from a real multiplier.
         let at_graze = depths_at_graze(equations, point) > 0;
-        let near = |value: f64| {
-            let mut apart = multipliers.iter().map(|multiplier| (multiplier - value).norm());
-            !at_graze && apart.any(|apart| apart < AT_MULTIPLIER)
+        let told = |label: &BranchLabel| {
+            !at_graze || matches!(label, BranchLabel::Graze | BranchLabel::NeimarkSacker)
         };
-        let circle = multipliers
-            .iter()
-            .any(|multiplier| multiplier.im != 0.0 && (multiplier.norm() - 1.0).abs() < 1e-6);
         let doubles = equations.is_repeated(&point.linearised.extra, NEAR);
-        let doubles = doubles.then_some(BranchLabel::BranchPoint);
-        let label = doubles.or_else(|| {
-            turns.iter().find_map(|&test| match test {
-                // On a branch of doubled orbits the parameter turns where it begins, too.
-                0 if near(1.0) && !equations.is_repeated(&point.linearised.extra, NEAR) => {
-                    Some(BranchLabel::SaddleNode)
-                }
-                1 if near(-1.0) => Some(BranchLabel::PeriodDoubling),
-                test if (2..2 + passages).contains(&test) => Some(BranchLabel::Graze),
-                test if test == 2 + passages && near(1.0) => Some(BranchLabel::BranchPoint),
-                test if test > 3 + passages && circle => Some(BranchLabel::NeimarkSacker),
-                _ => None,
-            })
-        })?;
+        let label = match doubles {
+            true => BranchLabel::BranchPoint,
+            false => label_of(turns, passages, &multipliers, AT_MULTIPLIER).find(told)?,
+        };
         let grazing = turns.iter().filter_map(|&test| grazing_passage(equations, point, test));
         let grazing = grazing.filter(|_| label == BranchLabel::Graze).collect();
         let coefficient = match label {
@@ -449,7 +226,6 @@ impl<'a> Continuation<'a> {
         label: BranchLabel,
     ) -> Option<f64> {
         let mut map = self.search.fine.clone();
-        let exact = |values: Vec<f64>| values.into_iter().map(Dd::from).collect();
         let (state, depths, parameters) = equations.offsets(&point.unknowns);
         let first = equations.first_depth_variable();
         let units = &window_scales(&self.map.window)[..first];
@@ -462,8 +238,8 @@ impl<'a> Continuation<'a> {
         let jacobian = equations.jacobian(&point.linearised)?;
         let mut form = NormalForm {
             map: &mut map,
-            state: exact(state),
-            parameters: exact(parameters),
+            state: exact(&state),
+            parameters: exact(&parameters),
             returns: equations.itinerary().period(),
             units: units.to_vec(),
             length: depths.chain(free).fold(1.0, f64::min),
@@ -481,21 +257,13 @@ impl<'a> Continuation<'a> {
         test: usize,
     ) -> Option<Vec<f64>> {
         let mut fine = self.equations_of(&self.search.fine, itinerary);
-        let exact =
-            |values: &[f64]| values.iter().map(|&value| Dd::from(value)).collect::<Vec<_>>();
-        let (at, tangent) = (exact(&point.unknowns), exact(&point.tangent));
-        let found = zero_near(&mut fine, &at, &tangent, |point| point.tests[test].value)?;
-        let rounded: Vec<f64> = found.unknowns.iter().map(|value| value.to_f64()).collect();
-        let (_, _, parameters) = fine.offsets(&found.unknowns);
-        let parameters = parameters.iter().map(|value| value.to_f64()).collect();
-        (apart(&rounded, &point.unknowns) < FAR).then_some(parameters)
+        let found = refined(&mut fine, point, test)?;
+        Some(rounded(&fine.offsets(&found.unknowns).2))
     }
 
     /// The same of a branch point at which orbits have half their period: there those double.
     fn refined_doubling(&self, itinerary: &ContactItinerary, point: &Point) -> Option<Vec<f64>> {
-        let half = itinerary.period() / 2;
-        let returns = itinerary.returns()[..half].to_vec();
-        let half = ContactItinerary::new(itinerary.passages(), returns);
+        let half = halved(itinerary);
         let (state, depths, parameters) = self.equations(itinerary).offsets(&point.unknowns);
         let equations = self.equations(&half);
         let unknowns = equations.unknowns(&state, &depths[..half.contacts()], &parameters);
@@ -517,9 +285,6 @@ impl<'a> Continuation<'a> {
         let extra = &point.linearised.extra;
         let at_graze = depths_at_graze(equations, point) > 0;
         let jacobian = equations.jacobian(&point.linearised).filter(|_| !at_graze);
-        let multipliers = jacobian.and_then(|jacobian| eigenvalues(&jacobian).ok());
-        let multipliers: Vec<[f64; 2]> =
-            multipliers.iter().flatten().map(|value| [value.re, value.im]).collect();
         let inside = extra.states.iter();
         let depths: Vec<f64> = depth_variables.iter().map(|y| y * y).collect();
         let window = &self.map.window;
@@ -530,86 +295,179 @@ impl<'a> Continuation<'a> {
             speed: self.by_map.speed(*passage, y, point),
         });
         FoundOrbit {
-            itinerary: equations.itinerary().clone(),
-            states: extra.states.clone(),
-            stable: !multipliers.is_empty()
-                && multipliers.iter().all(|[re, im]| re.hypot(*im) < 1.0),
-            multipliers,
             contacts: contacts.collect(),
             physical,
             inside: { inside }.all(|state| window.holds(state, &parameters, &depths)),
-            extra_contacts: 0,
-            hits: None,
-            residual: point.linearised.residual.iter().fold(0.0, |most, r| most.max(r.abs())),
-            parameters,
+            ..FoundOrbit::on_branch(
+                equations.itinerary(),
+                (&extra.states, &parameters),
+                jacobian,
+                &point.linearised.residual,
+            )
         }
     }
 }
 
-/// Unknowns of an orbit, which of them was held, and its equations.
-type Solved = (Vec<f64>, usize, Linearised<f64, PassagesOfOrbit<f64>>);
+impl Oracle for Continuation<'_> {
+    type Orbit = PassagesOfOrbit<f64>;
+    type Sources = Sources;
 
-/// The orbit at the parameter of a guess, in range.
-fn solved(equations: &mut MapOrbitEquations<'_, f64>, guess: &[f64]) -> Option<Solved> {
-    let held = guess.len() - 1;
-    // An orbit that is known to be one, as the grazing orbit is.
-    let exact = equations.linearised(guess)?;
-    let (unknowns, linearised) = if exact.residual.iter().all(|value| value.abs() <= 1e-11) {
-        (guess.to_vec(), exact)
-    } else {
-        searched(equations, guess, held)?
-    };
-    let in_range = unknowns.iter().enumerate().all(|(unknown, value)| {
-        let [lower, upper] = equations.range(unknown);
-        lower <= *value && *value <= upper
-    });
-    in_range.then_some((unknowns, held, linearised))
+    fn request(&self) -> &BranchRequest {
+        self.request
+    }
+
+    fn progress(&self) -> &dyn Progress {
+        self.progress
+    }
+
+    fn sources(&self) -> Sources {
+        Sources { settled: self.settled(), grazing: self.grazing_orbits() }
+    }
+
+    fn seeds(
+        &self,
+        itinerary: &ContactItinerary,
+        Sources { settled, grazing }: &Sources,
+    ) -> Vec<Seed> {
+        let contacts = itinerary.contacts();
+        let seed = |state: Vec<f64>, depth_variables: Vec<f64>, parameter: f64| {
+            Seed::new(itinerary, vec![state], depth_variables, parameter)
+        };
+        let mut seeds = Vec::new();
+        for (state, parameter, passages) in grazing {
+            let all = itinerary.returns().iter().flat_map(|made| made.iter());
+            if all.into_iter().all(|passage| passages.contains(passage)) {
+                seeds.push(seed(state.clone(), vec![0.0; contacts], *parameter));
+            }
+        }
+        for (value, settled) in settled {
+            for start in settled.iter().filter_map(|settled| settled.begun_as(itinerary)) {
+                seeds.push(seed(start.state, start.depth_variables, *value));
+            }
+            for start in self.search.starts_about(itinerary, &self.request.parameters(*value)) {
+                seeds.push(seed(start.state, start.depth_variables, *value));
+            }
+        }
+        seeds
+    }
+
+    fn trace(
+        &self,
+        itinerary: &ContactItinerary,
+        seed: &Seed,
+        known: &[MapTrace],
+    ) -> Option<MapTrace> {
+        let mut equations = self.equations(itinerary);
+        let parameters = self.request.parameters(seed.parameter);
+        let guess = equations.unknowns(&seed.states[0], &seed.depth_variables, &parameters);
+        let start = match &seed.way {
+            Way::Doubled(direction) => {
+                first_doubled(&mut equations, &guess, direction, |equations, orbit, within| {
+                    equations.is_repeated(orbit, within)
+                })?
+            }
+            Way::Through | Way::On(_) => {
+                let start = solved(&mut equations, &guess)?;
+                let in_range = start.0.iter().enumerate().all(|(unknown, value)| {
+                    let [lower, upper] = equations.range(unknown);
+                    lower <= *value && *value <= upper
+                });
+                (in_range && !equations.is_repeated(&start.1.extra, SAME)).then_some(start)?
+            }
+        };
+        let is_new = !is_known(&mut equations, &start, known);
+        is_new.then(|| Trace::through(&mut equations, &start.0, &StepControl::DEFAULT))?
+    }
+
+    fn led_to(&self, itinerary: &ContactItinerary, trace: &MapTrace) -> Vec<Seed> {
+        let equations = self.equations(itinerary);
+        let contacts = itinerary.contacts();
+        let mut seeds = Vec::new();
+        for turn in &trace.turns {
+            let point = &trace.points[turn.point];
+            let extra = &point.linearised.extra;
+            if !is_physical(&equations, point, &[turn.test]) {
+                continue;
+            }
+            let (_, depth_variables, parameters) = equations.offsets(&point.unknowns);
+            let parameter = parameters[self.request.along];
+            let seed = Seed::new(itinerary, extra.states.clone(), depth_variables, parameter);
+            match turn.test {
+                1 if 2 * itinerary.period() <= self.request.longest => {
+                    seeds.extend(doubling(&equations, point, seed));
+                }
+                test if (2..2 + contacts).contains(&test) => {
+                    let (number, passage, _) = extra.arrivals[test - 2];
+                    seeds.push(with(seed, number, passage, Some(test - 2)));
+                }
+                test if (2 + contacts..2 + contacts + extra.free.len()).contains(&test) => {
+                    let (number, passage, _) = extra.free[test - 2 - contacts];
+                    seeds.push(with(seed, number, passage, None));
+                }
+                _ => {}
+            }
+        }
+        seeds
+    }
+
+    fn branch(&self, itinerary: &ContactItinerary, trace: &MapTrace) -> Branch {
+        let equations = self.equations(itinerary);
+        let points = trace.orbits().into_iter().map(|(place, turns)| {
+            let point = &trace.points[place];
+            let physical = is_physical(&equations, point, &turns);
+            let mut orbit = self.found(&equations, point, physical);
+            let mut special = None;
+            if let Some(&first) = turns.first() {
+                special = self.special(&equations, point, &turns).filter(|_| physical);
+                let doubles = equations.is_repeated(&point.linearised.extra, NEAR);
+                let exact = match doubles {
+                    true => self.refined_doubling(itinerary, point),
+                    false => self.refined(itinerary, point, first),
+                };
+                orbit.parameters = exact.unwrap_or(orbit.parameters);
+            }
+            BranchPoint { orbit, special }
+        });
+        let points = each_once(points.collect());
+        let value = |place: usize| {
+            let (_, _, parameters) = equations.offsets(&trace.points[place].unknowns);
+            parameters[self.request.along]
+        };
+        // Where several contacts graze at once, determinants have zeros of higher order.
+        let several = |ends: &&[usize; 2]| {
+            let places = ends[0]..=ends[1];
+            let mut grazing = places.map(|place| &trace.points[place]);
+            !grazing.any(|point| depths_at_graze(&equations, point) > 1)
+        };
+        let unresolved = trace.unresolved.iter().filter(several);
+        let unresolved = unresolved.map(|ends| ends.map(value)).collect();
+        let first = equations.first_parameter();
+        let ends = trace.ends(|unknown| match unknown == first {
+            true => BranchEnd::Range,
+            false => BranchEnd::Reach,
+        });
+        Branch { itinerary: itinerary.clone(), points, ends, unresolved }
+    }
 }
 
 /// Whether an orbit lies on a branch that is known, begun at any of its points.
 fn is_known(
     equations: &mut MapOrbitEquations<'_, f64>,
-    (unknowns, held, linearised): &Solved,
+    (unknowns, linearised): &Solution<f64, PassagesOfOrbit<f64>>,
     traces: &[MapTrace],
 ) -> bool {
-    let itinerary = equations.itinerary().clone();
-    let dimension = equations.first_depth_variable();
-    let later: Vec<usize> =
-        (0..itinerary.period()).filter(|&later| itinerary.repeats_after(later)).collect();
-    let starts: Vec<Vec<f64>> = later
+    let itinerary = equations.itinerary();
+    let later = (0..itinerary.period()).filter(|&later| itinerary.repeats_after(later));
+    let starts = later.map(|later| {
+        let state = linearised.extra.states[later].iter().zip(equations.units());
+        state.map(|(value, unit)| value / unit).collect()
+    });
+    let starts: Vec<Vec<f64>> = starts.collect();
+    let lines = traces
         .iter()
-        .map(|&later| {
-            let state = &linearised.extra.states[later];
-            state.iter().zip(equations.units()).map(|(value, unit)| value / unit).collect()
-        })
-        .collect();
-    let value = unknowns[*held];
-    let normal = unit_vector(unknowns.len(), *held);
-    let near = |at: &[f64], within: f64| {
-        starts.iter().any(|start| apart(&at[..dimension], start) <= within)
-    };
-    let mut points = traces.iter().flat_map(|trace| &trace.points);
-    if points.any(|point| near(&point.unknowns, SAME)) {
-        return true;
-    }
-    for pair in traces.iter().flat_map(|trace| trace.points.windows(2)) {
-        let [a, b] = [&pair[0].unknowns, &pair[1].unknowns];
-        let (from, to) = (a[*held], b[*held]);
-        if (from - value) * (to - value) > 0.0 {
-            continue;
-        }
-        let length = apart(a, b);
-        if !near(a, 3.0 * length + SAME) {
-            continue;
-        }
-        let share = if from == to { 0.0 } else { (value - from) / (to - from) };
-        let guess: Vec<f64> = a.iter().zip(b).map(|(a, b)| a + share * (b - a)).collect();
-        let there = corrected(equations, &guess, &guess, &normal);
-        if there.is_some_and(|(there, _)| near(&there, SAME)) {
-            return true;
-        }
-    }
-    false
+        .map(|trace| trace.points.iter().map(|point| point.unknowns.clone()).collect::<Vec<_>>());
+    let lines: Vec<Vec<Vec<f64>>> = lines.collect();
+    lies_on(equations, (&starts, unknowns[unknowns.len() - 1]), &lines, SAME)
 }
 
 /// Whether the map makes the contacts prescribed, where these test functions vanish.
@@ -658,52 +516,20 @@ fn doubling(equations: &MapOrbitEquations<'_, f64>, point: &Point, seed: Seed) -
     let (state, depths) = vector.split_at(equations.first_depth_variable());
     let direction = state.iter().chain(depths).copied();
     let direction = direction.chain(depths.iter().map(|value| -value)).chain([0.0]);
-    let direction: Vec<f64> = direction.collect();
-    let length = direction.iter().map(|value| value * value).sum::<f64>().sqrt();
-    Some(Seed {
-        itinerary: twice(&seed.itinerary),
-        states: [seed.states.clone(), seed.states].concat(),
-        depth_variables: [seed.depth_variables.clone(), seed.depth_variables].concat(),
-        parameter: seed.parameter,
-        direction: Some(direction.iter().map(|value| value / length).collect()),
-    })
+    Some(seed.doubled(&direction.collect::<Vec<f64>>()))
 }
 
-impl Of for Seed {
-    fn itinerary(&self) -> &ContactItinerary {
-        &self.itinerary
-    }
-}
-
-impl Seed {
-    /// The same orbit with a passage made a contact, of depth zero, or one made none.
-    fn with(mut self, number: usize, passage: usize, contact: Option<usize>) -> Self {
-        match contact {
-            Some(place) => drop(self.depth_variables.remove(place)),
-            None => {
-                let returns = self.itinerary.returns();
-                let before = returns[..number].iter().map(|made| made.len()).sum::<usize>()
-                    + returns[number].iter().filter(|&other| other < passage).count();
-                self.depth_variables.insert(before, 0.0);
-            }
+/// The same orbit with a passage made a contact, of depth zero, or one made none.
+fn with(mut seed: Seed, number: usize, passage: usize, contact: Option<usize>) -> Seed {
+    match contact {
+        Some(place) => drop(seed.depth_variables.remove(place)),
+        None => {
+            let returns = seed.itinerary.returns();
+            let before = returns[..number].iter().map(|made| made.len()).sum::<usize>()
+                + returns[number].iter().filter(|&other| other < passage).count();
+            seed.depth_variables.insert(before, 0.0);
         }
-        self.itinerary = toggled(&self.itinerary, number, passage);
-        self
     }
-
-    /// The same orbit, of its shortest period and begun where its itinerary is the largest.
-    fn in_standard_form(mut self) -> Self {
-        if self.direction.is_some() {
-            return self;
-        }
-        let (standard, period, by) = standard_form(&self.itinerary, &self.states);
-        let returns = self.itinerary.returns();
-        let skipped = returns[..by].iter().map(|made| made.len()).sum();
-        self.depth_variables.truncate(standard.contacts());
-        self.depth_variables.rotate_left(skipped);
-        self.states.truncate(period);
-        self.states.rotate_left(by);
-        self.itinerary = standard;
-        self
-    }
+    seed.itinerary = toggled(&seed.itinerary, number, passage);
+    seed.in_standard_form()
 }

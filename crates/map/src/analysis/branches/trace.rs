@@ -1,27 +1,109 @@
-//! A branch as it is followed, whatever its orbits are of.
+//! A branch as it is followed, and which branches are, whatever their orbits are of.
+//!
+//! One idea: an [`Oracle`] finds seeds, follows a branch through each and describes it; which seeds
+//! are followed, in what order, and where branches lead to others is written once.
 
+use nalgebra::{Complex, DMatrix, DVector};
 use rayon::prelude::*;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use super::data::{Branch, BranchEnd, BranchLabel, BranchPoint, BranchRequest};
 use crate::analysis::continuation::{
-    Course, CourseEnd, CurveEquations, CurvePoint, StepControl, Turn, follow, tangent_at,
+    Course, CourseEnd, CurveEquations, CurvePoint, Solution, StepControl, Turn, any_tangent, apart,
+    between, corrected, exact, follow, moved, normalised, rounded, searched, tangent_at,
+    unit_vector, zero_near,
 };
 use crate::analysis::periodic::ContactItinerary;
 use crate::analysis::progress::{Progress, place_of, resumed};
+use crate::analysis::share::Shard;
 use crate::iteration::PassageSet;
+use crate::numeric::Dd;
 use crate::numeric::linear::solve;
 
 /// Special points nearer than this are one, in the units of the unknowns.
-pub(super) const ONE: f64 = 1e-10;
+const ONE: f64 = 1e-10;
 /// Rounding of a component of a unit tangent, by derivatives that are differences in
 /// double-double.
 const ROUNDING: f64 = 1e-9;
-/// Section points are the same where they agree to this share of themselves.
-const SAME: f64 = 1e-6;
+/// Section points are the same where they agree to this share of themselves, and orbits where all
+/// their variables do.
+pub(super) const SAME: f64 = 1e-6;
+/// Orbits this near to those of half their period are where a branch doubles.
+pub(super) const NEAR: f64 = 1e-3;
+/// How far from a special point its refinement in double-double may lie.
+const FAR: f64 = 1e-5;
+/// Largest residual of an orbit that is known to be one.
+const KNOWN: f64 = 1e-11;
+/// Distances from the orbit that doubles at which the doubled branch begins.
+const DOUBLED: [f64; 3] = [1e-2, 1e-3, 1e-4];
 /// Rounds in which branches lead to others.
 const ROUNDS: usize = 8;
+
+/// An orbit from which a branch is followed.
+#[derive(Clone, Debug, Serialize)]
+pub(super) struct Seed {
+    pub(super) itinerary: ContactItinerary,
+    /// Its section points, or the first one alone.
+    pub(super) states: Vec<Vec<f64>>,
+    /// The depth variable of each contact by a map; none by direct simulation.
+    pub(super) depth_variables: Vec<f64>,
+    pub(super) parameter: f64,
+    /// Whether section points are those at contacts alone, as they may be by direct simulation.
+    pub(super) at_contacts: bool,
+    pub(super) way: Way,
+}
+
+/// Where the branch of a seed goes.
+#[derive(Clone, Debug, Serialize)]
+pub(super) enum Way {
+    /// Through it.
+    Through,
+    /// In this direction of the unknowns, from the branch of half the period.
+    Doubled(Vec<f64>),
+    /// On in this direction, from the end of a branch in other section points.
+    On(Vec<f64>),
+}
+
+impl Seed {
+    /// An orbit through which a branch is followed.
+    pub(super) fn new(
+        itinerary: &ContactItinerary,
+        states: Vec<Vec<f64>>,
+        depth_variables: Vec<f64>,
+        parameter: f64,
+    ) -> Self {
+        let itinerary = itinerary.clone();
+        let way = Way::Through;
+        Self { itinerary, states, depth_variables, parameter, at_contacts: false, way }
+    }
+
+    /// The same orbit, of its shortest period and begun where its itinerary is the largest.
+    pub(super) fn in_standard_form(mut self) -> Self {
+        let (standard, period, by) = standard_form(&self.itinerary, &self.states);
+        if !self.depth_variables.is_empty() {
+            let skipped = self.itinerary.returns()[..by].iter().map(|made| made.len()).sum();
+            self.depth_variables.truncate(standard.contacts());
+            self.depth_variables.rotate_left(skipped);
+        }
+        self.states.truncate(period);
+        self.states.rotate_left(by);
+        self.itinerary = standard;
+        self
+    }
+
+    /// The same orbit gone through twice, from which a branch goes in a direction of its unknowns.
+    pub(super) fn doubled(self, direction: &[f64]) -> Self {
+        let returns = self.itinerary.returns().repeat(2);
+        Self {
+            itinerary: ContactItinerary::new(self.itinerary.passages(), returns),
+            states: [self.states.clone(), self.states].concat(),
+            depth_variables: self.depth_variables.repeat(2),
+            way: Way::Doubled(normalised(direction)),
+            ..self
+        }
+    }
+}
 
 /// A branch from its one end to the other.
 #[derive(Serialize, Deserialize)]
@@ -42,22 +124,11 @@ impl<X: Clone> Trace<X> {
         start: &[f64],
         control: &StepControl,
     ) -> Option<Self> {
-        let linearised = equations.linearised(start)?;
-        let units = (0..start.len()).rev().map(|place| unit_vector(start.len(), place));
-        let mut tangents = units.filter_map(|unit| tangent_at(&linearised.jacobian, &unit));
-        let along = tangents.next()?;
+        let along = any_tangent(&equations.linearised(start)?.jacobian)?;
         let against: Vec<f64> = along.iter().map(|value| -value).collect();
         let on = follow(equations, start, &along, control)?;
         if on.end == CourseEnd::Closed {
-            let unresolved = on.unresolved.iter().map(|(_, ends)| *ends).collect();
-            let ends = [on.end, on.end];
-            return Some(Self {
-                points: on.points,
-                turns: on.turns,
-                unresolved,
-                ends,
-                continues: false,
-            });
+            return Some(Self::of(on, false));
         }
         let back = follow(equations, start, &against, control)?;
         Some(Self::joined(back, on))
@@ -71,11 +142,14 @@ impl<X: Clone> Trace<X> {
         control: &StepControl,
     ) -> Option<Self> {
         let tangent = tangent_at(&equations.linearised(start)?.jacobian, along)?;
-        let on = follow(equations, start, &tangent, control)?;
-        let unresolved = on.unresolved.iter().map(|(_, ends)| *ends).collect();
-        let ends = [on.end; 2];
-        let continues = true;
-        Some(Self { points: on.points, turns: on.turns, unresolved, ends, continues })
+        Some(Self::of(follow(equations, start, &tangent, control)?, true))
+    }
+
+    /// One course alone.
+    fn of(course: Course<f64, X>, continues: bool) -> Self {
+        let Course { points, turns, unresolved, end } = course;
+        let unresolved = unresolved.into_iter().map(|(_, ends)| ends).collect();
+        Self { points, turns, unresolved, ends: [end; 2], continues }
     }
 
     /// Two courses from one point, the first backwards.
@@ -140,39 +214,6 @@ pub(super) enum Piece {
     Flights,
 }
 
-/// The branch through a seed, beside so many that are known, unless an earlier run kept it: the
-/// same seeds come in the same order, so that these numbers decide it.
-pub(super) fn through_seed<X: Serialize + DeserializeOwned>(
-    progress: &dyn Progress,
-    itinerary: &ContactItinerary,
-    known: usize,
-    seed: &impl Serialize,
-    follow: impl FnOnce() -> Option<Trace<X>>,
-) -> Option<Trace<X>> {
-    resumed(progress, &place_of(Piece::Trace as u64, &(itinerary, known, seed)), follow)
-}
-
-/// The branches as they are given out, their special points solved for.
-pub(super) fn described<X: Serialize + Sync>(
-    progress: &dyn Progress,
-    found: &Traces<X>,
-    describe: impl Fn(&ContactItinerary, &Trace<X>) -> Branch + Sync,
-) -> Vec<Branch> {
-    let traces =
-        found.iter().flat_map(|(itinerary, traces)| traces.iter().map(move |t| (itinerary, t)));
-    let traces: Vec<_> = traces.collect();
-    let branches = traces.into_par_iter().map(|(itinerary, trace)| {
-        let place = place_of(Piece::Branch as u64, &(itinerary, trace));
-        resumed(progress, &place, || describe(itinerary, trace))
-    });
-    branches.collect()
-}
-
-/// What belongs to an itinerary: an orbit from which a branch is followed.
-pub(super) trait Of {
-    fn itinerary(&self) -> &ContactItinerary;
-}
-
 /// Which branches are followed that others lead to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::analysis) enum Follow {
@@ -182,51 +223,207 @@ pub(in crate::analysis) enum Follow {
     Asked,
 }
 
-impl Follow {
-    /// Those of these seeds that are followed.
-    pub(super) fn of<S: Of>(self, request: &BranchRequest, mut seeds: Vec<S>) -> Vec<S> {
-        if self == Self::Asked {
-            seeds.retain(|seed| request.itineraries.contains(seed.itinerary()));
-        }
-        seeds
-    }
-}
-
 /// The branches of itineraries.
 pub(super) type Traces<X> = Vec<(ContactItinerary, Vec<Trace<X>>)>;
 
-/// Branches with those that they lead to, and so on: `led_to` says from where others begin, and
-/// `followed` adds the branches of an itinerary through some of these seeds.
-pub(super) fn with_those_led_to<X: Send, S: Clone + Sync>(
-    mut found: Traces<X>,
-    itinerary_of: impl Fn(&S) -> &ContactItinerary + Sync,
-    led_to: impl Fn(&ContactItinerary, &Trace<X>) -> Vec<S>,
-    followed: impl Fn(&ContactItinerary, Vec<S>, Vec<Trace<X>>) -> Vec<Trace<X>> + Sync,
-) -> Traces<X> {
-    let mut looked_at = vec![0; found.len()];
-    for _ in 0..ROUNDS {
-        let mut seeds: Vec<S> = Vec::new();
-        for ((itinerary, traces), looked_at) in found.iter().zip(&mut looked_at) {
-            seeds.extend(traces[*looked_at..].iter().flat_map(|trace| led_to(itinerary, trace)));
-            *looked_at = traces.len();
+/// What finds the orbits of branches and describes them: a map, or direct simulation.
+pub(super) trait Oracle: Sync {
+    /// What is known of an orbit beside its equations.
+    type Orbit: Clone + Serialize + DeserializeOwned + Send + Sync;
+    /// What seeds are taken from, of all itineraries.
+    type Sources: Sync;
+
+    fn request(&self) -> &BranchRequest;
+    fn progress(&self) -> &dyn Progress;
+    fn sources(&self) -> Self::Sources;
+    /// Where branches of an itinerary may be found.
+    fn seeds(&self, itinerary: &ContactItinerary, sources: &Self::Sources) -> Vec<Seed>;
+    /// The branch of an itinerary through a seed, if it is another than those known.
+    fn trace(
+        &self,
+        itinerary: &ContactItinerary,
+        seed: &Seed,
+        known: &[Trace<Self::Orbit>],
+    ) -> Option<Trace<Self::Orbit>>;
+    /// Where the branches begin that a branch leads to: with a contact more or less where an orbit
+    /// of it grazes, of the doubled period where it flips.
+    fn led_to(&self, itinerary: &ContactItinerary, trace: &Trace<Self::Orbit>) -> Vec<Seed>;
+    /// A branch as it is given out, its special points solved for.
+    fn branch(&self, itinerary: &ContactItinerary, trace: &Trace<Self::Orbit>) -> Branch;
+
+    /// The branches of an itinerary through these seeds, beside those known.
+    ///
+    /// The same seeds come in the same order, so that a seed and the number of branches known
+    /// decide what is found.
+    fn traces(
+        &self,
+        itinerary: &ContactItinerary,
+        seeds: Vec<Seed>,
+        mut traces: Vec<Trace<Self::Orbit>>,
+    ) -> Vec<Trace<Self::Orbit>> {
+        for seed in seeds {
+            let place = place_of(Piece::Trace as u64, &(itinerary, traces.len(), &seed));
+            let trace = resumed(self.progress(), &place, || self.trace(itinerary, &seed, &traces));
+            traces.extend(trace);
         }
-        if seeds.is_empty() {
-            break;
-        }
-        for seed in &seeds {
-            let known = |(itinerary, _): &(ContactItinerary, _)| itinerary == itinerary_of(seed);
-            if !found.iter().any(known) {
-                found.push((itinerary_of(seed).clone(), Vec::new()));
-                looked_at.push(0);
-            }
-        }
-        found.par_iter_mut().for_each(|(itinerary, traces)| {
-            let mine = seeds.iter().filter(|seed| itinerary_of(seed) == itinerary).cloned();
-            *traces = followed(itinerary, mine.collect(), std::mem::take(traces));
-        });
+        traces
     }
-    found.sort_by_key(|(itinerary, _)| itinerary.period());
-    found
+
+    /// The branches of some of the itineraries asked for.
+    fn first(&self, own: &[&ContactItinerary]) -> Traces<Self::Orbit> {
+        self.progress().expect(own.len() as u64);
+        let sources = self.sources();
+        let first = own.par_iter().map(|&itinerary| {
+            let traces = self.traces(itinerary, self.seeds(itinerary, &sources), Vec::new());
+            self.progress().advance(1);
+            (itinerary.clone(), traces)
+        });
+        first.collect()
+    }
+
+    /// All branches, with those that they lead to, and so on.
+    fn all(&self, follow: Follow) -> Traces<Self::Orbit> {
+        let asked = &self.request().itineraries;
+        let mut found = self.first(&asked.iter().collect::<Vec<_>>());
+        let mut looked_at = vec![0; found.len()];
+        for _ in 0..ROUNDS {
+            let mut seeds: Vec<Seed> = Vec::new();
+            for ((itinerary, traces), looked_at) in found.iter().zip(&mut looked_at) {
+                let new = traces[*looked_at..].iter();
+                seeds.extend(new.flat_map(|trace| self.led_to(itinerary, trace)));
+                *looked_at = traces.len();
+            }
+            seeds.retain(|seed| follow == Follow::All || asked.contains(&seed.itinerary));
+            if seeds.is_empty() {
+                break;
+            }
+            for seed in &seeds {
+                if !found.iter().any(|(itinerary, _)| *itinerary == seed.itinerary) {
+                    found.push((seed.itinerary.clone(), Vec::new()));
+                    looked_at.push(0);
+                }
+            }
+            found.par_iter_mut().for_each(|(itinerary, traces)| {
+                let mine = seeds.iter().filter(|seed| seed.itinerary == *itinerary).cloned();
+                *traces = self.traces(itinerary, mine.collect(), std::mem::take(traces));
+            });
+        }
+        found.sort_by_key(|(itinerary, _)| itinerary.period());
+        found
+    }
+
+    /// The branches as they are given out.
+    fn described(&self, found: &Traces<Self::Orbit>) -> Vec<Branch> {
+        let traces = found.iter().flat_map(|(of, traces)| traces.iter().map(move |t| (of, t)));
+        let traces: Vec<_> = traces.collect();
+        let branches = traces.into_par_iter().map(|(itinerary, trace)| {
+            let place = place_of(Piece::Branch as u64, &(itinerary, trace));
+            resumed(self.progress(), &place, || self.branch(itinerary, trace))
+        });
+        branches.collect()
+    }
+
+    /// Finds a share of the branches of the itineraries asked for.
+    fn find_share(&self, shard: &Shard<'_>) {
+        self.described(&self.first(&shard.own_of(&self.request().itineraries)));
+    }
+}
+
+/// The orbit at the parameter of a guess, or the guess where it is one.
+pub(super) fn solved<C: CurveEquations<f64>>(
+    equations: &mut C,
+    guess: &[f64],
+) -> Option<Solution<f64, C::Extra>> {
+    let there = equations.linearised(guess)?;
+    match there.residual.amax() <= KNOWN {
+        true => Some((guess.to_vec(), there)),
+        false => searched(equations, guess, guess.len() - 1),
+    }
+}
+
+/// The first orbit of a branch of doubled orbits, in a direction from the orbit that doubles;
+/// `is_repeated` tells whether an orbit is one of half the period.
+pub(super) fn first_doubled<C: CurveEquations<f64>>(
+    equations: &mut C,
+    origin: &[f64],
+    direction: &[f64],
+    is_repeated: impl Fn(&C, &C::Extra, f64) -> bool,
+) -> Option<Solution<f64, C::Extra>> {
+    DOUBLED.iter().find_map(|&distance| {
+        let start = moved(origin, direction, distance);
+        let found = corrected(equations, &start, &start, direction)?;
+        (!is_repeated(equations, &found.1.extra, 0.1 * distance)).then_some(found)
+    })
+}
+
+/// Whether an orbit lies on one of some lines of points, to a share of their distances and `slack`.
+/// It has these first variables, begun at one of its points or another, and a parameter.
+pub(super) fn lies_on<C: CurveEquations<f64>>(
+    equations: &mut C,
+    (starts, parameter): (&[Vec<f64>], f64),
+    lines: &[Vec<Vec<f64>>],
+    slack: f64,
+) -> bool {
+    let near = |at: &[f64], within: f64| {
+        starts.iter().any(|start| apart(&at[..start.len()], start) <= within)
+    };
+    if lines.iter().flatten().any(|point| near(point, SAME)) {
+        return true;
+    }
+    lines.iter().flat_map(|points| points.windows(2)).any(|pair| {
+        let [a, b] = [&pair[0], &pair[1]];
+        let last = a.len() - 1;
+        let passes = (a[last] - parameter) * (b[last] - parameter) <= 0.0;
+        if !passes || !near(a, 3.0 * apart(a, b) + slack) {
+            return false;
+        }
+        let run = b[last] - a[last];
+        let share = if run == 0.0 { 0.0 } else { (parameter - a[last]) / run };
+        let guess = between(a, b, share);
+        let there = corrected(equations, &guess, &guess, &unit_vector(guess.len(), last));
+        there.is_some_and(|(there, _)| near(&there, SAME))
+    })
+}
+
+/// A special point to the rounding of double-double, where it is a zero of this test function.
+pub(super) fn refined<X, C: CurveEquations<Dd>>(
+    fine: &mut C,
+    point: &CurvePoint<f64, X>,
+    test: usize,
+) -> Option<CurvePoint<Dd, C::Extra>> {
+    let (at, tangent) = (exact::<Dd>(&point.unknowns), exact::<Dd>(&point.tangent));
+    let found = zero_near(fine, &at, &tangent, |point| point.tests[test].value)?;
+    (apart(&rounded(&found.unknowns), &point.unknowns) < FAR).then_some(found)
+}
+
+/// What a point is at which these test functions vanish, by its multipliers and how near to those
+/// of a special point they are, `near` real ones and `on_circle` complex pairs. Test functions are
+/// a turn, a flip, so many grazes, a branch point, and after one more reciprocal multipliers.
+pub(super) fn label_of(
+    turns: &[usize],
+    grazes: usize,
+    multipliers: &[Complex<f64>],
+    [near, on_circle]: [f64; 2],
+) -> impl Iterator<Item = BranchLabel> {
+    let is_near =
+        |value: f64| multipliers.iter().any(|multiplier| (multiplier - value).norm() < near);
+    let is_pair = |value: &Complex<f64>| value.im != 0.0 && (value.norm() - 1.0).abs() < on_circle;
+    let [one, minus_one] = [1.0, -1.0].map(is_near);
+    let circle = multipliers.iter().any(is_pair);
+    turns.iter().filter_map(move |&test| match test {
+        0 if one => Some(BranchLabel::SaddleNode),
+        1 if minus_one => Some(BranchLabel::PeriodDoubling),
+        _ if (2..2 + grazes).contains(&test) => Some(BranchLabel::Graze),
+        _ if test == 2 + grazes && one => Some(BranchLabel::BranchPoint),
+        _ if test > 3 + grazes && circle => Some(BranchLabel::NeimarkSacker),
+        _ => None,
+    })
+}
+
+/// The first half of an itinerary that repeats after it.
+pub(super) fn halved(itinerary: &ContactItinerary) -> ContactItinerary {
+    let returns = itinerary.returns()[..itinerary.period() / 2].to_vec();
+    ContactItinerary::new(itinerary.passages(), returns)
 }
 
 /// The points of a branch with each branch point told once: where a branch doubles its parameter
@@ -245,7 +442,7 @@ pub(super) fn each_once(mut points: Vec<BranchPoint>) -> Vec<BranchPoint> {
 
 /// The standard form of the itinerary of an orbit with these section points: how many returns of
 /// it are its shortest period, and how many of those come before the first one.
-pub(super) fn standard_form(
+fn standard_form(
     itinerary: &ContactItinerary,
     states: &[Vec<f64>],
 ) -> (ContactItinerary, usize, usize) {
@@ -281,21 +478,15 @@ pub(super) fn toggled(
     ContactItinerary::new(itinerary.passages(), returns)
 }
 
-/// An itinerary gone through twice.
-pub(super) fn twice(itinerary: &ContactItinerary) -> ContactItinerary {
-    let returns = [itinerary.returns(), itinerary.returns()].concat();
-    ContactItinerary::new(itinerary.passages(), returns)
-}
-
 /// The unit vector that a nearly singular matrix takes to the least length, by inverse iteration.
-pub(super) fn null_vector(matrix: &nalgebra::DMatrix<f64>) -> Option<Vec<f64>> {
+pub(super) fn null_vector(matrix: &DMatrix<f64>) -> Option<Vec<f64>> {
     let size = matrix.nrows();
     let shift = 1e-14 * matrix.amax();
     let mut shifted = matrix.clone();
     for place in 0..size {
         shifted[(place, place)] += shift;
     }
-    let mut vector = nalgebra::DVector::from_fn(size, |place, _| 1.0 / (1.0 + place as f64));
+    let mut vector = DVector::from_fn(size, |place, _| 1.0 / (1.0 + place as f64));
     for _ in 0..3 {
         vector = solve(&shifted, &vector).ok()?.normalize();
     }
@@ -306,14 +497,4 @@ pub(super) fn null_vector(matrix: &nalgebra::DMatrix<f64>) -> Option<Vec<f64>> {
 /// square of a speed does not change with it.
 pub(super) fn exact_or_zero(component: f64) -> f64 {
     if component.abs() <= ROUNDING { 0.0 } else { component }
-}
-
-pub(super) fn unit_vector(size: usize, place: usize) -> Vec<f64> {
-    let mut unit = vec![0.0; size];
-    unit[place] = 1.0;
-    unit
-}
-
-pub(super) fn apart(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
 }

@@ -6,7 +6,8 @@ use std::array::from_fn;
 use serde::{Deserialize, Serialize};
 
 use super::CurveEquations;
-use super::step::{Chord, CurvePoint, StepControl, dot, norm, point_on, zero_between};
+use super::step::{Chord, CurvePoint, StepControl, point_on, zero_between};
+use super::vectors::{dot, moved, norm};
 use crate::numeric::Real;
 use crate::orbit::sampled::{SAMPLES, Zeros, places, zeros};
 
@@ -163,14 +164,10 @@ impl<S: Real, X: Clone, C: CurveEquations<S, Extra = X> + ?Sized> Way<'_, S, C, 
     fn try_step(&mut self, here: &CurvePoint<S, X>, length: f64) -> Option<Step<S, X>> {
         let straight =
             |point: &CurvePoint<S, X>| dot(&point.tangent, &here.tangent).to_f64() > STRAIGHT;
-        let ds = S::from_f64(length);
-        let pairs = here.unknowns.iter().zip(&here.tangent);
-        let predicted: Vec<S> = pairs.map(|(&u, &t)| u + ds * t).collect();
+        let predicted = moved(&here.unknowns, &here.tangent, S::from_f64(length));
         let planes = [&predicted[..], &here.tangent];
         let next = point_on(self.curve, &predicted, planes, &here.tangent)?;
-        let missed = next.unknowns.iter().zip(&predicted).map(|(&a, &b)| a - b);
-        let missed = norm(&missed.collect::<Vec<_>>()).to_f64();
-        if missed > 0.3 * length || !straight(&next) {
+        if distance(&next.unknowns, &predicted) > 0.3 * length || !straight(&next) {
             return None;
         }
         let chord = Chord::new([here, &next])?;
@@ -282,15 +279,12 @@ impl<S: Real, X: Clone, C: CurveEquations<S, Extra = X> + ?Sized> Way<'_, S, C, 
         if !(S::zero()..=S::one()).contains(&share) {
             return false;
         }
-        let apart = |a: &[S], b: &[S]| {
-            norm(&a.iter().zip(b).map(|(&a, &b)| a - b).collect::<Vec<_>>()).to_f64()
-        };
-        let length = apart(&here.unknowns, &next.unknowns);
-        if apart(&here.unknowns, &first.unknowns) > 2.0 * length {
+        let length = distance(&here.unknowns, &next.unknowns);
+        if distance(&here.unknowns, &first.unknowns) > 2.0 * length {
             return false;
         }
         let there = chord.point(self.curve, share);
-        there.is_some_and(|there| apart(&there.unknowns, &first.unknowns) < CLOSED * length)
+        there.is_some_and(|there| distance(&there.unknowns, &first.unknowns) < CLOSED * length)
     }
 }
 
@@ -313,6 +307,11 @@ fn resolution<S: Real, X>(points: &[(f64, CurvePoint<S, X>)]) -> (Vec<f64>, Vec<
         }
     }
     (parting, unresolved, too_long)
+}
+
+/// The Euclidean distance of two points.
+fn distance<S: Real>(a: &[S], b: &[S]) -> f64 {
+    norm(&a.iter().zip(b).map(|(&a, &b)| a - b).collect::<Vec<_>>()).to_f64()
 }
 
 /// The value of a test function, or 0 where it is rounding.

@@ -18,11 +18,16 @@
 
 mod course;
 mod step;
+mod vectors;
 
 pub use course::{Course, CourseEnd, Turn, follow};
+pub(in crate::analysis) use step::any_tangent;
 pub use step::{
     CurvePoint, Solution, StepControl, by_chords, corrected, searched, tangent_at, zero_between,
     zero_near,
+};
+pub(in crate::analysis) use vectors::{
+    apart, between, exact, farthest, largest, moved, normalised, rounded, unit_vector,
 };
 
 use nalgebra::{DMatrix, DVector};

@@ -4,6 +4,7 @@ use nalgebra::{DMatrix, DVector};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
+use super::vectors::{largest, moved, norm, unit_vector};
 use super::{CurveEquations, Linearised, TestValue};
 use crate::numeric::linear::{factorize, inverse, solve};
 use crate::numeric::{Bracket, NewtonOutcome, NumericError, Real, damped_newton};
@@ -79,7 +80,7 @@ pub fn corrected<S: Real, C: CurveEquations<S> + ?Sized>(
         }
         right[size - 1] = -offset(&unknowns, origin, normal);
         let step = solve(&matrix, &right).ok()?;
-        let length = step.iter().fold(0.0, |most: f64, value| most.max(value.magnitude()));
+        let length = largest(&step);
         if !length.is_finite() || (length > 2.0 * last && length > S::ROUNDOFF.sqrt()) {
             return None;
         }
@@ -112,7 +113,7 @@ pub fn by_chords<S: Real, X>(
         let (found, lacking) = residual(&unknowns)?;
         let right = lacking.iter().copied().chain([S::zero()]);
         let step = &inverse * DVector::from_iterator(size, right);
-        let length = step.iter().fold(0.0, |most: f64, value| most.max(value.magnitude()));
+        let length = largest(&step);
         let stalled = length >= STALLED * last && length <= S::ROUNDOFF.sqrt();
         if length <= S::ROUNDOFF.powf(0.9) || stalled {
             return Some((unknowns, found, lacking));
@@ -134,7 +135,7 @@ fn solved<S: Real, C: CurveEquations<S> + ?Sized>(
 ) -> Option<Solution<S, C::Extra>> {
     let there = curve.linearised(&unknowns)?;
     // Steps stall at the rounding of the residual, or where it is no smooth function.
-    let rest = there.residual.iter().fold(0.0, |most: f64, r| most.max(r.magnitude()));
+    let rest = largest(&there.residual);
     (converged || rest <= S::ROUNDOFF.sqrt()).then_some((unknowns, there))
 }
 
@@ -156,7 +157,7 @@ fn corrected_with<S: Real, C: CurveEquations<S> + ?Sized>(
     while let Some(residual) = factors.as_ref().and_then(|_| curve.residual(&unknowns)) {
         let right = residual.insert_row(unknowns.len() - 1, offset(&unknowns, origin, normal));
         let step = factors.as_ref()?.solve(&-right).ok()?;
-        let length = step.iter().fold(0.0, |most: f64, value| most.max(value.magnitude()));
+        let length = largest(&step);
         let small = length <= S::ROUNDOFF.sqrt();
         if !length.is_finite() || (length > SHRINKING * last && !small) {
             break;
@@ -189,11 +190,8 @@ pub fn searched<S: Real, C: CurveEquations<S> + ?Sized>(
     start: &[S],
     held: usize,
 ) -> Option<Solution<S, C::Extra>> {
-    let size = |here: &Linearised<S, C::Extra>| {
-        here.residual.iter().fold(0.0, |most: f64, value| most.max(value.magnitude()))
-    };
-    let unit = |place| if place == held { S::one() } else { S::zero() };
-    let normal: Vec<S> = (0..start.len()).map(unit).collect();
+    let size = |here: &Linearised<S, C::Extra>| largest(&here.residual);
+    let normal = unit_vector(start.len(), held);
     let here = curve.linearised(start)?;
     let outcome = damped_newton(
         (start.to_vec(), here),
@@ -202,13 +200,12 @@ pub fn searched<S: Real, C: CurveEquations<S> + ?Sized>(
             let mut right = here.residual.clone().insert_row(start.len() - 1, S::zero());
             right.iter_mut().for_each(|value| *value = -*value);
             let step = solve(&bordered(&here.jacobian, &normal), &right)?;
-            let length = step.iter().fold(0.0, |most: f64, value| most.max(value.magnitude()));
+            let length = largest(&step);
             Ok::<_, NumericError>((step, length))
         },
         |(unknowns, here), (step, length), share| {
             let share = S::from_f64(share);
-            let pairs = unknowns.iter().zip(step.iter());
-            let next: Vec<S> = pairs.map(|(&u, &change)| u + share * change).collect();
+            let next = moved(unknowns, step.as_slice(), share);
             let there = curve.linearised(&next)?;
             let nearer = *length <= S::ROUNDOFF.sqrt() || size(&there) < size(here);
             nearer.then_some((next, there))
@@ -227,9 +224,15 @@ pub fn tangent_at<S: Real>(jacobian: &DMatrix<S>, along: &[S]) -> Option<Vec<S>>
     let mut right = DVector::from_element(size, S::zero());
     right[size - 1] = S::one();
     let direction = factorize(&bordered(jacobian, along)).ok()?.solve(&right).ok()?;
-    let length = direction.iter().map(|&value| value * value).sum::<S>().sqrt();
+    let length = norm(direction.as_slice());
     let unit: Vec<S> = direction.iter().map(|&value| value / length).collect();
     unit.iter().all(|value| value.is_finite()).then_some(unit)
+}
+
+/// The unit tangent at a point, on the side where the last unknown grows, or else one before it.
+pub(in crate::analysis) fn any_tangent(jacobian: &DMatrix<f64>) -> Option<Vec<f64>> {
+    let size = jacobian.ncols();
+    (0..size).rev().find_map(|place| tangent_at(jacobian, &unit_vector(size, place)))
 }
 
 /// A matrix with one more row.
@@ -346,8 +349,7 @@ pub fn zero_near<S: Real, C: CurveEquations<S> + ?Sized>(
     value: impl Fn(&CurvePoint<S, C::Extra>) -> S,
 ) -> Option<CurvePoint<S, C::Extra>> {
     let mut at = |along: S| {
-        let pairs = unknowns.iter().zip(tangent);
-        let origin: Vec<S> = pairs.map(|(&u, &t)| u + along * t).collect();
+        let origin = moved(unknowns, tangent, along);
         let point = point_on(curve, &origin, [&origin, tangent], tangent)?;
         let found = value(&point);
         Some((along, found, point))
@@ -370,12 +372,4 @@ pub fn zero_near<S: Real, C: CurveEquations<S> + ?Sized>(
         before = std::mem::replace(&mut here, next);
     }
     Some(here.2)
-}
-
-pub(super) fn norm<S: Real>(values: &[S]) -> S {
-    values.iter().map(|&value| value * value).sum::<S>().sqrt()
-}
-
-pub(super) fn dot<S: Real>(a: &[S], b: &[S]) -> S {
-    a.iter().zip(b).map(|(&a, &b)| a * b).sum()
 }

@@ -1,14 +1,17 @@
 //! A periodic orbit as it is given out, whatever it was found by.
 
+use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
 use super::contact_itinerary::ContactItinerary;
 use super::itinerary_search::ItineraryOrbit;
 use super::orbit::PeriodicOrbit;
+use crate::analysis::continuation::{largest, rounded};
 use crate::analysis::error::AnalysisError;
 use crate::expansion::{Expander, ImpactSpeed, LocalMap, MapWindow};
 use crate::model::Scene;
 use crate::numeric::Real;
+use crate::numeric::linear::eigenvalues;
 use crate::orbit::GrazingOrbit;
 
 /// A periodic orbit that was found; everything in offsets.
@@ -68,6 +71,31 @@ impl FoundOrbit {
             && self.states.iter().any(|state| near(state, &other.states[0]))
     }
 
+    /// An orbit of a branch, of these section points and all parameters; its contacts and whether it
+    /// lies in the window are left to tell. It has no multipliers without a Jacobian.
+    pub(in crate::analysis) fn on_branch<S: Real>(
+        itinerary: &ContactItinerary,
+        (states, parameters): (&[Vec<S>], &[S]),
+        jacobian: Option<DMatrix<S>>,
+        residual: &DVector<S>,
+    ) -> Self {
+        let multipliers = jacobian.and_then(|jacobian| eigenvalues(&jacobian).ok());
+        let multipliers = multipliers.unwrap_or_default();
+        Self {
+            itinerary: itinerary.clone(),
+            parameters: rounded(parameters),
+            states: states.iter().map(|state| rounded(state)).collect(),
+            stable: !multipliers.is_empty() && multipliers.iter().all(|value| value.norm() < 1.0),
+            multipliers: multipliers.iter().map(|value| [value.re, value.im]).collect(),
+            contacts: Vec::new(),
+            physical: true,
+            inside: false,
+            extra_contacts: 0,
+            hits: None,
+            residual: largest(residual),
+        }
+    }
+
     /// An orbit with its contacts; `None` where its multipliers are not numbers.
     pub(in crate::analysis) fn of<S: Real>(
         itinerary: &ContactItinerary,
@@ -75,12 +103,11 @@ impl FoundOrbit {
         contacts: Vec<OrbitContact>,
         (physical, inside): (bool, bool),
     ) -> Option<Self> {
-        let round = |values: &[S]| values.iter().map(|value| value.to_f64()).collect();
         let multipliers = orbit.multipliers().ok()?;
         Some(Self {
             itinerary: itinerary.clone(),
-            parameters: round(&orbit.parameters),
-            states: orbit.states.iter().map(|state| round(state)).collect(),
+            parameters: rounded(&orbit.parameters),
+            states: orbit.states.iter().map(|state| rounded(state)).collect(),
             stable: orbit.is_stable().ok()?,
             multipliers: multipliers.iter().map(|value| [value.re, value.im]).collect(),
             contacts,
@@ -127,12 +154,8 @@ impl<'a> ByMap<'a> {
     ) -> Option<FoundOrbit> {
         let contacts = orbit.arrivals.iter().zip(&orbit.depth_variables);
         let contact = |((number, passage, point), y): (&(usize, usize, Vec<S>), &S)| {
-            let point: Vec<f64> = point.iter().map(|value| value.to_f64()).collect();
-            OrbitContact {
-                number: *number,
-                passage: *passage,
-                speed: self.speed(*passage, y.to_f64(), &point),
-            }
+            let speed = self.speed(*passage, y.to_f64(), &rounded(point));
+            OrbitContact { number: *number, passage: *passage, speed }
         };
         let contacts = contacts.map(contact).collect();
         let kind = (orbit.is_physical(), orbit.is_within(self.window));
