@@ -17,7 +17,6 @@ use crate::analysis::continuation::{
 use crate::analysis::periodic::ContactItinerary;
 use crate::analysis::progress::{Progress, place_of, resumed};
 use crate::analysis::share::Shard;
-use crate::iteration::PassageSet;
 use crate::numeric::Dd;
 use crate::numeric::linear::solve;
 
@@ -468,14 +467,10 @@ pub(super) fn toggled(
     number: usize,
     passage: usize,
 ) -> ContactItinerary {
-    let mut returns: Vec<PassageSet> = itinerary.returns().to_vec();
-    match returns[number].contains(passage) {
-        true => {
-            returns[number] = returns[number].iter().filter(|&other| other != passage).collect();
-        }
-        false => returns[number].insert(passage),
+    match itinerary.returns()[number].contains(passage) {
+        true => itinerary.without_contact(number, passage),
+        false => itinerary.with_contact(number, passage),
     }
-    ContactItinerary::new(itinerary.passages(), returns)
 }
 
 /// The unit vector that a nearly singular matrix takes to the least length, by inverse iteration.

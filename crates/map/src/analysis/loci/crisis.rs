@@ -11,9 +11,9 @@ use serde::{Deserialize, Serialize};
 use super::connection::{Connection, Unstable, jacobian};
 use super::data::{LociRequest, Locus, LocusEnd, LocusKind, LocusPoint};
 use super::equations::{Condition, LocusEquations, OrbitEquations};
-use super::trace::{Trace, WIDER, joined};
+use super::trace::{Trace, joined};
 use crate::analysis::MapEvaluation;
-use crate::analysis::continuation::{StepControl, searched};
+use crate::analysis::continuation::{StepControl, rounded, searched};
 use crate::analysis::periodic::{
     ContactItinerary, ItinerarySearch, MapOrbitEquations, MapReturns, PrescribedReturns,
 };
@@ -114,15 +114,13 @@ struct Touch {
 
 impl<'a> MapCrises<'a> {
     pub(super) fn new(map: &'a LocalMap, request: &'a LociRequest) -> Self {
-        let width = map.window.parameter[request.plane[0]];
-        let asked = request.range.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
         Self {
             map,
             rounded: MapEvaluation::new(map),
             horner: HornerMap::new(map),
             search: ItinerarySearch::new(map),
             request,
-            wider: if width.is_finite() { (asked / width).max(1.0) } else { 1.0 },
+            wider: request.wider(map.window.parameter[request.plane[0]]),
         }
     }
 
@@ -132,8 +130,7 @@ impl<'a> MapCrises<'a> {
         for (number, itinerary) in self.request.itineraries.iter().enumerate() {
             let mut traces: Vec<(Trace, Vec<PassageSet>)> = Vec::new();
             for (at, share) in SEEDED_AT.into_iter().enumerate() {
-                let [from, to] = self.request.range;
-                let value = from + share * (to - from);
+                let value = self.request.value(share);
                 let (found, followed): (Vec<Crisis>, Vec<_>) =
                     resumed(progress, &[number as u64, at as u64], || {
                         let known = traces.len();
@@ -151,17 +148,11 @@ impl<'a> MapCrises<'a> {
         loci
     }
 
-    fn free(&self) -> [(usize, [f64; 2]); 2] {
-        let [first, second] = self.request.plane;
-        let [from, to] = self.request.range;
-        let reach = self.map.window.parameter[second] * WIDER * self.wider;
-        [(first, [from.min(to), from.max(to)]), (second, [-reach, reach])]
-    }
-
     fn returns(&self, made: Vec<PassageSet>) -> MapReturns<'_, f64> {
         let reach = [20.0, 2.0].map(|reach| reach * self.wider);
         let (window, at) = (&self.map.window, &self.request.at);
-        MapReturns::new(&self.rounded, made, window, &self.free(), at, reach)
+        let free = self.request.free(self.request.plane.map(|place| window.parameter[place]));
+        MapReturns::new(&self.rounded, made, window, &free, at, reach)
     }
 
     /// Touches at a value of the first parameter.
@@ -184,11 +175,8 @@ impl<'a> MapCrises<'a> {
             let start = place(share);
             at[second] = offset(start) * width;
             for orbit in self.search.orbits(itinerary, &at) {
-                let round = |values: &[crate::numeric::Dd]| -> Vec<f64> {
-                    values.iter().map(|value| value.to_f64()).collect()
-                };
-                let (state, depths) =
-                    (round(&orbit.orbit.states[0]), round(&orbit.depth_variables));
+                let state = rounded(&orbit.orbit.states[0]);
+                let depths = rounded(&orbit.depth_variables);
                 let unknowns = equations.unknowns(&state, &depths, &at);
                 let is_known = known.iter().any(|branch| {
                     branch[start].as_ref().is_some_and(|saddle| {

@@ -23,6 +23,41 @@ pub struct LociRequest {
     pub direct: bool,
 }
 
+/// The second parameter is followed over this many times the share of its window that the first is.
+const WIDER: f64 = 4.0;
+
+impl LociRequest {
+    /// The first parameter at a share of its range.
+    pub(super) fn value(&self, share: f64) -> f64 {
+        let [from, to] = self.range;
+        from + share * (to - from)
+    }
+
+    /// By how much more than a window of this half-width in the first parameter is followed.
+    pub(super) fn wider(&self, width: f64) -> f64 {
+        let asked = self.range.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
+        if width.is_finite() { (asked / width).max(1.0) } else { 1.0 }
+    }
+
+    /// Both parameters with their ranges, where the window has these half-widths.
+    pub(super) fn free(&self, [width, other]: [f64; 2]) -> [(usize, [f64; 2]); 2] {
+        let ([first, second], [from, to]) = (self.plane, self.range);
+        let reach = other * WIDER * self.wider(width);
+        [(first, [from.min(to), from.max(to)]), (second, [-reach, reach])]
+    }
+
+    /// Conditions `ξ_n` that are followed along a locus: those of all periods on a graze of orbits
+    /// without another contact.
+    pub(super) fn conditions(&self, kind: LocusKind, itinerary: &ContactItinerary) -> usize {
+        match kind {
+            LocusKind::Graze if itinerary.contacts() == 1 => {
+                self.itineraries.iter().map(ContactItinerary::period).max().unwrap_or(1)
+            }
+            _ => 0,
+        }
+    }
+}
+
 /// A curve as it is drawn over the plane of two parameters.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PlaneCurve {

@@ -6,18 +6,22 @@
 //! coordinate at 0. Orbits that simulation settles on, and those that begin at the graze, are where
 //! loci are looked for; no map is asked.
 
+use std::iter::once;
+
 use nalgebra::{Complex, DMatrix, DVector};
 use rayon::prelude::*;
-use serde::Serialize;
 
 use super::data::{LociRequest, Locus, LocusEnd, LocusKind, LocusPoint};
 use super::equations::{CodimensionTwo, Condition, LocusEquations, OrbitEquations, Unfolding};
 use super::trace::{
-    Piece, SAME, SEEDED_AT, STEPS, Trace, TracePoint, WIDER, condition_of, each_once, is_stable,
-    joined, labelled, through_seed,
+    ClosedOrbits, Piece, SAME, SEEDED_AT, Seed, Trace, TracePoint, condition_of, is_stable,
+    through, through_seed,
 };
 use crate::analysis::branches::{BranchLabel, BranchPoint, BranchRequest, Follow, branches_from};
-use crate::analysis::continuation::{CourseEnd, CurveEquations, Linearised, corrected};
+use crate::analysis::continuation::{
+    CourseEnd, CurveEquations, Linearised, between, corrected, exact, farthest, rounded,
+    unit_vector,
+};
 use crate::analysis::direct_image::DirectImage;
 use crate::analysis::error::AnalysisError;
 use crate::analysis::evaluation::{DepthEvaluation, MapEvaluation};
@@ -30,7 +34,7 @@ use crate::hybrid::HybridSystem;
 use crate::iteration::PassageSet;
 use crate::model::Scene;
 use crate::numeric::linear::{eigenvalues, inverse};
-use crate::numeric::{Dd, Real, Scalar};
+use crate::numeric::{Dd, Real};
 use crate::orbit::GrazingOrbit;
 
 /// Orbits of a locus, beside special ones, that are solved for in double-double.
@@ -73,7 +77,7 @@ impl<S: Real> OrbitEquations<S> for DirectOrbitEquations<'_, S> {
         _: &Linearised<S, DirectOrbit<S>>,
         contact: usize,
     ) -> Option<[DMatrix<S>; 2]> {
-        let mut free = self.with_itinerary(&without(self.itinerary(), contact));
+        let mut free = self.with_itinerary(&self.itinerary().without_contact(contact, 0));
         let there = free.orbit_at(unknowns)?;
         let first = free.first_point(&there.extra);
         Some([there.jacobian, first])
@@ -89,8 +93,7 @@ impl<S: Real> OrbitEquations<S> for DirectOrbitEquations<'_, S> {
         let rows = self.variables();
         let [jacobian, first] = [jacobian, first].map(|part| part.columns(0, rows).into_owned());
         let to_variables = inverse(&first).ok()?;
-        let mut depth = DVector::from_element(rows, S::zero());
-        depth[place] = S::one();
+        let depth = DVector::from_vec(unit_vector(rows, place));
         let with = &there.jacobian + self.first_point(&there.extra);
         Some(Unfolding {
             period: &to_variables * (jacobian + &first),
@@ -108,21 +111,73 @@ impl<S: Real> OrbitEquations<S> for DirectOrbitEquations<'_, S> {
     }
 }
 
-/// An itinerary without the contact of the own passage of a return.
-fn without(itinerary: &ContactItinerary, number: usize) -> ContactItinerary {
-    let mut returns = itinerary.returns().to_vec();
-    returns[number] = returns[number].iter().filter(|&passage| passage != 0).collect();
-    ContactItinerary::new(itinerary.passages(), returns)
+impl ClosedOrbits for DirectOrbitEquations<'_, f64> {
+    fn begun_later(&mut self, unknowns: &[f64]) -> Vec<Vec<f64>> {
+        let (size, itinerary) = (self.dimension(), self.itinerary());
+        let later = (1..itinerary.period()).filter(|&later| itinerary.repeats_after(later));
+        let begun = later.map(|later| {
+            let mut rotated = unknowns.to_vec();
+            rotated[..self.variables()].rotate_left(later * size);
+            rotated
+        });
+        begun.collect()
+    }
+
+    fn is_several(&mut self, unknowns: &[f64]) -> bool {
+        self.itinerary().period() > 1 && {
+            let there = self.orbit_at(&unknowns[..self.count()]);
+            there.is_some_and(|there| self.is_repeated(&there.extra, SAME))
+        }
+    }
 }
 
-/// An orbit near a locus.
-#[derive(Serialize)]
-struct Seed {
-    kind: LocusKind,
-    /// Its contacts; of a graze the first return's own is the grazing one.
-    itinerary: ContactItinerary,
-    /// In units, both parameters included; of a pair of multipliers the angle too.
-    unknowns: Vec<f64>,
+/// Direct simulation over a plane of parameters, in double precision and in double-double.
+pub(super) struct DirectPlane<'a> {
+    pub(super) rounded: DirectImage<'a, f64>,
+    pub(super) exact: DirectImage<'a, Dd>,
+    pub(super) units: DirectUnits,
+    free: [(usize, [f64; 2]); 2],
+    depths: DepthEvaluation<f64>,
+    map: &'a LocalMap,
+    at: &'a [f64],
+}
+
+impl<'a> DirectPlane<'a> {
+    /// Both parameters vary within `free`, the others are those of the request.
+    pub(super) fn new(
+        system: &'a HybridSystem,
+        scene: &Scene,
+        orbit: &GrazingOrbit,
+        map: &'a LocalMap,
+        (request, free): (&'a LociRequest, [(usize, [f64; 2]); 2]),
+    ) -> Result<Self, AnalysisError> {
+        let rounded = DirectImage::new(system, scene, orbit)?;
+        Ok(Self {
+            units: DirectUnits::measured(scene, orbit, rounded.clone(), &free, &request.at)?,
+            rounded,
+            exact: DirectImage::new(system, scene, orbit)?,
+            free,
+            depths: MapEvaluation::depths(map),
+            map,
+            at: &request.at,
+        })
+    }
+
+    /// The equations of an itinerary.
+    pub(super) fn equations<S: Real>(
+        &self,
+        image: &DirectImage<'a, S>,
+        itinerary: &ContactItinerary,
+    ) -> DirectOrbitEquations<'a, S> {
+        DirectOrbitEquations::new(image.clone(), itinerary, &self.units, &self.free, self.at)
+    }
+
+    /// Whether section points lie in the window of the map.
+    pub(super) fn holds(&self, states: &[Vec<f64>], parameters: &[f64]) -> bool {
+        let window = &self.map.window;
+        let depths = |state: &[f64]| self.depths.at(state, parameters);
+        states.iter().all(|state| window.holds(state, parameters, &depths(state)))
+    }
 }
 
 /// The loci of direct simulation.
@@ -131,11 +186,7 @@ pub(super) struct DirectLoci<'a> {
     orbit: &'a GrazingOrbit,
     map: &'a LocalMap,
     request: &'a LociRequest,
-    rounded: DirectImage<'a, f64>,
-    exact: DirectImage<'a, Dd>,
-    units: DirectUnits,
-    free: [(usize, [f64; 2]); 2],
-    depths: DepthEvaluation<f64>,
+    plane: DirectPlane<'a>,
     progress: &'a dyn Progress,
 }
 
@@ -147,34 +198,18 @@ impl<'a> DirectLoci<'a> {
         map: &'a LocalMap,
         (request, progress): (&'a LociRequest, &'a dyn Progress),
     ) -> Result<Self, AnalysisError> {
-        let rounded = DirectImage::new(system, scene, orbit)?;
-        let [first, second] = request.plane;
-        let [from, to] = request.range;
-        let [width, other] = request.plane.map(|place| finite_or_one(map.window.parameter[place]));
-        let wider = (from.abs().max(to.abs()) / width).max(1.0);
-        let reach = other * WIDER * wider;
-        let free = [(first, [from.min(to), from.max(to)]), (second, [-reach, reach])];
-        Ok(Self {
-            units: DirectUnits::measured(scene, orbit, rounded.clone(), &free, &request.at)?,
-            rounded,
-            exact: DirectImage::new(system, scene, orbit)?,
-            depths: MapEvaluation::depths(map),
-            scene,
-            orbit,
-            map,
-            request,
-            free,
-            progress,
-        })
+        let widths = request.plane.map(|place| finite_or_one(map.window.parameter[place]));
+        let plane = (request, request.free(widths));
+        let plane = DirectPlane::new(system, scene, orbit, map, plane)?;
+        Ok(Self { scene, orbit, map, request, plane, progress })
     }
 
-    fn equations<S: Real>(
-        &self,
-        image: &DirectImage<'a, S>,
-        itinerary: &ContactItinerary,
-    ) -> DirectOrbitEquations<'a, S> {
-        let at = &self.request.at;
-        DirectOrbitEquations::new(image.clone(), itinerary, &self.units, &self.free, at)
+    fn rounded(&self, itinerary: &ContactItinerary) -> DirectOrbitEquations<'a, f64> {
+        self.plane.equations(&self.plane.rounded, itinerary)
+    }
+
+    fn exact(&self, itinerary: &ContactItinerary) -> DirectOrbitEquations<'a, Dd> {
+        self.plane.equations(&self.plane.exact, itinerary)
     }
 
     /// All loci asked for; those of a map may be where some begin.
@@ -183,16 +218,12 @@ impl<'a> DirectLoci<'a> {
         progress.expect(SEEDED_AT.len() as u64 + 1);
         let grazes: Vec<Trace> = self.graze().into_iter().collect();
         progress.advance(1);
-        let values: Vec<f64> = SEEDED_AT.iter().map(|share| self.value(*share)).collect();
-        let found: Result<Vec<Vec<Seed>>, AnalysisError> = values
-            .par_iter()
-            .enumerate()
-            .map(|(number, &value)| {
-                let seeds = self.seeds_at(&grazes, value, number);
-                progress.advance(1);
-                seeds
-            })
-            .collect();
+        let found = SEEDED_AT.par_iter().enumerate().map(|(number, &share)| {
+            let seeds = self.seeds_at(&grazes, self.request.value(share), number);
+            progress.advance(1);
+            seeds
+        });
+        let found: Result<Vec<Vec<Seed>>, AnalysisError> = found.collect();
         let mut seeds = self.seeds_at_conditions(&grazes);
         seeds.extend(found?.into_iter().flatten());
         seeds.extend(by_map.iter().flat_map(|locus| self.seeds_of(locus)));
@@ -220,16 +251,11 @@ impl<'a> DirectLoci<'a> {
         Ok(all.collect())
     }
 
-    fn value(&self, share: f64) -> f64 {
-        let [from, to] = self.request.range;
-        from + share * (to - from)
-    }
-
     /// The locus of grazes of the orbit without contact; none where returns have no passage.
     fn graze(&self) -> Option<Trace> {
-        self.units.gap?;
+        self.plane.units.gap?;
         let itinerary = self.one_contact();
-        let unknowns = vec![0.0; self.equations(&self.rounded, &itinerary).count()];
+        let unknowns = vec![0.0; self.rounded(&itinerary).count()];
         let seed = Seed { kind: LocusKind::Graze, itinerary, unknowns };
         through_seed(self.progress, 0, &seed, || self.trace(&seed, &[]))
     }
@@ -282,7 +308,7 @@ impl<'a> DirectLoci<'a> {
             itineraries: asked.clone(),
             longest: asked.iter().map(ContactItinerary::period).max().unwrap_or(1),
             along: second,
-            range: self.free[1].1,
+            range: self.plane.free[1].1,
             at,
             direct: true,
             starts: Vec::new(),
@@ -299,18 +325,17 @@ impl<'a> DirectLoci<'a> {
     /// Where a locus of grazes passes a value of the first parameter: its section point and the
     /// second parameter, in offsets.
     fn graze_at(&self, graze: &Trace, value: f64) -> Option<(Vec<f64>, f64)> {
-        let mut equations = self.equations(&self.rounded, &graze.itinerary);
+        let mut equations = self.rounded(&graze.itinerary);
         let place = equations.variables();
-        let wanted = value / self.units.parameters[0];
+        let wanted = value / self.plane.units.parameters[0];
         let pair = graze.points.windows(2).find(|pair| {
             let [a, b] = [&pair[0], &pair[1]].map(|point| point.unknowns[place] - wanted);
             a * b <= 0.0 && a != b
         })?;
         let [a, b] = [&pair[0].unknowns, &pair[1].unknowns];
         let share = (wanted - a[place]) / (b[place] - a[place]);
-        let guess: Vec<f64> = a.iter().zip(b).map(|(a, b)| a + share * (b - a)).collect();
-        let mut normal = vec![0.0; guess.len()];
-        normal[place] = 1.0;
+        let guess = between(a, b, share);
+        let normal = unit_vector(guess.len(), place);
         let mut locus = LocusEquations::new(equations.clone(), Condition::Graze(0), 0);
         let (found, _) = corrected(&mut locus, &guess, &guess, &normal)?;
         let there = equations.orbit_at(&found)?;
@@ -326,15 +351,8 @@ impl<'a> DirectLoci<'a> {
             return None;
         }
         let asked = |itinerary: &ContactItinerary| {
-            let known = self.request.itineraries.iter();
-            let mut known = known.filter(|other| other.period() == itinerary.period());
-            known.any(|other| {
-                let mut returns = other.returns().to_vec();
-                (0..other.period()).any(|_| {
-                    returns.rotate_left(1);
-                    returns == itinerary.returns()
-                })
-            })
+            let mut known = self.request.itineraries.iter();
+            known.any(|known| known.rotation_to(itinerary).is_some())
         };
         let mut itinerary = orbit.itinerary.clone();
         let mut states = orbit.states.clone();
@@ -345,11 +363,8 @@ impl<'a> DirectLoci<'a> {
             BranchLabel::NeimarkSacker => (LocusKind::Torus, Some(angle(&orbit.multipliers)?)),
             BranchLabel::Graze => {
                 let [[number, 0]] = special.grazing[..] else { return None };
-                let mut returns = itinerary.returns().to_vec();
-                returns[number].insert(0);
-                returns.rotate_left(number);
+                itinerary = itinerary.with_contact(number, 0).begun_at(number);
                 states.rotate_left(number);
-                itinerary = ContactItinerary::new(itinerary.passages(), returns);
                 is_asked |= asked(&itinerary);
                 // That of the orbit without contact is known.
                 (itinerary.contacts() > 1).then_some((LocusKind::Graze, None))?
@@ -357,8 +372,7 @@ impl<'a> DirectLoci<'a> {
             BranchLabel::BranchPoint => return None,
         };
         self.wrap(&mut states);
-        let mut unknowns =
-            self.equations(&self.rounded, &itinerary).unknowns(&states, &orbit.parameters)?;
+        let mut unknowns = self.rounded(&itinerary).unknowns(&states, &orbit.parameters)?;
         unknowns.extend(angle);
         is_asked.then_some(Seed { kind, itinerary, unknowns })
     }
@@ -379,16 +393,14 @@ impl<'a> DirectLoci<'a> {
     fn seeds_of(&self, locus: &Locus) -> Vec<Seed> {
         let mut itinerary = locus.itinerary.clone();
         if let Some([number, passage]) = locus.grazing {
-            let mut returns = itinerary.returns().to_vec();
-            returns[number].insert(passage);
-            itinerary = ContactItinerary::new(itinerary.passages(), returns);
+            itinerary = itinerary.with_contact(number, passage);
             // A graze of another passage is no coordinate of the section.
             if passage != 0 || itinerary.contacts() < 2 {
                 return Vec::new();
             }
         }
         let least = DEEP * finite_or_one(self.map.window.depth.sqrt());
-        let equations = self.equations(&self.rounded, &itinerary);
+        let equations = self.rounded(&itinerary);
         let stretches = locus.points.chunk_by(|a, b| a.physical == b.physical);
         let physical = stretches.filter(|stretch| stretch[0].physical);
         let seeds = physical.filter_map(|stretch| {
@@ -422,58 +434,17 @@ impl<'a> DirectLoci<'a> {
 
     /// The locus through a seed, unless it is known.
     fn trace(&self, seed: &Seed, known: &[Trace]) -> Option<Trace> {
-        let Seed { kind, itinerary, unknowns } = seed;
+        let Seed { kind, itinerary, .. } = seed;
         let condition = condition_of(*kind);
-        let conditions = match kind {
-            LocusKind::Graze if itinerary.contacts() == 1 => {
-                let periods = self.request.itineraries.iter().map(ContactItinerary::period);
-                periods.max().unwrap_or(1)
-            }
-            _ => 0,
-        };
-        let orbits = self.equations(&self.rounded, itinerary);
-        let mut locus = LocusEquations::new(orbits.clone(), condition, conditions);
-        let kinds = locus.kinds(0);
-        let (points, ends) = joined(&mut locus, unknowns, known.iter(), &STEPS)?;
-        let fine = self.equations(&self.exact, itinerary);
-        let mut exact = LocusEquations::new(fine, condition, conditions);
-        let points = points.into_iter().map(|(point, test)| match test {
-            Some(test) => labelled(point, test, &kinds, &mut exact),
-            None => point,
-        });
-        let mut points = each_once(points.collect());
-        let first = points.first()?.unknowns.clone();
-        let apart = |point: &TracePoint| {
-            let pairs = point.unknowns.iter().zip(&first);
-            pairs.fold(0.0_f64, |most, (a, b)| most.max((a - b).abs()))
-        };
-        // One without orbits beside its first is not physical on any side of it; one that grazes
-        // all along is of fewer contacts, and any condition holds where a contact has no kick.
+        let conditions = self.request.conditions(*kind, itinerary);
+        let orbits = self.rounded(itinerary);
         let own = orbits.depth_variables();
-        let touching = own
-            .iter()
-            .filter(|&&place| points.iter().all(|point| point.unknowns[place].abs() < SAME));
-        if points.iter().all(|point| apart(point) < SAME)
-            || touching.count() > usize::from(*kind == LocusKind::Graze)
-        {
-            return None;
-        }
-        // The same orbits begun at another return.
-        let (size, variables) = (orbits.variables() / itinerary.period(), orbits.variables());
-        let mut later = (1..itinerary.period()).filter(|&later| itinerary.repeats_after(later));
-        let known = later.any(|later| {
-            let mut rotated = points[points.len() / 2].unknowns.clone();
-            rotated[..variables].rotate_left(later * size);
-            known.iter().any(|trace| trace.holds(&mut locus, &rotated))
-        });
-        if known {
-            return None;
-        }
-        let repeats = |point: &TracePoint| {
-            let there = orbits.clone().orbit_at(&point.unknowns[..orbits.variables() + 2]);
-            there.is_some_and(|there| orbits.is_repeated(&there.extra, SAME))
-        };
-        if itinerary.period() > 1 && points.iter().all(repeats) {
+        let orbits = LocusEquations::new(orbits, condition, conditions);
+        let mut fine = LocusEquations::new(self.exact(itinerary), condition, conditions);
+        let (mut points, ends) = through(seed, known, orbits, &mut fine, 0)?;
+        // One without orbits beside its first is not physical on any side of it.
+        let first = &points.first()?.unknowns;
+        if points.iter().all(|point| farthest(&point.unknowns, first) < SAME) {
             return None;
         }
         // Where a contact grazes multipliers are not determined, and a double one is none.
@@ -499,7 +470,7 @@ impl<'a> DirectLoci<'a> {
                 continue;
             };
             found[number] = LocusEnd::Graze;
-            if let Some(there) = grazing(&points[place], unknown, &own, &mut exact) {
+            if let Some(there) = grazing(&points[place], unknown, &own, &mut fine) {
                 let there = TracePoint { label: Some(at_graze(*kind)), ..there };
                 points.insert(if number == 0 { 0 } else { points.len() }, there);
             }
@@ -519,51 +490,34 @@ impl<'a> DirectLoci<'a> {
         let kept: Vec<&TracePoint> = kept.map(|(_, point)| point).collect();
         let points: Vec<LocusPoint> =
             kept.into_par_iter().filter_map(|point| self.point(trace, point)).collect();
-        let (itinerary, grazing) = match trace.kind {
-            LocusKind::Graze => (without(&trace.itinerary, 0), Some([0, 0])),
-            _ => (trace.itinerary.clone(), None),
-        };
-        (!points.is_empty()).then_some(Locus {
-            kind: trace.kind,
-            itinerary,
-            grazing,
-            excursion: None,
-            points,
-            ends: trace.ends,
-        })
+        (!points.is_empty()).then(|| trace.described(points, 0))
     }
 
     fn point(&self, trace: &Trace, point: &TracePoint) -> Option<LocusPoint> {
-        let orbits = self.equations(&self.exact, &trace.itinerary);
-        let at: Vec<Dd> = point.unknowns.iter().map(|&value| Dd::from(value)).collect();
+        let orbits = self.exact(&trace.itinerary);
+        let at: Vec<Dd> = exact(&point.unknowns);
         let found = match point.label {
             // Solved for already.
             Some(_) => at,
             None => {
                 let condition = condition_of(trace.kind);
                 let mut locus = LocusEquations::new(orbits.clone(), condition, 0);
-                let along: Vec<Dd> = point.tangent.iter().map(|&value| Dd::from(value)).collect();
-                let (found, _) = corrected(&mut locus, &at, &at, &along)?;
-                let pairs = found.iter().zip(&at);
-                let moved = pairs.fold(0.0_f64, |most, (a, b)| most.max((*a - *b).magnitude()));
-                (moved < FAR).then_some(found)?
+                let (found, _) = corrected(&mut locus, &at, &at, &exact::<Dd>(&point.tangent))?;
+                (farthest(&found, &at) < FAR).then_some(found)?
             }
         };
         let found = &found[..orbits.variables() + 2];
         let orbit = orbits.clone().orbit_at(found)?.extra;
+        let speeds = orbit.speeds.iter();
         let (jacobian, speeds) = match trace.kind {
             LocusKind::Graze => {
-                let free = orbits.with_itinerary(&without(&trace.itinerary, 0));
+                let free = orbits.with_itinerary(&trace.itinerary.without_contact(0, 0));
                 let there = free.clone().orbit_at(found)?.extra;
-                let others = orbit.speeds.iter().filter(|(n, passage, _)| (*n, *passage) != (0, 0));
+                let others = speeds.filter(|(n, passage, _)| (*n, *passage) != (0, 0));
                 let others = others.map(|(_, _, speed)| speed.to_f64());
-                (free.jacobian(&there), std::iter::once(0.0).chain(others).collect())
+                (free.jacobian(&there), once(0.0).chain(others).collect())
             }
-            _ => {
-                let speeds: Vec<f64> =
-                    orbit.speeds.iter().map(|(_, _, speed)| speed.to_f64()).collect();
-                (orbits.jacobian(&orbit), speeds)
-            }
+            _ => (orbits.jacobian(&orbit), speeds.map(|(_, _, speed)| speed.to_f64()).collect()),
         };
         let at_graze = point.label.is_some() && trace.kind != LocusKind::Graze;
         let multipliers = match jacobian.and_then(|jacobian| eigenvalues(&jacobian).ok()) {
@@ -571,12 +525,9 @@ impl<'a> DirectLoci<'a> {
             None if at_graze => Vec::new(),
             None => return None,
         };
-        let round = |values: &[Dd]| values.iter().map(|value| value.to_f64()).collect::<Vec<_>>();
-        let parameters = round(&orbits.parameters(found));
-        let states: Vec<Vec<f64>> = orbit.states.iter().map(|state| round(state)).collect();
-        let inside = states.iter().all(|state| {
-            self.map.window.holds(state, &parameters, &self.depths.at(state, &parameters))
-        });
+        let parameters = rounded(&orbits.parameters(found));
+        let states: Vec<Vec<f64>> = orbit.states.iter().map(|state| rounded(state)).collect();
+        let inside = self.plane.holds(&states, &parameters);
         Some(LocusPoint {
             parameters,
             states,
@@ -606,18 +557,15 @@ fn grazing<O: OrbitEquations<Dd>>(
     near: &TracePoint,
     unknown: usize,
     own: &[usize],
-    exact: &mut LocusEquations<O, Dd>,
+    fine: &mut LocusEquations<O, Dd>,
 ) -> Option<TracePoint> {
-    let mut at: Vec<Dd> = near.unknowns.iter().map(|&value| Dd::from(value)).collect();
+    let mut at: Vec<Dd> = exact(&near.unknowns);
     at[unknown] = Dd::ZERO;
-    let mut normal = vec![Dd::ZERO; at.len()];
-    normal[unknown] = Dd::ONE;
-    let (found, _) = corrected(exact, &at, &at, &normal)?;
-    let unknowns: Vec<f64> = found.iter().map(|value| value.to_f64()).collect();
-    let pairs = unknowns.iter().zip(&near.unknowns);
-    let moved = pairs.fold(0.0_f64, |most, (a, b)| most.max((a - b).abs()));
+    let (found, _) = corrected(fine, &at, &at, &unit_vector(at.len(), unknown))?;
+    let unknowns = rounded(&found);
     let is_orbit = own.iter().all(|&place| unknowns[place] > -SAME);
-    (is_orbit && moved < 10.0 * NEAR).then(|| TracePoint { unknowns, ..near.clone() })
+    let is_near = farthest(&unknowns, &near.unknowns) < 10.0 * NEAR;
+    (is_orbit && is_near).then(|| TracePoint { unknowns, ..near.clone() })
 }
 
 /// The angle of the pair of multipliers nearest to the unit circle.

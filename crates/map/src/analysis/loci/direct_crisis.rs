@@ -9,17 +9,17 @@ use rayon::prelude::*;
 use super::connection::Connection;
 use super::crisis::Crisis;
 use super::data::{LociRequest, Locus, LocusPoint};
+use super::direct::DirectPlane;
 use super::equations::OrbitEquations;
-use crate::analysis::direct_image::DirectImage;
+use crate::analysis::continuation::{exact, largest, rounded};
 use crate::analysis::error::AnalysisError;
-use crate::analysis::evaluation::{DepthEvaluation, MapEvaluation};
-use crate::analysis::periodic::{ContactItinerary, DirectOrbitEquations, DirectUnits};
+use crate::analysis::periodic::ContactItinerary;
 use crate::analysis::progress::{Part, Progress, resumed};
 use crate::expansion::LocalMap;
 use crate::hybrid::HybridSystem;
 use crate::model::Scene;
+use crate::numeric::Dd;
 use crate::numeric::linear::factorize;
-use crate::numeric::{Dd, Real, Scalar};
 use crate::orbit::GrazingOrbit;
 
 /// Points of a crisis.
@@ -35,13 +35,7 @@ const STALLED: f64 = 1e-14;
 
 /// Crises of direct simulation in a plane of parameters.
 pub(super) struct DirectCrises<'a> {
-    rounded: DirectImage<'a, f64>,
-    exact: DirectImage<'a, Dd>,
-    units: DirectUnits,
-    free: [(usize, [f64; 2]); 2],
-    depths: DepthEvaluation<f64>,
-    map: &'a LocalMap,
-    request: &'a LociRequest,
+    plane: DirectPlane<'a>,
 }
 
 impl<'a> DirectCrises<'a> {
@@ -52,19 +46,10 @@ impl<'a> DirectCrises<'a> {
         map: &'a LocalMap,
         request: &'a LociRequest,
     ) -> Result<Self, AnalysisError> {
-        let rounded = DirectImage::new(system, scene, orbit)?;
         // Units of the order of the window, where the manifolds are.
         let widths = request.plane.map(|place| map.window.parameter[place]);
         let free = [0, 1].map(|at| (request.plane[at], [-widths[at], widths[at]]));
-        Ok(Self {
-            units: DirectUnits::measured(scene, orbit, rounded.clone(), &free, &request.at)?,
-            rounded,
-            exact: DirectImage::new(system, scene, orbit)?,
-            free,
-            depths: MapEvaluation::depths(map),
-            map,
-            request,
-        })
+        Ok(Self { plane: DirectPlane::new(system, scene, orbit, map, (request, free))? })
     }
 
     /// The map's crises with corners by direct simulation, at some of their physical points; none
@@ -77,7 +62,7 @@ impl<'a> DirectCrises<'a> {
     }
 
     fn locus(&self, crisis: &Crisis, progress: &dyn Progress) -> Option<Locus> {
-        self.units.gap?;
+        self.plane.units.gap?;
         let all = crisis.locus.points.iter().zip(&crisis.saddles);
         let physical: Vec<_> = all.filter(|(point, _)| point.physical && point.inside).collect();
         let count = POINTS.min(physical.len());
@@ -97,17 +82,6 @@ impl<'a> DirectCrises<'a> {
         (!points.is_empty()).then(|| Locus { points, ..crisis.locus.clone() })
     }
 
-    fn equations<S: Real>(
-        &self,
-        image: &DirectImage<'a, S>,
-        crisis: &Crisis,
-    ) -> DirectOrbitEquations<'a, S> {
-        let passages = crisis.locus.itinerary.passages();
-        let all = ContactItinerary::new(passages, crisis.made.clone());
-        let at = &self.request.at;
-        DirectOrbitEquations::new(image.clone(), &all, &self.units, &self.free, at)
-    }
-
     /// The crisis at the first parameter of a point of the map's.
     fn point(
         &self,
@@ -117,11 +91,14 @@ impl<'a> DirectCrises<'a> {
     ) -> Option<LocusPoint> {
         let period = crisis.locus.itinerary.period();
         let (corner, _) = crisis.corner?;
-        let mut rounded = Connection { returns: self.equations(&self.rounded, crisis), period };
+        let passages = crisis.locus.itinerary.passages();
+        let all = &ContactItinerary::new(passages, crisis.made.clone());
+        let plane = &self.plane;
+        let mut near = Connection { returns: plane.equations(&plane.rounded, all), period };
         let states = [saddle, &point.states].concat();
-        let mut unknowns = rounded.returns.unknowns(&states, &point.parameters)?;
-        let (replaced, _) = self.units.gap?;
-        let grazing = corner * rounded.returns.dimension() + replaced;
+        let mut unknowns = near.returns.unknowns(&states, &point.parameters)?;
+        let (replaced, _) = self.plane.units.gap?;
+        let grazing = corner * near.returns.dimension() + replaced;
         let (size, held) = (unknowns.len(), unknowns.len() - 2);
         unknowns[grazing] = 0.0;
         // Both conditions hold at the start and keep to it.
@@ -131,32 +108,32 @@ impl<'a> DirectCrises<'a> {
             matrix[(size - 1, held)] = 1.0;
             matrix
         };
-        let mut near = None;
+        let mut settled = None;
         for _ in 0..STEPS {
-            let there = rounded.linearised(&unknowns)?;
+            let there = near.linearised(&unknowns)?;
             let matrix = factorize(&squared(&there.jacobian)).ok()?;
             let right = (-&there.residual).resize_vertically(size, 0.0);
             let step = matrix.solve(&right).ok()?;
             unknowns.iter_mut().zip(step.iter()).for_each(|(value, change)| *value += change);
             if step.amax() <= NEAR {
-                near = Some((matrix, rounded.ends(&there.extra.returns)?));
+                settled = Some((matrix, near.ends(&there.extra.returns)?));
                 break;
             }
         }
-        let (matrix, ends) = near?;
+        let (matrix, ends) = settled?;
         let multiplier = ends.multiplier;
         let ends = ends.converted::<Dd>();
-        let mut exact = Connection { returns: self.equations(&self.exact, crisis), period };
-        let mut found: Vec<Dd> = unknowns.iter().map(|&value| Dd::from(value)).collect();
+        let mut fine = Connection { returns: plane.equations(&plane.exact, all), period };
+        let mut found: Vec<Dd> = exact(&unknowns);
         let mut last = f64::INFINITY;
         let mut flown = Vec::new();
         for _ in 0..MORE {
             let returns = 0..crisis.made.len();
-            let all = returns.map(|number| exact.returns.return_at(number, &found, false));
+            let all = returns.map(|number| fine.returns.return_at(number, &found, false));
             flown = all.collect::<Option<Vec<_>>>()?;
-            let residual = exact.residual(&flown, &ends);
+            let residual = fine.residual(&flown, &ends);
             // Solved in the numbers of the slopes, scaled to keep small residuals.
-            let largest = residual.iter().fold(0.0, |most: f64, r| most.max(r.magnitude()));
+            let largest = largest(&residual);
             let scale = if largest > 0.0 { largest } else { 1.0 };
             let scaled = residual.iter().map(|&r| -(r / Dd::from(scale)).to_f64());
             let right = DVector::from_iterator(size - 2, scaled).resize_vertically(size, 0.0);
@@ -174,18 +151,14 @@ impl<'a> DirectCrises<'a> {
         if last > STALLED {
             return None;
         }
-        let parameters: Vec<f64> =
-            exact.returns.parameters(&found).iter().map(|value| value.to_f64()).collect();
+        let parameters = rounded(&fine.returns.parameters(&found));
         let state = |values: &[Dd]| -> Vec<f64> {
-            let pairs = values.iter().zip(&self.units.state);
+            let pairs = values.iter().zip(&self.plane.units.state);
             pairs.map(|(value, unit)| value.to_f64() * unit).collect()
         };
-        let inside = flown.iter().all(|one| {
-            let state = state(&one.point);
-            let depths = self.depths.at(&state, &parameters);
-            self.map.window.holds(&state, &parameters, &depths)
-        });
-        let states: Vec<Vec<f64>> = flown[period..].iter().map(|one| state(&one.point)).collect();
+        let all: Vec<Vec<f64>> = flown.iter().map(|one| state(&one.point)).collect();
+        let inside = plane.holds(&all, &parameters);
+        let states = all[period..].to_vec();
         Some(LocusPoint {
             depth_variables: self.speeds(&states, &parameters, corner - period)?,
             states,
@@ -198,7 +171,7 @@ impl<'a> DirectCrises<'a> {
 
     /// The speed of each contact of an excursion, 0 where it grazes.
     fn speeds(&self, states: &[Vec<f64>], parameters: &[f64], grazing: usize) -> Option<Vec<f64>> {
-        let mut image = self.rounded.clone();
+        let mut image = self.plane.rounded.clone();
         let mut speeds = Vec::new();
         for (number, state) in states.iter().enumerate() {
             if number == grazing {

@@ -5,6 +5,7 @@
 //! curve meets a graze, for the depth variables are among its unknowns. See
 //! docs/mathematics/loci.md.
 
+mod by_map;
 mod connection;
 mod crisis;
 mod data;
@@ -26,10 +27,10 @@ use crate::expansion::LocalMap;
 use crate::hybrid::HybridSystem;
 use crate::model::Scene;
 use crate::orbit::GrazingOrbit;
+use by_map::MapLoci;
 use crisis::MapCrises;
 use direct::DirectLoci;
 use direct_crisis::DirectCrises;
-use trace::MapLoci;
 
 /// Half-widths of the window in which loci of the map are looked for where those of direct
 /// simulation are asked for.

@@ -193,7 +193,7 @@ impl ContactItinerary {
         // The first of those that are equal.
         let largest = (0..self.period()).rev().max_by_key(|&by| digits(&self.begun_after(by)));
         let by = largest.unwrap_or(0);
-        (Self { returns: self.begun_after(by), ..*self }, by)
+        (self.begun_at(by), by)
     }
 
     /// Itineraries as they are listed: each begun where it is the largest, those of one orbit once.
@@ -211,6 +211,26 @@ impl ContactItinerary {
     /// orbit's.
     pub fn rotation_to(&self, other: &Self) -> Option<usize> {
         (0..self.period()).find(|&by| self.begun_after(by) == other.returns)
+    }
+
+    /// The same with a contact of a passage of a return.
+    pub(in crate::analysis) fn with_contact(&self, number: usize, passage: usize) -> Self {
+        let mut with = self.clone();
+        with.returns[number].insert(passage);
+        with
+    }
+
+    /// The same without a contact of a passage of a return.
+    pub(in crate::analysis) fn without_contact(&self, number: usize, passage: usize) -> Self {
+        let mut without = self.clone();
+        let made = self.returns[number].iter();
+        without.returns[number] = made.filter(|&other| other != passage).collect();
+        without
+    }
+
+    /// The same begun after so many returns.
+    pub(in crate::analysis) fn begun_at(&self, returns: usize) -> Self {
+        Self { returns: self.begun_after(returns), ..*self }
     }
 
     /// The returns, begun after so many of them.

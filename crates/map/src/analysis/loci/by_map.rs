@@ -1,0 +1,563 @@
+//! Loci of a map: all parts, virtual ones too.
+
+use super::data::{LociRequest, Locus, LocusEnd, LocusKind, LocusPoint, Tangency};
+use super::equations::{CodimensionTwo, Condition, LocusEquations, begins_smoothly};
+use super::tangency::TangencyPoint;
+use super::trace::{
+    ClosedOrbits, Piece, SAME, SEEDED_AT, Seed, Trace, TracePoint, beside, condition_of, is_stable,
+    through, through_seed,
+};
+use crate::analysis::MapEvaluation;
+use crate::analysis::continuation::{
+    Course, CurveEquations, CurvePoint, StepControl, any_tangent, between, corrected, exact,
+    follow, moved, rounded, tangent_at, unit_vector,
+};
+use crate::analysis::periodic::{
+    ContactItinerary, ItinerarySearch, MapOrbitEquations, PassagesOfOrbit, finite_or_one,
+};
+use crate::analysis::progress::{Progress, resumed};
+use crate::expansion::LocalMap;
+use crate::iteration::PassageSet;
+use crate::numeric::linear::eigenvalues;
+use crate::numeric::{Dd, Real};
+
+/// Depth variables, and states, are followed up to this many of their units.
+const REACH: f64 = 2.0;
+const FARTHEST: f64 = 20.0;
+/// Offsets of the second parameter at which orbits with several contacts are looked for, in
+/// half-widths.
+const LOOKED_AT: [f64; 4] = [-0.5, -0.1, 0.1, 0.5];
+/// Distances from a point of codimension two, in units, to which a tangency is fitted: the largest,
+/// and its shares.
+const FITTED: f64 = 0.02;
+const FITTED_AT: [f64; 4] = [1.0, 0.5, 0.25, 0.125];
+
+/// The loci of a map.
+pub(super) struct MapLoci<'a> {
+    map: &'a LocalMap,
+    rounded: MapEvaluation<f64>,
+    exact: MapEvaluation<Dd>,
+    search: ItinerarySearch<'a>,
+    request: &'a LociRequest,
+    progress: &'a dyn Progress,
+    /// By how much more than the window is followed.
+    wider: f64,
+    free: [(usize, [f64; 2]); 2],
+}
+
+impl<'a> MapLoci<'a> {
+    pub(super) fn new(
+        map: &'a LocalMap,
+        request: &'a LociRequest,
+        progress: &'a dyn Progress,
+    ) -> Self {
+        let widths = request.plane.map(|place| map.window.parameter[place]);
+        Self {
+            map,
+            rounded: MapEvaluation::new(map),
+            exact: MapEvaluation::new(map),
+            search: ItinerarySearch::new(map),
+            request,
+            progress,
+            wider: request.wider(widths[0]),
+            free: request.free(widths),
+        }
+    }
+
+    fn equations<'e, S: Real>(
+        &'e self,
+        evaluation: &'e MapEvaluation<S>,
+        itinerary: &'e ContactItinerary,
+        free: &[usize],
+        at: &[f64],
+    ) -> MapOrbitEquations<'e, S> {
+        let reach = [FARTHEST, REACH].map(|reach| reach * self.wider);
+        let window = &self.map.window;
+        let equations = MapOrbitEquations::new(evaluation, itinerary, window, free, at, reach);
+        let mut equations = match self.map.is_flown() {
+            true => equations.with_positive_depths(),
+            false => equations,
+        };
+        for (place, parameter) in free.iter().enumerate() {
+            if let Some((_, range)) = self.free.iter().find(|(other, _)| other == parameter) {
+                equations = equations.with_range(place, *range);
+            }
+        }
+        equations
+    }
+
+    fn rounded<'e>(&'e self, itinerary: &'e ContactItinerary) -> MapOrbitEquations<'e, f64> {
+        self.equations(&self.rounded, itinerary, &self.request.plane, &self.request.at)
+    }
+
+    fn exact<'e>(&'e self, itinerary: &'e ContactItinerary) -> MapOrbitEquations<'e, Dd> {
+        self.equations(&self.exact, itinerary, &self.request.plane, &self.request.at)
+    }
+
+    /// All loci asked for.
+    pub(super) fn all(&self) -> Vec<Trace> {
+        let mut traces: Vec<Trace> = Vec::new();
+        for passage in 0..self.map.passages() {
+            let made: PassageSet = [passage].into_iter().collect();
+            let itinerary = ContactItinerary::new(self.map.passages(), vec![made]);
+            let unknowns = vec![0.0; self.map.dimension() + 3];
+            self.add(&mut traces, Seed { kind: LocusKind::Graze, itinerary, unknowns });
+        }
+        let simple = traces.len();
+        let mut seeds: Vec<Seed> = Vec::new();
+        for (number, itinerary) in self.request.itineraries.iter().enumerate() {
+            if itinerary.contacts() == 1 {
+                seeds.extend(self.seeds_at_conditions(&traces[..simple], itinerary));
+            }
+            for (at, share) in SEEDED_AT.into_iter().enumerate() {
+                let value = self.request.value(share);
+                let place = [Piece::Seeds as u64, number as u64, at as u64];
+                let found = || self.seeds_at(&traces[..simple], itinerary, value);
+                seeds.extend(resumed(self.progress, &place, found));
+            }
+        }
+        for seed in seeds {
+            if self.request.kinds.contains(&seed.kind) {
+                self.add(&mut traces, seed);
+            }
+        }
+        traces
+    }
+
+    /// Folds and flips of a one-impact orbit begin where `ξ_n = 0` on the graze of the orbit
+    /// without contact.
+    fn seeds_at_conditions(&self, grazes: &[Trace], itinerary: &ContactItinerary) -> Vec<Seed> {
+        let first = itinerary.returns()[0];
+        let of_passage = grazes.iter().filter(|graze| graze.itinerary.returns()[0] == first);
+        let at_condition = Some(CodimensionTwo::Xi(itinerary.period()));
+        let points = of_passage.flat_map(|graze| &graze.points);
+        let seeds = points.filter(|point| point.label == at_condition).flat_map(|point| {
+            [LocusKind::Fold, LocusKind::Flip].map(|kind| Seed {
+                kind,
+                itinerary: itinerary.clone(),
+                unknowns: point.unknowns.clone(),
+            })
+        });
+        seeds.collect()
+    }
+
+    /// Orbits at a value of the first parameter from which the branches of an itinerary are
+    /// followed in the second, in units.
+    fn starts(
+        &self,
+        grazes: &[Trace],
+        itinerary: &ContactItinerary,
+        equations: &MapOrbitEquations<'_, f64>,
+        value: f64,
+    ) -> Vec<Vec<f64>> {
+        let [first, second] = self.request.plane;
+        let d = self.map.dimension();
+        if itinerary.contacts() == 1 {
+            let made = itinerary.returns()[0];
+            let unit = self.rounded(itinerary).units()[d + 1];
+            let crossing = |pair: &[TracePoint]| {
+                let [a, b] = [&pair[0], &pair[1]].map(|point| point.unknowns[d + 1] * unit - value);
+                (a * b <= 0.0 && a != b).then(|| {
+                    let at = between(&pair[0].unknowns, &pair[1].unknowns, a / (a - b));
+                    let mut start = at[..d + 1].to_vec();
+                    start.push(at[d + 2]);
+                    start
+                })
+            };
+            let of_passage = grazes.iter().filter(|graze| graze.itinerary.returns()[0] == made);
+            return of_passage
+                .flat_map(|graze| graze.points.windows(2).filter_map(crossing))
+                .collect();
+        }
+        let width = self.map.window.parameter[second];
+        let mut starts = Vec::new();
+        for share in LOOKED_AT {
+            let mut parameters = self.request.at.clone();
+            parameters[first] = value;
+            parameters[second] = share * width;
+            for orbit in self.search.orbits(itinerary, &parameters) {
+                let state = rounded(&orbit.orbit.states[0]);
+                let depths = rounded(&orbit.depth_variables);
+                starts.push(equations.unknowns(&state, &depths, &parameters));
+            }
+        }
+        starts
+    }
+
+    /// The seeds along the branches of an itinerary at a value of the first parameter.
+    fn seeds_at(&self, grazes: &[Trace], itinerary: &ContactItinerary, value: f64) -> Vec<Seed> {
+        let [first, second] = self.request.plane;
+        let mut at = self.request.at.clone();
+        at[first] = value;
+        let mut equations = self.equations(&self.rounded, itinerary, &[second], &at);
+        let starts = self.starts(grazes, itinerary, &equations, value);
+        let mut seeds = Vec::new();
+        let mut courses: Vec<Vec<Vec<f64>>> = Vec::new();
+        for start in starts {
+            if courses.iter().any(|course| is_near(course, &start)) {
+                continue;
+            }
+            for sign in [1.0, -1.0] {
+                let Some(course) = followed(&mut equations, &start, sign) else { continue };
+                let points = course.points.iter().map(|point| point.unknowns.clone());
+                courses.push(points.collect());
+                for turn in &course.turns {
+                    let point = &course.points[turn.point];
+                    let mut unknowns = point.unknowns.clone();
+                    let unit = finite_or_one(self.map.window.parameter[first]);
+                    unknowns.insert(equations.first_parameter(), value / unit);
+                    seeds.extend(self.seed(itinerary, &equations, point, turn.test, unknowns));
+                }
+            }
+        }
+        seeds
+    }
+
+    /// What a special point of a branch is a seed of.
+    fn seed(
+        &self,
+        itinerary: &ContactItinerary,
+        equations: &MapOrbitEquations<'_, f64>,
+        point: &CurvePoint<f64, PassagesOfOrbit<f64>>,
+        test: usize,
+        unknowns: Vec<f64>,
+    ) -> Option<Seed> {
+        let extra = &point.linearised.extra;
+        let (contacts, d) = (itinerary.contacts(), equations.first_depth_variable());
+        let plain = |kind, unknowns| Some(Seed { kind, itinerary: itinerary.clone(), unknowns });
+        match test {
+            0 => plain(LocusKind::Fold, unknowns),
+            1 => plain(LocusKind::Flip, unknowns),
+            _ if test < 2 + contacts => {
+                let (number, passage, _) = extra.arrivals[test - 2];
+                (contacts > 1)
+                    .then(|| self.grazing(itinerary, &extra.states, &unknowns, number, passage))
+            }
+            _ if test < 2 + contacts + extra.free.len() => {
+                let (number, passage, _) = extra.free[test - 2 - contacts];
+                let before =
+                    |(other, at, _): &&(usize, usize, Vec<f64>)| (*other, *at) < (number, passage);
+                let mut unknowns = unknowns;
+                unknowns.insert(d + extra.arrivals.iter().filter(before).count(), 0.0);
+                let with = itinerary.with_contact(number, passage);
+                (with.contacts() > 1)
+                    .then(|| self.grazing(&with, &extra.states, &unknowns, number, passage))
+            }
+            _ => {
+                let pairs = eigenvalues(&equations.jacobian(&point.linearised)?).ok()?;
+                let on_circle = pairs
+                    .iter()
+                    .find(|value| value.im > 1e-6 && (value.norm() - 1.0).abs() < 1e-6)?;
+                plain(LocusKind::Torus, [unknowns, vec![on_circle.arg()]].concat())
+            }
+        }
+    }
+
+    /// The seed of a graze, the itinerary begun with the grazing return and, in it, the passage
+    /// known by its depth variable.
+    fn grazing(
+        &self,
+        itinerary: &ContactItinerary,
+        states: &[Vec<f64>],
+        unknowns: &[f64],
+        number: usize,
+        passage: usize,
+    ) -> Seed {
+        let d = self.map.dimension();
+        let returns = itinerary.returns();
+        let before: usize = returns[..number].iter().map(|made| made.len()).sum();
+        let mut rotated = returns.to_vec();
+        rotated.rotate_left(number);
+        let mut depths = unknowns[d..d + itinerary.contacts()].to_vec();
+        depths.rotate_left(before);
+        let grazing = rotated[0].iter().position(|other| other == passage).unwrap_or(0);
+        depths[grazing] = 0.0;
+        let units = self.rounded(itinerary).units().to_vec();
+        let state = states[number].iter().zip(&units).map(|(value, unit)| value / unit);
+        let parameters = &unknowns[d + itinerary.contacts()..];
+        Seed {
+            kind: LocusKind::Graze,
+            itinerary: ContactItinerary::new(itinerary.passages(), rotated),
+            unknowns: state.chain(depths).chain(parameters.iter().copied()).collect(),
+        }
+    }
+
+    /// Adds the locus through a seed.
+    fn add(&self, traces: &mut Vec<Trace>, seed: Seed) {
+        let known = &traces[..];
+        let found = through_seed(self.progress, known.len(), &seed, || self.trace(known, &seed));
+        traces.extend(found);
+    }
+
+    /// Follows a seed unless it lies on a locus that is known.
+    fn trace(&self, traces: &[Trace], seed: &Seed) -> Option<Trace> {
+        let condition = condition(seed);
+        let conditions = self.request.conditions(seed.kind, &seed.itinerary);
+        let orbits = LocusEquations::new(self.rounded(&seed.itinerary), condition, conditions);
+        let mut fine = LocusEquations::new(self.exact(&seed.itinerary), condition, conditions);
+        let grazes = seed.itinerary.period() * seed.itinerary.passages();
+        let (points, ends) = through(seed, traces, orbits, &mut fine, grazes)?;
+        let ends = ends.map(LocusEnd::of);
+        Some(Trace { kind: seed.kind, itinerary: seed.itinerary.clone(), points, ends })
+    }
+
+    /// The passages whose contact begins without a kick.
+    pub(super) fn without_kick(&self, traces: &[Trace]) -> Vec<usize> {
+        let place = self.map.dimension();
+        let simple = traces.iter().filter(|trace| trace.itinerary.contacts() == 1);
+        let grazes = simple.filter(|trace| trace.kind == LocusKind::Graze);
+        let smooth = grazes.filter_map(|trace| {
+            let point = trace.points.first()?;
+            let there = self.rounded(&trace.itinerary).at(&point.unknowns)?;
+            let passage = trace.itinerary.returns()[0].iter().next()?;
+            begins_smoothly(&there.jacobian, place, 1.0).then_some(passage)
+        });
+        smooth.collect()
+    }
+
+    /// How folds and flips leave the grazes at their points of codimension two.
+    pub(super) fn tangencies(&self, traces: &[Trace]) -> Vec<Tangency> {
+        resumed(self.progress, &[Piece::Tangencies as u64], || self.tangencies_of(traces))
+    }
+
+    fn tangencies_of(&self, traces: &[Trace]) -> Vec<Tangency> {
+        let grazes = traces.iter().filter(|trace| trace.kind == LocusKind::Graze);
+        let mut found = Vec::new();
+        for (graze, point) in grazes.flat_map(|graze| graze.points.iter().map(move |p| (graze, p)))
+        {
+            let Some(label) = point.label else { continue };
+            let itineraries: Vec<ContactItinerary> = match label {
+                CodimensionTwo::Xi(n) => {
+                    let made = graze.itinerary.returns()[0];
+                    let asked = self.request.itineraries.iter();
+                    let of_period = asked.filter(|asked| {
+                        asked.period() == n && asked.contacts() == 1 && asked.returns()[0] == made
+                    });
+                    of_period.cloned().collect()
+                }
+                CodimensionTwo::FoldGraze | CodimensionTwo::FlipGraze => {
+                    vec![graze.itinerary.clone()]
+                }
+                _ => Vec::new(),
+            };
+            for itinerary in &itineraries {
+                for kind in [LocusKind::Fold, LocusKind::Flip] {
+                    if self.request.kinds.contains(&kind) {
+                        found.extend(self.tangency(graze, point, label, itinerary, kind));
+                    }
+                }
+            }
+        }
+        found
+    }
+
+    fn tangency(
+        &self,
+        graze: &Trace,
+        point: &TracePoint,
+        label: CodimensionTwo,
+        itinerary: &ContactItinerary,
+        kind: LocusKind,
+    ) -> Option<Tangency> {
+        let multiplier = if kind == LocusKind::Fold { 1.0 } else { -1.0 };
+        let equations = self.exact(itinerary);
+        let unknowns: Vec<Dd> = exact(&point.unknowns);
+        let (state, depth_variables, parameters) = equations.offsets(&unknowns);
+        let grazing = self.grazing_contact(graze);
+        let offsets = rounded(&parameters);
+        let units = equations.units().to_vec();
+        let plane = self.request.plane;
+        let at = TangencyPoint { itinerary, state, depth_variables, grazing, parameters, plane };
+        let leaving = at.leaving(&self.exact, &units, multiplier)?;
+        let (d, contacts) = (self.map.dimension(), itinerary.contacts());
+        let [depth, first, second] = [d + grazing, d + contacts, d + contacts + 1];
+        let slope = leaving.slope.to_f64();
+        let largest = FITTED / (1.0 + (slope * units[first] / units[depth]).abs());
+        let mut of_locus =
+            LocusEquations::new(self.exact(itinerary), Condition::Multiplier(multiplier), 0);
+        let mut of_graze = LocusEquations::new(self.exact(itinerary), Condition::Graze(grazing), 0);
+        let mut fit = |share: f64| {
+            let t = Dd::from(largest * share * slope.signum());
+            let locus = beyond(&mut of_locus, &unknowns, first, t)?;
+            let graze = beyond(&mut of_graze, &unknowns, first, t)?;
+            let apart = (locus[second] - graze[second]) / (t * t);
+            Some((t, apart * Dd::from(units[second] / (units[first] * units[first]))))
+        };
+        let values: Option<Vec<_>> = FITTED_AT.iter().map(|&share| fit(share)).collect();
+        Some(Tangency {
+            kind,
+            itinerary: itinerary.clone(),
+            label,
+            parameters: offsets,
+            coefficient: leaving.coefficient.to_f64(),
+            fitted: values.map(|values| at_zero(&values).to_f64()),
+            slope,
+        })
+    }
+
+    /// Loci in offsets.
+    pub(super) fn all_described(&self, traces: &[Trace]) -> Vec<Locus> {
+        let traces = traces.iter().enumerate();
+        let described = traces.map(|(number, trace)| {
+            let place = [Piece::Locus as u64, number as u64];
+            resumed(self.progress, &place, || self.described(trace))
+        });
+        described.collect()
+    }
+
+    /// A locus in offsets.
+    fn described(&self, trace: &Trace) -> Locus {
+        let mut points: Vec<LocusPoint> =
+            trace.points.iter().filter_map(|point| self.point(trace, point)).collect();
+        // Where multipliers are not determined, at a graze, they are those next to it.
+        for place in 0..points.len() {
+            if points[place].multipliers.is_empty() {
+                let near = if place > 0 { place - 1 } else { (place + 1).min(points.len() - 1) };
+                points[place].stable = points[near].stable;
+            }
+        }
+        trace.described(points, self.grazing_passage(trace))
+    }
+
+    /// The passage that grazes along a locus of grazes.
+    fn grazing_passage(&self, trace: &Trace) -> usize {
+        trace.itinerary.returns()[0].iter().nth(self.grazing_contact(trace)).unwrap_or(0)
+    }
+
+    /// The place among the contacts of the one that grazes along a locus of grazes.
+    fn grazing_contact(&self, trace: &Trace) -> usize {
+        let d = self.map.dimension();
+        let zero =
+            |place: &usize| trace.points.iter().all(|point| point.unknowns[d + place].abs() < 1e-9);
+        (0..trace.itinerary.contacts()).find(zero).unwrap_or(0)
+    }
+
+    fn point(&self, trace: &Trace, point: &TracePoint) -> Option<LocusPoint> {
+        let equations = self.rounded(&trace.itinerary);
+        let size = equations.units().len();
+        let there = equations.at(&point.unknowns[..size])?;
+        let (_, depth_variables, parameters) = equations.offsets(&point.unknowns[..size]);
+        let grazing = match trace.kind {
+            LocusKind::Graze => Some(self.grazing_contact(trace)),
+            _ => None,
+        };
+        let jacobian = match grazing {
+            None => equations.jacobian(&there),
+            Some(contact) => {
+                let passage = self.grazing_passage(trace);
+                let without = trace.itinerary.without_contact(0, passage);
+                let mut unknowns = point.unknowns.clone();
+                unknowns.remove(self.map.dimension() + contact);
+                let equations = self.rounded(&without);
+                let there = equations.at(&unknowns)?;
+                equations.jacobian(&there)
+            }
+        };
+        let multipliers = jacobian.and_then(|jacobian| eigenvalues(&jacobian).ok());
+        let multipliers = multipliers.unwrap_or_default();
+        let others = depth_variables.iter().enumerate();
+        let contacts = others.filter(|(place, _)| Some(*place) != grazing).all(|(_, &y)| {
+            y > 0.0 || point.label.is_some() && y > -1e-9 * self.map.window.depth.sqrt()
+        });
+        let free = there
+            .extra
+            .free
+            .iter()
+            .all(|&(_, _, depth)| depth <= if point.label.is_some() { 1e-9 } else { 0.0 });
+        let depths: Vec<f64> = depth_variables.iter().map(|y| y * y).collect();
+        let mut states = there.extra.states.iter();
+        let inside = states.all(|state| self.map.window.holds(state, &parameters, &depths));
+        Some(LocusPoint {
+            parameters,
+            states: there.extra.states,
+            depth_variables,
+            stable: is_stable(trace.kind, &multipliers, point.unknowns.last().copied()),
+            multipliers: multipliers.iter().map(|value| [value.re, value.im]).collect(),
+            physical: contacts && free,
+            inside,
+            label: point.label,
+        })
+    }
+}
+
+impl ClosedOrbits for MapOrbitEquations<'_, f64> {
+    fn begun_later(&mut self, unknowns: &[f64]) -> Vec<Vec<f64>> {
+        let (d, units, itinerary) = (self.first_depth_variable(), self.units(), self.itinerary());
+        let Some(there) = self.at(&unknowns[..units.len()]) else { return Vec::new() };
+        let later = (1..itinerary.period()).filter(|&later| itinerary.repeats_after(later));
+        let begun = later.map(|later| {
+            let before: usize = itinerary.returns()[..later].iter().map(|made| made.len()).sum();
+            let mut rotated = unknowns.to_vec();
+            let state = there.extra.states[later].iter().zip(units);
+            rotated.splice(..d, state.map(|(value, unit)| value / unit));
+            rotated[d..d + itinerary.contacts()].rotate_left(before);
+            rotated
+        });
+        begun.collect()
+    }
+
+    fn is_several(&mut self, unknowns: &[f64]) -> bool {
+        let (units, itinerary) = (self.units(), self.itinerary());
+        let Some(there) = self.at(&unknowns[..units.len()]) else { return false };
+        let states = there.extra.states;
+        let mut shorter = (1..itinerary.period()).filter(|&later| itinerary.repeats_after(later));
+        shorter.any(|later| {
+            let mut pairs = states[0].iter().zip(&states[later]).zip(units);
+            pairs.all(|((a, b), unit)| (a - b).abs() <= SAME * unit)
+        })
+    }
+}
+
+/// The point of a curve where an unknown is this far beyond a point of it.
+fn beyond<C: CurveEquations<Dd>>(
+    equations: &mut C,
+    from: &[Dd],
+    unknown: usize,
+    by: Dd,
+) -> Option<Vec<Dd>> {
+    let normal = unit_vector(from.len(), unknown);
+    let tangent = tangent_at(&equations.linearised(from)?.jacobian, &normal)?;
+    let origin = moved(from, &tangent, by / tangent[unknown]);
+    Some(corrected(equations, &origin, &origin, &normal)?.0)
+}
+
+/// The value at 0 of the polynomial through points.
+fn at_zero(points: &[(Dd, Dd)]) -> Dd {
+    let weight = |t: Dd| {
+        let others = points.iter().filter(|(other, _)| *other != t);
+        others.fold(Dd::ONE, |product, &(other, _)| product * other / (other - t))
+    };
+    points.iter().fold(Dd::ZERO, |sum, &(t, value)| sum + weight(t) * value)
+}
+
+/// The condition of a seed.
+fn condition(seed: &Seed) -> Condition {
+    match seed.kind {
+        LocusKind::Graze => {
+            let contacts = seed.itinerary.contacts();
+            let first = seed.unknowns.len() - 2 - contacts;
+            let zero = |place: &usize| seed.unknowns[first + place] == 0.0;
+            Condition::Graze((0..contacts).find(zero).unwrap_or(0))
+        }
+        kind => condition_of(kind),
+    }
+}
+
+/// A branch in one parameter from a start, on one side.
+fn followed(
+    equations: &mut MapOrbitEquations<'_, f64>,
+    start: &[f64],
+    sign: f64,
+) -> Option<Course<f64, PassagesOfOrbit<f64>>> {
+    let tangent = any_tangent(&equations.linearised(start)?.jacobian)?;
+    let along: Vec<f64> = tangent.iter().map(|value| sign * value).collect();
+    follow(equations, start, &along, &StepControl::DEFAULT)
+}
+
+/// Whether a point lies nearly on a line through others.
+fn is_near(line: &[Vec<f64>], point: &[f64]) -> bool {
+    line.windows(2).any(|pair| {
+        let (share, apart, _) = beside(&pair[0], &pair[1], point);
+        (0.0..=1.0).contains(&share) && apart < 1e-3
+    })
+}
