@@ -9,7 +9,7 @@ use std::iter::once;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::data::{Branch, BranchEnd, BranchLabel, BranchPoint, BranchRequest, Branches, Special};
+use super::data::{Branch, BranchEnd, BranchLabel, BranchPoint, BranchRequest, Special};
 use super::normal_form::NormalForm;
 use super::trace::{
     Follow, NEAR, Oracle, Piece, SAME, Seed, Trace, Way, each_once, exact_or_zero, first_doubled,
@@ -26,7 +26,7 @@ use crate::analysis::periodic::{
     ContactItinerary, DirectOrbit, DirectOrbitEquations, DirectUnits, FoundOrbit, OrbitContact,
     SectionMap, window_scales,
 };
-use crate::analysis::progress::{NoProgress, Progress, Shard, resumed};
+use crate::analysis::progress::{Progress, resumed};
 use crate::expansion::LocalMap;
 use crate::hybrid::HybridSystem;
 use crate::iteration::PassageSet;
@@ -77,13 +77,14 @@ struct Flight {
 }
 
 /// What seeds are taken from.
-struct Sources {
+pub(super) struct Sources {
     flights: Vec<Flight>,
     /// Where the orbit without contact grazes.
     grazing: Vec<GrazeStart>,
 }
 
-struct Continuation<'a> {
+/// The branches of direct simulation.
+pub(super) struct DirectBranches<'a> {
     image: DirectImage<'a, f64>,
     fine: DirectImage<'a, Dd>,
     units: DirectUnits,
@@ -102,66 +103,9 @@ struct Continuation<'a> {
 /// varies, in offsets.
 pub(in crate::analysis) type GrazeStart = (Vec<f64>, f64);
 
-/// The branches of direct simulation.
-pub(super) fn branches(
-    scene: &Scene,
-    orbit: &GrazingOrbit,
-    map: &LocalMap,
-    request: &BranchRequest,
-    follow: Follow,
-    progress: &dyn Progress,
-) -> Result<Branches, AnalysisError> {
-    branches_from(scene, orbit, map, request, (follow, None), progress)
-}
-
-/// The same with the graze given, at which branches may begin.
-pub(in crate::analysis) fn branches_from(
-    scene: &Scene,
-    orbit: &GrazingOrbit,
-    map: &LocalMap,
-    request: &BranchRequest,
-    (follow, graze): (Follow, Option<GrazeStart>),
-    progress: &dyn Progress,
-) -> Result<Branches, AnalysisError> {
-    let system = HybridSystem::new(&scene.model);
-    let continuation = Continuation::new(&system, scene, orbit, map, (request, graze), progress)?;
-    Ok(Branches { branches: continuation.described(&continuation.all(follow)) })
-}
-
-/// A share of the branches of the itineraries asked for.
-pub(super) fn share(
-    scene: &Scene,
-    orbit: &GrazingOrbit,
-    map: &LocalMap,
-    request: &BranchRequest,
-    shard: &Shard<'_>,
-) -> Result<(), AnalysisError> {
-    let system = HybridSystem::new(&scene.model);
-    Continuation::new(&system, scene, orbit, map, (request, None), shard)?.find_share(shard);
-    Ok(())
-}
-
-/// The orbits of the itineraries asked for at a value of the parameter that varies: where branches
-/// pass it.
-pub(super) fn orbits(
-    scene: &Scene,
-    orbit: &GrazingOrbit,
-    map: &LocalMap,
-    request: &BranchRequest,
-    value: f64,
-) -> Result<Vec<FoundOrbit>, AnalysisError> {
-    let system = HybridSystem::new(&scene.model);
-    let continuation = Continuation::new(&system, scene, orbit, map, (request, None), &NoProgress)?;
-    let found = continuation.all(Follow::Asked);
-    let asked = found.par_iter().filter(|(known, _)| request.itineraries.contains(known));
-    let orbits = asked.flat_map_iter(|(itinerary, traces)| {
-        traces.iter().flat_map(|trace| continuation.passing(itinerary, trace, value))
-    });
-    Ok(orbits.collect())
-}
-
-impl<'a> Continuation<'a> {
-    fn new(
+impl<'a> DirectBranches<'a> {
+    /// Branches may begin at the graze given, or at those that are found.
+    pub(super) fn new(
         system: &'a HybridSystem,
         scene: &Scene,
         orbit: &GrazingOrbit,
@@ -183,6 +127,17 @@ impl<'a> Continuation<'a> {
             graze,
             progress,
         })
+    }
+
+    /// The orbits of the itineraries asked for at a value of the parameter that varies: where
+    /// branches pass it.
+    pub(super) fn orbits(&self, value: f64) -> Vec<FoundOrbit> {
+        let found = self.all(Follow::Asked);
+        let asked = found.par_iter().filter(|(known, _)| self.request.itineraries.contains(known));
+        let orbits = asked.flat_map_iter(|(itinerary, traces)| {
+            traces.iter().flat_map(|trace| self.passing(itinerary, trace, value))
+        });
+        orbits.collect()
     }
 
     fn equations(&self, itinerary: &ContactItinerary) -> DirectOrbitEquations<'a, f64> {
@@ -662,7 +617,7 @@ impl<'a> Continuation<'a> {
     }
 }
 
-impl Oracle for Continuation<'_> {
+impl Oracle for DirectBranches<'_> {
     type Orbit = DirectOrbit<f64>;
     type Sources = Sources;
 

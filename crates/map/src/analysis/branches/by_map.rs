@@ -17,7 +17,7 @@ use crate::analysis::periodic::{
     ByMap, ContactItinerary, FoundOrbit, ItinerarySearch, MapOrbitEquations, OrbitContact,
     PassagesOfOrbit, Settled, window_scales,
 };
-use crate::analysis::progress::{Progress, Shard};
+use crate::analysis::progress::Progress;
 use crate::expansion::LocalMap;
 use crate::iteration::PassageSet;
 use crate::model::Scene;
@@ -41,14 +41,15 @@ type Point = CurvePoint<f64, PassagesOfOrbit<f64>>;
 type MapTrace = Trace<PassagesOfOrbit<f64>>;
 
 /// What seeds are taken from.
-struct Sources {
+pub(super) struct Sources {
     /// What the map settles on, by the value of the parameter.
     settled: Vec<(f64, Vec<Settled>)>,
     /// Where the orbit without contact grazes: its point, the parameter, and the passages.
     grazing: Vec<(Vec<f64>, f64, PassageSet)>,
 }
 
-struct Continuation<'a> {
+/// The branches of a map.
+pub(super) struct MapBranches<'a> {
     search: ItinerarySearch<'a>,
     by_map: ByMap<'a>,
     map: &'a LocalMap,
@@ -56,39 +57,8 @@ struct Continuation<'a> {
     progress: &'a dyn Progress,
 }
 
-/// The branches of a map.
-pub(super) fn branches(
-    scene: &Scene,
-    orbit: &GrazingOrbit,
-    map: &LocalMap,
-    request: &BranchRequest,
-    follow: Follow,
-    progress: &dyn Progress,
-) -> Result<Branches, AnalysisError> {
-    let continuation = Continuation::new(scene, orbit, map, request, progress)?;
-    let branches = continuation.described(&continuation.all(follow)).into_iter();
-    // A branch that is virtual on both sides of a graze touches what is physical there alone.
-    let of_stretch = |point: &BranchPoint| {
-        point.orbit.physical && point.special.is_none() && !point.orbit.multipliers.is_empty()
-    };
-    let physical = branches.filter(|branch| branch.points.iter().any(of_stretch));
-    Ok(Branches { branches: physical.collect() })
-}
-
-/// A share of the branches of the itineraries asked for.
-pub(super) fn share(
-    scene: &Scene,
-    orbit: &GrazingOrbit,
-    map: &LocalMap,
-    request: &BranchRequest,
-    shard: &Shard<'_>,
-) -> Result<(), AnalysisError> {
-    Continuation::new(scene, orbit, map, request, shard)?.find_share(shard);
-    Ok(())
-}
-
-impl<'a> Continuation<'a> {
-    fn new(
+impl<'a> MapBranches<'a> {
+    pub(super) fn new(
         scene: &Scene,
         orbit: &GrazingOrbit,
         map: &'a LocalMap,
@@ -102,6 +72,17 @@ impl<'a> Continuation<'a> {
             request,
             progress,
         })
+    }
+
+    /// The branches that are physical somewhere.
+    pub(super) fn physical(&self, follow: Follow) -> Branches {
+        // A branch that is virtual on both sides of a graze touches what is physical there alone.
+        let of_stretch = |point: &BranchPoint| {
+            point.orbit.physical && point.special.is_none() && !point.orbit.multipliers.is_empty()
+        };
+        let branches = self.described(&self.all(follow)).into_iter();
+        let physical = branches.filter(|branch| branch.points.iter().any(of_stretch));
+        Branches { branches: physical.collect() }
     }
 
     fn equations<'e>(&'e self, itinerary: &'e ContactItinerary) -> MapOrbitEquations<'e, f64> {
@@ -308,7 +289,7 @@ impl<'a> Continuation<'a> {
     }
 }
 
-impl Oracle for Continuation<'_> {
+impl Oracle for MapBranches<'_> {
     type Orbit = PassagesOfOrbit<f64>;
     type Sources = Sources;
 

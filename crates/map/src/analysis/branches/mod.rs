@@ -12,16 +12,19 @@ mod normal_form;
 mod observables;
 mod trace;
 
-pub(super) use by_direct::branches_from;
 pub use data::{Branch, BranchEnd, BranchLabel, BranchPoint, BranchRequest, Branches, Special};
 pub use observables::{BranchDiagram, BranchObservable, branch_diagram, observed};
 pub(super) use trace::Follow;
 
+use by_direct::{DirectBranches, GrazeStart};
+use by_map::MapBranches;
+use trace::Oracle;
+
 use crate::analysis::error::AnalysisError;
 use crate::analysis::periodic::FoundOrbit;
-use crate::analysis::progress::Progress;
-use crate::analysis::progress::Shard;
+use crate::analysis::progress::{NoProgress, Progress, Shard};
 use crate::expansion::LocalMap;
+use crate::hybrid::HybridSystem;
 use crate::model::Scene;
 use crate::orbit::GrazingOrbit;
 
@@ -59,9 +62,14 @@ pub fn branches_share(
 ) -> Result<(), AnalysisError> {
     let request = request.listed();
     match request.direct {
-        true => by_direct::share(scene, orbit, map, &request, shard),
-        false => by_map::share(scene, orbit, map, &request, shard),
+        true => {
+            let system = HybridSystem::new(&scene.model);
+            let of = DirectBranches::new(&system, scene, orbit, map, (&request, None), shard)?;
+            of.find_share(shard);
+        }
+        false => MapBranches::new(scene, orbit, map, &request, shard)?.find_share(shard),
     }
+    Ok(())
 }
 
 /// The branches of the itineraries asked for, and others that they lead to if so.
@@ -74,10 +82,24 @@ pub(super) fn followed(
     progress: &dyn Progress,
 ) -> Result<Branches, AnalysisError> {
     let request = request.listed();
-    match request.direct {
-        true => by_direct::branches(scene, orbit, map, &request, follow, progress),
-        false => by_map::branches(scene, orbit, map, &request, follow, progress),
+    if request.direct {
+        return branches_from(scene, orbit, map, &request, (follow, None), progress);
     }
+    Ok(MapBranches::new(scene, orbit, map, &request, progress)?.physical(follow))
+}
+
+/// The branches of direct simulation, the graze given at which they may begin.
+pub(super) fn branches_from(
+    scene: &Scene,
+    orbit: &GrazingOrbit,
+    map: &LocalMap,
+    request: &BranchRequest,
+    (follow, graze): (Follow, Option<GrazeStart>),
+    progress: &dyn Progress,
+) -> Result<Branches, AnalysisError> {
+    let system = HybridSystem::new(&scene.model);
+    let of = DirectBranches::new(&system, scene, orbit, map, (request, graze), progress)?;
+    Ok(Branches { branches: of.described(&of.all(follow)) })
 }
 
 /// The orbits of direct simulation where the branches of the itineraries asked for pass a value of
@@ -89,5 +111,7 @@ pub(super) fn direct_orbits(
     request: &BranchRequest,
     value: f64,
 ) -> Result<Vec<FoundOrbit>, AnalysisError> {
-    by_direct::orbits(scene, orbit, map, request, value)
+    let system = HybridSystem::new(&scene.model);
+    let of = DirectBranches::new(&system, scene, orbit, map, (request, None), &NoProgress)?;
+    Ok(of.orbits(value))
 }

@@ -9,7 +9,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::equations::{OrbitEquations, Unfolding};
-use crate::analysis::continuation::Linearised;
+use crate::analysis::continuation::{CurveEquations, CurvePoint, Linearised, TestValue};
 use crate::analysis::periodic::{PrescribedReturn, PrescribedReturns};
 use crate::numeric::Real;
 use crate::numeric::linear::inverse;
@@ -198,7 +198,7 @@ impl<R> Connection<R> {
     }
 }
 
-impl<S: Real, R: PrescribedReturns<S>> OrbitEquations<S> for Connection<R> {
+impl<S: Real, R: PrescribedReturns<S>> CurveEquations<S> for Connection<R> {
     type Extra = ConnectionPoints<S>;
 
     fn linearised(&mut self, unknowns: &[S]) -> Option<Linearised<S, Self::Extra>> {
@@ -233,6 +233,25 @@ impl<S: Real, R: PrescribedReturns<S>> OrbitEquations<S> for Connection<R> {
         finite.then_some(Linearised { residual, jacobian, extra })
     }
 
+    /// A connection is followed with a condition, whose test functions it has.
+    fn tests(&self, _: &CurvePoint<S, Self::Extra>) -> Vec<TestValue<S>> {
+        Vec::new()
+    }
+
+    fn range(&self, unknown: usize) -> [f64; 2] {
+        let mut first = 0;
+        for number in 0..self.returns.returns() {
+            let own = self.returns.variables(number);
+            if unknown < first + own {
+                return self.returns.range(number, unknown - first);
+            }
+            first += own;
+        }
+        self.returns.parameter_range(unknown - first)
+    }
+}
+
+impl<S: Real, R: PrescribedReturns<S>> OrbitEquations<S> for Connection<R> {
     fn closes(&self) -> bool {
         false
     }
@@ -278,17 +297,5 @@ impl<S: Real, R: PrescribedReturns<S>> OrbitEquations<S> for Connection<R> {
 
     fn rounding() -> f64 {
         R::rounding()
-    }
-
-    fn range(&self, unknown: usize) -> [f64; 2] {
-        let mut first = 0;
-        for number in 0..self.returns.returns() {
-            let own = self.returns.variables(number);
-            if unknown < first + own {
-                return self.returns.range(number, unknown - first);
-            }
-            first += own;
-        }
-        self.returns.parameter_range(unknown - first)
     }
 }

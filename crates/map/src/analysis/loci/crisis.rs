@@ -13,7 +13,7 @@ use super::data::{LociRequest, Locus, LocusEnd, LocusKind, LocusPoint};
 use super::equations::{Condition, LocusEquations, OrbitEquations};
 use super::trace::{Trace, joined};
 use crate::analysis::MapEvaluation;
-use crate::analysis::continuation::{StepControl, rounded, searched};
+use crate::analysis::continuation::{CurveEquations, StepControl, rounded, searched};
 use crate::analysis::periodic::{
     ContactItinerary, ItinerarySearch, MapOrbitEquations, MapReturns, PrescribedReturns,
 };

@@ -19,8 +19,7 @@ use super::trace::{
 };
 use crate::analysis::branches::{BranchLabel, BranchPoint, BranchRequest, Follow, branches_from};
 use crate::analysis::continuation::{
-    CourseEnd, CurveEquations, Linearised, between, corrected, exact, farthest, rounded,
-    unit_vector,
+    CourseEnd, Linearised, between, corrected, exact, farthest, rounded, unit_vector,
 };
 use crate::analysis::direct_image::DirectImage;
 use crate::analysis::error::AnalysisError;
@@ -47,12 +46,6 @@ const NEAR: f64 = 1e-3;
 const FAR: f64 = 1e-5;
 
 impl<S: Real> OrbitEquations<S> for DirectOrbitEquations<'_, S> {
-    type Extra = DirectOrbit<S>;
-
-    fn linearised(&mut self, unknowns: &[S]) -> Option<Linearised<S, DirectOrbit<S>>> {
-        self.orbit_at(unknowns)
-    }
-
     fn first_point(&self, there: &Linearised<S, DirectOrbit<S>>) -> DMatrix<S> {
         self.first_point(&there.extra)
     }
@@ -104,10 +97,6 @@ impl<S: Real> OrbitEquations<S> for DirectOrbitEquations<'_, S> {
 
     fn rounding() -> f64 {
         Self::rounding()
-    }
-
-    fn range(&self, unknown: usize) -> [f64; 2] {
-        CurveEquations::range(self, unknown)
     }
 }
 

@@ -9,18 +9,13 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::analysis::continuation::{CurveEquations, CurvePoint, Linearised, TestValue};
-use crate::analysis::periodic::{MapOrbitEquations, PassagesOfOrbit};
+use crate::analysis::periodic::MapOrbitEquations;
 use crate::numeric::Real;
 use crate::numeric::linear::{factorize, inverse};
 
 /// The equations of an itinerary's orbits with two free parameters, by the map or by direct
 /// simulation: `u = (z, p)`, `F(u) = 0`, as many equations as `z` has components.
-pub(super) trait OrbitEquations<S: Real> {
-    /// What is known of an orbit beside its equations.
-    type Extra: Clone;
-
-    /// Residuals and Jacobian by all unknowns.
-    fn linearised(&mut self, unknowns: &[S]) -> Option<Linearised<S, Self::Extra>>;
+pub(super) trait OrbitEquations<S: Real>: CurveEquations<S> {
     /// Derivatives of the first section point by all unknowns, in the rows that close the period.
     fn first_point(&self, there: &Linearised<S, Self::Extra>) -> DMatrix<S>;
     /// Whether the orbits close. One that does not has no multipliers.
@@ -49,8 +44,6 @@ pub(super) trait OrbitEquations<S: Real> {
     ) -> Option<Unfolding<S>>;
     /// Rounding of the Jacobian over that of the numbers.
     fn rounding() -> f64;
-    /// The range of an unknown.
-    fn range(&self, unknown: usize) -> [f64; 2];
 }
 
 /// The factors of `ξ_n ∝ ∇d · Mⁿ⁻¹ (M c)`.
@@ -82,12 +75,6 @@ impl<S: Real> Unfolding<S> {
 }
 
 impl<S: Real> OrbitEquations<S> for MapOrbitEquations<'_, S> {
-    type Extra = PassagesOfOrbit<S>;
-
-    fn linearised(&mut self, unknowns: &[S]) -> Option<Linearised<S, Self::Extra>> {
-        self.at(unknowns)
-    }
-
     fn first_point(&self, there: &Linearised<S, Self::Extra>) -> DMatrix<S> {
         let (rows, columns) = there.jacobian.shape();
         let d = self.first_depth_variable();
@@ -137,10 +124,6 @@ impl<S: Real> OrbitEquations<S> for MapOrbitEquations<'_, S> {
 
     fn rounding() -> f64 {
         1.0
-    }
-
-    fn range(&self, unknown: usize) -> [f64; 2] {
-        CurveEquations::range(self, unknown)
     }
 }
 
@@ -253,6 +236,12 @@ impl<S: Real, O: OrbitEquations<S>> LocusEquations<O, S> {
         Some([(up - down) / (step + step), (first_up - first_down) / (step + step)])
     }
 
+    /// The borders found last, or those of a matrix.
+    fn borders_of(&mut self, matrix: &DMatrix<S>) -> Option<[DVector<S>; 2]> {
+        let last = self.borders.take().filter(|[right, _]| right.len() == matrix.nrows());
+        last.or_else(|| null_vectors(matrix))
+    }
+
     /// The condition of a real multiplier.
     fn singular(
         &mut self,
@@ -263,10 +252,7 @@ impl<S: Real, O: OrbitEquations<S>> LocusEquations<O, S> {
         let rows = jacobian.nrows();
         let share = S::from_f64(1.0 - multiplier);
         let matrix = (jacobian + first * share).columns(0, rows).into_owned();
-        let [right, left] = match self.borders.take().filter(|[right, _]| right.len() == rows) {
-            Some(borders) => borders,
-            None => null_vectors(&matrix)?,
-        };
+        let [right, left] = self.borders_of(&matrix)?;
         let (value, v) = bordered(&matrix, &left, &right)?;
         let (_, w) = bordered(&matrix.transpose(), &right, &left)?;
         let [bent, first_bent] = self.bent(unknowns, &v)?;
@@ -361,10 +347,7 @@ impl<S: Real, O: OrbitEquations<S>> LocusEquations<O, S> {
         }
         matrix.view_mut((0, rows), (rows, rows)).copy_from(&(-&imaginary));
         matrix.view_mut((rows, 0), (rows, rows)).copy_from(&imaginary);
-        let [right, left] = match self.borders.take().filter(|[right, _]| right.len() == 2 * rows) {
-            Some(borders) => borders,
-            None => null_vectors(&matrix)?,
-        };
+        let [right, left] = self.borders_of(&matrix)?;
         let (value, v) = bordered_complex(&matrix, &left, &right)?;
         let (_, w) = bordered_complex(&matrix.transpose(), &right, &left)?;
         let halves = |vector: &DVector<S>| {
@@ -577,7 +560,7 @@ mod tests {
         map: Plain,
     }
 
-    impl OrbitEquations<f64> for Smooth {
+    impl CurveEquations<f64> for Smooth {
         type Extra = ();
 
         fn linearised(&mut self, unknowns: &[f64]) -> Option<Linearised<f64>> {
@@ -592,6 +575,16 @@ mod tests {
             Some(Linearised { residual, jacobian, extra: () })
         }
 
+        fn tests(&self, _: &CurvePoint<f64>) -> Vec<TestValue<f64>> {
+            Vec::new()
+        }
+
+        fn range(&self, _: usize) -> [f64; 2] {
+            [-3.0, 3.0]
+        }
+    }
+
+    impl OrbitEquations<f64> for Smooth {
         fn first_point(&self, _: &Linearised<f64>) -> DMatrix<f64> {
             DMatrix::identity(self.coordinates, self.coordinates + 2)
         }
@@ -623,10 +616,6 @@ mod tests {
 
         fn rounding() -> f64 {
             1.0
-        }
-
-        fn range(&self, _: usize) -> [f64; 2] {
-            [-3.0, 3.0]
         }
     }
 

@@ -11,7 +11,7 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use super::contact_itinerary::ContactItinerary;
-use super::map_equations::{is_same, second_compound};
+use super::map_equations::{halves, is_same, reciprocal_pairs, repeats_after_half};
 use super::returns::PrescribedReturn;
 use crate::analysis::continuation::{
     CurveEquations, CurvePoint, Linearised, TestValue, bordered, saved,
@@ -597,16 +597,10 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
     /// The difference of the first points of both halves of a period, of itineraries that repeat
     /// after half of it.
     fn halves(&self, unknowns: &[S]) -> TestValue<S> {
-        let (count, size) = (self.flights.len(), self.dimension());
-        let half = count / 2;
-        let doubled =
-            count == 2 * half && self.itinerary.repeats_after(self.itinerary.period() / 2);
+        let half = self.flights.len() / 2;
+        let doubled = self.flights.len() == 2 * half && repeats_after_half(&self.itinerary);
         let place = self.units.gap.map_or(0, |(replaced, _)| replaced);
-        let value = match doubled {
-            true => unknowns[place] - unknowns[half * size + place],
-            false => S::one(),
-        };
-        TestValue { value, size: 1.0 }
+        halves(&unknowns[place..], half * self.dimension(), doubled)
     }
 
     /// Zero where two multipliers are each other's reciprocal, smooth up to the graze.
@@ -625,16 +619,7 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
             let size = points.magnitude().max(images.magnitude());
             return Some(TestValue { value: images - points, size });
         }
-        let Some(jacobian) = self.jacobian(orbit) else {
-            return Some(TestValue { value: S::zero(), size: 0.0 });
-        };
-        let mut pairs = second_compound(&jacobian);
-        for place in 0..pairs.nrows() {
-            pairs[(place, place)] -= S::one();
-        }
-        let test = TestValue::determinant(&pairs);
-        let depths = (1..self.dimension()).fold(S::one(), |power, _| power * points);
-        Some(TestValue { value: test.value * depths, size: test.size * depths.magnitude() })
+        Some(reciprocal_pairs(self.jacobian(orbit), points))
     }
 }
 

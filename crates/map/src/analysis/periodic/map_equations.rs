@@ -306,17 +306,7 @@ impl<'a, S: Real> MapOrbitEquations<'a, S> {
             let size = whole.size.max(product.magnitude());
             return Some(TestValue { value: whole.value - sign * product, size });
         }
-        let Some(jacobian) = self.jacobian(&point.linearised) else {
-            return Some(TestValue { value: S::zero(), size: 0.0 });
-        };
-        let mut pairs = second_compound(&jacobian);
-        for place in 0..pairs.nrows() {
-            pairs[(place, place)] -= S::one();
-        }
-        let test = TestValue::determinant(&pairs);
-        let depths = (1..self.dimension).fold(S::one(), |power, _| power * product);
-        let value = test.value * depths;
-        Some(TestValue { value, size: test.size * depths.magnitude() })
+        Some(reciprocal_pairs(self.jacobian(&point.linearised), product))
     }
 
     /// The Jacobian of the period's map by the section's coordinates, the depth variables
@@ -364,7 +354,8 @@ impl<S: Real> CurveEquations<S> for MapOrbitEquations<'_, S> {
         let free = point.linearised.extra.free.iter();
         tests.extend(free.map(|&(_, _, depth)| TestValue { value: depth, size: 1.0 }));
         tests.push(bordered(point));
-        tests.push(self.halves(point));
+        let half = self.itinerary.contacts() / 2;
+        tests.push(halves(depths, half, half > 0 && repeats_after_half(self.itinerary)));
         tests.extend(self.reciprocity(point));
         tests
     }
@@ -380,33 +371,43 @@ impl<S: Real> CurveEquations<S> for MapOrbitEquations<'_, S> {
     }
 }
 
-impl<S: Real> MapOrbitEquations<'_, S> {
-    /// The difference of a depth variable and that half a period later, of itineraries that repeat
-    /// after half a period: it vanishes on the orbits of half the period. 1 of other itineraries.
-    fn halves<X>(&self, point: &CurvePoint<S, X>) -> TestValue<S> {
-        let contacts = self.itinerary.contacts();
-        let half = self.itinerary.period() / 2;
-        let doubled = self.itinerary.period() == 2 * half && self.itinerary.repeats_after(half);
-        let value = match doubled && contacts > 0 {
-            true => {
-                let first = point.unknowns[self.dimension];
-                first - point.unknowns[self.dimension + contacts / 2]
-            }
-            false => S::one(),
-        };
-        TestValue { value, size: 1.0 }
-    }
-}
-
 /// Whether two offsets agree to a share of themselves and of their unit, or to rounding in it.
 pub(super) fn is_same<S: Real>([a, b]: [S; 2], unit: f64, share: f64) -> bool {
     let size = a.magnitude().max(b.magnitude()).min(unit);
     (a - b).magnitude() <= share * size + ROUNDING * unit
 }
 
+/// Whether an itinerary repeats after half a period.
+pub(super) fn repeats_after_half(itinerary: &ContactItinerary) -> bool {
+    let half = itinerary.period() / 2;
+    itinerary.period() == 2 * half && itinerary.repeats_after(half)
+}
+
+/// The difference of the first of some variables and that half a period later: it vanishes on the
+/// orbits of half the period. 1 of orbits that are not `doubled` ones.
+pub(super) fn halves<S: Real>(variables: &[S], half: usize, doubled: bool) -> TestValue<S> {
+    let value = if doubled { variables[0] - variables[half] } else { S::one() };
+    TestValue { value, size: 1.0 }
+}
+
+/// A function that vanishes where two multipliers are each other's reciprocal, by the Jacobian of
+/// the period's map, which is singular where `product` vanishes; without a Jacobian nothing is told.
+pub(super) fn reciprocal_pairs<S: Real>(jacobian: Option<DMatrix<S>>, product: S) -> TestValue<S> {
+    let Some(jacobian) = jacobian else {
+        return TestValue { value: S::zero(), size: 0.0 };
+    };
+    let mut pairs = second_compound(&jacobian);
+    for place in 0..pairs.nrows() {
+        pairs[(place, place)] -= S::one();
+    }
+    let test = TestValue::determinant(&pairs);
+    let power = (1..jacobian.nrows()).fold(S::one(), |power, _| power * product);
+    TestValue { value: test.value * power, size: test.size * power.magnitude() }
+}
+
 /// The matrix of all minors of two rows and two columns: its eigenvalues are the products of two
 /// of the matrix's.
-pub(super) fn second_compound<S: Real>(matrix: &DMatrix<S>) -> DMatrix<S> {
+fn second_compound<S: Real>(matrix: &DMatrix<S>) -> DMatrix<S> {
     let size = matrix.nrows();
     let pairs: Vec<(usize, usize)> =
         (0..size).flat_map(|i| (i + 1..size).map(move |j| (i, j))).collect();
