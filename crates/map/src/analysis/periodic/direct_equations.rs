@@ -359,7 +359,10 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
 
     /// A section point with its image; `None` where the return does not make the contacts of the
     /// itinerary.
-    fn flown(&mut self, number: usize, variables: &[S], parameters: &[S]) -> Option<Flown<S>> {
+    fn flown(&mut self, number: usize, unknowns: &[S]) -> Option<Flown<S>> {
+        let size = self.dimension();
+        let variables = &unknowns[number * size..(number + 1) * size];
+        let parameters = &self.parameters(unknowns);
         let Some((replaced, _)) = self.units.gap else {
             return self.flown_at(number, variables, parameters);
         };
@@ -412,24 +415,20 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
     fn slopes(
         &mut self,
         number: usize,
-        variables: &[S],
         unknowns: &[S],
         place: usize,
         centre: &Flown<S>,
     ) -> Option<[DVector<S>; 2]> {
+        let size = self.dimension();
         let own = self.units.gap.is_some_and(|(replaced, _)| replaced == place);
+        let unknown = if place < size { number * size } else { self.variables() - size } + place;
+        let at = unknowns[unknown].to_f64();
         let mut length = S::ROUNDOFF.powf(0.2);
         for _ in 0..SHORTENINGS {
-            let at = variables.get(place).map_or(0.0, |value| value.to_f64());
             let mut side = |steps: f64| {
-                let (mut variables, mut unknowns) = (variables.to_vec(), unknowns.to_vec());
-                let moved = S::from_f64(steps * length);
-                match variables.get_mut(place) {
-                    Some(value) => *value += moved,
-                    None => unknowns[self.variables() + place - variables.len()] += moved,
-                }
-                let parameters = self.parameters(&unknowns);
-                let flown = self.flown(number, &variables, &parameters)?;
+                let mut moved = unknowns.to_vec();
+                moved[unknown] += S::from_f64(steps * length);
+                let flown = self.flown(number, &moved)?;
                 (flown.extra_contacts == centre.extra_contacts).then_some(flown)
             };
             // One-sided next to the graze, beyond which nothing flies.
@@ -447,8 +446,7 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
             if let Some(sides) = sides.collect::<Option<Vec<_>>>() {
                 let factor = S::from_f64(12.0 * length);
                 let of = |part: fn(&Flown<S>) -> &Vec<S>| {
-                    let count = centre.point.len();
-                    DVector::from_fn(count, |component, _| {
+                    DVector::from_fn(size, |component, _| {
                         let terms = sides
                             .iter()
                             .map(|(weight, flown)| S::from_f64(*weight) * part(flown)[component]);
@@ -460,6 +458,23 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
             length *= SHORTENED;
         }
         None
+    }
+
+    /// A return with the derivatives of its section point and of its image by its variables and
+    /// the parameters that vary.
+    fn with_slopes(
+        &mut self,
+        number: usize,
+        unknowns: &[S],
+    ) -> Option<(Flown<S>, [DMatrix<S>; 2])> {
+        let centre = self.flown(number, unknowns)?;
+        let (size, free) = (self.dimension(), self.free.len());
+        let mut both = [0, 1].map(|_| DMatrix::from_element(size, size + free, S::zero()));
+        for place in 0..size + free {
+            let slopes = self.slopes(number, unknowns, place, &centre)?;
+            both.iter_mut().zip(&slopes).for_each(|(part, slope)| part.set_column(place, slope));
+        }
+        Some((centre, both))
     }
 
     /// How fast the impact speed grows with the variable of a return that begins with contact,
@@ -488,20 +503,19 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
         with_slopes: bool,
     ) -> Option<PrescribedReturn<S>> {
         let (size, free) = (self.dimension(), self.free.len());
-        let variables = &unknowns[number * size..(number + 1) * size];
-        let parameters = self.parameters(unknowns);
-        let centre = self.flown(number, variables, &parameters)?;
         let units: Vec<S> = self.units.state.iter().map(|&unit| S::from_f64(unit)).collect();
-        let mut slopes = DMatrix::from_element(2 * size, size + free, S::zero());
-        if with_slopes {
-            for place in 0..size + free {
-                let [point, image] = self.slopes(number, variables, unknowns, place, &centre)?;
-                for row in 0..size {
-                    slopes[(row, place)] = point[row] / units[row];
-                    slopes[(size + row, place)] = image[row] / units[row];
-                }
+        let (centre, slopes) = match with_slopes {
+            false => {
+                let slopes = DMatrix::from_element(2 * size, size + free, S::zero());
+                (self.flown(number, unknowns)?, slopes)
             }
-        }
+            true => {
+                let (centre, both) = self.with_slopes(number, unknowns)?;
+                let slope =
+                    |row: usize, place| both[row / size][(row % size, place)] / units[row % size];
+                (centre, DMatrix::from_fn(2 * size, size + free, slope))
+            }
+        };
         let scaled = |values: &[S]| values.iter().zip(&units).map(|(&a, &b)| a / b).collect();
         (centre.extra_contacts == 0).then(|| PrescribedReturn {
             point: scaled(&centre.point),
@@ -627,13 +641,9 @@ impl<S: Real> DirectOrbitEquations<'_, S> {
     /// The orbit of these unknowns without derivatives, and the residuals; `None` where a return
     /// does not make the contacts of the itinerary.
     pub fn flown_orbit(&mut self, unknowns: &[S]) -> Option<(DirectOrbit<S>, DVector<S>)> {
-        let count = self.flights.len();
-        let parameters = self.parameters(unknowns);
         let (mut orbit, mut residual) = self.begun();
-        for number in 0..count {
-            let size = self.dimension();
-            let variables = &unknowns[number * size..(number + 1) * size];
-            let flown = self.flown(number, variables, &parameters)?;
+        for number in 0..self.flights.len() {
+            let flown = self.flown(number, unknowns)?;
             self.add_to(&mut orbit, &mut residual, number, flown);
         }
         Some((orbit, residual))
@@ -689,31 +699,24 @@ impl<S: Real> DirectOrbitEquations<'_, S> {
     pub fn orbit_at(&mut self, unknowns: &[S]) -> Option<Linearised<S, DirectOrbit<S>>> {
         let (size, count) = (self.dimension(), self.flights.len());
         let (rows, free) = (size * count, self.free.len());
-        let parameters = self.parameters(unknowns);
         let (mut orbit, mut residual) = self.begun();
         let mut jacobian = DMatrix::from_element(rows, rows + free, S::zero());
         for number in 0..count {
-            let variables = &unknowns[number * size..(number + 1) * size];
-            let centre = self.flown(number, variables, &parameters)?;
-            let mut both = [DMatrix::from_element(size, size, S::zero()), DMatrix::zeros(0, 0)];
-            both[1] = both[0].clone();
+            let (centre, both) = self.with_slopes(number, unknowns)?;
             let (own, before) = self.rows(number);
             for place in 0..size + free {
-                let [point, image] = self.slopes(number, variables, unknowns, place, &centre)?;
-                let column = if place < size { number * size + place } else { rows + place - size };
-                for row in 0..size {
-                    let unit = S::from_f64(self.units.state[row]);
-                    jacobian[(own + row, column)] += image[row] / unit;
-                    jacobian[(before + row, column)] -= point[row] / unit;
-                }
-                if place < size {
-                    both[0].set_column(place, &point);
-                    both[1].set_column(place, &image);
-                } else if number == 0 {
-                    orbit.by_parameters.push(point);
+                let column = if place < size { number * size } else { rows - size } + place;
+                for (row, &unit) in self.units.state.iter().enumerate() {
+                    let unit = S::from_f64(unit);
+                    jacobian[(own + row, column)] += both[1][(row, place)] / unit;
+                    jacobian[(before + row, column)] -= both[0][(row, place)] / unit;
                 }
             }
-            orbit.blocks.push(both);
+            if number == 0 {
+                let by_parameters = both[0].columns(size, free);
+                orbit.by_parameters = by_parameters.column_iter().map(|c| c.into_owned()).collect();
+            }
+            orbit.blocks.push(both.map(|part| part.columns(0, size).into_owned()));
             self.add_to(&mut orbit, &mut residual, number, centre);
         }
         let finite = residual.iter().chain(jacobian.iter()).all(|value| value.is_finite());
