@@ -498,7 +498,7 @@ impl<'a> DirectBranches<'a> {
         // How far the coordinate that is replaced lies from that of a graze, in half-widths.
         let share = self.units.gap.map_or(1.0, |(place, _)| self.units.state[place] / units[place]);
         let mut image = self.fine.clone();
-        let mut form = NormalForm {
+        NormalForm {
             map: &mut image,
             state: exact(&orbit.states[0]),
             parameters: exact(&equations.parameters(&point.unknowns)),
@@ -506,8 +506,8 @@ impl<'a> DirectBranches<'a> {
             units: units.to_vec(),
             length: gaps.fold(1.0, |least, gap| least.min(share * gap)),
             jacobian: equations.jacobian(orbit)?,
-        };
-        form.of(label)
+        }
+        .of(label)
     }
 
     /// A special point to the rounding of double-double, where it is a zero of this test function.
@@ -621,12 +621,8 @@ impl Oracle for DirectBranches<'_> {
     type Orbit = DirectOrbit<f64>;
     type Sources = Sources;
 
-    fn request(&self) -> &BranchRequest {
-        self.request
-    }
-
-    fn progress(&self) -> &dyn Progress {
-        self.progress
+    fn asked(&self) -> (&BranchRequest, &dyn Progress) {
+        (self.request, self.progress)
     }
 
     fn sources(&self) -> Sources {

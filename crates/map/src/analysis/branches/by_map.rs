@@ -217,7 +217,7 @@ impl<'a> MapBranches<'a> {
         let free = point.linearised.extra.free.iter();
         let free = free.map(|(_, _, depth)| smaller * depth.abs());
         let jacobian = equations.jacobian(&point.linearised)?;
-        let mut form = NormalForm {
+        NormalForm {
             map: &mut map,
             state: exact(&state),
             parameters: exact(&parameters),
@@ -225,8 +225,8 @@ impl<'a> MapBranches<'a> {
             units: units.to_vec(),
             length: depths.chain(free).fold(1.0, f64::min),
             jacobian,
-        };
-        form.of(label)
+        }
+        .of(label)
     }
 
     /// The parameters of a special point to the rounding of double-double, where it is a zero of
@@ -293,12 +293,8 @@ impl Oracle for MapBranches<'_> {
     type Orbit = PassagesOfOrbit<f64>;
     type Sources = Sources;
 
-    fn request(&self) -> &BranchRequest {
-        self.request
-    }
-
-    fn progress(&self) -> &dyn Progress {
-        self.progress
+    fn asked(&self) -> (&BranchRequest, &dyn Progress) {
+        (self.request, self.progress)
     }
 
     fn sources(&self) -> Sources {

@@ -232,8 +232,8 @@ pub(super) trait Oracle: Sync {
     /// What seeds are taken from, of all itineraries.
     type Sources: Sync;
 
-    fn request(&self) -> &BranchRequest;
-    fn progress(&self) -> &dyn Progress;
+    /// What is asked for, and who hears how far it is.
+    fn asked(&self) -> (&BranchRequest, &dyn Progress);
     fn sources(&self) -> Self::Sources;
     /// Where branches of an itinerary may be found.
     fn seeds(&self, itinerary: &ContactItinerary, sources: &Self::Sources) -> Vec<Seed>;
@@ -260,9 +260,10 @@ pub(super) trait Oracle: Sync {
         seeds: Vec<Seed>,
         mut traces: Vec<Trace<Self::Orbit>>,
     ) -> Vec<Trace<Self::Orbit>> {
+        let (_, progress) = self.asked();
         for seed in seeds {
             let place = place_of(Piece::Trace as u64, &(itinerary, traces.len(), &seed));
-            let trace = resumed(self.progress(), &place, || self.trace(itinerary, &seed, &traces));
+            let trace = resumed(progress, &place, || self.trace(itinerary, &seed, &traces));
             traces.extend(trace);
         }
         traces
@@ -270,11 +271,12 @@ pub(super) trait Oracle: Sync {
 
     /// The branches of some of the itineraries asked for.
     fn first(&self, own: &[&ContactItinerary]) -> Traces<Self::Orbit> {
-        self.progress().expect(own.len() as u64);
+        let (_, progress) = self.asked();
+        progress.expect(own.len() as u64);
         let sources = self.sources();
         let first = own.par_iter().map(|&itinerary| {
             let traces = self.traces(itinerary, self.seeds(itinerary, &sources), Vec::new());
-            self.progress().advance(1);
+            progress.advance(1);
             (itinerary.clone(), traces)
         });
         first.collect()
@@ -282,7 +284,7 @@ pub(super) trait Oracle: Sync {
 
     /// All branches, with those that they lead to, and so on.
     fn all(&self, follow: Follow) -> Traces<Self::Orbit> {
-        let asked = &self.request().itineraries;
+        let asked = &self.asked().0.itineraries;
         let mut found = self.first(&asked.iter().collect::<Vec<_>>());
         let mut looked_at = vec![0; found.len()];
         for _ in 0..ROUNDS {
@@ -317,14 +319,14 @@ pub(super) trait Oracle: Sync {
         let traces: Vec<_> = traces.collect();
         let branches = traces.into_par_iter().map(|(itinerary, trace)| {
             let place = place_of(Piece::Branch as u64, &(itinerary, trace));
-            resumed(self.progress(), &place, || self.branch(itinerary, trace))
+            resumed(self.asked().1, &place, || self.branch(itinerary, trace))
         });
         branches.collect()
     }
 
     /// Finds a share of the branches of the itineraries asked for.
     fn find_share(&self, shard: &Shard<'_>) {
-        self.described(&self.first(&shard.own_of(&self.request().itineraries)));
+        self.described(&self.first(&shard.own_of(&self.asked().0.itineraries)));
     }
 }
 

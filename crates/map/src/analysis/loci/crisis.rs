@@ -112,6 +112,20 @@ struct Touch {
     path: Vec<[f64; 2]>,
 }
 
+impl Saddle {
+    /// How far beside it an orbit of the unstable manifold begins, at a share of the piece from
+    /// which all of a side comes.
+    fn beside(&self, side: f64, share: f64) -> f64 {
+        side * BESIDE * self.bend * (share * self.unstable.multiplier.ln()).exp()
+    }
+
+    /// The coordinate of a point across the stable manifold, positive on a side.
+    fn across(&self, side: f64, state: &[f64; 2]) -> f64 {
+        let start = self.states[0];
+        side * self.unstable.along([0, 1].map(|axis| state[axis] - start[axis]))
+    }
+}
+
 impl<'a> MapCrises<'a> {
     pub(super) fn new(map: &'a LocalMap, request: &'a LociRequest) -> Self {
         Self {
@@ -198,9 +212,7 @@ impl<'a> MapCrises<'a> {
                         let mut next = before.unknowns.clone();
                         let held = next.len() - 1;
                         next[held] = offset(number);
-                        let found = searched(&mut equations, &next, held);
-                        branch[number] =
-                            found.and_then(|(u, _)| self.saddle(itinerary, &equations, u));
+                        branch[number] = self.saddle_near(itinerary, &mut equations, &next);
                         last = number;
                     }
                 }
@@ -214,6 +226,17 @@ impl<'a> MapCrises<'a> {
             }
         }
         touches
+    }
+
+    /// The saddle at the second parameter of a start near it.
+    fn saddle_near(
+        &self,
+        itinerary: &ContactItinerary,
+        equations: &mut MapOrbitEquations<'_, f64>,
+        start: &[f64],
+    ) -> Option<Saddle> {
+        let (unknowns, _) = searched(equations, start, start.len() - 1)?;
+        self.saddle(itinerary, equations, unknowns)
     }
 
     /// An orbit of the itinerary with what its manifolds begin with; `None` where it is virtual or
@@ -300,9 +323,8 @@ impl<'a> MapCrises<'a> {
                 while (ends[0][held] - ends[1][held]).abs() > RESOLVED {
                     let middle: Vec<f64> =
                         ends[0].iter().zip(&ends[1]).map(|(a, b)| 0.5 * (a + b)).collect();
-                    let found = searched(equations, &middle, held);
-                    let found = found.and_then(|(u, _)| self.saddle(itinerary, equations, u));
-                    let Some(saddle) = found else { break };
+                    let saddle = self.saddle_near(itinerary, equations, &middle);
+                    let Some(saddle) = saddle else { break };
                     let Some(there) = corner(&saddle) else { break };
                     let Some(&across) = there.across.get(later) else { break };
                     let is_first = (across > 0.0) == (a.across[later] > 0.0);
@@ -316,8 +338,7 @@ impl<'a> MapCrises<'a> {
                 let holds = |away: f64| {
                     let mut beside = saddle.unknowns.clone();
                     beside[held] += away;
-                    let beside = searched(&mut equations.clone(), &beside, held);
-                    let beside = beside.and_then(|(u, _)| self.saddle(itinerary, equations, u));
+                    let beside = self.saddle_near(itinerary, &mut equations.clone(), &beside);
                     beside.is_some_and(|beside| self.holds(itinerary, &beside, side))
                 };
                 let [below, above] = [holds(-BESIDE_IT), holds(BESIDE_IT)];
@@ -384,8 +405,7 @@ impl<'a> MapCrises<'a> {
     fn corner(&self, itinerary: &ContactItinerary, saddle: &Saddle, side: f64) -> Option<Corner> {
         let frozen = self.horner.freeze(&saddle.parameters);
         let count = self.returns_of(itinerary, saddle);
-        let growth = saddle.unstable.multiplier.ln();
-        let length = |share: f64| side * BESIDE * saddle.bend * (share * growth).exp();
+        let length = |share: f64| saddle.beside(side, share);
         let share = |number: usize| number as f64 / (PIECE - 1) as f64;
         let made = |share: f64, count: usize| self.orbit(&frozen, saddle, length(share), count).1;
         // What leaves comes to the first graze a period later at most.
@@ -413,10 +433,7 @@ impl<'a> MapCrises<'a> {
         let contacts = ends.map(|end| made(end, at + 1).get(at).map_or(0, |made| made.len()));
         let without = usize::from(contacts[0] > contacts[1]);
         let (path, _) = self.orbit(&frozen, saddle, length(ends[without]), count);
-        let start = saddle.states[0];
-        let across = path[at..].iter().map(|state| {
-            side * saddle.unstable.along([0, 1].map(|axis| state[axis] - start[axis]))
-        });
+        let across = path[at..].iter().map(|state| saddle.across(side, state));
         Some(Corner { at, across: across.collect(), path })
     }
 
@@ -424,17 +441,11 @@ impl<'a> MapCrises<'a> {
     /// period of that.
     fn holds(&self, itinerary: &ContactItinerary, saddle: &Saddle, side: f64) -> bool {
         let frozen = self.horner.freeze(&saddle.parameters);
-        let growth = saddle.unstable.multiplier.ln();
         (0..ORBITS).all(|number| {
             let share = (number as f64 + 0.5) / ORBITS as f64;
-            let length = side * BESIDE * saddle.bend * (share * growth).exp();
-            let (path, _) = self.orbit(&frozen, saddle, length, RETURNS);
-            let start = saddle.states[0];
-            let along = |state: &[f64; 2]| {
-                side * saddle.unstable.along([0, 1].map(|axis| state[axis] - start[axis]))
-            };
+            let (path, _) = self.orbit(&frozen, saddle, saddle.beside(side, share), RETURNS);
             let mut seen = path.iter().step_by(itinerary.period());
-            path.len() > RETURNS && seen.all(|state| along(state) > 0.0)
+            path.len() > RETURNS && seen.all(|state| saddle.across(side, state) > 0.0)
         })
     }
 

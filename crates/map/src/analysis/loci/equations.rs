@@ -8,7 +8,9 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::analysis::continuation::{CurveEquations, CurvePoint, Linearised, TestValue};
+use crate::analysis::continuation::{
+    CurveEquations, CurvePoint, Linearised, TestValue, unit_vector,
+};
 use crate::analysis::periodic::MapOrbitEquations;
 use crate::numeric::Real;
 use crate::numeric::linear::{factorize, inverse};
@@ -253,8 +255,8 @@ impl<S: Real, O: OrbitEquations<S>> LocusEquations<O, S> {
         let share = S::from_f64(1.0 - multiplier);
         let matrix = (jacobian + first * share).columns(0, rows).into_owned();
         let [right, left] = self.borders_of(&matrix)?;
-        let (value, v) = bordered(&matrix, &left, &right)?;
-        let (_, w) = bordered(&matrix.transpose(), &right, &left)?;
+        let ([value], v) = bordered(&matrix, [&left], [&right])?;
+        let (_, w) = bordered(&matrix.transpose(), [&right], [&left])?;
         let [bent, first_bent] = self.bent(unknowns, &v)?;
         let gradient = w.transpose() * (bent + first_bent * share);
         let (long, high) = (length(&v), length(&w));
@@ -301,8 +303,7 @@ impl<S: Real, O: OrbitEquations<S>> LocusEquations<O, S> {
     fn graze(&mut self, unknowns: &[S], contact: usize) -> Option<Tested<S>> {
         let orbit = self.orbits.linearised(unknowns)?;
         let place = self.orbits.depth_variables()[contact];
-        let mut gradient = vec![S::zero(); unknowns.len()];
-        gradient[place] = S::one();
+        let gradient: Vec<S> = unit_vector(unknowns.len(), place);
         let mut tests = Vec::new();
         match self.conditions {
             _ if !self.orbits.closes() => {}
@@ -470,53 +471,44 @@ fn with_condition<S: Real, X: Clone>(
     Linearised { residual, jacobian, extra: tests }
 }
 
-/// Solves `[K b; cᵀ 0] (v; g) = (0; 1)`: `g` vanishes where `K` is singular, and `v` is then its
-/// null vector.
-fn bordered<S: Real>(
+/// Solves `[K B; C 0] (v; g) = (0; 1, 0 …)`, the columns of `B` and the rows of `C` given: `g`
+/// vanishes where `K` is singular, and `v` is then its null vector.
+fn bordered<S: Real, const N: usize>(
     matrix: &DMatrix<S>,
-    column: &DVector<S>,
-    row: &DVector<S>,
-) -> Option<(S, DVector<S>)> {
+    columns: [&DVector<S>; N],
+    rows: [&DVector<S>; N],
+) -> Option<([S; N], DVector<S>)> {
     let size = matrix.nrows();
-    let mut whole = matrix.clone().resize(size + 1, size + 1, S::zero());
-    for place in 0..size {
-        whole[(place, size)] = column[place];
-        whole[(size, place)] = row[place];
+    let mut whole = matrix.clone().resize(size + N, size + N, S::zero());
+    for (border, (column, row)) in columns.iter().zip(rows).enumerate() {
+        for place in 0..size {
+            whole[(place, size + border)] = column[place];
+            whole[(size + border, place)] = row[place];
+        }
     }
-    let mut right = DVector::from_element(size + 1, S::zero());
-    right[size] = S::one();
+    let right = DVector::from_vec(unit_vector(size + N, size));
     let found = factorize(&whole).ok()?.solve(&right).ok()?;
     let finite = found.iter().all(|value| value.is_finite());
-    finite.then(|| (found[size], found.rows(0, size).into_owned()))
+    let values = std::array::from_fn(|border| found[size + border]);
+    finite.then(|| (values, found.rows(0, size).into_owned()))
 }
 
-/// The same of a complex matrix written as a real one; `g` has two parts.
+/// The same of a complex matrix written as a real one, with a column and a row that is the
+/// conjugate transpose of a vector.
 fn bordered_complex<S: Real>(
     matrix: &DMatrix<S>,
     column: &DVector<S>,
     row: &DVector<S>,
 ) -> Option<([S; 2], DVector<S>)> {
-    let size = matrix.nrows();
-    let half = size / 2;
-    let mut whole = matrix.clone().resize(size + 2, size + 2, S::zero());
-    for place in 0..half {
-        let (column_real, column_imaginary) = (column[place], column[half + place]);
-        let (row_real, row_imaginary) = (row[place], row[half + place]);
-        whole[(place, size)] = column_real;
-        whole[(half + place, size)] = column_imaginary;
-        whole[(place, size + 1)] = -column_imaginary;
-        whole[(half + place, size + 1)] = column_real;
-        // The row is the conjugate transpose of a null vector.
-        whole[(size, place)] = row_real;
-        whole[(size, half + place)] = row_imaginary;
-        whole[(size + 1, place)] = -row_imaginary;
-        whole[(size + 1, half + place)] = row_real;
-    }
-    let mut right = DVector::from_element(size + 2, S::zero());
-    right[size] = S::one();
-    let found = factorize(&whole).ok()?.solve(&right).ok()?;
-    let finite = found.iter().all(|value| value.is_finite());
-    finite.then(|| ([found[size], found[size + 1]], found.rows(0, size).into_owned()))
+    let half = matrix.nrows() / 2;
+    // The vector times i.
+    let turned = |vector: &DVector<S>| {
+        DVector::from_fn(2 * half, |place, _| match place < half {
+            true => -vector[half + place],
+            false => vector[place - half],
+        })
+    };
+    bordered(matrix, [column, &turned(column)], [row, &turned(row)])
 }
 
 /// Right and left vectors of nearly the smallest singular value, by inverse iteration.
