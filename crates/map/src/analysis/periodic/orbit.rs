@@ -182,8 +182,7 @@ pub fn periodic_orbit<S: Real>(
         guess.state.len() + guess.parameters.len(),
         "lengths of the guess and the scales"
     );
-    let mut search = Search { map, problem };
-    let Some(period) = search.period(guess) else {
+    let Some(period) = Period::of(map, problem, guess) else {
         return PeriodicOutcome::NoImage { steps: 0 };
     };
     let mut last_step = f64::INFINITY;
@@ -195,7 +194,17 @@ pub fn periodic_orbit<S: Real>(
             let length = problem.length(&step);
             Ok((step, length))
         },
-        |period, (step, length), share| search.nearer(period, step, *length, share),
+        // A share of a step, unless its period does not exist, loses the contacts asked for or
+        // misses its start by more.
+        |from, (step, length), share| {
+            let next = from.moved(step, S::from_f64(share), problem.free);
+            let next = Period::of(map, problem, &next)?;
+            let keeps = problem.itinerary.as_ref().is_some_and(|asked| *asked == from.itinerary);
+            // Residuals of steps this short are rounding.
+            let nearer =
+                *length <= S::ROUNDOFF.sqrt() || next.residual(problem) < from.residual(problem);
+            ((!keeps || next.itinerary == from.itinerary) && nearer).then_some(next)
+        },
         |_, &(_, length)| {
             // At the resolution of the numbers steps no longer shrink.
             let rounding = length >= last_step && length <= S::ROUNDOFF.sqrt();
@@ -217,77 +226,17 @@ pub fn periodic_orbit<S: Real>(
 }
 
 impl PeriodicProblem {
+    /// The scale of a variable: a coordinate, or after all of them the free parameter.
+    fn scale(&self, number: usize, dimension: usize) -> f64 {
+        self.scales[if number < dimension { number } else { dimension + self.free }]
+    }
+
     /// Largest component of a step, in the scales; the last one is that of the free parameter.
     fn length<S: Real>(&self, step: &DVector<S>) -> f64 {
-        let dimension = step.len() - 1;
-        let scale = |number: usize| match number {
-            number if number < dimension => self.scales[number],
-            _ => self.scales[dimension + self.free],
-        };
         let components = step.iter().enumerate();
-        let components = components.map(|(number, value)| value.magnitude() / scale(number));
+        let components = components
+            .map(|(number, value)| value.magnitude() / self.scale(number, step.len() - 1));
         components.fold(0.0, |max, value| if value <= max { max } else { value })
-    }
-}
-
-/// A map and what is looked for in it.
-struct Search<'a, M: ?Sized> {
-    map: &'a mut M,
-    problem: &'a PeriodicProblem,
-}
-
-impl<M: ?Sized> Search<'_, M> {
-    /// The points from a guess on, with the derivatives of the last image by the first point and
-    /// the parameter.
-    fn period<S: Real>(&mut self, guess: &Guess<S>) -> Option<Period<S>>
-    where
-        M: SectionMap<S>,
-    {
-        let dimension = guess.state.len();
-        let (mut state, mut states) = (guess.state.clone(), Vec::new());
-        let mut itinerary = Vec::new();
-        let mut extra_contacts = 0;
-        let mut by_state = DMatrix::identity(dimension, dimension);
-        let mut by_parameter = DVector::from_element(dimension, S::zero());
-        for _ in 0..self.problem.returns {
-            let (free, scales) = (self.problem.free, &self.problem.scales);
-            let here = linearise(&mut *self.map, &state, &guess.parameters, free, scales)?;
-            by_state = &here.by_state * by_state;
-            by_parameter = &here.by_state * by_parameter + here.by_parameter;
-            itinerary.push(here.step.contacts);
-            extra_contacts += here.step.extra_contacts;
-            states.push(std::mem::replace(&mut state, here.step.offsets));
-        }
-        Some(Period {
-            states,
-            image: state,
-            parameters: guess.parameters.clone(),
-            itinerary,
-            extra_contacts,
-            by_state,
-            by_parameter,
-        })
-    }
-
-    /// The period a share of a step away, unless it does not exist, loses the contacts asked for or
-    /// misses its start by more.
-    fn nearer<S: Real>(
-        &mut self,
-        from: &Period<S>,
-        step: &DVector<S>,
-        length: f64,
-        share: f64,
-    ) -> Option<Period<S>>
-    where
-        M: SectionMap<S>,
-    {
-        let next = self.period(&from.moved(step, S::from_f64(share), self.problem.free))?;
-        let asked = self.problem.itinerary.as_ref();
-        let keeps = asked.is_some_and(|asked| *asked == from.itinerary);
-        // Residuals of steps this short are rounding.
-        let nearer = length <= S::ROUNDOFF.sqrt()
-            || next.residual(self.problem) < from.residual(self.problem);
-        ((!keeps || next.itinerary == from.itinerary) && nearer).then_some(next)
     }
 }
 
@@ -303,6 +252,39 @@ struct Period<S> {
 }
 
 impl<S: Real> Period<S> {
+    /// The points from a guess on, with the derivatives of the last image by the first point and
+    /// the parameter.
+    fn of(
+        map: &mut (impl SectionMap<S> + ?Sized),
+        problem: &PeriodicProblem,
+        guess: &Guess<S>,
+    ) -> Option<Self> {
+        let dimension = guess.state.len();
+        let (mut state, mut states) = (guess.state.clone(), Vec::new());
+        let mut itinerary = Vec::new();
+        let mut extra_contacts = 0;
+        let mut by_state = DMatrix::identity(dimension, dimension);
+        let mut by_parameter = DVector::from_element(dimension, S::zero());
+        for _ in 0..problem.returns {
+            let (free, scales) = (problem.free, &problem.scales);
+            let here = linearise(&mut *map, &state, &guess.parameters, free, scales)?;
+            by_state = &here.by_state * by_state;
+            by_parameter = &here.by_state * by_parameter + here.by_parameter;
+            itinerary.push(here.step.contacts);
+            extra_contacts += here.step.extra_contacts;
+            states.push(std::mem::replace(&mut state, here.step.offsets));
+        }
+        Some(Self {
+            states,
+            image: state,
+            parameters: guess.parameters.clone(),
+            itinerary,
+            extra_contacts,
+            by_state,
+            by_parameter,
+        })
+    }
+
     /// The step of all coordinates and, last, of the free parameter.
     fn newton_step(
         &self,
@@ -327,14 +309,9 @@ impl<S: Real> Period<S> {
         };
         matrix[(dimension, kept)] = S::one();
         // Columns in units of the scales: pivots are then compared like with like.
-        let scale = |column: usize| match column {
-            column if column < dimension => S::from_f64(problem.scales[column]),
-            _ => S::from_f64(problem.scales[dimension + problem.free]),
-        };
+        let scale = |column| S::from_f64(problem.scale(column, dimension));
         for column in 0..size {
-            for row in 0..size {
-                matrix[(row, column)] *= scale(column);
-            }
+            matrix.column_mut(column).iter_mut().for_each(|entry| *entry *= scale(column));
         }
         let mut step = solve(&matrix, &right)?;
         for (number, value) in step.iter_mut().enumerate() {
