@@ -15,8 +15,7 @@ use crate::analysis::continuation::{
     unit_vector, zero_near,
 };
 use crate::analysis::periodic::ContactItinerary;
-use crate::analysis::progress::{Progress, place_of, resumed};
-use crate::analysis::share::Shard;
+use crate::analysis::progress::{Progress, Shard, place_of, resumed};
 use crate::numeric::Dd;
 use crate::numeric::linear::solve;
 
