@@ -30,7 +30,7 @@ pub(super) struct Arguments {
     pub(super) common: Common,
 }
 
-/// One command, one file of this floor.
+/// The commands: one file of `commands`, or one of few of a kind, carries each out.
 #[derive(Debug, Subcommand)]
 pub(super) enum Command {
     /// Everything the scene asks for, with a report page, into ./out

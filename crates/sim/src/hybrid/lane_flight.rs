@@ -406,7 +406,7 @@ impl<F: LaneFlow<N>, const N: usize> LaneOrbits<F, N> {
     /// The normal motion.
     #[inline(always)]
     fn sense(&mut self, wanted: LaneMask<N>) -> Sense<Lanes<N>> {
-        self.flow.sense(&self.motion, wanted)
+        by_itself(Sensing { flow: &mut self.flow, motion: &self.motion, wanted })
     }
 
     /// Where the state is beyond the surface.
@@ -420,7 +420,8 @@ impl<F: LaneFlow<N>, const N: usize> LaneOrbits<F, N> {
     /// in the answer.
     #[inline(always)]
     fn step(&mut self, horizon: Lanes<N>, asked: LaneAsked<N>) -> LaneStepEnd<N> {
-        let mut end = self.flow.step(&mut self.motion, horizon, asked, &mut self.log);
+        let Self { flow, motion, log, .. } = self;
+        let mut end = by_itself(Stepping { flow, motion, horizon, asked, log });
         self.alive &= !end.undecided;
         end.contact &= self.alive;
         self.arrive(asked.wanted & self.alive, end.contact);
@@ -436,7 +437,7 @@ impl<F: LaneFlow<N>, const N: usize> LaneOrbits<F, N> {
         if contact.any() {
             motion.lose_headings(contact);
             motion.falls |= contact;
-            self.alive &= !flow.settle(motion, contact);
+            self.alive &= !by_itself(Settling { flow, motion, wanted: contact });
         }
         flow.leave_behind(motion, flown & !contact);
         if let Some((component, period)) = self.phase {
@@ -448,35 +449,42 @@ impl<F: LaneFlow<N>, const N: usize> LaneOrbits<F, N> {
     /// not known they leave the lanes.
     #[inline(always)]
     fn back_to_minimum(&mut self, wanted: LaneMask<N>, longest: Lanes<N>) {
-        let (flow, motion) = (&mut self.flow, &mut self.motion);
-        self.alive &= !wanted | flow.retreat(motion, Back::ToMinimum, wanted, longest);
+        let known = self.retreat(Back::ToMinimum, wanted, longest);
+        self.alive &= !wanted | known;
     }
 
     /// Goes back along the free flow to the surface, a return time at most. Where that is not known
     /// they leave the lanes.
     #[inline(always)]
     fn back_to_surface(&mut self, wanted: LaneMask<N>, duration: Lanes<N>) {
+        self.motion.lose_headings(wanted);
+        let earliest = self.motion.time - duration;
+        let longest = self.motion.time - earliest;
+        let known = self.retreat(Back::ToSurface, wanted, longest);
         let (flow, motion) = (&mut self.flow, &mut self.motion);
-        motion.lose_headings(wanted);
-        let earliest = motion.time - duration;
-        let longest = motion.time - earliest;
-        let known = flow.retreat(motion, Back::ToSurface, wanted, longest);
-        let stays = flow.settle(motion, known);
+        let stays = by_itself(Settling { flow, motion, wanted: known });
         self.alive &= !wanted | (known & !stays);
+    }
+
+    /// Goes back along the free flow, a time at most; where the way is known.
+    #[inline(always)]
+    fn retreat(&mut self, goal: Back, wanted: LaneMask<N>, longest: Lanes<N>) -> LaneMask<N> {
+        let (flow, motion) = (&mut self.flow, &mut self.motion);
+        by_itself(Retreating { flow, motion, goal, wanted, longest })
     }
 
     /// Applies the reset; `own` says where this is the section's own passage. Those that penetrate,
     /// chatter or move away already leave the lanes.
     #[inline(always)]
     fn respond(&mut self, wanted: LaneMask<N>, own: LaneMask<N>) {
-        let (flow, motion) = (&mut self.flow, &mut self.motion);
-        let before = flow.sense(motion, wanted);
+        let before = self.sense(wanted);
         let (speed, zero) = (-before.velocity, Lanes::splat(0.0));
         self.alive &= !(wanted & speed.is_below(zero));
         self.log.meet(own, speed);
-        self.log.contact(wanted, motion.time, &before);
-        flow.reset(motion, wanted);
-        let after = flow.sense(motion, wanted);
+        self.log.contact(wanted, self.motion.time, &before);
+        self.flow.reset(&mut self.motion, wanted);
+        let after = self.sense(wanted);
+        let (flow, motion) = (&mut self.flow, &mut self.motion);
         let least = -speed.map(f64::abs) * Lanes::splat(PASSES);
         self.alive &= !(wanted & after.velocity.is_below(least));
         motion.lose_headings(wanted);
@@ -494,5 +502,82 @@ impl<F: LaneFlow<N>, const N: usize> LaneOrbits<F, N> {
             let turns = motion.turns - periods;
             motion.state[component] += turns * Lanes::splat(period);
         }
+    }
+}
+
+/// Runs a part of a flight that is compiled by itself.
+///
+/// NOTE: as one function with all that calls them, the parts would take the compiler minutes: what
+/// it does for a loop over lanes grows with the number of such loops in the function.
+#[inline(always)]
+fn by_itself<K: Kernel>(part: K) -> K::Output {
+    wide(part).expect("flights in lanes are flown in wide registers alone")
+}
+
+/// A free flight to the first events.
+struct Stepping<'t, F, const N: usize> {
+    flow: &'t mut F,
+    motion: &'t mut LaneMotion<N>,
+    horizon: Lanes<N>,
+    asked: LaneAsked<N>,
+    log: &'t mut LaneLog<N>,
+}
+
+impl<F: LaneFlow<N>, const N: usize> Kernel for Stepping<'_, F, N> {
+    type Output = LaneStepEnd<N>;
+
+    #[inline(always)]
+    fn run(self) -> LaneStepEnd<N> {
+        self.flow.step(self.motion, self.horizon, self.asked, self.log)
+    }
+}
+
+/// A way back along the free flow.
+struct Retreating<'t, F, const N: usize> {
+    flow: &'t mut F,
+    motion: &'t mut LaneMotion<N>,
+    goal: Back,
+    wanted: LaneMask<N>,
+    longest: Lanes<N>,
+}
+
+impl<F: LaneFlow<N>, const N: usize> Kernel for Retreating<'_, F, N> {
+    type Output = LaneMask<N>;
+
+    #[inline(always)]
+    fn run(self) -> LaneMask<N> {
+        self.flow.retreat(self.motion, self.goal, self.wanted, self.longest)
+    }
+}
+
+/// The last step onto the surface.
+struct Settling<'t, F, const N: usize> {
+    flow: &'t mut F,
+    motion: &'t mut LaneMotion<N>,
+    wanted: LaneMask<N>,
+}
+
+impl<F: LaneFlow<N>, const N: usize> Kernel for Settling<'_, F, N> {
+    type Output = LaneMask<N>;
+
+    #[inline(always)]
+    fn run(self) -> LaneMask<N> {
+        self.flow.settle(self.motion, self.wanted)
+    }
+}
+
+/// A look at the normal motion.
+struct Sensing<'t, F, const N: usize> {
+    flow: &'t mut F,
+    motion: &'t LaneMotion<N>,
+    wanted: LaneMask<N>,
+}
+
+impl<F: LaneFlow<N>, const N: usize> Kernel for Sensing<'_, F, N> {
+    type Output = Sense<Lanes<N>>;
+
+    #[inline(always)]
+    fn run(self) -> Sense<Lanes<N>> {
+        self.flow.sense(self.motion, self.wanted)
     }
 }

@@ -35,8 +35,8 @@ pub struct DirectReturn<'a, S: Real> {
 /// Compiles returns here, once, for the numbers of the packages above.
 ///
 /// NOTE: instances of generic functions that are never inlined are shared with dependants, which
-/// would else compile the whole simulator again: hence the large ones that other entries reach too,
-/// steps and responses, are never inlined.
+/// would else compile the whole simulator again. Steps and responses, which other entries reach
+/// too, are never inlined for that reason.
 macro_rules! compile_for {
     ($($instances:ident: $number:ty),*) => {$(
         #[cfg(not(test))]

@@ -1,5 +1,5 @@
-//! Loci followed from seeds, whatever their orbits are of: orbits at which a branch in one parameter
-//! turns, flips or grazes.
+//! Loci followed from seeds, whatever their orbits are of: orbits at which a branch in one
+//! parameter turns, flips or grazes.
 //!
 //! One idea: a seed on a known locus is not followed again, and every locus is followed both ways.
 

@@ -71,8 +71,8 @@ impl FoundOrbit {
             && self.states.iter().any(|state| near(state, &other.states[0]))
     }
 
-    /// An orbit of a branch, of these section points and all parameters; its contacts and whether it
-    /// lies in the window are left to tell. It has no multipliers without a Jacobian.
+    /// An orbit of a branch, of these section points and all parameters; its contacts and whether
+    /// it lies in the window are left to tell. It has no multipliers without a Jacobian.
     pub(in crate::analysis) fn on_branch<S: Real>(
         itinerary: &ContactItinerary,
         (states, parameters): (&[Vec<S>], &[S]),

@@ -391,7 +391,8 @@ pub(super) fn halves<S: Real>(variables: &[S], half: usize, doubled: bool) -> Te
 }
 
 /// A function that vanishes where two multipliers are each other's reciprocal, by the Jacobian of
-/// the period's map, which is singular where `product` vanishes; without a Jacobian nothing is told.
+/// the period's map, which is singular where `product` vanishes; without a Jacobian nothing is
+/// told.
 pub(super) fn reciprocal_pairs<S: Real>(jacobian: Option<DMatrix<S>>, product: S) -> TestValue<S> {
     let Some(jacobian) = jacobian else {
         return TestValue { value: S::zero(), size: 0.0 };
