@@ -17,7 +17,7 @@ use super::trace::{
 };
 use crate::analysis::continuation::{
     CourseEnd, CurveEquations, CurvePoint, Linearised, StepControl, apart, between, by_chords,
-    corrected, exact, moved, rounded, tangent_at, unit_vector,
+    corrected, moved, tangent_at, unit_vector,
 };
 use crate::analysis::direct_image::DirectImage;
 use crate::analysis::error::AnalysisError;
@@ -32,7 +32,7 @@ use crate::hybrid::HybridSystem;
 use crate::iteration::PassageSet;
 use crate::model::Scene;
 use crate::numeric::linear::eigenvalues;
-use crate::numeric::{Dd, Real};
+use crate::numeric::{Dd, Real, converted};
 use crate::orbit::GrazingOrbit;
 
 /// Values of the parameter at which orbits are flown, up and down.
@@ -430,7 +430,7 @@ impl<'a> DirectBranches<'a> {
             let share = (wanted - a[last]) / (b[last] - a[last]);
             // A value that is a point's own belongs to one of its two intervals.
             (0.0..1.0).contains(&share).then(|| {
-                let mut guess: Vec<Dd> = exact(&between(a, b, share));
+                let mut guess: Vec<Dd> = converted(&between(a, b, share));
                 guess[last] = Dd::from(value) / Dd::from(self.units.parameters[0]);
                 guess
             })
@@ -500,8 +500,8 @@ impl<'a> DirectBranches<'a> {
         let mut image = self.fine.clone();
         NormalForm {
             map: &mut image,
-            state: exact(&orbit.states[0]),
-            parameters: exact(&equations.parameters(&point.unknowns)),
+            state: converted(&orbit.states[0]),
+            parameters: converted(&equations.parameters(&point.unknowns)),
             returns: equations.itinerary().period(),
             units: units.to_vec(),
             length: gaps.fold(1.0, |least, gap| least.min(share * gap)),
@@ -542,7 +542,7 @@ impl<'a> DirectBranches<'a> {
         let normal = unit_vector(at.len(), *grazing.first()?);
         let (unknowns, linearised) = corrected(&mut fine, &at, &at, &normal)?;
         let slope = self.slope(&mut fine, &unknowns, &linearised, &grazing);
-        let near = apart(&rounded(&unknowns), &point.unknowns) < FAR_AT_GRAZE;
+        let near = apart(&converted(&unknowns), &point.unknowns) < FAR_AT_GRAZE;
         let found = CurvePoint { unknowns, tangent: at, linearised, tests: Vec::new() };
         near.then(|| (self.found(&fine, &found, true), slope))
     }

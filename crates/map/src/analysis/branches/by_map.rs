@@ -9,7 +9,7 @@ use super::trace::{
     label_of, lies_on, null_vector, refined, solved, toggled,
 };
 use crate::analysis::continuation::{
-    CurveEquations, CurvePoint, Solution, StepControl, exact, rounded, tangent_at, unit_vector,
+    CurveEquations, CurvePoint, Solution, StepControl, tangent_at, unit_vector,
 };
 use crate::analysis::error::AnalysisError;
 use crate::analysis::evaluation::MapEvaluation;
@@ -21,8 +21,8 @@ use crate::analysis::progress::Progress;
 use crate::expansion::LocalMap;
 use crate::iteration::PassageSet;
 use crate::model::Scene;
-use crate::numeric::Real;
 use crate::numeric::linear::eigenvalues;
+use crate::numeric::{Real, converted};
 use crate::orbit::GrazingOrbit;
 
 /// Half-widths of the window up to which branches are followed, of coordinates, and depth
@@ -219,8 +219,8 @@ impl<'a> MapBranches<'a> {
         let jacobian = equations.jacobian(&point.linearised)?;
         NormalForm {
             map: &mut map,
-            state: exact(&state),
-            parameters: exact(&parameters),
+            state: converted(&state),
+            parameters: converted(&parameters),
             returns: equations.itinerary().period(),
             units: units.to_vec(),
             length: depths.chain(free).fold(1.0, f64::min),
@@ -239,7 +239,7 @@ impl<'a> MapBranches<'a> {
     ) -> Option<Vec<f64>> {
         let mut fine = self.equations_of(&self.search.fine, itinerary);
         let found = refined(&mut fine, point, test)?;
-        Some(rounded(&fine.offsets(&found.unknowns).2))
+        Some(converted(&fine.offsets(&found.unknowns).2))
     }
 
     /// The same of a branch point at which orbits have half their period: there those double.

@@ -11,13 +11,12 @@ use serde::{Deserialize, Serialize};
 use super::data::{Branch, BranchEnd, BranchLabel, BranchPoint, BranchRequest};
 use crate::analysis::continuation::{
     Course, CourseEnd, CurveEquations, CurvePoint, Solution, StepControl, Turn, any_tangent, apart,
-    between, corrected, exact, follow, moved, normalised, rounded, searched, tangent_at,
-    unit_vector, zero_near,
+    between, corrected, follow, moved, normalised, searched, tangent_at, unit_vector, zero_near,
 };
 use crate::analysis::periodic::ContactItinerary;
 use crate::analysis::progress::{Progress, Shard, place_of, resumed};
-use crate::numeric::Dd;
 use crate::numeric::linear::solve;
+use crate::numeric::{Dd, converted};
 
 /// Special points nearer than this are one, in the units of the unknowns.
 const ONE: f64 = 1e-10;
@@ -391,9 +390,9 @@ pub(super) fn refined<X, C: CurveEquations<Dd>>(
     point: &CurvePoint<f64, X>,
     test: usize,
 ) -> Option<CurvePoint<Dd, C::Extra>> {
-    let (at, tangent) = (exact::<Dd>(&point.unknowns), exact::<Dd>(&point.tangent));
+    let (at, tangent) = (converted::<_, Dd>(&point.unknowns), converted::<_, Dd>(&point.tangent));
     let found = zero_near(fine, &at, &tangent, |point| point.tests[test].value)?;
-    (apart(&rounded(&found.unknowns), &point.unknowns) < FAR).then_some(found)
+    (apart(&converted(&found.unknowns), &point.unknowns) < FAR).then_some(found)
 }
 
 /// What a point is at which these test functions vanish, by its multipliers and how near to those

@@ -27,7 +27,7 @@ pub use step::{
     zero_near,
 };
 pub(in crate::analysis) use vectors::{
-    apart, between, exact, farthest, largest, moved, normalised, rounded, unit_vector,
+    apart, between, farthest, largest, moved, normalised, unit_vector,
 };
 
 use nalgebra::{DMatrix, DVector};

@@ -23,16 +23,6 @@ pub(in crate::analysis) fn normalised(vector: &[f64]) -> Vec<f64> {
     vector.iter().map(|value| value / length).collect()
 }
 
-/// The same numbers in double-double, or in their own precision.
-pub(in crate::analysis) fn exact<S: Real>(values: &[f64]) -> Vec<S> {
-    values.iter().map(|&value| S::from_f64(value)).collect()
-}
-
-/// The same numbers rounded to double precision.
-pub(in crate::analysis) fn rounded<S: Real>(values: &[S]) -> Vec<f64> {
-    values.iter().map(|value| value.to_f64()).collect()
-}
-
 /// The largest magnitude.
 pub(in crate::analysis) fn largest<'v, S: Real>(values: impl IntoIterator<Item = &'v S>) -> f64 {
     values.into_iter().fold(0.0, |most, value| f64::max(most, value.magnitude()))

@@ -9,8 +9,8 @@ use super::trace::{
 };
 use crate::analysis::MapEvaluation;
 use crate::analysis::continuation::{
-    Course, CurveEquations, CurvePoint, StepControl, any_tangent, between, corrected, exact,
-    follow, moved, rounded, tangent_at, unit_vector,
+    Course, CurveEquations, CurvePoint, StepControl, any_tangent, between, corrected, follow,
+    moved, tangent_at, unit_vector,
 };
 use crate::analysis::periodic::{
     ContactItinerary, ItinerarySearch, MapOrbitEquations, PassagesOfOrbit, finite_or_one,
@@ -19,7 +19,7 @@ use crate::analysis::progress::{Progress, resumed};
 use crate::expansion::LocalMap;
 use crate::iteration::PassageSet;
 use crate::numeric::linear::eigenvalues;
-use crate::numeric::{Dd, Real};
+use crate::numeric::{Dd, Real, converted};
 
 /// Depth variables, and states, are followed up to this many of their units.
 const REACH: f64 = 2.0;
@@ -176,8 +176,8 @@ impl<'a> MapLoci<'a> {
             parameters[first] = value;
             parameters[second] = share * width;
             for orbit in self.search.orbits(itinerary, &parameters) {
-                let state = rounded(&orbit.orbit.states[0]);
-                let depths = rounded(&orbit.depth_variables);
+                let state = converted(&orbit.orbit.states[0]);
+                let depths = converted(&orbit.depth_variables);
                 starts.push(equations.unknowns(&state, &depths, &parameters));
             }
         }
@@ -361,10 +361,10 @@ impl<'a> MapLoci<'a> {
     ) -> Option<Tangency> {
         let multiplier = if kind == LocusKind::Fold { 1.0 } else { -1.0 };
         let equations = self.exact(itinerary);
-        let unknowns: Vec<Dd> = exact(&point.unknowns);
+        let unknowns: Vec<Dd> = converted(&point.unknowns);
         let (state, depth_variables, parameters) = equations.offsets(&unknowns);
         let grazing = self.grazing_contact(graze);
-        let offsets = rounded(&parameters);
+        let offsets = converted(&parameters);
         let units = equations.units().to_vec();
         let plane = self.request.plane;
         let at = TangencyPoint { itinerary, state, depth_variables, grazing, parameters, plane };

@@ -13,13 +13,14 @@ use super::data::{LociRequest, Locus, LocusEnd, LocusKind, LocusPoint};
 use super::equations::{Condition, LocusEquations, OrbitEquations};
 use super::trace::{Trace, joined};
 use crate::analysis::MapEvaluation;
-use crate::analysis::continuation::{CurveEquations, StepControl, rounded, searched};
+use crate::analysis::continuation::{CurveEquations, StepControl, searched};
 use crate::analysis::periodic::{
     ContactItinerary, ItinerarySearch, MapOrbitEquations, MapReturns, PrescribedReturns,
 };
 use crate::analysis::progress::{Progress, resumed};
 use crate::expansion::LocalMap;
 use crate::iteration::{DiscreteMap, FrozenMap, HornerMap, PassageSet};
+use crate::numeric::converted;
 use crate::numeric::linear::determinant;
 
 /// Values of the first parameter at which crises are looked for, as shares of its range.
@@ -189,8 +190,8 @@ impl<'a> MapCrises<'a> {
             let start = place(share);
             at[second] = offset(start) * width;
             for orbit in self.search.orbits(itinerary, &at) {
-                let state = rounded(&orbit.orbit.states[0]);
-                let depths = rounded(&orbit.depth_variables);
+                let state = converted(&orbit.orbit.states[0]);
+                let depths = converted(&orbit.depth_variables);
                 let unknowns = equations.unknowns(&state, &depths, &at);
                 let is_known = known.iter().any(|branch| {
                     branch[start].as_ref().is_some_and(|saddle| {

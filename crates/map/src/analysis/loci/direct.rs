@@ -19,7 +19,7 @@ use super::trace::{
 };
 use crate::analysis::branches::{BranchLabel, BranchPoint, BranchRequest, Follow, branches_from};
 use crate::analysis::continuation::{
-    CourseEnd, Linearised, between, corrected, exact, farthest, rounded, unit_vector,
+    CourseEnd, Linearised, between, corrected, farthest, unit_vector,
 };
 use crate::analysis::direct_image::DirectImage;
 use crate::analysis::error::AnalysisError;
@@ -33,7 +33,7 @@ use crate::hybrid::HybridSystem;
 use crate::iteration::PassageSet;
 use crate::model::Scene;
 use crate::numeric::linear::{eigenvalues, inverse};
-use crate::numeric::{Dd, Real};
+use crate::numeric::{Dd, Real, converted};
 use crate::orbit::GrazingOrbit;
 
 /// Orbits of a locus, beside special ones, that are solved for in double-double.
@@ -484,14 +484,15 @@ impl<'a> DirectLoci<'a> {
 
     fn point(&self, trace: &Trace, point: &TracePoint) -> Option<LocusPoint> {
         let orbits = self.exact(&trace.itinerary);
-        let at: Vec<Dd> = exact(&point.unknowns);
+        let at: Vec<Dd> = converted(&point.unknowns);
         let found = match point.label {
             // Solved for already.
             Some(_) => at,
             None => {
                 let condition = condition_of(trace.kind);
                 let mut locus = LocusEquations::new(orbits.clone(), condition, 0);
-                let (found, _) = corrected(&mut locus, &at, &at, &exact::<Dd>(&point.tangent))?;
+                let (found, _) =
+                    corrected(&mut locus, &at, &at, &converted::<_, Dd>(&point.tangent))?;
                 (farthest(&found, &at) < FAR).then_some(found)?
             }
         };
@@ -514,8 +515,8 @@ impl<'a> DirectLoci<'a> {
             None if at_graze => Vec::new(),
             None => return None,
         };
-        let parameters = rounded(&orbits.parameters(found));
-        let states: Vec<Vec<f64>> = orbit.states.iter().map(|state| rounded(state)).collect();
+        let parameters = converted(&orbits.parameters(found));
+        let states: Vec<Vec<f64>> = orbit.states.iter().map(|state| converted(state)).collect();
         let inside = self.plane.holds(&states, &parameters);
         Some(LocusPoint {
             parameters,
@@ -548,10 +549,10 @@ fn grazing<O: OrbitEquations<Dd>>(
     own: &[usize],
     fine: &mut LocusEquations<O, Dd>,
 ) -> Option<TracePoint> {
-    let mut at: Vec<Dd> = exact(&near.unknowns);
+    let mut at: Vec<Dd> = converted(&near.unknowns);
     at[unknown] = Dd::ZERO;
     let (found, _) = corrected(fine, &at, &at, &unit_vector(at.len(), unknown))?;
-    let unknowns = rounded(&found);
+    let unknowns = converted(&found);
     let is_orbit = own.iter().all(|&place| unknowns[place] > -SAME);
     let is_near = farthest(&unknowns, &near.unknowns) < 10.0 * NEAR;
     (is_orbit && is_near).then(|| TracePoint { unknowns, ..near.clone() })

@@ -10,15 +10,15 @@ use super::connection::Connection;
 use super::crisis::Crisis;
 use super::data::{LociRequest, Locus, LocusPoint};
 use super::direct::DirectPlane;
-use crate::analysis::continuation::{CurveEquations, exact, largest, rounded};
+use crate::analysis::continuation::{CurveEquations, largest};
 use crate::analysis::error::AnalysisError;
 use crate::analysis::periodic::ContactItinerary;
 use crate::analysis::progress::{Part, Progress, resumed};
 use crate::expansion::LocalMap;
 use crate::hybrid::HybridSystem;
 use crate::model::Scene;
-use crate::numeric::Dd;
 use crate::numeric::linear::factorize;
+use crate::numeric::{Dd, converted};
 use crate::orbit::GrazingOrbit;
 
 /// Points of a crisis.
@@ -123,7 +123,7 @@ impl<'a> DirectCrises<'a> {
         let multiplier = ends.multiplier;
         let ends = ends.converted::<Dd>();
         let mut fine = Connection { returns: plane.equations(&plane.exact, all), period };
-        let mut found: Vec<Dd> = exact(&unknowns);
+        let mut found: Vec<Dd> = converted(&unknowns);
         let mut last = f64::INFINITY;
         let mut flown = Vec::new();
         for _ in 0..MORE {
@@ -150,7 +150,7 @@ impl<'a> DirectCrises<'a> {
         if last > STALLED {
             return None;
         }
-        let parameters = rounded(&fine.returns.parameters(&found));
+        let parameters = converted(&fine.returns.parameters(&found));
         let state = |values: &[Dd]| -> Vec<f64> {
             let pairs = values.iter().zip(&self.plane.units.state);
             pairs.map(|(value, unit)| value.to_f64() * unit).collect()

@@ -9,12 +9,12 @@ use serde::{Deserialize, Serialize};
 use super::data::{Locus, LocusEnd, LocusKind, LocusPoint};
 use super::equations::{CodimensionTwo, Condition, LocusEquations, OrbitEquations};
 use crate::analysis::continuation::{
-    CourseEnd, CurveEquations, StepControl, any_tangent, between, corrected, exact, farthest,
-    follow, rounded, zero_near,
+    CourseEnd, CurveEquations, StepControl, any_tangent, between, corrected, farthest, follow,
+    zero_near,
 };
 use crate::analysis::periodic::ContactItinerary;
 use crate::analysis::progress::{Progress, place_of, resumed};
-use crate::numeric::{Dd, Scalar};
+use crate::numeric::{Dd, Scalar, converted};
 
 /// Values of the first parameter at which branches are looked through for seeds, as shares of its
 /// range.
@@ -162,7 +162,7 @@ fn labelled<O: OrbitEquations<Dd>>(
     kinds: &[CodimensionTwo],
     fine: &mut LocusEquations<O, Dd>,
 ) -> TracePoint {
-    let (at, along) = (exact::<Dd>(&point.unknowns), exact::<Dd>(&point.tangent));
+    let (at, along) = (converted::<_, Dd>(&point.unknowns), converted::<_, Dd>(&point.tangent));
     let zero = zero_near(fine, &at, &along, |point| point.tests[test].value);
     let zero = zero.filter(|zero| {
         let found = zero.tests[test];
@@ -174,7 +174,7 @@ fn labelled<O: OrbitEquations<Dd>>(
     });
     match zero {
         Some(zero) => TracePoint {
-            unknowns: rounded(&zero.unknowns),
+            unknowns: converted(&zero.unknowns),
             tangent: point.tangent,
             label: Some(kinds[test]),
         },

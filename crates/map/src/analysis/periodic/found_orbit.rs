@@ -6,12 +6,12 @@ use serde::{Deserialize, Serialize};
 use super::contact_itinerary::ContactItinerary;
 use super::itinerary_search::ItineraryOrbit;
 use super::orbit::PeriodicOrbit;
-use crate::analysis::continuation::{largest, rounded};
+use crate::analysis::continuation::largest;
 use crate::analysis::error::AnalysisError;
 use crate::expansion::{Expander, ImpactSpeed, LocalMap, MapWindow};
 use crate::model::Scene;
-use crate::numeric::Real;
 use crate::numeric::linear::eigenvalues;
+use crate::numeric::{Real, converted};
 use crate::orbit::GrazingOrbit;
 
 /// A periodic orbit that was found; everything in offsets.
@@ -83,8 +83,8 @@ impl FoundOrbit {
         let multipliers = multipliers.unwrap_or_default();
         Self {
             itinerary: itinerary.clone(),
-            parameters: rounded(parameters),
-            states: states.iter().map(|state| rounded(state)).collect(),
+            parameters: converted(parameters),
+            states: states.iter().map(|state| converted(state)).collect(),
             stable: !multipliers.is_empty() && multipliers.iter().all(|value| value.norm() < 1.0),
             multipliers: multipliers.iter().map(|value| [value.re, value.im]).collect(),
             contacts: Vec::new(),
@@ -106,8 +106,8 @@ impl FoundOrbit {
         let multipliers = orbit.multipliers().ok()?;
         Some(Self {
             itinerary: itinerary.clone(),
-            parameters: rounded(&orbit.parameters),
-            states: orbit.states.iter().map(|state| rounded(state)).collect(),
+            parameters: converted(&orbit.parameters),
+            states: orbit.states.iter().map(|state| converted(state)).collect(),
             stable: orbit.is_stable().ok()?,
             multipliers: multipliers.iter().map(|value| [value.re, value.im]).collect(),
             contacts,
@@ -154,7 +154,7 @@ impl<'a> ByMap<'a> {
     ) -> Option<FoundOrbit> {
         let contacts = orbit.arrivals.iter().zip(&orbit.depth_variables);
         let contact = |((number, passage, point), y): (&(usize, usize, Vec<S>), &S)| {
-            let speed = self.speed(*passage, y.to_f64(), &rounded(point));
+            let speed = self.speed(*passage, y.to_f64(), &converted(point));
             OrbitContact { number: *number, passage: *passage, speed }
         };
         let contacts = contacts.map(contact).collect();

@@ -23,7 +23,7 @@ use crate::analysis::evaluation::{Arrival, MapEvaluation, MapImage};
 use crate::expansion::{LocalMap, MapWindow};
 use crate::iteration::{InterpretedMap, MapOrbit, OrbitRequest, PassageSet, Period};
 use crate::numeric::linear::inverse;
-use crate::numeric::{Dd, Real};
+use crate::numeric::{Dd, Real, converted};
 
 /// Depth variables up to this times that of the window's edge are looked for.
 const REACH: f64 = 2.0;
@@ -105,9 +105,8 @@ impl<'a> ItinerarySearch<'a> {
             found.extend(orbit.filter(|orbit| self.is_new(itinerary, orbit, &found)));
         }
         let fine = |orbit: &ItineraryOrbit<f64>| {
-            let convert = |values: &[f64]| values.iter().map(|&value| Dd::from(value)).collect();
             let state = [&orbit.orbit.states[0][..], &orbit.depth_variables].concat();
-            let guess = Guess { state: convert(&state), parameters: convert(parameters) };
+            let guess = Guess { state: converted(&state), parameters: converted(parameters) };
             self.solved(&self.fine, itinerary, &guess)
         };
         let mut orbits: Vec<_> = found.iter().filter_map(fine).collect();
