@@ -9,7 +9,6 @@ use std::sync::Arc;
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use miette::{GraphicalReportHandler, GraphicalTheme};
-use rayon::prelude::*;
 
 use grazemap::Error;
 use grazemap::analysis::Progress;
@@ -188,7 +187,7 @@ impl Results {
     ) -> Result<(), CliError> {
         if let Some(folder) = &outlets.output {
             OutputFolder::create(folder)?
-                .write_all(self.files.par_iter().map(|(name, bytes)| (name, bytes)))?;
+                .write_all(self.files.iter().map(|(name, bytes)| (name, bytes)))?;
         }
         if let Some(destination) = &outlets.json {
             destination.write(&self.json)?;

@@ -3,8 +3,6 @@
 
 use std::fs;
 
-use rayon::prelude::*;
-
 use super::{Ended, Error, Map};
 use crate::expansion::WindowEdge;
 use crate::iteration::DeviceReport;
@@ -74,7 +72,7 @@ impl Answer {
         for (name, table) in &self.tables {
             files.push((format!("{name}.csv"), table.to_csv()?.into_bytes()));
         }
-        let figures = self.figures.par_iter().map(|(name, figure)| (&**name, figure));
+        let figures = self.figures.iter().map(|(name, figure)| (&**name, figure));
         let (drawn, remarks) = pictures(figures);
         files.extend(drawn);
         self.remarks.extend(remarks);

@@ -1,6 +1,5 @@
 //! Diagrams, charts and basins as documents and as files, and what `basin` is asked for.
 
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::keys::{ActiveParameters, COORDINATES, KeyError, named_offsets, place_of};
@@ -153,7 +152,7 @@ fn write_both(
     figures: Vec<(String, Figure)>,
 ) -> Result<Vec<String>, Error> {
     let drawn = || {
-        let (files, remarks) = pictures(figures.par_iter().map(|(stem, figure)| (&**stem, figure)));
+        let (files, remarks) = pictures(figures.iter().map(|(stem, figure)| (&**stem, figure)));
         folder.write_all(files).map(|()| remarks)
     };
     let (data, drawn) = rayon::join(data, drawn);

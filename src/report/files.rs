@@ -15,10 +15,10 @@ use std::io::{self, BufWriter, Write};
 use std::path::{Component, Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
-use rayon::prelude::*;
 use tempfile::NamedTempFile;
 
 use super::{Figure, ReportError};
+use crate::iteration::parallel;
 
 /// Writes a file so that it is never seen half-written; an older file of that name is replaced.
 ///
@@ -281,10 +281,10 @@ impl OutputFolder {
     /// As [`write`](Self::write).
     pub fn write_all(
         &self,
-        files: impl IntoParallelIterator<Item = (impl AsRef<str>, impl AsRef<[u8]>)>,
+        files: impl IntoIterator<Item = (impl AsRef<str> + Send, impl AsRef<[u8]> + Send)>,
     ) -> Result<(), ReportError> {
-        let files = files.into_par_iter();
-        files.try_for_each(|(name, bytes)| self.write(name.as_ref(), bytes).map(drop))
+        let write = |(name, bytes)| self.write(AsRef::as_ref(&name), bytes).map(drop);
+        parallel::try_map(files, write).map(drop)
     }
 }
 
@@ -302,10 +302,9 @@ type Files = Vec<(String, Vec<u8>)>;
 /// Figures by the names of their files, without their endings, as SVG and PNG, and what is to be
 /// said of them: one that cannot be drawn costs no data.
 pub fn pictures<'a>(
-    figures: impl IntoParallelIterator<Item = (&'a str, &'a Figure)>,
+    figures: impl IntoIterator<Item = (&'a str, &'a Figure)>,
 ) -> (Files, Vec<String>) {
-    let drawn: Vec<_> =
-        figures.into_par_iter().map(|(stem, figure)| picture(stem, figure)).collect();
+    let drawn = parallel::map(figures, |(stem, figure)| picture(stem, figure));
     let (files, remarks): (Vec<_>, Vec<_>) = drawn.into_iter().unzip();
     (files.concat(), remarks.concat())
 }

@@ -1,12 +1,11 @@
 //! Images of rows of offsets under the map, its parts, or direct simulation, iterated.
 
-use rayon::prelude::*;
-
 use super::direct_image::{DirectEnd, DirectImage};
 use super::error::{AnalysisError, check_length};
 use super::evaluation::MapEvaluation;
 use crate::expansion::{LocalMap, WindowBound};
 use crate::hybrid::HybridSystem;
+use crate::iteration::parallel;
 use crate::iteration::{DiscreteMap, HornerMap};
 use crate::model::Scene;
 use crate::numeric::{Dd, Real, converted};
@@ -222,9 +221,7 @@ fn flown<S: Real>(
             })
         })
     };
-    let rows = (0..request.rows.len()).into_par_iter();
-    let rows = rows.map_init(|| direct.clone(), fly);
-    let rows: Vec<Vec<ImageRecord>> = rows.collect::<Result<_, _>>()?;
+    let rows = parallel::try_map_with(0..request.rows.len(), || direct.clone(), fly)?;
     Ok(rows.concat())
 }
 
@@ -235,13 +232,11 @@ fn mapped<S: Real>(
     by: &impl Mapped<S>,
 ) -> Result<Vec<ImageRecord>, AnalysisError> {
     let exceeded = exceeded::<S>(map);
-    let rows = (0..request.rows.len()).into_par_iter();
-    let rows = rows.map(|row| {
+    let rows = parallel::try_map(0..request.rows.len(), |row| {
         let parameters = converted(&request.rows[row].parameters);
         let step = by.at(&parameters);
         iterate(row, request, &exceeded, |state, _, _| Ok(step(state)))
-    });
-    let rows: Vec<Vec<ImageRecord>> = rows.collect::<Result<_, _>>()?;
+    })?;
     Ok(rows.concat())
 }
 

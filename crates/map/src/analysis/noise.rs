@@ -7,7 +7,6 @@
 //! Every orbit has a generator of its own, begun by the seed and the number of the orbit alone, and
 //! densities are counts: no result depends on threads.
 
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::direct_map::DirectMap;
@@ -15,6 +14,7 @@ use super::error::{AnalysisError, check_length};
 use super::progress::Progress;
 use crate::expansion::LocalMap;
 use crate::hybrid::HybridSystem;
+use crate::iteration::parallel;
 use crate::iteration::{Batch, DiscreteMap, HornerMap};
 use crate::model::{Method, Scene};
 use crate::orbit::GrazingOrbit;
@@ -113,9 +113,8 @@ pub fn noise(
         }
         part.counts
     };
-    let parts: Vec<Counts> = (0..chunks).into_par_iter().map(part).collect();
     let mut counts = Counts::new(request);
-    parts.iter().for_each(|part| counts.add(part));
+    parallel::map(0..chunks, part).iter().for_each(|part| counts.add(part));
     Ok(counts.results(request))
 }
 

@@ -5,7 +5,6 @@
 //! simulation, whose contacts cannot be prescribed, is solved for the orbit next to each one found.
 //! Folds and flips are points of branches, and branches of direct simulation lead beyond the map.
 
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::branches::{self, BranchLabel, BranchRequest, Follow};
@@ -19,6 +18,7 @@ use super::periodic::{
 use super::progress::{NoProgress, Progress};
 use crate::expansion::{LocalMap, MapWindow};
 use crate::hybrid::HybridSystem;
+use crate::iteration::parallel;
 use crate::model::Scene;
 use crate::numeric::{Dd, Real, converted};
 use crate::orbit::GrazingOrbit;
@@ -199,17 +199,15 @@ pub fn orbits(
         .iter()
         .flat_map(|at| itineraries.iter().map(move |itinerary| (at, itinerary)))
         .collect();
-    let cases = cases.into_par_iter().map(|(at, itinerary)| {
+    let mut cases = parallel::map(cases, |(at, itinerary)| {
         let found = finder.orbits(itinerary, at);
         progress.advance(1);
         found
     });
-    let mut cases: Vec<_> = cases.collect();
     let far = far.filter(|_| request.far);
     if let (Some(free), None) = (far, &request.loci) {
-        let wide = request.at.par_iter().map(|at| finder.wide_orbits(itineraries, at, free));
-        let wide = wide.collect::<Result<Vec<_>, _>>()?.concat();
-        for (known, found) in cases.iter_mut().zip(wide) {
+        let wide = parallel::try_map(&request.at, |at| finder.wide_orbits(itineraries, at, free))?;
+        for (known, found) in cases.iter_mut().zip(wide.concat()) {
             add_new(known, found);
         }
     }
@@ -364,7 +362,7 @@ impl Finder<'_> {
     ) -> Result<Vec<Locus>, AnalysisError> {
         let steps = steps(request);
         progress.expect(steps.len() as u64);
-        let at_step = steps.par_iter().map(|at| {
+        let at_step = parallel::try_map(&steps, |at| {
             let place = (request.free, &at[..]);
             let mut special = self.bifurcations(itineraries, place, [direct, false])?;
             if direct && far {
@@ -372,9 +370,8 @@ impl Finder<'_> {
                 add_special(&mut special, more.into_iter());
             }
             progress.advance(1);
-            Ok(special)
-        });
-        let at_step = at_step.collect::<Result<Vec<_>, AnalysisError>>()?;
+            Ok::<_, AnalysisError>(special)
+        })?;
         let mut loci = Vec::new();
         for itinerary in itineraries {
             for &kind in &request.kinds {

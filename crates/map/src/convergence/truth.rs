@@ -4,7 +4,6 @@
 use std::hint::black_box;
 use std::time::Instant;
 
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::ConvergenceError;
@@ -13,6 +12,7 @@ use super::sample::{SamplePoint, WindowSample};
 use crate::analysis::{AnalysisError, DirectEnd, DirectImage, SectionImage, products_of_step};
 use crate::expansion::LocalMap;
 use crate::hybrid::HybridSystem;
+use crate::iteration::parallel;
 use crate::iteration::{DiscreteMap, HornerMap};
 use crate::model::Scene;
 use crate::numeric::{Dd, Real, Scalar, converted};
@@ -183,14 +183,11 @@ type Simulated = (SamplePoint, Result<(Option<Vec<Dd>>, usize), AnalysisError>);
 
 /// Points in their order, simulated side by side.
 fn simulated(returns: &ExactReturns<'_>, points: Vec<SamplePoint>) -> Vec<Simulated> {
-    let simulated = points.into_par_iter().map_init(
-        || returns.clone(),
-        |returns, point| {
-            let image = returns.image(&point);
-            (point, image)
-        },
-    );
-    simulated.collect()
+    let simulate = |returns: &mut ExactReturns<'_>, point| {
+        let image = returns.image(&point);
+        (point, image)
+    };
+    parallel::map_with(points, || returns.clone(), simulate)
 }
 
 /// The image of a point after which the orbit returns with no contact but those of grazing

@@ -9,7 +9,6 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::ConvergenceError;
@@ -18,6 +17,7 @@ use super::truth::{ExactImages, ExactReturns, MOST_PRODUCTS, SampleSummary, erro
 use crate::expansion::{LocalMap, MapWindow, NaturalWindow};
 use crate::hybrid::HybridSystem;
 use crate::iteration::DiscreteMap;
+use crate::iteration::parallel;
 use crate::model::{Orders, Scene};
 use crate::numeric::{decimal_above, decimal_below, last_that_holds};
 use crate::orbit::GrazingOrbit;
@@ -422,8 +422,8 @@ impl Search<'_> {
         let tried = points.len();
         let add =
             |returns: &mut ExactReturns<'_>, point: &SamplePoint| self.errors(returns, point).0;
-        let errors: Vec<Vec<f64>> =
-            points.par_iter().map_init(|| self.returns.clone(), add).flatten().collect();
+        let errors = parallel::map_with(&points, || self.returns.clone(), add);
+        let errors: Vec<Vec<f64>> = errors.into_iter().flatten().collect();
         self.skips = errors.len() < tried;
         for errors in errors {
             for (least, error) in self.least.iter_mut().zip(errors) {
@@ -487,13 +487,11 @@ impl Search<'_> {
                 Some(errors) => errors.iter().zip(&limits).all(|(error, limit)| error <= limit),
                 None => self.skips,
             };
-            met.then_some(products)
+            if met { Ok(products) } else { Err(()) }
         };
-        let all = points.par_iter().map_init(|| self.returns.clone(), meets);
-        let Some(products) = all.try_reduce(|| 0, |sum, products| Some(sum + products)) else {
-            return false;
-        };
-        self.spent.fetch_add(products, Ordering::Relaxed);
+        let products = parallel::try_map_with(&points, || self.returns.clone(), meets);
+        let Ok(products) = products else { return false };
+        self.spent.fetch_add(products.iter().sum(), Ordering::Relaxed);
         !points.is_empty()
     }
 

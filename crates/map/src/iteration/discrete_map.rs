@@ -46,7 +46,7 @@ pub trait DiscreteMap: Sync {
 }
 
 /// A map whose image has derivatives by its parameters too.
-pub trait DifferentiableMap: DiscreteMap {
+pub trait DifferentiableMap: DiscreteMap + Send {
     /// One step with the derivatives of the image by the coordinates and then by the parameters,
     /// row by row, into `derivatives` (length `dimension × (dimension + parameters)`).
     fn step_derivatives(

@@ -3,11 +3,10 @@
 
 use std::sync::{Arc, OnceLock};
 
-use rayon::prelude::*;
-
 use super::discrete_map::{DifferentiableMap, DiscreteMap, StepInfo};
 use super::frozen_lanes::{Forms, Freezer, FrozenLanes};
 use crate::expansion::{ComposedMap, LocalMap, MapKernel};
+use crate::iteration::parallel;
 use crate::jet::kernel::{Dual, Interpreted, Interpreter, LaneInterpreter, OperationCount};
 use crate::numeric::{self, FloatFormat, Lanes, Real, widest};
 
@@ -323,8 +322,8 @@ impl HornerMap {
         let coefficients = freezer.coefficients(if each { &[] } else { parameters });
         let width = freezer.outputs();
         let mut rows = vec![0.0; points * width];
-        let tasks = rows.par_chunks_mut(TASK * width).zip(states.par_chunks(TASK * dimension));
-        tasks.enumerate().for_each(|(task, (rows, states))| {
+        let tasks = rows.chunks_mut(TASK * width).zip(states.chunks(TASK * dimension));
+        parallel::map(tasks.enumerate(), |(task, (rows, states))| {
             let own =
                 |first: usize| &parameters[first * count..][..states.len() / dimension * count];
             let inputs = [(states, dimension), (if each { own(task * TASK) } else { &[] }, count)];

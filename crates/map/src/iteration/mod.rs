@@ -11,6 +11,7 @@ mod frozen_lanes;
 mod horner;
 mod interpreted;
 mod orbit;
+pub mod parallel;
 
 #[cfg(feature = "compiled-maps")]
 pub use compiled::{CompiledMap, compiled};

@@ -9,7 +9,6 @@
 use std::collections::HashMap;
 use std::mem;
 
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::known::{Cells, Cycle};
@@ -18,6 +17,7 @@ use crate::analysis::diagram::{SideBySide, SweptMap, name};
 use crate::analysis::periodic::ContactItinerary;
 use crate::analysis::progress::{Progress, Shard, resumed};
 use crate::expansion::MapWindow;
+use crate::iteration::parallel;
 use crate::iteration::{
     DiscreteMap, MapOrbit, OrbitEnd, OrbitRequest, Period, largest_lyapunov_exponent,
 };
@@ -189,8 +189,7 @@ impl<'a> Search<'a> {
             progress.advance(starts.len() as u64);
             found
         };
-        let found: Vec<_> = starts.par_chunks(BLOCK).enumerate().map(block).collect();
-        found.into_iter().flatten().collect()
+        parallel::map(starts.chunks(BLOCK).enumerate(), block).concat()
     }
 
     /// What becomes of some states, of which some are known.
@@ -352,7 +351,7 @@ impl<'a> Search<'a> {
 
     /// The attractors found, in their order.
     pub(super) fn attractors(&self) -> Vec<Attractor> {
-        self.known.par_iter().map(|known| self.describe(known)).collect()
+        parallel::map(&self.known, |known| self.describe(known))
     }
 
     fn describe(&self, known: &Known) -> Attractor {

@@ -6,7 +6,6 @@
 use std::collections::{BTreeSet, VecDeque};
 use std::iter::once;
 
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::data::{Branch, BranchEnd, BranchLabel, BranchPoint, BranchRequest, Special};
@@ -30,6 +29,7 @@ use crate::analysis::progress::{Progress, resumed};
 use crate::expansion::LocalMap;
 use crate::hybrid::HybridSystem;
 use crate::iteration::PassageSet;
+use crate::iteration::parallel;
 use crate::model::Scene;
 use crate::numeric::linear::eigenvalues;
 use crate::numeric::{Dd, Real, converted};
@@ -133,11 +133,12 @@ impl<'a> DirectBranches<'a> {
     /// branches pass it.
     pub(super) fn orbits(&self, value: f64) -> Vec<FoundOrbit> {
         let found = self.all(Follow::Asked);
-        let asked = found.par_iter().filter(|(known, _)| self.request.itineraries.contains(known));
-        let orbits = asked.flat_map_iter(|(itinerary, traces)| {
-            traces.iter().flat_map(|trace| self.passing(itinerary, trace, value))
+        let asked = found.iter().filter(|(known, _)| self.request.itineraries.contains(known));
+        let orbits = parallel::map(asked, |(itinerary, traces)| {
+            let orbits = traces.iter().flat_map(|trace| self.passing(itinerary, trace, value));
+            orbits.collect::<Vec<_>>()
         });
-        orbits.collect()
+        orbits.concat()
     }
 
     fn equations(&self, itinerary: &ContactItinerary) -> DirectOrbitEquations<'a, f64> {
@@ -187,10 +188,9 @@ impl<'a> DirectBranches<'a> {
             let starts = scattered.chain(self.request.starts.iter().cloned());
             starts.map(|start| self.fly(&mut image, &start, value)).collect::<Vec<_>>()
         };
-        let about = up.par_iter().enumerate().flat_map_iter(|(number, &value)| {
+        let about = parallel::map(up.iter().enumerate(), |(number, &value)| {
             resumed(self.progress, &piece(number), || scattered_at(number, value))
         });
-        let about: Vec<Flight> = about.collect();
         let carried = |values: &[f64]| {
             let mut image = self.image.clone();
             let mut state = vec![0.0; image.dimension()];
@@ -206,12 +206,10 @@ impl<'a> DirectBranches<'a> {
             }
             flights
         };
-        let flights = [&up, &down].into_par_iter().enumerate().flat_map_iter(|(way, values)| {
+        let flights = parallel::map([&up, &down].into_iter().enumerate(), |(way, values)| {
             resumed(self.progress, &piece(VALUES + way), || carried(values))
         });
-        let mut flights: Vec<Flight> = flights.collect();
-        flights.extend(about);
-        flights
+        flights.into_iter().chain(about).flatten().collect()
     }
 
     /// The returns from a state on, after a transient, as far as there are any.

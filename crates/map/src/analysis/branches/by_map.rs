@@ -1,7 +1,5 @@
 //! Branches of the orbits of a local map.
 
-use rayon::prelude::*;
-
 use super::data::{Branch, BranchEnd, BranchLabel, BranchPoint, BranchRequest, Branches, Special};
 use super::normal_form::NormalForm;
 use super::trace::{
@@ -20,6 +18,7 @@ use crate::analysis::periodic::{
 use crate::analysis::progress::Progress;
 use crate::expansion::LocalMap;
 use crate::iteration::PassageSet;
+use crate::iteration::parallel;
 use crate::model::Scene;
 use crate::numeric::linear::eigenvalues;
 use crate::numeric::{Real, converted};
@@ -115,12 +114,11 @@ impl<'a> MapBranches<'a> {
     fn settled(&self) -> Vec<(f64, Vec<Settled>)> {
         let values = self.values();
         let longest = self.request.itineraries.iter().map(ContactItinerary::period).max();
-        let settled = values.into_par_iter().map(|value| {
+        parallel::map(values, |value| {
             let settled =
                 self.search.settled(&self.request.parameters(value), longest.unwrap_or(1));
             (value, settled)
-        });
-        settled.collect()
+        })
     }
 
     /// Where the orbit without contact grazes: its point, the parameter, and the passages.

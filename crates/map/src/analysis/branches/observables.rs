@@ -1,7 +1,6 @@
 //! What is observed of the orbits of branches beside their section points, and branches over the
 //! iterates of a diagram.
 
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::data::{BranchPoint, BranchRequest, Branches};
@@ -13,6 +12,7 @@ use crate::analysis::section_frame::SectionFrame;
 use crate::analysis::time_series::{SeriesPoint, TimeSeriesRequest, time_series};
 use crate::expansion::LocalMap;
 use crate::hybrid::{HybridSystem, MomentEvent};
+use crate::iteration::parallel;
 use crate::model::{DiagramRequest, Method, Scene, Spacing};
 use crate::orbit::GrazingOrbit;
 
@@ -62,8 +62,7 @@ pub fn observed(
     observable: BranchObservable,
 ) -> Result<Vec<Vec<f64>>, AnalysisError> {
     let value = |point: &BranchPoint| of_orbit(scene, orbit, point, observable);
-    let branches = found.branches.par_iter();
-    branches.map(|branch| branch.points.par_iter().map(value).collect()).collect()
+    parallel::try_map(&found.branches, |branch| parallel::try_map(&branch.points, value))
 }
 
 fn of_orbit(

@@ -4,7 +4,6 @@
 //! are followed, in what order, and where branches lead to others is written once.
 
 use nalgebra::{Complex, DMatrix, DVector};
-use rayon::prelude::*;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
@@ -15,6 +14,7 @@ use crate::analysis::continuation::{
 };
 use crate::analysis::periodic::ContactItinerary;
 use crate::analysis::progress::{Progress, Shard, place_of, resumed};
+use crate::iteration::parallel;
 use crate::numeric::linear::solve;
 use crate::numeric::{Dd, converted};
 
@@ -272,12 +272,11 @@ pub(super) trait Oracle: Sync {
         let (_, progress) = self.asked();
         progress.expect(own.len() as u64);
         let sources = self.sources();
-        let first = own.par_iter().map(|&itinerary| {
+        parallel::map(own, |&itinerary| {
             let traces = self.traces(itinerary, self.seeds(itinerary, &sources), Vec::new());
             progress.advance(1);
             (itinerary.clone(), traces)
-        });
-        first.collect()
+        })
     }
 
     /// All branches, with those that they lead to, and so on.
@@ -302,7 +301,7 @@ pub(super) trait Oracle: Sync {
                     looked_at.push(0);
                 }
             }
-            found.par_iter_mut().for_each(|(itinerary, traces)| {
+            parallel::map(&mut found, |(itinerary, traces)| {
                 let mine = seeds.iter().filter(|seed| seed.itinerary == *itinerary).cloned();
                 *traces = self.traces(itinerary, mine.collect(), std::mem::take(traces));
             });
@@ -314,12 +313,10 @@ pub(super) trait Oracle: Sync {
     /// The branches as they are given out.
     fn described(&self, found: &Traces<Self::Orbit>) -> Vec<Branch> {
         let traces = found.iter().flat_map(|(of, traces)| traces.iter().map(move |t| (of, t)));
-        let traces: Vec<_> = traces.collect();
-        let branches = traces.into_par_iter().map(|(itinerary, trace)| {
+        parallel::map(traces, |(itinerary, trace)| {
             let place = place_of(Piece::Branch as u64, &(itinerary, trace));
             resumed(self.asked().1, &place, || self.branch(itinerary, trace))
-        });
-        branches.collect()
+        })
     }
 
     /// Finds a share of the branches of the itineraries asked for.

@@ -2,8 +2,6 @@
 
 use std::collections::HashMap;
 
-use rayon::prelude::*;
-
 use super::data::{ChartAttractor, ChartAxis, ChartCell, ChartClass};
 use crate::analysis::basin::are_one_cycle;
 use crate::analysis::diagram::{
@@ -13,6 +11,7 @@ use crate::analysis::periodic::ContactItinerary;
 use crate::analysis::progress::{Progress, Shard, given, resumed};
 use crate::analysis::refinement::{Tiles, refine, refine_share};
 use crate::expansion::MapWindow;
+use crate::iteration::parallel;
 use crate::iteration::{OrbitEnd, OrbitRequest, Period};
 use crate::model::{ChartObservable, ChartRequest};
 
@@ -129,8 +128,7 @@ impl Grid<'_> {
             progress.advance(units);
             found
         };
-        let blocks: Vec<_> = wanted.par_chunks(lanes).enumerate().map(block).collect();
-        blocks.into_iter().flatten().collect()
+        parallel::map(wanted.chunks(lanes).enumerate(), block).into_iter().flatten().collect()
     }
 
     /// What is found in some cells, of which some are known.

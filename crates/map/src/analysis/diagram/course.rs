@@ -11,12 +11,11 @@
 use std::ops::Range;
 use std::time::Instant;
 
-use rayon::prelude::*;
-
 use super::data::{DiagramPoint, Shares, Sweep, SweepHeading, Timing, threads};
 use super::sweep::{Reach, SweepRequest, Visit, starts, visit};
 use super::swept_map::SweptMap;
 use crate::analysis::progress::{Progress, Shard, keep, recalled};
+use crate::iteration::parallel;
 use crate::iteration::{MapOrbit, OrbitEnd, OrbitRequest};
 
 /// Fewest values of a segment.
@@ -194,8 +193,8 @@ impl<'a> Course<'a> {
     /// the map has lanes, on all cores; the segments whose ends were changed.
     fn advance(&mut self, fronts: &[Front], pieces: &Pieces<'_>) -> Vec<usize> {
         let share = fronts.len().div_ceil(threads());
-        let blocks = fronts.par_chunks(share.clamp(1, self.map.lanes()));
-        let found: Vec<Found> = blocks.map(|block| self.follow(block.to_vec(), pieces)).collect();
+        let blocks = fronts.chunks(share.clamp(1, self.map.lanes()));
+        let found = parallel::map(blocks, |block| self.follow(block.to_vec(), pieces));
         let mut changed = Vec::new();
         for found in found {
             changed.extend(found.changed);
@@ -264,7 +263,7 @@ impl<'a> Course<'a> {
             let parameters = self.request.parameters(self.map, self.offsets[stop]);
             (self.map.at(&parameters), parameters)
         };
-        let prepared: Vec<_> = stops.par_iter().map(prepare).collect();
+        let prepared = parallel::map(&stops, prepare);
         let mut carried: Option<Vec<f64>> = None;
         let mut entered = vec![None];
         for segment in prepared.chunks(COARSE_VALUES) {

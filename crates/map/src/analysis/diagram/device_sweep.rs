@@ -4,10 +4,9 @@
 //! processor is not to be troubled with, what leaves the window there, and all where it fails, is
 //! left to the map that stands behind.
 
-use rayon::prelude::*;
-
 use super::swept_map::{Settled, SideBySide, Start, SweptMap, TANGENT_TRANSIENT};
 use crate::expansion::MapWindow;
+use crate::iteration::parallel;
 use crate::iteration::{DeviceMap, DiscreteMap, Itinerary, MapOrbit, OrbitRequest};
 use crate::model::Method;
 
@@ -54,8 +53,11 @@ impl<'a> DeviceSweep<'a> {
 
     /// Orbits by the map behind, on all cores.
     fn behind(&self, starts: &[Start], request: &OrbitRequest) -> Vec<Settled> {
-        let chunks = starts.par_chunks(self.map.lanes());
-        chunks.flat_map_iter(|starts| self.map.settle(starts, request)).collect()
+        let chunks = starts.chunks(self.map.lanes());
+        parallel::map(chunks, |starts| self.map.settle(starts, request))
+            .into_iter()
+            .flatten()
+            .collect()
     }
 }
 

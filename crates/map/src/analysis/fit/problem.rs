@@ -3,12 +3,12 @@
 //! Unknowns are the parameters, then the start of every piece.
 
 use nalgebra::{DMatrix, DVector};
-use rayon::prelude::*;
 
 use super::{Fit, FitEnd, FitRequest, FittedParameter, WithheldPoints, solved, triangle};
 use crate::analysis::error::{AnalysisError, check_length};
 use crate::expansion::LocalMap;
 use crate::iteration::DifferentiableMap;
+use crate::iteration::parallel;
 
 /// Starts that are tried along a coordinate, and how far from the measurement they go, in standard
 /// deviations of the noise.
@@ -272,7 +272,7 @@ impl<'a> Problem<'a> {
             let start = &unknowns[self.place(number)..][..self.dimension];
             work(map, piece, (start, &self.offsets(piece, unknowns)))
         };
-        self.pieces.par_iter().enumerate().map_init(map, of_piece).collect()
+        parallel::map_with(self.pieces.iter().enumerate(), map, of_piece)
     }
 
     /// The sum of the squares of the residuals over the noise; infinite where one has no image.

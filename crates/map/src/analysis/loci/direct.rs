@@ -9,7 +9,6 @@
 use std::iter::once;
 
 use nalgebra::{Complex, DMatrix, DVector};
-use rayon::prelude::*;
 
 use super::data::{LociRequest, Locus, LocusEnd, LocusKind, LocusPoint};
 use super::equations::{CodimensionTwo, Condition, LocusEquations, OrbitEquations, Unfolding};
@@ -31,6 +30,7 @@ use crate::analysis::progress::{Part, Progress, resumed};
 use crate::expansion::LocalMap;
 use crate::hybrid::HybridSystem;
 use crate::iteration::PassageSet;
+use crate::iteration::parallel;
 use crate::model::Scene;
 use crate::numeric::linear::{eigenvalues, inverse};
 use crate::numeric::{Dd, Real, converted};
@@ -207,12 +207,11 @@ impl<'a> DirectLoci<'a> {
         progress.expect(SEEDED_AT.len() as u64 + 1);
         let grazes: Vec<Trace> = self.graze().into_iter().collect();
         progress.advance(1);
-        let found = SEEDED_AT.par_iter().enumerate().map(|(number, &share)| {
+        let found = parallel::try_map(SEEDED_AT.iter().enumerate(), |(number, &share)| {
             let seeds = self.seeds_at(&grazes, self.request.value(share), number);
             progress.advance(1);
             seeds
         });
-        let found: Result<Vec<Vec<Seed>>, AnalysisError> = found.collect();
         let mut seeds = self.seeds_at_conditions(&grazes);
         seeds.extend(found?.into_iter().flatten());
         seeds.extend(by_map.iter().flat_map(|locus| self.seeds_of(locus)));
@@ -229,10 +228,10 @@ impl<'a> DirectLoci<'a> {
             }
         }
         groups.sort_by_key(|group| group[0].kind as usize);
-        let traces = groups.par_iter().flat_map_iter(|group| self.traces(group));
+        let traces = parallel::map(&groups, |group| self.traces(group));
         let asked = self.request.kinds.contains(&LocusKind::Graze);
         let mut all: Vec<Trace> = grazes.into_iter().filter(|_| asked).collect();
-        all.extend(traces.collect::<Vec<_>>());
+        all.extend(traces.into_iter().flatten());
         let all = all.iter().enumerate().filter_map(|(number, trace)| {
             let place = [Piece::Locus as u64, number as u64];
             resumed(progress, &place, || self.described(trace))
@@ -477,8 +476,8 @@ impl<'a> DirectLoci<'a> {
                 place % apart == 0 || *place == last || point.label.is_some()
             });
         let kept: Vec<&TracePoint> = kept.map(|(_, point)| point).collect();
-        let points: Vec<LocusPoint> =
-            kept.into_par_iter().filter_map(|point| self.point(trace, point)).collect();
+        let points = parallel::map(kept, |point| self.point(trace, point));
+        let points: Vec<LocusPoint> = points.into_iter().flatten().collect();
         (!points.is_empty()).then(|| trace.described(points, 0))
     }
 

@@ -4,7 +4,6 @@
 //! Newton's method of direct simulation with. Residuals are of double-double, slopes of `f64`.
 
 use nalgebra::{DMatrix, DVector};
-use rayon::prelude::*;
 
 use super::connection::Connection;
 use super::crisis::Crisis;
@@ -16,6 +15,7 @@ use crate::analysis::periodic::ContactItinerary;
 use crate::analysis::progress::{Part, Progress, resumed};
 use crate::expansion::LocalMap;
 use crate::hybrid::HybridSystem;
+use crate::iteration::parallel;
 use crate::model::Scene;
 use crate::numeric::linear::factorize;
 use crate::numeric::{Dd, converted};
@@ -68,16 +68,14 @@ impl<'a> DirectCrises<'a> {
         let place = |number: usize| number * (physical.len() - 1) / (count - 1).max(1);
         let places: Vec<usize> = (0..count).map(place).collect();
         progress.expect(count as u64);
-        let points: Vec<LocusPoint> = places
-            .into_par_iter()
-            .filter_map(|place| {
-                let (point, saddle) = physical[place];
-                let found = || self.point(crisis, point, saddle);
-                let found: Option<LocusPoint> = resumed(progress, &[place as u64], found);
-                progress.advance(1);
-                found
-            })
-            .collect();
+        let points = parallel::map(places, |place| {
+            let (point, saddle) = physical[place];
+            let found = || self.point(crisis, point, saddle);
+            let found: Option<LocusPoint> = resumed(progress, &[place as u64], found);
+            progress.advance(1);
+            found
+        });
+        let points: Vec<LocusPoint> = points.into_iter().flatten().collect();
         (!points.is_empty()).then(|| Locus { points, ..crisis.locus.clone() })
     }
 

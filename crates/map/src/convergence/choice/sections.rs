@@ -7,7 +7,6 @@
 
 use std::mem;
 
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::data::Choice;
@@ -18,6 +17,7 @@ use crate::convergence::sample::{SamplePoint, WindowSample};
 use crate::convergence::{ConvergenceError, resumed};
 use crate::expansion::MapOrders;
 use crate::hybrid::HybridSystem;
+use crate::iteration::parallel;
 use crate::model::{Orders, Scene, Section, SectionRule, StroboscopicPhase};
 use crate::numeric::{Dd, decimal_above};
 use crate::orbit::{GrazingOrbit, PoincareSectionKind, locate};
@@ -106,8 +106,7 @@ pub fn settle_section(
     let mut chooser = Chooser::new(&scene, &orbit, options.fresh)?;
     let own = chooser.choose(tolerance)?;
     let trial = Trial::new(&scene, &orbit, &options, &own, &chooser.bench.sample);
-    let sections = others(&scene, &orbit).into_par_iter();
-    let trials = sections.map(|section| trial.of(section, &NoProgress)).collect();
+    let trials = parallel::map(others(&scene, &orbit), |section| trial.of(section, &NoProgress));
     let tangency = SectionChoice { ahead: None, phase: None, choice: Some(own), problem: None };
     let mut settled = cheapest((scene, orbit, tangency), trials);
     if let Some(verdict) = settled.verdict.as_mut().filter(|verdict| verdict.taken.ahead.is_some())
@@ -159,12 +158,11 @@ pub fn choose_sections(
     let map = MapFamily::new(scene, orbit, PROBE)?.map(PROBE)?;
     let window = WindowSample::new(&map);
     let trial = Trial::new(scene, orbit, options, own, &window);
-    let sections = others(scene, orbit).into_par_iter().enumerate();
     let chosen = |(number, section): (usize, _)| {
         let part = Part::new(progress, number);
         resumed(&part, &[0], || Ok(trial.of(section, &Part::new(&part, 1)).choice))
     };
-    sections.map(chosen).collect()
+    parallel::try_map(others(scene, orbit).into_iter().enumerate(), chosen)
 }
 
 /// A section that was tried.

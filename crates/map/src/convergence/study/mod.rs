@@ -7,7 +7,6 @@ mod reach;
 pub use rates::{FactorRate, Rate, SlopeFit, fit_slope};
 pub use reach::{DepthAccuracy, Validity, WindowAccuracy, validity};
 
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::choice::{
@@ -24,6 +23,7 @@ use crate::analysis::{DirectImage, MapEvaluation, Part, Progress};
 use crate::expansion::{Expander, MapOrders, WindowEdge};
 use crate::hybrid::{FlowMethod, HybridSystem};
 use crate::iteration::HornerMap;
+use crate::iteration::parallel;
 use crate::model::{Digest, Orders, Scene, Shape};
 use crate::numeric::{Dd, Scalar};
 use crate::orbit::GrazingOrbit;
@@ -354,7 +354,7 @@ impl<'a> Sweep<'a> {
             progress.advance(1);
             map
         };
-        tasks.into_par_iter().map(map).collect()
+        parallel::try_map(tasks, map)
     }
 
     fn map(&self, orders: MapOrders, shape: Shape) -> Result<SweptOrders, ConvergenceError> {
@@ -399,11 +399,14 @@ impl<'a> Sweep<'a> {
         let expander = self.family.expander();
         let rates =
             ScaledPoints::of_maps(expander, &self.sample, &self.system, self.scene, self.orbit)?;
-        results.par_iter_mut().zip(maps).try_for_each(|(result, map)| {
+        let found = parallel::try_map(maps, |map| {
             let (evaluation, rounding) = map.evaluation(factors)?;
-            result.rate = rates.rate(&evaluation, rounding, map.orders);
-            Ok(())
-        })
+            Ok::<_, ConvergenceError>(rates.rate(&evaluation, rounding, map.orders))
+        })?;
+        for (result, rate) in results.iter_mut().zip(found) {
+            result.rate = rate;
+        }
+        Ok(())
     }
 
     /// Times are taken one after another: side by side they would disturb each other.

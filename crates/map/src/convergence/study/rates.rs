@@ -3,7 +3,6 @@
 
 use std::sync::OnceLock;
 
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::analysis::{DirectImage, FreeFlight, MapEvaluation, low_discrepancy};
@@ -13,6 +12,7 @@ use crate::convergence::sample::WindowSample;
 use crate::convergence::truth::{distance, tells_order};
 use crate::expansion::{Contact, Expander, Legs, MapOrders};
 use crate::hybrid::HybridSystem;
+use crate::iteration::parallel;
 use crate::model::Scene;
 use crate::numeric::{Dd, Scalar};
 use crate::orbit::GrazingOrbit;
@@ -149,7 +149,7 @@ impl ScaledPoints {
             let (rate, errors) = self.rate_and_errors(&cut(order)?, Dd::ROUNDOFF, expected);
             Ok(FactorRate { order, rate, errors })
         };
-        (1..=highest).into_par_iter().map(rate).collect()
+        parallel::try_map(1..=highest, rate)
     }
 }
 

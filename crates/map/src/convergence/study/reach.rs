@@ -7,7 +7,6 @@
 
 use std::collections::BTreeMap;
 
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::analysis::DirectImage;
@@ -17,6 +16,7 @@ use crate::convergence::truth::{distance, error, image, window_sample};
 use crate::expansion::LocalMap;
 use crate::hybrid::HybridSystem;
 use crate::iteration::DiscreteMap;
+use crate::iteration::parallel;
 use crate::model::Scene;
 use crate::numeric::{Dd, converted, last_that_holds};
 use crate::orbit::GrazingOrbit;
@@ -118,12 +118,13 @@ impl MapCheck<'_> {
     /// Whether the map meets the tolerance at every point of a sample; the first failure ends it.
     fn holds(&self, sample: &WindowSample) -> bool {
         let points = sample.judging(FIRST_TRIED, TRIED);
-        let meets = |direct: &mut DirectImage<'_, Dd>, point: &SamplePoint| {
-            let exact = image(direct, point).ok()??;
-            (error(self.map, point, &exact) <= self.tolerance).then_some(())
-        };
-        let all = points.par_iter().try_for_each_init(|| self.direct.clone(), meets);
-        2 * points.len() >= TRIED && all.is_some()
+        let meets =
+            |direct: &mut DirectImage<'_, Dd>, point: &SamplePoint| match image(direct, point) {
+                Ok(Some(exact)) if error(self.map, point, &exact) <= self.tolerance => Ok(()),
+                _ => Err(()),
+            };
+        let all = parallel::try_map_with(&points, || self.direct.clone(), meets);
+        2 * points.len() >= TRIED && all.is_ok()
     }
 }
 
@@ -196,11 +197,8 @@ pub(super) fn depth_accuracy(
             Some((error(map, point, &truth), distance(&converted(&direct), &truth)))
         };
         let points = window.points(FIRST, POINTS);
-        let errors: Vec<(f64, f64)> = points
-            .par_iter()
-            .map_init(|| (exact.clone(), double.clone()), errors)
-            .flatten()
-            .collect();
+        let errors = parallel::map_with(&points, || (exact.clone(), double.clone()), errors);
+        let errors: Vec<(f64, f64)> = errors.into_iter().flatten().collect();
         let largest = |errors: &mut dyn Iterator<Item = f64>| {
             errors.fold(0.0, |max, value| if value <= max { max } else { value })
         };

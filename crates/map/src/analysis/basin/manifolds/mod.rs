@@ -16,7 +16,6 @@ pub(super) use data::Plane;
 pub use data::{ManifoldBranch, ManifoldEnd, ManifoldKind, ManifoldSide, Manifolds, Saddle};
 
 use nalgebra::DMatrix;
-use rayon::prelude::*;
 
 use super::known::{product_from, refine};
 use crate::analysis::diagram::SweptMap;
@@ -26,6 +25,7 @@ use crate::analysis::periodic::{ContactItinerary, finite_or_one};
 use crate::analysis::progress::{Progress, resumed};
 use crate::expansion::LocalMap;
 use crate::iteration::DiscreteMap;
+use crate::iteration::parallel;
 use crate::model::{Method, Scene};
 use crate::orbit::GrazingOrbit;
 use course::{Course, Seed};
@@ -96,7 +96,7 @@ pub(super) fn manifolds(
         progress.advance(1);
         branch
     };
-    let branches = cases.par_iter().enumerate().map(branch).collect();
+    let branches = parallel::map(cases.iter().enumerate(), branch);
     let saddles = saddles.into_iter().map(|local| local.saddle).collect();
     Ok(Manifolds { longest_period, saddles, branches })
 }
