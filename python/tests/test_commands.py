@@ -228,9 +228,9 @@ def test_the_gallery_has_the_numbers_of_the_program(tmp_path: Path) -> None:
 def test_what_was_not_found_is_said_and_is_no_exception(m: gm.Map) -> None:
     none = gm.orbits(m, {"alpha": -1e-6}, itineraries=["11"])
     assert none.ended is None or "no periodic orbit" in none.ended
-    short = gm.curve(m, "omega", (1.8, 400.0))
+    short = gm.curve(m, "delta", (1.0, -1.0))
     assert short.ended is not None
-    assert "did not reach omega" in short.ended
+    assert "did not reach delta" in short.ended
     assert "did not reach" in repr(short)
     with pytest.raises(gm.InputError, match=r"along: the map has no variable `alhpa`.*`alpha`"):
         gm.branch(m, "alhpa")

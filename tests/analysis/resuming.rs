@@ -61,7 +61,7 @@ fn scene(with: &str, [cells, attractors, points]: [&str; 3]) -> Scene {
         + "\n[[chart]]\nparameters = [\"Q\", \"beta\"]\nranges = [[-4e-4, 8e-4], [-1e-4, 1e-4]]\n\
            transient = 50\nkeep = 8\nstarts = 2\n";
     let set = [
-        ("diagram.0.points", "160"),
+        ("diagram.0.points", "80"),
         ("diagram.0.transient", "60"),
         ("diagram.0.keep", "8"),
         ("diagram.0.with", with),
@@ -89,7 +89,7 @@ fn an_interrupted_diagram_goes_on_where_it_was_and_ends_with_the_same_bits() {
 
 #[test]
 fn an_interrupted_chart_goes_on_where_it_was_and_ends_with_the_same_bits() {
-    for chart in [["all", "1", "[30, 20]"], ["borders", "2", "[60, 40]"]] {
+    for chart in [["all", "1", "[30, 20]"], ["borders", "2", "[44, 30]"]] {
         let scene = scene("[\"map\"]", chart);
         let map = scene.graze().and_then(|graze| graze.map()).expect("a map");
         resumes(|progress| {
@@ -103,7 +103,7 @@ fn an_interrupted_chart_goes_on_where_it_was_and_ends_with_the_same_bits() {
 #[test]
 fn an_interrupted_basin_with_manifolds_goes_on_where_it_was_and_ends_with_the_same_bits() {
     let text = crate::support::scenes::text("linear").to_owned()
-        + "\n[[basin]]\nranges = [[-1e-3, 3e-4], [-9e-4, 8e-4]]\npoints = [96, 72]\n\
+        + "\n[[basin]]\nranges = [[-1e-3, 3e-4], [-9e-4, 8e-4]]\npoints = [48, 36]\n\
            at = { alpha = -5e-4 }\nmanifolds = 1\nwith = \"map\"\n";
     let set = [("diagram.0.points", "4")];
     let scene = crate::support::scenes::parsed(&text, "linear", &set);

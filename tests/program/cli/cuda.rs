@@ -61,7 +61,7 @@ fn charted(folder: &Path) {
     let charts = [
         chart("points = 24\nwith = [\"map\", \"guarded\"]\ncells = \"all\""),
         chart("points = [48, 40]\nobserve = \"itinerary\"\ncells = \"borders\""),
-        chart("points = 10\nobserve = \"lyapunov\"\nwith = [\"map\", \"guarded\"]"),
+        chart("points = 5\nobserve = \"lyapunov\"\nwith = [\"map\", \"guarded\"]"),
         chart("points = 14\nobserve = \"attractors\"\nattractors = 3\ncells = \"all\""),
         chart("points = 3\nwith = [\"direct\"]\ncells = \"all\""),
     ];

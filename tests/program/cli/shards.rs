@@ -68,7 +68,7 @@ fn shards_of_diagrams_are_joined_to_the_bytes_of_the_whole() {
     let folder = scratch();
     map_with(
         folder.path(),
-        "[[diagram]]\nparameter = \"alpha\"\nrange = [-1e-4, 3e-4]\npoints = 200\n\
+        "[[diagram]]\nparameter = \"alpha\"\nrange = [-1e-4, 3e-4]\npoints = 90\n\
          transient = 100\nkeep = 20\nwith = [\"map\", \"guarded\"]\n\
          [[diagram]]\nparameter = \"alpha\"\nrange = [-1e-4, 3e-4]\npoints = 30\n\
          transient = 20\nkeep = 10\nwith = [\"direct\"]\ndirection = \"up\"\n",
@@ -82,9 +82,9 @@ fn shards_of_charts_are_joined_to_the_bytes_of_the_whole() {
     map_with(
         folder.path(),
         "[[chart]]\nparameters = [\"omega\", \"alpha\"]\nranges = [[-1e-3, 1e-3], [-1e-4, 3e-4]]\n\
-         points = [70, 50]\ntransient = 100\nkeep = 16\n\
+         points = [36, 24]\ntransient = 100\nkeep = 16\n\
          [[chart]]\nparameters = [\"omega\", \"alpha\"]\nranges = [[-1e-3, 1e-3], [-1e-4, 3e-4]]\n\
-         points = [20, 30]\ntransient = 50\nkeep = 16\nobserve = \"lyapunov\"\nwith = [\"map\"]\n",
+         points = [12, 16]\ntransient = 50\nkeep = 16\nobserve = \"lyapunov\"\nwith = [\"map\"]\n",
     );
     equal_bytes(folder.path(), &["chart", "map.json"]);
 }
@@ -93,7 +93,7 @@ fn shards_of_charts_are_joined_to_the_bytes_of_the_whole() {
 fn shards_of_basins_are_joined_to_the_bytes_of_the_whole() {
     let folder = scratch();
     map_with(folder.path(), "");
-    let call = ["basin", "map.json", "--points", "70,50", "--at", "alpha=1e-4"];
+    let call = ["basin", "map.json", "--points", "36,24", "--at", "alpha=1e-4"];
     equal_bytes(folder.path(), &call);
 }
 
