@@ -58,6 +58,21 @@ fn met(scene: &Scene, curve: &GrazingCurve, stretch: Range<f64>) -> usize {
     met
 }
 
+/// The force that grazes grows with the square of the frequency: to 160 000 times the stop here.
+#[test]
+fn steps_grow_with_a_curve_that_comes_far() {
+    let scene = scene("linear");
+    let curve = traced(&scene, 1.8, 400.0, &CurveOptions::default());
+    assert_eq!(curve.end, CurveEnd::Reached);
+    assert!(curve.points.len() < 20_000, "{}", curve.points.len());
+    let [alpha, omega, zeta] = ["alpha", "omega", "zeta"].map(|name| index(&scene, name));
+    for point in &curve.points {
+        let at = |parameter: usize| point.parameters[parameter];
+        let closed = (1.0 - at(omega).powi(2)).hypot(2.0 * at(zeta) * at(omega));
+        assert!((at(alpha) / closed - 1.0).abs() < 1e-11, "{}", at(omega));
+    }
+}
+
 #[test]
 fn electrostatic_curve_meets_the_reference_points_where_xi_vanishes_and_multipliers_meet() {
     let scene = scene("mems");

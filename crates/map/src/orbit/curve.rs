@@ -109,6 +109,10 @@ const SHORTEST: f64 = 1e-6;
 /// Growth of the next step.
 const GROWTH: f64 = 1.3;
 
+/// The largest unknown, in its unit, beyond which the largest step grows with it: as large as one
+/// may be where a curve begins.
+const FAR: f64 = 32.0;
+
 impl PseudoArclength<'_> {
     /// Follows the curve until the second parameter is `to`; also the last unknowns.
     fn trace(&self, start: &[f64], to: f64) -> Result<(GrazingCurve, Vec<f64>), OrbitError> {
@@ -148,7 +152,8 @@ impl PseudoArclength<'_> {
         let mut ds = self.options.ds.min(ds_max);
         for _ in 0..self.options.max_steps {
             let (step, taken) = self.step(&here, (ds_min, ds), to)?;
-            ds = (taken * GROWTH).min(ds_max);
+            let largest = here.unknowns.iter().fold(FAR, |most, value| most.max(value.abs()));
+            ds = (taken * GROWTH).min(ds_max * (largest / FAR));
             let mut before = 0.0;
             for (place, mut next) in step.points {
                 if (here.unknowns[last] - to) * (next.unknowns[last] - to) <= 0.0 {

@@ -7,7 +7,8 @@ use crate::numeric::Dd;
 /// Steps of a continuation, in arclength over its unknowns: the full state at the first graze, the
 /// period where no clock gives it, the times of further independent grazes, and the free
 /// parameters. States and parameters are in units of their own size, powers of 1024. No step is
-/// longer than the range of the second parameter.
+/// longer than the range of the second parameter. Where an unknown comes to more than 32 units,
+/// steps grow with it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CurveOptions {
     /// First step.
