@@ -69,7 +69,9 @@ fn steps_grow_with_a_curve_that_comes_far() {
     for point in &curve.points {
         let at = |parameter: usize| point.parameters[parameter];
         let closed = (1.0 - at(omega).powi(2)).hypot(2.0 * at(zeta) * at(omega));
-        assert!((at(alpha) / closed - 1.0).abs() < 1e-11, "{}", at(omega));
+        // A flow under such a force is known to its rounding.
+        let most = 16.0 * f64::EPSILON * at(omega).powi(2);
+        assert!((at(alpha) / closed - 1.0).abs() < most, "{}", at(omega));
     }
 }
 
