@@ -6,7 +6,7 @@
 //! the same section, so that an orbit may leave the window and return to it.
 
 use std::collections::BTreeSet;
-use std::sync::{Mutex, OnceLock, PoisonError};
+use std::sync::{Mutex, OnceLock};
 
 use super::direct_image::{DirectEnd, DirectImage, SectionImage};
 use super::error::AnalysisError;
@@ -14,6 +14,7 @@ use super::periodic::{derivatives, finite_or_one};
 use super::section_frame::SectionFrame;
 use crate::expansion::MapWindow;
 use crate::hybrid::{DirectReturn, HybridSystem, LaneReturns};
+use crate::iteration::parallel::locked;
 use crate::iteration::{
     DifferentiableMap, DiscreteMap, MapOrbit, OrbitRequest, PassageSet, StepInfo,
 };
@@ -83,7 +84,7 @@ impl<'a> DirectMap<'a> {
         if !self.fits_lanes {
             return None;
         }
-        let image = self.image.lock().unwrap_or_else(PoisonError::into_inner);
+        let image = locked(&self.image);
         DirectLanes::new(&image, &self.normal_accelerations, parameters)
     }
 
@@ -108,7 +109,7 @@ impl<'a> DirectMap<'a> {
     /// none.
     fn differences(&self, state: &[f64], parameters: &[f64], by: usize, rows: &mut [f64]) {
         rows.fill(f64::NAN);
-        let mut direct = self.image.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut direct = locked(&self.image);
         let found = derivatives(&mut *direct, state, parameters, &self.scales[..by]);
         let Some((_, found)) = found else { return };
         for (place, entry) in rows.iter_mut().enumerate() {
@@ -119,14 +120,14 @@ impl<'a> DirectMap<'a> {
     /// The image with all that is known of it; `None` where the input is not finite.
     pub fn simulate(&self, state: &[f64], parameters: &[f64]) -> Option<SectionImage<f64>> {
         // A panic while the lock was held leaves nothing half-done: every image starts afresh.
-        let mut image = self.image.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut image = locked(&self.image);
         image.image(state, parameters).ok()
     }
 }
 
 impl Clone for DirectMap<'_> {
     fn clone(&self) -> Self {
-        let image = self.image.lock().unwrap_or_else(PoisonError::into_inner);
+        let image = locked(&self.image);
         Self {
             image: Mutex::new(image.clone()),
             dimension: self.dimension,

@@ -13,6 +13,7 @@ use std::sync::{Mutex, PoisonError};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
+use crate::iteration::parallel::locked;
 use crate::model::Digest;
 
 /// Receives the progress of a computation; called from any thread.
@@ -166,7 +167,7 @@ impl Progress for Gathered {
     fn advance(&self, _units: u64) {}
 
     fn keep(&self, place: &[u64], piece: &[u8]) {
-        let mut pieces = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut pieces = locked(&self.0);
         pieces.insert(place.to_vec(), piece.to_vec());
     }
 }
@@ -261,7 +262,7 @@ impl Progress for Joining<'_> {
     }
 
     fn recall(&self, place: &[u64]) -> Option<Vec<u8>> {
-        let piece = self.pieces.lock().unwrap_or_else(PoisonError::into_inner).remove(place);
+        let piece = locked(&self.pieces).remove(place);
         piece.or_else(|| self.progress.recall(place))
     }
 

@@ -4,11 +4,12 @@
 //! vectors come back as they are, so that periods, contacts and exponents are found by the text
 //! that finds those of every other orbit, from the same bits.
 
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Mutex, PoisonError};
 
 use super::discrete_map::StepInfo;
 use super::orbit::{MapOrbit, OrbitEnd, OrbitRequest};
+use super::parallel::locked;
 use crate::expansion::MapWindow;
 
 /// A processor with the kernel `*_orbits` of a map that was emitted in CUDA, which says what
@@ -111,7 +112,7 @@ impl DeviceMap {
             made: self.made.load(Ordering::Relaxed),
             handed_back: self.handed_back.load(Ordering::Relaxed),
             left_direct: self.left_direct.load(Ordering::Relaxed),
-            failure: self.failure.lock().unwrap_or_else(PoisonError::into_inner).clone(),
+            failure: locked(&self.failure).clone(),
         }
     }
 
@@ -122,7 +123,7 @@ impl DeviceMap {
 
     /// Whether the processor failed: it is not asked again.
     pub(crate) fn has_failed(&self) -> bool {
-        self.failure.lock().unwrap_or_else(PoisonError::into_inner).is_some()
+        locked(&self.failure).is_some()
     }
 
     /// Numbers that come back for each orbit.
@@ -161,7 +162,7 @@ impl DeviceMap {
         if points.count > 0
             && let Err(failure) = self.kernel.run(&points, &mut take)
         {
-            let mut noted = self.failure.lock().unwrap_or_else(PoisonError::into_inner);
+            let mut noted = locked(&self.failure);
             noted.get_or_insert(failure);
             return None;
         }

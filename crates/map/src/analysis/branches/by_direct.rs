@@ -28,8 +28,7 @@ use crate::analysis::periodic::{
 use crate::analysis::progress::{Progress, resumed};
 use crate::expansion::LocalMap;
 use crate::hybrid::HybridSystem;
-use crate::iteration::PassageSet;
-use crate::iteration::parallel;
+use crate::iteration::{PassageSet, parallel};
 use crate::model::Scene;
 use crate::numeric::linear::eigenvalues;
 use crate::numeric::{Dd, Real, converted};

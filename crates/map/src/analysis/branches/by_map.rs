@@ -17,8 +17,7 @@ use crate::analysis::periodic::{
 };
 use crate::analysis::progress::Progress;
 use crate::expansion::LocalMap;
-use crate::iteration::PassageSet;
-use crate::iteration::parallel;
+use crate::iteration::{PassageSet, parallel};
 use crate::model::Scene;
 use crate::numeric::linear::eigenvalues;
 use crate::numeric::{Real, converted};

@@ -1,12 +1,13 @@
 //! What a diagram draws, at a state of the section.
 
-use std::sync::{Mutex, PoisonError};
+use std::sync::Mutex;
 
 use crate::analysis::direct_map::DirectMap;
 use crate::analysis::error::AnalysisError;
 use crate::analysis::evaluation::{DepthEvaluation, MapEvaluation};
 use crate::analysis::section_frame::{SectionFrame, Values};
 use crate::expansion::{Expander, ImpactSpeed, LocalMap};
+use crate::iteration::parallel::locked;
 use crate::model::{NodeId, Observable, Scene};
 use crate::orbit::{GrazingOrbit, PoincareSectionKind};
 
@@ -117,7 +118,7 @@ impl Observer {
     }
 
     fn at_full_state(&self, state: &[f64], parameters: &[f64]) -> f64 {
-        let mut expression = self.expression.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut expression = locked(&self.expression);
         let (frame, values) = &mut *expression;
         match frame.place(state, parameters) {
             Ok(()) => values.evaluate(frame.state(), frame.parameters()).get(0),

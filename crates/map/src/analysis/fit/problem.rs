@@ -7,8 +7,7 @@ use nalgebra::{DMatrix, DVector};
 use super::{Fit, FitEnd, FitRequest, FittedParameter, WithheldPoints, solved, triangle};
 use crate::analysis::error::{AnalysisError, check_length};
 use crate::expansion::LocalMap;
-use crate::iteration::DifferentiableMap;
-use crate::iteration::parallel;
+use crate::iteration::{DifferentiableMap, parallel};
 
 /// Starts that are tried along a coordinate, and how far from the measurement they go, in standard
 /// deviations of the noise.

@@ -22,8 +22,7 @@ use super::{ConvergenceError, computed, kept, resumed};
 use crate::analysis::{DirectImage, MapEvaluation, Part, Progress};
 use crate::expansion::{Expander, MapOrders, WindowEdge};
 use crate::hybrid::{FlowMethod, HybridSystem};
-use crate::iteration::HornerMap;
-use crate::iteration::parallel;
+use crate::iteration::{HornerMap, parallel};
 use crate::model::{Digest, Orders, Scene, Shape};
 use crate::numeric::{Dd, Scalar};
 use crate::orbit::GrazingOrbit;
@@ -399,14 +398,12 @@ impl<'a> Sweep<'a> {
         let expander = self.family.expander();
         let rates =
             ScaledPoints::of_maps(expander, &self.sample, &self.system, self.scene, self.orbit)?;
-        let found = parallel::try_map(maps, |map| {
+        let add = |(result, map): (&mut OrderResult, &SweptOrders)| {
             let (evaluation, rounding) = map.evaluation(factors)?;
-            Ok::<_, ConvergenceError>(rates.rate(&evaluation, rounding, map.orders))
-        })?;
-        for (result, rate) in results.iter_mut().zip(found) {
-            result.rate = rate;
-        }
-        Ok(())
+            result.rate = rates.rate(&evaluation, rounding, map.orders);
+            Ok(())
+        };
+        parallel::try_map(results.iter_mut().zip(maps), add).map(drop)
     }
 
     /// Times are taken one after another: side by side they would disturb each other.
