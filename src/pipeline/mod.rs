@@ -34,5 +34,5 @@ pub use keys::{KeyError, OrbitsOf};
 pub use map::{Image, Map, Plan};
 pub use points::{Images, Points};
 pub use run::{RunWatch, run};
-pub use saved::{Source, is_standard};
+pub use saved::{Source, bounded, is_standard};
 pub use sweeps::{BasinKeys, ByMap};

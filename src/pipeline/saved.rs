@@ -3,7 +3,8 @@
 //! A saved value carries the text of its scene, so that direct simulation and the page need nothing
 //! else. What is listed for people is written beside the numbers that are read back.
 
-use std::io;
+use std::fs::File;
+use std::io::{self, Read};
 use std::path::Path;
 use std::sync::{Arc, OnceLock};
 
@@ -47,7 +48,7 @@ impl Source {
     /// no orbit and no map, [`Error::FixedValues`] for overrides of what is saved.
     pub fn open(path: &Path, overrides: &[(String, String)]) -> Result<Self, Error> {
         if is_standard(path) {
-            let text = io::read_to_string(io::stdin().lock())
+            let text = io::read_to_string(bounded(io::stdin().lock()))
                 .map_err(|source| Error::Unreadable { path: STANDARD_INPUT.into(), source })?;
             let scene = Scene::parse_with(&text, STANDARD_INPUT, overrides)?;
             return Ok(Self::Scene(Box::new(scene)));
@@ -319,8 +320,31 @@ fn in_text(reason: String) -> Error {
 }
 
 fn read(path: &Path) -> Result<String, Error> {
-    std::fs::read_to_string(path)
-        .map_err(|source| Error::Unreadable { path: path.to_owned(), source })
+    let text = File::open(path).and_then(|file| io::read_to_string(bounded(file)));
+    text.map_err(|source| Error::Unreadable { path: path.to_owned(), source })
+}
+
+/// Most bytes read of a document or a table: more than any map has, and fewer than memory has.
+const LARGEST_INPUT: u64 = 1 << 30;
+
+/// Reader that fails where its input has 2^30 bytes or more: a device may have no end, nor a line.
+pub fn bounded(reader: impl Read) -> impl Read {
+    Bounded(reader.take(LARGEST_INPUT))
+}
+
+struct Bounded<R>(io::Take<R>);
+
+impl<R: Read> Read for Bounded<R> {
+    fn read(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
+        let count = self.0.read(bytes)?;
+        match self.0.limit() {
+            0 => Err(io::Error::new(
+                io::ErrorKind::FileTooLarge,
+                format!("it has {LARGEST_INPUT} bytes or more"),
+            )),
+            _ => Ok(count),
+        }
+    }
 }
 
 /// What a document holds.

@@ -11,7 +11,7 @@ use grazemap::Error;
 use grazemap::analysis::{ImageRequest, ImageRow};
 use grazemap::expansion::LocalMap;
 use grazemap::numeric::Dd;
-use grazemap::pipeline::is_standard;
+use grazemap::pipeline::{bounded, is_standard};
 use grazemap::report::OutputFolder;
 
 pub(in crate::cli) fn run(options: &ImageOptions) -> Result<(), CliError> {
@@ -68,7 +68,7 @@ fn read(path: &Path, map: &LocalMap) -> Result<Vec<ImageRow>, CliError> {
     let path = if is_standard(path) { Path::new("standard input") } else { path };
     let unreadable = |source| CliError::UnreadableStates { path: path.to_owned(), source };
     let input = input.map_err(|error| unreadable(error.into()))?;
-    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(input);
+    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(bounded(input));
     let header = reader.headers().map_err(unreadable)?.clone();
     let columns = columns(&header, map, path)?;
     let mut rows = Vec::new();

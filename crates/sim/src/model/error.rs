@@ -133,10 +133,8 @@ pub enum SceneProblem {
         reason: String,
     },
     /// The text is longer than any scene.
-    #[error("scene of {length} bytes, at most {limit} are read")]
+    #[error("scene of more than {limit} bytes, the most that are read")]
     TooLong {
-        /// Length found.
-        length: usize,
         /// Longest accepted.
         limit: usize,
     },

@@ -1,6 +1,8 @@
 //! A scene from a file or a text, with overrides; and faults of a scene that only some commands
 //! mind: sweeps of frozen parameters, and resets that move a state which only touches.
 
+use std::fs::File;
+use std::io::{self, Read};
 use std::path::Path;
 
 use toml_edit::{Document, DocumentMut, Item, TableLike, Value};
@@ -132,7 +134,7 @@ impl Scene {
         let unreadable = |reason: String| {
             Fault::nowhere(SceneProblem::Unreadable { reason }).in_file(&file_name, "")
         };
-        let bytes = std::fs::read(path).map_err(|error| unreadable(error.to_string()))?;
+        let bytes = at_most(LONGEST + 1, path).map_err(|error| unreadable(error.to_string()))?;
         let source = String::from_utf8(bytes).map_err(|error| {
             unreadable(format!(
                 "it is not text (byte {} is not UTF-8)",
@@ -143,10 +145,17 @@ impl Scene {
     }
 }
 
+/// Bytes of a file, at most so many: a device may have no end.
+fn at_most(limit: usize, path: &Path) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    File::open(path)?.take(limit as u64).read_to_end(&mut bytes)?;
+    Ok(bytes)
+}
+
 /// The text of a scene with the overrides in it.
 fn overridden(source: &str, values: &[(String, String)]) -> Checked<String> {
     if source.len() > LONGEST {
-        return Err(Fault::nowhere(SceneProblem::TooLong { length: source.len(), limit: LONGEST }));
+        return Err(Fault::nowhere(SceneProblem::TooLong { limit: LONGEST }));
     }
     if values.is_empty() {
         return Ok(source.to_owned());
