@@ -237,20 +237,30 @@ fn shard(
             let place = piece_of(entry, computation);
             if shard.recall(&place).is_none() {
                 let folder = folder_of(options).join(format!(".shard-{}", share.number()));
+                empty(&folder)?;
                 let ended = made_by.execute(computation, &folder);
                 fs::create_dir_all(&folder).map_err(|source| unread(&folder, source))?;
                 shard.keep(&place, &pack_folder(&folder, &ended).map_err(|e| unread(&folder, e))?);
-                fs::remove_dir_all(&folder).map_err(|source| unread(&folder, source))?;
+                empty(&folder)?;
             }
         }
         Ok(())
     })
 }
 
+/// Removes a folder with all that is in it, also what an interrupted run left there.
+fn empty(folder: &Path) -> Result<(), CliError> {
+    match fs::remove_dir_all(folder) {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => Err(unread(folder, error)),
+        _ => Ok(()),
+    }
+}
+
 /// Writes the files of a piece; how its computation ended.
 fn unpacked(piece: &[u8], place: &Path) -> Result<Ended, CliError> {
     let damaged = || CliError::Gallery("a piece cannot be read".to_owned());
     let (ended, files) = unpack_folder(piece).ok_or_else(damaged)?;
+    empty(place)?;
     OutputFolder::create(place)?.write_all(files)?;
     Ok(ended)
 }
