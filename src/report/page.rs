@@ -8,6 +8,7 @@ use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD as BASE64;
 use grazemap_figure::escape_html;
 use serde::Serialize;
+use sha2::{Digest as _, Sha256};
 
 use super::live::LiveMap;
 use super::{Cell, Column, Figure, ReportError, Table};
@@ -259,7 +260,9 @@ impl Page {
         context.insert("provenance", &self.provenance.rows());
         context.insert("sections", &sections);
         context.insert("live", &self.live);
-        context.insert("script", &compact(SCRIPT));
+        let script = compact(SCRIPT);
+        context.insert("digest", &BASE64.encode(Sha256::digest(&script)));
+        context.insert("script", &script);
         context.insert("worker", &compact(WORKER));
         Ok(tera.render("report.html", &context)?)
     }

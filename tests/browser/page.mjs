@@ -811,5 +811,19 @@ check("420 pixels wide, light and dark");
   check("hostile names stay words");
 }
 
+// Markup that got in all the same: the policy of the page holds its script back.
+{
+  const path = join(out, "injected.html");
+  const markup = "<script>window.injected = 1</script><img src=x onerror='window.injected = 2'>";
+  const html = readFileSync(file, "utf8");
+  assert.ok(html.endsWith("</body>\n</html>\n"));
+  writeFileSync(path, html.replace(/<\/body>\n<\/html>\n$/, `${markup}</body>\n</html>\n`));
+  const { page, context } = await open(path);
+  await live(page);
+  assert.equal(await page.evaluate(() => window.injected), undefined);
+  await context.close();
+  check("a script that is not the page's own does not run");
+}
+
 await browser.close();
 console.log(`${checks.length} checks of the page in a browser`);
