@@ -1,7 +1,7 @@
 //! What can be typed after `grazemap`.
 
 use std::mem;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
@@ -78,13 +78,11 @@ pub(super) enum Command {
 }
 
 impl Arguments {
-    /// The command's name, its common options, and whether it has a table; `None` of those that
-    /// have none of them.
-    fn outputs(&self) -> Option<(&'static str, &Common, bool)> {
-        Some(match self.command.as_ref() {
-            None => ("run", &self.common, false),
-            Some(Command::Run(options)) => ("run", &options.common, false),
-            Some(Command::View(options)) => ("view", &options.common, false),
+    /// Name of the command, the scene that it reads, its common options, and whether it has a
+    /// table; `None` for commands without common options.
+    fn outputs(&self) -> Option<(&'static str, Option<&Path>, &Common, bool)> {
+        let (name, options, has_table) = match self.command.as_ref() {
+            None => return Some(("run", None, &self.common, false)),
             Some(
                 Command::New(_)
                 | Command::Gallery(_)
@@ -92,21 +90,26 @@ impl Arguments {
                 | Command::Completions(_)
                 | Command::Man(_),
             ) => return None,
-            Some(Command::Check(options)) => ("check", &options.common, false),
-            Some(Command::Locate(options)) => ("locate", &options.scene.common, false),
-            Some(Command::Curve(options)) => ("curve", &options.scene.common, true),
-            Some(Command::Expand(options)) => ("expand", &options.common, true),
-            Some(Command::Emit(options)) => ("emit", &options.common, false),
-            Some(Command::Image(options)) => ("image", &options.scene.common, true),
-            Some(Command::Converge(options)) => ("converge", &options.scene.common, true),
-            Some(Command::Diagram(options)) => ("diagram", &options.scene.common, true),
-            Some(Command::Chart(options)) => ("chart", &options.sweep.scene.common, true),
-            Some(Command::Orbits(options)) => ("orbits", &options.scene.common, true),
-            Some(Command::Branch(options)) => ("branch", &options.scene.common, true),
-            Some(Command::Loci(options)) => ("loci", &options.scene.common, true),
-            Some(Command::Trajectory(options)) => ("trajectory", &options.scene.common, true),
-            Some(Command::Basin(options)) => ("basin", &options.scene.common, true),
-        })
+            Some(Command::Emit(options)) => {
+                return Some(("emit", options.scene.as_deref(), &options.common, false));
+            }
+            Some(Command::Run(options)) => ("run", options, false),
+            Some(Command::View(options)) => ("view", options, false),
+            Some(Command::Check(options)) => ("check", options, false),
+            Some(Command::Locate(options)) => ("locate", &options.scene, false),
+            Some(Command::Curve(options)) => ("curve", &options.scene, true),
+            Some(Command::Expand(options)) => ("expand", options, true),
+            Some(Command::Image(options)) => ("image", &options.scene, true),
+            Some(Command::Converge(options)) => ("converge", &options.scene, true),
+            Some(Command::Diagram(options)) => ("diagram", &options.scene, true),
+            Some(Command::Chart(options)) => ("chart", &options.sweep.scene, true),
+            Some(Command::Orbits(options)) => ("orbits", &options.scene, true),
+            Some(Command::Branch(options)) => ("branch", &options.scene, true),
+            Some(Command::Loci(options)) => ("loci", &options.scene, true),
+            Some(Command::Trajectory(options)) => ("trajectory", &options.scene, true),
+            Some(Command::Basin(options)) => ("basin", &options.scene, true),
+        };
+        Some((name, Some(&options.scene), &options.common, has_table))
     }
 
     /// Makes the arguments of a shard those of the run that joins all; whether they are of one.
@@ -133,19 +136,22 @@ impl Arguments {
         sharding.share.take().is_some()
     }
 
-    /// Refuses, before anything is computed, a table that a command does not have and two results
-    /// in one place.
+    /// Refuses, before anything is computed, a table that a command does not have, and what
+    /// [`Outlets::check`] refuses.
     pub(super) fn refuse_lost_output(&self) -> Result<(), CliError> {
-        let Some((command, common, has_table)) = self.outputs() else {
+        let Some((command, scene, common, has_table)) = self.outputs() else {
             return Ok(());
         };
-        match (&common.outlets.json, &common.outlets.csv) {
-            (_, Some(_)) if !has_table => Err(CliError::NoTable { command }),
-            (Some(json), Some(csv)) if json == csv => {
-                Err(CliError::OnePlace { place: json.clone() })
-            }
-            _ => Ok(()),
+        if common.outlets.csv.is_some() && !has_table {
+            return Err(CliError::NoTable { command });
         }
+        let states = match &self.command {
+            Some(Command::Image(options)) => Some(options.states.as_path()),
+            // Nothing is written into the folder.
+            Some(Command::Emit(options)) if options.check => return Ok(()),
+            _ => None,
+        };
+        common.outlets.check(scene.into_iter().chain(states))
     }
 }
 

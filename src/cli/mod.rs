@@ -15,6 +15,7 @@ mod output;
 mod pieces;
 
 use std::ffi::OsString;
+use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
 
 use clap::Parser;
@@ -22,7 +23,7 @@ use clap::Parser;
 use arguments::{Arguments, Command, Joined, MergeArguments};
 use commands::{answers, emit, grazes, image, run, scenes, sweeps};
 use output::CliError;
-use pieces::catch_interruptions;
+use pieces::{VERSION, catch_interruptions, program};
 
 use grazemap::Map;
 use grazemap::numeric::unknown_instruction_limit;
@@ -68,7 +69,9 @@ fn dispatch(arguments: Arguments) -> Result<(), CliError> {
 /// The command itself runs, as its shards were called, on the map that they hold: what their pieces
 /// hold it does not compute.
 fn merge(options: &MergeArguments) -> Result<(), CliError> {
+    options.outlets.check(options.pieces.iter().map(PathBuf::as_path))?;
     let (header, pieces) = join_shards(&options.pieces)?;
+    header.check_program(VERSION, program()?)?;
     let foreign = || ShardError::Foreign { path: options.pieces[0].clone() };
     let mut arguments = Arguments::try_parse_from(&header.arguments).map_err(|_| foreign())?;
     let map = header.map.as_deref().map(Map::from_json).transpose()?;

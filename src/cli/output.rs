@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use clap::Args;
+use etcetera::{BaseStrategy, choose_base_strategy};
 use indicatif::{ProgressBar, ProgressStyle};
 use miette::{GraphicalReportHandler, GraphicalTheme};
 
@@ -15,7 +16,10 @@ use grazemap::analysis::Progress;
 use grazemap::model::SceneHeadline;
 use grazemap::numeric::INSTRUCTION_LIMIT;
 use grazemap::pipeline::{Answer, refuse_memory};
-use grazemap::report::{Journal, OutputFolder, ReportError, ShardError, Table, write_streamed};
+use grazemap::report::{
+    Journal, OutputFolder, ReportError, ShardError, Table, check_creatable, check_writable,
+    replaced_path, write_streamed,
+};
 
 /// Where the results of a command go.
 #[derive(Clone, Debug, Default, Args)]
@@ -80,15 +84,19 @@ impl Destination {
         }
     }
 
-    /// The folder of the file, if it is one.
-    fn folder(&self) -> Option<&Path> {
+    /// File that is replaced, through all links; `None` for standard output.
+    fn replaced(&self) -> Option<PathBuf> {
         match self {
             Self::Standard => None,
-            Self::File(path) => path.parent().map(|folder| match folder.as_os_str().is_empty() {
-                true => Path::new("."),
-                false => folder,
-            }),
+            Self::File(path) => replaced_path(path),
         }
+    }
+
+    /// Folder of the file that is replaced, where it is one: nothing else is ever written beside a
+    /// device or a pipe.
+    fn folder(&self) -> Option<PathBuf> {
+        let file = self.replaced().filter(|path| path.is_file() || !path.exists())?;
+        file.parent().map(Path::to_path_buf)
     }
 }
 
@@ -124,10 +132,39 @@ impl Write for Reader {
 }
 
 impl Outlets {
-    /// Where a journal stands beside the results: nowhere if all go to standard output.
-    pub(in crate::cli) fn folder(&self) -> Option<&Path> {
-        let files = [&self.csv, &self.json].into_iter().flatten();
-        self.output.as_deref().or_else(|| files.filter_map(Destination::folder).next())
+    /// Folder of a journal: that of the results, or the user's cache where none of them is a file.
+    pub(in crate::cli) fn folder(&self) -> Option<PathBuf> {
+        let beside = self.output.clone().or_else(|| self.files().find_map(Destination::folder));
+        beside.or_else(|| Some(choose_base_strategy().ok()?.cache_dir().join("grazemap")))
+    }
+
+    /// Destinations of the table and of the document.
+    fn files(&self) -> impl Iterator<Item = &Destination> {
+        [&self.csv, &self.json].into_iter().flatten()
+    }
+
+    /// Refuses, before anything is computed, destinations that cannot be written to, two results
+    /// in one file, and a result in the place of an input.
+    pub(in crate::cli) fn check<'a>(
+        &self,
+        inputs: impl IntoIterator<Item = &'a Path> + Clone,
+    ) -> Result<(), CliError> {
+        if let (Some(json), Some(csv)) = (&self.json, &self.csv)
+            && (json == csv || json.replaced().is_some_and(|file| Some(file) == csv.replaced()))
+        {
+            return Err(CliError::OnePlace { place: json.clone() });
+        }
+        for destination in self.files() {
+            let file = destination.replaced();
+            let is_input = |input: &&Path| file.is_some() && input.canonicalize().ok() == file;
+            if let Some(input) = inputs.clone().into_iter().find(is_input) {
+                return Err(CliError::ReplacesInput { path: input.to_path_buf() });
+            }
+            if let Destination::File(path) = destination {
+                check_writable(path)?;
+            }
+        }
+        self.output.as_deref().map_or(Ok(()), |folder| Ok(check_creatable(folder)?))
     }
 
     /// Writes the JSON that was asked for.
@@ -147,8 +184,7 @@ impl Outlets {
 
     /// Whether standard output is for people.
     pub(in crate::cli) fn shows(&self) -> bool {
-        let mut taken = [&self.json, &self.csv].into_iter().flatten();
-        !self.quiet && !taken.any(|place| *place == Destination::Standard)
+        !self.quiet && !self.files().any(|place| *place == Destination::Standard)
     }
 }
 
@@ -328,6 +364,9 @@ pub(in crate::cli) enum CliError {
     /// JSON and table in one place, where one would be lost.
     #[error("--json and --csv both write to {place}; name another place for one of them")]
     OnePlace { place: Destination },
+    /// A result that would replace what the command reads.
+    #[error("{} is read by this command and not replaced; name another file", .path.display())]
+    ReplacesInput { path: PathBuf },
     /// A folder that does not hold what would be emitted now.
     #[error("{} is not what would be emitted now:{differences}", .folder.display())]
     NotCurrent { folder: PathBuf, differences: String },

@@ -3,7 +3,7 @@
 
 use std::env;
 use std::fs;
-use std::path::Path;
+use std::path::PathBuf;
 use std::process;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::UNIX_EPOCH;
@@ -12,6 +12,9 @@ use super::output::{Bar, CliError, Outlets, note};
 use grazemap::analysis::{Gathered, Shard, Share};
 use grazemap::model::Digest;
 use grazemap::report::{Journal, OutputFolder, ShardHeader, counted};
+
+/// Version of the program, which pieces are marked with.
+pub(in crate::cli) const VERSION: &str = env!("CARGO_PKG_VERSION");
 
 /// The journal of the command that runs.
 static RUNNING: Mutex<Option<Arc<Journal>>> = Mutex::new(None);
@@ -55,11 +58,11 @@ impl Resumable {
     /// them; says, unless `quiet`, what is there already.
     pub(in crate::cli) fn begin(
         command: &str,
-        folder: Option<&Path>,
+        folder: Option<PathBuf>,
         decisive: &[&str],
         quiet: bool,
     ) -> Self {
-        let open = |folder| Journal::open(folder, command, key(decisive)).map(Arc::new);
+        let open = |folder: PathBuf| Journal::open(&folder, command, key(decisive)).map(Arc::new);
         let journal = folder.and_then(open);
         *RUNNING.lock().unwrap_or_else(PoisonError::into_inner) = journal.clone();
         let pieces = journal.as_ref().map_or(0, |journal| journal.pieces());
@@ -91,7 +94,7 @@ fn key(decisive: &[&str]) -> Digest {
     let program = env::current_exe().and_then(fs::metadata);
     let made = program.and_then(|program| Ok((program.len(), program.modified()?)));
     let made = made.map(|(length, time)| (length, time.duration_since(UNIX_EPOCH).ok()));
-    let program = format!("{} {:?}", env!("CARGO_PKG_VERSION"), made.ok());
+    let program = format!("{VERSION} {:?}", made.ok());
     let texts = decisive.iter().copied().chain([&*program]);
     Digest::of(&texts.map(|text| Digest::of(text).to_string()).collect::<String>())
 }
@@ -120,9 +123,9 @@ impl Sharded<'_> {
             return Err(CliError::ShardHasNoResults);
         }
         let (number, of) = (self.share.number(), self.share.of());
-        let folder = outlets.output.as_deref().unwrap_or(Path::new("."));
+        let folder = outlets.output.clone().unwrap_or_else(|| PathBuf::from("."));
         let header = ShardHeader {
-            version: env!("CARGO_PKG_VERSION").to_owned(),
+            version: VERSION.to_owned(),
             program: program()?,
             command: self.command.to_owned(),
             scene: self.scene,
@@ -135,7 +138,7 @@ impl Sharded<'_> {
         };
         let journal = format!("shard-{number}-of-{of}-{}", self.command);
         let decisive = [self.map.unwrap_or_default(), self.asked];
-        let resumable = Resumable::begin(&journal, Some(folder), &decisive, outlets.quiet);
+        let resumable = Resumable::begin(&journal, Some(folder.clone()), &decisive, outlets.quiet);
         let (bar, gathered) = (Bar::new(self.command, outlets.quiet), Gathered::default());
         let bar = bar.resuming(0, resumable.journal());
         compute(&Shard::new(self.share, &bar, &gathered)).map_err(Into::into)?;
@@ -152,7 +155,7 @@ impl Sharded<'_> {
 }
 
 /// The digest of the very program, which is the same on every machine that has a copy of it.
-fn program() -> Result<Digest, CliError> {
+pub(in crate::cli) fn program() -> Result<Digest, CliError> {
     let path = env::current_exe().map_err(CliError::Program)?;
     Ok(Digest::of_bytes(&fs::read(path).map_err(CliError::Program)?))
 }

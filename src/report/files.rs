@@ -57,29 +57,15 @@ fn replace(
     path: &Path,
     content: impl FnOnce(&mut dyn Write) -> Result<(), ReportError>,
 ) -> Result<Option<PathBuf>, ReportError> {
-    let failed =
-        |action| move |source| ReportError::Write { action, path: path.to_path_buf(), source };
-    let old = fs::metadata(path).ok();
-    match &old {
-        Some(old) if old.is_dir() => {
-            return Err(failed("write")(io::ErrorKind::IsADirectory.into()));
-        }
-        Some(old) if !old.is_file() => {
-            let device = File::options().write(true).open(path).map_err(failed("write"))?;
-            let mut device = BufWriter::new(device);
-            content(&mut device).map_err(|error| named(error, path))?;
-            return device.flush().map(|()| None).map_err(failed("write"));
-        }
-        Some(old) => refuse_protected(path, old).map_err(failed("replace"))?,
-        None => {}
-    }
-    let target = end_of_links(path).map_err(failed("write"))?;
+    let failed = |action| refused(action, path);
+    let Some((target, old)) = replaceable(path)? else {
+        let device = File::options().write(true).open(path).map_err(failed("write"))?;
+        let mut device = BufWriter::new(device);
+        content(&mut device).map_err(|error| named(error, path))?;
+        return device.flush().map(|()| None).map_err(failed("write"));
+    };
     let folder = folder_of(&target);
-    fs::metadata(folder).map_err(failed("write"))?;
-    // NOTE: the error itself would name the temporary file, which the reader has never heard of.
-    let temporary = temporary_file(folder).map_err(|error| io::Error::from(error.kind()));
-    let temporary = temporary.map_err(failed("write"))?;
-    let mut out = BufWriter::new(temporary);
+    let mut out = BufWriter::new(temporary_file(folder).map_err(failed("write"))?);
     content(&mut out).map_err(|error| named(error, path))?;
     let temporary = out.into_inner().map_err(|error| failed("write")(error.into_error()))?;
     if let Some(old) = old {
@@ -88,6 +74,71 @@ fn replace(
     temporary.as_file().sync_all().map_err(failed("flush"))?;
     temporary.persist(&target).map_err(|refused| failed("replace")(refused.error))?;
     Ok(Some(folder.to_path_buf()))
+}
+
+/// Error of one step of writing a file.
+fn refused(action: &'static str, path: &Path) -> impl Fn(io::Error) -> ReportError {
+    move |source| ReportError::Write { action, path: path.to_path_buf(), source }
+}
+
+/// File that a path leads to, and its metadata where it exists; `None` for a pipe or a device,
+/// which is written to and not replaced.
+fn replaceable(path: &Path) -> Result<Option<(PathBuf, Option<fs::Metadata>)>, ReportError> {
+    let failed = |action| refused(action, path);
+    let old = fs::metadata(path).ok();
+    match &old {
+        Some(old) if old.is_dir() => {
+            return Err(failed("write")(io::ErrorKind::IsADirectory.into()));
+        }
+        Some(old) if !old.is_file() => return Ok(None),
+        Some(old) => refuse_protected(path, old).map_err(failed("replace"))?,
+        None => {}
+    }
+    let target = end_of_links(path).map_err(failed("write"))?;
+    fs::metadata(folder_of(&target)).map_err(failed("write"))?;
+    Ok(Some((target, old)))
+}
+
+/// Refuses a path that [`write_atomically`] cannot write to, before the content is computed.
+///
+/// A file is made in its folder and removed. A pipe or a device is not opened.
+///
+/// # Errors
+///
+/// [`ReportError::Write`] as for [`write_atomically`].
+pub fn check_writable(path: &Path) -> Result<(), ReportError> {
+    match replaceable(path)? {
+        Some((target, _)) => probe(folder_of(&target)).map_err(refused("write", path)),
+        None => Ok(()),
+    }
+}
+
+/// Refuses a folder that [`OutputFolder::create`] cannot make or that takes no files, before what
+/// goes into it is computed.
+///
+/// # Errors
+///
+/// [`ReportError::Write`] with the operating system's answer.
+pub fn check_creatable(folder: &Path) -> Result<(), ReportError> {
+    let there = folder.ancestors().find(|part| fs::symlink_metadata(part).is_ok());
+    let there = there.unwrap_or(Path::new("."));
+    let is_folder = fs::metadata(there).map_err(refused("create folder", folder))?.is_dir();
+    match is_folder {
+        true => probe(there).map_err(refused("write into", folder)),
+        false => Err(refused("create folder", folder)(io::ErrorKind::NotADirectory.into())),
+    }
+}
+
+/// Makes a file in a folder and removes it.
+fn probe(folder: &Path) -> io::Result<()> {
+    new_temporary_file(folder).map(drop)
+}
+
+/// Absolute path of the file that is replaced where this path is written to, through all links;
+/// `None` where its folder does not exist.
+pub fn replaced_path(path: &Path) -> Option<PathBuf> {
+    let target = end_of_links(path).ok()?;
+    Some(fs::canonicalize(folder_of(&target)).ok()?.join(target.file_name()?))
 }
 
 /// Refuses a file that may not be written: renaming over it asks for permission of its folder
@@ -158,29 +209,28 @@ fn temporary_file(folder: &Path) -> io::Result<NamedTempFile> {
     }
 }
 
-#[cfg(unix)]
 fn new_temporary_file(folder: &Path) -> io::Result<NamedTempFile> {
-    use std::os::unix::fs::PermissionsExt;
-    // NOTE: the default of a temporary file is 0600; 0666 lets the user's umask decide, as for any
-    // file.
-    tempfile::Builder::new()
-        .prefix(UNFINISHED)
-        .permissions(fs::Permissions::from_mode(0o666))
-        .tempfile_in(folder)
-}
-
-#[cfg(not(unix))]
-fn new_temporary_file(folder: &Path) -> io::Result<NamedTempFile> {
-    tempfile::Builder::new().prefix(UNFINISHED).tempfile_in(folder)
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(UNFINISHED);
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        // NOTE: the default of a temporary file is 0600; 0666 lets the user's umask decide, as for
+        // any file.
+        builder.permissions(fs::Permissions::from_mode(0o666));
+    }
+    // NOTE: the error itself would name the temporary file, which the reader has never heard of.
+    builder.tempfile_in(folder).map_err(|error| error.kind().into())
 }
 
 /// Removes the files of a folder whose names begin so and which no running program has locked.
 pub(super) fn remove_abandoned(folder: &Path, prefix: &str) {
     let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+    // NOTE: opening a pipe waits for its other end.
+    let entries = entries.filter(|entry| entry.file_type().is_ok_and(|kind| kind.is_file()));
     for entry in entries.filter(|entry| entry.file_name().to_string_lossy().starts_with(prefix)) {
-        let is_file = entry.file_type().is_ok_and(|kind| kind.is_file());
         let file = File::options().write(true).open(entry.path());
-        if file.is_ok_and(|file| is_file && file.try_lock().is_ok()) {
+        if file.is_ok_and(|file| file.try_lock().is_ok()) {
             let _gone_or_not = fs::remove_file(entry.path());
         }
     }

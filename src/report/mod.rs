@@ -54,7 +54,10 @@ pub use curve_listing::{
 pub use diagram_figure::{diagram_array, diagram_figures, diagram_rows, diagram_timing_table};
 pub use error::ReportError;
 pub use figure::Figure;
-pub use files::{OutputFolder, npy_bytes, pictures, write_atomically, write_streamed};
+pub use files::{
+    OutputFolder, check_creatable, check_writable, npy_bytes, pictures, replaced_path,
+    write_atomically, write_streamed,
+};
 pub use fit_listing::{
     fit_remarks, fit_table, fit_text, noise_figures, noise_remarks, noise_table, noise_text,
 };

@@ -39,14 +39,14 @@ struct State {
 
 impl Journal {
     /// The journal of a command in the folder of its results, which is made if need be; journals
-    /// of the same command with other keys are removed. `None` where another run uses it, or
-    /// where the folder takes no files: then nothing is kept.
+    /// of the same command with other keys are removed. `None` where another run uses it, where
+    /// its name is taken by a link, a pipe or a folder, or where the folder takes no files: then
+    /// nothing is kept.
     pub fn open(folder: &Path, command: &str, key: Digest) -> Option<Self> {
         let prefix = format!(".resume-{command}-");
         let path = folder.join(format!("{prefix}{key}"));
         fs::create_dir_all(folder).ok()?;
-        let options = File::options().read(true).append(true).create(true).clone();
-        let mut file = options.open(&path).ok()?;
+        let mut file = own_file(&path)?;
         file.try_lock().ok()?;
         remove_abandoned(folder, &prefix);
         let known = read_records(&mut file).ok()?;
@@ -91,6 +91,17 @@ impl Journal {
 
     fn state(&self) -> MutexGuard<'_, State> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// Opens a journal, or makes it. A link of its name is not followed, since others may write into
+/// the folder; a pipe is not opened, since that waits for its other end.
+fn own_file(path: &Path) -> Option<File> {
+    let mut options = File::options();
+    options.read(true).append(true);
+    match fs::symlink_metadata(path) {
+        Ok(entry) => entry.is_file().then(|| options.open(path).ok()).flatten(),
+        Err(_) => options.create_new(true).open(path).ok(),
     }
 }
 
@@ -198,6 +209,15 @@ pub enum ShardError {
         /// How many shards there are.
         of: usize,
     },
+    /// Pieces of another program.
+    #[error(
+        "the pieces were computed by another {what} than this one; merge them with the program \
+         that computed them"
+    )]
+    Elsewhere {
+        /// What differs.
+        what: &'static str,
+    },
     /// Files of two computations.
     #[error(
         "{} and {} differ in their {what}; shards of one computation are expected",
@@ -253,6 +273,17 @@ impl ShardHeader {
     /// The name of that file.
     pub fn file_name(&self) -> String {
         format!("{}-{}-of-{}.pieces", self.command, self.number, self.of)
+    }
+
+    /// Refuses pieces that another version or another build computed than the one named here.
+    ///
+    /// # Errors
+    ///
+    /// [`ShardError::Elsewhere`] with what differs.
+    pub fn check_program(&self, version: &str, program: Digest) -> Result<(), ShardError> {
+        let own = Self { version: version.to_owned(), program, ..self.clone() };
+        let what = self.difference(&own);
+        what.map_or(Ok(()), |what| Err(ShardError::Elsewhere { what }))
     }
 
     /// In what else than its number a header differs.
@@ -469,6 +500,36 @@ mod tests {
         let of = |number| ShardHeader { of: 4, ..header(number) };
         let refused = joined(of(1), of(3)).expect_err("two are missing");
         assert!(refused.contains("no file of 2, 4"), "{refused}");
+    }
+
+    #[test]
+    fn pieces_of_another_program_are_refused() {
+        let own = header(1);
+        assert!(own.check_program("1", Digest(1)).is_ok());
+        for (version, program, word) in [("2", 1, "version"), ("1", 2, "build")] {
+            let refused = own.check_program(version, Digest(program)).expect_err(word).to_string();
+            assert!(refused.contains(word), "{refused}");
+        }
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_name_that_others_took_is_neither_followed_nor_waited_for() {
+        use std::os::unix::fs::symlink;
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let name = |key: u64| folder.path().join(format!(".resume-diagram-{}", Digest(key)));
+        let victim = folder.path().join("victim");
+        fs::write(&victim, "mine").expect("writable");
+        symlink(&victim, name(1)).expect("writable");
+        symlink(folder.path().join("absent"), name(2)).expect("writable");
+        let pipe = std::process::Command::new("mkfifo").arg(name(3)).status();
+        assert!(pipe.expect("mkfifo can be started").success());
+        for key in [1, 2, 3] {
+            assert!(Journal::open(folder.path(), "diagram", Digest(key)).is_none(), "{key}");
+        }
+        assert!(Journal::open(folder.path(), "diagram", Digest(4)).is_some());
+        assert_eq!(fs::read(&victim).expect("readable"), b"mine");
+        assert!(!folder.path().join("absent").exists());
     }
 
     #[test]

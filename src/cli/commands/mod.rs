@@ -10,7 +10,7 @@ pub(super) mod scenes;
 pub(super) mod sweeps;
 
 use std::num::NonZero;
-use std::path::Path;
+use std::path::PathBuf;
 
 use super::arguments::SceneOptions;
 use super::output::{CliError, Outlets, note, note_all};
@@ -91,7 +91,7 @@ fn shard(
 /// scene says, beside its results.
 fn resumable(
     command: &str,
-    folder: Option<&Path>,
+    folder: Option<PathBuf>,
     map: &Map,
     asked: &str,
     quiet: bool,

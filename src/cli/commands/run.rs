@@ -77,7 +77,7 @@ impl RunWatch for Watch<'_> {
 
     fn begin(&self, folder: &Path, map: &Map) {
         // A run whose pieces cannot be kept goes on without.
-        let kept = resumable("run", Some(folder), map, "", self.quiet());
+        let kept = resumable("run", Some(folder.to_owned()), map, "", self.quiet());
         *self.resumable.borrow_mut() = kept.ok();
     }
 

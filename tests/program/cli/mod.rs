@@ -35,19 +35,27 @@ const QUICK: [&str; 10] = [
     "diagram.0.keep=20",
 ];
 
+/// The program in a folder.
+fn program(folder: &Path) -> Command {
+    let mut program = Command::new(env!("CARGO_BIN_EXE_grazemap"));
+    program.current_dir(folder).env("XDG_CACHE_HOME", cache(folder));
+    program
+}
+
+/// The cache of what runs in a folder, outside it.
+fn cache(folder: &Path) -> PathBuf {
+    let name = folder.file_name().unwrap_or_default();
+    Path::new(env!("CARGO_TARGET_TMPDIR")).join("cache").join(name)
+}
+
 pub(crate) fn grazemap(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_grazemap"))
-        .args(arguments)
-        .current_dir(folder)
-        .output()
-        .expect("the program can be started")
+    program(folder).args(arguments).output().expect("the program can be started")
 }
 
 /// The program with a text on its standard input.
 fn grazemap_reading(folder: &Path, arguments: &[&str], input: &str) -> Output {
-    let mut child = Command::new(env!("CARGO_BIN_EXE_grazemap"))
+    let mut child = program(folder)
         .args(arguments)
-        .current_dir(folder)
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())

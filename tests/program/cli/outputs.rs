@@ -50,6 +50,77 @@ fn what_is_refused_beforehand_writes_nothing() {
     }
 }
 
+/// A diagram of a scene without a grazing orbit: it ends with exit code 1 once anything is computed.
+const NO_GRAZE: [&str; 5] = ["diagram", "scene.toml", "-q", "--set", "delta=-1"];
+
+/// A folder with that scene, with what stands in the way of results, and with links.
+fn obstacles() -> tempfile::TempDir {
+    let folder = scratch();
+    assert!(grazemap(folder.path(), &["new", "linear", "-o", "scene.toml"]).status.success());
+    fs::create_dir(folder.path().join("folder")).expect("writable");
+    fs::write(folder.path().join("file"), "mine").expect("writable");
+    #[cfg(unix)]
+    {
+        std::os::unix::fs::symlink("scene.toml", folder.path().join("link")).expect("writable");
+        std::os::unix::fs::symlink("new.json", folder.path().join("ahead")).expect("writable");
+    }
+    folder
+}
+
+#[test]
+fn destinations_are_looked_at_before_anything_is_computed() {
+    let folder = obstacles();
+    let call = |more: &[&str]| {
+        let output = grazemap(folder.path(), &[&NO_GRAZE, more].concat());
+        (output.status.code(), text(&output.stderr))
+    };
+    assert_eq!(call(&["--json", "new.json", "--csv", "new.csv", "-o", "new/folder"]).0, Some(1));
+    for (more, words) in [
+        (["--json", "folder"], "cannot write folder: "),
+        (["--csv", "nowhere/diagram.csv"], "cannot write nowhere/diagram.csv: "),
+        (["-o", "file"], "cannot create folder file: "),
+        (["-o", "file/inside"], "cannot create folder file/inside: "),
+    ] {
+        let (code, said) = call(&more);
+        assert_eq!(code, Some(2), "{more:?}: {said}");
+        assert!(said.contains(words), "{said}");
+    }
+    assert!(!folder.path().join("new").exists() && !folder.path().join("nowhere").exists());
+}
+
+#[test]
+fn no_result_replaces_an_input_or_another_result() {
+    let folder = obstacles();
+    let scene = fs::read(folder.path().join("scene.toml")).expect("readable");
+    let absolute = folder.path().join("new.json").display().to_string();
+    let mut calls = vec![
+        (vec!["--json", "scene.toml"], "scene.toml is read by this command"),
+        (vec!["--csv", "./folder/../scene.toml"], "scene.toml is read by this command"),
+        (vec!["--json", "new.json", "--csv", "./new.json"], "both write to new.json"),
+        (vec!["--json", "new.json", "--csv", &absolute], "both write to new.json"),
+    ];
+    #[cfg(unix)]
+    calls.extend([
+        (vec!["--json", "link"], "scene.toml is read by this command"),
+        (vec!["--json", "new.json", "--csv", "ahead"], "both write to new.json"),
+    ]);
+    for (more, words) in calls {
+        let output = grazemap(folder.path(), &[&NO_GRAZE, &more[..]].concat());
+        let said = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{more:?}: {said}");
+        assert!(said.contains(words), "{said}");
+    }
+    assert_eq!(fs::read(folder.path().join("scene.toml")).expect("readable"), scene);
+}
+
+#[cfg(unix)]
+#[test]
+fn a_scene_without_an_end_is_refused() {
+    let output = grazemap(scratch().path(), &["check", "/dev/zero"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(text(&output.stderr).contains("more than 1048576 bytes"));
+}
+
 #[cfg(unix)]
 #[test]
 fn a_link_stays_one_and_a_device_is_written_to() {

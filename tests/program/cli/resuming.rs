@@ -8,9 +8,9 @@ use std::process::{Child, Command, Stdio};
 use std::thread::sleep;
 use std::time::Duration;
 
-use super::{grazemap, scratch, text};
+use super::{cache, grazemap, program, scratch, text};
 
-/// A diagram by direct simulation that takes a second or two.
+/// A diagram by direct simulation that takes a second or two, into the folder `out`.
 const CALL: [&str; 14] = [
     "diagram",
     "linear",
@@ -29,9 +29,12 @@ const CALL: [&str; 14] = [
 ];
 
 fn begun(folder: &Path) -> Child {
-    Command::new(env!("CARGO_BIN_EXE_grazemap"))
-        .args(CALL)
-        .current_dir(folder)
+    begun_with(folder, &CALL)
+}
+
+fn begun_with(folder: &Path, call: &[&str]) -> Child {
+    program(folder)
+        .args(call)
         .stdout(Stdio::null())
         .stderr(Stdio::piped())
         .spawn()
@@ -40,8 +43,12 @@ fn begun(folder: &Path) -> Child {
 
 /// Waits until some pieces are kept, and says where.
 fn kept(folder: &Path) -> Option<std::path::PathBuf> {
+    kept_in(&folder.join("out"))
+}
+
+fn kept_in(folder: &Path) -> Option<std::path::PathBuf> {
     for _ in 0..1000 {
-        let entries = fs::read_dir(folder.join("out")).into_iter().flatten().flatten();
+        let entries = fs::read_dir(folder).into_iter().flatten().flatten();
         let mut journals = entries.filter(|entry| {
             let name = entry.file_name();
             name.to_string_lossy().starts_with(".resume-diagram-")
@@ -89,6 +96,26 @@ fn a_killed_diagram_goes_on_where_it_was_and_ends_with_the_same_bytes() {
     let said = text(&output.stderr);
     assert!(said.contains("going on from an interrupted run: "), "{said}");
     assert_eq!(files(&folder.path().join("out")), expected);
+}
+
+/// Results that are no files: nothing is written beside a device, and pieces are kept in the cache.
+#[cfg(unix)]
+#[test]
+fn a_diagram_onto_a_device_goes_on_from_the_cache() {
+    let folder = scratch();
+    let call = [&CALL[..CALL.len() - 2], &["--csv", "/dev/null"]].concat();
+    let mut run = begun_with(folder.path(), &call);
+    let journal = kept_in(&cache(folder.path()).join("grazemap"));
+    run.kill().expect("it runs");
+    run.wait().expect("it was started");
+    let journal = journal.expect("pieces are kept while the command runs");
+    let output = grazemap(folder.path(), &call);
+    let said = text(&output.stderr);
+    assert!(
+        output.status.success() && said.contains("going on from an interrupted run: "),
+        "{said}"
+    );
+    assert!(!journal.exists());
 }
 
 /// With other settings nothing of the interrupted run is used, and its journal is removed.
