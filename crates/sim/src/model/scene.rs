@@ -4,6 +4,7 @@ mod diagram;
 mod document;
 mod load;
 mod oscillator;
+mod period;
 mod tables;
 
 use std::fmt;
