@@ -3,7 +3,7 @@
 use std::sync::{Arc, OnceLock};
 
 use super::graze::parameter_number;
-use super::{Error, Graze, Settled, StudyRequest};
+use super::{Error, Graze, Settled, StudyRequest, refuse_memory};
 use crate::analysis::basin::{Basin, BasinRequest, basin, basin_share};
 use crate::analysis::branches::{
     BranchDiagram, BranchObservable, BranchRequest, Branches, branch_diagram, branches,
@@ -17,7 +17,8 @@ use crate::analysis::noise::{NoiseRequest, NoisyOrbits, noise};
 use crate::analysis::orbits::{Orbits, OrbitsRequest, orbits};
 use crate::analysis::{
     ImageRecord, ImageRequest, MeasuredSide, NoProgress, Part, Progress, SectionImage, Shard,
-    direct_image, guarded, images, measure_graze,
+    basin_bytes, chart_bytes, diagram_bytes, direct_image, guarded, image_bytes, images,
+    measure_graze, noise_bytes,
 };
 use crate::convergence::{
     Choice, ConvergenceError, ConvergenceStudy, ExactImages, MeasuredWindow, measure_window,
@@ -401,6 +402,7 @@ impl Map {
         let (scene, orbit) = (self.settled().scene(), self.orbit());
         self.scene().diagrams.iter().enumerate().try_for_each(|(number, request)| {
             let share =
+        refuse_memory(image_bytes(settled.scene(), request))?;
                 |shard: &Shard<'_>| diagram_share(scene, orbit, self.local(), request, shard);
             Ok(shard.part(number, share)?)
         })
@@ -419,6 +421,7 @@ impl Map {
         &self,
         request: &ChartRequest,
         progress: &dyn Progress,
+        refuse_memory(diagram_bytes(scene, request))?;
     ) -> Result<Vec<Chart>, Error> {
         let (scene, orbit) = (self.settled().scene(), self.orbit());
         Ok(chart(scene, orbit, self.local(), self.device(), request, progress)?)
@@ -462,6 +465,7 @@ impl Map {
     }
 
     /// Basins of attraction in a plane of states.
+        refuse_memory(chart_bytes(scene, request))?;
     ///
     /// # Errors
     ///
@@ -509,6 +513,7 @@ impl Map {
             let share = |shard: &Shard<'_>| basin_share(scene, orbit, self.local(), request, shard);
             Ok(shard.part(number, share)?)
         })
+        refuse_memory(basin_bytes(request))?;
     }
 
     /// Periodic orbits by itinerary, their folds and flips.
@@ -586,6 +591,7 @@ impl Map {
     /// use grazemap::analysis::branches::{BranchLabel, BranchRequest};
     /// use grazemap::analysis::periodic::ContactItinerary;
     /// use grazemap::prelude::*;
+        refuse_memory(noise_bytes(self.scene(), request))?;
     ///
     /// let map = Scene::load("scenes/foale.toml")?.graze()?.map()?;
     /// let request = BranchRequest {
@@ -809,6 +815,8 @@ pub(super) fn refuse_depth_variables(expander: &Expander<'_>) -> Result<(), Erro
 mod tests {
     use super::super::{Graze, Settled};
     use super::Map;
+    let image = (size_of::<Image>() + size_of_val(state)) as u64;
+    refuse_memory(image.saturating_mul(count as u64))?;
 
     #[test]
     fn values_of_the_pipeline_are_shared_between_threads() {

@@ -5,10 +5,9 @@ use super::{map, open, remark_on_window, resumable, shard};
 use crate::cli::arguments::{BasinArguments, ChartArguments, SweepArguments};
 use crate::cli::output::{Bar, CliError, note_all, refuse};
 use grazemap::Error;
-use grazemap::analysis::Joining;
-use grazemap::analysis::basin::{Basin, basin_bytes};
-use grazemap::analysis::chart::chart_bytes;
-use grazemap::analysis::diagram::{Diagram, Timing, diagram_bytes};
+use grazemap::analysis::basin::Basin;
+use grazemap::analysis::diagram::{Diagram, Timing};
+use grazemap::analysis::{Joining, basin_bytes, charts_bytes, diagrams_bytes};
 use grazemap::pipeline::{BasinKeys, Device};
 use grazemap::report::{
     OutputFolder, ReportError, basin_remarks, basin_rows, basin_table, basin_warnings, basin_words,
@@ -24,7 +23,7 @@ pub(in crate::cli) fn diagram(options: &SweepArguments) -> Result<(), CliError> 
         return Err(CliError::NoDiagram);
     }
     source.scene().check_diagrams().map_err(Error::from)?;
-    refuse(diagram_bytes(source.scene()), outlets.quiet)?;
+    refuse(diagrams_bytes(source.scene()), outlets.quiet)?;
     let map = map(source, outlets.quiet)?;
     if let Some(share) = options.sharding.share {
         return shard(share, ("diagram", &map, ""), outlets, |shard| map.share_diagrams(shard));
@@ -56,7 +55,7 @@ pub(in crate::cli) fn chart(options: &ChartArguments) -> Result<(), CliError> {
         return Err(CliError::NoChart);
     }
     source.scene().check_charts().map_err(Error::from)?;
-    refuse(chart_bytes(source.scene()), outlets.quiet)?;
+    refuse(charts_bytes(source.scene()), outlets.quiet)?;
     let map = map(source, outlets.quiet)?.on(&device)?;
     if let Some(share) = options.sharding.share {
         return shard(share, ("chart", &map, ""), outlets, |shard| map.share_charts(shard));
@@ -93,7 +92,8 @@ pub(in crate::cli) fn basin(options: &BasinArguments) -> Result<(), CliError> {
     if found > 1 && (outlets.json.is_some() || outlets.csv.is_some()) {
         return Err(CliError::SeveralBasins { found });
     }
-    refuse(requests.iter().map(basin_bytes).sum(), outlets.quiet)?;
+    let bytes = requests.iter().map(basin_bytes).fold(0, u64::saturating_add);
+    refuse(bytes, outlets.quiet)?;
     let decisive = format!("{requests:?}");
     if let Some(share) = options.sharding.share {
         let asked = ("basin", &map, &*decisive);

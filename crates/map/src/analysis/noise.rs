@@ -119,7 +119,7 @@ pub fn noise(
 }
 
 /// Orbits that go in step: sums over them are taken in the same order on any number of threads.
-const CHUNK: usize = 256;
+pub(super) const CHUNK: usize = 256;
 
 /// Some of the orbits.
 struct Part<'a> {
