@@ -124,7 +124,7 @@ fn periodic_start(
     progress: &dyn Progress,
     remarks: &mut Vec<String>,
 ) -> Result<(Vec<f64>, usize), Error> {
-    let map = settled.clone().plan()?.expand()?;
+    let map = Source::Graze(settled.graze().clone()).map_or_free_flight()?;
     let itinerary = ContactItinerary::parse(digits, map.local().passages());
     let itinerary = itinerary.map_err(KeyError::from)?;
     let returns = itinerary.returns().len();
