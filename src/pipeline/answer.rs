@@ -1,9 +1,7 @@
 //! What a command computed: words for people, a document, tables and figures; and what is to be
-//! said beside it, of the windows of maps, of the device that made orbits, and of memory.
+//! said beside it, of the windows of maps and of the device that made orbits.
 
-use std::fs;
-
-use super::{Ended, Error, Map};
+use super::{Ended, Map};
 use crate::expansion::WindowEdge;
 use crate::iteration::DeviceReport;
 use crate::report::{Figure, ReportError, Table, edge_words, pictures, window_remark};
@@ -82,14 +80,18 @@ impl Answer {
 
 impl Map {
     /// What is to be said of the map: where it errs on its window more than it should, and where
-    /// the window is deeper than the series of the passage whose contact loses most; and what
-    /// another device than this processor did so far.
+    /// the window is deeper than the series of the passage whose contact loses most; why there are
+    /// no contacts; and what another device than this processor did so far.
     pub fn remarks(&self) -> impl Iterator<Item = String> + use<> {
         let edge = worst_edge(self.window_edges());
         let remark = window_remark(self.window(), self.orders(), edge.as_ref());
+        let missing = self.0.missing.as_ref().map(|reason| {
+            let scene = &self.scene().identifier;
+            format!("note: `{scene}`: direct simulation goes without a map: {reason}")
+        });
         let device = self.device().map(|device| device_words(&device.report()));
         let remark = remark.map(|remark| remark.of(&self.scene().identifier));
-        remark.into_iter().chain(device.into_iter().flatten())
+        remark.into_iter().chain(missing).chain(device.into_iter().flatten())
     }
 
     /// The edge of the passage whose contact loses most, where that is too much.
@@ -125,39 +127,4 @@ fn worst_edge(edges: &[WindowEdge]) -> Option<WindowEdge> {
     let share = |edge: &WindowEdge| edge.omitted_share;
     let beyond = edges.iter().filter(|edge| !edge.is_within()).copied();
     beyond.max_by(|a, b| share(a).total_cmp(&share(b)))
-}
-
-/// Results from this size on are announced.
-const LARGE: u64 = 256 << 20;
-
-/// Refuses results that the machine has no memory for, before anything is computed; what is to be
-/// said of large ones.
-///
-/// # Errors
-///
-/// [`Error::Memory`] where less is free.
-pub fn refuse_memory(bytes: u64) -> Result<Option<String>, Error> {
-    let (megabytes, available) = (|bytes: u64| bytes >> 20, available());
-    let (needed, free) = (megabytes(bytes), available.map(megabytes));
-    if let Some(available) = free.filter(|&free| needed > free) {
-        return Err(Error::Memory { needed, available });
-    }
-    Ok((bytes >= LARGE).then(|| {
-        let of = free.map_or(String::new(), |free| format!(" of {free} MB that are free"));
-        format!("the results take about {needed} MB of memory{of}")
-    }))
-}
-
-/// Bytes that the system says are free, within the limit of its control group; `None` where it
-/// does not say.
-fn available() -> Option<u64> {
-    let text = fs::read_to_string("/proc/meminfo").ok()?;
-    let line = text.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;
-    let free = 1024 * line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()?;
-    let number = |name: &str| -> Option<u64> {
-        let text = fs::read_to_string(format!("/sys/fs/cgroup/{name}")).ok()?;
-        text.trim().parse().ok()
-    };
-    let group = number("memory.max").zip(number("memory.current"));
-    Some(group.map_or(free, |(most, used)| free.min(most.saturating_sub(used))))
 }

@@ -3,7 +3,7 @@
 use std::sync::{Arc, OnceLock};
 
 use super::graze::parameter_number;
-use super::{Error, Graze, Settled, StudyRequest};
+use super::{Error, Graze, Settled, StudyRequest, refuse_memory};
 use crate::analysis::basin::{Basin, BasinRequest, basin, basin_share};
 use crate::analysis::branches::{
     BranchDiagram, BranchObservable, BranchRequest, Branches, branch_diagram, branches,
@@ -17,14 +17,15 @@ use crate::analysis::noise::{NoiseRequest, NoisyOrbits, noise};
 use crate::analysis::orbits::{Orbits, OrbitsRequest, orbits};
 use crate::analysis::{
     ImageRecord, ImageRequest, MeasuredSide, NoProgress, Part, Progress, SectionImage, Shard,
-    direct_image, guarded, images, measure_graze,
+    basin_bytes, chart_bytes, diagram_bytes, direct_image, guarded, image_bytes, images,
+    measure_graze, noise_bytes,
 };
 use crate::convergence::{
     Choice, ConvergenceError, ConvergenceStudy, ExactImages, MeasuredWindow, measure_window,
 };
 use crate::expansion::{
     ComposedMap, Contact, DepthSeries, Expander, LocalMap, RADIUS_ORDER, Stage, WindowEdge,
-    check_orders,
+    check_orders, free_flight,
 };
 use crate::iteration::{DeviceMap, DiscreteMap, HornerMap, StepInfo};
 use crate::model::{ChartRequest, DiagramRequest, MapOrders, Scene, Shape};
@@ -107,6 +108,39 @@ impl Plan {
     }
 }
 
+impl Settled {
+    /// The free flight alone as a map whose contacts are [not expanded](LocalMap::has_contacts):
+    /// all that requests need which direct simulation answers. It is made at once, whatever the
+    /// orders, and where contacts have no expansion.
+    ///
+    /// ```
+    /// use grazemap::model::Method;
+    /// use grazemap::prelude::*;
+    ///
+    /// let text = std::fs::read_to_string("scenes/linear.toml")?;
+    /// let text = text.replace("v = \"-r*v\"", "v = \"-r*v/(1 + v^0.25)\"");
+    /// let settled = Scene::parse(&text, "viscoelastic.toml")?.graze()?.settle()?;
+    /// assert!(settled.clone().plan()?.expand().is_err());
+    /// let tables = "[[diagram]]\nparameter = \"alpha\"\nrange = [0.0, 1e-4]\npoints = 3\n\
+    ///               with = [\"direct\"]\n";
+    /// let map = settled.free_flight()?.asking(tables)?;
+    /// let diagram = map.diagram(&map.scene().diagrams[0])?;
+    /// assert_eq!(diagram.sweeps[0].method, Method::Direct);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Expansion`] if the free flight cannot be expanded.
+    pub fn free_flight(&self) -> Result<Map, Error> {
+        let (scene, orbit) = (self.scene(), self.orbit());
+        let local = free_flight(scene, orbit)?;
+        let window = MeasuredWindow::assumed(scene, orbit, &local);
+        let plan = Plan::new(self.clone(), local.orders, None);
+        Ok(Map::new(Parts::new(plan, local, window)))
+    }
+}
+
 /// The depth at which the edge of the window is: the scene's, though it be beyond the radius, or
 /// the one that was measured.
 fn edge_depth(scene: &Scene, local: &LocalMap) -> f64 {
@@ -146,6 +180,8 @@ pub(super) struct Parts {
     pub(super) run: OnceLock<HornerMap>,
     /// What makes the orbits of charts, if not this processor.
     pub(super) device: Option<Arc<DeviceMap>>,
+    /// Why the contacts are not expanded, where that was tried.
+    pub(super) missing: Option<String>,
 }
 
 impl Parts {
@@ -162,6 +198,7 @@ impl Parts {
             listing: OnceLock::new(),
             run: OnceLock::new(),
             device: None,
+            missing: None,
         }
     }
 }
@@ -183,6 +220,11 @@ impl Map {
     /// The same map with another device for charts.
     pub(super) fn with_device(&self, device: Option<Arc<DeviceMap>>) -> Self {
         Self::new(Parts { device, ..Parts::clone(&self.0) })
+    }
+
+    /// The same map, with the reason why its contacts are not expanded.
+    pub(super) fn missing_contacts(&self, reason: &Error) -> Self {
+        Self::new(Parts { missing: Some(reason.to_string()), ..Parts::clone(&self.0) })
     }
 
     /// What makes the orbits of charts, if not this processor.
@@ -360,6 +402,7 @@ impl Map {
     /// [`Error::Analysis`] for offsets of another length and precisions that are not there.
     pub fn images(&self, request: &ImageRequest) -> Result<Vec<ImageRecord>, Error> {
         let settled = self.settled();
+        refuse_memory(image_bytes(settled.scene(), request))?;
         Ok(images(settled.scene(), settled.orbit(), self.local(), request)?)
     }
 
@@ -378,6 +421,7 @@ impl Map {
         progress: &dyn Progress,
     ) -> Result<Diagram, Error> {
         let (scene, orbit) = (self.settled().scene(), self.orbit());
+        refuse_memory(diagram_bytes(scene, request))?;
         Ok(diagram(scene, orbit, self.local(), request, progress)?)
     }
 
@@ -421,6 +465,7 @@ impl Map {
         progress: &dyn Progress,
     ) -> Result<Vec<Chart>, Error> {
         let (scene, orbit) = (self.settled().scene(), self.orbit());
+        refuse_memory(chart_bytes(scene, request))?;
         Ok(chart(scene, orbit, self.local(), self.device(), request, progress)?)
     }
 
@@ -468,6 +513,7 @@ impl Map {
     /// [`Error::Analysis`] for a plane or parameters that the map does not have.
     pub fn basin(&self, request: &BasinRequest, progress: &dyn Progress) -> Result<Basin, Error> {
         let (scene, orbit) = (self.settled().scene(), self.orbit());
+        refuse_memory(basin_bytes(request))?;
         Ok(basin(scene, orbit, self.local(), request, progress)?)
     }
 
@@ -545,6 +591,7 @@ impl Map {
         request: &NoiseRequest,
         progress: &dyn Progress,
     ) -> Result<NoisyOrbits, Error> {
+        refuse_memory(noise_bytes(self.scene(), request))?;
         Ok(noise(self.settled().scene(), self.orbit(), self.local(), request, progress)?)
     }
 
@@ -768,6 +815,8 @@ fn iterate(
 ) -> Result<Vec<Image>, Error> {
     check_length("coordinates", map.dimension(), state.len())?;
     check_length("parameters", map.parameters(), parameters.len())?;
+    let image = (size_of::<Image>() + size_of_val(state)) as u64;
+    refuse_memory(image.saturating_mul(count as u64))?;
     let (mut images, mut state) = (Vec::with_capacity(count), state.to_vec());
     for _ in 0..count {
         let mut offsets = vec![0.0; state.len()];

@@ -16,12 +16,13 @@ mod error;
 mod graze;
 mod keys;
 mod map;
+mod memory;
 mod points;
 mod run;
 mod saved;
 mod sweeps;
 
-pub use answer::{Answer, refuse_memory};
+pub use answer::Answer;
 pub use commands::{
     AskedTrajectory, BranchKeys, Command, ConvergenceKeys, CurveKeys, FitKeys, LociKeys,
     NearestKeys, NoiseKeys, OrbitsKeys, TrajectoryKeys,
@@ -32,6 +33,7 @@ pub use error::{Ended, Error};
 pub use graze::{FindGraze, Graze, Settled, StudyRequest, parameter_number};
 pub use keys::{KeyError, OrbitsOf};
 pub use map::{Image, Map, Plan};
+pub use memory::refuse_memory;
 pub use points::{Images, Points};
 pub use run::{RunWatch, run};
 pub use saved::{Source, bounded, is_standard};

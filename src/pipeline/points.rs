@@ -3,8 +3,10 @@
 //! States are rows of the section's coordinates, one after another, parameters one row for all
 //! states or a row for each; both are offsets from the grazing orbit.
 
-use super::{Ended, Error, Map};
-use crate::analysis::{ImageRecord, ImageRequest, ImageRow, Precision, Progress, Using};
+use super::{Ended, Error, Map, refuse_memory};
+use crate::analysis::{
+    ImageRecord, ImageRequest, ImageRow, Precision, Progress, Using, orbit_bytes,
+};
 use crate::iteration::Batch;
 use crate::numeric::Dd;
 use crate::report::{ImageListing, Rows, image_outside_words, image_rows, to_json};
@@ -70,7 +72,8 @@ impl Map {
     /// # Errors
     ///
     /// [`Error::Rows`] as [`batch`](Self::batch); [`Error::Analysis`] if the simulator refuses the
-    /// offsets, and for precisions that are not there.
+    /// offsets, and for precisions that are not there; [`Error::Memory`] for more numbers than the
+    /// machine has memory for.
     pub fn point_orbits(
         &self,
         points: Points,
@@ -79,6 +82,8 @@ impl Map {
         progress: &dyn Progress,
     ) -> Result<Vec<f64>, Error> {
         let Points { states, parameters } = points;
+        let count = states.len() / self.local().dimension();
+        refuse_memory(orbit_bytes(self.scene(), count, iterations))?;
         if (using, precision) == (Using::Map, Precision::F64) {
             return self.map_orbits(states, &parameters, iterations, progress);
         }

@@ -10,10 +10,12 @@ use super::{
     EmitRequest, Error, Map, Settled, Source, StudyRequest, TrajectoryKeys, refuse_memory,
     write_emitted,
 };
-use crate::analysis::basin::{Basin, basin_bytes};
-use crate::analysis::chart::{Chart, chart_bytes};
-use crate::analysis::diagram::{Diagram, Sweep, SweepHeading, diagram_bytes};
-use crate::analysis::{NoProgress, Progress, TimeSeries, time_series};
+use crate::analysis::basin::Basin;
+use crate::analysis::chart::Chart;
+use crate::analysis::diagram::{Diagram, Sweep, SweepHeading};
+use crate::analysis::{
+    NoProgress, Progress, TimeSeries, basin_bytes, charts_bytes, diagrams_bytes, time_series,
+};
 use crate::emission::{EmittedCrate, Target};
 use crate::expansion::check_orders;
 use crate::model::{Digest, Method};
@@ -104,7 +106,7 @@ pub fn run(source: Source, folder: PathBuf, watch: &dyn RunWatch) -> Result<Stri
     check_orders(scene)?;
     scene.check_diagrams()?;
     scene.check_charts()?;
-    memory(diagram_bytes(scene) + chart_bytes(scene))?;
+    memory(diagrams_bytes(scene).saturating_add(charts_bytes(scene)))?;
     let crate_folder = folder.join("crate");
     EmittedCrate::refuse_foreign(&crate_folder, &Target::Rust.files(&scene.identifier))?;
     let folder = OutputFolder::create(folder)?;
@@ -171,7 +173,7 @@ pub fn run(source: Source, folder: PathBuf, watch: &dyn RunWatch) -> Result<Stri
     let mut basins = Vec::new();
     let requests = map.basin_requests()?;
     if !requests.is_empty() {
-        memory(requests.iter().map(basin_bytes).sum())?;
+        memory(requests.iter().map(basin_bytes).fold(0, u64::saturating_add))?;
         basins = clock.time("basins", || map.basins(&requests, &*watch.progress("basin", 3)))?;
         remarks(basin_warnings(&basins));
         basins.iter_mut().for_each(Basin::take_timing);

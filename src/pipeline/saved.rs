@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 use super::map::Parts;
 use super::{Error, FindGraze, Graze, Map, Plan, Settled};
 use crate::convergence::{Choice, SectionVerdict};
-use crate::expansion::{LocalMap, Stage, WindowEdge};
+use crate::expansion::{LocalMap, Stage, WindowEdge, check_orders};
 use crate::jet::Jet;
 use crate::model::{Scene, Section, SectionRule, Window, catalogue, nearest};
 use crate::orbit::{GrazingOrbit, PoincareSection};
@@ -121,6 +121,36 @@ impl Source {
             Self::Map(map) => Ok(map),
             other => other.settle()?.plan()?.expand(),
         }
+    }
+
+    /// The free flight alone, for requests that direct simulation answers; of a saved map that map.
+    ///
+    /// A scene that takes any section is on its tangency section: which one has the cheapest map is
+    /// not looked for.
+    ///
+    /// # Errors
+    ///
+    /// As [`graze`](Self::graze) and [`Settled::free_flight`].
+    pub fn free_flight(self) -> Result<Map, Error> {
+        match self {
+            Self::Map(map) => Ok(map),
+            other => Settled { graze: other.graze()?, verdict: None }.free_flight(),
+        }
+    }
+
+    /// The map, or the free flight alone where contacts have no expansion, for requests that direct
+    /// simulation answers and a map helps with.
+    ///
+    /// # Errors
+    ///
+    /// As [`free_flight`](Self::free_flight).
+    pub fn map_or_free_flight(self) -> Result<Map, Error> {
+        let graze = match self {
+            Self::Map(map) => return Ok(map),
+            other => other.graze()?,
+        };
+        let expanded = check_orders(graze.scene()).map_err(Error::from).and_then(|()| graze.map());
+        expanded.or_else(|error| Ok(Self::Graze(graze).free_flight()?.missing_contacts(&error)))
     }
 
     /// The scene with its orbit, on the section that its map is taken on.

@@ -32,6 +32,7 @@ pub fn bounds_words(window: &MeasuredWindow) -> String {
         (of(BoundOrigin::Scene), "as the scene states"),
         (of(BoundOrigin::Radius), "within the radius of the series in y"),
         (of(BoundOrigin::Measured), "measured"),
+        (of(BoundOrigin::Assumed), "assumed"),
     ];
     let groups = groups.iter().filter(|(bounds, _)| !bounds.is_empty());
     let groups: Vec<_> = groups.map(|(bounds, origin)| format!("{bounds} ({origin})")).collect();

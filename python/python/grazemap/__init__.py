@@ -27,7 +27,7 @@ from ._commands import (
     report,
     trajectory,
 )
-from ._errors import GrazemapError, InputError, NoResult, SceneError
+from ._errors import GrazemapError, InputError, NoResult, SceneError, TooLarge
 from ._pipeline import Graze, Map, Scene, catalogue
 from ._table import (
     Basin,
@@ -69,6 +69,7 @@ __all__ = [
     "SceneError",
     "Study",
     "Table",
+    "TooLarge",
     "Trajectory",
     "basin",
     "branch",

@@ -35,5 +35,9 @@ class InputError(GrazemapError, ValueError):
     """Wrong input: the message says what was expected."""
 
 
+class TooLarge(InputError, MemoryError):
+    """Results that the machine has no memory for; nothing was computed."""
+
+
 class NoResult(GrazemapError):  # noqa: N818
     """The input was right, and the mathematics ended without what was asked for."""

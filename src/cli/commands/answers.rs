@@ -5,7 +5,7 @@ use std::cell::Cell;
 
 use serde::Serialize;
 
-use super::{map, open, resumable, settle, shard};
+use super::{Contacts, open, resumable, settle, shard};
 use crate::cli::arguments::{
     BranchArguments, ConvergeOptions, LociArguments, OrbitsArguments, TrajectoryArguments,
 };
@@ -14,14 +14,17 @@ use crate::cli::pieces::Resumable;
 use grazemap::analysis::orbits::BifurcationKind;
 use grazemap::analysis::{Joining, TimeSeriesRequest, each_moment};
 use grazemap::pipeline::{
-    Answer, BranchKeys, ConvergenceKeys, Ended, LociKeys, OrbitsKeys, Settled, TrajectoryKeys,
+    Answer, BranchKeys, ConvergenceKeys, Ended, LociKeys, OrbitsKeys, OrbitsOf, Settled,
+    TrajectoryKeys,
 };
 use grazemap::report::{CsvStream, time_series_columns, time_series_row, to_json};
 use grazemap::{Error, Map};
 
 pub(in crate::cli) fn orbits(options: &OrbitsArguments) -> Result<(), CliError> {
     let outlets = &options.scene.common.outlets;
-    let map = map(open(&options.scene)?, outlets.quiet)?;
+    let direct = options.which.using == OrbitsOf::Direct;
+    let contacts = Contacts::unless(direct, Contacts::Searched);
+    let map = contacts.map(open(&options.scene)?, outlets.quiet)?;
     let kinds = [(options.fold, BifurcationKind::Fold), (options.flip, BifurcationKind::Flip)];
     let kinds = kinds.into_iter().filter(|(asked, _)| *asked);
     let keys = OrbitsKeys {
@@ -41,7 +44,9 @@ pub(in crate::cli) fn orbits(options: &OrbitsArguments) -> Result<(), CliError> 
 
 pub(in crate::cli) fn branch(options: &BranchArguments) -> Result<(), CliError> {
     let outlets = &options.scene.common.outlets;
-    let map = map(open(&options.scene)?, outlets.quiet)?;
+    let direct = options.which.using == OrbitsOf::Direct;
+    let contacts = Contacts::unless(direct, Contacts::Searched);
+    let map = contacts.map(open(&options.scene)?, outlets.quiet)?;
     let keys = BranchKeys {
         along: options.along.clone(),
         from: options.stretch.from,
@@ -64,7 +69,9 @@ pub(in crate::cli) fn branch(options: &BranchArguments) -> Result<(), CliError> 
 
 pub(in crate::cli) fn loci(options: &LociArguments) -> Result<(), CliError> {
     let outlets = &options.scene.common.outlets;
-    let map = map(open(&options.scene)?, outlets.quiet)?;
+    let direct = options.which.using == OrbitsOf::Direct;
+    let contacts = Contacts::unless(direct, Contacts::Searched);
+    let map = contacts.map(open(&options.scene)?, outlets.quiet)?;
     let keys = LociKeys {
         plane: options.plane.clone(),
         from: options.stretch.from,

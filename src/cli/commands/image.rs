@@ -4,11 +4,11 @@ use std::fs::File;
 use std::io::{self, Read};
 use std::path::Path;
 
-use super::{map, open, remark_on_window};
+use super::{Contacts, open, remark_on_window};
 use crate::cli::arguments::ImageOptions;
 use crate::cli::output::{CliError, Destination, note_all};
 use grazemap::Error;
-use grazemap::analysis::{ImageRequest, ImageRow};
+use grazemap::analysis::{ImageRequest, ImageRow, Using};
 use grazemap::expansion::LocalMap;
 use grazemap::numeric::Dd;
 use grazemap::pipeline::{bounded, is_standard};
@@ -19,7 +19,8 @@ pub(in crate::cli) fn run(options: &ImageOptions) -> Result<(), CliError> {
     if is_standard(&options.scene.scene) && is_standard(&options.states) {
         return Err(CliError::StandardInputTwice);
     }
-    let map = map(open(&options.scene)?, outlets.quiet)?;
+    let contacts = Contacts::unless(options.using == Using::Direct, Contacts::Unused);
+    let map = contacts.map(open(&options.scene)?, outlets.quiet)?;
     let images = map.image_answer(ImageRequest {
         rows: read(&options.states, map.local())?,
         iterations: options.iterations as usize,

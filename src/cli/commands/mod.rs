@@ -75,6 +75,35 @@ fn map(source: Source, quiet: bool) -> Result<Map, CliError> {
     })
 }
 
+/// Use that a command makes of the contacts of a map.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Contacts {
+    /// It iterates them.
+    Iterated,
+    /// Direct simulation answers, and looks where the map has orbits, if there is one.
+    Searched,
+    /// None: direct simulation answers.
+    Unused,
+}
+
+impl Contacts {
+    /// The use that is made where all, or not all, is asked of direct simulation.
+    fn unless(direct: bool, otherwise: Self) -> Self {
+        if direct { otherwise } else { Self::Iterated }
+    }
+
+    /// As much of the map of what is named as this needs.
+    fn map(self, source: Source, quiet: bool) -> Result<Map, CliError> {
+        let map = match self {
+            Self::Iterated => return map(source, quiet),
+            Self::Searched => source.map_or_free_flight()?,
+            Self::Unused => source.free_flight()?,
+        };
+        note_section(map.settled(), quiet);
+        Ok(map)
+    }
+}
+
 /// Computes a shard of a command that uses a map, and that was asked for more than its scene says.
 fn shard(
     share: Share,
@@ -82,8 +111,9 @@ fn shard(
     outlets: &Outlets,
     compute: impl FnOnce(&Shard<'_>) -> Result<(), Error>,
 ) -> Result<(), CliError> {
-    let (scene, document) = (Some(map.scene().digest), map.to_json()?);
-    let sharded = Sharded { share, command, scene, map: Some(&document), asked };
+    let scene = Some(map.scene().digest);
+    let document = map.local().has_contacts().then(|| map.to_json()).transpose()?;
+    let sharded = Sharded { share, command, scene, map: document.as_deref(), asked };
     sharded.write(outlets, compute)
 }
 

@@ -1,14 +1,14 @@
 //! `grazemap diagram`, `chart` and `basin`: bifurcation diagrams, two-parameter charts, and where
 //! the states of a plane of the section go.
 
-use super::{map, open, remark_on_window, resumable, shard};
+use super::{Contacts, open, remark_on_window, resumable, shard};
 use crate::cli::arguments::{BasinArguments, ChartArguments, SweepArguments};
 use crate::cli::output::{Bar, CliError, note_all, refuse};
 use grazemap::Error;
-use grazemap::analysis::Joining;
-use grazemap::analysis::basin::{Basin, basin_bytes};
-use grazemap::analysis::chart::chart_bytes;
-use grazemap::analysis::diagram::{Diagram, Timing, diagram_bytes};
+use grazemap::analysis::basin::Basin;
+use grazemap::analysis::diagram::{Diagram, Timing};
+use grazemap::analysis::{Joining, basin_bytes, charts_bytes, diagrams_bytes};
+use grazemap::model::{ChartOverlay, Method, Scene};
 use grazemap::pipeline::{BasinKeys, Device};
 use grazemap::report::{
     OutputFolder, ReportError, basin_remarks, basin_rows, basin_table, basin_warnings, basin_words,
@@ -24,8 +24,10 @@ pub(in crate::cli) fn diagram(options: &SweepArguments) -> Result<(), CliError> 
         return Err(CliError::NoDiagram);
     }
     source.scene().check_diagrams().map_err(Error::from)?;
-    refuse(diagram_bytes(source.scene()), outlets.quiet)?;
-    let map = map(source, outlets.quiet)?;
+    refuse(diagrams_bytes(source.scene()), outlets.quiet)?;
+    let mut methods = source.scene().diagrams.iter().flat_map(|diagram| &diagram.with);
+    let direct = methods.all(|&method| method == Method::Direct);
+    let map = Contacts::unless(direct, Contacts::Unused).map(source, outlets.quiet)?;
     if let Some(share) = options.sharding.share {
         return shard(share, ("diagram", &map, ""), outlets, |shard| map.share_diagrams(shard));
     }
@@ -56,8 +58,15 @@ pub(in crate::cli) fn chart(options: &ChartArguments) -> Result<(), CliError> {
         return Err(CliError::NoChart);
     }
     source.scene().check_charts().map_err(Error::from)?;
-    refuse(chart_bytes(source.scene()), outlets.quiet)?;
-    let map = map(source, outlets.quiet)?.on(&device)?;
+    refuse(charts_bytes(source.scene()), outlets.quiet)?;
+    let charts = &source.scene().charts;
+    let mut methods = charts.iter().flat_map(|chart| &chart.with);
+    let direct = methods.all(|&method| method == Method::Direct);
+    let mut overlays = charts.iter().flat_map(|chart| &chart.overlay);
+    let with_loci = overlays.any(|&overlay| overlay == ChartOverlay::Loci);
+    let contacts = if with_loci { Contacts::Searched } else { Contacts::Unused };
+    let contacts = Contacts::unless(direct && matches!(device, Device::Processor), contacts);
+    let map = contacts.map(source, outlets.quiet)?.on(&device)?;
     if let Some(share) = options.sharding.share {
         return shard(share, ("chart", &map, ""), outlets, |shard| map.share_charts(shard));
     }
@@ -83,8 +92,9 @@ pub(in crate::cli) fn chart(options: &ChartArguments) -> Result<(), CliError> {
 
 pub(in crate::cli) fn basin(options: &BasinArguments) -> Result<(), CliError> {
     let outlets = &options.scene.common.outlets;
-    let map = map(open(&options.scene)?, outlets.quiet)?;
-    let keys = basin_keys(options);
+    let (source, keys) = (open(&options.scene)?, basin_keys(options));
+    let contacts = basin_contacts(&keys, source.scene());
+    let map = contacts.map(source, outlets.quiet)?;
     let requests = match !keys.is_empty() || map.scene().basins.is_empty() {
         true => vec![keys.request(&map).map_err(grazemap::Error::from)?],
         false => map.basin_requests()?,
@@ -93,7 +103,8 @@ pub(in crate::cli) fn basin(options: &BasinArguments) -> Result<(), CliError> {
     if found > 1 && (outlets.json.is_some() || outlets.csv.is_some()) {
         return Err(CliError::SeveralBasins { found });
     }
-    refuse(requests.iter().map(basin_bytes).sum(), outlets.quiet)?;
+    let bytes = requests.iter().map(basin_bytes).fold(0, u64::saturating_add);
+    refuse(bytes, outlets.quiet)?;
     let decisive = format!("{requests:?}");
     if let Some(share) = options.sharding.share {
         let asked = ("basin", &map, &*decisive);
@@ -118,6 +129,21 @@ pub(in crate::cli) fn basin(options: &BasinArguments) -> Result<(), CliError> {
     }
     resumable.finish();
     outlets.show(&texts.join("\n"))
+}
+
+/// Use that the basins asked for make of contacts.
+fn basin_contacts(keys: &BasinKeys, scene: &Scene) -> Contacts {
+    let plans = &scene.basins;
+    let (direct, manifolds) = match !keys.is_empty() || plans.is_empty() {
+        true => (keys.with == Some(Method::Direct), keys.manifolds.is_some()),
+        false => {
+            let mut methods = plans.iter().flat_map(|plan| &plan.with);
+            let direct = methods.all(|&method| method == Method::Direct);
+            (direct, plans.iter().any(|plan| plan.manifolds.is_some()))
+        }
+    };
+    let contacts = if manifolds { Contacts::Searched } else { Contacts::Unused };
+    Contacts::unless(direct, contacts)
 }
 
 /// The options as keys.

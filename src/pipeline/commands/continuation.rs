@@ -7,7 +7,7 @@ use crate::analysis::branches::{BranchObservable, BranchRequest, Branches};
 use crate::analysis::diagram::Diagram;
 use crate::analysis::loci::{LociRequest, LocusKind};
 use crate::analysis::{NoProgress, Part, Progress, Shard, itinerary};
-use crate::model::ChartRequest;
+use crate::model::{ChartRequest, Method};
 use crate::pipeline::keys::{
     ActiveParameters, COORDINATES, KeyError, OrbitsOf, itineraries, longest_period, named_offsets,
 };
@@ -98,7 +98,7 @@ impl BranchKeys {
             .iter()
             .map(|&observable| Ok((observable, map.branch_observable(&found, observable)?)));
         let listing = listing.with_observed(&observed.collect::<Result<Vec<_>, Error>>()?);
-        let below = match self.iterates {
+        let below = match self.iterates && map.local().has_contacts() {
             true => map.branch_diagram(&request, &found, &Part::new(progress, 1))?,
             false => None,
         };
@@ -237,7 +237,11 @@ fn chart_below(
         request.parameters.map(|place| map.scene().model.parameters[place].name.clone())
     };
     let mut charts = map.scene().charts.iter();
-    let Some(request) = charts.find(|request| names(request) == listing.plane) else {
+    let is_made = |request: &ChartRequest| {
+        map.local().has_contacts() || request.with.iter().all(|&method| method == Method::Direct)
+    };
+    let asked = |request: &&ChartRequest| names(request) == listing.plane && is_made(request);
+    let Some(request) = charts.find(asked) else {
         return Ok(None);
     };
     let bare = ChartRequest { overlay: Vec::new(), ..request.clone() };

@@ -41,6 +41,7 @@ impl CurveKeys {
         if scene.grazing.solve_for.contains(&with) {
             return Err(KeyError::AlreadyAdjusted { name: self.with.clone() }.into());
         }
+        scene.check_period(&[with])?;
         let (from, to) = (finite("from", self.from)?, finite("to", self.to)?);
         let settings = CurveOptions { xi_count: self.xi as usize, ..CurveOptions::default() };
         let (curve, started) = match orbit::curve(scene, with, from, to, &settings)? {
@@ -93,6 +94,7 @@ impl NearestKeys {
         let names = self.nearest.iter();
         let parameters = names.map(|name| parameter_number(scene, name));
         let parameters = parameters.collect::<Result<Vec<_>, _>>()?;
+        scene.check_period(&parameters)?;
         let own = |&parameter: &usize| match scene.model.parameters[parameter].value.to_f64().abs()
         {
             0.0 => 1.0,

@@ -6,12 +6,12 @@ use serde::{Deserialize, Serialize};
 use super::orbits::searched;
 use crate::analysis::orbits::{OrbitsRequest, orbits};
 use crate::analysis::periodic::ContactItinerary;
-use crate::analysis::{Progress, TimeSeries, TimeSeriesRequest, time_series};
+use crate::analysis::{Progress, TimeSeries, TimeSeriesRequest, series_bytes, time_series};
 use crate::convergence::ConvergenceStudy;
 use crate::model::Shape;
 use crate::pipeline::answer::edge_remark;
 use crate::pipeline::keys::{ACTIVE, COORDINATES, KeyError, named_offsets};
-use crate::pipeline::{Answer, Ended, Error, Settled, StudyRequest};
+use crate::pipeline::{Answer, Ended, Error, Settled, Source, StudyRequest, refuse_memory};
 use crate::report::{
     Document, DocumentKind, Named, SectionDocument, TimeSeriesListing, convergence_figures,
     convergence_table, convergence_text, counted, time_series_figures, time_series_table,
@@ -92,6 +92,7 @@ impl TrajectoryKeys {
     /// As [`request`](Self::request); [`Error::Analysis`] if the simulator refuses the offsets.
     pub fn answer(&self, settled: &Settled, progress: &dyn Progress) -> Result<Answer, Error> {
         let (request, remarks) = self.request(settled, progress)?;
+        refuse_memory(series_bytes(settled.scene(), &request))?;
         let series = time_series(settled.scene(), settled.orbit(), &request)?;
         let answer = trajectory_answer(settled, &request, &series)?;
         Ok(Answer { remarks, ..answer })
@@ -123,7 +124,7 @@ fn periodic_start(
     progress: &dyn Progress,
     remarks: &mut Vec<String>,
 ) -> Result<(Vec<f64>, usize), Error> {
-    let map = settled.clone().plan()?.expand()?;
+    let map = Source::Graze(settled.graze().clone()).map_or_free_flight()?;
     let itinerary = ContactItinerary::parse(digits, map.local().passages());
     let itinerary = itinerary.map_err(KeyError::from)?;
     let returns = itinerary.returns().len();

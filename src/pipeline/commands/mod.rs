@@ -11,7 +11,7 @@ mod orbits;
 
 use serde::Deserialize;
 
-use super::{Answer, Error, Source};
+use super::{Answer, Error, Map, OrbitsOf, Source};
 use crate::analysis::{Progress, Shard};
 
 pub(super) use continuation::diagram_branches;
@@ -75,7 +75,7 @@ impl Command {
     /// As [`answer`](Self::answer).
     pub fn share(&self, source: Source, shard: &Shard<'_>) -> Result<(), Error> {
         match self {
-            Self::Branch(keys) => keys.share(&source.map()?, shard),
+            Self::Branch(keys) => keys.share(&searched(source, keys.using)?, shard),
             _ => Ok(()),
         }
     }
@@ -87,14 +87,23 @@ impl Command {
     /// Those of its keys, and of the steps of the pipeline that it takes.
     pub fn answer(&self, source: Source, progress: &dyn Progress) -> Result<Answer, Error> {
         match self {
-            Self::Branch(keys) => keys.answer(&source.map()?, progress),
-            Self::Loci(keys) => keys.answer(&source.map()?, progress),
-            Self::Orbits(keys) => keys.answer(&source.map()?, progress),
+            Self::Branch(keys) => keys.answer(&searched(source, keys.using)?, progress),
+            Self::Loci(keys) => keys.answer(&searched(source, keys.using)?, progress),
+            Self::Orbits(keys) => keys.answer(&searched(source, keys.using)?, progress),
             Self::Trajectory(keys) => keys.answer(&source.settle()?, progress),
             Self::Converge(keys) => keys.answer(&source.settle()?, progress),
             Self::Curve(keys) => keys.answer(source.scene()),
             Self::Nearest(keys) => keys.answer(source.scene()),
             Self::Noise(keys) => keys.answer(&source.map()?, progress),
         }
+    }
+}
+
+/// The map in which orbits are looked for; of direct simulation the free flight where there is
+/// none.
+fn searched(source: Source, using: OrbitsOf) -> Result<Map, Error> {
+    match using {
+        OrbitsOf::Map => source.map(),
+        OrbitsOf::Direct => source.map_or_free_flight(),
     }
 }

@@ -79,6 +79,12 @@ pub enum AnalysisError {
         /// The coordinate.
         name: String,
     },
+    /// Contacts of a map were asked for that has none.
+    #[error(
+        "the contacts of this map are not expanded; direct simulation alone can be asked for \
+         (`with = [\"direct\"]`, `--using direct`)"
+    )]
+    NoContacts,
     /// Direct simulation was asked for in single precision.
     #[error(
         "direct simulation computes in double precision or double-double; single precision is \
@@ -94,6 +100,11 @@ pub enum AnalysisError {
     /// An expansion failed.
     #[error(transparent)]
     Expansion(#[from] ExpansionError),
+}
+
+/// Refuses a map whose contacts are not expanded.
+pub(crate) fn check_contacts(map: &LocalMap) -> Result<(), AnalysisError> {
+    if map.has_contacts() { Ok(()) } else { Err(AnalysisError::NoContacts) }
 }
 
 /// The number of a parameter among the variables of a map.

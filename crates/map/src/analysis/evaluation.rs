@@ -135,10 +135,24 @@ impl<S: Real> MapEvaluation<S> {
     }
 
     /// The depths of all passages as the section sees them.
+    ///
+    /// Where contacts are not [expanded](LocalMap::has_contacts), those of the free flight.
     pub fn depths(map: &LocalMap) -> DepthEvaluation<S> {
         let last = map.stages.iter().rposition(Stage::is_passage);
-        DepthEvaluation {
-            until_last: Self::of(map, &map.stages[..last.map_or(0, |last| last + 1)]),
+        let mut until_last = Self::of(map, &map.stages[..last.map_or(0, |last| last + 1)]);
+        if !map.has_contacts() {
+            until_last.ignore_contacts();
+        }
+        DepthEvaluation { until_last }
+    }
+
+    /// Takes all corrections off.
+    fn ignore_contacts(&mut self) {
+        for stage in &mut self.stages {
+            if let StageOf::Contact(contact) = stage {
+                let corrections = contact.linear.iter_mut().chain(&mut contact.quadratic);
+                corrections.for_each(|jet| *jet = Jet::zero(jet.space()));
+            }
         }
     }
 

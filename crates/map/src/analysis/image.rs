@@ -1,7 +1,7 @@
 //! Images of rows of offsets under the map, its parts, or direct simulation, iterated.
 
 use super::direct_image::{DirectEnd, DirectImage};
-use super::error::{AnalysisError, check_length};
+use super::error::{AnalysisError, check_contacts, check_length};
 use super::evaluation::MapEvaluation;
 use crate::expansion::{LocalMap, WindowBound};
 use crate::hybrid::HybridSystem;
@@ -114,7 +114,8 @@ impl ImageRecord {
 ///
 /// [`AnalysisError::Length`] if a row does not fit the section or the active parameters;
 /// [`AnalysisError::Hybrid`] if an offset is not finite; [`AnalysisError::SingleSimulation`] for
-/// direct simulation in single precision.
+/// direct simulation in single precision; [`AnalysisError::NoContacts`] for images by contacts that
+/// are not expanded.
 pub fn images(
     scene: &Scene,
     orbit: &GrazingOrbit,
@@ -124,6 +125,9 @@ pub fn images(
     for row in &request.rows {
         check_length("offsets of the state", map.dimension(), row.state.len())?;
         check_length("offsets of the parameters", map.parameters.len(), row.parameters.len())?;
+    }
+    if !matches!(request.using, Using::Direct | Using::Smooth) {
+        check_contacts(map)?;
     }
     match (request.using, request.precision) {
         (Using::Direct | Using::Guarded, Precision::F32) => Err(AnalysisError::SingleSimulation),

@@ -16,6 +16,7 @@ pub mod fit;
 mod free_flight;
 mod image;
 pub mod loci;
+mod memory;
 pub mod noise;
 pub mod orbits;
 pub mod periodic;
@@ -35,6 +36,10 @@ pub use error::AnalysisError;
 pub use evaluation::{Arrival, DepthEvaluation, MapEvaluation, MapImage};
 pub use free_flight::{FreeFlight, SectionChange};
 pub use image::{ImageRecord, ImageRequest, ImageRow, Precision, Using, images};
+pub use memory::{
+    basin_bytes, chart_bytes, charts_bytes, diagram_bytes, diagrams_bytes, image_bytes,
+    noise_bytes, orbit_bytes, series_bytes,
+};
 pub(crate) use progress::place_of;
 pub use progress::{Gathered, Joining, NoProgress, Part, Pieces, Progress, Shard, Share};
 pub use section_frame::{EscapeBound, SectionFrame, escape_bounds, itinerary};

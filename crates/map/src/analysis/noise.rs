@@ -10,7 +10,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::direct_map::DirectMap;
-use super::error::{AnalysisError, check_length};
+use super::error::{AnalysisError, check_contacts, check_length};
 use super::progress::Progress;
 use crate::expansion::LocalMap;
 use crate::hybrid::HybridSystem;
@@ -98,6 +98,9 @@ pub fn noise(
     check_length("standard deviations", active, request.deviations.len())?;
     check_length("coordinates of the start", dimension, request.start.len())?;
     check_length("ranges", dimension, request.ranges.len())?;
+    if request.method != Method::Direct {
+        check_contacts(map)?;
+    }
     let system = HybridSystem::new(&scene.model);
     let direct = DirectMap::new(&system, scene, orbit)?;
     let run = HornerMap::new(map);
@@ -119,7 +122,7 @@ pub fn noise(
 }
 
 /// Orbits that go in step: sums over them are taken in the same order on any number of threads.
-const CHUNK: usize = 256;
+pub(super) const CHUNK: usize = 256;
 
 /// Some of the orbits.
 struct Part<'a> {

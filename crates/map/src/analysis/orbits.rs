@@ -154,7 +154,8 @@ const SIZES: [f64; 2] = [-0.99, 100.0];
 
 /// The periodic orbits of the itineraries asked for, and their folds and flips.
 ///
-/// Looked for in the map ([`ItinerarySearch`]), physical and virtual ones. With
+/// Looked for in the map ([`ItinerarySearch`]), physical and virtual ones, where its contacts are
+/// [expanded](LocalMap::has_contacts). With
 /// [`OrbitsRequest::direct`] every physical one is solved for again by direct simulation in
 /// double-double from there, and that orbit is returned; those without one are listed as lost.
 /// With [`OrbitsRequest::far`] branches of direct simulation are followed in one parameter, and
@@ -185,8 +186,10 @@ pub fn orbits(
         scene,
         orbit,
         map,
-        search: ItinerarySearch::new(map),
-        by_map: ByMap::new(scene, orbit, map)?,
+        by_map: match map.has_contacts() {
+            true => Some((ItinerarySearch::new(map), ByMap::new(scene, orbit, map)?)),
+            false => None,
+        },
         direct: match request.direct {
             true => Some(Direct::new(&system, scene, orbit, map)?),
             false => None,
@@ -259,15 +262,18 @@ struct Finder<'a> {
     scene: &'a Scene,
     orbit: &'a GrazingOrbit,
     map: &'a LocalMap,
-    search: ItinerarySearch<'a>,
-    by_map: ByMap<'a>,
+    /// The search in the map; `None` where its contacts are not expanded.
+    by_map: Option<(ItinerarySearch<'a>, ByMap<'a>)>,
     /// Where the map's orbits are looked for by direct simulation.
     direct: Option<Direct<'a>>,
 }
 
 impl Finder<'_> {
     fn orbits(&self, itinerary: &ContactItinerary, at: &[f64]) -> Vec<Outcome> {
-        let found = self.search.orbits(itinerary, at);
+        let Some((search, by_map)) = &self.by_map else {
+            return Vec::new();
+        };
+        let found = search.orbits(itinerary, at);
         let mut direct = self.direct.clone();
         let outcome = |orbit: &ItineraryOrbit<Dd>| match &mut direct {
             Some(_) if !orbit.is_physical() => None,
@@ -276,7 +282,7 @@ impl Finder<'_> {
                 parameters: at.to_vec(),
                 reason,
             })),
-            None => self.by_map.found(itinerary, orbit).map(Ok),
+            None => by_map.found(itinerary, orbit).map(Ok),
         };
         found.iter().filter_map(outcome).collect()
     }

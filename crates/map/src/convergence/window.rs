@@ -117,6 +117,9 @@ pub enum BoundOrigin {
     Radius,
     /// The scene leaves it open.
     Measured,
+    /// The scene leaves it open, and there are no contacts to measure it with: a share of the
+    /// natural size.
+    Assumed,
 }
 
 /// What is bounded.
@@ -185,6 +188,21 @@ pub struct MeasuredWindow {
 }
 
 impl MeasuredWindow {
+    /// The window of a map whose contacts are not expanded: no errors are measured on it.
+    pub fn assumed(scene: &Scene, orbit: &GrazingOrbit, local: &LocalMap) -> Self {
+        let stated = MapWindow::stated(scene, orbit);
+        let origins = stated.bounds().map(|bound| match bound.is_finite() {
+            true => BoundOrigin::Scene,
+            false => BoundOrigin::Assumed,
+        });
+        Self {
+            tolerance: WindowTolerance::of(scene),
+            bounds: named_bounds(local, &local.window, origins),
+            errors: Vec::new(),
+            sample: SampleSummary { points: 0, excluded: 0 },
+        }
+    }
+
     /// Whether the map keeps its tolerance, and every point of the window has an image.
     pub fn is_kept(&self) -> bool {
         self.sample.excluded == 0 && self.errors.iter().all(CoordinateError::is_within)
@@ -383,6 +401,24 @@ impl<'a> Bounds<'a> {
     }
 }
 
+/// The bounds of a window of a map by name.
+fn named_bounds(
+    local: &LocalMap,
+    window: &MapWindow,
+    origins: impl Iterator<Item = BoundOrigin>,
+) -> Vec<WindowBound> {
+    let kinds = std::iter::once(BoundKind::Depth)
+        .chain(std::iter::repeat_n(BoundKind::State, local.dimension()))
+        .chain(std::iter::repeat(BoundKind::Parameter));
+    let parameters = local.parameters.iter().map(|active| &active.name);
+    let names = local.section.coordinates.iter().chain(parameters).cloned();
+    let names = std::iter::once("depth".to_owned()).chain(names);
+    let bounds = kinds.zip(names).zip(window.bounds().zip(origins));
+    bounds
+        .map(|((kind, name), (value, origin))| WindowBound { kind, name, value, origin })
+        .collect()
+}
+
 /// A map held to its tolerance on windows of any size.
 struct Search<'a> {
     returns: ExactReturns<'a>,
@@ -517,16 +553,6 @@ impl Search<'_> {
         lost: usize,
     ) -> MeasuredWindow {
         let dimension = local.dimension();
-        let kinds = std::iter::once(BoundKind::Depth)
-            .chain(std::iter::repeat_n(BoundKind::State, dimension))
-            .chain(std::iter::repeat(BoundKind::Parameter));
-        let parameters = local.parameters.iter().map(|active| &active.name);
-        let names = local.section.coordinates.iter().chain(parameters).cloned();
-        let names = std::iter::once("depth".to_owned()).chain(names);
-        let values = window.bounds().zip(self.bounds.origins());
-        let bounds = kinds.zip(names).zip(values);
-        let bounds =
-            bounds.map(|((kind, name), (value, origin))| WindowBound { kind, name, value, origin });
         let errors = images.map(|images| images.largest_errors(self.run));
         let errors = errors.unwrap_or_else(|| vec![f64::NAN; dimension]);
         let limits = self.tolerance.limits(window).into_iter().zip(&window.state);
@@ -540,7 +566,7 @@ impl Search<'_> {
         let none = SampleSummary { points: 0, excluded: lost };
         MeasuredWindow {
             tolerance: self.tolerance,
-            bounds: bounds.collect(),
+            bounds: named_bounds(local, window, self.bounds.origins()),
             errors: errors.collect(),
             sample: images.map_or(none, ExactImages::summary),
         }

@@ -114,13 +114,17 @@ impl ExpansionError {
 pub enum ContactLawError {
     /// A function at its corner or singularity on the surface.
     #[error(
-        "the contact law of surface `{surface}` is not analytic at the graze: {function} of \
-         {argument:e} there; it has no Taylor series on the surface (a power of the depth that is \
-         not whole, as Hertz's, would need integrals over the contact in its place)"
+        "the {} of surface `{surface}` is not analytic at the graze: {function} of {argument:e} \
+         there; it has no Taylor series on the surface and no map has its contacts (a power that \
+         is not whole, as Hertz's, would need another one than of whole powers); direct simulation \
+         needs none: `with = [\"direct\"]`, `--using direct`",
+        if *.rigid { "impact" } else { "contact law" }
     )]
     NotAnalytic {
         /// Name of the surface.
         surface: String,
+        /// Whether the stop is rigid.
+        rigid: bool,
         /// The function, with its exponent for a power.
         function: String,
         /// Its argument at the grazing point (for `min` and `max` the difference).

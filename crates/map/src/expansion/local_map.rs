@@ -26,7 +26,7 @@ pub struct LocalMap {
     pub section: MapSection,
     /// Active parameters, in order.
     pub parameters: Vec<ActiveParameter>,
-    /// Truncation orders.
+    /// Truncation orders; the contact weight is 0 where contacts are not expanded.
     pub orders: MapOrders,
     /// Name of the surface of each passage, in the order in which they are met from the section.
     pub surfaces: Vec<String>,
@@ -253,6 +253,12 @@ impl LocalMap {
     /// Number of coordinates.
     pub fn dimension(&self) -> usize {
         self.section.coordinates.len()
+    }
+
+    /// Whether the contacts of this map are expanded. Those of [`free_flight`](super::free_flight())
+    /// are not: their corrections are NaN, so that no point in contact has an image.
+    pub fn has_contacts(&self) -> bool {
+        self.orders.contact_weight > 0
     }
 
     /// Whether a contact of this map is flown.

@@ -10,6 +10,7 @@ mod discontinuity;
 mod error;
 mod expand;
 mod flown;
+mod free_flight;
 mod local_map;
 mod lost_digits;
 mod lowering;
@@ -25,6 +26,7 @@ pub use discontinuity::{ImpactSpeed, discontinuity, impact_speed};
 pub use error::{ContactLawError, ExpansionError, FlightError};
 pub use expand::{Expander, Legs, RADIUS_ORDER};
 pub use flown::{Arithmetic, FlightPlan, FlightWindow, FlownContact, Numbers, flown_contact};
+pub use free_flight::free_flight;
 pub use local_map::{
     ActiveParameter, Contact, DepthForm, Leg, LocalMap, MapSection, MapWindow, SectionKind, Stage,
     WindowBound,

@@ -37,8 +37,8 @@ impl Passage {
     ///
     /// # Errors
     ///
-    /// [`ExpansionError::ContactLaw`] if a contact field or release function is not analytic at
-    /// `state`, the grazing point.
+    /// [`ExpansionError::ContactLaw`] if a reset, contact field or release function is not analytic
+    /// at `state`, the grazing point.
     pub fn new(
         model: &Model,
         number: usize,
@@ -48,17 +48,22 @@ impl Passage {
     ) -> Result<Self, ExpansionError> {
         let surface = &model.surfaces[number];
         let inputs = jet_inputs(model.dimension(), parameters, active);
+        let graze: Vec<Dd> = state.iter().chain(parameters).copied().collect();
+        let analytic = |outputs: &[NodeId], rigid: bool| {
+            let Some(corner) = corner_under(&model.graph, outputs, &graze) else {
+                return Ok(());
+            };
+            let (Corner { function, argument }, surface) = (corner, surface.name.clone());
+            Err(ContactLawError::NotAnalytic { surface, rigid, function, argument })
+        };
         let law = match &surface.response {
             Response::Impact { reset } => {
+                analytic(reset, true)?;
                 ContactLaw::Rigid { reset: Program::new(&model.graph, reset, &inputs) }
             }
             Response::Contact { field, release } => {
-                let graze: Vec<Dd> = state.iter().chain(parameters).copied().collect();
                 let outputs: Vec<_> = field.iter().copied().chain([*release]).collect();
-                if let Some(corner) = corner_under(&model.graph, &outputs, &graze) {
-                    let (Corner { function, argument }, surface) = (corner, surface.name.clone());
-                    return Err(ContactLawError::NotAnalytic { surface, function, argument }.into());
-                }
+                analytic(&outputs, false)?;
                 let watched = [*release, surface.event];
                 let kinds = bound_but(active, parameters);
                 let flight = AffineLaw::new(

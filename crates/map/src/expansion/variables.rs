@@ -114,31 +114,40 @@ pub fn check_orders(scene: &Scene) -> Result<(), ExpansionError> {
 
 impl Variables {
     fn check_orders(&self, orders: MapOrders) -> Result<(), ExpansionError> {
-        let divisor = self.divisor();
-        let smooth: Vec<u32> = self.weights.iter().map(|own| own / divisor).collect();
-        let contact = self.contact_weights();
-        let of_smooth =
-            |order: u32| JetSpace::size(&smooth, (DEVIATION_WEIGHT * order / divisor) as usize).1;
-        let of_contact = |weight: u32| JetSpace::size(&contact, weight as usize).1;
-        let series: [(_, _, _, &dyn Fn(u32) -> u128); 2] = [
-            ("smooth_order", orders.smooth_order, smooth.len(), &of_smooth),
-            ("contact_weight", orders.contact_weight, contact.len(), &of_contact),
+        let highest = self.within(orders, MOST_PRODUCTS);
+        let [smooth, contact] = self.products(orders);
+        let contacts = self.contact_weights().len();
+        let series = [
+            ("smooth_order", orders.smooth_order, self.weights.len(), smooth, highest.smooth_order),
+            ("contact_weight", orders.contact_weight, contacts, contact, highest.contact_weight),
         ];
-        for (key, order, variables, products) in series {
-            let found = products(order);
-            if found > MOST_PRODUCTS {
-                let highest = (1..order).rev().find(|&lower| products(lower) <= MOST_PRODUCTS);
-                return Err(ExpansionError::TooMuchWork {
-                    key,
-                    order,
-                    variables,
-                    products: found,
-                    most: MOST_PRODUCTS,
-                    highest: highest.unwrap_or(1),
-                });
+        for (key, order, variables, products, highest) in series {
+            if products > MOST_PRODUCTS {
+                let most = MOST_PRODUCTS;
+                let work =
+                    ExpansionError::TooMuchWork { key, order, variables, products, most, highest };
+                return Err(work);
             }
         }
         Ok(())
+    }
+
+    /// Products of coefficients in a product of two series of the smooth and of the contact order.
+    fn products(&self, orders: MapOrders) -> [u128; 2] {
+        let divisor = self.divisor();
+        let smooth: Vec<u32> = self.weights.iter().map(|own| own / divisor).collect();
+        let order = (DEVIATION_WEIGHT * orders.smooth_order / divisor) as usize;
+        let weight = orders.contact_weight as usize;
+        [JetSpace::size(&smooth, order).1, JetSpace::size(&self.contact_weights(), weight).1]
+    }
+
+    /// The highest orders, none above these, with at most so many products; at least 1.
+    pub(super) fn within(&self, orders: MapOrders, most: u128) -> MapOrders {
+        let highest = |order: u32, place: usize| {
+            let products = |order: u32| self.products(MapOrders::new(order, order))[place];
+            (1..=order).rev().find(|&lower| products(lower) <= most).unwrap_or(1)
+        };
+        MapOrders::new(highest(orders.smooth_order, 0), highest(orders.contact_weight, 1))
     }
 }
 

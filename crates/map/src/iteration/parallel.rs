@@ -7,6 +7,11 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use rayon::prelude::*;
 
+/// Threads among which work is shared.
+pub(crate) fn threads() -> usize {
+    rayon::current_num_threads()
+}
+
 /// The values of items, in the items' order.
 ///
 /// ```

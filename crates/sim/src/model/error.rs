@@ -7,6 +7,7 @@ use miette::{Diagnostic, LabeledSpan, SourceCode};
 use thiserror::Error;
 
 use super::expression::ExpressionError;
+use super::fraction::in_pi;
 use super::snippet::Snippet;
 
 /// A fault of a scene, pointing into its file where it has a place there.
@@ -273,6 +274,52 @@ pub enum SceneProblem {
         /// The table.
         table: String,
     },
+    /// A period that depends on a parameter.
+    #[error("`model.phase.period` must be a number, and `{name}` is a parameter")]
+    PeriodOfParameters {
+        /// The parameter.
+        name: String,
+        /// The phase.
+        phase: String,
+    },
+    /// A model that does not repeat after the period of its phase.
+    #[error(
+        "`{key}` does not repeat after the period {} of the phase: from `{phase}` = {from:.6} to \
+         one period later it changes by {change:.3e}",
+        in_pi(*.period)
+    )]
+    Period {
+        /// The key of the expression.
+        key: String,
+        /// The phase.
+        phase: String,
+        /// The period that the scene states.
+        period: f64,
+        /// A phase at which the expression departs from it.
+        from: f64,
+        /// Change of the expression from there to one period later.
+        change: f64,
+        /// Period of its oscillations.
+        repeats: Repeats,
+    },
+    /// A model that repeats after the period of its phase at one value of a parameter that varies.
+    #[error(
+        "`{key}` repeats after the period {} of the phase `{phase}` only where `{parameter}` is \
+         {value}, and `{parameter}` varies",
+        in_pi(*.period)
+    )]
+    PeriodOfParameter {
+        /// The key of the expression.
+        key: String,
+        /// The phase.
+        phase: String,
+        /// The period that the scene states.
+        period: f64,
+        /// The parameter.
+        parameter: String,
+        /// Its value in the scene.
+        value: f64,
+    },
     /// A state without its equation.
     #[error("no equation for state `{state}` in [model.flow]")]
     MissingFlow {
@@ -498,6 +545,54 @@ pub enum SceneProblem {
     },
 }
 
+/// Period of the oscillations in a model.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Repeats {
+    /// All of them repeat after this.
+    After {
+        /// The period.
+        period: f64,
+        /// The parameter that multiplies the phase in each of them, where the phase is time.
+        rate: Option<String>,
+    },
+    /// Two of them have frequencies in an irrational ratio.
+    Never {
+        /// The ratio.
+        ratio: f64,
+        /// Numerator and denominator of a fraction near it.
+        near: (u64, u64),
+        /// Period of two oscillations in that ratio.
+        period: f64,
+    },
+    /// No oscillation repeats: the phase stands outside of sines, cosines and tangents.
+    Unknown,
+}
+
+impl Repeats {
+    /// A remedy, in a few words.
+    fn remedy(&self, phase: &str) -> String {
+        match self {
+            Self::After { period, rate: None } => {
+                format!("it repeats after `period = \"{}\"`", in_pi(*period))
+            }
+            Self::After { period, rate: Some(rate) } => format!(
+                "write `rate = \"{rate}\"` and `{phase}` in the place of `{rate}*{phase}`, or \
+                 `period = \"{}\"`",
+                in_pi(*period)
+            ),
+            Self::Never { ratio, near: (over, under), period } => format!(
+                "frequencies in the ratio {ratio:.6} have no common period (quasi-periodic \
+                 forcing); take a ratio of whole numbers, {over}/{under} with `period = \"{}\"` \
+                 for example",
+                in_pi(*period)
+            ),
+            Self::Unknown => {
+                format!("`{phase}` repeats inside of sin, cos and tan, and not outside of them")
+            }
+        }
+    }
+}
+
 /// The nearest known name, in brackets.
 fn in_brackets(nearest: &Option<String>) -> String {
     let meant = nearest.as_ref();
@@ -533,6 +628,15 @@ impl SceneProblem {
             Self::UnknownWord { nearest, choices, .. } => {
                 meant(nearest).or_else(|| Some(format!("one of {choices}")))
             }
+            Self::PeriodOfParameters { name, phase } => Some(format!(
+                "write `rate = \"{name}\"`, `period = \"2*pi\"`, and `cos({phase})` in the place \
+                 of `cos({name}*{phase})`"
+            )),
+            Self::Period { phase, repeats, .. } => Some(repeats.remedy(phase)),
+            Self::PeriodOfParameter { phase, parameter, .. } => Some(format!(
+                "write `rate = \"{parameter}\"` and `{phase}` in the place of \
+                 `{parameter}*{phase}`, or leave `{parameter}` as it is"
+            )),
             Self::NotAName { .. } => {
                 Some("letters, digits and `_`, not first a digit, at most 64".to_owned())
             }

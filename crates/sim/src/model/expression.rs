@@ -57,6 +57,9 @@ pub enum ExpressionError {
         /// The character, escaped where it cannot be printed.
         found: String,
     },
+    /// The power operator of other languages.
+    #[error("`**` is not an operator")]
+    DoubleStar,
     /// A malformed number.
     #[error("malformed number `{text}`")]
     Number {
@@ -129,17 +132,30 @@ impl ExpressionError {
             None => otherwise.to_owned(),
         };
         match self {
-            Self::UnknownVariable { nearest, .. } => {
-                Some(meant(nearest, "not a state, the phase, a parameter or a `let`"))
-            }
-            Self::UnknownFunction { nearest, .. } => {
-                Some(meant(nearest, "not a function; a product needs `*`"))
+            Self::UnknownVariable { name, nearest } => Some(match names::spelling(name) {
+                Some(spelling) if nearest.is_none() => spelling.to_owned(),
+                _ => meant(nearest, "not a state, the phase, a parameter or a `let`"),
+            }),
+            Self::UnknownFunction { name, nearest } => Some(match names::spelling(name) {
+                Some(spelling) => spelling.to_owned(),
+                None => meant(nearest, "not a function; a product needs `*`"),
+            }),
+            Self::Character { found } => names::spelling(found).map(str::to_owned),
+            Self::DoubleStar => Some("a power is `^`, as in `x^2`".to_owned()),
+            Self::Number { text } if text.parse::<f64>().is_err() && is_product(text) => {
+                Some("a product needs `*`".to_owned())
             }
             Self::FunctionWithoutArguments { name } => Some(format!("write `{name}(...)`")),
             Self::TooDeep { .. } | Self::TooLong { .. } => Some("split it with `let`".to_owned()),
             _ => None,
         }
     }
+}
+
+/// Whether a text is a number with a name glued to it.
+fn is_product(text: &str) -> bool {
+    let end = text.find(|letter: char| letter.is_ascii_alphabetic() || letter == '_');
+    end.is_some_and(|end| text[..end].parse::<f64>().is_ok() && names::is_name(&text[end..]))
 }
 
 /// Longest expression read, in bytes.
@@ -333,6 +349,9 @@ impl Parser<'_> {
                 let end = self.close(span.clone())?;
                 Ok((inner, span.start..end))
             }
+            Token::Symbol(b'*') if self.text[..span.start].ends_with('*') => {
+                Err(Spanned::new(ExpressionError::DoubleStar, span.start - 1..span.end))
+            }
             _ => Err(Spanned::new(
                 ExpressionError::ExpectedOperand { found: self.found(&span) },
                 span,
@@ -522,6 +541,32 @@ mod tests {
             ("abs(-3)*sign(-2)", -3.0),
         ] {
             assert_eq!(value(text), Ok(expected), "{text}");
+        }
+    }
+
+    #[test]
+    fn spellings_of_other_languages_get_the_one_of_this_one() {
+        for (text, expected) in [
+            ("2**3", "a power is `^`"),
+            ("|-2|", "`abs(x)`"),
+            ("heaviside(1)", "`contact`"),
+            ("H(1)", "`contact`"),
+            ("ln(2)", "`log`"),
+            ("pow(2, 3)", "`a^b`"),
+            ("arctan(2)", "`atan`"),
+            ("sgn(2)", "`sign`"),
+            ("2*\u{3c0}", "`pi`"),
+            ("2*PI", "`pi`"),
+            ("2pi", "needs `*`"),
+            ("2\u{b7}3", "`*`"),
+            ("3\u{b2}", "`^2`"),
+            ("1 > 2", "`contact`"),
+        ] {
+            let label = value(text).expect_err("another language").label();
+            assert!(
+                label.as_ref().is_some_and(|label| label.contains(expected)),
+                "{text}: {label:?}"
+            );
         }
     }
 

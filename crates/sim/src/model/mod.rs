@@ -5,13 +5,14 @@
 pub mod catalogue;
 mod error;
 mod expression;
+mod fraction;
 pub mod graph;
 mod names;
 mod oscillator;
 mod scene;
 mod snippet;
 
-pub use error::{OverrideReason, SceneError, SceneHeadline, SceneProblem};
+pub use error::{OverrideReason, Repeats, SceneError, SceneHeadline, SceneProblem};
 pub use expression::ExpressionError;
 pub use graph::{Binary, CornerOperation, ExpressionGraph, Node, NodeId, Unary};
 pub use names::nearest;

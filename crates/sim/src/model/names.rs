@@ -61,9 +61,61 @@ pub(super) fn function_names() -> impl Iterator<Item = &'static str> {
     FUNCTIONS.iter().map(|&(name, _)| name)
 }
 
-/// Whether a name belongs to the language: a function, `pi` or `free`.
+/// Remedy for a switch between two laws.
+const SWITCH: &str = "a law that switches at a surface is a `[[model.surface]]` with `contact`; \
+                      elsewhere `(1 + sign(x))/2`, or smooth `(1 + tanh(k*x))/2`";
+
+/// Remedy for a function that is not analytic.
+const STEPS: &str = "no such function is analytic; `tanh(k*sin(theta))` is a square wave";
+
+/// Names and characters of other languages, with the spelling of this one.
+const SPELLINGS: &[(&[&str], &str)] = &[
+    (&["heaviside", "h", "step", "unitstep", "u"], SWITCH),
+    (&["if", "ifelse", "iif", "where", "piecewise", "select"], SWITCH),
+    (&["<", ">", "=", "?", "&", "\u{2264}", "\u{2265}"], SWITCH),
+    (&["floor", "ceil", "round", "mod", "fmod", "square", "sawtooth", "%"], STEPS),
+    (&["ln", "loge"], "the natural logarithm is `log`"),
+    (&["log10", "lg"], "write `log(x)/log(10)`"),
+    (&["log2", "ld"], "write `log(x)/log(2)`"),
+    (&["pow", "power"], "a power is `a^b`"),
+    (&["arcsin"], "the arc sine is `asin`"),
+    (&["arccos"], "the arc cosine is `acos`"),
+    (&["arctan"], "the arc tangent is `atan`"),
+    (&["arctan2"], "the angle of a point is `atan2(y, x)`"),
+    (&["sgn", "signum"], "the sign is `sign`"),
+    (&["fabs", "|"], "the absolute value is `abs(x)`"),
+    (&["sqr"], "a square is `x^2`"),
+    (&["cbrt"], "write `x^(1/3)`"),
+    (&["cot"], "write `cos(x)/sin(x)`"),
+    (&["sec"], "write `1/cos(x)`"),
+    (&["csc", "cosec"], "write `1/sin(x)`"),
+    (&["coth"], "write `1/tanh(x)`"),
+    (&["sech"], "write `1/cosh(x)`"),
+    (&["csch"], "write `1/sinh(x)`"),
+    (&["asinh", "arcsinh"], "write `log(x + sqrt(x^2 + 1))`"),
+    (&["acosh", "arccosh"], "write `log(x + sqrt(x^2 - 1))`"),
+    (&["atanh", "arctanh"], "write `log((1 + x)/(1 - x))/2`"),
+    (&["pi", "\u{3c0}"], "the number is `pi`"),
+    (&["tau", "\u{3c4}"], "a turn is `2*pi`"),
+    (&["e", "euler"], "the number is `exp(1)`"),
+    (&["\u{b7}", "\u{d7}", "\u{2217}", "\u{22c5}"], "a product is `*`"),
+    (&["\u{2212}", "\u{2013}", "\u{2014}"], "a minus is `-`"),
+    (&["\u{b2}"], "a square is `^2`"),
+    (&["\u{b3}"], "a cube is `^3`"),
+    (&["[", "]", "{", "}"], "brackets are `(` and `)`"),
+];
+
+/// The spelling here of a name or character of another language.
+pub(super) fn spelling(foreign: &str) -> Option<&'static str> {
+    let lower = foreign.to_lowercase();
+    let known = SPELLINGS.iter().find(|(names, _)| names.contains(&&*lower));
+    known.map(|&(_, spelling)| spelling)
+}
+
+/// Whether a name belongs to the language: a function, `pi` or `free`; or to numbers, as `nan` and
+/// `inf` do, which no table of results could tell from values.
 pub(super) fn is_reserved(name: &str) -> bool {
-    name == PI || name == FREE || function(name).is_some()
+    name == PI || name == FREE || function(name).is_some() || name.parse::<f64>().is_ok()
 }
 
 /// Whether a text has the form of a name: `[A-Za-z_][A-Za-z0-9_]*`, not too long.

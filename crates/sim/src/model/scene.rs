@@ -4,6 +4,7 @@ mod diagram;
 mod document;
 mod load;
 mod oscillator;
+mod period;
 mod tables;
 
 use std::fmt;
@@ -353,8 +354,12 @@ impl DiagramRequest {
             Spacing::Even => even_offsets(self.range, self.points),
             Spacing::Listed(values) => values.clone(),
             Spacing::Logarithmic => {
-                let places = even_offsets([0.0, (last / first).ln()], self.points);
-                let inner = |&place: &f64| first * place.exp();
+                let places = even_offsets([0.0, logarithm(last, first)], self.points);
+                // Twice the root: a power alone may be larger than any number.
+                let inner = |&place: &f64| match place.exp() {
+                    power if power.is_finite() => first * power,
+                    _ => first * (0.5 * place).exp() * (0.5 * place).exp(),
+                };
                 let mut offsets: Vec<f64> = places.iter().map(inner).collect();
                 if let [_, .., end] = &mut offsets[..] {
                     *end = last;
@@ -365,6 +370,13 @@ impl DiagramRequest {
     }
 }
 
+/// Logarithm of a quotient of two numbers of one sign, though it be larger than any number.
+fn logarithm(over: f64, under: f64) -> f64 {
+    let quotient = over / under;
+    let is_normal = quotient.is_finite() && quotient > 0.0;
+    if is_normal { quotient.ln() } else { over.abs().ln() - under.abs().ln() }
+}
+
 /// Evenly spaced offsets, increasing; both ends are met exactly.
 pub fn even_offsets([first, last]: [f64; 2], points: usize) -> Vec<f64> {
     let offset = |index: usize| {
@@ -372,7 +384,8 @@ pub fn even_offsets([first, last]: [f64; 2], points: usize) -> Vec<f64> {
             return last;
         }
         let share = index as f64 / (points.max(2) - 1) as f64;
-        first + share * (last - first)
+        let width = last - first;
+        if width.is_finite() { first + share * width } else { (1.0 - share) * first + share * last }
     };
     (0..points).map(offset).collect()
 }

@@ -148,13 +148,6 @@ impl BasinRequest {
     }
 }
 
-/// Bytes that a basin takes in memory.
-pub fn basin_bytes(request: &BasinRequest) -> u64 {
-    /// Of a cell, while it is refined, ranked and drawn.
-    const CELL: usize = 150;
-    (CELL * request.points[0] * request.points[1]) as u64
-}
-
 /// Basins of attraction in a plane of states of the section.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Basin {

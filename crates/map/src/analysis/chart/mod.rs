@@ -24,19 +24,6 @@ use grid::Grid;
 
 pub use data::{Chart, ChartAttractor, ChartAxis, ChartCell, ChartClass, Overlay};
 
-/// Bytes that the charts of a scene take in memory.
-pub fn chart_bytes(scene: &Scene) -> u64 {
-    /// Of a cell, with the names of its orbit, while it is refined and drawn; and of each attractor
-    /// besides.
-    const CELL: usize = 400;
-    const ATTRACTOR: usize = 200;
-    let bytes = |request: &ChartRequest| {
-        let cells = request.points[0] * request.points[1] * request.count();
-        (cells * (CELL + ATTRACTOR * (request.attractors - 1))) as u64
-    };
-    scene.charts.iter().map(bytes).sum()
-}
-
 /// A map and where the cells of one chart of it start.
 type Swept<'s> = (&'s dyn SweptMap, &'s [Option<Vec<f64>>]);
 

@@ -137,18 +137,6 @@ fn planned<T>(
     }))
 }
 
-/// Bytes that the diagrams of a scene take in memory, where every value is kept.
-pub fn diagram_bytes(scene: &Scene) -> u64 {
-    /// Of a parameter value beside what is kept there.
-    const POINT: usize = 400;
-    let bytes = |request: &DiagramRequest| {
-        let headings = if request.direction == SweepDirection::Both { 2 } else { 1 };
-        let sweeps = request.with.len() * request.starts.count() * headings;
-        (sweeps * request.points * (POINT + 8 * request.keep)) as u64
-    };
-    scene.diagrams.iter().map(bytes).sum()
-}
-
 /// Runs all sweeps of a plan: one per map, start and heading, maps in order, up before down.
 pub fn run_plan(plan: &DiagramPlan<'_>, progress: &dyn Progress) -> Vec<Sweep> {
     let run = |number, (map, start, heading): (&dyn SweptMap, Option<&[f64]>, _)| {

@@ -24,6 +24,7 @@ pub struct Observer {
     depths: DepthEvaluation<f64>,
     tangency: bool,
     arrival: MapEvaluation<f64>,
+    /// The speed by the map; `None` where it is not drawn or contacts are not expanded.
     speed: Option<ImpactSpeed>,
     /// The frame and the expression; locked, because evaluating them needs working memory.
     expression: Mutex<(SectionFrame<f64>, Values<f64>)>,
@@ -65,11 +66,11 @@ impl Observer {
         };
         let values = Values::new(&scene.model, &scene.model.graph, &[node]);
         let speed = match kind {
-            Kind::ImpactSpeed => {
+            Kind::ImpactSpeed if map.has_contacts() => {
                 let expander = Expander::new(scene, orbit)?;
                 Some(expander.impact_speed(0, map.orders.contact_weight)?)
             }
-            Kind::EventFunction | Kind::Expression => None,
+            _ => None,
         };
         Ok(Self {
             kind,

@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::observe::Observer;
 use crate::analysis::direct_map::{DIRECT_LANES, DirectMap, DirectPoints, GuardedMap};
-use crate::analysis::error::AnalysisError;
+use crate::analysis::error::{AnalysisError, check_contacts};
 use crate::analysis::section_frame::{escape_bounds, itinerary};
 use crate::expansion::{LocalMap, MapWindow, Stage};
 use crate::hybrid::HybridSystem;
@@ -519,12 +519,16 @@ impl<'a> SweepSubject<'a> {
     /// # Errors
     ///
     /// [`AnalysisError::Hybrid`] if the simulator refuses the model; [`AnalysisError::Expansion`]
-    /// if the impact speed is drawn and cannot be expanded.
+    /// if the impact speed is drawn and cannot be expanded; [`AnalysisError::NoContacts`] where the
+    /// method needs contacts that are not expanded.
     pub(in crate::analysis) fn swept(
         &self,
         method: Method,
     ) -> Result<Box<dyn SweptMap + '_>, AnalysisError> {
         let (scene, orbit, map) = (self.scene, self.orbit, self.map);
+        if method != Method::Direct {
+            check_contacts(map)?;
+        }
         let start = || SmoothFixedPoint::new(map);
         let observer = || Observer::new(scene, orbit, map, self.observe);
         let frozen = || {

@@ -21,7 +21,7 @@ use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
 use super::direct_map::{DirectMap, GuardedMap};
-use super::error::AnalysisError;
+use super::error::{AnalysisError, check_contacts};
 use super::progress::Progress;
 use crate::expansion::LocalMap;
 use crate::hybrid::HybridSystem;
@@ -195,6 +195,9 @@ pub fn fit(
     request: &FitRequest,
     progress: &dyn Progress,
 ) -> Result<Fit, AnalysisError> {
+    if request.method != Method::Direct {
+        check_contacts(map)?;
+    }
     let system = HybridSystem::new(&scene.model);
     let direct = DirectMap::new(&system, scene, orbit)?;
     let run = HornerMap::new(map);

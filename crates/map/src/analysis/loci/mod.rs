@@ -20,7 +20,7 @@ pub use data::{
 };
 pub use equations::CodimensionTwo;
 
-use crate::analysis::error::AnalysisError;
+use crate::analysis::error::{AnalysisError, check_contacts};
 use crate::analysis::periodic::ContactItinerary;
 use crate::analysis::{Part, Progress};
 use crate::expansion::LocalMap;
@@ -40,14 +40,16 @@ const NEAR: f64 = 2.0;
 ///
 /// By the map all parts of every locus, virtual ones too. By direct simulation, in double-double,
 /// the physical parts, followed as far as the orbits make their contacts: looked for along branches
-/// of direct simulation at some values of the first parameter, and at the map's loci. Grazes by
+/// of direct simulation at some values of the first parameter, and at the map's loci where its
+/// contacts are [expanded](LocalMap::has_contacts). Grazes by
 /// direct simulation are those of the passage that a tangency section is of. Tangencies are the
 /// map's. Crises by direct simulation are solved for at some points of the map's.
 ///
 /// # Errors
 ///
 /// [`AnalysisError::Hybrid`] if the simulator refuses the parameters, [`AnalysisError::NotPlanar`]
-/// for crises on a section of other than two coordinates.
+/// for crises on a section of other than two coordinates, [`AnalysisError::NoContacts`] for crises
+/// where the map's contacts are not expanded.
 pub fn loci(
     scene: &Scene,
     orbit: &GrazingOrbit,
@@ -66,11 +68,13 @@ pub fn loci(
     let mut found = Loci::default();
     if request.kinds.iter().any(|&kind| kind != LocusKind::Crisis) {
         let part = Part::new(progress, 0);
-        let by_map = MapLoci::new(map, &near, &part);
-        let traces = by_map.all();
-        found.loci = by_map.all_described(&traces);
-        found.tangencies = by_map.tangencies(&traces);
-        found.without_kick = by_map.without_kick(&traces);
+        if map.has_contacts() {
+            let by_map = MapLoci::new(map, &near, &part);
+            let traces = by_map.all();
+            found.loci = by_map.all_described(&traces);
+            found.tangencies = by_map.tangencies(&traces);
+            found.without_kick = by_map.without_kick(&traces);
+        }
         if request.direct {
             let system = HybridSystem::new(&scene.model);
             let part = Part::new(progress, 1);
@@ -84,6 +88,7 @@ pub fn loci(
         if map.dimension() != 2 {
             return Err(AnalysisError::NotPlanar { dimension: map.dimension() });
         }
+        check_contacts(map)?;
         let crises = MapCrises::new(map, &near).all(&Part::new(progress, 2));
         if request.direct {
             let system = HybridSystem::new(&scene.model);

@@ -1,6 +1,7 @@
 //! A scene from a file or a text, with overrides; and faults of a scene that only some commands
 //! mind: sweeps of frozen parameters, and resets that move a state which only touches.
 
+use std::collections::BTreeSet;
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::Path;
@@ -8,7 +9,7 @@ use std::path::Path;
 use toml_edit::{Document, DocumentMut, Item, TableLike, Value};
 
 use super::document::{Table, shown};
-use super::{Digest, Scene, diagram, oscillator, tables};
+use super::{Digest, Scene, diagram, oscillator, period, tables};
 use crate::model::error::{Checked, Fault, OverrideReason, SceneError, SceneProblem};
 use crate::model::graph::NodeId;
 use crate::model::names::{self, nearest};
@@ -210,6 +211,11 @@ fn read(text: &str, file_name: &str) -> Checked<Scene> {
     let basins = tables("basin")?;
     let basins = basins.iter().map(|table| diagram::read_basin(table, &model, &expansion.active));
     let basins = basins.collect::<Checked<_>>()?;
+    let swept = diagrams.iter().map(|diagram| diagram.parameter);
+    let swept = swept.chain(charts.iter().flat_map(|chart| chart.parameters));
+    let varied: BTreeSet<usize> =
+        grazing.solve_for.iter().chain(&expansion.active).copied().chain(swept).collect();
+    period::check(&root.require("model")?.table()?, &model, &varied, grazing.guess.as_deref())?;
     Ok(Scene {
         file_name: file_name.to_owned(),
         identifier,
@@ -462,6 +468,20 @@ impl Scene {
                 }
             }
             Ok(())
+        })
+    }
+
+    /// Refuses a model that does not repeat after the period of its phase where these parameters
+    /// vary.
+    ///
+    /// # Errors
+    ///
+    /// [`SceneProblem::PeriodOfParameter`] at the first expression that does not repeat.
+    pub fn check_period(&self, varied: &[usize]) -> Result<(), SceneError> {
+        let varied = varied.iter().copied().collect();
+        self.located(|root| {
+            let model = root.require("model")?.table()?;
+            period::check(&model, &self.model, &varied, self.grazing.guess.as_deref())
         })
     }
 

@@ -123,7 +123,16 @@ fn read_phase(table: &Table<'_>, name: String, draft: &mut Draft) -> Checked<Pha
         let name = draft.states.get(input).cloned().unwrap_or(name);
         return Err(entry.fault(SceneProblem::Dependence { key: entry.path.clone(), name }));
     }
-    let period = table.require("period")?.positive()?;
+    let period = table.require("period")?.positive().map_err(|fault| match *fault.problem {
+        SceneProblem::NotConstant { name: ref used, .. }
+            if draft.parameters.iter().any(|known| known.name == *used) =>
+        {
+            let problem =
+                SceneProblem::PeriodOfParameters { name: used.clone(), phase: name.clone() };
+            Fault { problem: Box::new(problem), span: fault.span }
+        }
+        _ => fault,
+    })?;
     Ok(Phase { name, rate, period })
 }
 

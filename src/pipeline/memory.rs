@@ -1,0 +1,50 @@
+//! Refusal of results that the machine has no memory for.
+
+use std::fs;
+
+use super::Error;
+
+/// Results from this size on are announced.
+const LARGE: u64 = 256 << 20;
+
+/// Results up to this size are made without asking the system.
+const SMALL: u64 = 16 << 20;
+
+/// Results above this size no machine has memory for, whatever its system says.
+const LARGEST: u64 = 1 << 46;
+
+/// Refuses results that the machine has no memory for, before anything is computed; what is to be
+/// said of large ones.
+///
+/// # Errors
+///
+/// [`Error::Memory`] where less is free.
+pub fn refuse_memory(bytes: u64) -> Result<Option<String>, Error> {
+    if bytes <= SMALL {
+        return Ok(None);
+    }
+    let (megabytes, available) = (|bytes: u64| bytes >> 20, available());
+    let available = available.or((bytes > LARGEST).then_some(LARGEST));
+    let (needed, free) = (megabytes(bytes), available.map(megabytes));
+    if let Some(available) = free.filter(|&free| needed > free) {
+        return Err(Error::Memory { needed, available });
+    }
+    Ok((bytes >= LARGE).then(|| {
+        let of = free.map_or(String::new(), |free| format!(" of {free} MB that are free"));
+        format!("the results take about {needed} MB of memory{of}")
+    }))
+}
+
+/// Bytes that the system says are free, within the limit of its control group; `None` where it
+/// does not say.
+fn available() -> Option<u64> {
+    let text = fs::read_to_string("/proc/meminfo").ok()?;
+    let line = text.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;
+    let free = 1024 * line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()?;
+    let number = |name: &str| -> Option<u64> {
+        let text = fs::read_to_string(format!("/sys/fs/cgroup/{name}")).ok()?;
+        text.trim().parse().ok()
+    };
+    let group = number("memory.max").zip(number("memory.current"));
+    Some(group.map_or(free, |(most, used)| free.min(most.saturating_sub(used))))
+}
