@@ -17,6 +17,10 @@ use crate::report::SectionDocument;
 pub trait FindGraze {
     /// The grazing orbit of a scene.
     ///
+    /// The orbit is one of the free flow. Where it passes through a surface
+    /// ([`GrazingOrbit::physical`]) it is the origin of offsets for direct simulation alone: it has
+    /// no theory and no map.
+    ///
     /// # Errors
     ///
     /// [`Error::Orbit`] for a scene that contradicts itself, [`Error::NotLocated`] where the search
@@ -58,8 +62,10 @@ impl Graze {
     ///
     /// # Errors
     ///
-    /// [`Error::Orbit`] if the flow of the orbit cannot be computed.
+    /// [`Error::NotLocated`] where the orbit passes through a surface; [`Error::Orbit`] if its flow
+    /// cannot be computed.
     pub fn theory(&self) -> Result<GrazeTheory, Error> {
+        self.orbit.physical(&self.scene)?;
         Ok(graze_theory(&self.scene, &self.orbit)?)
     }
 

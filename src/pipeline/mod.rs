@@ -16,6 +16,7 @@ mod error;
 mod graze;
 mod keys;
 mod map;
+mod offsets;
 mod points;
 mod run;
 mod saved;

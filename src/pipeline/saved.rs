@@ -364,6 +364,7 @@ fn map_from(text: &str) -> Result<Map, String> {
     let scene = saved.source.read()?;
     check_orbit(&scene, &saved.orbit)?;
     check_map(&scene, &saved.map)?;
+    saved.orbit.physical(&scene).map_err(|reason| reason.to_string())?;
     let window = listing.window.clone();
     expect(window.bounds.len() == saved.map.window.bounds().count(), "bounds")?;
     expect(window.errors.len() == saved.map.dimension(), "errors")?;
@@ -400,6 +401,11 @@ fn check_orbit(scene: &Scene, orbit: &GrazingOrbit) -> Result<(), String> {
         expect(graze.parameters.len() == model.parameters.len(), "parameters")?;
         expect(fits(&graze.section), "sections")?;
     }
+    let lies_beyond = orbit.clearance.is_some_and(|clearance| clearance < 0.0);
+    expect(orbit.penetration.is_some() == lies_beyond, "clearances")?;
+    let beyond = orbit.penetration.iter();
+    let mut beyond = beyond.map(|at| (at.surface, at.state.len()));
+    expect(beyond.all(|at| at.0 < model.surfaces.len() && at.1 == dimension), "penetrations")?;
     let rows = orbit.monodromy.iter().all(|row| row.len() + 1 == dimension);
     expect(rows && orbit.monodromy.len() + 1 == dimension, "multipliers")?;
     let mut pairs = orbit.conditions.iter();

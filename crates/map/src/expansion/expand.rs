@@ -72,9 +72,11 @@ impl<'a> Expander<'a> {
     ///
     /// # Errors
     ///
+    /// [`ExpansionError::NotAnOrbit`] where the orbit passes through a surface;
     /// [`ExpansionError::ContactLaw`] where the law of a compliant stop is not analytic at its
     /// graze.
     pub fn new(scene: &'a Scene, orbit: &'a GrazingOrbit) -> Result<Self, ExpansionError> {
+        orbit.physical(scene)?;
         let routes = Routes::of(scene, orbit);
         let grazes = routes.passages.iter();
         let grazes = grazes.map(|&number| Graze::new(scene, orbit, number));

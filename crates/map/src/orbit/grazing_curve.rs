@@ -1,6 +1,6 @@
 //! Grazing curves: a grazing orbit continued in a second parameter, with its special points.
 
-use super::grazing_orbit::GrazingConditions;
+use super::grazing_orbit::{GrazingConditions, Penetration};
 use super::outcome::{NamedValues, NotLocated};
 use crate::numeric::Dd;
 
@@ -48,6 +48,8 @@ pub struct CurvePoint {
     pub conditions: Vec<GrazingConditions<f64>>,
     /// Lowest other minimum of any event function.
     pub clearance: Option<f64>,
+    /// The deepest passage through a surface, where there is one.
+    pub penetration: Option<Penetration>,
 }
 
 impl CurvePoint {
@@ -136,6 +138,13 @@ pub enum CurveEnd {
         /// The full state there.
         at: NamedValues,
     },
+    /// The continuation has computed as much as it may.
+    WorkLimit {
+        /// Duration of a period at the last point.
+        period: f64,
+        /// Taylor steps of that period.
+        steps: u64,
+    },
     /// The second parameter ran away from the range asked for by more than its width.
     LeftRange,
 }
@@ -159,6 +168,13 @@ impl std::fmt::Display for CurveEnd {
                     formatter,
                     "`{function}` in `{key}` comes to its corner at {at}, where there is no Taylor \
                      series"
+                )
+            }
+            CurveEnd::WorkLimit { period, steps } => {
+                write!(
+                    formatter,
+                    "the continuation did the most work it may do: a period lasts {period:.6} here \
+                     and takes about {steps} Taylor steps"
                 )
             }
             CurveEnd::LeftRange => {
