@@ -401,8 +401,14 @@ fn check_orbit(scene: &Scene, orbit: &GrazingOrbit) -> Result<(), String> {
         expect(graze.parameters.len() == model.parameters.len(), "parameters")?;
         expect(fits(&graze.section), "sections")?;
     }
-    let lies_beyond = orbit.clearance.is_some_and(|clearance| clearance < 0.0);
-    expect(orbit.penetration.is_some() == lies_beyond, "clearances")?;
+    let passes_through = orbit.clearance.is_some_and(|clearance| clearance < 0.0);
+    if passes_through && orbit.penetration.is_none() {
+        return Err(
+            "its orbit passes through a surface, as an earlier version accepted it; begin \
+                    with its scene"
+                .to_owned(),
+        );
+    }
     let beyond = orbit.penetration.iter();
     let mut beyond = beyond.map(|at| (at.surface, at.state.len()));
     expect(beyond.all(|at| at.0 < model.surfaces.len() && at.1 == dimension), "penetrations")?;

@@ -62,7 +62,7 @@ pub fn watched_curve(
         Location::NotLocated(reason) => return Ok(CurveOutcome::NotLocated(reason)),
     };
     let size = from.abs().max(to.abs());
-    let effort = Effort::of_curve(&Field::free(&scene.model, &[]));
+    let effort = Effort::new(&Field::free(&scene.model, &[])).within(options.most_products);
     let pass = |count| -> Result<PseudoArclength<'_>, OrbitError> {
         let context = CurveContext::new(scene, &orbit, (with, size), count, &effort)?;
         Ok(PseudoArclength { context, options, effort: &effort, watch })

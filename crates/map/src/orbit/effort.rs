@@ -10,9 +10,6 @@ use crate::numeric::{Dd, Real, Scalar as _};
 /// Most products of series that a search forms, in units of one of numbers in `f64`: 2 to 5 s.
 const MOST_PRODUCTS: u64 = 13_000_000;
 
-/// Most products that the continuation of a grazing curve forms: 5 to 15 s.
-const MOST_OF_CURVE: u64 = 3 * MOST_PRODUCTS;
-
 /// What a step of jets of degree one costs beside one of numbers; measured, for three to five
 /// directions.
 const OF_JETS: f64 = 16.0;
@@ -62,9 +59,9 @@ impl Effort {
         Self { products, most: MOST_PRODUCTS, counts: Arc::default() }
     }
 
-    /// Nothing computed yet of a grazing curve.
-    pub(super) fn of_curve(field: &Field) -> Self {
-        Self { most: MOST_OF_CURVE, ..Self::new(field) }
+    /// The same with another limit, in products of series.
+    pub(super) fn within(self, most: u64) -> Self {
+        Self { most, ..self }
     }
 
     /// The part of all that may be computed that was, from 0 to 1.

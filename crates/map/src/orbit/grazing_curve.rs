@@ -21,11 +21,23 @@ pub struct CurveOptions {
     pub max_steps: usize,
     /// How many `xi_n` are followed from every passage to every other.
     pub xi_count: usize,
+    /// Most products of series that are formed, in units of one of numbers in `f64`.
+    pub most_products: u64,
 }
+
+/// Most products of series that a curve forms where nothing else is said: 5 to 15 s.
+pub(super) const MOST_PRODUCTS: u64 = 40_000_000;
 
 impl Default for CurveOptions {
     fn default() -> Self {
-        Self { ds: 0.01, ds_min: 1e-8, ds_max: 1.0, max_steps: 20_000, xi_count: 1 }
+        Self {
+            ds: 0.01,
+            ds_min: 1e-8,
+            ds_max: 1.0,
+            max_steps: 20_000,
+            xi_count: 1,
+            most_products: MOST_PRODUCTS,
+        }
     }
 }
 

@@ -11,7 +11,7 @@ use nalgebra::{DMatrix, DVector};
 use super::curve::curve_towards;
 use super::curve_context::Distance;
 use super::effort::Effort;
-use super::grazing_curve::{CurveEnd, CurvePoint, SpecialKind, SpecialPoint};
+use super::grazing_curve::{CurveEnd, CurvePoint, MOST_PRODUCTS, SpecialKind, SpecialPoint};
 use super::grazing_orbit::{Grazes, GrazingOrbit, Location};
 use super::locate::locate;
 use super::outcome::{NotLocated, OrbitError};
@@ -218,7 +218,7 @@ impl Search {
         for (number, side) in self.sides(&here)?.into_iter().enumerate() {
             let reach = side * reach;
             let watch_side = |share: f64| watch(0.5 * (number as f64 + share));
-            let effort = Effort::of_curve(&field);
+            let effort = Effort::new(&field).within(MOST_PRODUCTS / 2);
             let (to, distance) = (self.own(with) + reach, self.distance(least));
             let here = (&self.scene, orbit);
             let curve = curve_towards(here, (with, to), distance, &effort, &watch_side)?;

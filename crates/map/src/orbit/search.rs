@@ -456,7 +456,7 @@ impl Curve<'_> {
                 let graze = self.search.graze(unknowns);
                 let apart = distance(&ends[0].unknowns, &ends[1].unknowns);
                 let moved = (graze.value - ends[nearer].orbit.value).abs();
-                if moved <= 2.0 * apart * scale(here.orbit.value) {
+                if moved <= 2.0 * apart * self.units[self.units.len() - 1] {
                     return Ok(Some(graze));
                 }
             }

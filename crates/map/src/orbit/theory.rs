@@ -237,8 +237,8 @@ fn unfolding(
         if scene.grazing.solve_for.contains(&number) {
             continue;
         }
-        let context =
-            CurveContext::new(scene, orbit, (number, value), n, &Effort::of_curve(&field))?;
+        let effort = Effort::new(&field);
+        let context = CurveContext::new(scene, orbit, (number, value), n, &effort)?;
         let here = context.start(orbit);
         let along: Vec<f64> = (0..here.len()).map(|at| f64::from(at + 1 == here.len())).collect();
         let Some(tangent) = context.tangent(&here, &along)? else { continue };
