@@ -264,7 +264,8 @@ fn diagrams(map: &grazemap::Map, progress: &dyn Progress) -> Result<Computed, Er
     let figures = diagrams.iter().flat_map(diagram_figures);
     let figures = figures.map(|(name, figure)| (format!("diagram{name}"), figure)).collect();
     let document = to_json(&map.diagram_documents(&diagrams))?;
-    let remarks = map.remarks().chain(diagram_warnings(&diagrams)).collect();
+    let remarks = map.remarks().chain(map.diagram_offset_remarks());
+    let remarks = remarks.chain(diagram_warnings(&diagrams)).collect();
     Ok(Computed::new(document, diagram_rows(&diagrams), figures).with_remarks(remarks, None))
 }
 
@@ -273,17 +274,20 @@ fn charts(map: &grazemap::Map, progress: &dyn Progress) -> Result<Computed, Erro
     let charts: Vec<_> = charts.iter().map(grazemap::Chart::without_timing).collect();
     let figures = charts.iter().map(|chart| ("chart".to_owned(), chart_figure(chart))).collect();
     let document = to_json(&map.chart_documents(&charts))?;
-    let remarks = map.remarks().chain(chart_warnings(&charts)).collect();
+    let remarks = map.remarks().chain(map.chart_offset_remarks());
+    let remarks = remarks.chain(chart_warnings(&charts)).collect();
     Ok(Computed::new(document, chart_rows(&charts), figures).with_remarks(remarks, None))
 }
 
 fn basins(map: &grazemap::Map, progress: &dyn Progress) -> Result<Computed, Error> {
-    let mut basins = map.basins(&map.basin_requests()?, progress)?;
+    let requests = map.basin_requests()?;
+    let mut basins = map.basins(&requests, progress)?;
     basins.iter_mut().for_each(Basin::take_timing);
     let figures = basins.iter().map(|basin| ("basin".to_owned(), basin_figure(basin))).collect();
     let rows = basins.first().map(basin_rows);
     let rows = rows.unwrap_or_else(|| Rows::new(Vec::new(), std::iter::empty()));
     let documents: Vec<_> = basins.iter().map(|basin| map.basin_document(basin)).collect();
-    let remarks = map.remarks().chain(basin_warnings(&basins)).collect();
+    let remarks = map.remarks().chain(map.basin_offset_remarks(&requests));
+    let remarks = remarks.chain(basin_warnings(&basins)).collect();
     Ok(Computed::new(to_json(&documents)?, rows, figures).with_remarks(remarks, None))
 }

@@ -292,10 +292,13 @@ pub enum Ended {
     },
     /// A grazing curve that is not one of the oscillator with its stops.
     #[error(
-        "every orbit of the grazing curve found goes through a surface elsewhere: it is not one \
-         of the oscillator with its stops; another `guess` or `grazing.passages` may name one"
+        "every orbit of the grazing curve found passes through a surface: {words}; hits beside \
+         grazes are not expressible yet: use direct simulation (`branch --using direct`)"
     )]
-    NoPhysicalGraze,
+    NoPhysicalGraze {
+        /// Where the orbits pass through which surface, and how far.
+        words: String,
+    },
     /// A point without an image.
     #[error("row {row} has no image at iteration {iteration}: {}", imageless(.end))]
     NoImage {

@@ -9,13 +9,17 @@ use crate::convergence::{
     settle_section,
 };
 use crate::expansion::{Expander, WindowEdge};
-use crate::model::{Orders, Scene, nearest};
+use crate::model::{Orders, Scene, SectionRule, nearest};
 use crate::orbit::{GrazeTheory, GrazingOrbit, graze_theory, locate};
 use crate::report::SectionDocument;
 
 /// The first step of the pipeline.
 pub trait FindGraze {
     /// The grazing orbit of a scene.
+    ///
+    /// The orbit is one of the free flow. Where it passes through a surface
+    /// ([`GrazingOrbit::physical`]) it is the origin of offsets for direct simulation alone: it has
+    /// no theory and no map.
     ///
     /// # Errors
     ///
@@ -58,8 +62,10 @@ impl Graze {
     ///
     /// # Errors
     ///
-    /// [`Error::Orbit`] if the flow of the orbit cannot be computed.
+    /// [`Error::NotLocated`] where the orbit passes through a surface; [`Error::Orbit`] if its flow
+    /// cannot be computed.
     pub fn theory(&self) -> Result<GrazeTheory, Error> {
+        self.orbit.physical(&self.scene)?;
         Ok(graze_theory(&self.scene, &self.orbit)?)
     }
 
@@ -74,12 +80,19 @@ impl Graze {
     }
 
     /// The section that the map is taken on: the one that the scene names or, where any will do,
-    /// the one whose map for the tolerance costs least.
+    /// the one whose map for the tolerance costs least. An orbit that passes through a surface has
+    /// no map: where any section will do it is on its tangency section.
     ///
     /// # Errors
     ///
     /// [`Error::Convergence`] if the scene cannot be expanded, or its window has no points.
     pub fn settle(&self) -> Result<Settled, Error> {
+        if self.orbit.physical(&self.scene).is_err() {
+            let mut scene = (*self.scene).clone();
+            scene.section_rule = SectionRule::Named;
+            let graze = Self { scene: Arc::new(scene), orbit: self.orbit.clone() };
+            return Ok(Settled { graze, verdict: None });
+        }
         let settled = settle_section(&self.scene, &self.orbit)?;
         Ok(Settled {
             graze: Graze::new(settled.scene, settled.orbit),

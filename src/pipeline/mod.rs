@@ -17,6 +17,7 @@ mod graze;
 mod keys;
 mod map;
 mod memory;
+mod offsets;
 mod points;
 mod run;
 mod saved;

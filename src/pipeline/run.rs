@@ -156,6 +156,7 @@ pub fn run(source: Source, folder: PathBuf, watch: &dyn RunWatch) -> Result<Stri
     folder.write_all(answer.files()?)?;
     remarks(answer.remarks);
 
+    remarks(map.diagram_offset_remarks());
     let diagrams = clock.time("diagrams", || map.diagrams(&*watch.progress("diagram", 0)))?;
     remarks(diagram_warnings(&diagrams));
     let untimed: Vec<Diagram> = diagrams.iter().map(Diagram::without_timing).collect();
@@ -164,6 +165,7 @@ pub fn run(source: Source, folder: PathBuf, watch: &dyn RunWatch) -> Result<Stri
 
     let mut charts = Vec::new();
     if !scene.charts.is_empty() {
+        remarks(map.chart_offset_remarks());
         charts = clock.time("charts", || map.charts(&*watch.progress("chart", 1)))?;
         remarks(chart_warnings(&charts));
         let untimed: Vec<Chart> = charts.iter().map(Chart::without_timing).collect();
@@ -174,6 +176,7 @@ pub fn run(source: Source, folder: PathBuf, watch: &dyn RunWatch) -> Result<Stri
     let requests = map.basin_requests()?;
     if !requests.is_empty() {
         memory(requests.iter().map(basin_bytes).fold(0, u64::saturating_add))?;
+        remarks(map.basin_offset_remarks(&requests));
         basins = clock.time("basins", || map.basins(&requests, &*watch.progress("basin", 3)))?;
         remarks(basin_warnings(&basins));
         basins.iter_mut().for_each(Basin::take_timing);

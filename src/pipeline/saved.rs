@@ -418,6 +418,7 @@ fn map_from(text: &str) -> Result<Map, String> {
     let scene = saved.source.read()?;
     check_orbit(&scene, &saved.orbit)?;
     check_map(&scene, &saved.map)?;
+    saved.orbit.physical(&scene).map_err(|reason| reason.to_string())?;
     let window = listing.window.clone();
     expect(window.bounds.len() == saved.map.window.bounds().count(), "bounds")?;
     expect(window.errors.len() == saved.map.dimension(), "errors")?;
@@ -454,6 +455,17 @@ fn check_orbit(scene: &Scene, orbit: &GrazingOrbit) -> Result<(), String> {
         expect(graze.parameters.len() == model.parameters.len(), "parameters")?;
         expect(fits(&graze.section), "sections")?;
     }
+    let passes_through = orbit.clearance.is_some_and(|clearance| clearance < 0.0);
+    if passes_through && orbit.penetration.is_none() {
+        return Err(
+            "its orbit passes through a surface, as an earlier version accepted it; begin \
+                    with its scene"
+                .to_owned(),
+        );
+    }
+    let beyond = orbit.penetration.iter();
+    let mut beyond = beyond.map(|at| (at.surface, at.state.len()));
+    expect(beyond.all(|at| at.0 < model.surfaces.len() && at.1 == dimension), "penetrations")?;
     let rows = orbit.monodromy.iter().all(|row| row.len() + 1 == dimension);
     expect(rows && orbit.monodromy.len() + 1 == dimension, "multipliers")?;
     let mut pairs = orbit.conditions.iter();

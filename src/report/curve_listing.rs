@@ -47,6 +47,17 @@ pub struct CurvePointListing {
     pub conditions: Vec<ConditionsListing>,
     /// Whether the orbit stays on the free side of every surface.
     pub physical: bool,
+    /// The deepest passage through a surface, where it does not.
+    pub penetration: Option<PenetrationListing>,
+}
+
+/// A passage of an orbit of the free flow through a surface.
+#[derive(Clone, Debug, Serialize)]
+pub struct PenetrationListing {
+    /// Name of the surface.
+    pub surface: String,
+    /// `-h` at the deepest point.
+    pub depth: f64,
 }
 
 /// A point where `xi_n = 0` between two passages.
@@ -158,6 +169,11 @@ impl CurveListing {
         for fold in &self.folds {
             text.push_str(&format!("fold in {} at {}\n", fold.parameter, at(&fold.parameters)));
         }
+        for stretch in self.penetrating() {
+            text.push_str(&format!(
+                "warning: {stretch}: no orbits of the oscillator with its stops\n"
+            ));
+        }
         for switch in &self.multiplier_switches {
             text.push_str(&format!(
                 "multipliers switch between real and complex at {}\n",
@@ -176,6 +192,33 @@ impl CurveListing {
         text
     }
 
+    /// Where orbits pass through a surface, if all of them do.
+    pub fn never_physical(&self) -> Option<String> {
+        let never = !self.points.is_empty() && self.points.iter().all(|point| !point.physical);
+        never.then(|| self.penetrating().join("; "))
+    }
+
+    /// The stretches of the curve on which orbits pass through one surface, in words.
+    fn penetrating(&self) -> Vec<String> {
+        let surface = |point: &CurvePointListing| {
+            point.penetration.as_ref().map(|penetration| penetration.surface.clone())
+        };
+        let stretches = self.points.chunk_by(|a, b| surface(a) == surface(b));
+        let words = stretches.filter_map(|points| {
+            let (first, last) = (points.first()?, points.last()?);
+            let depths = points.iter().filter_map(|point| point.penetration.as_ref());
+            let deepest = depths.map(|penetration| penetration.depth).fold(0.0, f64::max);
+            let at = |point: &CurvePointListing| varying(&point.parameters, &self.free);
+            Some(format!(
+                "between {} and {} the orbit passes through `{}` by up to {deepest:.6}",
+                at(first),
+                at(last),
+                surface(first)?,
+            ))
+        });
+        words.collect()
+    }
+
     /// The points as a table: parameters, state, multipliers, `xi_n`.
     ///
     /// # Errors
@@ -192,7 +235,8 @@ impl CurveListing {
                 .chain(multipliers)
                 .chain(&point.xi)
                 .chain(others);
-            table.push(numbers.map(|&value| Cell::number(value, 12)).collect())?;
+            let numbers = numbers.map(|&value| Cell::number(value, 12));
+            table.push(numbers.chain([Cell::Integer(point.physical.into())]).collect())?;
         }
         Ok(table)
     }
@@ -214,6 +258,7 @@ impl CurveListing {
             .chain(multipliers)
             .chain(xi)
             .chain(others)
+            .chain(["physical".to_owned()])
             .map(Column::number)
             .collect()
     }
@@ -235,6 +280,10 @@ impl CurvePointListing {
                 .map(|pair| ConditionsListing::new(scene, pair.from, pair.to, pair.values.clone()))
                 .collect(),
             physical: point.is_physical(),
+            penetration: point.penetration.as_ref().map(|penetration| PenetrationListing {
+                surface: scene.model.surfaces[penetration.surface].name.clone(),
+                depth: penetration.depth,
+            }),
         }
     }
 
@@ -367,7 +416,8 @@ fn is_stable(point: &CurvePointListing) -> bool {
 /// The nearest graze of a scene, ready to be written as JSON.
 #[derive(Clone, Debug, Serialize)]
 pub struct MarginListing {
-    /// Euclidean length of the changes in their scales.
+    /// Euclidean length of the changes in their scales; negative where the free orbit goes beyond
+    /// the stop at the scene's values.
     pub margin: f64,
     /// The parameters that change.
     pub changes: Vec<MarginParameter>,
@@ -432,16 +482,17 @@ impl MarginListing {
             reached: matches!(end, CurveEnd::Reached | CurveEnd::LeftRange),
         };
         let states = scene.model.full_state_names().into_iter();
+        let sign = if margin.clears { 1.0 } else { -1.0 };
+        // A slope that is 0 has no sign.
+        let sensitivities = margin.sensitivities.iter().map(|slope| sign * slope + 0.0);
         Self {
-            margin: margin.distance,
+            margin: sign * margin.distance,
             changes: margin.parameters.iter().enumerate().map(change).collect(),
             parameters: Named::new(
                 names.iter().copied().zip(margin.nearest.iter().map(|value| value.to_f64())),
             ),
             state: Named::new(states.zip(margin.state.iter().copied())),
-            sensitivities: Named::new(
-                names.iter().copied().zip(margin.sensitivities.iter().copied()),
-            ),
+            sensitivities: Named::new(names.iter().copied().zip(sensitivities)),
             clears: margin.clears,
             stationary: margin.stationary,
             searched: margin.range.iter().flatten().map(end).collect(),
@@ -478,14 +529,19 @@ impl MarginListing {
             pairs.collect::<Vec<_>>().join(", ")
         };
         let mut text = format!(
-            "margin {:.12e}: the smallest change that grazes, in the scales below\n\n{}\n",
+            "margin {:.12e}: the smallest change that grazes, in the scales below; {}\n\n{}\n",
             self.margin,
+            if self.clears { "positive: clear of the stop" } else { "negative: beyond the stop" },
             self.table()?.to_text()
         );
         text.push_str(match self.clears {
             true => "at the scene's values the free orbit stays clear of the stop\n",
             false => "at the scene's values the free orbit would go beyond the stop\n",
         });
+        text.push_str(
+            "other attractors are not looked for: one that hits the stop may exist beside this \
+             orbit; `basin` and `branch --using direct` find those\n",
+        );
         text.push_str(&format!("graze at {}\n", pairs(&self.state, 9)));
         text.push_str(&format!("margin per change of a parameter: {}\n", {
             pairs(&self.sensitivities, 5)

@@ -10,7 +10,8 @@ use crate::iteration::{OrbitEnd, Period};
 use crate::model::Scene;
 use crate::numeric::Dd;
 use crate::orbit::{
-    Expectation, GrazeTheory, GrazingConditions, GrazingOrbit, GrazingPoint, OneContactOrbit, Route,
+    Expectation, GrazeTheory, GrazingConditions, GrazingOrbit, GrazingPoint, OneContactOrbit,
+    Route, Unfolding,
 };
 
 /// A grazing orbit by the names of its parameters and states, rounded to doubles.
@@ -43,6 +44,8 @@ pub struct OrbitListing {
     /// Lowest minimum of any event function elsewhere on the orbit; negative where it penetrates a
     /// surface.
     pub clearance: Option<f64>,
+    /// The first adjusted parameter at the other grazes that the search met.
+    pub other_grazes: Vec<f64>,
 }
 
 /// A grazing passage.
@@ -113,6 +116,7 @@ impl OrbitListing {
                 .collect(),
             residual: orbit.residual,
             clearance: orbit.clearance,
+            other_grazes: orbit.other_grazes.clone(),
         }
     }
 
@@ -281,6 +285,16 @@ impl GrazeStudy {
                 "theory: the orbit is unstable without contact (a multiplier of modulus \
                  {largest:.6}): no attractor is born near it"
             ),
+            Expectation::Neutral => format!(
+                "theory: the orbit is neutral without contact (a multiplier of modulus \
+                 {largest:.6}, 1 to rounding): nothing is said of it"
+            ),
+            Expectation::Undecided => {
+                "theory: every xi_n is zero to rounding: to leading order contact moves the state \
+                 along the orbit alone, and no sign decides"
+                    .to_owned()
+            }
+            Expectation::CodimensionTwo { n } => self.codimension_two(n),
             Expectation::NoContact => {
                 "theory: contact and free flight do not differ at the graze: nothing happens"
                     .to_owned()
@@ -317,6 +331,28 @@ impl GrazeStudy {
                 })
             ),
         }
+    }
+
+    /// A condition without a sign, and what gives it one.
+    fn codimension_two(&self, n: usize) -> String {
+        let slopes = self.theory.unfolding.iter();
+        let slopes =
+            slopes.map(|Unfolding { parameter, slope }| format!("{parameter} ({slope:.6})"));
+        let slopes: Vec<String> = slopes.collect();
+        let unfolded = match slopes.is_empty() {
+            true => format!("no other parameter of the model changes xi_{n}"),
+            false => format!(
+                "it is unfolded by {}: in brackets, how xi_{n} changes per unit along the grazing \
+                 curve",
+                slopes.join(", ")
+            ),
+        };
+        format!(
+            "theory: xi_{n} is zero to rounding ({:.1e} of at most {:.1e}): a grazing bifurcation \
+             of codimension two, whose kind no sign decides; {unfolded}",
+            self.theory.xi[n - 1],
+            self.theory.noise[n - 1]
+        )
     }
 
     /// Where theory and measurement differ, or where both are past what the theory says of the
@@ -403,6 +439,8 @@ mod tests {
                 parameter: "p".to_owned(),
                 gap_slope: -1.0,
                 orbits: vec![orbit],
+                noise: Vec::new(),
+                unfolding: Vec::new(),
                 expectation: Expectation::Jump { n: 3 },
             },
             measured: vec![side],

@@ -222,16 +222,10 @@ fn orbit_section(run: &RunPage<'_>) -> Result<Section, ReportError> {
     let [re, im] = orbit.multipliers.first().copied().unwrap_or([f64::NAN; 2]);
     let stable = if re.hypot(im) < 1.0 { "attracts" } else { "repels" };
     let xi = conditions_prose(orbit);
-    let penetrates = match orbit.clearance {
-        Some(clearance) if clearance < 0.0 => {
-            format!(" The orbit penetrates a surface elsewhere (h = {clearance:.3e}).")
-        }
-        _ => String::new(),
-    };
     let prose = format!(
         "Newton's method on the extended system ended with a residual of {:.1e} in double-double. \
             Without the stop the orbit {stable}: its largest multiplier has modulus \
-            {:.6}.{xi}{penetrates}",
+            {:.6}.{xi}",
         orbit.residual,
         re.hypot(im)
     );

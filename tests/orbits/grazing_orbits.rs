@@ -510,7 +510,7 @@ fn an_orbit_that_touches_another_surface_is_asked_to_name_that_passage() {
     let Location::NotLocated(reason) = locate(&scene).expect("no wrong input") else {
         panic!("located an orbit with a graze that no passage stands for");
     };
-    let NotLocated::TouchesElsewhere { surface, time } = &reason else {
+    let NotLocated::TouchesElsewhere { surface, time, .. } = &reason else {
         panic!("{reason:?}");
     };
     assert_eq!(surface, "left");

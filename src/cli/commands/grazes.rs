@@ -3,9 +3,10 @@
 
 use super::{map, open, remark_on_window};
 use crate::cli::arguments::{CurveArguments, LocateArguments, SceneOptions};
-use crate::cli::output::{CliError, Results, deliver};
+use crate::cli::output::{Bar, CliError, Results, deliver};
 use grazemap::convergence::Choice;
 use grazemap::model::Scene;
+use grazemap::numeric::Shown;
 use grazemap::pipeline::{CurveKeys, NearestKeys};
 use grazemap::report::{
     ChosenCoefficients, GrazeStudy, MapListing, OrbitListing, ReportError, least_orders_words,
@@ -29,9 +30,14 @@ pub(in crate::cli) fn locate(options: &LocateArguments) -> Result<(), CliError> 
         }
         false => (Vec::new(), NOT_MEASURED.to_owned()),
     };
+    let theory_parameter = theory.parameter.clone();
     let study = GrazeStudy { theory, measured };
     let listing = OrbitListing::new(graze.scene(), graze.orbit());
-    let text = orbit_text(graze.scene(), &listing)? + &study_text(&study)? + "\n" + &window;
+    let text = orbit_text(graze.scene(), &listing)?
+        + &study_text(&study)?
+        + &other_grazes_text(&theory_parameter, &listing)
+        + "\n"
+        + &window;
     let results = Results::named("orbit", text, graze.to_json_with(&study)?, None);
     results.deliver("locate", outlets)
 }
@@ -46,6 +52,20 @@ fn study_text(study: &GrazeStudy) -> Result<String, ReportError> {
         text.push_str(&format!("\n{}", table.to_text()));
     }
     Ok(text)
+}
+
+/// The other grazes that the search met.
+fn other_grazes_text(parameter: &str, listing: &OrbitListing) -> String {
+    let others: Vec<String> =
+        listing.other_grazes.iter().map(|&value| format!("{}", Shown(value))).collect();
+    match others.is_empty() {
+        true => String::new(),
+        false => format!(
+            "\nnote: along the curve of periodic orbits the nearest graze was taken; it grazes at \
+             {parameter} = {} too: a value of {parameter} or a `guess` near one leads there\n",
+            others.join(", ")
+        ),
+    }
 }
 
 /// The orbit as a person reads it.
@@ -73,28 +93,25 @@ fn orbit_text(scene: &Scene, document: &OrbitListing) -> Result<String, ReportEr
             re.hypot(*im)
         ));
     }
-    if let Some(clearance) = document.clearance.filter(|clearance| *clearance < 0.0) {
-        text.push_str(&format!(
-            "\nwarning: the orbit penetrates a surface elsewhere: h = {clearance:.6e}\n"
-        ));
-    }
     Ok(text)
 }
 
 /// The grazing curve in two parameters, or its point nearest to the scene.
 pub(in crate::cli) fn curve(options: &CurveArguments) -> Result<(), CliError> {
     let source = open(&options.scene)?;
+    let bar = Bar::new("curve", options.scene.common.outlets.quiet);
     let answer = match (&options.with, options.from, options.to) {
         (Some(with), Some(from), Some(to)) => {
             let keys = CurveKeys { with: with.clone(), from, to, xi: options.xi };
-            keys.answer(source.scene())?
+            keys.answer(source.scene(), &bar)?
         }
         _ => {
             let scale = options.scale.clone().unwrap_or_default();
             let keys = NearestKeys { nearest: options.nearest.clone(), scale };
-            keys.answer(source.scene())?
+            keys.answer(source.scene(), &bar)?
         }
     };
+    drop(bar);
     deliver(answer, "curve", &options.scene.common.outlets)
 }
 

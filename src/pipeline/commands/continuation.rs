@@ -106,12 +106,28 @@ impl BranchKeys {
         let text = listing.text(&map.scene().identifier)?;
         let itineraries = request.itineraries.len();
         Ok(Answer {
-            remarks: map.remarks().chain(listing.remarks()).collect(),
+            remarks: map
+                .remarks()
+                .chain(stretch_remarks(map, (&self.along, self.from, self.to), &self.at))
+                .chain(listing.remarks())
+                .collect(),
             ended: listing.branches.is_empty().then_some(Ended::NoBranch { itineraries }),
             ..Answer::new("branch", text, document, listing.data_table()?)
                 .with_figures(listing.figures(below.as_ref()))
         })
     }
+}
+
+/// Remarks on the ends of a range of a parameter and on further offsets that look like values.
+fn stretch_remarks(
+    map: &Map,
+    (name, from, to): (&str, Option<f64>, Option<f64>),
+    at: &Named<f64>,
+) -> Vec<String> {
+    let graze = map.settled().graze();
+    let ends: Vec<f64> = from.into_iter().chain(to).collect();
+    let range = graze.offset_remark("from, to", name, &ends);
+    range.into_iter().chain(graze.offset_remarks("at", at)).collect()
 }
 
 fn listing(map: &Map, request: &BranchRequest, found: &Branches) -> BranchListing {
@@ -219,7 +235,11 @@ impl LociKeys {
             || Ended::NoLoci { kinds: kinds().join(" or "), searched: loci_searched(&request) };
         let graze = listing.figure_from_graze().map(|figure| ("_from_graze", figure));
         Ok(Answer {
-            remarks: map.remarks().chain(listing.remarks()).collect(),
+            remarks: map
+                .remarks()
+                .chain(stretch_remarks(map, (&self.plane[0], self.from, self.to), &self.at))
+                .chain(listing.remarks())
+                .collect(),
             ended: listing.loci.is_empty().then(none),
             ..Answer::new("loci", text, document, listing.data_table()?)
                 .with_figures([("", listing.figure(below))].into_iter().chain(graze))

@@ -1,7 +1,10 @@
 //! `curve`: the grazing curve in two parameters, and its point nearest to the scene.
 
+use std::cell::Cell;
+
 use serde::{Deserialize, Serialize};
 
+use crate::analysis::Progress;
 use crate::model::Scene;
 use crate::orbit::{self, CurveEnd, CurveOptions, CurveOutcome, GrazingCurve, MarginOutcome};
 use crate::pipeline::keys::{KeyError, finite};
@@ -36,7 +39,7 @@ impl CurveKeys {
     ///
     /// [`Error::Key`] and [`Error::NoSuchParameter`] for a parameter or ends that there are not,
     /// [`Error::NotLocated`] where no orbit grazes at the scene.
-    pub fn answer(&self, scene: &Scene) -> Result<Answer, Error> {
+    pub fn answer(&self, scene: &Scene, progress: &dyn Progress) -> Result<Answer, Error> {
         let with = parameter_number(scene, &self.with)?;
         if scene.grazing.solve_for.contains(&with) {
             return Err(KeyError::AlreadyAdjusted { name: self.with.clone() }.into());
@@ -44,7 +47,9 @@ impl CurveKeys {
         scene.check_period(&[with])?;
         let (from, to) = (finite("from", self.from)?, finite("to", self.to)?);
         let settings = CurveOptions { xi_count: self.xi as usize, ..CurveOptions::default() };
-        let (curve, started) = match orbit::curve(scene, with, from, to, &settings)? {
+        let watch = shares(progress);
+        let outcome = orbit::watched_curve(scene, with, [from, to], &settings, &watch)?;
+        let (curve, started) = match outcome {
             CurveOutcome::Traced(curve) => (curve, true),
             CurveOutcome::StartNotReached(curve) => (curve, false),
             CurveOutcome::NotLocated(reason) => return Err(reason.into()),
@@ -52,15 +57,22 @@ impl CurveKeys {
         let listing = CurveListing::new(scene, &curve);
         let (text, table) = (listing.text(), listing.table()?);
         let figures = curve_figures(&listing);
+        let ended = self.ended(&listing, &curve, started, with);
         let document = to_json(&Document::new(DocumentKind::Curve, scene, listing))?;
-        Ok(Answer {
-            ended: self.ended(&curve, started, with),
-            ..Answer::new("curve", text, document, table).with_figures(figures)
-        })
+        Ok(Answer { ended, ..Answer::new("curve", text, document, table).with_figures(figures) })
     }
 
     /// A curve that did not come to its end is mathematics that ended otherwise.
-    fn ended(&self, curve: &GrazingCurve, started: bool, with: usize) -> Option<Ended> {
+    fn ended(
+        &self,
+        listing: &CurveListing,
+        curve: &GrazingCurve,
+        started: bool,
+        with: usize,
+    ) -> Option<Ended> {
+        if let Some(words) = listing.never_physical() {
+            return Some(Ended::NoPhysicalGraze { words });
+        }
         if started && curve.end == CurveEnd::Reached {
             return None;
         }
@@ -70,6 +82,19 @@ impl CurveKeys {
             last: curve.points.last().map_or(f64::NAN, |point| point.parameters[with]),
             end: curve.end.clone(),
         })
+    }
+}
+
+/// Units of work of a curve.
+const WORK: f64 = 1000.0;
+
+/// Progress by the share that is done.
+fn shares(progress: &dyn Progress) -> impl Fn(f64) {
+    progress.expect(WORK as u64);
+    let done = Cell::new(0);
+    move |share: f64| {
+        let reached = done.get().max((WORK * share) as u64);
+        progress.advance(reached - done.replace(reached));
     }
 }
 
@@ -90,7 +115,7 @@ impl NearestKeys {
     ///
     /// [`Error::Key`], [`Error::NoSuchParameter`] for parameters that there are not,
     /// [`Error::NotLocated`] and [`Error::Ended`] where no orbit grazes.
-    pub fn answer(&self, scene: &Scene) -> Result<Answer, Error> {
+    pub fn answer(&self, scene: &Scene, progress: &dyn Progress) -> Result<Answer, Error> {
         let names = self.nearest.iter();
         let parameters = names.map(|name| parameter_number(scene, name));
         let parameters = parameters.collect::<Result<Vec<_>, _>>()?;
@@ -106,10 +131,10 @@ impl NearestKeys {
             let place = place.ok_or_else(|| KeyError::NotNearest { name: name.clone() })?;
             scales[place] = *scale;
         }
-        let margin = match orbit::margin(scene, &parameters, &scales)? {
+        let outcome = orbit::watched_margin(scene, &parameters, &scales, &shares(progress))?;
+        let margin = match outcome {
             MarginOutcome::Found(margin) => margin,
             MarginOutcome::NotLocated(reason) => return Err(reason.into()),
-            MarginOutcome::NotPhysical => return Err(Ended::NoPhysicalGraze.into()),
         };
         let listing = MarginListing::new(scene, &margin);
         let (text, table) = (listing.text()?, listing.table()?);

@@ -75,7 +75,7 @@ impl TrajectoryKeys {
             returns: self.periods as usize,
             samples: self.samples as usize,
         };
-        let mut remarks = Vec::new();
+        let mut remarks = settled.graze().offset_remarks("at", &self.at);
         if let Some(digits) = &self.itinerary {
             let at = &request.parameters;
             let (start, returns) = periodic_start(digits, settled, at, progress, &mut remarks)?;

@@ -98,8 +98,9 @@ impl FitKeys {
         let fit = map.fit(&self.request(map, series)?, progress)?;
         let document = to_json(&Document::new(DocumentKind::Fit, map.scene(), &fit))?;
         let remarks = fit_remarks(&fit, self.using == Method::Map);
+        let offsets = map.settled().graze().offset_remarks("at", &self.at);
         Ok(Answer {
-            remarks: map.remarks().chain(remarks).collect(),
+            remarks: map.remarks().chain(offsets).chain(remarks).collect(),
             ..Answer::new("fit", fit_text(map.local(), &fit)?, document, fit_table(&fit)?)
         })
     }

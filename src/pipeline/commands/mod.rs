@@ -92,8 +92,8 @@ impl Command {
             Self::Orbits(keys) => keys.answer(&searched(source, keys.using)?, progress),
             Self::Trajectory(keys) => keys.answer(&source.settle()?, progress),
             Self::Converge(keys) => keys.answer(&source.settle()?, progress),
-            Self::Curve(keys) => keys.answer(source.scene()),
-            Self::Nearest(keys) => keys.answer(source.scene()),
+            Self::Curve(keys) => keys.answer(source.scene(), progress),
+            Self::Nearest(keys) => keys.answer(source.scene(), progress),
             Self::Noise(keys) => keys.answer(&source.map()?, progress),
         }
     }

@@ -126,8 +126,10 @@ impl OrbitsKeys {
             text.push_str(&format!("\nsearched: {searched}\n"));
         }
         let document = to_json(&Document::new(DocumentKind::Orbits, map.scene(), &listing))?;
+        let graze = map.settled().graze();
+        let offsets = self.at.iter().flat_map(|at| graze.offset_remarks("at", at));
         let mut answer = Answer {
-            remarks: map.remarks().chain(listing.remarks()).collect(),
+            remarks: map.remarks().chain(offsets).chain(listing.remarks()).collect(),
             ended: None,
             ..Answer::new("orbits", text, document, listing.data_table()?)
         };

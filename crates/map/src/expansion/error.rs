@@ -3,6 +3,7 @@
 use crate::flow::FlowError;
 use crate::jet::JetError;
 use crate::numeric::NumericError;
+use crate::orbit::NotLocated;
 
 /// Error of an expansion.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -70,6 +71,9 @@ pub enum ExpansionError {
         /// Largest coefficient of the displacement.
         displacement: f64,
     },
+    /// The orbit handed over is none of the oscillator with its stops.
+    #[error(transparent)]
+    NotAnOrbit(#[from] NotLocated),
     /// The orbit handed over does not close on the section.
     #[error(
         "the orbit misses its own section point by {defect:e}: it is not periodic to the accuracy \

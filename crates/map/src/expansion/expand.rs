@@ -72,9 +72,21 @@ impl<'a> Expander<'a> {
     ///
     /// # Errors
     ///
+    /// [`ExpansionError::NotAnOrbit`] where the orbit passes through a surface;
     /// [`ExpansionError::ContactLaw`] where the law of a compliant stop is not analytic at its
     /// graze.
     pub fn new(scene: &'a Scene, orbit: &'a GrazingOrbit) -> Result<Self, ExpansionError> {
+        orbit.physical(scene)?;
+        Self::of_free_flow(scene, orbit)
+    }
+
+    /// As [`new`](Self::new), for an orbit that may pass through a surface: its legs are those of
+    /// the free flow, and a map of its contacts is none of the oscillator.
+    ///
+    /// # Errors
+    ///
+    /// [`ExpansionError::ContactLaw`] as [`new`](Self::new).
+    pub fn of_free_flow(scene: &'a Scene, orbit: &'a GrazingOrbit) -> Result<Self, ExpansionError> {
         let routes = Routes::of(scene, orbit);
         let grazes = routes.passages.iter();
         let grazes = grazes.map(|&number| Graze::new(scene, orbit, number));

@@ -5,7 +5,9 @@ use std::array::from_fn;
 
 use nalgebra::DMatrix;
 
-use super::curve_context::{CurveContext, Distance, NOISE, TestValue, TestedPoint, bordered};
+use super::arclength::{CORRECTION, GROWTH, STRAIGHT, bordered, distance, dot};
+use super::curve_context::{CurveContext, Distance, NOISE, TestValue, TestedPoint};
+use super::effort::Effort;
 use super::grazing_curve::{
     CurveEnd, CurveOptions, CurveOutcome, GrazingCurve, SpecialKind, SpecialPoint,
 };
@@ -14,6 +16,7 @@ use super::locate::locate;
 use super::newton::{Equations, refine};
 use super::outcome::{OrbitError, Stop, settled};
 use super::sampled::{SAMPLES, Zeros, places, zeros};
+use crate::flow::Field;
 use crate::model::Scene;
 use crate::numeric::{Bracket, Real, converted};
 
@@ -35,6 +38,22 @@ pub fn curve(
     to: f64,
     options: &CurveOptions,
 ) -> Result<CurveOutcome, OrbitError> {
+    watched_curve(scene, with, [from, to], options, &|_| {})
+}
+
+/// As [`curve`], between two values of the second parameter, telling the share done, from 0 to 1:
+/// of the range or of the most work, whichever is more.
+///
+/// # Errors
+///
+/// As [`curve`].
+pub fn watched_curve(
+    scene: &Scene,
+    with: usize,
+    [from, to]: [f64; 2],
+    options: &CurveOptions,
+    watch: &dyn Fn(f64),
+) -> Result<CurveOutcome, OrbitError> {
     if with >= scene.model.parameters.len() || scene.grazing.solve_for.contains(&with) {
         return Err(OrbitError::SecondParameter { parameter: with });
     }
@@ -43,9 +62,10 @@ pub fn curve(
         Location::NotLocated(reason) => return Ok(CurveOutcome::NotLocated(reason)),
     };
     let size = from.abs().max(to.abs());
+    let effort = Effort::new(&Field::free(&scene.model, &[])).within(options.most_products);
     let pass = |count| -> Result<PseudoArclength<'_>, OrbitError> {
-        let context = CurveContext::new(scene, &orbit, (with, size), count)?;
-        Ok(PseudoArclength { context, options })
+        let context = CurveContext::new(scene, &orbit, (with, size), count, &effort)?;
+        Ok(PseudoArclength { context, options, effort: &effort, watch })
     };
     let here = scene.model.parameters[with].value.to_f64();
     let lead = pass(0)?;
@@ -64,16 +84,17 @@ pub fn curve(
 /// The curve of a grazing orbit in a second parameter from its own value of it towards another, as
 /// far as a distance may become less than on the way, with the points at which it is stationary.
 pub(super) fn curve_towards(
-    scene: &Scene,
-    orbit: &GrazingOrbit,
+    (scene, orbit): (&Scene, &GrazingOrbit),
     (with, to): (usize, f64),
     distance: Distance,
+    effort: &Effort,
+    watch: &dyn Fn(f64),
 ) -> Result<GrazingCurve, OrbitError> {
     let from = orbit.parameters()[with].to_f64();
     let size = from.abs().max(to.abs());
-    let context = CurveContext::new(scene, orbit, (with, size), 0)?.towards(distance);
+    let context = CurveContext::new(scene, orbit, (with, size), 0, effort)?.towards(distance);
     let start = context.start(orbit);
-    let pass = PseudoArclength { context, options: &CurveOptions::default() };
+    let pass = PseudoArclength { context, options: &CurveOptions::default(), effort, watch };
     Ok(pass.trace(&start, to)?.0)
 }
 
@@ -81,6 +102,9 @@ pub(super) fn curve_towards(
 struct PseudoArclength<'a> {
     context: CurveContext<'a>,
     options: &'a CurveOptions,
+    effort: &'a Effort,
+    /// Told the share done.
+    watch: &'a dyn Fn(f64),
 }
 
 /// A step with its points and their places in it, the first of them left out.
@@ -100,14 +124,8 @@ struct Resolution {
     too_long: bool,
 }
 
-/// Cosine of the largest turn of the tangent in one step.
-const STRAIGHT: f64 = 0.98;
-
 /// Smallest step, relative to the range, where the range is shorter than the steps asked for.
 const SHORTEST: f64 = 1e-6;
-
-/// Growth of the next step.
-const GROWTH: f64 = 1.3;
 
 /// The largest unknown, in its unit, beyond which the largest step grows with it: as large as one
 /// may be where a curve begins.
@@ -124,10 +142,17 @@ impl PseudoArclength<'_> {
             end: CurveEnd::StepLimit,
         };
         let mut unknowns = start.to_vec();
-        if let Err(end) = settled(self.follow(&mut curve, &mut unknowns, self.context.in_unit(to)))?
-        {
-            curve.end = end;
-        }
+        let followed = self.follow(&mut curve, &mut unknowns, self.context.in_unit(to));
+        curve.end = match settled(followed) {
+            Ok(Ok(())) => CurveEnd::StepLimit,
+            Ok(Err(CurveEnd::Reached)) => CurveEnd::Reached,
+            // Where nothing more may be computed, no other reason counts.
+            Ok(Err(_)) | Err(OrbitError::SearchTooLong) if self.effort.is_spent() => {
+                let period = curve.points.last().map_or(f64::NAN, |point| point.period);
+                CurveEnd::WorkLimit { period, steps: self.effort.steps(period) }
+            }
+            ended => ended?.err().unwrap_or(CurveEnd::StepLimit),
+        };
         Ok((curve, unknowns))
     }
 
@@ -181,6 +206,8 @@ impl PseudoArclength<'_> {
                 }
                 (here, before) = (next, place);
             }
+            let ahead = ((here.unknowns[last] - from) / (to - from)).clamp(0.0, 1.0);
+            (self.watch)(ahead.max(self.effort.share()));
         }
         Ok(())
     }
@@ -220,7 +247,8 @@ impl PseudoArclength<'_> {
         let predicted: Vec<f64> =
             here.unknowns.iter().zip(&here.tangent).map(|(u, t)| u + ds * t).collect();
         let found = self.context.correct(&predicted, &predicted, &here.tangent)?;
-        let Some(found) = found.filter(|found| distance(found, &predicted) < 0.3 * ds) else {
+        let Some(found) = found.filter(|found| distance(found, &predicted) < CORRECTION * ds)
+        else {
             return Ok(None);
         };
         let next = self.context.at(found, &here.tangent)?;
@@ -318,14 +346,6 @@ impl PseudoArclength<'_> {
             there => there.map(Some),
         }
     }
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
-fn distance(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
 }
 
 /// An argument of this size, relative to those it lies between, has passed 0.

@@ -1,15 +1,17 @@
 //! Points of a grazing curve, by pseudo-arclength continuation of the extended system, with the
 //! functions whose zeros are its special points.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 
+use super::arclength::{Bordered, tangent};
+use super::effort::Effort;
 use super::free_flow::{Corners, each_step};
 use super::grazing_curve::{CurveEnd, CurvePoint, SpecialKind};
-use super::grazing_orbit::{Grazes, GrazingConditions, GrazingOrbit, Touch};
+use super::grazing_orbit::{Grazes, GrazingConditions, GrazingOrbit, Penetration, Touch};
 use super::monodromy::{ConditionFactors, Stretch, legs, multipliers, on_section, round};
 use super::newton::{Equations, Root, Scaled, Solved, refine, solve, unit_of};
 use super::outcome::{NotLocated, OrbitError, Stop, settled};
-use super::passages::{clearance, passages, points, stretches};
+use super::passages::{clearance, other_minima, passages, points, stretches};
 use super::section::PoincareSection;
 use super::system::{ExtendedSystem, Matching};
 use crate::model::Scene;
@@ -105,16 +107,18 @@ const TOUCHING: f64 = 1e-8;
 
 impl<'a> CurveContext<'a> {
     /// The curve through an orbit, in the parameters it was adjusted in and `with`, which comes to
-    /// values of this size.
+    /// values of this size; all that is computed counts together.
     pub(super) fn new(
         scene: &'a Scene,
         orbit: &GrazingOrbit,
         (with, size): (usize, f64),
         count: usize,
+        effort: &Effort,
     ) -> Result<Self, OrbitError> {
         let adjusted = scene.grazing.solve_for.iter().copied();
         let free: Vec<usize> = adjusted.chain([with]).collect();
         let system = ExtendedSystem::new(scene, Grazes::of(scene)?, orbit.parameters(), &free);
+        let system = system.limited(effort);
         let stretches = stretches(scene, &system, &orbit.passages)?;
         let start = start(&system, orbit);
         let Scaled { mut units, residual_unit, .. } = system.scaled(&start);
@@ -316,12 +320,16 @@ impl<'a> CurveContext<'a> {
             let size = largest * largest + product.abs();
             [half_difference * half_difference + product, size]
         });
+        let others = other_minima(self.scene, &passages, Dd::from(passed.period))?;
+        self.system().counted(others.steps, passed.period);
+        let others = others.minima;
         let point = CurvePoint {
             normal_acceleration: local.acceleration(),
             multipliers: multipliers(&monodromy)?,
             xi: conditions[0].values.clone(),
             conditions,
-            clearance: clearance(self.scene, &passages, Dd::from(passed.period))?,
+            clearance: clearance(&others),
+            penetration: Penetration::deepest(self.scene, &others),
             period: passed.period,
             parameters: passed.parameters,
             state,
@@ -392,36 +400,6 @@ fn lost(reason: &NotLocated) -> CurveEnd {
 /// Largest residual a corrector may stall at.
 const TOLERANCE: f64 = 1e-9;
 
-/// The extended system in two parameters, on the plane through `origin` across `normal`.
-struct Bordered<'a> {
-    system: Scaled<'a, ExtendedSystem>,
-    origin: &'a [f64],
-    normal: &'a [f64],
-}
-
-impl Equations for Bordered<'_> {
-    fn linearised(&self, unknowns: &[f64]) -> Result<(Vec<f64>, DMatrix<f64>), OrbitError> {
-        let (mut residual, jacobian) = self.system.linearised(unknowns)?;
-        residual.push(self.offset(unknowns));
-        Ok((residual, bordered(&jacobian, self.normal)))
-    }
-
-    fn residual<S: Real>(&self, unknowns: &[S]) -> Result<Vec<S>, OrbitError> {
-        let mut residual = self.system.residual(unknowns)?;
-        residual.push(self.offset(unknowns));
-        Ok(residual)
-    }
-}
-
-impl Bordered<'_> {
-    fn offset<S: Real>(&self, unknowns: &[S]) -> S {
-        let terms = unknowns.iter().zip(self.origin).zip(self.normal);
-        terms
-            .map(|((&value, &origin), &normal)| (value - S::from_f64(origin)) * S::from_f64(normal))
-            .sum()
-    }
-}
-
 impl CurveContext<'_> {
     /// The point of the curve on the plane through `origin` across `normal`, from a point near it;
     /// `None` where Newton's method finds none.
@@ -452,18 +430,17 @@ impl CurveContext<'_> {
 
     /// The unit tangent of the curve at a point, on the side of `along`; `None` where it is not
     /// determined.
-    fn tangent(&self, point: &[f64], along: &[f64]) -> Result<Option<Vec<f64>>, OrbitError> {
+    pub(super) fn tangent(
+        &self,
+        point: &[f64],
+        along: &[f64],
+    ) -> Result<Option<Vec<f64>>, OrbitError> {
         for system in self.scaled() {
             let Ok((_, jacobian)) = system.linearised(point) else {
                 continue;
             };
-            let mut right = DVector::zeros(point.len());
-            right[point.len() - 1] = 1.0;
-            if let Some(direction) = bordered(&jacobian, along).lu().solve(&right)
-                && direction.iter().all(|value| value.is_finite())
-            {
-                let length = direction.norm();
-                return Ok(Some(direction.iter().map(|value| value / length).collect()));
+            if let Some(tangent) = tangent(&jacobian, along) {
+                return Ok(Some(tangent));
             }
         }
         Ok(None)
@@ -471,7 +448,7 @@ impl CurveContext<'_> {
 }
 
 /// Unknowns of a located orbit, without units.
-fn start(system: &ExtendedSystem, orbit: &GrazingOrbit) -> Vec<f64> {
+pub(super) fn start(system: &ExtendedSystem, orbit: &GrazingOrbit) -> Vec<f64> {
     let graze = orbit.grazing_point();
     let independent = &orbit.passages[1..system.grazes.independent];
     let times: Vec<Dd> = independent.iter().map(|passage| passage.time).collect();
@@ -480,7 +457,7 @@ fn start(system: &ExtendedSystem, orbit: &GrazingOrbit) -> Vec<f64> {
 }
 
 /// How far each component of the full state goes from the graze along an orbit; 1 where it rests.
-fn reach(system: &ExtendedSystem, start: &[f64]) -> Result<Vec<f64>, OrbitError> {
+pub(super) fn reach(system: &ExtendedSystem, start: &[f64]) -> Result<Vec<f64>, OrbitError> {
     let graze = &start[..system.dimension];
     let (parameters, period) = (system.parameters(start), system.period(start));
     let mut reach = vec![0.0_f64; graze.len()];
@@ -491,14 +468,4 @@ fn reach(system: &ExtendedSystem, start: &[f64]) -> Result<Vec<f64>, OrbitError>
         None
     })?;
     Ok(reach.into_iter().map(|reach| if reach > 0.0 { reach } else { 1.0 }).collect())
-}
-
-/// A Jacobian with one more row.
-pub(super) fn bordered(jacobian: &DMatrix<f64>, normal: &[f64]) -> DMatrix<f64> {
-    let rows = jacobian.nrows();
-    let mut matrix = jacobian.clone().insert_row(rows, 0.0);
-    for (column, &value) in normal.iter().enumerate() {
-        matrix[(rows, column)] = value;
-    }
-    matrix
 }

@@ -38,6 +38,8 @@ pub(super) enum Flight {
 pub(super) struct Effort {
     /// Products of series in a step.
     products: u64,
+    /// Most products of all flights.
+    most: u64,
     counts: Arc<Counts>,
 }
 
@@ -54,12 +56,27 @@ impl Effort {
     /// Nothing computed yet, along a field.
     pub(super) fn new(field: &Field) -> Self {
         let products = field.time_program().products().max(1) as u64;
-        Self { products, counts: Arc::default() }
+        Self { products, most: MOST_PRODUCTS, counts: Arc::default() }
+    }
+
+    /// The same with another limit, in products of series.
+    pub(super) fn within(self, most: u64) -> Self {
+        Self { most, ..self }
+    }
+
+    /// The part of all that may be computed that was, from 0 to 1.
+    pub(super) fn share(&self) -> f64 {
+        (self.counts.spent.load(Ordering::Relaxed) as f64 / self.most as f64).min(1.0)
+    }
+
+    /// Taylor steps of a duration, as many as the part last flown lets expect.
+    pub(super) fn steps(&self, duration: f64) -> u64 {
+        (self.density() * duration).round() as u64
     }
 
     /// Most steps of a period: with more, not even one flight with its derivatives could end.
     pub(super) fn most_steps(&self) -> usize {
-        (MOST_PRODUCTS as f64 / (OF_JETS * STEPS_OF_JETS)) as usize / self.products as usize
+        (self.most as f64 / (OF_JETS * STEPS_OF_JETS)) as usize / self.products as usize
     }
 
     /// Counts a stretch of the flow of numbers whose steps are known.
@@ -83,7 +100,7 @@ impl Effort {
     ) -> Result<T, OrbitError> {
         self.check()?;
         let spent = self.counts.spent.load(Ordering::Relaxed);
-        let most = (MOST_PRODUCTS - spent) as f64 / self.products_of_step::<S>(of);
+        let most = (self.most - spent) as f64 / self.products_of_step::<S>(of);
         let most = most.ceil() as usize;
         let mut steps_left = most;
         let flown = fly(&mut steps_left);
@@ -110,7 +127,7 @@ impl Effort {
 
     /// Whether the search has formed all the products it may.
     pub(super) fn is_spent(&self) -> bool {
-        self.counts.spent.load(Ordering::Relaxed) >= MOST_PRODUCTS
+        self.counts.spent.load(Ordering::Relaxed) >= self.most
     }
 
     /// Forgets what was computed so far.
@@ -120,8 +137,7 @@ impl Effort {
 
     /// Why a search that formed all the products it may ended.
     pub(super) fn too_slow(&self, period: f64) -> NotLocated {
-        let steps = (self.density() * period).round() as u64;
-        NotLocated::TooSlow { steps, products: self.products }
+        NotLocated::TooSlow { steps: self.steps(period), products: self.products }
     }
 
     fn density(&self) -> f64 {
@@ -134,7 +150,7 @@ impl Effort {
             self.counts.density.store(density.to_bits(), Ordering::Relaxed);
         }
         let products = steps as f64 * self.products_of_step::<S>(of);
-        let products = products.min(MOST_PRODUCTS as f64 + 1.0);
+        let products = products.min(self.most as f64 + 1.0);
         self.counts.spent.fetch_add(products as u64, Ordering::Relaxed);
     }
 

@@ -1,6 +1,6 @@
 //! Grazing curves: a grazing orbit continued in a second parameter, with its special points.
 
-use super::grazing_orbit::GrazingConditions;
+use super::grazing_orbit::{GrazingConditions, Penetration};
 use super::outcome::{NamedValues, NotLocated};
 use crate::numeric::Dd;
 
@@ -21,11 +21,23 @@ pub struct CurveOptions {
     pub max_steps: usize,
     /// How many `xi_n` are followed from every passage to every other.
     pub xi_count: usize,
+    /// Most products of series that are formed, in units of one of numbers in `f64`.
+    pub most_products: u64,
 }
+
+/// Most products of series that a curve forms where nothing else is said: 5 to 15 s.
+pub(super) const MOST_PRODUCTS: u64 = 40_000_000;
 
 impl Default for CurveOptions {
     fn default() -> Self {
-        Self { ds: 0.01, ds_min: 1e-8, ds_max: 1.0, max_steps: 20_000, xi_count: 1 }
+        Self {
+            ds: 0.01,
+            ds_min: 1e-8,
+            ds_max: 1.0,
+            max_steps: 20_000,
+            xi_count: 1,
+            most_products: MOST_PRODUCTS,
+        }
     }
 }
 
@@ -48,6 +60,8 @@ pub struct CurvePoint {
     pub conditions: Vec<GrazingConditions<f64>>,
     /// Lowest other minimum of any event function.
     pub clearance: Option<f64>,
+    /// The deepest passage through a surface, where there is one.
+    pub penetration: Option<Penetration>,
 }
 
 impl CurvePoint {
@@ -136,6 +150,13 @@ pub enum CurveEnd {
         /// The full state there.
         at: NamedValues,
     },
+    /// The continuation has computed as much as it may.
+    WorkLimit {
+        /// Duration of a period at the last point.
+        period: f64,
+        /// Taylor steps of that period.
+        steps: u64,
+    },
     /// The second parameter ran away from the range asked for by more than its width.
     LeftRange,
 }
@@ -159,6 +180,13 @@ impl std::fmt::Display for CurveEnd {
                     formatter,
                     "`{function}` in `{key}` comes to its corner at {at}, where there is no Taylor \
                      series"
+                )
+            }
+            CurveEnd::WorkLimit { period, steps } => {
+                write!(
+                    formatter,
+                    "the continuation did the most work it may do: a period lasts {period:.6} here \
+                     and takes about {steps} Taylor steps"
                 )
             }
             CurveEnd::LeftRange => {

@@ -5,7 +5,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::outcome::{NotLocated, OrbitError};
+use super::free_flow::Minimum;
+use super::outcome::{NamedValues, NotLocated, OrbitError};
 use super::section::{Geometry, PoincareSection, PoincareSectionKind, reduced};
 use crate::model::{Digest, Model, Scene, Symmetry};
 use crate::numeric::{Dd, Real, Scalar};
@@ -57,8 +58,28 @@ pub struct GrazingOrbit {
     /// negative where the orbit penetrates a surface and is therefore not one of the
     /// oscillator with its stops.
     pub clearance: Option<f64>,
+    /// The deepest passage through a surface, where there is one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub penetration: Option<Penetration>,
+    /// The adjusted parameter at the other grazes that the search met along the curve of periodic
+    /// orbits.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub other_grazes: Vec<f64>,
     /// Distance from the scene's guess in the full state (the phase taken modulo its period).
     pub guess_distance: Option<f64>,
+}
+
+/// A passage of an orbit of the free flow through a surface.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Penetration {
+    /// The surface (index into [`Model::surfaces`](crate::model::Model::surfaces)).
+    pub surface: usize,
+    /// `-h` at the deepest point; positive.
+    pub depth: f64,
+    /// Full state at the deepest point; the phase in `[0, period)`.
+    pub state: Vec<f64>,
+    /// Time from the first grazing point to the deepest point.
+    pub time: f64,
 }
 
 /// `xi_1, xi_2, …` from one grazing passage to another.
@@ -117,6 +138,18 @@ impl GrazingOrbit {
         self.clearance.is_none_or(|clearance| clearance >= 0.0)
     }
 
+    /// The orbit, if it is one of the oscillator with its stops.
+    ///
+    /// # Errors
+    ///
+    /// [`NotLocated::PassesThrough`] where the orbit of the free flow passes through a surface.
+    pub fn physical(&self, scene: &Scene) -> Result<&Self, NotLocated> {
+        match &self.penetration {
+            None => Ok(self),
+            Some(penetration) => Err(penetration.refusal(scene, self)),
+        }
+    }
+
     /// Names and values of the section's coordinates where the orbit meets it.
     pub fn section_coordinates<'a>(&self, scene: &'a Scene) -> Vec<(&'a str, Dd)> {
         let names = self.section.coordinate_names(&scene.model);
@@ -124,6 +157,49 @@ impl GrazingOrbit {
             self.section.coordinates.iter().map(|&component| self.section_point[component]);
         names.into_iter().zip(values).collect()
     }
+}
+
+impl Penetration {
+    /// The deepest of the minima of event functions along an orbit, where it is negative.
+    pub(super) fn deepest(scene: &Scene, minima: &[Minimum]) -> Option<Self> {
+        let deepest = minima.iter().min_by(|a, b| a.event.total_cmp(&b.event));
+        deepest.filter(|deepest| deepest.event < 0.0).map(|deepest| Self {
+            surface: deepest.surface,
+            depth: -deepest.event,
+            state: with_reduced_phase(scene, deepest.state.clone()),
+            time: deepest.time,
+        })
+    }
+
+    /// Why the orbit is none of the oscillator with its stops.
+    fn refusal(&self, scene: &Scene, orbit: &GrazingOrbit) -> NotLocated {
+        let model = &scene.model;
+        let name = |surface: usize| model.surfaces[surface].name.clone();
+        let adjusted = scene.grazing.solve_for.iter();
+        let adjusted = adjusted.map(|&parameter| {
+            let value = orbit.parameters()[parameter].to_f64();
+            (model.parameters[parameter].name.clone(), value)
+        });
+        let (place, value) = match (&model.phase, self.state.last()) {
+            (Some(phase), Some(&value)) => (phase.name.clone(), value),
+            _ => ("time since the graze".to_owned(), self.time),
+        };
+        NotLocated::PassesThrough {
+            surface: name(self.surface),
+            depth: self.depth,
+            place: NamedValues(vec![(place, value)]),
+            grazed: orbit.passages.iter().map(|graze| name(graze.surface)).collect(),
+            at: NamedValues(adjusted.collect()),
+        }
+    }
+}
+
+/// A full state whose phase is in `[0, period)`.
+pub(super) fn with_reduced_phase<S: Real>(scene: &Scene, mut state: Vec<S>) -> Vec<S> {
+    if let (Some(phase), Some(value)) = (&scene.model.phase, state.last_mut()) {
+        *value = S::from_dd(reduced(value.to_dd(), phase.period));
+    }
+    state
 }
 
 /// A passage nearer to the section than this share of the period lies on it.

@@ -1,5 +1,7 @@
 //! The grazing orbit of a scene, from its guess or from the steady state, or why there is none.
 
+use std::cell::RefCell;
+
 use super::effort::Effort;
 use super::free_flow::{Corners, Gaps, Minimum, each_step, gaps, watching_field};
 use super::grazing_orbit::{Grazes, GrazingOrbit, Location, check_field};
@@ -57,6 +59,8 @@ struct Locator<'a> {
     scene: &'a Scene,
     system: ExtendedSystem,
     effort: Effort,
+    /// The adjusted parameter at other grazes that the search met.
+    others: RefCell<Vec<f64>>,
 }
 
 impl<'a> Locator<'a> {
@@ -71,7 +75,8 @@ impl<'a> Locator<'a> {
         let (base, free) = (scene.model.parameter_values(), &scene.grazing.solve_for);
         let system = ExtendedSystem::new(scene, grazes, &base, free);
         let effort = Effort::new(&system.field);
-        let locator = Self { scene, system: system.limited(&effort), effort };
+        let others = RefCell::default();
+        let locator = Self { scene, system: system.limited(&effort), effort, others };
         locator.check_clock()?;
         locator.check_section()?;
         locator.check_symmetry()?;
@@ -160,13 +165,27 @@ impl<'a> Locator<'a> {
             return direct.ok_or(OrbitError::AutonomousWithoutGuess);
         }
         let (start, values) = (self.start(), self.start_parameters());
+        let others = RefCell::new(Vec::new());
         let searched = self.one_by_one(|alone, parameter| {
-            settled(Search::new(self.scene, alone, parameter).run(&start, values[parameter]))
+            let search = Search::new(self.scene, alone, parameter);
+            let met = settled(search.run(&start, values[parameter]))?;
+            Ok(met.map(|met| {
+                others.replace(met.others);
+                met.unknowns
+            }))
         });
-        match (direct, searched) {
-            (Some(Ok(unknowns)), Err(OrbitError::SearchTooLong)) => Ok(Ok(unknowns)),
-            (direct, searched) => Ok(self.better(direct, searched?)),
-        }
+        let found = match (direct, searched) {
+            (Some(Ok(unknowns)), Err(OrbitError::SearchTooLong)) => return Ok(Ok(unknowns)),
+            (direct, searched) => {
+                let searched = searched?;
+                let found = self.better(direct, searched.clone());
+                if self.system.grazes.independent == 1 && found == searched {
+                    self.others.replace(others.into_inner());
+                }
+                found
+            }
+        };
+        Ok(found)
     }
 
     /// Counts the steps of a period from the start.
@@ -427,6 +446,7 @@ impl<'a> Locator<'a> {
             return Ok(Location::NotLocated(reason));
         }
         self.check_symmetry_of(&orbit)?;
+        orbit.other_grazes = self.others.take();
         orbit.guess_distance = self.guess_distance(&converted(&root.unknowns));
         Ok(Location::Located(Box::new(orbit)))
     }

@@ -10,11 +10,13 @@ use nalgebra::{DMatrix, DVector};
 
 use super::curve::curve_towards;
 use super::curve_context::Distance;
-use super::grazing_curve::{CurveEnd, CurvePoint, SpecialKind, SpecialPoint};
+use super::effort::Effort;
+use super::grazing_curve::{CurveEnd, CurvePoint, MOST_PRODUCTS, SpecialKind, SpecialPoint};
 use super::grazing_orbit::{Grazes, GrazingOrbit, Location};
 use super::locate::locate;
 use super::outcome::{NotLocated, OrbitError};
 use super::system::ExtendedSystem;
+use crate::flow::Field;
 use crate::model::Scene;
 use crate::numeric::{Dd, converted};
 
@@ -54,10 +56,9 @@ pub struct Margin {
 pub enum MarginOutcome {
     /// With the nearest graze.
     Found(Box<Margin>),
-    /// Without a grazing orbit to start from.
+    /// Without a grazing orbit of the oscillator with its stops, and why: none to start from, or
+    /// every one of the curve passes through a surface.
     NotLocated(NotLocated),
-    /// Every orbit of the curve goes through a surface elsewhere.
-    NotPhysical,
 }
 
 /// The smallest change of one or two parameters of a scene at which its orbit grazes, and how it
@@ -96,6 +97,20 @@ pub fn margin(
     parameters: &[usize],
     scales: &[f64],
 ) -> Result<MarginOutcome, OrbitError> {
+    watched_margin(scene, parameters, scales, &|_| {})
+}
+
+/// As [`margin()`], telling the share done, from 0 to 1.
+///
+/// # Errors
+///
+/// As [`margin()`].
+pub fn watched_margin(
+    scene: &Scene,
+    parameters: &[usize],
+    scales: &[f64],
+    watch: &dyn Fn(f64),
+) -> Result<MarginOutcome, OrbitError> {
     check(scene, parameters, scales)?;
     let adjusted = |parameter: usize| {
         let mut scene = scene.clone();
@@ -121,7 +136,7 @@ pub fn margin(
         }
     }
     match located {
-        Location::Located(orbit) => search.from(&orbit),
+        Location::Located(orbit) => search.from(&orbit, watch),
         Location::NotLocated(reason) => Ok(MarginOutcome::NotLocated(reason)),
     }
 }
@@ -185,23 +200,28 @@ impl Search {
     }
 
     /// The nearest graze of the curve through an orbit.
-    fn from(&self, orbit: &GrazingOrbit) -> Result<MarginOutcome, OrbitError> {
+    fn from(&self, orbit: &GrazingOrbit, watch: &dyn Fn(f64)) -> Result<MarginOutcome, OrbitError> {
         let graze = orbit.grazing_point();
         let state: Vec<f64> = converted(&graze.state);
         let here = self.candidate(orbit.parameters().to_vec(), &state, orbit.period.to_f64());
-        let is_physical = orbit.clearance.is_none_or(|clearance| clearance >= 0.0);
+        let refusal = orbit.physical(&self.scene).err();
         let (Some(&with), true) = (self.parameters.get(1), here.distance > 0.0) else {
-            return Ok(match is_physical {
-                true => self.found(here, None, true)?,
-                false => MarginOutcome::NotPhysical,
-            });
+            return match refusal {
+                None => self.found(here, None, true),
+                Some(reason) => Ok(MarginOutcome::NotLocated(reason)),
+            };
         };
         let reach = here.distance * self.scales[1];
         let (mut ends, mut samples, mut stationary) = (Vec::new(), Vec::new(), Vec::new());
         let mut least = here.distance;
-        for reach in self.sides(&here)?.map(|side| side * reach) {
+        let field = Field::free(&self.scene.model, &[]);
+        for (number, side) in self.sides(&here)?.into_iter().enumerate() {
+            let reach = side * reach;
+            let watch_side = |share: f64| watch(0.5 * (number as f64 + share));
+            let effort = Effort::new(&field).within(MOST_PRODUCTS / 2);
             let (to, distance) = (self.own(with) + reach, self.distance(least));
-            let curve = curve_towards(&self.scene, orbit, (with, to), distance)?;
+            let here = (&self.scene, orbit);
+            let curve = curve_towards(here, (with, to), distance, &effort, &watch_side)?;
             let physical = |point: &&CurvePoint| point.is_physical();
             samples.extend(curve.points.iter().filter(physical).map(|point| {
                 self.candidate(converted(&point.parameters), &point.state, point.period)
@@ -220,13 +240,15 @@ impl Search {
         let least = |candidates: Vec<Candidate>| {
             candidates.into_iter().min_by(|a, b| a.distance.total_cmp(&b.distance))
         };
-        match (least(stationary), least(samples)) {
-            (Some(point), Some(end)) if end.distance < (1.0 - NEARER) * point.distance => {
+        match (least(stationary), least(samples), refusal) {
+            (Some(point), Some(end), _) if end.distance < (1.0 - NEARER) * point.distance => {
                 self.found(end, range, false)
             }
-            (Some(point), _) => self.found(point, range, true),
-            (None, Some(end)) => self.found(end, range, false),
-            (None, None) => Ok(MarginOutcome::NotPhysical),
+            (Some(point), _, _) => self.found(point, range, true),
+            (None, Some(end), _) => self.found(end, range, false),
+            (None, None, Some(reason)) => Ok(MarginOutcome::NotLocated(reason)),
+            // The orbit that the curve begins at is one of its points.
+            (None, None, None) => self.found(here, range, false),
         }
     }
 

@@ -3,6 +3,7 @@
 //! Deliberately absent: the direct simulator. Every orbit here is one of the free flow, surfaces
 //! ignored.
 
+mod arclength;
 mod curve;
 mod curve_context;
 mod effort;
@@ -21,16 +22,16 @@ mod section;
 mod system;
 mod theory;
 
-pub use curve::curve;
+pub use curve::{curve, watched_curve};
 pub use grazing_curve::{
     CurveEnd, CurveOptions, CurveOutcome, CurvePoint, GrazingCurve, SpecialKind, SpecialPoint,
     UnresolvedStretch,
 };
 pub use grazing_orbit::{
-    FollowingPassage, GrazingConditions, GrazingOrbit, GrazingPoint, Location,
+    FollowingPassage, GrazingConditions, GrazingOrbit, GrazingPoint, Location, Penetration,
 };
 pub use locate::locate;
-pub use margin::{Margin, MarginOutcome, margin};
+pub use margin::{Margin, MarginOutcome, margin, watched_margin};
 pub use outcome::{NamedValues, NotLocated, OrbitError};
 pub use section::{PoincareSection, PoincareSectionKind};
-pub use theory::{Expectation, GrazeTheory, OneContactOrbit, Route, graze_theory};
+pub use theory::{Expectation, GrazeTheory, OneContactOrbit, Route, Unfolding, graze_theory};

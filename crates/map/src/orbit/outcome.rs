@@ -25,11 +25,14 @@ pub enum NotLocated {
         /// Change of the state over the last period; NaN where the flow left the finite numbers.
         change: f64,
     },
-    /// The periodic orbit does not come to touch the surface.
+    /// No periodic orbit looked at comes to touch the surface.
     #[error(
-        "the periodic orbit never touches `{surface}`: over {tried} values of {parameter} its \
-         closest approach was h = {clearance:.6e}, at {parameter} = {}; where several orbits \
-         coexist, another value of {parameter} in the scene or a `guess` starts from another one",
+        "{} over {tried} orbits, for {parameter} from {} to {}, its closest approach was h = \
+         {clearance:.6e}, at {parameter} = {}; where several orbits coexist, another value of \
+         {parameter} in the scene or a `guess` starts from another one",
+        untouched(surface, *clearance),
+        Shown(range[0]),
+        Shown(range[1]),
         Shown(*value)
     )]
     NeverTouches {
@@ -41,8 +44,10 @@ pub enum NotLocated {
         value: f64,
         /// Lowest value of the event function there, signed.
         clearance: f64,
-        /// Number of parameter values tried.
+        /// Number of orbits looked at.
         tried: usize,
+        /// Least and largest value of the parameter.
+        range: [f64; 2],
     },
     /// The free flow is too slow to compute.
     #[error(
@@ -198,13 +203,37 @@ pub enum NotLocated {
     /// The orbit touches a surface where the scene names no passage.
     #[error(
         "the orbit found touches `{surface}` once more, {time:.6} after the first graze; name \
-         every passage of a period in its order in `passages`"
+         every passage of a period in its order, in the place of `surface`: `passages = [{}]`",
+        passages.iter().map(|name| format!("{name:?}")).collect::<Vec<_>>().join(", ")
     )]
     TouchesElsewhere {
         /// Name of the surface.
         surface: String,
         /// Time since the first graze.
         time: f64,
+        /// The surfaces that the orbit touches in a period, in order.
+        passages: Vec<String>,
+    },
+    /// The orbit of the free flow passes through a surface.
+    #[error(
+        "the orbit of the free flow that grazes {} at {at} passes through `{surface}` by \
+         {depth:.6} at {place}: it is no orbit of the oscillator with its stops{}; hits beside \
+         grazes are not expressible yet: use direct simulation (`trajectory`, `branch --using \
+         direct`)",
+        quoted(grazed),
+        same_surface(surface, grazed)
+    )]
+    PassesThrough {
+        /// Name of the surface.
+        surface: String,
+        /// How far beyond the surface the orbit goes: `-h`.
+        depth: f64,
+        /// The phase there, or the time since the first graze of an autonomous system.
+        place: NamedValues,
+        /// Names of the surfaces grazed, in order.
+        grazed: Vec<String>,
+        /// The adjusted parameters.
+        at: NamedValues,
     },
     /// The mirror image of a graze is not one.
     #[error(
@@ -268,6 +297,31 @@ fn shorter(times: usize, periods: Option<usize>) -> String {
             periods / times
         ),
         _ => "a `guess` on the orbit leads to another one".to_owned(),
+    }
+}
+
+/// What a closest approach of this sign says, in words.
+fn untouched(surface: &str, clearance: f64) -> String {
+    match clearance < 0.0 {
+        true => format!("the periodic orbit always goes beyond `{surface}`, and no graze was met:"),
+        false => format!("the periodic orbit never touches `{surface}`:"),
+    }
+}
+
+/// Names in quotes, in order.
+fn quoted(names: &[String]) -> String {
+    let quoted: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
+    quoted.join(" and ")
+}
+
+/// Advice where an orbit passes through a surface that it grazes elsewhere.
+fn same_surface(surface: &str, grazed: &[String]) -> &'static str {
+    match grazed.iter().any(|name| name == surface) {
+        true => {
+            " (it grazes at a minimum that is not the lowest; a `guess` at the lowest one leads to \
+             the graze there)"
+        }
+        false => "",
     }
 }
 

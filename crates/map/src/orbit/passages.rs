@@ -4,13 +4,15 @@
 use nalgebra::DMatrix;
 
 use super::free_flow::{Gaps, Minimum, gaps, watching_field};
-use super::grazing_orbit::{GrazingOrbit, GrazingPoint, Touch, mirrored};
+use super::grazing_orbit::{
+    GrazingOrbit, GrazingPoint, Penetration, Touch, mirrored, with_reduced_phase,
+};
 use super::monodromy::{
     ConditionFactors, Stretch, full_monodromy, legs, multipliers, on_section, round, section_point,
 };
 use super::newton::Root;
 use super::outcome::{NotLocated, OrbitError, Stop};
-use super::section::{PoincareSection, reduced};
+use super::section::PoincareSection;
 use super::system::ExtendedSystem;
 use crate::flow::Integrator;
 use crate::model::{Scene, Symmetry};
@@ -245,13 +247,6 @@ impl<'a, S: Real> Orbit<'a, S> {
     }
 }
 
-fn with_reduced_phase<S: Real>(scene: &Scene, mut state: Vec<S>) -> Vec<S> {
-    if let (Some(phase), Some(value)) = (&scene.model.phase, state.last_mut()) {
-        *value = S::from_dd(reduced(value.to_dd(), phase.period));
-    }
-    state
-}
-
 /// One minimum for every surface wanted, in the order wanted and of time, of the smallest total
 /// cost; or the number of the first that has none.
 pub(super) fn in_order<'a>(
@@ -318,6 +313,7 @@ pub(super) fn describe(
         let there = full_monodromy(system, &point, &parameters, period)?;
         on_section(&there, &section, &geometry.at(&point, &parameters))
     };
+    let others = other_minima(scene, &passages, period)?.minima;
     Ok(GrazingOrbit {
         scene: scene.identifier.clone(),
         digest: scene.digest,
@@ -329,7 +325,9 @@ pub(super) fn describe(
         conditions,
         section,
         section_point: point,
-        clearance: clearance(scene, &passages, period)?,
+        clearance: clearance(&others),
+        penetration: Penetration::deepest(scene, &others),
+        other_grazes: Vec::new(),
         guess_distance: None,
         passages,
     })
@@ -376,15 +374,9 @@ pub(super) fn points<S: Real>(
     touches.iter().enumerate().map(point).collect()
 }
 
-/// Lowest minimum of any event function along an orbit, its grazes excepted; a touch to rounding
-/// counts as 0.
-pub(super) fn clearance(
-    scene: &Scene,
-    passages: &[GrazingPoint],
-    period: Dd,
-) -> Result<Option<f64>, OrbitError> {
-    let others = other_minima(scene, passages, period)?;
-    Ok(others.iter().map(|minimum| minimum.event).min_by(f64::total_cmp))
+/// Lowest of these minima of event functions.
+pub(super) fn clearance(minima: &[Minimum]) -> Option<f64> {
+    minima.iter().map(|minimum| minimum.event).min_by(f64::total_cmp)
 }
 
 /// Why passages are not all grazes of an orbit: it touches a surface elsewhere, or again, run
@@ -393,50 +385,61 @@ pub(super) fn further_graze(
     scene: &Scene,
     orbit: &GrazingOrbit,
 ) -> Result<Option<NotLocated>, OrbitError> {
-    let others = other_minima(scene, &orbit.passages, orbit.period)?;
+    let others = other_minima(scene, &orbit.passages, orbit.period)?.minima;
     let touches = others.iter().filter(|minimum| minimum.event == 0.0);
     let Some(next) = touches.min_by(|a, b| a.time.total_cmp(&b.time)) else {
         return Ok(None);
     };
-    let surface = scene.model.surfaces[next.surface].name.clone();
-    let (graze, time) = (orbit.grazing_point(), next.time);
-    let states = next.state.iter().zip(&graze.state).take(scene.model.states.len());
-    let repeats = states.into_iter().all(|(there, here)| {
-        let here = here.to_f64();
-        (there - here).abs() <= SAME * here.abs().max(1.0)
-    });
-    if !(repeats && next.surface == graze.surface) {
-        return Ok(Some(NotLocated::TouchesElsewhere { surface, time }));
+    let name = |surface: usize| scene.model.surfaces[surface].name.clone();
+    let (surface, graze, time) = (name(next.surface), orbit.grazing_point(), next.time);
+    if !(next.surface == graze.surface && is_same(scene, &next.state, &converted(&graze.state))) {
+        let named = orbit.passages.iter().map(|graze| (graze.time.to_f64(), graze.surface));
+        let touched = others.iter().filter(|minimum| minimum.event == 0.0);
+        let touched = touched.map(|minimum| (minimum.time, minimum.surface));
+        let mut passages: Vec<(f64, usize)> = named.chain(touched).collect();
+        passages.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let passages = passages.into_iter().map(|(_, surface)| name(surface)).collect();
+        return Ok(Some(NotLocated::TouchesElsewhere { surface, time, passages }));
     }
     let times = (orbit.period.to_f64() / time).round() as usize;
     let periods = scene.model.phase.as_ref().map(|_| scene.grazing.periods);
     Ok(Some(NotLocated::Repeats { surface, time, times, periods }))
 }
 
-/// All minima of the event functions along an orbit but its grazes; a touch to rounding has the
+/// Whether two full states are the same, phases modulo their period.
+fn is_same(scene: &Scene, there: &[f64], here: &[f64]) -> bool {
+    let states = scene.model.states.len();
+    let mut pairs = there.iter().zip(here).take(states);
+    let close = pairs.all(|(there, here)| (there - here).abs() <= SAME * here.abs().max(1.0));
+    let Some(clock) = &scene.model.phase else { return close };
+    let period = clock.period.to_f64();
+    let apart = (there[states] - here[states]).rem_euclid(period);
+    close && apart.min(period - apart) <= SAME * period
+}
+
+/// The minima of the event functions along an orbit but its grazes; a touch to rounding has the
 /// event 0.
-fn other_minima(
+pub(super) fn other_minima(
     scene: &Scene,
     passages: &[GrazingPoint],
     period: Dd,
-) -> Result<Vec<Minimum>, OrbitError> {
+) -> Result<Gaps, OrbitError> {
     let Some(graze) = passages.first() else {
-        return Ok(Vec::new());
+        return Ok(Gaps { minima: Vec::new(), largest: Vec::new(), steps: 0 });
     };
     let (state, parameters) = (converted(&graze.state), converted(&graze.parameters));
     let period = period.to_f64();
-    let gaps = gaps(&watching_field(&scene.model), &state, &parameters, period)?;
+    let mut gaps = gaps(&watching_field(&scene.model), &state, &parameters, period)?;
     let is_graze = |minimum: &Minimum| {
         let mine = passages.iter().filter(|at| at.surface == minimum.surface);
         let apart = |at: &GrazingPoint| (at.time.to_f64() - minimum.time).rem_euclid(period);
         mine.map(apart).any(|apart| apart.min(period - apart) < SAME * period)
     };
-    let mut others = gaps.minima;
-    others.retain(|minimum| !is_graze(minimum));
-    for minimum in &mut others {
+    gaps.minima.retain(|minimum| !is_graze(minimum));
+    for minimum in &mut gaps.minima {
         if minimum.event.abs() <= 1e-10 * gaps.largest[minimum.surface].abs() {
             minimum.event = 0.0;
         }
     }
-    Ok(others)
+    Ok(gaps)
 }

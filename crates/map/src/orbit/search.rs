@@ -1,9 +1,11 @@
 //! From a steady state to a graze: settle, shoot, and move the parameter until the orbit touches.
 
+use super::arclength::{Bordered, CORRECTION, GROWTH, STRAIGHT, distance, dot, tangent};
+use super::effort::Effort;
 use super::free_flow::{Minimum, gaps, watching_field};
-use super::newton::Scaled;
+use super::newton::{Equations, Scaled, solve};
 use super::outcome::{NamedValues, NotLocated, OrbitError, Stop};
-use super::system::{ExtendedSystem, Shooting, solve_either};
+use super::system::{ExtendedSystem, PeriodicFamily, Shooting, solve_either};
 use crate::flow::{Field, Integrator};
 use crate::model::Scene;
 
@@ -27,6 +29,56 @@ struct Periodic {
     beyond: bool,
 }
 
+/// A graze that a search found.
+pub(super) struct Met {
+    /// Unknowns of the extended system.
+    pub(super) unknowns: Vec<f64>,
+    /// The parameter at the other grazes met, in the order in which they were met.
+    pub(super) others: Vec<f64>,
+}
+
+/// A graze of the curve of periodic orbits.
+struct Graze {
+    unknowns: Vec<f64>,
+    value: f64,
+    /// Whether its orbit passes through no surface.
+    physical: bool,
+}
+
+/// The orbits that a search looked at.
+struct Looked {
+    orbits: usize,
+    /// Least and largest value of the parameter.
+    range: [f64; 2],
+    closest: Periodic,
+    /// The first that lies beyond the surface as a whole.
+    beyond: Option<Periodic>,
+}
+
+impl Looked {
+    fn at(first: &Periodic) -> Self {
+        Self {
+            orbits: 1,
+            range: [first.value; 2],
+            closest: first.clone(),
+            beyond: first.beyond.then(|| first.clone()),
+        }
+    }
+
+    fn add(&mut self, orbit: &Periodic) {
+        self.orbits += 1;
+        self.range = [self.range[0].min(orbit.value), self.range[1].max(orbit.value)];
+        if orbit.lowest.event.abs() < self.closest.lowest.event.abs() {
+            self.closest = orbit.clone();
+        }
+        if self.beyond.is_none() && orbit.beyond {
+            self.beyond = Some(orbit.clone());
+        }
+    }
+}
+
+/// Largest residual a corrector may stall at.
+const TOLERANCE: f64 = 1e-9;
 /// Periods flown to settle.
 const SETTLING: usize = 400;
 /// Change of a period, in the unit of the states, of a motion that has settled.
@@ -48,10 +100,12 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Unknowns of the extended system at a graze with `h'' > 0`, from a full state and the
-    /// parameter's first value.
-    pub(super) fn run(&self, start: &[f64], value: f64) -> Result<Vec<f64>, Stop<NotLocated>> {
-        let mut orbit = match self.periodic(value, start) {
+    /// The graze with `h'' > 0` nearest to the parameter's first value, from a full state there.
+    ///
+    /// The parameter is moved by secant steps in the lowest `h` first. Where these find no graze, as
+    /// beyond a fold, the curve of periodic orbits is followed by arclength to both sides.
+    pub(super) fn run(&self, start: &[f64], value: f64) -> Result<Met, Stop<NotLocated>> {
+        let first = match self.periodic(value, start) {
             Some(orbit) => orbit,
             None => {
                 let (settled, change) = self.settle(start, value);
@@ -59,29 +113,46 @@ impl<'a> Search<'a> {
                 orbit.ok_or_else(|| Stop::Ended(self.no_orbit(value, change)))?
             }
         };
-        let mut closest = orbit.clone();
-        let mut beyond = orbit.beyond.then(|| orbit.clone());
+        let mut looked = Looked::at(&first);
+        if let Some(unknowns) = self.by_secants(&first, &mut looked)? {
+            return Ok(Met { unknowns, others: Vec::new() });
+        }
+        if let Some(orbit) = looked.beyond {
+            return Err(Stop::Ended(self.wrong_side(&orbit)));
+        }
+        let mut grazes = self.follow(&first, &mut looked)?;
+        let nearest = (0..grazes.len()).min_by(|&a, &b| {
+            let key = |at: usize| (!grazes[at].physical, (grazes[at].value - value).abs());
+            let (a, b) = (key(a), key(b));
+            a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
+        });
+        let Some(nearest) = nearest else {
+            return Err(Stop::Ended(self.never_touches(&looked)));
+        };
+        let unknowns = grazes.remove(nearest).unknowns;
+        Ok(Met { unknowns, others: grazes.into_iter().map(|graze| graze.value).collect() })
+    }
+
+    /// Moves the parameter by secant steps in the lowest `h` until the orbit touches.
+    fn by_secants(
+        &self,
+        first: &Periodic,
+        looked: &mut Looked,
+    ) -> Result<Option<Vec<f64>>, OrbitError> {
+        let mut orbit = first.clone();
         let mut previous: Option<Periodic> = None;
         for _ in 0..TRIALS {
             self.system.check_limit()?;
             if let Some(unknowns) = self.touch(&orbit)? {
-                return Ok(unknowns);
+                return Ok(Some(unknowns));
             }
             let Some(next) = self.advance(&orbit, previous.as_ref()) else {
                 break;
             };
             previous = Some(std::mem::replace(&mut orbit, next));
-            if orbit.lowest.event.abs() < closest.lowest.event.abs() {
-                closest = orbit.clone();
-            }
-            if beyond.is_none() && orbit.beyond {
-                beyond = Some(orbit.clone());
-            }
+            looked.add(&orbit);
         }
-        Err(Stop::Ended(match beyond {
-            Some(orbit) => self.wrong_side(&orbit),
-            None => self.never_touches(&closest),
-        }))
+        Ok(None)
     }
 
     /// The free flow's state after many periods, and how much the last one changed it.
@@ -119,6 +190,12 @@ impl<'a> Search<'a> {
         };
         let mut full = start.to_vec();
         full[..states].copy_from_slice(&root);
+        self.described(value, full)
+    }
+
+    /// The periodic orbit through a full state, with its lowest point.
+    fn described(&self, value: f64, full: Vec<f64>) -> Option<Periodic> {
+        let parameters = self.parameters(value);
         let period = self.system.period(&self.unknowns(&full, value));
         let gaps = gaps(&self.watching, &full, &parameters, period).ok()?;
         self.system.counted(gaps.steps, period);
@@ -130,9 +207,14 @@ impl<'a> Search<'a> {
 
     /// Newton on the extended system from an orbit's lowest point, where that is near the surface.
     fn touch(&self, orbit: &Periodic) -> Result<Option<Vec<f64>>, OrbitError> {
-        if orbit.lowest.event.abs() > NEAR * (orbit.largest - orbit.lowest.event) {
-            return Ok(None);
+        match orbit.lowest.event.abs() > NEAR * (orbit.largest - orbit.lowest.event) {
+            true => Ok(None),
+            false => self.touch_from(orbit),
         }
+    }
+
+    /// Newton on the extended system from an orbit's lowest point.
+    fn touch_from(&self, orbit: &Periodic) -> Result<Option<Vec<f64>>, OrbitError> {
         let Ok(root) =
             solve_either(self.system, &self.unknowns(&orbit.lowest.state, orbit.value), 1e-9)?
         else {
@@ -191,13 +273,220 @@ impl<'a> Search<'a> {
         }
     }
 
-    fn never_touches(&self, closest: &Periodic) -> NotLocated {
+    fn never_touches(&self, looked: &Looked) -> NotLocated {
         NotLocated::NeverTouches {
             surface: self.scene.model.surfaces[self.surface].name.clone(),
             parameter: self.name(),
-            value: closest.value,
-            clearance: closest.lowest.event,
-            tried: TRIALS,
+            value: looked.closest.value,
+            clearance: looked.closest.lowest.event,
+            tried: looked.orbits,
+            range: looked.range,
         }
+    }
+}
+
+/// First and largest step along the curve of periodic orbits, in the units of its unknowns, and
+/// the smallest before it is given up.
+const STEP: f64 = 0.02;
+const LARGEST_STEP: f64 = 0.25;
+const SMALLEST_STEP: f64 = 1e-6;
+/// Most steps to each side.
+const MOST_STEPS: usize = 250;
+/// Changes of the parameter, relative to its size, up to which the curve is followed: once a graze
+/// is met, and before.
+const REACH: f64 = 2.0;
+const FAR: f64 = 100.0;
+/// Halvings of a step in which the lowest `h` changes its sign.
+const HALVINGS: usize = 20;
+/// Lowest `h` relative to the largest that is a touch.
+const TOUCH: f64 = 1e-9;
+
+/// A point of the curve of periodic orbits.
+#[derive(Clone, Debug)]
+struct FamilyPoint {
+    /// The states at the fixed phase and the parameter, in units.
+    unknowns: Vec<f64>,
+    tangent: Vec<f64>,
+    orbit: Periodic,
+}
+
+/// The curve of periodic orbits through one, with the units of its unknowns.
+struct Curve<'a> {
+    search: &'a Search<'a>,
+    family: PeriodicFamily<'a>,
+    units: Vec<f64>,
+    length: f64,
+    /// Full state of the orbit that it begins at; the phase is that of all.
+    start: Vec<f64>,
+}
+
+impl Search<'_> {
+    /// The grazes met along the curve of periodic orbits through one, to both sides, as far as the
+    /// work of one search goes.
+    fn follow(&self, first: &Periodic, looked: &mut Looked) -> Result<Vec<Graze>, OrbitError> {
+        let system = self.system.clone().limited(&Effort::new(&self.system.field));
+        let search = Search { system: &system, watching: self.watching.clone(), ..*self };
+        let states = system.states;
+        let length = system.length(&search.unknowns(&first.start, first.value));
+        let mut units = vec![length; states];
+        units.push(scale(first.value));
+        let curve = Curve {
+            search: &search,
+            family: PeriodicFamily::new(&system, first.start[states]),
+            units,
+            length,
+            start: first.start.clone(),
+        };
+        let mut grazes = Vec::new();
+        for side in [1.0, -1.0] {
+            match curve.side(first, side, &mut grazes, looked) {
+                Ok(false) | Err(OrbitError::SearchTooLong) => {}
+                // The curve is closed: all of it is known.
+                Ok(true) => break,
+                Err(error) => return Err(error),
+            }
+        }
+        Ok(grazes)
+    }
+}
+
+/// The size of a parameter's changes.
+fn scale(value: f64) -> f64 {
+    value.abs().max(0.1)
+}
+
+impl Curve<'_> {
+    fn system(&self) -> Scaled<'_, PeriodicFamily<'_>> {
+        Scaled { equations: &self.family, units: self.units.clone(), residual_unit: self.length }
+    }
+
+    /// Follows one side of the curve; whether it came back to where it began.
+    fn side(
+        &self,
+        first: &Periodic,
+        side: f64,
+        grazes: &mut Vec<Graze>,
+        looked: &mut Looked,
+    ) -> Result<bool, OrbitError> {
+        let states = self.search.system.states;
+        let unknowns = [&first.start[..states], &[first.value]].concat();
+        let mut along = vec![0.0; states + 1];
+        along[states] = side;
+        let Some(start) = self.point(self.system().in_units(&unknowns), &along)? else {
+            return Ok(false);
+        };
+        let (mut here, mut step) = (start.clone(), STEP);
+        for taken in 0..MOST_STEPS {
+            let predicted = moved(&here.unknowns, &here.tangent, step);
+            let found = self.corrected(&predicted, &predicted, &here.tangent)?;
+            let close = |found: &Vec<f64>| distance(found, &predicted) < CORRECTION * step;
+            let next = match found.filter(close) {
+                Some(found) => self.point(found, &here.tangent)?,
+                None => None,
+            };
+            let Some(next) = next.filter(|next| dot(&next.tangent, &here.tangent) > STRAIGHT)
+            else {
+                step *= 0.5;
+                if step < SMALLEST_STEP {
+                    return Ok(false);
+                }
+                continue;
+            };
+            looked.add(&next.orbit);
+            if here.orbit.lowest.event * next.orbit.lowest.event < 0.0
+                && let Some(graze) = self.graze_between(&here, &next)?
+            {
+                grazes.push(graze);
+            }
+            if taken > 2 && distance(&next.unknowns, &start.unknowns) < 0.5 * step {
+                return Ok(true);
+            }
+            let reach = if grazes.is_empty() { FAR } else { REACH };
+            if (next.orbit.value - first.value).abs() > reach * scale(first.value) {
+                return Ok(false);
+            }
+            here = next;
+            step = (step * GROWTH).min(LARGEST_STEP);
+        }
+        Ok(false)
+    }
+
+    /// The point of the curve on a plane; `None` where Newton's method finds none.
+    fn corrected(
+        &self,
+        start: &[f64],
+        origin: &[f64],
+        normal: &[f64],
+    ) -> Result<Option<Vec<f64>>, OrbitError> {
+        let plane = Bordered { system: self.system(), origin, normal };
+        match solve(&plane, start, TOLERANCE) {
+            Ok(root) => Ok(root.ok()),
+            Err(OrbitError::Flow(_)) => Ok(None),
+            Err(error) => Err(error),
+        }
+    }
+
+    /// A point of the curve with its orbit; `None` where its flow or its tangent is not there.
+    fn point(&self, unknowns: Vec<f64>, along: &[f64]) -> Result<Option<FamilyPoint>, OrbitError> {
+        let (_, jacobian) = match self.system().linearised(&unknowns) {
+            Ok(linearised) => linearised,
+            Err(OrbitError::Flow(_)) => return Ok(None),
+            Err(error) => return Err(error),
+        };
+        let states = self.search.system.states;
+        let values = self.system().without_units(&unknowns);
+        let mut full = self.start.clone();
+        full[..states].copy_from_slice(&values[..states]);
+        let orbit = self.search.described(values[states], full);
+        let tangent = tangent(&jacobian, along);
+        Ok(tangent.zip(orbit).map(|(tangent, orbit)| FamilyPoint { unknowns, tangent, orbit }))
+    }
+
+    /// The graze between two points of the curve, between which the lowest `h` changes its sign.
+    fn graze_between(
+        &self,
+        here: &FamilyPoint,
+        next: &FamilyPoint,
+    ) -> Result<Option<Graze>, OrbitError> {
+        let mut ends = [here.clone(), next.clone()];
+        for _ in 0..HALVINGS {
+            let depths = [0, 1].map(|end| ends[end].orbit.lowest.event.abs());
+            let nearer = usize::from(depths[1] < depths[0]);
+            if let Some(unknowns) = self.search.touch_from(&ends[nearer].orbit)? {
+                let graze = self.search.graze(unknowns);
+                let apart = distance(&ends[0].unknowns, &ends[1].unknowns);
+                let moved = (graze.value - ends[nearer].orbit.value).abs();
+                if moved <= 2.0 * apart * self.units[self.units.len() - 1] {
+                    return Ok(Some(graze));
+                }
+            }
+            let normal = ends[1].unknowns.iter().zip(&ends[0].unknowns);
+            let normal: Vec<f64> = normal.map(|(b, a)| b - a).collect();
+            let middle = moved(&ends[0].unknowns, &normal, 0.5);
+            let found = self.corrected(&middle, &middle, &normal)?;
+            let Some(found) = found else { return Ok(None) };
+            let Some(middle) = self.point(found, &ends[0].tangent)? else { return Ok(None) };
+            let same = middle.orbit.lowest.event * ends[0].orbit.lowest.event > 0.0;
+            ends[usize::from(!same)] = middle;
+        }
+        Ok(None)
+    }
+}
+
+fn moved(unknowns: &[f64], direction: &[f64], step: f64) -> Vec<f64> {
+    unknowns.iter().zip(direction).map(|(value, slope)| value + step * slope).collect()
+}
+
+impl Search<'_> {
+    /// A graze by its unknowns.
+    fn graze(&self, unknowns: Vec<f64>) -> Graze {
+        let parameters = self.system.parameters(&unknowns);
+        let (start, period) = (&unknowns[..self.system.dimension], self.system.period(&unknowns));
+        let gaps = gaps(&self.watching, start, &parameters, period);
+        let physical = gaps.is_ok_and(|gaps| {
+            let touch = |at: &Minimum| -TOUCH * gaps.largest[at.surface].abs();
+            gaps.minima.iter().all(|at| at.event >= touch(at))
+        });
+        Graze { value: parameters[self.parameter], physical, unknowns }
     }
 }

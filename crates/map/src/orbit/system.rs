@@ -431,6 +431,42 @@ impl Equations for Shooting {
     }
 }
 
+/// Closure of the period from a fixed phase, in the states and the free parameter of a system of
+/// one graze: one equation fewer than unknowns, whose solutions are the curve of periodic orbits.
+#[derive(Clone, Debug)]
+pub(super) struct PeriodicFamily<'a> {
+    system: &'a ExtendedSystem,
+    phase: f64,
+}
+
+impl<'a> PeriodicFamily<'a> {
+    /// Closure from this phase.
+    pub(super) fn new(system: &'a ExtendedSystem, phase: f64) -> Self {
+        Self { system, phase }
+    }
+
+    /// Unknowns of the system.
+    fn full<S: Real>(&self, unknowns: &[S]) -> Vec<S> {
+        let (states, parameter) = unknowns.split_at(self.system.states);
+        [states, &[S::from_f64(self.phase)], parameter].concat()
+    }
+}
+
+impl Equations for PeriodicFamily<'_> {
+    fn linearised(&self, unknowns: &[f64]) -> Result<(Vec<f64>, DMatrix<f64>), OrbitError> {
+        let count = self.system.states;
+        let (residual, jacobian) = self.system.differentiate(&self.full(unknowns))?;
+        let closure = jacobian.rows(0, count).into_owned().remove_column(count);
+        Ok((residual[..count].to_vec(), closure))
+    }
+
+    fn residual<S: Real>(&self, unknowns: &[S]) -> Result<Vec<S>, OrbitError> {
+        let mut residual = self.system.evaluate(&self.full(unknowns))?;
+        residual.truncate(self.system.states);
+        Ok(residual)
+    }
+}
+
 /// Newton's method with the period matched at its end, then at its middle; the end's failure if
 /// both fail. The tolerance is one of residuals in the units of the start.
 pub(super) fn solve_either(

@@ -15,12 +15,15 @@
 
 use serde::Serialize;
 
-use super::grazing_orbit::{Grazes, GrazingOrbit};
+use super::curve_context::{CurveContext, NOISE, reach, start};
+use super::effort::Effort;
+use super::grazing_orbit::{Grazes, GrazingOrbit, GrazingPoint, Touch};
 use super::margin::gap_slopes;
-use super::monodromy::Stretch;
+use super::monodromy::{ConditionFactors, Stretch, legs};
 use super::outcome::OrbitError;
 use super::passages::stretches;
 use super::system::ExtendedSystem;
+use crate::flow::Field;
 use crate::model::Scene;
 use crate::numeric::converted;
 
@@ -43,6 +46,10 @@ pub struct GrazeTheory {
     pub largest_multiplier: f64,
     /// `xi_1, xi_2, …`, as many as the longest orbit listed has returns.
     pub xi: Vec<f64>,
+    /// Magnitude up to which each of them is rounding and has no sign.
+    pub noise: Vec<f64>,
+    /// The parameters that unfold a graze of codimension two; none of another graze.
+    pub unfolding: Vec<Unfolding>,
     /// Name of the adjusted parameter.
     pub parameter: String,
     /// How the lowest gap of the orbit without contact changes with it: contact begins on the side
@@ -53,6 +60,15 @@ pub struct GrazeTheory {
     pub orbits: Vec<OneContactOrbit>,
     /// What is to be expected.
     pub expectation: Expectation,
+}
+
+/// A parameter along whose grazing curve a vanishing condition changes its sign.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Unfolding {
+    /// Name of the parameter.
+    pub parameter: String,
+    /// Derivative of the condition along the grazing curve, the first adjusted parameter following.
+    pub slope: f64,
 }
 
 /// An orbit with one contact in `n` returns, near the graze.
@@ -77,6 +93,16 @@ pub enum Expectation {
     SeveralPassages,
     /// The orbit is unstable without contact: no attractor is born near it.
     Unstable,
+    /// A multiplier of the orbit without contact has modulus 1 to rounding.
+    Neutral,
+    /// Every condition is rounding: contact moves the state along the orbit alone, to leading
+    /// order.
+    Undecided,
+    /// A condition that decides is rounding: codimension two.
+    CodimensionTwo {
+        /// The first such condition.
+        n: usize,
+    },
     /// Contact and free flight do not differ at the graze.
     NoContact,
     /// The contact begins with a power of `y` above 1: the multipliers stay finite, and change at
@@ -129,6 +155,8 @@ pub fn graze_theory(scene: &Scene, orbit: &GrazingOrbit) -> Result<GrazeTheory, 
         contact_power,
         largest_multiplier: re.hypot(im),
         xi: converted(&orbit.xi),
+        noise: Vec::new(),
+        unfolding: Vec::new(),
         parameter: scene.model.parameters[parameter].name.clone(),
         gap_slope: f64::NAN,
         orbits: Vec::new(),
@@ -141,11 +169,14 @@ pub fn graze_theory(scene: &Scene, orbit: &GrazingOrbit) -> Result<GrazeTheory, 
         gap_slopes(scene, &graze.state, orbit.period, orbit.parameters())?[parameter];
     theory.expectation = match contact_power {
         None => Expectation::NoContact,
+        Some(_) if (theory.largest_multiplier - 1.0).abs() <= NOISE => Expectation::Neutral,
         Some(_) if theory.largest_multiplier >= 1.0 => Expectation::Unstable,
         Some(2..) => Expectation::Finite,
         Some(_) => {
-            let conditions = Conditions::new(&theory.xi, &orbit.multipliers);
-            theory.xi = conditions.first(LONGEST);
+            let noise = condition_noise(&system, &stretch, orbit)?;
+            let conditions = Conditions::new(&theory.xi, &noise, &orbit.multipliers);
+            theory.xi = conditions.values.iter().copied().take(LONGEST).collect();
+            theory.noise = conditions.noise.iter().copied().take(LONGEST).collect();
             let acceleration = graze.normal_acceleration.to_f64();
             theory.orbits = (1..=LONGEST)
                 .filter_map(|returns| {
@@ -155,18 +186,91 @@ pub fn graze_theory(scene: &Scene, orbit: &GrazingOrbit) -> Result<GrazeTheory, 
             conditions.expectation(&orbit.multipliers)
         }
     };
+    if let Expectation::CodimensionTwo { n } = theory.expectation {
+        theory.unfolding = unfolding(scene, orbit, n, theory.noise[n - 1] / NOISE)?;
+    }
     Ok(theory)
+}
+
+/// Magnitude up to which each condition of the orbit is rounding.
+///
+/// The rounding of the flow's derivatives, of the orbit's residual, and of parameters that are
+/// given to as many digits as a double has.
+fn condition_noise(
+    system: &ExtendedSystem,
+    stretches: &[Stretch],
+    orbit: &GrazingOrbit,
+) -> Result<Vec<f64>, OrbitError> {
+    let touch = |graze: &GrazingPoint| Touch {
+        surface: graze.surface,
+        time: graze.time.to_f64(),
+        state: converted(&graze.state),
+    };
+    let touches: Vec<Touch<f64>> = orbit.passages.iter().map(touch).collect();
+    let parameters: Vec<f64> = converted(orbit.parameters());
+    let legs = legs(system, &touches, &parameters, orbit.period.to_f64())?;
+    let factors = ConditionFactors::new(system, stretches, &touches, &legs, &parameters)?;
+    let sizes = factors.sizes(orbit.xi.len(), &reach(system, &start(system, orbit))?);
+    let sizes = sizes.into_iter().next().map_or_else(Vec::new, |first| first.values);
+    Ok(sizes.into_iter().map(|size| (NOISE + orbit.residual) * size).collect())
+}
+
+/// Step along a grazing curve, in the units of its unknowns, for the slope of a condition.
+const ALONG: f64 = 1e-4;
+
+/// Change of a condition over the size of a parameter, relative to the condition's size, below
+/// which the parameter does not unfold it.
+const UNFOLDS: f64 = 1e-5;
+
+/// The parameters along whose grazing curves a condition changes, those that change it most over
+/// their size first.
+fn unfolding(
+    scene: &Scene,
+    orbit: &GrazingOrbit,
+    n: usize,
+    size: f64,
+) -> Result<Vec<Unfolding>, OrbitError> {
+    let field = Field::free(&scene.model, &[]);
+    let mut found = Vec::new();
+    for (number, parameter) in scene.model.parameters.iter().enumerate() {
+        let value = orbit.parameters()[number].to_f64().abs();
+        if scene.grazing.solve_for.contains(&number) {
+            continue;
+        }
+        let effort = Effort::new(&field);
+        let context = CurveContext::new(scene, orbit, (number, value), n, &effort)?;
+        let here = context.start(orbit);
+        let along: Vec<f64> = (0..here.len()).map(|at| f64::from(at + 1 == here.len())).collect();
+        let Some(tangent) = context.tangent(&here, &along)? else { continue };
+        let moved = |step: f64| -> Vec<f64> {
+            here.iter().zip(&tangent).map(|(value, slope)| value + step * slope).collect()
+        };
+        let [before, after] = [moved(-ALONG), moved(ALONG)];
+        let change = context.condition(&after, 0, 0, n)? - context.condition(&before, 0, 0, n)?;
+        let ends = [&before, &after].map(|ends| context.parameters(ends)[number]);
+        let slope = change / (ends[1] - ends[0]);
+        let over = slope.abs() * if value > 0.0 { value } else { 1.0 };
+        if over > UNFOLDS * size {
+            found.push((over, Unfolding { parameter: parameter.name.clone(), slope }));
+        }
+    }
+    found.sort_by(|a, b| b.0.total_cmp(&a.0));
+    Ok(found.into_iter().map(|(_, unfolding)| unfolding).collect())
 }
 
 /// All conditions of a stable orbit, by the recurrence that its multipliers give.
 struct Conditions {
-    /// From `xi_1` on, as far as they are not rounding.
+    /// From `xi_1` on, as far as they have not died out.
     values: Vec<f64>,
+    /// Magnitude up to which each is rounding.
+    noise: Vec<f64>,
+    /// How many were computed along the orbit; the others follow by the recurrence.
+    computed: usize,
 }
 
 impl Conditions {
-    /// From the first ones, at least as many as there are multipliers.
-    fn new(first: &[f64], multipliers: &[[f64; 2]]) -> Self {
+    /// From the first ones, at least as many as there are multipliers, with their noise.
+    fn new(first: &[f64], first_noise: &[f64], multipliers: &[[f64; 2]]) -> Self {
         let recurrence = characteristic(multipliers);
         let [re, im] = multipliers.first().copied().unwrap_or_default();
         let terms = (DIED_OUT * 1e-3).ln() / re.hypot(im).ln();
@@ -177,11 +281,12 @@ impl Conditions {
             let next = recurrence.iter().zip(last).map(|(a, b)| -a * b).sum();
             values.push(next);
         }
-        Self { values }
-    }
-
-    fn first(&self, count: usize) -> Vec<f64> {
-        self.values.iter().copied().take(count).collect()
+        let mut noise = first_noise.to_vec();
+        while noise.len() < values.len() {
+            // Rounding decays as the largest multiplier does.
+            noise.push(noise.last().copied().unwrap_or(0.0) * re.hypot(im));
+        }
+        Self { values, noise, computed: first.len() }
     }
 
     /// `T_k(n)`.
@@ -189,21 +294,47 @@ impl Conditions {
         self.values.iter().skip(from - 1).step_by(returns).sum()
     }
 
+    /// Magnitude up to which `T_k(n)` is rounding.
+    fn sum_noise(&self, from: usize, returns: usize) -> f64 {
+        self.noise.iter().skip(from - 1).step_by(returns).sum()
+    }
+
+    /// Whether `xi_n` is rounding.
+    fn vanishes(&self, n: usize) -> bool {
+        self.values[n - 1].abs() <= self.noise[n - 1]
+    }
+
     /// The orbit of one contact in so many returns, if it exists; `scale` is `h''` times the slope
     /// of the gap.
     fn orbit(&self, returns: usize, scale: f64) -> Option<OneContactOrbit> {
         let (&xi, sum) = (self.values.get(returns - 1)?, self.sum(returns, returns));
-        let clears = (1..returns).all(|passage| self.sum(passage, returns) > sum);
+        let noise = self.sum_noise(returns, returns);
+        let clears = (1..returns).all(|passage| {
+            self.sum(passage, returns) - sum > noise + self.sum_noise(passage, returns)
+        });
+        let has_sign = sum.abs() > noise && !self.vanishes(returns);
         // With y = −h₀/(κ T): |κ xi/(2y)| = |xi T|/(h'' |h₀|).
         let unstable_within = (xi * sum).abs() / scale;
-        clears.then_some(OneContactOrbit { returns, xi, sum, unstable_within })
+        (clears && has_sign).then_some(OneContactOrbit { returns, xi, sum, unstable_within })
     }
 
     fn expectation(&self, multipliers: &[[f64; 2]]) -> Expectation {
+        let vanishing = (1..=self.computed).filter(|&n| self.vanishes(n));
+        let vanishing: Vec<usize> = vanishing.collect();
+        if vanishing.len() == self.computed {
+            return Expectation::Undecided;
+        }
+        if vanishing.first() == Some(&1) {
+            return Expectation::CodimensionTwo { n: 1 };
+        }
         let largest = self.values.iter().fold(0.0_f64, |size, value| size.max(value.abs()));
-        let mut felt = self.values.iter().take(CONDITIONS);
-        if let Some(place) = felt.position(|&value| value < -DIED_OUT * largest) {
+        let is_negative = |(&value, &noise): (&f64, &f64)| value < -noise.max(DIED_OUT * largest);
+        let mut felt = self.values.iter().zip(&self.noise).take(CONDITIONS);
+        if let Some(place) = felt.position(is_negative) {
             return Expectation::Jump { n: place + 1 };
+        }
+        if let Some(&n) = vanishing.first() {
+            return Expectation::CodimensionTwo { n };
         }
         let is_real = multipliers.iter().all(|&[re, im]| im == 0.0 && re > 0.0);
         let route = || match multipliers.first().map_or(0.0, |&[re, _]| re) {
@@ -247,7 +378,7 @@ mod tests {
     fn conditions(pairs: [[f64; 2]; 2]) -> Conditions {
         let xi = |n: i32| pairs.iter().map(|[weight, zero]| weight * zero.powi(n)).sum();
         let first: Vec<f64> = (1..=6).map(xi).collect();
-        Conditions::new(&first, &pairs.map(|[_, zero]| [zero, 0.0]))
+        Conditions::new(&first, &[0.0; 6], &pairs.map(|[_, zero]| [zero, 0.0]))
     }
 
     #[test]

@@ -186,6 +186,15 @@ pub enum SceneProblem {
         /// The table.
         table: String,
     },
+    /// No surface that grazes is named, and the model has several.
+    #[error(
+        "missing key `surface` in [grazing]: the surface that is grazed, one of {surfaces}; or \
+         `passages`, a list of surfaces in the order in which one period grazes them"
+    )]
+    NoGrazedSurface {
+        /// The surfaces of the model, in quotes.
+        surfaces: String,
+    },
     /// A value of the wrong kind.
     #[error("`{key}` must be {expected}, found {found}")]
     WrongType {

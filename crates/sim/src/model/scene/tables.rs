@@ -48,7 +48,11 @@ fn passages(table: &Table<'_>, model: &Model) -> Checked<Vec<usize>> {
             list
         }
         (None, None) if model.surfaces.len() == 1 => return Ok(vec![0]),
-        (None, None) => vec![table.require("surface")?.entry("a surface's name")?],
+        (None, None) => {
+            let names = model.surfaces.iter().map(|surface| format!("`{}`", surface.name));
+            let surfaces = names.collect::<Vec<_>>().join(", ");
+            return Err(table.fault(SceneProblem::NoGrazedSurface { surfaces }));
+        }
     };
     entries.iter().map(|entry| surface(entry, model)).collect()
 }

@@ -1,0 +1,90 @@
+//! Remarks on offsets that look like values of a parameter.
+//!
+//! Offsets are relative to the grazing value. Where that value lies between the ends of a range, or
+//! an offset is larger than half of it, the numbers may have been meant as values.
+
+use super::{Graze, Map};
+use crate::analysis::basin::BasinRequest;
+use crate::numeric::Shown;
+use crate::report::Named;
+
+/// Digits in which offsets and values are told.
+const DIGITS: usize = 6;
+
+impl Graze {
+    /// Remark on offsets of a parameter, one or the ends of a range, that look like its values.
+    pub(super) fn offset_remark(&self, key: &str, name: &str, offsets: &[f64]) -> Option<String> {
+        let grazing = self.parameter(name).ok()?;
+        let (low, high) = (
+            offsets.iter().copied().fold(f64::INFINITY, f64::min),
+            offsets.iter().copied().fold(f64::NEG_INFINITY, f64::max),
+        );
+        let is_between = low < grazing && grazing < high;
+        let is_large = low.abs().max(high.abs()) > 0.5 * grazing.abs();
+        if grazing == 0.0 || !(is_between || is_large) {
+            return None;
+        }
+        let shown = |value: f64| {
+            let scale = 10f64.powi(DIGITS as i32 - 1 - value.abs().log10().floor() as i32);
+            let rounded = if value == 0.0 { 0.0 } else { (value * scale).round() / scale };
+            Shown(rounded).to_string()
+        };
+        let words = |shift: f64| match low == high {
+            true => shown(low + shift),
+            false => format!("{} to {}", shown(low + shift), shown(high + shift)),
+        };
+        let (given, values, meant) = (words(0.0), words(grazing), words(-grazing));
+        Some(format!(
+            "note: `{key}` takes offsets from the grazing value {} of {name}: with {given} it is \
+             {values}; for {name} = {given} give {meant}",
+            shown(grazing)
+        ))
+    }
+
+    /// Remarks on offsets by the names of their parameters.
+    pub(super) fn offset_remarks(&self, key: &str, named: &Named<f64>) -> Vec<String> {
+        let named = named.0.iter();
+        named.filter_map(|(name, offset)| self.offset_remark(key, name, &[*offset])).collect()
+    }
+}
+
+impl Map {
+    fn parameter_name(&self, number: usize) -> &str {
+        &self.scene().model.parameters[number].name
+    }
+
+    /// Remarks on the ranges of the scene's diagrams that look like values of their parameters.
+    pub fn diagram_offset_remarks(&self) -> Vec<String> {
+        let diagrams = self.scene().diagrams.iter().enumerate();
+        let remarks = diagrams.filter_map(|(number, request)| {
+            let name = self.parameter_name(request.parameter);
+            let key = format!("diagram.{number}.range");
+            self.settled().graze().offset_remark(&key, name, &request.offsets())
+        });
+        remarks.collect()
+    }
+
+    /// Remarks on the ranges of the scene's charts that look like values of their parameters.
+    pub fn chart_offset_remarks(&self) -> Vec<String> {
+        let charts = self.scene().charts.iter().enumerate();
+        let ranges = charts.flat_map(|(number, request)| {
+            let axes = request.parameters.into_iter().zip(request.ranges);
+            axes.map(move |(parameter, range)| (number, parameter, range))
+        });
+        let remarks = ranges.filter_map(|(number, parameter, range)| {
+            let (key, name) = (format!("chart.{number}.ranges"), self.parameter_name(parameter));
+            self.settled().graze().offset_remark(&key, name, &range)
+        });
+        remarks.collect()
+    }
+
+    /// Remarks on the parameters of basins that look like values.
+    pub fn basin_offset_remarks(&self, requests: &[BasinRequest]) -> Vec<String> {
+        let active = &self.local().parameters;
+        let offsets = requests.iter().flat_map(|request| active.iter().zip(&request.parameters));
+        let remarks = offsets.filter_map(|(parameter, &offset)| {
+            self.settled().graze().offset_remark("at", &parameter.name, &[offset])
+        });
+        remarks.collect()
+    }
+}
