@@ -17,11 +17,22 @@ pub(crate) struct Generated {
     pub(crate) phase: f64,
 }
 
-/// What a campaign leaves out.
-#[derive(Clone, Copy, Debug, Default)]
+/// What a campaign looks at.
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Choice {
     /// Pulses a hundredth of a period wide and narrower.
     pub(crate) narrow: bool,
+    /// Parameters of every oscillator, and periods that an orbit is followed for at each.
+    pub(crate) places: usize,
+    pub(crate) periods: usize,
+    /// Whether diagrams are looked at too.
+    pub(crate) diagrams: bool,
+}
+
+impl Default for Choice {
+    fn default() -> Self {
+        Self { narrow: false, places: 3, periods: 10, diagrams: true }
+    }
 }
 
 /// A free flight: its states, its force but for the forcing, and which of its states meets a stop.

@@ -3,6 +3,7 @@
 //! One idea: the independent simulator goes on without a stop and knows what holds its state; the
 //! program is given section points on that orbit, and has to answer each with the next one.
 
+mod attractors;
 mod generator;
 #[path = "../../fuzz/campaign/random.rs"]
 mod random;
@@ -20,9 +21,6 @@ use returns::Orbit;
 
 /// Largest difference, in units of the orbit's size, that is not asked about.
 pub(crate) const TOLERANCE: f64 = 1e-9;
-/// Parameters that are looked at, for every oscillator.
-const PLACES: usize = 4;
-
 /// What became of oscillators.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Tally {
@@ -38,7 +36,14 @@ pub(crate) struct Tally {
     /// says that there are none.
     pub(crate) ambiguous: usize,
     pub(crate) ended: usize,
-    /// Differences that are growth of rounding.
+    /// Values of diagrams that were looked at, those at which a period was confirmed, those at which
+    /// the section has no image; scenes that have no map, and so no diagram.
+    pub(crate) attractors: usize,
+    pub(crate) periodic: usize,
+    pub(crate) no_image: usize,
+    pub(crate) no_map: usize,
+    /// Differences in a chatter, and those that are growth of rounding.
+    pub(crate) chatters: usize,
     pub(crate) grown: usize,
     /// The largest difference that needs no such excuse.
     pub(crate) largest: f64,
@@ -56,6 +61,11 @@ impl Tally {
         self.contacts += other.contacts;
         self.ambiguous += other.ambiguous;
         self.ended += other.ended;
+        self.attractors += other.attractors;
+        self.periodic += other.periodic;
+        self.no_image += other.no_image;
+        self.no_map += other.no_map;
+        self.chatters += other.chatters;
         self.grown += other.grown;
         self.largest = self.largest.max(other.largest);
         self.wrong.extend(other.wrong);
@@ -68,12 +78,17 @@ pub(crate) fn scene(seed: u64, case: u64, choice: Choice) -> String {
     generator::oscillator(&mut Random::new(seed, case), choice).scene
 }
 
+/// What a case is made of, in words.
+pub(crate) fn kind(seed: u64, case: u64, choice: Choice) -> String {
+    generator::oscillator(&mut Random::new(seed, case), choice).kind
+}
+
 /// One oscillator by both.
 pub(crate) fn compared(seed: u64, case: u64, choice: Choice) -> Tally {
     let mut random = Random::new(seed, case);
     let generated = generator::oscillator(&mut random, choice);
     let mut tally = Tally { oscillators: 1, ..Tally::default() };
-    if let Err(words) = compare(&generated, &mut random, &mut tally) {
+    if let Err(words) = compare(&generated, choice, &mut random, &mut tally) {
         tally.wrong.push(words);
     }
     for words in &mut tally.wrong {
@@ -101,14 +116,35 @@ fn compare(generated: &Generated, random: &mut Random, tally: &mut Tally) -> Res
         touches(orbit, &oscillator, look, tally)?;
     }
     let system = HybridSystem::new(&scene.model);
-    for _ in 0..PLACES {
+    let mut offsets = Vec::new();
+    for _ in 0..choice.places {
         let mut parameters = parameters.clone();
         let nearness = 10f64.powf(random.between(-5.0, -0.3));
         let sign = if random.one_in(2) { 1.0 } else { -1.0 };
+        offsets.push(sign * nearness * parameters[adjusted]);
         parameters[adjusted] *= 1.0 + sign * nearness;
         let simulator = Simulator::new(&oscillator, &parameters, look);
-        let subject = Orbit { system: &system, simulator, size: 1.0 };
+        let periods = choice.periods;
+        let subject = Orbit { system: &system, simulator, periods, size: 1.0 };
         subject.followed(random, generated.phase, tally);
+    }
+    if !choice.diagrams || !orbit.is_some_and(|orbit| orbit.is_physical()) {
+        return Ok(());
+    }
+    offsets.sort_by(f64::total_cmp);
+    let name = &scene.model.parameters[adjusted].name;
+    let text = generated.scene.clone() + &attractors::tables(name, &offsets, &oscillator.states);
+    for kind in [
+        vec![],
+        vec![
+            ("section.kind".to_owned(), "stroboscopic".to_owned()),
+            ("section.phase".to_owned(), format!("{}", generated.phase)),
+        ],
+    ] {
+        let scene = Scene::parse_with(&text, "random", &kind).map_err(|error| error.to_string())?;
+        let found = locate(&scene).map_err(|error| error.to_string())?;
+        let Location::Located(orbit) = found else { continue };
+        attractors::diagrams(&scene, &orbit, &oscillator, look, tally)?;
     }
     Ok(())
 }

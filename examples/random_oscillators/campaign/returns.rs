@@ -2,13 +2,16 @@
 
 use grazemap::hybrid::{DirectReturn, HybridSystem, Return, ReturnOutcome, ReturnSection};
 
-use super::super::independent::{Failure, Simulator, next_approach, speeds, tangency_return};
+use super::super::independent::{
+    Failure, Happening, Mode, Simulator, next_approach, speeds, tangency_return,
+};
 use super::random::Random;
 use super::{TOLERANCE, Tally};
 
-/// Periods that an orbit is followed for after it has settled, and those that it may settle.
-const PERIODS: usize = 10;
+/// Most periods that an orbit may settle for.
 const SETTLE: usize = 12;
+/// Returns one after another to the phase of a graze.
+const CHAIN: usize = 3;
 /// Perturbation that rounding is grown from, in units of the orbit's size.
 const NUDGE: f64 = 1e-12;
 /// Contacts that are slower may be others, or none, by rounding, or belong to a chatter, the end of
@@ -20,6 +23,8 @@ const SLOW: f64 = 5e-3;
 pub(super) struct Orbit<'a> {
     pub(super) system: &'a HybridSystem,
     pub(super) simulator: Simulator<'a, f64>,
+    /// Periods that it is followed for.
+    pub(super) periods: usize,
     /// Size of the orbit's states.
     pub(super) size: f64,
 }
@@ -28,6 +33,17 @@ pub(super) struct Orbit<'a> {
 struct Image {
     state: Vec<f64>,
     speeds: Vec<f64>,
+    /// Speed of the contact behind which a section point lies.
+    ahead: Option<f64>,
+}
+
+impl Image {
+    /// Whether impacts are so slow, one after another, that some of them belong to a chatter: the
+    /// program sums its end, in which it has no section points.
+    fn chatters(&self) -> bool {
+        let slow = |speed: &&f64| **speed < SLOW;
+        self.speeds.iter().chain(&self.ahead).filter(slow).count() > 1
+    }
 }
 
 impl Orbit<'_> {
@@ -65,17 +81,19 @@ impl Orbit<'_> {
         self.phases(period, tally);
         for stop in 0..stops {
             self.tangencies(stop, period, tally);
+            self.grazing_phases(stop, period, tally);
         }
     }
 
     /// Returns to the orbit's phase, at which everything is simulated.
     fn phases(&self, period: f64, tally: &mut Tally) {
         let mut orbit = self.simulator.clone();
-        for _ in 0..PERIODS {
+        for _ in 0..self.periods {
             let start = orbit.clone();
             let truth = orbit.advance(period).map(|happened| Image {
                 state: reduced(&orbit.state, &start.state),
                 speeds: speeds(&happened).iter().map(|&(_, speed)| speed).collect(),
+                ahead: None,
             });
             let failed = truth.is_err();
             let again = |state: &[f64]| {
@@ -85,7 +103,13 @@ impl Orbit<'_> {
                 Some(reduced(&nudged.state, &start.state))
             };
             let section = ReturnSection::OtherPhase;
-            self.judge(section, &start.state, truth.map(Some), &again, tally);
+            match self.image(section, &start.state) {
+                Ok(found) => {
+                    let at = (section, &start.state[..]);
+                    self.judge(at, &found, truth.map(Some), &again, tally);
+                }
+                Err(words) => tally.wrong.push(words),
+            }
             if failed {
                 return;
             }
@@ -100,10 +124,9 @@ impl Orbit<'_> {
     /// Returns from the orbit's approaches to a stop.
     fn tangencies(&self, stop: usize, period: f64, tally: &mut Tally) {
         let mut orbit = self.simulator.clone();
-        let until = PERIODS as f64 * period;
+        let until = self.periods as f64 * period;
         let mut happened = Vec::new();
-        while let Ok(Some(approach)) = next_approach(&mut orbit, stop, until, period, &mut happened)
-        {
+        while let Ok(Some(approach)) = next_approach(&mut orbit, stop, until, &mut happened) {
             if !approach.is_free {
                 continue;
             }
@@ -122,48 +145,140 @@ impl Orbit<'_> {
                 found.map(|found| Image {
                     state: reduced(&found.state, &start),
                     speeds: found.speeds.iter().map(|&(_, speed)| speed).collect(),
+                    ahead: found.ahead,
                 })
             });
             let again = |state: &[f64]| Some(reduced(&image(state).ok()??.state, &start));
             let section = ReturnSection::Tangency { surface: stop };
             tally.tangencies += 1;
-            self.judge(section, &start, truth, &again, tally);
+            match self.image(section, &start) {
+                Ok(found) => {
+                    self.judge((section, &start), &found, truth, &again, tally);
+                }
+                Err(words) => tally.wrong.push(words),
+            }
         }
     }
 
-    /// Compares the program's image of a section point with the truth.
+    /// Returns to the phase of a graze: a section point behind a contact is one of the flight with
+    /// the stop away.
+    fn grazing_phases(&self, stop: usize, period: f64, tally: &mut Tally) {
+        let mut orbit = self.simulator.clone();
+        for _ in 0..self.periods / CHAIN {
+            let Ok(before) = orbit.advance(period) else { return };
+            let clear = |at: f64| at < orbit.time - 0.25 * period;
+            let mut ahead = orbit.clone();
+            let is_clear = before.iter().all(|event| clear(event.time) || !event.acts())
+                && orbit.mode == Mode::Free
+                && ahead
+                    .advance(0.25 * period)
+                    .is_ok_and(|after| !after.iter().any(Happening::acts));
+            if is_clear {
+                let mut start = orbit.clone();
+                start.reduce_phase();
+                start.time = 0.0;
+                self.chain(stop, period, &start, tally);
+            }
+        }
+    }
+
+    /// Several returns to the phase of a graze, from a state that is clear of contacts.
+    fn chain(&self, stop: usize, period: f64, orbit: &Simulator<'_, f64>, tally: &mut Tally) {
+        let section = ReturnSection::GrazingPhase { surface: stop };
+        let (mut start, mut before) = (orbit.state.clone(), 0);
+        for number in 1..=CHAIN {
+            let time = number as f64 * period;
+            let Ok(truths) = self.at_phase(stop, time, orbit, &start) else { return };
+            let Ok(found) = self.image(section, &start) else { return };
+            let state = reduced(&found.state, &start);
+            let distance = |truth: &Image| apart(&truth.state, &state);
+            let nearest = |truths: Vec<Image>| {
+                truths.into_iter().min_by(|a, b| distance(a).total_cmp(&distance(b)))
+            };
+            let Some(mut truth) = nearest(truths) else { return };
+            let made = truth.speeds.len();
+            truth.speeds.drain(..before.min(made));
+            let next = truth.state.clone();
+            let again = |state: &[f64]| {
+                // The same nudge at the start of the chain.
+                let mut nudged = orbit.clone();
+                for ((nudged, &moved), &start) in nudged.state.iter_mut().zip(state).zip(&start) {
+                    *nudged += moved - start;
+                }
+                let truths = self.at_phase(stop, time, &nudged, &start).ok()?;
+                nearest(truths).map(|truth| truth.state)
+            };
+            if !self.judge((section, &start), &found, Ok(Some(truth)), &again, tally) {
+                return;
+            }
+            (start, before) = (next, made);
+        }
+    }
+
+    /// What a state at a time may be for a section at the phase of a graze: as it is, or flown
+    /// from a contact on with the stop away; with the contacts before.
+    fn at_phase(
+        &self,
+        stop: usize,
+        time: f64,
+        orbit: &Simulator<'_, f64>,
+        about: &[f64],
+    ) -> Result<Vec<Image>, Failure> {
+        let mut orbit = orbit.clone();
+        let happened: Vec<_> = orbit.advance(time)?.into_iter().filter(Happening::acts).collect();
+        let told: Vec<f64> = speeds(&happened).iter().map(|&(_, speed)| speed).collect();
+        let mut truths = Vec::new();
+        let contacts = happened.iter().filter(|event| event.kind.speed().is_some());
+        for (number, met) in contacts.enumerate().filter(|(_, met)| met.stop == stop) {
+            let mut beyond = orbit.clone();
+            beyond.place(&met.state);
+            beyond.time = met.time;
+            beyond.ignored = Some(stop);
+            if beyond.advance(time - met.time).is_ok() {
+                let (speeds, ahead) = (told[..number].to_vec(), met.kind.speed());
+                truths.push(Image { state: reduced(&beyond.state, about), speeds, ahead });
+            }
+        }
+        truths.push(Image { state: reduced(&orbit.state, about), speeds: told, ahead: None });
+        Ok(truths)
+    }
+
+    /// The program's image of a section point.
+    fn image(&self, section: ReturnSection, start: &[f64]) -> Result<Return<f64>, String> {
+        let map = DirectReturn::over_periods(self.system, &self.simulator.parameters, section, 1);
+        let image = map.and_then(|mut map| map.image(start));
+        image.map_err(|error| format!("{section:?}: {error}"))
+    }
+
+    /// Compares the program's image of a section point with the truth; whether there is one, and
+    /// they are the same.
     fn judge(
         &self,
-        section: ReturnSection,
-        start: &[f64],
+        (section, start): (ReturnSection, &[f64]),
+        found: &Return<f64>,
         truth: Result<Option<Image>, Failure>,
         again: &dyn Fn(&[f64]) -> Option<Vec<f64>>,
         tally: &mut Tally,
-    ) {
-        let parameters = &self.simulator.parameters;
-        let map = DirectReturn::over_periods(self.system, parameters, section, 1);
-        let found = map.and_then(|mut map| map.image(start));
-        let found: Return<f64> = match found {
-            Ok(found) => found,
-            Err(error) => return tally.wrong.push(format!("{section:?}: {error}")),
-        };
+    ) -> bool {
         let words = |what: &str| {
+            let parameters = &self.simulator.parameters;
             format!("{section:?} at {parameters:?} from {start:?}: {what}; {:?}", found.outcome)
         };
         let truth = match (truth, found.outcome) {
-            (_, ReturnOutcome::Ambiguous { .. }) => return tally.ambiguous += 1,
+            (_, ReturnOutcome::Ambiguous { .. }) => {
+                tally.ambiguous += 1;
+                return false;
+            }
             (Ok(Some(truth)), ReturnOutcome::Returned) => truth,
-            (Ok(None), ReturnOutcome::NoReturn { .. }) => return tally.ended += 1,
-            (Err(_), ReturnOutcome::Ended(_)) => return tally.ended += 1,
+            // NOTE: the program goes on where the independent simulator does not know how.
+            (Ok(None), ReturnOutcome::NoReturn { .. }) | (Err(_), _) => {
+                tally.ended += 1;
+                return false;
+            }
             (Ok(truth), _) => {
                 let truth = truth.map(|truth| (truth.state, truth.speeds));
-                return tally.wrong.push(words(&format!("{truth:?} is right")));
-            }
-            // NOTE: the program goes on where the independent simulator does not know how.
-            (Err(reason), _) => {
-                tally.ended += 1;
-                let _ = reason;
-                return;
+                tally.wrong.push(words(&format!("{truth:?} is right")));
+                return false;
             }
         };
         tally.returns += 1;
@@ -173,21 +288,23 @@ impl Orbit<'_> {
         let speeds = differ(&found.impact_speeds, &truth.speeds);
         if error <= TOLERANCE && !speeds {
             tally.largest = tally.largest.max(error);
-            return;
+            return true;
+        }
+        if truth.chatters() {
+            tally.chatters += 1;
+            return false;
         }
         let grown = self.growth(start, &truth.state, again);
-        if !speeds && grown.is_none_or(|grown| error <= 4.0 * grown) {
+        let excuse = |grown: f64| if speeds { grown > 1e-3 } else { error <= 4.0 * grown };
+        if grown.is_none_or(excuse) {
             tally.grown += 1;
-            return;
-        }
-        if speeds && grown.is_none_or(|grown| grown > 1e-3) {
-            tally.grown += 1;
-            return;
+            return false;
         }
         tally.wrong.push(words(&format!(
             "{state:?} with {:?}; {:?} with {:?} is right; {error:e}, rounding grows to {grown:?}",
             found.impact_speeds, truth.state, truth.speeds
         )));
+        false
     }
 
     /// How far images of neighbours go, in units of the orbit's size; `None` where one has none.
@@ -210,7 +327,7 @@ impl Orbit<'_> {
 }
 
 /// Largest difference of two states.
-fn apart(a: &[f64], b: &[f64]) -> f64 {
+pub(super) fn apart(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).fold(0.0, |most: f64, (a, b)| {
         let apart = (a - b).abs();
         if apart.is_nan() { f64::INFINITY } else { most.max(apart) }
@@ -218,7 +335,7 @@ fn apart(a: &[f64], b: &[f64]) -> f64 {
 }
 
 /// A state with its phase within half a period of that of another.
-fn reduced(state: &[f64], about: &[f64]) -> Vec<f64> {
+pub(super) fn reduced(state: &[f64], about: &[f64]) -> Vec<f64> {
     let mut state = state.to_vec();
     if let (Some(phase), Some(about)) = (state.last_mut(), about.last()) {
         let period = std::f64::consts::TAU;

@@ -12,7 +12,8 @@ mod oscillator;
 mod section;
 mod simulator;
 
+#[allow(unused_imports, reason = "an example needs doubles alone")]
 pub(crate) use number::Number;
 pub(crate) use oscillator::Oscillator;
 pub(crate) use section::{next_approach, speeds, tangency_return};
-pub(crate) use simulator::{Failure, Kind, Mode, Simulator};
+pub(crate) use simulator::{Failure, Happening, Mode, Simulator};

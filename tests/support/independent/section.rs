@@ -20,12 +20,11 @@ pub(crate) struct Approach<N> {
 /// The next approach of an orbit to a stop before a time, with all that happens on the way; a
 /// contact is the last of that, and the orbit is behind its beginning.
 ///
-/// `None` where the time comes first. A minimum is looked for at most `reach` behind a contact.
+/// `None` where the time comes first.
 pub(crate) fn next_approach<N: Number>(
     orbit: &mut Simulator<'_, N>,
     stop: usize,
     until: N,
-    reach: N,
     happened: &mut Vec<Happening<N>>,
 ) -> Result<Option<Approach<N>>, Failure> {
     loop {
@@ -39,7 +38,7 @@ pub(crate) fn next_approach<N: Number>(
                 is_free: orbit.mode == Mode::Free,
             }),
             Kind::Impact { .. } | Kind::Begin { .. } if next.stop == stop => {
-                ignoring(orbit, &next, stop, reach).map(|(minimum, is_free)| Approach {
+                ignoring(orbit, &next, stop, until).map(|(minimum, is_free)| Approach {
                     time: minimum.time,
                     state: minimum.state,
                     met: Some(next.time),
@@ -61,7 +60,7 @@ fn ignoring<N: Number>(
     orbit: &Simulator<'_, N>,
     met: &Happening<N>,
     stop: usize,
-    reach: N,
+    until: N,
 ) -> Option<(Happening<N>, bool)> {
     let mut beyond = orbit.clone();
     beyond.place(&met.state);
@@ -69,7 +68,7 @@ fn ignoring<N: Number>(
     beyond.ignored = Some(stop);
     let mut is_free = true;
     loop {
-        let next = beyond.next(met.time + reach).ok()??;
+        let next = beyond.next(until).ok()??;
         if next.stop == stop && matches!(next.kind, Kind::Minimum { .. }) {
             return Some((next, is_free));
         }
@@ -86,6 +85,8 @@ pub(crate) struct SectionReturn<N> {
     pub(crate) elapsed: N,
     /// Speeds of the contacts, in order, with their stops.
     pub(crate) speeds: Vec<(usize, N)>,
+    /// Speed of the contact behind which the section point lies.
+    pub(crate) ahead: Option<N>,
     /// Whether the section point is one of free flight.
     pub(crate) is_free: bool,
 }
@@ -107,18 +108,17 @@ pub(crate) fn tangency_return<N: Number>(
     }
     let until = duration * N::of(3.0);
     loop {
-        let found = next_approach(&mut orbit, stop, until, duration, &mut happened)?;
+        let found = next_approach(&mut orbit, stop, until, &mut happened)?;
         let Some(approach) = found else { return Ok(None) };
         if !is_final(&orbit, stop, &approach, duration) {
             continue;
         }
-        if approach.met.is_some() {
-            happened.pop();
-        }
+        let met = approach.met.and_then(|_| happened.pop());
         return Ok(Some(SectionReturn {
             state: approach.state,
             elapsed: approach.time,
             speeds: speeds(&happened),
+            ahead: met.and_then(|met| met.kind.speed()),
             is_free: approach.is_free,
         }));
     }

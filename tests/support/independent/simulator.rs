@@ -59,6 +59,13 @@ pub(crate) enum Kind<N> {
     Leave,
 }
 
+impl<N: Number> Happening<N> {
+    /// Whether a stop acts, or ceases to.
+    pub(crate) fn acts(&self) -> bool {
+        !matches!(self.kind, Kind::Minimum { .. })
+    }
+}
+
 impl<N: Number> Kind<N> {
     /// The speed at which a stop is met.
     pub(crate) fn speed(&self) -> Option<N> {
@@ -350,11 +357,13 @@ impl<'a, N: Number> Simulator<'a, N> {
         let rates = |state: &[N], out: &mut [N]| this.rates(state, out);
         let flow = Flow { rates: &rates };
         let left = until - self.time;
+        // NOTE: a little behind the turn, so that the next look begins with a fall.
+        let behind = |turn: N| turn * N::of(1.0625);
         let mut length = if (left - self.sample).is_negative() { left } else { self.sample };
         if let Some(turn) = self.fresh.and_then(|watch| self.time_to_turn(watch))
-            && (turn - length).is_negative()
+            && (behind(turn) - length).is_negative()
         {
-            length = turn;
+            length = behind(turn);
         }
         let shortest = self.sample.double() * 1e-12;
         let end = loop {
