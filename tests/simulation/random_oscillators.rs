@@ -1,0 +1,36 @@
+//! Random oscillators by direct simulation against a simulator that knows nothing of it
+//! (`examples/random_oscillators` looks at a thousand, and for longer).
+
+#[path = "../../examples/random_oscillators/campaign/mod.rs"]
+#[allow(dead_code, reason = "the example prints more")]
+mod campaign;
+
+use crate::support::independent;
+use campaign::{Choice, Tally, compared};
+
+/// Oscillators of the seed whose numbers these are, in all of which something hits.
+fn tally(seed: u64, cases: std::ops::Range<u64>, choice: Choice) -> Tally {
+    let tallies = cases.map(|case| compared(seed, case, choice));
+    let tally = tallies.fold(Tally::default(), Tally::and);
+    assert!(tally.wrong.is_empty(), "{}: {:#?}", tally.wrong.len(), tally.wrong);
+    tally
+}
+
+#[test]
+fn returns_of_random_oscillators_are_those_of_an_independent_simulator() {
+    let choice = Choice { places: 2, periods: 4, diagrams: false, ..Choice::default() };
+    let tally = tally(1, 0..14, choice);
+    println!("{tally:?}");
+    assert!(tally.returns > 400 && tally.contacts > 300, "{tally:?}");
+    assert!(tally.tangencies > 200 && tally.grazes > 10, "{tally:?}");
+    // Sections that do not tell, chatters and growth of rounding are few.
+    assert!((tally.ambiguous + tally.chatters + tally.grown) * 20 < tally.returns, "{tally:?}");
+}
+
+#[test]
+fn diagrams_of_random_oscillators_settle_on_orbits_of_an_independent_simulator() {
+    let choice = Choice { places: 1, periods: 1, ..Choice::default() };
+    let tally = tally(1, 0..8, choice);
+    println!("{tally:?}");
+    assert!(tally.periodic > 8, "{tally:?}");
+}
