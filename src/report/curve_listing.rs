@@ -11,6 +11,9 @@ use crate::model::Scene;
 use crate::numeric::Shown;
 use crate::orbit::{CurveEnd, CurvePoint, GrazingCurve, Margin, SpecialKind, SpecialPoint};
 
+/// Most unresolved stretches of one function that are told one by one.
+const SEVERAL: usize = 3;
+
 /// A grazing curve in two parameters, ready to be written as JSON.
 #[derive(Clone, Debug, Serialize)]
 pub struct CurveListing {
@@ -180,16 +183,35 @@ impl CurveListing {
                 at(&switch.parameters)
             ));
         }
-        for stretch in &self.unresolved {
+        for (stretches, from, to) in self.unresolved_together() {
+            let on = match stretches {
+                1 => String::new(),
+                several => format!("on {several} stretches "),
+            };
             text.push_str(&format!(
-                "warning: {} may vanish more often than listed between {} and {}: its zeros there \
-                 cannot be told apart\n",
-                stretch.of,
-                at(&stretch.from),
-                at(&stretch.to)
+                "warning: {} may vanish more often than listed {on}between {} and {}: its zeros \
+                 there cannot be told apart\n",
+                from.of,
+                at(&from.from),
+                at(&to.to)
             ));
         }
         text
+    }
+
+    /// The unresolved stretches, where they are many those of one function together: how many,
+    /// the first and the last.
+    fn unresolved_together(&self) -> Vec<(usize, &UnresolvedListing, &UnresolvedListing)> {
+        let mut together: Vec<(usize, &UnresolvedListing, &UnresolvedListing)> = Vec::new();
+        for stretch in &self.unresolved {
+            let alike = self.unresolved.iter().filter(|other| other.of == stretch.of).count();
+            let mut known = together.iter_mut().filter(|_| alike > SEVERAL);
+            match known.find(|(_, first, _)| first.of == stretch.of) {
+                Some((count, _, last)) => (*count, *last) = (*count + 1, stretch),
+                None => together.push((1, stretch, stretch)),
+            }
+        }
+        together
     }
 
     /// Where orbits pass through a surface, if all of them do.

@@ -290,8 +290,8 @@ impl GrazeStudy {
                  {largest:.6}, 1 to rounding): nothing is said of it"
             ),
             Expectation::Undecided => {
-                "theory: every xi_n is zero to rounding: to leading order contact moves the state \
-                 along the orbit alone, and no sign decides"
+                "theory: every xi_n is zero to rounding, whatever the parameters: to leading order \
+                 contact moves the state along the orbit alone, and no sign decides"
                     .to_owned()
             }
             Expectation::CodimensionTwo { n } => self.codimension_two(n),

@@ -155,7 +155,7 @@ fn a_curve_does_a_bounded_amount_of_work() {
     let scene = scene_with("linear", &NONE);
     let (alpha, omega, zeta) =
         (index(&scene, "alpha"), index(&scene, "omega"), index(&scene, "zeta"));
-    let options = CurveOptions { most_products: 1_000_000, ..CurveOptions::default() };
+    let options = CurveOptions { most_products: 10_000_000, ..CurveOptions::default() };
     let traced = curve(&scene, omega, 1.8, -1.0, &options).expect("a curve");
     let CurveOutcome::Traced(traced) = traced else { panic!("{traced:?}") };
     let CurveEnd::WorkLimit { period, steps } = traced.end else { panic!("{:?}", traced.end) };

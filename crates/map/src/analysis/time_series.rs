@@ -104,7 +104,7 @@ impl TimeSeries {
 /// Simulates from a point of the section.
 ///
 /// The grazing orbit at its own parameters is flown freely, period by period, each graze a
-/// minimum.
+/// minimum, unless it passes through a surface.
 /// Everything else is simulated. A section point beyond the surface is taken back along the free
 /// flow to the surface, where the series starts, at a negative time. An impact has two rows at one
 /// time: the state before it, which names the event, and the state behind it.
@@ -142,7 +142,7 @@ pub fn each_moment(
     let parameters = frame.parameters().to_vec();
     let mut returns = DirectReturn::new(&system, &parameters, section, duration, frame.periods())?;
     let mut rows = Rows::new(model, &parameters);
-    if request.is_grazing_orbit() {
+    if request.is_grazing_orbit() && orbit.is_physical() {
         grazing_orbit(scene, orbit, request, &mut |moment| record(rows.row(&moment)))?;
         return Ok(TimeSeries { parameters, duration, points: Vec::new(), early_end: None });
     }

@@ -124,6 +124,11 @@ struct Resolution {
     too_long: bool,
 }
 
+/// Length of a stretch along which work is limited, relative to the range, and the part of all work
+/// that it is limited to.
+const STRETCH: f64 = 0.01;
+const STRETCH_SHARE: u64 = 15;
+
 /// Smallest step, relative to the range, where the range is shorter than the steps asked for.
 const SHORTEST: f64 = 1e-6;
 
@@ -148,12 +153,17 @@ impl PseudoArclength<'_> {
             Ok(Err(CurveEnd::Reached)) => CurveEnd::Reached,
             // Where nothing more may be computed, no other reason counts.
             Ok(Err(_)) | Err(OrbitError::SearchTooLong) if self.effort.is_spent() => {
-                let period = curve.points.last().map_or(f64::NAN, |point| point.period);
-                CurveEnd::WorkLimit { period, steps: self.effort.steps(period) }
+                self.work_limit(&curve)
             }
             ended => ended?.err().unwrap_or(CurveEnd::StepLimit),
         };
         Ok((curve, unknowns))
+    }
+
+    /// The end of a curve whose continuation has computed as much as it may.
+    fn work_limit(&self, curve: &GrazingCurve) -> CurveEnd {
+        let period = curve.points.last().map_or(f64::NAN, |point| point.period);
+        CurveEnd::WorkLimit { period, steps: self.effort.steps(period) }
     }
 
     /// Adds points to a curve until it ends; nothing stops it after the most steps.
@@ -175,6 +185,8 @@ impl PseudoArclength<'_> {
         let ds_max = self.options.ds_max.min(range);
         let ds_min = self.options.ds_min.min(range * SHORTEST);
         let mut ds = self.options.ds.min(ds_max);
+        // Arclength over the range, and what had been computed, since the last stretch ended.
+        let (mut covered, mut spent) = (0.0, self.effort.spent());
         for _ in 0..self.options.max_steps {
             let (step, taken) = self.step(&here, (ds_min, ds), to)?;
             let largest = here.unknowns.iter().fold(FAR, |most, value| most.max(value.abs()));
@@ -205,6 +217,12 @@ impl PseudoArclength<'_> {
                     return Err(Stop::Ended(CurveEnd::Reached));
                 }
                 (here, before) = (next, place);
+            }
+            covered += taken / range;
+            if covered > STRETCH {
+                (covered, spent) = (0.0, self.effort.spent());
+            } else if self.effort.spent() - spent > self.options.most_products / STRETCH_SHARE {
+                return Err(Stop::Ended(self.work_limit(curve)));
             }
             let ahead = ((here.unknowns[last] - from) / (to - from)).clamp(0.0, 1.0);
             (self.watch)(ahead.max(self.effort.share()));

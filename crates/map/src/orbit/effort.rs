@@ -64,9 +64,14 @@ impl Effort {
         Self { most, ..self }
     }
 
+    /// Products formed so far.
+    pub(super) fn spent(&self) -> u64 {
+        self.counts.spent.load(Ordering::Relaxed)
+    }
+
     /// The part of all that may be computed that was, from 0 to 1.
     pub(super) fn share(&self) -> f64 {
-        (self.counts.spent.load(Ordering::Relaxed) as f64 / self.most as f64).min(1.0)
+        (self.spent() as f64 / self.most as f64).min(1.0)
     }
 
     /// Taylor steps of a duration, as many as the part last flown lets expect.
@@ -99,8 +104,7 @@ impl Effort {
         fly: impl FnOnce(&mut usize) -> Result<T, FlowError>,
     ) -> Result<T, OrbitError> {
         self.check()?;
-        let spent = self.counts.spent.load(Ordering::Relaxed);
-        let most = (self.most - spent) as f64 / self.products_of_step::<S>(of);
+        let most = (self.most - self.spent()) as f64 / self.products_of_step::<S>(of);
         let most = most.ceil() as usize;
         let mut steps_left = most;
         let flown = fly(&mut steps_left);
@@ -127,7 +131,7 @@ impl Effort {
 
     /// Whether the search has formed all the products it may.
     pub(super) fn is_spent(&self) -> bool {
-        self.counts.spent.load(Ordering::Relaxed) >= self.most
+        self.spent() >= self.most
     }
 
     /// Forgets what was computed so far.

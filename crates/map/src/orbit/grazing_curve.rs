@@ -21,12 +21,14 @@ pub struct CurveOptions {
     pub max_steps: usize,
     /// How many `xi_n` are followed from every passage to every other.
     pub xi_count: usize,
-    /// Most products of series that are formed, in units of one of numbers in `f64`.
+    /// Most products of series that are formed, in units of one of numbers in `f64`; on a hundredth
+    /// of the range no more than a fifteenth of them.
     pub most_products: u64,
 }
 
-/// Most products of series that a curve forms where nothing else is said: 5 to 15 s.
-pub(super) const MOST_PRODUCTS: u64 = 40_000_000;
+/// Most products of series that a curve forms where nothing else is said: 1 to 2 minutes, and 5 s
+/// on a hundredth of the range.
+pub(super) const MOST_PRODUCTS: u64 = 150_000_000;
 
 impl Default for CurveOptions {
     fn default() -> Self {
@@ -185,8 +187,8 @@ impl std::fmt::Display for CurveEnd {
             CurveEnd::WorkLimit { period, steps } => {
                 write!(
                     formatter,
-                    "the continuation did the most work it may do: a period lasts {period:.6} here \
-                     and takes about {steps} Taylor steps"
+                    "the continuation did the most work it may do on so short a stretch, or at \
+                     all: a period lasts {period:.6} here and takes about {steps} Taylor steps"
                 )
             }
             CurveEnd::LeftRange => {

@@ -218,7 +218,7 @@ impl Search {
         for (number, side) in self.sides(&here)?.into_iter().enumerate() {
             let reach = side * reach;
             let watch_side = |share: f64| watch(0.5 * (number as f64 + share));
-            let effort = Effort::new(&field).within(MOST_PRODUCTS / 2);
+            let effort = Effort::new(&field).within(MOST_PRODUCTS / 5);
             let (to, distance) = (self.own(with) + reach, self.distance(least));
             let here = (&self.scene, orbit);
             let curve = curve_towards(here, (with, to), distance, &effort, &watch_side)?;

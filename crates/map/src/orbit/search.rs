@@ -295,7 +295,7 @@ const MOST_STEPS: usize = 250;
 /// Changes of the parameter, relative to its size, up to which the curve is followed: once a graze
 /// is met, and before.
 const REACH: f64 = 2.0;
-const FAR: f64 = 100.0;
+const FAR: f64 = 10.0;
 /// Halvings of a step in which the lowest `h` changes its sign.
 const HALVINGS: usize = 20;
 /// Lowest `h` relative to the largest that is a touch.

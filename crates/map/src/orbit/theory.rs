@@ -95,8 +95,8 @@ pub enum Expectation {
     Unstable,
     /// A multiplier of the orbit without contact has modulus 1 to rounding.
     Neutral,
-    /// Every condition is rounding: contact moves the state along the orbit alone, to leading
-    /// order.
+    /// Every condition is rounding, and no parameter changes that: contact moves the state along
+    /// the orbit alone, to leading order.
     Undecided,
     /// A condition that decides is rounding: codimension two.
     CodimensionTwo {
@@ -188,6 +188,10 @@ pub fn graze_theory(scene: &Scene, orbit: &GrazingOrbit) -> Result<GrazeTheory, 
     };
     if let Expectation::CodimensionTwo { n } = theory.expectation {
         theory.unfolding = unfolding(scene, orbit, n, theory.noise[n - 1] / NOISE)?;
+        let mut conditions = theory.xi.iter().zip(&theory.noise);
+        if theory.unfolding.is_empty() && conditions.all(|(xi, noise)| xi.abs() <= *noise) {
+            theory.expectation = Expectation::Undecided;
+        }
     }
     Ok(theory)
 }
@@ -321,9 +325,6 @@ impl Conditions {
     fn expectation(&self, multipliers: &[[f64; 2]]) -> Expectation {
         let vanishing = (1..=self.computed).filter(|&n| self.vanishes(n));
         let vanishing: Vec<usize> = vanishing.collect();
-        if vanishing.len() == self.computed {
-            return Expectation::Undecided;
-        }
         if vanishing.first() == Some(&1) {
             return Expectation::CodimensionTwo { n: 1 };
         }
