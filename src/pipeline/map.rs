@@ -222,7 +222,7 @@ impl Map {
         Self::new(Parts { device, ..Parts::clone(&self.0) })
     }
 
-    /// The same map, with the reason why its contacts are not expanded.
+    /// Adds the reason why the contacts are not expanded.
     pub(super) fn missing_contacts(&self, reason: &Error) -> Self {
         Self::new(Parts { missing: Some(reason.to_string()), ..Parts::clone(&self.0) })
     }

@@ -454,16 +454,24 @@ pub fn orbits_searched(
     stroboscopic_too: bool,
 ) -> String {
     let itineraries = request.itineraries.len();
-    let mut words = format!(
-        "the map (itineraries: {itineraries}; depth variables up to twice the window's, offsets up \
-         to a hundred half-widths)"
-    );
+    let (mut words, beside) = match map.has_contacts() {
+        true => (
+            format!(
+                "the map (itineraries: {itineraries}; depth variables up to twice the window's, \
+                 offsets up to a hundred half-widths)"
+            ),
+            "direct simulation next to the map's orbits, and by itself",
+        ),
+        false => (
+            format!("no map, for there is none (itineraries: {itineraries})"),
+            "direct simulation by itself",
+        ),
+    };
     if let Some(DirectReach { parameter, range: [from, to] }) = found.reach {
         let name = &map.parameters[parameter].name;
         words.push_str(&format!(
-            "; direct simulation next to the map's orbits, and by itself along the branches in \
-             {name}, at offsets from {from:.3} to {to:.3}, that begin at the graze or at what it \
-             settles on or nearly repeats"
+            "; {beside} along the branches in {name}, at offsets from {from:.3} to {to:.3}, that \
+             begin at the graze or at what it settles on or nearly repeats"
         ));
         if stroboscopic_too {
             words.push_str(

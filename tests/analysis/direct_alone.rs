@@ -78,11 +78,16 @@ fn branches_of_direct_simulation_have_the_orbits_of_the_closed_form_without_a_ma
     let graze = map.parameter("A").expect("a parameter");
     let points = found.branches.iter().flat_map(|branch| &branch.points);
     let hits: Vec<_> = points.filter(|point| point.orbit.contacts.len() == 1).collect();
-    assert!(hits.len() > 5, "{} points with an impact", hits.len());
-    for point in hits {
+    // Next to the graze a fourth root of the speed is steeper than what stands in the place of
+    // contacts that double precision does not resolve.
+    let resolved: Vec<_> =
+        hits.into_iter().filter(|point| point.orbit.contacts[0].speed > 1e-3).collect();
+    assert!(resolved.len() > 20, "{} points with an impact", resolved.len());
+    for point in resolved {
         let expected = amplitude(map.scene(), point.orbit.contacts[0].speed);
         let found = graze + point.orbit.parameters[0];
-        assert!((found - expected).abs() < 1e-10, "{found} {expected}");
+        // Orbits are solved for to double precision, and multipliers reach 1e3.
+        assert!((found - expected).abs() < 1e-12, "{found} {expected}");
     }
 }
 

@@ -40,7 +40,7 @@ pub fn charts_bytes(scene: &Scene) -> u64 {
 
 /// Bytes that a diagram takes in memory, where every value is kept.
 pub fn diagram_bytes(scene: &Scene, request: &DiagramRequest) -> u64 {
-    /// Of a parameter value beside what is kept there.
+    /// Bytes of a parameter value beside what is kept there.
     const POINT: u64 = 400;
     let headings = if request.direction == SweepDirection::Both { 2 } else { 1 };
     let sweeps = product([request.with.len() as u64, request.starts.count() as u64, headings]);
@@ -51,8 +51,8 @@ pub fn diagram_bytes(scene: &Scene, request: &DiagramRequest) -> u64 {
 
 /// Bytes that the charts of a request take in memory.
 pub fn chart_bytes(scene: &Scene, request: &ChartRequest) -> u64 {
-    /// Of a cell, with the names of its orbit, while it is refined and drawn; and of each attractor
-    /// besides.
+    /// Bytes of a cell, with the names of its orbit, while it is refined and drawn; and of each
+    /// attractor besides.
     const CELL: u64 = 400;
     const ATTRACTOR: u64 = 200;
     let [width, height] = request.points.map(|points| points as u64);
@@ -63,7 +63,7 @@ pub fn chart_bytes(scene: &Scene, request: &ChartRequest) -> u64 {
 
 /// Bytes that a basin takes in memory.
 pub fn basin_bytes(request: &BasinRequest) -> u64 {
-    /// Of a cell, while it is refined, ranked and drawn.
+    /// Bytes of a cell, while it is refined, ranked and drawn.
     const CELL: u64 = 150;
     let [width, height] = request.points.map(|points| points as u64);
     product([CELL, width, height])
@@ -71,7 +71,7 @@ pub fn basin_bytes(request: &BasinRequest) -> u64 {
 
 /// Bytes that the images of rows take in memory, with the words of their table.
 pub fn image_bytes(scene: &Scene, request: &ImageRequest) -> u64 {
-    /// Of an image beside its offsets, each of which is a double-double and a text.
+    /// Bytes of an image beside its offsets, each of which is a double-double and a text.
     const IMAGE: u64 = 150;
     const OFFSET: u64 = 16;
     let image = IMAGE + product([OFFSET, scene.model.dimension() as u64]);
@@ -85,7 +85,7 @@ pub fn orbit_bytes(scene: &Scene, orbits: usize, iterations: usize) -> u64 {
 
 /// Bytes that a time series takes in memory, with its table and figures.
 pub fn series_bytes(scene: &Scene, request: &TimeSeriesRequest) -> u64 {
-    /// Of a row beside its numbers; of a number with its place in table and document.
+    /// Bytes of a row beside its numbers; of a number with its place in table and document.
     const ROW: u64 = 200;
     const CELL: u64 = 60;
     let columns = 2 + scene.model.dimension() + scene.model.surfaces.len();

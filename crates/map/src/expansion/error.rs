@@ -1,5 +1,7 @@
 //! What can go wrong in an expansion, in a contact law, and where a contact is flown.
 
+use std::fmt;
+
 use crate::flow::FlowError;
 use crate::jet::JetError;
 use crate::numeric::NumericError;
@@ -113,22 +115,39 @@ impl ExpansionError {
     }
 }
 
+/// Law of a stop.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LawKind {
+    /// The reset of a rigid stop.
+    Impact,
+    /// The field and the release of a compliant stop.
+    Contact,
+}
+
+impl fmt::Display for LawKind {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(match self {
+            Self::Impact => "impact",
+            Self::Contact => "contact law",
+        })
+    }
+}
+
 /// A contact law that has no expansion in powers of `y` at this graze.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ContactLawError {
     /// A function at its corner or singularity on the surface.
     #[error(
-        "the {} of surface `{surface}` is not analytic at the graze: {function} of {argument:e} \
-         there; it has no Taylor series on the surface and no map has its contacts (a power that \
-         is not whole, as Hertz's, would need another one than of whole powers); direct simulation \
-         needs none: `with = [\"direct\"]`, `--using direct`",
-        if *.rigid { "impact" } else { "contact law" }
+        "the {law} of surface `{surface}` is not analytic at the graze: {function} of \
+         {argument:.1e} there; it has no Taylor series on the surface and no map has its contacts \
+         (a power that is not whole, as Hertz's, would need other powers than whole ones); direct \
+         simulation needs none: `with = [\"direct\"]`, `--using direct`"
     )]
     NotAnalytic {
         /// Name of the surface.
         surface: String,
-        /// Whether the stop is rigid.
-        rigid: bool,
+        /// Its law.
+        law: LawKind,
         /// The function, with its exponent for a power.
         function: String,
         /// Its argument at the grazing point (for `min` and `max` the difference).

@@ -8,7 +8,7 @@
 
 use std::sync::Arc;
 
-use super::error::{ContactLawError, ExpansionError, FlightError};
+use super::error::{ContactLawError, ExpansionError, FlightError, LawKind};
 use crate::flow::{Field, InputKind, Program, bound_but};
 use crate::jet::{Jet, JetSpace};
 use crate::model::{Binary, ExpressionGraph, Model, Node, NodeId, Response, Unary};
@@ -49,21 +49,21 @@ impl Passage {
         let surface = &model.surfaces[number];
         let inputs = jet_inputs(model.dimension(), parameters, active);
         let graze: Vec<Dd> = state.iter().chain(parameters).copied().collect();
-        let analytic = |outputs: &[NodeId], rigid: bool| {
+        let analytic = |outputs: &[NodeId], law: LawKind| {
             let Some(corner) = corner_under(&model.graph, outputs, &graze) else {
                 return Ok(());
             };
             let (Corner { function, argument }, surface) = (corner, surface.name.clone());
-            Err(ContactLawError::NotAnalytic { surface, rigid, function, argument })
+            Err(ContactLawError::NotAnalytic { surface, law, function, argument })
         };
         let law = match &surface.response {
             Response::Impact { reset } => {
-                analytic(reset, true)?;
+                analytic(reset, LawKind::Impact)?;
                 ContactLaw::Rigid { reset: Program::new(&model.graph, reset, &inputs) }
             }
             Response::Contact { field, release } => {
                 let outputs: Vec<_> = field.iter().copied().chain([*release]).collect();
-                analytic(&outputs, false)?;
+                analytic(&outputs, LawKind::Contact)?;
                 let watched = [*release, surface.event];
                 let kinds = bound_but(active, parameters);
                 let flight = AffineLaw::new(
