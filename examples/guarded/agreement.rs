@@ -200,9 +200,9 @@ impl Pair<'_> {
         }
         match (guarded.period, direct.period) {
             (Period::Periodic(period), Period::Periodic(other)) => {
-                let name = |map: &dyn SweptMap, orbit| {
+                let name = |map: &dyn SweptMap, orbit: &MapOrbit| {
                     let hits = (0..period).map(|number| map.hits(orbit, number, parameters));
-                    map.itinerary().name(hits)
+                    map.itinerary().name(hits, orbit.turns())
                 };
                 let same =
                     period == other && name(self.guarded, guarded) == name(self.direct, direct);
