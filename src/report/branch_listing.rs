@@ -357,7 +357,7 @@ impl BranchListing {
         figures
     }
 
-    /// What an orbit is called in a figure: its itinerary, and where there are several surfaces,
+    /// Name of an orbit in a figure: its itinerary, and where there are several surfaces,
     /// further contacts or returns of other than the nominal periods the hits of each surface and
     /// the periods.
     fn name<'a>(&self, branch: &'a BranchRecord, point: &'a PointRecord) -> &'a str {

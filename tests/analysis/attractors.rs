@@ -84,7 +84,7 @@ impl Oscillator {
         }
     }
 
-    /// Flies for a time, and what is met on the way: phases and speeds of the impacts.
+    /// State after a time, and the phases and speeds of the impacts on the way.
     fn simulated(&self, mut state: Motion, time: f64) -> (Motion, Vec<[f64; 2]>) {
         let (mut impacts, mut rest) = (Vec::new(), time);
         while let Some((at, [_, speed, theta])) = self.impact(state, rest) {
@@ -95,8 +95,8 @@ impl Oscillator {
         (self.flown(state, rest), impacts)
     }
 
-    /// What a state settles on: hits and forcing periods, and the impacts of one period; `None`
-    /// where it has no period of up to eight.
+    /// Attractor that a state leads to: hits and forcing periods, and the impacts of one period;
+    /// `None` where it has no period of up to eight.
     fn attractor(&self, start: Motion, transient: usize) -> Option<(usize, usize, Vec<[f64; 2]>)> {
         let period = TAU / self.omega;
         let (mut state, _) = self.simulated(start, transient as f64 * period);
@@ -255,7 +255,7 @@ fn the_undamped_oscillator_settles_on_two_impacts_in_two_periods() {
     }
 }
 
-/// Far beyond its graze the linear oscillator impacts once in two periods, from everywhere.
+/// Linear oscillator far beyond its graze: it impacts once in two periods.
 #[test]
 fn states_of_the_tangency_section_go_where_exact_flight_takes_them() {
     let case = Case::of(scenes::scene_with("linear", &[("omega", "3.3")]));
@@ -306,7 +306,7 @@ fn a_branch_of_orbits_that_return_every_second_period_is_listed_once() {
         range: [0.4, 0.6],
         at: vec![0.0; 2],
         direct: true,
-        starts: vec![vec![-4.9, -1.0], vec![-4.9, TAU - 1.0]],
+        starts: Vec::new(),
     };
     let found = branches(&case.scene, &case.orbit, &case.map, &request, &NoProgress);
     let found = found.expect("a good scene").branches;
@@ -344,7 +344,7 @@ fn attractors_do_not_depend_on_how_the_phase_is_counted() {
     }
 }
 
-/// What lanes, single orbits and guarded iteration make of an orbit whose phase goes round is one.
+/// Lanes and single orbits take the same periods off a phase that goes round.
 #[test]
 fn orbits_whose_phase_goes_round_are_the_same_in_lanes() {
     let case = Case::of(scenes::scene_with("linear", &[("omega", "3.3")]));

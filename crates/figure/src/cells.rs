@@ -49,7 +49,7 @@ pub enum CellColor {
     Pale,
     /// That of the axes.
     Ink,
-    /// That of secondary text.
+    /// Colour of secondary text.
     FaintInk,
     /// Grey, of what is not to be trusted.
     Grey,

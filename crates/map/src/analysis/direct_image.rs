@@ -38,7 +38,7 @@ pub struct SectionImage<S> {
 pub enum DirectEnd {
     /// At the section.
     Returned,
-    /// No section point within three nominal return times.
+    /// No section point within sixteen nominal return times.
     NoReturn,
     /// The start is beyond a rigid surface, and no free flight leads there from it.
     Penetrating,

@@ -87,7 +87,7 @@ pub fn periodic_lyapunov_exponent(
 }
 
 impl LyapunovExponent {
-    /// Of a tangent vector that is annihilated.
+    /// Exponent of a tangent vector that is annihilated.
     pub(super) const ANNIHILATED: Self = Self { value: f64::NEG_INFINITY, error: Some(0.0) };
 }
 
@@ -105,7 +105,7 @@ pub(super) struct Growth<T> {
 }
 
 impl<T: Copy + AddAssign> Growth<T> {
-    /// Of so many iterates.
+    /// Sums over so many iterates.
     pub(super) fn new(zero: T, iterates: usize) -> Self {
         Self { iterates, made: 0, sum: zero, ends: Vec::with_capacity(STRETCHES) }
     }

@@ -54,7 +54,7 @@ impl OrbitRequest {
         Self { approach_tolerance: 1e-5, ..self }
     }
 
-    /// The same of a polynomial, of which nothing is to be expected far from the window: the bounds
+    /// Request for a polynomial, of which nothing is to be expected far from the window: the bounds
     /// are at most 1000 half-widths, and a phase goes on without end.
     pub fn near_the_window(&self) -> Self {
         let pairs = self.escape.iter().zip(&self.scales);
@@ -67,7 +67,7 @@ impl OrbitRequest {
         Self { transient: times * self.transient, keep: times * self.keep, ..self.clone() }
     }
 
-    /// The same on a section with this phase.
+    /// Request on a section with this phase.
     pub fn on_circle(self, circle: PhaseCircle) -> Self {
         Self { circle, ..self }
     }
@@ -357,7 +357,7 @@ struct Run<'a> {
 }
 
 impl Run<'_> {
-    /// [`Period::of`] the run.
+    /// Period of the run, as [`Period::of`] has it.
     fn period(&self, tolerance: f64) -> Period {
         let agree = |shift: usize| {
             let mut states = 0..self.count() - shift;

@@ -75,7 +75,7 @@ impl Seed {
         Self { itinerary, states, depth_variables, parameter, at_contacts: false, way }
     }
 
-    /// The same orbit, of its shortest period and begun where its itinerary is the largest; `circle`
+    /// Seed of the same orbit, of its shortest period and begun where its itinerary is the largest; `circle`
     /// is the phase among its coordinates.
     pub(super) fn in_standard_form(mut self, circle: PhaseCircle) -> Self {
         let (standard, period, by) = standard_form(&self.itinerary, &self.states, circle);
