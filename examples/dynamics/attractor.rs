@@ -67,7 +67,8 @@ impl Attractor {
             .into_par_iter()
             .filter_map(|run| {
                 let state = &orbits[run].last;
-                largest_lyapunov_exponent(map, state, &site.parameters, 10, jacobians)
+                let found = largest_lyapunov_exponent(map, state, &site.parameters, 10, jacobians);
+                found.map(|exponent| exponent.value)
             })
             .collect();
         let first = |orbit: &MapOrbit| orbit.states().map(|state| state[0]).collect::<Vec<_>>();

@@ -10,7 +10,7 @@ use grazemap::analysis::diagram::{
 };
 use grazemap::analysis::{DirectMap, escape_bounds, itinerary};
 use grazemap::hybrid::HybridSystem;
-use grazemap::iteration::{HornerMap, MapOrbit, OrbitEnd, OrbitRequest, Period};
+use grazemap::iteration::{DiscreteMap, HornerMap, MapOrbit, OrbitEnd, OrbitRequest, Period};
 use grazemap::model::{DiagramRequest, Observable, Scene};
 use grazemap::prelude::*;
 
@@ -95,7 +95,9 @@ pub(crate) fn of_diagram(
     };
     let bounds: Vec<f64> = escape_bounds(scene, orbit).iter().map(|bound| bound.offset).collect();
     let widths = &local.window.state;
-    let request = OrbitRequest::new(effort.transient, effort.keep, widths).escaping_at(&bounds);
+    let request = OrbitRequest::new(effort.transient, effort.keep, widths)
+        .escaping_at(&bounds)
+        .on_circle(direct.map.circle());
     let parameter = &scene.model.parameters[diagram.parameter].name;
     let mut active = local.parameters.iter();
     let place = active.position(|active| active.name == *parameter).unwrap_or(0);
@@ -200,9 +202,9 @@ impl Pair<'_> {
         }
         match (guarded.period, direct.period) {
             (Period::Periodic(period), Period::Periodic(other)) => {
-                let name = |map: &dyn SweptMap, orbit| {
+                let name = |map: &dyn SweptMap, orbit: &MapOrbit| {
                     let hits = (0..period).map(|number| map.hits(orbit, number, parameters));
-                    map.itinerary().name(hits)
+                    map.itinerary().name(hits, orbit.turns())
                 };
                 let same =
                     period == other && name(self.guarded, guarded) == name(self.direct, direct);

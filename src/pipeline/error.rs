@@ -314,7 +314,7 @@ pub enum Ended {
 /// How a point came to have no image.
 fn imageless(end: &Option<DirectEnd>) -> &'static str {
     match end {
-        Some(DirectEnd::NoReturn) => "no section point within three return times",
+        Some(DirectEnd::NoReturn) => "no section point within sixteen return times",
         Some(DirectEnd::Penetrating) => "it is beyond the surface, and no free flight leads there",
         Some(DirectEnd::Ambiguous) => {
             "its section falls inside a contact that the coordinates do not tell; choose another \

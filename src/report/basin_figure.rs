@@ -19,12 +19,13 @@ use crate::numeric::Shown;
 /// Words for the classes that are no attractors.
 const ESCAPED: &str = "escaped";
 const UNDECIDED: &str = "undecided";
+const NO_IMAGE: &str = "no image";
 
 /// Points of a periodic attractor up to which they are marked, not dotted.
 const MARKED: usize = 64;
 
 /// The picture of a basin: a colour for each attractor, whose points are marked, grey where the map
-/// alone leaves its window, paper-white where orbits escape.
+/// alone leaves its window, pale where there is no image, paper-white where orbits escape.
 pub fn basin_figure(basin: &Basin) -> Figure {
     let [horizontal, vertical] = &basin.axes;
     let mut figure = Figure::new(axis(horizontal), axis(vertical));
@@ -32,14 +33,18 @@ pub fn basin_figure(basin: &Basin) -> Figure {
     let named = basin.attractors.iter().enumerate().map(name).enumerate();
     let mut categories: Vec<CellCategory> =
         named.map(|(number, name)| CellCategory::numbered(name, number, attractors)).collect();
-    let mut grey = None;
-    if basin.outside.count > 0 {
-        grey = Some(categories.len());
-        categories.push(CellCategory::new("outside the window", CellColor::Grey));
-    }
+    let mut others = |share: &BasinShare, words: &str, color| {
+        (share.count > 0).then(|| {
+            categories.push(CellCategory::new(words, color));
+            categories.len() - 1
+        })
+    };
+    let grey = others(&basin.outside, "outside the window", CellColor::Grey);
+    let pale = others(&basin.no_image, NO_IMAGE, CellColor::Pale);
     let category = |class: &BasinClass| match class {
         BasinClass::Attractor(number) => Some(*number),
         BasinClass::Outside => grey,
+        BasinClass::NoImage => pale,
         BasinClass::Escaped | BasinClass::Undecided => None,
     };
     figure.cells = Some(CellChart {
@@ -164,6 +169,11 @@ fn name((number, found): (usize, &BasinAttractor)) -> String {
 fn attractor_words(found: &BasinAttractor) -> String {
     let attractor = &found.attractor;
     match (attractor.period, &attractor.itinerary) {
+        (Period::Periodic(period), Some(itinerary)) if itinerary.period() != period => {
+            // The returns of the itinerary are not those of the period.
+            let name = attractor.orbit.as_ref().map(ToString::to_string);
+            format!("period {period}, orbit {}", name.unwrap_or_default())
+        }
         (Period::Periodic(period), Some(itinerary)) if period <= 8 => {
             format!("period {period}, itinerary {itinerary}")
         }
@@ -180,6 +190,7 @@ fn class_cell(class: BasinClass) -> Cell {
     match class {
         BasinClass::Attractor(number) => Cell::Integer(number as i64 + 1),
         BasinClass::Escaped => Cell::text(ESCAPED),
+        BasinClass::NoImage => Cell::text(NO_IMAGE),
         BasinClass::Outside => Cell::text(OUTSIDE),
         BasinClass::Undecided => Cell::text(UNDECIDED),
     }
@@ -197,7 +208,7 @@ pub fn basin_rows(basin: &Basin) -> Rows<'_> {
 
 /// Attractors: an array of shape (rows, columns), the second axis' values by the first's; the
 /// number of the attractor from 1, 0 where it is undecided, −1 where the map alone leaves its
-/// window, NaN where orbits escape.
+/// window, −2 where there is no image, NaN where orbits escape.
 ///
 /// # Errors
 ///
@@ -207,6 +218,7 @@ pub fn basin_array(basin: &Basin) -> Result<Vec<u8>, ReportError> {
         BasinClass::Attractor(number) => *number as f64 + 1.0,
         BasinClass::Undecided => 0.0,
         BasinClass::Outside => -1.0,
+        BasinClass::NoImage => -2.0,
         BasinClass::Escaped => f64::NAN,
     };
     let values: Vec<f64> = basin.cells.iter().map(number).collect();
@@ -247,7 +259,12 @@ pub fn basin_table(basin: &Basin) -> Result<Table, ReportError> {
         row.extend(share_cells(&found.share));
         table.push(row)?;
     }
-    let others = [(ESCAPED, basin.escaped), (OUTSIDE, basin.outside), (UNDECIDED, basin.undecided)];
+    let others = [
+        (ESCAPED, basin.escaped),
+        (NO_IMAGE, basin.no_image),
+        (OUTSIDE, basin.outside),
+        (UNDECIDED, basin.undecided),
+    ];
     for (word, share) in others.into_iter().filter(|(_, share)| share.count > 0) {
         let mut row = vec![Cell::text(word)];
         row.extend([const { Cell::Missing }; 5]);

@@ -189,6 +189,7 @@ impl BranchListing {
         columns.extend(["stable", "physical", "inside"].map(Column::number));
         columns.extend(["speeds", "label"].map(Column::text));
         columns.extend(self.observed().into_iter().map(Column::number));
+        columns.push(Column::text("orbit"));
         let mut table = Table::new(columns);
         for (branch, point) in self.points() {
             let orbit = &point.orbit;
@@ -216,6 +217,7 @@ impl BranchListing {
                 false => Cell::Missing,
             });
             row.extend(observed);
+            row.push(Cell::text(&orbit.name));
             table.push(row)?;
         }
         Ok(table)
@@ -355,11 +357,13 @@ impl BranchListing {
         figures
     }
 
-    /// What an orbit is called in a figure: its itinerary, and where there are several surfaces or
-    /// further contacts the hits of each surface and the periods.
+    /// Name of an orbit in a figure: its itinerary, and where there are several surfaces,
+    /// further contacts or returns of other than the nominal periods the hits of each surface and
+    /// the periods.
     fn name<'a>(&self, branch: &'a BranchRecord, point: &'a PointRecord) -> &'a str {
         let several = self.passages.iter().any(|surface| *surface != self.passages[0]);
-        match several || point.orbit.extra_contacts.is_some_and(|extra| extra > 0) {
+        let extra = point.orbit.extra_contacts.is_some_and(|extra| extra > 0);
+        match several || extra || point.orbit.turns.is_some_and(|turns| turns != 0) {
             true => &point.orbit.name,
             false => &branch.itinerary,
         }

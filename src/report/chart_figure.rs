@@ -29,7 +29,7 @@ const LEVELS: [f64; 7] = [-1.0, -0.3, -0.1, -0.01, 0.01, 0.1, 0.3];
 enum Category {
     /// One return, without contact.
     WithoutContact,
-    /// A period in returns, with contacts.
+    /// A period in nominal returns, with contacts.
     Period(usize),
     /// One of the periods above [`LAST_OWN_PERIOD`].
     Longer,
@@ -43,6 +43,8 @@ enum Category {
     NoExponent,
     /// So many attractors.
     Attractors(usize),
+    /// Not settled yet, coming nearer to a period.
+    Converging,
     /// No period up to the longest looked for.
     NoPeriod,
     /// The map alone, beyond its window.
@@ -96,6 +98,7 @@ impl<'a> Shown<'a> {
                     Category::Level(LEVELS.partition_point(|&level| level < exponent))
                 })
             }
+            (ChartClass::Converging, _) => Category::Converging,
             (ChartClass::NoPeriod, _) => Category::NoPeriod,
             (_, ChartObservable::Itinerary) => {
                 let own = attractor.itinerary.as_ref();
@@ -128,6 +131,7 @@ impl<'a> Shown<'a> {
                 format!("{count} attractors or more")
             }
             Category::Attractors(count) => format!("{count} attractors"),
+            Category::Converging => "not settled, still converging".to_owned(),
             Category::NoPeriod => format!("none up to {longest}"),
             Category::Outside => "outside the window".to_owned(),
             Category::Escaped => "escaped or no image".to_owned(),
@@ -148,6 +152,7 @@ impl Category {
             Self::Level(place) => CellColor::Signed((place as f64 - half as f64) / half as f64),
             Self::NoExponent => CellColor::Own(3),
             Self::Attractors(count) => CellColor::Own(count - 1),
+            Self::Converging => CellColor::FaintInk,
             Self::NoPeriod => CellColor::Ink,
             Self::Outside => CellColor::Grey,
             Self::Escaped => CellColor::Paper,
@@ -164,8 +169,8 @@ fn attractor_count(chart: &Chart, cell: &ChartCell) -> usize {
 }
 
 /// The chart of what it observes, in colours that are the same in every chart: pale without
-/// contact, dark without a period, grey where the map alone was used beyond its window, paper-white
-/// where the orbit escaped. Cells with several attractors have their colours in turn.
+/// contact, dark without a period, slate where the orbit still converges, grey where the map alone
+/// was used beyond its window, paper-white where the orbit escaped. Cells with several attractors have their colours in turn.
 pub fn chart_figure(chart: &Chart) -> Figure {
     let [horizontal, vertical] = &chart.axes;
     let mut figure = Figure::new(axis(horizontal), axis(vertical));
@@ -197,6 +202,7 @@ pub fn chart_rows(charts: &[Chart]) -> Rows<'_> {
     columns.push(Column::text("itinerary"));
     columns.extend(["computed", "attractors"].map(Column::number));
     columns.push(Column::text("others"));
+    columns.extend(["lyapunov_error", "converging"].map(Column::number));
     let rows = charts.iter().enumerate().flat_map(|(number, chart)| {
         chart.located().map(move |([first, second], cell)| {
             let one = &cell.attractor;
@@ -221,6 +227,8 @@ pub fn chart_rows(charts: &[Chart]) -> Rows<'_> {
                 Cell::Integer(cell.computed.into()),
                 Cell::Integer(attractor_count(chart, cell) as i64),
                 others_cell(cell),
+                one.lyapunov_error.map_or(Cell::Missing, |value| Cell::number(value, 6)),
+                Cell::Integer(one.converging.into()),
             ]
         })
     });
@@ -235,6 +243,7 @@ fn name_cell(attractor: &ChartAttractor) -> Cell {
 fn others_cell(cell: &ChartCell) -> Cell {
     let name = |one: &ChartAttractor| match &one.orbit {
         Some(name) => name.to_string(),
+        None if one.converging => "not settled".to_owned(),
         None => "no period".to_owned(),
     };
     let names: Vec<String> = cell.others.iter().map(name).collect();
@@ -244,7 +253,7 @@ fn others_cell(cell: &ChartCell) -> Cell {
 /// Periods, or exponents where these are observed: an array of shape (rows, columns), the second
 /// parameter's values by the first's, or (attractors, rows, columns) of several attractors. Periods
 /// are 0 without a period, −1 where the map alone was used beyond its window, −2 without another
-/// attractor; NaN where the orbit ended early, and without an exponent.
+/// attractor, −3 where the orbit still converges; NaN where the orbit ended early, and without an exponent.
 ///
 /// # Errors
 ///
@@ -253,6 +262,7 @@ pub fn chart_array(chart: &Chart) -> Result<Vec<u8>, ReportError> {
     let period = |attractor: &ChartAttractor| match (attractor.end, attractor.period) {
         _ if chart.class(attractor) == ChartClass::Outside => -1.0,
         (OrbitEnd::Completed, Period::Periodic(period)) => period as f64,
+        (OrbitEnd::Completed, Period::NotFound) if attractor.converging => -3.0,
         (OrbitEnd::Completed, Period::NotFound) => 0.0,
         _ => f64::NAN,
     };
@@ -284,6 +294,7 @@ pub fn chart_timing_table(charts: &[Chart]) -> Result<Table, ReportError> {
         .count("cells", |chart| chart.cells.len())
         .count("computed", |chart| chart.computed)
         .count("without contact", |chart| chart.count(ChartClass::WithoutContact))
+        .count("not settled", |chart| chart.count(ChartClass::Converging))
         .count("without period", |chart| chart.count(ChartClass::NoPeriod))
         .count("outside the window", |chart| chart.count(ChartClass::Outside))
         .count("left", |chart| chart.count(ChartClass::Escaped))

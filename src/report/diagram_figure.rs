@@ -65,7 +65,11 @@ pub fn diagram_rows(diagrams: &[Diagram]) -> Rows<'_> {
                 point.orbit.as_ref().map_or(Cell::Missing, |name| Cell::text(name.to_string())),
             ];
             row.extend(distinct(point).map(|value| Cell::number(value, 6)));
-            row.resize(width, Cell::Missing);
+            row.resize(width - 2, Cell::Missing);
+            row.extend([
+                point.returns.map_or(Cell::Missing, |returns| Cell::Integer(returns as i64)),
+                point.lyapunov_error.map_or(Cell::Missing, |value| Cell::number(value, 6)),
+            ]);
             row
         };
         points(diagram).map(row)
@@ -306,6 +310,7 @@ fn columns(surfaces: &[String], values: usize) -> Vec<Column> {
     columns.extend(["by_map", "outside"].map(Column::number));
     columns.push(Column::text(orbit_header(surfaces)));
     columns.extend((1..=values).map(|number| Column::number(format!("value_{number}"))));
+    columns.extend(["returns", "lyapunov_error"].map(Column::number));
     columns
 }
 
@@ -321,11 +326,7 @@ fn points(diagram: &Diagram) -> impl Iterator<Item = (&Sweep, &DiagramPoint)> {
 
 /// The values over one period, or all of them.
 fn distinct(point: &DiagramPoint) -> impl Iterator<Item = f64> {
-    let count = match point.period {
-        Period::Periodic(period) => period,
-        Period::NotFound => point.kept,
-    };
-    point.kept_values().take(count)
+    point.kept_values().take(point.returns.unwrap_or(point.kept))
 }
 
 pub(super) fn period_cell(period: Period) -> Cell {
@@ -395,10 +396,12 @@ mod tests {
             values: values.to_vec(),
             kept: values.len(),
             period: Period::Periodic(values.len()),
+            returns: Some(values.len()),
             contacts: None,
             orbit: None,
             kept_contacts: 0,
             lyapunov: None,
+            lyapunov_error: None,
             end: OrbitEnd::Completed,
             by_map: 1.0,
             outside: 0.0,

@@ -11,7 +11,6 @@ use super::{BranchListing, BranchRecord, ReportError};
 use crate::analysis::chart::Chart;
 use crate::analysis::diagram::{Diagram, SweepHeading};
 use crate::expansion::{LocalMap, MapOrders, SectionKind};
-use crate::iteration::Period;
 use crate::model::Method;
 
 /// Most bytes of the modules of lower orders together.
@@ -293,10 +292,7 @@ fn live_direct(map: &LocalMap, diagram: &Diagram) -> Option<LiveDirect> {
     let (axis, observe) = (axis(map, &diagram.parameter)?, observed(map, diagram)?);
     let sweeps = diagram.sweeps.iter().filter(|sweep| sweep.method == Method::Direct);
     let points = sweeps.flat_map(|sweep| &sweep.points).flat_map(|point| {
-        let count = match point.period {
-            Period::Periodic(period) => period.min(MOST_DIRECT),
-            Period::NotFound => MOST_DIRECT,
-        };
+        let count = point.returns.unwrap_or(MOST_DIRECT).min(MOST_DIRECT);
         point.kept_values().take(count).flat_map(|value| [point.offset, value])
     });
     let points = packed(points);

@@ -396,8 +396,13 @@ impl GrazeStudy {
 
 fn measured_words(side: &MeasuredSide) -> String {
     let offset = significant(side.offset, 4);
-    if side.end != OrbitEnd::Completed {
-        return format!("measured at the offset {offset}: the orbit escapes");
+    let left = match side.end {
+        OrbitEnd::Completed => None,
+        OrbitEnd::Escaped { .. } => Some("the orbit escapes"),
+        OrbitEnd::NoImage { .. } => Some("the orbit comes to where there is no image"),
+    };
+    if let Some(left) = left {
+        return format!("measured at the offset {offset}: {left}");
     }
     let orbit = side.orbit.as_ref().map_or_else(String::new, |name| format!(", orbit {name}"));
     let contact = if side.contact { "with contact" } else { "without contact" };
@@ -405,7 +410,8 @@ fn measured_words(side: &MeasuredSide) -> String {
         Period::Periodic(period) => format!("period {period} {contact}{orbit}"),
         Period::NotFound => {
             let exponent = side.lyapunov.map_or_else(String::new, |exponent| {
-                format!(", largest exponent {exponent:.4} per return")
+                let error = side.lyapunov_error.map(|error| format!(" ± {error:.4}"));
+                format!(", largest exponent {exponent:.4}{} per return", error.unwrap_or_default())
             });
             format!("no period {contact}{exponent}")
         }
@@ -428,6 +434,7 @@ mod tests {
             near: true,
             size: 1e-3,
             lyapunov: None,
+            lyapunov_error: None,
             orbit: None,
             end: OrbitEnd::Completed,
         };

@@ -62,6 +62,10 @@ pub struct OrbitRecord {
     /// Contacts that no passage accounts for, by direct simulation.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub extra_contacts: Option<usize>,
+    /// Whole forcing periods that it takes beyond one for every nominal one of its returns; by
+    /// direct simulation.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub turns: Option<i32>,
     /// By how much the period does not close, in half-widths of the window.
     pub residual: f64,
 }
@@ -155,7 +159,8 @@ impl Names<'_> {
             number: contact.number,
             passage: contact.passage,
         });
-        let mut name = self.itinerary.name(returns.map(|&made| self.itinerary.hits(made)));
+        let returns = returns.map(|&made| self.itinerary.hits(made));
+        let mut name = self.itinerary.name(returns, orbit.turns);
         if let Some(hits) = &orbit.hits {
             name.hits.clone_from(hits);
         }
@@ -171,6 +176,7 @@ impl Names<'_> {
             physical: orbit.physical,
             inside: orbit.inside,
             extra_contacts: self.direct.then_some(orbit.extra_contacts),
+            turns: self.direct.then_some(orbit.turns),
             residual: orbit.residual,
         }
     }

@@ -164,8 +164,8 @@ fn outside_the_window_a_guarded_sweep_is_direct_simulations() {
     }
 }
 
-/// The steady state of the linear oscillator that reaches the stop at 1 swings from −1 to 1, and
-/// its phase advances by a turn.
+/// The steady state of the linear oscillator that reaches the stop at 1 swings from −1 to 1; its
+/// phase goes round and leaves no bound.
 #[test]
 fn an_orbit_has_escaped_at_so_many_extents_of_the_grazing_orbit_as_the_scene_says() {
     let said = scenes::scene_with("linear", &[("direct.escape", "2.5")]);
@@ -174,10 +174,9 @@ fn an_orbit_has_escaped_at_so_many_extents_of_the_grazing_orbit_as_the_scene_say
         let bounds = escape_bounds(&case.scene, &case.orbit);
         let names: Vec<&str> = bounds.iter().map(|bound| &*bound.coordinate).collect();
         assert_eq!(names, ["x", "theta"]);
-        for (bound, extent) in bounds.iter().zip([2.0, std::f64::consts::TAU]) {
-            // The orbit is sampled at the graze and half a period later.
-            assert!((bound.offset / (times * extent) - 1.0).abs() < 1e-9, "{bound:?}");
-        }
+        // The orbit is sampled at the graze and half a period later.
+        assert!((bounds[0].offset / (times * 2.0) - 1.0).abs() < 1e-9, "{bounds:?}");
+        assert_eq!(bounds[1].offset, f64::INFINITY);
     }
 }
 

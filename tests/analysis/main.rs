@@ -5,6 +5,7 @@
 mod support;
 
 mod any_section;
+mod attractors;
 mod basins;
 mod branches;
 mod charts;

@@ -2,7 +2,7 @@
 
 use super::FigureError;
 use super::drawing::{Area, Mosaic, Point};
-use super::series::{CELLS, GREY, INK, PALE, PAPER, Palette, Rgb, diverging, viridis};
+use super::series::{CELLS, FAINT_INK, GREY, INK, PALE, PAPER, Palette, Rgb, diverging, viridis};
 
 /// A grid of categories that fills a rectangle of the axes.
 ///
@@ -49,6 +49,8 @@ pub enum CellColor {
     Pale,
     /// That of the axes.
     Ink,
+    /// Colour of secondary text.
+    FaintInk,
     /// Grey, of what is not to be trusted.
     Grey,
     /// That of the paper.
@@ -80,6 +82,7 @@ impl CellColor {
             Self::Signed(share) => diverging(share),
             Self::Pale => PALE,
             Self::Ink => INK,
+            Self::FaintInk => FAINT_INK,
             Self::Grey => GREY,
             Self::Paper => PAPER,
         }

@@ -263,7 +263,7 @@ fn orbits_in_lanes(subject: &Subject, horner: &HornerMap, map: &LocalMap) -> Has
         let orbits = lanes.orbits(&states, &request);
         orbits.iter().for_each(|orbit| add_orbit(&mut hash, orbit));
         for exponent in lanes.largest_lyapunov_exponents(&states, 5, 20) {
-            hash.numbers(&Vec::from_iter(exponent));
+            hash.numbers(&Vec::from_iter(exponent.map(|exponent| exponent.value)));
         }
     }
     hash

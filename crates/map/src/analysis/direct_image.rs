@@ -1,9 +1,10 @@
 //! The section map by direct simulation, in offsets.
 
 use super::error::AnalysisError;
-use super::section_frame::SectionFrame;
+use super::section_frame::{SectionFrame, phase_circle};
 use crate::flow::Field;
 use crate::hybrid::{DirectReturn, HybridSystem, Outcome, ReturnOutcome};
+use crate::iteration::PhaseCircle;
 use crate::model::Scene;
 use crate::numeric::{Dd, Real, Scalar as _};
 use crate::orbit::{GrazingOrbit, PoincareSectionKind};
@@ -11,9 +12,11 @@ use crate::orbit::{GrazingOrbit, PoincareSectionKind};
 /// The image of a section point by direct simulation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SectionImage<S> {
-    /// Offsets of the image, the nominal advance of the phase removed; NaN where there is no
-    /// image.
+    /// Offsets of the image, the nominal advance of the phase and whole periods removed; NaN where
+    /// there is no image.
     pub offsets: Vec<S>,
+    /// Whole periods removed from the phase beyond the nominal advance.
+    pub turns: i32,
     /// Speed at which each passage met its surface, in the order in which they follow the section;
     /// `None` without contact.
     pub passages: Vec<Option<S>>,
@@ -35,7 +38,7 @@ pub struct SectionImage<S> {
 pub enum DirectEnd {
     /// At the section.
     Returned,
-    /// No section point within three nominal return times.
+    /// No section point within sixteen nominal return times.
     NoReturn,
     /// The start is beyond a rigid surface, and no free flight leads there from it.
     Penetrating,
@@ -57,6 +60,7 @@ pub enum DirectEnd {
 pub struct DirectImage<'a, S: Real> {
     system: &'a HybridSystem,
     frame: SectionFrame<S>,
+    circle: PhaseCircle<S>,
     returns: DirectReturn<'a, S>,
     /// Most steps of an image.
     limit: usize,
@@ -86,7 +90,9 @@ impl<'a, S: Real> DirectImage<'a, S> {
     ) -> Result<Self, AnalysisError> {
         let precise = S::ROUNDOFF <= Dd::ROUNDOFF;
         let most = if precise { MOST_PRODUCTS / IN_DOUBLE_DOUBLE } else { MOST_PRODUCTS };
-        Self::in_frame(system, SectionFrame::new(scene, orbit), most / products_of_step(scene))
+        let circle = phase_circle(scene, orbit);
+        let limit = most / products_of_step(scene);
+        Self::in_frame(system, (SectionFrame::new(scene, orbit), circle), limit)
     }
 
     /// So many returns as one, from a section point straight to the last: none is needed between
@@ -97,12 +103,12 @@ impl<'a, S: Real> DirectImage<'a, S> {
     /// As [`new`](Self::new).
     pub(super) fn over(&self, returns: usize) -> Result<Self, AnalysisError> {
         let limit = self.limit.saturating_mul(returns);
-        Self::in_frame(self.system, self.frame.clone().over(returns), limit)
+        Self::in_frame(self.system, (self.frame.clone().over(returns), self.circle), limit)
     }
 
     fn in_frame(
         system: &'a HybridSystem,
-        mut frame: SectionFrame<S>,
+        (mut frame, circle): (SectionFrame<S>, PhaseCircle<S>),
         limit: usize,
     ) -> Result<Self, AnalysisError> {
         let (section, duration) = (frame.return_section(), frame.duration());
@@ -110,7 +116,7 @@ impl<'a, S: Real> DirectImage<'a, S> {
             DirectReturn::new(system, frame.parameters(), section, duration, frame.periods())?
                 .with_passages(&frame.nominal_passages(duration))?;
         returns.set_step_limit(limit);
-        Ok(Self { system, frame, returns, limit })
+        Ok(Self { system, circle, frame, returns, limit })
     }
 
     /// Limits the steps of an image; a point that needs more has none. As many as take some
@@ -179,12 +185,29 @@ impl<'a, S: Real> DirectImage<'a, S> {
         Ok(gap.unwrap_or(S::from_f64(f64::NAN)))
     }
 
-    /// Takes whole periods off the phase of a section point, where it is a coordinate.
-    pub(super) fn reduce_phase(&self, offsets: &mut [S]) {
-        self.frame.reduce_phase(offsets);
+    /// The phase among the coordinates, where it is one.
+    pub fn circle(&self) -> PhaseCircle<S> {
+        self.circle
     }
 
-    /// The image of a section point, everything in offsets.
+    /// The image of a section point, everything in offsets, with the whole periods that its phase
+    /// took: it depends continuously on the point, and is that of a polynomial map.
+    ///
+    /// # Errors
+    ///
+    /// As [`image`](Self::image).
+    pub fn lifted_image(
+        &mut self,
+        offsets: &[S],
+        parameter_offsets: &[S],
+    ) -> Result<SectionImage<S>, AnalysisError> {
+        let mut image = self.image(offsets, parameter_offsets)?;
+        self.circle.lift(&mut image.offsets, image.turns);
+        image.turns = 0;
+        Ok(image)
+    }
+
+    /// The image of a section point, everything in offsets, the phase within half a period of 0.
     ///
     /// # Errors
     ///
@@ -199,12 +222,14 @@ impl<'a, S: Real> DirectImage<'a, S> {
         self.returns.set_parameters(self.frame.parameters(), duration)?;
         let image = self.returns.image(self.frame.state())?;
         let end = end_of(&image.outcome);
-        let offsets = match end {
+        let mut offsets = match end {
             DirectEnd::Returned => self.frame.offsets(&image.state),
             _ => vec![S::from_f64(f64::NAN); self.frame.dimension()],
         };
+        let turns = self.circle.reduce(&mut offsets);
         Ok(SectionImage {
             offsets,
+            turns,
             impact_speed: image.impact_speeds.first().copied().unwrap_or(S::zero()),
             passages: image.passages,
             contacts: image.contacts,

@@ -16,7 +16,7 @@ use crate::expansion::MapWindow;
 use crate::hybrid::{DirectReturn, HybridSystem, LaneReturns};
 use crate::iteration::parallel::locked;
 use crate::iteration::{
-    DifferentiableMap, DiscreteMap, MapOrbit, OrbitRequest, PassageSet, StepInfo,
+    DifferentiableMap, DiscreteMap, MapOrbit, OrbitRequest, PassageSet, PhaseCircle, StepInfo,
 };
 use crate::model::Scene;
 use crate::numeric::Lanes;
@@ -24,7 +24,7 @@ use crate::orbit::GrazingOrbit;
 
 /// A step by direct simulation, before anything is known of it.
 const SIMULATED: StepInfo =
-    StepInfo { passages: PassageSet::NONE, depth: 0.0, valid: false, simulated: true };
+    StepInfo { passages: PassageSet::NONE, depth: 0.0, valid: false, simulated: true, turns: 0 };
 
 /// The section map by direct simulation in double precision, as a [`DiscreteMap`] in offsets.
 ///
@@ -44,6 +44,7 @@ pub struct DirectMap<'a> {
     normal_accelerations: Vec<f64>,
     grazing_surfaces: BTreeSet<usize>,
     scales: Vec<f64>,
+    circle: PhaseCircle,
     fits_lanes: bool,
 }
 
@@ -68,6 +69,7 @@ impl<'a> DirectMap<'a> {
                 .collect(),
             grazing_surfaces: orbit.passages.iter().map(|graze| graze.surface).collect(),
             scales: scales(scene, orbit),
+            circle: image.circle(),
             fits_lanes: image.fits_lanes(),
             image: Mutex::new(image),
         })
@@ -135,6 +137,7 @@ impl Clone for DirectMap<'_> {
             normal_accelerations: self.normal_accelerations.clone(),
             grazing_surfaces: self.grazing_surfaces.clone(),
             scales: self.scales.clone(),
+            circle: self.circle,
             fits_lanes: self.fits_lanes,
         }
     }
@@ -149,6 +152,10 @@ impl DiscreteMap for DirectMap<'_> {
         self.parameters
     }
 
+    fn circle(&self) -> PhaseCircle {
+        self.circle
+    }
+
     fn step(&self, state: &[f64], parameters: &[f64], image: &mut [f64]) -> StepInfo {
         let simulated = self
             .simulate(state, parameters)
@@ -158,7 +165,7 @@ impl DiscreteMap for DirectMap<'_> {
             return SIMULATED;
         };
         image.copy_from_slice(&simulated.offsets);
-        let mut info = SIMULATED;
+        let mut info = StepInfo { turns: simulated.turns, ..SIMULATED };
         let passages = simulated.passages.iter().zip(&self.normal_accelerations);
         for (passage, (speed, acceleration)) in passages.enumerate() {
             if let Some(speed) = speed {
@@ -210,6 +217,7 @@ fn scales(scene: &Scene, orbit: &GrazingOrbit) -> Vec<f64> {
 #[derive(Clone, Debug)]
 pub struct DirectLanes<'a, const N: usize> {
     frames: Vec<SectionFrame<f64>>,
+    circle: PhaseCircle,
     parameters: Vec<Vec<f64>>,
     returns: LaneReturns<'a, N>,
     /// Of every passage.
@@ -233,6 +241,7 @@ impl<'a, const N: usize> DirectLanes<'a, N> {
         let dimension = frames.first()?.state().len();
         Some(Self {
             frames,
+            circle: image.circle(),
             parameters: parameters.iter().map(|own| own.to_vec()).collect(),
             returns: LaneReturns::new(alone)?,
             normal_accelerations: normal_accelerations.to_vec(),
@@ -281,6 +290,7 @@ impl<'a, const N: usize> DirectLanes<'a, N> {
             for (image, offset) in image.iter_mut().zip(offsets) {
                 *image = offset;
             }
+            infos[lane].turns = self.circle.reduce(image);
             let passages = returned.speeds.iter().zip(&self.normal_accelerations);
             for (passage, (speeds, acceleration)) in passages.enumerate() {
                 if let Some(speed) = speeds[lane] {
@@ -349,6 +359,10 @@ impl<M: DiscreteMap> DiscreteMap for GuardedMap<'_, '_, M> {
 
     fn parameters(&self) -> usize {
         self.map.parameters()
+    }
+
+    fn circle(&self) -> PhaseCircle {
+        self.source.circle
     }
 
     fn step(&self, state: &[f64], parameters: &[f64], image: &mut [f64]) -> StepInfo {

@@ -15,7 +15,7 @@ use super::progress::Progress;
 use crate::expansion::LocalMap;
 use crate::hybrid::HybridSystem;
 use crate::iteration::parallel;
-use crate::iteration::{Batch, DiscreteMap, HornerMap};
+use crate::iteration::{Batch, DiscreteMap, HornerMap, PhaseCircle};
 use crate::model::{Method, Scene};
 use crate::orbit::GrazingOrbit;
 
@@ -194,7 +194,8 @@ impl<'a> Part<'a> {
             if !self.going[number] {
                 self.counts.ended += 1;
             } else if counted {
-                self.counts.take(self.request, state, [contact, by_map, !inside]);
+                let circle = self.direct.circle();
+                self.counts.take(self.request, circle, state, [contact, by_map, !inside]);
             }
         }
     }
@@ -229,8 +230,17 @@ impl Counts {
         }
     }
 
-    fn take(&mut self, request: &NoiseRequest, state: &[f64], shares: [bool; 3]) {
+    fn take(
+        &mut self,
+        request: &NoiseRequest,
+        circle: PhaseCircle,
+        state: &[f64],
+        shares: [bool; 3],
+    ) {
         let d = state.len();
+        // A phase counts from within half a period of the start.
+        let mut state = state.to_vec();
+        circle.bring_near(&mut state, &request.start);
         self.points += 1;
         for (row, value) in state.iter().enumerate() {
             let own = value - request.start[row];
@@ -239,11 +249,12 @@ impl Counts {
                 self.products[row * d + column] += own * (other - request.start[column]);
             }
         }
-        let cell = |(value, [from, to]): (&f64, &[f64; 2])| {
+        let cell = |(coordinate, (&value, [from, to])): (usize, (&f64, &[f64; 2]))| {
+            let value = circle.near(coordinate, value, 0.5 * (from + to));
             let place = ((value - from) / (to - from) * request.cells as f64).floor();
             (0.0..request.cells as f64).contains(&place).then_some(place as usize)
         };
-        let cells: Vec<_> = state.iter().zip(&request.ranges).map(cell).collect();
+        let cells: Vec<_> = state.iter().zip(&request.ranges).enumerate().map(cell).collect();
         for (counts, cell) in self.marginals.iter_mut().zip(&cells) {
             if let Some(count) = cell.and_then(|cell| counts.get_mut(cell)) {
                 *count += 1;

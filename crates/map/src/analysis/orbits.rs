@@ -16,9 +16,10 @@ use super::periodic::{
     PeriodicOutcome, PeriodicProblem, finite_or_one, periodic_orbit, window_scales,
 };
 use super::progress::{NoProgress, Progress};
+use super::section_frame::phase_circle;
 use crate::expansion::{LocalMap, MapWindow};
 use crate::hybrid::HybridSystem;
-use crate::iteration::parallel;
+use crate::iteration::{PhaseCircle, parallel};
 use crate::model::Scene;
 use crate::numeric::{Dd, Real, converted};
 use crate::orbit::GrazingOrbit;
@@ -211,7 +212,7 @@ pub fn orbits(
     if let (Some(free), None) = (far, &request.loci) {
         let wide = parallel::try_map(&request.at, |at| finder.wide_orbits(itineraries, at, free))?;
         for (known, found) in cases.iter_mut().zip(wide.concat()) {
-            add_new(known, found);
+            add_new(known, found, phase_circle(scene, orbit));
         }
     }
     let (orbits, lost) = parted(cases.concat());
@@ -231,9 +232,9 @@ fn first_adjusted(scene: &Scene) -> Option<usize> {
 }
 
 /// Adds orbits that are not among those known.
-fn add_new(known: &mut Vec<Outcome>, found: Vec<FoundOrbit>) {
+fn add_new(known: &mut Vec<Outcome>, found: Vec<FoundOrbit>, circle: PhaseCircle) {
     for orbit in found {
-        if !known.iter().flatten().any(|other| other.is_same_as(&orbit)) {
+        if !known.iter().flatten().any(|other| other.is_same_as(&orbit, circle)) {
             known.push(Ok(orbit));
         }
     }
@@ -243,10 +244,12 @@ fn add_new(known: &mut Vec<Outcome>, found: Vec<FoundOrbit>) {
 fn add_special(
     known: &mut Vec<(BifurcationKind, FoundOrbit)>,
     found: impl Iterator<Item = (BifurcationKind, FoundOrbit)>,
+    circle: PhaseCircle,
 ) {
     for (kind, orbit) in found {
         let same = |(other, known): &(BifurcationKind, FoundOrbit)| {
-            (*other, &known.itinerary) == (kind, &orbit.itinerary) && known.is_same_as(&orbit)
+            (*other, &known.itinerary) == (kind, &orbit.itinerary)
+                && known.is_same_as(&orbit, circle)
         };
         if !known.iter().any(same) {
             known.push((kind, orbit));
@@ -354,7 +357,7 @@ impl Finder<'_> {
             physical.then_some((kind, point.orbit))
         });
         let mut found: Vec<(BifurcationKind, FoundOrbit)> = Vec::new();
-        add_special(&mut found, special);
+        add_special(&mut found, special, phase_circle(scene, orbit));
         Ok(found)
     }
 
@@ -373,7 +376,8 @@ impl Finder<'_> {
             let mut special = self.bifurcations(itineraries, place, [direct, false])?;
             if direct && far {
                 let more = self.bifurcations(itineraries, place, [true; 2])?;
-                add_special(&mut special, more.into_iter());
+                let circle = phase_circle(self.scene, self.orbit);
+                add_special(&mut special, more.into_iter(), circle);
             }
             progress.advance(1);
             Ok::<_, AnalysisError>(special)

@@ -4,9 +4,10 @@
 use serde::{Deserialize, Serialize};
 
 use super::error::{AnalysisError, check_length};
+use crate::expansion::LocalMap;
 use crate::flow::{Field, InputKind, Integrator, Program};
 use crate::hybrid::{NominalPassage, ReturnSection};
-use crate::iteration::Itinerary;
+use crate::iteration::{Itinerary, PhaseCircle};
 use crate::jet::TimeSeries;
 use crate::model::{ExpressionGraph, Model, NodeId, Scene};
 use crate::numeric::{Dd, Real, Scalar, converted, unbounded_number};
@@ -199,18 +200,6 @@ impl<S: Real> SectionFrame<S> {
         &self.parameters
     }
 
-    /// Takes whole periods off the phase, where it is a coordinate.
-    pub(super) fn reduce_phase(&self, offsets: &mut [S]) {
-        let Some(clock) = &self.clock else { return };
-        let last = self.state.len() - 1;
-        let place = self.section.coordinates.iter().position(|&component| component == last);
-        if let Some(place) = place {
-            let period = clock.advance / S::from_f64(clock.periods as f64);
-            let turns = (offsets[place] / period).to_f64().round();
-            offsets[place] -= period * S::from_f64(turns);
-        }
-    }
-
     /// Nominal return time at the parameters placed last.
     pub fn duration(&mut self) -> S {
         let (state, parameters) = (&self.state, &self.parameters);
@@ -239,6 +228,16 @@ impl<S: Real> SectionFrame<S> {
             Some(values.get(0) / values.get(1))
         });
     }
+}
+
+/// The phase among the coordinates of a section, where it is one.
+pub(super) fn phase_circle<S: Real>(scene: &Scene, orbit: &GrazingOrbit) -> PhaseCircle<S> {
+    let last = scene.model.dimension() - 1;
+    let place = orbit.section.coordinates.iter().position(|&component| component == last);
+    let phase = scene.model.phase.as_ref().zip(place);
+    phase.map_or_else(PhaseCircle::none, |(phase, place)| {
+        PhaseCircle::new(place, S::from_dd(phase.period))
+    })
 }
 
 /// Newton's method from a start until its steps no longer shrink, where rounding is reached, or for
@@ -334,7 +333,7 @@ pub struct EscapeBound {
     /// The bound in extents of the grazing orbit: `direct.escape` of the scene.
     pub extents: f64,
     /// Largest size of its offset; infinite where the coordinate does not move along the grazing
-    /// orbit.
+    /// orbit, and of the phase, which goes round.
     #[serde(with = "unbounded_number")]
     pub offset: f64,
 }
@@ -346,13 +345,34 @@ pub fn escape_bounds(scene: &Scene, orbit: &GrazingOrbit) -> Vec<EscapeBound> {
     let largest = extents.iter().copied().fold(0.0, f64::max);
     let times = scene.direct.escape;
     let coordinates = orbit.section_coordinates(scene).into_iter();
-    let bound = |((name, _), extent): ((&str, _), f64)| EscapeBound {
+    let phase = phase_circle::<f64>(scene, orbit).phase().map(|(place, _)| place);
+    let bound = |(place, ((name, _), extent)): (usize, ((&str, _), f64))| EscapeBound {
         coordinate: name.to_owned(),
         extents: times,
-        offset: if extent > STILL * largest { times * extent } else { f64::INFINITY },
+        offset: match Some(place) != phase && extent > STILL * largest {
+            true => times * extent,
+            false => f64::INFINITY,
+        },
     };
-    coordinates.zip(extents).map(bound).collect()
+    coordinates.zip(extents).enumerate().map(bound).collect()
 }
+
+/// Half-widths of the window of a map, larger where they are too small for a share of them
+/// ([`OrbitRequest::period_tolerance`](crate::iteration::OrbitRequest::period_tolerance)) to be told
+/// from the rounding of the coordinates.
+pub(super) fn resolved_widths(scene: &Scene, orbit: &GrazingOrbit, map: &LocalMap) -> Vec<f64> {
+    let point: Vec<f64> = converted(&orbit.section_point);
+    let coordinates = orbit.section.coordinates.iter();
+    let sizes = coordinates.zip(extents(scene, orbit)).zip(&map.window.state);
+    let resolved = sizes.map(|((&component, extent), &width)| {
+        let size = point[component].abs().max(extent);
+        width.max(RESOLVED * size)
+    });
+    resolved.collect()
+}
+
+/// Least half-width, over the size of a coordinate: a hundred millionth of it is 40 roundings.
+const RESOLVED: f64 = 1e-6;
 
 /// Difference of the greatest and the least value of every coordinate along the grazing orbit.
 pub(super) fn extents(scene: &Scene, orbit: &GrazingOrbit) -> Vec<f64> {

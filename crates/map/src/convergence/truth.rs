@@ -198,7 +198,8 @@ pub(super) fn image<S: Real>(
     direct: &mut DirectImage<'_, S>,
     point: &SamplePoint,
 ) -> Result<Option<Vec<S>>, AnalysisError> {
-    let image = direct.image(&converted(&point.state), &converted(&point.parameters))?;
+    // NOTE: a return of another number of periods is no image of the map's.
+    let image = direct.lifted_image(&converted(&point.state), &converted(&point.parameters))?;
     let comparable = image.end == DirectEnd::Returned && image.extra_contacts == 0;
     Ok(comparable.then_some(image.offsets))
 }

@@ -8,6 +8,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use super::discrete_map::StepInfo;
+use super::lyapunov::{Growth, LyapunovExponent};
 use super::orbit::{MapOrbit, OrbitEnd, OrbitRequest};
 use super::parallel::locked;
 use crate::expansion::MapWindow;
@@ -89,7 +90,7 @@ pub struct DeviceReport {
 }
 
 /// An orbit that another processor made, with its largest Lyapunov exponent.
-pub type DeviceOrbit = (MapOrbit, Option<f64>);
+pub type DeviceOrbit = (MapOrbit, Option<LyapunovExponent>);
 
 impl DeviceMap {
     /// A map of so many coordinates and passages, by its kernel.
@@ -202,7 +203,7 @@ impl DeviceMap {
             _ => return None,
         };
         let last: Vec<f64> = (0..dimension).map(number).collect();
-        let mut orbit = MapOrbit::begin(&last, request.keep);
+        let mut orbit = MapOrbit::begin(&last, request);
         orbit.end = end;
         let made = match end {
             OrbitEnd::Completed => iterate,
@@ -223,10 +224,11 @@ impl DeviceMap {
         let growths = 2 * dimension + request.keep * width;
         let exponent = match word(2) {
             0 if end == OrbitEnd::Completed => {
-                let sum = (0..request.keep).fold(0.0, |sum, n| sum + number(growths + n).ln());
-                Some(sum / request.keep as f64).filter(|mean| mean.is_finite())
+                let mut sum = Growth::new(0.0, request.keep);
+                (0..request.keep).for_each(|n| sum.add(number(growths + n).ln()));
+                sum.exponent(|sum| sum)
             }
-            4 => Some(f64::NEG_INFINITY),
+            4 => Some(LyapunovExponent::ANNIHILATED),
             _ => None,
         };
         Some((orbit, exponent))

@@ -3,6 +3,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::phase_circle::PhaseCircle;
+
 /// A map `(x, p) ↦ x⁺` in offsets: interpreted, frozen, compiled, or evaluated by direct
 /// simulation.
 pub trait DiscreteMap: Sync {
@@ -11,6 +13,12 @@ pub trait DiscreteMap: Sync {
 
     /// Number of parameters.
     fn parameters(&self) -> usize;
+
+    /// The coordinate that is a phase, where the map's images are points of a circle in it: within
+    /// half a period of 0. A polynomial knows of none.
+    fn circle(&self) -> PhaseCircle {
+        PhaseCircle::none()
+    }
 
     /// One step: writes the image of `state` (length [`dimension`](Self::dimension)) to `image`.
     ///
@@ -82,6 +90,9 @@ pub struct StepInfo {
     pub valid: bool,
     /// Whether the image is one of direct simulation.
     pub simulated: bool,
+    /// Whole periods of the phase that the step took beyond the nominal ones, negative where it
+    /// took fewer: taken off the image by [`PhaseCircle::reduce`].
+    pub turns: i32,
 }
 
 impl StepInfo {
@@ -112,6 +123,10 @@ impl<M: DiscreteMap + ?Sized> DiscreteMap for &M {
 
     fn parameters(&self) -> usize {
         (**self).parameters()
+    }
+
+    fn circle(&self) -> PhaseCircle {
+        (**self).circle()
     }
 
     fn step(&self, state: &[f64], parameters: &[f64], image: &mut [f64]) -> StepInfo {
@@ -260,15 +275,30 @@ impl Itinerary {
         hits
     }
 
-    /// The name of an orbit from the hits of each return in one of its periods.
-    pub fn name(&self, returns: impl IntoIterator<Item = Vec<u32>>) -> OrbitName {
-        let mut name = OrbitName { hits: vec![0; self.surfaces.len()], periods: 0 };
-        for hits in returns {
-            let sums = name.hits.iter_mut().zip(hits);
-            sums.for_each(|(sum, hits)| *sum += hits);
-            name.periods += self.periods;
+    /// The name of an orbit from the hits of each return in one of its periods, and the whole
+    /// periods of the phase that all of them took beyond the nominal ones.
+    pub fn name(&self, returns: impl IntoIterator<Item = Vec<u32>>, turns: i32) -> OrbitName {
+        let (mut hits, mut count) = (vec![0; self.surfaces.len()], 0);
+        for own in returns {
+            hits.iter_mut().zip(own).for_each(|(sum, hits)| *sum += hits);
+            count += 1;
         }
-        name
+        OrbitName { hits, periods: self.periods_of(count, turns) }
+    }
+
+    /// Forcing periods of so many returns that took whole periods beyond the nominal ones.
+    pub fn periods_of(&self, returns: usize, turns: i32) -> usize {
+        (self.periods * returns).saturating_add_signed(turns as isize)
+    }
+
+    /// The period of an orbit of so many forcing periods, in nominal returns: after so many the
+    /// orbit is where it was, on any section.
+    pub fn nominal_returns(&self, periods: usize) -> usize {
+        let (mut divisor, mut rest) = (self.periods, periods);
+        while rest > 0 {
+            (divisor, rest) = (rest, divisor % rest);
+        }
+        periods / divisor.max(1)
     }
 }
 
@@ -311,8 +341,16 @@ mod tests {
     }
 
     #[test]
+    fn a_period_in_nominal_returns_is_that_of_a_stroboscopic_section() {
+        // Returns of two forcing periods: an orbit of three is where it was after three of them.
+        let returns = [2, 3, 4, 6, 1].map(|periods| itinerary().nominal_returns(periods));
+        assert_eq!(returns, [1, 3, 2, 3, 1]);
+    }
+
+    #[test]
     fn a_name_sums_the_hits_and_the_forcing_periods_of_all_returns() {
-        let name = itinerary().name([vec![0, 2], vec![1, 0], vec![0, 0]]);
-        assert_eq!(name.to_string(), "(1,2,6)");
+        let returns = || [vec![0, 2], vec![1, 0], vec![0, 0]];
+        assert_eq!(itinerary().name(returns(), 0).to_string(), "(1,2,6)");
+        assert_eq!(itinerary().name(returns(), -1).to_string(), "(1,2,5)");
     }
 }

@@ -4,6 +4,7 @@
 use std::sync::{Arc, OnceLock};
 
 use super::discrete_map::StepInfo;
+use super::lyapunov::{Growth, LyapunovExponent};
 use super::orbit::{MapOrbit, OrbitEnd, OrbitRequest};
 use crate::expansion::{MapKernel, MapWindow};
 use crate::jet::kernel::{
@@ -78,7 +79,7 @@ impl<const N: usize> FrozenLanes<N> {
         assert_eq!(scales, dimension, "lengths of state and scales");
         let orbits = initial.iter();
         let mut orbits: Vec<MapOrbit> =
-            orbits.map(|state| MapOrbit::begin(state, request.keep)).collect();
+            orbits.map(|state| MapOrbit::begin(state, request)).collect();
         let state = self.gather(initial);
         self.step.inputs_mut().copy_from_slice(&state);
         let limits = request.escape.iter();
@@ -109,7 +110,7 @@ impl<const N: usize> FrozenLanes<N> {
         initial: &[&[f64]],
         transient: usize,
         iterates: usize,
-    ) -> Vec<Option<f64>> {
+    ) -> Vec<Option<LyapunovExponent>> {
         self.exponents(initial, transient, iterates, None)
     }
 
@@ -124,7 +125,7 @@ impl<const N: usize> FrozenLanes<N> {
         transient: usize,
         iterates: usize,
         window: &MapWindow,
-    ) -> Vec<Option<f64>> {
+    ) -> Vec<Option<LyapunovExponent>> {
         let bounds = (!window.is_unbounded()).then(|| self.bounds(window));
         self.exponents(initial, transient, iterates, bounds)
     }
@@ -135,7 +136,7 @@ impl<const N: usize> FrozenLanes<N> {
         transient: usize,
         iterates: usize,
         bounds: Option<LaneWindow<N>>,
-    ) -> Vec<Option<f64>> {
+    ) -> Vec<Option<LyapunovExponent>> {
         let mut map: LaneInterpreter<Dual<Lanes<N>>> =
             self.forms.frozen_step.in_lanes(&self.coefficients);
         let unit = Lanes::splat(1.0 / (self.forms.lowered.dimension as f64).sqrt());
@@ -467,12 +468,12 @@ struct Stretching<const N: usize> {
 }
 
 impl<const N: usize> numeric::Kernel for Stretching<N> {
-    type Output = [Option<f64>; N];
+    type Output = [Option<LyapunovExponent>; N];
 
     #[inline(always)]
     fn run(mut self) -> Self::Output {
         let dimension = self.map.inputs().len();
-        let mut sum = Lanes::splat(0.0);
+        let mut sum = Growth::new(Lanes::splat(0.0), self.iterates);
         // Lanes whose tangent vector was annihilated.
         let mut annihilated = [false; N];
         let mut finite = [true; N];
@@ -504,7 +505,7 @@ impl<const N: usize> numeric::Kernel for Stretching<N> {
                 coordinate.slope /= growth;
             }
             if iterate >= self.transient {
-                sum += growth.map(f64::ln);
+                sum.add(growth.map(f64::ln));
             }
         }
         std::array::from_fn(|lane| {
@@ -512,10 +513,9 @@ impl<const N: usize> numeric::Kernel for Stretching<N> {
                 return None;
             }
             if annihilated[lane] {
-                return Some(f64::NEG_INFINITY);
+                return Some(LyapunovExponent::ANNIHILATED);
             }
-            let mean = sum[lane] / self.iterates as f64;
-            (finite[lane] && mean.is_finite()).then_some(mean)
+            sum.exponent(|sum| sum[lane]).filter(|_| finite[lane])
         })
     }
 }

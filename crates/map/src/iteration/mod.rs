@@ -10,8 +10,10 @@ mod discrete_map;
 mod frozen_lanes;
 mod horner;
 mod interpreted;
+mod lyapunov;
 mod orbit;
 pub mod parallel;
+mod phase_circle;
 
 #[cfg(feature = "compiled-maps")]
 pub use compiled::{CompiledMap, compiled};
@@ -25,6 +27,6 @@ pub use frozen_lanes::{FrozenLanes, Substitute};
 pub use horner::{Batch, FrozenMap, HornerMap, SingleMap};
 pub use interpreted::InterpretedMap;
 pub(crate) use interpreted::{Tangent, Tangents};
-pub use orbit::{
-    ContactsPerPeriod, MapOrbit, OrbitEnd, OrbitRequest, Period, largest_lyapunov_exponent,
-};
+pub use lyapunov::{LyapunovExponent, largest_lyapunov_exponent, periodic_lyapunov_exponent};
+pub use orbit::{ContactsPerPeriod, MapOrbit, OrbitEnd, OrbitRequest, Period};
+pub use phase_circle::PhaseCircle;

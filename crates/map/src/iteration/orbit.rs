@@ -4,6 +4,7 @@
 use std::ops::Range;
 
 use super::discrete_map::{DiscreteMap, StepInfo};
+use super::phase_circle::PhaseCircle;
 
 /// What is asked of an orbit.
 #[derive(Clone, Debug, PartialEq)]
@@ -17,6 +18,8 @@ pub struct OrbitRequest {
     pub scales: Vec<f64>,
     /// The orbit has escaped where a coordinate exceeds its bound, one per coordinate.
     pub escape: Vec<f64>,
+    /// The phase among the coordinates, in which states a period apart are one.
+    pub circle: PhaseCircle,
     /// States agree if every coordinate agrees to this many half-widths.
     pub period_tolerance: f64,
     /// Largest difference of states one period apart that come closer along the orbit, which then
@@ -40,6 +43,7 @@ impl OrbitRequest {
             keep,
             escape: scales.iter().map(|scale| 1e3 * scale).collect(),
             scales,
+            circle: PhaseCircle::none(),
             period_tolerance: 1e-8,
             approach_tolerance: 0.0,
         }
@@ -50,17 +54,22 @@ impl OrbitRequest {
         Self { approach_tolerance: 1e-5, ..self }
     }
 
-    /// The same where nothing is to be expected far from the window: the bounds are at most 1000
-    /// half-widths.
+    /// Request for a polynomial, of which nothing is to be expected far from the window: the bounds
+    /// are at most 1000 half-widths, and a phase goes on without end.
     pub fn near_the_window(&self) -> Self {
         let pairs = self.escape.iter().zip(&self.scales);
         let escape = pairs.map(|(bound, scale)| bound.min(1e3 * scale)).collect();
-        Self { escape, ..self.clone() }
+        Self { escape, circle: PhaseCircle::none(), ..self.clone() }
     }
 
     /// The same, so many times as long.
     pub(crate) fn longer(&self, times: usize) -> Self {
         Self { transient: times * self.transient, keep: times * self.keep, ..self.clone() }
+    }
+
+    /// Request on a section with this phase.
+    pub fn on_circle(self, circle: PhaseCircle) -> Self {
+        Self { circle, ..self }
     }
 
     /// The same with other bounds, one per coordinate.
@@ -91,6 +100,7 @@ pub enum OrbitEnd {
 #[derive(Clone, Debug, PartialEq)]
 pub struct MapOrbit {
     dimension: usize,
+    circle: PhaseCircle,
     states: Vec<f64>,
     /// The state from which the first kept one was reached; empty where none was kept.
     entry: Vec<f64>,
@@ -102,6 +112,9 @@ pub struct MapOrbit {
     pub end: OrbitEnd,
     /// Period of the kept states.
     pub period: Period,
+    /// Whether they have none yet and come nearer to one, where an approach counts
+    /// ([`OrbitRequest::approach_tolerance`]).
+    pub converges: bool,
 }
 
 impl MapOrbit {
@@ -122,7 +135,7 @@ impl MapOrbit {
             (dimension, dimension),
             "lengths of state and scales"
         );
-        let mut orbit = Self::begin(initial, request.keep);
+        let mut orbit = Self::begin(initial, request);
         let mut image = vec![0.0; dimension];
         for iterate in 1..=request.transient + request.keep {
             let info = map.step(&orbit.last, parameters, &mut image);
@@ -144,7 +157,7 @@ impl MapOrbit {
         request: &OrbitRequest,
         mut step: impl FnMut(&[bool], &[f64], &mut [f64], &mut [StepInfo]),
     ) -> Vec<Self> {
-        let begin = |state: &&[f64]| Self::begin(state, request.keep);
+        let begin = |state: &&[f64]| Self::begin(state, request);
         let mut orbits: Vec<Self> = initial.iter().map(begin).collect();
         let mut states = initial.concat();
         let mut images = states.clone();
@@ -170,15 +183,18 @@ impl MapOrbit {
     }
 
     /// An orbit before its first iterate.
-    pub(super) fn begin(initial: &[f64], keep: usize) -> Self {
+    pub(super) fn begin(initial: &[f64], request: &OrbitRequest) -> Self {
+        let keep = request.keep;
         Self {
             dimension: initial.len(),
+            circle: request.circle,
             states: Vec::with_capacity(keep * initial.len()),
             entry: Vec::new(),
             steps: Vec::with_capacity(keep),
             last: initial.to_vec(),
             end: OrbitEnd::Completed,
             period: Period::NotFound,
+            converges: false,
         }
     }
 
@@ -221,14 +237,18 @@ impl MapOrbit {
             let pairs = self.extent().into_iter().zip(&request.scales);
             let scales = pairs.map(|([least, greatest], &scale)| scale.max(greatest - least));
             let scales: Vec<f64> = scales.collect();
-            self.period = Period::of(&self.states, &scales, request.period_tolerance);
+            let run = Run { states: &self.states, scales: &scales, circle: self.circle };
+            self.period = run.period(request.period_tolerance);
             if self.period == Period::NotFound {
-                self.period = Period::approached(&self.states, &scales, request.approach_tolerance);
+                self.period = run.approached(request.approach_tolerance);
             }
+            let asked = self.period == Period::NotFound && request.approach_tolerance > 0.0;
+            self.converges = asked && run.converges();
         }
     }
 
-    /// Least and greatest value of every coordinate over the kept states, which are finite.
+    /// Least and greatest value of every coordinate over the kept states, which are finite; of a
+    /// phase the ends of the shortest arc that holds it, the first within half a period of 0.
     pub fn extent(&self) -> Vec<[f64; 2]> {
         const NOTHING: [f64; 2] = [f64::INFINITY, f64::NEG_INFINITY];
         let wider = |[least, greatest]: [f64; 2], [low, high]: [f64; 2]| {
@@ -242,8 +262,28 @@ impl MapOrbit {
                 *part = wider(*part, [value, value]);
             }
         }
-        let whole = |parts: [[f64; 2]; 4]| parts.into_iter().fold(NOTHING, wider);
-        parts.into_iter().map(whole).collect()
+        let whole = |(place, parts): (usize, [[f64; 2]; 4])| {
+            let extent = parts.into_iter().fold(NOTHING, wider);
+            self.circle.arc(place, extent, self.states().map(|state| state[place]))
+        };
+        parts.into_iter().enumerate().map(whole).collect()
+    }
+
+    /// The phase among the coordinates, in which states a period apart are one.
+    pub fn circle(&self) -> PhaseCircle {
+        self.circle
+    }
+
+    /// Whole periods of the phase that one period of the orbit takes beyond the nominal ones; 0
+    /// without a period.
+    pub fn turns(&self) -> i32 {
+        match self.period {
+            // The step to the first state belongs to the period before.
+            Period::Periodic(period) => {
+                self.steps.iter().skip(1).take(period).map(|step| step.turns).sum()
+            }
+            Period::NotFound => 0,
+        }
     }
 
     /// Kept states, in order.
@@ -296,42 +336,68 @@ impl Period {
     /// seems to have twice that period: where the alternation shrinks along the run, half of it
     /// is the period.
     pub fn of(states: &[f64], scales: &[f64], tolerance: f64) -> Self {
-        let run = Run { states, scales };
-        let agree = |shift: usize| {
-            let mut states = 0..run.count() - shift;
-            states.all(|number| run.apart(number, shift) <= tolerance)
-        };
-        let found = (1..=run.count() / 2).find(|&shift| agree(shift));
-        match found {
-            None => Self::NotFound,
-            Some(period) if run.alternation_shrinks(period) => Self::Periodic(period / 2),
-            Some(period) => Self::Periodic(period),
-        }
-    }
-
-    /// The period that a run of states approaches: those a period apart agree to `tolerance` and
-    /// come closer from the first half of the run to the second, which hold it once at least.
-    fn approached(states: &[f64], scales: &[f64], tolerance: f64) -> Self {
-        let run = Run { states, scales };
-        let approaches = |&shift: &usize| {
-            let pairs = run.count() - shift;
-            let first = run.distance(shift, 0..pairs / 2);
-            first <= tolerance && run.distance(shift, pairs - pairs / 2..pairs) < SHRUNK * first
-        };
-        (1..=run.count() / 3).find(approaches).map_or(Self::NotFound, Self::Periodic)
+        Run { states, scales, circle: PhaseCircle::none() }.period(tolerance)
     }
 }
 
 /// Share of its first amplitude below which an alternation has shrunk.
 const SHRUNK: f64 = 0.95;
 
-/// States one after another, with the scales of their coordinates.
+/// Largest distance of states a period apart, in scales, of an orbit that converges.
+const NEARBY: f64 = 0.1;
+
+/// Fewest and most parts of a run in which its states come nearer.
+const PARTS: [usize; 2] = [4, 8];
+
+/// States one after another, with the scales of their coordinates and the phase among them.
 struct Run<'a> {
     states: &'a [f64],
     scales: &'a [f64],
+    circle: PhaseCircle,
 }
 
 impl Run<'_> {
+    /// Period of the run, as [`Period::of`] has it.
+    fn period(&self, tolerance: f64) -> Period {
+        let agree = |shift: usize| {
+            let mut states = 0..self.count() - shift;
+            states.all(|number| self.apart(number, shift) <= tolerance)
+        };
+        let found = (1..=self.count() / 2).find(|&shift| agree(shift));
+        match found {
+            None => Period::NotFound,
+            Some(period) if self.alternation_shrinks(period) => Period::Periodic(period / 2),
+            Some(period) => Period::Periodic(period),
+        }
+    }
+
+    /// The period that a run of states approaches: those a period apart agree to `tolerance` and
+    /// come closer from the first half of the run to the second, which hold it once at least.
+    fn approached(&self, tolerance: f64) -> Period {
+        let approaches = |&shift: &usize| {
+            let pairs = self.count() - shift;
+            let first = self.distance(shift, 0..pairs / 2);
+            first <= tolerance && self.distance(shift, pairs - pairs / 2..pairs) < SHRUNK * first
+        };
+        (1..=self.count() / 3).find(approaches).map_or(Period::NotFound, Period::Periodic)
+    }
+
+    /// Whether states a period apart, by any period, come nearer to each other all along the run:
+    /// in every one of four to eight parts of it than in the one before.
+    fn converges(&self) -> bool {
+        let comes_nearer = |&shift: &usize| {
+            let pairs = self.count() - shift;
+            let parts = (pairs / shift).min(PARTS[1]);
+            let end = |part: usize| part * pairs / parts;
+            let mut before = NEARBY;
+            (0..parts).all(|part| {
+                let distance = self.distance(shift, end(part)..end(part + 1));
+                std::mem::replace(&mut before, distance) > distance
+            })
+        };
+        (1..=self.count() / (PARTS[0] + 1)).any(|shift| comes_nearer(&shift))
+    }
+
     fn count(&self) -> usize {
         self.states.len() / self.scales.len().max(1)
     }
@@ -340,9 +406,7 @@ impl Run<'_> {
     fn apart(&self, number: usize, shift: usize) -> f64 {
         let dimension = self.scales.len();
         let state = |number: usize| &self.states[number * dimension..(number + 1) * dimension];
-        let pairs = state(number).iter().zip(state(number + shift));
-        let scaled = pairs.zip(self.scales).map(|((a, b), scale)| (a - b).abs() / scale);
-        scaled.fold(0.0, |largest, value| if value <= largest { largest } else { value })
+        self.circle.apart(state(number), state(number + shift), self.scales)
     }
 
     /// Largest distance of these states from those `shift` later.
@@ -390,57 +454,6 @@ impl std::fmt::Display for ContactsPerPeriod {
     fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(formatter, "{}/{}", self.contacts, self.period)
     }
-}
-
-/// Largest Lyapunov exponent per iterate, from the derivative along the orbit.
-///
-/// A tangent vector is carried along and renormalised at every iterate; the exponent is the mean of
-/// the logarithms of its growth over `iterates` steps after `transient` steps (Benettin et al.
-/// 1980). Near grazing the Jacobian is unbounded, `O(1/y)`, but integrably so.
-///
-/// `None` if the orbit leaves the finite numbers; minus infinity if the tangent vector is
-/// annihilated.
-///
-/// # Panics
-///
-/// If the state or the parameters have not the map's lengths.
-pub fn largest_lyapunov_exponent(
-    map: &(impl DiscreteMap + ?Sized),
-    initial: &[f64],
-    parameters: &[f64],
-    transient: usize,
-    iterates: usize,
-) -> Option<f64> {
-    let dimension = map.dimension();
-    let (mut state, mut image) = (initial.to_vec(), vec![0.0; dimension]);
-    let mut tangent = vec![1.0 / (dimension as f64).sqrt(); dimension];
-    let mut carried = tangent.clone();
-    let mut sum = 0.0;
-    for iterate in 0..transient + iterates {
-        let info = map.step_tangent([&state, &tangent], parameters, [&mut image, &mut carried]);
-        if !info.valid {
-            return None;
-        }
-        std::mem::swap(&mut state, &mut image);
-        let growth = normalise(&carried, &mut tangent);
-        if growth == 0.0 {
-            return Some(f64::NEG_INFINITY);
-        }
-        if iterate >= transient {
-            sum += growth.ln();
-        }
-    }
-    let mean = sum / iterates as f64;
-    mean.is_finite().then_some(mean)
-}
-
-/// Writes the direction of a vector; its length.
-fn normalise(vector: &[f64], direction: &mut [f64]) -> f64 {
-    let length = vector.iter().map(|part| part * part).sum::<f64>().sqrt();
-    for (target, part) in direction.iter_mut().zip(vector) {
-        *target = if length > 0.0 { part / length } else { 0.0 };
-    }
-    length
 }
 
 #[cfg(test)]
@@ -508,10 +521,12 @@ mod tests {
         let exponent =
             super::super::largest_lyapunov_exponent(&Logistic, &[0.3], &[4.0], 100, 100_000);
         // The mean of ln|f'| over 1e5 iterates scatters by about 3e-3.
-        assert!((exponent.expect("a finite orbit") - 2.0f64.ln()).abs() < 0.01, "{exponent:?}");
+        let value = exponent.expect("a finite orbit").value;
+        assert!((value - 2.0f64.ln()).abs() < 0.01, "{exponent:?}");
         let stable = super::super::largest_lyapunov_exponent(&Logistic, &[0.3], &[2.5], 1000, 100);
         // f' = 2 − p
-        assert!((stable.expect("a finite orbit") - 0.5f64.ln()).abs() < 1e-10, "{stable:?}");
+        let value = stable.expect("a finite orbit").value;
+        assert!((value - 0.5f64.ln()).abs() < 1e-10, "{stable:?}");
     }
 
     #[test]
@@ -535,11 +550,30 @@ mod tests {
         let spiral = |n: i32| 1e-6 * 0.9_f64.powi(n) * (1.3 * f64::from(n)).cos();
         let states: Vec<f64> = (0..64).map(|n| 1e-3 * f64::from(n % 3) + spiral(n)).collect();
         assert_eq!(Period::of(&states, &[1.0], 1e-8), Period::NotFound);
-        assert_eq!(Period::approached(&states, &[1.0], 1e-5), Period::Periodic(3));
-        assert_eq!(Period::approached(&states, &[1.0], 0.0), Period::NotFound);
+        let approached = |states: &[f64], tolerance: f64| {
+            Run { states, scales: &[1.0], circle: PhaseCircle::none() }.approached(tolerance)
+        };
+        assert_eq!(approached(&states, 1e-5), Period::Periodic(3));
+        assert_eq!(approached(&states, 0.0), Period::NotFound);
         // What does not come closer has no period, however small it is.
         let turns: Vec<f64> = (0..64).map(|n| 1e-6 * (1.3 * f64::from(n)).cos()).collect();
-        assert_eq!(Period::approached(&turns, &[1.0], 1e-5), Period::NotFound);
+        assert_eq!(approached(&turns, 1e-5), Period::NotFound);
+    }
+
+    #[test]
+    fn an_orbit_near_a_flip_converges_and_a_chaotic_one_does_not() {
+        // The logistic map doubles its period at p = 3, where its orbits come nearer as n^(-1/2).
+        let request = OrbitRequest::new(400, 64, &[1.0]).approaching();
+        let orbit = |p: f64| MapOrbit::of(&Logistic, &[0.3], &[p], &request);
+        for p in [2.99, 3.0, 3.01] {
+            assert_eq!((orbit(p).period, orbit(p).converges), (Period::NotFound, true), "{p}");
+        }
+        // From 3.5699 on there are bands of chaos, at first so many that they are narrow.
+        let chaotic = (0..200).map(|number| 3.572 + 0.002 * f64::from(number)).map(orbit);
+        let taken = chaotic.filter(|orbit| orbit.period == Period::NotFound);
+        let taken: Vec<bool> = taken.map(|orbit| orbit.converges).collect();
+        let wrong = taken.iter().filter(|&&converges| converges).count();
+        assert!(taken.len() > 120 && wrong <= taken.len() / 50, "{wrong} of {}", taken.len());
     }
 
     #[test]

@@ -12,7 +12,7 @@ use super::lane_flow::{LaneAsked, LaneFlow, LaneLog, LaneStepEnd};
 use super::motion::{LaneMotion, Sense};
 use super::passage::Back;
 use super::response::{PASSES, Rebound};
-use super::return_map::DirectReturn;
+use super::return_map::{DirectReturn, LONGEST};
 use super::system::HybridSystem;
 use super::trajectory::ReturnSection;
 use crate::numeric::{Branched, Kernel, LaneMask, Lanes, Mask, Scalar, wide};
@@ -208,7 +208,7 @@ impl<F: LaneFlow<N>, const N: usize> LaneFlight<F, N> {
     #[inline(always)]
     fn horizon(&self) -> Lanes<N> {
         let nominal = match self.section {
-            ReturnSection::Tangency { .. } => self.duration * Lanes::splat(3.0),
+            ReturnSection::Tangency { .. } => self.duration * Lanes::splat(LONGEST),
             _ => Lanes::select(self.seeking, self.passage_limit(), self.duration),
         };
         Lanes::select(self.looking, self.duration + self.early, nominal)

@@ -32,6 +32,12 @@ pub struct DirectReturn<'a, S: Real> {
     passage: Motion<S>,
 }
 
+/// Nominal return times within which an orbit comes back to a tangency section.
+///
+/// NOTE: an orbit that comes back every few periods takes as many of them, to rounding; none of
+/// these is the border.
+pub(super) const LONGEST: f64 = 16.5;
+
 /// Compiles returns here, once, for the numbers of the packages above.
 ///
 /// NOTE: instances of generic functions that are never inlined are shared with dependants, which
@@ -233,7 +239,7 @@ impl<'a, S: Real> DirectReturn<'a, S> {
         } else {
             self.simulator.motion.set_at_minimum(surface);
         }
-        let horizon = self.duration * S::from_f64(3.0);
+        let horizon = self.duration * S::from_f64(LONGEST);
         loop {
             let approach = Approach { ignored: None, stop_at: Some(surface) };
             match self.next_stop(horizon, approach, log)? {
@@ -440,16 +446,20 @@ impl<'a, S: Real> DirectReturn<'a, S> {
         self.respond(surface, log)
     }
 
-    /// From a virtual section point back to the surface.
+    /// From a virtual section point back to the surface: as far as a return may have flown beyond
+    /// it to its section point.
     fn back_to_surface(&mut self, surface: usize) -> Result<(), Outcome<S>> {
-        let earliest = self.simulator.time() - self.duration;
         self.simulator.motion.regime = Regime::Free;
         self.simulator.motion.lose_headings();
-        if !self.simulator.back(surface, Back::ToSurface, earliest)? {
-            let gap = self.simulator.sense(surface).gap;
-            return Err(Outcome::Penetrating { surface, time: self.simulator.time(), gap });
+        let first = self.simulator.time() - self.duration * S::from_f64(LONGEST);
+        while self.simulator.time() > first {
+            let earliest = first.max(self.simulator.time() - self.duration);
+            if self.simulator.back(surface, Back::ToSurface, earliest)? {
+                return Ok(());
+            }
         }
-        Ok(())
+        let gap = self.simulator.sense(surface).gap;
+        Err(Outcome::Penetrating { surface, time: self.simulator.time(), gap })
     }
 
     /// Flies to the local minimum of the gap nearest to the present state, which `entry` takes

@@ -243,7 +243,7 @@ pub struct Return<S> {
 pub enum ReturnOutcome<S> {
     /// At the section.
     Returned,
-    /// No section point within three nominal return times.
+    /// No section point within sixteen nominal return times.
     NoReturn {
         /// Time reached.
         time: S,

@@ -12,7 +12,7 @@ use std::collections::HashSet;
 use nalgebra::{Complex, DMatrix, DVector};
 
 use crate::analysis::diagram::low_discrepancy;
-use crate::iteration::{DiscreteMap, MapOrbit};
+use crate::iteration::{DiscreteMap, MapOrbit, PhaseCircle};
 use crate::numeric::linear::eigenvalues;
 
 /// Newton steps to the points of a periodic orbit.
@@ -46,6 +46,7 @@ const SMALLEST_CELL: f64 = 1e-6;
 #[derive(Clone, Debug)]
 struct Trap {
     centre: DVector<f64>,
+    circle: PhaseCircle,
     form: DMatrix<f64>,
     /// Largest value of the form.
     largest: f64,
@@ -53,7 +54,9 @@ struct Trap {
 
 impl Trap {
     fn value(&self, state: &[f64]) -> f64 {
-        let offset = DVector::from_column_slice(state) - &self.centre;
+        let offset = DVector::from_fn(state.len(), |place, _| {
+            self.circle.shortest(place, state[place] - self.centre[place])
+        });
         offset.dot(&(&self.form * &offset))
     }
 }
@@ -64,6 +67,7 @@ pub(super) struct Cycle {
     pub(super) points: Vec<Vec<f64>>,
     /// Multipliers, largest magnitude first; none where the map has no derivative there.
     pub(super) multipliers: Vec<Complex<f64>>,
+    circle: PhaseCircle,
     traps: Vec<Trap>,
 }
 
@@ -73,7 +77,8 @@ impl Cycle {
     pub(super) fn near(map: &dyn DiscreteMap, settled: &[Vec<f64>], scales: &[f64]) -> Self {
         let refined = refine(map, settled, scales);
         let (points, jacobians) = refined.unwrap_or_else(|| (settled.to_vec(), Vec::new()));
-        let mut cycle = Self { points, multipliers: Vec::new(), traps: Vec::new() };
+        let circle = map.circle();
+        let mut cycle = Self { points, multipliers: Vec::new(), circle, traps: Vec::new() };
         if jacobians.is_empty() {
             return cycle;
         }
@@ -106,7 +111,7 @@ impl Cycle {
     pub(super) fn passes(&self, points: &[Vec<f64>], scales: &[f64], tolerance: f64) -> bool {
         let first = points.first();
         first.is_some_and(|first| {
-            self.points.iter().any(|own| apart(own, first, scales) <= tolerance)
+            self.points.iter().any(|own| self.circle.apart(own, first, scales) <= tolerance)
         })
     }
 
@@ -126,13 +131,8 @@ pub(in crate::analysis) fn are_one_cycle(
     let [Some((a, _)), Some((b, _))] = settled.map(|points| refine(map, points, scales)) else {
         return false;
     };
-    a.len() == b.len() && b.iter().any(|point| apart(&a[0], point, scales) <= ONE_POINT)
-}
-
-/// Largest distance of a coordinate, in scales.
-fn apart(a: &[f64], b: &[f64], scales: &[f64]) -> f64 {
-    let pairs = a.iter().zip(b).zip(scales);
-    pairs.map(|((a, b), scale)| (a - b).abs() / scale).fold(0.0, f64::max)
+    let is_first = |point: &Vec<f64>| map.circle().apart(&a[0], point, scales) <= ONE_POINT;
+    a.len() == b.len() && b.iter().any(is_first)
 }
 
 /// Points of a periodic orbit, and the derivative of the map at each.
@@ -154,19 +154,21 @@ pub(super) fn refine(
 ) -> Option<Refined> {
     let dimension = scales.len();
     let mut start = settled.first()?.clone();
+    map.circle().reduce(&mut start);
     for _ in 0..NEWTON_STEPS {
-        let ((points, jacobians), image) = around(map, &start, settled.len())?;
+        let ((points, jacobians), mut image) = around(map, &start, settled.len())?;
+        map.circle().bring_near(&mut image, &start);
         let identity = DMatrix::identity(dimension, dimension);
         let defect = DVector::from_vec(image) - DVector::from_column_slice(&start);
         let step = (identity - product_from(&jacobians, 0)).lu().solve(&defect)?;
         let size = step.iter().zip(scales).map(|(step, scale)| (step / scale).abs());
         let size = size.fold(0.0, f64::max);
         start.iter_mut().zip(step.iter()).for_each(|(value, step)| *value += step);
-        if size.is_nan() || apart(&start, &settled[0], scales) > NEARBY {
+        if size.is_nan() || map.circle().apart(&start, &settled[0], scales) > NEARBY {
             return None;
         }
         if size <= CONVERGED {
-            return Some(shortest(points, jacobians, scales));
+            return Some(shortest((points, jacobians), map.circle(), scales));
         }
     }
     None
@@ -191,16 +193,12 @@ fn around(map: &dyn DiscreteMap, start: &[f64], period: usize) -> Option<(Refine
 }
 
 /// One period, where the points repeat earlier.
-fn shortest(
-    mut points: Vec<Vec<f64>>,
-    mut jacobians: Vec<DMatrix<f64>>,
-    scales: &[f64],
-) -> Refined {
+fn shortest((mut points, mut jacobians): Refined, circle: PhaseCircle, scales: &[f64]) -> Refined {
     let count = points.len();
     let repeats = |&period: &usize| {
         count.is_multiple_of(period)
             && (period..count)
-                .all(|at| apart(&points[at], &points[at - period], scales) <= ONE_POINT)
+                .all(|at| circle.apart(&points[at], &points[at - period], scales) <= ONE_POINT)
     };
     if let Some(period) = (1..count).find(repeats) {
         points.truncate(period);
@@ -225,7 +223,7 @@ fn trap(
     let sphere: Vec<DVector<f64>> = (0..DIRECTIONS)
         .filter_map(|number| root.tr_solve_lower_triangular(&direction(number, scales.len())))
         .collect();
-    let mut trap = Trap { centre, form, largest: 0.0 };
+    let mut trap = Trap { centre, circle: map.circle(), form, largest: 0.0 };
     let is_trapped = |radius: f64| {
         sphere.iter().all(|direction| {
             let start = &trap.centre + direction * radius;
@@ -294,6 +292,7 @@ fn image(map: &dyn DiscreteMap, start: &[f64], steps: usize) -> Option<Vec<f64>>
 pub(super) struct Cells {
     /// Least value and side of a cell, by coordinate.
     sides: Vec<[f64; 2]>,
+    circle: PhaseCircle,
     visited: HashSet<u64>,
 }
 
@@ -306,7 +305,8 @@ impl Cells {
             [least - 0.5 * side, side]
         };
         let sides = orbit.extent().into_iter().zip(scales).map(side).collect();
-        let mut cells = Self { sides, visited: HashSet::new() };
+        let circle = orbit.circle();
+        let mut cells = Self { sides, circle, visited: HashSet::new() };
         cells.visited = orbit.states().filter_map(|state| cells.cell(state)).collect();
         cells
     }
@@ -314,9 +314,10 @@ impl Cells {
     /// The number of the cell of a state, of as many coordinates as it has room for.
     fn cell(&self, state: &[f64]) -> Option<u64> {
         let room = (u64::BITS / CELL_BITS) as usize;
-        let pairs = state.iter().zip(&self.sides).take(room);
-        pairs.into_iter().try_fold(0, |number, (value, [least, side])| {
-            let place = (value - least) / side;
+        let pairs = state.iter().zip(&self.sides).take(room).enumerate();
+        pairs.into_iter().try_fold(0, |number, (coordinate, (value, [least, side]))| {
+            let middle = least + 0.5 * f64::from(1u32 << CELL_BITS) * side;
+            let place = (self.circle.near(coordinate, *value, middle) - least) / side;
             let inside = (0.0..f64::from(1u32 << CELL_BITS)).contains(&place);
             inside.then_some((number << CELL_BITS) | place as u64)
         })

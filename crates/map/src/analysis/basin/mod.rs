@@ -176,8 +176,11 @@ pub struct Basin {
     pub escape: Vec<EscapeBound>,
     /// The attractors, that with the largest share first.
     pub attractors: Vec<BasinAttractor>,
-    /// States from which the orbit escapes or comes to have no image.
+    /// States from which the orbit escapes.
     pub escaped: BasinShare,
+    /// States from which the orbit comes to have no image, such as those beyond a rigid stop.
+    #[serde(default)]
+    pub no_image: BasinShare,
     /// States from which the map alone leaves its window.
     pub outside: BasinShare,
     /// States whose orbit stays near one that repels.
@@ -227,8 +230,10 @@ pub struct BasinAxis {
 pub enum BasinClass {
     /// To the attractor of this number, from 0.
     Attractor(usize),
-    /// Beyond the bounds, or to where there is no image.
+    /// Beyond the bounds.
     Escaped,
+    /// To where there is no image: no section point follows, or the state is beyond a rigid stop.
+    NoImage,
     /// Out of the window of the map, which is used alone.
     Outside,
     /// It stays near an orbit that repels.
@@ -238,7 +243,7 @@ pub enum BasinClass {
 /// What states go to.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Attractor {
-    /// Period in iterates; [`Period::NotFound`] for a chaotic or quasi-periodic attractor, or a
+    /// Period in nominal returns, those of the grazing orbit; [`Period::NotFound`] for a chaotic or quasi-periodic attractor, or a
     /// period beyond the longest looked for.
     pub period: Period,
     /// Which passages make contact, return by return; `None` without a period.
@@ -253,6 +258,9 @@ pub struct Attractor {
     pub multipliers: Vec<[f64; 2]>,
     /// Largest Lyapunov exponent per iterate; `None` where it is not known.
     pub lyapunov: Option<f64>,
+    /// Standard error of the exponent of an attractor without a period.
+    #[serde(default)]
+    pub lyapunov_error: Option<f64>,
 }
 
 /// An attractor and the share of the states that go there.
@@ -389,6 +397,7 @@ pub fn basin(
         escape: escape_bounds(scene, orbit),
         attractors: attractors.collect(),
         escaped: share(BasinClass::Escaped),
+        no_image: share(BasinClass::NoImage),
         outside: share(BasinClass::Outside),
         undecided: share(BasinClass::Undecided),
         border: borders.iter().filter(|&&touches| touches).count() as f64 / classes.len() as f64,

@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 
 use super::known::{Cells, Cycle};
 use super::{Attractor, BasinClass};
-use crate::analysis::diagram::{SideBySide, SweptMap, name};
+use crate::analysis::diagram::{SideBySide, SweptMap, name, nominal_period};
 use crate::analysis::periodic::ContactItinerary;
 use crate::analysis::progress::{Progress, Shard, resumed};
 use crate::expansion::MapWindow;
@@ -329,7 +329,7 @@ impl<'a> Search<'a> {
                 self.take_cycle(&points, kicks)
             }
             (OrbitEnd::Completed, Period::NotFound) => self.take_attractor(&orbit.last),
-            _ => BasinClass::Escaped,
+            (end, _) => left(end),
         }
     }
 
@@ -338,7 +338,7 @@ impl<'a> Search<'a> {
         let request = OrbitRequest { transient: 0, keep: COVERING, ..self.request.clone() };
         let orbit = MapOrbit::of(&*self.fixed, state, &[], &request);
         if orbit.end != OrbitEnd::Completed {
-            return BasinClass::Escaped;
+            return left(orbit.end);
         }
         let cells = Cells::of(&orbit, &self.request.scales);
         BasinClass::Attractor(self.learn(Known::Cells(cells, orbit)))
@@ -357,20 +357,21 @@ impl<'a> Search<'a> {
     fn describe(&self, known: &Known) -> Attractor {
         match known {
             Known::Cycle(cycle) => self.describe_cycle(cycle),
-            Known::Cells(_, orbit) => Attractor {
-                period: Period::NotFound,
-                itinerary: None,
-                orbit: None,
-                states: orbit.states().take(SHOWN).map(<[f64]>::to_vec).collect(),
-                multipliers: Vec::new(),
-                lyapunov: largest_lyapunov_exponent(
-                    &*self.fixed,
-                    &orbit.last,
-                    &[],
-                    0,
-                    EXPONENT_ITERATES,
-                ),
-            },
+            Known::Cells(_, orbit) => self.describe_wanderer(orbit),
+        }
+    }
+
+    fn describe_wanderer(&self, orbit: &MapOrbit) -> Attractor {
+        let exponent =
+            largest_lyapunov_exponent(&*self.fixed, &orbit.last, &[], 0, EXPONENT_ITERATES);
+        Attractor {
+            period: Period::NotFound,
+            itinerary: None,
+            orbit: None,
+            states: orbit.states().take(SHOWN).map(<[f64]>::to_vec).collect(),
+            multipliers: Vec::new(),
+            lyapunov: exponent.map(|exponent| exponent.value),
+            lyapunov_error: exponent.and_then(|exponent| exponent.error),
         }
     }
 
@@ -388,13 +389,22 @@ impl<'a> Search<'a> {
         let largest = cycle.largest_multiplier();
         let is_known = cycle.is_refined();
         Attractor {
-            period: Period::Periodic(period),
+            period: nominal_period(self.map, &orbit),
             itinerary: Some(itinerary),
             orbit: name(self.map, &orbit, self.parameters),
             states,
             multipliers: cycle.multipliers.iter().map(|value| [value.re, value.im]).collect(),
             lyapunov: is_known.then(|| largest.ln() / period as f64),
+            lyapunov_error: None,
         }
+    }
+}
+
+/// The class of an orbit that ended early.
+fn left(end: OrbitEnd) -> BasinClass {
+    match end {
+        OrbitEnd::NoImage { .. } => BasinClass::NoImage,
+        OrbitEnd::Escaped { .. } | OrbitEnd::Completed => BasinClass::Escaped,
     }
 }
 
@@ -499,7 +509,7 @@ impl<'s, 'a> Follower<'s, 'a> {
             }
         }
         if orbit.end != OrbitEnd::Completed {
-            return Some(BasinClass::Escaped);
+            return Some(left(orbit.end));
         }
         let reached = |(known, stayed): (&Known, &mut usize)| match known {
             Known::Cycle(cycle) => cycle.holds(&orbit.last),

@@ -200,7 +200,6 @@ impl<'a> DirectBranches<'a> {
                     Some(last) => last.clone(),
                     None => vec![0.0; state.len()],
                 };
-                image.reduce_phase(&mut state);
                 flights.push(flight);
             }
             flights
@@ -228,12 +227,11 @@ impl<'a> DirectBranches<'a> {
                 break;
             };
             let mut next = step.offsets;
+            image.circle().reduce(&mut next);
             if number >= dropped {
                 flight.states.push(state);
                 flight.returns.push(step.contacts);
             } else {
-                // Between the points of one period the phase goes on.
-                image.reduce_phase(&mut next);
                 if latest.len() > self.request.longest {
                     latest.pop_back();
                 }
@@ -252,11 +250,8 @@ impl<'a> DirectBranches<'a> {
 
     /// Whether a section point is one of the latest.
     fn repeats(&self, state: &[f64], latest: &VecDeque<Vec<f64>>) -> bool {
-        let near = |other: &Vec<f64>| {
-            let mut pairs = state.iter().zip(other).zip(&self.units.state);
-            pairs.all(|((a, b), unit)| (a - b).abs() <= SETTLED * unit)
-        };
-        latest.iter().any(near)
+        let (circle, units) = (self.image.circle(), &self.units.state);
+        latest.iter().any(|other| circle.apart(state, other, units) <= SETTLED)
     }
 
     /// The kept returns that come nearest to a period of an itinerary.
@@ -264,9 +259,8 @@ impl<'a> DirectBranches<'a> {
         let (period, asked) = (itinerary.period(), itinerary.returns());
         let made = |start: &usize| flight.returns[*start..*start + period] == *asked;
         let apart = |start: usize| {
-            let pairs = flight.states[start].iter().zip(&flight.states[start + period]);
-            let pairs = pairs.zip(&self.units.state);
-            pairs.fold(0.0_f64, |most, ((a, b), unit)| most.max((a - b).abs() / unit))
+            let [a, b] = [start, start + period].map(|number| &flight.states[number]);
+            self.image.circle().apart(a, b, &self.units.state)
         };
         let last = (flight.returns.len() + 1).checked_sub(period)?;
         let nearest = (0..last).filter(made).min_by(|&a, &b| apart(a).total_cmp(&apart(b)))?;
@@ -608,6 +602,7 @@ impl<'a> DirectBranches<'a> {
             inside: found.states.iter().all(holds),
             contacts: orbit.speeds.iter().map(contact).collect(),
             extra_contacts: orbit.extra_contacts,
+            turns: orbit.turns,
             hits: Some(self.surfaces.iter().map(|&surface| orbit.hits[surface] as u32).collect()),
             ..found
         }
@@ -710,7 +705,7 @@ impl Oracle for DirectBranches<'_> {
                         (seed.states, seed.at_contacts) = (all, false);
                     }
                     seed.itinerary = toggled(itinerary, number, 0);
-                    seeds.push(seed.in_standard_form());
+                    seeds.push(seed.in_standard_form(self.image.circle()));
                 }
                 CourseEnd::StepTooSmall | CourseEnd::StepLimit => {
                     seeds.extend(self.other_points(seed(&equations, point), point));

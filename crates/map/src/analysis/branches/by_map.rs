@@ -17,7 +17,7 @@ use crate::analysis::periodic::{
 };
 use crate::analysis::progress::Progress;
 use crate::expansion::LocalMap;
-use crate::iteration::{PassageSet, parallel};
+use crate::iteration::{PassageSet, PhaseCircle, parallel};
 use crate::model::Scene;
 use crate::numeric::linear::eigenvalues;
 use crate::numeric::{Real, converted};
@@ -505,5 +505,5 @@ fn with(mut seed: Seed, number: usize, passage: usize, contact: Option<usize>) -
         }
     }
     seed.itinerary = toggled(&seed.itinerary, number, passage);
-    seed.in_standard_form()
+    seed.in_standard_form(PhaseCircle::none())
 }

@@ -14,7 +14,7 @@ use crate::analysis::continuation::{
 };
 use crate::analysis::periodic::ContactItinerary;
 use crate::analysis::progress::{Progress, Shard, place_of, resumed};
-use crate::iteration::parallel;
+use crate::iteration::{PhaseCircle, parallel};
 use crate::numeric::linear::solve;
 use crate::numeric::{Dd, converted};
 
@@ -75,9 +75,10 @@ impl Seed {
         Self { itinerary, states, depth_variables, parameter, at_contacts: false, way }
     }
 
-    /// The same orbit, of its shortest period and begun where its itinerary is the largest.
-    pub(super) fn in_standard_form(mut self) -> Self {
-        let (standard, period, by) = standard_form(&self.itinerary, &self.states);
+    /// Seed of the same orbit, of its shortest period and begun where its itinerary is the largest; `circle`
+    /// is the phase among its coordinates.
+    pub(super) fn in_standard_form(mut self, circle: PhaseCircle) -> Self {
+        let (standard, period, by) = standard_form(&self.itinerary, &self.states, circle);
         if !self.depth_variables.is_empty() {
             let skipped = self.itinerary.returns()[..by].iter().map(|made| made.len()).sum();
             self.depth_variables.truncate(standard.contacts());
@@ -360,24 +361,28 @@ pub(super) fn lies_on<C: CurveEquations<f64>>(
     lines: &[Vec<Vec<f64>>],
     slack: f64,
 ) -> bool {
-    let near = |at: &[f64], within: f64| {
-        starts.iter().any(|start| apart(&at[..start.len()], start) <= within)
+    let near = |equations: &C, at: &[f64], within: f64| {
+        starts.iter().any(|start| {
+            let mut start = start.clone();
+            equations.bring_near(&mut start, at);
+            apart(&at[..start.len()], &start) <= within
+        })
     };
-    if lines.iter().flatten().any(|point| near(point, SAME)) {
+    if lines.iter().flatten().any(|point| near(equations, point, SAME)) {
         return true;
     }
     lines.iter().flat_map(|points| points.windows(2)).any(|pair| {
         let [a, b] = [&pair[0], &pair[1]];
         let last = a.len() - 1;
         let passes = (a[last] - parameter) * (b[last] - parameter) <= 0.0;
-        if !passes || !near(a, 3.0 * apart(a, b) + slack) {
+        if !passes || !near(equations, a, 3.0 * apart(a, b) + slack) {
             return false;
         }
         let run = b[last] - a[last];
         let share = if run == 0.0 { 0.0 } else { (parameter - a[last]) / run };
         let guess = between(a, b, share);
         let there = corrected(equations, &guess, &guess, &unit_vector(guess.len(), last));
-        there.is_some_and(|(there, _)| near(&there, SAME))
+        there.is_some_and(|(there, _)| near(equations, &there, SAME))
     })
 }
 
@@ -441,10 +446,13 @@ pub(super) fn each_once(mut points: Vec<BranchPoint>) -> Vec<BranchPoint> {
 fn standard_form(
     itinerary: &ContactItinerary,
     states: &[Vec<f64>],
+    circle: PhaseCircle,
 ) -> (ContactItinerary, usize, usize) {
     let period = itinerary.period();
     let near = |a: &[f64], b: &[f64]| {
-        a.iter().zip(b).all(|(a, b)| (a - b).abs() <= SAME * a.abs().max(b.abs()))
+        a.iter().zip(b).enumerate().all(|(place, (a, b))| {
+            circle.shortest(place, a - b).abs() <= SAME * a.abs().max(b.abs())
+        })
     };
     let repeats = |shorter: &usize| {
         period.is_multiple_of(*shorter)

@@ -88,8 +88,11 @@ pub struct Overlay {
 /// What an orbit settles on.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ChartAttractor {
-    /// Period in iterates.
+    /// Period in nominal returns, those of the grazing orbit: forcing periods over theirs.
     pub period: Period,
+    /// Whether the orbit has no period yet and still comes nearer to one.
+    #[serde(default)]
+    pub converging: bool,
     /// Which passages make contact, return by return; `None` without a period, and where nothing
     /// but itineraries is shown.
     pub itinerary: Option<ContactItinerary>,
@@ -98,10 +101,13 @@ pub struct ChartAttractor {
     pub orbit: Option<OrbitName>,
     /// Contacts over all kept iterates.
     pub kept_contacts: u32,
-    /// Largest Lyapunov exponent per iterate, over as many iterates as were kept; `None` where the
-    /// orbit ended early, in a cell that was not computed and, unless exponents are shown, where
-    /// direct simulation made an iterate.
+    /// Largest Lyapunov exponent per iterate, of a periodic orbit by its multipliers, else over as
+    /// many iterates as were kept; `None` where the orbit ended early, in a cell that was not
+    /// computed and, unless exponents are shown, where direct simulation made an iterate.
     pub lyapunov: Option<f64>,
+    /// Standard error of the exponent of an orbit without a period.
+    #[serde(default)]
+    pub lyapunov_error: Option<f64>,
     /// How the orbit ended.
     pub end: OrbitEnd,
     /// Share of the kept iterates that the map made; the others are direct returns.
@@ -115,8 +121,10 @@ pub struct ChartAttractor {
 pub enum ChartClass {
     /// One return, without contact at a surface that grazes.
     WithoutContact,
-    /// A period in returns, with contacts.
+    /// A period in nominal returns, with contacts.
     Period(usize),
+    /// Not settled yet: the orbit still comes nearer to a period.
+    Converging,
     /// No period up to the longest looked for.
     NoPeriod,
     /// The map alone, beyond its window: also where it left every bound.
@@ -134,6 +142,7 @@ impl ChartClass {
         let hits = attractor.orbit.iter().flat_map(|name| &name.hits).sum::<u32>();
         match attractor.period {
             _ if !completed => Self::Escaped,
+            Period::NotFound if attractor.converging => Self::Converging,
             Period::NotFound => Self::NoPeriod,
             Period::Periodic(1) if attractor.kept_contacts == 0 && hits == 0 => {
                 Self::WithoutContact

@@ -5,7 +5,8 @@ use std::collections::HashMap;
 use super::data::{ChartAttractor, ChartAxis, ChartCell, ChartClass};
 use crate::analysis::basin::are_one_cycle;
 use crate::analysis::diagram::{
-    Entry, Settled, Shares, Start, SweptMap, agree, exponent, kept_contacts, name, settle,
+    Entry, Settled, Shares, Start, SweptMap, agree, exponent, kept_contacts, name, nominal_period,
+    settle,
 };
 use crate::analysis::periodic::ContactItinerary;
 use crate::analysis::progress::{Progress, Shard, given, resumed};
@@ -53,8 +54,8 @@ impl Grid<'_> {
         } else {
             refine(size, |a, b| self.are_alike(a, b), compute).into_cells(|mut cell| {
                 cell.computed = false;
-                cell.attractor.lyapunov = None;
-                cell.others.iter_mut().for_each(|other| other.lyapunov = None);
+                let attractors = std::iter::once(&mut cell.attractor).chain(&mut cell.others);
+                attractors.for_each(|one| (one.lyapunov, one.lyapunov_error) = (None, None));
                 cell
             })
         };
@@ -238,12 +239,15 @@ impl Grid<'_> {
             let follows = shown && orbit.end == OrbitEnd::Completed;
             follows.then(|| exponent(&*self.map.at(parameters), orbit, &self.orbit)).flatten()
         };
+        let lyapunov = settled.lyapunov.or_else(simulated);
         ChartAttractor {
-            period: orbit.period,
+            period: nominal_period(self.map, orbit),
+            converging: orbit.converges,
             itinerary,
             orbit: name(self.map, orbit, parameters),
             kept_contacts: kept_contacts(orbit),
-            lyapunov: settled.lyapunov.or_else(simulated),
+            lyapunov: lyapunov.map(|exponent| exponent.value),
+            lyapunov_error: lyapunov.and_then(|exponent| exponent.error),
             end: orbit.end,
             by_map,
             outside,

@@ -271,20 +271,21 @@ impl<S: Real, X: Clone, C: CurveEquations<S, Extra = X> + ?Sized> Way<'_, S, C, 
         if self.course.points.len() <= SAMPLES {
             return false;
         }
-        let first = self.course.points[0].clone();
+        let mut first = self.course.points[0].unknowns.clone();
+        self.curve.bring_near(&mut first, &here.unknowns);
         let Some(chord) = Chord::new([here, next]) else {
             return false;
         };
-        let share = chord.share_of(&first.unknowns);
+        let share = chord.share_of(&first);
         if !(S::zero()..=S::one()).contains(&share) {
             return false;
         }
         let length = distance(&here.unknowns, &next.unknowns);
-        if distance(&here.unknowns, &first.unknowns) > 2.0 * length {
+        if distance(&here.unknowns, &first) > 2.0 * length {
             return false;
         }
         let there = chord.point(self.curve, share);
-        there.is_some_and(|there| distance(&there.unknowns, &first.unknowns) < CLOSED * length)
+        there.is_some_and(|there| distance(&there.unknowns, &first) < CLOSED * length)
     }
 }
 

@@ -58,6 +58,10 @@ pub trait CurveEquations<S: Real> {
     /// The range of every unknown: the curve ends where one leaves it, solved for on the border.
     fn range(&self, unknown: usize) -> [f64; 2];
 
+    /// Moves unknowns that are phases by whole periods, to within half a period of those of another
+    /// point, which may lack the last unknowns: points a period apart are one.
+    fn bring_near(&self, _unknowns: &mut [S], _other: &[S]) {}
+
     /// Whether the curve is not followed beyond a point, which is then its last.
     fn is_last(&self, _point: &CurvePoint<S, Self::Extra>) -> bool {
         false

@@ -135,8 +135,13 @@ pub struct DiagramPoint {
     pub values: Vec<f64>,
     /// Iterates kept; fewer than asked for where the orbit ended early.
     pub kept: usize,
-    /// Period in iterates.
+    /// Period in nominal returns, those of the grazing orbit: forcing periods over theirs.
     pub period: Period,
+    /// Returns to the section in one period of the orbit, after which `values` repeat; `None`
+    /// without a period. Orbits that do not come back once in a nominal return have others than
+    /// `period`.
+    #[serde(default)]
+    pub returns: Option<usize>,
     /// Contacts per period; `None` without a period.
     pub contacts: Option<ContactsPerPeriod>,
     /// Name of the orbit, `None` without a period; its hits count every contact at a surface that
@@ -144,9 +149,12 @@ pub struct DiagramPoint {
     pub orbit: Option<OrbitName>,
     /// Contacts over all kept iterates.
     pub kept_contacts: u32,
-    /// Largest Lyapunov exponent per iterate; `None` for direct simulation or where the orbit
-    /// ended early.
+    /// Largest Lyapunov exponent per iterate, of a periodic orbit by its multipliers; `None` for
+    /// direct simulation or where the orbit ended early.
     pub lyapunov: Option<f64>,
+    /// Standard error of the exponent of an orbit without a period, a mean over its iterates.
+    #[serde(default)]
+    pub lyapunov_error: Option<f64>,
     /// How the orbit ended. After an early end the sweep goes on from the last state that stayed.
     pub end: OrbitEnd,
     /// Share of the kept iterates that the map made; the others are direct returns.

@@ -4,10 +4,10 @@
 //! processor is not to be troubled with, what leaves the window there, and all where it fails, is
 //! left to the map that stands behind.
 
-use super::swept_map::{Settled, SideBySide, Start, SweptMap, TANGENT_TRANSIENT};
+use super::swept_map::{Settled, SideBySide, Start, SweptMap, TANGENT_TRANSIENT, by_multipliers};
 use crate::expansion::MapWindow;
 use crate::iteration::parallel;
-use crate::iteration::{DeviceMap, DiscreteMap, Itinerary, MapOrbit, OrbitRequest};
+use crate::iteration::{DeviceMap, DiscreteMap, Itinerary, MapOrbit, OrbitRequest, Period};
 use crate::model::Method;
 
 /// Fewest orbits that are worth a launch.
@@ -95,8 +95,14 @@ impl SweptMap for DeviceSweep<'_> {
         let left = made.iter().zip(starts).filter(|(made, _)| made.is_none());
         let left: Vec<Start> = left.map(|(_, start)| start.clone()).collect();
         let mut behind = self.behind(&left, request).into_iter();
-        let settled = made.into_iter().filter_map(|made| match made {
-            Some((orbit, lyapunov)) => Some(Settled { orbit, lyapunov }),
+        let settled = made.into_iter().zip(starts).filter_map(|(made, start)| match made {
+            Some((orbit, mean)) => {
+                let lyapunov = match orbit.period {
+                    Period::Periodic(_) => by_multipliers(&*self.map, &orbit, start),
+                    Period::NotFound => mean,
+                };
+                Some(Settled { orbit, lyapunov })
+            }
             None => behind.next(),
         });
         settled.collect()

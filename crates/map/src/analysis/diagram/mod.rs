@@ -17,7 +17,7 @@ use super::error::{AnalysisError, active_place};
 use super::progress::{Part, Progress, Shard};
 use super::section_frame::{escape_bounds, itinerary};
 use crate::expansion::LocalMap;
-use crate::iteration::{OrbitEnd, OrbitName, Period};
+use crate::iteration::{MapOrbit, OrbitEnd, OrbitName, Period};
 use crate::model::{DiagramRequest, Method, Scene, Spacing, SweepDirection};
 use crate::orbit::GrazingOrbit;
 use course::{sweep, sweep_share};
@@ -29,7 +29,7 @@ pub(super) use device_sweep::DeviceSweep;
 pub use observe::Observer;
 pub use sweep::SweepRequest;
 pub(crate) use sweep::low_discrepancy;
-pub(super) use sweep::{Entry, Found, agree, kept_contacts, name, settle, states};
+pub(super) use sweep::{Entry, Found, agree, kept_contacts, name, nominal_period, settle, states};
 pub use swept_map::{
     DirectSweep, FrozenSweep, GuardedSweep, Settled, SideBySide, SmoothFixedPoint, Start, SweptMap,
     UnobservedSweep,
@@ -201,7 +201,7 @@ const KEPT: usize = 256;
 pub struct MeasuredSide {
     /// The offset.
     pub offset: f64,
-    /// Period in returns.
+    /// Period in nominal returns.
     pub period: Period,
     /// Name of the orbit; `None` without a period.
     pub orbit: Option<OrbitName>,
@@ -209,6 +209,8 @@ pub struct MeasuredSide {
     pub contact: bool,
     /// Largest Lyapunov exponent per return, where the map made all of it.
     pub lyapunov: Option<f64>,
+    /// Standard error of the exponent of an orbit without a period.
+    pub lyapunov_error: Option<f64>,
     /// Whether it is near the graze: in the window of the map, or, at the larger offset, not much
     /// larger than one that is at the smaller offset.
     pub near: bool,
@@ -251,10 +253,11 @@ pub fn measure_graze(
         let reached = reached.map(|([low, high], width)| low.abs().max(high.abs()) / width);
         MeasuredSide {
             offset: parameters[place],
-            period: settled.orbit.period,
+            period: nominal_period(&*swept, &settled.orbit),
             orbit: name(&*swept, &settled.orbit, &parameters),
-            contact: kept_contacts(&settled.orbit) > 0,
-            lyapunov: settled.lyapunov,
+            contact: makes_contact(&*swept, &settled.orbit, &parameters),
+            lyapunov: settled.lyapunov.map(|exponent| exponent.value),
+            lyapunov_error: settled.lyapunov.and_then(|exponent| exponent.error),
             near,
             size: reached.fold(0.0, f64::max),
             end: settled.orbit.end,
@@ -266,4 +269,11 @@ pub fn measure_graze(
         sides[far].near |= is_near && sides[far].size <= GROWTH * sides[close].size;
     }
     Ok(sides)
+}
+
+/// Whether an orbit meets a surface that grazes in a kept return, at a passage or elsewhere.
+fn makes_contact(map: &dyn SweptMap, orbit: &MapOrbit, parameters: &[f64]) -> bool {
+    let mut others = 0..orbit.steps.len().saturating_sub(1);
+    let hits = |number: usize| map.hits(orbit, number, parameters).iter().any(|&hits| hits > 0);
+    kept_contacts(orbit) > 0 || others.any(hits)
 }

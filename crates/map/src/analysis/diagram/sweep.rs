@@ -8,16 +8,17 @@
 
 use std::collections::VecDeque;
 
-use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 
 use super::data::{DiagramPoint, Shares, SweepHeading, one_period};
 use super::swept_map::{Settled, Start, SweptMap};
 use crate::analysis::error::{AnalysisError, coordinate_place};
 use crate::expansion::{LocalMap, MapWindow};
-use crate::iteration::{MapOrbit, OrbitEnd, OrbitName, OrbitRequest, Period, StepInfo};
+use crate::iteration::{
+    MapOrbit, OrbitEnd, OrbitName, OrbitRequest, Period, PhaseCircle, StepInfo,
+    periodic_lyapunov_exponent,
+};
 use crate::model::{Scene, Starts};
-use crate::numeric::linear::eigenvalues;
 
 /// What is asked of a sweep.
 #[derive(Clone, Debug, PartialEq)]
@@ -62,10 +63,6 @@ const KICK: f64 = 1e-3;
 
 /// Magnitude of a multiplier beyond which a period repels; what is nearer to 1 is that of rounding.
 const REPELLING: f64 = 1.0 + 1e-6;
-
-/// A tangent vector that shrank by this factor, in its logarithm, over the kept iterates leaves no
-/// doubt that the period attracts.
-const SURELY_ATTRACTING: f64 = -14.0;
 
 /// The states, in offsets of the section's coordinates, at which a scene asks orbits to start; none
 /// where they start beside the fixed point of `P_smooth`.
@@ -296,23 +293,10 @@ fn made(end: OrbitEnd, request: &OrbitRequest) -> u64 {
 
 /// Whether an orbit settled on a period with a multiplier outside the unit circle.
 fn repels(map: &dyn SweptMap, settled: &Settled, parameters: &[f64]) -> bool {
-    let (Period::Periodic(period), orbit) = (settled.orbit.period, &settled.orbit) else {
-        return false;
-    };
-    let shrunk = settled.lyapunov.map(|exponent| exponent * orbit.steps.len() as f64);
-    if shrunk.is_some_and(|shrunk| shrunk < SURELY_ATTRACTING) {
-        return false;
-    }
-    let fixed = map.at(parameters);
-    let dimension = orbit.last.len();
-    let mut product = DMatrix::identity(dimension, dimension);
-    let (mut image, mut rows) = (vec![0.0; dimension], vec![0.0; dimension * dimension]);
-    for state in orbit.states().take(period) {
-        fixed.step_jacobian(state, &[], &mut image, &mut rows);
-        product = DMatrix::from_row_slice(dimension, dimension, &rows) * product;
-    }
-    let multipliers = eigenvalues(&product).unwrap_or_default();
-    multipliers.iter().any(|multiplier| multiplier.norm() > REPELLING)
+    let Period::Periodic(period) = settled.orbit.period else { return false };
+    let by_multipliers = || periodic_lyapunov_exponent(&*map.at(parameters), &settled.orbit, &[]);
+    let exponent = settled.lyapunov.or_else(by_multipliers);
+    exponent.is_some_and(|exponent| exponent.value * period as f64 > REPELLING.ln())
 }
 
 /// What a map settles on at one value, and where the next one starts.
@@ -373,11 +357,16 @@ fn point(
         offset,
         values: one_period(map.observe_all(orbit, parameters)),
         kept: orbit.steps.len(),
-        period: orbit.period,
+        period: nominal_period(map, orbit),
+        returns: match orbit.period {
+            Period::Periodic(returns) => Some(returns),
+            Period::NotFound => None,
+        },
         contacts: orbit.contacts_per_period(),
         orbit: name(map, orbit, parameters),
         kept_contacts: kept_contacts(orbit),
-        lyapunov: settled.lyapunov,
+        lyapunov: settled.lyapunov.map(|exponent| exponent.value),
+        lyapunov_error: settled.lyapunov.and_then(|exponent| exponent.error),
         end: orbit.end,
         by_map,
         outside,
@@ -387,6 +376,18 @@ fn point(
 /// Contacts over all kept iterates.
 pub(in crate::analysis) fn kept_contacts(orbit: &MapOrbit) -> u32 {
     orbit.steps.iter().map(StepInfo::contacts).sum()
+}
+
+/// The period of an orbit in nominal returns, whatever returns it makes on its section.
+pub(in crate::analysis) fn nominal_period(map: &dyn SweptMap, orbit: &MapOrbit) -> Period {
+    match orbit.period {
+        Period::Periodic(returns) => {
+            let itinerary = map.itinerary();
+            let periods = itinerary.periods_of(returns, orbit.turns());
+            Period::Periodic(itinerary.nominal_returns(periods))
+        }
+        Period::NotFound => Period::NotFound,
+    }
 }
 
 /// The name of a periodic orbit; `None` without a period.
@@ -399,7 +400,7 @@ pub(in crate::analysis) fn name(
         Period::Periodic(period) => {
             // The orbit holds its period twice, so that there is a next state.
             let hits = (0..period).map(|number| map.hits(orbit, number, parameters));
-            Some(map.itinerary().name(hits))
+            Some(map.itinerary().name(hits, orbit.turns()))
         }
         Period::NotFound => None,
     }
@@ -418,6 +419,8 @@ pub(super) struct Attractor {
     period: Period,
     /// Least and greatest value of every coordinate.
     extent: Vec<[f64; 2]>,
+    /// The phase among the coordinates.
+    circle: PhaseCircle,
 }
 
 impl Attractor {
@@ -426,6 +429,7 @@ impl Attractor {
             completed: orbit.end == OrbitEnd::Completed,
             period: orbit.period,
             extent: orbit.extent(),
+            circle: orbit.circle(),
         }
     }
 
@@ -438,14 +442,16 @@ impl Attractor {
         if self.completed != other.completed || !self.completed {
             return self.completed == other.completed;
         }
-        let alike = |(a, b): (&[f64; 2], &[f64; 2])| {
+        let alike = |(place, (a, b)): (usize, (&[f64; 2], &[f64; 2]))| {
             let allowed = match self.period {
                 Period::Periodic(_) => PERIODIC * a[0].abs().max(a[1].abs()),
                 Period::NotFound => CHAOTIC * (a[1] - a[0]),
             };
-            a == b || (a[0] - b[0]).abs().max((a[1] - b[1]).abs()) <= allowed
+            let ends = [0, 1].map(|end| self.circle.shortest(place, a[end] - b[end]).abs());
+            a == b || ends[0].max(ends[1]) <= allowed
         };
-        self.period == other.period && self.extent.iter().zip(&other.extent).all(alike)
+        let mut extents = self.extent.iter().zip(&other.extent).enumerate();
+        self.period == other.period && extents.all(alike)
     }
 }
 
@@ -459,7 +465,8 @@ mod tests {
     use super::*;
 
     fn attractor(period: Period, extent: [f64; 2]) -> Attractor {
-        Attractor { completed: true, period, extent: vec![extent] }
+        let circle = PhaseCircle::none();
+        Attractor { completed: true, period, extent: vec![extent], circle }
     }
 
     #[test]

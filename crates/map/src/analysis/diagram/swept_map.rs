@@ -8,12 +8,13 @@ use nalgebra::{DMatrix, DVector};
 use super::observe::Observer;
 use crate::analysis::direct_map::{DIRECT_LANES, DirectMap, DirectPoints, GuardedMap};
 use crate::analysis::error::{AnalysisError, check_contacts};
-use crate::analysis::section_frame::{escape_bounds, itinerary};
+use crate::analysis::section_frame::{escape_bounds, itinerary, phase_circle, resolved_widths};
 use crate::expansion::{LocalMap, MapWindow, Stage};
 use crate::hybrid::HybridSystem;
 use crate::iteration::{
-    DiscreteMap, HornerMap, InterpretedMap, Itinerary, MapOrbit, OrbitEnd, OrbitRequest, StepInfo,
-    largest_lyapunov_exponent,
+    DiscreteMap, HornerMap, InterpretedMap, Itinerary, LyapunovExponent, MapOrbit, OrbitEnd,
+    OrbitRequest, Period, PhaseCircle, StepInfo, largest_lyapunov_exponent,
+    periodic_lyapunov_exponent,
 };
 use crate::model::{Method, Observable, Scene};
 use crate::orbit::GrazingOrbit;
@@ -122,14 +123,14 @@ fn parts(starts: &[Start]) -> (Vec<&[f64]>, Vec<&[f64]>) {
     starts.iter().map(|start| (&start.parameters[..], &start.state[..])).unzip()
 }
 
-/// An orbit, and its largest Lyapunov exponent over as many iterates as were kept, onwards from its
-/// end.
+/// An orbit and its largest Lyapunov exponent: of a periodic one by its multipliers, of any other
+/// the mean over as many iterates as were kept, onwards from its end.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settled {
     /// The orbit.
     pub orbit: MapOrbit,
     /// The exponent; `None` where there is no Jacobian or the orbit ended early.
-    pub lyapunov: Option<f64>,
+    pub lyapunov: Option<LyapunovExponent>,
 }
 
 fn settle_single<M: SweptMap + ?Sized>(map: &M, start: &Start, request: &OrbitRequest) -> Settled {
@@ -140,25 +141,52 @@ fn settle_single<M: SweptMap + ?Sized>(map: &M, start: &Start, request: &OrbitRe
     Settled { lyapunov: complete.then(exponent).flatten(), orbit }
 }
 
-/// The largest Lyapunov exponent of an orbit of a map at fixed parameters, onwards from its end
-/// over as many iterates as it kept.
+/// The largest Lyapunov exponent of an orbit of a map at fixed parameters: by the multipliers of a
+/// periodic one, else onwards from its end over as many iterates as it kept.
 pub(in crate::analysis) fn exponent(
     fixed: &dyn DiscreteMap,
     orbit: &MapOrbit,
     request: &OrbitRequest,
-) -> Option<f64> {
-    largest_lyapunov_exponent(fixed, &orbit.last, &[], TANGENT_TRANSIENT, request.keep)
+) -> Option<LyapunovExponent> {
+    match orbit.period {
+        Period::Periodic(_) => periodic_lyapunov_exponent(fixed, orbit, &[]),
+        Period::NotFound => {
+            largest_lyapunov_exponent(fixed, &orbit.last, &[], TANGENT_TRANSIENT, request.keep)
+        }
+    }
 }
 
-/// Orbits with the exponents of those that were completed.
-fn settled(orbits: Vec<MapOrbit>, exponents: Vec<Option<f64>>) -> Vec<Settled> {
-    let settled = orbits.into_iter().zip(exponents);
-    settled
-        .map(|(orbit, exponent)| Settled {
-            lyapunov: exponent.filter(|_| orbit.end == OrbitEnd::Completed),
-            orbit,
-        })
-        .collect()
+/// Whether an orbit was completed and goes on without a period.
+fn wanders(orbit: &MapOrbit) -> bool {
+    orbit.end == OrbitEnd::Completed && orbit.period == Period::NotFound
+}
+
+/// Orbits with the exponents of those that were completed: `means` are those of all where one
+/// wanders, of periodic ones they are those of their multipliers.
+fn settled(
+    map: &(impl SweptMap + ?Sized),
+    orbits: Vec<MapOrbit>,
+    starts: &[Start],
+    means: impl FnOnce(&[MapOrbit]) -> Vec<Option<LyapunovExponent>>,
+) -> Vec<Settled> {
+    let means = if orbits.iter().any(wanders) { means(&orbits) } else { Vec::new() };
+    let settled = orbits.into_iter().zip(starts).enumerate().map(|(place, (orbit, start))| {
+        let mean = || means.get(place).copied().flatten();
+        let lyapunov = if wanders(&orbit) { mean() } else { by_multipliers(map, &orbit, start) };
+        Settled { lyapunov, orbit }
+    });
+    settled.collect()
+}
+
+/// The exponent of a periodic orbit that the map makes alone, by its multipliers.
+pub(super) fn by_multipliers(
+    map: &(impl SweptMap + ?Sized),
+    orbit: &MapOrbit,
+    start: &Start,
+) -> Option<LyapunovExponent> {
+    let mapped = orbit.steps.iter().all(|step| !step.simulated);
+    let periodic = mapped && orbit.period != Period::NotFound;
+    periodic.then(|| periodic_lyapunov_exponent(&*map.at(&start.parameters), orbit, &[])).flatten()
 }
 
 /// Any map with its parameters given at every step.
@@ -174,6 +202,10 @@ impl<M: DiscreteMap> DiscreteMap for Fixed<M> {
 
     fn parameters(&self) -> usize {
         0
+    }
+
+    fn circle(&self) -> PhaseCircle {
+        self.map.circle()
     }
 
     fn step(&self, state: &[f64], _: &[f64], image: &mut [f64]) -> StepInfo {
@@ -277,13 +309,10 @@ impl SweptMap for FrozenSweep {
         let (parameters, states) = parts(starts);
         let mut map = self.map.freeze_lanes::<LANES>(&parameters);
         let orbits = map.orbits(&states, request);
-        if orbits.iter().all(|orbit| orbit.end != OrbitEnd::Completed) {
-            let orbits = orbits.into_iter();
-            return orbits.map(|orbit| Settled { orbit, lyapunov: None }).collect();
-        }
-        let last: Vec<&[f64]> = orbits.iter().map(|orbit| &orbit.last[..]).collect();
-        let exponents = map.largest_lyapunov_exponents(&last, TANGENT_TRANSIENT, request.keep);
-        settled(orbits, exponents)
+        settled(self, orbits, starts, |orbits| {
+            let last: Vec<&[f64]> = orbits.iter().map(|orbit| &orbit.last[..]).collect();
+            map.largest_lyapunov_exponents(&last, TANGENT_TRANSIENT, request.keep)
+        })
     }
 
     fn at(&self, parameters: &[f64]) -> Box<dyn DiscreteMap + Send + '_> {
@@ -435,10 +464,10 @@ impl SweptMap for GuardedSweep<'_> {
         let mut map = self.map.map.freeze_lanes::<LANES>(&parameters);
         let mut points = DirectPoints::new(&self.direct, &parameters);
         let orbits = map.guarded_orbits(&states, request, &self.window, &mut points.returns());
-        let last: Vec<&[f64]> = orbits.iter().map(|orbit| &orbit.last[..]).collect();
-        let exponents =
-            map.guarded_lyapunov_exponents(&last, TANGENT_TRANSIENT, request.keep, &self.window);
-        settled(orbits, exponents)
+        settled(self, orbits, starts, |orbits| {
+            let last: Vec<&[f64]> = orbits.iter().map(|orbit| &orbit.last[..]).collect();
+            map.guarded_lyapunov_exponents(&last, TANGENT_TRANSIENT, request.keep, &self.window)
+        })
     }
 
     fn at(&self, parameters: &[f64]) -> Box<dyn DiscreteMap + Send + '_> {
@@ -511,7 +540,9 @@ impl<'a> SweepSubject<'a> {
     pub(in crate::analysis) fn orbits(&self, transient: usize, keep: usize) -> OrbitRequest {
         let escape = escape_bounds(self.scene, self.orbit);
         let bounds: Vec<f64> = escape.iter().map(|bound| bound.offset).collect();
-        OrbitRequest::new(transient, keep, &self.map.window.state).escaping_at(&bounds)
+        let scales = resolved_widths(self.scene, self.orbit, self.map);
+        let request = OrbitRequest::new(transient, keep, &scales);
+        request.escaping_at(&bounds).on_circle(phase_circle(self.scene, self.orbit))
     }
 
     /// The map of a method.

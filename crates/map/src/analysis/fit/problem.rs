@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, DVector};
 use super::{Fit, FitEnd, FitRequest, FittedParameter, WithheldPoints, solved, triangle};
 use crate::analysis::error::{AnalysisError, check_length};
 use crate::expansion::LocalMap;
-use crate::iteration::{DifferentiableMap, parallel};
+use crate::iteration::{DifferentiableMap, PhaseCircle, parallel};
 
 /// Starts that are tried along a coordinate, and how far from the measurement they go, in standard
 /// deviations of the noise.
@@ -173,7 +173,7 @@ impl<'a> Problem<'a> {
     ) -> Option<Vec<(usize, f64)>> {
         let flight = self.flight(map, point, piece.points.len() - 1);
         (flight.states.len() == piece.points.len())
-            .then(|| differences(&flight.states, piece.points).collect())
+            .then(|| differences(&flight.states, piece.points, map.circle()).collect())
     }
 
     /// The sum of the squares of a piece's residuals over the noise; infinite without an image.
@@ -373,7 +373,8 @@ impl<'a> Problem<'a> {
                 state = image;
             }
             for coordinate in (0..d).filter(|&coordinate| point[coordinate].is_finite()) {
-                let residual = state[coordinate] - point[coordinate];
+                let apart = state[coordinate] - point[coordinate];
+                let residual = map.circle().shortest(coordinate, apart);
                 let row = tangent.row(coordinate);
                 let row = row.iter().copied().chain([residual]);
                 rows.extend(row.map(|value| value / noise[coordinate]));
@@ -423,11 +424,16 @@ impl<'a> Problem<'a> {
             end: FitEnd::Converged,
             by_map: share(|flight| flight.by_map),
             outside: share(|flight| flight.outside),
-            withheld: self.predicted(&flights, noise),
+            withheld: self.predicted(&flights, noise, map().circle()),
         }
     }
 
-    fn predicted(&self, flights: &[Flight], noise: &[f64]) -> Option<WithheldPoints> {
+    fn predicted(
+        &self,
+        flights: &[Flight],
+        noise: &[f64],
+        circle: PhaseCircle,
+    ) -> Option<WithheldPoints> {
         let (mut sums, mut counts) = (vec![0.0; self.dimension], vec![0usize; self.dimension]);
         let mut points = 0;
         for (piece, flight) in self.pieces.iter().zip(flights) {
@@ -435,7 +441,7 @@ impl<'a> Problem<'a> {
             points += piece.withheld.len();
             // A point that an orbit does not come to is infinitely far.
             let lost = piece.withheld.len() - states.len();
-            for (place, difference) in differences(states, piece.withheld) {
+            for (place, difference) in differences(states, piece.withheld, circle) {
                 sums[place] += (difference / noise[place]).powi(2);
                 counts[place] += 1;
             }
@@ -481,11 +487,14 @@ fn cut<'a>(
 fn differences<'a>(
     states: &'a [Vec<f64>],
     points: &'a [Vec<f64>],
+    circle: PhaseCircle,
 ) -> impl Iterator<Item = (usize, f64)> + 'a {
-    states.iter().zip(points).flat_map(|(state, point)| {
+    states.iter().zip(points).flat_map(move |(state, point)| {
         let pairs = state.iter().zip(point).enumerate();
         let pairs = pairs.filter(|(_, (_, measured))| measured.is_finite());
-        pairs.map(|(place, (value, measured))| (place, value - measured))
+        pairs.map(move |(place, (value, measured))| {
+            (place, circle.shortest(place, value - measured))
+        })
     })
 }
 

@@ -358,22 +358,12 @@ impl<'a> DirectLoci<'a> {
             }
             BranchLabel::BranchPoint => return None,
         };
-        self.wrap(&mut states);
+        for state in &mut states {
+            self.plane.rounded.circle().reduce(state);
+        }
         let mut unknowns = self.rounded(&itinerary).unknowns(&states, &orbit.parameters)?;
         unknowns.extend(angle);
         is_asked.then_some(Seed { kind, itinerary, unknowns })
-    }
-
-    /// Takes whole turns of the phase from the section points of an orbit: it stays the same.
-    fn wrap(&self, states: &mut [Vec<f64>]) {
-        let model = &self.scene.model;
-        let Some(clock) = &model.phase else { return };
-        let coordinates = &self.orbit.section.coordinates;
-        let phase = coordinates.iter().position(|&component| component + 1 == model.dimension());
-        let Some(phase) = phase else { return };
-        let period = clock.period.to_f64();
-        let turns = (states[0][phase] / period).round() * period;
-        states.iter_mut().for_each(|state| state[phase] -= turns);
     }
 
     /// An orbit of each physical stretch of a locus of the map, away from the graze.

@@ -432,6 +432,10 @@ impl<S: Real, O: OrbitEquations<S>> CurveEquations<S> for LocusEquations<O, S> {
         point.linearised.extra.clone()
     }
 
+    fn bring_near(&self, unknowns: &mut [S], other: &[S]) {
+        self.orbits.bring_near(unknowns, other);
+    }
+
     fn range(&self, unknown: usize) -> [f64; 2] {
         match self.condition {
             // Held at 0, which may be the end of its range.

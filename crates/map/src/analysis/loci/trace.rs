@@ -288,13 +288,15 @@ impl Trace {
     pub(super) fn holds(&self, equations: &mut impl CurveEquations<f64>, point: &[f64]) -> bool {
         self.points.windows(2).any(|pair| {
             let [a, b] = [&pair[0].unknowns, &pair[1].unknowns];
-            let (share, apart, length) = beside(a, b, point);
+            let mut point = point.to_vec();
+            equations.bring_near(&mut point, a);
+            let (share, apart, length) = beside(a, b, &point);
             if !(-1e-9..=1.0 + 1e-9).contains(&share) || apart > 0.5 * length.max(1e-3) {
                 return false;
             }
             let chord: Vec<f64> = a.iter().zip(b).map(|(a, b)| (b - a) / length).collect();
-            let found = corrected(equations, &between(a, b, share), point, &chord);
-            found.is_some_and(|(found, _)| farthest(&found, point) < SAME)
+            let found = corrected(equations, &between(a, b, share), &point, &chord);
+            found.is_some_and(|(found, _)| farthest(&found, &point) < SAME)
         })
     }
 

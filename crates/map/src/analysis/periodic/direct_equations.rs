@@ -19,7 +19,7 @@ use crate::analysis::continuation::{
 use crate::analysis::direct_image::{DirectEnd, DirectImage};
 use crate::analysis::error::AnalysisError;
 use crate::analysis::section_frame::extents;
-use crate::iteration::PassageSet;
+use crate::iteration::{PassageSet, PhaseCircle};
 use crate::model::Scene;
 use crate::numeric::Real;
 use crate::numeric::linear::{determinant, inverse};
@@ -82,6 +82,8 @@ pub struct DirectOrbit<S> {
     pub extra_contacts: usize,
     /// All contacts at each surface of the model.
     pub hits: Vec<usize>,
+    /// Whole periods of the phase that the orbit takes beyond the nominal ones of its returns.
+    pub turns: i32,
     /// Derivatives of each section point and its image by the variables of the point.
     #[serde(with = "saved")]
     blocks: Vec<[DMatrix<S>; 2]>,
@@ -395,7 +397,7 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
     fn flown_at(&mut self, number: usize, variables: &[S], parameters: &[S]) -> Option<Flown<S>> {
         let point = self.point(number, variables, parameters)?;
         let flight = &mut self.flights[number];
-        let image = flight.image.image(&point, parameters).ok()?;
+        let image = flight.image.lifted_image(&point, parameters).ok()?;
         if image.end != DirectEnd::Returned {
             return None;
         }
@@ -567,9 +569,12 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
     /// Whether the orbit is one of a shorter period, to this share of the offsets.
     pub fn is_repeated(&self, orbit: &DirectOrbit<S>, tolerance: f64) -> bool {
         let count = orbit.states.len();
+        let circle = self.image.circle();
         let near = |a: &[S], b: &[S]| {
-            let mut pairs = a.iter().zip(b).zip(&self.units.state);
-            pairs.all(|((&a, &b), unit)| is_same([a, b], *unit, tolerance))
+            let mut later = b.to_vec();
+            circle.bring_near(&mut later, a);
+            let mut pairs = a.iter().zip(later).zip(&self.units.state);
+            pairs.all(|((&a, b), unit)| is_same([a, b], *unit, tolerance))
         };
         self.rotations().skip(1).any(|later| {
             (0..count).all(|n| near(&orbit.states[n], &orbit.states[(n + later) % count]))
@@ -592,7 +597,7 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
             let state = match orbit.returns.iter().position(|&known| known == number) {
                 Some(place) => orbit.states[place].clone(),
                 None => {
-                    let image = self.image.image(states.last()?, parameters).ok()?;
+                    let image = self.image.lifted_image(states.last()?, parameters).ok()?;
                     (image.end == DirectEnd::Returned).then_some(image.offsets)?
                 }
             };
@@ -646,6 +651,7 @@ impl<S: Real> DirectOrbitEquations<'_, S> {
             let flown = self.flown(number, unknowns)?;
             self.add_to(&mut orbit, &mut residual, number, flown);
         }
+        self.close(&mut orbit, &mut residual);
         Some((orbit, residual))
     }
 
@@ -657,6 +663,7 @@ impl<S: Real> DirectOrbitEquations<'_, S> {
             speeds: Vec::new(),
             extra_contacts: 0,
             hits: Vec::new(),
+            turns: 0,
             blocks: Vec::new(),
             by_parameters: Vec::new(),
         };
@@ -694,6 +701,22 @@ impl<S: Real> DirectOrbitEquations<'_, S> {
         orbit.states.push(flown.point);
     }
 
+    /// Takes whole periods of the phase off the residuals: points a period apart are one.
+    fn close(&self, orbit: &mut DirectOrbit<S>, residual: &mut DVector<S>) {
+        let circle = self.circle();
+        for rows in residual.as_mut_slice().chunks_exact_mut(self.dimension()) {
+            orbit.turns += circle.reduce(rows);
+        }
+    }
+
+    /// The phase among the coordinates in their units, where it is one.
+    fn circle(&self) -> PhaseCircle<S> {
+        let circle = self.image.circle().phase().map(|(phase, period)| {
+            PhaseCircle::new(phase, period / S::from_f64(self.units.state[phase]))
+        });
+        circle.unwrap_or_else(PhaseCircle::none)
+    }
+
     /// Residuals and their Jacobian by all unknowns, with the orbit; `None` where a return does not
     /// make the contacts of the itinerary.
     pub fn orbit_at(&mut self, unknowns: &[S]) -> Option<Linearised<S, DirectOrbit<S>>> {
@@ -719,6 +742,7 @@ impl<S: Real> DirectOrbitEquations<'_, S> {
             orbit.blocks.push(both.map(|part| part.columns(0, size).into_owned()));
             self.add_to(&mut orbit, &mut residual, number, centre);
         }
+        self.close(&mut orbit, &mut residual);
         let finite = residual.iter().chain(jacobian.iter()).all(|value| value.is_finite());
         finite.then_some(Linearised { residual, jacobian, extra: orbit })
     }
@@ -759,6 +783,18 @@ impl<S: Real> CurveEquations<S> for DirectOrbitEquations<'_, S> {
         }
         let least = if self.passage_of(unknown).is_some() { 0.0 } else { -self.reach };
         [least, self.reach]
+    }
+
+    fn bring_near(&self, unknowns: &mut [S], other: &[S]) {
+        let (circle, size, variables) = (self.circle(), self.dimension(), self.variables());
+        // The variable of a passage in the place of the phase is on no circle.
+        let replaced = self.units.gap.map(|(replaced, _)| replaced);
+        if circle.phase().is_some_and(|(phase, _)| Some(phase) != replaced) {
+            let points = unknowns[..variables].chunks_exact_mut(size);
+            for (point, other) in points.zip(other.chunks_exact(size)) {
+                circle.bring_near(point, other);
+            }
+        }
     }
 
     fn is_last(&self, point: &CurvePoint<S, DirectOrbit<S>>) -> bool {

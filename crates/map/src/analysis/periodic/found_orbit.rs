@@ -9,6 +9,7 @@ use super::orbit::PeriodicOrbit;
 use crate::analysis::continuation::largest;
 use crate::analysis::error::AnalysisError;
 use crate::expansion::{Expander, ImpactSpeed, LocalMap, MapWindow};
+use crate::iteration::PhaseCircle;
 use crate::model::Scene;
 use crate::numeric::linear::eigenvalues;
 use crate::numeric::{Real, converted};
@@ -39,6 +40,9 @@ pub struct FoundOrbit {
     /// All contacts at each surface that grazes, in the model's order, on branches of direct
     /// simulation.
     pub hits: Option<Vec<u32>>,
+    /// Whole periods of the phase that it takes beyond the nominal ones of its returns.
+    #[serde(default)]
+    pub turns: i32,
     /// Largest difference of a coordinate of the last image and the first point, in half-widths of
     /// the window.
     pub residual: f64,
@@ -61,14 +65,17 @@ const SAME: f64 = 1e-9;
 
 impl FoundOrbit {
     /// Whether another orbit of the same itinerary and parameters is this one, begun at any of its
-    /// points.
-    pub(in crate::analysis) fn is_same_as(&self, other: &Self) -> bool {
-        let near = |a: &[f64], b: &[f64]| {
-            let mut pairs = a.iter().zip(b);
-            pairs.all(|(a, b)| (a - b).abs() <= SAME * a.abs().max(b.abs()) + f64::EPSILON)
+    /// points on a section with this phase.
+    pub(in crate::analysis) fn is_same_as(&self, other: &Self, circle: PhaseCircle) -> bool {
+        let near = |a: &[f64], b: &[f64], circle: PhaseCircle| {
+            let mut pairs = a.iter().zip(b).enumerate();
+            pairs.all(|(place, (a, b))| {
+                let apart = circle.shortest(place, a - b).abs();
+                apart <= SAME * a.abs().max(b.abs()) + f64::EPSILON
+            })
         };
-        near(&self.parameters, &other.parameters)
-            && self.states.iter().any(|state| near(state, &other.states[0]))
+        near(&self.parameters, &other.parameters, PhaseCircle::none())
+            && self.states.iter().any(|state| near(state, &other.states[0], circle))
     }
 
     /// An orbit of a branch, of these section points and all parameters; its contacts and whether
@@ -92,6 +99,7 @@ impl FoundOrbit {
             inside: false,
             extra_contacts: 0,
             hits: None,
+            turns: 0,
             residual: largest(residual),
         }
     }
@@ -115,6 +123,7 @@ impl FoundOrbit {
             inside,
             extra_contacts: orbit.extra_contacts,
             hits: None,
+            turns: orbit.turns,
             residual: orbit.residual,
         })
     }

@@ -330,6 +330,7 @@ impl<'a, S: Real> DepthVariableMap<'a, S> {
         states.pop();
         Some(ItineraryOrbit {
             orbit: PeriodicOrbit {
+                turns: 0,
                 states,
                 parameters,
                 itinerary: self.itinerary.returns().to_vec(),

@@ -96,6 +96,8 @@ pub struct PeriodicOrbit<S> {
     /// Contacts of the whole period that no passage accounts for; an orbit with some is not the
     /// one that a local map has.
     pub extra_contacts: usize,
+    /// Whole periods of the phase that it takes beyond the nominal ones of its returns.
+    pub turns: i32,
     /// Jacobian of the period's map at the first point.
     pub jacobian: DMatrix<S>,
     /// Largest difference of a coordinate of the image of the last point and the first, in the
@@ -247,6 +249,7 @@ struct Period<S> {
     parameters: Vec<S>,
     itinerary: Vec<PassageSet>,
     extra_contacts: usize,
+    turns: i32,
     by_state: DMatrix<S>,
     by_parameter: DVector<S>,
 }
@@ -274,12 +277,15 @@ impl<S: Real> Period<S> {
             extra_contacts += here.step.extra_contacts;
             states.push(std::mem::replace(&mut state, here.step.offsets));
         }
+        // Points a period of the phase apart are one.
+        let turns = map.circle().bring_near(&mut state, &guess.state);
         Some(Self {
             states,
             image: state,
             parameters: guess.parameters.clone(),
             itinerary,
             extra_contacts,
+            turns,
             by_state,
             by_parameter,
         })
@@ -346,6 +352,7 @@ impl<S: Real> Period<S> {
             parameters: self.parameters,
             itinerary: self.itinerary,
             extra_contacts: self.extra_contacts,
+            turns: self.turns,
             jacobian: self.by_state,
             residual,
         };
@@ -453,6 +460,7 @@ mod tests {
             parameters: Vec::new(),
             itinerary: vec![PassageSet::default()],
             extra_contacts: 0,
+            turns: 0,
             jacobian: DMatrix::from_row_slice(2, 2, &entries),
             residual: 0.0,
         };

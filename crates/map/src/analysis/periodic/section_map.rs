@@ -5,12 +5,18 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::analysis::direct_image::{DirectEnd, DirectImage};
 use crate::analysis::evaluation::MapEvaluation;
-use crate::iteration::{DiscreteMap, PassageSet};
+use crate::iteration::{DiscreteMap, PassageSet, PhaseCircle};
 use crate::numeric::Real;
 
 /// A map `(x, p) ↦ x⁺` in offsets, in double precision or in double-double.
 pub trait SectionMap<S: Real> {
-    /// The image of a point; `None` where there is none.
+    /// The phase among the coordinates, where points a period apart are one.
+    fn circle(&self) -> PhaseCircle<S> {
+        PhaseCircle::none()
+    }
+
+    /// The image of a point, on which it depends continuously: of a phase with all its periods.
+    /// `None` where there is none.
     fn image(&mut self, state: &[S], parameters: &[S]) -> Option<SectionStep<S>>;
 }
 
@@ -60,8 +66,12 @@ impl<S: Real> SectionMap<S> for MapEvaluation<S> {
 }
 
 impl<S: Real> SectionMap<S> for DirectImage<'_, S> {
+    fn circle(&self) -> PhaseCircle<S> {
+        DirectImage::circle(self)
+    }
+
     fn image(&mut self, state: &[S], parameters: &[S]) -> Option<SectionStep<S>> {
-        let image = DirectImage::image(self, state, parameters).ok()?;
+        let image = self.lifted_image(state, parameters).ok()?;
         if image.end != DirectEnd::Returned {
             return None;
         }
@@ -77,9 +87,14 @@ impl<S: Real> SectionMap<S> for DirectImage<'_, S> {
 pub struct Stepped<M>(pub M);
 
 impl<M: DiscreteMap> SectionMap<f64> for Stepped<M> {
+    fn circle(&self) -> PhaseCircle {
+        self.0.circle()
+    }
+
     fn image(&mut self, state: &[f64], parameters: &[f64]) -> Option<SectionStep<f64>> {
         let mut offsets = vec![f64::NAN; state.len()];
         let info = self.0.step(state, parameters, &mut offsets);
+        self.0.circle().lift(&mut offsets, info.turns);
         info.valid.then_some(SectionStep {
             offsets,
             contacts: info.passages,
@@ -91,6 +106,10 @@ impl<M: DiscreteMap> SectionMap<f64> for Stepped<M> {
 
 /// A reference to a map is a map.
 impl<S: Real, M: SectionMap<S> + ?Sized> SectionMap<S> for &mut M {
+    fn circle(&self) -> PhaseCircle<S> {
+        (**self).circle()
+    }
+
     fn image(&mut self, state: &[S], parameters: &[S]) -> Option<SectionStep<S>> {
         (**self).image(state, parameters)
     }

@@ -234,7 +234,7 @@ impl ScaledPoints {
     ) -> Result<Self, ConvergenceError> {
         let mut direct = DirectImage::<Dd>::new(system, scene, orbit)?;
         Self::in_contact(expander, sample, &mut |state, parameters| {
-            let image = direct.image(state, parameters)?;
+            let image = direct.lifted_image(state, parameters)?;
             Ok(tells_order(&image).then_some(image.offsets))
         })
     }

@@ -153,11 +153,9 @@ impl<'a> Tracer<'a> {
 
     /// Whether two saddles are one orbit, found twice.
     fn is_same(&self, known: &Local, found: &Local) -> bool {
-        let apart = |a: [f64; 2], b: [f64; 2]| {
-            ((a[0] - b[0]) / self.scales[0]).hypot((a[1] - b[1]) / self.scales[1])
-        };
         let first = found.points[0].0;
-        known.points.iter().any(|(point, _)| apart(*point, first) <= ONE_POINT)
+        let apart = |point: &[f64]| self.map.circle().apart(point, &first, &self.scales);
+        known.points.iter().any(|(point, _)| apart(point) <= ONE_POINT)
     }
 
     fn is_near(&self, point: [f64; 2]) -> bool {

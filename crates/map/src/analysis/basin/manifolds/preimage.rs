@@ -227,7 +227,9 @@ impl Returns<'_> {
     fn defect(&self, state: [f64; 2], target: [f64; 2]) -> Option<Vector2<f64>> {
         let mut image = [f64::NAN; 2];
         let valid = self.map.step(&state, &[], &mut image).valid;
-        let defect = |axis: usize| (image[axis] - target[axis]) / self.scales[axis];
+        let defect = |axis: usize| {
+            self.map.circle().shortest(axis, image[axis] - target[axis]) / self.scales[axis]
+        };
         valid.then(|| Vector2::new(defect(0), defect(1)))
     }
 
