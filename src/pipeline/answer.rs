@@ -4,6 +4,7 @@
 use std::fs;
 
 use super::{Ended, Error, Map};
+use crate::convergence::MeasuredWindow;
 use crate::expansion::WindowEdge;
 use crate::iteration::DeviceReport;
 use crate::report::{Figure, ReportError, Table, edge_words, pictures, window_remark};
@@ -85,11 +86,16 @@ impl Map {
     /// the window is deeper than the series of the passage whose contact loses most; and what
     /// another device than this processor did so far.
     pub fn remarks(&self) -> impl Iterator<Item = String> + use<> {
-        let edge = worst_edge(self.window_edges());
-        let remark = window_remark(self.window(), self.orders(), edge.as_ref());
         let device = self.device().map(|device| device_words(&device.report()));
-        let remark = remark.map(|remark| remark.of(&self.scene().identifier));
-        remark.into_iter().chain(device.into_iter().flatten())
+        self.remark_on(self.window()).into_iter().chain(device.into_iter().flatten())
+    }
+
+    /// What is to be said of the map on its window, with the errors that were measured of it or of
+    /// an [emitted form](Self::emitted).
+    pub fn remark_on(&self, window: &MeasuredWindow) -> Option<String> {
+        let edge = worst_edge(self.window_edges());
+        let remark = window_remark(window, self.orders(), edge.as_ref());
+        remark.map(|remark| remark.of(&self.scene().identifier))
     }
 
     /// The edge of the passage whose contact loses most, where that is too much.
