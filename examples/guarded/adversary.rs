@@ -202,7 +202,7 @@ impl Adversary<'_> {
             .collect();
         for (coordinate, &value) in excess.iter().enumerate() {
             // Not a number exceeds every claim.
-            if !(value <= self.found.excess[coordinate]) {
+            if value.is_nan() || value > self.found.excess[coordinate] {
                 self.found.excess[coordinate] = value;
                 self.found.worst[coordinate] = point.clone();
             }
