@@ -4,19 +4,28 @@
 //! catalogue's scenes, or of these files, by both and prints where they settle on different orbits,
 //! and why. `cargo run --release --example guarded -- speed` prints the time of an iterate by the
 //! map, guarded and by direct simulation, for shares outside the window from none to all.
+//! `cargo run --release --example guarded -- bound [POINTS [SCENE...]]` looks in every window of the
+//! catalogue, or of these files, for points at which the map errs by more than it claims.
 
+mod adversary;
 mod agreement;
 mod speed;
 
 use std::error::Error;
 use std::fmt;
 
+use adversary::attack;
 use agreement::{Agreement, Effort};
 use grazemap::model::{Scene, SceneError, catalogue};
+use grazemap::prelude::*;
+use rayon::prelude::*;
 
 /// What the columns of an agreement are.
 const HEADINGS: &str = "scene and parameter                by map %   same chaotic transient \
                         coexisting unexplained   difference";
+
+/// Start of the random numbers of an attack.
+const SEED: u64 = 39;
 
 /// Values of a sweep where none are named.
 const VALUES: usize = 160;
@@ -32,7 +41,19 @@ fn main() -> Result<(), Box<dyn Error>> {
             print!("{}", speed::table()?.to_text());
             Ok(())
         }
-        _ => Err("say `agree` or `speed`".into()),
+        Some("bound") => {
+            let points = arguments.next().map_or(Ok(POINTS), |text| text.parse())?;
+            bound(points, arguments.collect())
+        }
+        _ => Err("say `agree`, `speed` or `bound`".into()),
+    }
+}
+
+/// Scenes of these files, or all of the catalogue.
+fn scenes(files: Vec<String>) -> Result<Vec<Scene>, SceneError> {
+    match files.is_empty() {
+        true => catalogue::names().map(of_catalogue).collect(),
+        false => files.iter().map(Scene::load).collect(),
     }
 }
 
@@ -42,18 +63,40 @@ fn of_catalogue(name: &str) -> Result<Scene, SceneError> {
 }
 
 fn agree(values: usize, files: Vec<String>) -> Result<(), Box<dyn Error>> {
-    let scenes: Vec<Scene> = if files.is_empty() {
-        catalogue::names().map(of_catalogue).collect::<Result<_, _>>()?
-    } else {
-        files.iter().map(Scene::load).collect::<Result<_, _>>()?
-    };
     println!("{HEADINGS}");
-    for scene in scenes {
+    for scene in scenes(files)? {
         let effort = Effort { values, transient: 600, keep: 60 };
         for agreement in agreement::of_scene(scene, &effort)? {
             println!("{agreement}");
             agreement.unexplained.iter().for_each(|words| println!("    {words}"));
         }
+    }
+    Ok(())
+}
+
+/// Points of an attack on one window where none are named.
+const POINTS: usize = 20_000;
+
+/// Attacks the claims of every map.
+fn bound(points: usize, files: Vec<String>) -> Result<(), Box<dyn Error>> {
+    println!("{:26} {:>9} {:>6} {:>8} coordinate and where", "scene", "points", "lost", "excess");
+    let attacked = |scene: Scene| {
+        let name = scene.identifier.clone();
+        let map = scene.graze()?.map()?;
+        let errors = map.window().errors.iter();
+        let claims: Vec<f64> = errors.clone().map(|it| it.error.unwrap_or(f64::NAN)).collect();
+        let found = attack(&map, map.discrete(), &claims, (points, SEED))?;
+        let (coordinate, excess, worst) = found.largest();
+        let coordinate = &map.window().errors[coordinate].coordinate;
+        Ok(format!(
+            "{name:26} {:9} {:6} {excess:8.4} {coordinate} at {:.4?}, {:?}",
+            found.points, found.lost, worst.shares, worst.held
+        ))
+    };
+    let lines: Vec<Result<String, grazemap::Error>> =
+        scenes(files)?.into_par_iter().map(attacked).collect();
+    for line in lines {
+        println!("{}", line?);
     }
     Ok(())
 }

@@ -7,7 +7,7 @@
 // Orders: smooth_order 5, contact_weight 6.
 // Shape: factored, 8 lanes.
 // Window: depth 0.001.
-// Tolerance asked none, error on the window 6e-8.
+// Tolerance asked none, error on the window 6.1e-8.
 // A step: 163 multiply-adds, 4 products, 0 sums, 1 roots.
 // A frozen step: 64 multiply-adds, 0 products, 0 sums, 1 roots.
 // Regenerate: grazemap emit --catalogue -o ..
@@ -70,7 +70,7 @@ pub const WINDOW_PARAMETERS: [f64; PARAMETERS] = [
 /// Error that was asked for.
 pub const TOLERANCE: Option<f64> = None;
 /// Error that was measured on the window against direct simulation.
-pub const MEASURED_ERROR: Option<f64> = Some(6e-8);
+pub const MEASURED_ERROR: Option<f64> = Some(6.1e-8);
 
 /// One step.
 #[derive(Clone, Copy, Debug, PartialEq)]

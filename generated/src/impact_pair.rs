@@ -7,7 +7,7 @@
 // Orders: smooth_order 3, contact_weight 5.
 // Shape: factored, 8 lanes.
 // Window: depth 0.001.
-// Tolerance asked none, error on the window 3.8e-5.
+// Tolerance asked none, error on the window 4.2e-5.
 // A step: 424 multiply-adds, 5 products, 1 sums, 1 roots.
 // A frozen step: 205 multiply-adds, 1 products, 1 sums, 1 roots.
 // Regenerate: grazemap emit --catalogue -o ..
@@ -76,7 +76,7 @@ pub const WINDOW_PARAMETERS: [f64; PARAMETERS] = [
 /// Error that was asked for.
 pub const TOLERANCE: Option<f64> = None;
 /// Error that was measured on the window against direct simulation.
-pub const MEASURED_ERROR: Option<f64> = Some(3.8e-5);
+pub const MEASURED_ERROR: Option<f64> = Some(4.2e-5);
 
 /// One step.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -7,7 +7,7 @@
 // Orders: smooth_order 4, contact_weight 5.
 // Shape: factored, 8 lanes.
 // Window: depth 0.001.
-// Tolerance asked none, error on the window 5.2e-7.
+// Tolerance asked none, error on the window 5.3e-7.
 // A step: 264 multiply-adds, 7 products, 1 sums, 1 roots.
 // A frozen step: 138 multiply-adds, 0 products, 1 sums, 1 roots.
 // Regenerate: grazemap emit --catalogue -o ..
@@ -73,7 +73,7 @@ pub const WINDOW_PARAMETERS: [f64; PARAMETERS] = [
 /// Error that was asked for.
 pub const TOLERANCE: Option<f64> = None;
 /// Error that was measured on the window against direct simulation.
-pub const MEASURED_ERROR: Option<f64> = Some(5.2e-7);
+pub const MEASURED_ERROR: Option<f64> = Some(5.3e-7);
 
 /// One step.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -7,7 +7,7 @@
 // Orders: smooth_order 6, contact_weight 8.
 // Shape: flown, 8 lanes.
 // Window: depth 0.001.
-// Tolerance asked none, error on the window 6.1e-11.
+// Tolerance asked none, error on the window 6.2e-11.
 // A step: 1017 multiply-adds, 156 products, 46 sums, 8 roots.
 // A frozen step: 523 multiply-adds, 154 products, 46 sums, 8 roots.
 // Regenerate: grazemap emit --catalogue -o ..
@@ -70,7 +70,7 @@ pub const WINDOW_PARAMETERS: [f64; PARAMETERS] = [
 /// Error that was asked for.
 pub const TOLERANCE: Option<f64> = None;
 /// Error that was measured on the window against direct simulation.
-pub const MEASURED_ERROR: Option<f64> = Some(6.1e-11);
+pub const MEASURED_ERROR: Option<f64> = Some(6.2e-11);
 
 /// One step.
 #[derive(Clone, Copy, Debug, PartialEq)]

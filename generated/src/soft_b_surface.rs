@@ -7,7 +7,7 @@
 // Orders: smooth_order 5, contact_weight 8.
 // Shape: composed, 8 lanes.
 // Window: depth 0.0001.
-// Tolerance asked none, error on the window 7.2e-9.
+// Tolerance asked none, error on the window 7.4e-9.
 // A step: 348 multiply-adds, 4 products, 0 sums, 1 roots.
 // A frozen step: 72 multiply-adds, 2 products, 0 sums, 1 roots.
 // Regenerate: grazemap emit --catalogue -o ..
@@ -70,7 +70,7 @@ pub const WINDOW_PARAMETERS: [f64; PARAMETERS] = [
 /// Error that was asked for.
 pub const TOLERANCE: Option<f64> = None;
 /// Error that was measured on the window against direct simulation.
-pub const MEASURED_ERROR: Option<f64> = Some(7.2e-9);
+pub const MEASURED_ERROR: Option<f64> = Some(7.4e-9);
 
 /// One step.
 #[derive(Clone, Copy, Debug, PartialEq)]

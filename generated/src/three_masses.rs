@@ -7,7 +7,7 @@
 // Orders: smooth_order 3, contact_weight 5.
 // Shape: factored, 8 lanes.
 // Window: depth 0.0003.
-// Tolerance asked none, error on the window 1.1e-5.
+// Tolerance asked none, error on the window 5.8e-5.
 // A step: 319 multiply-adds, 55 products, 0 sums, 1 roots.
 // A frozen step: 202 multiply-adds, 32 products, 0 sums, 1 roots.
 // Regenerate: grazemap emit --catalogue -o ..
@@ -82,7 +82,7 @@ pub const WINDOW_PARAMETERS: [f64; PARAMETERS] = [
 /// Error that was asked for.
 pub const TOLERANCE: Option<f64> = None;
 /// Error that was measured on the window against direct simulation.
-pub const MEASURED_ERROR: Option<f64> = Some(1.1e-5);
+pub const MEASURED_ERROR: Option<f64> = Some(5.8e-5);
 
 /// One step.
 #[derive(Clone, Copy, Debug, PartialEq)]

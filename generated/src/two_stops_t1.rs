@@ -7,7 +7,7 @@
 // Orders: smooth_order 3, contact_weight 6.
 // Shape: factored, 8 lanes.
 // Window: depth 0.0001.
-// Tolerance asked none, error on the window 9.9e-11.
+// Tolerance asked none, error on the window 1.7e-10.
 // A step: 629 multiply-adds, 68 products, 1 sums, 2 roots.
 // A frozen step: 451 multiply-adds, 8 products, 1 sums, 2 roots.
 // Regenerate: grazemap emit --catalogue -o ..
@@ -76,7 +76,7 @@ pub const WINDOW_PARAMETERS: [f64; PARAMETERS] = [
 /// Error that was asked for.
 pub const TOLERANCE: Option<f64> = None;
 /// Error that was measured on the window against direct simulation.
-pub const MEASURED_ERROR: Option<f64> = Some(9.9e-11);
+pub const MEASURED_ERROR: Option<f64> = Some(1.7e-10);
 
 /// One step.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -7,7 +7,7 @@
 // Orders: smooth_order 3, contact_weight 6.
 // Shape: factored, 8 lanes.
 // Window: depth 0.0001.
-// Tolerance asked none, error on the window 5.9e-9.
+// Tolerance asked none, error on the window 9.4e-9.
 // A step: 624 multiply-adds, 66 products, 1 sums, 2 roots.
 // A frozen step: 449 multiply-adds, 8 products, 1 sums, 2 roots.
 // Regenerate: grazemap emit --catalogue -o ..
@@ -76,7 +76,7 @@ pub const WINDOW_PARAMETERS: [f64; PARAMETERS] = [
 /// Error that was asked for.
 pub const TOLERANCE: Option<f64> = None;
 /// Error that was measured on the window against direct simulation.
-pub const MEASURED_ERROR: Option<f64> = Some(5.9e-9);
+pub const MEASURED_ERROR: Option<f64> = Some(9.4e-9);
 
 /// One step.
 #[derive(Clone, Copy, Debug, PartialEq)]

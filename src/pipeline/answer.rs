@@ -2,6 +2,7 @@
 //! said beside it, of the windows of maps and of the device that made orbits.
 
 use super::{Ended, Map};
+use crate::convergence::MeasuredWindow;
 use crate::expansion::WindowEdge;
 use crate::iteration::DeviceReport;
 use crate::report::{Figure, ReportError, Table, edge_words, pictures, window_remark};
@@ -83,15 +84,21 @@ impl Map {
     /// the window is deeper than the series of the passage whose contact loses most; why there are
     /// no contacts; and what another device than this processor did so far.
     pub fn remarks(&self) -> impl Iterator<Item = String> + use<> {
-        let edge = worst_edge(self.window_edges());
-        let remark = window_remark(self.window(), self.orders(), edge.as_ref());
         let missing = self.0.missing.as_ref().map(|reason| {
             let scene = &self.scene().identifier;
             format!("note: `{scene}`: direct simulation goes without a map: {reason}")
         });
         let device = self.device().map(|device| device_words(&device.report()));
-        let remark = remark.map(|remark| remark.of(&self.scene().identifier));
+        let remark = self.remark_on(self.window());
         remark.into_iter().chain(missing).chain(device.into_iter().flatten())
+    }
+
+    /// What is to be said of the map on its window, with the errors that were measured of it or of
+    /// an [emitted form](Self::emitted).
+    pub fn remark_on(&self, window: &MeasuredWindow) -> Option<String> {
+        let edge = worst_edge(self.window_edges());
+        let remark = window_remark(window, self.orders(), edge.as_ref());
+        remark.map(|remark| remark.of(&self.scene().identifier))
     }
 
     /// The edge of the passage whose contact loses most, where that is too much.

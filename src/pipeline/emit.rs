@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::map::refuse_depth_variables;
 use super::{Error, Map};
-use crate::convergence::{Choice, MapFamily};
+use crate::convergence::{Choice, MapFamily, MeasuredWindow};
 use crate::emission::{
     EmitOptions, EmittedCrate, EmittedModule, EmittedShape, Target, emitted_module,
 };
@@ -55,6 +55,16 @@ impl Map {
     /// [`Error::Emission`] for a map that cannot be emitted, [`Error::Convergence`] if direct
     /// simulation fails.
     pub fn module(&self, request: EmitRequest) -> Result<EmittedModule, Error> {
+        Ok(self.emitted(request)?.0)
+    }
+
+    /// The emitted module of the map, and the window with the errors of what is emitted: the map's
+    /// own where that was not measured.
+    ///
+    /// # Errors
+    ///
+    /// As [`module`](Self::module).
+    pub fn emitted(&self, request: EmitRequest) -> Result<(EmittedModule, MeasuredWindow), Error> {
         refuse_depth_variables(&Expander::new(self.scene(), self.orbit())?)?;
         let (choice, precision) = (self.choice(), self.precision());
         let mut options = EmitOptions {
@@ -69,12 +79,19 @@ impl Map {
             command: request.command,
         };
         options.shape = self.emitted_shape(&options)?;
+        let mut window = self.window().clone();
         if request.measure {
-            let run = self.as_emitted(&options)?.in_format(precision);
-            let images = self.exact_images()?;
-            options.measured_error = images.and_then(|images| images.stated_error(&*run));
+            // The map itself was measured in its own numbers.
+            let is_itself =
+                options.shape == EmittedShape::Factored && options.drop_within.is_none();
+            if let Some(images) = self.exact_images()?.filter(|_| !is_itself) {
+                let form = self.as_emitted(&options)?.in_format(precision);
+                let of = (self.scene(), self.orbit());
+                window = window.of_form(of, self.local(), &*form, images)?;
+            }
+            options.measured_error = window.largest_error();
         }
-        self.in_shape(&options)
+        Ok((self.in_shape(&options)?, window))
     }
 
     /// The map as a module of WebAssembly that computes what [`discrete`](Self::discrete) does, to

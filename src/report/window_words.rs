@@ -31,6 +31,7 @@ pub fn bounds_words(window: &MeasuredWindow) -> String {
     let groups = [
         (of(BoundOrigin::Scene), "as the scene states"),
         (of(BoundOrigin::Radius), "within the radius of the series in y"),
+        (of(BoundOrigin::Depth), "as wide as that depth needs"),
         (of(BoundOrigin::Measured), "measured"),
         (of(BoundOrigin::Assumed), "assumed"),
     ];
@@ -53,8 +54,8 @@ pub fn error_words(window: &MeasuredWindow) -> String {
     let errors: Vec<String> = window
         .errors
         .iter()
-        .map(|CoordinateError { coordinate, error, .. }| match error {
-            Some(error) => format!("{coordinate} {error:.1e}"),
+        .map(|CoordinateError { coordinate, error, verge, .. }| match error {
+            Some(error) => format!("{coordinate} {error:.1e}{}", verge_words(*verge)),
             None => format!("{coordinate} not finite"),
         })
         .collect();
@@ -72,6 +73,11 @@ pub fn error_words(window: &MeasuredWindow) -> String {
     )
 }
 
+/// Where an error is that large, if not everywhere.
+fn verge_words(verge: bool) -> &'static str {
+    if verge { " on the verge of contact" } else { "" }
+}
+
 fn tolerance_words(tolerance: WindowTolerance) -> String {
     match tolerance {
         WindowTolerance::Error(error) => format!("{}, as the scene states", Shown(error)),
@@ -84,7 +90,8 @@ fn tolerance_words(tolerance: WindowTolerance) -> String {
 pub struct WindowRemark {
     /// Whether it is a warning: the map errs more than its scene states, by a hundredth of a
     /// half-width or more, has no image of some points, or its window is deeper than the series
-    /// reach. Otherwise it errs more than 1e-6 of a half-width, which no scene asked for.
+    /// reach. Otherwise it errs more than 1e-6 of a half-width, which no scene asked for, or its
+    /// bounds contradict each other.
     pub is_warning: bool,
     /// The remark.
     pub words: String,
@@ -106,8 +113,8 @@ impl WindowRemark {
 const LARGE_SHARE: f64 = 1e-2;
 
 /// What is to be said of a map that errs more in its window than it should, of a window with points
-/// that have no image, and of one deeper than the series in `y` reach; `None` where the map keeps
-/// its tolerance.
+/// that have no image, of one no point of which is as deep as it says, and of one deeper than the
+/// series in `y` reach; `None` where the map keeps its tolerance.
 ///
 /// ```
 /// use grazemap::convergence::{CoordinateError, MeasuredWindow, SampleSummary, WindowTolerance};
@@ -122,8 +129,10 @@ const LARGE_SHARE: f64 = 1e-2;
 ///         error: Some(error),
 ///         limit: 1e-6,
 ///         half_width: 1e-2,
+///         verge: false,
 ///     }],
 ///     sample: SampleSummary { points: 400, excluded: 0 },
+///     reached: None,
 /// };
 /// let orders = MapOrders::new(3, 8);
 /// assert_eq!(window_remark(&window(1e-7), orders, None), None);
@@ -144,11 +153,12 @@ pub fn window_remark(
     let excluded = excluded_words(window);
     let share = |error: &CoordinateError| error.error.map(|value| value / error.half_width);
     let is_large = |share: Option<f64>| share.is_none_or(|share| share >= LARGE_SHARE);
+    let asked = matches!(window.tolerance, WindowTolerance::Error(_));
     let is_warning = excluded.is_some()
         || edge.is_some()
-        || matches!(window.tolerance, WindowTolerance::Error(_))
-        || window.errors.iter().map(share).any(is_large);
-    let parts: Vec<String> = [errors, excluded, edge].into_iter().flatten().collect();
+        || errors.is_some() && (asked || window.errors.iter().map(share).any(is_large));
+    let parts = [errors, excluded, reached_words(window), edge];
+    let parts: Vec<String> = parts.into_iter().flatten().collect();
     (!parts.is_empty()).then(|| WindowRemark { is_warning, words: parts.join("; ") })
 }
 
@@ -165,12 +175,25 @@ fn excess_words(window: &MeasuredWindow, orders: MapOrders) -> Option<String> {
     Some(match worst.error {
         None => format!("on its window the map of orders {orders} has images without a value"),
         Some(error) => format!(
-            "on its window the map of orders {orders} errs by up to {error:.1e} in {} ({:.0e} of \
+            "on its window the map of orders {orders} errs by up to {error:.1e} in {}{} ({:.0e} of \
                 its half-width), more than {}",
             worst.coordinate,
+            verge_words(worst.verge),
             error / worst.half_width,
             tolerance_words(window.tolerance)
         ),
+    })
+}
+
+/// That no point of the half-widths is as deep as the window, where that is so.
+fn reached_words(window: &MeasuredWindow) -> Option<String> {
+    let depth = window.bounds.iter().find(|bound| bound.kind == BoundKind::Depth)?.value;
+    window.reached.map(|reached| {
+        format!(
+            "its bounds contradict each other: no point of the half-widths is deeper than {:.1e}, \
+                the depth is {depth:e}",
+            reached
+        )
     })
 }
 

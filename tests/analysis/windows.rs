@@ -4,15 +4,20 @@
 use grazemap::analysis::{
     DirectEnd, DirectImage, ImageRecord, ImageRequest, ImageRow, MapEvaluation, Precision, Using,
 };
-use grazemap::convergence::{BoundKind, BoundOrigin, WindowTolerance};
+use grazemap::convergence::{BoundKind, BoundOrigin, MeasuredWindow, WindowTolerance};
 use grazemap::expansion::{MapWindow, WindowBound};
 use grazemap::hybrid::HybridSystem;
-use grazemap::iteration::DiscreteMap;
+use grazemap::iteration::{DiscreteMap, HornerMap};
 use grazemap::numeric::{Dd, decimal_below};
+use grazemap::pipeline::EmitRequest;
 use grazemap::{FindGraze, Map};
+
+#[path = "../../examples/guarded/adversary.rs"]
+mod adversary;
 
 use crate::exact;
 use crate::support::scenes::{NONE, parsed, text};
+use adversary::attack;
 
 /// A pendulum driven against a wall: the flow is not affine, and the scene has no window.
 const PENDULUM: &str = r#"
@@ -192,20 +197,79 @@ fn points_beyond_the_radius_of_the_series_of_a_stiff_stop_are_outside() {
     assert!(images[1..].iter().all(|record| !record.inside()));
 }
 
+/// The claims of a map, coordinate by coordinate.
+fn claims(window: &MeasuredWindow) -> Vec<f64> {
+    window.errors.iter().map(|error| error.error.expect("measured")).collect()
+}
+
+/// An adversary of other means than the measurement's: points at random, on faces and on the verge
+/// of contact, and ascents by mutations. The longer attack is `guarded -- bound` of the examples.
+#[test]
+fn an_adversary_finds_no_point_of_a_window_that_errs_more_than_is_claimed() {
+    // Moving stops and second contacts have depths that the map errs in, the flight of the fourth
+    // has its largest error inside the window.
+    for name in ["moving_stop", "two_stops_t1_rigid", "impact_pair", "foale_omega_2_2"] {
+        let map = map(text(name), name, &NONE);
+        let claims = claims(map.window());
+        let found = attack(&map, map.discrete(), &claims, (1500, 1)).expect("a simulation");
+        let (coordinate, excess, worst) = found.largest();
+        assert!(found.points > 1000 && found.lost == 0, "{name}: {found:?}");
+        assert!(excess <= 1.0, "{name}: {excess} in {coordinate} at {worst:?}");
+        // The claim is no more than an adversary nearly finds.
+        assert!(excess > 0.5, "{name}: {excess}");
+    }
+}
+
+#[test]
+fn a_module_claims_the_error_of_the_form_that_is_emitted() {
+    let map = map(text("impact_pair"), "impact_pair", &[("emit.shape", "composed")]);
+    let (module, window) = map.emitted(EmitRequest::default()).expect("a module");
+    assert_eq!(module.measured_error, window.largest_error());
+    let form = HornerMap::composed(map.local(), map.composed().expect("a composed map"));
+    let found = attack(&map, &form, &claims(&window), (1500, 1)).expect("a simulation");
+    assert!(found.largest().1 <= 1.0, "{found:?}");
+    // The factored map errs otherwise.
+    let other = attack(&map, &form, &claims(map.window()), (1500, 1)).expect("a simulation");
+    let excess = other.largest().1;
+    assert!(!(0.9..=1.0).contains(&excess), "{excess}");
+}
+
+#[test]
+fn a_coordinate_that_is_the_stated_depth_is_as_wide_as_that_depth() {
+    // On the tangency section x is the depth.
+    let stated = map(&with_window("linear", "[window]\ndepth = 1e-2\n"), "linear", &NONE);
+    let x = &stated.window().bounds[1];
+    assert_eq!((x.value, x.origin), (1e-2, BoundOrigin::Depth), "{:?}", stated.window());
+    assert_eq!(stated.window().reached, None);
+    let depths = MapEvaluation::<f64>::depths(stated.local());
+    let deep = [0.99e-2, 0.0];
+    let (depth, window) = (depths.at(&deep, &[0.0; 2]), &stated.local().window);
+    assert!(depth[0] > 0.98e-2 && window.holds(&deep, &[0.0; 2], &depth), "{depth:?}");
+
+    let both = "[window]\ndepth = 1e-2\nstate = { x = 1e-4 }\n";
+    let narrow = map(&with_window("linear", both), "linear", &NONE);
+    let reached = narrow.window().reached.expect("a contradiction");
+    assert!((reached / 1e-4 - 1.0).abs() < 1e-6, "{reached}");
+    let said: String = narrow.remarks().collect();
+    assert!(said.contains("no point of the half-widths is deeper than 1.0e-4"), "{said}");
+}
+
 #[test]
 fn points_with_contacts_elsewhere_are_no_part_of_a_measured_window() {
     // A stop on the other side, just beyond the orbit, that does not graze: offsets of some 1e-3
-    // reach it.
+    // or 1e-9 reach it, and contacts as fast, of a depth of 1e-18.
     let wall = r#"[[model.surface]]
 name = "far"
-event = "x + 1.002"
+event = "x + GAP"
 impact = { v = "-r*v" }
 
 [grazing]"#;
-    let text = with_window("linear", "").replacen("[grazing]", wall, 1);
-    let map = map(&text, "linear", &[("emit.tolerance", "1e-3")]);
-    let (_, lost) = excess(&map, &map.local().window, 300);
-    assert_eq!((lost, map.window().sample.excluded), (0, 0), "{:?}", map.window());
+    for gap in ["1.002", "1.000000001"] {
+        let text = with_window("linear", "").replacen("[grazing]", &wall.replace("GAP", gap), 1);
+        let map = map(&text, "linear", &[("emit.tolerance", "1e-3")]);
+        let (_, lost) = excess(&map, &map.local().window, 300);
+        assert_eq!((lost, map.window().sample.excluded), (0, 0), "{gap}: {:?}", map.window());
+    }
 }
 
 #[test]

@@ -4,9 +4,9 @@ use std::path::{Component, Path, PathBuf};
 
 use serde::Serialize;
 
-use super::{map, open, remark_on_window};
+use super::{map, open};
 use crate::cli::arguments::{EmitArguments, SceneOptions};
-use crate::cli::output::{CliError, Results, print};
+use crate::cli::output::{CliError, Results, note_all, print};
 use grazemap::convergence::MeasuredWindow;
 use grazemap::emission::{EmissionError, EmittedCrate, EmittedModule, Target, shell_word};
 use grazemap::expansion::WindowEdge;
@@ -39,8 +39,8 @@ struct ModuleSummary {
     section: SectionDocument,
 }
 
-/// A module, and its map.
-type Emitted = (EmittedModule, Map);
+/// A module, the window with its errors, and its map.
+type Emitted = (EmittedModule, MeasuredWindow, Map);
 
 pub(in crate::cli) fn run(options: &EmitArguments) -> Result<(), CliError> {
     let default = match options.catalogue {
@@ -67,7 +67,7 @@ pub(in crate::cli) fn run(options: &EmitArguments) -> Result<(), CliError> {
             refuse_single(&scenes)?;
             let all = scenes.into_iter().map(|scene| emit(scene, options, &command));
             let all = all.collect::<Result<Vec<_>, _>>()?;
-            let modules: Vec<_> = all.iter().map(|(module, _)| module.clone()).collect();
+            let modules: Vec<_> = all.iter().map(|(module, ..)| module.clone()).collect();
             (all, EmittedCrate::catalogue(&modules))
         }
     };
@@ -76,7 +76,8 @@ pub(in crate::cli) fn run(options: &EmitArguments) -> Result<(), CliError> {
         return check(&emitted, &folder, outlets.quiet);
     }
     write_emitted(&emitted, &folder)?;
-    modules.iter().for_each(|(_, map)| remark_on_window(map, outlets.quiet));
+    let remarks = modules.iter().filter_map(|(_, window, map)| map.remark_on(window));
+    note_all(&remarks.collect::<Vec<_>>(), outlets.quiet);
     let text = text(&modules, &emitted, &folder);
     let json = to_json(&summary(modules, &emitted))?;
     Results::named("emit", text, json, None).deliver("emit", &outlets)
@@ -190,13 +191,13 @@ fn refuse_single(scenes: &[Source]) -> Result<(), CliError> {
 
 fn emit(source: Source, options: &EmitArguments, command: &str) -> Result<Emitted, CliError> {
     let map = map(source, options.common.outlets.quiet)?;
-    let module = map.module(EmitRequest {
+    let (module, window) = map.emitted(EmitRequest {
         target: options.target,
         measure: !options.no_measure,
         derivatives: !options.catalogue,
         command: Some(command.to_owned()),
     })?;
-    Ok((module, map))
+    Ok((module, window, map))
 }
 
 /// Says how a folder differs from the emission.
@@ -216,14 +217,14 @@ fn check(emitted: &EmittedCrate, folder: &Path, quiet: bool) -> Result<(), CliEr
 }
 
 fn summary(modules: Vec<Emitted>, emitted: &EmittedCrate) -> Summary {
-    let module = |(module, map): Emitted| ModuleSummary {
+    let module = |(module, window, map): Emitted| ModuleSummary {
         identifier: module.identifier,
         step_multiply_adds: module.step_operations.multiply_adds,
         frozen_step_multiply_adds: module.frozen_operations.multiply_adds,
         frozen_jacobian_multiply_adds: module.jacobian_operations.multiply_adds,
         precision: module.precision,
         measured_error: module.measured_error,
-        window: map.window().clone(),
+        window,
         window_edges: map.window_edges().to_vec(),
         section: map.section(),
     };
@@ -236,7 +237,7 @@ fn summary(modules: Vec<Emitted>, emitted: &EmittedCrate) -> Summary {
 fn text(modules: &[Emitted], emitted: &EmittedCrate, folder: &Path) -> String {
     let mut text =
         format!("wrote {} to {}\n", counted(emitted.files.len(), "file"), folder.display());
-    for (module, map) in modules {
+    for (module, window, _) in modules {
         let (step, frozen) = (module.step_operations, module.frozen_operations);
         text.push_str(&format!(
             "  {}: {} multiply-adds a step, {} with the parameters frozen{}\n",
@@ -251,8 +252,8 @@ fn text(modules: &[Emitted], emitted: &EmittedCrate, folder: &Path) -> String {
         if let Some(error) = module.measured_error {
             text.push_str(&format!(
                 "    within {error:.1e} of direct simulation at {} points of the window: {}\n",
-                map.window().sample.points,
-                bounds_words(map.window())
+                window.sample.points,
+                bounds_words(window)
             ));
         }
     }

@@ -65,6 +65,30 @@ fn a_crate_emitted_for_a_tolerance_states_the_measured_error_and_is_the_same_twi
     assert!(unmeasured.contains("error on the window not measured"), "{unmeasured}");
 }
 
+/// A map is chosen by the form with fewest operations, which errs otherwise than the factored one.
+#[test]
+fn code_that_errs_more_than_its_tolerance_is_emitted_with_a_warning_and_the_figure() {
+    let folder = scratch();
+    let scene = grazemap::model::catalogue::text("impact_pair").expect("in the catalogue");
+    let orders = |line: &&str| !line.starts_with("contact_weight");
+    let lines = scene.lines().filter(orders).map(|line| match line.starts_with("smooth_order") {
+        true => "tolerance = 1e-7",
+        false => line,
+    });
+    let tolerant = lines.collect::<Vec<_>>().join("\n");
+    fs::write(folder.path().join("pair.toml"), tolerant).expect("writable");
+    let done = grazemap(folder.path(), &["emit", "pair.toml", "-o", "a", "--json", "-"]);
+    let json: serde_json::Value = serde_json::from_slice(&done.stdout).expect("JSON");
+    let module = &json["modules"][0];
+    let error = module["measured_error"].as_f64().expect("measured");
+    let errors = module["window"]["errors"].as_array().expect("by coordinate").iter();
+    let largest = errors.filter_map(|error| error["error"].as_f64()).fold(0.0, f64::max);
+    assert_eq!(error, largest, "{module}");
+    let said = text(&done.stderr);
+    assert!(error > 1e-7, "{error:e}");
+    assert!(said.contains("more than 1e-7, as the scene states"), "{error:e}: {said}");
+}
+
 /// Every path under a folder, with its bytes.
 fn contents(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
     let paths = files(folder).into_iter();

@@ -6,6 +6,7 @@
 //! is here; [`study`] uses [`choice`], never the reverse. Deliberately absent: plotting. See
 //! docs/mathematics/convergence.md.
 
+mod ascent;
 pub mod choice;
 mod family;
 mod sample;

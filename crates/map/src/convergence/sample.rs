@@ -22,6 +22,15 @@ const CORNERS: usize = 5;
 /// Newton steps onto a depth.
 const NEWTON_STEPS: usize = 30;
 
+/// Step of a difference quotient over a half-width where a depth is met to rounding.
+const FINE_STEP: f64 = 1e-6;
+
+/// What a depth may be off, over the window's, where Newton's method stays where it is.
+const STALLED: f64 = 1e-12;
+
+/// Cells of a half-width's both sides in which a depth is looked for.
+const CELLS: usize = 16;
+
 /// One starting point, in offsets.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SamplePoint {
@@ -119,6 +128,16 @@ impl WindowSample {
         self.depths.at(state, parameters)[passage]
     }
 
+    /// Depths of all passages.
+    pub(super) fn depths_at(&self, state: &[f64], parameters: &[f64]) -> Vec<f64> {
+        self.depths.at(state, parameters)
+    }
+
+    /// How many of the variables are coordinates.
+    pub(super) fn coordinates(&self) -> usize {
+        self.state.len()
+    }
+
     /// Half-widths of the variables (coordinates; parameters), infinite ones replaced.
     pub fn widths(&self) -> Vec<f64> {
         [self.state.as_slice(), &self.parameters].concat()
@@ -192,9 +211,9 @@ impl WindowSample {
         points.filter(|point| self.holds(point)).collect()
     }
 
-    /// Points at which a passage makes contact with another variable than the steepest coordinate
-    /// solved for: at the full depth each in turn, the others at their half-widths, which are the
-    /// corners that the depth cuts off the window; and the one that moves the depth most over its
+    /// Points at which a passage makes contact with each variable solved for in turn, the others at
+    /// their half-widths: at the full depth, but for the steepest coordinate, which are the corners
+    /// that the depth cuts off the window, and on the verge; and, with the one that moves the depth most over its
     /// half-width, the others as those of [`point`](Self::point).
     ///
     /// NOTE: where a parameter moves the depth by far more than the window is deep, contact is made
@@ -205,12 +224,19 @@ impl WindowSample {
         let ends: Vec<Vec<f64>> = self.ends().into_iter().map(joined).collect();
         let mut touching = Vec::new();
         for (passage, &steepest) in self.steepest.iter().enumerate() {
-            for variable in (0..self.widths().len()).filter(|&variable| variable != steepest) {
+            for variable in 0..self.widths().len() {
                 // The sign of what is solved for does not matter.
-                let ends = ends.iter().filter(|offsets| offsets[variable] > 0.0).cloned();
-                let solved =
-                    ends.filter_map(|end| self.solved_for(passage, variable, end, self.deepest));
-                touching.extend(solved);
+                let ends = ends.iter().filter(|offsets| offsets[variable] > 0.0);
+                let deep = ends.clone().filter(|_| variable != steepest);
+                touching.extend(deep.filter_map(|end| {
+                    self.solved_for(passage, variable, end.clone(), self.deepest)
+                }));
+                touching.extend(ends.filter_map(|end| {
+                    let mut offsets = end.clone();
+                    offsets[variable] = 0.0;
+                    self.solved(passage, variable, &mut offsets, VERGE * self.deepest)?;
+                    Some(self.point_at(offsets))
+                }));
             }
             let variable = self.widest_variable(passage);
             let numbers = (first..first + count).filter(|_| variable != steepest);
@@ -243,6 +269,74 @@ impl WindowSample {
         Some(SamplePoint { state: offsets, parameters, depth })
     }
 
+    /// The point at offsets of all variables.
+    pub(super) fn point_at(&self, mut state: Vec<f64>) -> SamplePoint {
+        let parameters = state.split_off(self.state.len());
+        let depths = self.depths_at(&state, &parameters);
+        let depth = depths.into_iter().fold(f64::NEG_INFINITY, f64::max);
+        SamplePoint { state, parameters, depth }
+    }
+
+    /// Moves a variable from where it is until a passage has a depth, 0 included, to what rounding
+    /// leaves: by Newton's method or, where that leaves the half-width, between two of some even
+    /// offsets with the depth between theirs. `None` where it does not get there.
+    pub(super) fn solved(
+        &self,
+        passage: usize,
+        variable: usize,
+        offsets: &mut [f64],
+        depth: f64,
+    ) -> Option<()> {
+        let (start, width) = (offsets[variable], self.widths()[variable]);
+        let lacks = |offsets: &mut [f64], offset: f64| {
+            offsets[variable] = offset;
+            self.depth(passage, offsets) - depth
+        };
+        let tolerance = (1e-9 * depth.abs()).max(f64::EPSILON * self.deepest);
+        let mut here = start;
+        for _ in 0..NEWTON_STEPS {
+            let value = lacks(offsets, here);
+            if value.abs() <= tolerance {
+                return Some(());
+            }
+            let step = FINE_STEP * width;
+            let next = here - value * step / (lacks(offsets, here + step) - value);
+            let stays = (next - here).abs() <= 2.0 * f64::EPSILON * here.abs();
+            if stays && value.abs() <= STALLED * self.deepest {
+                offsets[variable] = here;
+                return Some(());
+            }
+            if next.is_nan() || next.abs() > width || stays {
+                break;
+            }
+            here = next;
+        }
+        let even = |cell: usize| width * (2.0 * cell as f64 / CELLS as f64 - 1.0);
+        let values: Vec<f64> = (0..=CELLS).map(|cell| lacks(offsets, even(cell))).collect();
+        let changes = |&cell: &usize| (values[cell] > 0.0) != (values[cell + 1] > 0.0);
+        let far = |cell: usize| (even(cell) + even(cell + 1) - 2.0 * start).abs();
+        let nearest = |&a: &usize, &b: &usize| far(a).total_cmp(&far(b));
+        let cell = (0..CELLS).filter(changes).min_by(nearest)?;
+        let ends = (values[cell], values[cell + 1]);
+        let bracket = Bracket::new(even(cell), even(cell + 1), ends.0, ends.1).ok()?;
+        let found = bracket.itp(ends, f64::EPSILON * width, |offset| lacks(offsets, offset));
+        offsets[variable] = found.root()?;
+        Some(())
+    }
+
+    /// The variables, those first that move the depth of a passage most over their half-widths.
+    pub(super) fn by_reach(&self, passage: usize) -> Vec<usize> {
+        let widths = self.widths();
+        let moved = |&variable: &usize| {
+            let mut offsets = vec![0.0; widths.len()];
+            offsets[variable] = FINE_STEP * widths[variable];
+            self.depth(passage, &offsets).abs()
+        };
+        let mut variables: Vec<usize> = (0..widths.len()).collect();
+        variables.sort_by(|a, b| moved(b).total_cmp(&moved(a)));
+        variables
+    }
+
     /// Moves a variable until a passage has a depth, by Newton's method with difference quotients
     /// over a step; the depths of all passages there.
     fn solve(
@@ -268,6 +362,21 @@ impl WindowSample {
         None
     }
 
+    /// Largest depth of a passage over the corners of the half-widths, the window's depth aside.
+    pub(super) fn deepest_of(&self, passage: usize) -> f64 {
+        let depths = self.ends().into_iter();
+        let depths = depths.map(|(state, parameters)| self.depths_at(&state, &parameters)[passage]);
+        depths.fold(f64::NEG_INFINITY, f64::max)
+    }
+
+    /// Offset, without its sign, of a variable alone at which a passage has a depth.
+    pub(super) fn reaches(&self, passage: usize, variable: usize, depth: f64) -> Option<f64> {
+        let mut offsets = vec![0.0; self.widths().len()];
+        let step = 1e-4 * self.widths()[variable];
+        self.solve(passage, (variable, step), &mut offsets, depth)?;
+        Some(offsets[variable].abs())
+    }
+
     /// Largest depth over the corners and `count` points of the window, its depth aside.
     pub(super) fn deepest_reached(&self, count: usize) -> f64 {
         let anywhere = self.anywhere(0, count);
@@ -288,7 +397,7 @@ impl WindowSample {
     }
 
     /// Whether a point lies in the window. Depths are solved for to less than is allowed here.
-    fn holds(&self, point: &SamplePoint) -> bool {
+    pub(super) fn holds(&self, point: &SamplePoint) -> bool {
         let offsets = point.state.iter().chain(&point.parameters);
         let mut pairs = offsets.zip(self.state.iter().chain(&self.parameters));
         point.depth <= self.deepest * (1.0 + 1e-6)

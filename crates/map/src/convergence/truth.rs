@@ -32,7 +32,7 @@ pub struct ExactImages {
 
 impl ExactImages {
     /// Points and their images.
-    fn pairs(&self) -> impl Iterator<Item = (&SamplePoint, &Vec<Dd>)> {
+    pub(super) fn pairs(&self) -> impl Iterator<Item = (&SamplePoint, &Vec<Dd>)> {
         self.points.iter().zip(&self.images)
     }
 
@@ -242,7 +242,7 @@ pub(super) fn distance(a: &[Dd], b: &[Dd]) -> f64 {
 }
 
 /// The larger of two numbers; NaN where one of them is none.
-fn nan_or_larger(largest: f64, value: f64) -> f64 {
+pub(super) fn nan_or_larger(largest: f64, value: f64) -> f64 {
     if largest.is_nan() || value <= largest { largest } else { value }
 }
 
@@ -311,16 +311,6 @@ pub(super) fn window_sample(
 }
 
 impl ExactImages {
-    /// Largest error of each coordinate of a map; NaN where an image is not finite.
-    pub fn largest_errors(&self, map: &dyn DiscreteMap) -> Vec<f64> {
-        self.pairs().fold(vec![0.0; map.dimension()], |mut largest, (point, image)| {
-            for (largest, error) in largest.iter_mut().zip(errors(map, point, image)) {
-                *largest = nan_or_larger(*largest, error);
-            }
-            largest
-        })
-    }
-
     /// How many points there are, and how many were left out.
     pub fn summary(&self) -> SampleSummary {
         SampleSummary { points: self.points.len(), excluded: self.excluded }

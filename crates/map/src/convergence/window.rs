@@ -5,13 +5,15 @@
 //! a largest window of a given shape on which the map keeps a tolerance. The shape is that of the
 //! [natural sizes](NaturalWindow) of the map; its size is found by bisection, then each bound is
 //! widened by itself, all against direct simulation in double-double. Points that do not return,
-//! or with contacts other than those of the grazing passages, are no part of such a window.
+//! or with contacts other than those of the grazing passages, are no part of such a window. What is
+//! claimed of the window found is the largest error that [ascents](super::ascent) reach on it.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use serde::{Deserialize, Serialize};
 
 use super::ConvergenceError;
+use super::ascent::{Ascents, Largest};
 use super::sample::{SamplePoint, WindowSample};
 use super::truth::{ExactImages, ExactReturns, MOST_PRODUCTS, SampleSummary, errors};
 use crate::expansion::{LocalMap, MapWindow, NaturalWindow};
@@ -61,7 +63,9 @@ const WINDOWS: usize = 8;
 const MARGIN: f64 = 0.7;
 
 /// Octaves by which the natural sizes are scaled down at most, and halvings of the last one.
-const DOWN: (i32, usize) = (40, 2);
+///
+/// NOTE: a stop 1e-9 beyond the orbit is met by contacts as fast, of a depth of 1e-18.
+const DOWN: (i32, usize) = (72, 2);
 
 /// Factors by which bounds are widened one by one.
 const WIDER: [f64; 2] = [2.0, 1.4];
@@ -72,8 +76,18 @@ const WIDEST: f64 = 4.0;
 /// Decimal digits of a bound that is measured: the same on every machine.
 const DIGITS: u32 = 2;
 
-/// By what a window is narrowed that does not hold at all points it is measured at, and how often.
+/// By what a window is narrowed at least that does not hold at all points it is measured at, and how
+/// often.
 const NARROWER: (f64, usize) = (0.8, 6);
+
+/// By what a window is narrowed at once at most.
+const LEAST_NARROWER: f64 = 0.1;
+
+/// What is claimed over the largest error found: ascents end within a fiftieth of a summit.
+const SHORT_OF_SUMMIT: f64 = 1.02;
+
+/// Depth reached over the window's below which its bounds contradict each other.
+const CONTRADICTION: f64 = 0.5;
 
 /// Narrowed bounds make less than this factor of the errors that stated ones make alone.
 const BESIDE_STATED: f64 = 2.0;
@@ -115,6 +129,9 @@ pub enum BoundOrigin {
     Scene,
     /// The scene states a larger depth, beyond the radius of convergence of the series in `y`.
     Radius,
+    /// The scene states the depth, and leaves this coordinate or parameter open, which makes it: as
+    /// wide as that depth needs.
+    Depth,
     /// The scene leaves it open.
     Measured,
     /// The scene leaves it open, and there are no contacts to measure it with: a share of the
@@ -159,6 +176,10 @@ pub struct CoordinateError {
     pub limit: f64,
     /// Half-width of the window.
     pub half_width: f64,
+    /// Whether the error is that large only on the verge of contact, where it is the square root of
+    /// what the depth errs by: at depths below a thousandth of the window's.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub verge: bool,
 }
 
 impl CoordinateError {
@@ -183,8 +204,12 @@ pub struct MeasuredWindow {
     /// The errors of each coordinate.
     pub errors: Vec<CoordinateError>,
     /// At how many points; `excluded` are those in the window of which the map claims an image that
-    /// it cannot have.
+    /// it cannot have. Errors are sought from these points on.
     pub sample: SampleSummary,
+    /// Largest depth of a point of the half-widths, where that is less than half of the window's
+    /// depth: the bounds contradict each other.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reached: Option<f64>,
 }
 
 impl MeasuredWindow {
@@ -200,6 +225,7 @@ impl MeasuredWindow {
             bounds: named_bounds(local, &local.window, origins),
             errors: Vec::new(),
             sample: SampleSummary { points: 0, excluded: 0 },
+            reached: None,
         }
     }
 
@@ -251,13 +277,14 @@ pub fn measure_window(
     natural: &NaturalWindow,
 ) -> Result<WindowMeasurement, ConvergenceError> {
     let system = HybridSystem::new(&scene.model);
+    let sample = WindowSample::new(local);
     let mut search = Search {
         returns: ExactReturns::new(&system, scene, orbit)?,
         spent: AtomicUsize::new(0),
         run,
-        sample: WindowSample::new(local),
         tolerance: WindowTolerance::of(scene),
-        bounds: Bounds::new(scene, orbit, natural),
+        bounds: Bounds::new(scene, orbit, natural).with_implied(&sample),
+        sample,
         least: vec![0.0; local.dimension()],
         skips: false,
     };
@@ -282,17 +309,50 @@ pub fn measure_window(
             Err(error) => Err(error),
         }
     };
-    let (mut images, mut lost) = measure(&window)?;
-    for _ in 0..NARROWER.1 {
-        let measured = search.measured(local, &window, images.as_ref(), lost);
-        if !kept || !search.bounds.are_open() || measured.is_kept() {
-            break;
+    let may_narrow = kept && search.bounds.are_open();
+    let mut narrowings = 0..if may_narrow { NARROWER.1 } else { 0 };
+    loop {
+        let (images, lost) = measure(&window)?;
+        let largest = search.largest_errors(&window, images.as_ref());
+        let measured = search.measured(local, &window, &largest, images.as_ref(), lost);
+        let excess = search.excess(&measured, &largest);
+        if excess <= 1.0 || narrowings.next().is_none() {
+            return Ok(WindowMeasurement { window, measured, images });
         }
-        window = search.bounds.narrower(window);
-        (images, lost) = measure(&window)?;
+        let factor = match excess.is_finite() {
+            true => excess.powf(-0.5).clamp(LEAST_NARROWER, NARROWER.0),
+            false => NARROWER.0,
+        };
+        window = search.bounds.narrower(window, factor);
     }
-    let measured = search.measured(local, &window, images.as_ref(), lost);
-    Ok(WindowMeasurement { window, measured, images })
+}
+
+impl MeasuredWindow {
+    /// The window with the errors of another form of the map, composed, pruned or in other numbers,
+    /// sought from the points at which the map was measured; `None` where an image is not finite.
+    ///
+    /// # Errors
+    ///
+    /// [`ConvergenceError::Analysis`] if direct simulation cannot be set up for the scene.
+    pub fn of_form(
+        &self,
+        (scene, orbit): (&Scene, &GrazingOrbit),
+        local: &LocalMap,
+        form: &dyn DiscreteMap,
+        images: &ExactImages,
+    ) -> Result<Self, ConvergenceError> {
+        let system = HybridSystem::new(&scene.model);
+        let returns = ExactReturns::new(&system, scene, orbit)?;
+        let sample = WindowSample::new(local);
+        let ascents = Ascents { returns: &returns, run: form, sample: &sample };
+        let largest = ascents.largest(images);
+        let mut window = self.clone();
+        for (coordinate, error) in window.errors.iter_mut().enumerate() {
+            error.error = claimed(largest.errors[coordinate]);
+            error.verge = largest.is_on_verge(coordinate);
+        }
+        Ok(window)
+    }
 }
 
 impl ExactImages {
@@ -308,18 +368,13 @@ impl ExactImages {
     ) -> Result<Self, ConvergenceError> {
         Self::new(scene, orbit, MEASURED.of(&WindowSample::new(local)))
     }
-
-    /// The largest error of a map, rounded up to two digits: the same number on machines whose
-    /// arithmetic differs in the last place. `None` where an image is not finite.
-    pub fn stated_error(&self, map: &dyn DiscreteMap) -> Option<f64> {
-        let errors = self.largest_errors(map).into_iter();
-        let stated = errors.map(rounded_up).collect::<Option<Vec<_>>>()?;
-        Some(stated.into_iter().fold(0.0, f64::max))
-    }
 }
 
-fn rounded_up(error: f64) -> Option<f64> {
-    error.is_finite().then(|| decimal_above(error, DIGITS))
+/// What is claimed of a largest error that was found: so much more as an ascent may end below its
+/// summit, rounded up to two digits, which are the same on machines whose arithmetic differs in the
+/// last place. `None` of an error that is not finite.
+fn claimed(error: f64) -> Option<f64> {
+    error.is_finite().then(|| decimal_above(SHORT_OF_SUMMIT * error, DIGITS))
 }
 
 /// The bounds of a window: what is stated, and how large what is open may be.
@@ -329,6 +384,8 @@ struct Bounds<'a> {
     stated: MapWindow,
     /// Whether the depth that the scene states is beyond the radius.
     cut: bool,
+    /// Numbers of the bounds that follow from the depth that the scene states.
+    implied: Vec<usize>,
     natural: &'a NaturalWindow,
 }
 
@@ -340,7 +397,41 @@ impl<'a> Bounds<'a> {
         if let Some(reach) = cut {
             stated.depth = decimal_below(reach, DIGITS);
         }
-        Self { stated, cut: cut.is_some(), natural }
+        Self { stated, cut: cut.is_some(), implied: Vec::new(), natural }
+    }
+
+    /// The bounds with an open variable of each passage as wide as the depth that the scene states
+    /// needs, where no point of the half-widths that it states is as deep: that which moves the
+    /// depth most. Nothing deep would be inside otherwise.
+    fn with_implied(mut self, sample: &WindowSample) -> Self {
+        if !self.stated.depth.is_finite() {
+            return self;
+        }
+        for passage in 0..sample.steepest.len() {
+            let (depth, stated) = (self.stated.depth, self.at(0.0));
+            let reached = sample.resized(&stated).deepest_of(passage);
+            let open = |variable: &usize| {
+                self.stated.bounds().nth(variable + 1).is_some_and(f64::is_infinite)
+            };
+            let natural = sample.resized(&self.at(1.0));
+            let variable = natural.by_reach(passage).into_iter().find(open);
+            let Some(variable) = variable.filter(|_| reached < depth) else { continue };
+            let width = natural.reaches(passage, variable, depth);
+            let widest = self.natural.scaled(WIDEST).bounds().nth(variable + 1);
+            let width = width.map(|width| decimal_above(width, DIGITS));
+            let width = width.filter(|&width| widest.is_some_and(|widest| width <= widest));
+            if let (Some(bound), Some(width)) = (self.stated.bounds_mut().nth(variable + 1), width)
+            {
+                *bound = width;
+                self.implied.push(variable + 1);
+            }
+        }
+        self
+    }
+
+    /// Whether the scene states any bound.
+    fn are_stated(&self) -> bool {
+        self.stated.bounds().any(f64::is_finite)
     }
 
     /// The numbers of the open ones, the depth last: how deep points are depends on the others.
@@ -373,10 +464,10 @@ impl<'a> Bounds<'a> {
     }
 
     /// The window with its open bounds narrower.
-    fn narrower(&self, mut window: MapWindow) -> MapWindow {
+    fn narrower(&self, mut window: MapWindow, factor: f64) -> MapWindow {
         for (bound, stated) in window.bounds_mut().zip(self.stated.bounds()) {
             if !stated.is_finite() {
-                *bound = decimal_below(NARROWER.0 * *bound, DIGITS);
+                *bound = decimal_below(factor * *bound, DIGITS);
             }
         }
         window
@@ -395,6 +486,7 @@ impl<'a> Bounds<'a> {
     fn origins(&self) -> impl Iterator<Item = BoundOrigin> {
         self.stated.bounds().enumerate().map(|(number, bound)| match (number, bound) {
             (0, _) if self.cut => BoundOrigin::Radius,
+            (number, _) if self.implied.contains(&number) => BoundOrigin::Depth,
             (_, f64::INFINITY) => BoundOrigin::Measured,
             _ => BoundOrigin::Scene,
         })
@@ -459,7 +551,7 @@ impl Search<'_> {
             |returns: &mut ExactReturns<'_>, point: &SamplePoint| self.errors(returns, point).0;
         let errors = parallel::map_with(&points, || self.returns.clone(), add);
         let errors: Vec<Vec<f64>> = errors.into_iter().flatten().collect();
-        self.skips = errors.len() < tried;
+        self.skips = self.bounds.are_stated() && errors.len() < tried;
         for errors in errors {
             for (least, error) in self.least.iter_mut().zip(errors) {
                 *least = least.max(BESIDE_STATED * error);
@@ -543,32 +635,65 @@ impl Search<'_> {
         }
     }
 
+    /// The largest errors on a window, sought from these points.
+    fn largest_errors(&self, window: &MapWindow, images: Option<&ExactImages>) -> Largest {
+        let sample = self.sample.resized(window);
+        let ascents = Ascents { returns: &self.returns, run: self.run, sample: &sample };
+        let none = || Largest::none(window.state.len());
+        images.map_or_else(none, |images| ascents.largest(images))
+    }
+
+    /// The largest error over its tolerance, infinite where points have no image.
+    ///
+    /// NOTE: a share of each half-width, which no scene asked for, is not asked on the verge of
+    /// contact: windows would be hundreds of times narrower for a layer as thin as the depth's error.
+    fn excess(&self, measured: &MeasuredWindow, largest: &Largest) -> f64 {
+        if measured.sample.excluded > 0 {
+            return f64::INFINITY;
+        }
+        let errors = match self.tolerance {
+            WindowTolerance::Error(_) => &largest.errors,
+            WindowTolerance::Share(_) => &largest.off_verge,
+        };
+        let pairs = errors.iter().zip(&measured.errors);
+        let excess = pairs.map(|(&error, measured)| match claimed(error) {
+            Some(claim) if claim <= decimal_above(measured.limit, DIGITS) => 0.0,
+            Some(claim) => claim / measured.limit,
+            None => f64::INFINITY,
+        });
+        excess.fold(0.0, f64::max)
+    }
+
     /// What is said of a window measured at these points, or of one none of whose points has an
     /// image.
     fn measured(
         &self,
         local: &LocalMap,
         window: &MapWindow,
+        largest: &Largest,
         images: Option<&ExactImages>,
         lost: usize,
     ) -> MeasuredWindow {
         let dimension = local.dimension();
-        let errors = images.map(|images| images.largest_errors(self.run));
-        let errors = errors.unwrap_or_else(|| vec![f64::NAN; dimension]);
         let limits = self.tolerance.limits(window).into_iter().zip(&window.state);
-        let errors = local.section.coordinates.iter().zip(errors).zip(limits);
-        let errors = errors.map(|((coordinate, error), (limit, &half_width))| CoordinateError {
+        let errors = local.section.coordinates.iter().enumerate().zip(limits);
+        let errors = errors.map(|((number, coordinate), (limit, &half_width))| CoordinateError {
             coordinate: coordinate.clone(),
-            error: rounded_up(error),
+            error: claimed(largest.errors[number]),
             limit,
             half_width,
+            verge: largest.is_on_verge(number),
         });
         let none = SampleSummary { points: 0, excluded: lost };
+        let sample = self.sample.resized(window);
+        let reached = sample.deepest_reached(MEASURED.count(&sample));
+        let contradicts = |&reached: &f64| reached < CONTRADICTION * window.depth;
         MeasuredWindow {
             tolerance: self.tolerance,
             bounds: named_bounds(local, window, self.bounds.origins()),
             errors: errors.collect(),
             sample: images.map_or(none, ExactImages::summary),
+            reached: Some(reached.max(0.0)).filter(contradicts),
         }
     }
 }

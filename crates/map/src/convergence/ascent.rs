@@ -1,0 +1,390 @@
+//! The largest errors of a map on its window, sought: ascents from the worst points of a sample.
+//!
+//! One idea: an error is largest where the window ends or on the verge of contact, and both are
+//! faces on which a variable is fixed, or solved for. An ascent moves one variable after another,
+//! to its ends and by steps that shrink, while the depth of a passage is held; then it moves that
+//! depth, over all decades and through zero. It needs no derivatives: those of an error have a pole
+//! on the verge.
+
+use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
+
+use super::sample::{SamplePoint, WindowSample};
+use super::truth::{ExactImages, ExactReturns, MOST_PRODUCTS, errors, nan_or_larger};
+use crate::iteration::{DiscreteMap, parallel};
+
+/// Steps of a variable in turn, over its half-width.
+const STEPS: [f64; 3] = [0.5, 0.12, 0.03];
+
+/// Rounds through all variables with one step at most.
+const ROUNDS: usize = 4;
+
+/// Images of one ascent at most.
+const MOST_IMAGES: usize = 160;
+
+/// A shallow depth over the window's: below it a contact is on the verge.
+const SHALLOW: f64 = 1e-3;
+
+/// Factors of two depths in turn over decades, and halvings in between.
+const DECADES: (f64, usize) = (1e-2, 8);
+
+/// Smallest depth over the window's that is tried beside 0.
+const LEAST: f64 = 1e-15;
+
+/// Depth at which other variables are moved over that at which an error is largest: on the verge
+/// itself the depth hides how the error depends on them.
+const ABOVE_VERGE: f64 = 30.0;
+
+/// Share of a coordinate's largest error in the sample below which a kind of points is no start.
+const WORTH: f64 = 0.1;
+
+/// The largest error of each coordinate; not a number where the map has no image.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Largest {
+    /// Everywhere.
+    pub(super) errors: Vec<f64>,
+    /// Where no passage is on the verge of contact.
+    pub(super) off_verge: Vec<f64>,
+}
+
+impl Largest {
+    fn new(dimension: usize) -> Self {
+        Self { errors: vec![0.0; dimension], off_verge: vec![0.0; dimension] }
+    }
+
+    /// Errors of a window none of whose points has an image.
+    pub(super) fn none(dimension: usize) -> Self {
+        Self { errors: vec![f64::NAN; dimension], off_verge: vec![f64::NAN; dimension] }
+    }
+
+    /// Whether the error of a coordinate is larger on the verge of contact than elsewhere, by more
+    /// than chance.
+    pub(super) fn is_on_verge(&self, coordinate: usize) -> bool {
+        self.errors[coordinate] > ON_VERGE * self.off_verge[coordinate]
+    }
+
+    fn add(&mut self, errors: &[f64], on_verge: bool) {
+        raise(&mut self.errors, errors);
+        if !on_verge {
+            raise(&mut self.off_verge, errors);
+        }
+    }
+}
+
+/// Takes in larger errors; not a number is larger than any.
+fn raise(largest: &mut [f64], errors: &[f64]) {
+    for (largest, &error) in largest.iter_mut().zip(errors) {
+        *largest = nan_or_larger(*largest, error);
+    }
+}
+
+/// Error on the verge of contact over that elsewhere from which the verge is named.
+const ON_VERGE: f64 = 1.1;
+
+/// Where the depth of a passage is relative to the window's.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Band {
+    Free,
+    Verge,
+    Middle,
+    Deep,
+}
+
+impl Band {
+    fn of(share: f64) -> Self {
+        match share {
+            share if share.abs() < SHALLOW => Self::Verge,
+            share if share < 0.0 => Self::Free,
+            share if share < 0.5 => Self::Middle,
+            _ => Self::Deep,
+        }
+    }
+}
+
+/// A map on a window, and the returns that it is compared with.
+pub(super) struct Ascents<'a> {
+    pub(super) returns: &'a ExactReturns<'a>,
+    pub(super) run: &'a dyn DiscreteMap,
+    pub(super) sample: &'a WindowSample,
+}
+
+impl Ascents<'_> {
+    /// The largest errors over a sample and over the ascents from its worst points.
+    pub(super) fn largest(&self, images: &ExactImages) -> Largest {
+        let mut largest = Largest::new(self.run.dimension());
+        let measured = images.pairs().map(|(point, image)| {
+            let bands = self.bands(&self.sample.depths_at(&point.state, &point.parameters));
+            (point, bands, errors(self.run, point, image))
+        });
+        let measured: Vec<Measured<'_>> = measured.collect();
+        for (_, bands, errors) in &measured {
+            largest.add(errors, bands.contains(&Band::Verge));
+        }
+        let starts = self.starts(&measured, &largest.errors);
+        let most = MOST_PRODUCTS / starts.len().max(1);
+        let ascend = |returns: &mut ExactReturns<'_>, (start, coordinates): Start| {
+            let (point, _, errors) = &measured[start];
+            let mut ascent = Ascent {
+                map: self,
+                returns,
+                known: BTreeMap::new(),
+                images: 0,
+                products: 0,
+                most,
+                largest: Largest::new(errors.len()),
+            };
+            coordinates.iter().for_each(|&coordinate| ascent.climb(point, errors, coordinate));
+            ascent.largest
+        };
+        let found = parallel::map_with(starts, || self.returns.clone(), ascend);
+        for found in found {
+            raise(&mut largest.errors, &found.errors);
+            raise(&mut largest.off_verge, &found.off_verge);
+        }
+        largest
+    }
+
+    fn bands(&self, depths: &[f64]) -> Vec<Band> {
+        depths.iter().map(|depth| Band::of(depth / self.sample.deepest())).collect()
+    }
+
+    /// The worst point of each coordinate among those whose depths are in the same bands.
+    fn starts(&self, measured: &[Measured<'_>], largest: &[f64]) -> Vec<Start> {
+        let mut worst: BTreeMap<(Vec<Band>, usize), usize> = BTreeMap::new();
+        for (number, (_, bands, errors)) in measured.iter().enumerate() {
+            for coordinate in 0..errors.len() {
+                let error = |number: usize| measured[number].2[coordinate];
+                let verge = bands.contains(&Band::Verge);
+                if !verge && error(number) < WORTH * largest[coordinate] {
+                    continue;
+                }
+                match worst.entry((bands.clone(), coordinate)) {
+                    Entry::Vacant(entry) => {
+                        entry.insert(number);
+                    }
+                    Entry::Occupied(mut entry) => {
+                        if error(number) > error(*entry.get()) {
+                            entry.insert(number);
+                        }
+                    }
+                }
+            }
+        }
+        let mut starts: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+        for ((_, coordinate), number) in worst {
+            starts.entry(number).or_default().push(coordinate);
+        }
+        starts.into_iter().collect()
+    }
+}
+
+/// A point, the bands of its depths, and its errors.
+type Measured<'a> = (&'a SamplePoint, Vec<Band>, Vec<f64>);
+
+/// The number of a point and the coordinates whose errors are to be made larger from it.
+type Start = (usize, Vec<usize>);
+
+/// The depth of a passage, met by moving a variable.
+#[derive(Clone, Copy, Debug)]
+struct Held {
+    passage: usize,
+    variable: usize,
+    depth: f64,
+}
+
+/// Offsets of the variables (coordinates; parameters), one of them solved for.
+#[derive(Clone, Debug)]
+struct Place {
+    offsets: Vec<f64>,
+    held: Option<Held>,
+}
+
+/// An ascent from one point.
+struct Ascent<'a, 'b> {
+    map: &'a Ascents<'a>,
+    returns: &'a mut ExactReturns<'b>,
+    /// Errors by the bits of the offsets.
+    known: BTreeMap<Vec<u64>, Option<Vec<f64>>>,
+    images: usize,
+    products: usize,
+    /// Products of series at most.
+    most: usize,
+    largest: Largest,
+}
+
+impl Ascent<'_, '_> {
+    /// Makes the error of a coordinate larger.
+    fn climb(&mut self, point: &SamplePoint, errors: &[f64], coordinate: usize) {
+        self.images = 0;
+        let offsets = [point.state.as_slice(), &point.parameters].concat();
+        let mut best = (errors[coordinate], Place { held: self.held(point), offsets });
+        self.over_depths(&mut best, coordinate);
+        let deepest = self.map.sample.deepest();
+        let hidden = |held: Held| held.depth != 0.0 && held.depth.abs() < SHALLOW * deepest;
+        let Some(held) = best.1.held.filter(|&held| hidden(held)) else {
+            self.over_variables(&mut best, coordinate);
+            self.over_depths(&mut best, coordinate);
+            return;
+        };
+        let depth = ABOVE_VERGE * held.depth.abs();
+        let above = Place { held: Some(Held { depth, ..held }), ..best.1.clone() };
+        if let Some(mut above) = self.tried(above, coordinate) {
+            self.over_variables(&mut above, coordinate);
+            self.over_depths(&mut above, coordinate);
+        }
+    }
+
+    /// The passage of a point whose depth is held: the last on the verge, or the deepest.
+    fn held(&self, point: &SamplePoint) -> Option<Held> {
+        let sample = self.map.sample;
+        let depths = sample.depths_at(&point.state, &point.parameters);
+        let on_verge =
+            |&passage: &usize| Band::of(depths[passage] / sample.deepest()) == Band::Verge;
+        let deepest = |&a: &usize, &b: &usize| depths[a].total_cmp(&depths[b]);
+        let passages = 0..depths.len();
+        let contact = passages.clone().filter(|&passage| depths[passage] > 0.0).max_by(deepest);
+        let passage = passages.rev().find(on_verge).or(contact)?;
+        Some(Held { passage, variable: sample.steepest[passage], depth: depths[passage] })
+    }
+
+    /// Moves the depth that is held: over decades on both sides of contact, then in between.
+    fn over_depths(&mut self, best: &mut (f64, Place), coordinate: usize) {
+        let deepest = self.map.sample.deepest();
+        let at = |best: &(f64, Place), depth: f64| {
+            let held = best.1.held?;
+            Some(Place { held: Some(Held { depth, ..held }), ..best.1.clone() })
+        };
+        let mut share = 1.0;
+        let mut depths = vec![0.0];
+        while share > LEAST {
+            depths.extend([share, -share]);
+            share *= DECADES.0;
+        }
+        for share in depths {
+            let Some(place) = at(best, share * deepest) else { return };
+            self.improve(best, place, coordinate);
+        }
+        let mut factor = DECADES.0;
+        for _ in 0..DECADES.1 {
+            factor = factor.sqrt();
+            let Some(depth) = best.1.held.map(|held| held.depth) else { return };
+            for depth in [depth * factor, (depth / factor).min(deepest)] {
+                if let Some(place) = at(best, depth) {
+                    self.improve(best, place, coordinate);
+                }
+            }
+        }
+    }
+
+    /// Moves the variables but the one that is solved for, one after another, and the depth where
+    /// it is not on the verge.
+    fn over_variables(&mut self, best: &mut (f64, Place), coordinate: usize) {
+        let widths = self.map.sample.widths();
+        let deepest = self.map.sample.deepest();
+        for step in STEPS {
+            for _ in 0..ROUNDS {
+                let before = best.clone();
+                for (variable, &width) in widths.iter().enumerate() {
+                    let here = best.1.offsets[variable];
+                    let moved = [-here, -width, width, here - step * width, here + step * width];
+                    for offset in moved.map(|offset| offset.clamp(-width, width)) {
+                        if best.1.held.is_some_and(|held| held.variable == variable) {
+                            continue;
+                        }
+                        let mut place = best.1.clone();
+                        place.offsets[variable] = offset;
+                        self.improve(best, place, coordinate);
+                    }
+                }
+                let held = best.1.held.filter(|held| held.depth > SHALLOW * deepest);
+                if let Some(held) = held {
+                    for depth in [held.depth * (1.0 - step), held.depth / (1.0 - step)] {
+                        let held = Some(Held { depth: depth.min(deepest), ..held });
+                        let place = Place { held, ..best.1.clone() };
+                        self.improve(best, place, coordinate);
+                    }
+                }
+                if best.0 <= before.0 {
+                    break;
+                }
+                // Once more as far in the same direction.
+                let pairs = best.1.offsets.iter().zip(&before.1.offsets).zip(&widths);
+                let further =
+                    pairs.map(|((&here, &was), &width)| (2.0 * here - was).clamp(-width, width));
+                let place = Place { offsets: further.collect(), ..best.1.clone() };
+                self.improve(best, place, coordinate);
+            }
+        }
+    }
+
+    /// Takes a place where its error is larger.
+    fn improve(&mut self, best: &mut (f64, Place), place: Place, coordinate: usize) {
+        if let Some(tried) = self.tried(place, coordinate).filter(|tried| tried.0 > best.0) {
+            *best = tried;
+        }
+    }
+
+    /// The error of a coordinate at a place, brought to the depth that is held; `None` where that
+    /// is outside of the window, or has no image.
+    fn tried(&mut self, place: Place, coordinate: usize) -> Option<(f64, Place)> {
+        if self.images >= MOST_IMAGES || self.products >= self.most {
+            return None;
+        }
+        let place = self.met(place)?;
+        let sample = self.map.sample;
+        let (state, parameters) = place.offsets.split_at(sample.coordinates());
+        let depths = sample.depths_at(state, parameters);
+        let on_verge = self.map.bands(&depths).contains(&Band::Verge);
+        let depth = depths.into_iter().fold(f64::NEG_INFINITY, f64::max);
+        let point = SamplePoint { state: state.to_vec(), parameters: parameters.to_vec(), depth };
+        if !sample.holds(&point) {
+            return None;
+        }
+        let bits: Vec<u64> = place.offsets.iter().map(|offset| offset.to_bits()).collect();
+        let errors = match self.known.get(&bits) {
+            Some(errors) => errors.clone(),
+            None => {
+                self.images += 1;
+                let errors = match self.returns.image(&point) {
+                    Ok((image, products)) => {
+                        self.products += products;
+                        image.map(|image| errors(self.map.run, &point, &image))
+                    }
+                    Err(_) => None,
+                };
+                if let Some(errors) = &errors {
+                    self.largest.add(errors, on_verge);
+                }
+                self.known.insert(bits, errors.clone());
+                errors
+            }
+        };
+        errors.map(|errors| (errors[coordinate], place))
+    }
+
+    /// The place with the depth that is held, another variable solved for where the first one would
+    /// leave its half-width.
+    fn met(&self, mut place: Place) -> Option<Place> {
+        let Some(held) = place.held else { return Some(place) };
+        let sample = self.map.sample;
+        let solved = |place: &mut Place, variable: usize| {
+            let from = place.offsets[variable];
+            let met = sample.solved(held.passage, variable, &mut place.offsets, held.depth);
+            if met.is_none() {
+                place.offsets[variable] = from;
+            }
+            met.is_some()
+        };
+        if solved(&mut place, held.variable) {
+            return Some(place);
+        }
+        let other = |&variable: &usize| variable != held.variable;
+        for variable in sample.by_reach(held.passage).into_iter().filter(other) {
+            if solved(&mut place, variable) {
+                place.held = Some(Held { variable, ..held });
+                return Some(place);
+            }
+        }
+        None
+    }
+}
