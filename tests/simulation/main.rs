@@ -8,6 +8,7 @@ mod direct_lanes;
 mod direct_simulation;
 mod hertz_law;
 mod moving_surfaces;
+mod narrow_features;
 mod public_two_direct;
 mod rounding_at_grazes;
 mod section_phases;
