@@ -9,6 +9,7 @@ mod grazing_curves;
 mod grazing_orbits;
 mod margins;
 mod model_properties;
+mod narrow_forcing;
 mod outside;
 mod scene;
 mod several_grazes;

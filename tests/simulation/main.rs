@@ -9,6 +9,7 @@ mod direct_simulation;
 mod hertz_law;
 mod independent_simulator;
 mod moving_surfaces;
+mod narrow_features;
 mod public_two_direct;
 mod random_oscillators;
 mod rounding_at_grazes;

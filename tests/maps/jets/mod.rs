@@ -1,6 +1,7 @@
 //! Jets at work: exact products, the recurrences in three rings, identities, maps.
 
 mod coefficients;
+mod ends_of_range;
 mod identities;
 mod maps;
 mod products;

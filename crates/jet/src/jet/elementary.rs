@@ -81,8 +81,8 @@ pub fn sqrt_part<S: Scalar, A: Graded<S>>(
 /// u_0 = f(a_0),   u_k = ±(1/k) Σ_{j=1}^{k} (Ea)_j v_{k−j}
 /// ```
 ///
-/// The partner of `exp` is itself, those of `sin`, `cos` and of `sinh`, `cosh` are each other; the
-/// sign is `−` for `cos`.
+/// The partner of `exp` is itself, those of `sin`, `cos` and of `sinh`, `cosh` are each other, that
+/// of `tanh` is `1/cosh²`; the sign is `−` for `cos`.
 #[inline(always)]
 pub fn exponential_part<S: Scalar, A: Graded<S>>(
     algebra: &A,
@@ -102,6 +102,27 @@ pub fn exponential_part<S: Scalar, A: Graded<S>>(
     };
     let factor = sign / S::from_f64(degree as f64);
     algebra.scaled_convolution(degree, Span::WithoutFirst, (euler_a, partner), factor, out);
+}
+
+/// Part of degree `k` of `w = 1/cosh² a`, from `w = 1 − u²` with `u = tanh a`:
+///
+/// ```text
+/// w_0 = 1/cosh² a_0,   w_k = −Σ_{j=0}^{k} u_j u_{k−j}
+/// ```
+///
+/// NOTE: `w_0` by itself, not as `1 − u_0²`, which cancels where the tangent is flat.
+#[inline(always)]
+pub fn sech_squared_part<S: Scalar, A: Graded<S>>(
+    algebra: &A,
+    degree: usize,
+    a: &[S],
+    u: &[S],
+    out: &mut [S],
+) {
+    if degree == 0 {
+        return algebra.head(HeadFunction::SechSquared, &a[algebra.part(0)], out);
+    }
+    algebra.scaled_convolution(degree, Span::Full, (u, u), -S::one(), out);
 }
 
 /// Part of degree `k` of `u = f(a)` where `w Eu = Ea`, a logarithm or an inverse circular function:
@@ -313,10 +334,26 @@ impl<S: Scalar> Jet<S> {
         &sine / &cosine
     }
 
-    /// Hyperbolic tangent, `sinh / cosh`.
+    /// Hyperbolic tangent: `Eu = w Ea` with `w = 1 − u²`.
     pub fn tanh(&self) -> Self {
-        let (sinh, cosh) = self.sinh_cosh();
-        &sinh / &cosh
+        self.tanh_and_slope().0
+    }
+
+    /// The hyperbolic tangent `u` and its derivative `w = 1/cosh²`, side by side.
+    fn tanh_and_slope(&self) -> (Self, Self) {
+        let (space, a, euler) = (&*self.space, &self.coefficients, self.euler().coefficients);
+        let (mut u, mut w) = (Self::zero(&self.space), Self::zero(&self.space));
+        let mut scratch = vec![S::zero(); space.len()];
+        for degree in 0..=space.order() {
+            let range = space.degree_range(degree);
+            let part = &mut scratch[range.clone()];
+            let tanh = HeadFunction::Tanh;
+            exponential_part(space, tanh, degree, a, &euler, &w.coefficients, part);
+            u.coefficients[range.clone()].copy_from_slice(part);
+            sech_squared_part(space, degree, a, &u.coefficients, part);
+            w.coefficients[range].copy_from_slice(part);
+        }
+        (u, w)
     }
 
     /// Arc sine, for a head inside `(−1, 1)`: `√(1 − a²) Eu = Ea`.
@@ -434,6 +471,8 @@ impl<S: Scalar> Jet<S> {
             HeadFunction::Atan => self.atan(),
             HeadFunction::Sinh => self.sinh_cosh().0,
             HeadFunction::Cosh => self.sinh_cosh().1,
+            HeadFunction::Tanh => self.tanh(),
+            HeadFunction::SechSquared => self.tanh_and_slope().1,
         }
     }
 }

@@ -74,6 +74,10 @@ pub enum HeadFunction {
     Sinh,
     /// Hyperbolic cosine.
     Cosh,
+    /// Hyperbolic tangent.
+    Tanh,
+    /// Derivative of the hyperbolic tangent, `1/cosh²`.
+    SechSquared,
 }
 
 /// A graded algebra over the scalars `S`, its elements stored as flat slices.
@@ -156,6 +160,8 @@ pub fn scalar_head<S: Scalar>(function: HeadFunction, a: S) -> S {
         HeadFunction::Atan => a.atan(),
         HeadFunction::Sinh => a.sinh_cosh().0,
         HeadFunction::Cosh => a.sinh_cosh().1,
+        HeadFunction::Tanh => a.tanh(),
+        HeadFunction::SechSquared => a.sech_squared(),
     }
 }
 

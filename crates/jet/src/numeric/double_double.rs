@@ -341,7 +341,8 @@ impl Scalar for Dd {
         self * a + b
     }
 
-    inherent!(Dd: sqrt(), exp(), ln(), asin(), acos(), atan(), atan2(x), powf(exponent), abs());
+    inherent!(Dd: sqrt(), exp(), ln(), asin(), acos(), atan(), atan2(x), tanh(), powf(exponent));
+    inherent!(Dd: abs());
 
     fn sin_cos(self) -> (Self, Self) {
         Dd::sin_cos(self)

@@ -34,7 +34,7 @@ macro_rules! float {
                 }
             }
 
-            inherent!($float: sqrt(), exp(), ln(), asin(), acos(), atan(), atan2(x));
+            inherent!($float: sqrt(), exp(), ln(), asin(), acos(), atan(), atan2(x), tanh());
             inherent!($float: powf(exponent), abs(), min(other), max(other));
 
             fn sin_cos(self) -> (Self, Self) {

@@ -207,6 +207,7 @@ impl<const N: usize> Scalar for Lanes<N> {
         acos(),
         atan(),
         atan2(x),
+        tanh(),
         powf(exponent),
         abs(),
         signum(),

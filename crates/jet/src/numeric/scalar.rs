@@ -67,6 +67,19 @@ pub trait Scalar:
     fn atan2(self, x: Self) -> Self;
     /// Hyperbolic sine and cosine.
     fn sinh_cosh(self) -> (Self, Self);
+    /// Hyperbolic tangent, ±1 where that is the nearest number.
+    fn tanh(self) -> Self;
+    /// `1/cosh²`, the derivative of the hyperbolic tangent, to full relative accuracy.
+    ///
+    /// With `t = e^{−2|x|}` it is `4 t/(1 + t)²`: nothing overflows or cancels.
+    #[inline(always)]
+    fn sech_squared(self) -> Self {
+        let size = self.abs();
+        let decay = (-(size + size)).exp();
+        let sum = Self::one() + decay;
+        let twice = decay + decay;
+        (twice + twice) / (sum * sum)
+    }
     /// `self` to a real power, for `self > 0`.
     fn powf(self, exponent: Self) -> Self;
     /// Absolute value.

@@ -1,7 +1,9 @@
 //! Taylor's method: the integrator of every scalar, with dense output, for one solution or for
 //! several side by side, one in each lane.
 //!
-//! Order and step follow Jorba and Zou (2005); see [`step_control`](super::step_control). In lanes
+//! Order and step follow Jorba and Zou (2005); see [`step_control`](super::step_control). Narrow
+//! features, which coefficients may not show, shorten the step; see
+//! [`resolution`](super::resolution). In lanes
 //! the coefficients of the solutions are computed in step, whatever their states, parameters and
 //! times; each lane has its own step length and evaluates its polynomials at its own time. Every
 //! lane has the bits of one solution alone.
@@ -272,6 +274,14 @@ impl<S: Branched> Step<'_, S> {
         polynomial::value(self.state_coefficients(component), time)
     }
 
+    /// A length, shortened until every argument of a function that may have a narrow feature keeps
+    /// to its room within it: how far the features are resolved, whatever the step.
+    pub(super) fn resolved(&self, length: S::Rounded) -> S::Rounded {
+        self.field.series().arguments().iter().fold(length, |length, argument| {
+            argument.resolved(self.series.coefficients(argument.slot()), length)
+        })
+    }
+
     fn slot_of(&self, watched: usize) -> usize {
         let output = self.field.dimension() + watched;
         self.field.time_program().output(output)
@@ -306,7 +316,10 @@ impl<S: Branched> Kernel for Lengths<'_, '_, S> {
             log2_length = log2_length.min(own);
         }
         let length = log2_length.mapped(f64::exp2);
-        let length = length.min(S::Rounded::from_f64(max_step));
+        let mut length = length.min(S::Rounded::from_f64(max_step));
+        for argument in field.series().arguments() {
+            length = argument.resolved(series.coefficients(argument.slot()), length);
+        }
         (log2_length, S::Rounded::select(is_finite, length, zero))
     }
 }

@@ -7,6 +7,7 @@ mod field;
 mod integrator;
 mod jet_transport;
 mod program;
+mod resolution;
 #[cfg(test)]
 mod samples;
 mod series;

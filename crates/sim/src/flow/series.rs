@@ -10,6 +10,7 @@ mod expansion;
 mod lowering;
 
 use super::program::{Operation, Slot, run};
+use super::resolution::Argument;
 use crate::jet::TimeSeries;
 use crate::numeric::{Dd, Scalar};
 
@@ -40,6 +41,8 @@ pub(super) struct SeriesProgram {
     groups: Vec<Vec<Instruction>>,
     /// The components whose series limit a step.
     limiting: Vec<usize>,
+    /// The arguments of functions that may have narrow features.
+    arguments: Vec<Argument>,
     /// Whether each slot of the field's program is a linear combination of inputs.
     combinations: Vec<bool>,
 }
@@ -48,6 +51,11 @@ impl SeriesProgram {
     /// The components whose series limit a step: all but phases and integrals of one of them.
     pub(super) fn limiting(&self) -> &[usize] {
         &self.limiting
+    }
+
+    /// The arguments of functions that may have narrow features: they limit a step too.
+    pub(super) fn arguments(&self) -> &[Argument] {
+        &self.arguments
     }
 
     /// Whether a slot of the field's program is as well resolved as the states are: a linear

@@ -294,18 +294,10 @@ fn unary<S: Scalar>(function: Unary, a: S) -> S {
         Unary::Atan => a.atan(),
         Unary::Sinh => a.sinh_cosh().0,
         Unary::Cosh => a.sinh_cosh().1,
-        Unary::Tanh => tanh(a),
+        Unary::Tanh => a.tanh(),
         Unary::Abs => a.abs(),
         Unary::Sign => a.signum(),
     }
-}
-
-/// Hyperbolic tangent; the argument is limited to where it is ±1 to every digit, so that nothing
-/// overflows.
-fn tanh<S: Scalar>(a: S) -> S {
-    let limit = S::from_dd(Dd { hi: 300.0, lo: 0.0 });
-    let (sine, cosine) = a.max(-limit).min(limit).sinh_cosh();
-    sine / cosine
 }
 
 /// A function of two arguments.

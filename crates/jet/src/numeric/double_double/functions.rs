@@ -79,11 +79,31 @@ impl Dd {
             let sinh = self * horner(square, INVERSE_FACTORIAL[1..26].iter().step_by(2));
             return (sinh, (Dd::ONE + sinh * sinh).sqrt());
         }
-        let growing = self.abs().exp().scaled_exactly(0.5);
+        // NOTE: half of the exponential is a number where the exponential itself is none, up to
+        // 710.47.
+        let growing = if self.hi.abs() < 700.0 {
+            self.abs().exp().scaled_exactly(0.5)
+        } else {
+            (self.abs() - Dd::LN_2).exp()
+        };
         let decaying = Dd::exact(0.25) / growing;
         let sinh = growing - decaying;
         let signed = if self.hi < 0.0 { -sinh } else { sinh };
         (signed, growing + decaying)
+    }
+
+    /// Hyperbolic tangent, ±1 where that is the nearest number; full relative accuracy next to
+    /// zero.
+    pub fn tanh(self) -> Dd {
+        let size = self.abs();
+        let tangent = if self.hi.abs() < 0.4 {
+            let (sinh, cosh) = self.sinh_cosh();
+            return sinh / cosh;
+        } else {
+            let decay = (-size.scaled_exactly(2.0)).exp();
+            (Dd::ONE - decay) / (Dd::ONE + decay)
+        };
+        if self.hi < 0.0 { -tangent } else { tangent }
     }
 
     /// The product with a power of two that neither overflows nor underflows.

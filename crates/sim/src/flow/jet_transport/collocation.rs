@@ -170,18 +170,15 @@ impl<'a> Transport<'a> {
         let heads = self.jets.iter().step_by(self.stride);
         self.state.iter_mut().zip(heads).for_each(|(value, &head)| *value = head);
         let most = self.steps;
-        let mut steps = most;
         let length = |step: f64| {
             let least = remaining.abs() / (most * step);
-            let length = if least > 2.0 {
+            if least > 2.0 {
                 (most * step).copysign(remaining)
             } else {
                 remaining / least.ceil().max(1.0)
-            };
-            steps = length.abs() / step;
-            length
+            }
         };
-        let length = guess_orbit(
+        let Guess { length, steps } = guess_orbit(
             &mut self.integrator,
             &self.state,
             &self.parameters,
@@ -240,25 +237,55 @@ const MAX_STEPS: usize = 1000;
 /// method does the rest.
 const STRETCH: f64 = 3.0;
 
+/// Most lengths on which features are resolved that an element spans, wherever in it they are
+/// asked for: its nodes are then apart by less than half of one.
+const RESOLVED_LENGTHS: f64 = 4.0;
+
+/// How far beyond such a length an expansion is used: not beyond the feature itself.
+const RESOLVED_STRETCH: f64 = 2.0;
+
+/// The element of a guess.
+pub(super) struct Guess {
+    /// Its length, of the sign that was asked for.
+    pub(super) length: f64,
+    /// The length in Taylor steps at its start.
+    pub(super) steps: f64,
+}
+
 /// Fills the nodes of an element with a guess, good to a few digits, of the orbit from a state.
 ///
-/// The element's length, of either sign, is chosen from the length of the first Taylor step, and
-/// returned.
+/// The element's length, of either sign, is chosen from the length of the first Taylor step. The
+/// element ends before a feature that is narrow beside it.
 pub(super) fn guess_orbit(
     integrator: &mut Integrator<'_, f64>,
     state: &[f64],
     parameters: &[f64],
     length: impl FnOnce(f64) -> f64,
     nodes: &mut [NodeValues],
-) -> Result<f64, FlowError> {
-    let mut state = state.to_vec();
+) -> Result<Guess, FlowError> {
+    let start = state;
+    let mut state = start.to_vec();
     let mut step = integrator.step(&state, parameters)?;
-    let length = length(step.length);
+    let first = step.length;
+    let mut length = length(first);
     nodes.fill(ZERO);
     let (mut time, mut next) = (0.0, 0);
     for _ in 0..MAX_STEPS {
+        let resolved = step.resolved(length.abs());
+        if RESOLVED_LENGTHS * resolved < length.abs() {
+            length = if next == 0 && time == 0.0 {
+                (RESOLVED_LENGTHS * resolved).copysign(length)
+            } else {
+                time
+            };
+            (time, next) = (0.0, 0);
+            state.copy_from_slice(start);
+            step = integrator.step(&state, parameters)?;
+            continue;
+        }
         let remaining = length - time;
-        let reach = (STRETCH * step.length).min(remaining.abs());
+        let reach = (STRETCH * step.length).min(RESOLVED_STRETCH * resolved);
+        let reach = reach.min(remaining.abs());
         while next < NODES && (GAUSS.nodes[next] * length - time).abs() <= reach {
             for (component, values) in nodes.iter_mut().enumerate() {
                 values.0[next] = step.component_at(component, GAUSS.nodes[next] * length - time);
@@ -266,7 +293,7 @@ pub(super) fn guess_orbit(
             next += 1;
         }
         if next == NODES {
-            return Ok(length);
+            return Ok(Guess { length, steps: length.abs() / first });
         }
         let advance = reach.copysign(length);
         step.state_at(advance, &mut state);

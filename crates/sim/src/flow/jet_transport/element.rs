@@ -7,7 +7,7 @@ use super::first_order::FirstOrderTape;
 use super::gauss::{GAUSS, NodeValues, ZERO};
 use super::plan::CacheKey;
 use super::remainders::Remainders;
-use super::solver::{ElementSolver, Resolution, Tail};
+use super::solver::{ElementSolver, LEAST_SIZE, Resolution, Tail};
 use crate::flow::Program;
 use crate::numeric::{Kernel, Lanes, Scalar, widest};
 
@@ -358,7 +358,7 @@ fn relative_size(
         if size.is_nan() {
             return f64::INFINITY;
         }
-        worst = worst.max(size / scale.max(f64::MIN_POSITIVE));
+        worst = worst.max(size / scale.max(LEAST_SIZE));
     }
     worst
 }

@@ -294,6 +294,10 @@ fn clear<T>(places: &mut [Option<T>]) {
     }
 }
 
+/// Least size that functions are measured against. Smaller numbers come near those that lose
+/// digits the smaller they are, as the values of a pulse do far from it.
+pub(super) const LEAST_SIZE: f64 = f64::MIN_POSITIVE / (f64::EPSILON * f64::EPSILON);
+
 /// Largest Legendre modes of some functions over their size.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Tail {
@@ -312,7 +316,7 @@ impl Tail {
     pub(super) fn new(functionals: Functionals, size: f64) -> Self {
         let largest = |first: usize| {
             let [a, b] = [functionals.0[first].abs(), functionals.0[first + 1].abs()];
-            a.max(b) / size.max(f64::MIN_POSITIVE)
+            a.max(b) / size.max(LEAST_SIZE)
         };
         Self { before: largest(2), last: largest(4) }
     }

@@ -123,6 +123,11 @@ impl<'a, S: Real> JetExpansion<'a, S> {
                 step = step.min(component_step(&magnitudes, margin_at(order)));
             }
         }
+        for argument in self.field.series().arguments() {
+            let head = |power| self.coefficients(argument.slot(), power)[0];
+            let heads: Vec<S> = (0..=order).map(head).collect();
+            step = argument.resolved(&heads, step);
+        }
         if step > 0.0 || limit == 0.0 {
             Ok(step)
         } else {

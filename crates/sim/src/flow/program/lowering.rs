@@ -47,6 +47,7 @@ enum SharedKey {
     Euler(Slot),
     Circular(Slot),
     Hyperbolic(Slot),
+    HyperbolicTangent(Slot),
     Square(Slot),
     Twice(Slot),
     Constant(u64, u64),
@@ -302,21 +303,18 @@ impl<'a> Lowering<'a> {
             }
             Unary::Sinh => self.hyperbolic(a),
             Unary::Cosh => self.hyperbolic(a) + 1,
-            Unary::Tanh => {
-                let sinh = self.hyperbolic(a);
-                self.div(sinh, sinh + 1)
-            }
+            Unary::Tanh => self.hyperbolic_tangent(a),
             Unary::Abs => self.push(Operation::SignTimes { a, b: a }, self.joint(&[a])),
             Unary::Sign => self.push(Operation::Sign(a), Support::Head),
         }
     }
 
-    /// `√(1 − a²)`.
+    /// `√(1 − a²)`, as `√((1 − a)(1 + a))`: no cancellation near `|a| = 1`.
     fn cathetus(&mut self, a: Slot) -> Slot {
-        let square = self.square(a);
         let one = self.constant(Dd::from(1.0));
-        let difference = self.sub(one, square);
-        self.push(Operation::Sqrt(difference), self.joint(&[difference]))
+        let (below, above) = (self.sub(one, a), self.add(one, a));
+        let product = self.mul(below, above);
+        self.push(Operation::Sqrt(product), self.joint(&[product]))
     }
 
     fn primitive(&mut self, function: HeadFunction, a: Slot, w: Slot) -> Slot {
@@ -388,6 +386,19 @@ impl<'a> Lowering<'a> {
             this.push(Operation::Sinh { a, euler_a, cosh: sinh + 1 }, support);
             this.push(Operation::Cosh { a, euler_a, sinh }, support);
             sinh
+        })
+    }
+
+    /// The hyperbolic tangent; its derivative `1/cosh²` is the slot after it.
+    ///
+    /// NOTE: not as a quotient of the hyperbolic sine and cosine, which overflow.
+    fn hyperbolic_tangent(&mut self, a: Slot) -> Slot {
+        let euler_a = self.euler(a);
+        self.shared(SharedKey::HyperbolicTangent(a), |this| {
+            let (tanh, support) = (this.operations.len(), this.joint(&[a]));
+            this.push(Operation::Tanh { a, euler_a, slope: tanh + 1 }, support);
+            this.push(Operation::SechSquared { a, tanh }, support);
+            tanh
         })
     }
 

@@ -2,7 +2,7 @@
 
 use crate::jet::elementary::{
     atan2_part, exponential_part, power_part, primitive_part, product_part, quotient_part,
-    sqrt_part,
+    sech_squared_part, sqrt_part,
 };
 use crate::jet::{Graded, HeadFunction, Span};
 use crate::numeric::{Dd, Scalar};
@@ -58,6 +58,16 @@ pub(in crate::flow) enum Operation {
         a: Slot,
         euler_a: Slot,
         sinh: Slot,
+    },
+    Tanh {
+        a: Slot,
+        euler_a: Slot,
+        slope: Slot,
+    },
+    /// Derivative `1/cosh² a` of the hyperbolic tangent `tanh`.
+    SechSquared {
+        a: Slot,
+        tanh: Slot,
     },
     Primitive {
         function: HeadFunction,
@@ -188,6 +198,20 @@ pub(in crate::flow) fn run<S: Scalar, A: Graded<S>>(
                 out,
             );
         }
+        Operation::Tanh { a, euler_a, slope } => {
+            exponential_part(
+                algebra,
+                HeadFunction::Tanh,
+                k,
+                element(a),
+                element(euler_a),
+                element(slope),
+                out,
+            );
+        }
+        Operation::SechSquared { a, tanh } => {
+            sech_squared_part(algebra, k, element(a), element(tanh), out);
+        }
         Operation::Primitive { function, a, w, euler_u } => {
             primitive_part(algebra, function, k, element(a), element(w), element(euler_u), out);
         }
@@ -275,7 +299,9 @@ impl Operation {
             Operation::Sine { a, euler_a, cosine: partner }
             | Operation::Cosine { a, euler_a, sine: partner }
             | Operation::Sinh { a, euler_a, cosh: partner }
-            | Operation::Cosh { a, euler_a, sinh: partner } => vec![a, euler_a, partner],
+            | Operation::Cosh { a, euler_a, sinh: partner }
+            | Operation::Tanh { a, euler_a, slope: partner } => vec![a, euler_a, partner],
+            Operation::SechSquared { a, tanh } => vec![a, tanh],
             Operation::OfPhase { a, partner, .. } => vec![a, partner],
             Operation::Primitive { a, w, euler_u, .. } => vec![a, w, euler_u],
             Operation::Power { a, euler_a, euler_u, .. } => vec![a, euler_a, euler_u, slot],
@@ -335,6 +361,7 @@ impl Operation {
             | Operation::Mul(a, b)
             | Operation::Div(a, b)
             | Operation::MulByHead { head: a, factor: b }
+            | Operation::SechSquared { a, tanh: b }
             | Operation::SignTimes { a, b } => [[Some(a), Some(b), None], none()],
             Operation::Exp { a, euler_a: partner } | Operation::OfPhase { a, partner, .. } => {
                 [[Some(a), None, None], [Some(partner), None, None]]
@@ -343,6 +370,7 @@ impl Operation {
             | Operation::Cosine { a, euler_a, sine: partner }
             | Operation::Sinh { a, euler_a, cosh: partner }
             | Operation::Cosh { a, euler_a, sinh: partner }
+            | Operation::Tanh { a, euler_a, slope: partner }
             | Operation::Power { a, euler_a, euler_u: partner, .. } => {
                 [[Some(a), None, None], [Some(euler_a), Some(partner), None]]
             }

@@ -8,6 +8,7 @@ use super::{
     ConstantSlots, Factor, Instruction, Operand, PhaseTable, SeriesProgram, Sum, Term, Terms,
 };
 use crate::flow::program::{InputKind, Operation, Program, Slot};
+use crate::flow::resolution::arguments;
 use crate::numeric::Dd;
 
 impl SeriesProgram {
@@ -46,6 +47,7 @@ impl SeriesProgram {
             tables: lowering.tables,
             groups: groups.chain(after.into_iter().rev()).collect(),
             limiting: limiting(program, &inputs[..dimension]),
+            arguments: arguments(program, inputs),
             combinations: combinations(program),
         }
     }

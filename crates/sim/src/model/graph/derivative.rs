@@ -119,11 +119,11 @@ impl ExpressionGraph {
         self.mul(slope, value)
     }
 
-    /// `a' / √(1 − a²)`.
+    /// `a' / √((1 − a)(1 + a))`, which does not cancel near `|a| = 1`.
     fn arc_derivative(&mut self, a: NodeId, slope: NodeId) -> NodeId {
         let one = self.number(1.0);
-        let square = self.mul(a, a);
-        let inner = self.sub(one, square);
+        let (below, above) = (self.sub(one, a), self.add(one, a));
+        let inner = self.mul(below, above);
         let root = self.unary(Unary::Sqrt, inner);
         self.div(slope, root)
     }
