@@ -7,6 +7,7 @@ mod affine_flow;
 mod direct_lanes;
 mod direct_simulation;
 mod hertz_law;
+mod independent_simulator;
 mod moving_surfaces;
 mod public_two_direct;
 mod rounding_at_grazes;

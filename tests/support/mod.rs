@@ -4,6 +4,7 @@
 pub(crate) mod complex;
 pub(crate) mod driver;
 pub(crate) mod foale;
+pub(crate) mod independent;
 pub(crate) mod reference;
 pub(crate) mod scenes;
 pub(crate) mod soft;

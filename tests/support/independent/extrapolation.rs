@@ -1,0 +1,121 @@
+//! The method of Gragg, Bulirsch and Stoer: the explicit midpoint rule, extrapolated to steps of
+//! length zero. It has no table of coefficients, and serves numbers of any precision.
+
+use super::number::{Function, Number};
+
+/// Steps are halved so often before an integration is given up.
+const HALVINGS: usize = 40;
+
+/// A flow by its rates at a state.
+pub(crate) struct Flow<'a, N> {
+    pub(crate) rates: &'a dyn Fn(&[N]) -> Vec<N>,
+}
+
+impl<N: Number> Flow<'_, N> {
+    /// The state after a time, by as many steps as that takes; `None` where it leaves the numbers.
+    pub(crate) fn after(&self, state: &[N], time: N) -> Option<Vec<N>> {
+        self.halved(state, time, HALVINGS)
+    }
+
+    fn halved(&self, state: &[N], time: N, halvings: usize) -> Option<Vec<N>> {
+        if let Some(found) = self.step(state, time) {
+            return Some(found);
+        }
+        let half = time / N::of(2.0);
+        let middle = self.halved(state, half, halvings.checked_sub(1)?)?;
+        self.halved(&middle, time - half, halvings - 1)
+    }
+
+    /// The state after one step; `None` where the extrapolation does not settle.
+    pub(crate) fn step(&self, state: &[N], time: N) -> Option<Vec<N>> {
+        if time.double() == 0.0 {
+            return Some(state.to_vec());
+        }
+        let first = (self.rates)(state);
+        let mut row: Vec<Vec<N>> = Vec::new();
+        for column in 0..N::COLUMNS {
+            let mut next = vec![self.midpoint(state, &first, time, 2 * (column + 1))];
+            for (lower, before) in row.iter().enumerate() {
+                let divisor = N::of((column + 1) as f64) / N::of((column - lower) as f64);
+                let divisor = divisor * divisor - N::of(1.0);
+                let known = &next[lower];
+                let better =
+                    known.iter().zip(before).map(|(&a, &b)| a + (a - b) / divisor).collect();
+                next.push(better);
+            }
+            if column > 0 && self.is_settled(state, &next[column], &next[column - 1]) {
+                let moved = state.iter().zip(&next[column]).map(|(&x, &d)| x + d).collect();
+                return Some(moved);
+            }
+            row = next;
+        }
+        None
+    }
+
+    fn is_settled(&self, state: &[N], last: &[N], before: &[N]) -> bool {
+        state.iter().zip(last.iter().zip(before)).all(|(x, (&a, &b))| {
+            let size = x.size().max(a.size()).max(1e-3);
+            (a - b).size() <= 8.0 * N::EPSILON * size
+        })
+    }
+
+    /// Displacement after so many substeps of the midpoint rule.
+    fn midpoint(&self, state: &[N], first: &[N], time: N, substeps: usize) -> Vec<N> {
+        let length = time / N::of(substeps as f64);
+        let double = length + length;
+        let mut before = vec![N::zero(); state.len()];
+        let mut now: Vec<N> = first.iter().map(|&rate| length * rate).collect();
+        let mut at = state.to_vec();
+        for _ in 1..substeps {
+            for ((at, &x), &d) in at.iter_mut().zip(state).zip(&now) {
+                *at = x + d;
+            }
+            let slopes = (self.rates)(&at);
+            for ((before, now), slope) in before.iter_mut().zip(&mut now).zip(slopes) {
+                let next = *before + double * slope;
+                *before = *now;
+                *now = next;
+            }
+        }
+        now
+    }
+}
+
+/// The zero of a function between two places at which it has different signs, by Ridders' method.
+pub(crate) fn zero<N: Number>(
+    mut function: impl FnMut(N) -> Option<N>,
+    (mut a, mut at_a): (N, N),
+    (mut b, mut at_b): (N, N),
+) -> Option<N> {
+    let width = (b - a).size();
+    let half = N::of(0.5);
+    for _ in 0..200 {
+        if at_a.double() == 0.0 || (b - a).size() <= 2.0 * N::EPSILON * width {
+            return Some(a);
+        }
+        let middle = (a + b) * half;
+        let at_middle = function(middle)?;
+        let root = (at_middle * at_middle - at_a * at_b).apply(Function::Sqrt);
+        let share = if root.double() > 0.0 { at_middle / root } else { N::zero() };
+        let turn = if (at_a - at_b).is_negative() { -share } else { share };
+        let c = middle + (middle - a) * turn;
+        let at_c = function(c)?;
+        // The four places, of which two neighbours hold the zero.
+        let mut places = [(a, at_a), (middle, at_middle), (c, at_c), (b, at_b)];
+        let falls = (b - a).is_negative();
+        if (places[2].0 - places[1].0).is_negative() != falls {
+            places.swap(1, 2);
+        }
+        let before = (b - a).size();
+        let pair = places.windows(2).find(|pair| {
+            pair[0].1.is_negative() != pair[1].1.is_negative() || pair[0].1.double() == 0.0
+        })?;
+        (a, at_a) = pair[0];
+        (b, at_b) = pair[1];
+        // Rounding alone is left where the brackets stop shrinking.
+        if (b - a).size() >= before {
+            return Some(a);
+        }
+    }
+    Some(a)
+}

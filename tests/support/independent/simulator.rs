@@ -1,0 +1,517 @@
+//! From event to event: a sample of the flight at a time, cut where a watched function falls
+//! through zero.
+
+use super::extrapolation::{Flow, zero};
+use super::formula::Formula;
+use super::number::{Dual, Number};
+use super::oscillator::{Oscillator, Response, along, along_twice, rates};
+
+/// Events of one call before it is given up.
+const MOST_EVENTS: usize = 100_000;
+/// A hop shorter than this share of the longest sample is the last one: the state rests.
+const LAST_HOP: f64 = 1e-5;
+/// Falls that are apart by less than this share of a sample are one instant.
+const SAME_INSTANT: f64 = 1e-11;
+
+/// What governs the motion.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Mode {
+    Free,
+    /// In contact with a compliant stop, while its release function times the sign is positive.
+    Held {
+        stop: usize,
+        sign: f64,
+    },
+    /// At rest on a rigid stop, by a force on one component.
+    Resting {
+        stop: usize,
+        component: usize,
+    },
+}
+
+/// Something that happened.
+#[derive(Clone, Debug)]
+pub(crate) struct Happening<N> {
+    pub(crate) time: N,
+    pub(crate) stop: usize,
+    pub(crate) kind: Kind<N>,
+    /// The state then, before any response.
+    pub(crate) state: Vec<N>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Kind<N> {
+    Impact {
+        speed: N,
+        rebound: N,
+    },
+    Begin {
+        speed: N,
+    },
+    End {
+        speed: N,
+    },
+    /// A minimum of the gap, below zero only where the stop is ignored.
+    Minimum {
+        gap: N,
+    },
+    /// The end of a rest.
+    Leave,
+}
+
+impl<N: Number> Kind<N> {
+    /// The speed at which a stop is met.
+    pub(crate) fn speed(&self) -> Option<N> {
+        match *self {
+            Self::Impact { speed, .. } | Self::Begin { speed } => Some(speed),
+            _ => None,
+        }
+    }
+}
+
+/// Why a simulation ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Failure {
+    /// The state left the numbers.
+    Diverged,
+    /// Two stops hold the state at once.
+    HeldTwice,
+    /// A state must rest where the force that holds it is not known.
+    NoRest,
+    /// A response that leaves the state moving into the stop.
+    Through,
+    TooManyEvents,
+}
+
+/// A function that is watched.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Watch {
+    Gap(usize),
+    Release,
+}
+
+/// An oscillator on its way.
+#[derive(Clone, Debug)]
+pub(crate) struct Simulator<'a, N> {
+    pub(crate) oscillator: &'a Oscillator,
+    pub(crate) parameters: Vec<N>,
+    pub(crate) state: Vec<N>,
+    pub(crate) time: N,
+    pub(crate) mode: Mode,
+    /// A stop whose minima are told, and which does nothing.
+    pub(crate) ignored: Option<usize>,
+    /// Longest time from one look to the next.
+    sample: N,
+    /// What was zero at the start of the present sample.
+    fresh: Option<Watch>,
+    /// Stops that are met at the same instant.
+    pending: Vec<usize>,
+}
+
+impl<'a, N: Number> Simulator<'a, N> {
+    /// Looks at the flight at least once in `sample`, which nothing that matters may be shorter
+    /// than.
+    pub(crate) fn new(oscillator: &'a Oscillator, parameters: &[N], sample: f64) -> Self {
+        Self {
+            oscillator,
+            parameters: parameters.to_vec(),
+            state: vec![N::zero(); oscillator.states.len()],
+            time: N::zero(),
+            mode: Mode::Free,
+            ignored: None,
+            sample: N::of(sample),
+            fresh: None,
+            pending: Vec::new(),
+        }
+    }
+
+    /// Time of one forcing period.
+    pub(crate) fn forcing_period(&self) -> Option<N> {
+        let rate = self.oscillator.flow.last()?.value(&self.state, &self.parameters);
+        Some(N::exact(self.oscillator.period?) / rate)
+    }
+
+    /// Puts a state in free flight, at time 0.
+    pub(crate) fn place(&mut self, state: &[N]) {
+        self.state = state.to_vec();
+        self.time = N::zero();
+        self.mode = Mode::Free;
+        self.ignored = None;
+        self.fresh = None;
+        self.pending.clear();
+    }
+
+    /// Puts a state at a minimum of the gap of a stop, in free flight, at time 0.
+    pub(crate) fn place_at_minimum(&mut self, state: &[N], stop: usize) {
+        self.place(state);
+        self.fresh = Some(Watch::Gap(stop));
+    }
+
+    /// Takes whole periods off the phase.
+    pub(crate) fn reduce_phase(&mut self) {
+        if let (Some(period), Some(phase)) = (self.oscillator.period, self.state.last_mut()) {
+            let turns = (phase.double() / period.to_f64()).floor();
+            *phase = *phase - N::of(turns) * N::exact(period);
+        }
+    }
+
+    /// A stop's gap and its derivative along the free flow.
+    pub(crate) fn gap(&self, stop: usize) -> (N, N) {
+        let gap = &self.oscillator.stops[stop].gap;
+        along(gap, &self.oscillator.flow, &self.state, &self.parameters)
+    }
+
+    /// A stop's gap with its first two derivatives along the free flow.
+    pub(crate) fn gap_twice(&self, stop: usize) -> [N; 3] {
+        let gap = &self.oscillator.stops[stop].gap;
+        along_twice(gap, &self.oscillator.flow, &self.state, &self.parameters)
+    }
+
+    /// Goes on for a time, and tells what happens.
+    pub(crate) fn advance(&mut self, time: N) -> Result<Vec<Happening<N>>, Failure> {
+        let until = self.time + time;
+        let mut happened = Vec::new();
+        while let Some(next) = self.next(until)? {
+            happened.push(next);
+            if happened.len() > MOST_EVENTS {
+                return Err(Failure::TooManyEvents);
+            }
+        }
+        Ok(happened)
+    }
+
+    /// Goes on to the next event, which the state has behind it then; `None` where it comes to a
+    /// time first.
+    pub(crate) fn next(&mut self, until: N) -> Result<Option<Happening<N>>, Failure> {
+        loop {
+            if let Some(stop) = self.pending.pop()
+                && self.gap(stop).1.is_negative()
+            {
+                return self.respond(stop).map(Some);
+            }
+            if !(self.time - until).is_negative() {
+                return Ok(None);
+            }
+            if let Some(found) = self.sample(until)? {
+                return Ok(Some(found));
+            }
+        }
+    }
+
+    /// Flies freely, all stops away, for a time of either sign.
+    pub(crate) fn fly(&mut self, time: N) -> Result<(), Failure> {
+        let free = |state: &[N]| rates(&self.oscillator.flow, state, &self.parameters);
+        let mut left = time;
+        while left.double() != 0.0 {
+            let sign = if left.is_negative() { -self.sample } else { self.sample };
+            let length = if left.size() <= self.sample.size() { left } else { sign };
+            let flown = Flow { rates: &free }.after(&self.state, length);
+            self.state = flown.ok_or(Failure::Diverged)?;
+            left = left - length;
+        }
+        self.time = self.time + time;
+        Ok(())
+    }
+
+    /// Takes a state beyond a stop back along the free flow to where it meets it, at most so long.
+    pub(crate) fn back_to_surface(&mut self, stop: usize, longest: N) -> Result<(), Failure> {
+        let free = |state: &[N]| rates(&self.oscillator.flow, state, &self.parameters);
+        let (flow, step) = (Flow { rates: &free }, -self.sample);
+        let gap = &self.oscillator.stops[stop].gap;
+        let height = |state: &[N]| gap.value(state, &self.parameters);
+        let (mut state, mut back) = (self.state.clone(), N::zero());
+        while back.size() < longest.size() {
+            let next = flow.after(&state, step).ok_or(Failure::Diverged)?;
+            let [from, to] = [height(&state), height(&next)];
+            if !to.is_negative() {
+                let at = |time: N| flow.after(&state, time).map(|state| height(&state));
+                let time = zero(at, (N::zero(), from), (step, to)).ok_or(Failure::Diverged)?;
+                self.state = flow.after(&state, time).ok_or(Failure::Diverged)?;
+                self.time = self.time + back + time;
+                return Ok(());
+            }
+            (state, back) = (next, back + step);
+        }
+        Err(Failure::Through)
+    }
+
+    fn rates(&self, state: &[N]) -> Vec<N> {
+        match self.mode {
+            Mode::Free => rates(&self.oscillator.flow, state, &self.parameters),
+            Mode::Held { .. } => rates(self.held().0, state, &self.parameters),
+            Mode::Resting { stop, component } => {
+                let mut rates = rates(&self.oscillator.flow, state, &self.parameters);
+                let gap = &self.oscillator.stops[stop].gap;
+                let [_, _, turns] =
+                    along_twice(gap, &self.oscillator.flow, state, &self.parameters);
+                rates[component] = rates[component] - turns / self.push(stop, component, state);
+                rates
+            }
+        }
+    }
+
+    /// The flow and the release function of the present contact; of the first stop in free flight.
+    fn held(&self) -> (&'a [Formula], &'a Formula) {
+        let stop = match self.mode {
+            Mode::Held { stop, .. } => stop,
+            _ => 0,
+        };
+        match &self.oscillator.stops[stop].response {
+            Response::Contact { flow, release } => (flow, release),
+            Response::Impact(_) => (&self.oscillator.flow, &self.oscillator.stops[stop].gap),
+        }
+    }
+
+    /// The derivative of the speed of a gap by a component.
+    fn push(&self, stop: usize, component: usize, state: &[N]) -> N {
+        let moved: Vec<Dual<N>> = state
+            .iter()
+            .enumerate()
+            .map(|(place, &value)| {
+                let slope = N::of(if place == component { 1.0 } else { 0.0 });
+                Dual { value, slope }
+            })
+            .collect();
+        let fixed = self.parameters.iter().map(|&value| Dual { value, slope: N::zero() });
+        let fixed: Vec<Dual<N>> = fixed.collect();
+        let gap = &self.oscillator.stops[stop].gap;
+        along(gap, &self.oscillator.flow, &moved, &fixed).1.slope
+    }
+
+    fn watches(&self) -> Vec<Watch> {
+        let (holding, release) = match self.mode {
+            Mode::Free => (None, None),
+            Mode::Held { stop, .. } | Mode::Resting { stop, .. } => {
+                (Some(stop), Some(Watch::Release))
+            }
+        };
+        let stops = (0..self.oscillator.stops.len()).filter(|&stop| holding != Some(stop));
+        release.into_iter().chain(stops.map(Watch::Gap)).collect()
+    }
+
+    /// A watched function at a state and its derivative along the present flow.
+    fn watched(&self, watch: Watch, state: &[N]) -> (N, N) {
+        let free = &self.oscillator.flow;
+        match (watch, self.mode) {
+            (Watch::Gap(stop), Mode::Held { .. }) => {
+                along(&self.oscillator.stops[stop].gap, self.held().0, state, &self.parameters)
+            }
+            (Watch::Gap(stop), _) => {
+                along(&self.oscillator.stops[stop].gap, free, state, &self.parameters)
+            }
+            (Watch::Release, Mode::Held { sign, .. }) => {
+                let (flow, release) = self.held();
+                let (value, slope) = along(release, flow, state, &self.parameters);
+                (N::of(sign) * value, N::of(sign) * slope)
+            }
+            (Watch::Release, Mode::Resting { stop, .. }) => {
+                let gap = &self.oscillator.stops[stop].gap;
+                let [_, _, turns] = along_twice(gap, free, state, &self.parameters);
+                (-turns, N::zero())
+            }
+            (Watch::Release, Mode::Free) => (N::of(1.0), N::zero()),
+        }
+    }
+
+    /// Time until a function that is zero and rises has its maximum, where that is near.
+    fn time_to_turn(&self, watch: Watch) -> Option<N> {
+        let free = &self.oscillator.flow[..];
+        let (function, flow, sign) = match (watch, self.mode) {
+            (Watch::Gap(stop), Mode::Held { .. }) => {
+                (&self.oscillator.stops[stop].gap, self.held().0, 1.0)
+            }
+            (Watch::Gap(stop), _) => (&self.oscillator.stops[stop].gap, free, 1.0),
+            (Watch::Release, Mode::Held { sign, .. }) => (self.held().1, self.held().0, sign),
+            (Watch::Release, _) => return None,
+        };
+        let [_, slope, turns] = along_twice(function, flow, &self.state, &self.parameters);
+        let (slope, turns) = (N::of(sign) * slope, N::of(sign) * turns);
+        (turns.double() < 0.0 && slope.double() > 0.0).then(|| -(slope / turns))
+    }
+
+    /// One look ahead: the first event of a sample, or nothing.
+    fn sample(&mut self, until: N) -> Result<Option<Happening<N>>, Failure> {
+        let this = self.clone();
+        let rates = |state: &[N]| this.rates(state);
+        let flow = Flow { rates: &rates };
+        let left = until - self.time;
+        let mut length = if (left - self.sample).is_negative() { left } else { self.sample };
+        if let Some(turn) = self.fresh.and_then(|watch| self.time_to_turn(watch))
+            && (turn - length).is_negative()
+        {
+            length = turn;
+        }
+        let shortest = self.sample.double() * 1e-12;
+        let end = loop {
+            match flow.step(&self.state, length) {
+                Some(end) => break end,
+                None if length.double() < shortest => return Err(Failure::Diverged),
+                None => length = length / N::of(2.0),
+            }
+        };
+        let mut first: Option<(N, Watch, bool)> = None;
+        let mut same = Vec::new();
+        for watch in self.watches() {
+            let found = self.fall(watch, &flow, length, &end)?;
+            let Some((time, crosses)) = found else { continue };
+            let near = SAME_INSTANT * self.sample.double();
+            match first {
+                Some((known, ..)) if (time - known).double() > near => {}
+                Some((known, other, true)) if (time - known).double().abs() <= near && crosses => {
+                    if let (Watch::Gap(_), Watch::Gap(stop)) = (other, watch) {
+                        same.push(stop);
+                    }
+                }
+                _ => {
+                    same.clear();
+                    first = Some((time, watch, crosses));
+                }
+            }
+        }
+        self.fresh = None;
+        let Some((time, watch, crosses)) = first else {
+            self.state = end;
+            self.time = if (length - left).double() == 0.0 { until } else { self.time + length };
+            return Ok(None);
+        };
+        self.state = flow.after(&self.state, time).ok_or(Failure::Diverged)?;
+        self.time = self.time + time;
+        self.pending = same;
+        match watch {
+            Watch::Gap(stop) if crosses => self.respond(stop).map(Some),
+            Watch::Gap(stop) => {
+                self.fresh = Some(watch);
+                let (gap, _) = self.gap(stop);
+                Ok(Some(self.happening(stop, Kind::Minimum { gap })))
+            }
+            Watch::Release => Ok(Some(self.release())),
+        }
+    }
+
+    /// Where a watched function falls through zero in a sample, or has a minimum (`false`) above.
+    fn fall(
+        &self,
+        watch: Watch,
+        flow: &Flow<'_, N>,
+        length: N,
+        end: &[N],
+    ) -> Result<Option<(N, bool)>, Failure> {
+        let at = |time: N| flow.after(&self.state, time);
+        let value = |time: N| at(time).map(|state| self.watched(watch, &state).0);
+        let slope = |time: N| at(time).map(|state| self.watched(watch, &state).1);
+        let lost = Failure::Diverged;
+        let ((from, falls), (to, rises)) =
+            (self.watched(watch, &self.state), self.watched(watch, end));
+        if !(from.double().is_finite() && to.double().is_finite()) {
+            return Err(lost);
+        }
+        let start = (N::zero(), from);
+        let turns = falls.is_negative() && !rises.is_negative();
+        let is_fresh = self.fresh == Some(watch);
+        if self.ignored.map(Watch::Gap) == Some(watch) {
+            if !turns || is_fresh {
+                return Ok(None);
+            }
+            let time = zero(slope, (N::zero(), falls), (length, rises)).ok_or(lost)?;
+            return Ok(Some((time, false)));
+        }
+        if is_fresh || from.is_negative() {
+            // It has to rise before it can fall.
+            let peak = !falls.is_negative() && rises.is_negative();
+            if !to.is_negative() || !peak {
+                return Ok(None);
+            }
+            let top = zero(slope, (N::zero(), falls), (length, rises)).ok_or(lost)?;
+            let height = value(top).ok_or(lost)?;
+            if height.is_negative() || top.double() == 0.0 {
+                return Ok(None);
+            }
+            return Ok(zero(value, (top, height), (length, to)).map(|time| (time, true)));
+        }
+        if to.is_negative() {
+            return Ok(zero(value, start, (length, to)).map(|time| (time, true)));
+        }
+        if turns {
+            let time = zero(slope, (N::zero(), falls), (length, rises)).ok_or(lost)?;
+            let least = value(time).ok_or(lost)?;
+            if least.is_negative() {
+                return Ok(zero(value, start, (time, least)).map(|time| (time, true)));
+            }
+            return Ok((watch != Watch::Release).then_some((time, false)));
+        }
+        Ok(None)
+    }
+
+    fn happening(&self, stop: usize, kind: Kind<N>) -> Happening<N> {
+        Happening { time: self.time, stop, kind, state: self.state.clone() }
+    }
+
+    /// The stop acts on the state that meets it.
+    pub(crate) fn respond(&mut self, stop: usize) -> Result<Happening<N>, Failure> {
+        let speed = -self.gap(stop).1;
+        let mut told = self.happening(stop, Kind::Begin { speed });
+        match &self.oscillator.stops[stop].response {
+            Response::Impact(jumps) => {
+                let values: Vec<N> = jumps
+                    .iter()
+                    .map(|(_, jump)| jump.value(&self.state, &self.parameters))
+                    .collect();
+                for (&(component, _), &value) in jumps.iter().zip(&values) {
+                    self.state[component] = value;
+                }
+                let [_, rebound, turns] = self.gap_twice(stop);
+                told.kind = Kind::Impact { speed, rebound };
+                let hop = self.sample.double() * LAST_HOP;
+                let slow = rebound.double() < -0.5 * turns.double() * hop;
+                if slow && (rebound.double() < speed.double()) {
+                    self.rest(stop, jumps)?;
+                } else if rebound.is_negative() {
+                    return Err(Failure::Through);
+                } else {
+                    self.fresh = Some(Watch::Gap(stop));
+                }
+            }
+            Response::Contact { flow, release } => {
+                if self.mode != Mode::Free {
+                    return Err(Failure::HeldTwice);
+                }
+                let [value, slope, turns] =
+                    along_twice(release, flow, &self.state, &self.parameters);
+                let rounding = 1e4 * N::EPSILON * slope.size().max(1.0);
+                let leading = [(value, rounding), (slope, rounding)]
+                    .into_iter()
+                    .find_map(|(value, least)| (value.size() > least).then_some(value));
+                let sign = leading.unwrap_or(turns).double().signum();
+                self.mode = Mode::Held { stop, sign };
+                self.fresh = (value.size() <= rounding).then_some(Watch::Release);
+            }
+        }
+        Ok(told)
+    }
+
+    /// Stays on a rigid stop.
+    fn rest(&mut self, stop: usize, jumps: &[(usize, Formula)]) -> Result<(), Failure> {
+        let (&[(component, _)], Mode::Free) = (jumps, self.mode) else {
+            return Err(Failure::NoRest);
+        };
+        let push = self.push(stop, component, &self.state);
+        let (_, speed) = self.gap(stop);
+        self.state[component] = self.state[component] - speed / push;
+        self.mode = Mode::Resting { stop, component };
+        Ok(())
+    }
+
+    /// What holds the state lets it go.
+    fn release(&mut self) -> Happening<N> {
+        let (stop, rests) = match self.mode {
+            Mode::Held { stop, .. } => (stop, false),
+            Mode::Resting { stop, .. } => (stop, true),
+            Mode::Free => (0, false),
+        };
+        let (_, speed) = self.gap(stop);
+        let told = self.happening(stop, if rests { Kind::Leave } else { Kind::End { speed } });
+        self.mode = Mode::Free;
+        self.fresh = Some(Watch::Gap(stop));
+        told
+    }
+}
