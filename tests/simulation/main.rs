@@ -10,6 +10,7 @@ mod hertz_law;
 mod independent_simulator;
 mod moving_surfaces;
 mod public_two_direct;
+mod random_oscillators;
 mod rounding_at_grazes;
 mod section_phases;
 mod simulated_events;

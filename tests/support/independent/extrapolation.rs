@@ -8,7 +8,7 @@ const HALVINGS: usize = 40;
 
 /// A flow by its rates at a state.
 pub(crate) struct Flow<'a, N> {
-    pub(crate) rates: &'a dyn Fn(&[N]) -> Vec<N>,
+    pub(crate) rates: &'a dyn Fn(&[N], &mut [N]),
 }
 
 impl<N: Number> Flow<'_, N> {
@@ -31,7 +31,8 @@ impl<N: Number> Flow<'_, N> {
         if time.double() == 0.0 {
             return Some(state.to_vec());
         }
-        let first = (self.rates)(state);
+        let mut first = vec![N::zero(); state.len()];
+        (self.rates)(state, &mut first);
         let mut row: Vec<Vec<N>> = Vec::new();
         for column in 0..N::COLUMNS {
             let mut next = vec![self.midpoint(state, &first, time, 2 * (column + 1))];
@@ -65,14 +66,14 @@ impl<N: Number> Flow<'_, N> {
         let double = length + length;
         let mut before = vec![N::zero(); state.len()];
         let mut now: Vec<N> = first.iter().map(|&rate| length * rate).collect();
-        let mut at = state.to_vec();
+        let (mut at, mut slopes) = (state.to_vec(), first.to_vec());
         for _ in 1..substeps {
             for ((at, &x), &d) in at.iter_mut().zip(state).zip(&now) {
                 *at = x + d;
             }
-            let slopes = (self.rates)(&at);
-            for ((before, now), slope) in before.iter_mut().zip(&mut now).zip(slopes) {
-                let next = *before + double * slope;
+            (self.rates)(&at, &mut slopes);
+            for ((before, now), slope) in before.iter_mut().zip(&mut now).zip(&slopes) {
+                let next = *before + double * *slope;
                 *before = *now;
                 *now = next;
             }

@@ -15,10 +15,11 @@ pub(crate) enum Meaning {
     Text(String),
 }
 
-/// A formula: steps, the last of which is its value.
+/// One formula or several: steps, some of which are values.
 #[derive(Clone, Debug)]
 pub(crate) struct Formula {
     steps: Vec<Step>,
+    values: Vec<usize>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -42,29 +43,66 @@ enum Operator {
     Greatest,
 }
 
+/// Steps that need no memory of their own.
+const FEW: usize = 40;
+
 impl Formula {
     /// Reads a formula.
     pub(crate) fn read(text: &str, names: &HashMap<String, Meaning>) -> Result<Self, String> {
-        let mut reader = Reader { names, steps: Vec::new(), known: HashMap::new() };
-        reader.whole(text)?;
-        Ok(Self { steps: reader.steps })
+        Self::read_all(&[text.to_owned()], &[], names)
     }
 
-    /// The value at a state, which the parameters follow.
+    /// Reads several, in each of which `free` stands for a formula of its own.
+    pub(crate) fn read_all(
+        texts: &[String],
+        free: &[String],
+        names: &HashMap<String, Meaning>,
+    ) -> Result<Self, String> {
+        let mut reader = Reader { names, free: None, steps: Vec::new(), known: HashMap::new() };
+        let mut values = Vec::new();
+        for (place, text) in texts.iter().enumerate() {
+            reader.known.remove("free");
+            reader.free = free.get(place).cloned();
+            values.push(reader.whole(text)?);
+        }
+        Ok(Self { steps: reader.steps, values })
+    }
+
+    /// How many formulas there are.
+    pub(crate) fn len(&self) -> usize {
+        self.values.len()
+    }
+
+    /// The value of the first at a state, which the parameters follow.
     pub(crate) fn value<N: Number>(&self, state: &[N], parameters: &[N]) -> N {
-        let mut values: Vec<N> = Vec::with_capacity(self.steps.len());
-        for step in &self.steps {
-            let value = match *step {
+        let mut value = [N::zero()];
+        self.values(state, parameters, &mut value);
+        value[0]
+    }
+
+    /// The values of as many as there is room for.
+    pub(crate) fn values<N: Number>(&self, state: &[N], parameters: &[N], out: &mut [N]) {
+        if self.steps.len() <= FEW {
+            self.run(state, parameters, &mut [N::zero(); FEW], out);
+        } else {
+            self.run(state, parameters, &mut vec![N::zero(); self.steps.len()], out);
+        }
+    }
+
+    fn run<N: Number>(&self, state: &[N], parameters: &[N], work: &mut [N], out: &mut [N]) {
+        for (place, step) in self.steps.iter().enumerate() {
+            work[place] = match *step {
                 Step::Constant(value) => N::exact(value),
                 Step::Input(index) if index < state.len() => state[index],
                 Step::Input(index) => parameters[index - state.len()],
-                Step::Of(function, of) => values[of].apply(function),
-                Step::WholePower(of, power) => values[of].whole_power(power),
-                Step::Both(operator, a, b) => operator.apply(values[a], values[b]),
+                Step::Of(function, of) => work[of].apply(function),
+                Step::WholePower(of, power) => work[of].whole_power(power),
+                Step::Both(operator, a, b) => operator.apply(work[a], work[b]),
             };
-            values.push(value);
         }
-        values[values.len() - 1]
+        for (out, &value) in out.iter_mut().zip(&self.values) {
+            *out = work[value];
+        }
     }
 }
 
@@ -102,6 +140,8 @@ impl Operator {
 
 struct Reader<'a> {
     names: &'a HashMap<String, Meaning>,
+    /// What `free` stands for.
+    free: Option<String>,
     steps: Vec<Step>,
     /// Steps of the formulas that names stand for.
     known: HashMap<String, usize>,
@@ -148,12 +188,7 @@ impl Reader<'_> {
         let mut rest = Rest { text };
         let value = self.sum(&mut rest)?;
         match rest.next() {
-            None if value + 1 == self.steps.len() => Ok(value),
-            // A name alone that stands for what is known already: once more, as the last step.
-            None => {
-                let zero = self.push(Step::Constant(Dd::ZERO));
-                Ok(self.push(Step::Both(Operator::Plus, value, zero)))
-            }
+            None => Ok(value),
             Some(_) => Err(format!("`{}` is not understood in `{text}`", rest.text)),
         }
     }
@@ -275,16 +310,11 @@ impl Reader<'_> {
         if let Some(&step) = self.known.get(name) {
             return Ok(step);
         }
-        let step = match self.names.get(name) {
+        let free = self.free.clone().filter(|_| name == "free").map(Meaning::Text);
+        let names = self.names;
+        let step = match free.as_ref().or(names.get(name)) {
             Some(&Meaning::Input(index)) => self.push(Step::Input(index)),
-            Some(Meaning::Text(text)) => {
-                let mut rest = Rest { text };
-                let value = self.sum(&mut rest)?;
-                if rest.next().is_some() {
-                    return Err(format!("`{}` is not understood in `{text}`", rest.text));
-                }
-                value
-            }
+            Some(Meaning::Text(text)) => self.whole(text)?,
             None if name == "pi" => self.push(Step::Constant(Dd::PI)),
             None => return Err(format!("no name `{name}`")),
         };

@@ -14,5 +14,5 @@ mod simulator;
 
 pub(crate) use number::Number;
 pub(crate) use oscillator::Oscillator;
-pub(crate) use section::{Approach, approaches};
-pub(crate) use simulator::{Kind, Mode, Simulator};
+pub(crate) use section::{next_approach, speeds, tangency_return};
+pub(crate) use simulator::{Failure, Kind, Mode, Simulator};

@@ -17,7 +17,7 @@ pub(crate) struct Oscillator {
     pub(crate) parameters: Vec<(String, Dd)>,
     /// Period of the phase.
     pub(crate) period: Option<Dd>,
-    pub(crate) flow: Vec<Formula>,
+    pub(crate) flow: Formula,
     pub(crate) stops: Vec<Stop>,
 }
 
@@ -36,7 +36,7 @@ pub(crate) enum Response {
     /// Rigid: components that jump.
     Impact(Vec<(usize, Formula)>),
     /// Compliant: another flow until a function changes its sign.
-    Contact { flow: Vec<Formula>, release: Formula },
+    Contact { flow: Formula, release: Formula },
 }
 
 impl Oscillator {
@@ -82,10 +82,7 @@ impl Oscillator {
             free.push(words(phase, "rate")?.to_owned());
             period = Some(Formula::read(words(phase, "period")?, &names)?.value(&[], &[]));
         }
-        let mut flow = Vec::new();
-        for text in &free {
-            flow.push(Formula::read(text, &names)?);
-        }
+        let flow = Formula::read_all(&free, &[], &names)?;
         let mut stops = Vec::new();
         let surfaces = model.get("surface").and_then(Item::as_array_of_tables);
         for surface in surfaces.into_iter().flat_map(|surfaces| surfaces.iter()) {
@@ -120,16 +117,11 @@ fn stop(
         Response::Impact(jumps)
     } else {
         let contact = surface.get("contact").and_then(Item::as_table_like).ok_or("no response")?;
-        let mut flow = Vec::new();
-        for text in free {
-            flow.push(Formula::read(text, names)?);
-        }
+        let mut texts = free.to_vec();
         for (name, _) in contact.iter() {
-            let place = position(name)?;
-            let mut names = names.clone();
-            names.insert("free".to_owned(), Meaning::Text(free[place].clone()));
-            flow[place] = Formula::read(words(contact, name)?, &names)?;
+            texts[position(name)?] = words(contact, name)?.to_owned();
         }
+        let flow = Formula::read_all(&texts, free, names)?;
         let release = surface.get("release").and_then(Item::as_str).unwrap_or(event);
         Response::Contact { flow, release: Formula::read(release, names)? }
     };
@@ -145,24 +137,32 @@ fn words<'a>(table: &'a dyn TableLike, key: &str) -> Result<&'a str, String> {
 }
 
 /// Rates of a flow at a state.
-pub(crate) fn rates<N: Number>(flow: &[Formula], state: &[N], parameters: &[N]) -> Vec<N> {
-    flow.iter().map(|formula| formula.value(state, parameters)).collect()
+pub(crate) fn rates<N: Number>(flow: &Formula, state: &[N], parameters: &[N]) -> Vec<N> {
+    let mut rates = vec![N::zero(); flow.len()];
+    flow.values(state, parameters, &mut rates);
+    rates
+}
+
+/// A state that moves along a flow, and parameters that do not.
+fn moving<N: Number>(
+    flow: &Formula,
+    state: &[N],
+    parameters: &[N],
+) -> (Vec<Dual<N>>, Vec<Dual<N>>) {
+    let rates = rates(flow, state, parameters);
+    let moving = state.iter().zip(rates).map(|(&value, slope)| Dual { value, slope });
+    let fixed = parameters.iter().map(|&value| Dual { value, slope: N::zero() });
+    (moving.collect(), fixed.collect())
 }
 
 /// A function and its derivative along a flow.
 pub(crate) fn along<N: Number>(
     function: &Formula,
-    flow: &[Formula],
+    flow: &Formula,
     state: &[N],
     parameters: &[N],
 ) -> (N, N) {
-    let moving: Vec<Dual<N>> = state
-        .iter()
-        .zip(rates(flow, state, parameters))
-        .map(|(&value, slope)| Dual { value, slope })
-        .collect();
-    let fixed: Vec<Dual<N>> =
-        parameters.iter().map(|&value| Dual { value, slope: N::zero() }).collect();
+    let (moving, fixed) = moving(flow, state, parameters);
     let found = function.value(&moving, &fixed);
     (found.value, found.slope)
 }
@@ -170,17 +170,11 @@ pub(crate) fn along<N: Number>(
 /// A function with its first two derivatives along a flow.
 pub(crate) fn along_twice<N: Number>(
     function: &Formula,
-    flow: &[Formula],
+    flow: &Formula,
     state: &[N],
     parameters: &[N],
 ) -> [N; 3] {
-    let moving: Vec<Dual<N>> = state
-        .iter()
-        .zip(rates(flow, state, parameters))
-        .map(|(&value, slope)| Dual { value, slope })
-        .collect();
-    let fixed: Vec<Dual<N>> =
-        parameters.iter().map(|&value| Dual { value, slope: N::zero() }).collect();
+    let (moving, fixed) = moving(flow, state, parameters);
     let (value, slope) = along(function, flow, &moving, &fixed);
     [value.value, value.slope, slope.slope]
 }

@@ -1,4 +1,5 @@
-//! Points of a tangency section: minima of a gap along the free flow, as an orbit makes them.
+//! The return map of a tangency section: minima of a gap along the free flow, as an orbit makes
+//! them, and which of them is the next section point.
 
 use super::number::Number;
 use super::simulator::{Failure, Happening, Kind, Mode, Simulator};
@@ -6,63 +7,51 @@ use super::simulator::{Failure, Happening, Kind, Mode, Simulator};
 /// One approach of an orbit to a stop.
 #[derive(Clone, Debug)]
 pub(crate) struct Approach<N> {
-    /// When the gap has its minimum, and the state there, along the free flow where a contact
-    /// begins before.
+    /// When the gap has its minimum, and the state there: along the free flow with the stop away,
+    /// where a contact begins before.
     pub(crate) time: N,
     pub(crate) state: Vec<N>,
-    pub(crate) gap: N,
-    /// Contacts of the orbit before it, with any stop, this one left out.
-    pub(crate) contacts: usize,
     /// When the stop was met, for a contact.
     pub(crate) met: Option<N>,
-    /// Whether nothing happens on the way from there to the minimum, and nothing holds the state.
+    /// Whether nothing else acts on the way from there to the minimum, or holds the state.
     pub(crate) is_free: bool,
 }
 
-/// The approaches to a stop of an orbit that goes on for a time, with all that happens.
-pub(crate) fn approaches<N: Number>(
+/// The next approach of an orbit to a stop before a time, with all that happens on the way; a
+/// contact is the last of that, and the orbit is behind its beginning.
+///
+/// `None` where the time comes first. A minimum is looked for at most `reach` behind a contact.
+pub(crate) fn next_approach<N: Number>(
     orbit: &mut Simulator<'_, N>,
     stop: usize,
-    time: N,
+    until: N,
     reach: N,
-) -> Result<(Vec<Approach<N>>, Vec<Happening<N>>), Failure> {
-    let until = orbit.time + time;
-    let (mut found, mut happened) = (Vec::new(), Vec::new());
-    let mut contacts = 0;
+    happened: &mut Vec<Happening<N>>,
+) -> Result<Option<Approach<N>>, Failure> {
     loop {
         let before = orbit.mode;
-        let Some(next) = orbit.next(until)? else { return Ok((found, happened)) };
-        if next.stop == stop {
-            match next.kind {
-                Kind::Minimum { gap } => found.push(Approach {
-                    time: next.time,
-                    state: next.state.clone(),
-                    gap,
-                    contacts,
-                    met: None,
-                    is_free: orbit.mode == Mode::Free,
-                }),
-                Kind::Impact { .. } | Kind::Begin { .. } => {
-                    let through = before == Mode::Free;
-                    found.extend(ignoring(orbit, &next, stop, reach).map(|(minimum, is_free)| {
-                        let Kind::Minimum { gap } = minimum.kind else {
-                            unreachable!("a minimum was asked for")
-                        };
-                        Approach {
-                            time: minimum.time,
-                            state: minimum.state,
-                            gap,
-                            contacts,
-                            met: Some(next.time),
-                            is_free: is_free && through,
-                        }
-                    }));
-                }
-                _ => {}
+        let Some(next) = orbit.next(until)? else { return Ok(None) };
+        let approach = match next.kind {
+            Kind::Minimum { .. } if next.stop == stop => Some(Approach {
+                time: next.time,
+                state: next.state.clone(),
+                met: None,
+                is_free: orbit.mode == Mode::Free,
+            }),
+            Kind::Impact { .. } | Kind::Begin { .. } if next.stop == stop => {
+                ignoring(orbit, &next, stop, reach).map(|(minimum, is_free)| Approach {
+                    time: minimum.time,
+                    state: minimum.state,
+                    met: Some(next.time),
+                    is_free: is_free && before == Mode::Free,
+                })
             }
-        }
-        contacts += usize::from(next.kind.speed().is_some());
+            _ => None,
+        };
         happened.push(next);
+        if approach.is_some() {
+            return Ok(approach);
+        }
     }
 }
 
@@ -86,4 +75,81 @@ fn ignoring<N: Number>(
         }
         is_free &= matches!(next.kind, Kind::Minimum { .. });
     }
+}
+
+/// The image of a section point.
+#[derive(Clone, Debug)]
+pub(crate) struct SectionReturn<N> {
+    /// The next section point.
+    pub(crate) state: Vec<N>,
+    /// Time until then.
+    pub(crate) elapsed: N,
+    /// Speeds of the contacts, in order, with their stops.
+    pub(crate) speeds: Vec<(usize, N)>,
+    /// Whether the section point is one of free flight.
+    pub(crate) is_free: bool,
+}
+
+/// The return from a point of the tangency section of a stop: to the approach nearest in time to
+/// `duration`, at most three times as far. `None` where there is none.
+pub(crate) fn tangency_return<N: Number>(
+    orbit: &Simulator<'_, N>,
+    stop: usize,
+    state: &[N],
+    duration: N,
+) -> Result<Option<SectionReturn<N>>, Failure> {
+    let mut orbit = orbit.clone();
+    orbit.place_at_minimum(state, stop);
+    let mut happened = Vec::new();
+    if orbit.gap(stop).0.is_negative() {
+        orbit.back_to_surface(stop, duration)?;
+        happened.push(orbit.respond(stop)?);
+    }
+    let until = duration * N::of(3.0);
+    loop {
+        let found = next_approach(&mut orbit, stop, until, duration, &mut happened)?;
+        let Some(approach) = found else { return Ok(None) };
+        if !is_final(&orbit, stop, &approach, duration) {
+            continue;
+        }
+        if approach.met.is_some() {
+            happened.pop();
+        }
+        return Ok(Some(SectionReturn {
+            state: approach.state,
+            elapsed: approach.time,
+            speeds: speeds(&happened),
+            is_free: approach.is_free,
+        }));
+    }
+}
+
+/// Whether no later minimum along the free flow is nearer to the return's nominal time.
+fn is_final<N: Number>(
+    orbit: &Simulator<'_, N>,
+    stop: usize,
+    approach: &Approach<N>,
+    duration: N,
+) -> bool {
+    let early = duration - approach.time;
+    if !(N::zero() - early).is_negative() {
+        return true;
+    }
+    let mut beyond = orbit.clone();
+    beyond.place_at_minimum(&approach.state, stop);
+    beyond.ignored = Some(stop);
+    loop {
+        match beyond.next(early + early) {
+            Ok(Some(next)) if next.stop == stop && matches!(next.kind, Kind::Minimum { .. }) => {
+                return false;
+            }
+            Ok(Some(_)) => {}
+            Ok(None) | Err(_) => return true,
+        }
+    }
+}
+
+/// Speeds of contacts, with their stops.
+pub(crate) fn speeds<N: Number>(happened: &[Happening<N>]) -> Vec<(usize, N)> {
+    happened.iter().filter_map(|event| Some((event.stop, event.kind.speed()?))).collect()
 }

@@ -127,8 +127,8 @@ impl<'a, N: Number> Simulator<'a, N> {
 
     /// Time of one forcing period.
     pub(crate) fn forcing_period(&self) -> Option<N> {
-        let rate = self.oscillator.flow.last()?.value(&self.state, &self.parameters);
-        Some(N::exact(self.oscillator.period?) / rate)
+        let rates = rates(&self.oscillator.flow, &self.state, &self.parameters);
+        Some(N::exact(self.oscillator.period?) / *rates.last()?)
     }
 
     /// Puts a state in free flight, at time 0.
@@ -200,7 +200,9 @@ impl<'a, N: Number> Simulator<'a, N> {
 
     /// Flies freely, all stops away, for a time of either sign.
     pub(crate) fn fly(&mut self, time: N) -> Result<(), Failure> {
-        let free = |state: &[N]| rates(&self.oscillator.flow, state, &self.parameters);
+        let free = |state: &[N], out: &mut [N]| {
+            self.oscillator.flow.values(state, &self.parameters, out);
+        };
         let mut left = time;
         while left.double() != 0.0 {
             let sign = if left.is_negative() { -self.sample } else { self.sample };
@@ -215,43 +217,56 @@ impl<'a, N: Number> Simulator<'a, N> {
 
     /// Takes a state beyond a stop back along the free flow to where it meets it, at most so long.
     pub(crate) fn back_to_surface(&mut self, stop: usize, longest: N) -> Result<(), Failure> {
-        let free = |state: &[N]| rates(&self.oscillator.flow, state, &self.parameters);
+        let this = self.clone();
+        let free = |state: &[N], out: &mut [N]| {
+            this.oscillator.flow.values(state, &this.parameters, out);
+        };
         let (flow, step) = (Flow { rates: &free }, -self.sample);
         let gap = &self.oscillator.stops[stop].gap;
-        let height = |state: &[N]| gap.value(state, &self.parameters);
-        let (mut state, mut back) = (self.state.clone(), N::zero());
+        let lost = Failure::Diverged;
+        let sense = |state: &[N]| along(gap, &this.oscillator.flow, state, &this.parameters);
+        let mut back = N::zero();
         while back.size() < longest.size() {
-            let next = flow.after(&state, step).ok_or(Failure::Diverged)?;
-            let [from, to] = [height(&state), height(&next)];
-            if !to.is_negative() {
-                let at = |time: N| flow.after(&state, time).map(|state| height(&state));
-                let time = zero(at, (N::zero(), from), (step, to)).ok_or(Failure::Diverged)?;
-                self.state = flow.after(&state, time).ok_or(Failure::Diverged)?;
+            let end = flow.after(&self.state, step).ok_or(lost)?;
+            let at = |time: N| flow.after(&self.state, time).map(|state| sense(&state));
+            let ((from, rises), (to, falls)) = (sense(&self.state), sense(&end));
+            let mut top = (step, to);
+            if to.is_negative() && rises.is_negative() && !falls.is_negative() {
+                // It may come out and in again.
+                let slope = |time: N| at(time).map(|(_, slope)| slope);
+                let time = zero(slope, (N::zero(), rises), (step, falls)).ok_or(lost)?;
+                top = (time, at(time).ok_or(lost)?.0);
+            }
+            if !top.1.is_negative() {
+                let height = |time: N| at(time).map(|(gap, _)| gap);
+                let time = zero(height, (N::zero(), from), top).ok_or(lost)?;
+                let there = flow.after(&self.state, time).ok_or(lost)?;
                 self.time = self.time + back + time;
+                self.state = there;
                 return Ok(());
             }
-            (state, back) = (next, back + step);
+            self.state = end;
+            back = back + step;
         }
         Err(Failure::Through)
     }
 
-    fn rates(&self, state: &[N]) -> Vec<N> {
+    fn rates(&self, state: &[N], out: &mut [N]) {
         match self.mode {
-            Mode::Free => rates(&self.oscillator.flow, state, &self.parameters),
-            Mode::Held { .. } => rates(self.held().0, state, &self.parameters),
+            Mode::Free => self.oscillator.flow.values(state, &self.parameters, out),
+            Mode::Held { .. } => self.held().0.values(state, &self.parameters, out),
             Mode::Resting { stop, component } => {
-                let mut rates = rates(&self.oscillator.flow, state, &self.parameters);
+                self.oscillator.flow.values(state, &self.parameters, out);
                 let gap = &self.oscillator.stops[stop].gap;
                 let [_, _, turns] =
                     along_twice(gap, &self.oscillator.flow, state, &self.parameters);
-                rates[component] = rates[component] - turns / self.push(stop, component, state);
-                rates
+                out[component] = out[component] - turns / self.push(stop, component, state);
             }
         }
     }
 
     /// The flow and the release function of the present contact; of the first stop in free flight.
-    fn held(&self) -> (&'a [Formula], &'a Formula) {
+    fn held(&self) -> (&'a Formula, &'a Formula) {
         let stop = match self.mode {
             Mode::Held { stop, .. } => stop,
             _ => 0,
@@ -315,7 +330,7 @@ impl<'a, N: Number> Simulator<'a, N> {
 
     /// Time until a function that is zero and rises has its maximum, where that is near.
     fn time_to_turn(&self, watch: Watch) -> Option<N> {
-        let free = &self.oscillator.flow[..];
+        let free = &self.oscillator.flow;
         let (function, flow, sign) = match (watch, self.mode) {
             (Watch::Gap(stop), Mode::Held { .. }) => {
                 (&self.oscillator.stops[stop].gap, self.held().0, 1.0)
@@ -332,7 +347,7 @@ impl<'a, N: Number> Simulator<'a, N> {
     /// One look ahead: the first event of a sample, or nothing.
     fn sample(&mut self, until: N) -> Result<Option<Happening<N>>, Failure> {
         let this = self.clone();
-        let rates = |state: &[N]| this.rates(state);
+        let rates = |state: &[N], out: &mut [N]| this.rates(state, out);
         let flow = Flow { rates: &rates };
         let left = until - self.time;
         let mut length = if (left - self.sample).is_negative() { left } else { self.sample };

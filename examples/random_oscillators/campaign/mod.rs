@@ -1,0 +1,169 @@
+//! Random oscillators by the program and by a simulator that knows nothing of it.
+//!
+//! One idea: the independent simulator goes on without a stop and knows what holds its state; the
+//! program is given section points on that orbit, and has to answer each with the next one.
+
+mod generator;
+#[path = "../../fuzz/campaign/random.rs"]
+mod random;
+mod returns;
+
+pub(crate) use generator::Choice;
+use generator::Generated;
+use grazemap::hybrid::HybridSystem;
+use grazemap::model::Scene;
+use grazemap::orbit::{GrazingOrbit, Location, locate};
+use random::Random;
+
+use super::independent::{Oscillator, Simulator};
+use returns::Orbit;
+
+/// Largest difference, in units of the orbit's size, that is not asked about.
+pub(crate) const TOLERANCE: f64 = 1e-9;
+/// Parameters that are looked at, for every oscillator.
+const PLACES: usize = 4;
+
+/// What became of oscillators.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Tally {
+    pub(crate) oscillators: usize,
+    /// Grazing orbits that were found, and those that pass another stop.
+    pub(crate) grazes: usize,
+    pub(crate) through: usize,
+    /// Returns that were compared, those of them to a tangency section, those with a contact.
+    pub(crate) returns: usize,
+    pub(crate) tangencies: usize,
+    pub(crate) contacts: usize,
+    /// Returns of which the program says that the section does not tell, and of which one of both
+    /// says that there are none.
+    pub(crate) ambiguous: usize,
+    pub(crate) ended: usize,
+    /// Differences that are growth of rounding.
+    pub(crate) grown: usize,
+    /// The largest difference that needs no such excuse.
+    pub(crate) largest: f64,
+    /// The others, in words.
+    pub(crate) wrong: Vec<String>,
+}
+
+impl Tally {
+    pub(crate) fn and(mut self, other: Self) -> Self {
+        self.oscillators += other.oscillators;
+        self.grazes += other.grazes;
+        self.through += other.through;
+        self.returns += other.returns;
+        self.tangencies += other.tangencies;
+        self.contacts += other.contacts;
+        self.ambiguous += other.ambiguous;
+        self.ended += other.ended;
+        self.grown += other.grown;
+        self.largest = self.largest.max(other.largest);
+        self.wrong.extend(other.wrong);
+        self
+    }
+}
+
+/// The text of the scene of a case.
+pub(crate) fn scene(seed: u64, case: u64, choice: Choice) -> String {
+    generator::oscillator(&mut Random::new(seed, case), choice).scene
+}
+
+/// One oscillator by both.
+pub(crate) fn compared(seed: u64, case: u64, choice: Choice) -> Tally {
+    let mut random = Random::new(seed, case);
+    let generated = generator::oscillator(&mut random, choice);
+    let mut tally = Tally { oscillators: 1, ..Tally::default() };
+    if let Err(words) = compare(&generated, &mut random, &mut tally) {
+        tally.wrong.push(words);
+    }
+    for words in &mut tally.wrong {
+        *words = format!("case {case} ({}): {words}", generated.kind);
+    }
+    tally
+}
+
+fn compare(generated: &Generated, random: &mut Random, tally: &mut Tally) -> Result<(), String> {
+    let scene = Scene::parse(&generated.scene, "random").map_err(|error| error.to_string())?;
+    let oscillator = Oscillator::read(&generated.scene, &[])?;
+    let found = locate(&scene).map_err(|error| error.to_string())?;
+    let mut parameters: Vec<f64> =
+        scene.model.parameter_values().iter().map(|value| value.to_f64()).collect();
+    let adjusted = scene.grazing.solve_for[0];
+    // NOTE: a fortieth of the period of a mass on a spring of 1.
+    let look = (generated.look * std::f64::consts::TAU / generated.rate).min(0.15);
+    let orbit = match found {
+        Location::Located(orbit) => Some(orbit),
+        Location::NotLocated(_) => None,
+    };
+    if let Some(orbit) = &orbit {
+        tally.grazes += 1;
+        parameters = orbit.parameters().iter().map(|value| value.to_f64()).collect();
+        touches(orbit, &oscillator, look, tally)?;
+    }
+    let system = HybridSystem::new(&scene.model);
+    for _ in 0..PLACES {
+        let mut parameters = parameters.clone();
+        let nearness = 10f64.powf(random.between(-5.0, -0.3));
+        let sign = if random.one_in(2) { 1.0 } else { -1.0 };
+        parameters[adjusted] *= 1.0 + sign * nearness;
+        let simulator = Simulator::new(&oscillator, &parameters, look);
+        let subject = Orbit { system: &system, simulator, size: 1.0 };
+        subject.followed(random, generated.phase, tally);
+    }
+    Ok(())
+}
+
+/// A grazing orbit closes, touches its stop there and passes none.
+fn touches(
+    orbit: &GrazingOrbit,
+    oscillator: &Oscillator,
+    look: f64,
+    tally: &mut Tally,
+) -> Result<(), String> {
+    let point = orbit.grazing_point();
+    let double = |values: &[grazemap::numeric::Dd]| -> Vec<f64> {
+        values.iter().map(|value| value.to_f64()).collect()
+    };
+    let (start, parameters) = (double(&point.state), double(&point.parameters));
+    let mut free = Simulator::new(oscillator, &parameters, look);
+    free.place(&start);
+    let [gap, speed, turns] = free.gap_twice(point.surface);
+    let size = start.iter().fold(1.0f64, |size, value| size.max(value.abs()));
+    if gap.abs().max(speed.abs()) > TOLERANCE * size || turns <= 0.0 {
+        return Err(format!("at the graze h = {gap:e}, h' = {speed:e}, h'' = {turns:e}"));
+    }
+    let period = orbit.period.to_f64();
+    let mut least = f64::INFINITY;
+    let looks = (period / look).ceil() as usize;
+    let step = period / looks as f64;
+    let stops = oscillator.stops.len();
+    for number in 1..looks {
+        free.fly(step).map_err(|reason| format!("the grazing orbit ends: {reason:?}"))?;
+        for stop in 0..stops {
+            let at_graze = number < 2 || number + 2 > looks;
+            if stop != point.surface || !at_graze {
+                least = least.min(free.gap(stop).0);
+            }
+        }
+    }
+    free.fly(step).map_err(|reason| format!("the grazing orbit ends: {reason:?}"))?;
+    let last = start.len() - 1;
+    for (place, (&end, &start)) in free.state.iter().zip(&start).enumerate() {
+        let turns = if place == last { std::f64::consts::TAU } else { 0.0 };
+        let apart = (end - start - turns).abs();
+        // NOTE: an orbit that repels spreads its rounding by its multipliers.
+        let spread =
+            orbit.multipliers.iter().fold(1.0f64, |most, [re, im]| most.max(re.hypot(*im)));
+        if apart > TOLERANCE * size * spread {
+            return Err(format!("the grazing orbit does not close by {apart:e}, in {place}"));
+        }
+    }
+    let said = orbit.clearance.unwrap_or(f64::INFINITY);
+    tally.through += usize::from(least < -1e-6);
+    // The looks miss a minimum by the square of half a look.
+    let blur = 10.0 * turns.abs().max(1.0) * step * step;
+    if (least < -blur) != (said < -blur) && (least - said).abs() > blur {
+        return Err(format!("the grazing orbit passes a stop by {least:e}, {said:e} are said"));
+    }
+    Ok(())
+}
