@@ -4,6 +4,8 @@
 mod support;
 
 mod affine_flow;
+mod contact_laws;
+mod contacts_that_pull;
 mod direct_lanes;
 mod direct_simulation;
 mod hertz_law;

@@ -49,6 +49,9 @@ pub(super) struct Motion<S> {
     pub(super) reference_phase: S,
     /// Factor that makes the present regime's release function positive; 0 until its first step.
     pub(super) release_sign: S,
+    /// Sign of the release function where the present contact began, by its slope in the speed of
+    /// approach; 0 where it does not depend on that.
+    pub(super) entry_sign: S,
     /// Rounding of the release function where the present contact began.
     pub(super) release_rounding: S,
     /// Uncertainty of the time at which the surface was met: the gap left there over the speed.
@@ -56,6 +59,11 @@ pub(super) struct Motion<S> {
     /// Time after which the gap would turn along the free flow from there; infinite where it would
     /// not.
     pub(super) entry_turn: S,
+    /// Length of the last hop beside a surface on which the present contact has no series; 0 where
+    /// it has.
+    pub(super) hop: S,
+    /// Hops of the present contact.
+    pub(super) hops: usize,
     /// Per surface: rounding of its gap if the state has just left it.
     pub(super) leaving: Vec<Option<S>>,
     /// Per surface: which way its gap was found to go here, so that a minimum between two steps is
@@ -77,9 +85,12 @@ impl<S: Real> Motion<S> {
             turns: 0,
             reference_phase: S::zero(),
             release_sign: S::zero(),
+            entry_sign: S::zero(),
             release_rounding: S::zero(),
             entry_uncertainty: S::zero(),
             entry_turn: S::zero(),
+            hop: S::zero(),
+            hops: 0,
             leaving: vec![None; surfaces],
             headings: vec![Heading::Unknown; surfaces],
             last_step: S::one(),

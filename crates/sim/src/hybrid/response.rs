@@ -38,6 +38,7 @@ impl<S: Real> Simulator<'_, S> {
             return Ok(());
         }
         match self.system.surfaces[surface].law {
+                self.check_held(surface, &before)?;
             Law::Rigid { .. } => self.impact(surface, before, record),
             Law::Compliant { .. } => {
                 self.check_alone(surface)?;
@@ -67,6 +68,17 @@ impl<S: Real> Simulator<'_, S> {
         }
         let regime = self.motion.regime;
         self.leave(surface, sense, residual(&sense));
+    /// Fails if the state rests on a compliant surface, pressed on by the free flow and pushed off
+    /// by the contact at once: neither field keeps it there.
+    fn check_held(&mut self, surface: usize, sense: &Sense<S>) -> Result<(), Outcome<S>> {
+        let rests = sense.velocity == S::zero() && sense.acceleration < S::zero();
+        let push = rests.then(|| self.contact_acceleration(surface)).flatten();
+        match push.is_some_and(|push| push > S::zero()) {
+            true => Err(Outcome::NoStickingField { surface, time: self.motion.time }),
+            false => Ok(()),
+        }
+    }
+
         self.motion.regime = regime;
     }
 
@@ -292,8 +304,8 @@ impl<S: Real> Simulator<'_, S> {
         self.record(surface, kind, record);
         let residual = match self.motion.regime {
             // NOTE: over at once; the approach may still go on, to a depth that is rounding.
-            Regime::Contact { .. } if self.motion.release_sign == S::zero() => {
-                residual(&sense) + sense.velocity.abs() * self.motion.entry_turn
+            Regime::Contact { .. } if sense.velocity < S::zero() => {
+                residual(&sense) + approach_depth(&sense)
             }
             Regime::Contact { .. } => S::zero(),
             _ => residual(&sense),
@@ -349,6 +361,15 @@ impl<S: Branched> Rebound<S> {
 
     /// Where a free flight follows: elsewhere the chatter's leading duration is below `ε^(1/4)` of
     /// the time scale on which the normal acceleration changes.
+/// Twice the depth to which an approach goes on along the free flow; 0 where that does not turn.
+fn approach_depth<S: Real>(sense: &Sense<S>) -> S {
+    if sense.acceleration > S::zero() {
+        sense.velocity * sense.velocity / sense.acceleration
+    } else {
+        S::zero()
+    }
+}
+
     ///
     /// The series' error, `T₀³`, and the error of the impacts' times from rounding of the position,
     /// about `ε/T₀`, are then equal.

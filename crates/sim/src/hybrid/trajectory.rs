@@ -80,7 +80,8 @@ pub enum Outcome<S> {
         time: S,
     },
     /// The state must stay on a rigid surface whose reset defines no direction of a contact force,
-    /// or moves a state at rest there (a tangential restitution).
+    /// or moves a state at rest there (a tangential restitution); or on a compliant one, between
+    /// the free flow, which presses it on, and a contact that pushes it off at once.
     NoStickingField {
         /// The surface.
         surface: usize,
