@@ -4,7 +4,7 @@
 //! states or a row for each; both are offsets from the grazing orbit.
 
 use super::{Ended, Error, Map};
-use crate::analysis::{ImageRecord, ImageRequest, ImageRow, Precision, Progress, Using};
+use crate::analysis::{DirectEnd, ImageRecord, ImageRequest, ImageRow, Precision, Progress, Using};
 use crate::iteration::Batch;
 use crate::numeric::Dd;
 use crate::report::{ImageListing, Rows, image_outside_words, image_rows, to_json};
@@ -216,10 +216,9 @@ impl Images {
     pub fn ended(&self) -> Option<Ended> {
         let lost = |record: &&ImageRecord| record.offsets.iter().any(|value| !value.is_finite());
         let missing = self.records.iter().find(lost);
-        missing.map(|&ImageRecord { row, iteration, end, .. }| Ended::NoImage {
-            row,
-            iteration,
-            end,
+        missing.map(|&ImageRecord { row, iteration, end, .. }| {
+            let end = end.unwrap_or(DirectEnd::Returned);
+            Ended::NoImage { row, iteration, reason: end.reason(self.map.scene()) }
         })
     }
 }

@@ -16,6 +16,7 @@ mod random_oscillators;
 mod rounding_at_grazes;
 mod section_phases;
 mod simulated_events;
+mod simultaneous_hits;
 mod soft_to_rigid;
 
 /// A number from −1 to 1 for every pair of numbers.

@@ -331,6 +331,15 @@ impl<S: Branched> Sense<S> {
     }
 }
 
+impl<S: Real> Sense<S> {
+    /// Whether a state on a surface moves into it, at a speed that the rounding of the gap tells
+    /// from rest.
+    pub(super) fn approaches(&self) -> bool {
+        let bounce = self.velocity * self.velocity;
+        self.velocity < S::zero() && bounce > self.acceleration.abs() * self.rounding
+    }
+}
+
 /// Reads the normal motion at a surface.
 #[derive(Clone, Debug)]
 pub(super) struct Sensor<'a, S: Scalar>(Evaluator<'a, S>);
@@ -362,6 +371,16 @@ impl<'a, S: Scalar> Sensor<'a, S> {
 pub(super) struct Clearance<S> {
     pub(super) gap: S,
     pub(super) rounding: S,
+}
+
+/// Roundings of a gap by which a state may lie beyond a surface.
+const PENETRATES: f64 = 64.0;
+
+impl<S: Real> Clearance<S> {
+    /// Distance by which a state on the surface may lie beside it.
+    pub(super) fn slack(&self) -> S {
+        self.rounding * S::from_f64(PENETRATES)
+    }
 }
 
 /// Rounding of a sum: a few units in the last place of its largest term.

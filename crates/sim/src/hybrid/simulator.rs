@@ -195,16 +195,31 @@ impl<'a, S: Real> Simulator<'a, S> {
             motion.reference_phase = state[phase.component];
         }
         for surface in 0..self.surfaces.len() {
-            let sense = self.sense(surface);
-            self.motion.leaving[surface] =
-                (sense.gap.abs() <= sense.rounding).then_some(sense.rounding);
-            if sense.gap < -sense.rounding
-                && let Some(held) = self.contact_beyond(surface)
-            {
-                self.place_in_contact(surface, held);
-            }
+            let Sense { gap, rounding, .. } = self.sense(surface);
+            self.place_at(surface, Clearance { gap, rounding }, rounding);
         }
         Ok(())
+    }
+
+    /// Places the state anew at all surfaces but one, on which it is: it may meet others at the
+    /// same instant, and lie beyond them by rounding.
+    pub(super) fn place_at_others(&mut self, surface: usize) {
+        self.held_twice = None;
+        for other in (0..self.surfaces.len()).filter(|&other| other != surface) {
+            let clearance = self.clearance(other);
+            self.place_at(other, clearance, clearance.slack());
+        }
+    }
+
+    /// Places the state at a surface: leaving it, or in contact where it is beyond it by more than
+    /// a distance.
+    fn place_at(&mut self, surface: usize, Clearance { gap, rounding }: Clearance<S>, beyond: S) {
+        self.motion.leaving[surface] = (gap.abs() <= rounding).then_some(rounding);
+        if gap < -beyond
+            && let Some(held) = self.contact_beyond(surface)
+        {
+            self.place_in_contact(surface, held);
+        }
     }
 
     fn place_in_contact(&mut self, surface: usize, held: Contact<S>) {
@@ -244,6 +259,13 @@ impl<'a, S: Real> Simulator<'a, S> {
         })
     }
 
+    /// `h''` along the contact field of a compliant surface.
+    pub(super) fn contact_acceleration(&mut self, surface: usize) -> Option<S> {
+        let Self { motion, parameters, surfaces, .. } = self;
+        let slopes = surfaces[surface].release_slopes.as_mut()?;
+        Some(slopes.evaluator.evaluate(&motion.state, parameters)[3])
+    }
+
     /// Goes to the contact field of a compliant surface, met at a time known up to an uncertainty,
     /// a time before the gap would turn.
     pub(super) fn begin_contact(&mut self, surface: usize, uncertainty: S, turn: S) {
@@ -265,13 +287,6 @@ impl<'a, S: Real> Simulator<'a, S> {
         let sign = slopes.and_then(|slopes| slopes.sign_by_speed(&motion.state, parameters));
         motion.entry_sign = sign.unwrap_or(S::zero());
     }
-    /// `h''` along the contact field of a compliant surface.
-    pub(super) fn contact_acceleration(&mut self, surface: usize) -> Option<S> {
-        let Self { motion, parameters, surfaces, .. } = self;
-        let slopes = surfaces[surface].release_slopes.as_mut()?;
-        Some(slopes.evaluator.evaluate(&motion.state, parameters)[3])
-    }
-
 
     /// The full state; the phase within half a period of the one it was placed at.
     pub fn state(&self) -> &[S] {
@@ -556,13 +571,6 @@ impl<'a, S: Real> SurfaceTools<'a, S> {
     }
 }
 
-/// Fails at the first number that is not finite; `offset` is the position of the first one.
-pub(super) fn check_finite<S: Real>(values: &[S], offset: usize) -> Result<(), HybridError> {
-    match values.iter().position(|value| !value.is_finite()) {
-        Some(position) => Err(HybridError::NotFinite { component: offset + position }),
-        None => Ok(()),
-    }
-}
 impl<S: Real> SlopeTools<'_, S> {
     /// Sign of the release function at a state on the surface, met at a speed `−h' > 0`, where it
     /// is zero at a graze; `None` where it is zero on the whole surface.
@@ -594,3 +602,10 @@ impl<S: Real> SlopeTools<'_, S> {
     }
 }
 
+/// Fails at the first number that is not finite; `offset` is the position of the first one.
+pub(super) fn check_finite<S: Real>(values: &[S], offset: usize) -> Result<(), HybridError> {
+    match values.iter().position(|value| !value.is_finite()) {
+        Some(position) => Err(HybridError::NotFinite { component: offset + position }),
+        None => Ok(()),
+    }
+}

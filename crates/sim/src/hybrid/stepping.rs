@@ -284,7 +284,7 @@ fn gap<S: Real, F: Flight<S>>(flight: &mut F, watch: usize, surface: usize) -> G
 /// What is looked for at a surface; `None` where that is nothing.
 fn goal<S: Real>(surface: usize, approach: Approach, near_miss: S) -> Option<Goal<S>> {
     let stopping = approach.stop_at == Some(surface);
-    let minima = approach.ignored == Some(surface);
+    let minima = approach.ignored.holds(surface);
     let goal = Goal {
         minima,
         stopping,
