@@ -5,7 +5,7 @@ use std::io;
 use std::path::PathBuf;
 
 use super::keys::KeyError;
-use crate::analysis::{AnalysisError, DirectEnd, EarlyEnd};
+use crate::analysis::{AnalysisError, EarlyEnd};
 use crate::convergence::{ConvergenceError, Limit};
 use crate::emission::EmissionError;
 use crate::expansion::ExpansionError;
@@ -300,30 +300,13 @@ pub enum Ended {
         words: String,
     },
     /// A point without an image.
-    #[error("row {row} has no image at iteration {iteration}: {}", imageless(.end))]
+    #[error("row {row} has no image at iteration {iteration}: {reason}")]
     NoImage {
         /// The row of starting points, from 0.
         row: usize,
         /// The iteration, from 1.
         iteration: usize,
-        /// How its direct simulation ended.
-        end: Option<DirectEnd>,
+        /// Why, in words.
+        reason: String,
     },
-}
-
-/// How a point came to have no image.
-fn imageless(end: &Option<DirectEnd>) -> &'static str {
-    match end {
-        Some(DirectEnd::NoReturn) => "no section point within sixteen return times",
-        Some(DirectEnd::Penetrating) => "it is beyond the surface, and no free flight leads there",
-        Some(DirectEnd::Ambiguous) => {
-            "its section falls inside a contact that the coordinates do not tell; choose another \
-             `section.phase`, at which nothing is in contact"
-        }
-        Some(DirectEnd::HeldTwice) => {
-            "two surfaces hold the state at once, and the model has no field for both"
-        }
-        Some(DirectEnd::Ended) => "the simulation ended before the section",
-        Some(DirectEnd::Returned) | None => "it is not finite",
-    }
 }

@@ -5,7 +5,7 @@
 
 use super::{Ended, Error, Map, refuse_memory};
 use crate::analysis::{
-    ImageRecord, ImageRequest, ImageRow, Precision, Progress, Using, orbit_bytes,
+    DirectEnd, ImageRecord, ImageRequest, ImageRow, Precision, Progress, Using, orbit_bytes,
 };
 use crate::iteration::Batch;
 use crate::numeric::Dd;
@@ -221,10 +221,9 @@ impl Images {
     pub fn ended(&self) -> Option<Ended> {
         let lost = |record: &&ImageRecord| record.offsets.iter().any(|value| !value.is_finite());
         let missing = self.records.iter().find(lost);
-        missing.map(|&ImageRecord { row, iteration, end, .. }| Ended::NoImage {
-            row,
-            iteration,
-            end,
+        missing.map(|&ImageRecord { row, iteration, end, .. }| {
+            let end = end.unwrap_or(DirectEnd::Returned);
+            Ended::NoImage { row, iteration, reason: end.reason(self.map.scene()) }
         })
     }
 }

@@ -1,8 +1,8 @@
 //! A contact force that is a power of the depth which is not whole (Hertz), integrated on its own:
 //! the leading law in closed form of docs/mathematics/contact-laws.md.
 //!
-//! Neither the expansions nor the direct simulator take such a force; this is the evidence for the
-//! law they would have to meet.
+//! The expansions do not take such a force; this is the evidence for the law they would have to
+//! meet.
 
 /// The linear oscillator of `scenes/soft_a.toml`: damping, frequency of the forcing, stiffness of
 /// the stop.

@@ -4,6 +4,8 @@
 mod support;
 
 mod affine_flow;
+mod contact_laws;
+mod contacts_that_pull;
 mod direct_lanes;
 mod direct_simulation;
 mod hertz_law;
@@ -15,6 +17,7 @@ mod random_oscillators;
 mod rounding_at_grazes;
 mod section_phases;
 mod simulated_events;
+mod simultaneous_hits;
 mod soft_to_rigid;
 
 /// A number from −1 to 1 for every pair of numbers.

@@ -110,7 +110,7 @@ pub(in crate::pipeline) fn trajectory_answer(
     let document = to_json(&Document::new(DocumentKind::Trajectory, scene, listing))?;
     let (text, table) = (time_series_text(scene, series), time_series_table(&scene.model, series)?);
     Ok(Answer {
-        ended: series.early_end.map(Ended::Trajectory),
+        ended: series.early_end.clone().map(Ended::Trajectory),
         ..Answer::new("trajectory", text, document, table)
             .with_figures(time_series_figures(scene, orbit, series))
     })

@@ -5,7 +5,7 @@ use super::section_frame::{SectionFrame, phase_circle};
 use crate::flow::Field;
 use crate::hybrid::{DirectReturn, HybridSystem, Outcome, ReturnOutcome};
 use crate::iteration::PhaseCircle;
-use crate::model::Scene;
+use crate::model::{Model, Response, Scene, Section, Surface};
 use crate::numeric::{Dd, Real, Scalar as _};
 use crate::orbit::{GrazingOrbit, PoincareSectionKind};
 
@@ -33,7 +33,7 @@ pub struct SectionImage<S> {
 }
 
 /// How one direct return ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum DirectEnd {
     /// At the section.
@@ -46,9 +46,63 @@ pub enum DirectEnd {
     Ambiguous,
     /// Two surfaces hold the state at once, and no field of the model stands for both.
     HeldTwice,
+    /// Two rigid surfaces are met at the same instant, and the state behind depends on which of
+    /// them acts first.
+    HitTogether {
+        /// The surfaces.
+        surfaces: [usize; 2],
+        /// Time since the section.
+        time: f64,
+    },
     /// The simulation ended otherwise: a state that is not finite, no sticking field, too many
     /// steps.
     Ended,
+}
+
+impl DirectEnd {
+    /// Why there is no image, in words for the user of a scene.
+    pub fn reason(&self, scene: &Scene) -> String {
+        let tangency = scene.section == Section::Tangency;
+        let rigid = |surface: &Surface| matches!(surface.response, Response::Impact { .. });
+        let reason = match *self {
+            Self::Returned => "it is not finite",
+            Self::NoReturn => "no section point within sixteen return times",
+            Self::Penetrating => "it is beyond the surface, and no free flight leads there",
+            Self::Ambiguous if tangency => {
+                "another surface holds the state where the section is reached, and the \
+                 coordinates of a tangency section do not tell which; a section of \
+                 `kind = \"stroboscopic\"` at a phase between the contacts does"
+            }
+            Self::Ambiguous if scene.model.surfaces.iter().all(rigid) => {
+                "the coordinates of its section do not tell whether an impact lies before or \
+                 behind it; choose another `section.phase`, at which nothing is hit"
+            }
+            Self::Ambiguous => {
+                "its section falls inside a contact that the coordinates do not tell; choose \
+                 another `section.phase`, at which nothing is in contact"
+            }
+            Self::HeldTwice => {
+                "two surfaces hold the state at once, and the model has no field for both"
+            }
+            Self::HitTogether { surfaces, time } => {
+                return format!(
+                    "{}, {time} after the section",
+                    hit_together(&scene.model, surfaces)
+                );
+            }
+            Self::Ended => "the simulation ended before the section",
+        };
+        reason.to_owned()
+    }
+}
+
+/// Two surfaces hit at the same instant, in words.
+pub(super) fn hit_together(model: &Model, surfaces: [usize; 2]) -> String {
+    let [a, b] = surfaces.map(|surface| &model.surfaces[surface].name);
+    format!(
+        "surfaces `{a}` and `{b}` are hit at the same instant, and the state after depends on \
+         which of them acts first"
+    )
 }
 
 /// The section map of a scene by direct simulation, over `f64` or double-double.
@@ -255,13 +309,16 @@ pub fn direct_image<S: Real>(
     DirectImage::new(&system, scene, orbit)?.image(offsets, parameter_offsets)
 }
 
-fn end_of<S>(outcome: &ReturnOutcome<S>) -> DirectEnd {
+fn end_of<S: Real>(outcome: &ReturnOutcome<S>) -> DirectEnd {
     match outcome {
         ReturnOutcome::Returned => DirectEnd::Returned,
         ReturnOutcome::NoReturn { .. } => DirectEnd::NoReturn,
         ReturnOutcome::Ambiguous { .. } => DirectEnd::Ambiguous,
         ReturnOutcome::Ended(Outcome::Penetrating { .. }) => DirectEnd::Penetrating,
         ReturnOutcome::Ended(Outcome::HeldTwice { .. }) => DirectEnd::HeldTwice,
+        ReturnOutcome::Ended(Outcome::HitTogether { surfaces, time }) => {
+            DirectEnd::HitTogether { surfaces: *surfaces, time: time.to_f64() }
+        }
         ReturnOutcome::Ended(_) => DirectEnd::Ended,
     }
 }

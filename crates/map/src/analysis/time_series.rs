@@ -2,11 +2,12 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::direct_image::hit_together;
 use super::error::AnalysisError;
 use super::section_frame::{SectionFrame, Values};
 use crate::flow::{Field, Integrator};
 use crate::hybrid::{DirectReturn, HybridSystem, Moment, MomentEvent, Outcome};
-use crate::model::{Model, Scene};
+use crate::model::{Model, Response, Scene};
 use crate::numeric::converted;
 use crate::orbit::GrazingOrbit;
 
@@ -55,26 +56,36 @@ pub struct TimeSeries {
 }
 
 /// Why a simulation ended early, and when.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct EarlyEnd {
     /// Why, in words.
-    pub reason: &'static str,
+    pub reason: String,
     /// When.
     pub time: f64,
 }
 
 impl EarlyEnd {
     /// `None` of a simulation that is complete.
-    fn of(outcome: Outcome<f64>) -> Option<Self> {
+    fn of(outcome: Outcome<f64>, model: &Model) -> Option<Self> {
+        let name = |surface: usize| &model.surfaces[surface].name;
         let (reason, time) = match outcome {
             Outcome::Completed => return None,
-            Outcome::Diverged { time } => ("the solution leaves the finite numbers", time),
-            Outcome::Penetrating { time, .. } => ("the state is beyond a rigid surface", time),
-            Outcome::HeldTwice { time, .. } => ("two surfaces hold the state at once", time),
-            Outcome::NoStickingField { time, .. } => {
-                ("the state must stay on a surface whose reset defines no contact force", time)
+            Outcome::Diverged { time } => ("the solution leaves the finite numbers".into(), time),
+            Outcome::Penetrating { surface, time, .. } => {
+                (format!("the state is beyond the rigid surface `{}`", name(surface)), time)
             }
-            Outcome::StepLimit { time, .. } => ("the limit on steps was reached", time),
+            Outcome::HeldTwice { surfaces: [a, b], time } => {
+                (format!("surfaces `{}` and `{}` hold the state at once", name(a), name(b)), time)
+            }
+            Outcome::HitTogether { surfaces, time } => (hit_together(model, surfaces), time),
+            Outcome::NoStickingField { surface, time } => {
+                let why = match model.surfaces[surface].response {
+                    Response::Impact { .. } => "whose reset defines no contact force",
+                    Response::Contact { .. } => "which pushes it off as the free flow presses on",
+                };
+                (format!("the state must stay on surface `{}`, {why}", name(surface)), time)
+            }
+            Outcome::StepLimit { time, .. } => ("the limit on steps was reached".into(), time),
         };
         Some(Self { reason, time })
     }
@@ -154,7 +165,7 @@ pub fn each_moment(
             record(rows.row(&Moment { time: moment.time - settled, ..moment }));
         }
     })?;
-    let early_end = EarlyEnd::of(outcome);
+    let early_end = EarlyEnd::of(outcome, model);
     Ok(TimeSeries { parameters, duration, points: Vec::new(), early_end })
 }
 

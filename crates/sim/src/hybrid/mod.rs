@@ -16,6 +16,7 @@ mod motion;
 mod passage;
 mod response;
 mod return_map;
+mod rough_contact;
 mod sampling;
 mod search;
 mod simulator;

@@ -49,6 +49,9 @@ pub(super) struct Motion<S> {
     pub(super) reference_phase: S,
     /// Factor that makes the present regime's release function positive; 0 until its first step.
     pub(super) release_sign: S,
+    /// Sign of the release function where the present contact began, by its slope in the speed of
+    /// approach; 0 where it does not depend on that.
+    pub(super) entry_sign: S,
     /// Rounding of the release function where the present contact began.
     pub(super) release_rounding: S,
     /// Uncertainty of the time at which the surface was met: the gap left there over the speed.
@@ -56,6 +59,11 @@ pub(super) struct Motion<S> {
     /// Time after which the gap would turn along the free flow from there; infinite where it would
     /// not.
     pub(super) entry_turn: S,
+    /// Length of the last hop beside a surface on which the present contact has no series; 0 where
+    /// it has.
+    pub(super) hop: S,
+    /// Hops of the present contact.
+    pub(super) hops: usize,
     /// Per surface: rounding of its gap if the state has just left it.
     pub(super) leaving: Vec<Option<S>>,
     /// Per surface: which way its gap was found to go here, so that a minimum between two steps is
@@ -77,9 +85,12 @@ impl<S: Real> Motion<S> {
             turns: 0,
             reference_phase: S::zero(),
             release_sign: S::zero(),
+            entry_sign: S::zero(),
             release_rounding: S::zero(),
             entry_uncertainty: S::zero(),
             entry_turn: S::zero(),
+            hop: S::zero(),
+            hops: 0,
             leaving: vec![None; surfaces],
             headings: vec![Heading::Unknown; surfaces],
             last_step: S::one(),
@@ -320,6 +331,15 @@ impl<S: Branched> Sense<S> {
     }
 }
 
+impl<S: Real> Sense<S> {
+    /// Whether a state on a surface moves into it, at a speed that the rounding of the gap tells
+    /// from rest.
+    pub(super) fn approaches(&self) -> bool {
+        let bounce = self.velocity * self.velocity;
+        self.velocity < S::zero() && bounce > self.acceleration.abs() * self.rounding
+    }
+}
+
 /// Reads the normal motion at a surface.
 #[derive(Clone, Debug)]
 pub(super) struct Sensor<'a, S: Scalar>(Evaluator<'a, S>);
@@ -351,6 +371,16 @@ impl<'a, S: Scalar> Sensor<'a, S> {
 pub(super) struct Clearance<S> {
     pub(super) gap: S,
     pub(super) rounding: S,
+}
+
+/// Roundings of a gap by which a state may lie beyond a surface.
+const PENETRATES: f64 = 64.0;
+
+impl<S: Real> Clearance<S> {
+    /// Distance by which a state on the surface may lie beside it.
+    pub(super) fn slack(&self) -> S {
+        self.rounding * S::from_f64(PENETRATES)
+    }
 }
 
 /// Rounding of a sum: a few units in the last place of its largest term.

@@ -42,11 +42,30 @@ pub(super) struct Goal<S: Branched> {
     pub(super) near: S,
 }
 
-/// Which surface is flown through, and at which surface's minima the flight stops.
+/// Surfaces that are flown through, and the surface at whose minima the flight stops.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Approach {
-    pub(super) ignored: Option<usize>,
+    pub(super) ignored: Ignored,
     pub(super) stop_at: Option<usize>,
+}
+
+/// Surfaces that are flown through.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) enum Ignored {
+    #[default]
+    None,
+    Surface(usize),
+    All,
+}
+
+impl Ignored {
+    pub(super) fn holds(self, surface: usize) -> bool {
+        match self {
+            Self::None => false,
+            Self::Surface(ignored) => ignored == surface,
+            Self::All => true,
+        }
+    }
 }
 
 /// Why a flight stopped.

@@ -21,9 +21,6 @@ use crate::numeric::{Branched, Mask, Real};
 /// Share of the speed of an impact at which a state still moving on has passed the surface.
 pub(super) const PASSES: f64 = 1e-6;
 
-/// Roundings of a gap by which a state may lie beyond a surface.
-const PENETRATES: f64 = 64.0;
-
 impl<S: Real> Simulator<'_, S> {
     /// Applies a surface's response at the present state, which is on the surface.
     #[inline(never)]
@@ -41,6 +38,7 @@ impl<S: Real> Simulator<'_, S> {
             Law::Rigid { .. } => self.impact(surface, before, record),
             Law::Compliant { .. } => {
                 self.check_alone(surface)?;
+                self.check_held(surface, &before)?;
                 let uncertainty = if before.velocity == S::zero() {
                     S::zero()
                 } else {
@@ -70,6 +68,17 @@ impl<S: Real> Simulator<'_, S> {
         self.motion.regime = regime;
     }
 
+    /// Fails if the state rests on a compliant surface, pressed on by the free flow and pushed off
+    /// by the contact at once: neither field keeps it there.
+    fn check_held(&mut self, surface: usize, sense: &Sense<S>) -> Result<(), Outcome<S>> {
+        let rests = sense.velocity == S::zero() && sense.acceleration < S::zero();
+        let push = rests.then(|| self.contact_acceleration(surface)).flatten();
+        match push.is_some_and(|push| push > S::zero()) {
+            true => Err(Outcome::NoStickingField { surface, time: self.motion.time }),
+            false => Ok(()),
+        }
+    }
+
     /// Fails if another surface holds the state already: no regime stands for both.
     fn check_alone(&self, surface: usize) -> Result<(), Outcome<S>> {
         match self.motion.regime.surface() {
@@ -89,6 +98,54 @@ impl<S: Real> Simulator<'_, S> {
         }
     }
 
+    /// Fails if another rigid surface is met at the instant of an impact whose reset does not
+    /// commute with its own; `next` holds the state before.
+    fn check_order(&mut self, surface: usize) -> Result<(), Outcome<S>> {
+        for other in 0..self.surfaces.len() {
+            if other != surface && self.is_close(other) && !self.resets_commute(surface, other) {
+                let surfaces = [surface.min(other), surface.max(other)];
+                return Err(Outcome::HitTogether { surfaces, time: self.motion.time });
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether the state is on a surface, to within rounding.
+    pub(super) fn is_close(&mut self, surface: usize) -> bool {
+        let clearance = self.clearance(surface);
+        clearance.gap.abs() <= clearance.slack()
+    }
+
+    /// Whether a surface is met now, to within rounding: the state is on it and moves into it.
+    pub(super) fn is_met(&mut self, surface: usize) -> bool {
+        self.motion.leaving[surface].is_none()
+            && self.motion.regime.surface() != Some(surface)
+            && self.is_close(surface)
+            && self.sense(surface).approaches()
+    }
+
+    /// Whether the state behind the resets of two surfaces, both met in the state `next`, is the
+    /// same in either order.
+    #[cold]
+    fn resets_commute(&mut self, surface: usize, other: usize) -> bool {
+        let before = self.work.next.clone();
+        let (after, Some(second)) = (self.motion.state.clone(), self.hit(other, &before)) else {
+            return true;
+        };
+        let after = self.hit(other, &after).unwrap_or(after);
+        let second = self.hit(surface, &second).unwrap_or(second);
+        let size = before.iter().chain(&after).fold(S::zero(), |size, x| size.max(x.abs()));
+        largest_difference(&after, &second) <= size * S::from_f64(64.0 * S::ROUNDOFF)
+    }
+
+    /// The state behind a rigid surface, if a state on it moves into it.
+    fn hit(&mut self, surface: usize, state: &[S]) -> Option<Vec<S>> {
+        let tools = &mut self.surfaces[surface];
+        let reset = tools.reset.as_mut()?;
+        let meets = tools.sensor.sense(state, &self.parameters).approaches();
+        meets.then(|| reset.evaluate(state, &self.parameters).to_vec())
+    }
+
     /// Fails if the state is beyond a rigid surface other than `except`.
     pub(super) fn check_penetration(&mut self, except: Option<usize>) -> Result<(), Outcome<S>> {
         for surface in 0..self.surfaces.len() {
@@ -101,9 +158,10 @@ impl<S: Real> Simulator<'_, S> {
             {
                 continue;
             }
-            let Clearance { gap, rounding } = self.clearance(surface);
-            if gap < -rounding * S::from_f64(PENETRATES) {
-                return Err(Outcome::Penetrating { surface, time: self.motion.time, gap });
+            let clearance = self.clearance(surface);
+            if clearance.gap < -clearance.slack() {
+                let (time, gap) = (self.motion.time, clearance.gap);
+                return Err(Outcome::Penetrating { surface, time, gap });
             }
         }
         Ok(())
@@ -149,6 +207,7 @@ impl<S: Real> Simulator<'_, S> {
         if after.velocity < -speed.abs() * S::from_f64(PASSES) {
             return Err(Outcome::Penetrating { surface, time: self.motion.time, gap: after.gap });
         }
+        self.check_order(surface)?;
         let regime = self.motion.regime;
         self.leave(surface, after, residual(&after));
         if let Regime::Contact { .. } = regime {
@@ -292,13 +351,22 @@ impl<S: Real> Simulator<'_, S> {
         self.record(surface, kind, record);
         let residual = match self.motion.regime {
             // NOTE: over at once; the approach may still go on, to a depth that is rounding.
-            Regime::Contact { .. } if self.motion.release_sign == S::zero() => {
-                residual(&sense) + sense.velocity.abs() * self.motion.entry_turn
+            Regime::Contact { .. } if sense.velocity < S::zero() => {
+                residual(&sense) + approach_depth(&sense)
             }
             Regime::Contact { .. } => S::zero(),
             _ => residual(&sense),
         };
         self.leave(surface, sense, residual);
+    }
+}
+
+/// Twice the depth to which an approach goes on along the free flow; 0 where that does not turn.
+fn approach_depth<S: Real>(sense: &Sense<S>) -> S {
+    if sense.acceleration > S::zero() {
+        sense.velocity * sense.velocity / sense.acceleration
+    } else {
+        S::zero()
     }
 }
 

@@ -8,7 +8,7 @@
 
 use super::HybridError;
 use super::motion::{Clearance, Motion, Regime, Sense};
-use super::passage::{Approach, Back, Stop};
+use super::passage::{Approach, Back, Ignored, Stop};
 use super::simulator::{Simulator, check_finite};
 use super::system::HybridSystem;
 use super::trajectory::{
@@ -37,6 +37,15 @@ pub struct DirectReturn<'a, S: Real> {
 /// NOTE: an orbit that comes back every few periods takes as many of them, to rounding; none of
 /// these is the border.
 pub(super) const LONGEST: f64 = 16.5;
+
+/// A minimum of a gap behind surfaces that were flown through.
+#[derive(Clone, Copy, Debug)]
+struct PassedMinimum<S> {
+    /// Time for which the gap is known to rise from there.
+    rises_for: S,
+    /// Surfaces that were flown through.
+    ignored: Ignored,
+}
 
 /// Compiles returns here, once, for the numbers of the packages above.
 ///
@@ -200,7 +209,8 @@ impl<'a, S: Real> DirectReturn<'a, S> {
         let mut nearest = None;
         let reach = self.passage_limit() + self.passage_limit();
         let limit = time + reach;
-        while let Ok(Some(_)) = self.reach_minimum(surface, limit, &mut Log::new()) {
+        let ignored = Ignored::Surface(surface);
+        while let Ok(Some(_)) = self.reach_minimum(surface, ignored, limit, &mut Log::new()) {
             let apart = (self.simulator.time() - time).abs();
             if !self.flew_freely_from(&self.entry) || nearest.is_some_and(|least| apart >= least) {
                 break;
@@ -213,7 +223,6 @@ impl<'a, S: Real> DirectReturn<'a, S> {
     }
 
     fn fly_return(&mut self, log: &mut Log<S>) -> Result<ReturnOutcome<S>, Outcome<S>> {
-        self.simulator.check_placed()?;
         self.simulator.rest_where_placed()?;
         match self.section {
             ReturnSection::Tangency { surface } => self.tangency(surface, log),
@@ -232,37 +241,39 @@ impl<'a, S: Real> DirectReturn<'a, S> {
         let start = self.simulator.sense(surface);
         self.simulator.motion.leaving[surface] = None;
         if start.gap < S::zero() {
-            if let Some(holding) = self.held_elsewhere(surface) {
-                return Ok(ReturnOutcome::Ambiguous { surface: holding });
+            if let Some(untold) = self.enter(surface, log)? {
+                return Ok(untold);
             }
-            self.enter(surface, log)?;
         } else {
+            self.simulator.check_placed()?;
             self.simulator.motion.set_at_minimum(surface);
         }
         let horizon = self.duration * S::from_f64(LONGEST);
         loop {
-            let approach = Approach { ignored: None, stop_at: Some(surface) };
+            let approach = Approach { ignored: Ignored::None, stop_at: Some(surface) };
             match self.next_stop(horizon, approach, log)? {
                 Stop::Minimum { gap, rises_for } => {
-                    if self.is_final(surface, rises_for) {
+                    if self.is_final(surface, Ignored::Surface(surface), rises_for) {
                         let is_free = self.simulator.regime() == Regime::Free;
                         return Ok(self.told_but(is_free.then_some(surface)));
                     }
                     let time = self.simulator.time();
                     log.events.push(Event { time, surface, kind: EventKind::NearMiss { gap } });
                 }
-                Stop::Contact { surface: met } if met == surface => {
+                Stop::Contact { surface: met } if self.meets(surface, met) => {
                     self.entry.copy_from(&self.simulator.motion);
                     let logged = log.events.len();
                     // NOTE: a deep approach may meet a singularity behind the surface; then its
                     // contact is real.
-                    let minimum = self.reach_minimum(surface, horizon, log).unwrap_or(None);
-                    if minimum.is_some_and(|rises_for| self.is_final(surface, rises_for)) {
+                    let minimum = self.pass_through(surface, horizon, log).unwrap_or(None);
+                    if minimum.is_some_and(|minimum| {
+                        self.is_final(surface, minimum.ignored, minimum.rises_for)
+                    }) {
                         return Ok(self.returned_through(surface));
                     }
                     log.events.truncate(logged);
                     self.simulator.motion.copy_from(&self.entry);
-                    self.respond(surface, log)?;
+                    self.respond(met, log)?;
                 }
                 Stop::Contact { surface } => self.respond(surface, log)?,
                 Stop::Horizon | Stop::Release => {
@@ -278,15 +289,18 @@ impl<'a, S: Real> DirectReturn<'a, S> {
         surface: usize,
         log: &mut Log<S>,
     ) -> Result<ReturnOutcome<S>, Outcome<S>> {
+        self.simulator.check_placed()?;
         if self.reach_first_passage(surface) {
-            self.enter(surface, log)?;
+            if let Some(untold) = self.enter(surface, log)? {
+                return Ok(untold);
+            }
         } else {
             self.restart();
             self.simulator.check_penetration(None)?;
         }
         loop {
             match self.next_stop(self.duration, Approach::default(), log)? {
-                Stop::Contact { surface: met } if met == surface => {
+                Stop::Contact { surface: met } if self.meets(surface, met) => {
                     self.entry.copy_from(&self.simulator.motion);
                     let logged = log.events.len();
                     if self.approach_is_last(surface, log) {
@@ -294,7 +308,7 @@ impl<'a, S: Real> DirectReturn<'a, S> {
                     }
                     log.events.truncate(logged);
                     self.simulator.motion.copy_from(&self.entry);
-                    self.respond(surface, log)?;
+                    self.respond(met, log)?;
                 }
                 Stop::Contact { surface } => self.respond(surface, log)?,
                 Stop::Horizon | Stop::Minimum { .. } | Stop::Release => break,
@@ -314,17 +328,21 @@ impl<'a, S: Real> DirectReturn<'a, S> {
     fn approach_is_last(&mut self, surface: usize, log: &mut Log<S>) -> bool {
         let logged = log.events.len();
         let mut early = S::zero();
-        match self.reach_minimum(surface, self.duration, log) {
+        let ignored = match self.meets_others(surface) {
+            true => Ignored::All,
+            false => Ignored::Surface(surface),
+        };
+        match self.reach_minimum(surface, ignored, self.duration, log) {
             Err(_) => return false,
             Ok(None) => {}
             Ok(Some(rises_for)) => {
-                if !self.is_final(surface, rises_for) {
+                if !self.is_final(surface, ignored, rises_for) {
                     return false;
                 }
                 early = self.duration - self.simulator.time();
                 log.events.truncate(logged);
                 self.simulator.motion.copy_from(&self.entry);
-                let ignoring = Approach { ignored: Some(surface), stop_at: None };
+                let ignoring = Approach { ignored, stop_at: None };
                 if self.fly(ignoring, log).is_err() {
                     return false;
                 }
@@ -342,15 +360,27 @@ impl<'a, S: Real> DirectReturn<'a, S> {
 
     /// Everything simulated for the nominal duration.
     fn whole_period(&mut self, log: &mut Log<S>) -> Result<ReturnOutcome<S>, Outcome<S>> {
+        self.simulator.check_placed()?;
         self.simulator.check_penetration(None)?;
         self.fly(Approach::default(), log)?;
         Ok(self.returned())
     }
 
     /// At a section point behind a contact with the surface, which was flown through.
+    ///
+    /// A return from a point of the tangency section places the state where the contact begins, any
+    /// other return at the section.
     fn returned_through(&mut self, surface: usize) -> ReturnOutcome<S> {
         if self.flew_freely_from(&self.entry) {
-            return self.told_but(Some(surface));
+            let is_phase = matches!(self.section, ReturnSection::GrazingPhase { .. });
+            if is_phase || self.others(surface).next().is_none() {
+                return self.told_but(Some(surface));
+            }
+            self.passage.copy_from(&self.simulator.motion);
+            self.simulator.motion.copy_from(&self.entry);
+            let outcome = self.told_but(Some(surface));
+            self.simulator.motion.copy_from(&self.passage);
+            return outcome;
         }
         let holding = self.held_elsewhere(surface).unwrap_or(surface);
         ReturnOutcome::Ambiguous { surface: holding }
@@ -380,6 +410,11 @@ impl<'a, S: Real> DirectReturn<'a, S> {
         let motion = &self.simulator.motion;
         (earlier.regime, motion.regime) == (Regime::Free, Regime::Free)
             && earlier.changed == motion.changed
+    }
+
+    /// Whether the state rests on another surface than this.
+    fn rests_elsewhere(&self, surface: usize) -> bool {
+        matches!(self.simulator.regime(), Regime::Stick { surface: other } if other != surface)
     }
 
     /// Another surface than this that holds the state.
@@ -415,22 +450,25 @@ impl<'a, S: Real> DirectReturn<'a, S> {
     /// Takes a section point, placed before, to where a trajectory may start: back to the surface
     /// where it is beyond it, by more than rounding; that surface, if so.
     pub(super) fn physical_start(&mut self) -> Result<Option<usize>, Outcome<S>> {
-        self.simulator.check_placed()?;
+        let placed = self.simulator.check_placed();
         self.simulator.rest_where_placed()?;
         let Some(surface) = self.section.surface() else {
-            return Ok(None);
+            return placed.map(|()| None);
         };
         self.entry.copy_from(&self.simulator.motion);
         let is_tangency = matches!(self.section, ReturnSection::Tangency { .. });
         let beyond = match is_tangency {
-            true => self.held_elsewhere(surface).is_none(),
+            true => !self.rests_elsewhere(surface),
             false => self.reach_first_passage(surface),
         };
         let sense = self.simulator.sense(surface);
         if beyond && sense.gap < -sense.rounding {
             self.back_to_surface(surface)?;
-            return Ok(Some(surface));
+            if self.held_elsewhere(surface).is_none() {
+                return Ok(Some(surface));
+            }
         }
+        placed?;
         self.restart();
         if is_tangency {
             self.simulator.motion.leaving[surface] = None;
@@ -439,15 +477,26 @@ impl<'a, S: Real> DirectReturn<'a, S> {
         Ok(None)
     }
 
-    /// From a virtual section point back to the surface, and through the contact.
-    fn enter(&mut self, surface: usize, log: &mut Log<S>) -> Result<(), Outcome<S>> {
-        self.back_to_surface(surface)?;
+    /// From a virtual section point back to the surface, and through the contact; how the return
+    /// ends where another surface holds the state.
+    fn enter(
+        &mut self,
+        surface: usize,
+        log: &mut Log<S>,
+    ) -> Result<Option<ReturnOutcome<S>>, Outcome<S>> {
+        if !self.rests_elsewhere(surface) {
+            self.back_to_surface(surface)?;
+        }
+        if let Some(holding) = self.held_elsewhere(surface) {
+            return Ok(Some(ReturnOutcome::Ambiguous { surface: holding }));
+        }
         log.own = Some(-self.simulator.sense(surface).velocity);
-        self.respond(surface, log)
+        self.respond(surface, log)?;
+        Ok(None)
     }
 
-    /// From a virtual section point back to the surface: as far as a return may have flown beyond
-    /// it to its section point.
+    /// From a virtual section point back to the surface, along the free flow of all surfaces: as
+    /// far as a return may have flown beyond it to its section point.
     fn back_to_surface(&mut self, surface: usize) -> Result<(), Outcome<S>> {
         self.simulator.motion.regime = Regime::Free;
         self.simulator.motion.lose_headings();
@@ -455,7 +504,8 @@ impl<'a, S: Real> DirectReturn<'a, S> {
         while self.simulator.time() > first {
             let earliest = first.max(self.simulator.time() - self.duration);
             if self.simulator.back(surface, Back::ToSurface, earliest)? {
-                return Ok(());
+                self.simulator.place_at_others(surface);
+                return self.simulator.check_placed();
             }
         }
         let gap = self.simulator.sense(surface).gap;
@@ -498,19 +548,51 @@ impl<'a, S: Real> DirectReturn<'a, S> {
         } else {
             is_free && {
                 let limit = now + self.passage_limit();
-                let minimum = self.reach_minimum(surface, limit, &mut Log::new());
+                let ignored = Ignored::Surface(surface);
+                let minimum = self.reach_minimum(surface, ignored, limit, &mut Log::new());
                 minimum.is_ok_and(|minimum| minimum.is_some()) && self.flew_freely_from(&self.entry)
             }
         }
     }
 
-    /// Whether the state is beyond no other surface than this.
+    /// Whether the state, at a minimum of the gap of a surface, is beyond no other one, or beyond
+    /// some that are met at the instant at which it is.
     fn is_clear_of_others(&mut self, surface: usize) -> bool {
-        let surfaces = self.simulator.system().surfaces();
-        (0..surfaces).filter(|&other| other != surface).all(|other| {
-            let Clearance { gap, rounding } = self.simulator.clearance(other);
-            -rounding <= gap
-        })
+        let beyond: Vec<usize> = self.others(surface).filter(|&o| self.is_beyond(o)).collect();
+        if beyond.is_empty() {
+            return true;
+        }
+        self.passage.copy_from(&self.simulator.motion);
+        let earliest = self.simulator.time() - self.duration;
+        let is_met = self.simulator.sense(surface).gap < S::zero()
+            && self.simulator.back(surface, Back::ToSurface, earliest).unwrap_or(false);
+        let clear = is_met
+            && self.others(surface).all(|other| match beyond.contains(&other) {
+                true => self.simulator.is_close(other),
+                false => !self.is_beyond(other),
+            });
+        self.simulator.motion.copy_from(&self.passage);
+        clear
+    }
+
+    fn is_beyond(&mut self, surface: usize) -> bool {
+        let Clearance { gap, rounding } = self.simulator.clearance(surface);
+        gap < -rounding
+    }
+
+    /// The other surfaces.
+    fn others(&self, surface: usize) -> impl Iterator<Item = usize> + use<S> {
+        (0..self.simulator.system().surfaces()).filter(move |&other| other != surface)
+    }
+
+    /// Whether a surface is met where another one is, or is the one.
+    fn meets(&mut self, surface: usize, met: usize) -> bool {
+        met == surface || self.simulator.is_met(surface)
+    }
+
+    /// Whether other surfaces are met where this one is.
+    fn meets_others(&mut self, surface: usize) -> bool {
+        self.others(surface).any(|other| self.simulator.is_met(other))
     }
 
     /// From the section point, which `entry` holds.
@@ -520,19 +602,41 @@ impl<'a, S: Real> DirectReturn<'a, S> {
         self.simulator.motion.last_step = last_step;
     }
 
-    /// Flies with the surface ignored to the next minimum of its gap, and for how long that is
-    /// known to rise from there; `None` if the horizon came first.
+    /// Flies with surfaces ignored, this one at least, to the next minimum of its gap, and for how
+    /// long that is known to rise from there; `None` if the horizon came first.
     fn reach_minimum(
         &mut self,
         surface: usize,
+        ignored: Ignored,
         horizon: S,
         log: &mut Log<S>,
     ) -> Result<Option<S>, Outcome<S>> {
-        let approach = Approach { ignored: Some(surface), stop_at: Some(surface) };
+        let approach = Approach { ignored, stop_at: Some(surface) };
         loop {
             match self.next_stop(horizon, approach, log)? {
                 Stop::Minimum { rises_for, .. } => return Ok(Some(rises_for)),
                 Stop::Contact { surface } => self.respond(surface, log)?,
+                Stop::Horizon | Stop::Release => return Ok(None),
+            }
+        }
+    }
+
+    /// Flies through a surface that is met, and any that is met behind it, to the minimum of its
+    /// gap; `None` if the horizon came first.
+    fn pass_through(
+        &mut self,
+        surface: usize,
+        horizon: S,
+        log: &mut Log<S>,
+    ) -> Result<Option<PassedMinimum<S>>, Outcome<S>> {
+        let mut ignored = Ignored::Surface(surface);
+        loop {
+            let approach = Approach { ignored, stop_at: Some(surface) };
+            match self.next_stop(horizon, approach, log)? {
+                Stop::Minimum { rises_for, .. } => {
+                    return Ok(Some(PassedMinimum { rises_for, ignored }));
+                }
+                Stop::Contact { .. } => ignored = Ignored::All,
                 Stop::Horizon | Stop::Release => return Ok(None),
             }
         }
@@ -555,14 +659,14 @@ impl<'a, S: Real> DirectReturn<'a, S> {
     /// The next one, along the free flow, is looked for as far beyond the nominal return as the
     /// present one lies before it, unless the gap is known to rise for so long. The simulator
     /// stands where it stood afterwards.
-    fn is_final(&mut self, surface: usize, rises_for: S) -> bool {
+    fn is_final(&mut self, surface: usize, ignored: Ignored, rises_for: S) -> bool {
         let early = self.duration - self.simulator.time();
         if early + early <= rises_for {
             return true;
         }
         self.passage.copy_from(&self.simulator.motion);
-        let nearer =
-            self.reach_minimum(surface, self.duration + early, &mut Log::new()).unwrap_or(None);
+        let horizon = self.duration + early;
+        let nearer = self.reach_minimum(surface, ignored, horizon, &mut Log::new()).unwrap_or(None);
         self.simulator.motion.copy_from(&self.passage);
         nearer.is_none()
     }

@@ -21,10 +21,10 @@
 
 use super::HybridError;
 use super::affine::AffineTools;
-use super::motion::{Evaluator, Motion, Regime, Sensor, rounding_of};
+use super::motion::{Clearance, Evaluator, Motion, Regime, Sense, Sensor, rounding_of};
 use super::passage::{Approach, Landing, REDUCED, Stop, ends_before_turn};
 use super::stationary::StationaryPoints;
-use super::system::{HybridSystem, Law, SurfaceLaw};
+use super::system::{HybridSystem, Law, ReleaseSlopes, SurfaceLaw};
 use super::trajectory::{Event, Outcome, Trajectory};
 use crate::flow::Integrator;
 use crate::numeric::Real;
@@ -74,10 +74,18 @@ pub(super) struct SurfaceTools<'a, S: Real> {
     /// A compliant surface's release function where a contact ends, followed by the sizes of its
     /// terms.
     pub(super) release: Option<Evaluator<'a, S>>,
-    /// Its derivatives by the speed of the gap and by the gap.
-    pub(super) release_slopes: Option<Evaluator<'a, S>>,
+    pub(super) release_slopes: Option<SlopeTools<'a, S>>,
+    /// Rates of a contact field that may have no series on the surface.
+    pub(super) rates: Option<Evaluator<'a, S>>,
     /// Integrator of the contact field or the stick field.
     pub(super) held: Option<Integrator<'a, S>>,
+}
+
+/// Slopes of a release function.
+#[derive(Clone, Debug)]
+pub(super) struct SlopeTools<'a, S: Real> {
+    slopes: &'a ReleaseSlopes,
+    evaluator: Evaluator<'a, S>,
 }
 
 /// A compliant contact, told from a state beyond its surface.
@@ -187,16 +195,31 @@ impl<'a, S: Real> Simulator<'a, S> {
             motion.reference_phase = state[phase.component];
         }
         for surface in 0..self.surfaces.len() {
-            let sense = self.sense(surface);
-            self.motion.leaving[surface] =
-                (sense.gap.abs() <= sense.rounding).then_some(sense.rounding);
-            if sense.gap < -sense.rounding
-                && let Some(held) = self.contact_beyond(surface)
-            {
-                self.place_in_contact(surface, held);
-            }
+            let Sense { gap, rounding, .. } = self.sense(surface);
+            self.place_at(surface, Clearance { gap, rounding }, rounding);
         }
         Ok(())
+    }
+
+    /// Places the state anew at all surfaces but one, on which it is: it may meet others at the
+    /// same instant, and lie beyond them by rounding.
+    pub(super) fn place_at_others(&mut self, surface: usize) {
+        self.held_twice = None;
+        for other in (0..self.surfaces.len()).filter(|&other| other != surface) {
+            let clearance = self.clearance(other);
+            self.place_at(other, clearance, clearance.slack());
+        }
+    }
+
+    /// Places the state at a surface: leaving it, or in contact where it is beyond it by more than
+    /// a distance.
+    fn place_at(&mut self, surface: usize, Clearance { gap, rounding }: Clearance<S>, beyond: S) {
+        self.motion.leaving[surface] = (gap.abs() <= rounding).then_some(rounding);
+        if gap < -beyond
+            && let Some(held) = self.contact_beyond(surface)
+        {
+            self.place_in_contact(surface, held);
+        }
     }
 
     fn place_in_contact(&mut self, surface: usize, held: Contact<S>) {
@@ -216,16 +239,16 @@ impl<'a, S: Real> Simulator<'a, S> {
     /// Whether the contact with a compliant surface, beyond which the state is, is over; `None`
     /// for a rigid surface.
     ///
-    /// Where a contact begins, `h = 0` and `h' < 0`, its release function, zero at a graze, has the
-    /// sign of `−∂ρ/∂h'`; where that is zero it gets that of `−∂ρ/∂h` just after. It keeps it until
-    /// the release.
+    /// The release function keeps the sign that it has where the contact begins until the release.
     pub(super) fn contact_beyond(&mut self, surface: usize) -> Option<Contact<S>> {
-        let (state, dimension) = (&self.motion.state, self.system.dimension);
-        let tools = &mut self.surfaces[surface];
-        let slopes = tools.release_slopes.as_mut()?.evaluate(state, &self.parameters);
-        let slope = slopes.iter().find(|&&slope| slope != S::zero());
-        let sign = slope.map_or(S::zero(), |slope| -slope.signum());
-        let values = tools.release.as_mut()?.evaluate(state, &self.parameters);
+        let gap = self.clearance(surface).gap;
+        let dimension = self.system.dimension;
+        let Self { motion, parameters, surfaces, work, .. } = self;
+        let tools = &mut surfaces[surface];
+        let entry = &mut work.next;
+        entry.copy_from_slice(&motion.state);
+        let sign = tools.release_slopes.as_mut()?.sign_beyond(gap, entry, parameters);
+        let values = tools.release.as_mut()?.evaluate(&motion.state, parameters);
         let (value, rounding) = (values[0] * sign, rounding_of(&values[2 + dimension..]));
         // NOTE: a force that is zero to rounding tells by its slope which way it goes.
         let force = if value.abs() <= rounding { values[1] * sign } else { value };
@@ -236,20 +259,33 @@ impl<'a, S: Real> Simulator<'a, S> {
         })
     }
 
+    /// `h''` along the contact field of a compliant surface.
+    pub(super) fn contact_acceleration(&mut self, surface: usize) -> Option<S> {
+        let Self { motion, parameters, surfaces, .. } = self;
+        let slopes = surfaces[surface].release_slopes.as_mut()?;
+        Some(slopes.evaluator.evaluate(&motion.state, parameters)[3])
+    }
+
     /// Goes to the contact field of a compliant surface, met at a time known up to an uncertainty,
     /// a time before the gap would turn.
     pub(super) fn begin_contact(&mut self, surface: usize, uncertainty: S, turn: S) {
-        self.motion.entry_uncertainty = uncertainty;
-        self.motion.entry_turn = turn;
-        self.motion.regime = Regime::Contact { surface };
-        self.motion.changed = self.motion.time;
-        self.motion.release_sign = S::zero();
-        let release = self.surfaces[surface].release.as_mut();
-        let rounding = release.map(|release| {
-            let values = release.evaluate(&self.motion.state, &self.parameters);
-            rounding_of(&values[2 + self.system.dimension..])
+        let dimension = self.system.dimension;
+        let Self { motion, parameters, surfaces, .. } = self;
+        motion.entry_uncertainty = uncertainty;
+        motion.entry_turn = turn;
+        motion.regime = Regime::Contact { surface };
+        motion.changed = motion.time;
+        motion.release_sign = S::zero();
+        (motion.hop, motion.hops) = (S::zero(), 0);
+        let tools = &mut surfaces[surface];
+        let rounding = tools.release.as_mut().map(|release| {
+            let values = release.evaluate(&motion.state, parameters);
+            rounding_of(&values[2 + dimension..])
         });
-        self.motion.release_rounding = rounding.unwrap_or(S::zero());
+        motion.release_rounding = rounding.unwrap_or(S::zero());
+        let slopes = tools.release_slopes.as_mut();
+        let sign = slopes.and_then(|slopes| slopes.sign_by_speed(&motion.state, parameters));
+        motion.entry_sign = sign.unwrap_or(S::zero());
     }
 
     /// The full state; the phase within half a period of the one it was placed at.
@@ -493,7 +529,7 @@ impl<S: Real> Simulator<'_, S> {
     /// Value and slope of the function at the present state, put to the working memory with the
     /// rates of the free flow; `None` for a surface that has none.
     #[inline(never)]
-    fn read_landing(&mut self, landing: Landing) -> Option<(S, S)> {
+    pub(super) fn read_landing(&mut self, landing: Landing) -> Option<(S, S)> {
         let Self { affine, motion, parameters, work, surfaces, .. } = self;
         let values = &mut work.landing;
         let is_read = affine
@@ -514,10 +550,10 @@ impl<S: Real> Simulator<'_, S> {
 
 impl<'a, S: Real> SurfaceTools<'a, S> {
     fn new(surface: &'a SurfaceLaw, dimension: usize) -> Self {
-        let (reset, release, held) = match &surface.law {
-            Law::Rigid { reset, stick } => (Some(reset), None, stick.as_ref()),
-            Law::Compliant { contact, release, release_slopes } => {
-                (None, Some((release, release_slopes)), Some(contact))
+        let (reset, release, held, rates) = match &surface.law {
+            Law::Rigid { reset, stick } => (Some(reset), None, stick.as_ref(), None),
+            Law::Compliant { contact, release, slopes, rates } => {
+                (None, Some((release, slopes)), Some(contact), rates.as_ref())
             }
         };
         Self {
@@ -525,9 +561,44 @@ impl<'a, S: Real> SurfaceTools<'a, S> {
             contact: Evaluator::new(&surface.landing, 2 + dimension),
             reset: reset.map(|reset| Evaluator::new(reset, dimension)),
             release: release.map(|(release, _)| Evaluator::new(release, 2 + 2 * dimension)),
-            release_slopes: release.map(|(_, slopes)| Evaluator::new(slopes, 2)),
+            release_slopes: release.map(|(_, slopes)| SlopeTools {
+                slopes,
+                evaluator: Evaluator::new(&slopes.program, 4 + dimension),
+            }),
+            rates: rates.map(|rates| Evaluator::new(rates, dimension)),
             held: held.map(|held| Integrator::new(&held.field)),
         }
+    }
+}
+
+impl<S: Real> SlopeTools<'_, S> {
+    /// Sign of the release function at a state on the surface, met at a speed `−h' > 0`, where it
+    /// is zero at a graze; `None` where it is zero on the whole surface.
+    ///
+    /// ```text
+    /// ρ = h' ∂ρ/∂h' + O(h'²)   on   h = 0
+    /// ```
+    fn sign_by_speed(&mut self, state: &[S], parameters: &[S]) -> Option<S> {
+        if !self.slopes.by_velocity {
+            return None;
+        }
+        let values = self.evaluator.evaluate(state, parameters);
+        let (slope, rounding) = (values[0], rounding_of(&values[4..]));
+        (slope.abs() > rounding).then(|| -slope.signum())
+    }
+
+    /// Sign of the release function where a contact begins, from a state beyond the surface, which
+    /// is moved onto it: that by the speed of approach, or that just after, `−∂ρ/∂h`; 0 where the
+    /// function depends on neither.
+    fn sign_beyond(&mut self, gap: S, state: &mut [S], parameters: &[S]) -> S {
+        if let Some(component) = self.slopes.gap_component {
+            let moves = self.evaluator.evaluate(state, parameters)[2];
+            state[component] -= gap / moves;
+        }
+        self.sign_by_speed(state, parameters).unwrap_or_else(|| {
+            let slope = self.evaluator.evaluate(state, parameters)[1];
+            if slope == S::zero() { slope } else { -slope.signum() }
+        })
     }
 }
 

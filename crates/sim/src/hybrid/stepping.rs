@@ -23,6 +23,10 @@ impl<S: Real> Simulator<'_, S> {
         approach: Approach,
         record: &mut dyn FnMut(Event<S>),
     ) -> Result<Option<Stop<S>>, Outcome<S>> {
+        if let Some(stop) = self.hop(horizon) {
+            self.tidy(stop);
+            return Ok(stop);
+        }
         let Self { system, parameters, motion, free, affine, work, surfaces, near_miss, .. } = self;
         let (integrator, regime) = present(system, motion.regime, free, surfaces);
         let exact =
@@ -35,13 +39,17 @@ impl<S: Real> Simulator<'_, S> {
             horizon,
             approach,
         };
-        let stop = match exact {
+        let flown = match exact {
             Some(mut flight) => leg.fly(&mut flight, record),
             None => match integrator.step(&leg.motion.state, parameters) {
                 Ok(step) => leg.fly(&mut TaylorFlight::new(step, regime.watches.len()), record),
                 Err(_) => Err(Outcome::Diverged { time: leg.motion.time }),
             },
-        }?;
+        };
+        let stop = match flown {
+            Err(Outcome::Diverged { .. }) if self.hop_on(horizon) => None,
+            flown => flown?,
+        };
         match stop {
             Some(Stop::Contact { surface }) => self.settle_on(Landing::Contact { surface }),
             Some(Stop::Release) => self.settle_on_release(),
@@ -276,7 +284,7 @@ fn gap<S: Real, F: Flight<S>>(flight: &mut F, watch: usize, surface: usize) -> G
 /// What is looked for at a surface; `None` where that is nothing.
 fn goal<S: Real>(surface: usize, approach: Approach, near_miss: S) -> Option<Goal<S>> {
     let stopping = approach.stop_at == Some(surface);
-    let minima = approach.ignored == Some(surface);
+    let minima = approach.ignored.holds(surface);
     let goal = Goal {
         minima,
         stopping,
@@ -288,9 +296,12 @@ fn goal<S: Real>(surface: usize, approach: Approach, near_miss: S) -> Option<Goa
 /// How the search of a release function starts; its sign is found on the regime's first step.
 /// `None` for a contact whose depth is within rounding, which is over at once.
 ///
-/// NOTE: where the value is rounding, the slope has its sign as long as a spring outweighs a
-/// damper. Of the slope, `turn · ρ''` is what a spring would take off until the approach turns;
-/// what is left of it is the damper's, and has the other sign.
+/// The sign is that of the first that is known of: the value where the contact begins; there, by
+/// its slope in the speed of approach, what rounding leaves of the value; the slope along the
+/// contact flow.
+///
+/// NOTE: a value that is rounding and whose sign by the speed is not that of its slope falls to
+/// zero at once: so a damper lets go of an approach that its spring does not yet resist.
 fn release_start<S: Real>(
     motion: &mut Motion<S>,
     value: &[S],
@@ -313,13 +324,9 @@ fn release_start<S: Real>(
         motion.release_sign = value[0].signum();
         return Some(motion.inside(Heading::Unknown));
     }
-    if turn.is_finite() {
-        let damped = slope[0] + turn * slope[1];
-        if (damped + damped) * slope[0] > slope[0] * slope[0] {
-            return None;
-        }
-    }
-    motion.release_sign = slope[0].signum();
+    let known = [motion.entry_sign].into_iter().chain(slope.iter().copied());
+    let known = known.into_iter().find(|&known| known != S::zero());
+    motion.release_sign = known.map_or(S::one(), S::signum);
     Some(Start::leaving(rounding))
 }
 

@@ -2,7 +2,7 @@
 
 use super::affine::AffineSystem;
 use crate::flow::{Field, InputKind, Program};
-use crate::model::{ExpressionGraph, Model, NodeId, Response, Surface};
+use crate::model::{Binary, ExpressionGraph, Model, Node, NodeId, Response, Surface, Unary};
 use crate::numeric::Dd;
 
 /// A model compiled for direct simulation, shared by any number of
@@ -55,8 +55,27 @@ pub(super) enum Law {
     /// Reset, and the stick field where there is one.
     Rigid { reset: Program, stick: Option<RegimeField> },
     /// Contact field, and the release function: `ρ` and its derivative along the free flow, the
-    /// rates of the free flow, `x_i ∂ρ/∂x_i`, the size of its terms; `∂ρ/∂h'` and `∂ρ/∂h`.
-    Compliant { contact: RegimeField, release: Program, release_slopes: Program },
+    /// rates of the free flow, `x_i ∂ρ/∂x_i`, the size of its terms; its slopes; the rates of a
+    /// contact that may have no series on the surface.
+    Compliant {
+        contact: RegimeField,
+        release: Program,
+        slopes: ReleaseSlopes,
+        rates: Option<Program>,
+    },
+}
+
+/// Slopes of a release function `ρ`, which tell its sign where a contact begins.
+#[derive(Clone, Debug)]
+pub(super) struct ReleaseSlopes {
+    /// `∂ρ/∂h'`, `∂ρ/∂h`, `∂h/∂x_j` with the component `j` that moves the gap, the derivative of
+    /// `h'` along the contact field, then `x_i ∂/∂x_i (∂ρ/∂h')`, the size of the terms of the
+    /// first.
+    pub(super) program: Program,
+    /// Whether `ρ` depends on `h'`.
+    pub(super) by_velocity: bool,
+    /// Component of the state that moves the gap.
+    pub(super) gap_component: Option<usize>,
 }
 
 /// A field with its watched functions, each followed by its derivative along the field.
@@ -160,11 +179,14 @@ impl Lowering<'_> {
                 let mut outputs = self.landing(*release);
                 outputs.extend(self.terms(*release));
                 let contact = self.regime(field, Some(*release), &others);
-                let slopes = self.release_slopes(surface, *release);
+                let slopes = self.release_slopes(surface, field, *release);
+                let law = field.iter().chain([release]).copied();
+                let is_rough = has_branch_point(&self.graph, &law.collect::<Vec<_>>());
                 Law::Compliant {
                     contact,
                     release: self.program(&outputs),
-                    release_slopes: self.program(&slopes),
+                    slopes,
+                    rates: is_rough.then(|| self.program(field)),
                 }
             }
         };
@@ -196,24 +218,43 @@ impl Lowering<'_> {
         (0..self.model.dimension()).map(term).collect()
     }
 
-    /// `∂ρ/∂h'` and `∂ρ/∂h` of a release function: its derivatives along a coordinate that moves
-    /// `h'` alone, and along one that moves `h`; 0 where there is none.
-    fn release_slopes(&mut self, surface: &Surface, release: NodeId) -> [NodeId; 2] {
-        let [by_velocity, by_gap] = [surface.normal_velocity, surface.event].map(|quantity| {
-            let moved = (0..self.model.dimension()).find(|&component| {
-                let gap_slope = self.graph.derivative(surface.event, component);
-                let moves_gap = !is_zero(&self.graph, gap_slope);
-                let slope = self.graph.derivative(quantity, component);
-                moves_gap == (quantity == surface.event) && !is_zero(&self.graph, slope)
-            });
-            let Some(component) = moved else {
-                return self.graph.number(0.0);
-            };
-            let slope = self.graph.derivative(release, component);
-            let moves = self.graph.derivative(quantity, component);
-            self.graph.div(slope, moves)
-        });
-        [by_velocity, by_gap]
+    /// Slopes of a release function, along a component that moves `h'` alone and along one that
+    /// moves `h`; 0 where there is none.
+    fn release_slopes(
+        &mut self,
+        surface: &Surface,
+        field: &[NodeId],
+        release: NodeId,
+    ) -> ReleaseSlopes {
+        let zero = self.graph.number(0.0);
+        let gap_component = (0..self.model.dimension()).find(|&i| self.moves(surface.event, i));
+        let velocity_component = (0..self.model.dimension())
+            .find(|&i| !self.moves(surface.event, i) && self.moves(surface.normal_velocity, i));
+        let mut slope = |quantity, component: Option<usize>| match component {
+            Some(component) => {
+                let slope = self.graph.derivative(release, component);
+                let moves = self.graph.derivative(quantity, component);
+                self.graph.div(slope, moves)
+            }
+            None => zero,
+        };
+        let by_velocity = slope(surface.normal_velocity, velocity_component);
+        let by_gap = slope(surface.event, gap_component);
+        let moves = gap_component.map_or(zero, |i| self.graph.derivative(surface.event, i));
+        let push = self.graph.lie_derivative(surface.normal_velocity, field);
+        let mut outputs = vec![by_velocity, by_gap, moves, push];
+        outputs.extend(self.terms(by_velocity));
+        ReleaseSlopes {
+            program: self.program(&outputs),
+            by_velocity: !is_zero(&self.graph, by_velocity),
+            gap_component,
+        }
+    }
+
+    /// Whether a function depends on a component of the state.
+    fn moves(&mut self, function: NodeId, component: usize) -> bool {
+        let slope = self.graph.derivative(function, component);
+        !is_zero(&self.graph, slope)
     }
 
     fn regime(
@@ -310,6 +351,18 @@ fn pushes(
         pushes[i] = graph.mul(ratio, kicks[i]);
     }
     Some(pushes)
+}
+
+/// Whether an operation under expressions is not analytic for all arguments that it is defined for.
+fn has_branch_point(graph: &ExpressionGraph, outputs: &[NodeId]) -> bool {
+    let operations = graph.nodes().iter().zip(graph.needed_by(outputs));
+    operations.filter(|(_, needed)| *needed).any(|(node, _)| match node {
+        Node::PowerReal(..) | Node::Binary(Binary::Min | Binary::Max, ..) => true,
+        Node::Unary(function, _) => {
+            matches!(function, Unary::Abs | Unary::Sign | Unary::Sqrt | Unary::Log)
+        }
+        _ => false,
+    })
 }
 
 fn is_zero(graph: &ExpressionGraph, node: NodeId) -> bool {

@@ -79,8 +79,17 @@ pub enum Outcome<S> {
         /// Time reached.
         time: S,
     },
+    /// Two rigid surfaces are met at the same instant, and the state behind depends on which of
+    /// them acts first.
+    HitTogether {
+        /// The surfaces.
+        surfaces: [usize; 2],
+        /// Time reached.
+        time: S,
+    },
     /// The state must stay on a rigid surface whose reset defines no direction of a contact force,
-    /// or moves a state at rest there (a tangential restitution).
+    /// or moves a state at rest there (a tangential restitution); or on a compliant one, between
+    /// the free flow, which presses it on, and a contact that pushes it off at once.
     NoStickingField {
         /// The surface.
         surface: usize,

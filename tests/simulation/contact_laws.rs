@@ -1,0 +1,261 @@
+//! Random contact laws by the simulator and by the independent one of `support/independent`.
+//!
+//! Elastic forces that harden, soften or saturate, rate terms, adhesion and prestress, each let go
+//! at the surface or where a force is zero. Pieces of an orbit start from the same state, so that
+//! no difference grows. `CONTACT_LAWS=200` flies the whole campaign.
+
+use grazemap::hybrid::{Event, EventKind, HybridSystem, Outcome, Regime, Simulator};
+
+use crate::support::independent::{Failure, Kind, Mode, Oscillator, Simulator as Independent};
+use crate::support::scenes::{NONE, parsed};
+
+/// Contacts that are compared for each law, and periods that they may take.
+const CONTACTS: usize = 50;
+const PERIODS: usize = 150;
+/// Speed below which a contact is a graze to rounding, which may be met or missed.
+const GRAZES: f64 = 1e-5;
+
+/// Numbers from 0 to 1, one after another (splitmix64).
+struct Numbers(u64);
+
+impl Numbers {
+    fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut mixed = self.0;
+        mixed = (mixed ^ (mixed >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        ((mixed ^ (mixed >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    fn between(&mut self, least: f64, most: f64) -> f64 {
+        least + (most - least) * self.next()
+    }
+
+    fn one_of<'t>(&mut self, choices: &[&'t str]) -> &'t str {
+        choices[(self.next() * choices.len() as f64) as usize]
+    }
+}
+
+/// A scene with a random contact law.
+fn scene(numbers: &mut Numbers) -> String {
+    let elastic = numbers.one_of(&[
+        "k*d",
+        "k*d + b*k*d^3",
+        "k*d/(1 + b*d)",
+        "k*tanh(4*b*d)/(4*b)",
+        "k*(exp(b*d) - 1)/b",
+    ]);
+    let rate = numbers.one_of(&["0", "0", "c*v", "c*v", "0.2*k*d*v", "c*v^3"]);
+    let (offset, force) = match (numbers.next() * 4.0) as usize {
+        // A pull, constant or fading, that is let go where it is overcome.
+        0 => ("- p", format!("{elastic} + {rate} + p")),
+        1 => ("- p*exp(-9*d)", format!("{elastic} + {rate} + p")),
+        2 => ("+ p", format!("{elastic} + {rate} + p")),
+        _ => ("", format!("{elastic} + {rate}")),
+    };
+    let release = match (numbers.next() * 4.0) as usize {
+        0 => format!("release = \"{force}\"\n"),
+        1 => format!("release = \"-({force})\"\n"),
+        _ => String::new(),
+    };
+    let spring = numbers.one_of(&["x", "x + 0.1*x^3", "sin(x)"]);
+    let (k, b) = (10f64.powf(numbers.between(0.5, 2.6)), numbers.between(0.1, 2.0));
+    let (c, p) = (10f64.powf(numbers.between(-2.0, 0.7)), 10f64.powf(numbers.between(-2.0, -0.3)));
+    let (zeta, amplitude) = (numbers.between(0.01, 0.1), numbers.between(0.5, 2.0));
+    let omega = numbers.between(0.5, 2.5);
+    format!(
+        "[model]\nstates = [\"x\", \"v\"]\n\
+         parameters = {{ k = {k}, b = {b}, c = {c}, p = {p}, zeta = {zeta}, A = {amplitude}, \
+         omega = {omega} }}\n\
+         let = {{ d = \"x - 0.2\" }}\n\
+         [model.phase]\nname = \"theta\"\nrate = \"omega\"\nperiod = \"2*pi\"\n\
+         [model.flow]\nx = \"v\"\nv = \"A*cos(theta) - 2*zeta*v - {spring}\"\n\
+         [[model.surface]]\nname = \"stop\"\nevent = \"0.2 - x\"\n\
+         contact = {{ v = \"free - ({elastic} + {rate} {offset})\" }}\n{release}\
+         [grazing]\nsurface = \"stop\"\nsolve_for = \"A\"\n"
+    )
+}
+
+/// What came of all laws.
+#[derive(Debug, Default)]
+struct Tally {
+    contacts: usize,
+    /// Pieces that were not compared for a graze to rounding.
+    grazes: usize,
+    /// Laws whose bounces have no end, or that end otherwise in both.
+    ended: Vec<String>,
+    /// Differences, in words.
+    wrong: Vec<String>,
+}
+
+/// A beginning or an end of a contact: its time, and the speed of the gap.
+type Change = (bool, f64, f64);
+
+fn change_of(event: &Event<f64>) -> Option<Change> {
+    match event.kind {
+        EventKind::ContactBegin { speed } | EventKind::Impact { speed, .. } => {
+            Some((true, event.time, speed))
+        }
+        EventKind::ContactEnd { speed } => Some((false, event.time, speed)),
+        _ => None,
+    }
+}
+
+/// Flies one law in pieces.
+fn compare(text: &str, start: [f64; 2], tally: &mut Tally) {
+    let model = parsed(text, "law", &NONE).model;
+    let system = HybridSystem::new(&model);
+    let parameters: Vec<f64> = model.parameter_values().iter().map(|p| p.to_f64()).collect();
+    let mut simulator = Simulator::new(&system, &parameters).expect("finite parameters");
+    simulator.set_step_limit(20_000);
+    let oscillator = Oscillator::read(text, &[]).expect("a scene");
+    let mut other = Independent::new(&oscillator, &oscillator.values(), 0.02);
+    let period = simulator.forcing_period().expect("a phase");
+    let mut state = vec![start[0], start[1], 0.0];
+    let mut contacts = 0;
+    for _ in 0..PERIODS {
+        if contacts >= CONTACTS {
+            break;
+        }
+        simulator.set_state(&state).expect("a finite state");
+        other.place(&state);
+        let (mut mine, mut theirs) = (Vec::new(), Vec::new());
+        // Until nothing is in contact, so that the next piece has a start that is told.
+        for piece in 0..60 {
+            let length = if piece == 0 { period } else { 0.13 * period };
+            let end = simulator
+                .advance(length, &mut |event| mine.extend(change_of(&event)))
+                .expect("a finite time");
+            let happened = other.advance(length);
+            if end != Outcome::Completed || happened.is_err() {
+                // Bounces on a prestressed stop that the forcing presses on have no end.
+                let bounces = matches!(end, Outcome::StepLimit { .. })
+                    || happened.as_ref().err() == Some(&Failure::TooManyEvents);
+                if bounces || (end != Outcome::Completed && happened.is_err()) {
+                    tally.ended.push(format!("{end:?} {:?}", happened.err()));
+                } else {
+                    let theirs = happened.err();
+                    tally.wrong.push(format!("{end:?} for {theirs:?}: {state:?}\n{text}"));
+                }
+                return;
+            }
+            let happened = happened.unwrap_or_default();
+            theirs.extend(happened.iter().filter_map(|event| match event.kind {
+                Kind::Begin { speed } | Kind::Impact { speed, .. } => {
+                    Some((true, event.time, speed))
+                }
+                Kind::End { speed } => Some((false, event.time, speed)),
+                _ => None,
+            }));
+            let free = simulator.regime() == Regime::Free && other.mode == Mode::Free;
+            if free && simulator.state()[0] < 0.199 {
+                break;
+            }
+        }
+        let speeds = mine.iter().chain(&theirs).filter(|change| change.0).map(|change| change.2);
+        let least = speeds.fold(f64::INFINITY, f64::min);
+        contacts += mine.iter().filter(|change| change.0).count();
+        if least < GRAZES {
+            tally.grazes += 1;
+        } else if let Some(difference) =
+            difference(&mine, &theirs, simulator.state(), &other.state, 1e-10 + 1e-13 / least)
+        {
+            tally.wrong.push(format!("{difference} from {state:?}\n{text}"));
+            return;
+        }
+        if simulator.regime() != Regime::Free {
+            break;
+        }
+        state = simulator.state().to_vec();
+    }
+    tally.contacts += contacts;
+}
+
+fn difference(
+    mine: &[Change],
+    theirs: &[Change],
+    state: &[f64],
+    other: &[f64],
+    most: f64,
+) -> Option<String> {
+    let kinds = |changes: &[Change]| changes.iter().map(|change| change.0).collect::<Vec<_>>();
+    if kinds(mine) != kinds(theirs) {
+        return Some(format!("{mine:?} for {theirs:?}"));
+    }
+    let changes = mine.iter().zip(theirs).flat_map(|(a, b)| [(a.1, b.1), (a.2, b.2)]);
+    let states = state.iter().zip(other).take(2).map(|(&a, &b)| (a, b));
+    let worst = changes.chain(states).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    (worst > most).then(|| format!("{worst:e}, more than {most:e}"))
+}
+
+#[test]
+fn random_contact_laws_act_as_an_independent_integration_says() {
+    let laws = std::env::var("CONTACT_LAWS").ok().and_then(|laws| laws.parse().ok());
+    let laws: u64 = laws.unwrap_or(8);
+    let mut tally = Tally::default();
+    for law in 0..laws {
+        let mut numbers = Numbers(law * 1_000_003 + 39);
+        let text = scene(&mut numbers);
+        let start = [numbers.between(-0.9, 0.1), numbers.between(-1.0, 1.0)];
+        compare(&text, start, &mut tally);
+    }
+    println!("{laws} laws: {} contacts, {} grazes", tally.contacts, tally.grazes);
+    println!("{} ended in both, {} wrong", tally.ended.len(), tally.wrong.len());
+    assert!(tally.wrong.is_empty(), "{} wrong, the first: {}", tally.wrong.len(), tally.wrong[0]);
+    assert!(tally.contacts as u64 > 25 * laws, "{tally:?}");
+}
+
+#[test]
+fn a_restitution_that_is_a_power_of_the_speed_acts_as_an_independent_integration_says() {
+    let text = "[model]\nstates = [\"x\", \"v\"]\n\
+                parameters = { zeta = 0.05, A = 0.5, w = 0.8, r = 0.8 }\n\
+                [model.phase]\nname = \"theta\"\nrate = \"w\"\nperiod = \"2*pi\"\n\
+                [model.flow]\nx = \"v\"\nv = \"A*cos(theta) - 2*zeta*v - x\"\n\
+                [[model.surface]]\nname = \"stop\"\nevent = \"1 - x\"\n\
+                impact = { v = \"-r*v/(1 + v^0.25)\" }\n\
+                [grazing]\nsurface = \"stop\"\nsolve_for = \"A\"\n";
+    let mut tally = Tally::default();
+    compare(text, [0.1, 0.4], &mut tally);
+    assert!(tally.wrong.is_empty() && tally.contacts >= CONTACTS, "{tally:?}");
+}
+
+/// Time in a contact without losses that pushes back with `k d^n`, met at the speed `u`: the
+/// greatest depth is `D = ((n + 1) u²/2k)^(1/(n + 1))`, and `T = 2 D/u · B(1/(n+1), 1/2)/(n+1)`.
+fn time_in_contact(power: f64, stiffness: f64, speed: f64, beta: f64) -> f64 {
+    let n = power + 1.0;
+    let depth = (n * speed * speed / (2.0 * stiffness)).powf(1.0 / n);
+    2.0 * depth / speed * beta / n
+}
+
+/// Values of the beta function `B(1/(n + 1), 1/2)` at `n` = 1.5, 0.5, 2.5.
+const BETAS: [f64; 3] = [3.6790939804058808, 2.5871095592297905, 4.7275358572014957];
+
+/// Powers of the depth that are not whole: Hertz's, a softer and a harder one, by closed forms.
+#[test]
+fn contacts_with_powers_of_the_depth_last_as_closed_forms_say() {
+    // B(1/(n + 1), 1/2): B(2/5, 1/2), B(2/3, 1/2), B(2/7, 1/2).
+    for (power, beta) in [("1.5", BETAS[0]), ("0.5", BETAS[1]), ("2.5", BETAS[2])] {
+        for speed in [1.0_f64, 0.1, 1e-3] {
+            let text = format!(
+                "[model]\nstates = [\"x\", \"v\"]\nparameters = {{ k = 100.0 }}\n\
+                 [model.flow]\nx = \"v\"\nv = \"0\"\n\
+                 [[model.surface]]\nname = \"stop\"\nevent = \"1 - x\"\n\
+                 contact = {{ v = \"free - k*(x - 1)^{power}\" }}\n\
+                 [grazing]\nsurface = \"stop\"\nsolve_for = \"k\"\n"
+            );
+            let model = parsed(&text, "power", &NONE).model;
+            let system = HybridSystem::new(&model);
+            let mut simulator = Simulator::new(&system, &[100.0]).expect("finite parameters");
+            simulator.set_state(&[1.0 - 0.5 * speed, speed]).expect("a finite state");
+            let found = simulator.run(20.0 / speed.sqrt()).expect("a finite time");
+            let changes: Vec<Change> = found.events.iter().filter_map(change_of).collect();
+            let context = format!("{power} {speed}: {changes:?} {:?}", found.outcome);
+            let [(true, begin, met), (false, end, left)] = changes[..] else { panic!("{context}") };
+            let exponent: f64 = power.parse().expect("a number");
+            let expected = time_in_contact(exponent, 100.0, speed, beta);
+            // Rounding of the position, over the speed.
+            assert!((end - begin - expected).abs() < 1e-14 + 1e-14 / speed, "{context} {expected}");
+            assert!((met - speed).abs() < 1e-15 && (left - speed).abs() < 1e-13, "{context}");
+        }
+    }
+}
