@@ -38,6 +38,9 @@ pub struct BranchListing {
     pub window_edges: Vec<WindowEdge>,
     /// The branches, shorter periods first.
     pub branches: Vec<BranchRecord>,
+    /// Itineraries of which not all starts were tried.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub unfinished: Vec<String>,
 }
 
 /// A branch.
@@ -110,6 +113,7 @@ impl BranchListing {
             using: listed.using,
             along: map.parameters[along].name.clone(),
             branches: branches.collect(),
+            unfinished: found.unfinished.iter().map(ToString::to_string).collect(),
             section: listed.section,
             grazing_parameters: listed.grazing_parameters,
             passages: listed.passages,
@@ -187,7 +191,7 @@ impl BranchListing {
         let parts = (1..=count).flat_map(|n| [format!("re{n}"), format!("im{n}")]);
         columns.extend(parts.map(Column::number));
         columns.extend(["stable", "physical", "inside"].map(Column::number));
-        columns.extend(["speeds", "label"].map(Column::text));
+        columns.extend(["speeds", "name", "label"].map(Column::text));
         columns.extend(self.observed().into_iter().map(Column::number));
         let mut table = Table::new(columns);
         for (branch, point) in self.points() {
@@ -209,6 +213,7 @@ impl BranchListing {
             row.push(if known { Cell::Integer(orbit.stable.into()) } else { Cell::Missing });
             row.extend([orbit.physical, orbit.inside].map(|flag| Cell::Integer(flag.into())));
             row.push(Cell::text(orbit.speeds(16, " ")));
+            row.push(Cell::text(&orbit.name));
             let label = point.special.as_ref().map(|special| special.label.letters());
             row.push(label.map_or(Cell::Missing, Cell::text));
             let observed = point.observed.0.iter().map(|(_, value)| match value.is_finite() {
@@ -262,6 +267,17 @@ impl BranchListing {
             ));
         }
         remarks.extend(self.early_ends());
+        if !self.unfinished.is_empty() {
+            remarks.push(format!(
+                "warning: the work for an itinerary is bounded (6e7 products of series, some 20 s, \
+                 in each of at most 9 rounds); it was at its end before all starts were tried for \
+                 {}: fewer itineraries (--itinerary, --period) take less",
+                self.unfinished.join(", ")
+            ));
+        }
+        if self.using == "direct" {
+            remarks.push(STARTS_TRIED.to_owned());
+        }
         remarks
     }
 
@@ -438,6 +454,7 @@ impl BranchListing {
                 BranchLabel::PeriodDoubling => Marker::Square,
                 BranchLabel::NeimarkSacker => Marker::Diamond,
                 BranchLabel::BranchPoint => Marker::Triangle,
+                BranchLabel::Hopf => Marker::Cross,
             };
             let at = [self.along(&point.orbit).0, value((branch, place, 0), point)];
             let text = special.label.letters().to_owned();
@@ -458,6 +475,11 @@ fn beside(mut iterates: Vec<[f64; 2]>, branches: &[Series]) -> Vec<[f64; 2]> {
     }
     iterates
 }
+
+/// Where branches of direct simulation are begun.
+const STARTS_TRIED: &str = "note: branches were begun at the graze, at orbits of the map whose later \
+    passages make contact, at what 64 flights settled on, at every --start and where a branch led; \
+    an unstable branch that none of these meets is not found";
 
 /// Early ends of branches that are put in words at most.
 const ENDS_SAID: usize = 3;

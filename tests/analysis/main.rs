@@ -13,6 +13,7 @@ mod choice_evidence;
 mod convergence;
 mod crises;
 mod diagrams;
+mod direct_branches;
 mod dynamics;
 mod fits;
 mod graze_theory;

@@ -23,6 +23,7 @@ mod stationary;
 mod stepping;
 mod system;
 mod trajectory;
+mod variation;
 
 pub use lane_returns::{LaneImages, LaneReturns};
 pub use motion::Regime;
@@ -34,3 +35,4 @@ pub use trajectory::{
     Event, EventKind, HybridError, NominalPassage, Outcome, Return, ReturnOutcome, ReturnSection,
     Trajectory,
 };
+pub use variation::{VariedReturn, Variation};

@@ -66,6 +66,8 @@ pub(super) struct Motion<S> {
     /// Time of the last change of velocity or regime at a surface; before all times where there was
     /// none.
     pub(super) changed: S,
+    /// How many of the changes that were noted led here.
+    pub(super) changes: usize,
 }
 
 impl<S: Real> Motion<S> {
@@ -84,6 +86,7 @@ impl<S: Real> Motion<S> {
             headings: vec![Heading::Unknown; surfaces],
             last_step: S::one(),
             changed: S::from_f64(f64::NEG_INFINITY),
+            changes: 0,
         }
     }
 

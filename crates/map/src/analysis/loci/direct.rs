@@ -356,7 +356,7 @@ impl<'a> DirectLoci<'a> {
                 // That of the orbit without contact is known.
                 (itinerary.contacts() > 1).then_some((LocusKind::Graze, None))?
             }
-            BranchLabel::BranchPoint => return None,
+            BranchLabel::BranchPoint | BranchLabel::Hopf => return None,
         };
         self.wrap(&mut states);
         let mut unknowns = self.rounded(&itinerary).unknowns(&states, &orbit.parameters)?;
