@@ -191,7 +191,7 @@ impl BranchListing {
         let parts = (1..=count).flat_map(|n| [format!("re{n}"), format!("im{n}")]);
         columns.extend(parts.map(Column::number));
         columns.extend(["stable", "physical", "inside"].map(Column::number));
-        columns.extend(["speeds", "name", "label"].map(Column::text));
+        columns.extend(["speeds", "label", "name"].map(Column::text));
         columns.extend(self.observed().into_iter().map(Column::number));
         let mut table = Table::new(columns);
         for (branch, point) in self.points() {
@@ -213,9 +213,9 @@ impl BranchListing {
             row.push(if known { Cell::Integer(orbit.stable.into()) } else { Cell::Missing });
             row.extend([orbit.physical, orbit.inside].map(|flag| Cell::Integer(flag.into())));
             row.push(Cell::text(orbit.speeds(16, " ")));
-            row.push(Cell::text(&orbit.name));
             let label = point.special.as_ref().map(|special| special.label.letters());
             row.push(label.map_or(Cell::Missing, Cell::text));
+            row.push(Cell::text(&orbit.name));
             let observed = point.observed.0.iter().map(|(_, value)| match value.is_finite() {
                 true => Cell::number(*value, 12),
                 false => Cell::Missing,

@@ -404,6 +404,18 @@ mod tests {
     }
 
     #[test]
+    fn a_piece_that_is_kept_twice_is_one() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let journal = open(folder.path(), 1);
+        for place in [0, 1, 0, 2, 1] {
+            journal.keep(&[place], b"piece");
+        }
+        assert_eq!(journal.pieces(), 3);
+        drop(journal);
+        assert_eq!(open(folder.path(), 1).pieces(), 3);
+    }
+
+    #[test]
     fn another_key_starts_afresh_and_a_journal_in_use_is_left_alone() {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let journal = open(folder.path(), 1);
