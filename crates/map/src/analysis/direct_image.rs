@@ -5,9 +5,7 @@ use nalgebra::{Complex, DMatrix, DVector};
 use super::error::AnalysisError;
 use super::section_frame::SectionFrame;
 use crate::flow::Field;
-use crate::hybrid::{
-    DirectReturn, HybridSystem, Outcome, Return, ReturnOutcome, Variation,
-};
+use crate::hybrid::{DirectReturn, HybridSystem, Outcome, Return, ReturnOutcome, Variation};
 use crate::model::Scene;
 use crate::numeric::linear::{eigenvalues, solve};
 use crate::numeric::{Dd, Real, Scalar as _, converted};

@@ -35,4 +35,4 @@ pub use trajectory::{
     Event, EventKind, HybridError, NominalPassage, Outcome, Return, ReturnOutcome, ReturnSection,
     Trajectory,
 };
-pub use variation::{VariedReturn, Variation};
+pub use variation::{Variation, VariedReturn};

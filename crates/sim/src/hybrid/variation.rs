@@ -416,11 +416,7 @@ impl<S: Real> DirectReturn<'_, S> {
     }
 
     /// The rates of the free field at a state, and their variations in some directions.
-    pub fn free_rates(
-        &self,
-        state: &[S],
-        directions: &[Variation<S>],
-    ) -> (Vec<S>, Vec<Vec<S>>) {
+    pub fn free_rates(&self, state: &[S], directions: &[Variation<S>]) -> (Vec<S>, Vec<Vec<S>>) {
         let simulator = &self.simulator;
         let at = At { of: simulator.system.linearisation(), parameters: &simulator.parameters };
         let field = &at.of.free;

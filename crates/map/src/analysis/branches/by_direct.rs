@@ -13,13 +13,11 @@ use nalgebra::Complex;
 use serde::{Deserialize, Serialize};
 
 use super::by_map::MapBranches;
-use super::data::{
-    Branch, BranchEnd, BranchLabel, BranchPoint, BranchRequest, Branches, Special,
-};
+use super::data::{Branch, BranchEnd, BranchLabel, BranchPoint, BranchRequest, Branches, Special};
 use super::normal_form::NormalForm;
 use super::trace::{
-    Follow, NEAR, Oracle, Piece, SAME, Searched, Seed, Trace, Way, each_once, exact_or_zero, first_doubled,
-    halved, label_of, lies_on, null_vector, refined, solved, toggled,
+    Follow, NEAR, Oracle, Piece, SAME, Searched, Seed, Trace, Way, each_once, exact_or_zero,
+    first_doubled, halved, label_of, lies_on, null_vector, refined, solved, toggled,
 };
 use crate::analysis::continuation::{
     CourseEnd, CurveEquations, CurvePoint, Linearised, StepControl, apart, between, by_chords,
@@ -354,8 +352,7 @@ impl<'a> DirectBranches<'a> {
         if itineraries.is_empty() || range[0] == range[1] {
             return Vec::new();
         }
-        let request =
-            BranchRequest { itineraries, range, direct: false, ..self.request.clone() };
+        let request = BranchRequest { itineraries, range, direct: false, ..self.request.clone() };
         let map = MapBranches::new(self.scene, self.orbit, self.map, &request, &NoProgress);
         let found = map.map(|map| map.physical(Follow::Asked)).unwrap_or_default();
         let orbits = found.branches.iter().flat_map(|branch| {

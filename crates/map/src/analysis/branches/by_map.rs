@@ -5,8 +5,8 @@ use std::iter::once;
 use super::data::{Branch, BranchEnd, BranchLabel, BranchPoint, BranchRequest, Branches, Special};
 use super::normal_form::NormalForm;
 use super::trace::{
-    Follow, NEAR, Oracle, SAME, Searched, Seed, Trace, Way, each_once, exact_or_zero, first_doubled, halved,
-    label_of, lies_on, null_vector, refined, solved, toggled,
+    Follow, NEAR, Oracle, SAME, Searched, Seed, Trace, Way, each_once, exact_or_zero,
+    first_doubled, halved, label_of, lies_on, null_vector, refined, solved, toggled,
 };
 use crate::analysis::continuation::{
     CurveEquations, CurvePoint, Solution, StepControl, tangent_at, unit_vector,

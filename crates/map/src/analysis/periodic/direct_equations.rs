@@ -938,8 +938,7 @@ impl<S: Real> CurveEquations<S> for DirectOrbitEquations<'_, S> {
     fn tests(&self, point: &CurvePoint<S, DirectOrbit<S>>) -> Vec<TestValue<S>> {
         let orbit = &point.linearised.extra;
         let unknown = S::from_f64(f64::NAN);
-        let tangent =
-            self.regular_tangent(point).unwrap_or(vec![unknown; point.tangent.len()]);
+        let tangent = self.regular_tangent(point).unwrap_or(vec![unknown; point.tangent.len()]);
         let mut tests = vec![
             TestValue { value: tangent[tangent.len() - 1], size: 1.0 },
             TestValue::determinant(&self.doubling(orbit)),
