@@ -476,10 +476,10 @@ fn beside(mut iterates: Vec<[f64; 2]>, branches: &[Series]) -> Vec<[f64; 2]> {
     iterates
 }
 
-/// Where branches of direct simulation are begun.
-const STARTS_TRIED: &str = "note: branches were begun at the graze, at orbits of the map whose later \
-    passages make contact, at what 64 flights settled on, at every --start and where a branch led; \
-    an unstable branch that none of these meets is not found";
+/// Starts of branches of direct simulation, in words.
+const STARTS_TRIED: &str = "note: branches were begun at the graze, at orbits of the map whose \
+    later passages make contact, at what 64 flights settled on, at every --start and where a \
+    branch led; an unstable branch that none of these meets is not found";
 
 /// Early ends of branches that are put in words at most.
 const ENDS_SAID: usize = 3;

@@ -36,9 +36,9 @@ pub struct SectionImage<S> {
 #[derive(Clone, Debug)]
 pub(super) struct VariedImage<S> {
     pub(super) image: SectionImage<S>,
-    /// Of the image; none where the return rests on a rigid surface.
+    /// Derivatives of the image; none where the return rests on a rigid surface.
     pub(super) slopes: Option<DMatrix<S>>,
-    /// Of the gap at the first passage; none where there is none.
+    /// Derivatives of the gap at the first passage; none where there is none.
     pub(super) gap_slopes: Option<Vec<S>>,
 }
 
@@ -288,7 +288,7 @@ impl<'a, S: Real> DirectImage<'a, S> {
         self.frame.kind() == PoincareSectionKind::Tangency
     }
 
-    /// How fast the speed of the gap grows along the free flow at a section point: positive where
+    /// Acceleration of the gap along the free flow at a section point: positive where
     /// it is a local minimum, as every point of a tangency section is.
     ///
     /// # Errors

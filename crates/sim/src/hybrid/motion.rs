@@ -66,7 +66,7 @@ pub(super) struct Motion<S> {
     /// Time of the last change of velocity or regime at a surface; before all times where there was
     /// none.
     pub(super) changed: S,
-    /// How many of the changes that were noted led here.
+    /// Number of the changes that were noted and led here.
     pub(super) changes: usize,
 }
 

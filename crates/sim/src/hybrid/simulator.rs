@@ -51,7 +51,7 @@ pub struct Simulator<'a, S: Real> {
     pub(super) steps: usize,
     /// Two surfaces that hold the state where it was placed: no regime stands for them.
     pub(super) held_twice: Option<[usize; 2]>,
-    /// What happened at surfaces, where that is noted; see [`Motion::changes`].
+    /// Changes at surfaces, where they are noted; see [`Motion::changes`].
     pub(super) changes: Option<Vec<Change<S>>>,
 }
 

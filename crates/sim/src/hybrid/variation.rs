@@ -24,13 +24,13 @@ use crate::numeric::Real;
 /// followed from one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Variation<S> {
-    /// Of the full state.
+    /// Variation of the full state.
     pub state: Vec<S>,
-    /// Of all parameters of the model.
+    /// Variation of all parameters of the model.
     pub parameters: Vec<S>,
 }
 
-/// What happened to a state at a surface.
+/// An event at a surface: a change of the state or of the field.
 #[derive(Clone, Debug)]
 pub(super) struct Change<S> {
     pub(super) kind: ChangeKind,
@@ -392,7 +392,7 @@ impl<S: Real> DirectReturn<'_, S> {
         }
     }
 
-    /// How fast the speed of the gap of a surface grows along the free flow.
+    /// Acceleration of the gap of a surface along the free flow.
     ///
     /// # Errors
     ///

@@ -60,7 +60,8 @@ const NEARLY_REPEATED: f64 = 0.3;
 const AT_GRAZE: f64 = 1e-6;
 /// Places of the map's orbits from which branches are followed, as shares of those in its window.
 const SEEDED_AT: [f64; 3] = [0.25, 0.5, 0.75];
-/// How near a multiplier is to that of a special point where it was found, and where it is refined.
+/// Largest distance of a multiplier from that of a special point, where the point was found and
+/// where it is refined.
 const AT_MULTIPLIER: [f64; 2] = [1e-4; 2];
 const REFINED_MULTIPLIER: [f64; 2] = [1e-6; 2];
 /// First step of the parameter towards a Hopf point, in units, and most of them.
@@ -68,7 +69,7 @@ const HOPF_STEP: f64 = 1e-4;
 const HOPF_STEPS: usize = 30;
 /// Share of the frequency of a pair of eigenvalues by which they grow at a Hopf point.
 const AT_HOPF: f64 = 1e-9;
-/// How far from the end of a branch its Hopf point may lie, in units.
+/// Largest distance of a Hopf point from the end of its branch, in units.
 const NEAR_HOPF: f64 = 1e-2;
 /// Most work for the seeds of an itinerary in one round, in products of series: some 20 s.
 const MOST_WORK: u64 = 60_000_000;

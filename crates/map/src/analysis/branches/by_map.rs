@@ -120,7 +120,7 @@ impl<'a> MapBranches<'a> {
         values.collect()
     }
 
-    /// That of them that is nearest to the graze.
+    /// The one of these values that is nearest to the graze.
     fn value_at_graze(&self) -> f64 {
         let values = self.values().into_iter();
         values.min_by(|a, b| a.abs().total_cmp(&b.abs())).unwrap_or_default()

@@ -202,7 +202,7 @@ impl<X: Clone> Trace<X> {
     }
 }
 
-/// What a seed led to.
+/// Result of a search from a seed.
 #[derive(Serialize, Deserialize)]
 #[serde(bound(serialize = "X: Serialize", deserialize = "X: Deserialize<'de>"))]
 pub(super) struct Searched<X> {

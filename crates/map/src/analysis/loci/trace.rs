@@ -285,11 +285,11 @@ pub(super) fn beside(a: &[f64], b: &[f64], point: &[f64]) -> (f64, f64, f64) {
     (share, (offset - share * chord).norm(), length)
 }
 
-/// How far from 0 or π the angle of a pair is where its locus is begun at a double multiplier.
+/// Distance from 0 or π of the angle of a pair whose locus is begun at a double multiplier.
 const FROM_DOUBLE: f64 = 0.05;
 
 impl Trace {
-    /// Where loci of pairs begin on it: at a double multiplier 1 of a fold, a double −1 of a flip.
+    /// Seeds of loci of pairs on it: at a double multiplier 1 of a fold, a double −1 of a flip.
     /// An orbit whose pair has a small angle lies nearer to it by the square of that.
     pub(super) fn double_multipliers(&self) -> Vec<Seed> {
         let (label, angle) = match self.kind {

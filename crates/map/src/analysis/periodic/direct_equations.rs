@@ -130,7 +130,7 @@ const SHORTENED: f64 = 1e-2;
 const AHEAD: [f64; 4] = [48.0, -36.0, 16.0, -3.0];
 /// Orbits before a graze through which its neighbourhood is a polynomial.
 const NODES: usize = 5;
-/// What a variation costs beside a flight.
+/// Cost of a variation, in flights.
 const VARIED: u64 = 2;
 /// Least stretch of a variable with which a tangent is carried over.
 const LEAST_STRETCH: f64 = 1e-6;
@@ -267,7 +267,7 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
         self.reach = self.reach.max(2.0 * farthest);
     }
 
-    /// Nothing is flown any more where so much work has been done.
+    /// Limits the work: nothing is flown any more where so much has been done.
     pub fn limit_work(&mut self, most: u64) {
         self.most_work = most;
     }
@@ -448,7 +448,7 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
         None
     }
 
-    /// As [`flown`](Self::flown), wherever the passage is.
+    /// A section point with its image, however near to the graze; as [`flown`](Self::flown).
     fn flown_at(
         &mut self,
         number: usize,
@@ -463,9 +463,9 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
         let columns = if varied { self.dimension() + self.free.len() } else { 0 };
         let flight = &mut self.flights[number];
         // A maximum of the gap is no point of a tangency section.
-        let turns = flight.image.is_on_tangency()
+        let is_maximum = flight.image.is_on_tangency()
             && flight.image.normal_acceleration(&point, parameters).ok()? <= S::zero();
-        if turns {
+        if is_maximum {
             return None;
         }
         let free: Vec<usize> = self.free.iter().map(|(place, _)| *place).collect();
