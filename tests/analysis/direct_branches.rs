@@ -148,6 +148,22 @@ fn a_branch_of_an_autonomous_system_ends_at_its_hopf_point() {
     }
 }
 
+/// The fold of COCO's example 15.2 (Recipes for Continuation), `x'' + 0.1 x' + x = A cos t` with the
+/// restitution 0.8, by the closed form of an orbit with one impact.
+#[test]
+fn the_fold_of_an_oscillator_at_its_resonance_is_that_of_the_closed_form() {
+    let guess = "{ x = 1.0, v = 0.0, theta = 1.57 }";
+    let set = [("alpha", "0.1"), ("omega", "1.0"), ("grazing.guess", guess)];
+    let map = map_of(scene_with("linear", &set));
+    let found = branches(&map, &["1"], [-1e-4, 1e-4], true);
+    let [fold] = labelled(&found, BranchLabel::SaddleNode)[..] else { panic!("one fold") };
+    let value = map.parameter("alpha").expect("a parameter") + fold.parameters[0];
+    // To the digits given.
+    assert!((value - 0.099_970_753_628_313_3).abs() < 1e-15, "{value}");
+    assert!((fold.contacts[0].speed - 0.004_111_530_643_95).abs() < 1e-13, "{fold:?}");
+    assert!((determinant(fold) - 0.341_432_378_3).abs() < 1e-9, "{fold:?}");
+}
+
 /// Both walls of a symmetric rattler are alike: 01 is the mirror image of 10.
 #[test]
 fn the_mirror_image_of_an_orbit_has_its_branch() {
