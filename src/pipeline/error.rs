@@ -263,8 +263,8 @@ pub enum Ended {
     },
     /// No branch of the itineraries asked for.
     #[error(
-        "no branch with a physical orbit was found (itineraries tried: {itineraries}); a wider \
-         range of the parameter (--from, --to) or other itineraries may have some"
+        "no branch with a physical orbit was found (itineraries tried: {itineraries}); another \
+         range of the parameter (--from, --to), further --start or other itineraries may have some"
     )]
     NoBranch {
         /// How many itineraries were tried.

@@ -38,6 +38,9 @@ pub struct BranchListing {
     pub window_edges: Vec<WindowEdge>,
     /// The branches, shorter periods first.
     pub branches: Vec<BranchRecord>,
+    /// Itineraries of which not all starts were tried.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub unfinished: Vec<String>,
 }
 
 /// A branch.
@@ -110,6 +113,7 @@ impl BranchListing {
             using: listed.using,
             along: map.parameters[along].name.clone(),
             branches: branches.collect(),
+            unfinished: found.unfinished.iter().map(ToString::to_string).collect(),
             section: listed.section,
             grazing_parameters: listed.grazing_parameters,
             passages: listed.passages,
@@ -187,9 +191,8 @@ impl BranchListing {
         let parts = (1..=count).flat_map(|n| [format!("re{n}"), format!("im{n}")]);
         columns.extend(parts.map(Column::number));
         columns.extend(["stable", "physical", "inside"].map(Column::number));
-        columns.extend(["speeds", "label"].map(Column::text));
+        columns.extend(["speeds", "label", "name"].map(Column::text));
         columns.extend(self.observed().into_iter().map(Column::number));
-        columns.push(Column::text("orbit"));
         let mut table = Table::new(columns);
         for (branch, point) in self.points() {
             let orbit = &point.orbit;
@@ -212,12 +215,12 @@ impl BranchListing {
             row.push(Cell::text(orbit.speeds(16, " ")));
             let label = point.special.as_ref().map(|special| special.label.letters());
             row.push(label.map_or(Cell::Missing, Cell::text));
+            row.push(Cell::text(&orbit.name));
             let observed = point.observed.0.iter().map(|(_, value)| match value.is_finite() {
                 true => Cell::number(*value, 12),
                 false => Cell::Missing,
             });
             row.extend(observed);
-            row.push(Cell::text(&orbit.name));
             table.push(row)?;
         }
         Ok(table)
@@ -264,6 +267,17 @@ impl BranchListing {
             ));
         }
         remarks.extend(self.early_ends());
+        if !self.unfinished.is_empty() {
+            remarks.push(format!(
+                "warning: the work for an itinerary is bounded (6e7 products of series, some 20 s, \
+                 in each of at most 9 rounds); it was at its end before all starts were tried for \
+                 {}: fewer itineraries (--itinerary, --period) take less",
+                self.unfinished.join(", ")
+            ));
+        }
+        if self.using == "direct" {
+            remarks.push(STARTS_TRIED.to_owned());
+        }
         remarks
     }
 
@@ -442,6 +456,7 @@ impl BranchListing {
                 BranchLabel::PeriodDoubling => Marker::Square,
                 BranchLabel::NeimarkSacker => Marker::Diamond,
                 BranchLabel::BranchPoint => Marker::Triangle,
+                BranchLabel::Hopf => Marker::Cross,
             };
             let at = [self.along(&point.orbit).0, value((branch, place, 0), point)];
             let text = special.label.letters().to_owned();
@@ -462,6 +477,11 @@ fn beside(mut iterates: Vec<[f64; 2]>, branches: &[Series]) -> Vec<[f64; 2]> {
     }
     iterates
 }
+
+/// Starts of branches of direct simulation, in words.
+const STARTS_TRIED: &str = "note: branches were begun at the graze, at orbits of the map whose \
+    later passages make contact, at what 64 flights settled on, at every --start and where a \
+    branch led; an unstable branch that none of these meets is not found";
 
 /// Early ends of branches that are put in words at most.
 const ENDS_SAID: usize = 3;

@@ -9,7 +9,7 @@
 //! The file of a shard is records too, the first of them saying what the others are of and how many
 //! they are, so that a file is whole or refused.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::fs::{self, File};
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
@@ -33,8 +33,8 @@ struct State {
     file: File,
     /// Pieces of earlier runs.
     known: HashMap<Vec<u64>, Vec<u8>>,
-    /// Pieces in the file.
-    pieces: usize,
+    /// Places of the pieces in the file: one that is kept twice is one piece.
+    places: HashSet<Vec<u64>>,
 }
 
 impl Journal {
@@ -52,7 +52,8 @@ impl Journal {
         let known = read_records(&mut file).ok()?;
         // The file itself may have been taken for one of another key before it was locked.
         path.exists().then_some(())?;
-        Some(Self { path, state: Mutex::new(State { file, pieces: known.len(), known }) })
+        let places = known.keys().cloned().collect();
+        Some(Self { path, state: Mutex::new(State { file, known, places }) })
     }
 
     /// Where it is.
@@ -69,13 +70,13 @@ impl Journal {
     pub fn keep(&self, place: &[u64], piece: &[u8]) {
         let mut state = self.state();
         if state.file.write_all(&record(place, piece)).is_ok() {
-            state.pieces += 1;
+            state.places.insert(place.to_vec());
         }
     }
 
     /// Pieces of this run and of earlier ones that are in the file.
     pub fn pieces(&self) -> usize {
-        self.state().pieces
+        self.state().places.len()
     }
 
     /// Holds all further pieces back while a message is said and the program ends.
@@ -431,6 +432,18 @@ mod tests {
             assert_eq!(journal.recall(&[1]).as_deref(), Some(&b""[..]));
             assert_eq!(journal.recall(&[2, 3]).as_deref(), Some(&b"again"[..]));
         }
+    }
+
+    #[test]
+    fn a_piece_that_is_kept_twice_is_one() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let journal = open(folder.path(), 1);
+        for place in [0, 1, 0, 2, 1] {
+            journal.keep(&[place], b"piece");
+        }
+        assert_eq!(journal.pieces(), 3);
+        drop(journal);
+        assert_eq!(open(folder.path(), 1).pieces(), 3);
     }
 
     #[test]

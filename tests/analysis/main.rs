@@ -15,6 +15,7 @@ mod convergence;
 mod crises;
 mod diagrams;
 mod direct_alone;
+mod direct_branches;
 mod dynamics;
 mod fits;
 mod graze_theory;

@@ -17,7 +17,7 @@ fn branches_have_the_columns_promised_and_meet_at_the_graze() {
         lines.next(),
         Some(
             "branch,itinerary,period,alpha,alpha_value,x,theta,re1,im1,re2,im2,stable,physical,\
-             inside,speeds,label"
+             inside,speeds,label,name"
         )
     );
     let rows: Vec<Vec<&str>> = lines.map(|line| line.split(',').collect()).collect();

@@ -1,12 +1,15 @@
-//! The section map by direct simulation, in offsets.
+//! The section map by direct simulation, in offsets, with its derivatives.
+
+use nalgebra::{Complex, DMatrix, DVector};
 
 use super::error::AnalysisError;
 use super::section_frame::{SectionFrame, phase_circle};
 use crate::flow::Field;
-use crate::hybrid::{DirectReturn, HybridSystem, Outcome, ReturnOutcome};
+use crate::hybrid::{DirectReturn, HybridSystem, Outcome, Return, ReturnOutcome, Variation};
 use crate::iteration::PhaseCircle;
 use crate::model::{Model, Response, Scene, Section, Surface};
-use crate::numeric::{Dd, Real, Scalar as _};
+use crate::numeric::linear::{eigenvalues, solve};
+use crate::numeric::{Dd, Real, Scalar as _, converted};
 use crate::orbit::{GrazingOrbit, PoincareSectionKind};
 
 /// The image of a section point by direct simulation.
@@ -30,6 +33,25 @@ pub struct SectionImage<S> {
     pub impact_speed: S,
     /// How it ended.
     pub end: DirectEnd,
+}
+
+/// A direct image with its derivatives, by coordinates first and then by parameters.
+#[derive(Clone, Debug)]
+pub(super) struct VariedImage<S> {
+    pub(super) image: SectionImage<S>,
+    /// Derivatives of the image; none where the return rests on a rigid surface.
+    pub(super) slopes: Option<DMatrix<S>>,
+    /// Derivatives of the gap at the first passage; none where there is none.
+    pub(super) gap_slopes: Option<Vec<S>>,
+}
+
+/// An equilibrium of the free flow.
+#[derive(Clone, Debug)]
+pub(super) struct Equilibrium {
+    /// Offsets of the coordinates of the section.
+    pub(super) offsets: Vec<f64>,
+    /// The eigenvalues of the linearised flow.
+    pub(super) eigenvalues: Vec<Complex<f64>>,
 }
 
 /// How one direct return ended.
@@ -118,7 +140,12 @@ pub struct DirectImage<'a, S: Real> {
     returns: DirectReturn<'a, S>,
     /// Most steps of an image.
     limit: usize,
+    /// Products of series in a step.
+    products: usize,
 }
+
+/// Share of the rates of a field by which a contact changes none of them where it begins.
+const SMOOTH: f64 = 1e-9;
 
 /// Most products of series in `f64` that an image forms: 2 to 5 s.
 const MOST_PRODUCTS: usize = 13_000_000;
@@ -144,9 +171,9 @@ impl<'a, S: Real> DirectImage<'a, S> {
     ) -> Result<Self, AnalysisError> {
         let precise = S::ROUNDOFF <= Dd::ROUNDOFF;
         let most = if precise { MOST_PRODUCTS / IN_DOUBLE_DOUBLE } else { MOST_PRODUCTS };
-        let circle = phase_circle(scene, orbit);
-        let limit = most / products_of_step(scene);
-        Self::in_frame(system, (SectionFrame::new(scene, orbit), circle), limit)
+        let products = products_of_step(scene);
+        let frame = (SectionFrame::new(scene, orbit), phase_circle(scene, orbit));
+        Self::in_frame(system, frame, [most / products, products])
     }
 
     /// So many returns as one, from a section point straight to the last: none is needed between
@@ -157,20 +184,21 @@ impl<'a, S: Real> DirectImage<'a, S> {
     /// As [`new`](Self::new).
     pub(super) fn over(&self, returns: usize) -> Result<Self, AnalysisError> {
         let limit = self.limit.saturating_mul(returns);
-        Self::in_frame(self.system, (self.frame.clone().over(returns), self.circle), limit)
+        let frame = (self.frame.clone().over(returns), self.circle);
+        Self::in_frame(self.system, frame, [limit, self.products])
     }
 
     fn in_frame(
         system: &'a HybridSystem,
         (mut frame, circle): (SectionFrame<S>, PhaseCircle<S>),
-        limit: usize,
+        [limit, products]: [usize; 2],
     ) -> Result<Self, AnalysisError> {
         let (section, duration) = (frame.return_section(), frame.duration());
         let mut returns =
             DirectReturn::new(system, frame.parameters(), section, duration, frame.periods())?
                 .with_passages(&frame.nominal_passages(duration))?;
         returns.set_step_limit(limit);
-        Ok(Self { system, circle, frame, returns, limit })
+        Ok(Self { system, circle, frame, returns, limit, products })
     }
 
     /// Limits the steps of an image; a point that needs more has none. As many as take some
@@ -178,6 +206,11 @@ impl<'a, S: Real> DirectImage<'a, S> {
     pub fn set_step_limit(&mut self, limit: usize) {
         self.limit = limit;
         self.returns.set_step_limit(limit);
+    }
+
+    /// Products of series that the last image took.
+    pub(super) fn work(&self) -> u64 {
+        (self.returns.steps() * self.products) as u64
     }
 
     /// Steps that the last image took.
@@ -230,7 +263,7 @@ impl<'a, S: Real> DirectImage<'a, S> {
         parameter_offsets: &[S],
     ) -> Result<S, AnalysisError> {
         self.frame.place(offsets, parameter_offsets)?;
-        if self.frame.kind() == PoincareSectionKind::Tangency {
+        if self.is_on_tangency() {
             return Ok(self.frame.gap());
         }
         let duration = self.frame.duration();
@@ -255,10 +288,15 @@ impl<'a, S: Real> DirectImage<'a, S> {
         offsets: &[S],
         parameter_offsets: &[S],
     ) -> Result<SectionImage<S>, AnalysisError> {
-        let mut image = self.image(offsets, parameter_offsets)?;
+        let image = self.image(offsets, parameter_offsets)?;
+        Ok(self.lifted(image))
+    }
+
+    /// An image with the whole periods that its phase took.
+    pub(super) fn lifted(&self, mut image: SectionImage<S>) -> SectionImage<S> {
         self.circle.lift(&mut image.offsets, image.turns);
         image.turns = 0;
-        Ok(image)
+        image
     }
 
     /// The image of a section point, everything in offsets, the phase within half a period of 0.
@@ -271,17 +309,25 @@ impl<'a, S: Real> DirectImage<'a, S> {
         offsets: &[S],
         parameter_offsets: &[S],
     ) -> Result<SectionImage<S>, AnalysisError> {
+        self.place(offsets, parameter_offsets)?;
+        let image = self.returns.image(self.frame.state())?;
+        Ok(self.in_offsets(image))
+    }
+
+    fn place(&mut self, offsets: &[S], parameter_offsets: &[S]) -> Result<(), AnalysisError> {
         self.frame.place(offsets, parameter_offsets)?;
         let duration = self.frame.duration();
-        self.returns.set_parameters(self.frame.parameters(), duration)?;
-        let image = self.returns.image(self.frame.state())?;
+        Ok(self.returns.set_parameters(self.frame.parameters(), duration)?)
+    }
+
+    fn in_offsets(&self, image: Return<S>) -> SectionImage<S> {
         let end = end_of(&image.outcome);
         let mut offsets = match end {
             DirectEnd::Returned => self.frame.offsets(&image.state),
             _ => vec![S::from_f64(f64::NAN); self.frame.dimension()],
         };
         let turns = self.circle.reduce(&mut offsets);
-        Ok(SectionImage {
+        SectionImage {
             offsets,
             turns,
             impact_speed: image.impact_speeds.first().copied().unwrap_or(S::zero()),
@@ -290,7 +336,106 @@ impl<'a, S: Real> DirectImage<'a, S> {
             extra_contacts: image.extra_contacts,
             hits: image.hits,
             end,
-        })
+        }
+    }
+
+    /// The image of a section point with its derivatives by the coordinates and by some active
+    /// parameters: first variations, no differences.
+    ///
+    /// # Errors
+    ///
+    /// As [`image`](Self::image).
+    pub(super) fn varied(
+        &mut self,
+        offsets: &[S],
+        parameter_offsets: &[S],
+        free: &[usize],
+    ) -> Result<VariedImage<S>, AnalysisError> {
+        self.place(offsets, parameter_offsets)?;
+        let state = self.frame.state().to_vec();
+        let mut directions = self.frame.directions(free);
+        self.returns.onto_section(&state, self.frame.eliminated(), &mut directions);
+        let gap_slopes = self.returns.varied_gap(&state, &directions)?;
+        let (image, changes) = self.returns.varied(&state, &directions)?;
+        let slopes = changes.map(|changes: Vec<Variation<S>>| {
+            let columns = changes.iter().flat_map(|change| {
+                self.frame.components().iter().map(|&component| change.state[component])
+            });
+            let columns: Vec<S> = columns.collect();
+            DMatrix::from_vec(self.frame.dimension(), directions.len(), columns)
+        });
+        Ok(VariedImage { image: self.in_offsets(image), slopes, gap_slopes })
+    }
+
+    /// Whether section points are those of a tangency section.
+    pub(super) fn is_on_tangency(&self) -> bool {
+        self.frame.kind() == PoincareSectionKind::Tangency
+    }
+
+    /// Acceleration of the gap along the free flow at a section point: positive where
+    /// it is a local minimum, as every point of a tangency section is.
+    ///
+    /// # Errors
+    ///
+    /// As [`image`](Self::image).
+    pub(super) fn normal_acceleration(
+        &mut self,
+        offsets: &[S],
+        parameter_offsets: &[S],
+    ) -> Result<S, AnalysisError> {
+        self.place(offsets, parameter_offsets)?;
+        Ok(self.returns.normal_acceleration(self.frame.surface(), self.frame.state())?)
+    }
+
+    /// Whether the contact of the first passage begins without a jump of the field, so that the
+    /// image has a derivative by the depth where that is zero.
+    pub(super) fn begins_smoothly(&self, orbit: &GrazingOrbit) -> bool {
+        let first = self.passage_places().first().map(|&place| &orbit.passages[place]);
+        let change = first.and_then(|graze| {
+            let state: Vec<S> = converted(&graze.state);
+            self.returns.change_at_contact(graze.surface, &state)
+        });
+        change.is_some_and(|[rate, change]| change.to_f64() <= SMOOTH * rate.to_f64())
+    }
+}
+
+/// Newton steps to an equilibrium at most.
+const NEWTON_STEPS: usize = 40;
+
+impl DirectImage<'_, f64> {
+    /// Whether there is no forcing, so that a state may stay where it is.
+    pub(super) fn is_autonomous(&self) -> bool {
+        self.frame.periods() == 0
+    }
+
+    /// The equilibrium of the free flow next to a section point, by Newton's method; `None` where
+    /// there is none.
+    pub(super) fn equilibrium(
+        &mut self,
+        offsets: &[f64],
+        parameter_offsets: &[f64],
+    ) -> Option<Equilibrium> {
+        self.place(offsets, parameter_offsets).ok()?;
+        let mut state = self.frame.state().to_vec();
+        let directions = self.frame.state_directions();
+        let size = state.len();
+        let mut last = f64::INFINITY;
+        for _ in 0..NEWTON_STEPS {
+            let (rates, slopes) = self.returns.free_rates(&state, &directions);
+            let matrix = DMatrix::from_fn(size, size, |row, column| slopes[column][row]);
+            let step = solve(&matrix, &DVector::from_vec(rates)).ok()?;
+            let length = step.amax();
+            if !length.is_finite() {
+                return None;
+            }
+            if length == 0.0 || length >= last {
+                let offsets = self.frame.offsets(&state);
+                return Some(Equilibrium { offsets, eigenvalues: eigenvalues(&matrix).ok()? });
+            }
+            last = length;
+            state.iter_mut().zip(step.iter()).for_each(|(value, &change)| *value -= change);
+        }
+        None
     }
 }
 

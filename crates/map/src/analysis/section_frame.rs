@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::error::{AnalysisError, check_length};
 use crate::expansion::LocalMap;
 use crate::flow::{Field, InputKind, Integrator, Program};
-use crate::hybrid::{NominalPassage, ReturnSection};
+use crate::hybrid::{NominalPassage, ReturnSection, Variation};
 use crate::iteration::{Itinerary, PhaseCircle};
 use crate::jet::TimeSeries;
 use crate::model::{ExpressionGraph, Model, NodeId, Scene};
@@ -217,6 +217,42 @@ impl<S: Real> SectionFrame<S> {
     pub(super) fn offset_values(&self, state: impl Fn(usize) -> S) -> impl Iterator<Item = S> {
         let coordinates = self.section.coordinates.iter();
         coordinates.map(move |&component| state(component) - self.origin[component])
+    }
+
+    /// The components of the full state that are coordinates.
+    pub(super) fn components(&self) -> &[usize] {
+        &self.section.coordinates
+    }
+
+    /// The component that is no coordinate.
+    pub(super) fn eliminated(&self) -> usize {
+        self.section.eliminated
+    }
+
+    /// Unit directions of the coordinates and then of some active parameters.
+    pub(super) fn directions(&self, free: &[usize]) -> Vec<Variation<S>> {
+        let states = self.section.coordinates.iter();
+        let states = states.map(|&component| self.direction(Some(component), None));
+        let parameters = free.iter().map(|&place| self.direction(None, Some(self.active[place])));
+        states.chain(parameters).collect()
+    }
+
+    /// Unit directions of all components of the full state.
+    pub(super) fn state_directions(&self) -> Vec<Variation<S>> {
+        (0..self.state.len()).map(|component| self.direction(Some(component), None)).collect()
+    }
+
+    fn direction(&self, component: Option<usize>, parameter: Option<usize>) -> Variation<S> {
+        let unit = |size: usize, place: Option<usize>| {
+            (0..size).map(move |other| match place == Some(other) {
+                true => S::one(),
+                false => S::zero(),
+            })
+        };
+        Variation {
+            state: unit(self.state.len(), component).collect(),
+            parameters: unit(self.parameters.len(), parameter).collect(),
+        }
     }
 
     /// Newton's method for `h' = 0` in the eliminated component.

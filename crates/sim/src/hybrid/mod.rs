@@ -24,6 +24,7 @@ mod stationary;
 mod stepping;
 mod system;
 mod trajectory;
+mod variation;
 
 pub use lane_returns::{LaneImages, LaneReturns};
 pub use motion::Regime;
@@ -35,3 +36,4 @@ pub use trajectory::{
     Event, EventKind, HybridError, NominalPassage, Outcome, Return, ReturnOutcome, ReturnSection,
     Trajectory,
 };
+pub use variation::{Variation, VariedReturn};

@@ -74,6 +74,8 @@ pub(super) struct Motion<S> {
     /// Time of the last change of velocity or regime at a surface; before all times where there was
     /// none.
     pub(super) changed: S,
+    /// Number of the changes that were noted and led here.
+    pub(super) changes: usize,
 }
 
 impl<S: Real> Motion<S> {
@@ -95,6 +97,7 @@ impl<S: Real> Motion<S> {
             headings: vec![Heading::Unknown; surfaces],
             last_step: S::one(),
             changed: S::from_f64(f64::NEG_INFINITY),
+            changes: 0,
         }
     }
 

@@ -16,6 +16,7 @@ use super::motion::{Clearance, Regime, Sense};
 use super::simulator::{Contact, Simulator};
 use super::system::Law;
 use super::trajectory::{Event, EventKind, Outcome};
+use super::variation::{Change, ChangeKind};
 use crate::numeric::{Branched, Mask, Real};
 
 /// Share of the speed of an impact at which a state still moving on has passed the surface.
@@ -49,7 +50,9 @@ impl<S: Real> Simulator<'_, S> {
                 } else {
                     S::from_f64(f64::INFINITY)
                 };
+                let regime = self.motion.regime;
                 self.begin_contact(surface, uncertainty, turn);
+                self.note(ChangeKind::Begin, surface, regime);
                 self.record(surface, EventKind::ContactBegin { speed: -before.velocity }, record);
                 Ok(())
             }
@@ -190,6 +193,30 @@ impl<S: Real> Simulator<'_, S> {
         })
     }
 
+    /// Notes what has happened at a surface, where that is asked for; `next` holds the state before
+    /// an impact.
+    fn note(&mut self, kind: ChangeKind, surface: usize, before: Regime) {
+        let Self { changes: Some(changes), motion, work, .. } = self else { return };
+        changes.truncate(motion.changes);
+        let after = motion.state.clone();
+        let state = if kind == ChangeKind::Impact { work.next.clone() } else { after.clone() };
+        changes.push(Change {
+            kind,
+            surface,
+            time: motion.time,
+            states: [state, after],
+            regimes: [before, motion.regime],
+        });
+        motion.changes = changes.len();
+    }
+
+    /// Whether the change noted last is the beginning of a contact with this surface.
+    fn has_just_begun(&self, surface: usize) -> bool {
+        let last = self.changes.as_ref().zip(self.motion.changes.checked_sub(1));
+        let last = last.and_then(|(changes, last)| changes.get(last));
+        last.is_some_and(|last| last.kind == ChangeKind::Begin && last.surface == surface)
+    }
+
     fn record(&self, surface: usize, kind: EventKind<S>, record: &mut dyn FnMut(Event<S>)) {
         record(Event { time: self.motion.time, surface, kind });
     }
@@ -213,6 +240,7 @@ impl<S: Real> Simulator<'_, S> {
         if let Regime::Contact { .. } = regime {
             self.motion.regime = regime;
         }
+        self.note(ChangeKind::Impact, surface, regime);
         if let AfterImpact::Complete { duration } = rebound.follow(self.motion.last_step) {
             self.stick(surface, speed, after.velocity, duration, record)?;
         }
@@ -297,7 +325,8 @@ impl<S: Real> Simulator<'_, S> {
         if self.surfaces[surface].held.is_none() || self.reset_moves(surface, kick) {
             return Err(Outcome::NoStickingField { surface, time: self.motion.time });
         }
-        self.motion.regime = Regime::Stick { surface };
+        let regime = std::mem::replace(&mut self.motion.regime, Regime::Stick { surface });
+        self.note(ChangeKind::Rest, surface, regime);
         self.motion.release_sign = S::one();
         let time = self.motion.time + duration;
         if duration > S::zero() {
@@ -357,7 +386,15 @@ impl<S: Real> Simulator<'_, S> {
             Regime::Contact { .. } => S::zero(),
             _ => residual(&sense),
         };
+        let (regime, sign) = (self.motion.regime, self.motion.release_sign);
         self.leave(surface, sense, residual);
+        match regime {
+            Regime::Contact { .. } if sign == S::zero() && self.has_just_begun(surface) => {
+                self.motion.changes -= 1;
+            }
+            Regime::Contact { .. } => self.note(ChangeKind::Release, surface, regime),
+            _ => self.note(ChangeKind::Rest, surface, regime),
+        }
     }
 }
 

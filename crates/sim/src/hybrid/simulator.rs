@@ -26,6 +26,7 @@ use super::passage::{Approach, Landing, REDUCED, Stop, ends_before_turn};
 use super::stationary::StationaryPoints;
 use super::system::{HybridSystem, Law, ReleaseSlopes, SurfaceLaw};
 use super::trajectory::{Event, Outcome, Trajectory};
+use super::variation::Change;
 use crate::flow::Integrator;
 use crate::numeric::Real;
 
@@ -50,6 +51,8 @@ pub struct Simulator<'a, S: Real> {
     pub(super) steps: usize,
     /// Two surfaces that hold the state where it was placed: no regime stands for them.
     pub(super) held_twice: Option<[usize; 2]>,
+    /// Changes at surfaces, where they are noted; see [`Motion::changes`].
+    pub(super) changes: Option<Vec<Change<S>>>,
 }
 
 /// Working memory of a step.
@@ -134,6 +137,7 @@ impl<'a, S: Real> Simulator<'a, S> {
             step_limit: STEP_LIMIT,
             steps: 0,
             held_twice: None,
+            changes: None,
         };
         simulator.set_parameters(parameters)?;
         Ok(simulator)
@@ -190,6 +194,7 @@ impl<'a, S: Real> Simulator<'a, S> {
         motion.lose_headings();
         motion.regime = Regime::Free;
         motion.changed = S::from_f64(f64::NEG_INFINITY);
+        motion.changes = 0;
         self.held_twice = None;
         if let Some(phase) = &self.system.phase {
             motion.reference_phase = state[phase.component];

@@ -1,6 +1,9 @@
 //! A model lowered for direct simulation: one field per regime, one program per reset.
 
+use std::sync::OnceLock;
+
 use super::affine::AffineSystem;
+use super::variation::Linearisation;
 use crate::flow::{Field, InputKind, Program};
 use crate::model::{Binary, ExpressionGraph, Model, Node, NodeId, Response, Surface, Unary};
 use crate::numeric::Dd;
@@ -19,6 +22,9 @@ pub struct HybridSystem {
     pub(super) surfaces: Vec<SurfaceLaw>,
     /// The affine expressions, where free flight is affine.
     pub(super) affine: Option<AffineSystem>,
+    model: Box<Model>,
+    /// Lowered where it is first asked for.
+    linearisation: OnceLock<Box<Linearisation>>,
 }
 
 /// How a system is flown.
@@ -121,7 +127,14 @@ impl HybridSystem {
             free,
             surfaces,
             affine: None,
+            model: Box::new(model.clone()),
+            linearisation: OnceLock::new(),
         }
+    }
+
+    /// The linearised fields and events.
+    pub(super) fn linearisation(&self) -> &Linearisation {
+        self.linearisation.get_or_init(|| Box::new(Linearisation::new(&self.model)))
     }
 
     /// How free flight is computed.

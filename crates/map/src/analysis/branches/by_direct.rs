@@ -1,18 +1,23 @@
 //! Branches of the orbits of direct simulation.
 //!
-//! One idea: at the graze itself every branch may begin, without the map being asked for an orbit;
-//! what simulation settles on along the range gives the other seeds.
+//! One idea: at the graze itself every branch may begin whose contacts are those of the section's
+//! own passage, without the map being asked for an orbit. Where a later passage makes contact, the
+//! graze is no border of the unknowns: there branches begin at the map's orbits. What simulation
+//! settles on along the range gives the other seeds.
 
-use std::collections::{BTreeSet, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::iter::once;
+use std::sync::Mutex;
 
+use nalgebra::Complex;
 use serde::{Deserialize, Serialize};
 
-use super::data::{Branch, BranchEnd, BranchLabel, BranchPoint, BranchRequest, Special};
+use super::by_map::MapBranches;
+use super::data::{Branch, BranchEnd, BranchLabel, BranchPoint, BranchRequest, Branches, Special};
 use super::normal_form::NormalForm;
 use super::trace::{
-    Follow, NEAR, Oracle, Piece, SAME, Seed, Trace, Way, each_once, exact_or_zero, first_doubled,
-    halved, label_of, lies_on, null_vector, refined, solved, toggled,
+    Follow, NEAR, Oracle, Piece, SAME, Searched, Seed, Trace, Way, each_once, exact_or_zero,
+    first_doubled, halved, label_of, lies_on, null_vector, refined, solved, toggled,
 };
 use crate::analysis::continuation::{
     CourseEnd, CurveEquations, CurvePoint, Linearised, StepControl, apart, between, by_chords,
@@ -23,11 +28,12 @@ use crate::analysis::error::AnalysisError;
 use crate::analysis::evaluation::{DepthEvaluation, MapEvaluation};
 use crate::analysis::periodic::{
     ContactItinerary, DirectOrbit, DirectOrbitEquations, DirectUnits, FoundOrbit, OrbitContact,
-    SectionMap, window_scales,
+    SectionMap, finite_or_one, window_scales,
 };
-use crate::analysis::progress::{Progress, resumed};
+use crate::analysis::progress::{NoProgress, Progress, resumed};
 use crate::expansion::LocalMap;
 use crate::hybrid::HybridSystem;
+use crate::iteration::parallel::locked;
 use crate::iteration::{PassageSet, parallel};
 use crate::model::Scene;
 use crate::numeric::linear::eigenvalues;
@@ -52,8 +58,23 @@ const NEARLY_REPEATED: f64 = 0.3;
 /// A variable of a passage up to this is that of a graze, in its unit: next to one, contacts are
 /// not resolved, and the polynomial in their place errs by as much where the unit is large.
 const AT_GRAZE: f64 = 1e-6;
-/// How near a multiplier is to that of a special point.
+/// Places of the map's orbits from which branches are followed, as shares of those in its window.
+const SEEDED_AT: [f64; 3] = [0.25, 0.5, 0.75];
+/// Largest distance of a multiplier from that of a special point, where the point was found and
+/// where it is refined.
 const AT_MULTIPLIER: [f64; 2] = [1e-4; 2];
+const REFINED_MULTIPLIER: [f64; 2] = [1e-6; 2];
+/// First step of the parameter towards a Hopf point, in units, and most of them.
+const HOPF_STEP: f64 = 1e-4;
+const HOPF_STEPS: usize = 30;
+/// Share of the frequency of a pair of eigenvalues by which they grow at a Hopf point.
+const AT_HOPF: f64 = 1e-9;
+/// Largest distance of a Hopf point from the end of its branch, in units.
+const NEAR_HOPF: f64 = 1e-2;
+/// Most work for the seeds of an itinerary in one round, in products of series: some 20 s.
+const MOST_WORK: u64 = 60_000_000;
+/// Share of the largest speed of a contact along a branch up to which it grazes.
+const SLOW: f64 = 1e-3;
 /// Halvings towards a graze beside the passages.
 const HALVINGS: usize = 45;
 /// How far from a graze its refinement in double-double may lie: a contact may be too weak for
@@ -80,6 +101,8 @@ pub(super) struct Sources {
     flights: Vec<Flight>,
     /// Where the orbit without contact grazes.
     grazing: Vec<GrazeStart>,
+    /// Orbits of the map at which a later passage than the section's own makes contact.
+    by_map: Vec<FoundOrbit>,
 }
 
 /// The branches of direct simulation.
@@ -92,10 +115,14 @@ pub(super) struct DirectBranches<'a> {
     depths: DepthEvaluation<f64>,
     /// The surfaces that graze, in the model's order.
     surfaces: BTreeSet<usize>,
+    scene: &'a Scene,
+    orbit: &'a GrazingOrbit,
     map: &'a LocalMap,
     request: &'a BranchRequest,
     graze: Option<GrazeStart>,
     progress: &'a dyn Progress,
+    /// Itineraries whose seeds were not all looked at, by their digits.
+    unfinished: Mutex<BTreeMap<String, ContactItinerary>>,
 }
 
 /// Where the orbit without contact grazes: its section point and the value of the parameter that
@@ -106,8 +133,8 @@ impl<'a> DirectBranches<'a> {
     /// Branches may begin at the graze given, or at those that are found.
     pub(super) fn new(
         system: &'a HybridSystem,
-        scene: &Scene,
-        orbit: &GrazingOrbit,
+        scene: &'a Scene,
+        orbit: &'a GrazingOrbit,
         map: &'a LocalMap,
         (request, graze): (&'a BranchRequest, Option<GrazeStart>),
         progress: &'a dyn Progress,
@@ -121,11 +148,21 @@ impl<'a> DirectBranches<'a> {
             size: orbit.parameters()[scene.expansion.active[request.along]].to_f64().abs(),
             depths: MapEvaluation::depths(map),
             surfaces: orbit.passages.iter().map(|graze| graze.surface).collect(),
+            scene,
+            orbit,
             map,
             request,
             graze,
             progress,
+            unfinished: Mutex::default(),
         })
+    }
+
+    /// The branches as they are given out, and the itineraries whose seeds were not all looked at.
+    pub(super) fn given_out(&self, follow: Follow) -> Branches {
+        let branches = self.described(&self.all(follow));
+        let unfinished = locked(&self.unfinished).values().cloned().collect();
+        Branches { branches, unfinished }
     }
 
     /// The orbits of the itineraries asked for at a value of the parameter that varies: where
@@ -176,6 +213,7 @@ impl<'a> DirectBranches<'a> {
         let up: Vec<f64> = (0..VALUES).map(value).collect();
         let down: Vec<f64> = up.iter().rev().copied().collect();
         let piece = |number: usize| [Piece::Flights as u64, number as u64];
+        self.progress.expect(VALUES as u64 + 2);
         let scattered_at = |number: usize, value: f64| {
             let mut image = self.image.clone();
             let scattered = (0..SCATTERED).map(|more| {
@@ -188,7 +226,9 @@ impl<'a> DirectBranches<'a> {
             starts.map(|start| self.fly(&mut image, &start, value)).collect::<Vec<_>>()
         };
         let about = parallel::map(up.iter().enumerate(), |(number, &value)| {
-            resumed(self.progress, &piece(number), || scattered_at(number, value))
+            let found = resumed(self.progress, &piece(number), || scattered_at(number, value));
+            self.progress.advance(1);
+            found
         });
         let carried = |values: &[f64]| {
             let mut image = self.image.clone();
@@ -205,7 +245,9 @@ impl<'a> DirectBranches<'a> {
             flights
         };
         let flights = parallel::map([&up, &down].into_iter().enumerate(), |(way, values)| {
-            resumed(self.progress, &piece(VALUES + way), || carried(values))
+            let found = resumed(self.progress, &piece(VALUES + way), || carried(values));
+            self.progress.advance(1);
+            found
         });
         flights.into_iter().chain(about).flatten().collect()
     }
@@ -290,6 +332,34 @@ impl<'a> DirectBranches<'a> {
             (point.linearised.extra.states[0].clone(), parameters[self.request.along])
         });
         grazing.collect()
+    }
+
+    /// Orbits of the map's branches, in its window, of the itineraries with contact at a later
+    /// passage than the section's own: some of each branch.
+    fn orbits_of_map(&self) -> Vec<FoundOrbit> {
+        let later = |itinerary: &&ContactItinerary| {
+            itinerary.returns().iter().any(|made| made.iter().any(|passage| passage > 0))
+        };
+        let itineraries = self.request.itineraries.iter().filter(later).cloned();
+        let itineraries: Vec<ContactItinerary> = itineraries.collect();
+        let width = finite_or_one(self.map.window.parameter[self.request.along]);
+        let range = self.request.range.map(|end| end.clamp(-width, width));
+        if itineraries.is_empty() || range[0] == range[1] {
+            return Vec::new();
+        }
+        let request = BranchRequest { itineraries, range, direct: false, ..self.request.clone() };
+        let map = MapBranches::new(self.scene, self.orbit, self.map, &request, &NoProgress);
+        let found = map.map(|map| map.physical(Follow::Asked)).unwrap_or_default();
+        let orbits = found.branches.iter().flat_map(|branch| {
+            let is_seed = |point: &&BranchPoint| {
+                point.orbit.physical && point.orbit.inside && point.special.is_none()
+            };
+            let points: Vec<&BranchPoint> = branch.points.iter().filter(is_seed).collect();
+            let count = points.len();
+            let places = SEEDED_AT.map(|share| (share * count as f64) as usize);
+            places.into_iter().filter_map(move |place| Some(points.get(place)?.orbit.clone()))
+        });
+        orbits.collect()
     }
 
     /// The equations in whose section points a seed is followed, and its unknowns.
@@ -471,6 +541,75 @@ impl<'a> DirectBranches<'a> {
         Some(Special { label, grazing: Vec::new(), coefficient })
     }
 
+    /// The Hopf point next to an orbit of an autonomous system: the equilibrium at which a pair of
+    /// eigenvalues crosses the imaginary axis, by secant steps in the parameter.
+    fn hopf(&self, itinerary: &ContactItinerary, near: &FoundOrbit) -> Option<BranchPoint> {
+        self.units.acceleration?;
+        let mut image = self.image.clone();
+        let along = self.request.along;
+        let mut at = |parameter: f64| {
+            let parameters = self.request.parameters(parameter);
+            let there = image.equilibrium(&near.states[0], &parameters)?;
+            let pairs = there.eigenvalues.iter().filter(|value| value.im > 0.0);
+            let share = |value: &Complex<f64>| value.re.abs() / value.im;
+            let pair = *pairs.min_by(|a, b| share(a).total_cmp(&share(b)))?;
+            Some((parameter, pair, there))
+        };
+        let start = near.parameters[along];
+        let step = HOPF_STEP * self.units.parameters[0];
+        let (mut before, mut here) = (at(start)?, at(start + step)?);
+        if before.1.re.abs() < here.1.re.abs() {
+            std::mem::swap(&mut before, &mut here);
+        }
+        for _ in 0..HOPF_STEPS {
+            let step = here.1.re * (here.0 - before.0) / (here.1.re - before.1.re);
+            if here.1.re == 0.0 || !step.is_finite() {
+                break;
+            }
+            let next = at(here.0 - step)?;
+            if next.1.re.abs() >= here.1.re.abs() {
+                break;
+            }
+            before = std::mem::replace(&mut here, next);
+        }
+        let (parameter, pair, there) = here;
+        let units = &self.units.state;
+        let apart = there.offsets.iter().zip(&near.states[0]).zip(units);
+        let apart = apart.fold(0.0_f64, |most, ((a, b), unit)| most.max((a - b).abs() / unit));
+        if pair.re.abs() > AT_HOPF * pair.im
+            || apart > NEAR_HOPF
+            || (parameter - start).abs() > NEAR_HOPF * self.units.parameters[0]
+        {
+            return None;
+        }
+        let period = std::f64::consts::TAU / pair.im;
+        // Of the pair's own plane the return has one direction, in which orbits neither grow nor
+        // shrink.
+        let others = there.eigenvalues.iter().filter(|value| **value != pair);
+        let others = others.filter(|value| **value != pair.conj());
+        let all = others.map(|value| (value * period).exp()).chain([Complex::new(1.0, 0.0)]);
+        let mut multipliers: Vec<Complex<f64>> = all.collect();
+        multipliers.sort_by(|a, b| b.norm().total_cmp(&a.norm()));
+        let parameters = self.request.parameters(parameter);
+        let depths = self.depths.at(&there.offsets, &parameters);
+        let orbit = FoundOrbit {
+            itinerary: itinerary.clone(),
+            inside: self.map.window.holds(&there.offsets, &parameters, &depths),
+            parameters,
+            states: vec![there.offsets; near.states.len()],
+            multipliers: multipliers.iter().map(|value| [value.re, value.im]).collect(),
+            stable: false,
+            contacts: Vec::new(),
+            physical: true,
+            extra_contacts: 0,
+            hits: Some(vec![0; self.surfaces.len()]),
+            residual: 0.0,
+        };
+        let special =
+            Special { label: BranchLabel::Hopf, grazing: Vec::new(), coefficient: Some(pair.im) };
+        Some(BranchPoint { orbit, special: Some(special) })
+    }
+
     /// The coefficient of the normal form.
     fn coefficient(
         &self,
@@ -573,6 +712,50 @@ impl<'a> DirectBranches<'a> {
         Some(self.refined(&half, &point, 1)?.parameters)
     }
 
+    /// The branch through a seed, if it is another than those known. A branch is no point alone.
+    fn through(
+        &self,
+        equations: &mut DirectOrbitEquations<'a, f64>,
+        guess: &[f64],
+        seed: &Seed,
+        known: &[DirectTrace],
+    ) -> Option<DirectTrace> {
+        equations.reach_beyond(guess);
+        let start = match &seed.way {
+            Way::Doubled(direction) => {
+                let is_repeated = DirectOrbitEquations::is_repeated;
+                first_doubled(equations, guess, direction, is_repeated)?.0
+            }
+            Way::Through | Way::On(_) => {
+                let (unknowns, there) = solved(equations, guess)?;
+                let is_new = !equations.is_repeated(&there.extra, SAME);
+                is_new.then_some(unknowns)?
+            }
+        };
+        let bounded = start.iter().enumerate().map(|(unknown, value)| {
+            let [lower, upper] = equations.range(unknown);
+            let bounded = value.clamp(lower, upper);
+            ((bounded - value).abs() <= AT_GRAZE).then_some(bounded)
+        });
+        let start: Vec<f64> = bounded.collect::<Option<_>>()?;
+        let there = equations.linearised(&start)?;
+        let parameters = equations.parameters(&start);
+        if equations.is_at_rest(&there.extra, &parameters) {
+            return None;
+        }
+        let goes_on = matches!(seed.way, Way::On(_));
+        if self.is_known(equations, &start, known, goes_on) {
+            return None;
+        }
+        let trace = match &seed.way {
+            Way::On(direction) => Trace::onward(equations, &start, direction, &STEPS)?,
+            _ => Trace::through(equations, &start, &STEPS)?,
+        };
+        // One without orbits beside the graze is not physical on any side of it.
+        let beside = |point: &Point| apart(&point.unknowns, &start) > SAME;
+        trace.points.iter().any(beside).then_some(trace)
+    }
+
     /// The orbit at a point.
     fn found<S: Real>(
         &self,
@@ -581,7 +764,8 @@ impl<'a> DirectBranches<'a> {
         at_graze: bool,
     ) -> FoundOrbit {
         let orbit = &point.linearised.extra;
-        let jacobian = equations.jacobian(orbit).filter(|_| !at_graze);
+        let known = !at_graze || self.units.smooth;
+        let jacobian = equations.jacobian(orbit).filter(|_| known);
         let parameters = equations.parameters(&point.unknowns);
         let found = FoundOrbit::on_branch(
             equations.itinerary(),
@@ -623,61 +807,55 @@ impl Oracle for DirectBranches<'_> {
             Some(graze) => vec![graze.clone()],
             None => self.grazing_orbits(&flights),
         };
-        Sources { flights, grazing }
+        Sources { flights, grazing, by_map: self.orbits_of_map() }
     }
 
-    /// At the graze, and at what nearly repeats.
+    /// At the graze, at orbits of the map, and at what nearly repeats.
     fn seeds(
         &self,
         itinerary: &ContactItinerary,
-        Sources { flights, grazing }: &Sources,
+        Sources { flights, grazing, by_map }: &Sources,
     ) -> Vec<Seed> {
         let mine = flights.iter().filter_map(|flight| self.nearest_period(flight, itinerary));
         let grazing = grazing.iter().map(|(state, parameter)| {
             let states = vec![state.clone(); itinerary.period()];
             Seed::new(itinerary, states, Vec::new(), *parameter)
         });
-        grazing.chain(mine).collect()
+        let by_map = by_map.iter().filter(|orbit| orbit.itinerary == *itinerary);
+        let by_map = by_map.map(|orbit| {
+            let parameter = orbit.parameters[self.request.along];
+            Seed::new(itinerary, orbit.states.clone(), Vec::new(), parameter)
+        });
+        grazing.chain(by_map).chain(mine).collect()
     }
 
-    /// A branch is no point alone.
     fn trace(
         &self,
         itinerary: &ContactItinerary,
         seed: &Seed,
         known: &[DirectTrace],
-    ) -> Option<DirectTrace> {
-        let (mut equations, guess) = self.equations_at(itinerary, seed)?;
-        let equations = &mut equations;
-        equations.reach_beyond(&guess);
-        let start = match &seed.way {
-            Way::Doubled(direction) => {
-                let is_repeated = DirectOrbitEquations::is_repeated;
-                first_doubled(equations, &guess, direction, is_repeated)?.0
-            }
-            Way::Through | Way::On(_) => {
-                let (unknowns, there) = solved(equations, &guess)?;
-                let is_new = !equations.is_repeated(&there.extra, SAME);
-                is_new.then_some(unknowns)?
-            }
+        most: u64,
+    ) -> Searched<DirectOrbit<f64>> {
+        let Some((mut equations, guess)) = self.equations_at(itinerary, seed) else {
+            return Searched { trace: None, work: 0 };
         };
-        let bounded = start.iter().enumerate().map(|(unknown, value)| {
-            let [lower, upper] = equations.range(unknown);
-            let bounded = value.clamp(lower, upper);
-            ((bounded - value).abs() <= AT_GRAZE).then_some(bounded)
-        });
-        let start: Vec<f64> = bounded.collect::<Option<_>>()?;
-        let goes_on = matches!(seed.way, Way::On(_));
-        if self.is_known(equations, &start, known, goes_on) {
-            return None;
+        equations.limit_work(most);
+        let mut trace = self.through(&mut equations, &guess, seed, known);
+        let work = equations.work();
+        // What was found so far is what there is.
+        if let Some(trace) = trace.as_mut().filter(|_| work >= most) {
+            let cut = trace.ends.iter_mut().filter(|end| **end == CourseEnd::StepTooSmall);
+            cut.for_each(|end| *end = CourseEnd::StepLimit);
         }
-        let trace = match &seed.way {
-            Way::On(direction) => Trace::onward(equations, &start, direction, &STEPS)?,
-            _ => Trace::through(equations, &start, &STEPS)?,
-        };
-        // One without orbits beside the graze is not physical on any side of it.
-        let beside = |point: &Point| apart(&point.unknowns, &start) > SAME;
-        trace.points.iter().any(beside).then_some(trace)
+        Searched { trace, work }
+    }
+
+    fn most_work(&self) -> u64 {
+        MOST_WORK
+    }
+
+    fn cut_short(&self, itinerary: &ContactItinerary) {
+        locked(&self.unfinished).insert(itinerary.to_string(), itinerary.clone());
     }
 
     fn led_to(&self, itinerary: &ContactItinerary, trace: &DirectTrace) -> Vec<Seed> {
@@ -718,8 +896,8 @@ impl Oracle for DirectBranches<'_> {
         }
         for turn in trace.turns.iter().filter(|turn| turn.test == 1) {
             let point = &trace.points[turn.point];
-            let matrix = equations.doubling(&point.linearised, &point.linearised.extra);
-            let Some(vector) = null_vector(&matrix) else { continue };
+            let orbit = &point.linearised.extra;
+            let Some(vector) = equations.doubling_direction(orbit, null_vector) else { continue };
             let against = vector.iter().map(|value| -value);
             let direction: Vec<f64> = vector.iter().copied().chain(against).chain([0.0]).collect();
             seeds.push(seed(&equations, point).doubled(&direction));
@@ -754,22 +932,38 @@ impl Oracle for DirectBranches<'_> {
                 _ => None,
             };
             let mut orbit = exact.unwrap_or_else(|| self.found(&equations, point, grazes));
+            special = special.filter(|special| {
+                doubles || has_multiplier(&orbit, special.label, REFINED_MULTIPLIER)
+            });
             if special.is_some() && !grazes && doubles {
                 let exact = self.refined_doubling(itinerary, point);
                 orbit.parameters = exact.unwrap_or(orbit.parameters);
             }
             passed.into_iter().chain([BranchPoint { orbit, special }])
         });
-        let points = each_once(points.collect());
+        let mut points = each_once(points.collect());
         let value =
             |place: usize| equations.parameters(&trace.points[place].unknowns)[self.request.along];
         let unresolved = trace.unresolved.iter().map(|ends| ends.map(value)).collect();
         let last = trace.points[0].unknowns.len() - 1;
-        let ends = trace.ends(|unknown| match equations.passage_of(unknown) {
+        let mut ends = trace.ends(|unknown| match equations.passage_of(unknown) {
             _ if unknown == last => BranchEnd::Range,
             Some(_) => BranchEnd::Graze,
             None => BranchEnd::Reach,
         });
+        for (side, end) in ends.iter_mut().enumerate() {
+            if !matches!(end, BranchEnd::Doubling | BranchEnd::StepTooSmall) {
+                continue;
+            }
+            let place = if side == 0 { 0 } else { points.len() - 1 };
+            if *end == BranchEnd::StepTooSmall && ends_at_graze(&points, place) {
+                *end = BranchEnd::Graze;
+                continue;
+            }
+            let Some(hopf) = self.hopf(itinerary, &points[place].orbit) else { continue };
+            *end = BranchEnd::Hopf;
+            points.insert(if side == 0 { 0 } else { points.len() }, hopf);
+        }
         Branch { itinerary: itinerary.clone(), points, ends, unresolved }
     }
 }
@@ -778,6 +972,31 @@ impl Oracle for DirectBranches<'_> {
 fn scattered(number: usize, component: usize) -> f64 {
     let golden = 0.618_033_988_749_894_9;
     2.0 * ((number + 1) as f64 * (golden / (component + 1) as f64).sqrt()).fract() - 1.0
+}
+
+/// Whether an orbit has the multiplier of its label, as near as that.
+fn has_multiplier(orbit: &FoundOrbit, label: BranchLabel, near: [f64; 2]) -> bool {
+    let test = match label {
+        BranchLabel::SaddleNode => 0,
+        BranchLabel::PeriodDoubling => 1,
+        BranchLabel::NeimarkSacker => 4,
+        BranchLabel::Graze | BranchLabel::BranchPoint | BranchLabel::Hopf => return true,
+    };
+    let multipliers = orbit.multipliers.iter().map(|[re, im]| Complex::new(*re, *im));
+    label_of(&[test], 0, &multipliers.collect::<Vec<_>>(), near).next().is_some()
+}
+
+/// Whether a contact of an orbit at the end of a branch has all but no speed: one of a later
+/// passage than the section's own, whose graze is no border of the unknowns.
+fn ends_at_graze(points: &[BranchPoint], end: usize) -> bool {
+    points[end].orbit.contacts.iter().filter(|contact| contact.passage > 0).any(|contact| {
+        let same = |other: &&OrbitContact| {
+            (other.number, other.passage) == (contact.number, contact.passage)
+        };
+        let speeds = points.iter().filter_map(|point| point.orbit.contacts.iter().find(same));
+        let fastest = speeds.fold(0.0_f64, |most, contact| most.max(contact.speed.abs()));
+        contact.speed.abs() <= SLOW * fastest
+    })
 }
 
 /// The equations in the section points of an orbit.

@@ -1,10 +1,12 @@
 //! Branches of the orbits of a local map.
 
+use std::iter::once;
+
 use super::data::{Branch, BranchEnd, BranchLabel, BranchPoint, BranchRequest, Branches, Special};
 use super::normal_form::NormalForm;
 use super::trace::{
-    Follow, NEAR, Oracle, SAME, Seed, Trace, Way, each_once, exact_or_zero, first_doubled, halved,
-    label_of, lies_on, null_vector, refined, solved, toggled,
+    Follow, NEAR, Oracle, SAME, Searched, Seed, Trace, Way, each_once, exact_or_zero,
+    first_doubled, halved, label_of, lies_on, null_vector, refined, solved, toggled,
 };
 use crate::analysis::continuation::{
     CurveEquations, CurvePoint, Solution, StepControl, tangent_at, unit_vector,
@@ -13,7 +15,7 @@ use crate::analysis::error::AnalysisError;
 use crate::analysis::evaluation::MapEvaluation;
 use crate::analysis::periodic::{
     ByMap, ContactItinerary, FoundOrbit, ItinerarySearch, MapOrbitEquations, OrbitContact,
-    PassagesOfOrbit, Settled, window_scales,
+    PassagesOfOrbit, Settled, finite_or_one, window_scales,
 };
 use crate::analysis::progress::Progress;
 use crate::expansion::LocalMap;
@@ -80,7 +82,7 @@ impl<'a> MapBranches<'a> {
         };
         let branches = self.described(&self.all(follow)).into_iter();
         let physical = branches.filter(|branch| branch.points.iter().any(of_stretch));
-        Branches { branches: physical.collect() }
+        Branches { branches: physical.collect(), unfinished: Vec::new() }
     }
 
     fn equations<'e>(&'e self, itinerary: &'e ContactItinerary) -> MapOrbitEquations<'e, f64> {
@@ -101,12 +103,27 @@ impl<'a> MapBranches<'a> {
         if self.search.positive { equations.with_positive_depths() } else { equations }
     }
 
-    /// The values at which orbits are looked for.
+    /// The values at which orbits are looked for: in the range as far as branches are followed,
+    /// and in the window where that is a small part of it.
     fn values(&self) -> Vec<f64> {
         let [a, b] = self.request.range;
         let zero = 0.0_f64.clamp(a.min(b), a.max(b));
+        let width = finite_or_one(self.map.window.parameter[self.request.along]);
         let sides = [a, b].into_iter().filter(|&end| end != zero);
-        sides.flat_map(|end| SHARES.map(|share| zero + share * (end - zero))).collect()
+        let values = sides.flat_map(|end| {
+            let within = |most: f64| zero + (end - zero).clamp(-most, most);
+            let (far, near) = (within(REACH * width), within(width));
+            let near = Some(near).filter(|near| *near != far);
+            let ends = once(far).chain(near);
+            ends.flat_map(move |end| SHARES.map(|share| zero + share * (end - zero)))
+        });
+        values.collect()
+    }
+
+    /// The one of these values that is nearest to the graze.
+    fn value_at_graze(&self) -> f64 {
+        let values = self.values().into_iter();
+        values.min_by(|a, b| a.abs().total_cmp(&b.abs())).unwrap_or_default()
     }
 
     /// What the map settles on at these values.
@@ -124,7 +141,7 @@ impl<'a> MapBranches<'a> {
     fn grazing_orbits(&self) -> Vec<(Vec<f64>, f64, PassageSet)> {
         let passages = self.map.passages();
         let none = ContactItinerary::new(passages, vec![PassageSet::default()]);
-        let value = self.values().first().copied().unwrap_or_default();
+        let value = self.value_at_graze();
         let state = self.search.smooth.at(&self.request.parameters(value));
         let seed = Seed::new(&none, vec![state], Vec::new(), value);
         let traces = self.traces(&none, vec![seed], Vec::new());
@@ -252,6 +269,35 @@ impl<'a> MapBranches<'a> {
         self.refined(&half, &point, 1)
     }
 
+    /// The branch through a seed, if it is another than those known.
+    fn through(
+        &self,
+        itinerary: &ContactItinerary,
+        seed: &Seed,
+        known: &[MapTrace],
+    ) -> Option<MapTrace> {
+        let mut equations = self.equations(itinerary);
+        let parameters = self.request.parameters(seed.parameter);
+        let guess = equations.unknowns(&seed.states[0], &seed.depth_variables, &parameters);
+        let start = match &seed.way {
+            Way::Doubled(direction) => {
+                first_doubled(&mut equations, &guess, direction, |equations, orbit, within| {
+                    equations.is_repeated(orbit, within)
+                })?
+            }
+            Way::Through | Way::On(_) => {
+                let start = solved(&mut equations, &guess)?;
+                let in_range = start.0.iter().enumerate().all(|(unknown, value)| {
+                    let [lower, upper] = equations.range(unknown);
+                    lower <= *value && *value <= upper
+                });
+                (in_range && !equations.is_repeated(&start.1.extra, SAME)).then_some(start)?
+            }
+        };
+        let is_new = !is_known(&mut equations, &start, known);
+        is_new.then(|| Trace::through(&mut equations, &start.0, &StepControl::DEFAULT))?
+    }
+
     /// The orbit at a point.
     fn found(
         &self,
@@ -330,27 +376,9 @@ impl Oracle for MapBranches<'_> {
         itinerary: &ContactItinerary,
         seed: &Seed,
         known: &[MapTrace],
-    ) -> Option<MapTrace> {
-        let mut equations = self.equations(itinerary);
-        let parameters = self.request.parameters(seed.parameter);
-        let guess = equations.unknowns(&seed.states[0], &seed.depth_variables, &parameters);
-        let start = match &seed.way {
-            Way::Doubled(direction) => {
-                first_doubled(&mut equations, &guess, direction, |equations, orbit, within| {
-                    equations.is_repeated(orbit, within)
-                })?
-            }
-            Way::Through | Way::On(_) => {
-                let start = solved(&mut equations, &guess)?;
-                let in_range = start.0.iter().enumerate().all(|(unknown, value)| {
-                    let [lower, upper] = equations.range(unknown);
-                    lower <= *value && *value <= upper
-                });
-                (in_range && !equations.is_repeated(&start.1.extra, SAME)).then_some(start)?
-            }
-        };
-        let is_new = !is_known(&mut equations, &start, known);
-        is_new.then(|| Trace::through(&mut equations, &start.0, &StepControl::DEFAULT))?
+        _: u64,
+    ) -> Searched<PassagesOfOrbit<f64>> {
+        Searched { trace: self.through(itinerary, seed, known), work: 0 }
     }
 
     fn led_to(&self, itinerary: &ContactItinerary, trace: &MapTrace) -> Vec<Seed> {

@@ -64,6 +64,9 @@ pub enum BranchLabel {
     /// Branch point: another branch passes through this orbit.
     #[serde(rename = "BP")]
     BranchPoint,
+    /// Hopf point of an autonomous system: the orbit shrinks to an equilibrium.
+    #[serde(rename = "HB")]
+    Hopf,
 }
 
 impl BranchLabel {
@@ -75,6 +78,7 @@ impl BranchLabel {
             Self::PeriodDoubling => "PD",
             Self::NeimarkSacker => "NS",
             Self::BranchPoint => "BP",
+            Self::Hopf => "HB",
         }
     }
 }
@@ -90,7 +94,8 @@ pub struct Special {
     /// saddle-node `b` in `ξ ↦ β + ξ + b ξ²`, of a period-doubling `c` in `ξ ↦ −(1 + β) ξ + c ξ³`,
     /// whose doubled orbits are stable where `c > 0`, of a Neimark–Sacker point the first Lyapunov
     /// coefficient, at which the closed curve is stable where it is negative; `ξ` is the distance
-    /// along the eigenvector of unit length, coordinates in half-widths of the window.
+    /// along the eigenvector of unit length, coordinates in half-widths of the window. Of a Hopf
+    /// point the angular frequency of the orbits that shrink to it.
     pub coefficient: Option<f64>,
 }
 
@@ -117,6 +122,8 @@ pub enum BranchEnd {
     Doubling,
     /// At a graze beyond which it is not defined.
     Graze,
+    /// At a Hopf point, where its orbits have shrunk to an equilibrium.
+    Hopf,
     /// It continues another branch of the itinerary, which ends there: with or without the section
     /// points of its returns without contact.
     Continued,
@@ -144,4 +151,7 @@ pub struct Branch {
 pub struct Branches {
     /// The branches, by itinerary: shorter periods first.
     pub branches: Vec<Branch>,
+    /// Itineraries for which the work of one round was at its end before all starts were tried.
+    #[serde(default)]
+    pub unfinished: Vec<ContactItinerary>,
 }

@@ -99,7 +99,7 @@ pub(super) fn branches_from(
 ) -> Result<Branches, AnalysisError> {
     let system = HybridSystem::new(&scene.model);
     let of = DirectBranches::new(&system, scene, orbit, map, (request, graze), progress)?;
-    Ok(Branches { branches: of.described(&of.all(follow)) })
+    Ok(of.given_out(follow))
 }
 
 /// The orbits of direct simulation where the branches of the itineraries asked for pass a value of

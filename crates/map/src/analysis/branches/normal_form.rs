@@ -52,7 +52,7 @@ impl<M: SectionMap<Dd> + ?Sized> NormalForm<'_, M> {
                 let multipliers = eigenvalues(&self.jacobian).ok()?;
                 self.torus(multipliers.into_iter().find(|value| value.im > 0.0)?)
             }
-            BranchLabel::Graze | BranchLabel::BranchPoint => None,
+            BranchLabel::Graze | BranchLabel::BranchPoint | BranchLabel::Hopf => None,
         }
     }
 

@@ -3,6 +3,8 @@
 //! One idea: an [`Oracle`] finds seeds, follows a branch through each and describes it; which seeds
 //! are followed, in what order, and where branches lead to others is written once.
 
+use std::collections::HashSet;
+
 use nalgebra::{Complex, DMatrix, DVector};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -201,6 +203,15 @@ impl<X: Clone> Trace<X> {
     }
 }
 
+/// Result of a search from a seed.
+#[derive(Serialize, Deserialize)]
+#[serde(bound(serialize = "X: Serialize", deserialize = "X: Deserialize<'de>"))]
+pub(super) struct Searched<X> {
+    pub(super) trace: Option<Trace<X>>,
+    /// The work that it took.
+    pub(super) work: u64,
+}
+
 /// The kinds of pieces that are kept of branches.
 #[derive(Clone, Copy)]
 pub(super) enum Piece {
@@ -236,13 +247,21 @@ pub(super) trait Oracle: Sync {
     fn sources(&self) -> Self::Sources;
     /// Where branches of an itinerary may be found.
     fn seeds(&self, itinerary: &ContactItinerary, sources: &Self::Sources) -> Vec<Seed>;
-    /// The branch of an itinerary through a seed, if it is another than those known.
+    /// The branch of an itinerary through a seed, if it is another than those known, with so much
+    /// work at most.
     fn trace(
         &self,
         itinerary: &ContactItinerary,
         seed: &Seed,
         known: &[Trace<Self::Orbit>],
-    ) -> Option<Trace<Self::Orbit>>;
+        most: u64,
+    ) -> Searched<Self::Orbit>;
+    /// Most work for the seeds of an itinerary in one round.
+    fn most_work(&self) -> u64 {
+        u64::MAX
+    }
+    /// Takes note of an itinerary whose seeds were not all looked at.
+    fn cut_short(&self, _: &ContactItinerary) {}
     /// Where the branches begin that a branch leads to: with a contact more or less where an orbit
     /// of it grazes, of the doubled period where it flips.
     fn led_to(&self, itinerary: &ContactItinerary, trace: &Trace<Self::Orbit>) -> Vec<Seed>;
@@ -251,8 +270,8 @@ pub(super) trait Oracle: Sync {
 
     /// The branches of an itinerary through these seeds, beside those known.
     ///
-    /// The same seeds come in the same order, so that a seed and the number of branches known
-    /// decide what is found.
+    /// The same seeds come in the same order, so that a seed, the number of branches known and the
+    /// work that is left decide what is found.
     fn traces(
         &self,
         itinerary: &ContactItinerary,
@@ -260,9 +279,20 @@ pub(super) trait Oracle: Sync {
         mut traces: Vec<Trace<Self::Orbit>>,
     ) -> Vec<Trace<Self::Orbit>> {
         let (_, progress) = self.asked();
+        let (mut left, mut looked_at) = (self.most_work(), HashSet::new());
         for seed in seeds {
-            let place = place_of(Piece::Trace as u64, &(itinerary, traces.len(), &seed));
-            let trace = resumed(progress, &place, || self.trace(itinerary, &seed, &traces));
+            // An equal seed finds no other branch.
+            if !looked_at.insert(place_of(Piece::Trace as u64, &(traces.len(), &seed))) {
+                continue;
+            }
+            if left == 0 {
+                self.cut_short(itinerary);
+                break;
+            }
+            let place = place_of(Piece::Trace as u64, &(itinerary, traces.len(), &seed, left));
+            let search = || self.trace(itinerary, &seed, &traces, left);
+            let Searched { trace, work } = resumed(progress, &place, search);
+            left = left.saturating_sub(work);
             traces.extend(trace);
         }
         traces
@@ -302,9 +332,12 @@ pub(super) trait Oracle: Sync {
                     looked_at.push(0);
                 }
             }
+            let (_, progress) = self.asked();
+            progress.expect(found.len() as u64);
             parallel::map(&mut found, |(itinerary, traces)| {
                 let mine = seeds.iter().filter(|seed| seed.itinerary == *itinerary).cloned();
                 *traces = self.traces(itinerary, mine.collect(), std::mem::take(traces));
+                progress.advance(1);
             });
         }
         found.sort_by_key(|(itinerary, _)| itinerary.period());
@@ -314,9 +347,13 @@ pub(super) trait Oracle: Sync {
     /// The branches as they are given out.
     fn described(&self, found: &Traces<Self::Orbit>) -> Vec<Branch> {
         let traces = found.iter().flat_map(|(of, traces)| traces.iter().map(move |t| (of, t)));
+        let (_, progress) = self.asked();
+        progress.expect(traces.clone().count() as u64);
         parallel::map(traces, |(itinerary, trace)| {
             let place = place_of(Piece::Branch as u64, &(itinerary, trace));
-            resumed(self.asked().1, &place, || self.branch(itinerary, trace))
+            let branch = resumed(progress, &place, || self.branch(itinerary, trace));
+            progress.advance(1);
+            branch
         })
     }
 

@@ -87,10 +87,9 @@ pub struct Linearised<S, X = ()> {
 
 /// The determinant of the Jacobian with the tangent as its last row: zero where another branch
 /// passes through the point.
-pub fn bordered<S: Real, X>(point: &CurvePoint<S, X>) -> TestValue<S> {
-    let size = point.tangent.len();
-    let jacobian = &point.linearised.jacobian;
-    let entry = |i, j| if i + 1 < size { jacobian[(i, j)] } else { point.tangent[j] };
+pub fn bordered<S: Real>(jacobian: &DMatrix<S>, tangent: &[S]) -> TestValue<S> {
+    let size = tangent.len();
+    let entry = |i, j| if i + 1 < size { jacobian[(i, j)] } else { tangent[j] };
     TestValue::determinant(&DMatrix::from_fn(size, size, entry))
 }
 

@@ -121,6 +121,10 @@ impl<'a> MapLoci<'a> {
                 self.add(&mut traces, seed);
             }
         }
+        if self.request.kinds.contains(&LocusKind::Torus) {
+            let seeds: Vec<Seed> = traces.iter().flat_map(Trace::double_multipliers).collect();
+            seeds.into_iter().for_each(|seed| self.add(&mut traces, seed));
+        }
         traces
     }
 

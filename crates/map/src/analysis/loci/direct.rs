@@ -227,7 +227,14 @@ impl<'a> DirectLoci<'a> {
             }
         }
         groups.sort_by_key(|group| group[0].kind as usize);
-        let traces = parallel::map(&groups, |group| self.traces(group));
+        let mut traces = parallel::map(&groups, |group| self.traces(group, Vec::new()));
+        if self.request.kinds.contains(&LocusKind::Torus) {
+            let double = traces.iter().flatten().flat_map(Trace::double_multipliers);
+            let double: Vec<Seed> = double.collect();
+            let is_torus = |trace: &Trace| trace.kind == LocusKind::Torus;
+            let (known, others) = traces.into_iter().flatten().partition(is_torus);
+            traces = vec![others, self.traces(&double, known)];
+        }
         let asked = self.request.kinds.contains(&LocusKind::Graze);
         let mut all: Vec<Trace> = grazes.into_iter().filter(|_| asked).collect();
         all.extend(traces.into_iter().flatten());
@@ -356,7 +363,7 @@ impl<'a> DirectLoci<'a> {
                 // That of the orbit without contact is known.
                 (itinerary.contacts() > 1).then_some((LocusKind::Graze, None))?
             }
-            BranchLabel::BranchPoint => return None,
+            BranchLabel::BranchPoint | BranchLabel::Hopf => return None,
         };
         for state in &mut states {
             self.plane.rounded.circle().reduce(state);
@@ -396,9 +403,8 @@ impl<'a> DirectLoci<'a> {
         seeds.collect()
     }
 
-    /// The loci through seeds of one kind and itinerary.
-    fn traces(&self, seeds: &[Seed]) -> Vec<Trace> {
-        let mut traces: Vec<Trace> = Vec::new();
+    /// The loci through seeds, beside those known.
+    fn traces(&self, seeds: &[Seed], mut traces: Vec<Trace>) -> Vec<Trace> {
         self.progress.expect(seeds.len() as u64);
         for seed in seeds {
             let trace = || self.trace(seed, &traces);

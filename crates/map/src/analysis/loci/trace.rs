@@ -3,6 +3,8 @@
 //!
 //! One idea: a seed on a known locus is not followed again, and every locus is followed both ways.
 
+use std::f64::consts::PI;
+
 use nalgebra::{Complex, DVector};
 use serde::{Deserialize, Serialize};
 
@@ -283,7 +285,27 @@ pub(super) fn beside(a: &[f64], b: &[f64], point: &[f64]) -> (f64, f64, f64) {
     (share, (offset - share * chord).norm(), length)
 }
 
+/// Distance from 0 or π of the angle of a pair whose locus is begun at a double multiplier.
+const FROM_DOUBLE: f64 = 0.05;
+
 impl Trace {
+    /// Seeds of loci of pairs on it: at a double multiplier 1 of a fold, a double −1 of a flip.
+    /// An orbit whose pair has a small angle lies nearer to it by the square of that.
+    pub(super) fn double_multipliers(&self) -> Vec<Seed> {
+        let (label, angle) = match self.kind {
+            LocusKind::Fold => (CodimensionTwo::R1, FROM_DOUBLE),
+            LocusKind::Flip => (CodimensionTwo::R2, PI - FROM_DOUBLE),
+            _ => return Vec::new(),
+        };
+        let points = self.points.iter().filter(|point| point.label == Some(label));
+        let seed = |point: &TracePoint| Seed {
+            kind: LocusKind::Torus,
+            itinerary: self.itinerary.clone(),
+            unknowns: [&point.unknowns[..], &[angle]].concat(),
+        };
+        points.map(seed).collect()
+    }
+
     /// Whether a point of these equations lies on the locus.
     pub(super) fn holds(&self, equations: &mut impl CurveEquations<f64>, point: &[f64]) -> bool {
         self.points.windows(2).any(|pair| {

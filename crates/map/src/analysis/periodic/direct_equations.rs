@@ -5,6 +5,11 @@
 //! `y = √(−h)` in the place of one coordinate where a return begins with contact, and the gap `h`
 //! where it does not, the images of all section points are smooth up to the graze, which is the
 //! border of their range and is reached exactly.
+//!
+//! A contact that begins without a jump of the field has an image with a derivative by the depth
+//! `y²` too. By `y` that derivative vanishes at the graze, and with it every determinant; test
+//! functions and multipliers take derivatives by `y²` there, so that they go on through the graze
+//! without a zero that is none.
 
 use nalgebra::{DMatrix, DVector};
 use serde::de::DeserializeOwned;
@@ -14,9 +19,9 @@ use super::contact_itinerary::ContactItinerary;
 use super::map_equations::{halves, is_same, reciprocal_pairs, repeats_after_half};
 use super::returns::PrescribedReturn;
 use crate::analysis::continuation::{
-    CurveEquations, CurvePoint, Linearised, TestValue, bordered, saved,
+    CurveEquations, CurvePoint, Linearised, TestValue, bordered, saved, tangent_at,
 };
-use crate::analysis::direct_image::{DirectEnd, DirectImage};
+use crate::analysis::direct_image::{DirectEnd, DirectImage, SectionImage};
 use crate::analysis::error::AnalysisError;
 use crate::analysis::section_frame::extents;
 use crate::iteration::{PassageSet, PhaseCircle};
@@ -44,6 +49,9 @@ pub struct DirectOrbitEquations<'a, S: Real> {
     at: Vec<S>,
     /// Variables are followed up to so many units.
     reach: f64,
+    /// Work done and most of it, in products of series.
+    work: u64,
+    most_work: u64,
 }
 
 /// One flight from a section point to the next.
@@ -66,6 +74,10 @@ pub struct DirectUnits {
     /// The coordinate that is replaced by a variable of the passage, and the unit of the gap; none
     /// where nothing passes the surface in free flight.
     pub gap: Option<(usize, f64)>,
+    /// Whether the contact of the own passage begins without a jump of the field.
+    pub smooth: bool,
+    /// `h''` at the graze of an autonomous system, where orbits may shrink to an equilibrium.
+    pub acceleration: Option<f64>,
 }
 
 /// An orbit of direct simulation.
@@ -84,9 +96,15 @@ pub struct DirectOrbit<S> {
     pub hits: Vec<usize>,
     /// Whole periods of the phase that the orbit takes beyond the nominal ones of its returns.
     pub turns: i32,
-    /// Derivatives of each section point and its image by the variables of the point.
+    /// Derivatives of each section point and its image by the variables of the point, by `y²`
+    /// where the contact begins without a jump.
     #[serde(with = "saved")]
     blocks: Vec<[DMatrix<S>; 2]>,
+    /// The derivative of what `blocks` are taken by, by each unknown: `2y`, or 1.
+    stretches: Vec<S>,
+    /// The Jacobian of the equations, taken as `blocks` are.
+    #[serde(with = "saved")]
+    regular: DMatrix<S>,
     /// Derivatives of the first section point by the parameters that vary.
     #[serde(with = "saved")]
     by_parameters: Vec<DVector<S>>,
@@ -99,6 +117,9 @@ struct Flown<S> {
     speeds: Vec<Option<S>>,
     extra_contacts: usize,
     hits: Vec<usize>,
+    /// Derivatives of both by the variables and the free parameters, as [`DirectOrbit::blocks`],
+    /// where they are asked for and known.
+    slopes: Option<[DMatrix<S>; 2]>,
 }
 
 /// Variables are followed up to so many units, or farther where an orbit lies there.
@@ -111,6 +132,12 @@ const SHORTENED: f64 = 1e-2;
 const AHEAD: [f64; 4] = [48.0, -36.0, 16.0, -3.0];
 /// Orbits before a graze through which its neighbourhood is a polynomial.
 const NODES: usize = 5;
+/// Cost of a variation, in flights.
+const VARIED: u64 = 2;
+/// Least stretch of a variable with which a tangent is carried over.
+const LEAST_STRETCH: f64 = 1e-6;
+/// Share of the acceleration at the graze below which an orbit has shrunk to an equilibrium.
+const AT_REST: f64 = 1e-3;
 /// Newton steps for a gap at most.
 const STEPS: usize = 30;
 /// Section points that agree to this share of their offsets are one.
@@ -127,13 +154,27 @@ fn weighted<S: Real>(nodes: &[(S, Flown<S>)]) -> Option<Flown<S>> {
         speed.map(|_| sum(&|node| node.speeds[passage].unwrap_or(S::zero())))
     });
     let alike = nodes.iter().all(|(_, node)| node.extra_contacts == first.extra_contacts);
+    let slopes = [0, 1].map(|part| {
+        let parts = nodes.iter().map(|(w, node)| Some(&node.slopes.as_ref()?[part] * *w));
+        parts.reduce(|sum, part| Some(sum? + part?)).flatten()
+    });
+    let [point, image] = slopes;
     alike.then(|| Flown {
+        slopes: point.zip(image).map(|(point, image)| [point, image]),
         point: all(|node| &node.point),
         image: all(|node| &node.image),
         speeds: speeds.collect(),
         extra_contacts: first.extra_contacts,
         hits: first.hits.clone(),
     })
+}
+
+/// A matrix with its columns multiplied.
+fn stretched<S: Real>(mut matrix: DMatrix<S>, stretches: &[S]) -> DMatrix<S> {
+    for (mut column, &stretch) in matrix.column_iter_mut().zip(stretches) {
+        column *= stretch;
+    }
+    matrix
 }
 
 /// A flight for every return.
@@ -189,7 +230,10 @@ impl DirectUnits {
         let steepest = slopes.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1));
         let gap = steepest.map(|(place, &slope)| (place, slope));
         let gap = gap.filter(|(_, slope)| slope.is_finite());
-        Ok(Self { state, parameters, gap })
+        let smooth = image.begins_smoothly(orbit);
+        let acceleration = orbit.grazing_point().normal_acceleration.to_f64();
+        let acceleration = image.is_autonomous().then_some(acceleration);
+        Ok(Self { state, parameters, gap, smooth, acceleration })
     }
 }
 
@@ -213,6 +257,8 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
             at: at.iter().map(|&value| S::from_f64(value)).collect(),
             units: units.clone(),
             reach: REACH,
+            work: 0,
+            most_work: u64::MAX,
         }
     }
 
@@ -221,6 +267,16 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
         let variables = unknowns[..self.variables()].iter();
         let farthest = variables.fold(0.0_f64, |most, value| most.max(value.to_f64().abs()));
         self.reach = self.reach.max(2.0 * farthest);
+    }
+
+    /// Limits the work: nothing is flown any more where so much has been done.
+    pub fn limit_work(&mut self, most: u64) {
+        self.most_work = most;
+    }
+
+    /// Work done so far, in products of series.
+    pub fn work(&self) -> u64 {
+        self.work
     }
 
     /// The same with other contacts.
@@ -361,12 +417,12 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
 
     /// A section point with its image; `None` where the return does not make the contacts of the
     /// itinerary.
-    fn flown(&mut self, number: usize, unknowns: &[S]) -> Option<Flown<S>> {
+    fn flown(&mut self, number: usize, unknowns: &[S], varied: bool) -> Option<Flown<S>> {
         let size = self.dimension();
         let variables = &unknowns[number * size..(number + 1) * size];
         let parameters = &self.parameters(unknowns);
         let Some((replaced, _)) = self.units.gap else {
-            return self.flown_at(number, variables, parameters);
+            return self.flown_at(number, variables, parameters, varied);
         };
         // Next to the graze contacts are not resolved, and beyond it nothing flies: there it is the
         // polynomial through orbits before it.
@@ -374,7 +430,7 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
         let mut spacing = S::ROUNDOFF.powf(0.2);
         for _ in 0..SHORTENINGS {
             if own >= S::from_f64(spacing) {
-                return self.flown_at(number, variables, parameters);
+                return self.flown_at(number, variables, parameters, varied);
             }
             let at = |node: usize| S::from_f64((node + 1) as f64 * spacing);
             let nodes = (0..NODES).map(|node| {
@@ -384,7 +440,7 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
                 let weight = others.fold(S::one(), |product, other| {
                     product * (own - at(other)) / (at(node) - at(other))
                 });
-                Some((weight, self.flown_at(number, &variables, parameters)?))
+                Some((weight, self.flown_at(number, &variables, parameters, varied)?))
             });
             if let Some(nodes) = nodes.collect::<Option<Vec<_>>>() {
                 return weighted(&nodes);
@@ -394,22 +450,104 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
         None
     }
 
-    fn flown_at(&mut self, number: usize, variables: &[S], parameters: &[S]) -> Option<Flown<S>> {
-        let point = self.point(number, variables, parameters)?;
-        let flight = &mut self.flights[number];
-        let image = flight.image.lifted_image(&point, parameters).ok()?;
-        if image.end != DirectEnd::Returned {
+    /// A section point with its image, however near to the graze; as [`flown`](Self::flown).
+    fn flown_at(
+        &mut self,
+        number: usize,
+        variables: &[S],
+        parameters: &[S],
+        varied: bool,
+    ) -> Option<Flown<S>> {
+        if self.work >= self.most_work {
             return None;
         }
-        let made = image.passages.iter().enumerate().filter(|(_, speed)| speed.is_some());
+        let point = self.point(number, variables, parameters)?;
+        let columns = if varied { self.dimension() + self.free.len() } else { 0 };
+        let flight = &mut self.flights[number];
+        // A maximum of the gap is no point of a tangency section.
+        let is_maximum = flight.image.is_on_tangency()
+            && flight.image.normal_acceleration(&point, parameters).ok()? <= S::zero();
+        if is_maximum {
+            return None;
+        }
+        let free: Vec<usize> = self.free.iter().map(|(place, _)| *place).collect();
+        let (image, both) = match varied {
+            false => (flight.image.lifted_image(&point, parameters).ok()?, None),
+            true => {
+                let found = flight.image.varied(&point, parameters, &free).ok()?;
+                let image = flight.image.lifted(found.image);
+                (image, found.slopes.zip(Some(found.gap_slopes)))
+            }
+        };
+        self.work += flight.image.work() * (1 + VARIED * columns as u64);
+        let SectionImage { end, passages, .. } = &image;
+        if *end != DirectEnd::Returned {
+            return None;
+        }
+        let made = passages.iter().enumerate().filter(|(_, speed)| speed.is_some());
         let made: PassageSet = made.map(|(passage, _)| passage).collect();
-        (made == flight.made).then_some(Flown {
+        if made != flight.made {
+            return None;
+        }
+        let slopes = both.and_then(|(image, gap)| self.by_variables(number, variables, image, gap));
+        Some(Flown {
             point,
             image: image.offsets,
             speeds: image.passages,
             extra_contacts: image.extra_contacts,
             hits: image.hits,
+            slopes,
         })
+    }
+
+    /// Derivatives of a section point and of its image by the variables and the free parameters,
+    /// from those of the image and of the gap by the coordinates and the parameters; `None` where
+    /// the gap does not determine the point.
+    fn by_variables(
+        &self,
+        number: usize,
+        variables: &[S],
+        image: DMatrix<S>,
+        gap: Option<Vec<S>>,
+    ) -> Option<[DMatrix<S>; 2]> {
+        let (size, free) = (self.dimension(), self.free.len());
+        let units = self.units.state.iter().chain(&self.units.parameters);
+        let units: Vec<S> = units.map(|&unit| S::from_f64(unit)).collect();
+        let mut point = DMatrix::from_fn(size, size + free, |row, column| match row == column {
+            true => units[row],
+            false => S::zero(),
+        });
+        if let Some((replaced, unit)) = self.units.gap {
+            let gap = gap?;
+            for column in 0..size + free {
+                point[(replaced, column)] = if column == replaced {
+                    let by_own = match (self.begins_with_contact(number), self.units.smooth) {
+                        (false, _) => S::one(),
+                        (true, false) => -(variables[replaced] + variables[replaced]),
+                        (true, true) => -S::one(),
+                    };
+                    by_own * S::from_f64(unit) / gap[replaced]
+                } else {
+                    -(gap[column] * units[column] / gap[replaced])
+                };
+            }
+        }
+        let mut image_slopes = image.columns(0, size) * &point;
+        for column in size..size + free {
+            for row in 0..size {
+                image_slopes[(row, column)] += image[(row, column)] * units[column];
+            }
+        }
+        let all = point.iter().chain(image_slopes.iter()).all(|entry| entry.is_finite());
+        all.then_some([point, image_slopes])
+    }
+
+    /// The derivative of what slopes are taken by, by an unknown; see [`DirectOrbit`].
+    fn stretch(&self, unknown: usize, value: S) -> S {
+        match self.units.smooth && self.begins_with_contact_at(unknown) {
+            true => value + value,
+            false => S::one(),
+        }
     }
 
     /// Derivatives of a section point and of its image by one variable, or by a parameter, which
@@ -430,7 +568,7 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
             let mut side = |steps: f64| {
                 let mut moved = unknowns.to_vec();
                 moved[unknown] += S::from_f64(steps * length);
-                let flown = self.flown(number, &moved)?;
+                let flown = self.flown(number, &moved, false)?;
                 (flown.extra_contacts == centre.extra_contacts).then_some(flown)
             };
             // One-sided next to the graze, beyond which nothing flies.
@@ -463,18 +601,27 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
     }
 
     /// A return with the derivatives of its section point and of its image by its variables and
-    /// the parameters that vary.
+    /// the parameters that vary, as [`DirectOrbit::blocks`]: by first variations, and by
+    /// differences where it rests on a rigid surface.
     fn with_slopes(
         &mut self,
         number: usize,
         unknowns: &[S],
     ) -> Option<(Flown<S>, [DMatrix<S>; 2])> {
-        let centre = self.flown(number, unknowns)?;
+        let mut centre = self.flown(number, unknowns, true)?;
+        if let Some(slopes) = centre.slopes.take() {
+            return Some((centre, slopes));
+        }
         let (size, free) = (self.dimension(), self.free.len());
         let mut both = [0, 1].map(|_| DMatrix::from_element(size, size + free, S::zero()));
         for place in 0..size + free {
             let slopes = self.slopes(number, unknowns, place, &centre)?;
-            both.iter_mut().zip(&slopes).for_each(|(part, slope)| part.set_column(place, slope));
+            let stretch = match place < size {
+                true => self.stretch(number * size + place, unknowns[number * size + place]),
+                false => S::one(),
+            };
+            let parts = both.iter_mut().zip(slopes);
+            parts.for_each(|(part, slope)| part.set_column(place, &(slope / stretch)));
         }
         Some((centre, both))
     }
@@ -489,7 +636,7 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
             let mut moved = unknowns.to_vec();
             moved[unknown] = S::from_f64(steps * length);
             let variables = &moved[number * size..(number + 1) * size];
-            self.flown_at(number, variables, &parameters)?.speeds[0]
+            self.flown_at(number, variables, &parameters, false)?.speeds[0]
         };
         let weighted = AHEAD.iter().zip([1.0, 2.0, 3.0, 4.0].map(speed));
         let terms = weighted.map(|(&weight, speed)| Some(S::from_f64(weight) * speed?));
@@ -509,12 +656,18 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
         let (centre, slopes) = match with_slopes {
             false => {
                 let slopes = DMatrix::from_element(2 * size, size + free, S::zero());
-                (self.flown(number, unknowns)?, slopes)
+                (self.flown(number, unknowns, false)?, slopes)
             }
             true => {
                 let (centre, both) = self.with_slopes(number, unknowns)?;
-                let slope =
-                    |row: usize, place| both[row / size][(row % size, place)] / units[row % size];
+                let slope = |row: usize, place| {
+                    let unknown = number * size + place;
+                    let stretch = match place < size {
+                        true => self.stretch(unknown, unknowns[unknown]),
+                        false => S::one(),
+                    };
+                    both[row / size][(row % size, place)] * stretch / units[row % size]
+                };
                 (centre, DMatrix::from_fn(2 * size, size + free, slope))
             }
         };
@@ -528,7 +681,7 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
         })
     }
 
-    /// The rounding of derivatives, which are differences, over that of the numbers.
+    /// The rounding of derivatives, which may be differences, over that of the numbers.
     pub fn rounding() -> f64 {
         S::ROUNDOFF.powf(0.8) / S::ROUNDOFF
     }
@@ -543,14 +696,31 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
         product.iter().all(|entry| entry.is_finite()).then_some(product)
     }
 
-    /// The square Jacobian with the last image's sign turned: singular where −1 is a multiplier.
-    pub fn doubling<X>(&self, linearised: &Linearised<S, X>, orbit: &DirectOrbit<S>) -> DMatrix<S> {
-        let matrix = &linearised.jacobian + self.first_point(orbit) * S::from_f64(2.0);
+    /// The square Jacobian with the last image's sign turned, taken as [`DirectOrbit`] says:
+    /// singular where −1 is a multiplier.
+    fn doubling(&self, orbit: &DirectOrbit<S>) -> DMatrix<S> {
+        let matrix = &orbit.regular + self.first_point_regular(orbit) * S::from_f64(2.0);
         matrix.columns(0, self.variables()).into_owned()
+    }
+
+    /// The direction of the unknowns in which orbits double at a flip; `None` at a graze.
+    pub fn doubling_direction(
+        &self,
+        orbit: &DirectOrbit<S>,
+        null_vector: impl Fn(&DMatrix<S>) -> Option<Vec<S>>,
+    ) -> Option<Vec<S>> {
+        let vector = null_vector(&self.doubling(orbit))?;
+        let values = vector.iter().zip(&orbit.stretches).map(|(&value, &by)| value / by);
+        let values: Vec<S> = values.collect();
+        values.iter().all(|value| value.is_finite()).then_some(values)
     }
 
     /// Derivatives of the first section point by all unknowns, in the rows of the last image.
     pub fn first_point(&self, orbit: &DirectOrbit<S>) -> DMatrix<S> {
+        stretched(self.first_point_regular(orbit), &orbit.stretches)
+    }
+
+    fn first_point_regular(&self, orbit: &DirectOrbit<S>) -> DMatrix<S> {
         let (size, rows) = (self.dimension(), self.variables());
         let mut matrix = DMatrix::from_element(rows, rows + self.free.len(), S::zero());
         let [point, _] = &orbit.blocks[0];
@@ -566,6 +736,20 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
         matrix
     }
 
+    /// The tangent of a curve of orbits in one parameter, taken as [`DirectOrbit`] says.
+    fn regular_tangent(&self, point: &CurvePoint<S, DirectOrbit<S>>) -> Option<Vec<S>> {
+        let orbit = &point.linearised.extra;
+        if orbit.stretches.iter().all(|&stretch| stretch == S::one()) {
+            return Some(point.tangent.clone());
+        }
+        // At a graze the tangent is along the variable of the contact alone: so is what it is
+        // sought next to.
+        let least = S::from_f64(LEAST_STRETCH);
+        let along = point.tangent.iter().zip(&orbit.stretches);
+        let along: Vec<S> = along.map(|(&value, &stretch)| value * stretch.max(least)).collect();
+        tangent_at(&orbit.regular, &along)
+    }
+
     /// Whether the orbit is one of a shorter period, to this share of the offsets.
     pub fn is_repeated(&self, orbit: &DirectOrbit<S>, tolerance: f64) -> bool {
         let count = orbit.states.len();
@@ -579,6 +763,14 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
         self.rotations().skip(1).any(|later| {
             (0..count).all(|n| near(&orbit.states[n], &orbit.states[(n + later) % count]))
         })
+    }
+
+    /// Whether an orbit of an autonomous system is an equilibrium, or so near to one that it ends
+    /// there: by the acceleration of the gap at its first point.
+    pub fn is_at_rest(&mut self, orbit: &DirectOrbit<S>, parameters: &[S]) -> bool {
+        let Some(nominal) = self.units.acceleration else { return false };
+        let here = self.image.normal_acceleration(&orbit.states[0], parameters);
+        here.is_ok_and(|here| here.to_f64() <= AT_REST * nominal)
     }
 
     /// The components of a vector of unknowns of all returns that belong to these equations.
@@ -648,7 +840,7 @@ impl<S: Real> DirectOrbitEquations<'_, S> {
     pub fn flown_orbit(&mut self, unknowns: &[S]) -> Option<(DirectOrbit<S>, DVector<S>)> {
         let (mut orbit, mut residual) = self.begun();
         for number in 0..self.flights.len() {
-            let flown = self.flown(number, unknowns)?;
+            let flown = self.flown(number, unknowns, false)?;
             self.add_to(&mut orbit, &mut residual, number, flown);
         }
         self.close(&mut orbit, &mut residual);
@@ -665,6 +857,8 @@ impl<S: Real> DirectOrbitEquations<'_, S> {
             hits: Vec::new(),
             turns: 0,
             blocks: Vec::new(),
+            stretches: Vec::new(),
+            regular: DMatrix::from_element(0, 0, S::zero()),
             by_parameters: Vec::new(),
         };
         (orbit, DVector::from_element(self.variables(), S::zero()))
@@ -744,6 +938,11 @@ impl<S: Real> DirectOrbitEquations<'_, S> {
         }
         self.close(&mut orbit, &mut residual);
         let finite = residual.iter().chain(jacobian.iter()).all(|value| value.is_finite());
+        let stretches = unknowns.iter().enumerate();
+        let stretches = stretches.map(|(unknown, &value)| self.stretch(unknown, value));
+        orbit.stretches = stretches.take(rows + free).collect();
+        orbit.regular = jacobian.clone();
+        let jacobian = stretched(jacobian, &orbit.stretches);
         finite.then_some(Linearised { residual, jacobian, extra: orbit })
     }
 }
@@ -763,10 +962,12 @@ impl<S: Real> CurveEquations<S> for DirectOrbitEquations<'_, S> {
 
     fn tests(&self, point: &CurvePoint<S, DirectOrbit<S>>) -> Vec<TestValue<S>> {
         let orbit = &point.linearised.extra;
+        let unknown = S::from_f64(f64::NAN);
+        let tangent = self.regular_tangent(point).unwrap_or(vec![unknown; point.tangent.len()]);
         let mut tests = vec![
-            TestValue::turn(point, point.unknowns.len() - 1),
-            TestValue::determinant(&self.doubling(&point.linearised, orbit)),
-            bordered(point),
+            TestValue { value: tangent[tangent.len() - 1], size: 1.0 },
+            TestValue::determinant(&self.doubling(orbit)),
+            bordered(&orbit.regular, &tangent),
             self.halves(&point.unknowns),
         ];
         tests.extend(self.reciprocity(orbit));
@@ -798,6 +999,10 @@ impl<S: Real> CurveEquations<S> for DirectOrbitEquations<'_, S> {
     }
 
     fn is_last(&self, point: &CurvePoint<S, DirectOrbit<S>>) -> bool {
-        self.is_repeated(&point.linearised.extra, REPEATED)
+        let orbit = &point.linearised.extra;
+        let parameters = self.parameters(&point.unknowns);
+        let may_rest = self.units.acceleration.is_some();
+        self.is_repeated(orbit, REPEATED)
+            || (may_rest && self.clone().is_at_rest(orbit, &parameters))
     }
 }

@@ -353,7 +353,7 @@ impl<S: Real> CurveEquations<S> for MapOrbitEquations<'_, S> {
         tests.extend(depths.iter().map(|&y| TestValue { value: y, size: 1.0 }));
         let free = point.linearised.extra.free.iter();
         tests.extend(free.map(|&(_, _, depth)| TestValue { value: depth, size: 1.0 }));
-        tests.push(bordered(point));
+        tests.push(bordered(&point.linearised.jacobian, &point.tangent));
         let half = self.itinerary.contacts() / 2;
         tests.push(halves(depths, half, half > 0 && repeats_after_half(self.itinerary)));
         tests.extend(self.reciprocity(point));
