@@ -13,7 +13,7 @@ const LAST_HOP: f64 = 1e-5;
 /// Falls that are apart by less than this share of a sample are one instant.
 const SAME_INSTANT: f64 = 1e-11;
 
-/// What governs the motion.
+/// Regime of the motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Mode {
     Free,
@@ -29,7 +29,7 @@ pub(crate) enum Mode {
     },
 }
 
-/// Something that happened.
+/// Event of a flight.
 #[derive(Clone, Debug)]
 pub(crate) struct Happening<N> {
     pub(crate) time: N,
@@ -76,7 +76,7 @@ impl<N: Number> Kind<N> {
     }
 }
 
-/// Why a simulation ended.
+/// Reason for which a simulation ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Failure {
     /// The state left the numbers.
@@ -109,7 +109,7 @@ pub(crate) struct Simulator<'a, N> {
     pub(crate) ignored: Option<usize>,
     /// Longest time from one look to the next.
     sample: N,
-    /// What was zero at the start of the present sample.
+    /// Function that was zero at the start of the present sample.
     fresh: Option<Watch>,
     /// Stops that are met at the same instant.
     pending: Vec<usize>,
@@ -228,12 +228,14 @@ impl<'a, N: Number> Simulator<'a, N> {
         let free = |state: &[N], out: &mut [N]| {
             this.oscillator.flow.values(state, &this.parameters, out);
         };
-        let (flow, step) = (Flow { rates: &free }, -self.sample);
+        let flow = Flow { rates: &free };
         let gap = &self.oscillator.stops[stop].gap;
         let lost = Failure::Diverged;
         let sense = |state: &[N]| along(gap, &this.oscillator.flow, state, &this.parameters);
         let mut back = N::zero();
-        while back.size() < longest.size() {
+        while (back + longest).double() > 0.0 {
+            let left = -(back + longest);
+            let step = if (left + self.sample).is_negative() { -self.sample } else { left };
             let end = flow.after(&self.state, step).ok_or(lost)?;
             let at = |time: N| flow.after(&self.state, time).map(|state| sense(&state));
             let ((from, rises), (to, falls)) = (sense(&self.state), sense(&end));
@@ -351,7 +353,7 @@ impl<'a, N: Number> Simulator<'a, N> {
         (turns.double() < 0.0 && slope.double() > 0.0).then(|| -(slope / turns))
     }
 
-    /// One look ahead: the first event of a sample, or nothing.
+    /// Looks ahead: the first event of a sample, or nothing.
     fn sample(&mut self, until: N) -> Result<Option<Happening<N>>, Failure> {
         let this = self.clone();
         let rates = |state: &[N], out: &mut [N]| this.rates(state, out);
@@ -412,7 +414,8 @@ impl<'a, N: Number> Simulator<'a, N> {
         }
     }
 
-    /// Where a watched function falls through zero in a sample, or has a minimum (`false`) above.
+    /// Time at which a watched function falls through zero in a sample, or has a minimum (`false`)
+    /// above.
     fn fall(
         &self,
         watch: Watch,
@@ -525,7 +528,7 @@ impl<'a, N: Number> Simulator<'a, N> {
         Ok(())
     }
 
-    /// What holds the state lets it go.
+    /// Ends a contact or a rest.
     fn release(&mut self) -> Happening<N> {
         let (stop, rests) = match self.mode {
             Mode::Held { stop, .. } => (stop, false),
