@@ -12,6 +12,8 @@ const MOST_EVENTS: usize = 100_000;
 const LAST_HOP: f64 = 1e-5;
 /// Falls that are apart by less than this share of a sample are one instant.
 const SAME_INSTANT: f64 = 1e-11;
+/// A minimum and a maximum that are nearer to each other, in samples, are not looked for.
+const NEAREST_TURNS: f64 = 1e-2;
 
 /// Regime of the motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -370,6 +372,12 @@ impl<'a, N: Number> Simulator<'a, N> {
         let shortest = self.sample.double() * 1e-12;
         let end = loop {
             match flow.step(&self.state, length) {
+                Some(end)
+                    if length.double() > NEAREST_TURNS * self.sample.double()
+                        && self.may_turn_twice(length, &end) =>
+                {
+                    length = length / N::of(2.0);
+                }
                 Some(end) => break end,
                 None if length.double() < shortest => return Err(Failure::Diverged),
                 None => length = length / N::of(2.0),
@@ -412,6 +420,26 @@ impl<'a, N: Number> Simulator<'a, N> {
             }
             Watch::Release => Ok(Some(self.release())),
         }
+    }
+
+    /// Whether a gap may have a minimum and a maximum between two looks: its slope goes towards
+    /// zero at first and away from it at last, and is small enough to get there.
+    fn may_turn_twice(&self, length: N, end: &[N]) -> bool {
+        let flow = match self.mode {
+            Mode::Held { .. } => self.held().0,
+            _ => &self.oscillator.flow,
+        };
+        let sense = |gap: &Formula, state: &[N]| {
+            let [_, slope, bend] = along_twice(gap, flow, state, &self.parameters);
+            (slope.double(), bend.double())
+        };
+        self.oscillator.stops.iter().any(|stop| {
+            let (first, bends) = sense(&stop.gap, &self.state);
+            let (last, unbends) = sense(&stop.gap, end);
+            let reach = length.double() * bends.abs().max(unbends.abs());
+            let comes_back = first * last > 0.0 && first * bends < 0.0 && last * unbends > 0.0;
+            comes_back && first.abs().min(last.abs()) < reach
+        })
     }
 
     /// Time at which a watched function falls through zero in a sample, or has a minimum (`false`)
