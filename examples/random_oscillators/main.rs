@@ -28,7 +28,7 @@ use rayon::prelude::*;
 /// Oscillators that are one piece of work.
 const PIECE: u64 = 8;
 
-/// What is asked for.
+/// Request on the command line.
 struct Request {
     seed: u64,
     count: u64,
@@ -125,7 +125,8 @@ fn figures(tally: &Tally, time: Duration) -> String {
         "{} oscillators, {} grazing orbits ({} past another stop), {} returns ({} to tangency \
          sections, {} with contact), {} values of diagrams ({} periods confirmed, {} without an \
          image, {} scenes without a map): {} differences above {:e} of scale; {} more are in a \
-         chatter, {} growth of rounding, {} sections do not tell, {} returns end; largest {:.1e}; {:.0} s",
+         chatter, {} growth of rounding, {} sections do not tell, {} returns end, {} are not judged; \
+         largest {:.1e}; {:.0} s",
         tally.oscillators,
         tally.grazes,
         tally.through,
@@ -142,6 +143,7 @@ fn figures(tally: &Tally, time: Duration) -> String {
         tally.grown,
         tally.ambiguous,
         tally.ended,
+        tally.unjudged,
         tally.largest,
         time.as_secs_f64()
     )

@@ -1,4 +1,4 @@
-//! What diagrams by direct simulation settle on, against returns of the independent simulator.
+//! Attractors that diagrams by direct simulation name, against returns of the independent simulator.
 
 use grazemap::analysis::NoProgress;
 use grazemap::analysis::diagram::{DiagramPoint, diagram};
@@ -76,7 +76,7 @@ pub(super) fn diagrams(
     Ok(())
 }
 
-/// What a diagram shows at a value.
+/// Point of a diagram.
 struct Settled<'a> {
     point: &'a DiagramPoint,
     simulator: Simulator<'a, f64>,

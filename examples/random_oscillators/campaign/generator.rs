@@ -7,7 +7,7 @@ use super::random::Random;
 pub(crate) struct Generated {
     /// The text of its scene.
     pub(crate) scene: String,
-    /// What it is made of, in words.
+    /// Its parts, in words.
     pub(crate) kind: String,
     /// Rate of its forcing.
     pub(crate) rate: f64,
@@ -17,7 +17,7 @@ pub(crate) struct Generated {
     pub(crate) phase: f64,
 }
 
-/// What a campaign looks at.
+/// Extent of a campaign.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Choice {
     /// Pulses a hundredth of a period wide and narrower.
@@ -75,9 +75,9 @@ pub(crate) fn oscillator(random: &mut Random, choice: Choice) -> Generated {
     parameters.extend(flight.parameters.iter().map(|&(name, value)| (name.to_owned(), value)));
     parameters.push(("w".to_owned(), rate));
     parameters.push(("wall".to_owned(), random.between(0.5, 2.0)));
-    let mut stops = vec![stop(random, &flight, "right", rate, false)];
+    let mut stops = vec![stop(random, &flight, "right", false)];
     if random.one_in(3) {
-        stops.push(stop(random, &flight, "left", rate, true));
+        stops.push(stop(random, &flight, "left", true));
     }
     let kinds: Vec<&str> = stops.iter().map(|stop| &stop.kind[..]).collect();
     let kind = format!("{}, {}, {}", flight.kind, forcing.0, kinds.join(" and "));
@@ -168,7 +168,7 @@ fn forcing(random: &mut Random, choice: Choice) -> ((String, String), Vec<(Strin
     let mut look = 1.0 / 60.0;
     if random.one_in(3) {
         kind += " and another";
-        let number = 2 + random.below(2);
+        let number = random.of(&[2, 3]);
         parameters.push(("B".to_owned(), random.between(0.05, 0.6)));
         formula += &format!(" + B*cos({number}*theta + {})", random.between(0.0, 6.28));
     }
@@ -191,7 +191,7 @@ fn forcing(random: &mut Random, choice: Choice) -> ((String, String), Vec<(Strin
 }
 
 /// A stop on one side; its parameters have the side's letter.
-fn stop(random: &mut Random, flight: &Flight, name: &str, rate: f64, is_left: bool) -> Stop {
+fn stop(random: &mut Random, flight: &Flight, name: &str, is_left: bool) -> Stop {
     let letter = &name[..1];
     let (x, v) = flight.meets;
     let mut parameters = Vec::new();
@@ -217,7 +217,6 @@ fn stop(random: &mut Random, flight: &Flight, name: &str, rate: f64, is_left: bo
     } else {
         (place, "0".to_owned())
     };
-    let _ = rate;
     let event = format!("{wall} - {s}");
     let depth = format!("({s} - ({wall}))");
     let closing = if moves { format!("({t} - {speed})") } else { t.clone() };

@@ -21,7 +21,7 @@ use returns::Orbit;
 
 /// Largest difference, in units of the orbit's size, that is not asked about.
 pub(crate) const TOLERANCE: f64 = 1e-9;
-/// What became of oscillators.
+/// Counts of what was compared, and differences.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Tally {
     pub(crate) oscillators: usize,
@@ -32,10 +32,12 @@ pub(crate) struct Tally {
     pub(crate) returns: usize,
     pub(crate) tangencies: usize,
     pub(crate) contacts: usize,
-    /// Returns of which the program says that the section does not tell, and of which one of both
-    /// says that there are none.
+    /// Returns of which the program says that the section does not tell, and those that both say
+    /// there are not.
     pub(crate) ambiguous: usize,
     pub(crate) ended: usize,
+    /// Returns that the independent simulator gives up.
+    pub(crate) unjudged: usize,
     /// Values of diagrams that were looked at, those at which a period was confirmed, those at which
     /// the section has no image; scenes that have no map, and so no diagram.
     pub(crate) attractors: usize,
@@ -61,6 +63,7 @@ impl Tally {
         self.contacts += other.contacts;
         self.ambiguous += other.ambiguous;
         self.ended += other.ended;
+        self.unjudged += other.unjudged;
         self.attractors += other.attractors;
         self.periodic += other.periodic;
         self.no_image += other.no_image;
@@ -78,7 +81,7 @@ pub(crate) fn scene(seed: u64, case: u64, choice: Choice) -> String {
     generator::oscillator(&mut Random::new(seed, case), choice).scene
 }
 
-/// What a case is made of, in words.
+/// Parts of a case, in words.
 pub(crate) fn kind(seed: u64, case: u64, choice: Choice) -> String {
     generator::oscillator(&mut Random::new(seed, case), choice).kind
 }
@@ -97,7 +100,12 @@ pub(crate) fn compared(seed: u64, case: u64, choice: Choice) -> Tally {
     tally
 }
 
-fn compare(generated: &Generated, random: &mut Random, tally: &mut Tally) -> Result<(), String> {
+fn compare(
+    generated: &Generated,
+    choice: Choice,
+    random: &mut Random,
+    tally: &mut Tally,
+) -> Result<(), String> {
     let scene = Scene::parse(&generated.scene, "random").map_err(|error| error.to_string())?;
     let oscillator = Oscillator::read(&generated.scene, &[])?;
     let found = locate(&scene).map_err(|error| error.to_string())?;

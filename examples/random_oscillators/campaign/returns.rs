@@ -215,8 +215,8 @@ impl Orbit<'_> {
         }
     }
 
-    /// What a state at a time may be for a section at the phase of a graze: as it is, or flown
-    /// from a contact on with the stop away; with the contacts before.
+    /// Points that a state at a time may be for a section at the phase of a graze: as it is, or
+    /// flown from a contact on with the stop away; with the contacts before.
     fn at_phase(
         &self,
         stop: usize,
@@ -270,9 +270,13 @@ impl Orbit<'_> {
                 return false;
             }
             (Ok(Some(truth)), ReturnOutcome::Returned) => truth,
-            // NOTE: the program goes on where the independent simulator does not know how.
-            (Ok(None), ReturnOutcome::NoReturn { .. }) | (Err(_), _) => {
+            (Ok(None), ReturnOutcome::NoReturn { .. }) | (Err(_), ReturnOutcome::Ended(_)) => {
                 tally.ended += 1;
+                return false;
+            }
+            // NOTE: the program may know a rest where the independent simulator does not.
+            (Err(_), _) => {
+                tally.unjudged += 1;
                 return false;
             }
             (Ok(truth), _) => {
@@ -307,7 +311,7 @@ impl Orbit<'_> {
         false
     }
 
-    /// How far images of neighbours go, in units of the orbit's size; `None` where one has none.
+    /// Largest distance to images of neighbours, in units of the orbit's size; `None` where one has none.
     fn growth(
         &self,
         start: &[f64],

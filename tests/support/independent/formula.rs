@@ -6,7 +6,7 @@ use grazemap::numeric::Dd;
 
 use super::number::{Function, Number};
 
-/// What a name stands for.
+/// Meaning of a name.
 #[derive(Clone, Debug)]
 pub(crate) enum Meaning {
     /// A number of the input: the states, the phase, then the parameters.
@@ -68,7 +68,7 @@ impl Formula {
         Ok(Self { steps: reader.steps, values })
     }
 
-    /// How many formulas there are.
+    /// Number of formulas.
     pub(crate) fn len(&self) -> usize {
         self.values.len()
     }
@@ -140,14 +140,14 @@ impl Operator {
 
 struct Reader<'a> {
     names: &'a HashMap<String, Meaning>,
-    /// What `free` stands for.
+    /// Formula that `free` stands for.
     free: Option<String>,
     steps: Vec<Step>,
     /// Steps of the formulas that names stand for.
     known: HashMap<String, usize>,
 }
 
-/// What is left to read.
+/// Text left to read.
 struct Rest<'t> {
     text: &'t str,
 }

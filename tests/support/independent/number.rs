@@ -47,7 +47,7 @@ impl Function {
     }
 }
 
-/// What an integration is done in.
+/// Numbers that an integration is done in.
 pub(crate) trait Number:
     Copy
     + Debug

@@ -30,7 +30,7 @@ pub(crate) struct Stop {
     pub(crate) response: Response,
 }
 
-/// What a stop does to a state that meets it.
+/// Response of a stop to a state that meets it.
 #[derive(Clone, Debug)]
 pub(crate) enum Response {
     /// Rigid: components that jump.

@@ -12,8 +12,10 @@ const MOST_EVENTS: usize = 100_000;
 const LAST_HOP: f64 = 1e-5;
 /// Falls that are apart by less than this share of a sample are one instant.
 const SAME_INSTANT: f64 = 1e-11;
+/// A minimum and a maximum that are nearer to each other, in samples, are not looked for.
+const NEAREST_TURNS: f64 = 1e-2;
 
-/// What governs the motion.
+/// Regime of the motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Mode {
     Free,
@@ -29,7 +31,7 @@ pub(crate) enum Mode {
     },
 }
 
-/// Something that happened.
+/// Event of a flight.
 #[derive(Clone, Debug)]
 pub(crate) struct Happening<N> {
     pub(crate) time: N,
@@ -76,7 +78,7 @@ impl<N: Number> Kind<N> {
     }
 }
 
-/// Why a simulation ended.
+/// Reason for which a simulation ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Failure {
     /// The state left the numbers.
@@ -109,7 +111,7 @@ pub(crate) struct Simulator<'a, N> {
     pub(crate) ignored: Option<usize>,
     /// Longest time from one look to the next.
     sample: N,
-    /// What was zero at the start of the present sample.
+    /// Function that was zero at the start of the present sample.
     fresh: Option<Watch>,
     /// Stops that are met at the same instant.
     pending: Vec<usize>,
@@ -228,12 +230,14 @@ impl<'a, N: Number> Simulator<'a, N> {
         let free = |state: &[N], out: &mut [N]| {
             this.oscillator.flow.values(state, &this.parameters, out);
         };
-        let (flow, step) = (Flow { rates: &free }, -self.sample);
+        let flow = Flow { rates: &free };
         let gap = &self.oscillator.stops[stop].gap;
         let lost = Failure::Diverged;
         let sense = |state: &[N]| along(gap, &this.oscillator.flow, state, &this.parameters);
         let mut back = N::zero();
-        while back.size() < longest.size() {
+        while (back + longest).double() > 0.0 {
+            let left = -(back + longest);
+            let step = if (left + self.sample).is_negative() { -self.sample } else { left };
             let end = flow.after(&self.state, step).ok_or(lost)?;
             let at = |time: N| flow.after(&self.state, time).map(|state| sense(&state));
             let ((from, rises), (to, falls)) = (sense(&self.state), sense(&end));
@@ -351,7 +355,7 @@ impl<'a, N: Number> Simulator<'a, N> {
         (turns.double() < 0.0 && slope.double() > 0.0).then(|| -(slope / turns))
     }
 
-    /// One look ahead: the first event of a sample, or nothing.
+    /// Looks ahead: the first event of a sample, or nothing.
     fn sample(&mut self, until: N) -> Result<Option<Happening<N>>, Failure> {
         let this = self.clone();
         let rates = |state: &[N], out: &mut [N]| this.rates(state, out);
@@ -368,6 +372,12 @@ impl<'a, N: Number> Simulator<'a, N> {
         let shortest = self.sample.double() * 1e-12;
         let end = loop {
             match flow.step(&self.state, length) {
+                Some(end)
+                    if length.double() > NEAREST_TURNS * self.sample.double()
+                        && self.may_turn_twice(length, &end) =>
+                {
+                    length = length / N::of(2.0);
+                }
                 Some(end) => break end,
                 None if length.double() < shortest => return Err(Failure::Diverged),
                 None => length = length / N::of(2.0),
@@ -412,7 +422,28 @@ impl<'a, N: Number> Simulator<'a, N> {
         }
     }
 
-    /// Where a watched function falls through zero in a sample, or has a minimum (`false`) above.
+    /// Whether a gap may have a minimum and a maximum between two looks: its slope goes towards
+    /// zero at first and away from it at last, and is small enough to get there.
+    fn may_turn_twice(&self, length: N, end: &[N]) -> bool {
+        let flow = match self.mode {
+            Mode::Held { .. } => self.held().0,
+            _ => &self.oscillator.flow,
+        };
+        let sense = |gap: &Formula, state: &[N]| {
+            let [_, slope, bend] = along_twice(gap, flow, state, &self.parameters);
+            (slope.double(), bend.double())
+        };
+        self.oscillator.stops.iter().any(|stop| {
+            let (first, bends) = sense(&stop.gap, &self.state);
+            let (last, unbends) = sense(&stop.gap, end);
+            let reach = length.double() * bends.abs().max(unbends.abs());
+            let comes_back = first * last > 0.0 && first * bends < 0.0 && last * unbends > 0.0;
+            comes_back && first.abs().min(last.abs()) < reach
+        })
+    }
+
+    /// Time at which a watched function falls through zero in a sample, or has a minimum (`false`)
+    /// above.
     fn fall(
         &self,
         watch: Watch,
@@ -525,7 +556,7 @@ impl<'a, N: Number> Simulator<'a, N> {
         Ok(())
     }
 
-    /// What holds the state lets it go.
+    /// Ends a contact or a rest.
     fn release(&mut self) -> Happening<N> {
         let (stop, rests) = match self.mode {
             Mode::Held { stop, .. } => (stop, false),
