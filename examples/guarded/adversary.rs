@@ -113,7 +113,7 @@ impl Adversary<'_> {
             if worst.as_ref().is_none_or(|worst| value > worst.0) {
                 worst = Some((value, point, coordinate));
             }
-            if self.found.points % part == 0 {
+            if self.found.points.is_multiple_of(part) {
                 starts.extend(worst.take());
             }
         }

@@ -3,6 +3,7 @@
 
 use std::collections::BTreeMap;
 
+use grazemap::FindGraze;
 use grazemap::analysis::{DirectEnd, DirectImage};
 use grazemap::convergence::{
     Choice, ChoiceOptions, Chooser, ExactImages, Limit, MapFamily, Monomials, Polynomials,
