@@ -674,7 +674,6 @@ impl Search<'_> {
         images: Option<&ExactImages>,
         lost: usize,
     ) -> MeasuredWindow {
-        let dimension = local.dimension();
         let limits = self.tolerance.limits(window).into_iter().zip(&window.state);
         let errors = local.section.coordinates.iter().enumerate().zip(limits);
         let errors = errors.map(|((number, coordinate), (limit, &half_width))| CoordinateError {

@@ -147,7 +147,7 @@ mod tests {
     #[test]
     fn what_was_reduced_is_lifted_again() {
         let circle = PhaseCircle::new(0, 6.0);
-        for value in [-15.5, -3.5, -0.25, 2.75, 9.25] {
+        for value in [-15.5_f64, -3.5, -0.25, 2.75, 9.25] {
             let mut point = [value];
             let turns = circle.reduce(&mut point);
             assert!(point[0].abs() <= 3.0);

@@ -602,6 +602,7 @@ impl<'a> DirectBranches<'a> {
             contacts: Vec::new(),
             physical: true,
             extra_contacts: 0,
+            turns: 0,
             hits: Some(vec![0; self.surfaces.len()]),
             residual: 0.0,
         };
