@@ -11,7 +11,7 @@ use grazemap::analysis::periodic::ContactItinerary;
 use grazemap::analysis::{DirectMap, NoProgress};
 use grazemap::hybrid::HybridSystem;
 use grazemap::iteration::{DiscreteMap, MapOrbit, OrbitEnd, OrbitRequest, Period};
-use grazemap::model::{DiagramRequest, Method, Observable, Scene, Starts};
+use grazemap::model::{DiagramRequest, Method, Observable, Starts};
 
 use crate::Case;
 use crate::support::scenes;
@@ -363,7 +363,7 @@ fn orbits_whose_phase_goes_round_are_the_same_in_lanes() {
     let phases = alone.iter().flat_map(|orbit| orbit.states().map(|state| state[1]));
     assert!(phases.into_iter().all(|phase| phase.abs() <= 0.5 * TAU));
     if let Some(mut lanes) = direct.in_lanes::<8>(&parameters) {
-        assert_eq!(lanes.orbits(&[&start; 8], &request), alone);
+        assert_eq!(lanes.orbits(&[&start[..]; 8], &request), alone);
     }
 }
 

@@ -6,7 +6,7 @@
 
 use grazemap::hybrid::{Event, EventKind, HybridSystem, Outcome, Regime, Simulator};
 
-use crate::support::independent::{Failure, Kind, Mode, Oscillator, Simulator as Independent};
+use crate::independent::{Failure, Kind, Mode, Oscillator, Simulator as Independent};
 use crate::support::scenes::{NONE, parsed};
 
 /// Contacts that are compared for each law, and periods that they may take.

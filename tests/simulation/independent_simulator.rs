@@ -3,7 +3,7 @@
 
 use grazemap::numeric::Dd;
 
-use crate::support::independent::{Mode, Number, Oscillator, Simulator, tangency_return};
+use crate::independent::{Mode, Number, Oscillator, Simulator, tangency_return};
 use crate::support::reference::{exact, read};
 use crate::support::scenes;
 

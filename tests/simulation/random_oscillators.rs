@@ -5,7 +5,7 @@
 #[allow(dead_code, reason = "the example prints more")]
 mod campaign;
 
-use crate::support::independent;
+use crate::independent;
 use campaign::{Choice, Tally, compared};
 
 /// Comparison of oscillators of a seed, in which nothing may differ.

@@ -4,7 +4,6 @@
 pub(crate) mod complex;
 pub(crate) mod driver;
 pub(crate) mod foale;
-pub(crate) mod independent;
 pub(crate) mod reference;
 pub(crate) mod scenes;
 pub(crate) mod soft;

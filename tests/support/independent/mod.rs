@@ -16,4 +16,4 @@ mod simulator;
 pub(crate) use number::Number;
 pub(crate) use oscillator::Oscillator;
 pub(crate) use section::{next_approach, speeds, tangency_return};
-pub(crate) use simulator::{Failure, Happening, Mode, Simulator};
+pub(crate) use simulator::{Failure, Happening, Kind, Mode, Simulator};

@@ -33,7 +33,7 @@ const DIGITS: u32 = 2;
 /// point.
 pub fn free_flight(scene: &Scene, orbit: &GrazingOrbit) -> Result<LocalMap, ExpansionError> {
     let passing = with_passing_stops(scene);
-    let expander = Expander::new(&passing, orbit)?;
+    let expander = Expander::of_free_flow(&passing, orbit)?;
     let asked = match scene.expansion.orders {
         Orders::Fixed(orders) => orders,
         Orders::Tolerance(_) => ORDERS,
