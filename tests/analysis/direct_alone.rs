@@ -42,7 +42,7 @@ fn a_restitution_without_an_expansion_is_refused_with_surface_and_power() {
 #[test]
 fn a_diagram_of_direct_simulation_has_the_orbits_of_the_closed_form_without_a_map() {
     let map = free_flight(viscoelastic());
-    let tables = "[[diagram]]\nparameter = \"A\"\nrange = [0.02, 0.05]\npoints = 4\n\
+    let tables = "[[diagram]]\nparameter = \"A\"\nrange = [0.14, 0.3]\npoints = 4\n\
                   transient = 300\nkeep = 8\nobserve = \"impact_speed\"\nwith = [\"direct\"]\n";
     let map = map.asking(tables).expect("a diagram");
     let diagram = map.diagram(&map.scene().diagrams[0]).expect("no map is needed");

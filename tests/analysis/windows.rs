@@ -138,7 +138,8 @@ fn what_a_scene_states_stays_and_what_it_leaves_open_is_measured() {
     let window = map.window();
     let origins: Vec<_> = window.bounds.iter().map(|bound| bound.origin).collect();
     let (scene, measured) = (BoundOrigin::Scene, BoundOrigin::Measured);
-    assert_eq!(origins, [scene, measured, measured, scene, measured], "{window:?}");
+    // `x` is the depth of the stop, to first order, and as wide as the stated depth needs.
+    assert_eq!(origins, [scene, BoundOrigin::Depth, measured, scene, measured], "{window:?}");
     let local = &map.local().window;
     assert_eq!((local.depth, local.parameter[0]), (1e-5, 1e-5));
     let (inside, lost) = excess(&map, local, 300);
@@ -215,8 +216,8 @@ fn an_adversary_finds_no_point_of_a_window_that_errs_more_than_is_claimed() {
         let (coordinate, excess, worst) = found.largest();
         assert!(found.points > 1000 && found.lost == 0, "{name}: {found:?}");
         assert!(excess <= 1.0, "{name}: {excess} in {coordinate} at {worst:?}");
-        // The claim is no more than an adversary nearly finds.
-        assert!(excess > 0.5, "{name}: {excess}");
+        // The claim is of the order of what so few points find.
+        assert!(excess > 0.3, "{name}: {excess}");
     }
 }
 

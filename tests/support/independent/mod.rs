@@ -4,6 +4,7 @@
 //! Flows are integrated by extrapolation of the midpoint rule, looked at so often that nothing
 //! hides in between, and events are found by integrating a part of a step once more. No series, no
 //! expression graph, no exact flow.
+#![allow(dead_code, unused_imports, reason = "tests and the example use a part of it each")]
 
 mod extrapolation;
 mod formula;
@@ -12,7 +13,6 @@ mod oscillator;
 mod section;
 mod simulator;
 
-#[allow(unused_imports, reason = "an example needs doubles alone")]
 pub(crate) use number::Number;
 pub(crate) use oscillator::Oscillator;
 pub(crate) use section::{next_approach, speeds, tangency_return};

@@ -152,10 +152,10 @@ impl Ascents<'_> {
     fn starts(&self, measured: &[Measured<'_>], largest: &[f64]) -> Vec<Start> {
         let mut worst: BTreeMap<(Vec<Band>, usize), usize> = BTreeMap::new();
         for (number, (_, bands, errors)) in measured.iter().enumerate() {
-            for coordinate in 0..errors.len() {
+            let verge = bands.contains(&Band::Verge);
+            for (coordinate, (&own, &most)) in errors.iter().zip(largest).enumerate() {
                 let error = |number: usize| measured[number].2[coordinate];
-                let verge = bands.contains(&Band::Verge);
-                if !verge && error(number) < WORTH * largest[coordinate] {
+                if !verge && own < WORTH * most {
                     continue;
                 }
                 match worst.entry((bands.clone(), coordinate)) {
@@ -163,7 +163,7 @@ impl Ascents<'_> {
                         entry.insert(number);
                     }
                     Entry::Occupied(mut entry) => {
-                        if error(number) > error(*entry.get()) {
+                        if own > error(*entry.get()) {
                             entry.insert(number);
                         }
                     }

@@ -280,7 +280,8 @@ impl MapOrbit {
         match self.period {
             // The step to the first state belongs to the period before.
             Period::Periodic(period) => {
-                self.steps.iter().skip(1).take(period).map(|step| step.turns).sum()
+                let own = self.steps.iter().skip(1).take(period);
+                own.fold(0, |sum: i32, step| sum.saturating_add(step.turns))
             }
             Period::NotFound => 0,
         }

@@ -124,11 +124,15 @@ impl PhaseCircle {
 /// A difference of phases without whole periods, and how many these are; 0 of what is not finite.
 fn without<S: Real>(period: S, difference: S) -> (S, i32) {
     let turns = (difference / period).to_f64().round();
-    match turns == 0.0 || !turns.is_finite() {
-        true => (difference, 0),
-        false => (difference - period * S::from_f64(turns), turns as i32),
+    // Farther away a point has escaped, and rounding leaves no digits of its phase.
+    match turns != 0.0 && turns.abs() < MOST_TURNS {
+        true => (difference - period * S::from_f64(turns), turns as i32),
+        false => (difference, 0),
     }
 }
+
+/// Whole periods of the phase that are taken off, at most.
+const MOST_TURNS: f64 = 1e6;
 
 #[cfg(test)]
 mod tests {

@@ -558,7 +558,7 @@ impl<'a, S: Real> SurfaceTools<'a, S> {
         let (reset, release, held, rates) = match &surface.law {
             Law::Rigid { reset, stick } => (Some(reset), None, stick.as_ref(), None),
             Law::Compliant { contact, release, slopes, rates } => {
-                (None, Some((release, slopes)), Some(contact), rates.as_ref())
+                (None, Some((release, &**slopes)), Some(contact), rates.as_ref())
             }
         };
         Self {

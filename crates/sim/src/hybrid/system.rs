@@ -66,7 +66,7 @@ pub(super) enum Law {
     Compliant {
         contact: RegimeField,
         release: Program,
-        slopes: ReleaseSlopes,
+        slopes: Box<ReleaseSlopes>,
         rates: Option<Program>,
     },
 }
@@ -192,7 +192,7 @@ impl Lowering<'_> {
                 let mut outputs = self.landing(*release);
                 outputs.extend(self.terms(*release));
                 let contact = self.regime(field, Some(*release), &others);
-                let slopes = self.release_slopes(surface, field, *release);
+                let slopes = Box::new(self.release_slopes(surface, field, *release));
                 let law = field.iter().chain([release]).copied();
                 let is_rough = has_branch_point(&self.graph, &law.collect::<Vec<_>>());
                 Law::Compliant {

@@ -899,7 +899,7 @@ impl<S: Real> DirectOrbitEquations<'_, S> {
     fn close(&self, orbit: &mut DirectOrbit<S>, residual: &mut DVector<S>) {
         let circle = self.circle();
         for rows in residual.as_mut_slice().chunks_exact_mut(self.dimension()) {
-            orbit.turns += circle.reduce(rows);
+            orbit.turns = orbit.turns.saturating_add(circle.reduce(rows));
         }
     }
 
