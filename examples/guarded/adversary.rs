@@ -163,10 +163,10 @@ impl Adversary<'_> {
                     *share = (*share + step * self.random.normal()).clamp(-1.0, 1.0);
                 }
             }
-            if let Some((.., depth)) = &mut other.held {
-                if !few || alone == point.shares.len() {
-                    *depth = (*depth * (6.0 * step * self.random.normal()).exp()).min(1.0 - 1e-9);
-                }
+            if let Some((.., depth)) = &mut other.held
+                && (!few || alone == point.shares.len())
+            {
+                *depth = (*depth * (6.0 * step * self.random.normal()).exp()).min(1.0 - 1e-9);
             }
             let reached = self.excess(&other).map(|excess| excess[coordinate]);
             let better = reached.filter(|&reached| reached > value);

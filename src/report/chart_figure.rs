@@ -170,7 +170,8 @@ fn attractor_count(chart: &Chart, cell: &ChartCell) -> usize {
 
 /// The chart of what it observes, in colours that are the same in every chart: pale without
 /// contact, dark without a period, slate where the orbit still converges, grey where the map alone
-/// was used beyond its window, paper-white where the orbit escaped. Cells with several attractors have their colours in turn.
+/// was used beyond its window, paper-white where the orbit escaped. Cells with several attractors
+/// have their colours in turn.
 pub fn chart_figure(chart: &Chart) -> Figure {
     let [horizontal, vertical] = &chart.axes;
     let mut figure = Figure::new(axis(horizontal), axis(vertical));
@@ -253,7 +254,8 @@ fn others_cell(cell: &ChartCell) -> Cell {
 /// Periods, or exponents where these are observed: an array of shape (rows, columns), the second
 /// parameter's values by the first's, or (attractors, rows, columns) of several attractors. Periods
 /// are 0 without a period, −1 where the map alone was used beyond its window, −2 without another
-/// attractor, −3 where the orbit still converges; NaN where the orbit ended early, and without an exponent.
+/// attractor, −3 where the orbit still converges; NaN where the orbit ended early, and without an
+/// exponent.
 ///
 /// # Errors
 ///

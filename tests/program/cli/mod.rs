@@ -207,15 +207,16 @@ fn a_scene_of_any_section_says_which_it_takes_and_every_command_is_on_it() {
         "{said}"
     );
 
-    let (emitted, _) = run(&["emit", "moving_stop", "-o", "crate"]);
+    let (emitted, said) = run(&["emit", "moving_stop", "-o", "crate"]);
     let of = |section: &serde_json::Value| {
         let taken = operations(&section["decided"]["taken"]);
         (section["kind"].clone(), section["coordinates"].clone(), taken)
     };
     assert_eq!(of(&emitted["modules"][0]["section"]), of(section));
     let error = emitted["modules"][0]["measured_error"].as_f64();
-    // Measured on points that the choice knew: within the tolerance.
-    assert!(error.expect("measured") <= 1e-6, "{error:?}");
+    // The choice knows points off the verge of contact alone; the claim is of all, and is said.
+    let error = error.expect("measured");
+    assert!(error <= 1e-6 || said.contains("errs by up to"), "{error}: {said}");
 
     let few = ["--set", "diagram.0.points=3", "--set", "diagram.0.keep=2"];
     let (diagram, _) = run(&[&["diagram", "moving_stop"], &few[..]].concat());

@@ -394,8 +394,8 @@ pub fn escape_bounds(scene: &Scene, orbit: &GrazingOrbit) -> Vec<EscapeBound> {
 }
 
 /// Half-widths of the window of a map, larger where they are too small for a share of them
-/// ([`OrbitRequest::period_tolerance`](crate::iteration::OrbitRequest::period_tolerance)) to be told
-/// from the rounding of the coordinates.
+/// ([`period_tolerance`](crate::iteration::OrbitRequest::period_tolerance)) to be told from the
+/// rounding of the coordinates.
 pub(super) fn resolved_widths(scene: &Scene, orbit: &GrazingOrbit, map: &LocalMap) -> Vec<f64> {
     let point: Vec<f64> = converted(&orbit.section_point);
     let coordinates = orbit.section.coordinates.iter();

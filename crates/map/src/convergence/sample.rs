@@ -213,8 +213,8 @@ impl WindowSample {
 
     /// Points at which a passage makes contact with each variable solved for in turn, the others at
     /// their half-widths: at the full depth, but for the steepest coordinate, which are the corners
-    /// that the depth cuts off the window, and on the verge; and, with the one that moves the depth most over its
-    /// half-width, the others as those of [`point`](Self::point).
+    /// that the depth cuts off the window, and on the verge; and, with the one that moves the depth
+    /// most over its half-width, the others as those of [`point`](Self::point).
     ///
     /// NOTE: where a parameter moves the depth by far more than the window is deep, contact is made
     /// in a thin layer of the window, and points with the parameter spread over its half-width are

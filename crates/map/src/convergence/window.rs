@@ -76,8 +76,8 @@ const WIDEST: f64 = 4.0;
 /// Decimal digits of a bound that is measured: the same on every machine.
 const DIGITS: u32 = 2;
 
-/// By what a window is narrowed at least that does not hold at all points it is measured at, and how
-/// often.
+/// By what a window is narrowed at least that does not hold at all points it is measured at, and
+/// how often.
 const NARROWER: (f64, usize) = (0.8, 6);
 
 /// By what a window is narrowed at once at most.
@@ -646,7 +646,8 @@ impl Search<'_> {
     /// The largest error over its tolerance, infinite where points have no image.
     ///
     /// NOTE: a share of each half-width, which no scene asked for, is not asked on the verge of
-    /// contact: windows would be hundreds of times narrower for a layer as thin as the depth's error.
+    /// contact: windows would be hundreds of times narrower for a layer as thin as the error of the
+    /// depth.
     fn excess(&self, measured: &MeasuredWindow, largest: &Largest) -> f64 {
         if measured.sample.excluded > 0 {
             return f64::INFINITY;

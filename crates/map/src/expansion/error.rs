@@ -75,7 +75,7 @@ pub enum ExpansionError {
     },
     /// The orbit handed over is none of the oscillator with its stops.
     #[error(transparent)]
-    NotAnOrbit(#[from] NotLocated),
+    NotAnOrbit(Box<NotLocated>),
     /// The orbit handed over does not close on the section.
     #[error(
         "the orbit misses its own section point by {defect:e}: it is not periodic to the accuracy \
@@ -112,6 +112,12 @@ impl ExpansionError {
                 )
                 | Self::Numeric(NumericError::NotFinite { .. })
         )
+    }
+}
+
+impl From<NotLocated> for ExpansionError {
+    fn from(reason: NotLocated) -> Self {
+        Self::NotAnOrbit(Box::new(reason))
     }
 }
 

@@ -102,8 +102,8 @@ impl<'a> Search<'a> {
 
     /// The graze with `h'' > 0` nearest to the parameter's first value, from a full state there.
     ///
-    /// The parameter is moved by secant steps in the lowest `h` first. Where these find no graze, as
-    /// beyond a fold, the curve of periodic orbits is followed by arclength to both sides.
+    /// The parameter is moved by secant steps in the lowest `h` first. Where these find no graze,
+    /// as beyond a fold, the curve of periodic orbits is followed by arclength to both sides.
     pub(super) fn run(&self, start: &[f64], value: f64) -> Result<Met, Stop<NotLocated>> {
         let first = match self.periodic(value, start) {
             Some(orbit) => orbit,

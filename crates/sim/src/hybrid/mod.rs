@@ -25,6 +25,7 @@ mod stepping;
 mod system;
 mod trajectory;
 mod variation;
+mod varied_return;
 
 pub use lane_returns::{LaneImages, LaneReturns};
 pub use motion::Regime;
@@ -36,4 +37,5 @@ pub use trajectory::{
     Event, EventKind, HybridError, NominalPassage, Outcome, Return, ReturnOutcome, ReturnSection,
     Trajectory,
 };
-pub use variation::{Variation, VariedReturn};
+pub use variation::Variation;
+pub use varied_return::VariedReturn;

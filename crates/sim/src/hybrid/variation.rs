@@ -1,4 +1,4 @@
-//! First variations of a return: its derivatives by the section point and by parameters.
+//! First variations along a trajectory, through events, by the state and by parameters.
 //!
 //! One idea: between events a variation follows the linearised field of the regime. An event acts
 //! on it through the time at which it happens: where `g` is zero there, `R` is the reset (the
@@ -12,10 +12,7 @@
 //! itself however small the orbit is. Parameters are components of rate zero here: one field serves
 //! variations by states and by parameters.
 
-use super::HybridError;
 use super::motion::{Evaluator, Regime};
-use super::return_map::DirectReturn;
-use super::trajectory::{Return, ReturnOutcome, ReturnSection};
 use crate::flow::{Field, InputKind, Integrator, Program};
 use crate::model::{ExpressionGraph, Model, NodeId, Response};
 use crate::numeric::Real;
@@ -57,29 +54,29 @@ pub(super) enum ChangeKind {
 /// The linearised fields and events of a model.
 #[derive(Clone, Debug)]
 pub(super) struct Linearisation {
-    dimension: usize,
+    pub(super) dimension: usize,
     parameters: usize,
-    phase: Option<usize>,
-    free: VariedField,
-    surfaces: Vec<VariedSurface>,
+    pub(super) phase: Option<usize>,
+    pub(super) free: VariedField,
+    pub(super) surfaces: Vec<VariedSurface>,
 }
 
 /// A field with its variation, its rates alone, and their variation.
 #[derive(Clone, Debug)]
-struct VariedField {
+pub(super) struct VariedField {
     flow: Field,
     rates: Program,
-    slopes: Program,
+    pub(super) slopes: Program,
 }
 
 /// Variations of the expressions of a surface.
 #[derive(Clone, Debug)]
-struct VariedSurface {
-    gap: Program,
-    normal_velocity: Program,
+pub(super) struct VariedSurface {
+    pub(super) gap: Program,
+    pub(super) normal_velocity: Program,
     reset: Option<Program>,
     /// The contact field, and the variation of the release function.
-    contact: Option<(VariedField, Program)>,
+    pub(super) contact: Option<(VariedField, Program)>,
 }
 
 /// The expressions of a model and of its variations: inputs are the state, the parameters, and the
@@ -159,7 +156,7 @@ impl Linearisation {
     }
 
     /// The field of a regime; `None` for a rest.
-    fn field(&self, regime: Regime) -> Option<&VariedField> {
+    pub(super) fn field(&self, regime: Regime) -> Option<&VariedField> {
         match regime {
             Regime::Free => Some(&self.free),
             Regime::Contact { surface } => Some(&self.surfaces[surface].contact.as_ref()?.0),
@@ -169,32 +166,32 @@ impl Linearisation {
 }
 
 /// A linearisation at parameters.
-struct At<'l, S> {
-    of: &'l Linearisation,
-    parameters: &'l [S],
+pub(super) struct At<'l, S> {
+    pub(super) of: &'l Linearisation,
+    pub(super) parameters: &'l [S],
 }
 
 impl<S: Real> At<'_, S> {
-    fn values(&self, program: &Program, state: &[S], change: &Variation<S>) -> Vec<S> {
+    pub(super) fn values(&self, program: &Program, state: &[S], change: &Variation<S>) -> Vec<S> {
         let inputs = [state, self.parameters, &change.state, &change.parameters].concat();
         Evaluator::new(program, program.outputs()).evaluate(&inputs, &[]).to_vec()
     }
 
-    fn value(&self, program: &Program, state: &[S], change: &Variation<S>) -> S {
+    pub(super) fn value(&self, program: &Program, state: &[S], change: &Variation<S>) -> S {
         self.values(program, state, change)[0]
     }
 
     /// A change of the state alone.
-    fn of_state(&self, state: Vec<S>) -> Variation<S> {
+    pub(super) fn of_state(&self, state: Vec<S>) -> Variation<S> {
         Variation { state, parameters: vec![S::zero(); self.of.parameters] }
     }
 
-    fn rates(&self, field: &VariedField, state: &[S]) -> Vec<S> {
+    pub(super) fn rates(&self, field: &VariedField, state: &[S]) -> Vec<S> {
         self.values(&field.rates, state, &self.of_state(vec![S::zero(); self.of.dimension]))
     }
 
     /// Carries variations along a field from a state for a time of either sign.
-    fn carry(
+    pub(super) fn carry(
         &self,
         field: &VariedField,
         state: &[S],
@@ -212,7 +209,7 @@ impl<S: Real> At<'_, S> {
     }
 
     /// Moves variations along the field to where a function is zero, and the time that takes.
-    fn meet(
+    pub(super) fn meet(
         &self,
         function: &Program,
         (state, rates): (&[S], &[S]),
@@ -227,14 +224,14 @@ impl<S: Real> At<'_, S> {
         delays.collect()
     }
 
-    fn delay(&self, change: &mut Variation<S>, rates: &[S], by: S) {
+    pub(super) fn delay(&self, change: &mut Variation<S>, rates: &[S], by: S) {
         for (value, &rate) in change.state.iter_mut().zip(rates) {
             *value += rate * by;
         }
     }
 
     /// Takes variations through an event; `None` where none are known.
-    fn pass(&self, event: &Change<S>, changes: &mut [Variation<S>]) -> Option<()> {
+    pub(super) fn pass(&self, event: &Change<S>, changes: &mut [Variation<S>]) -> Option<()> {
         let surface = &self.of.surfaces[event.surface];
         let function = match event.kind {
             ChangeKind::Impact | ChangeKind::Begin => &surface.gap,
@@ -252,175 +249,5 @@ impl<S: Real> At<'_, S> {
             self.delay(change, &to, -delay);
         }
         Some(())
-    }
-}
-
-/// Compiles variations here, once, for the numbers of the packages above.
-macro_rules! compile_for {
-    ($($instances:ident: $number:ty),*) => {$(
-        #[cfg(not(test))]
-        #[used]
-        static $instances: (
-            fn(
-                &mut DirectReturn<'static, $number>,
-                &[$number],
-                &[Variation<$number>],
-            ) -> Result<VariedReturn<$number>, HybridError>,
-            fn(
-                &mut DirectReturn<'static, $number>,
-                &[$number],
-                &[Variation<$number>],
-            ) -> Result<Option<Vec<$number>>, HybridError>,
-        ) = (DirectReturn::<$number>::varied, DirectReturn::<$number>::varied_gap);
-    )*};
-}
-
-compile_for!(IN_F64: f64, IN_DOUBLE_DOUBLE: crate::numeric::Dd);
-
-/// A return with the variations of its end, one for each direction; none where there is no return
-/// or where it rests on a rigid surface.
-pub type VariedReturn<S> = (Return<S>, Option<Vec<Variation<S>>>);
-
-impl<S: Real> DirectReturn<'_, S> {
-    /// The next section point with its variations in some directions along the section, the time
-    /// of the return included.
-    ///
-    /// # Errors
-    ///
-    /// As [`image`](Self::image).
-    #[inline(never)]
-    pub fn varied(
-        &mut self,
-        state: &[S],
-        directions: &[Variation<S>],
-    ) -> Result<VariedReturn<S>, HybridError> {
-        self.simulator.changes = Some(Vec::new());
-        let returned = self.image(state);
-        let events = self.simulator.changes.take().unwrap_or_default();
-        let returned = returned?;
-        if returned.outcome != ReturnOutcome::Returned {
-            return Ok((returned, None));
-        }
-        let count = self.simulator.motion.changes;
-        let changes = self.carried(state, &events[..count], directions.to_vec());
-        Ok((returned, changes))
-    }
-
-    /// Variations carried from a section point, through events, to the section point at which the
-    /// simulator stands.
-    fn carried(
-        &self,
-        state: &[S],
-        events: &[Change<S>],
-        mut changes: Vec<Variation<S>>,
-    ) -> Option<Vec<Variation<S>>> {
-        let simulator = &self.simulator;
-        let at = At { of: simulator.system.linearisation(), parameters: &simulator.parameters };
-        let (mut state, mut time) = (state, S::zero());
-        for event in events {
-            let field = at.of.field(event.regimes[0])?;
-            at.carry(field, state, event.time - time, &mut changes)?;
-            at.pass(event, &mut changes)?;
-            (state, time) = (&event.states[1], event.time);
-        }
-        let field = at.of.field(simulator.regime())?;
-        at.carry(field, state, simulator.time() - time, &mut changes)?;
-        let (end, rates) = (simulator.state(), at.rates(field, simulator.state()));
-        match (self.section, at.of.phase) {
-            (ReturnSection::Tangency { surface }, _) => {
-                at.meet(&at.of.surfaces[surface].normal_velocity, (end, &rates), &mut changes);
-            }
-            (_, Some(phase)) => {
-                for change in &mut changes {
-                    let delay = -(change.state[phase] / rates[phase]);
-                    at.delay(change, &rates, delay);
-                    change.state[phase] = S::zero();
-                }
-            }
-            _ => return None,
-        }
-        let mut values = changes.iter().flat_map(|change| &change.state);
-        values.all(|value| value.is_finite()).then_some(changes)
-    }
-
-    /// Variations of [`first_gap`](Self::first_gap) in some directions; `None` where there is no
-    /// gap.
-    ///
-    /// # Errors
-    ///
-    /// As [`first_gap`](Self::first_gap).
-    #[inline(never)]
-    pub fn varied_gap(
-        &mut self,
-        state: &[S],
-        directions: &[Variation<S>],
-    ) -> Result<Option<Vec<S>>, HybridError> {
-        let Some((surface, _)) = self.itinerary.first() else { return Ok(None) };
-        if self.first_gap(state)?.is_none() {
-            return Ok(None);
-        }
-        let simulator = &self.simulator;
-        let at = At { of: simulator.system.linearisation(), parameters: &simulator.parameters };
-        let mut changes = directions.to_vec();
-        let there = match self.section {
-            ReturnSection::Tangency { .. } => state,
-            _ => {
-                if at.carry(&at.of.free, state, simulator.time(), &mut changes).is_none() {
-                    return Ok(None);
-                }
-                simulator.state()
-            }
-        };
-        let gap = &at.of.surfaces[surface].gap;
-        Ok(Some(changes.iter().map(|change| at.value(gap, there, change)).collect()))
-    }
-
-    /// Changes a component of directions so that they lie along a tangency section, `δh' = 0`.
-    pub fn onto_section(&self, state: &[S], component: usize, directions: &mut [Variation<S>]) {
-        let ReturnSection::Tangency { surface } = self.section else { return };
-        let simulator = &self.simulator;
-        let at = At { of: simulator.system.linearisation(), parameters: &simulator.parameters };
-        let function = &at.of.surfaces[surface].normal_velocity;
-        let unit = (0..at.of.dimension).map(|other| match other == component {
-            true => S::one(),
-            false => S::zero(),
-        });
-        let slope = at.value(function, state, &at.of_state(unit.collect()));
-        for direction in directions {
-            direction.state[component] = S::zero();
-            direction.state[component] = -(at.value(function, state, direction) / slope);
-        }
-    }
-
-    /// Acceleration of the gap of a surface along the free flow.
-    ///
-    /// # Errors
-    ///
-    /// [`HybridError::StateLength`], [`HybridError::NotFinite`].
-    pub fn normal_acceleration(&mut self, surface: usize, state: &[S]) -> Result<S, HybridError> {
-        self.simulator.set_state(state)?;
-        Ok(self.simulator.sense(surface).acceleration)
-    }
-
-    /// The largest rate of a component by the free field, and the largest change of one where a
-    /// compliant contact of this surface begins; `None` for a rigid surface.
-    pub fn change_at_contact(&self, surface: usize, state: &[S]) -> Option<[S; 2]> {
-        let simulator = &self.simulator;
-        let at = At { of: simulator.system.linearisation(), parameters: &simulator.parameters };
-        let (contact, _) = at.of.surfaces[surface].contact.as_ref()?;
-        let (free, held) = (at.rates(&at.of.free, state), at.rates(contact, state));
-        let most = |values: &mut dyn Iterator<Item = S>| values.fold(S::zero(), S::max);
-        let rate = most(&mut free.iter().map(|rate| rate.abs()));
-        let change = most(&mut free.iter().zip(&held).map(|(&a, &b)| (a - b).abs()));
-        Some([rate, change])
-    }
-
-    /// The rates of the free field at a state, and their variations in some directions.
-    pub fn free_rates(&self, state: &[S], directions: &[Variation<S>]) -> (Vec<S>, Vec<Vec<S>>) {
-        let simulator = &self.simulator;
-        let at = At { of: simulator.system.linearisation(), parameters: &simulator.parameters };
-        let field = &at.of.free;
-        let slopes = directions.iter().map(|change| at.values(&field.slopes, state, change));
-        (at.rates(field, state), slopes.collect())
     }
 }

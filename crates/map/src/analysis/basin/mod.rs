@@ -243,8 +243,8 @@ pub enum BasinClass {
 /// What states go to.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Attractor {
-    /// Period in nominal returns, those of the grazing orbit; [`Period::NotFound`] for a chaotic or quasi-periodic attractor, or a
-    /// period beyond the longest looked for.
+    /// Period in nominal returns, those of the grazing orbit; [`Period::NotFound`] for a chaotic or
+    /// quasi-periodic attractor, or a period beyond the longest looked for.
     pub period: Period,
     /// Which passages make contact, return by return; `None` without a period.
     pub itinerary: Option<ContactItinerary>,

@@ -77,8 +77,8 @@ impl Seed {
         Self { itinerary, states, depth_variables, parameter, at_contacts: false, way }
     }
 
-    /// Seed of the same orbit, of its shortest period and begun where its itinerary is the largest; `circle`
-    /// is the phase among its coordinates.
+    /// Seed of the same orbit, of its shortest period and begun where its itinerary is the largest;
+    /// `circle` is the phase among its coordinates.
     pub(super) fn in_standard_form(mut self, circle: PhaseCircle) -> Self {
         let (standard, period, by) = standard_form(&self.itinerary, &self.states, circle);
         if !self.depth_variables.is_empty() {
