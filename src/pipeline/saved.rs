@@ -125,15 +125,17 @@ impl Source {
 
     /// The free flight alone, for requests that direct simulation answers; of a saved map that map.
     ///
-    /// A scene that takes any section is on its tangency section: which one has the cheapest map is
-    /// not looked for.
+    /// A scene that takes any section is on that which its map would be on.
     ///
     /// # Errors
     ///
-    /// As [`graze`](Self::graze) and [`Settled::free_flight`].
+    /// As [`settle`](Self::settle) and [`Settled::free_flight`].
     pub fn free_flight(self) -> Result<Map, Error> {
         match self {
             Self::Map(map) => Ok(map),
+            other if matches!(other.scene().section_rule, SectionRule::Any) => {
+                other.settle()?.free_flight()
+            }
             other => Settled { graze: other.graze()?, verdict: None }.free_flight(),
         }
     }

