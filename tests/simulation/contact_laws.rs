@@ -228,7 +228,7 @@ fn time_in_contact(power: f64, stiffness: f64, speed: f64, beta: f64) -> f64 {
 }
 
 /// Values of the beta function `B(1/(n + 1), 1/2)` at `n` = 1.5, 0.5, 2.5.
-const BETAS: [f64; 3] = [3.6790939804058808, 2.5871095592297905, 4.7275358572014957];
+const BETAS: [f64; 3] = [3.679093980405881, 2.5871095592297905, 4.727535857201496];
 
 /// Powers of the depth that are not whole: Hertz's, a softer and a harder one, by closed forms.
 #[test]

@@ -1,5 +1,7 @@
 //! Oscillators that a seed decides, as the text of scenes.
 
+use std::f64::consts::TAU;
+
 use super::random::Random;
 
 /// An oscillator with what is asked of it.
@@ -105,7 +107,7 @@ pub(crate) fn oscillator(random: &mut Random, choice: Choice) -> Generated {
     scene += &format!("[grazing]\nsurface = \"right\"\nsolve_for = \"{solve_for}\"\n");
     scene += &format!("[expansion]\nactive = [\"{solve_for}\"]\nsmooth_order = 1\n");
     scene += "contact_weight = 2\n";
-    let phase = random.between(0.0, 6.28);
+    let phase = random.between(0.0, TAU);
     Generated { scene, kind, rate, look: width, phase }
 }
 
@@ -170,7 +172,7 @@ fn forcing(random: &mut Random, choice: Choice) -> ((String, String), Vec<(Strin
         kind += " and another";
         let number = random.of(&[2, 3]);
         parameters.push(("B".to_owned(), random.between(0.05, 0.6)));
-        formula += &format!(" + B*cos({number}*theta + {})", random.between(0.0, 6.28));
+        formula += &format!(" + B*cos({number}*theta + {})", random.between(0.0, TAU));
     }
     if random.one_in(3) {
         kind += ", an offset";
@@ -182,10 +184,10 @@ fn forcing(random: &mut Random, choice: Choice) -> ((String, String), Vec<(Strin
         // The pulse is about 1/sqrt(K) of the phase wide.
         let sharp =
             if choice.narrow { random.octaves(2e2, 1e5) } else { random.octaves(1.0, 30.0) };
-        look = (0.3 / sharp.sqrt() / 6.28).min(look);
+        look = (0.3 / sharp.sqrt() / TAU).min(look);
         parameters.push(("P".to_owned(), random.between(0.2, 3.0)));
         parameters.push(("K".to_owned(), sharp));
-        formula += &format!(" + P*exp(K*(cos(theta - {}) - 1))", random.between(0.0, 6.28));
+        formula += &format!(" + P*exp(K*(cos(theta - {}) - 1))", random.between(0.0, TAU));
     }
     ((kind, formula), parameters, look)
 }
@@ -212,7 +214,7 @@ fn stop(random: &mut Random, flight: &Flight, name: &str, is_left: bool) -> Stop
     let moves = random.one_in(4);
     let (wall, speed) = if moves {
         let size = named("b", random.between(0.01, 0.15));
-        let at = random.between(0.0, 6.28);
+        let at = random.between(0.0, TAU);
         (format!("{place} + {size}*cos(theta + {at})"), format!("(-{size}*w*sin(theta + {at}))"))
     } else {
         (place, "0".to_owned())
