@@ -15,7 +15,6 @@
 
 mod campaign;
 #[path = "../../tests/support/independent/mod.rs"]
-#[allow(dead_code, reason = "tests use all of it")]
 mod independent;
 
 use std::error::Error;
