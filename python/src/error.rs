@@ -12,7 +12,7 @@ pub(crate) fn exception(py: Python<'_>, error: &Error) -> PyErr {
             let words = (fault.to_string(), fault.file_name(), line, column);
             errors.getattr("SceneError")?.call1(words)
         }
-        Error::Memory { .. } => errors.getattr("TooLarge")?.call1((error.to_string(),)),
+        Error::Memory { .. } => errors.getattr("TooLargeError")?.call1((error.to_string(),)),
         other if other.ended_otherwise() => {
             errors.getattr("NoResult")?.call1((other.with_reasons(),))
         }

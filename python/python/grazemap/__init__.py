@@ -27,7 +27,7 @@ from ._commands import (
     report,
     trajectory,
 )
-from ._errors import GrazemapError, InputError, NoResult, SceneError, TooLarge
+from ._errors import GrazemapError, InputError, NoResult, SceneError, TooLargeError
 from ._pipeline import Graze, Map, Scene, catalogue
 from ._table import (
     Basin,
@@ -69,7 +69,7 @@ __all__ = [
     "SceneError",
     "Study",
     "Table",
-    "TooLarge",
+    "TooLargeError",
     "Trajectory",
     "basin",
     "branch",

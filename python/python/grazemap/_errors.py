@@ -35,7 +35,7 @@ class InputError(GrazemapError, ValueError):
     """Wrong input: the message says what was expected."""
 
 
-class TooLarge(InputError, MemoryError):
+class TooLargeError(InputError, MemoryError):
     """Results that the machine has no memory for; nothing was computed."""
 
 
