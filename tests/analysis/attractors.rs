@@ -225,7 +225,7 @@ fn the_undamped_oscillator_settles_on_two_impacts_in_two_periods() {
     let case = phase_not_reduced();
     let expected = [
         (-0.0432, [[0.148, 0.1926], [0.923, 0.2721]]),
-        (-0.0638, [[0.199, 0.4079], [0.702, 0.3342]]),
+        (-0.0638, [[0.199, 0.4078], [0.702, 0.3340]]),
     ];
     for (offset, impacts) in expected {
         let request = DiagramRequest {
