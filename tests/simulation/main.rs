@@ -15,6 +15,7 @@ mod independent_simulator;
 mod moving_surfaces;
 mod narrow_features;
 mod public_two_direct;
+mod published;
 mod random_oscillators;
 mod rounding_at_grazes;
 mod section_phases;
