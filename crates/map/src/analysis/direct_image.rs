@@ -35,16 +35,6 @@ pub struct SectionImage<S> {
     pub end: DirectEnd,
 }
 
-/// A direct image with its derivatives, by coordinates first and then by parameters.
-#[derive(Clone, Debug)]
-pub(super) struct VariedImage<S> {
-    pub(super) image: SectionImage<S>,
-    /// Derivatives of the image; none where the return rests on a rigid surface.
-    pub(super) slopes: Option<DMatrix<S>>,
-    /// Derivatives of the gap at the first passage; none where there is none.
-    pub(super) gap_slopes: Option<Vec<S>>,
-}
-
 /// An equilibrium of the free flow.
 #[derive(Clone, Debug)]
 pub(super) struct Equilibrium {
@@ -339,8 +329,9 @@ impl<'a, S: Real> DirectImage<'a, S> {
         }
     }
 
-    /// The image of a section point with its derivatives by the coordinates and by some active
-    /// parameters: first variations, no differences.
+    /// The image of a section point with its derivatives by the coordinates and then by some active
+    /// parameters: first variations, no differences. There are none where the return rests on a
+    /// rigid surface.
     ///
     /// # Errors
     ///
@@ -350,12 +341,9 @@ impl<'a, S: Real> DirectImage<'a, S> {
         offsets: &[S],
         parameter_offsets: &[S],
         free: &[usize],
-    ) -> Result<VariedImage<S>, AnalysisError> {
+    ) -> Result<(SectionImage<S>, Option<DMatrix<S>>), AnalysisError> {
         self.place(offsets, parameter_offsets)?;
-        let state = self.frame.state().to_vec();
-        let mut directions = self.frame.directions(free);
-        self.returns.onto_section(&state, self.frame.eliminated(), &mut directions);
-        let gap_slopes = self.returns.varied_gap(&state, &directions)?;
+        let (state, directions) = self.directions(free);
         let (image, changes) = self.returns.varied(&state, &directions)?;
         let slopes = changes.map(|changes: Vec<Variation<S>>| {
             let columns = changes.iter().flat_map(|change| {
@@ -364,7 +352,33 @@ impl<'a, S: Real> DirectImage<'a, S> {
             let columns: Vec<S> = columns.collect();
             DMatrix::from_vec(self.frame.dimension(), directions.len(), columns)
         });
-        Ok(VariedImage { image: self.in_offsets(image), slopes, gap_slopes })
+        Ok((self.in_offsets(image), slopes))
+    }
+
+    /// Derivatives of the [gap](Self::gap) by the coordinates and then by some active parameters;
+    /// none where there is no gap.
+    ///
+    /// # Errors
+    ///
+    /// As [`image`](Self::image).
+    pub(super) fn varied_gap(
+        &mut self,
+        offsets: &[S],
+        parameter_offsets: &[S],
+        free: &[usize],
+    ) -> Result<Option<Vec<S>>, AnalysisError> {
+        self.place(offsets, parameter_offsets)?;
+        let (state, directions) = self.directions(free);
+        Ok(self.returns.varied_gap(&state, &directions)?)
+    }
+
+    /// The state placed last, and the directions along the section of the coordinates and of some
+    /// active parameters.
+    fn directions(&self, free: &[usize]) -> (Vec<S>, Vec<Variation<S>>) {
+        let state = self.frame.state().to_vec();
+        let mut directions = self.frame.directions(free);
+        self.returns.onto_section(&state, self.frame.eliminated(), &mut directions);
+        (state, directions)
     }
 
     /// Whether section points are those of a tangency section.

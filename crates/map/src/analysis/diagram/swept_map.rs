@@ -417,8 +417,7 @@ impl SweptMap for DirectSweep<'_> {
 
 /// The local map, frozen at each parameter value, inside its window, and direct simulation outside.
 ///
-/// Lyapunov exponents are those of orbits that stay inside from the end of the kept ones on: the
-/// map's Jacobian is exact there, differences of simulated images are not.
+/// Lyapunov exponents are those of orbits that stay inside from the end of the kept ones on.
 #[derive(Debug)]
 pub struct GuardedSweep<'a> {
     /// The map with what is drawn.

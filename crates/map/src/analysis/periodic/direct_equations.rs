@@ -474,9 +474,9 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
         let (image, both) = match varied {
             false => (flight.image.lifted_image(&point, parameters).ok()?, None),
             true => {
-                let found = flight.image.varied(&point, parameters, &free).ok()?;
-                let image = flight.image.lifted(found.image);
-                (image, found.slopes.zip(Some(found.gap_slopes)))
+                let gap = flight.image.varied_gap(&point, parameters, &free).ok()?;
+                let (image, slopes) = flight.image.varied(&point, parameters, &free).ok()?;
+                (flight.image.lifted(image), slopes.zip(Some(gap)))
             }
         };
         self.work += flight.image.work() * (1 + VARIED * columns as u64);
