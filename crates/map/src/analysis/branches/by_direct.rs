@@ -436,6 +436,42 @@ impl<'a> DirectBranches<'a> {
         Some(Seed { at_contacts: false, states, way, ..seed })
     }
 
+    /// Seeds of the same orbit with one more return without contact, at contacts alone, from which
+    /// the branch goes on: on a tangency section an orbit may come to a further local minimum of the
+    /// gap, which parts one of its returns. Equations hold for the return that is parted alone.
+    fn with_another_return(&self, seed: &Seed, point: &Point) -> Vec<Seed> {
+        let (itinerary, orbit) = (&seed.itinerary, &point.linearised.extra);
+        let returns = itinerary.returns();
+        let begins = |number: usize| returns[number].contains(0);
+        if returns.len() >= self.request.longest || !begins(0) {
+            return Vec::new();
+        }
+        let size = self.units.state.len();
+        let contacts = (0..orbit.returns.len()).filter(|&place| begins(orbit.returns[place]));
+        let own: Vec<(&Vec<f64>, &[f64])> = contacts
+            .map(|place| (&orbit.states[place], &point.tangent[place * size..][..size]))
+            .collect();
+        let parted = |number: usize| {
+            let mut longer = returns.to_vec();
+            longer.insert(number + 1, PassageSet::default());
+            let longer = ContactItinerary::new(itinerary.passages(), longer);
+            let (itinerary, by) = longer.largest_rotation();
+            let later = longer.returns()[..by].iter().filter(|made| made.contains(0)).count();
+            let mut rotated = own.clone();
+            rotated.rotate_left(later);
+            let ahead = point.tangent[orbit.returns.len() * size..].iter();
+            let way = rotated.iter().flat_map(|(_, way)| way.iter()).chain(ahead).copied();
+            Seed {
+                itinerary,
+                states: rotated.iter().map(|(state, _)| (*state).clone()).collect(),
+                at_contacts: true,
+                way: Way::On(way.collect()),
+                ..seed.clone()
+            }
+        };
+        (0..returns.len()).map(parted).collect()
+    }
+
     /// The graze, between two points of a branch, at which a contact begins or ends that no passage
     /// accounts for, as of a compliant stop, on which orbits depend smoothly enough: by halving.
     fn graze_between(
@@ -887,7 +923,9 @@ impl Oracle for DirectBranches<'_> {
                     seeds.push(seed.in_standard_form(self.image.circle()));
                 }
                 CourseEnd::StepTooSmall | CourseEnd::StepLimit => {
-                    seeds.extend(self.other_points(seed(&equations, point), point));
+                    let end = seed(&equations, point);
+                    seeds.extend(self.with_another_return(&end, point));
+                    seeds.extend(self.other_points(end, point));
                 }
                 _ => {}
             }
