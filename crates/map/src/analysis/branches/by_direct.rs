@@ -71,7 +71,7 @@ const HOPF_STEPS: usize = 30;
 const AT_HOPF: f64 = 1e-9;
 /// Largest distance of a Hopf point from the end of its branch, in units.
 const NEAR_HOPF: f64 = 1e-2;
-/// Most work for the seeds of an itinerary in one round, in products of series: some 20 s.
+/// Most work for the seeds of an itinerary, in products of series: some 20 s.
 const MOST_WORK: u64 = 60_000_000;
 /// Share of the largest speed of a contact along a branch up to which it grazes.
 const SLOW: f64 = 1e-3;
@@ -324,7 +324,7 @@ impl<'a> DirectBranches<'a> {
         let free = flights.iter().filter_map(|flight| self.nearest_period(flight, &none));
         let seeds = once(at_graze).chain(free).collect();
         let equations = self.equations(&none);
-        let traces = self.traces(&none, seeds, Vec::new());
+        let traces = self.traces(&none, seeds, (Vec::new(), &mut self.most_work()));
         let ends = traces.iter().flat_map(|trace| [trace.points.first(), trace.points.last()]);
         let grazing = ends.flatten().filter(|point| !self.grazing(&equations, point).is_empty());
         let grazing = grazing.map(|point| {

@@ -151,7 +151,7 @@ pub struct Branch {
 pub struct Branches {
     /// The branches, by itinerary: shorter periods first.
     pub branches: Vec<Branch>,
-    /// Itineraries for which the work of one round was at its end before all starts were tried.
+    /// Itineraries for which the work was at its end before all starts were tried.
     #[serde(default)]
     pub unfinished: Vec<ContactItinerary>,
 }
