@@ -14,118 +14,11 @@ use grazemap::iteration::{DiscreteMap, MapOrbit, OrbitEnd, OrbitRequest, Period}
 use grazemap::model::{DiagramRequest, Method, Observable, Starts};
 
 use crate::Case;
+use crate::support::exact_flight::{Oscillator, drawn};
 use crate::support::scenes;
 
 const PHASE_NOT_REDUCED: &str = include_str!("../data/outside/f01_phase_not_reduced.toml");
 const BILINEAR_RIG: &str = include_str!("../data/outside/p01_bilinear_rig.toml");
-
-/// `x'' + 2 ζ x' + x = α cos θ`, `θ' = ω`, with a stop at `δ` and restitution `r`, by its solution
-/// in closed form: `x = A cos θ + B sin θ + e^{-ζ t} (C cos ν t + D sin ν t)`.
-#[derive(Clone, Copy, Debug)]
-struct Oscillator {
-    zeta: f64,
-    alpha: f64,
-    omega: f64,
-    stop: f64,
-    r: f64,
-}
-
-/// A state: position, velocity, phase.
-type Motion = [f64; 3];
-
-impl Oscillator {
-    /// The state a time later, without the stop.
-    fn flown(&self, [x, v, theta]: Motion, time: f64) -> Motion {
-        let Self { zeta, alpha, omega, .. } = *self;
-        let (stiff, damped) = (1.0 - omega * omega, 2.0 * zeta * omega);
-        let scale = alpha / (stiff * stiff + damped * damped);
-        let (a, b) = (scale * stiff, scale * damped);
-        let forced = |phase: f64| {
-            let (sin, cos) = phase.sin_cos();
-            [a * cos + b * sin, omega * (b * cos - a * sin)]
-        };
-        let nu = (1.0 - zeta * zeta).sqrt();
-        let [own, speed] = forced(theta);
-        let (c, d) = (x - own, (v - speed + zeta * (x - own)) / nu);
-        let ((sin, cos), decay) = ((nu * time).sin_cos(), (-zeta * time).exp());
-        let [own, speed] = forced(theta + omega * time);
-        let free = decay * (c * cos + d * sin);
-        let slope = decay * nu * (d * cos - c * sin) - zeta * free;
-        [own + free, speed + slope, theta + omega * time]
-    }
-
-    /// The state at the next impact within a time, and when: between samples the position is
-    /// asked at its maxima too, so that no dip is missed.
-    fn impact(&self, from: Motion, within: f64) -> Option<(f64, Motion)> {
-        let step = (TAU / self.omega).min(TAU) / 60.0;
-        let beyond = |time: f64| self.flown(from, time)[0] > self.stop;
-        let bisected = |mut low: f64, mut high: f64, above: &dyn Fn(f64) -> bool| {
-            for _ in 0..80 {
-                let middle = 0.5 * (low + high);
-                if above(middle) { high = middle } else { low = middle }
-            }
-            high
-        };
-        let (mut before, mut at) = (0.0, step.min(within));
-        loop {
-            let [start, end] = [before, at].map(|time| self.flown(from, time));
-            // From the stop itself the first step begins below it.
-            let top = (start[1] > 0.0 && end[1] < 0.0)
-                .then(|| bisected(before, at, &|time| self.flown(from, time)[1] < 0.0));
-            let reached = top.filter(|&top| beyond(top)).or(beyond(at).then_some(at));
-            if let Some(reached) = reached {
-                let time = bisected(before, reached, &beyond);
-                return Some((time, self.flown(from, time)));
-            }
-            if at >= within {
-                return None;
-            }
-            (before, at) = (at, (at + step).min(within));
-        }
-    }
-
-    /// State after a time, and the phases and speeds of the impacts on the way.
-    fn simulated(&self, mut state: Motion, time: f64) -> (Motion, Vec<[f64; 2]>) {
-        let (mut impacts, mut rest) = (Vec::new(), time);
-        while let Some((at, [_, speed, theta])) = self.impact(state, rest) {
-            impacts.push([theta, speed]);
-            state = [self.stop, -self.r * speed, theta];
-            rest -= at;
-        }
-        (self.flown(state, rest), impacts)
-    }
-
-    /// Attractor that a state leads to: hits and forcing periods, and the impacts of one period;
-    /// `None` where it has no period of up to eight.
-    fn attractor(&self, start: Motion, transient: usize) -> Option<(usize, usize, Vec<[f64; 2]>)> {
-        let period = TAU / self.omega;
-        let (mut state, _) = self.simulated(start, transient as f64 * period);
-        // Away from an impact, so that none falls on the border of a period.
-        let (_, impacts) = self.simulated(state, period);
-        if let Some([theta, _]) = impacts.first() {
-            let lead = (theta - state[2]) / self.omega;
-            state = self.simulated(state, 0.5 * lead.max(1e-3)).0;
-        }
-        let from = state;
-        let mut met = Vec::new();
-        for periods in 1..=8 {
-            let (next, impacts) = self.simulated(state, period);
-            met.extend(impacts);
-            state = next;
-            let near = |place: usize| (state[place] - from[place]).abs() < 1e-7;
-            if near(0) && near(1) {
-                return Some((met.len(), periods, met));
-            }
-        }
-        None
-    }
-}
-
-/// Pseudo-random numbers between two ends: a Kronecker sequence with a place of its own for each.
-fn drawn(number: usize, place: usize, [from, to]: [f64; 2]) -> f64 {
-    let step = [0.754_877_666_2, 0.569_840_290_9, 0.430_159_709_0, 0.324_717_957_2][place];
-    from + (to - from) * (0.5 + (number + 1) as f64 * step).fract()
-}
 
 /// The diagram of direct simulation at one offset, begun at a state in offsets.
 fn settled(case: &Case, offset: f64, start: [(&str, f64); 2], observe: Observable) -> DiagramPoint {
