@@ -85,6 +85,12 @@ impl EarlyEnd {
                 };
                 (format!("the state must stay on surface `{}`, {why}", name(surface)), time)
             }
+            Outcome::Slides { time } => (
+                "the field presses the state from both sides onto a zero of `sign`, `abs`, `min` or \
+                 `max` (dry friction at rest, for example), where the model has no field"
+                    .into(),
+                time,
+            ),
             Outcome::StepLimit { time, .. } => ("the limit on steps was reached".into(), time),
         };
         Some(Self { reason, time })

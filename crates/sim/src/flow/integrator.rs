@@ -11,6 +11,7 @@
 use num_traits::Zero as _;
 
 use super::FlowError;
+use super::corners::cut;
 use super::field::Field;
 use super::series::Series;
 use super::step_control::{log2_step, margin_for, order_for_numbers};
@@ -56,6 +57,8 @@ pub struct Carried<S: Branched> {
     pub not_finite: S::Mask,
     /// What is left of the durations.
     pub remaining: S,
+    /// How many steps ended at a corner, of any lane.
+    pub corners: usize,
 }
 
 /// Compiles flows here, once, for the numbers of the packages above: instances that are never
@@ -77,6 +80,12 @@ compile_for!(IN_F64: f64, IN_DOUBLE_DOUBLE: crate::numeric::Dd);
 
 /// Most steps one flow may take.
 const MAX_STEPS: usize = 1_000_000;
+
+/// Share of a step below which one that ends at a corner does not lead away from it.
+pub(crate) const SLIDES: f64 = 1e-9;
+
+/// Most such steps one after another: more, and the solution slides along the corner.
+pub(crate) const MOST_SLIDES: usize = 100;
 
 /// Longest step where nothing was asked: reached only where the solution is a polynomial in time.
 const DEFAULT_MAX_STEP: f64 = 1e3;
@@ -146,6 +155,7 @@ impl<'a, S: Branched> Integrator<'a, S> {
     ) -> Carried<S> {
         let zero = S::zero();
         let (mut not_finite, mut remaining) = (S::Mask::NONE, durations);
+        let (mut corners, mut slides) = (0, 0);
         while *steps_left > 0 {
             let going = !remaining.is_equal(zero) & !not_finite;
             if !going.any() {
@@ -156,11 +166,20 @@ impl<'a, S: Branched> Integrator<'a, S> {
             let flown = going & zero.is_below(step.length);
             not_finite |= going & !flown;
             let is_last = remaining.abs().is_at_most(step.length);
-            let length = S::select(is_last, remaining, step.length * remaining.signum());
+            let whole = S::select(is_last, remaining, step.length * remaining.signum());
+            let length = step.until_corner(whole);
+            let is_cut = flown & !length.is_equal(whole);
+            if is_cut.any() {
+                let slow = is_cut & length.abs().is_at_most(step.length * S::from_f64(SLIDES));
+                (corners, slides) = (corners + 1, if slow.any() { slides + 1 } else { 0 });
+                if slides > MOST_SLIDES {
+                    break;
+                }
+            }
             S::dispatch(Advance { step, time: length, wanted: flown, state: &mut *state });
             remaining = S::select(flown, remaining - length, remaining);
         }
-        Carried { not_finite, remaining }
+        Carried { not_finite, remaining, corners }
     }
 }
 
@@ -267,6 +286,12 @@ impl<S: Branched> Step<'_, S> {
             let there = polynomial::value(self.state_coefficients(component), time);
             *value = S::select(wanted, there, *value);
         }
+    }
+
+    /// A length of either sign, cut just behind the first corner of the field on the way.
+    pub(crate) fn until_corner(&self, length: S) -> S {
+        let corners = self.field.series().corners();
+        cut(corners, |slot| self.series.coefficients(slot), length)
     }
 
     /// A state component at a time since the start of the step.

@@ -192,6 +192,7 @@ impl<'a, S: Real> Simulator<'a, S> {
         motion.turns = 0;
         self.steps = 0;
         motion.lose_headings();
+        motion.slides = 0;
         motion.regime = Regime::Free;
         motion.changed = S::from_f64(f64::NEG_INFINITY);
         motion.changes = 0;

@@ -96,6 +96,12 @@ pub enum Outcome<S> {
         /// Time reached.
         time: S,
     },
+    /// The field presses the state from both sides onto a corner (a zero of `sign`, as of dry
+    /// friction): no field of the model stands for the sliding along it.
+    Slides {
+        /// Time reached.
+        time: S,
+    },
     /// The limit on steps was reached.
     StepLimit {
         /// The limit.
