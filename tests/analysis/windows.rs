@@ -255,6 +255,20 @@ fn a_coordinate_that_is_the_stated_depth_is_as_wide_as_that_depth() {
     assert!(said.contains("no point of the half-widths is deeper than 1.0e-4"), "{said}");
 }
 
+/// Below a restitution of 0 the model has no impact: nothing is said of the map there, and the
+/// window is as deep as about another restitution.
+#[test]
+fn a_window_about_a_restitution_of_zero_is_as_deep_as_about_another() {
+    let text = with_window("linear", "");
+    let active = ("expansion.active", "[\"alpha\", \"r\"]");
+    let windows = ["0", "0.1"].map(|r| map(&text, "linear", &[("r", r), active]).window().clone());
+    let [at_zero, beside] = windows;
+    assert!(at_zero.is_kept() && beside.is_kept(), "{at_zero:?}");
+    let depth = |window: &MeasuredWindow| window.bounds[0].value;
+    // The map depends on r as it does elsewhere: depths of windows are found to a factor of two.
+    assert!(depth(&at_zero) > 0.25 * depth(&beside), "{at_zero:?} {beside:?}");
+}
+
 #[test]
 fn points_with_contacts_elsewhere_are_no_part_of_a_measured_window() {
     // A stop on the other side, just beyond the orbit, that does not graze: offsets of some 1e-3

@@ -64,6 +64,8 @@ pub enum DirectEnd {
     NoReturn,
     /// The start is beyond a rigid surface, and no free flight leads there from it.
     Penetrating,
+    /// A rigid surface does not turn what hits it back: the model has no impact there.
+    GoesThrough,
     /// The section falls inside a contact that its coordinates do not tell.
     Ambiguous,
     /// Two surfaces hold the state at once, and no field of the model stands for both.
@@ -90,6 +92,7 @@ impl DirectEnd {
             Self::Returned => "it is not finite",
             Self::NoReturn => "no section point within sixteen return times",
             Self::Penetrating => "it is beyond the surface, and no free flight leads there",
+            Self::GoesThrough => "the reset of a rigid surface leaves it moving into the surface",
             Self::Ambiguous if tangency => {
                 "another surface holds the state where the section is reached, and the \
                  coordinates of a tangency section do not tell which; a section of \
@@ -460,6 +463,7 @@ fn end_of<S: Real>(outcome: &ReturnOutcome<S>) -> DirectEnd {
         ReturnOutcome::NoReturn { .. } => DirectEnd::NoReturn,
         ReturnOutcome::Ambiguous { .. } => DirectEnd::Ambiguous,
         ReturnOutcome::Ended(Outcome::Penetrating { .. }) => DirectEnd::Penetrating,
+        ReturnOutcome::Ended(Outcome::GoesThrough { .. }) => DirectEnd::GoesThrough,
         ReturnOutcome::Ended(Outcome::HeldTwice { .. }) => DirectEnd::HeldTwice,
         ReturnOutcome::Ended(Outcome::HitTogether { surfaces, time }) => {
             DirectEnd::HitTogether { surfaces: *surfaces, time: time.to_f64() }

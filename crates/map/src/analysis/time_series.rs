@@ -74,6 +74,9 @@ impl EarlyEnd {
             Outcome::Penetrating { surface, time, .. } => {
                 (format!("the state is beyond the rigid surface `{}`", name(surface)), time)
             }
+            Outcome::GoesThrough { surface, time } => {
+                (format!("the reset of `{}` leaves the state moving into it", name(surface)), time)
+            }
             Outcome::HeldTwice { surfaces: [a, b], time } => {
                 (format!("surfaces `{}` and `{}` hold the state at once", name(a), name(b)), time)
             }

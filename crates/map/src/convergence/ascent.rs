@@ -348,7 +348,7 @@ impl Ascent<'_, '_> {
                 let errors = match self.returns.image(&point) {
                     Ok((image, products)) => {
                         self.products += products;
-                        image.map(|image| errors(self.map.run, &point, &image))
+                        image.known().map(|image| errors(self.map.run, &point, &image))
                     }
                     Err(_) => None,
                 };

@@ -97,13 +97,34 @@ impl<'a> ExactReturns<'a> {
         (most / (self.limit * self.products)).clamp(1, MOST_AT_ONCE)
     }
 
-    /// The image of a point, if it can be compared, and the products of series that it took.
+    /// The image of a point, and the products of series that it took.
     pub(super) fn image(
         &mut self,
         point: &SamplePoint,
-    ) -> Result<(Option<Vec<Dd>>, usize), AnalysisError> {
-        let image = image(&mut self.direct, point)?;
+    ) -> Result<(ExactImage, usize), AnalysisError> {
+        let image = image_or_none(&mut self.direct, point)?;
         Ok((image, self.direct.steps() * self.products))
+    }
+}
+
+/// The image of a point by direct simulation.
+pub(super) enum ExactImage<S = Dd> {
+    /// One that can be compared.
+    Known(Vec<S>),
+    /// No return, or one with contacts other than those of grazing passages.
+    None,
+    /// The point is outside of the model: it has no impact there, as where a restitution is below
+    /// zero. Nothing is said of a map there.
+    Outside,
+}
+
+impl<S> ExactImage<S> {
+    /// The image, if it can be compared.
+    pub(super) fn known(self) -> Option<Vec<S>> {
+        match self {
+            Self::Known(image) => Some(image),
+            Self::None | Self::Outside => None,
+        }
     }
 }
 
@@ -167,19 +188,20 @@ impl ExactImages {
             let (image, took) = image?;
             products += took;
             match image {
-                Some(image) => {
+                ExactImage::Known(image) => {
                     self.points.push(point);
                     self.images.push(image);
                 }
-                None => self.excluded += 1,
+                ExactImage::None => self.excluded += 1,
+                ExactImage::Outside => {}
             }
         }
         Ok(products)
     }
 }
 
-/// A point with its image, if it can be compared, and the products of series that it took.
-type Simulated = (SamplePoint, Result<(Option<Vec<Dd>>, usize), AnalysisError>);
+/// A point with its image, and the products of series that it took.
+type Simulated = (SamplePoint, Result<(ExactImage, usize), AnalysisError>);
 
 /// Points in their order, simulated side by side.
 fn simulated(returns: &ExactReturns<'_>, points: Vec<SamplePoint>) -> Vec<Simulated> {
@@ -198,10 +220,21 @@ pub(super) fn image<S: Real>(
     direct: &mut DirectImage<'_, S>,
     point: &SamplePoint,
 ) -> Result<Option<Vec<S>>, AnalysisError> {
+    Ok(image_or_none(direct, point)?.known())
+}
+
+/// The same, or why there is none.
+fn image_or_none<S: Real>(
+    direct: &mut DirectImage<'_, S>,
+    point: &SamplePoint,
+) -> Result<ExactImage<S>, AnalysisError> {
     // NOTE: a return of another number of periods is no image of the map's.
     let image = direct.lifted_image(&converted(&point.state), &converted(&point.parameters))?;
-    let comparable = image.end == DirectEnd::Returned && image.extra_contacts == 0;
-    Ok(comparable.then_some(image.offsets))
+    Ok(match image.end {
+        DirectEnd::Returned if image.extra_contacts == 0 => ExactImage::Known(image.offsets),
+        DirectEnd::GoesThrough => ExactImage::Outside,
+        _ => ExactImage::None,
+    })
 }
 
 /// Whether the order of a map can be measured at an image: it has contacts, all of them at
