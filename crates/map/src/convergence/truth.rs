@@ -52,11 +52,15 @@ const MOST_STEPS: (usize, usize) = (50, 500);
 /// Most points whose images are made before what they took is looked at.
 const MOST_AT_ONCE: usize = 64;
 
+/// What a step in double-double costs beside one in `f64`.
+const IN_DOUBLE_DOUBLE: usize = 20;
+
 /// Direct simulation in double-double whose images take a limited number of steps, and what they
 /// cost.
 #[derive(Clone, Debug)]
 pub(super) struct ExactReturns<'a> {
     direct: DirectImage<'a, Dd>,
+    rounded: DirectImage<'a, f64>,
     /// Products of series in a step.
     products: usize,
     /// Steps of the grazing orbit's own image.
@@ -82,7 +86,9 @@ impl<'a> ExactReturns<'a> {
         let own = direct.steps().max(1);
         let limit = MOST_STEPS.0 * own + MOST_STEPS.1;
         direct.set_step_limit(limit);
-        Ok(Self { direct, products: products_of_step(scene), own, limit })
+        let mut rounded = DirectImage::<f64>::new(system, scene, orbit)?;
+        rounded.set_step_limit(limit);
+        Ok(Self { direct, rounded, products: products_of_step(scene), own, limit })
     }
 
     /// Of how many points one is taken, so that images as long as the grazing orbit's own form at
@@ -104,6 +110,17 @@ impl<'a> ExactReturns<'a> {
     ) -> Result<(ExactImage, usize), AnalysisError> {
         let image = image_or_none(&mut self.direct, point)?;
         Ok((image, self.direct.steps() * self.products))
+    }
+
+    /// The image of a point in double precision, if it can be compared, and what it took, in
+    /// products of series in double-double.
+    pub(super) fn rounded_image(
+        &mut self,
+        point: &SamplePoint,
+    ) -> Result<(Option<Vec<Dd>>, usize), AnalysisError> {
+        let image = image(&mut self.rounded, point)?;
+        let products = self.rounded.steps() * self.products / IN_DOUBLE_DOUBLE;
+        Ok((image.map(|image| converted(&image)), products))
     }
 }
 
