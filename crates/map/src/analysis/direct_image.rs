@@ -211,9 +211,10 @@ impl<'a, S: Real> DirectImage<'a, S> {
         self.returns.set_step_limit(limit);
     }
 
-    /// Products of series that the last image took.
+    /// Work that the last image took, in products of series in `f64`.
     pub(super) fn work(&self) -> u64 {
-        (self.returns.steps() * self.products) as u64
+        let each = if S::ROUNDOFF <= Dd::ROUNDOFF { IN_DOUBLE_DOUBLE } else { 1 };
+        (self.returns.steps() * self.products * each) as u64
     }
 
     /// Steps that the last image took.

@@ -130,8 +130,15 @@ impl<X: Clone> Trace<X> {
         if on.end == CourseEnd::Closed {
             return Some(Self::of(on, false));
         }
-        let back = follow(equations, start, &against, control)?;
-        Some(Self::joined(back, on))
+        match follow(equations, start, &against, control) {
+            Some(back) => Some(Self::joined(back, on)),
+            // What was found before the work was done is what there is.
+            None if equations.is_spent() => {
+                let ends = [CourseEnd::WorkLimit, on.end];
+                Some(Self { ends, ..Self::of(on, false) })
+            }
+            None => None,
+        }
     }
 
     /// The branch from an orbit on, on the side of `along`.
@@ -198,6 +205,7 @@ impl<X: Clone> Trace<X> {
             CourseEnd::Last => BranchEnd::Doubling,
             CourseEnd::StepTooSmall => BranchEnd::StepTooSmall,
             CourseEnd::StepLimit => BranchEnd::StepLimit,
+            CourseEnd::WorkLimit => BranchEnd::WorkLimit,
         });
         if self.continues { [BranchEnd::Continued, ends[1]] } else { ends }
     }
@@ -260,7 +268,7 @@ pub(super) trait Oracle: Sync {
     fn most_work(&self) -> u64 {
         u64::MAX
     }
-    /// Takes note of an itinerary whose seeds were not all looked at.
+    /// Takes note of an itinerary of which not all was followed.
     fn cut_short(&self, _: &ContactItinerary) {}
     /// Where the branches begin that a branch leads to: with a contact more or less where an orbit
     /// of it grazes, of the doubled period where it flips.
