@@ -11,6 +11,7 @@
 use std::sync::Arc;
 
 use super::{Graded, HeadFunction, Jet, JetSpace, Span};
+use crate::interruption;
 use crate::numeric::Scalar;
 
 /// Part of degree `k` of a product:
@@ -244,6 +245,7 @@ impl<S: Scalar> Jet<S> {
         space: &Arc<JetSpace>,
         mut part: impl FnMut(usize, &[S], &mut [S]),
     ) -> Self {
+        interruption::check();
         let mut result = Self::zero(space);
         let mut scratch = vec![S::zero(); space.len()];
         for degree in 0..=space.order() {

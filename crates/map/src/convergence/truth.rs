@@ -139,7 +139,7 @@ impl ExactImages {
         let mut points = points.into_iter().step_by(one_of);
         let at_once = returns.at_once(MOST_PRODUCTS);
         // Where that is one point, every core simulates one; those beyond the limit are not used.
-        let side_by_side = at_once.max(rayon::current_num_threads());
+        let side_by_side = at_once.max(parallel::threads());
         let (mut truth, mut spent) = (Self::default(), 0);
         while spent < MOST_PRODUCTS {
             let next: Vec<_> = points.by_ref().take(side_by_side).collect();

@@ -5,6 +5,7 @@ use std::ops::Range;
 
 use super::discrete_map::{DiscreteMap, StepInfo};
 use super::phase_circle::PhaseCircle;
+use crate::interruption::check_at;
 
 /// What is asked of an orbit.
 #[derive(Clone, Debug, PartialEq)]
@@ -138,6 +139,7 @@ impl MapOrbit {
         let mut orbit = Self::begin(initial, request);
         let mut image = vec![0.0; dimension];
         for iterate in 1..=request.transient + request.keep {
+            check_at(iterate);
             let info = map.step(&orbit.last, parameters, &mut image);
             orbit.arrive(&image, info, request, iterate);
             if orbit.end != OrbitEnd::Completed {
@@ -165,6 +167,7 @@ impl MapOrbit {
         let mut going = vec![true; orbits.len()];
         let mut infos = vec![StepInfo::default(); orbits.len()];
         for iterate in 1..=request.transient + request.keep {
+            check_at(iterate);
             step(&going, &states, &mut images, &mut infos);
             let arrivals = images.chunks_exact(dimension).zip(&infos);
             for ((orbit, (image, info)), going) in orbits.iter_mut().zip(arrivals).zip(&mut going) {

@@ -14,6 +14,7 @@ use super::FlowError;
 use super::field::Field;
 use super::series::Series;
 use super::step_control::{log2_step, margin_for, order_for_numbers};
+use crate::interruption::check;
 use crate::numeric::{Branched, Kernel, Lanes, Mask, Real, Scalar, polynomial};
 
 /// Taylor integrator of one field over `f64`, double-double or lanes.
@@ -152,6 +153,7 @@ impl<'a, S: Branched> Integrator<'a, S> {
                 break;
             }
             *steps_left -= 1;
+            check();
             let step = self.expand(state, parameters);
             let flown = going & zero.is_below(step.length);
             not_finite |= going & !flown;

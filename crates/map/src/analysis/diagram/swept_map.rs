@@ -13,7 +13,7 @@ use crate::expansion::{LocalMap, MapWindow, Stage};
 use crate::hybrid::HybridSystem;
 use crate::iteration::{
     DiscreteMap, HornerMap, InterpretedMap, Itinerary, LyapunovExponent, MapOrbit, OrbitEnd,
-    OrbitRequest, Period, PhaseCircle, StepInfo, largest_lyapunov_exponent,
+    OrbitRequest, Period, PhaseCircle, StepInfo, largest_lyapunov_exponent, parallel,
     periodic_lyapunov_exponent,
 };
 use crate::model::{Method, Observable, Scene};
@@ -564,7 +564,7 @@ impl<'a> SweepSubject<'a> {
         let observer = || Observer::new(scene, orbit, map, self.observe);
         let frozen = || {
             let others = || (start(), observer());
-            let (map, (start, observer)) = rayon::join(|| HornerMap::new(map), others);
+            let (map, (start, observer)) = parallel::join(|| HornerMap::new(map), others);
             let itinerary = itinerary(scene, orbit);
             Ok::<_, AnalysisError>(FrozenSweep { map, start, observer: observer?, itinerary })
         };
