@@ -288,7 +288,30 @@ def test_progress_is_told(m: gm.Map) -> None:
     assert seen[-1][0] == seen[-1][1] > 0
 
 
-def test_an_interrupt_ends_the_call_at_once(m: gm.Map) -> None:
+LONG: dict[str, Callable[[gm.Map], object]] = {
+    "basin": lambda m: gm.basin(m, points=1000, using="direct"),
+    "branch": lambda m: gm.branch(m, "alpha", (-1e-2, 1e-2), using="direct", itineraries=["1", "10"]),
+    "call": lambda m: m(np.zeros((3_000_000, 2)), np.zeros((3_000_000, 2))),
+    "chart": lambda m: gm.chart(
+        m, ["alpha", "omega"], [[-1e-4, 1e-4]] * 2, points=400, using="direct"
+    ),
+    "converge": lambda m: gm.converge(m.graze, orders=[(o, 2 * o) for o in range(3, 12)]),
+    "curve": lambda m: gm.curve(m.graze, "omega", (1.79, 40.0)),
+    "diagram": lambda m: gm.diagram(m, "alpha", (-1e-4, 1e-4), points=100_000, using="direct"),
+    "image": lambda m: gm.image(m, np.zeros((4000, 2)), None, 1000, using="direct"),
+    "iterate": lambda m: m.iterate(np.zeros((4000, 2)), iterations=1000, using="direct"),
+    "iterate by the map": lambda m: m.iterate(np.zeros((4000, 2)), iterations=10_000),
+    "loci": lambda m: gm.loci(m, ("omega", "alpha"), using="direct"),
+    "map": lambda _: gm.Scene.catalogue("mems").with_(
+        **{"expansion.smooth_order": 16, "expansion.contact_weight": 20}
+    ).graze().map(),
+    "orbits": lambda m: gm.orbits(m, using="direct", flip=True, fold=True, longest=12),
+    "trajectory": lambda m: gm.trajectory(m, periods=3000, samples=1000),
+}
+
+
+@pytest.mark.parametrize("name", LONG)
+def test_an_interrupt_ends_the_call_and_its_computation(name: str, m: gm.Map) -> None:
     # A shell's background jobs ignore interrupts, and Python leaves it at that.
     handler = signal.signal(signal.SIGINT, signal.default_int_handler)
     sent = []
@@ -300,8 +323,11 @@ def test_an_interrupt_ends_the_call_at_once(m: gm.Map) -> None:
     timer = threading.Timer(0.3, interrupt)
     timer.start()
     with pytest.raises(KeyboardInterrupt):
-        gm.diagram(m, "alpha", (-1e-4, 1e-4), points=100_000, using="direct")
+        LONG[name](m)
     assert time.monotonic() - sent[0] < 0.5
+    used = time.process_time()
+    time.sleep(1)
+    assert time.process_time() - used < 0.25
     timer.join()
     signal.signal(signal.SIGINT, handler)
 
