@@ -10,7 +10,12 @@
  *
  * A handle is made by one function and freed by another, in any order: a map needs its scene no
  * longer. Handles are never changed, so that several threads may use one; computations use all
- * cores, or as many as RAYON_NUM_THREADS says. */
+ * cores, or as many as RAYON_NUM_THREADS says where these are fewer.
+ *
+ * Results may lie where the arguments are: they are written after all arguments were read, and only
+ * by a call that gives GRAZEMAP_DONE, so that there are no partial results. A process made by fork
+ * may go on with the handles of its parent: it gets threads of its own. Fork while no other thread
+ * is in a call. */
 
 #ifndef GRAZEMAP_H
 #define GRAZEMAP_H
@@ -38,6 +43,11 @@
  A fault of the library.
  */
 #define GRAZEMAP_PANIC 3
+
+/*
+ Ended by `grazemap_interruption_request`.
+ */
+#define GRAZEMAP_INTERRUPTED 4
 
 /*
  A scene is read from a file.
@@ -75,6 +85,11 @@
 typedef struct grazemap_graze grazemap_graze;
 
 /*
+ A request to end calls, from any thread.
+ */
+typedef struct grazemap_interruption grazemap_interruption;
+
+/*
  The local map near a grazing orbit.
  */
 typedef struct grazemap_map grazemap_map;
@@ -104,6 +119,23 @@ const char *grazemap_version(void);
  and 0 where it has no place; they may be null.
  */
 const char *grazemap_last_error(size_t *line, size_t *column);
+
+/*
+ Makes an interruption, by which another thread or a handler of a signal ends calls.
+ */
+int32_t grazemap_interruption_make(grazemap_interruption **interruption);
+
+/*
+ Covers the later calls of this thread: once the end is requested they end soon, with
+ `GRAZEMAP_INTERRUPTED`. Null covers them by none.
+ */
+void grazemap_interruption_cover(const grazemap_interruption *interruption);
+
+/*
+ Requests the end of all calls that the interruption covers, for good. Null is left alone. A
+ handler of a signal may call it.
+ */
+void grazemap_interruption_request(const grazemap_interruption *interruption);
 
 /*
  Reads a scene from a file (`GRAZEMAP_PATH`), a text (`GRAZEMAP_TEXT`) or the catalogue
@@ -222,6 +254,12 @@ int32_t grazemap_table_column(const grazemap_table *table,
  end with a zero byte.
  */
 int32_t grazemap_table_csv(const grazemap_table *table, const char **text, size_t *text_length);
+
+/*
+ Frees an interruption, which still covers the calls that it was told to cover; null is left
+ alone.
+ */
+void grazemap_interruption_free(grazemap_interruption *interruption);
 
 /*
  Frees a scene; null is left alone.

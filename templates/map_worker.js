@@ -222,6 +222,7 @@ function* sweep(request) {
 const WITHOUT_CONTACT = -1;
 const OUTSIDE = -2;
 const ESCAPED = -3;
+const NOT_SETTLED = -4;
 /** Periodic states nearer than this, in half-widths, are of one attractor. */
 const SAME_ATTRACTOR = 1e-5;
 
@@ -270,7 +271,9 @@ function* chart(request) {
         const states = Array.from({ length: 2 * longest }, (_, k) =>
           lane(places.records + k * record, n, d),
         );
-        kind = periodOf(states) || approached(states.length, distances(states), APPROACH_TOLERANCE);
+        const apart = distances(states);
+        kind = periodOf(states) || approached(states.length, apart, APPROACH_TOLERANCE);
+        if (!kind && converges(states.length, apart)) kind = NOT_SETTLED;
         if (kind === 1 && !touches(n)) kind = WITHOUT_CONTACT;
       }
       found.push([column, row, every, kind]);
@@ -387,6 +390,12 @@ function next() {
 /** Share of its first amplitude below which an alternation has shrunk. */
 const SHRUNK = 0.95;
 
+/** Distance of states a period apart, in scales, of an orbit that converges, at most. */
+const NEARBY = 0.1;
+
+/** Fewest and most parts of a run in which its states come nearer. */
+const PARTS = [4, 8];
+
 /** The largest distance of states from those so many later, from one state to before another. */
 function farthest(apart, shift, first, end) {
   let most = 0;
@@ -423,6 +432,24 @@ function approached(count, apart, tolerance) {
     if (farthest(apart, shift, pairs - (pairs >> 1), pairs) < SHRUNK * began) return shift;
   }
   return 0;
+}
+
+/** Whether states come nearer to later ones, by any period, in every part of a run. */
+function converges(count, apart) {
+  const comesNearer = (shift) => {
+    const pairs = count - shift;
+    const parts = Math.min(Math.floor(pairs / shift), PARTS[1]);
+    const end = (part) => Math.floor((part * pairs) / parts);
+    let before = NEARBY;
+    for (let part = 0; part < parts; part++) {
+      const distance = farthest(apart, shift, end(part), end(part + 1));
+      if (!(distance < before)) return false;
+      before = distance;
+    }
+    return true;
+  };
+  for (let shift = 1; shift <= count / (PARTS[0] + 1); shift++) if (comesNearer(shift)) return true;
+  return false;
 }
 
 /** How far states are from later ones; in half-widths or, where larger, extents. */

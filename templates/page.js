@@ -436,27 +436,19 @@
   const WITHOUT_CONTACT = -1;
   const OUTSIDE = -2;
   const ESCAPED = -3;
+  const NOT_SETTLED = -4;
   /** Whether white letters are read on a colour, and not black ones. */
   const isDark = (tone) =>
     [1, 3, 5].reduce((sum, at, n) => sum + parseInt(tone.slice(at, at + 2), 16) * [3, 6, 1][n], 0) < 1275;
-  const classWords = (kind) =>
-    kind === undefined
-      ? ""
-      : kind === WITHOUT_CONTACT
-        ? "period 1 without contact"
-        : kind === OUTSIDE
-          ? "outside the measured window"
-          : kind === 0
-            ? "no period"
-            : `period ${kind}`;
-  const classColour = (kind) =>
-    kind === WITHOUT_CONTACT
-      ? "#f7eec3"
-      : kind === OUTSIDE
-        ? "#b3b7bc"
-        : kind === 0
-          ? "#1f2328"
-          : PERIODS[Math.min(kind, 9) - 1];
+  /** Words and colours of the classes that are no periods. */
+  const CLASSES = {
+    [WITHOUT_CONTACT]: ["period 1 without contact", "#f7eec3"],
+    [OUTSIDE]: ["outside the measured window", "#b3b7bc"],
+    [NOT_SETTLED]: ["not settled, still converging", "#6a7078"],
+    0: ["no period", "#1f2328"],
+  };
+  const classWords = (kind) => (kind === undefined ? "" : (CLASSES[kind]?.[0] ?? `period ${kind}`));
+  const classColour = (kind) => CLASSES[kind]?.[1] ?? PERIODS[Math.min(kind, 9) - 1];
   const offsetOf = (coordinate) => {
     const { symbol } = data.coordinates[coordinate];
     return `${symbol} − ${symbol}*`;

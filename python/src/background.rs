@@ -1,14 +1,15 @@
 //! Long computations on a thread of their own, while Python's thread looks for signals.
 
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::Duration;
 
 use grazemap::Error;
 use grazemap::analysis::Progress;
+use grazemap::interruption::Interruption;
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 
@@ -17,12 +18,11 @@ use crate::error::exception;
 /// How often Python's signals and progress are attended to.
 const PAUSE: Duration = Duration::from_millis(50);
 
-/// What is done of a computation, and whether it is still wanted.
+/// What is done of a computation.
 #[derive(Debug, Default)]
 struct Watch {
     expected: AtomicU64,
     done: AtomicU64,
-    unwanted: AtomicBool,
 }
 
 impl Progress for Watch {
@@ -32,54 +32,87 @@ impl Progress for Watch {
 
     fn advance(&self, units: u64) {
         self.done.fetch_add(units, Ordering::Relaxed);
-        if self.unwanted.load(Ordering::Relaxed) {
-            // Ends all threads of the computation, without a word.
-            resume_unwind(Box::new("interrupted"));
-        }
     }
+}
+
+/// A computation under way on another thread.
+struct Computation<T> {
+    watch: Arc<Watch>,
+    interruption: Interruption,
+    result: Mutex<Receiver<thread::Result<Result<T, Error>>>>,
 }
 
 /// What a computation gives. An exception of a signal or of `progress` (called with what is done
 /// and what is expected, the second 0 where it is not known) ends the call at once and the
-/// computation at its next step.
+/// computation, on all its threads, at its next step.
 pub(crate) fn compute<T: Send + 'static>(
     py: Python<'_>,
     progress: Option<&Bound<'_, PyAny>>,
     work: impl FnOnce(&dyn Progress) -> Result<T, Error> + Send + 'static,
 ) -> PyResult<T> {
-    let watch = Arc::new(Watch::default());
-    let seen = Arc::clone(&watch);
-    let (sender, receiver) = channel();
-    thread::spawn(move || {
-        // Nobody listens once the call was interrupted.
-        let _ = sender.send(catch_unwind(AssertUnwindSafe(|| work(&*seen))));
-    });
-    let receiver = Mutex::new(receiver);
-    let next = || match receiver.lock() {
-        Ok(receiver) => receiver.recv_timeout(PAUSE),
-        Err(_) => Err(RecvTimeoutError::Disconnected),
-    };
-    let report = || match progress {
-        Some(progress) => {
-            let [done, all] = [&watch.done, &watch.expected].map(|n| n.load(Ordering::Relaxed));
-            progress.call1((done, all)).map(drop)
-        }
-        None => Ok(()),
-    };
-    loop {
-        match py.detach(next) {
-            Ok(Ok(result)) => {
-                report()?;
-                return result.map_err(|error| exception(py, &error));
+    let (computation, begin) = Computation::of(work);
+    thread::spawn(begin);
+    computation.attend(py, progress)
+}
+
+/// What a computation gives that borrows its data: an exception ends the computation, and then the
+/// call.
+pub(crate) fn compute_borrowing<T: Send>(
+    py: Python<'_>,
+    work: impl FnOnce() -> Result<T, Error> + Send,
+) -> PyResult<T> {
+    let (computation, begin) = Computation::of(|_| work());
+    thread::scope(|scope| {
+        scope.spawn(begin);
+        computation.attend(py, None)
+    })
+}
+
+impl<T: Send> Computation<T> {
+    /// A computation, and what its thread does.
+    fn of(
+        work: impl FnOnce(&dyn Progress) -> Result<T, Error> + Send,
+    ) -> (Self, impl FnOnce() + Send) {
+        let (watch, interruption) = (Arc::new(Watch::default()), Interruption::default());
+        let (seen, covering) = (Arc::clone(&watch), interruption.clone());
+        let (sender, receiver) = channel();
+        let begin = move || {
+            let result = catch_unwind(AssertUnwindSafe(|| covering.cover(|| work(&*seen))));
+            // Nobody listens once the call was interrupted.
+            let _ = sender.send(result);
+        };
+        (Self { watch, interruption, result: Mutex::new(receiver) }, begin)
+    }
+
+    /// Waits for the result, and attends to Python's signals and to progress meanwhile.
+    fn attend(self, py: Python<'_>, progress: Option<&Bound<'_, PyAny>>) -> PyResult<T> {
+        let next = || match self.result.lock() {
+            Ok(receiver) => receiver.recv_timeout(PAUSE),
+            Err(_) => Err(RecvTimeoutError::Disconnected),
+        };
+        let report = || match progress {
+            Some(progress) => {
+                let Watch { done, expected } = &*self.watch;
+                let told = [done, expected].map(|number| number.load(Ordering::Relaxed));
+                progress.call1((told[0], told[1])).map(drop)
             }
-            Ok(Err(panic)) => resume_unwind(panic),
-            Err(RecvTimeoutError::Disconnected) => {
-                return Err(PyRuntimeError::new_err("the computation was lost"));
-            }
-            Err(RecvTimeoutError::Timeout) => {
-                if let Err(interrupt) = py.check_signals().and_then(|()| report()) {
-                    watch.unwanted.store(true, Ordering::Relaxed);
-                    return Err(interrupt);
+            None => Ok(()),
+        };
+        loop {
+            match py.detach(next) {
+                Ok(Ok(result)) => {
+                    report()?;
+                    return result.map_err(|error| exception(py, &error));
+                }
+                Ok(Err(panic)) => resume_unwind(panic),
+                Err(RecvTimeoutError::Disconnected) => {
+                    return Err(PyRuntimeError::new_err("the computation was lost"));
+                }
+                Err(RecvTimeoutError::Timeout) => {
+                    if let Err(interrupt) = py.check_signals().and_then(|()| report()) {
+                        self.interruption.request();
+                        return Err(interrupt);
+                    }
                 }
             }
         }

@@ -18,11 +18,14 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
-use crate::background::compute;
+use crate::background::{compute, compute_borrowing};
 use crate::error::exception;
 use crate::result::Computed;
 use crate::scene::Graze;
 use crate::share::{joined, share};
+
+/// Most numbers of states whose images are found so soon that nobody waits for them.
+const AT_ONCE: usize = 100_000;
 
 /// Rows of doubles.
 type Points<'py> = PyReadonlyArray2<'py, f64>;
@@ -120,8 +123,11 @@ impl Map {
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let (states, parameters) = (states.as_slice()?, parameters.as_slice()?);
         let map = &self.0;
-        let found = py.detach(|| map.batch(states, parameters, derivatives));
-        let Batch { rows, width } = found.map_err(|error| exception(py, &error))?;
+        let images = || map.batch(states, parameters, derivatives);
+        let Batch { rows, width } = match states.len() <= AT_ONCE {
+            true => py.detach(images).map_err(|error| exception(py, &error))?,
+            false => compute_borrowing(py, images)?,
+        };
         let count = rows.len() / width;
         PyArray1::from_vec(py, rows).reshape([count, width])
     }

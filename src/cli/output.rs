@@ -442,9 +442,9 @@ pub(in crate::cli) enum CliError {
     /// Standard output refused.
     #[error("cannot write to standard output: {0}")]
     StandardOutput(io::Error),
-    /// No threads.
-    #[error("cannot start the threads: {0}")]
-    Threads(#[from] rayon::ThreadPoolBuildError),
+    /// Threads run already.
+    #[error("the number of threads is decided already: give `--threads` with the first command")]
+    Threads,
 }
 
 impl CliError {

@@ -15,10 +15,8 @@ impl Graze {
     /// Remark on offsets of a parameter, one or the ends of a range, that look like its values.
     pub(super) fn offset_remark(&self, key: &str, name: &str, offsets: &[f64]) -> Option<String> {
         let grazing = self.parameter(name).ok()?;
-        let (low, high) = (
-            offsets.iter().copied().fold(f64::INFINITY, f64::min),
-            offsets.iter().copied().fold(f64::NEG_INFINITY, f64::max),
-        );
+        let end = |nearest: fn(f64, f64) -> f64| offsets.iter().copied().reduce(nearest);
+        let (low, high) = (end(f64::min)?, end(f64::max)?);
         let is_between = low < grazing && grazing < high;
         let is_large = low.abs().max(high.abs()) > 0.5 * grazing.abs();
         if grazing == 0.0 || !(is_between || is_large) {

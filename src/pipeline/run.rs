@@ -229,7 +229,7 @@ fn write_trajectory(
     watch: &dyn RunWatch,
 ) -> Result<TimeSeries, Error> {
     let (request, _) = TrajectoryKeys::default().request(settled, &NoProgress)?;
-    let series = time_series(settled.scene(), settled.orbit(), &request)?;
+    let series = time_series(settled.scene(), settled.orbit(), &request, &NoProgress)?;
     let mut answer = trajectory_answer(settled, &request, &series)?;
     folder.write_all(answer.files()?)?;
     answer.remarks.iter().for_each(|words| watch.remark(words));

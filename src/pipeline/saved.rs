@@ -9,15 +9,18 @@ use std::path::Path;
 use std::sync::{Arc, OnceLock};
 
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 
 use super::map::Parts;
 use super::{Error, FindGraze, Graze, Map, Plan, Settled};
 use crate::convergence::{Choice, SectionVerdict};
 use crate::expansion::{LocalMap, Stage, WindowEdge, check_orders};
 use crate::jet::Jet;
-use crate::model::{Scene, Section, SectionRule, Window, catalogue, nearest};
+use crate::model::{Digest, Scene, Section, SectionRule, Window, catalogue, nearest};
 use crate::orbit::{GrazingOrbit, PoincareSection};
-use crate::report::{Document, DocumentKind, MapListing, OrbitListing, to_json, write_atomically};
+use crate::report::{
+    Document, DocumentKind, MapListing, OrbitListing, ReportError, to_json, write_atomically,
+};
 
 /// Standard input, in messages.
 const STANDARD_INPUT: &str = "standard input";
@@ -253,7 +256,7 @@ impl Graze {
         let saved = SavedOrbit { source: SavedScene::of(scene), orbit };
         let listing = OrbitListing::new(scene, orbit);
         let both = Both { listing: Both { listing, saved: more }, saved };
-        Ok(to_json(&Document::new(DocumentKind::Orbit, scene, both))?)
+        sealed(&Document::new(DocumentKind::Orbit, scene, both))
     }
 
     /// An orbit from its JSON document, with the bits that it had.
@@ -314,7 +317,7 @@ impl Map {
         };
         let listing = self.listing()?;
         let both = Both { listing, saved };
-        Ok(to_json(&Document::new(DocumentKind::Map, scene, both))?)
+        sealed(&Document::new(DocumentKind::Map, scene, both))
     }
 
     /// A map from its JSON document, with the bits that it had.
@@ -379,6 +382,39 @@ impl<R: Read> Read for Bounded<R> {
     }
 }
 
+/// Key of the digest of a saved document.
+const INTEGRITY: &str = "integrity";
+
+/// The text of a document with the digest of all else that it holds.
+fn sealed(document: &impl Serialize) -> Result<String, Error> {
+    let mut value = serde_json::to_value(document).map_err(ReportError::from)?;
+    let digest = content_digest(&value);
+    value[INTEGRITY] = digest.to_string().into();
+    Ok(to_json(&value)?)
+}
+
+/// Digest of what a document holds besides it, in whatever order and layout.
+fn content_digest(document: &Value) -> Digest {
+    let mut content = document.clone();
+    if let Some(members) = content.as_object_mut() {
+        members.remove(INTEGRITY);
+    }
+    content.sort_all_objects();
+    Digest::of(&content.to_string())
+}
+
+/// Refuses a document that is not as it was saved; one without a digest is as its author wants it.
+fn check_integrity(text: &str) -> Result<(), String> {
+    let document: Value = serde_json::from_str(text).map_err(|error| error.to_string())?;
+    match document.get(INTEGRITY) {
+        Some(stated) if *stated != content_digest(&document).to_string() => Err(format!(
+            "its numbers are not those that were saved; to use it as it is now, remove its \
+             `{INTEGRITY}`"
+        )),
+        _ => Ok(()),
+    }
+}
+
 /// What a document holds.
 fn kind_of(text: &str) -> Result<DocumentKind, String> {
     #[derive(Deserialize)]
@@ -406,6 +442,7 @@ fn of_kind<T>(
 }
 
 fn graze_from(text: &str) -> Result<Graze, String> {
+    check_integrity(text)?;
     let saved: SavedOrbit<GrazingOrbit> =
         serde_json::from_str(text).map_err(|error| error.to_string())?;
     let scene = saved.source.read()?;
@@ -414,6 +451,7 @@ fn graze_from(text: &str) -> Result<Graze, String> {
 }
 
 fn map_from(text: &str) -> Result<Map, String> {
+    check_integrity(text)?;
     let wrong = |error: serde_json::Error| error.to_string();
     let saved: ReadMap = serde_json::from_str(text).map_err(wrong)?;
     let listing: MapListing = serde_json::from_str(text).map_err(wrong)?;

@@ -9,6 +9,7 @@ use crate::analysis::chart::Chart;
 use crate::analysis::diagram::Diagram;
 use crate::convergence::MeasuredWindow;
 use crate::expansion::WindowEdge;
+use crate::iteration::parallel;
 use crate::model::Method;
 use crate::report::{
     DocumentKind, Figure, Named, OutputFolder, SectionDocument, basin_array, basin_figure,
@@ -155,7 +156,7 @@ fn write_both(
         let (files, remarks) = pictures(figures.iter().map(|(stem, figure)| (&**stem, figure)));
         folder.write_all(files).map(|()| remarks)
     };
-    let (data, drawn) = rayon::join(data, drawn);
+    let (data, drawn) = parallel::join(data, drawn);
     data?;
     Ok(drawn?)
 }

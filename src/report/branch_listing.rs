@@ -8,7 +8,9 @@ use serde::Serialize;
 
 use super::diagram_figure::{extent, observable_words, offset_axis};
 use super::figure::{Annotation, Axis, Figure, Marker, Series, Stroke};
-use super::orbits_listing::{OrbitRecord, OrbitsListing, multipliers, using_words};
+use super::orbits_listing::{
+    OrbitRecord, OrbitsListing, multipliers, unfinished_remark, using_words,
+};
 use super::table::counted;
 use super::{Cell, Column, Named, ReportError, SectionDocument, Table};
 use crate::analysis::branches::{
@@ -38,7 +40,7 @@ pub struct BranchListing {
     pub window_edges: Vec<WindowEdge>,
     /// The branches, shorter periods first.
     pub branches: Vec<BranchRecord>,
-    /// Itineraries of which not all starts were tried.
+    /// Itineraries of which not all branches were followed.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub unfinished: Vec<String>,
 }
@@ -267,14 +269,7 @@ impl BranchListing {
             ));
         }
         remarks.extend(self.early_ends());
-        if !self.unfinished.is_empty() {
-            remarks.push(format!(
-                "warning: the work for an itinerary is bounded (6e7 products of series, some 20 s, \
-                 in each of at most 9 rounds); it was at its end before all starts were tried for \
-                 {}: fewer itineraries (--itinerary, --period) take less",
-                self.unfinished.join(", ")
-            ));
-        }
+        remarks.extend(unfinished_remark(&self.unfinished));
         if self.using == "direct" {
             remarks.push(STARTS_TRIED.to_owned());
         }
@@ -306,6 +301,7 @@ impl BranchListing {
                 "has no step short enough, as where it loses a section point"
             }
             BranchEnd::StepLimit => "has taken the most steps",
+            BranchEnd::WorkLimit => "has taken the most work",
             _ => return None,
         };
         let point = branch.points.get(place).filter(|point| point.orbit.physical)?;

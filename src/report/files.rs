@@ -362,7 +362,7 @@ pub fn pictures<'a>(
 /// One of them.
 fn picture(stem: &str, figure: &Figure) -> (Files, Vec<String>) {
     let svg = || figure.to_svg().map(String::into_bytes);
-    let (svg, png) = rayon::join(svg, || figure.to_png());
+    let (svg, png) = parallel::join(svg, || figure.to_png());
     let (mut files, mut remarks) = (Files::new(), Vec::new());
     for (ending, drawn) in [("svg", svg), ("png", png)] {
         let name = format!("{stem}.{ending}");

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::diagram_figure::offset_axis;
 use super::figure::{Annotation, Axis, Figure, Marker, Series, Stroke, symbol};
-use super::orbits_listing::using_words;
+use super::orbits_listing::{unfinished_remark, using_words};
 use super::{Cell, Column, Named, ReportError, SectionDocument, Table};
 use crate::analysis::loci::{
     CodimensionTwo, Loci, LociRequest, Locus, LocusEnd, LocusKind, LocusPoint, PlaneCurve,
@@ -32,6 +32,9 @@ pub struct LociListing {
     /// The surfaces whose contacts begin without a kick, as those of compliant stops do: theory has
     /// no tangency there.
     pub without_kick: Vec<String>,
+    /// Itineraries of which direct simulation did not follow all.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub unfinished: Vec<String>,
     #[serde(skip)]
     places: [usize; 2],
 }
@@ -121,6 +124,7 @@ impl LociListing {
             loci: found.loci.iter().map(|locus| record(map, plane, locus)).collect(),
             tangencies: found.tangencies.iter().map(|found| tangency_record(map, found)).collect(),
             without_kick: found.without_kick.iter().map(|&n| map.surfaces[n].clone()).collect(),
+            unfinished: found.unfinished.iter().map(ToString::to_string).collect(),
             places: plane,
         }
     }
@@ -271,19 +275,23 @@ impl LociListing {
         Ok(text)
     }
 
-    /// How many points are outside of the window.
+    /// What may not be trusted, or not be all.
     pub fn remarks(&self) -> Vec<String> {
+        self.outside_remark().into_iter().chain(unfinished_remark(&self.unfinished)).collect()
+    }
+
+    /// How many points are outside of the window.
+    fn outside_remark(&self) -> Option<String> {
         let points = self.loci.iter().flat_map(|locus| &locus.points);
         let physical: Vec<_> = points.filter(|point| point.physical).collect();
         let outside = physical.iter().filter(|point| !point.inside).count();
-        if outside == 0 || self.using != "map" {
-            return Vec::new();
-        }
-        vec![format!(
-            "warning: {outside} of {} points are outside the window, where the map has not been \
-             measured; --using direct has them by direct simulation",
-            physical.len()
-        )]
+        (outside > 0 && self.using == "map").then(|| {
+            format!(
+                "warning: {outside} of {} points are outside the window, where the map has not \
+                 been measured; --using direct has them by direct simulation",
+                physical.len()
+            )
+        })
     }
 
     /// The points of all loci with all digits.

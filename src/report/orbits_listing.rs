@@ -4,6 +4,7 @@
 use serde::Serialize;
 
 use super::{Cell, Column, Named, ReportError, SectionDocument, Table};
+use crate::analysis::MOST_WORK;
 use crate::analysis::orbits::{
     BifurcationKind, DirectReach, FoundOrbit, Locus, LostOrbit, LostReason, Orbits, OrbitsRequest,
 };
@@ -34,6 +35,9 @@ pub struct OrbitsListing {
     /// Orbits of the map for which direct simulation has none.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub lost: Vec<LostRecord>,
+    /// Itineraries of which direct simulation did not follow all branches.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub unfinished: Vec<String>,
 }
 
 /// A periodic orbit.
@@ -138,6 +142,7 @@ impl OrbitsListing {
             orbits: found.orbits.iter().map(|orbit| names.orbit(orbit)).collect(),
             loci: loci.map(|loci| loci.iter().map(|locus| names.locus(locus)).collect()),
             lost: found.lost.iter().map(|lost| names.lost(lost)).collect(),
+            unfinished: found.unfinished.iter().map(ToString::to_string).collect(),
         }
     }
 }
@@ -202,6 +207,19 @@ impl Names<'_> {
             reason,
         }
     }
+}
+
+/// What is said where the work was at its bound before all was followed.
+pub(super) fn unfinished_remark(itineraries: &[String]) -> Option<String> {
+    (!itineraries.is_empty()).then(|| {
+        format!(
+            "warning: the work for an itinerary is bounded ({MOST_WORK:e} products of series, some \
+             20 s, at each value of other parameters; ten times as many for loci); it was at its \
+             end before all was followed for {}: fewer itineraries (--itinerary) or values take \
+             less",
+            itineraries.join(", ")
+        )
+    })
 }
 
 /// What a table lists.
@@ -322,6 +340,7 @@ impl OrbitsListing {
             )
         });
         remarks.extend(lost);
+        remarks.extend(unfinished_remark(&self.unfinished));
         remarks
     }
 

@@ -251,15 +251,20 @@ pub enum ShardError {
         list(.missing)
     )]
     Missing {
-        /// The shards without a file.
+        /// The shards without a file, the first of them where they are many.
         missing: Vec<usize>,
         /// How many shards there are.
         of: usize,
     },
 }
 
+/// Most missing shards that are named.
+const MOST_NAMED: usize = 20;
+
 fn list(numbers: &[usize]) -> String {
-    numbers.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")
+    let named = numbers.iter().take(MOST_NAMED).map(ToString::to_string);
+    let more = (numbers.len() > MOST_NAMED).then(|| "more".to_owned());
+    named.chain(more).collect::<Vec<_>>().join(", ")
 }
 
 impl ShardHeader {
@@ -325,7 +330,9 @@ pub fn join_shards(paths: &[PathBuf]) -> Result<(ShardHeader, Pieces), ShardErro
     }
     let of = read.first().map_or(0, |(_, header)| header.of);
     let is_there = |number: &usize| read.iter().any(|(_, header)| header.number == *number);
-    let missing: Vec<usize> = (1..=of).filter(|number| !is_there(number)).collect();
+    // What a file states of the number of shards may be anything.
+    let missing = (1..=of).filter(|number| !is_there(number));
+    let missing: Vec<usize> = missing.take(MOST_NAMED + 1).collect();
     match read.into_iter().next() {
         Some((_, header)) if missing.is_empty() => Ok((header, all)),
         _ => Err(ShardError::Missing { missing, of }),

@@ -318,7 +318,8 @@ fn a_graze_beside_the_passages_changes_the_name_by_one_contact() {
         returns: 1,
         samples: 20_000,
     };
-    let series = time_series(map.scene(), map.orbit(), &request).expect("it is simulated");
+    let series =
+        time_series(map.scene(), map.orbit(), &request, &NoProgress).expect("it is simulated");
     let touches = series.points.windows(3).flat_map(|near| {
         let lowest = |&stop: &usize| {
             let [a, b, c] = [0, 1, 2].map(|place: usize| near[place].gaps[stop]);

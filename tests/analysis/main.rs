@@ -1,6 +1,8 @@
 //! What is computed with maps: diagrams, charts, orbits by itinerary, convergence, the choice of a
 //! map.
 
+#[path = "../support/independent/mod.rs"]
+mod independent;
 #[path = "../support/mod.rs"]
 mod support;
 
@@ -28,6 +30,7 @@ mod noises;
 mod orbit_search;
 mod record;
 mod resuming;
+mod special_points;
 mod trajectories;
 mod two_sided;
 mod windows;

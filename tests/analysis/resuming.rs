@@ -55,6 +55,16 @@ fn resumes<T: Serialize>(run: impl Fn(&dyn Progress) -> T) {
     }
 }
 
+/// Runs a computation whole, then with forged pieces: lists of nothing.
+fn forged_pieces_are_computed_anew<T: Serialize>(run: impl Fn(&dyn Progress) -> T) {
+    let text = |value: &T| to_json(value).expect("plain data");
+    let whole = Resumed::default();
+    let expected = text(&run(&whole));
+    let pieces = whole.kept.into_inner().expect("whole");
+    let before = pieces.into_iter().map(|(place, _)| (place, vec![0])).collect();
+    assert_eq!(text(&run(&Resumed { before, ..Resumed::default() })), expected);
+}
+
 /// A scene with a chart beside its diagram, both small.
 fn scene(with: &str, [cells, attractors, points]: [&str; 3]) -> Scene {
     let text = crate::support::scenes::text("cantilever_0_09").to_owned()
@@ -92,11 +102,13 @@ fn an_interrupted_chart_goes_on_where_it_was_and_ends_with_the_same_bits() {
     for chart in [["all", "1", "[30, 20]"], ["borders", "2", "[44, 30]"]] {
         let scene = scene("[\"map\"]", chart);
         let map = scene.graze().and_then(|graze| graze.map()).expect("a map");
-        resumes(|progress| {
+        let charts = |progress: &dyn Progress| {
             let charts = map.charts(progress).expect("active parameters");
             let untimed = charts.iter().map(|chart| chart.without_timing());
             untimed.collect::<Vec<_>>()
-        });
+        };
+        resumes(charts);
+        forged_pieces_are_computed_anew(charts);
     }
 }
 
@@ -109,11 +121,13 @@ fn an_interrupted_basin_with_manifolds_goes_on_where_it_was_and_ends_with_the_sa
     let scene = crate::support::scenes::parsed(&text, "linear", &set);
     let map = scene.graze().and_then(|graze| graze.map()).expect("a map");
     let requests = map.basin_requests().expect("a plane of the section");
-    resumes(|progress| {
+    let basins = |progress: &dyn Progress| {
         let mut basins = map.basins(&requests, progress).expect("a plane of the section");
         basins.iter_mut().for_each(|basin| basin.take_timing());
         basins
-    });
+    };
+    resumes(basins);
+    forged_pieces_are_computed_anew(basins);
 }
 
 /// The map of a scene whose diagram is short.

@@ -2,7 +2,7 @@
 //! against themselves at other sampling.
 
 use grazemap::analysis::{
-    DirectEnd, SeriesPoint, TimeSeries, TimeSeriesRequest, direct_image, time_series,
+    DirectEnd, NoProgress, SeriesPoint, TimeSeries, TimeSeriesRequest, direct_image, time_series,
 };
 use grazemap::hybrid::MomentEvent;
 use grazemap::model::Scene;
@@ -17,7 +17,7 @@ fn request(start: &[f64], parameters: usize, returns: usize, samples: usize) -> 
 }
 
 fn series(scene: &Scene, orbit: &GrazingOrbit, request: &TimeSeriesRequest) -> TimeSeries {
-    let series = time_series(scene, orbit, request).expect("the scene is simulated");
+    let series = time_series(scene, orbit, request, &NoProgress).expect("the scene is simulated");
     assert_eq!(series.early_end, None);
     series
 }

@@ -42,6 +42,11 @@ fn published_systems_graze_at_their_numbers() {
         ("p02_gear_backlash", "w", 0.820_631_087_712_087, 1e-15),
         ("p03_relief_valve", "q", 7.557_210_971_876_68, 1e-14),
         ("p04_impacting_absorber", "d", 1.724_634_935_785_849, 1e-14),
+        ("f01_phase_not_reduced", "sigma", 1.0 / 6.84, 2e-16),
+        ("o02_coco_impact", "A", 0.1, 2e-16),
+        ("o06_elastic_stop", "F", 0.393_094_047_347_891, 2e-15),
+        // By Runge and Kutta's method of order 4 and half a period's symmetry.
+        ("o07_inverted_pendulum", "wall", 0.027_077_178_252_409_6, 2e-15),
         ("o08_soft_impact", "omega", 0.454_485_911_300_73, 2e-14),
         ("o11_van_der_pol_wall", "d", 2.008_619_860_874_843, 1e-15),
         ("pendulum_below_a_fold", "A", 0.130_620_735_177_659_2, 1e-15),
@@ -63,6 +68,14 @@ fn autonomous_systems_have_their_printed_periods_and_multipliers() {
     assert!((valve.multipliers[0][0] - 0.853_395_334).abs() < 1e-9);
     let (_, cycle) = located("o11_van_der_pol_wall");
     assert!((cycle.period.to_f64() - 6.663_286_859_323_13).abs() < 1e-14);
+}
+
+/// A ball between walls moves at a steady speed without them, unless it is at rest.
+#[test]
+fn a_ball_that_nothing_holds_has_no_grazing_orbit() {
+    let found = locate(&outside("o04_impact_pair", &NONE)).expect("no wrong input");
+    let reason = found.into_result().expect_err("it flies away");
+    assert!(matches!(reason, NotLocated::NoPeriodicOrbit { .. }), "{reason}");
 }
 
 /// One graze lies below resonance, one above: the nearest to the scene's own value is found.

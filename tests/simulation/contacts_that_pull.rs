@@ -1,6 +1,6 @@
 //! Contacts that push back less than the free flight does, or pull: they begin, and last.
 
-use grazemap::analysis::{SeriesPoint, TimeSeriesRequest, direct_image, time_series};
+use grazemap::analysis::{NoProgress, SeriesPoint, TimeSeriesRequest, direct_image, time_series};
 use grazemap::hybrid::MomentEvent;
 
 use crate::support::scenes::{NONE, grazing_by, text};
@@ -17,7 +17,7 @@ fn a_contact_that_pulls_in_lasts_as_long_as_its_field_holds() {
         returns: 2,
         samples: 2000,
     };
-    let series = time_series(&scene, &orbit, &request).expect("finite offsets");
+    let series = time_series(&scene, &orbit, &request, &NoProgress).expect("finite offsets");
     let first = |wanted: MomentEvent| {
         let happened = |point: &&_| event_of(point) == Some(wanted);
         let point = series.points.iter().find(happened).expect("a contact");

@@ -1,10 +1,16 @@
 //! Steps of Taylor's method and of collocation over narrow features of a field: pulses, smoothed
 //! square waves, high powers and bumps of a state, against integrals in closed form.
 
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+
 use grazemap::flow::{Field, Integrator, jet_transport, jet_transport_taylor};
+use grazemap::hybrid::{EventKind, HybridSystem, Outcome, Simulator};
 use grazemap::jet::{Jet, JetSpace};
 use grazemap::model::{ExpressionGraph, NodeId, Unary};
 use grazemap::numeric::{Dd, Lanes, Real, Scalar};
+
+use crate::quadrature::integral as integrated;
+use crate::support::scenes::{NONE, parsed};
 
 /// `x' = f(θ), θ' = 1`.
 fn integral(force: impl Fn(&mut ExpressionGraph, NodeId) -> NodeId) -> Field {
@@ -56,8 +62,33 @@ fn pulses() -> Vec<(&'static str, Field, f64, Dd)> {
             graph.add(one, step)
         })
     };
+    let logistic_wave = |sharpness: f64| {
+        integral(move |graph, theta| {
+            let (one, sine) = (graph.number(1.0), graph.unary(Unary::Sin, theta));
+            let sharpness = graph.number(sharpness);
+            let argument = graph.mul(sharpness, sine);
+            let exponential = graph.unary(Unary::Exp, argument);
+            let sum = graph.add(one, exponential);
+            graph.div(one, sum)
+        })
+    };
+    let half_power = |exponent: f64| {
+        integral(move |graph, theta| {
+            let (one, lowered) = (graph.number(1.0), dip(graph, theta, 0.5));
+            let base = graph.add(one, lowered);
+            graph.power_real(base, Dd::from(exponent))
+        })
+    };
+    // The mean of |cos(θ/2)|^(2 n + 1) over a period is 2/π Π 2 k/(2 k + 1).
+    let odd = (1..=400).fold(Dd::from(4.0), |value, k| {
+        let twice = Dd::from(2.0 * f64::from(k));
+        value * twice / (twice + Dd::ONE)
+    });
     let two_pi = Dd::TWO_PI;
     vec![
+        ("logistic wave", logistic_wave(50.0), 50.0, Dd::PI),
+        ("logistic wave", logistic_wave(1e5), 1e5, Dd::PI),
+        ("power of 400.5", half_power(400.5), 400.5, odd),
         ("Gaussian", gaussian(100.0), 1e2, two_pi * scaled_bessel(100.0)),
         ("Gaussian", gaussian(1e4), 1e4, two_pi * scaled_bessel(1e4)),
         ("Gaussian", gaussian(1e7), 1e7, two_pi * scaled_bessel(1e7)),
@@ -196,4 +227,251 @@ fn bump_delay() -> f64 {
         1.0 / (1.0 - 0.5 * (-u * u).exp()).sqrt() - 1.0
     };
     step * (-200..=200).map(value).sum::<f64>()
+}
+
+/// A scene with a stop, whose free flight and contact are given; the phase has the rate 1.
+fn scene(flow: &str, surface: &str) -> String {
+    format!(
+        "[model]\nstates = [\"x\", \"v\"]\nparameters = {{ p = 1.0 }}\n\
+         [model.phase]\nname = \"theta\"\nrate = \"1\"\nperiod = \"2*pi\"\n\
+         [model.flow]\n{flow}\n[[model.surface]]\nname = \"stop\"\n{surface}\n\
+         [grazing]\nsurface = \"stop\"\nsolve_for = \"p\"\n"
+    )
+}
+
+/// The state after a flight that nothing ends.
+fn flown(text: &str, start: [f64; 3], time: f64) -> Vec<f64> {
+    let model = parsed(text, "force", &NONE).model;
+    let system = HybridSystem::new(&model);
+    let mut simulator = Simulator::new(&system, &[1.0]).expect("finite parameters");
+    simulator.set_state(&start).expect("a finite state");
+    let trajectory = simulator.run(time).expect("a finite time");
+    assert_eq!(trajectory.outcome, Outcome::Completed, "{text}");
+    trajectory.state
+}
+
+/// A stop that nothing meets.
+const FAR: &str = "event = \"1e3 - x\"\nimpact = { v = \"-v\" }";
+
+/// The integral of a force of the phase, from a phase on, as a speed in free flight.
+pub(crate) fn flown_freely(force: &str, from: f64, time: f64) -> f64 {
+    let flow = format!("x = \"v\"\nv = \"p*({force})\"");
+    flown(&scene(&flow, FAR), [0.0, 0.0, from], time)[1]
+}
+
+/// The same in a contact that does not end.
+pub(crate) fn flown_in_contact(force: &str, from: f64, time: f64) -> f64 {
+    let surface = format!("event = \"1 - x\"\ncontact = {{ v = \"free + p*({force})\" }}");
+    flown(&scene("x = \"v\"\nv = \"0\"", &surface), [1e3, 0.0, from], time)[1]
+}
+
+/// A force of the phase: its text, the phases at which it changes rapidly, its values.
+struct Force {
+    text: String,
+    places: Vec<f64>,
+    value: Box<dyn Fn(f64) -> f64>,
+}
+
+/// Forces with features of a width that goes as `1/k` or `1/√k`.
+fn forces(k: f64) -> Vec<Force> {
+    let whole = |turn: f64| vec![turn, turn + PI];
+    let mut forces = Vec::new();
+    let mut force = |text: &str, places: &[f64], value: Box<dyn Fn(f64) -> f64>| {
+        let text = text.replace('K', &format!("{k}"));
+        forces.push(Force { text, places: places.to_vec(), value });
+    };
+    let (zeros, tops) = (whole(0.0), whole(FRAC_PI_2));
+    let logistic = |s: f64| 1.0 / (1.0 + (-s).exp());
+    force(
+        "1/(1 + (K*sin(theta))^2)",
+        &zeros,
+        Box::new(move |t| 1.0 / (1.0 + (k * t.sin()).powi(2))),
+    );
+    force(
+        "sqrt(sin(theta)^2 + 1/K^2)",
+        &zeros,
+        Box::new(move |t| (t.sin().powi(2) + k.powi(-2)).sqrt()),
+    );
+    force(
+        "sin(theta)/sqrt(sin(theta)^2 + 1/K^2)",
+        &zeros,
+        Box::new(move |t| t.sin() / (t.sin().powi(2) + k.powi(-2)).sqrt()),
+    );
+    force("1/(1 + exp(-K*sin(theta)))", &zeros, Box::new(move |t| logistic(k * t.sin())));
+    force("1/(exp(K*sin(theta)) + 1)^2", &zeros, Box::new(move |t| logistic(-k * t.sin()).powi(2)));
+    force(
+        "1/(2 + exp(-K*sin(theta)))",
+        &zeros,
+        Box::new(move |t| 1.0 / (2.0 + (-k * t.sin()).exp())),
+    );
+    force(
+        "exp(K*sin(theta))/(1 + exp(K*sin(theta)))^2",
+        &zeros,
+        Box::new(move |t| logistic(k * t.sin()) * logistic(-k * t.sin())),
+    );
+    force(
+        "log(1 + exp(K*sin(theta)))/K",
+        &zeros,
+        Box::new(move |t| t.sin().max(0.0) + (-k * t.sin().abs()).exp().ln_1p() / k),
+    );
+    force(
+        "log(cosh(K*sin(theta)))/K",
+        &zeros,
+        Box::new(move |t| {
+            let size = t.sin().abs();
+            size + ((-2.0 * k * size).exp().ln_1p() - 2.0_f64.ln()) / k
+        }),
+    );
+    force("1/cosh(K*sin(theta))", &zeros, Box::new(move |t| (k * t.sin()).cosh().recip()));
+    force("cosh(K*sin(theta))^-2", &zeros, Box::new(move |t| (k * t.sin()).cosh().powi(-2)));
+    force("atan(K*sin(theta - 1))", &whole(1.0), Box::new(move |t| (k * (t - 1.0).sin()).atan()));
+    force(
+        "exp(-K*(1 - cos(theta - 1)))",
+        &[1.0],
+        Box::new(move |t| (-2.0 * k * (0.5 * (t - 1.0)).sin().powi(2)).exp()),
+    );
+    force(
+        "tanh(K*(cos(theta) - 0.3))",
+        &[0.3_f64.acos(), -0.3_f64.acos()],
+        Box::new(move |t| (k * (t.cos() - 0.3)).tanh()),
+    );
+    force("tanh(K*cos(theta))^3", &tops, Box::new(move |t| (k * t.cos()).tanh().powi(3)));
+    force(
+        "tanh(K*sin(theta))*exp(-K*(1 - cos(theta - 0.1)))",
+        &[0.0, 0.1],
+        Box::new(move |t| {
+            (k * t.sin()).tanh() * (-2.0 * k * (0.5 * (t - 0.1)).sin().powi(2)).exp()
+        }),
+    );
+    force(
+        "tanh(K*exp(-50*(1 - cos(theta))))",
+        &[0.0, (1.0 - k.ln() / 50.0).acos(), -(1.0 - k.ln() / 50.0).acos()],
+        Box::new(move |t| (k * (-50.0 * (1.0 - t.cos())).exp()).tanh()),
+    );
+    force(
+        "exp(-K*tanh(3*sin(theta))^2)",
+        &zeros,
+        Box::new(move |t| (-k * (3.0 * t.sin()).tanh().powi(2)).exp()),
+    );
+    force(
+        "atan2(sin(theta), cos(theta) + 1 + 1/K)",
+        &[PI],
+        Box::new(move |t| t.sin().atan2(2.0 * (0.5 * t).cos().powi(2) + 1.0 / k)),
+    );
+    force(
+        "asin((1 - 1/K)*sin(theta))",
+        &tops,
+        Box::new(move |t| ((1.0 - 1.0 / k) * t.sin()).asin()),
+    );
+    if k < 1e4 {
+        let power = 2 * k as i32;
+        force(&format!("cos(theta)^{power}"), &zeros, Box::new(move |t| t.cos().powi(power)));
+        let power = k + 0.5;
+        force(
+            &format!("(0.5 + 0.5*cos(theta))^{power}"),
+            &[0.0],
+            Box::new(move |t| (0.5 * t).cos().abs().powf(2.0 * power)),
+        );
+        force(
+            &format!("(3 - 2*cos(theta))^-{power}"),
+            &[0.0],
+            Box::new(move |t| (1.0 + 4.0 * (0.5 * t).sin().powi(2)).powf(-power)),
+        );
+    }
+    forces
+}
+
+#[test]
+fn integrals_over_features_of_every_kind_are_those_of_gauss_rule_in_free_flight_and_in_contact() {
+    for k in [10.0, 1e3, 1e6] {
+        for Force { text, places, value } in forces(k) {
+            for from in [0.3, 2.9, 5.5] {
+                let time = 1.5 * TAU;
+                let exact = integrated(&value, [from, from + time], &places);
+                let size = integrated(|t| value(t).abs(), [from, from + time], &places);
+                for (name, found) in [
+                    ("free", flown_freely(&text, from, time)),
+                    ("contact", flown_in_contact(&text, from, time)),
+                ] {
+                    let error = (found - exact).abs();
+                    // Rounding of the argument where the feature is, of the phase, of the sum.
+                    let most = (20.0 * k * f64::EPSILON * size).min(1e-9) + 1e-13 * (1.0 + size);
+                    assert!(error < most, "{text} from {from}, {name}: {error:e} of {exact}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_force_that_changes_on_a_short_way_of_the_state_keeps_the_energy() {
+    // Potentials of height 0.1 with x' = 1 far away: v²/2 + V.
+    for k in [10.0, 1e3, 1e6] {
+        let step = |x: f64| 0.1 * (k * (x - 0.3)).tanh();
+        let hill = |x: f64| 0.1 / (1.0 + (k * (x - 0.3)).powi(2));
+        let kink = |x: f64| {
+            let size = k * (x - 0.3).abs();
+            0.1 * (size + (-2.0 * size).exp().ln_1p() - 2.0_f64.ln()) / k
+        };
+        type Potential<'p> = (&'static str, &'p dyn Fn(f64) -> f64);
+        let cases: [Potential<'_>; 3] = [
+            ("-0.1*K/cosh(K*(x - 0.3))^2", &step),
+            ("0.2*K*K*(x - 0.3)/(1 + (K*(x - 0.3))^2)^2", &hill),
+            ("-0.1*tanh(K*(x - 0.3))", &kink),
+        ];
+        for (force, potential) in cases {
+            let force = force.replace('K', &format!("{k}"));
+            let text = scene(&format!("x = \"v\"\nv = \"p*({force})\""), FAR);
+            let end = flown(&text, [-0.7, 1.0, 0.0], 2.5);
+            let error = 0.5 * end[1] * end[1] + potential(end[0]) - 0.5 - potential(-0.7);
+            // Rounding of the place on the slope of the potential.
+            assert!(error.abs() < 1e-13 + 1e-16 * k, "{force}: {error:e}");
+        }
+    }
+}
+
+#[test]
+fn a_pulse_at_a_place_that_another_oscillator_passes_is_felt() {
+    // y'' = −y from 1; the pulse at y = 0.3, at the times ±acos 0.3.
+    for k in [10.0, 1e3, 1e6] {
+        let text = format!(
+            "[model]\nstates = [\"y\", \"v\", \"w\"]\nparameters = {{ p = 1.0 }}\n\
+             [model.flow]\ny = \"w\"\nw = \"-y\"\nv = \"p*{k}/(1 + ({k}*(y - 0.3))^2)\"\n\
+             [[model.surface]]\nname = \"stop\"\nevent = \"1e3 - y\"\n\
+             impact = {{ w = \"-w\" }}\n[grazing]\nsurface = \"stop\"\nsolve_for = \"p\"\n"
+        );
+        let found = flown(&text, [1.0, 0.0, 0.0], 2.0 * TAU)[1];
+        let place = 0.3_f64.acos();
+        let value = |t: f64| k / (1.0 + (k * (t.cos() - 0.3)).powi(2));
+        let exact = integrated(value, [0.0, 2.0 * TAU], &[place, -place]);
+        let error = (found / exact - 1.0).abs();
+        assert!(error < 1e-13 + 20.0 * k * f64::EPSILON, "{k}: {error:e}");
+    }
+}
+
+#[test]
+fn a_stop_that_comes_forward_in_a_pulse_meets_a_mass_at_rest() {
+    // The gap 0.2 − 0.5 e^{−K (1 − cos(θ − 1))} is zero where the pulse is 0.4.
+    for k in [10.0, 1e3, 1e6, 1e9] {
+        let surface = format!(
+            "event = \"1 - x - 0.5*exp(-{k}*(1 - cos(theta - 1)))\"\n\
+             contact = {{ v = \"free - 1e-3*p*(x - 1)\" }}"
+        );
+        let text = scene("x = \"v\"\nv = \"0\"", &surface);
+        let model = parsed(&text, "stop", &NONE).model;
+        let system = HybridSystem::new(&model);
+        let mut simulator = Simulator::new(&system, &[1.0]).expect("finite parameters");
+        simulator.set_state(&[0.8, 0.0, 2.0]).expect("a finite state");
+        let trajectory = simulator.run(TAU).expect("a finite time");
+        let begin = trajectory.events.iter().find_map(|event| match event.kind {
+            EventKind::ContactBegin { .. } => Some(event.time),
+            _ => None,
+        });
+        let early = 2.0 * (2.5_f64.ln() / (2.0 * k)).sqrt().asin();
+        let expected = TAU - 1.0 - early;
+        // The cosine is known to the rounding of 1, where its slope is the distance from the pulse.
+        let most = 1e-13 + 1e-15 / early;
+        let begin = begin.unwrap_or_else(|| panic!("{k}: {:?}", trajectory.events));
+        assert!((begin - expected).abs() < most, "{k}: {begin}, not {expected}");
+    }
 }

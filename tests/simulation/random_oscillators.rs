@@ -19,7 +19,7 @@ fn tally(seed: u64, cases: std::ops::Range<u64>, choice: Choice) -> Tally {
 #[test]
 fn returns_of_random_oscillators_are_those_of_an_independent_simulator() {
     let choice = Choice { places: 2, periods: 4, diagrams: false, ..Choice::default() };
-    let tally = tally(1, 0..14, choice);
+    let tally = tally(1, 0..24, choice);
     assert!(tally.returns > 300 && tally.contacts > 200, "{tally:?}");
     assert!(tally.tangencies > 150 && tally.grazes > 10, "{tally:?}");
     // Sections that do not tell, chatters and growth of rounding are few.

@@ -88,12 +88,20 @@ impl Foale {
     }
 
     pub(crate) fn fold(&self) -> Dd {
-        self.alpha(self.p / self.square())
+        self.alpha(self.fold_speed())
+    }
+
+    pub(crate) fn fold_speed(&self) -> Dd {
+        self.p / self.square()
     }
 
     pub(crate) fn flip(&self) -> Dd {
+        self.alpha(self.flip_speed())
+    }
+
+    pub(crate) fn flip_speed(&self) -> Dd {
         let kick = (Dd::ONE + self.r) * self.m12;
         let rest = Dd::ONE + self.determinant() - self.r * self.trace - kick * self.constant();
-        self.alpha(kick * self.omega * self.omega / rest)
+        kick * self.omega * self.omega / rest
     }
 }

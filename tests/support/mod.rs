@@ -3,6 +3,7 @@
 
 pub(crate) mod complex;
 pub(crate) mod driver;
+pub(crate) mod exact_flight;
 pub(crate) mod foale;
 pub(crate) mod reference;
 pub(crate) mod scenes;

@@ -13,8 +13,8 @@
 use std::ffi::c_char;
 use std::{ptr, slice, str};
 
-use crate::failure::{Failure, answer, last};
-use crate::values::{Graze, Map, Scene, Table};
+use crate::failure::{Failure, answer, cover, last};
+use crate::values::{Graze, Interruption, Map, Scene, Table};
 
 /// Done.
 pub const GRAZEMAP_DONE: i32 = 0;
@@ -25,6 +25,8 @@ pub const GRAZEMAP_ENDED: i32 = 1;
 pub const GRAZEMAP_WRONG: i32 = 2;
 /// A fault of the library.
 pub const GRAZEMAP_PANIC: i32 = 3;
+/// Ended by `grazemap_interruption_request`.
+pub const GRAZEMAP_INTERRUPTED: i32 = 4;
 
 /// A scene is read from a file.
 pub const GRAZEMAP_PATH: i32 = 0;
@@ -62,6 +64,31 @@ pub unsafe extern "C" fn grazemap_last_error(
         }
     }
     words
+}
+
+/// Makes an interruption, by which another thread or a handler of a signal ends calls.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn grazemap_interruption_make(interruption: *mut *mut Interruption) -> i32 {
+    // SAFETY: the caller's promise.
+    answer(|| unsafe { give(interruption, || Ok(Interruption::default())) })
+}
+
+/// Covers the later calls of this thread: once the end is requested they end soon, with
+/// `GRAZEMAP_INTERRUPTED`. Null covers them by none.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn grazemap_interruption_cover(interruption: *const Interruption) {
+    // SAFETY: the caller's promise.
+    cover(unsafe { interruption.as_ref() });
+}
+
+/// Requests the end of all calls that the interruption covers, for good. Null is left alone. A
+/// handler of a signal may call it.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn grazemap_interruption_request(interruption: *const Interruption) {
+    // SAFETY: the caller's promise.
+    if let Some(interruption) = unsafe { interruption.as_ref() } {
+        interruption.0.request();
+    }
 }
 
 /// Reads a scene from a file (`GRAZEMAP_PATH`), a text (`GRAZEMAP_TEXT`) or the catalogue
@@ -273,6 +300,14 @@ pub unsafe extern "C" fn grazemap_table_csv(
         fill("text", text, 1, &[csv.as_ptr().cast()])?;
         fill("text_length", text_length, 1, &[csv.len()])
     })
+}
+
+/// Frees an interruption, which still covers the calls that it was told to cover; null is left
+/// alone.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn grazemap_interruption_free(interruption: *mut Interruption) {
+    // SAFETY: the caller's promise.
+    unsafe { free(interruption) }
 }
 
 /// Frees a scene; null is left alone.

@@ -5,7 +5,12 @@ use std::cell::RefCell;
 use std::ffi::{CString, c_char};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use crate::border::{GRAZEMAP_DONE, GRAZEMAP_ENDED, GRAZEMAP_PANIC, GRAZEMAP_WRONG};
+use grazemap::interruption::Interrupted;
+
+use crate::border::{
+    GRAZEMAP_DONE, GRAZEMAP_ENDED, GRAZEMAP_INTERRUPTED, GRAZEMAP_PANIC, GRAZEMAP_WRONG,
+};
+use crate::values::Interruption;
 
 /// Why a call gave nothing.
 #[derive(Debug)]
@@ -31,11 +36,22 @@ struct Last {
 
 thread_local! {
     static LAST: RefCell<Last> = RefCell::default();
+    /// What ends calls of this thread.
+    static COVERING: RefCell<Option<Interruption>> = RefCell::default();
+}
+
+/// Lets an interruption end later calls of this thread; `None` lets nothing end them.
+pub(crate) fn cover(interruption: Option<&Interruption>) {
+    COVERING.set(interruption.cloned());
 }
 
 /// Runs a call and gives its code; what failed is kept for this thread. No panic goes through.
 pub(crate) fn answer(call: impl FnOnce() -> Result<(), Failure>) -> i32 {
-    let (code, words, position) = match catch_unwind(AssertUnwindSafe(call)) {
+    let covered = || match COVERING.with_borrow(Clone::clone) {
+        Some(interruption) => interruption.0.cover(call),
+        None => call(),
+    };
+    let (code, words, position) = match catch_unwind(AssertUnwindSafe(covered)) {
         Ok(Ok(())) => return GRAZEMAP_DONE,
         Ok(Err(Failure::Library(error))) => {
             let position = match &error {
@@ -46,6 +62,9 @@ pub(crate) fn answer(call: impl FnOnce() -> Result<(), Failure>) -> i32 {
             (code, error.with_reasons(), position)
         }
         Ok(Err(Failure::Call(words))) => (GRAZEMAP_WRONG, words, None),
+        Err(payload) if payload.is::<Interrupted>() => {
+            (GRAZEMAP_INTERRUPTED, "interrupted".to_owned(), None)
+        }
         Err(payload) => (GRAZEMAP_PANIC, panicked(&*payload), None),
     };
     let words = CString::new(words.replace('\0', " ")).unwrap_or_default();
@@ -69,7 +88,10 @@ pub(crate) fn last() -> (*const c_char, usize, usize) {
 
 #[cfg(test)]
 mod tests {
-    use super::{Failure, GRAZEMAP_DONE, GRAZEMAP_PANIC, GRAZEMAP_WRONG, LAST, answer};
+    use super::{
+        Failure, GRAZEMAP_DONE, GRAZEMAP_INTERRUPTED, GRAZEMAP_PANIC, GRAZEMAP_WRONG, Interruption,
+        LAST, answer, cover,
+    };
 
     fn words() -> String {
         LAST.with_borrow(|last| last.words.to_string_lossy().into_owned())
@@ -79,6 +101,23 @@ mod tests {
     fn a_panic_ends_as_a_code_with_its_words() {
         assert_eq!(answer(|| panic!("no {}", "luck")), GRAZEMAP_PANIC);
         assert_eq!(words(), "a fault of grazemap, please report it: no luck");
+    }
+
+    #[test]
+    fn a_request_ends_the_calls_that_it_covers() {
+        let interruption = Interruption::default();
+        let ask = || {
+            answer(|| {
+                grazemap::interruption::check();
+                Ok(())
+            })
+        };
+        cover(Some(&interruption));
+        assert_eq!(ask(), GRAZEMAP_DONE);
+        interruption.0.request();
+        assert_eq!((ask(), words()), (GRAZEMAP_INTERRUPTED, "interrupted".to_owned()));
+        cover(None);
+        assert_eq!(ask(), GRAZEMAP_DONE);
     }
 
     #[test]

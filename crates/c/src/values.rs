@@ -14,6 +14,10 @@ use crate::border::{
 };
 use crate::failure::Failure;
 
+/// A request to end calls, from any thread.
+#[derive(Clone, Debug, Default)]
+pub struct Interruption(pub(crate) grazemap::interruption::Interruption);
+
 /// A scene: an oscillator, its stops, and what is asked of it.
 #[derive(Debug)]
 pub struct Scene(grazemap::Scene);

@@ -4,7 +4,7 @@
 //! them, [`analysis`] draws their dynamics beside direct simulation, and [`convergence`] measures
 //! them against it. The floors below are re-exported under their names.
 
-pub use grazemap_sim::{flow, hybrid, jet, model, numeric};
+pub use grazemap_sim::{flow, hybrid, interruption, jet, model, numeric};
 
 pub mod orbit;
 

@@ -2,9 +2,10 @@
 //! with stops.
 //!
 //! [`model`] reads a scene, [`flow`] integrates one smooth field, [`hybrid`] flies from event to
-//! event. The floors below, [`numeric`] and [`jet`], are re-exported under their names.
+//! event. The floors below, [`interruption`], [`numeric`] and [`jet`], are re-exported under their
+//! names.
 
-pub use grazemap_jet::{jet, numeric};
+pub use grazemap_jet::{interruption, jet, numeric};
 
 pub mod model;
 

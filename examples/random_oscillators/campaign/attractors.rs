@@ -104,7 +104,8 @@ impl Settled<'_> {
         let closes = |number: usize| apart(&returns[number].state, &state) / size;
         let returned = (0..returns.len()).find(|&number| closes(number) < SETTLED);
         let closed = returned.map(|number| number + 1);
-        match (self.point.period, closed) {
+        let claimed = self.point.returns.map_or(Period::NotFound, Period::Periodic);
+        match (claimed, closed) {
             (Period::Periodic(claimed), _) if claimed > LONGEST => Ok(()),
             (Period::Periodic(claimed), Some(closed)) if claimed == closed => {
                 let hits: usize = returns[..closed].iter().map(|one| one.hits).sum();

@@ -38,8 +38,7 @@ pub(in crate::cli) fn orbits(options: &OrbitsArguments) -> Result<(), CliError> 
         to: options.to,
         points: options.points,
     };
-    let answer = keys.answer(&map, &Bar::new("orbits", outlets.quiet))?;
-    deliver(answer, "orbits", outlets)
+    answered(&keys, "orbits", &map, outlets, |bar| keys.answer(&map, bar))
 }
 
 pub(in crate::cli) fn branch(options: &BranchArguments) -> Result<(), CliError> {
@@ -96,11 +95,11 @@ pub(in crate::cli) fn trajectory(options: &TrajectoryArguments) -> Result<(), Cl
         periods: options.periods,
         samples: options.samples,
     };
-    let bar = Bar::new("orbits", outlets.quiet);
+    let bar = Bar::new("trajectory", outlets.quiet);
     if outlets.csv.is_some() && outlets.json.is_none() && outlets.output.is_none() {
         let (request, remarks) = keys.request(&settled, &bar)?;
         note_all(&remarks, outlets.quiet);
-        return stream(&settled, &request, outlets);
+        return stream(&settled, &request, outlets, &bar);
     }
     deliver(keys.answer(&settled, &bar)?, "trajectory", outlets)
 }
@@ -110,17 +109,20 @@ fn stream(
     settled: &Settled,
     request: &TimeSeriesRequest,
     outlets: &Outlets,
+    bar: &Bar,
 ) -> Result<(), CliError> {
     let model = &settled.scene().model;
     let ended = Cell::new(None);
     outlets.write_csv(&|out| {
         let mut table = CsvStream::new(out, &time_series_columns(model))?;
         let mut written = Ok(());
-        ended.set(Some(each_moment(settled.scene(), settled.orbit(), request, &mut |point| {
+        let push = &mut |point| {
             if written.is_ok() {
                 written = table.push(&time_series_row(model, &point));
             }
-        })));
+        };
+        let (scene, orbit) = (settled.scene(), settled.orbit());
+        ended.set(Some(each_moment(scene, orbit, request, bar, push)));
         written.and_then(|()| table.finish())
     })?;
     match ended.into_inner() {

@@ -9,7 +9,6 @@ pub(super) mod run;
 pub(super) mod scenes;
 pub(super) mod sweeps;
 
-use std::num::NonZero;
 use std::path::PathBuf;
 
 use super::arguments::SceneOptions;
@@ -17,6 +16,7 @@ use super::output::{CliError, Outlets, note, note_all};
 use super::pieces::{Resumable, Sharded};
 use grazemap::analysis::{Shard, Share};
 use grazemap::expansion::check_orders;
+use grazemap::iteration::parallel;
 use grazemap::model::Scene;
 use grazemap::pipeline::{Settled, Source};
 use grazemap::report::to_json;
@@ -26,11 +26,9 @@ use grazemap::{Error, Map};
 /// for.
 fn open(options: &SceneOptions) -> Result<Source, CliError> {
     if let Some(threads) = options.common.threads {
-        // More threads than cores would wait for each other.
-        let cores = std::thread::available_parallelism().map_or(usize::MAX, NonZero::get);
-        let threads = cores.min(threads.into());
-        let threads = rayon::ThreadPoolBuilder::new().num_threads(threads);
-        threads.build_global()?;
+        if !parallel::start(threads.into()) {
+            return Err(CliError::Threads);
+        }
     }
     let joined = options.common.joined.as_ref().and_then(|joined| joined.map.clone());
     let source = match joined {

@@ -93,7 +93,7 @@ impl TrajectoryKeys {
     pub fn answer(&self, settled: &Settled, progress: &dyn Progress) -> Result<Answer, Error> {
         let (request, remarks) = self.request(settled, progress)?;
         refuse_memory(series_bytes(settled.scene(), &request))?;
-        let series = time_series(settled.scene(), settled.orbit(), &request)?;
+        let series = time_series(settled.scene(), settled.orbit(), &request, progress)?;
         let answer = trajectory_answer(settled, &request, &series)?;
         Ok(Answer { remarks, ..answer })
     }

@@ -185,7 +185,7 @@ fn jets_in_time_are_jets_with_time_as_a_variable() {
             "arc tangent",
             a_jet.atan(),
             build(g, |k, _, eu, out| {
-                primitive_part(g, HeadFunction::Atan, k, &a, &atan_w, eu, out)
+                primitive_part(g, HeadFunction::Atan, k, (&a, &a), &atan_w, eu, out)
             }),
         ),
         (

@@ -13,15 +13,16 @@ use std::path::Path;
 use source::{Found, House, Module, Package, Place};
 
 /// Floors, lowest first, each with the floors it may name.
-const FLOORS: [(&str, &[&str]); 14] = [
+const FLOORS: [(&str, &[&str]); 15] = [
+    ("interruption", &[]),
     ("numeric", &[]),
-    ("jet", &["numeric"]),
+    ("jet", &["interruption", "numeric"]),
     ("model", &["numeric"]),
-    ("flow", &["numeric", "jet", "model"]),
-    ("hybrid", &["numeric", "model", "flow"]),
+    ("flow", &["interruption", "numeric", "jet", "model"]),
+    ("hybrid", &["interruption", "numeric", "model", "flow"]),
     ("orbit", &["numeric", "jet", "model", "flow"]),
     ("expansion", &["numeric", "jet", "model", "flow", "orbit"]),
-    ("iteration", &["numeric", "jet", "expansion"]),
+    ("iteration", &["interruption", "numeric", "jet", "expansion"]),
     ("analysis", &["numeric", "jet", "model", "flow", "hybrid", "orbit", "expansion", "iteration"]),
     (
         "convergence",

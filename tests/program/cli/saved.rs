@@ -168,11 +168,16 @@ fn a_changed_coefficient_changes_the_image_and_a_wrong_document_is_refused() {
     let leg = stages.iter_mut().find(|stage| !stage["leg"].is_null());
     let coefficient = &mut leg.expect("a leg")["leg"]["image"][0]["coefficients"][1];
     *coefficient = (coefficient.as_f64().expect("a number") * (1.0 + 1e-9)).into();
+    let (code, [_, said]) = image(&changed.to_string());
+    assert!(code == Some(2) && said.contains("not those that were saved"), "{said}");
+    let members = changed.as_object_mut().expect("an object");
+    assert!(members.remove("integrity").is_some());
     let (code, [after, _]) = image(&changed.to_string());
     assert!(code == Some(0) && after != before, "{after}");
 
     let spoil = |change: &dyn Fn(&mut serde_json::Value)| {
         let mut spoilt = json();
+        spoilt.as_object_mut().expect("an object").remove("integrity");
         change(&mut spoilt);
         image(&spoilt.to_string())
     };

@@ -2,7 +2,7 @@
 //! them, and which of them is the next section point.
 
 use super::number::Number;
-use super::simulator::{Failure, Happening, Kind, Mode, Simulator};
+use super::simulator::{Failure, Happening, Kind, MOST_EVENTS, Mode, Simulator};
 
 /// One approach of an orbit to a stop.
 #[derive(Clone, Debug)]
@@ -51,6 +51,9 @@ pub(crate) fn next_approach<N: Number>(
         if approach.is_some() {
             return Ok(approach);
         }
+        if happened.len() > MOST_EVENTS {
+            return Err(Failure::TooManyEvents);
+        }
     }
 }
 
@@ -91,8 +94,12 @@ pub(crate) struct SectionReturn<N> {
     pub(crate) is_free: bool,
 }
 
+/// Durations within which a return comes back to the section, by definition: so far ahead for an
+/// approach, and so far back from a section point beyond the stop.
+const LONGEST: f64 = 16.5;
+
 /// The return from a point of the tangency section of a stop: to the approach nearest in time to
-/// `duration`, at most three times as far. `None` where there is none.
+/// `duration`. `None` where there is none.
 pub(crate) fn tangency_return<N: Number>(
     orbit: &Simulator<'_, N>,
     stop: usize,
@@ -102,11 +109,11 @@ pub(crate) fn tangency_return<N: Number>(
     let mut orbit = orbit.clone();
     orbit.place_at_minimum(state, stop);
     let mut happened = Vec::new();
+    let until = duration * N::of(LONGEST);
     if orbit.gap(stop).0.is_negative() {
-        orbit.back_to_surface(stop, duration)?;
+        orbit.back_to_surface(stop, until)?;
         happened.push(orbit.respond(stop)?);
     }
-    let until = duration * N::of(3.0);
     loop {
         let found = next_approach(&mut orbit, stop, until, &mut happened)?;
         let Some(approach) = found else { return Ok(None) };

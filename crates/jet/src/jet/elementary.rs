@@ -11,6 +11,7 @@
 use std::sync::Arc;
 
 use super::{Graded, HeadFunction, Jet, JetSpace, Span};
+use crate::interruption;
 use crate::numeric::Scalar;
 
 /// Part of degree `k` of a product:
@@ -82,7 +83,10 @@ pub fn sqrt_part<S: Scalar, A: Graded<S>>(
 /// ```
 ///
 /// The partner of `exp` is itself, those of `sin`, `cos` and of `sinh`, `cosh` are each other, that
-/// of `tanh` is `1/cosh²`; the sign is `−` for `cos`.
+/// of `tanh` is `1/cosh²`, of `1/cosh` its product with `tanh`, of the logistic function its
+/// product with that of the negative; the integrals of `tanh` and of the logistic function have
+/// these as partners. The sign is `−` for `cos`, `1/cosh` and the logistic function of the
+/// negative.
 #[inline(always)]
 pub fn exponential_part<S: Scalar, A: Graded<S>>(
     algebra: &A,
@@ -97,7 +101,7 @@ pub fn exponential_part<S: Scalar, A: Graded<S>>(
         return algebra.head(function, &a[algebra.part(0)], out);
     }
     let sign = match function {
-        HeadFunction::Cos => -S::one(),
+        HeadFunction::Cos | HeadFunction::Sech | HeadFunction::LogisticOfNegative => -S::one(),
         _ => S::one(),
     };
     let factor = sign / S::from_f64(degree as f64);
@@ -125,20 +129,21 @@ pub fn sech_squared_part<S: Scalar, A: Graded<S>>(
     algebra.scaled_convolution(degree, Span::Full, (u, u), -S::one(), out);
 }
 
-/// Part of degree `k` of `u = f(a)` where `w Eu = Ea`, a logarithm or an inverse circular function:
+/// Part of degree `k` of `u = f(a)` where `w Eu = Eb`, a logarithm or an inverse circular function:
 ///
 /// ```text
-/// u_0 = f(a_0),   u_k = ((Ea)_k − Σ_{j=1}^{k−1} (Eu)_j w_{k−j}) / (k w_0)
+/// u_0 = f(a_0),   u_k = ((Eb)_k − Σ_{j=1}^{k−1} (Eu)_j w_{k−j}) / (k w_0)
 /// ```
 ///
-/// with `w = a` for `log`, `1 + a²` for `atan`, `√(1 − a²)` for `asin` and `−√(1 − a²)` for `acos`.
+/// with `b = a` and `w = a` for `log`, `√(1 − a²)` for `asin`, `−√(1 − a²)` for `acos`; with
+/// `b = s² a` and `w = s² + (s a)²` for `atan`, whose number `s` keeps the square in the range.
 /// Analytic where `w_0` is invertible.
 #[inline(always)]
 pub fn primitive_part<S: Scalar, A: Graded<S>>(
     algebra: &A,
     function: HeadFunction,
     degree: usize,
-    a: &[S],
+    (a, b): (&[S], &[S]),
     w: &[S],
     euler_u: &[S],
     out: &mut [S],
@@ -149,7 +154,7 @@ pub fn primitive_part<S: Scalar, A: Graded<S>>(
     out.fill(S::zero());
     algebra.convolve(degree, Span::Interior, euler_u, w, out);
     scale(out, -S::one() / S::from_f64(degree as f64));
-    for (value, &term) in out.iter_mut().zip(&a[algebra.part(degree)]) {
+    for (value, &term) in out.iter_mut().zip(&b[algebra.part(degree)]) {
         *value += term;
     }
     algebra.divide_by_head(w, out);
@@ -244,6 +249,7 @@ impl<S: Scalar> Jet<S> {
         space: &Arc<JetSpace>,
         mut part: impl FnMut(usize, &[S], &mut [S]),
     ) -> Self {
+        interruption::check();
         let mut result = Self::zero(space);
         let mut scratch = vec![S::zero(); space.len()];
         for degree in 0..=space.order() {
@@ -288,7 +294,7 @@ impl<S: Scalar> Jet<S> {
 
     /// Natural logarithm, for a positive head: `a Eu = Ea` with the Euler derivation `E`.
     pub fn ln(&self) -> Self {
-        self.primitive(HeadFunction::Log, self)
+        self.primitive(HeadFunction::Log, self, self)
     }
 
     /// Sine and cosine: `k s_k = Σ_{j=1}^{k} j a_j c_{k−j}` and `k c_k = −Σ_{j=1}^{k} j a_j
@@ -356,19 +362,70 @@ impl<S: Scalar> Jet<S> {
         (u, w)
     }
 
+    /// Reciprocal `u` of the hyperbolic cosine: `Eu = −u t Ea` with `t = tanh a`.
+    pub fn sech(&self) -> Self {
+        let (space, a, euler) = (&*self.space, &self.coefficients, self.euler().coefficients);
+        let (tanh, mut slope) = (self.tanh(), Self::zero(&self.space));
+        Self::build(&self.space, |k, u, out| {
+            if let Some(below) = k.checked_sub(1) {
+                let range = space.degree_range(below);
+                let part = &mut slope.coefficients[range];
+                product_part(space, below, u, &tanh.coefficients, part);
+            }
+            exponential_part(space, HeadFunction::Sech, k, a, &euler, &slope.coefficients, out);
+        })
+    }
+
+    /// Logistic function `s = 1/(1 + e^{−a})`: `Es = s (1 − s) Ea`.
+    pub fn logistic(&self) -> Self {
+        self.logistic_pair().0
+    }
+
+    /// The logistic functions of the jet and of its negative, whose sum is 1.
+    fn logistic_pair(&self) -> (Self, Self) {
+        let (space, a, euler) = (&*self.space, &self.coefficients, self.euler().coefficients);
+        let (mut s, mut r) = (Self::zero(&self.space), Self::zero(&self.space));
+        let mut slope = Self::zero(&self.space).coefficients;
+        let mut scratch = vec![S::zero(); space.len()];
+        for degree in 0..=space.order() {
+            let range = space.degree_range(degree);
+            let part = &mut scratch[range.clone()];
+            for (function, jet) in
+                [(HeadFunction::Logistic, &mut s), (HeadFunction::LogisticOfNegative, &mut r)]
+            {
+                exponential_part(space, function, degree, a, &euler, &slope, part);
+                jet.coefficients[range.clone()].copy_from_slice(part);
+            }
+            product_part(space, degree, &s.coefficients, &r.coefficients, part);
+            slope[range].copy_from_slice(part);
+        }
+        (s, r)
+    }
+
+    /// `u = f(a)` with `Eu = v Ea`, the derivative `v` being known.
+    fn with_slope(&self, function: HeadFunction, slope: &Self) -> Self {
+        let (space, a, euler) = (&*self.space, &self.coefficients, self.euler().coefficients);
+        Self::build(&self.space, |k, _, out| {
+            exponential_part(space, function, k, a, &euler, &slope.coefficients, out);
+        })
+    }
+
     /// Arc sine, for a head inside `(−1, 1)`: `√(1 − a²) Eu = Ea`.
     pub fn asin(&self) -> Self {
-        self.primitive(HeadFunction::Asin, &self.cathetus())
+        self.primitive(HeadFunction::Asin, self, &self.cathetus())
     }
 
     /// Arc cosine, for a head inside `(−1, 1)`: `−√(1 − a²) Eu = Ea`.
     pub fn acos(&self) -> Self {
-        self.primitive(HeadFunction::Acos, &-&self.cathetus())
+        self.primitive(HeadFunction::Acos, self, &-&self.cathetus())
     }
 
-    /// Arc tangent: `(1 + a²) Eu = Ea`.
+    /// Arc tangent: `(1 + a²) Eu = Ea`, times the square of a number that keeps `a²` in the range.
     pub fn atan(&self) -> Self {
-        self.primitive(HeadFunction::Atan, &(self * self).add_constant(S::one()))
+        let factor = self.head().balance(S::one());
+        let shrunk = self.scale(factor);
+        let w = (&shrunk * &shrunk).add_constant(factor * factor);
+        self.primitive(HeadFunction::Atan, &shrunk.scale(factor), &w)
     }
 
     /// `√(1 − a²)`, as `√((1 − a)(1 + a))`: no cancellation near `|a_0| = 1`.
@@ -376,14 +433,14 @@ impl<S: Scalar> Jet<S> {
         (&(-self).add_constant(S::one()) * &self.add_constant(S::one())).sqrt()
     }
 
-    /// `u = f(a)` with `w Eu = Ea`.
-    fn primitive(&self, function: HeadFunction, w: &Self) -> Self {
+    /// `u = f(a)` with `w Eu = Eb`.
+    fn primitive(&self, function: HeadFunction, b: &Self, w: &Self) -> Self {
         Self::build_with_euler(&self.space, |k, _, euler_u, out| {
             primitive_part(
                 &*self.space,
                 function,
                 k,
-                &self.coefficients,
+                (&self.coefficients, &b.coefficients),
                 &w.coefficients,
                 euler_u,
                 out,
@@ -393,16 +450,19 @@ impl<S: Scalar> Jet<S> {
 
     /// Angle of the point `(x, self)`, its head in `(−π, π]`, for a point other than the origin.
     ///
-    /// With `y = self` and `w = x² + y²`: `w Eu = x Ey − y Ex`.
+    /// With `y = self` and `w = x² + y²`: `w Eu = x Ey − y Ex`, both times a number that keeps
+    /// their squares in the range.
     ///
     /// # Panics
     ///
     /// If the two jets are not of one space.
     pub fn atan2(&self, x: &Self) -> Self {
-        let (euler_y, euler_x) = (self.euler(), x.euler());
-        let w = &(self * self) + &(x * x);
+        let factor = self.head().balance(x.head());
+        let (y, x) = (&self.scale(factor), &x.scale(factor));
+        let (euler_y, euler_x) = (y.euler(), x.euler());
+        let w = &(y * y) + &(x * x);
         Self::build_with_euler(&self.space, |k, _, euler_u, out| {
-            let (y, x, w) = (&self.coefficients, &x.coefficients, &w.coefficients);
+            let (y, x, w) = (&y.coefficients, &x.coefficients, &w.coefficients);
             atan2_part(
                 &*self.space,
                 k,
@@ -473,6 +533,11 @@ impl<S: Scalar> Jet<S> {
             HeadFunction::Cosh => self.sinh_cosh().1,
             HeadFunction::Tanh => self.tanh(),
             HeadFunction::SechSquared => self.tanh_and_slope().1,
+            HeadFunction::Sech => self.sech(),
+            HeadFunction::Logistic => self.logistic(),
+            HeadFunction::LogisticOfNegative => self.logistic_pair().1,
+            HeadFunction::Softplus => self.with_slope(function, &self.logistic()),
+            HeadFunction::LogCosh => self.with_slope(function, &self.tanh()),
         }
     }
 }

@@ -78,6 +78,16 @@ pub enum HeadFunction {
     Tanh,
     /// Derivative of the hyperbolic tangent, `1/cosh²`.
     SechSquared,
+    /// Reciprocal of the hyperbolic cosine, `1/cosh`.
+    Sech,
+    /// Logistic function, `1/(1 + e^{−a})`.
+    Logistic,
+    /// Logistic function of the negative, `1/(1 + e^a)`.
+    LogisticOfNegative,
+    /// Integral of the logistic function, `ln(1 + e^a)`.
+    Softplus,
+    /// Integral of the hyperbolic tangent, `ln cosh a`.
+    LogCosh,
 }
 
 /// A graded algebra over the scalars `S`, its elements stored as flat slices.
@@ -162,6 +172,11 @@ pub fn scalar_head<S: Scalar>(function: HeadFunction, a: S) -> S {
         HeadFunction::Cosh => a.sinh_cosh().1,
         HeadFunction::Tanh => a.tanh(),
         HeadFunction::SechSquared => a.sech_squared(),
+        HeadFunction::Sech => a.sech(),
+        HeadFunction::Logistic => a.logistic(),
+        HeadFunction::LogisticOfNegative => (-a).logistic(),
+        HeadFunction::Softplus => a.softplus(),
+        HeadFunction::LogCosh => a.ln_cosh(),
     }
 }
 

@@ -10,6 +10,7 @@ use convolution::{Convolution, Factor, Finish, FullProduct};
 use table::SmallProduct;
 
 use super::{JetSpace, Selection, Span};
+use crate::interruption;
 use crate::numeric::Scalar;
 
 /// A part of one degree: neighbouring runs by their numbers, and their coefficients.
@@ -50,6 +51,7 @@ impl JetSpace {
             S::dispatch(SmallProduct::<S, SET> { space, a, b, out });
             return;
         }
+        interruption::check();
         S::dispatch(FullProduct::<S, SET> {
             table: self.table(),
             a: &a[..self.len()],
@@ -159,6 +161,7 @@ impl JetSpace {
         if low_a + low_b > order {
             return;
         }
+        interruption::check();
         let degrees = low_a + low_b..order + 1;
         let kept = self.degree_start(degrees.start)..self.degree_start(degrees.end);
         let out = &mut out[kept];

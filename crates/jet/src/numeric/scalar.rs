@@ -80,6 +80,37 @@ pub trait Scalar:
         let twice = decay + decay;
         (twice + twice) / (sum * sum)
     }
+    /// `1/cosh`, to full relative accuracy: with `t = e^{−|x|}` it is `2 t/(1 + t²)`.
+    #[inline(always)]
+    fn sech(self) -> Self {
+        let decay = (-self.abs()).exp();
+        (decay + decay) / (Self::one() + decay * decay)
+    }
+    /// Logistic function `1/(1 + e^{−x})`, to full relative accuracy; nothing overflows.
+    #[inline(always)]
+    fn logistic(self) -> Self {
+        let decay = (-self.abs()).exp();
+        self.min(Self::zero()).exp() / (Self::one() + decay)
+    }
+    /// `ln(1 + e^x)`, the integral of the logistic function; nothing overflows.
+    #[inline(always)]
+    fn softplus(self) -> Self {
+        self.max(Self::zero()) + ln_of_one_plus((-self.abs()).exp())
+    }
+    /// `ln cosh x`, the integral of the hyperbolic tangent; nothing overflows.
+    #[inline(always)]
+    fn ln_cosh(self) -> Self {
+        let size = self.abs();
+        size - Self::from_dd(Dd::LN_2) + ln_of_one_plus((-(size + size)).exp())
+    }
+    /// A factor that brings the larger of two sizes between `1e-70` and `1e70`, where their squares
+    /// are numbers; 1 where it is there.
+    #[inline(always)]
+    fn balance(self, other: Self) -> Self {
+        let (one, most) = (Self::one(), Self::from_f64(1e70));
+        let size = self.abs().max(other.abs());
+        (most / size).min(one) * (one / (most * size)).max(one)
+    }
     /// `self` to a real power, for `self > 0`.
     fn powf(self, exponent: Self) -> Self;
     /// Absolute value.
@@ -115,6 +146,15 @@ pub trait Scalar:
     fn dispatch_loops<K: Kernel>(kernel: K) -> K::Output {
         widest(kernel)
     }
+}
+
+/// `ln(1 + x)` for `0 ≤ x ≤ 1`, to full relative accuracy.
+///
+/// NOTE: the rounding of `1 + x`, which the sum itself tells, is taken off the logarithm.
+#[inline(always)]
+fn ln_of_one_plus<S: Scalar>(x: S) -> S {
+    let sum = S::one() + x;
+    sum.ln() - ((sum - S::one()) - x) / sum
 }
 
 /// A [`Scalar`] that is one ordered number: `f64`, `f32` or [`Dd`].

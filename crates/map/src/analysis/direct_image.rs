@@ -35,16 +35,6 @@ pub struct SectionImage<S> {
     pub end: DirectEnd,
 }
 
-/// A direct image with its derivatives, by coordinates first and then by parameters.
-#[derive(Clone, Debug)]
-pub(super) struct VariedImage<S> {
-    pub(super) image: SectionImage<S>,
-    /// Derivatives of the image; none where the return rests on a rigid surface.
-    pub(super) slopes: Option<DMatrix<S>>,
-    /// Derivatives of the gap at the first passage; none where there is none.
-    pub(super) gap_slopes: Option<Vec<S>>,
-}
-
 /// An equilibrium of the free flow.
 #[derive(Clone, Debug)]
 pub(super) struct Equilibrium {
@@ -64,6 +54,8 @@ pub enum DirectEnd {
     NoReturn,
     /// The start is beyond a rigid surface, and no free flight leads there from it.
     Penetrating,
+    /// A rigid surface does not turn what hits it back: the model has no impact there.
+    GoesThrough,
     /// The section falls inside a contact that its coordinates do not tell.
     Ambiguous,
     /// Two surfaces hold the state at once, and no field of the model stands for both.
@@ -90,6 +82,7 @@ impl DirectEnd {
             Self::Returned => "it is not finite",
             Self::NoReturn => "no section point within sixteen return times",
             Self::Penetrating => "it is beyond the surface, and no free flight leads there",
+            Self::GoesThrough => "the reset of a rigid surface leaves it moving into the surface",
             Self::Ambiguous if tangency => {
                 "another surface holds the state where the section is reached, and the \
                  coordinates of a tangency section do not tell which; a section of \
@@ -208,9 +201,10 @@ impl<'a, S: Real> DirectImage<'a, S> {
         self.returns.set_step_limit(limit);
     }
 
-    /// Products of series that the last image took.
+    /// Work that the last image took, in products of series in `f64`.
     pub(super) fn work(&self) -> u64 {
-        (self.returns.steps() * self.products) as u64
+        let each = if S::ROUNDOFF <= Dd::ROUNDOFF { IN_DOUBLE_DOUBLE } else { 1 };
+        (self.returns.steps() * self.products * each) as u64
     }
 
     /// Steps that the last image took.
@@ -339,8 +333,9 @@ impl<'a, S: Real> DirectImage<'a, S> {
         }
     }
 
-    /// The image of a section point with its derivatives by the coordinates and by some active
-    /// parameters: first variations, no differences.
+    /// The image of a section point with its derivatives by the coordinates and then by some active
+    /// parameters: first variations, no differences. There are none where the return rests on a
+    /// rigid surface.
     ///
     /// # Errors
     ///
@@ -350,12 +345,9 @@ impl<'a, S: Real> DirectImage<'a, S> {
         offsets: &[S],
         parameter_offsets: &[S],
         free: &[usize],
-    ) -> Result<VariedImage<S>, AnalysisError> {
+    ) -> Result<(SectionImage<S>, Option<DMatrix<S>>), AnalysisError> {
         self.place(offsets, parameter_offsets)?;
-        let state = self.frame.state().to_vec();
-        let mut directions = self.frame.directions(free);
-        self.returns.onto_section(&state, self.frame.eliminated(), &mut directions);
-        let gap_slopes = self.returns.varied_gap(&state, &directions)?;
+        let (state, directions) = self.directions(free);
         let (image, changes) = self.returns.varied(&state, &directions)?;
         let slopes = changes.map(|changes: Vec<Variation<S>>| {
             let columns = changes.iter().flat_map(|change| {
@@ -364,7 +356,33 @@ impl<'a, S: Real> DirectImage<'a, S> {
             let columns: Vec<S> = columns.collect();
             DMatrix::from_vec(self.frame.dimension(), directions.len(), columns)
         });
-        Ok(VariedImage { image: self.in_offsets(image), slopes, gap_slopes })
+        Ok((self.in_offsets(image), slopes))
+    }
+
+    /// Derivatives of the [gap](Self::gap) by the coordinates and then by some active parameters;
+    /// none where there is no gap.
+    ///
+    /// # Errors
+    ///
+    /// As [`image`](Self::image).
+    pub(super) fn varied_gap(
+        &mut self,
+        offsets: &[S],
+        parameter_offsets: &[S],
+        free: &[usize],
+    ) -> Result<Option<Vec<S>>, AnalysisError> {
+        self.place(offsets, parameter_offsets)?;
+        let (state, directions) = self.directions(free);
+        Ok(self.returns.varied_gap(&state, &directions)?)
+    }
+
+    /// The state placed last, and the directions along the section of the coordinates and of some
+    /// active parameters.
+    fn directions(&self, free: &[usize]) -> (Vec<S>, Vec<Variation<S>>) {
+        let state = self.frame.state().to_vec();
+        let mut directions = self.frame.directions(free);
+        self.returns.onto_section(&state, self.frame.eliminated(), &mut directions);
+        (state, directions)
     }
 
     /// Whether section points are those of a tangency section.
@@ -460,6 +478,7 @@ fn end_of<S: Real>(outcome: &ReturnOutcome<S>) -> DirectEnd {
         ReturnOutcome::NoReturn { .. } => DirectEnd::NoReturn,
         ReturnOutcome::Ambiguous { .. } => DirectEnd::Ambiguous,
         ReturnOutcome::Ended(Outcome::Penetrating { .. }) => DirectEnd::Penetrating,
+        ReturnOutcome::Ended(Outcome::GoesThrough { .. }) => DirectEnd::GoesThrough,
         ReturnOutcome::Ended(Outcome::HeldTwice { .. }) => DirectEnd::HeldTwice,
         ReturnOutcome::Ended(Outcome::HitTogether { surfaces, time }) => {
             DirectEnd::HitTogether { surfaces: *surfaces, time: time.to_f64() }

@@ -32,10 +32,9 @@ const SIMULATED: StepInfo =
 /// [`StepInfo::depth`] is the largest `v²/(2 h'')` of their impact speeds `v`, which is `y²` to
 /// leading order.
 ///
-/// Jacobians are central differences of fourth order whose steps shrink with the depth
-/// ([`linearise`](super::periodic::linearise)): good to about `1e-12` of an entry away from `y =
-/// 0`, where the map has no derivative, and to the digits that double precision leaves the kick
-/// near it.
+/// Jacobians are first variations of the return, with the digits of the return itself away from
+/// `y = 0`, where the map has no derivative; of a return that rests on a rigid surface they are
+/// differences ([`linearise`](super::periodic::linearise)).
 #[derive(Debug)]
 pub struct DirectMap<'a> {
     image: Mutex<DirectImage<'a, f64>>,
@@ -107,15 +106,15 @@ impl<'a> DirectMap<'a> {
         self.grazing_surfaces.iter().map(hits).collect()
     }
 
-    /// Derivatives by the first of the coordinates and parameters, row by row; NaN where there are
+    /// Derivatives by the coordinates and then by some parameters, row by row; NaN where there are
     /// none.
-    fn differences(&self, state: &[f64], parameters: &[f64], by: usize, rows: &mut [f64]) {
+    fn slopes(&self, state: &[f64], parameters: &[f64], free: &[usize], rows: &mut [f64]) {
         rows.fill(f64::NAN);
         let mut direct = locked(&self.image);
-        let found = derivatives(&mut *direct, state, parameters, &self.scales[..by]);
+        let found = derivatives(&mut *direct, state, parameters, free, &self.scales);
         let Some((_, found)) = found else { return };
-        for (place, entry) in rows.iter_mut().enumerate() {
-            *entry = found[(place / by, place % by)];
+        for (row, entries) in found.row_iter().zip(rows.chunks_exact_mut(found.ncols())) {
+            entries.iter_mut().zip(row.iter()).for_each(|(entry, &value)| *entry = value);
         }
     }
 
@@ -182,7 +181,7 @@ impl DiscreteMap for DirectMap<'_> {
         image: &mut [f64],
         jacobian: &mut [f64],
     ) -> StepInfo {
-        self.differences(state, parameters, self.dimension, jacobian);
+        self.slopes(state, parameters, &[], jacobian);
         self.step(state, parameters, image)
     }
 }
@@ -195,7 +194,8 @@ impl DifferentiableMap for DirectMap<'_> {
         image: &mut [f64],
         derivatives: &mut [f64],
     ) -> StepInfo {
-        self.differences(state, parameters, self.scales.len(), derivatives);
+        let free: Vec<usize> = (0..self.parameters).collect();
+        self.slopes(state, parameters, &free, derivatives);
         self.step(state, parameters, image)
     }
 }
@@ -307,7 +307,7 @@ impl<'a, const N: usize> DirectLanes<'a, N> {
 /// [`StepInfo::simulated`] says which of them made a step. The step of a point inside the window is
 /// the map's to the last bit, any other that of [`DirectMap`].
 ///
-/// Jacobians are the map's inside and the differences of [`DirectMap`] outside.
+/// Jacobians are the map's inside and those of [`DirectMap`] outside.
 #[derive(Clone, Debug)]
 pub struct GuardedMap<'d, 'a, M> {
     map: M,

@@ -166,6 +166,24 @@ impl<S: Real> MapEvaluation<S> {
         Self { stages: stages.into_iter().map(stage_of).collect(), dimension: map.dimension() }
     }
 
+    /// Coefficients of all its polynomials.
+    pub(super) fn terms(&self) -> u64 {
+        let of = |jets: &[Jet<S>]| jets.iter().map(|jet| jet.coefficients().len()).sum::<usize>();
+        let terms = self.stages.iter().map(|stage| match stage {
+            StageOf::Leg(jets) => of(jets),
+            StageOf::Contact(contact) => {
+                of(&contact.linear) + of(&contact.quadratic) + contact.depth.coefficients().len()
+            }
+            StageOf::Flown(flown) => flown.terms(),
+            StageOf::Composed(map) => {
+                let polynomials = map.depths.iter().chain(&map.image);
+                let terms = polynomials.flat_map(|polynomial| &polynomial.terms);
+                terms.map(|term| term.coefficient.coefficients().len()).sum()
+            }
+        });
+        terms.sum::<usize>() as u64
+    }
+
     /// The image of a point, everything in offsets.
     pub fn image(&self, offsets: &[S], parameters: &[S]) -> MapImage<S> {
         self.image_with(offsets, parameters, |arrival| {

@@ -24,6 +24,7 @@ mod progress;
 mod refinement;
 mod section_frame;
 mod time_series;
+mod work;
 
 use serde::{Deserialize, Deserializer};
 
@@ -46,6 +47,7 @@ pub use section_frame::{EscapeBound, SectionFrame, escape_bounds, itinerary};
 pub use time_series::{
     EarlyEnd, SeriesPoint, TimeSeries, TimeSeriesRequest, each_moment, time_series,
 };
+pub use work::MOST_WORK;
 
 /// A number read back from a document: NaN where a text has `null`, as JSON has no NaN; formats of
 /// bytes write NaN itself.

@@ -7,7 +7,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::branches::{self, BranchLabel, BranchRequest, Follow};
+use super::branches::{self, BranchLabel, BranchRequest, Extent, Follow};
 use super::direct_image::DirectImage;
 use super::error::AnalysisError;
 use super::evaluation::{DepthEvaluation, MapEvaluation};
@@ -15,8 +15,9 @@ use super::periodic::{
     ByMap, ContactItinerary, Guess, Held, ItineraryOrbit, ItinerarySearch, PeriodicOrbit,
     PeriodicOutcome, PeriodicProblem, finite_or_one, periodic_orbit, window_scales,
 };
-use super::progress::{NoProgress, Progress};
+use super::progress::{Part, Progress};
 use super::section_frame::phase_circle;
+use super::work::Unfinished;
 use crate::expansion::{LocalMap, MapWindow};
 use crate::hybrid::HybridSystem;
 use crate::iteration::{PhaseCircle, parallel};
@@ -136,6 +137,10 @@ pub struct Orbits {
     /// How far direct simulation was searched alone; `None` where it was not.
     #[serde(default)]
     pub reach: Option<DirectReach>,
+    /// Itineraries of which direct simulation alone did not follow all branches: the work was at
+    /// its bound ([`MOST_WORK`](super::MOST_WORK)).
+    #[serde(default)]
+    pub unfinished: Vec<ContactItinerary>,
 }
 
 /// How far direct simulation was searched for orbits by itself: along the branches, in one
@@ -195,6 +200,7 @@ pub fn orbits(
             true => Some(Direct::new(&system, scene, orbit, map)?),
             false => None,
         },
+        unfinished: Unfinished::default(),
     };
     let itineraries = &request.itineraries;
     progress.expect((request.at.len() * itineraries.len()) as u64);
@@ -210,7 +216,10 @@ pub fn orbits(
     });
     let far = far.filter(|_| request.far);
     if let (Some(free), None) = (far, &request.loci) {
-        let wide = parallel::try_map(&request.at, |at| finder.wide_orbits(itineraries, at, free))?;
+        let part = Part::new(progress, Piece::Wide as usize);
+        let wide = parallel::try_map(request.at.iter().enumerate(), |(number, at)| {
+            finder.wide_orbits(itineraries, (free, at), &Part::new(&part, number))
+        })?;
         for (known, found) in cases.iter_mut().zip(wide.concat()) {
             add_new(known, found, phase_circle(scene, orbit));
         }
@@ -219,8 +228,20 @@ pub fn orbits(
     let loci = request.loci.as_ref();
     let loci =
         loci.map(|loci| finder.loci(itineraries, loci, [request.direct, request.far], progress));
+    let loci = loci.transpose()?;
     let reach = far.map(|free| DirectReach { parameter: free, range: finder.range(free, true) });
-    Ok(Orbits { orbits, loci: loci.transpose()?, lost, reach })
+    Ok(Orbits { orbits, loci, lost, reach, unfinished: finder.unfinished.listed() })
+}
+
+/// The parts of a search whose pieces are kept.
+#[derive(Clone, Copy)]
+enum Piece {
+    /// Orbits that direct simulation has by itself, by the values asked for.
+    Wide,
+    /// Folds and flips next to the graze, by the steps.
+    Near,
+    /// The same far from it.
+    Far,
 }
 
 /// The first active parameter that is adjusted so that the orbit grazes; the first of all where
@@ -269,6 +290,7 @@ struct Finder<'a> {
     by_map: Option<(ItinerarySearch<'a>, ByMap<'a>)>,
     /// Where the map's orbits are looked for by direct simulation.
     direct: Option<Direct<'a>>,
+    unfinished: Unfinished,
 }
 
 impl Finder<'_> {
@@ -324,11 +346,15 @@ impl Finder<'_> {
     fn wide_orbits(
         &self,
         itineraries: &[ContactItinerary],
-        at: &[f64],
-        free: usize,
+        (free, at): (usize, &[f64]),
+        progress: &dyn Progress,
     ) -> Result<Vec<Vec<FoundOrbit>>, AnalysisError> {
         let request = self.branches(itineraries, (free, at), [true; 2]);
-        let found = branches::direct_orbits(self.scene, self.orbit, self.map, &request, at[free])?;
+        let asked = (&request, Extent::to(Follow::Asked));
+        let (scene, orbit, map) = (self.scene, self.orbit, self.map);
+        let (found, unfinished) =
+            branches::direct_orbits(scene, orbit, map, asked, at[free], progress)?;
+        self.unfinished.extend(&unfinished);
         let of = |itinerary: &ContactItinerary| {
             let found = found.iter().filter(|orbit| orbit.itinerary == *itinerary);
             found.cloned().collect()
@@ -342,10 +368,13 @@ impl Finder<'_> {
         itineraries: &[ContactItinerary],
         place: (usize, &[f64]),
         direct_and_far: [bool; 2],
+        progress: &dyn Progress,
     ) -> Result<Vec<(BifurcationKind, FoundOrbit)>, AnalysisError> {
         let asked = self.branches(itineraries, place, direct_and_far);
         let (scene, orbit, map) = (self.scene, self.orbit, self.map);
-        let found = branches::followed(scene, orbit, map, &asked, Follow::Asked, &NoProgress)?;
+        let extent = Extent::to(Follow::Asked);
+        let found = branches::followed(scene, orbit, map, &asked, extent, progress)?;
+        self.unfinished.extend(&found.unfinished);
         let points = found.branches.into_iter().flat_map(|branch| branch.points);
         let special = points.filter_map(|point| {
             let kind = match point.special?.label {
@@ -371,11 +400,15 @@ impl Finder<'_> {
     ) -> Result<Vec<Locus>, AnalysisError> {
         let steps = steps(request);
         progress.expect(steps.len() as u64);
-        let at_step = parallel::try_map(&steps, |at| {
+        let [near, beyond] =
+            [Piece::Near, Piece::Far].map(|piece| Part::new(progress, piece as usize));
+        let at_step = parallel::try_map(steps.iter().enumerate(), |(number, at)| {
             let place = (request.free, &at[..]);
-            let mut special = self.bifurcations(itineraries, place, [direct, false])?;
+            let part = Part::new(&near, number);
+            let mut special = self.bifurcations(itineraries, place, [direct, false], &part)?;
             if direct && far {
-                let more = self.bifurcations(itineraries, place, [true; 2])?;
+                let part = Part::new(&beyond, number);
+                let more = self.bifurcations(itineraries, place, [true; 2], &part)?;
                 let circle = phase_circle(self.scene, self.orbit);
                 add_special(&mut special, more.into_iter(), circle);
             }

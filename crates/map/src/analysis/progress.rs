@@ -77,12 +77,14 @@ impl Progress for Part<'_> {
     }
 }
 
-/// The value that an earlier run kept at a place, to the last bit.
+/// The value that an earlier run kept at a place, to the last bit; `None` for one that does not fit
+/// the computation: who wrote a piece is not known.
 pub(crate) fn recalled<T: DeserializeOwned>(
     progress: &(impl Progress + ?Sized),
     place: &[u64],
+    fits: impl FnOnce(&T) -> bool,
 ) -> Option<T> {
-    postcard::from_bytes(&progress.recall(place)?).ok()
+    postcard::from_bytes(&progress.recall(place)?).ok().filter(fits)
 }
 
 /// The value at a place, as an earlier run kept it, or computed and kept.
@@ -91,7 +93,17 @@ pub(crate) fn resumed<T: Serialize + DeserializeOwned>(
     place: &[u64],
     compute: impl FnOnce() -> T,
 ) -> T {
-    recalled(progress, place).unwrap_or_else(|| {
+    resumed_if(progress, place, |_| true, compute)
+}
+
+/// As [`resumed`], where the value that was kept fits the computation.
+pub(crate) fn resumed_if<T: Serialize + DeserializeOwned>(
+    progress: &(impl Progress + ?Sized),
+    place: &[u64],
+    fits: impl FnOnce(&T) -> bool,
+    compute: impl FnOnce() -> T,
+) -> T {
+    recalled(progress, place, fits).unwrap_or_else(|| {
         let value = compute();
         keep(progress, place, &value);
         value
@@ -236,7 +248,7 @@ fn place(index: usize) -> [u64; 2] {
 
 /// What each share found as a whole, as far as this progress has them.
 pub(super) fn given<T: DeserializeOwned>(progress: &dyn Progress) -> impl Iterator<Item = T> {
-    (0..).map_while(|index| recalled(progress, &place(index)))
+    (0..).map_while(|index| recalled(progress, &place(index), |_| true))
 }
 
 /// A computation that begins with the pieces of shares.

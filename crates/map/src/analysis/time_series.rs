@@ -2,9 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::direct_image::hit_together;
+use super::direct_image::{hit_together, products_of_step};
 use super::error::AnalysisError;
+use super::progress::Progress;
 use super::section_frame::{SectionFrame, Values};
+use super::work::MOST_WORK;
 use crate::flow::{Field, Integrator};
 use crate::hybrid::{DirectReturn, HybridSystem, Moment, MomentEvent, Outcome};
 use crate::model::{Model, Response, Scene};
@@ -74,6 +76,9 @@ impl EarlyEnd {
             Outcome::Penetrating { surface, time, .. } => {
                 (format!("the state is beyond the rigid surface `{}`", name(surface)), time)
             }
+            Outcome::GoesThrough { surface, time } => {
+                (format!("the reset of `{}` leaves the state moving into it", name(surface)), time)
+            }
             Outcome::HeldTwice { surfaces: [a, b], time } => {
                 (format!("surfaces `{}` and `{}` hold the state at once", name(a), name(b)), time)
             }
@@ -85,7 +90,15 @@ impl EarlyEnd {
                 };
                 (format!("the state must stay on surface `{}`, {why}", name(surface)), time)
             }
-            Outcome::StepLimit { time, .. } => ("the limit on steps was reached".into(), time),
+            Outcome::Slides { time } => (
+                "the field presses the state from both sides onto a zero of `sign`, `abs`, `min` \
+                 or `max` (dry friction at rest, for example), where the model has no field"
+                    .into(),
+                time,
+            ),
+            Outcome::StepLimit { time, limit } => {
+                (format!("a trajectory takes {limit} steps at most"), time)
+            }
         };
         Some(Self { reason, time })
     }
@@ -127,12 +140,20 @@ pub fn time_series(
     scene: &Scene,
     orbit: &GrazingOrbit,
     request: &TimeSeriesRequest,
+    progress: &dyn Progress,
 ) -> Result<TimeSeries, AnalysisError> {
     let mut points = Vec::new();
-    let mut series = each_moment(scene, orbit, request, &mut |point| points.push(point))?;
+    let push = &mut |point| points.push(point);
+    let mut series = each_moment(scene, orbit, request, progress, push)?;
     series.points = points;
     Ok(series)
 }
+
+/// Most steps of a simulation, whatever a step costs.
+const MOST_STEPS: u64 = 10_000_000;
+
+/// Units of progress of a simulation.
+const UNITS: u64 = 1000;
 
 /// The same, row by row, for series too long to be held; the series returned has no rows.
 ///
@@ -143,6 +164,7 @@ pub fn each_moment(
     scene: &Scene,
     orbit: &GrazingOrbit,
     request: &TimeSeriesRequest,
+    progress: &dyn Progress,
     record: &mut dyn FnMut(SeriesPoint),
 ) -> Result<TimeSeries, AnalysisError> {
     let model = &scene.model;
@@ -152,15 +174,31 @@ pub fn each_moment(
     let (section, duration) = (frame.return_section(), frame.duration());
     let parameters = frame.parameters().to_vec();
     let mut returns = DirectReturn::new(&system, &parameters, section, duration, frame.periods())?;
+    let most = (10 * MOST_WORK / products_of_step(scene) as u64).min(MOST_STEPS);
+    returns.set_step_limit(most as usize);
     let mut rows = Rows::new(model, &parameters);
+    progress.expect(UNITS);
+    let mut done = 0;
+    let mut reached = |time: f64, length: f64| {
+        let units = (UNITS as f64 * time / length) as u64;
+        if units > done {
+            progress.advance(units - done);
+            done = units;
+        }
+    };
     if request.is_grazing_orbit() && orbit.is_physical() {
-        grazing_orbit(scene, orbit, request, &mut |moment| record(rows.row(&moment)))?;
+        let length = duration * request.returns as f64;
+        grazing_orbit(scene, orbit, request, &mut |moment| {
+            reached(moment.time, length);
+            record(rows.row(&moment));
+        })?;
         return Ok(TimeSeries { parameters, duration, points: Vec::new(), early_end: None });
     }
     let settled = duration * request.settle as f64;
     let length = settled + duration * request.returns as f64;
     let samples = request.returns.saturating_add(request.settle).saturating_mul(request.samples);
     let outcome = returns.sample(frame.state(), length, samples, &mut |moment| {
+        reached(moment.time, length);
         if request.settle == 0 || moment.time >= settled {
             record(rows.row(&Moment { time: moment.time - settled, ..moment }));
         }

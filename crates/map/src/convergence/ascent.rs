@@ -4,7 +4,8 @@
 //! faces on which a variable is fixed, or solved for. An ascent moves one variable after another,
 //! to its ends and by steps that shrink, while the depth of a passage is held; then it moves that
 //! depth, over all decades and through zero. It needs no derivatives: those of an error have a pole
-//! on the verge.
+//! on the verge. It is led by images in double precision; what counts is the error at its summit in
+//! double-double, and where that differs the ascent is made once more in double-double.
 
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
@@ -18,6 +19,9 @@ const STEPS: [f64; 3] = [0.5, 0.12, 0.03];
 
 /// Rounds through all variables with one step at most.
 const ROUNDS: usize = 4;
+
+/// Share of an error by which that of an image in double precision may be off at a summit.
+const CONFIRMED: f64 = 0.1;
 
 /// Images of one ascent at most.
 const MOST_IMAGES: usize = 160;
@@ -124,17 +128,24 @@ impl Ascents<'_> {
         let most = MOST_PRODUCTS / starts.len().max(1);
         let ascend = |returns: &mut ExactReturns<'_>, (start, coordinates): Start| {
             let (point, _, errors) = &measured[start];
-            let mut ascent = Ascent {
-                map: self,
-                returns,
-                known: BTreeMap::new(),
-                images: 0,
-                products: 0,
-                most,
-                largest: Largest::new(errors.len()),
-            };
-            coordinates.iter().for_each(|&coordinate| ascent.climb(point, errors, coordinate));
-            ascent.largest
+            let mut largest = Largest::new(errors.len());
+            let mut unsure = coordinates;
+            for rounded in [true, false] {
+                let mut ascent = Ascent {
+                    map: self,
+                    returns,
+                    rounded,
+                    known: BTreeMap::new(),
+                    images: 0,
+                    products: 0,
+                    most,
+                    summits: vec![[None, None]; errors.len()],
+                };
+                unsure.iter().for_each(|&coordinate| ascent.climb(point, errors, coordinate));
+                unsure.retain(|&coordinate| !ascent.confirms(coordinate));
+                ascent.add_summits(&mut largest);
+            }
+            largest
         };
         let found = parallel::map_with(starts, || self.returns.clone(), ascend);
         for found in found {
@@ -203,13 +214,24 @@ struct Place {
 struct Ascent<'a, 'b> {
     map: &'a Ascents<'a>,
     returns: &'a mut ExactReturns<'b>,
-    /// Errors by the bits of the offsets.
-    known: BTreeMap<Vec<u64>, Option<Vec<f64>>>,
+    /// Whether it is led by images in double precision.
+    rounded: bool,
+    /// Errors by the bits of the offsets, by images in double precision or not.
+    known: BTreeMap<(bool, Vec<u64>), Option<Vec<f64>>>,
     images: usize,
     products: usize,
     /// Products of series at most.
     most: usize,
-    largest: Largest,
+    /// The places of the largest error of each coordinate, everywhere and off the verge.
+    summits: Vec<[Option<Summit>; 2]>,
+}
+
+/// A place of a largest error.
+#[derive(Clone, Debug)]
+struct Summit {
+    point: SamplePoint,
+    /// The errors by which it was found.
+    errors: Vec<f64>,
 }
 
 impl Ascent<'_, '_> {
@@ -340,26 +362,66 @@ impl Ascent<'_, '_> {
         if !sample.holds(&point) {
             return None;
         }
-        let bits: Vec<u64> = place.offsets.iter().map(|offset| offset.to_bits()).collect();
-        let errors = match self.known.get(&bits) {
-            Some(errors) => errors.clone(),
-            None => {
-                self.images += 1;
-                let errors = match self.returns.image(&point) {
-                    Ok((image, products)) => {
-                        self.products += products;
-                        image.map(|image| errors(self.map.run, &point, &image))
-                    }
-                    Err(_) => None,
-                };
-                if let Some(errors) = &errors {
-                    self.largest.add(errors, on_verge);
-                }
-                self.known.insert(bits, errors.clone());
-                errors
-            }
+        let errors = self.errors_at(&point, self.rounded)?;
+        self.note(&point, &errors, on_verge);
+        Some((errors[coordinate], place))
+    }
+
+    /// The errors at a point, by an image in double precision or not; `None` where it has none.
+    fn errors_at(&mut self, point: &SamplePoint, rounded: bool) -> Option<Vec<f64>> {
+        let offsets = point.state.iter().chain(&point.parameters);
+        let bits: Vec<u64> = offsets.map(|offset| offset.to_bits()).collect();
+        if let Some(known) = self.known.get(&(rounded, bits.clone())) {
+            return known.clone();
+        }
+        let image = match rounded {
+            true => self.returns.rounded_image(point),
+            false => self.returns.image(point).map(|(image, products)| (image.known(), products)),
         };
-        errors.map(|errors| (errors[coordinate], place))
+        let (image, products) = image.unwrap_or((None, 0));
+        self.images += 1;
+        self.products += products;
+        let errors = image.map(|image| errors(self.map.run, point, &image));
+        self.known.insert((rounded, bits), errors.clone());
+        errors
+    }
+
+    /// Takes in the errors at a point.
+    fn note(&mut self, point: &SamplePoint, errors: &[f64], on_verge: bool) {
+        for (coordinate, summits) in self.summits.iter_mut().enumerate() {
+            let places = if on_verge { 1 } else { 2 };
+            for summit in &mut summits[..places] {
+                let known = summit.as_ref().map_or(f64::NEG_INFINITY, |s| s.errors[coordinate]);
+                let found = errors[coordinate];
+                if found.is_nan() && !known.is_nan() || found > known {
+                    *summit = Some(Summit { point: point.clone(), errors: errors.to_vec() });
+                }
+            }
+        }
+    }
+
+    /// Whether the summit of a coordinate is what it seems in double-double.
+    fn confirms(&mut self, coordinate: usize) -> bool {
+        let Some(summit) = self.summits[coordinate][0].clone().filter(|_| self.rounded) else {
+            return true;
+        };
+        let exact = self.errors_at(&summit.point, false);
+        let seen = summit.errors[coordinate];
+        exact.is_some_and(|exact| (exact[coordinate] - seen).abs() <= CONFIRMED * seen)
+    }
+
+    /// Takes the errors at the summits in.
+    fn add_summits(&mut self, largest: &mut Largest) {
+        for summits in std::mem::take(&mut self.summits) {
+            for (summit, on_verge) in summits.into_iter().zip([true, false]) {
+                let Some(Summit { point, errors }) = summit else { continue };
+                let exact = match self.rounded {
+                    true => self.errors_at(&point, false),
+                    false => Some(errors),
+                };
+                exact.iter().for_each(|errors| largest.add(errors, on_verge));
+            }
+        }
     }
 
     /// The place with the depth that is held, another variable solved for where the first one would

@@ -52,11 +52,15 @@ const MOST_STEPS: (usize, usize) = (50, 500);
 /// Most points whose images are made before what they took is looked at.
 const MOST_AT_ONCE: usize = 64;
 
+/// What a step in double-double costs beside one in `f64`.
+const IN_DOUBLE_DOUBLE: usize = 20;
+
 /// Direct simulation in double-double whose images take a limited number of steps, and what they
 /// cost.
 #[derive(Clone, Debug)]
 pub(super) struct ExactReturns<'a> {
     direct: DirectImage<'a, Dd>,
+    rounded: DirectImage<'a, f64>,
     /// Products of series in a step.
     products: usize,
     /// Steps of the grazing orbit's own image.
@@ -82,7 +86,9 @@ impl<'a> ExactReturns<'a> {
         let own = direct.steps().max(1);
         let limit = MOST_STEPS.0 * own + MOST_STEPS.1;
         direct.set_step_limit(limit);
-        Ok(Self { direct, products: products_of_step(scene), own, limit })
+        let mut rounded = DirectImage::<f64>::new(system, scene, orbit)?;
+        rounded.set_step_limit(limit);
+        Ok(Self { direct, rounded, products: products_of_step(scene), own, limit })
     }
 
     /// Of how many points one is taken, so that images as long as the grazing orbit's own form at
@@ -97,13 +103,45 @@ impl<'a> ExactReturns<'a> {
         (most / (self.limit * self.products)).clamp(1, MOST_AT_ONCE)
     }
 
-    /// The image of a point, if it can be compared, and the products of series that it took.
+    /// The image of a point, and the products of series that it took.
     pub(super) fn image(
         &mut self,
         point: &SamplePoint,
-    ) -> Result<(Option<Vec<Dd>>, usize), AnalysisError> {
-        let image = image(&mut self.direct, point)?;
+    ) -> Result<(ExactImage, usize), AnalysisError> {
+        let image = image_or_none(&mut self.direct, point)?;
         Ok((image, self.direct.steps() * self.products))
+    }
+
+    /// The image of a point in double precision, if it can be compared, and what it took, in
+    /// products of series in double-double.
+    pub(super) fn rounded_image(
+        &mut self,
+        point: &SamplePoint,
+    ) -> Result<(Option<Vec<Dd>>, usize), AnalysisError> {
+        let image = image(&mut self.rounded, point)?;
+        let products = self.rounded.steps() * self.products / IN_DOUBLE_DOUBLE;
+        Ok((image.map(|image| converted(&image)), products))
+    }
+}
+
+/// The image of a point by direct simulation.
+pub(super) enum ExactImage<S = Dd> {
+    /// One that can be compared.
+    Known(Vec<S>),
+    /// No return, or one with contacts other than those of grazing passages.
+    None,
+    /// The point is outside of the model: it has no impact there, as where a restitution is below
+    /// zero. Nothing is said of a map there.
+    Outside,
+}
+
+impl<S> ExactImage<S> {
+    /// The image, if it can be compared.
+    pub(super) fn known(self) -> Option<Vec<S>> {
+        match self {
+            Self::Known(image) => Some(image),
+            Self::None | Self::Outside => None,
+        }
     }
 }
 
@@ -139,7 +177,7 @@ impl ExactImages {
         let mut points = points.into_iter().step_by(one_of);
         let at_once = returns.at_once(MOST_PRODUCTS);
         // Where that is one point, every core simulates one; those beyond the limit are not used.
-        let side_by_side = at_once.max(rayon::current_num_threads());
+        let side_by_side = at_once.max(parallel::threads());
         let (mut truth, mut spent) = (Self::default(), 0);
         while spent < MOST_PRODUCTS {
             let next: Vec<_> = points.by_ref().take(side_by_side).collect();
@@ -167,19 +205,20 @@ impl ExactImages {
             let (image, took) = image?;
             products += took;
             match image {
-                Some(image) => {
+                ExactImage::Known(image) => {
                     self.points.push(point);
                     self.images.push(image);
                 }
-                None => self.excluded += 1,
+                ExactImage::None => self.excluded += 1,
+                ExactImage::Outside => {}
             }
         }
         Ok(products)
     }
 }
 
-/// A point with its image, if it can be compared, and the products of series that it took.
-type Simulated = (SamplePoint, Result<(Option<Vec<Dd>>, usize), AnalysisError>);
+/// A point with its image, and the products of series that it took.
+type Simulated = (SamplePoint, Result<(ExactImage, usize), AnalysisError>);
 
 /// Points in their order, simulated side by side.
 fn simulated(returns: &ExactReturns<'_>, points: Vec<SamplePoint>) -> Vec<Simulated> {
@@ -198,10 +237,21 @@ pub(super) fn image<S: Real>(
     direct: &mut DirectImage<'_, S>,
     point: &SamplePoint,
 ) -> Result<Option<Vec<S>>, AnalysisError> {
+    Ok(image_or_none(direct, point)?.known())
+}
+
+/// The same, or why there is none.
+fn image_or_none<S: Real>(
+    direct: &mut DirectImage<'_, S>,
+    point: &SamplePoint,
+) -> Result<ExactImage<S>, AnalysisError> {
     // NOTE: a return of another number of periods is no image of the map's.
     let image = direct.lifted_image(&converted(&point.state), &converted(&point.parameters))?;
-    let comparable = image.end == DirectEnd::Returned && image.extra_contacts == 0;
-    Ok(comparable.then_some(image.offsets))
+    Ok(match image.end {
+        DirectEnd::Returned if image.extra_contacts == 0 => ExactImage::Known(image.offsets),
+        DirectEnd::GoesThrough => ExactImage::Outside,
+        _ => ExactImage::None,
+    })
 }
 
 /// Whether the order of a map can be measured at an image: it has contacts, all of them at

@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 use super::ConvergenceError;
 use super::ascent::{Ascents, Largest};
 use super::sample::{SamplePoint, WindowSample};
-use super::truth::{ExactImages, ExactReturns, MOST_PRODUCTS, SampleSummary, errors};
+use super::truth::{ExactImage, ExactImages, ExactReturns, MOST_PRODUCTS, SampleSummary, errors};
 use crate::expansion::{LocalMap, MapWindow, NaturalWindow};
 use crate::hybrid::HybridSystem;
 use crate::iteration::{DiscreteMap, parallel};
@@ -622,15 +622,21 @@ impl Search<'_> {
         !points.is_empty()
     }
 
-    /// The errors at a point, `None` where it has no image to compare with, and the products of
-    /// series that its image took.
+    /// The errors at a point, `None` where it has no image to compare with and 0 outside of the
+    /// model, and the products of series that its image took.
     fn errors(
         &self,
         returns: &mut ExactReturns<'_>,
         point: &SamplePoint,
     ) -> (Option<Vec<f64>>, usize) {
         match returns.image(point) {
-            Ok((exact, products)) => (exact.map(|exact| errors(self.run, point, &exact)), products),
+            Ok((ExactImage::Known(exact), products)) => {
+                (Some(errors(self.run, point, &exact)), products)
+            }
+            Ok((ExactImage::None, products)) => (None, products),
+            Ok((ExactImage::Outside, products)) => {
+                (Some(vec![0.0; self.run.dimension()]), products)
+            }
             Err(_) => (None, 0),
         }
     }

@@ -7,6 +7,7 @@ use super::discrete_map::StepInfo;
 use super::lyapunov::{Growth, LyapunovExponent};
 use super::orbit::{MapOrbit, OrbitEnd, OrbitRequest};
 use crate::expansion::{MapKernel, MapWindow};
+use crate::interruption::check_at;
 use crate::jet::kernel::{
     Dual, Interpreter, Kernel, LaneInterpreter, Number, OperationCount, Unset,
 };
@@ -312,6 +313,7 @@ impl<const N: usize> numeric::Kernel for Iterating<'_, '_, N> {
     fn run(mut self) {
         let all = self.request.transient + self.request.keep;
         for iterate in 1..=all {
+            check_at(iterate);
             self.map.run();
             for (number, image) in self.images.iter_mut().enumerate() {
                 *image = *self.map.output(number);
@@ -480,6 +482,7 @@ impl<const N: usize> numeric::Kernel for Stretching<N> {
         // Furthest that each lane came to lie outside.
         let mut furthest = Lanes::splat(f64::NEG_INFINITY);
         for iterate in 0..self.transient + self.iterates {
+            check_at(iterate);
             self.map.run();
             if let Some(bounds) = &self.bounds {
                 let states = self.map.inputs().iter().map(|input| &input.value);

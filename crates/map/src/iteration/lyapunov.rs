@@ -7,6 +7,7 @@ use nalgebra::DMatrix;
 
 use super::discrete_map::DiscreteMap;
 use super::orbit::{MapOrbit, Period};
+use crate::interruption::check_at;
 use crate::numeric::linear::eigenvalues;
 
 /// The largest Lyapunov exponent of an orbit, per iterate.
@@ -45,6 +46,7 @@ pub fn largest_lyapunov_exponent(
     let mut carried = tangent.clone();
     let mut growth = Growth::new(0.0, iterates);
     for iterate in 0..transient + iterates {
+        check_at(iterate);
         let info = map.step_tangent([&state, &tangent], parameters, [&mut image, &mut carried]);
         if !info.valid {
             return None;

@@ -5,6 +5,7 @@ use std::ops::Range;
 
 use super::discrete_map::{DiscreteMap, StepInfo};
 use super::phase_circle::PhaseCircle;
+use crate::interruption::check_at;
 
 /// What is asked of an orbit.
 #[derive(Clone, Debug, PartialEq)]
@@ -138,6 +139,7 @@ impl MapOrbit {
         let mut orbit = Self::begin(initial, request);
         let mut image = vec![0.0; dimension];
         for iterate in 1..=request.transient + request.keep {
+            check_at(iterate);
             let info = map.step(&orbit.last, parameters, &mut image);
             orbit.arrive(&image, info, request, iterate);
             if orbit.end != OrbitEnd::Completed {
@@ -165,6 +167,7 @@ impl MapOrbit {
         let mut going = vec![true; orbits.len()];
         let mut infos = vec![StepInfo::default(); orbits.len()];
         for iterate in 1..=request.transient + request.keep {
+            check_at(iterate);
             step(&going, &states, &mut images, &mut infos);
             let arrivals = images.chunks_exact(dimension).zip(&infos);
             for ((orbit, (image, info)), going) in orbits.iter_mut().zip(arrivals).zip(&mut going) {
@@ -333,15 +336,15 @@ impl Period {
     ///
     /// States agree if every coordinate agrees to `tolerance` times its scale. A period is accepted
     /// if *all* states agree with those a period later, and the run holds it at least twice. An
-    /// orbit that still approaches a period by alternating about it (a multiplier near −1)
-    /// seems to have twice that period: where the alternation shrinks along the run, half of it
-    /// is the period.
+    /// orbit that still approaches a period while it turns about it seems to have a multiple of
+    /// that period: twice of it near a multiplier −1, `q` times near a `q`-th root of 1. The least
+    /// part of a period by which states come closer along the run is the period.
     pub fn of(states: &[f64], scales: &[f64], tolerance: f64) -> Self {
         Run { states, scales, circle: PhaseCircle::none() }.period(tolerance)
     }
 }
 
-/// Share of its first amplitude below which an alternation has shrunk.
+/// Share of its first value below which a distance of states has shrunk.
 const SHRUNK: f64 = 0.95;
 
 /// Largest distance of states a period apart, in scales, of an orbit that converges.
@@ -364,23 +367,28 @@ impl Run<'_> {
             let mut states = 0..self.count() - shift;
             states.all(|number| self.apart(number, shift) <= tolerance)
         };
-        let found = (1..=self.count() / 2).find(|&shift| agree(shift));
-        match found {
-            None => Period::NotFound,
-            Some(period) if self.alternation_shrinks(period) => Period::Periodic(period / 2),
-            Some(period) => Period::Periodic(period),
-        }
+        self.without_approach((1..=self.count() / 2).find(|&shift| agree(shift)))
+    }
+
+    /// A period that was found, or the least part of it by which states come closer along the run:
+    /// an approach that turns by a fraction of a circle in that time nearly repeats after as many
+    /// of them, and alternates where the fraction is a half.
+    fn without_approach(&self, found: Option<usize>) -> Period {
+        let Some(period) = found else { return Period::NotFound };
+        let is_approached = |&part: &usize| period % part == 0 && self.comes_closer(part, period);
+        Period::Periodic((1..period).find(is_approached).unwrap_or(period))
     }
 
     /// The period that a run of states approaches: those a period apart agree to `tolerance` and
-    /// come closer from the first half of the run to the second, which hold it once at least.
+    /// come closer from the first half of the run to the second, which hold it once at least. A
+    /// part of it that is approached is the period, as in [`period`](Self::period).
     fn approached(&self, tolerance: f64) -> Period {
         let approaches = |&shift: &usize| {
             let pairs = self.count() - shift;
             let first = self.distance(shift, 0..pairs / 2);
             first <= tolerance && self.distance(shift, pairs - pairs / 2..pairs) < SHRUNK * first
         };
-        (1..=self.count() / 3).find(approaches).map_or(Period::NotFound, Period::Periodic)
+        self.without_approach((1..=self.count() / 3).find(approaches))
     }
 
     /// Whether states a period apart, by any period, come nearer to each other all along the run:
@@ -415,14 +423,15 @@ impl Run<'_> {
         states.map(|number| self.apart(number, shift)).fold(0.0, f64::max)
     }
 
-    /// Whether states half a period apart come closer along the run.
-    fn alternation_shrinks(&self, period: usize) -> bool {
-        let (half, count) = (period / 2, self.count());
-        if period % 2 == 1 || count < half + 2 * period {
+    /// Whether states this part of a period apart come closer from the first period of the run to
+    /// the last.
+    fn comes_closer(&self, part: usize, period: usize) -> bool {
+        let count = self.count();
+        if count < part + 2 * period {
             return false;
         }
-        let first = self.distance(half, 0..period);
-        let last = self.distance(half, count - half - period..count - half);
+        let first = self.distance(part, 0..period);
+        let last = self.distance(part, count - part - period..count - part);
         last < SHRUNK * first
     }
 }
@@ -559,6 +568,30 @@ mod tests {
         // What does not come closer has no period, however small it is.
         let turns: Vec<f64> = (0..64).map(|n| 1e-6 * (1.3 * f64::from(n)).cos()).collect();
         assert_eq!(approached(&turns, 1e-5), Period::NotFound);
+    }
+
+    #[test]
+    fn an_approach_that_turns_has_the_period_it_approaches() {
+        // By a factor of 0.98 and a part of a turn in every period: states as many periods apart
+        // as the turn takes differ by at most 1e-5, those one period apart by 1e-4.
+        let turn = |n: i32, turns: i32| {
+            let angle = std::f64::consts::TAU / f64::from(turns);
+            1e-4 * 0.98_f64.powi(n) * (angle * f64::from(n)).cos()
+        };
+        for (period, turns) in [(1, 2), (2, 2), (3, 2), (1, 3), (1, 5), (2, 5)] {
+            let run = |offset: &dyn Fn(i32) -> f64| {
+                let states = (0..120).map(|n| f64::from(n % period) + offset(n / period));
+                let states: Vec<f64> = states.collect();
+                let run = Run { states: &states, scales: &[1.0], circle: PhaseCircle::none() };
+                [run.period(1e-5), run.approached(1e-5)]
+            };
+            let approached = run(&|n| turn(n, turns));
+            assert_eq!(approached, [Period::Periodic(period as usize); 2], "{period} {turns}");
+            // An orbit of as many periods does not come closer to one.
+            let multiple = run(&|n| 1e-3 * f64::from(n % turns) + 1e-6 * 0.9_f64.powi(n));
+            let whole = (turns * period) as usize;
+            assert_eq!(multiple[1], Period::Periodic(whole), "{period} {turns}");
+        }
     }
 
     #[test]

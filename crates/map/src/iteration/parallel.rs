@@ -1,15 +1,82 @@
-//! What is computed side by side, on all threads of the pool.
+//! What is computed side by side, on all threads of the pool of this process.
 //!
-//! One function asks the pool, so that its code is compiled once and not for every closure.
+//! One function asks the pool, so that its code is compiled once and not for every closure. What
+//! threads of the pool do belongs to the computation that asked for it: one
+//! [`Interruption`](crate::interruption::Interruption) ends it all.
 
+use std::env;
+use std::num::NonZero;
+use std::process;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
+use std::thread::available_parallelism;
 
 use rayon::prelude::*;
+use rayon::{ThreadPool, ThreadPoolBuilder};
+
+use crate::interruption::{Work, check};
+
+/// The threads of a process.
+struct Pool {
+    process: u32,
+    /// None where the system gives no threads: then one does all.
+    threads: Option<ThreadPool>,
+    /// The pool of a process that this one forked into: a fork has none of its parent's threads.
+    forked: OnceLock<Box<Pool>>,
+}
+
+static FIRST: OnceLock<Pool> = OnceLock::new();
+
+impl Pool {
+    /// A pool of so many threads, at most one for each core: more would wait for each other.
+    fn new(threads: usize) -> Self {
+        let threads = ThreadPoolBuilder::new().num_threads(threads.clamp(1, cores())).build().ok();
+        Self { process: process::id(), threads, forked: OnceLock::new() }
+    }
+
+    /// The pool of this process.
+    fn own() -> &'static Self {
+        let process = process::id();
+        let mut pool = FIRST.get_or_init(|| Self::new(threads_of_environment()));
+        while pool.process != process {
+            let like = pool.threads.as_ref().map_or(1, ThreadPool::current_num_threads);
+            pool = pool.forked.get_or_init(|| Box::new(Self::new(like)));
+        }
+        pool
+    }
+}
+
+fn cores() -> usize {
+    available_parallelism().map_or(1, NonZero::get)
+}
+
+/// What the environment allows of threads.
+fn threads_of_environment() -> usize {
+    let stated = env::var("RAYON_NUM_THREADS").ok().and_then(|number| number.parse().ok());
+    stated.filter(|&threads: &usize| threads > 0).unwrap_or(usize::MAX)
+}
+
+/// Starts the pool of this process with so many threads, at most one for each core; whether it did:
+/// a pool that is at work stays.
+pub fn start(threads: usize) -> bool {
+    FIRST.set(Pool::new(threads)).is_ok()
+}
 
 /// Threads among which work is shared.
-pub(crate) fn threads() -> usize {
-    rayon::current_num_threads()
+pub fn threads() -> usize {
+    in_pool(|shared| if shared { rayon::current_num_threads() } else { 1 })
+}
+
+/// Does work on a thread of the pool, or of another pool that this thread belongs to; on this
+/// thread alone, which the work is told, where there are no others.
+fn in_pool<T: Send>(work: impl FnOnce(bool) -> T + Send) -> T {
+    if rayon::current_thread_index().is_some() {
+        return work(true);
+    }
+    match &Pool::own().threads {
+        Some(pool) => pool.install(|| work(true)),
+        None => work(false),
+    }
 }
 
 /// The values of items, in the items' order.
@@ -83,9 +150,31 @@ pub fn try_map_with<I: Send, S: Send, T: Send, E: Send>(
     values.into_iter().flatten().collect()
 }
 
+/// The values of two functions.
+pub fn join<A: Send, B: Send>(
+    one: impl FnOnce() -> A + Send,
+    other: impl FnOnce() -> B + Send,
+) -> (A, B) {
+    let whole = Work::current();
+    in_pool(|shared| match shared {
+        true => rayon::join(|| whole.resume(one), || whole.resume(other)),
+        false => (one(), other()),
+    })
+}
+
 /// Does the work of every number below a count.
 fn each(count: usize, work: &(dyn Fn(usize) + Sync)) {
-    (0..count).into_par_iter().for_each(work);
+    let whole = Work::current();
+    let part = |number| {
+        whole.resume(|| {
+            check();
+            work(number);
+        });
+    };
+    in_pool(|shared| match shared {
+        true => (0..count).into_par_iter().for_each(part),
+        false => (0..count).for_each(part),
+    });
 }
 
 /// What a mutex holds, also after a panic of another thread.
@@ -95,9 +184,13 @@ pub(crate) fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 
 #[cfg(test)]
 mod tests {
+    use std::panic::{AssertUnwindSafe, catch_unwind};
     use std::sync::atomic::AtomicUsize;
+    use std::thread;
+    use std::time::Duration;
 
     use super::*;
+    use crate::interruption::Interruption;
 
     #[test]
     fn items_are_lent_given_or_changed_and_keep_their_order() {
@@ -114,12 +207,37 @@ mod tests {
         let made = AtomicUsize::new(0);
         let state = || made.fetch_add(1, Ordering::Relaxed);
         map_with(0..1000, state, |_, number: usize| number);
-        assert!(made.into_inner() <= rayon::current_num_threads());
+        assert!(made.into_inner() <= threads());
+    }
+
+    #[test]
+    fn a_request_ends_the_work_of_all_threads() {
+        let interruption = Interruption::default();
+        let begun = AtomicUsize::new(0);
+        let ended = catch_unwind(AssertUnwindSafe(|| {
+            interruption.cover(|| {
+                map(0..100_000, |_| {
+                    if begun.fetch_add(1, Ordering::Relaxed) == 10 {
+                        interruption.request();
+                    }
+                    thread::sleep(Duration::from_micros(10));
+                })
+            })
+        }));
+        assert!(ended.is_err());
+        assert!(begun.into_inner() <= 11 + threads());
+        assert_eq!(map(0..3, |number| number), [0, 1, 2]);
+    }
+
+    #[test]
+    fn two_functions_run_side_by_side_and_in_each_other() {
+        let inner = || join(|| map(0..3, |number| number), || 5).0;
+        assert_eq!(join(inner, || "other"), (vec![0, 1, 2], "other"));
     }
 
     #[test]
     fn after_an_error_nothing_is_begun() {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
+        let pool = ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
         let begun = AtomicUsize::new(0);
         let found = pool.install(|| {
             try_map(0..100, |number| {

@@ -85,6 +85,11 @@ impl Field {
         self.watched
     }
 
+    /// Whether a solution may meet a corner of the field or of a watched function.
+    pub(crate) fn has_corners(&self) -> bool {
+        !self.series.corners().is_empty()
+    }
+
     /// The program for jets: outputs are the derivatives, then the watched functions.
     pub fn program(&self) -> &Program {
         &self.jet_program

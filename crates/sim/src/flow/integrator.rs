@@ -11,9 +11,11 @@
 use num_traits::Zero as _;
 
 use super::FlowError;
+use super::corners::{Corner, cut};
 use super::field::Field;
 use super::series::Series;
 use super::step_control::{log2_step, margin_for, order_for_numbers};
+use crate::interruption::check;
 use crate::numeric::{Branched, Kernel, Lanes, Mask, Real, Scalar, polynomial};
 
 /// Taylor integrator of one field over `f64`, double-double or lanes.
@@ -56,6 +58,8 @@ pub struct Carried<S: Branched> {
     pub not_finite: S::Mask,
     /// What is left of the durations.
     pub remaining: S,
+    /// How many steps ended at a corner, of any lane.
+    pub corners: usize,
 }
 
 /// Compiles flows here, once, for the numbers of the packages above: instances that are never
@@ -77,6 +81,12 @@ compile_for!(IN_F64: f64, IN_DOUBLE_DOUBLE: crate::numeric::Dd);
 
 /// Most steps one flow may take.
 const MAX_STEPS: usize = 1_000_000;
+
+/// Share of a step below which one that ends at a corner does not lead away from it.
+pub(crate) const SLIDES: f64 = 1e-9;
+
+/// Most such steps one after another: more, and the solution slides along the corner.
+pub(crate) const MOST_SLIDES: usize = 100;
 
 /// Longest step where nothing was asked: reached only where the solution is a polynomial in time.
 const DEFAULT_MAX_STEP: f64 = 1e3;
@@ -146,21 +156,32 @@ impl<'a, S: Branched> Integrator<'a, S> {
     ) -> Carried<S> {
         let zero = S::zero();
         let (mut not_finite, mut remaining) = (S::Mask::NONE, durations);
+        let (mut corners, mut slides) = (0, 0);
         while *steps_left > 0 {
             let going = !remaining.is_equal(zero) & !not_finite;
             if !going.any() {
                 break;
             }
             *steps_left -= 1;
+            check();
             let step = self.expand(state, parameters);
             let flown = going & zero.is_below(step.length);
             not_finite |= going & !flown;
             let is_last = remaining.abs().is_at_most(step.length);
-            let length = S::select(is_last, remaining, step.length * remaining.signum());
+            let whole = S::select(is_last, remaining, step.length * remaining.signum());
+            let length = step.until_corner(whole);
+            let is_cut = flown & !length.is_equal(whole);
+            if is_cut.any() {
+                let slow = is_cut & length.abs().is_at_most(step.length * S::from_f64(SLIDES));
+                (corners, slides) = (corners + 1, if slow.any() { slides + 1 } else { 0 });
+                if slides > MOST_SLIDES {
+                    break;
+                }
+            }
             S::dispatch(Advance { step, time: length, wanted: flown, state: &mut *state });
             remaining = S::select(flown, remaining - length, remaining);
         }
-        Carried { not_finite, remaining }
+        Carried { not_finite, remaining, corners }
     }
 }
 
@@ -269,6 +290,12 @@ impl<S: Branched> Step<'_, S> {
         }
     }
 
+    /// A length of either sign, cut just behind the first corner of the field on the way.
+    pub(crate) fn until_corner(&self, length: S) -> S {
+        let corners = self.field.series().corners();
+        cut(corners, |slot| self.series.coefficients(slot), length)
+    }
+
     /// A state component at a time since the start of the step.
     pub fn component_at(&self, component: usize, time: S) -> S {
         polynomial::value(self.state_coefficients(component), time)
@@ -314,6 +341,11 @@ impl<S: Branched> Kernel for Lengths<'_, '_, S> {
         for &component in field.series().limiting() {
             let own = log2_step(series.coefficients(component), margin);
             log2_length = log2_length.min(own);
+        }
+        // NOTE: beside a corner the solution may be a polynomial, and then its zero alone decides
+        // where the step ends.
+        for slot in field.series().corners().iter().flat_map(Corner::slots) {
+            log2_length = log2_length.min(log2_step(series.coefficients(slot), margin));
         }
         let length = log2_length.mapped(f64::exp2);
         let mut length = length.min(S::Rounded::from_f64(max_step));

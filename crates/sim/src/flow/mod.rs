@@ -3,6 +3,7 @@
 //! Deliberately absent: impacts and contact.
 
 mod affine;
+mod corners;
 mod field;
 mod integrator;
 mod jet_transport;
@@ -17,6 +18,7 @@ pub use affine::{AffineExpressions, AffineFieldRows, AffineFlow, AffineRows, Row
 pub(crate) use affine::{Backend, Batch, NumberMask, RoundedNumber, Single, SpanTables};
 pub use field::{Field, FlowError, bound_but};
 pub use integrator::{Carried, Integrator, LaneIntegrator, LaneStep, Step, horner};
+pub(crate) use integrator::{MOST_SLIDES, SLIDES};
 pub use jet_transport::{
     JetFlow, LocalSeries, at_series_time, flow_with_jacobian, flow_with_jacobian_within,
     jet_transport, jet_transport_taylor, local_series, local_series_kept_to,

@@ -101,6 +101,7 @@ impl Program {
                     | Operation::OfPhase { .. }
                     | Operation::SignTimes { .. }
                     | Operation::Sign(_)
+                    | Operation::Balance(..)
             )
         };
         self.operations.iter().filter(is_product).count()
@@ -114,6 +115,18 @@ impl Program {
     /// The slots a slot is computed from.
     pub(crate) fn operands(&self, slot: usize) -> impl Iterator<Item = usize> + use<> {
         self.operations[slot].operands()
+    }
+
+    /// Whether each slot changes along a solution; `inputs` as the program was lowered with.
+    pub(super) fn moving(&self, inputs: &[InputKind]) -> Vec<bool> {
+        let is_moving =
+            |kind: &InputKind| matches!(kind, InputKind::Variable | InputKind::LinearInTime);
+        let mut moves: Vec<bool> = inputs.iter().map(is_moving).collect();
+        for slot in inputs.len()..self.slots() {
+            let moving = self.operands(slot).any(|operand| moves[operand]);
+            moves.push(moving);
+        }
+        moves
     }
 
     /// Computes the part of one degree of every slot but the inputs'.

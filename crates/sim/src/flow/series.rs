@@ -9,6 +9,7 @@
 mod expansion;
 mod lowering;
 
+use super::corners::Corner;
 use super::program::{Operation, Slot, run};
 use super::resolution::Argument;
 use crate::jet::TimeSeries;
@@ -43,6 +44,8 @@ pub(super) struct SeriesProgram {
     limiting: Vec<usize>,
     /// The arguments of functions that may have narrow features.
     arguments: Vec<Argument>,
+    /// The corners that a step ends behind.
+    corners: Vec<Corner>,
     /// Whether each slot of the field's program is a linear combination of inputs.
     combinations: Vec<bool>,
 }
@@ -56,6 +59,11 @@ impl SeriesProgram {
     /// The arguments of functions that may have narrow features: they limit a step too.
     pub(super) fn arguments(&self) -> &[Argument] {
         &self.arguments
+    }
+
+    /// The corners that a solution may meet.
+    pub(super) fn corners(&self) -> &[Corner] {
+        &self.corners
     }
 
     /// Whether a slot of the field's program is as well resolved as the states are: a linear

@@ -15,6 +15,7 @@ use super::response::{PASSES, Rebound};
 use super::return_map::{DirectReturn, LONGEST};
 use super::system::HybridSystem;
 use super::trajectory::ReturnSection;
+use crate::interruption::check;
 use crate::numeric::{Branched, Kernel, LaneMask, Lanes, Mask, Scalar, wide};
 
 /// Most steps of a return in lanes.
@@ -114,6 +115,7 @@ impl<F: LaneFlow<N>, const N: usize> Kernel for Returning<'_, F, N> {
             if !flight.orbits.alive.any() {
                 break;
             }
+            check();
             flight.step();
         }
         flight.orbits.advance(&mut flight.passage, flight.periods);

@@ -181,8 +181,13 @@ impl Simulator<'_, f64> {
 impl<S: Real> DirectReturn<'_, S> {
     /// Whether returns of this kind may be flown in lanes.
     pub fn fits_lanes(&self) -> bool {
-        let surfaces = &self.simulator.system().surfaces[..];
-        is_wide() && matches!(surfaces, [surface] if matches!(surface.law, Law::Rigid { .. }))
+        let system = self.simulator.system();
+        let surfaces = &system.surfaces[..];
+        // NOTE: a corner ends a step in one direction alone, which lanes do not tell apart.
+        let is_smooth = !system.free.field.has_corners();
+        is_smooth
+            && is_wide()
+            && matches!(surfaces, [surface] if matches!(surface.law, Law::Rigid { .. }))
     }
 
     /// Whether returns of both are flown in one way.

@@ -71,6 +71,8 @@ pub(super) struct Motion<S> {
     pub(super) headings: Vec<Heading>,
     /// The time in which the motion changed on the last step.
     pub(super) last_step: S,
+    /// Steps one after another that ended at a corner of the field and did not lead away from it.
+    pub(super) slides: usize,
     /// Time of the last change of velocity or regime at a surface; before all times where there was
     /// none.
     pub(super) changed: S,
@@ -96,6 +98,7 @@ impl<S: Real> Motion<S> {
             leaving: vec![None; surfaces],
             headings: vec![Heading::Unknown; surfaces],
             last_step: S::one(),
+            slides: 0,
             changed: S::from_f64(f64::NEG_INFINITY),
             changes: 0,
         }

@@ -185,6 +185,11 @@ pub(super) trait Flight<S: Real> {
     /// The time in which the motion changes.
     fn time_scale(&self) -> S;
 
+    /// Whether the step ends at a corner of the field.
+    fn ends_at_corner(&self) -> bool {
+        false
+    }
+
     /// What is known beforehand of a watched function on `[0, length]`.
     fn outlook(&mut self, watch: usize, length: S, goal: &Goal<S>) -> Outlook;
 
@@ -208,18 +213,21 @@ pub(super) enum Outlook {
 pub(super) struct TaylorFlight<'s, S: Real> {
     step: Step<'s, S>,
     length: S,
+    /// The length that the step has but for corners of the field.
+    whole: S,
 }
 
 impl<'s, S: Real> TaylorFlight<'s, S> {
-    /// `watches`: number of watched functions.
+    /// `watches`: number of watched functions; `direction`: 1, or −1 for a flight back.
     ///
     /// NOTE: a state at rest on a surface is a polynomial of any length while the force that will
     /// release it is not, so the watched functions limit the step as well.
-    pub(super) fn new(step: Step<'s, S>, watches: usize) -> Self {
+    pub(super) fn new(step: Step<'s, S>, watches: usize, direction: f64) -> Self {
         let length = (0..watches)
             .fold(step.length.to_f64(), |length, watch| length.min(step.watched_length(2 * watch)));
-        let length = S::from_f64(length);
-        Self { step, length }
+        let whole = S::from_f64(length);
+        let length = step.until_corner(whole * S::from_f64(direction)).abs();
+        Self { step, length, whole }
     }
 }
 
@@ -229,7 +237,11 @@ impl<S: Real> Flight<S> for TaylorFlight<'_, S> {
     }
 
     fn time_scale(&self) -> S {
-        self.length
+        self.whole
+    }
+
+    fn ends_at_corner(&self) -> bool {
+        self.length < self.whole
     }
 
     fn outlook(&mut self, watch: usize, length: S, goal: &Goal<S>) -> Outlook {

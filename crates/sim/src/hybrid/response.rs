@@ -232,7 +232,7 @@ impl<S: Real> Simulator<'_, S> {
         let rebound = Rebound::new(speed, &after);
         self.record(surface, EventKind::Impact { speed, rebound: after.velocity }, record);
         if after.velocity < -speed.abs() * S::from_f64(PASSES) {
-            return Err(Outcome::Penetrating { surface, time: self.motion.time, gap: after.gap });
+            return Err(Outcome::GoesThrough { surface, time: self.motion.time });
         }
         self.check_order(surface)?;
         let regime = self.motion.regime;

@@ -28,6 +28,7 @@ use super::system::{HybridSystem, Law, ReleaseSlopes, SurfaceLaw};
 use super::trajectory::{Event, Outcome, Trajectory};
 use super::variation::Change;
 use crate::flow::Integrator;
+use crate::interruption::check;
 use crate::numeric::Real;
 
 /// Direct simulation of a [`HybridSystem`] over `f64` or double-double.
@@ -192,6 +193,7 @@ impl<'a, S: Real> Simulator<'a, S> {
         motion.turns = 0;
         self.steps = 0;
         motion.lose_headings();
+        motion.slides = 0;
         motion.regime = Regime::Free;
         motion.changed = S::from_f64(f64::NEG_INFINITY);
         motion.changes = 0;
@@ -424,6 +426,7 @@ impl<S: Real> Simulator<'_, S> {
                 return Ok(Stop::Horizon);
             }
             self.steps += 1;
+            check();
             let flown = match self.exact_step(horizon, approach, record) {
                 Some(flown) => flown,
                 None => self.step(horizon, approach, record)?,
@@ -468,6 +471,7 @@ impl<S: Real> Simulator<'_, S> {
         self.respond(surface, &mut |_| {})?;
         while self.steps < self.step_limit {
             self.steps += 1;
+            check();
             if self.regime() == Regime::Free {
                 return Ok(true);
             }

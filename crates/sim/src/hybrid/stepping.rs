@@ -11,7 +11,7 @@ use super::search::{Gap, SearchEnd, search_scalar};
 use super::simulator::{Simulator, SurfaceTools, Work};
 use super::system::{HybridSystem, Law, RegimeField, Watch};
 use super::trajectory::{Event, EventKind, Outcome};
-use crate::flow::Integrator;
+use crate::flow::{Integrator, MOST_SLIDES, SLIDES};
 use crate::numeric::{Branched, Mask, Real, Scalar};
 
 impl<S: Real> Simulator<'_, S> {
@@ -42,7 +42,9 @@ impl<S: Real> Simulator<'_, S> {
         let flown = match exact {
             Some(mut flight) => leg.fly(&mut flight, record),
             None => match integrator.step(&leg.motion.state, parameters) {
-                Ok(step) => leg.fly(&mut TaylorFlight::new(step, regime.watches.len()), record),
+                Ok(step) => {
+                    leg.fly(&mut TaylorFlight::new(step, regime.watches.len(), 1.0), record)
+                }
                 Err(_) => Err(Outcome::Diverged { time: leg.motion.time }),
             },
         };
@@ -183,7 +185,17 @@ impl<S: Real> Leg<'_, S> {
             None => {}
         }
         let (motion, work) = (&mut *self.motion, &mut *self.work);
-        let stuck = stop.is_none() && length < remaining && motion.time + length == motion.time;
+        if stop.is_none() && flight.ends_at_corner() {
+            let slow = length <= flight.time_scale() * S::from_f64(SLIDES);
+            motion.slides = if slow { motion.slides + 1 } else { 0 };
+            if motion.slides > MOST_SLIDES {
+                return Err(Outcome::Slides { time: motion.time });
+            }
+        }
+        let stuck = stop.is_none()
+            && length < remaining
+            && motion.time + length == motion.time
+            && !flight.ends_at_corner();
         if stuck || !flight.land(length, &mut work.next) {
             return Err(Outcome::Diverged { time: motion.time });
         }
@@ -392,7 +404,7 @@ impl<S: Real> Simulator<'_, S> {
         match exact {
             Some(mut flight) => leg.fly(&mut flight),
             None => match free.step(&leg.motion.state, parameters) {
-                Ok(step) => leg.fly(&mut TaylorFlight::new(step, self.surfaces.len())),
+                Ok(step) => leg.fly(&mut TaylorFlight::new(step, self.surfaces.len(), -1.0)),
                 Err(_) => Err(Outcome::Diverged { time: leg.motion.time }),
             },
         }

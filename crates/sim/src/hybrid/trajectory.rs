@@ -62,6 +62,14 @@ pub enum Outcome<S> {
         /// Time reached.
         time: S,
     },
+    /// The reset of a rigid surface leaves the state moving into it, as a restitution below zero
+    /// does: the model has no impact there.
+    GoesThrough {
+        /// The surface.
+        surface: usize,
+        /// Time reached.
+        time: S,
+    },
     /// The state is beyond a rigid surface: the initial state was, or another surface's reset put
     /// it there.
     Penetrating {
@@ -93,6 +101,12 @@ pub enum Outcome<S> {
     NoStickingField {
         /// The surface.
         surface: usize,
+        /// Time reached.
+        time: S,
+    },
+    /// The field presses the state from both sides onto a corner (a zero of `sign`, as of dry
+    /// friction): no field of the model stands for the sliding along it.
+    Slides {
         /// Time reached.
         time: S,
     },

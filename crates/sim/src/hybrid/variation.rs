@@ -14,7 +14,7 @@
 
 use super::motion::{Evaluator, Regime};
 use crate::flow::{Field, InputKind, Integrator, Program};
-use crate::model::{ExpressionGraph, Model, NodeId, Response};
+use crate::model::{Binary, ExpressionGraph, Model, Node, NodeId, Response, Unary};
 use crate::numeric::Real;
 
 /// A direction in which a section point and the parameters are varied, or a variation that
@@ -67,6 +67,8 @@ pub(super) struct VariedField {
     flow: Field,
     rates: Program,
     pub(super) slopes: Program,
+    /// Whether the field may jump at a corner, where no variation is known.
+    jumps: bool,
 }
 
 /// Variations of the expressions of a surface.
@@ -120,6 +122,7 @@ impl Lowering<'_> {
             flow: Field::new(&self.graph, &all, &[], &[]),
             rates: self.program(rates),
             slopes: self.program(&varied),
+            jumps: may_jump(&self.graph, rates),
         }
     }
 }
@@ -165,6 +168,15 @@ impl Linearisation {
     }
 }
 
+/// Whether expressions may jump where an operation changes its branch: `sign` and the cut of
+/// `atan2`; `abs`, `min` and `max` have corners alone.
+fn may_jump(graph: &ExpressionGraph, rates: &[NodeId]) -> bool {
+    let operations = graph.nodes().iter().zip(graph.needed_by(rates));
+    operations.filter(|(_, needed)| *needed).any(|(node, _)| {
+        matches!(node, Node::Unary(Unary::Sign, _) | Node::Binary(Binary::Atan2, ..))
+    })
+}
+
 /// A linearisation at parameters.
 pub(super) struct At<'l, S> {
     pub(super) of: &'l Linearisation,
@@ -201,8 +213,15 @@ impl<S: Real> At<'_, S> {
         let start = self.of.dimension + self.of.parameters;
         let mut integrator = Integrator::new(&field.flow);
         for change in changes {
-            let from = [state, self.parameters, &change.state, &change.parameters].concat();
-            let end = integrator.flow(&from, &[], duration).ok()?;
+            let from = [state, self.parameters, &change.state, &change.parameters];
+            let mut end = from.concat();
+            let carried = integrator.carry(&mut end, &[], duration);
+            if carried.not_finite
+                || carried.remaining != S::zero()
+                || (field.jumps && carried.corners > 0)
+            {
+                return None;
+            }
             change.state.copy_from_slice(&end[start..start + self.of.dimension]);
         }
         Some(())

@@ -49,6 +49,14 @@ pub enum Unary {
     Cosh,
     /// Hyperbolic tangent.
     Tanh,
+    /// Reciprocal of the hyperbolic cosine.
+    Sech,
+    /// Logistic function `1/(1 + e^{−a})`.
+    Logistic,
+    /// Integral of the logistic function, `log(1 + e^a)`.
+    Softplus,
+    /// Integral of the hyperbolic tangent, `log cosh a`.
+    LogCosh,
     /// Absolute value; not analytic at 0.
     Abs,
     /// Sign; not analytic at 0.
@@ -113,7 +121,9 @@ impl Node {
 /// An operand's index is smaller than its user's, and equal operations stand once. Constructors
 /// ([`add`](ExpressionGraph::add), [`unary`](ExpressionGraph::unary), ...) simplify where that is
 /// exact: `0 + x`, `1 x`, `0 x`, `x - x`, `--x`, `x^1`, and operations on constants, which are done
-/// in [`Dd`].
+/// in [`Dd`]. Quotients by exponential functions, as `1/(1 + exp(x))` or `1/cosh(x)`, and
+/// logarithms of them are functions of their own: numbers where the exponential function itself is
+/// none.
 ///
 /// ```
 /// use grazemap_sim::model::ExpressionGraph;
@@ -295,6 +305,10 @@ fn unary<S: Scalar>(function: Unary, a: S) -> S {
         Unary::Sinh => a.sinh_cosh().0,
         Unary::Cosh => a.sinh_cosh().1,
         Unary::Tanh => a.tanh(),
+        Unary::Sech => a.sech(),
+        Unary::Logistic => a.logistic(),
+        Unary::Softplus => a.softplus(),
+        Unary::LogCosh => a.ln_cosh(),
         Unary::Abs => a.abs(),
         Unary::Sign => a.signum(),
     }
@@ -397,7 +411,15 @@ impl ExpressionGraph {
             (_, Node::Constant(value)) if value == Dd::one() => a,
             (_, Node::Constant(value)) if value == -Dd::one() => self.neg(a),
             (Node::Constant(value), divisor) if value == Dd::zero() && !is_zero(divisor) => a,
-            _ => self.fold_or_insert(Node::Binary(Binary::Div, a, b)),
+            (numerator, _) => {
+                if let Some(quotient) = self.logistic_of(numerator, b) {
+                    return quotient;
+                }
+                match self.reciprocal(b) {
+                    Some(reciprocal) => self.mul(a, reciprocal),
+                    None => self.fold_or_insert(Node::Binary(Binary::Div, a, b)),
+                }
+            }
         }
     }
 
@@ -413,6 +435,10 @@ impl ExpressionGraph {
             (_, Node::PowerInteger(inner, first)) if first.checked_mul(exponent).is_some() => {
                 self.power_integer(inner, first * exponent)
             }
+            (..=-1, _) => match self.reciprocal(a) {
+                Some(reciprocal) => self.power_integer(reciprocal, exponent.saturating_neg()),
+                None => self.fold_or_insert(Node::PowerInteger(a, exponent)),
+            },
             _ => self.fold_or_insert(Node::PowerInteger(a, exponent)),
         }
     }
@@ -441,7 +467,75 @@ impl ExpressionGraph {
 
     /// A function of one argument.
     pub fn unary(&mut self, function: Unary, a: NodeId) -> NodeId {
-        self.fold_or_insert(Node::Unary(function, a))
+        match (function, self.node(a)) {
+            (Unary::Log, Node::Unary(Unary::Exp, exponent)) => exponent,
+            (Unary::Log, Node::Unary(Unary::Cosh, b)) => self.unary(Unary::LogCosh, b),
+            (Unary::Log, sum) => match self.shifted_exponential(sum) {
+                Some((shift, exponent)) => {
+                    let logarithm = self.constant(shift.ln());
+                    let above = self.sub(exponent, logarithm);
+                    let softplus = self.unary(Unary::Softplus, above);
+                    self.add(logarithm, softplus)
+                }
+                None => self.fold_or_insert(Node::Unary(function, a)),
+            },
+            (Unary::Sqrt, Node::PowerInteger(base, 2)) => self.unary(Unary::Abs, base),
+            _ => self.fold_or_insert(Node::Unary(function, a)),
+        }
+    }
+
+    /// `c` and `a` of a sum `c + e^a` with a positive number `c`.
+    fn shifted_exponential(&self, sum: Node) -> Option<(Dd, NodeId)> {
+        let Node::Binary(Binary::Add, a, b) = sum else { return None };
+        [(a, b), (b, a)].into_iter().find_map(|(shift, exponential)| {
+            let shift = self.constant_value(shift).filter(|&shift| shift > Dd::zero())?;
+            match self.node(exponential) {
+                Node::Unary(Unary::Exp, exponent) => Some((shift, exponent)),
+                _ => None,
+            }
+        })
+    }
+
+    /// The reciprocal of an exponential function, by a function that is a number where that is
+    /// none; `None` of another expression.
+    fn reciprocal(&mut self, a: NodeId) -> Option<NodeId> {
+        match self.node(a) {
+            Node::Unary(Unary::Exp, exponent) => {
+                let opposite = self.neg(exponent);
+                Some(self.unary(Unary::Exp, opposite))
+            }
+            Node::Unary(Unary::Cosh, b) => Some(self.unary(Unary::Sech, b)),
+            Node::PowerInteger(base, exponent) if exponent > 0 => {
+                let reciprocal = self.reciprocal(base)?;
+                Some(self.power_integer(reciprocal, exponent))
+            }
+            sum => {
+                // 1/(c + e^a) = 1/c · 1/(1 + e^{a − ln c}).
+                let (shift, exponent) = self.shifted_exponential(sum)?;
+                let logarithm = self.constant(shift.ln());
+                let below = self.sub(logarithm, exponent);
+                let logistic = self.unary(Unary::Logistic, below);
+                let factor = self.constant(Dd::one() / shift);
+                Some(self.mul(factor, logistic))
+            }
+        }
+    }
+
+    /// `e^a/(1 + e^a)^n`, by functions that are numbers whatever `a` is.
+    fn logistic_of(&mut self, numerator: Node, divisor: NodeId) -> Option<NodeId> {
+        let Node::Unary(Unary::Exp, exponent) = numerator else { return None };
+        let (base, power) = match self.node(divisor) {
+            Node::PowerInteger(base, power) => (base, power),
+            _ => (divisor, 1),
+        };
+        let (shift, of_base) = self.shifted_exponential(self.node(base))?;
+        if shift != Dd::one() || of_base != exponent {
+            return None;
+        }
+        let (logistic, reciprocal) =
+            (self.unary(Unary::Logistic, exponent), self.reciprocal(base)?);
+        let rest = self.power_integer(reciprocal, power - 1);
+        Some(self.mul(logistic, rest))
     }
 
     /// A function of two arguments.

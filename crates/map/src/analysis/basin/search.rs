@@ -15,7 +15,7 @@ use super::known::{Cells, Cycle};
 use super::{Attractor, BasinClass};
 use crate::analysis::diagram::{SideBySide, SweptMap, name, nominal_period};
 use crate::analysis::periodic::ContactItinerary;
-use crate::analysis::progress::{Progress, Shard, resumed};
+use crate::analysis::progress::{Progress, Shard, resumed_if};
 use crate::expansion::MapWindow;
 use crate::iteration::parallel;
 use crate::iteration::{
@@ -185,16 +185,38 @@ impl<'a> Search<'a> {
         self.rounds += 1;
         let block = |(number, starts): (usize, &[Start])| -> Vec<Followed> {
             let place = [round, number as u64];
-            let found = resumed(progress, &place, || self.follow_but(starts));
+            let fits = |found: &Vec<Followed>| {
+                found.len() == starts.len() && found.iter().all(|followed| self.fits(followed))
+            };
+            let found = resumed_if(progress, &place, fits, || self.follow_but(starts));
             progress.advance(starts.len() as u64);
             found
         };
         parallel::map(starts.chunks(BLOCK).enumerate(), block).concat()
     }
 
+    /// Whether what was found, by whomever, has attractors that are known and states of the map.
+    fn fits(&self, followed: &Followed) -> bool {
+        match &followed.goal {
+            Goal::Class(BasinClass::Attractor(number)) => *number < self.known.len(),
+            Goal::Class(_) => true,
+            Goal::Open { states, period } => {
+                let least = match period {
+                    Period::Periodic(period) => *period,
+                    Period::NotFound => 1,
+                };
+                let rows = states.len() / self.dimension();
+                states.len().is_multiple_of(self.dimension()) && (1..=rows).contains(&least)
+            }
+        }
+    }
+
     /// What becomes of some states, of which some are known.
     fn follow_but(&self, starts: &[Start]) -> Vec<Followed> {
-        let known = |number: usize| self.found.get(&(self.known.len(), number));
+        let known = |number: usize| {
+            let found = self.found.get(&(self.known.len(), number));
+            found.filter(|followed| self.fits(followed))
+        };
         let others = starts.iter().filter(|(number, _)| known(*number).is_none());
         let others: Vec<&[f64]> = others.map(|(_, state)| &state[..]).collect();
         let mut others = self.follow(&others).into_iter();

@@ -5,13 +5,13 @@
 //! graze is no border of the unknowns: there branches begin at the map's orbits. What simulation
 //! settles on along the range gives the other seeds.
 
-use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::collections::{BTreeSet, VecDeque};
 use std::iter::once;
-use std::sync::Mutex;
 
 use nalgebra::Complex;
 use serde::{Deserialize, Serialize};
 
+use super::Extent;
 use super::by_map::MapBranches;
 use super::data::{Branch, BranchEnd, BranchLabel, BranchPoint, BranchRequest, Branches, Special};
 use super::normal_form::NormalForm;
@@ -31,9 +31,9 @@ use crate::analysis::periodic::{
     SectionMap, finite_or_one, window_scales,
 };
 use crate::analysis::progress::{NoProgress, Progress, resumed};
+use crate::analysis::work::Unfinished;
 use crate::expansion::LocalMap;
 use crate::hybrid::HybridSystem;
-use crate::iteration::parallel::locked;
 use crate::iteration::{PassageSet, parallel};
 use crate::model::Scene;
 use crate::numeric::linear::eigenvalues;
@@ -71,8 +71,8 @@ const HOPF_STEPS: usize = 30;
 const AT_HOPF: f64 = 1e-9;
 /// Largest distance of a Hopf point from the end of its branch, in units.
 const NEAR_HOPF: f64 = 1e-2;
-/// Most work for the seeds of an itinerary in one round, in products of series: some 20 s.
-const MOST_WORK: u64 = 60_000_000;
+/// Most work of a flight, in products of series.
+const FLIGHT_WORK: u64 = 1_000_000;
 /// Share of the largest speed of a contact along a branch up to which it grazes.
 const SLOW: f64 = 1e-3;
 /// Halvings towards a graze beside the passages.
@@ -119,10 +119,9 @@ pub(super) struct DirectBranches<'a> {
     orbit: &'a GrazingOrbit,
     map: &'a LocalMap,
     request: &'a BranchRequest,
-    graze: Option<GrazeStart>,
+    extent: Extent,
     progress: &'a dyn Progress,
-    /// Itineraries whose seeds were not all looked at, by their digits.
-    unfinished: Mutex<BTreeMap<String, ContactItinerary>>,
+    unfinished: Unfinished,
 }
 
 /// Where the orbit without contact grazes: its section point and the value of the parameter that
@@ -130,13 +129,13 @@ pub(super) struct DirectBranches<'a> {
 pub(in crate::analysis) type GrazeStart = (Vec<f64>, f64);
 
 impl<'a> DirectBranches<'a> {
-    /// Branches may begin at the graze given, or at those that are found.
+    /// Branches of a request, as far as `extent` says.
     pub(super) fn new(
         system: &'a HybridSystem,
         scene: &'a Scene,
         orbit: &'a GrazingOrbit,
         map: &'a LocalMap,
-        (request, graze): (&'a BranchRequest, Option<GrazeStart>),
+        (request, extent): (&'a BranchRequest, Extent),
         progress: &'a dyn Progress,
     ) -> Result<Self, AnalysisError> {
         let image = DirectImage::new(system, scene, orbit)?;
@@ -152,29 +151,33 @@ impl<'a> DirectBranches<'a> {
             orbit,
             map,
             request,
-            graze,
+            extent,
             progress,
-            unfinished: Mutex::default(),
+            unfinished: Unfinished::default(),
         })
     }
 
-    /// The branches as they are given out, and the itineraries whose seeds were not all looked at.
-    pub(super) fn given_out(&self, follow: Follow) -> Branches {
-        let branches = self.described(&self.all(follow));
-        let unfinished = locked(&self.unfinished).values().cloned().collect();
-        Branches { branches, unfinished }
+    /// The branches as they are given out, and the itineraries of which not all was followed.
+    pub(super) fn given_out(&self) -> Branches {
+        let branches = self.described(&self.all(self.extent.follow));
+        let cut = branches.iter().filter(|branch| branch.ends.contains(&BranchEnd::WorkLimit));
+        self.unfinished.extend(cut.map(|branch| &branch.itinerary));
+        Branches { branches, unfinished: self.unfinished.listed() }
     }
 
     /// The orbits of the itineraries asked for at a value of the parameter that varies: where
-    /// branches pass it.
-    pub(super) fn orbits(&self, value: f64) -> Vec<FoundOrbit> {
-        let found = self.all(Follow::Asked);
+    /// branches pass it; and the itineraries of which not all was followed.
+    pub(super) fn orbits(&self, value: f64) -> (Vec<FoundOrbit>, Vec<ContactItinerary>) {
+        let found = self.all(self.extent.follow);
+        let is_cut = |trace: &DirectTrace| trace.ends.contains(&CourseEnd::WorkLimit);
+        let cut = found.iter().filter(|(_, traces)| traces.iter().any(is_cut));
+        self.unfinished.extend(cut.map(|(itinerary, _)| itinerary));
         let asked = found.iter().filter(|(known, _)| self.request.itineraries.contains(known));
         let orbits = parallel::map(asked, |(itinerary, traces)| {
             let orbits = traces.iter().flat_map(|trace| self.passing(itinerary, trace, value));
             orbits.collect::<Vec<_>>()
         });
-        orbits.concat()
+        (orbits.concat(), self.unfinished.listed())
     }
 
     fn equations(&self, itinerary: &ContactItinerary) -> DirectOrbitEquations<'a, f64> {
@@ -260,14 +263,19 @@ impl<'a> DirectBranches<'a> {
         let mut flight = Flight { parameter, states: Vec::new(), returns: Vec::new() };
         // The last section points, as long as the flight may be settled on a period of them.
         let mut latest: VecDeque<Vec<f64>> = VecDeque::new();
-        let mut dropped = TRANSIENT;
+        let (mut dropped, mut left) = (TRANSIENT, FLIGHT_WORK);
         for number in 0.. {
-            if number == dropped + kept {
+            if number == dropped + kept || left == 0 {
                 break;
             }
             let Some(step) = SectionMap::image(image, &state, &parameters) else {
                 break;
             };
+            left = left.saturating_sub(image.work());
+            // Half of the work is for what is looked at.
+            if number < dropped && 2 * left < FLIGHT_WORK {
+                dropped = number + 1;
+            }
             let mut next = step.offsets;
             image.circle().reduce(&mut next);
             if number >= dropped {
@@ -324,7 +332,7 @@ impl<'a> DirectBranches<'a> {
         let free = flights.iter().filter_map(|flight| self.nearest_period(flight, &none));
         let seeds = once(at_graze).chain(free).collect();
         let equations = self.equations(&none);
-        let traces = self.traces(&none, seeds, Vec::new());
+        let traces = self.traces(&none, seeds, (Vec::new(), &mut self.most_work()));
         let ends = traces.iter().flat_map(|trace| [trace.points.first(), trace.points.last()]);
         let grazing = ends.flatten().filter(|point| !self.grazing(&equations, point).is_empty());
         let grazing = grazing.map(|point| {
@@ -434,6 +442,42 @@ impl<'a> DirectBranches<'a> {
         along.iter_mut().for_each(|value| *value *= ahead.signum());
         let way = Way::On(tangent_at(&there.jacobian, &along)?);
         Some(Seed { at_contacts: false, states, way, ..seed })
+    }
+
+    /// Seeds of the same orbit with one more return without contact, at contacts alone, from which
+    /// the branch goes on: on a tangency section an orbit may come to a further local minimum of
+    /// the gap, which parts one of its returns. Equations hold for the return that is parted alone.
+    fn with_another_return(&self, seed: &Seed, point: &Point) -> Vec<Seed> {
+        let (itinerary, orbit) = (&seed.itinerary, &point.linearised.extra);
+        let returns = itinerary.returns();
+        let begins = |number: usize| returns[number].contains(0);
+        if returns.len() >= self.request.longest || !begins(0) {
+            return Vec::new();
+        }
+        let size = self.units.state.len();
+        let contacts = (0..orbit.returns.len()).filter(|&place| begins(orbit.returns[place]));
+        let own: Vec<(&Vec<f64>, &[f64])> = contacts
+            .map(|place| (&orbit.states[place], &point.tangent[place * size..][..size]))
+            .collect();
+        let parted = |number: usize| {
+            let mut longer = returns.to_vec();
+            longer.insert(number + 1, PassageSet::default());
+            let longer = ContactItinerary::new(itinerary.passages(), longer);
+            let (itinerary, by) = longer.largest_rotation();
+            let later = longer.returns()[..by].iter().filter(|made| made.contains(0)).count();
+            let mut rotated = own.clone();
+            rotated.rotate_left(later);
+            let ahead = point.tangent[orbit.returns.len() * size..].iter();
+            let way = rotated.iter().flat_map(|(_, way)| way.iter()).chain(ahead).copied();
+            Seed {
+                itinerary,
+                states: rotated.iter().map(|(state, _)| (*state).clone()).collect(),
+                at_contacts: true,
+                way: Way::On(way.collect()),
+                ..seed.clone()
+            }
+        };
+        (0..returns.len()).map(parted).collect()
     }
 
     /// The graze, between two points of a branch, at which a contact begins or ends that no passage
@@ -804,7 +848,7 @@ impl Oracle for DirectBranches<'_> {
 
     fn sources(&self) -> Sources {
         let flights = self.flights();
-        let grazing = match &self.graze {
+        let grazing = match &self.extent.graze {
             Some(graze) => vec![graze.clone()],
             None => self.grazing_orbits(&flights),
         };
@@ -841,22 +885,16 @@ impl Oracle for DirectBranches<'_> {
             return Searched { trace: None, work: 0 };
         };
         equations.limit_work(most);
-        let mut trace = self.through(&mut equations, &guess, seed, known);
-        let work = equations.work();
-        // What was found so far is what there is.
-        if let Some(trace) = trace.as_mut().filter(|_| work >= most) {
-            let cut = trace.ends.iter_mut().filter(|end| **end == CourseEnd::StepTooSmall);
-            cut.for_each(|end| *end = CourseEnd::StepLimit);
-        }
-        Searched { trace, work }
+        let trace = self.through(&mut equations, &guess, seed, known);
+        Searched { trace, work: equations.work() }
     }
 
     fn most_work(&self) -> u64 {
-        MOST_WORK
+        self.extent.most_work
     }
 
     fn cut_short(&self, itinerary: &ContactItinerary) {
-        locked(&self.unfinished).insert(itinerary.to_string(), itinerary.clone());
+        self.unfinished.extend([itinerary]);
     }
 
     fn led_to(&self, itinerary: &ContactItinerary, trace: &DirectTrace) -> Vec<Seed> {
@@ -886,8 +924,10 @@ impl Oracle for DirectBranches<'_> {
                     seed.itinerary = toggled(itinerary, number, 0);
                     seeds.push(seed.in_standard_form(self.image.circle()));
                 }
-                CourseEnd::StepTooSmall | CourseEnd::StepLimit => {
-                    seeds.extend(self.other_points(seed(&equations, point), point));
+                CourseEnd::StepTooSmall | CourseEnd::StepLimit | CourseEnd::WorkLimit => {
+                    let end = seed(&equations, point);
+                    seeds.extend(self.with_another_return(&end, point));
+                    seeds.extend(self.other_points(end, point));
                 }
                 _ => {}
             }

@@ -144,7 +144,7 @@ impl<'a> MapBranches<'a> {
         let value = self.value_at_graze();
         let state = self.search.smooth.at(&self.request.parameters(value));
         let seed = Seed::new(&none, vec![state], Vec::new(), value);
-        let traces = self.traces(&none, vec![seed], Vec::new());
+        let traces = self.traces(&none, vec![seed], (Vec::new(), &mut self.most_work()));
         let turns = traces.iter().flat_map(|trace| {
             let grazes = trace.turns.iter().filter(|turn| turn.test >= 2);
             grazes.filter_map(|turn| {

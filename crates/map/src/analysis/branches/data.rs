@@ -131,6 +131,8 @@ pub enum BranchEnd {
     StepTooSmall,
     /// After the most steps.
     StepLimit,
+    /// After the most work.
+    WorkLimit,
 }
 
 /// A branch of periodic orbits of one itinerary, in order along it.
@@ -151,7 +153,7 @@ pub struct Branch {
 pub struct Branches {
     /// The branches, by itinerary: shorter periods first.
     pub branches: Vec<Branch>,
-    /// Itineraries for which the work of one round was at its end before all starts were tried.
+    /// Itineraries for which the work was at its end before all was followed.
     #[serde(default)]
     pub unfinished: Vec<ContactItinerary>,
 }

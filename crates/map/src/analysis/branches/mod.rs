@@ -21,12 +21,31 @@ use by_map::MapBranches;
 use trace::Oracle;
 
 use crate::analysis::error::AnalysisError;
-use crate::analysis::periodic::FoundOrbit;
-use crate::analysis::progress::{NoProgress, Progress, Shard};
+use crate::analysis::periodic::{ContactItinerary, FoundOrbit};
+use crate::analysis::progress::{Progress, Shard};
+use crate::analysis::work::MOST_WORK;
 use crate::expansion::LocalMap;
 use crate::hybrid::HybridSystem;
 use crate::model::Scene;
 use crate::orbit::GrazingOrbit;
+
+/// How far branches of direct simulation are followed.
+#[derive(Clone, Debug)]
+pub(super) struct Extent {
+    /// To which others.
+    pub(super) follow: Follow,
+    /// The graze at which they may begin; none: those that are found.
+    pub(super) graze: Option<GrazeStart>,
+    /// Most work for the seeds of an itinerary in one round, in products of series.
+    pub(super) most_work: u64,
+}
+
+impl Extent {
+    /// From the grazes that are found, with [`MOST_WORK`].
+    pub(super) fn to(follow: Follow) -> Self {
+        Self { follow, graze: None, most_work: MOST_WORK }
+    }
+}
 
 /// The branches of the itineraries asked for, and of those that they change to where their orbits
 /// graze or double.
@@ -44,7 +63,7 @@ pub fn branches(
     request: &BranchRequest,
     progress: &dyn Progress,
 ) -> Result<Branches, AnalysisError> {
-    followed(scene, orbit, map, request, Follow::All, progress)
+    followed(scene, orbit, map, request, Extent::to(Follow::All), progress)
 }
 
 /// A share of the pieces of [`branches`]: the branches of some of the itineraries asked for. Those
@@ -64,54 +83,101 @@ pub fn branches_share(
     match request.direct {
         true => {
             let system = HybridSystem::new(&scene.model);
-            let of = DirectBranches::new(&system, scene, orbit, map, (&request, None), shard)?;
-            of.find_share(shard);
+            let asked = (&request, Extent::to(Follow::All));
+            DirectBranches::new(&system, scene, orbit, map, asked, shard)?.find_share(shard);
         }
         false => MapBranches::new(scene, orbit, map, &request, shard)?.find_share(shard),
     }
     Ok(())
 }
 
-/// The branches of the itineraries asked for, and others that they lead to if so.
+/// The branches of the itineraries asked for, as far as they are followed.
 pub(super) fn followed(
     scene: &Scene,
     orbit: &GrazingOrbit,
     map: &LocalMap,
     request: &BranchRequest,
-    follow: Follow,
+    extent: Extent,
     progress: &dyn Progress,
 ) -> Result<Branches, AnalysisError> {
-    let request = request.listed();
-    if request.direct {
-        return branches_from(scene, orbit, map, &request, (follow, None), progress);
+    let request = &request.listed();
+    if !request.direct {
+        let of = MapBranches::new(scene, orbit, map, request, progress)?;
+        return Ok(of.physical(extent.follow));
     }
-    Ok(MapBranches::new(scene, orbit, map, &request, progress)?.physical(follow))
-}
-
-/// The branches of direct simulation, the graze given at which they may begin.
-pub(super) fn branches_from(
-    scene: &Scene,
-    orbit: &GrazingOrbit,
-    map: &LocalMap,
-    request: &BranchRequest,
-    (follow, graze): (Follow, Option<GrazeStart>),
-    progress: &dyn Progress,
-) -> Result<Branches, AnalysisError> {
     let system = HybridSystem::new(&scene.model);
-    let of = DirectBranches::new(&system, scene, orbit, map, (request, graze), progress)?;
-    Ok(of.given_out(follow))
+    let of = DirectBranches::new(&system, scene, orbit, map, (request, extent), progress)?;
+    Ok(of.given_out())
 }
 
 /// The orbits of direct simulation where the branches of the itineraries asked for pass a value of
-/// the parameter that varies, solved for in double-double.
+/// the parameter that varies, solved for in double-double, and the itineraries of which not all was
+/// followed.
 pub(super) fn direct_orbits(
     scene: &Scene,
     orbit: &GrazingOrbit,
     map: &LocalMap,
-    request: &BranchRequest,
+    (request, extent): (&BranchRequest, Extent),
     value: f64,
-) -> Result<Vec<FoundOrbit>, AnalysisError> {
+    progress: &dyn Progress,
+) -> Result<(Vec<FoundOrbit>, Vec<ContactItinerary>), AnalysisError> {
     let system = HybridSystem::new(&scene.model);
-    let of = DirectBranches::new(&system, scene, orbit, map, (request, None), &NoProgress)?;
+    let of = DirectBranches::new(&system, scene, orbit, map, (request, extent), progress)?;
     Ok(of.orbits(value))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::analysis::direct_image::DirectImage;
+    use crate::analysis::progress::NoProgress;
+    use crate::expansion::{Expander, MapOrders};
+    use crate::model::catalogue;
+    use crate::orbit::locate;
+
+    #[test]
+    fn a_search_whose_work_is_done_ends_with_what_it_has_and_names_what_is_unfinished() {
+        let text = catalogue::text("linear").expect("a scene of the catalogue");
+        let scene = Scene::parse(text, "linear.toml").expect("a valid scene");
+        let orbit = locate(&scene).expect("a search").into_result().expect("a graze");
+        let orders = MapOrders { smooth_order: 3, contact_weight: 4 };
+        let map = Expander::new(&scene, &orbit).expect("series").expand(orders).expect("a map");
+        let request = BranchRequest {
+            itineraries: vec![ContactItinerary::parse("1", 1).expect("digits")],
+            longest: 1,
+            along: 0,
+            range: [-0.1, 0.1],
+            at: vec![0.0, 0.0],
+            direct: true,
+            starts: Vec::new(),
+        };
+        let found = |most_work: u64| {
+            let extent = Extent { most_work, ..Extent::to(Follow::Asked) };
+            followed(&scene, &orbit, &map, &request, extent, &NoProgress).expect("branches")
+        };
+        let cut = |branch: &Branch| branch.ends.contains(&BranchEnd::WorkLimit);
+        let all = found(MOST_WORK);
+        assert!(all.unfinished.is_empty() && !all.branches.iter().any(cut), "{:?}", all.branches);
+        // The least power of two with which there is a branch.
+        let mut some = (10..26).map(|power| found(1 << power));
+        let some = some.find(|some| !some.branches.is_empty()).expect("a branch");
+        assert_eq!(some.unfinished, request.itineraries);
+        assert!(some.branches.iter().any(cut), "{:?}", some.branches);
+        let points = |found: &Branches| {
+            let points = found.branches.iter().map(|branch| branch.points.len());
+            points.sum::<usize>()
+        };
+        assert!(points(&some) < points(&all));
+        // What is found are orbits: fixed points of the simulated return.
+        let system = HybridSystem::new(&scene.model);
+        let mut image = DirectImage::<f64>::new(&system, &scene, &orbit).expect("parameters");
+        for FoundOrbit { states, parameters, .. } in
+            some.branches.iter().flat_map(|branch| &branch.points).map(|point| &point.orbit)
+        {
+            let back = image.image(&states[0], parameters).expect("offsets").offsets;
+            let apart = back.iter().zip(&states[0]).map(|(a, b)| (a - b).abs());
+            // At a graze the image is known to the root of rounding.
+            assert!(apart.fold(0.0, f64::max) < 1e-7, "{states:?} {back:?}");
+        }
+    }
 }

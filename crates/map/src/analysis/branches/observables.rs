@@ -7,7 +7,7 @@ use super::data::{BranchPoint, BranchRequest, Branches};
 use crate::analysis::diagram::{Diagram, Observer, diagram};
 use crate::analysis::direct_map::DirectMap;
 use crate::analysis::error::AnalysisError;
-use crate::analysis::progress::Progress;
+use crate::analysis::progress::{NoProgress, Progress};
 use crate::analysis::section_frame::SectionFrame;
 use crate::analysis::time_series::{SeriesPoint, TimeSeriesRequest, time_series};
 use crate::expansion::LocalMap;
@@ -93,7 +93,7 @@ fn of_orbit(
         returns: found.itinerary.period(),
         samples: SAMPLES,
     };
-    let series = time_series(scene, orbit, &request)?;
+    let series = time_series(scene, orbit, &request, &NoProgress)?;
     if series.early_end.is_some() {
         return Ok(f64::NAN);
     }

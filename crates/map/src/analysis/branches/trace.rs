@@ -130,8 +130,15 @@ impl<X: Clone> Trace<X> {
         if on.end == CourseEnd::Closed {
             return Some(Self::of(on, false));
         }
-        let back = follow(equations, start, &against, control)?;
-        Some(Self::joined(back, on))
+        match follow(equations, start, &against, control) {
+            Some(back) => Some(Self::joined(back, on)),
+            // What was found before the work was done is what there is.
+            None if equations.is_spent() => {
+                let ends = [CourseEnd::WorkLimit, on.end];
+                Some(Self { ends, ..Self::of(on, false) })
+            }
+            None => None,
+        }
     }
 
     /// The branch from an orbit on, on the side of `along`.
@@ -198,6 +205,7 @@ impl<X: Clone> Trace<X> {
             CourseEnd::Last => BranchEnd::Doubling,
             CourseEnd::StepTooSmall => BranchEnd::StepTooSmall,
             CourseEnd::StepLimit => BranchEnd::StepLimit,
+            CourseEnd::WorkLimit => BranchEnd::WorkLimit,
         });
         if self.continues { [BranchEnd::Continued, ends[1]] } else { ends }
     }
@@ -256,11 +264,11 @@ pub(super) trait Oracle: Sync {
         known: &[Trace<Self::Orbit>],
         most: u64,
     ) -> Searched<Self::Orbit>;
-    /// Most work for the seeds of an itinerary in one round.
+    /// Most work for the seeds of an itinerary, in all rounds together.
     fn most_work(&self) -> u64 {
         u64::MAX
     }
-    /// Takes note of an itinerary whose seeds were not all looked at.
+    /// Takes note of an itinerary of which not all was followed.
     fn cut_short(&self, _: &ContactItinerary) {}
     /// Where the branches begin that a branch leads to: with a contact more or less where an orbit
     /// of it grazes, of the doubled period where it flips.
@@ -268,7 +276,8 @@ pub(super) trait Oracle: Sync {
     /// A branch as it is given out, its special points solved for.
     fn branch(&self, itinerary: &ContactItinerary, trace: &Trace<Self::Orbit>) -> Branch;
 
-    /// The branches of an itinerary through these seeds, beside those known.
+    /// The branches of an itinerary through these seeds, beside those known, with the work that is
+    /// left for it.
     ///
     /// The same seeds come in the same order, so that a seed, the number of branches known and the
     /// work that is left decide what is found.
@@ -276,44 +285,46 @@ pub(super) trait Oracle: Sync {
         &self,
         itinerary: &ContactItinerary,
         seeds: Vec<Seed>,
-        mut traces: Vec<Trace<Self::Orbit>>,
+        (mut traces, left): (Vec<Trace<Self::Orbit>>, &mut u64),
     ) -> Vec<Trace<Self::Orbit>> {
         let (_, progress) = self.asked();
-        let (mut left, mut looked_at) = (self.most_work(), HashSet::new());
+        let mut looked_at = HashSet::new();
         for seed in seeds {
             // An equal seed finds no other branch.
             if !looked_at.insert(place_of(Piece::Trace as u64, &(traces.len(), &seed))) {
                 continue;
             }
-            if left == 0 {
+            if *left == 0 {
                 self.cut_short(itinerary);
                 break;
             }
-            let place = place_of(Piece::Trace as u64, &(itinerary, traces.len(), &seed, left));
-            let search = || self.trace(itinerary, &seed, &traces, left);
+            let place = place_of(Piece::Trace as u64, &(itinerary, traces.len(), &seed, *left));
+            let search = || self.trace(itinerary, &seed, &traces, *left);
             let Searched { trace, work } = resumed(progress, &place, search);
-            left = left.saturating_sub(work);
+            *left = left.saturating_sub(work);
             traces.extend(trace);
         }
         traces
     }
 
-    /// The branches of some of the itineraries asked for.
-    fn first(&self, own: &[&ContactItinerary]) -> Traces<Self::Orbit> {
+    /// The branches of some of the itineraries asked for, and the work that is left for each.
+    fn first(&self, own: &[&ContactItinerary]) -> (Traces<Self::Orbit>, Vec<u64>) {
         let (_, progress) = self.asked();
         progress.expect(own.len() as u64);
         let sources = self.sources();
-        parallel::map(own, |&itinerary| {
-            let traces = self.traces(itinerary, self.seeds(itinerary, &sources), Vec::new());
+        let found = parallel::map(own, |&itinerary| {
+            let (seeds, mut left) = (self.seeds(itinerary, &sources), self.most_work());
+            let traces = self.traces(itinerary, seeds, (Vec::new(), &mut left));
             progress.advance(1);
-            (itinerary.clone(), traces)
-        })
+            ((itinerary.clone(), traces), left)
+        });
+        found.into_iter().unzip()
     }
 
     /// All branches, with those that they lead to, and so on.
     fn all(&self, follow: Follow) -> Traces<Self::Orbit> {
         let asked = &self.asked().0.itineraries;
-        let mut found = self.first(&asked.iter().collect::<Vec<_>>());
+        let (mut found, mut left) = self.first(&asked.iter().collect::<Vec<_>>());
         let mut looked_at = vec![0; found.len()];
         for _ in 0..ROUNDS {
             let mut seeds: Vec<Seed> = Vec::new();
@@ -330,13 +341,15 @@ pub(super) trait Oracle: Sync {
                 if !found.iter().any(|(itinerary, _)| *itinerary == seed.itinerary) {
                     found.push((seed.itinerary.clone(), Vec::new()));
                     looked_at.push(0);
+                    left.push(self.most_work());
                 }
             }
             let (_, progress) = self.asked();
             progress.expect(found.len() as u64);
-            parallel::map(&mut found, |(itinerary, traces)| {
+            parallel::map(found.iter_mut().zip(&mut left), |((itinerary, traces), left)| {
                 let mine = seeds.iter().filter(|seed| seed.itinerary == *itinerary).cloned();
-                *traces = self.traces(itinerary, mine.collect(), std::mem::take(traces));
+                let known = std::mem::take(traces);
+                *traces = self.traces(itinerary, mine.collect(), (known, left));
                 progress.advance(1);
             });
         }
@@ -359,7 +372,7 @@ pub(super) trait Oracle: Sync {
 
     /// Finds a share of the branches of the itineraries asked for.
     fn find_share(&self, shard: &Shard<'_>) {
-        self.described(&self.first(&shard.own_of(&self.asked().0.itineraries)));
+        self.described(&self.first(&shard.own_of(&self.asked().0.itineraries)).0);
     }
 }
 

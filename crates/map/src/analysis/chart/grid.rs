@@ -9,7 +9,7 @@ use crate::analysis::diagram::{
     settle,
 };
 use crate::analysis::periodic::ContactItinerary;
-use crate::analysis::progress::{Progress, Shard, given, resumed};
+use crate::analysis::progress::{Progress, Shard, given, resumed_if};
 use crate::analysis::refinement::{Tiles, refine, refine_share};
 use crate::expansion::MapWindow;
 use crate::iteration::parallel;
@@ -23,6 +23,11 @@ const LONGER: usize = 8;
 type CellFound = (Vec<ChartAttractor>, u64);
 /// What is known of cells, by their numbers.
 type Known = HashMap<usize, CellFound>;
+
+/// Whether a cell has an attractor, as every cell that was computed has.
+fn is_found((attractors, _): &CellFound) -> bool {
+    !attractors.is_empty()
+}
 
 /// The cells to be computed.
 pub(super) struct Grid<'a> {
@@ -41,7 +46,8 @@ impl Grid<'_> {
     /// All cells and the iterates that they took; those that shares found are not computed again.
     pub(super) fn cells(&self, progress: &dyn Progress) -> (Vec<ChartCell>, u64) {
         let size = self.size();
-        let known: Known = given::<Vec<(usize, CellFound)>>(progress).flatten().collect();
+        let known = given::<Vec<(usize, CellFound)>>(progress).flatten();
+        let known: Known = known.filter(|(_, found)| is_found(found)).collect();
         let (mut round, mut iterates) = (0, 0);
         let mut compute = |wanted: &[usize]| {
             let found = self.round(round, wanted, &known, progress);
@@ -125,7 +131,9 @@ impl Grid<'_> {
         let block = |(number, cells): (usize, &[usize])| {
             // NOTE: blocks of another device have other lengths.
             let (units, place) = (cells.len() as u64, [round, number as u64, lanes as u64]);
-            let found = resumed(progress, &place, || self.block_but(cells, known));
+            let fits =
+                |found: &Vec<CellFound>| found.len() == cells.len() && found.iter().all(is_found);
+            let found = resumed_if(progress, &place, fits, || self.block_but(cells, known));
             progress.advance(units);
             found
         };

@@ -12,7 +12,7 @@ use std::time::Instant;
 
 use super::diagram::{DeviceSweep, Shares, SweepSubject, SweptMap, Timing, states};
 use super::error::{AnalysisError, active_place};
-use super::loci::{LociRequest, Locus, LocusEnd, LocusKind, PlaneCurve, PlanePoint, loci};
+use super::loci::{LociRequest, Locus, LocusKind, PlaneCurve, PlanePoint, loci};
 use super::periodic::ContactItinerary;
 use super::progress::{NoProgress, Part, Progress, Shard};
 use super::section_frame::{escape_bounds, itinerary};
@@ -306,8 +306,7 @@ impl Plane<'_> {
                 kind: locus.kind,
                 itinerary: locus.itinerary.to_string(),
                 points: points.collect(),
-                whole: !locus.ends.contains(&LocusEnd::Lost)
-                    && !locus.ends.contains(&LocusEnd::StepLimit),
+                whole: !locus.ends.iter().any(|end| end.is_early()),
             });
         }
         stretches

@@ -50,6 +50,8 @@ pub enum CourseEnd {
     StepTooSmall,
     /// After the most steps.
     StepLimit,
+    /// After the most work ([`CurveEquations::is_spent`]).
+    WorkLimit,
 }
 
 /// Cosine of the largest turn of the tangent in one step.
@@ -121,7 +123,7 @@ impl<S: Real, X: Clone, C: CurveEquations<S, Extra = X> + ?Sized> Way<'_, S, C, 
         for _ in 0..self.control.most {
             let here = self.course.points[self.course.points.len() - 1].clone();
             let Some((step, taken)) = self.step(&here, length) else {
-                return CourseEnd::StepTooSmall;
+                return self.no_step();
             };
             length = (GROWTH * taken).min(self.control.longest);
             too_long = if step.too_long { too_long + 1 } else { 0 };
@@ -146,11 +148,19 @@ impl<S: Real, X: Clone, C: CurveEquations<S, Extra = X> + ?Sized> Way<'_, S, C, 
         CourseEnd::StepLimit
     }
 
+    /// Why there is no next point.
+    fn no_step(&self) -> CourseEnd {
+        match self.curve.is_spent() {
+            true => CourseEnd::WorkLimit,
+            false => CourseEnd::StepTooSmall,
+        }
+    }
+
     /// The next step and its length; where none is short enough for all zeros to be known, the
     /// longest that the corrector makes.
     fn step(&mut self, here: &CurvePoint<S, X>, mut length: f64) -> Option<(Step<S, X>, f64)> {
         let mut longest = None;
-        while length >= self.control.shortest {
+        while length >= self.control.shortest && !self.curve.is_spent() {
             match self.try_step(here, length) {
                 Some(step) if step.too_long => longest = longest.or(Some((step, length))),
                 Some(step) => return Some((step, length)),
@@ -194,7 +204,7 @@ impl<S: Real, X: Clone, C: CurveEquations<S, Extra = X> + ?Sized> Way<'_, S, C, 
             Within::Range(next) => (next, None),
             Within::Border(next, unknown) => (next, Some(unknown)),
             Within::Beyond(Some(unknown)) => return Some(CourseEnd::Border { unknown }),
-            Within::Beyond(None) => return Some(CourseEnd::StepTooSmall),
+            Within::Beyond(None) => return Some(self.no_step()),
         };
         let mut found = Vec::new();
         for test in 0..here.tests.len() {
@@ -334,12 +344,15 @@ mod tests {
     /// The circle `x² + y² = 1`, with tests `x − 1/2` and the turn of `y`.
     struct Circle {
         upper: f64,
+        /// Evaluations that may be made.
+        left: usize,
     }
 
     impl<S: Real> CurveEquations<S> for Circle {
         type Extra = ();
 
         fn linearised(&mut self, u: &[S]) -> Option<Linearised<S>> {
+            self.left = self.left.checked_sub(1)?;
             let two = S::from_f64(2.0);
             Some(Linearised {
                 residual: DVector::from_vec(vec![u[0] * u[0] + u[1] * u[1] - S::one()]),
@@ -353,14 +366,32 @@ mod tests {
             vec![TestValue { value, size: 1.0 }, TestValue::turn(point, 1)]
         }
 
+        fn is_spent(&self) -> bool {
+            self.left == 0
+        }
+
         fn range(&self, unknown: usize) -> [f64; 2] {
             if unknown == 1 { [-2.0, self.upper] } else { [f64::NEG_INFINITY, f64::INFINITY] }
         }
     }
 
     #[test]
+    fn a_curve_whose_work_is_done_ends_with_what_it_has() {
+        let mut circle = Circle { upper: 2.0, left: 200 };
+        let course = follow(&mut circle, &[-1.0, 0.0], &[0.0, 1.0], &StepControl::DEFAULT);
+        let course: Course<f64> = course.expect("a circle");
+        assert_eq!(course.end, CourseEnd::WorkLimit);
+        let points: Vec<&Vec<f64>> = course.points.iter().map(|point| &point.unknowns).collect();
+        // Some way from the start, and on the circle to where the corrector's steps end.
+        assert!(points.len() > 2, "{points:?}");
+        for point in points {
+            assert!((point[0].hypot(point[1]) - 1.0).abs() < 1e-11, "{point:?}");
+        }
+    }
+
+    #[test]
     fn a_circle_closes_and_has_its_zeros_to_rounding() {
-        let mut circle = Circle { upper: 2.0 };
+        let mut circle = Circle { upper: 2.0, left: usize::MAX };
         let start = [-1.0, 0.0];
         let course = follow(&mut circle, &start, &[0.0, 1.0], &StepControl::DEFAULT);
         let course: Course<f64> = course.expect("a circle");
@@ -386,7 +417,7 @@ mod tests {
 
     #[test]
     fn a_curve_ends_on_the_border_and_zeros_are_refined_in_double_double() {
-        let mut circle = Circle { upper: 0.9 };
+        let mut circle = Circle { upper: 0.9, left: usize::MAX };
         let course = follow(&mut circle, &[-1.0, 0.0], &[0.0, 1.0], &StepControl::DEFAULT);
         let course: Course<f64> = course.expect("a circle");
         assert_eq!(course.end, CourseEnd::Border { unknown: 1 });

@@ -62,6 +62,11 @@ pub trait CurveEquations<S: Real> {
     /// point, which may lack the last unknowns: points a period apart are one.
     fn bring_near(&self, _unknowns: &mut [S], _other: &[S]) {}
 
+    /// Whether the work that may be done is done: nothing is found any more.
+    fn is_spent(&self) -> bool {
+        false
+    }
+
     /// Whether the curve is not followed beyond a point, which is then its last.
     fn is_last(&self, _point: &CurvePoint<S, Self::Extra>) -> bool {
         false

@@ -193,6 +193,7 @@ pub fn searched<S: Real, C: CurveEquations<S> + ?Sized>(
     let size = |here: &Linearised<S, C::Extra>| largest(&here.residual);
     let normal = unit_vector(start.len(), held);
     let here = curve.linearised(start)?;
+    let mut last = f64::INFINITY;
     let outcome = damped_newton(
         (start.to_vec(), here),
         SEARCHED,
@@ -210,10 +211,15 @@ pub fn searched<S: Real, C: CurveEquations<S> + ?Sized>(
             let nearer = *length <= S::ROUNDOFF.sqrt() || size(&there) < size(here);
             nearer.then_some((next, there))
         },
-        |_, &(_, length)| length <= S::ROUNDOFF.powf(0.75),
+        |_, &(_, length)| {
+            let stalled = length >= STALLED * last && length <= S::ROUNDOFF.sqrt();
+            last = length;
+            length <= S::ROUNDOFF.powf(0.75) || stalled
+        },
     );
     match outcome {
-        NewtonOutcome::Root(found) => Some(found),
+        // Steps stall at the rounding of the residual, or where it is no smooth function.
+        NewtonOutcome::Root(found) if size(&found.1) <= S::ROUNDOFF.sqrt() => Some(found),
         _ => None,
     }
 }

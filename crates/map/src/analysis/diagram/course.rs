@@ -11,7 +11,7 @@
 use std::ops::Range;
 use std::time::Instant;
 
-use super::data::{DiagramPoint, Shares, Sweep, SweepHeading, Timing, threads};
+use super::data::{DiagramPoint, Shares, Sweep, SweepHeading, Timing};
 use super::sweep::{Reach, SweepRequest, Visit, starts, visit};
 use super::swept_map::SweptMap;
 use crate::analysis::progress::{Progress, Shard, keep, recalled};
@@ -103,6 +103,8 @@ struct Found {
 struct Pieces<'a> {
     /// 0 from guessed starts, then the number of the correction.
     round: usize,
+    /// Length of a state.
+    dimension: usize,
     progress: &'a dyn Progress,
 }
 
@@ -113,7 +115,10 @@ impl Pieces<'_> {
 
     /// The visit of a value in an earlier run.
     fn recall(&self, value: usize) -> Option<Visit> {
-        recalled(self.progress, &self.place(value))
+        recalled(self.progress, &self.place(value), |visit: &Visit| {
+            let carried = visit.carried.as_ref();
+            carried.is_none_or(|state| state.len() == self.dimension)
+        })
     }
 
     fn keep(&self, value: usize, visit: &Visit) {
@@ -161,7 +166,7 @@ impl<'a> Course<'a> {
             carried,
             guessed: true,
         });
-        let pieces = Pieces { round: 0, progress };
+        let pieces = Pieces { round: 0, dimension: self.request.orbit.scales.len(), progress };
         self.advance(&fronts.collect::<Vec<_>>(), &pieces);
     }
 
@@ -169,7 +174,7 @@ impl<'a> Course<'a> {
     /// segments as far as it does not depend on those before them.
     fn correct(&mut self, segments: Range<usize>, progress: &dyn Progress) {
         let mut changed: Vec<usize> = segments.clone().skip(1).collect();
-        let mut pieces = Pieces { round: 0, progress };
+        let mut pieces = Pieces { round: 0, dimension: self.request.orbit.scales.len(), progress };
         while !changed.is_empty() {
             pieces.round += 1;
             let corrected = changed.iter().map(|&segment| self.corrected(segment));
@@ -192,7 +197,7 @@ impl<'a> Course<'a> {
     /// Takes fronts to the ends of their segments or to where nothing changes, as many at a time as
     /// the map has lanes, on all cores; the segments whose ends were changed.
     fn advance(&mut self, fronts: &[Front], pieces: &Pieces<'_>) -> Vec<usize> {
-        let share = fronts.len().div_ceil(threads());
+        let share = fronts.len().div_ceil(parallel::threads());
         let blocks = fronts.chunks(share.clamp(1, self.map.lanes()));
         let found = parallel::map(blocks, |block| self.follow(block.to_vec(), pieces));
         let mut changed = Vec::new();

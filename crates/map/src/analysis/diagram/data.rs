@@ -1,13 +1,12 @@
 //! A bifurcation diagram as plain data.
 
-use std::num::NonZero;
-use std::thread::available_parallelism;
 use std::time::Instant;
 
 use serde::{Deserialize, Serialize};
 
 use crate::analysis::section_frame::EscapeBound;
 use crate::expansion::MapWindow;
+use crate::iteration::parallel;
 use crate::iteration::{ContactsPerPeriod, MapOrbit, OrbitEnd, OrbitName, Period};
 use crate::model::{Digest, Method};
 
@@ -181,19 +180,13 @@ pub struct Timing {
 impl Timing {
     /// The time since a start.
     pub(in crate::analysis) fn since(start: Instant, iterates: u64) -> Self {
-        Self { iterates, seconds: start.elapsed().as_secs_f64(), threads: threads() }
+        Self { iterates, seconds: start.elapsed().as_secs_f64(), threads: parallel::threads() }
     }
 
     /// Nanoseconds by the clock per iterate; NaN before the first.
     pub fn nanoseconds_per_iterate(&self) -> f64 {
         1e9 * self.seconds / self.iterates as f64
     }
-}
-
-/// Threads that work side by side: no more than there are cores.
-pub(in crate::analysis) fn threads() -> usize {
-    let cores = available_parallelism().map_or(usize::MAX, NonZero::get);
-    rayon::current_num_threads().min(cores)
 }
 
 impl DiagramPoint {

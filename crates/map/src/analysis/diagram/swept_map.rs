@@ -13,7 +13,7 @@ use crate::expansion::{LocalMap, MapWindow, Stage};
 use crate::hybrid::HybridSystem;
 use crate::iteration::{
     DiscreteMap, HornerMap, InterpretedMap, Itinerary, LyapunovExponent, MapOrbit, OrbitEnd,
-    OrbitRequest, Period, PhaseCircle, StepInfo, largest_lyapunov_exponent,
+    OrbitRequest, Period, PhaseCircle, StepInfo, largest_lyapunov_exponent, parallel,
     periodic_lyapunov_exponent,
 };
 use crate::model::{Method, Observable, Scene};
@@ -417,8 +417,7 @@ impl SweptMap for DirectSweep<'_> {
 
 /// The local map, frozen at each parameter value, inside its window, and direct simulation outside.
 ///
-/// Lyapunov exponents are those of orbits that stay inside from the end of the kept ones on: the
-/// map's Jacobian is exact there, differences of simulated images are not.
+/// Lyapunov exponents are those of orbits that stay inside from the end of the kept ones on.
 #[derive(Debug)]
 pub struct GuardedSweep<'a> {
     /// The map with what is drawn.
@@ -564,7 +563,7 @@ impl<'a> SweepSubject<'a> {
         let observer = || Observer::new(scene, orbit, map, self.observe);
         let frozen = || {
             let others = || (start(), observer());
-            let (map, (start, observer)) = rayon::join(|| HornerMap::new(map), others);
+            let (map, (start, observer)) = parallel::join(|| HornerMap::new(map), others);
             let itinerary = itinerary(scene, orbit);
             Ok::<_, AnalysisError>(FrozenSweep { map, start, observer: observer?, itinerary })
         };

@@ -1,11 +1,13 @@
 //! Loci of a map: all parts, virtual ones too.
 
+use std::collections::BTreeMap;
+
 use super::data::{LociRequest, Locus, LocusEnd, LocusKind, LocusPoint, Tangency};
 use super::equations::{CodimensionTwo, Condition, LocusEquations, begins_smoothly};
 use super::tangency::TangencyPoint;
 use super::trace::{
-    ClosedOrbits, Piece, SAME, SEEDED_AT, Seed, Trace, TracePoint, beside, condition_of, is_stable,
-    through, through_seed,
+    ClosedOrbits, Piece, SAME, SEEDED_AT, Searched, Seed, Trace, TracePoint, beside, condition_of,
+    is_stable, through, through_seed,
 };
 use crate::analysis::MapEvaluation;
 use crate::analysis::continuation::{
@@ -16,11 +18,14 @@ use crate::analysis::periodic::{
     ContactItinerary, ItinerarySearch, MapOrbitEquations, PassagesOfOrbit, finite_or_one,
 };
 use crate::analysis::progress::{Progress, resumed};
+use crate::analysis::work::Unfinished;
 use crate::expansion::LocalMap;
 use crate::iteration::PassageSet;
 use crate::numeric::linear::eigenvalues;
 use crate::numeric::{Dd, Real, converted};
 
+/// Most work for the loci of a kind and an itinerary, in coefficients evaluated: some 20 s.
+const MOST_WORK: u64 = 1_000_000_000;
 /// Depth variables, and states, are followed up to this many of their units.
 const REACH: f64 = 2.0;
 const FARTHEST: f64 = 20.0;
@@ -43,6 +48,14 @@ pub(super) struct MapLoci<'a> {
     /// By how much more than the window is followed.
     wider: f64,
     free: [(usize, [f64; 2]); 2],
+    unfinished: Unfinished,
+}
+
+/// Loci that were found, and the work that is left for those of a kind and an itinerary.
+#[derive(Default)]
+struct Found {
+    traces: Vec<Trace>,
+    left: BTreeMap<String, u64>,
 }
 
 impl<'a> MapLoci<'a> {
@@ -61,7 +74,13 @@ impl<'a> MapLoci<'a> {
             progress,
             wider: request.wider(widths[0]),
             free: request.free(widths),
+            unfinished: Unfinished::default(),
         }
+    }
+
+    /// Itineraries of which not all was followed.
+    pub(super) fn unfinished(&self) -> Vec<ContactItinerary> {
+        self.unfinished.listed()
     }
 
     fn equations<'e, S: Real>(
@@ -96,36 +115,39 @@ impl<'a> MapLoci<'a> {
 
     /// All loci asked for.
     pub(super) fn all(&self) -> Vec<Trace> {
-        let mut traces: Vec<Trace> = Vec::new();
+        let mut found = Found::default();
         for passage in 0..self.map.passages() {
             let made: PassageSet = [passage].into_iter().collect();
             let itinerary = ContactItinerary::new(self.map.passages(), vec![made]);
             let unknowns = vec![0.0; self.map.dimension() + 3];
-            self.add(&mut traces, Seed { kind: LocusKind::Graze, itinerary, unknowns });
+            self.add(&mut found, Seed { kind: LocusKind::Graze, itinerary, unknowns });
         }
-        let simple = traces.len();
+        let simple = found.traces.len();
         let mut seeds: Vec<Seed> = Vec::new();
+        self.progress.expect((self.request.itineraries.len() * SEEDED_AT.len()) as u64);
         for (number, itinerary) in self.request.itineraries.iter().enumerate() {
             if itinerary.contacts() == 1 {
-                seeds.extend(self.seeds_at_conditions(&traces[..simple], itinerary));
+                seeds.extend(self.seeds_at_conditions(&found.traces[..simple], itinerary));
             }
             for (at, share) in SEEDED_AT.into_iter().enumerate() {
                 let value = self.request.value(share);
                 let place = [Piece::Seeds as u64, number as u64, at as u64];
-                let found = || self.seeds_at(&traces[..simple], itinerary, value);
-                seeds.extend(resumed(self.progress, &place, found));
+                let look = || self.seeds_at(&found.traces[..simple], itinerary, value);
+                seeds.extend(resumed(self.progress, &place, look));
+                self.progress.advance(1);
             }
         }
         for seed in seeds {
             if self.request.kinds.contains(&seed.kind) {
-                self.add(&mut traces, seed);
+                self.add(&mut found, seed);
             }
         }
         if self.request.kinds.contains(&LocusKind::Torus) {
-            let seeds: Vec<Seed> = traces.iter().flat_map(Trace::double_multipliers).collect();
-            seeds.into_iter().for_each(|seed| self.add(&mut traces, seed));
+            let seeds = found.traces.iter().flat_map(Trace::double_multipliers);
+            let seeds: Vec<Seed> = seeds.collect();
+            seeds.into_iter().for_each(|seed| self.add(&mut found, seed));
         }
-        traces
+        found.traces
     }
 
     /// Folds and flips of a one-impact orbit begin where `ξ_n = 0` on the graze of the orbit
@@ -287,22 +309,37 @@ impl<'a> MapLoci<'a> {
     }
 
     /// Adds the locus through a seed.
-    fn add(&self, traces: &mut Vec<Trace>, seed: Seed) {
-        let known = &traces[..];
-        let found = through_seed(self.progress, known.len(), &seed, || self.trace(known, &seed));
-        traces.extend(found);
+    fn add(&self, found: &mut Found, seed: Seed) {
+        self.progress.expect(1);
+        let of = format!("{} {}", seed.kind.word(), seed.itinerary);
+        let left = found.left.entry(of).or_insert(MOST_WORK);
+        if *left > 0 {
+            let known = &found.traces[..];
+            let follow = || self.searched(known, &seed, *left);
+            let (trace, work) = through_seed(self.progress, (known.len(), *left), &seed, follow);
+            *left = left.saturating_sub(work);
+            found.traces.extend(trace);
+        }
+        if *left == 0 {
+            self.unfinished.extend([&seed.itinerary]);
+        }
+        self.progress.advance(1);
     }
 
-    /// Follows a seed unless it lies on a locus that is known.
-    fn trace(&self, traces: &[Trace], seed: &Seed) -> Option<Trace> {
+    /// Follows a seed unless it lies on a locus that is known, with so much work at most.
+    fn searched(&self, known: &[Trace], seed: &Seed, most: u64) -> Searched {
         let condition = condition(seed);
         let conditions = self.request.conditions(seed.kind, &seed.itinerary);
-        let orbits = LocusEquations::new(self.rounded(&seed.itinerary), condition, conditions);
+        let orbits = self.rounded(&seed.itinerary).within_work(most);
+        let mut orbits = LocusEquations::new(orbits, condition, conditions);
         let mut fine = LocusEquations::new(self.exact(&seed.itinerary), condition, conditions);
         let grazes = seed.itinerary.period() * seed.itinerary.passages();
-        let (points, ends) = through(seed, traces, orbits, &mut fine, grazes)?;
-        let ends = ends.map(LocusEnd::of);
-        Some(Trace { kind: seed.kind, itinerary: seed.itinerary.clone(), points, ends })
+        let found = through(seed, known, &mut orbits, &mut fine, grazes);
+        let trace = found.map(|(points, ends)| {
+            let (kind, itinerary) = (seed.kind, seed.itinerary.clone());
+            Trace { kind, itinerary, points, ends: ends.map(LocusEnd::of) }
+        });
+        (trace, orbits.orbits.work())
     }
 
     /// The passages whose contact begins without a kick.

@@ -142,6 +142,7 @@ impl<'a> MapCrises<'a> {
     /// The crises of all itineraries asked for.
     pub(super) fn all(&self, progress: &dyn Progress) -> Vec<Crisis> {
         let mut loci = Vec::new();
+        progress.expect((self.request.itineraries.len() * SEEDED_AT.len()) as u64);
         for (number, itinerary) in self.request.itineraries.iter().enumerate() {
             let mut traces: Vec<(Trace, Vec<PassageSet>)> = Vec::new();
             for (at, share) in SEEDED_AT.into_iter().enumerate() {
@@ -158,6 +159,7 @@ impl<'a> MapCrises<'a> {
                     });
                 loci.extend(found);
                 traces.extend(followed);
+                progress.advance(1);
             }
         }
         loci

@@ -174,15 +174,23 @@ pub enum LocusEnd {
     Lost,
     /// After the most steps.
     StepLimit,
+    /// After the most work.
+    WorkLimit,
 }
 
 impl LocusEnd {
+    /// Whether the locus may go on where it was no longer followed.
+    pub fn is_early(self) -> bool {
+        matches!(self, Self::Lost | Self::StepLimit | Self::WorkLimit)
+    }
+
     pub(super) fn of(end: CourseEnd) -> Self {
         match end {
             CourseEnd::Border { .. } => Self::Border,
             CourseEnd::Closed => Self::Closed,
             CourseEnd::Last | CourseEnd::StepTooSmall => Self::Lost,
             CourseEnd::StepLimit => Self::StepLimit,
+            CourseEnd::WorkLimit => Self::WorkLimit,
         }
     }
 }
@@ -197,6 +205,10 @@ pub struct Loci {
     /// The passages whose contact begins without a kick, as those of compliant stops do: their
     /// grazing curves have no `ξ_n = 0` at which loci end, and no tangencies.
     pub without_kick: Vec<usize>,
+    /// Itineraries of which direct simulation did not follow all: the work was at its bound
+    /// ([`MOST_WORK`](crate::analysis::MOST_WORK)).
+    #[serde(default)]
+    pub unfinished: Vec<ContactItinerary>,
 }
 
 /// The quadratic tangency of a locus with a grazing curve: with `t` the first parameter's distance

@@ -13,10 +13,12 @@ use nalgebra::{Complex, DMatrix, DVector};
 use super::data::{LociRequest, Locus, LocusEnd, LocusKind, LocusPoint};
 use super::equations::{CodimensionTwo, Condition, LocusEquations, OrbitEquations, Unfolding};
 use super::trace::{
-    ClosedOrbits, Piece, SAME, SEEDED_AT, Seed, Trace, TracePoint, condition_of, is_stable,
-    through, through_seed,
+    ClosedOrbits, Piece, SAME, SEEDED_AT, Searched, Seed, Trace, TracePoint, condition_of,
+    is_stable, through, through_seed,
 };
-use crate::analysis::branches::{BranchLabel, BranchPoint, BranchRequest, Follow, branches_from};
+use crate::analysis::branches::{
+    BranchLabel, BranchPoint, BranchRequest, Extent, Follow, followed,
+};
 use crate::analysis::continuation::{
     CourseEnd, Linearised, between, corrected, farthest, unit_vector,
 };
@@ -27,6 +29,7 @@ use crate::analysis::periodic::{
     ContactItinerary, DirectOrbit, DirectOrbitEquations, DirectUnits, finite_or_one,
 };
 use crate::analysis::progress::{Part, Progress, resumed};
+use crate::analysis::work::{MOST_WORK, Unfinished};
 use crate::expansion::LocalMap;
 use crate::hybrid::HybridSystem;
 use crate::iteration::{PassageSet, parallel};
@@ -35,8 +38,13 @@ use crate::numeric::linear::{eigenvalues, inverse};
 use crate::numeric::{Dd, Real, converted};
 use crate::orbit::GrazingOrbit;
 
-/// Orbits of a locus, beside special ones, that are solved for in double-double.
+/// Most work for the loci of a kind and an itinerary, and for the orbits of a locus that are solved
+/// for in double-double.
+const LOCI_WORK: u64 = 10 * MOST_WORK;
+/// Orbits of a locus, beside special ones, that are solved for in double-double: at most, and at
+/// least where their work would be more than that of following it.
 const POINTS: usize = 96;
+const FEWEST: usize = 8;
 /// Depth variables, in the window's, of the map's orbits from which loci are followed.
 const DEEP: f64 = 1e-2;
 /// A variable of a passage below this is next to a graze.
@@ -70,7 +78,9 @@ impl<S: Real> OrbitEquations<S> for DirectOrbitEquations<'_, S> {
         contact: usize,
     ) -> Option<[DMatrix<S>; 2]> {
         let mut free = self.with_itinerary(&self.itinerary().without_contact(contact, 0));
-        let there = free.orbit_at(unknowns)?;
+        let there = free.orbit_at(unknowns);
+        self.take_work(&free);
+        let there = there?;
         let first = free.first_point(&there.extra);
         Some([there.jacobian, first])
     }
@@ -176,6 +186,7 @@ pub(super) struct DirectLoci<'a> {
     request: &'a LociRequest,
     plane: DirectPlane<'a>,
     progress: &'a dyn Progress,
+    unfinished: Unfinished,
 }
 
 impl<'a> DirectLoci<'a> {
@@ -189,7 +200,7 @@ impl<'a> DirectLoci<'a> {
         let widths = request.plane.map(|place| finite_or_one(map.window.parameter[place]));
         let plane = (request, request.free(widths));
         let plane = DirectPlane::new(system, scene, orbit, map, plane)?;
-        Ok(Self { scene, orbit, map, request, plane, progress })
+        Ok(Self { scene, orbit, map, request, plane, progress, unfinished: Unfinished::default() })
     }
 
     fn rounded(&self, itinerary: &ContactItinerary) -> DirectOrbitEquations<'a, f64> {
@@ -200,8 +211,12 @@ impl<'a> DirectLoci<'a> {
         self.plane.equations(&self.plane.exact, itinerary)
     }
 
-    /// All loci asked for; those of a map may be where some begin.
-    pub(super) fn all(&self, by_map: &[Locus]) -> Result<Vec<Locus>, AnalysisError> {
+    /// All loci asked for, and the itineraries of which not all was followed; those of a map may be
+    /// where some begin.
+    pub(super) fn all(
+        &self,
+        by_map: &[Locus],
+    ) -> Result<(Vec<Locus>, Vec<ContactItinerary>), AnalysisError> {
         let progress = self.progress;
         progress.expect(SEEDED_AT.len() as u64 + 1);
         let grazes: Vec<Trace> = self.graze().into_iter().collect();
@@ -238,11 +253,14 @@ impl<'a> DirectLoci<'a> {
         let asked = self.request.kinds.contains(&LocusKind::Graze);
         let mut all: Vec<Trace> = grazes.into_iter().filter(|_| asked).collect();
         all.extend(traces.into_iter().flatten());
+        progress.expect(all.len() as u64);
         let all = all.iter().enumerate().filter_map(|(number, trace)| {
             let place = [Piece::Locus as u64, number as u64];
-            resumed(progress, &place, || self.described(trace))
+            let locus = resumed(progress, &place, || self.described(trace));
+            progress.advance(1);
+            locus
         });
-        Ok(all.collect())
+        Ok((all.collect(), self.unfinished.listed()))
     }
 
     /// The locus of grazes of the orbit without contact; none where returns have no passage.
@@ -250,8 +268,7 @@ impl<'a> DirectLoci<'a> {
         self.plane.units.gap?;
         let itinerary = self.one_contact();
         let unknowns = vec![0.0; self.rounded(&itinerary).count()];
-        let seed = Seed { kind: LocusKind::Graze, itinerary, unknowns };
-        through_seed(self.progress, 0, &seed, || self.trace(&seed, &[]))
+        self.traces(&[Seed { kind: LocusKind::Graze, itinerary, unknowns }], Vec::new()).pop()
     }
 
     /// One return with the contact of its own passage.
@@ -307,11 +324,15 @@ impl<'a> DirectLoci<'a> {
             direct: true,
             starts: Vec::new(),
         };
-        let graze = grazes.iter().find_map(|graze| self.graze_at(graze, value));
+        let extent = Extent {
+            graze: grazes.iter().find_map(|graze| self.graze_at(graze, value)),
+            ..Extent::to(Follow::All)
+        };
         let (scene, orbit, map) = (self.scene, self.orbit, self.map);
         let part = Part::new(self.progress, Piece::Seeds as usize);
         let part = Part::new(&part, number);
-        let found = branches_from(scene, orbit, map, &request, (Follow::All, graze), &part)?;
+        let found = followed(scene, orbit, map, &request, extent, &part)?;
+        self.unfinished.extend(&found.unfinished);
         let points = found.branches.iter().flat_map(|branch| &branch.points);
         Ok(points.filter_map(|point| self.seed(point)).collect())
     }
@@ -406,25 +427,45 @@ impl<'a> DirectLoci<'a> {
     /// The loci through seeds, beside those known.
     fn traces(&self, seeds: &[Seed], mut traces: Vec<Trace>) -> Vec<Trace> {
         self.progress.expect(seeds.len() as u64);
+        let mut left = LOCI_WORK;
         for seed in seeds {
-            let trace = || self.trace(seed, &traces);
-            let found = through_seed(self.progress, traces.len(), seed, trace);
+            if left == 0 {
+                break;
+            }
+            let follow = || self.searched(seed, &traces, left);
+            let (found, work) = through_seed(self.progress, (traces.len(), left), seed, follow);
+            left = left.saturating_sub(work);
             traces.extend(found);
             self.progress.advance(1);
+        }
+        if left == 0 {
+            self.unfinished.extend(seeds.iter().map(|seed| &seed.itinerary));
         }
         traces
     }
 
-    /// The locus through a seed, unless it is known.
-    fn trace(&self, seed: &Seed, known: &[Trace]) -> Option<Trace> {
+    /// The locus through a seed, unless it is known, with so much work at most.
+    fn searched(&self, seed: &Seed, known: &[Trace], most: u64) -> Searched {
+        let mut orbits = self.rounded(&seed.itinerary);
+        orbits.limit_work(most);
+        let condition = condition_of(seed.kind);
+        let conditions = self.request.conditions(seed.kind, &seed.itinerary);
+        let mut locus = LocusEquations::new(orbits, condition, conditions);
+        let found = self.trace(seed, known, &mut locus);
+        (found, locus.orbits.work())
+    }
+
+    fn trace(
+        &self,
+        seed: &Seed,
+        known: &[Trace],
+        locus: &mut LocusEquations<DirectOrbitEquations<'a, f64>, f64>,
+    ) -> Option<Trace> {
         let Seed { kind, itinerary, .. } = seed;
-        let condition = condition_of(*kind);
-        let conditions = self.request.conditions(*kind, itinerary);
-        let orbits = self.rounded(itinerary);
-        let own = orbits.depth_variables();
-        let orbits = LocusEquations::new(orbits, condition, conditions);
-        let mut fine = LocusEquations::new(self.exact(itinerary), condition, conditions);
-        let (mut points, ends) = through(seed, known, orbits, &mut fine, 0)?;
+        let own = locus.orbits.depth_variables();
+        let exact = self.exact(itinerary);
+        let mut fine = LocusEquations::new(exact, locus.condition, locus.conditions);
+        let (mut points, ends) = through(seed, known, locus, &mut fine, 0)?;
         // One without orbits beside its first is not physical on any side of it.
         let first = &points.first()?.unknowns;
         if points.iter().all(|point| farthest(&point.unknowns, first) < SAME) {
@@ -464,39 +505,52 @@ impl<'a> DirectLoci<'a> {
 
     /// A locus with its orbits solved for in double-double; those that are not are left out.
     fn described(&self, trace: &Trace) -> Option<Locus> {
-        let apart = trace.points.len().div_ceil(POINTS).max(1);
+        let typical = trace.points.iter().find(|point| point.label.is_none());
+        let (_, work) = self.point(trace, typical.or(trace.points.first())?);
+        let most = (LOCI_WORK / work.max(1)).clamp(FEWEST as u64, POINTS as u64) as usize;
+        let apart = trace.points.len().div_ceil(most).max(1);
         let last = trace.points.len() - 1;
         let kept =
             trace.points.iter().enumerate().filter(|(place, point)| {
                 place % apart == 0 || *place == last || point.label.is_some()
             });
         let kept: Vec<&TracePoint> = kept.map(|(_, point)| point).collect();
-        let points = parallel::map(kept, |point| self.point(trace, point));
+        let points = parallel::map(kept, |point| self.point(trace, point).0);
         let points: Vec<LocusPoint> = points.into_iter().flatten().collect();
         (!points.is_empty()).then(|| trace.described(points, 0))
     }
 
-    fn point(&self, trace: &Trace, point: &TracePoint) -> Option<LocusPoint> {
-        let orbits = self.exact(&trace.itinerary);
+    /// A point of a locus, and the work that it took.
+    fn point(&self, trace: &Trace, point: &TracePoint) -> (Option<LocusPoint>, u64) {
+        let condition = condition_of(trace.kind);
+        let mut locus = LocusEquations::new(self.exact(&trace.itinerary), condition, 0);
+        let found = self.solved_point(trace, point, &mut locus);
+        (found, locus.orbits.work())
+    }
+
+    fn solved_point(
+        &self,
+        trace: &Trace,
+        point: &TracePoint,
+        locus: &mut LocusEquations<DirectOrbitEquations<'a, Dd>, Dd>,
+    ) -> Option<LocusPoint> {
         let at: Vec<Dd> = converted(&point.unknowns);
         let found = match point.label {
             // Solved for already.
             Some(_) => at,
             None => {
-                let condition = condition_of(trace.kind);
-                let mut locus = LocusEquations::new(orbits.clone(), condition, 0);
-                let (found, _) =
-                    corrected(&mut locus, &at, &at, &converted::<_, Dd>(&point.tangent))?;
+                let (found, _) = corrected(locus, &at, &at, &converted::<_, Dd>(&point.tangent))?;
                 (farthest(&found, &at) < FAR).then_some(found)?
             }
         };
+        let orbits = &mut locus.orbits;
         let found = &found[..orbits.variables() + 2];
-        let orbit = orbits.clone().orbit_at(found)?.extra;
+        let orbit = orbits.orbit_at(found)?.extra;
         let speeds = orbit.speeds.iter();
         let (jacobian, speeds) = match trace.kind {
             LocusKind::Graze => {
-                let free = orbits.with_itinerary(&trace.itinerary.without_contact(0, 0));
-                let there = free.clone().orbit_at(found)?.extra;
+                let mut free = orbits.with_itinerary(&trace.itinerary.without_contact(0, 0));
+                let there = free.orbit_at(found)?.extra;
                 let others = speeds.filter(|(n, passage, _)| (*n, *passage) != (0, 0));
                 let others = others.map(|(_, _, speed)| speed.to_f64());
                 (free.jacobian(&there), once(0.0).chain(others).collect())

@@ -436,6 +436,10 @@ impl<S: Real, O: OrbitEquations<S>> CurveEquations<S> for LocusEquations<O, S> {
         self.orbits.bring_near(unknowns, other);
     }
 
+    fn is_spent(&self) -> bool {
+        self.orbits.is_spent()
+    }
+
     fn range(&self, unknown: usize) -> [f64; 2] {
         match self.condition {
             // Held at 0, which may be the end of its range.

@@ -74,12 +74,16 @@ pub fn loci(
             found.loci = by_map.all_described(&traces);
             found.tangencies = by_map.tangencies(&traces);
             found.without_kick = by_map.without_kick(&traces);
+            found.unfinished = by_map.unfinished();
         }
         if request.direct {
             let system = HybridSystem::new(&scene.model);
             let part = Part::new(progress, 1);
             let direct = DirectLoci::new(&system, scene, orbit, map, (request, &part))?;
-            found.loci = direct.all(&found.loci)?;
+            let unfinished = std::mem::take(&mut found.unfinished);
+            (found.loci, found.unfinished) = direct.all(&found.loci)?;
+            found.unfinished.extend(unfinished);
+            found.unfinished = ContactItinerary::listed(&found.unfinished);
         } else if !request.kinds.contains(&LocusKind::Graze) {
             found.loci.retain(|locus| locus.kind != LocusKind::Graze);
         }

@@ -75,15 +75,18 @@ pub(super) trait ClosedOrbits: OrbitEquations<f64> {
     fn is_several(&mut self, unknowns: &[f64]) -> bool;
 }
 
-/// The locus through a seed, beside so many that are known, unless an earlier run kept it: the same
-/// seeds come in the same order, so that these numbers decide it.
+/// The locus through a seed, if it is another than those known, and the work that it took.
+pub(super) type Searched = (Option<Trace>, u64);
+
+/// The locus through a seed, beside so many that are known and with so much work left, unless an
+/// earlier run kept it: the same seeds come in the same order, so that these numbers decide it.
 pub(super) fn through_seed(
     progress: &dyn Progress,
-    known: usize,
+    (known, left): (usize, u64),
     seed: &impl Serialize,
-    follow: impl FnOnce() -> Option<Trace>,
-) -> Option<Trace> {
-    resumed(progress, &place_of(Piece::Trace as u64, &(known, seed)), follow)
+    follow: impl FnOnce() -> Searched,
+) -> Searched {
+    resumed(progress, &place_of(Piece::Trace as u64, &(known, left, seed)), follow)
 }
 
 /// The points of the locus through a seed and its ends, beside known ones, special points solved
@@ -94,15 +97,14 @@ pub(super) fn through_seed(
 pub(super) fn through<O: ClosedOrbits, E: OrbitEquations<Dd>>(
     seed: &Seed,
     known: &[Trace],
-    orbits: LocusEquations<O, f64>,
+    orbits: &mut LocusEquations<O, f64>,
     fine: &mut LocusEquations<E, Dd>,
     grazes: usize,
 ) -> Option<(Vec<TracePoint>, [CourseEnd; 2])> {
-    let mut orbits = orbits;
     let alike = |trace: &&Trace| trace.kind == seed.kind && trace.itinerary == seed.itinerary;
     let kinds = orbits.kinds(grazes);
     let known = || known.iter().filter(alike);
-    let (points, ends) = joined(&mut orbits, &seed.unknowns, known(), &STEPS)?;
+    let (points, ends) = joined(orbits, &seed.unknowns, known(), &STEPS)?;
     let points = points.into_iter().map(|(point, test)| match test {
         Some(test) => labelled(point, test, &kinds, fine),
         None => point,
@@ -115,7 +117,7 @@ pub(super) fn through<O: ClosedOrbits, E: OrbitEquations<Dd>>(
         return None;
     }
     let later = orbits.orbits.begun_later(&points[points.len() / 2].unknowns);
-    if later.iter().any(|later| known().any(|trace| trace.holds(&mut orbits, later))) {
+    if later.iter().any(|later| known().any(|trace| trace.holds(orbits, later))) {
         return None;
     }
     let several = points.iter().all(|point| orbits.orbits.is_several(&point.unknowns));
@@ -264,7 +266,13 @@ pub(super) fn joined<'t, C: CurveEquations<f64>>(
         }
         Some((points, course.end))
     };
-    let ((back, first), (on, last)) = (way(-1.0)?, way(1.0)?);
+    let ((back, first), on) = (way(-1.0)?, way(1.0));
+    let (on, last) = match on {
+        Some(on) => on,
+        // What was found before the work was done is what there is.
+        None if equations.is_spent() => (vec![back[0].clone()], CourseEnd::WorkLimit),
+        None => return None,
+    };
     // The start is in both.
     let at_start = back.iter().take_while(|(point, _)| point.unknowns == back[0].0.unknowns);
     let shared = at_start.count();

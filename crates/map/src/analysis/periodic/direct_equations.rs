@@ -279,6 +279,11 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
         self.work
     }
 
+    /// Counts the work of equations that were cloned from these.
+    pub(in crate::analysis) fn take_work(&mut self, of: &Self) {
+        self.work = of.work;
+    }
+
     /// The same with other contacts.
     pub fn with_itinerary(&self, itinerary: &ContactItinerary) -> Self {
         let flights = flights_of(&self.image, itinerary);
@@ -458,7 +463,7 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
         parameters: &[S],
         varied: bool,
     ) -> Option<Flown<S>> {
-        if self.work >= self.most_work {
+        if self.is_spent() {
             return None;
         }
         let point = self.point(number, variables, parameters)?;
@@ -474,9 +479,9 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
         let (image, both) = match varied {
             false => (flight.image.lifted_image(&point, parameters).ok()?, None),
             true => {
-                let found = flight.image.varied(&point, parameters, &free).ok()?;
-                let image = flight.image.lifted(found.image);
-                (image, found.slopes.zip(Some(found.gap_slopes)))
+                let gap = flight.image.varied_gap(&point, parameters, &free).ok()?;
+                let (image, slopes) = flight.image.varied(&point, parameters, &free).ok()?;
+                (flight.image.lifted(image), slopes.zip(Some(gap)))
             }
         };
         self.work += flight.image.work() * (1 + VARIED * columns as u64);
@@ -996,6 +1001,10 @@ impl<S: Real> CurveEquations<S> for DirectOrbitEquations<'_, S> {
                 circle.bring_near(point, other);
             }
         }
+    }
+
+    fn is_spent(&self) -> bool {
+        self.work >= self.most_work
     }
 
     fn is_last(&self, point: &CurvePoint<S, DirectOrbit<S>>) -> bool {

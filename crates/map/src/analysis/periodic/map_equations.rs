@@ -38,6 +38,9 @@ pub struct MapOrbitEquations<'a, S: Real> {
     depth_unit: f64,
     units: Vec<f64>,
     ranges: Vec<[f64; 2]>,
+    /// Work done and most of it, in coefficients evaluated.
+    work: u64,
+    most_work: u64,
 }
 
 /// What is known of an orbit beside its equations.
@@ -92,6 +95,8 @@ impl<'a, S: Real> MapOrbitEquations<'a, S> {
             ranges: (0..units.len()).map(range).collect(),
             depth_unit: depth,
             units,
+            work: 0,
+            most_work: u64::MAX,
         }
     }
 
@@ -131,6 +136,26 @@ impl<'a, S: Real> MapOrbitEquations<'a, S> {
             self.ranges[unknown][0] = 0.0;
         }
         self
+    }
+
+    /// The same with a limit of its work: nothing is evaluated any more where so much has been
+    /// done.
+    #[must_use]
+    pub fn within_work(mut self, most: u64) -> Self {
+        self.most_work = most;
+        self
+    }
+
+    /// Work done so far, in coefficients evaluated.
+    pub fn work(&self) -> u64 {
+        self.work
+    }
+
+    /// Counts an evaluation; `None` where no more work may be done.
+    fn counted(&mut self) -> Option<()> {
+        let is_spent = <Self as CurveEquations<S>>::is_spent(self);
+        self.work += self.map.terms() * self.itinerary.period() as u64;
+        (!is_spent).then_some(())
     }
 
     /// The first depth variable among the unknowns.
@@ -337,10 +362,12 @@ impl<S: Real> CurveEquations<S> for MapOrbitEquations<'_, S> {
     type Extra = PassagesOfOrbit<S>;
 
     fn linearised(&mut self, unknowns: &[S]) -> Option<Linearised<S, Self::Extra>> {
+        self.counted()?;
         self.at(unknowns)
     }
 
     fn residual(&mut self, unknowns: &[S]) -> Option<DVector<S>> {
+        self.counted()?;
         Some(self.evaluated(unknowns, 0).residual)
     }
 
@@ -362,6 +389,10 @@ impl<S: Real> CurveEquations<S> for MapOrbitEquations<'_, S> {
 
     fn range(&self, unknown: usize) -> [f64; 2] {
         self.ranges[unknown]
+    }
+
+    fn is_spent(&self) -> bool {
+        self.work >= self.most_work
     }
 
     /// A branch of doubled orbits ends on that of the orbits that double, and would go on as the

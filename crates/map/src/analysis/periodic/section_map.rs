@@ -1,9 +1,9 @@
-//! A section map over any number type and implementation, and its derivatives by differences that
-//! never leave a branch of its root.
+//! A section map over any number type and implementation, and its derivatives: those that it has
+//! itself, or differences that never leave a branch of its root.
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::analysis::direct_image::{DirectEnd, DirectImage};
+use crate::analysis::direct_image::{DirectEnd, DirectImage, SectionImage};
 use crate::analysis::evaluation::MapEvaluation;
 use crate::iteration::{DiscreteMap, PassageSet, PhaseCircle};
 use crate::numeric::Real;
@@ -18,6 +18,17 @@ pub trait SectionMap<S: Real> {
     /// The image of a point, on which it depends continuously: of a phase with all its periods.
     /// `None` where there is none.
     fn image(&mut self, state: &[S], parameters: &[S]) -> Option<SectionStep<S>>;
+
+    /// The image with its derivatives by the coordinates and then by some parameters, where the map
+    /// has them without differences.
+    fn varied(
+        &mut self,
+        _state: &[S],
+        _parameters: &[S],
+        _free: &[usize],
+    ) -> Option<(SectionStep<S>, DMatrix<S>)> {
+        None
+    }
 }
 
 /// One image.
@@ -54,6 +65,16 @@ impl<S: Real> SectionStep<S> {
         let finite = step.offsets.iter().all(|value| value.is_finite());
         finite.then_some(step)
     }
+
+    /// The image by direct simulation; `None` where there is none.
+    fn simulated(image: SectionImage<S>) -> Option<Self> {
+        if image.end != DirectEnd::Returned {
+            return None;
+        }
+        let speeds = image.passages.into_iter();
+        let depths = speeds.map(|speed| speed.map(|speed| speed * speed));
+        Self::new(image.offsets, depths, image.extra_contacts)
+    }
 }
 
 impl<S: Real> SectionMap<S> for MapEvaluation<S> {
@@ -71,13 +92,17 @@ impl<S: Real> SectionMap<S> for DirectImage<'_, S> {
     }
 
     fn image(&mut self, state: &[S], parameters: &[S]) -> Option<SectionStep<S>> {
-        let image = self.lifted_image(state, parameters).ok()?;
-        if image.end != DirectEnd::Returned {
-            return None;
-        }
-        let speeds = image.passages.into_iter();
-        let depths = speeds.map(|speed| speed.map(|speed| speed * speed));
-        SectionStep::new(image.offsets, depths, image.extra_contacts)
+        SectionStep::simulated(self.lifted_image(state, parameters).ok()?)
+    }
+
+    fn varied(
+        &mut self,
+        state: &[S],
+        parameters: &[S],
+        free: &[usize],
+    ) -> Option<(SectionStep<S>, DMatrix<S>)> {
+        let (image, slopes) = DirectImage::varied(self, state, parameters, free).ok()?;
+        Some((SectionStep::simulated(self.lifted(image))?, slopes?))
     }
 }
 
@@ -113,6 +138,15 @@ impl<S: Real, M: SectionMap<S> + ?Sized> SectionMap<S> for &mut M {
     fn image(&mut self, state: &[S], parameters: &[S]) -> Option<SectionStep<S>> {
         (**self).image(state, parameters)
     }
+
+    fn varied(
+        &mut self,
+        state: &[S],
+        parameters: &[S],
+        free: &[usize],
+    ) -> Option<(SectionStep<S>, DMatrix<S>)> {
+        (**self).varied(state, parameters, free)
+    }
 }
 
 /// Times a step is shortened before a derivative is given up.
@@ -131,13 +165,14 @@ pub struct Linearisation<S> {
     pub by_parameter: DVector<S>,
 }
 
-/// The image of a point with its derivatives by the state and by one parameter, from central
-/// differences of fourth order.
+/// The image of a point with its derivatives by the state and by one parameter: those of the map
+/// itself, first variations of direct simulation, or central differences of fourth order.
 ///
-/// A depth variable `y` varies on the scale of the depth itself, so every step is shortened until
-/// the depth changes by no more than a share `ρ = ε^(1/5)` of itself and both sides make the
-/// contacts of the centre: truncation and rounding both leave an error of about `ε^(4/5)` of an
-/// entry. `scales` are lengths on which the map varies, of the coordinates and of the parameters.
+/// A depth variable `y` varies on the scale of the depth itself, so every step of a difference is
+/// shortened until the depth changes by no more than a share `ρ = ε^(1/5)` of itself and both sides
+/// make the contacts of the centre: truncation and rounding both leave an error of about `ε^(4/5)`
+/// of an entry. `scales` are lengths on which the map varies, of the coordinates and of the
+/// parameters.
 ///
 /// `None` where the map has no image, or is at a corner.
 pub fn linearise<S: Real>(
@@ -147,28 +182,30 @@ pub fn linearise<S: Real>(
     free: usize,
     scales: &[f64],
 ) -> Option<Linearisation<S>> {
-    let (step, by_state) = derivatives(map, state, parameters, &scales[..state.len()])?;
-    let variable = state.len() + free;
-    let mut point = Point::new(state, parameters);
-    let by_parameter = point.slope(map, &step, variable, scales[variable])?;
+    let (step, all) = derivatives(map, state, parameters, &[free], scales)?;
+    let by_state = all.columns(0, state.len()).into_owned();
+    let by_parameter = all.column(state.len()).into_owned();
     Some(Linearisation { step, by_state, by_parameter })
 }
 
-/// The derivatives by as many of the coordinates, and then of the parameters, as there are scales,
-/// as [`linearise`] has them.
+/// The derivatives by the coordinates and then by some of the parameters, as [`linearise`] has
+/// them.
 pub(in crate::analysis) fn derivatives<S: Real>(
     map: &mut (impl SectionMap<S> + ?Sized),
     state: &[S],
     parameters: &[S],
+    free: &[usize],
     scales: &[f64],
 ) -> Option<(SectionStep<S>, DMatrix<S>)> {
+    if let Some(known) = map.varied(state, parameters, free) {
+        return Some(known);
+    }
     let step = map.image(state, parameters)?;
     let mut point = Point::new(state, parameters);
-    let mut derivatives = DMatrix::from_element(state.len(), scales.len(), S::zero());
-    for (column, &scale) in scales.iter().enumerate() {
-        derivatives.set_column(column, &point.slope(map, &step, column, scale)?);
-    }
-    Some((step, derivatives))
+    let variables = (0..state.len()).chain(free.iter().map(|place| state.len() + place));
+    let slopes = variables.map(|variable| point.slope(map, &step, variable, scales[variable]));
+    let columns: Vec<DVector<S>> = slopes.collect::<Option<_>>()?;
+    Some((step, DMatrix::from_columns(&columns)))
 }
 
 /// Where derivatives are taken.

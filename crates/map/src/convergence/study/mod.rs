@@ -198,7 +198,7 @@ pub fn converge(
         Some(highest) => {
             let factors = factors(highest);
             let made = || if known.is_none() { factors.get().map(drop) } else { Ok(()) };
-            let (chosen, made) = rayon::join(choose, made);
+            let (chosen, made) = parallel::join(choose, made);
             let chosen = chosen?;
             made?;
             (chosen, highest, factors)
@@ -322,7 +322,7 @@ impl<'a> Sweep<'a> {
     ) -> Result<Measured, ConvergenceError> {
         let (sample, scene, orbit, system) = (&self.sample, self.scene, self.orbit, &self.system);
         let measure = || {
-            let (maps, factors) = rayon::join(|| self.maps(progress), || factors.get());
+            let (maps, factors) = parallel::join(|| self.maps(progress), || factors.get());
             let (maps, factors) = (maps?, factors?);
             let mut orders: Vec<OrderResult> = maps.iter().map(|map| self.measure(map)).collect();
             self.add_rates(factors, &maps, &mut orders)?;

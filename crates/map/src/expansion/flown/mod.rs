@@ -104,6 +104,16 @@ impl<S: Scalar> FlownContact<S> {
         self.section.len()
     }
 
+    /// Coefficients of its polynomials, those of the flight once a step.
+    pub(crate) fn terms(&self) -> usize {
+        let of = |jets: &[Jet<S>]| jets.iter().map(|jet| jet.coefficients().len()).sum::<usize>();
+        let drives = self.law.forces.iter().map(|(_, drive)| drive).chain([&self.law.release]);
+        let flown: usize = drives.map(|drive| of(&drive.rest)).sum();
+        let once = [&self.depth, &self.entry].map(|jet| jet.coefficients().len());
+        let once = once.iter().sum::<usize>() + of(&self.gap) + of(&self.back) + of(&self.section);
+        once + self.plan.steps * (self.plan.order + flown)
+    }
+
     /// Steps flown.
     pub fn plan(&self) -> FlightPlan {
         self.plan

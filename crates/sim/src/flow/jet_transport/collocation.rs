@@ -17,6 +17,7 @@ use super::plan::{CacheKey, Inputs};
 use super::solver::Resolution;
 use crate::flow::integrator::are_finite;
 use crate::flow::{Field, FlowError, Integrator};
+use crate::interruption::check;
 use crate::jet::{Jet, JetSpace};
 
 /// Jets of a flow over a time.
@@ -133,6 +134,7 @@ impl<'a> Transport<'a> {
             if remaining == 0.0 {
                 return Ok(());
             }
+            check();
             let Attempt { length, steps, resolution } = self.attempt(remaining)?;
             match resolution {
                 Some(resolution) if resolution.meets(self.tolerance) => {

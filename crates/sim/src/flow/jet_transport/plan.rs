@@ -117,7 +117,7 @@ impl DegreePlan {
     /// Where the part of a slot is, its operation put among the actions if it must be run.
     fn source(&mut self, operation: Operation, slot: usize) -> Option<usize> {
         let operation = match operation {
-            Operation::Constant(_) | Operation::Sign(_) => return None,
+            Operation::Constant(_) | Operation::Sign(_) | Operation::Balance(..) => return None,
             Operation::AddConstant(a, _) => return self.sources[a],
             Operation::Add(a, b) => match (self.sources[a], self.sources[b]) {
                 (None, source) | (source, None) => return source,

@@ -12,6 +12,7 @@ use nalgebra::DMatrix;
 
 use crate::flow::step_control::{component_step, margin_at, order_for};
 use crate::flow::{Field, FlowError};
+use crate::interruption::check;
 use crate::jet::{Graded, Jet, JetSeries, JetSpace, power_series_at};
 use crate::numeric::{Real, Scalar};
 
@@ -59,6 +60,7 @@ fn jet_transport_within<S: Real>(
             return Err(FlowError::TooManySteps { limit, remaining: remaining.to_f64() });
         }
         *steps_left -= 1;
+        check();
         expansion.expand(&state, parameters);
         let longest = S::from_f64(expansion.step_length(remaining.magnitude())?);
         let length =

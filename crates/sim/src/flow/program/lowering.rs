@@ -48,6 +48,7 @@ enum SharedKey {
     Circular(Slot),
     Hyperbolic(Slot),
     HyperbolicTangent(Slot),
+    Logistic(Slot),
     Square(Slot),
     Twice(Slot),
     Constant(u64, u64),
@@ -279,7 +280,7 @@ impl<'a> Lowering<'a> {
                 let euler_a = self.euler(a);
                 self.push(Operation::Exp { a, euler_a }, self.joint(&[a]))
             }
-            Unary::Log => self.primitive(HeadFunction::Log, a, a),
+            Unary::Log => self.primitive(HeadFunction::Log, [a, a], a),
             Unary::Sin => self.circular(a),
             Unary::Cos => self.circular(a) + 1,
             Unary::Tan => {
@@ -288,22 +289,34 @@ impl<'a> Lowering<'a> {
             }
             Unary::Asin => {
                 let w = self.cathetus(a);
-                self.primitive(HeadFunction::Asin, a, w)
+                self.primitive(HeadFunction::Asin, [a, a], w)
             }
             Unary::Acos => {
                 let w = self.cathetus(a);
                 let w = self.neg(w);
-                self.primitive(HeadFunction::Acos, a, w)
+                self.primitive(HeadFunction::Acos, [a, a], w)
             }
             Unary::Atan => {
-                let square = self.square(a);
                 let one = self.constant(Dd::from(1.0));
-                let w = self.add(one, square);
-                self.primitive(HeadFunction::Atan, a, w)
+                let factor = self.balance(a, one);
+                let shrunk = self.mul(factor, a);
+                let (square, one) = (self.square(shrunk), self.square(factor));
+                let (b, w) = (self.mul(factor, shrunk), self.add(one, square));
+                self.primitive(HeadFunction::Atan, [a, b], w)
             }
             Unary::Sinh => self.hyperbolic(a),
             Unary::Cosh => self.hyperbolic(a) + 1,
             Unary::Tanh => self.hyperbolic_tangent(a),
+            Unary::Sech => self.sech(a),
+            Unary::Logistic => self.logistic(a),
+            Unary::Softplus => {
+                let partner = self.logistic(a);
+                self.integral(HeadFunction::Softplus, a, partner)
+            }
+            Unary::LogCosh => {
+                let partner = self.hyperbolic_tangent(a);
+                self.integral(HeadFunction::LogCosh, a, partner)
+            }
             Unary::Abs => self.push(Operation::SignTimes { a, b: a }, self.joint(&[a])),
             Unary::Sign => self.push(Operation::Sign(a), Support::Head),
         }
@@ -317,9 +330,14 @@ impl<'a> Lowering<'a> {
         self.push(Operation::Sqrt(product), self.joint(&[product]))
     }
 
-    fn primitive(&mut self, function: HeadFunction, a: Slot, w: Slot) -> Slot {
+    /// A number that keeps the squares of two slots in the range.
+    fn balance(&mut self, a: Slot, b: Slot) -> Slot {
+        self.push(Operation::Balance(a, b), Support::Head)
+    }
+
+    fn primitive(&mut self, function: HeadFunction, [a, b]: [Slot; 2], w: Slot) -> Slot {
         let euler_u = self.operations.len() + 1;
-        let u = self.push(Operation::Primitive { function, a, w, euler_u }, self.joint(&[a]));
+        let u = self.push(Operation::Primitive { function, a, b, w, euler_u }, self.joint(&[a]));
         self.push(Operation::Euler(u), self.joint(&[u]));
         u
     }
@@ -402,7 +420,39 @@ impl<'a> Lowering<'a> {
         })
     }
 
+    /// The reciprocal of the hyperbolic cosine, its product with the tangent after it.
+    fn sech(&mut self, a: Slot) -> Slot {
+        let (euler_a, tanh) = (self.euler(a), self.hyperbolic_tangent(a));
+        let (sech, support) = (self.operations.len(), self.joint(&[a]));
+        let function = HeadFunction::Sech;
+        self.push(Operation::Function { function, a, euler_a, partner: sech + 1 }, support);
+        self.push(Operation::Mul(sech, tanh), support);
+        sech
+    }
+
+    /// The logistic function, that of the negative and the product of both after it.
+    fn logistic(&mut self, a: Slot) -> Slot {
+        let euler_a = self.euler(a);
+        self.shared(SharedKey::Logistic(a), |this| {
+            let (logistic, support) = (this.operations.len(), this.joint(&[a]));
+            for function in [HeadFunction::Logistic, HeadFunction::LogisticOfNegative] {
+                let partner = logistic + 2;
+                this.push(Operation::Function { function, a, euler_a, partner }, support);
+            }
+            this.push(Operation::Mul(logistic, logistic + 1), support);
+            logistic
+        })
+    }
+
+    /// A function of a slot whose derivative is known.
+    fn integral(&mut self, function: HeadFunction, a: Slot, partner: Slot) -> Slot {
+        let euler_a = self.euler(a);
+        self.push(Operation::Function { function, a, euler_a, partner }, self.joint(&[a]))
+    }
+
     fn atan2(&mut self, y: Slot, x: Slot) -> Slot {
+        let factor = self.balance(y, x);
+        let (y, x) = (self.mul(factor, y), self.mul(factor, x));
         let (euler_y, euler_x) = (self.euler(y), self.euler(x));
         let (y_square, x_square) = (self.square(y), self.square(x));
         let w = self.add(y_square, x_square);

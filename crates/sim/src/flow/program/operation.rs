@@ -64,6 +64,13 @@ pub(in crate::flow) enum Operation {
         euler_a: Slot,
         slope: Slot,
     },
+    /// A function whose derivative by the argument is the partner, or minus that.
+    Function {
+        function: HeadFunction,
+        a: Slot,
+        euler_a: Slot,
+        partner: Slot,
+    },
     /// Derivative `1/cosh² a` of the hyperbolic tangent `tanh`.
     SechSquared {
         a: Slot,
@@ -72,6 +79,7 @@ pub(in crate::flow) enum Operation {
     Primitive {
         function: HeadFunction,
         a: Slot,
+        b: Slot,
         w: Slot,
         euler_u: Slot,
     },
@@ -96,6 +104,8 @@ pub(in crate::flow) enum Operation {
     },
     /// The sign of the head, a constant.
     Sign(Slot),
+    /// A number that keeps the squares of two heads in the range.
+    Balance(Slot, Slot),
 }
 
 /// One operation at one degree: reads the tape, writes the part to `out`.
@@ -209,11 +219,16 @@ pub(in crate::flow) fn run<S: Scalar, A: Graded<S>>(
                 out,
             );
         }
+        Operation::Function { function, a, euler_a, partner } => {
+            let (a, euler_a, partner) = (element(a), element(euler_a), element(partner));
+            exponential_part(algebra, function, k, a, euler_a, partner, out);
+        }
         Operation::SechSquared { a, tanh } => {
             sech_squared_part(algebra, k, element(a), element(tanh), out);
         }
-        Operation::Primitive { function, a, w, euler_u } => {
-            primitive_part(algebra, function, k, element(a), element(w), element(euler_u), out);
+        Operation::Primitive { function, a, b, w, euler_u } => {
+            let (arguments, w) = ((element(a), element(b)), element(w));
+            primitive_part(algebra, function, k, arguments, w, element(euler_u), out);
         }
         Operation::Power { a, exponent, euler_a, euler_u } => {
             let exponent = S::from_dd(exponent);
@@ -237,6 +252,7 @@ pub(in crate::flow) fn run<S: Scalar, A: Graded<S>>(
             map(part(b), out, |b| sign * b);
         }
         Operation::Sign(a) => constant_part(k, element(a)[0].signum(), out),
+        Operation::Balance(a, b) => constant_part(k, element(a)[0].balance(element(b)[0]), out),
     }
 }
 
@@ -300,16 +316,18 @@ impl Operation {
             | Operation::Cosine { a, euler_a, sine: partner }
             | Operation::Sinh { a, euler_a, cosh: partner }
             | Operation::Cosh { a, euler_a, sinh: partner }
-            | Operation::Tanh { a, euler_a, slope: partner } => vec![a, euler_a, partner],
+            | Operation::Tanh { a, euler_a, slope: partner }
+            | Operation::Function { a, euler_a, partner, .. } => vec![a, euler_a, partner],
             Operation::SechSquared { a, tanh } => vec![a, tanh],
             Operation::OfPhase { a, partner, .. } => vec![a, partner],
-            Operation::Primitive { a, w, euler_u, .. } => vec![a, w, euler_u],
+            Operation::Primitive { a, b, w, euler_u, .. } => vec![a, b, w, euler_u],
             Operation::Power { a, euler_a, euler_u, .. } => vec![a, euler_a, euler_u, slot],
             Operation::Atan2 { y, x, euler_y, euler_x, w, euler_u } => {
                 vec![y, x, euler_y, euler_x, w, euler_u]
             }
             Operation::SignTimes { a, .. } => vec![a],
             Operation::Sign(_)
+            | Operation::Balance(..)
             | Operation::Input
             | Operation::Constant(_)
             | Operation::Euler(_)
@@ -361,6 +379,7 @@ impl Operation {
             | Operation::Mul(a, b)
             | Operation::Div(a, b)
             | Operation::MulByHead { head: a, factor: b }
+            | Operation::Balance(a, b)
             | Operation::SechSquared { a, tanh: b }
             | Operation::SignTimes { a, b } => [[Some(a), Some(b), None], none()],
             Operation::Exp { a, euler_a: partner } | Operation::OfPhase { a, partner, .. } => {
@@ -371,11 +390,12 @@ impl Operation {
             | Operation::Sinh { a, euler_a, cosh: partner }
             | Operation::Cosh { a, euler_a, sinh: partner }
             | Operation::Tanh { a, euler_a, slope: partner }
+            | Operation::Function { a, euler_a, partner, .. }
             | Operation::Power { a, euler_a, euler_u: partner, .. } => {
                 [[Some(a), None, None], [Some(euler_a), Some(partner), None]]
             }
-            Operation::Primitive { a, w, euler_u, .. } => {
-                [[Some(a), Some(w), None], [Some(euler_u), None, None]]
+            Operation::Primitive { a, b, w, euler_u, .. } => {
+                [[Some(a), Some(b), Some(w)], [Some(euler_u), None, None]]
             }
             Operation::Atan2 { y, x, euler_y, euler_x, w, euler_u } => {
                 [[Some(y), Some(x), Some(w)], [Some(euler_y), Some(euler_x), Some(euler_u)]]
@@ -405,7 +425,7 @@ impl Operation {
         of: impl Fn(Slot) -> usize,
     ) -> usize {
         match *self {
-            Operation::Constant(_) | Operation::Sign(_) => 0,
+            Operation::Constant(_) | Operation::Sign(_) | Operation::Balance(..) => 0,
             Operation::Euler(a)
             | Operation::Neg(a)
             | Operation::Scale(a, _)

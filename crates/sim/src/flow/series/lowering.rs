@@ -7,6 +7,7 @@
 use super::{
     ConstantSlots, Factor, Instruction, Operand, PhaseTable, SeriesProgram, Sum, Term, Terms,
 };
+use crate::flow::corners::corners;
 use crate::flow::program::{InputKind, Operation, Program, Slot};
 use crate::flow::resolution::arguments;
 use crate::numeric::Dd;
@@ -48,6 +49,7 @@ impl SeriesProgram {
             groups: groups.chain(after.into_iter().rev()).collect(),
             limiting: limiting(program, &inputs[..dimension]),
             arguments: arguments(program, inputs),
+            corners: corners(program, inputs),
             combinations: combinations(program),
         }
     }

@@ -101,6 +101,20 @@ impl ExpressionGraph {
                 let factor = self.sub(one, square);
                 self.mul(slope, factor)
             }
+            Unary::Sech => {
+                let tanh = self.unary(Unary::Tanh, a);
+                let factor = self.mul(id, tanh);
+                let product = self.mul(slope, factor);
+                self.neg(product)
+            }
+            Unary::Logistic => {
+                let opposite = self.neg(a);
+                let rest = self.unary(Unary::Logistic, opposite);
+                let factor = self.mul(id, rest);
+                self.mul(slope, factor)
+            }
+            Unary::Softplus => self.mul_function(slope, Unary::Logistic, a),
+            Unary::LogCosh => self.mul_function(slope, Unary::Tanh, a),
             Unary::Asin => self.arc_derivative(a, slope),
             Unary::Acos => {
                 let arc = self.arc_derivative(a, slope);

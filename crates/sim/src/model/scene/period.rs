@@ -158,8 +158,13 @@ enum Parity {
 impl Parity {
     fn of(function: Unary) -> Self {
         match function {
-            Unary::Cos | Unary::Cosh | Unary::Abs => Self::Even,
-            Unary::Sqrt | Unary::Exp | Unary::Log | Unary::Acos => Self::Neither,
+            Unary::Cos | Unary::Cosh | Unary::Sech | Unary::LogCosh | Unary::Abs => Self::Even,
+            Unary::Sqrt
+            | Unary::Exp
+            | Unary::Log
+            | Unary::Acos
+            | Unary::Logistic
+            | Unary::Softplus => Self::Neither,
             Unary::Sin
             | Unary::Tan
             | Unary::Asin

@@ -22,7 +22,7 @@ use crate::analysis::diagram::SweptMap;
 use crate::analysis::error::AnalysisError;
 use crate::analysis::orbits::{FoundOrbit, OrbitsRequest, orbits};
 use crate::analysis::periodic::{ContactItinerary, finite_or_one};
-use crate::analysis::progress::{Progress, resumed};
+use crate::analysis::progress::{Progress, resumed_if};
 use crate::expansion::LocalMap;
 use crate::iteration::{DiscreteMap, parallel};
 use crate::model::{Method, Scene};
@@ -86,7 +86,10 @@ pub(super) fn manifolds(
     progress.expect(cases.len() as u64);
     let branch = |(number, &((saddle, point), kind, side)): (usize, &((usize, usize), _, _))| {
         let place = [KEPT, number as u64];
-        let branch = resumed(progress, &place, || {
+        let fits = |branch: &ManifoldBranch| {
+            (branch.kind, branch.saddle, branch.point, branch.side) == (kind, saddle, point, side)
+        };
+        let branch = resumed_if(progress, &place, fits, || {
             let fixed = swept.at(request.parameters);
             let tracer = Tracer { map: &*fixed, ..tracer };
             let (pieces, end) = tracer.curve(&saddles[saddle], point, kind, side);
