@@ -25,10 +25,10 @@ use grazemap::{Error, Map};
 /// Opens what is named in the place of a scene, shows its warnings and starts the threads asked
 /// for.
 fn open(options: &SceneOptions) -> Result<Source, CliError> {
-    if let Some(threads) = options.common.threads {
-        if !parallel::start(threads.into()) {
-            return Err(CliError::Threads);
-        }
+    if let Some(threads) = options.common.threads
+        && !parallel::start(threads.into())
+    {
+        return Err(CliError::Threads);
     }
     let joined = options.common.joined.as_ref().and_then(|joined| joined.map.clone());
     let source = match joined {
