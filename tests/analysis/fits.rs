@@ -195,6 +195,36 @@ fn too_few_numbers_and_wrong_lengths_are_refused() {
 }
 
 #[test]
+fn measured_values_at_the_ends_of_the_range_of_numbers_are_refused_or_have_an_outcome() {
+    let case = mems();
+    let good: Vec<Vec<f64>> = (0..9).map(|k| vec![1e-6 * f64::from(k), 1e-4]).collect();
+    let refuses = [1e160, -1e160, 1e300, f64::MAX, f64::INFINITY];
+    for value in [1e-320, 1e10, 1e90].into_iter().chain(refuses) {
+        let mut once = good.clone();
+        once[4][0] = value;
+        for points in [vec![vec![value; 2]; 9], once] {
+            for noise in [Some(NOISE.to_vec()), None] {
+                for method in [Method::Map, Method::Guarded, Method::Direct] {
+                    let points = points.clone();
+                    let series = vec![MeasuredSeries { controls: vec![0.0; 3], points }];
+                    let request = FitRequest { noise: noise.clone(), method, ..request(series) };
+                    let found = fit(&case.scene, &case.orbit, &case.map, &request, &NoProgress);
+                    let is_refused = matches!(found, Err(AnalysisError::Unbounded { .. }));
+                    assert_eq!(is_refused, refuses.contains(&value), "{value:e}: {found:?}");
+                    assert!(is_refused || found.is_ok(), "{value:e}: {found:?}");
+                }
+            }
+        }
+    }
+    let series = || vec![MeasuredSeries { controls: vec![0.0; 3], points: good.clone() }];
+    for noise in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        let request = FitRequest { noise: Some(vec![noise, 1e-5]), ..request(series()) };
+        let found = fit(&case.scene, &case.orbit, &case.map, &request, &NoProgress);
+        assert!(matches!(found, Err(AnalysisError::NotAStandardDeviation { .. })), "{found:?}");
+    }
+}
+
+#[test]
 fn derivatives_by_parameters_are_those_of_direct_simulation() {
     let case = mems();
     let system = HybridSystem::new(&case.scene.model);

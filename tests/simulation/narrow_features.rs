@@ -251,7 +251,7 @@ fn flown(text: &str, start: [f64; 3], time: f64) -> Vec<f64> {
 }
 
 /// A stop that nothing meets.
-const FAR: &str = "event = \"1e3 - x\"\nimpact = { v = \"-v\" }";
+const FAR: &str = "event = \"1e9 - x\"\nimpact = { v = \"-v\" }";
 
 /// The integral of a force of the phase, from a phase on, as a speed in free flight.
 pub(crate) fn flown_freely(force: &str, from: f64, time: f64) -> f64 {
@@ -376,6 +376,12 @@ fn forces(k: f64) -> Vec<Force> {
             &format!("(3 - 2*cos(theta))^-{power}"),
             &[0.0],
             Box::new(move |t| (1.0 + 4.0 * (0.5 * t).sin().powi(2)).powf(-power)),
+        );
+        let tenth = (k / 10.0) as i32;
+        force(
+            &format!("(0.5*(1.07*cos(theta)^10))^{tenth}*{:e}", 2.0_f64.powi(tenth)),
+            &zeros,
+            Box::new(move |t| (1.07 * t.cos().powi(10)).powi(tenth)),
         );
     }
     forces

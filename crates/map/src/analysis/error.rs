@@ -67,6 +67,22 @@ pub enum AnalysisError {
         /// Unknowns.
         unknowns: usize,
     },
+    /// A number of a fit whose square may be no number.
+    #[error("{what} is {found:e}; expected a number of at most {largest:e} in size")]
+    Unbounded {
+        /// Meaning of the number.
+        what: &'static str,
+        /// The number.
+        found: f64,
+        /// Largest size of such a number.
+        largest: f64,
+    },
+    /// A standard deviation of a measurement that is not positive and finite.
+    #[error("the noise of a coordinate is {found:e}; expected a standard deviation above 0")]
+    NotAStandardDeviation {
+        /// The number stated.
+        found: f64,
+    },
     /// The itineraries asked for are too many.
     #[error(transparent)]
     Itinerary(#[from] ItineraryError),

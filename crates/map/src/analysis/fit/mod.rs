@@ -186,7 +186,9 @@ const MOST_DAMPING: f64 = 1e16;
 /// # Errors
 ///
 /// [`AnalysisError::Length`] for points and offsets of another length,
-/// [`AnalysisError::TooFewMeasured`] for fewer numbers than unknowns; as
+/// [`AnalysisError::TooFewMeasured`] for fewer numbers than unknowns,
+/// [`AnalysisError::Unbounded`] for a number beyond 1e100 in size (a coordinate that is NaN was not
+/// measured), [`AnalysisError::NotAStandardDeviation`] for a noise that is not positive; as
 /// [`DirectMap::new`](super::DirectMap::new).
 pub fn fit(
     scene: &Scene,

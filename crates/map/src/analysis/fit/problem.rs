@@ -64,11 +64,19 @@ impl<'a> Problem<'a> {
     pub(super) fn new(local: &'a LocalMap, request: &'a FitRequest) -> Result<Self, AnalysisError> {
         let (dimension, active) = (local.dimension(), local.parameters.len());
         check_length("offsets of the parameters", active, request.at.len())?;
+        check_numbers("an offset of a parameter", &request.at)?;
+        for &noise in request.noise.iter().flatten() {
+            let is_good = noise > 0.0 && noise.is_finite();
+            is_good.then_some(()).ok_or(AnalysisError::NotAStandardDeviation { found: noise })?;
+        }
         let mut pieces = Vec::new();
         for series in &request.series {
             check_length("controls of a series", active, series.controls.len())?;
+            check_numbers("a control of a series", &series.controls)?;
             for point in &series.points {
                 check_length("coordinates of a point", dimension, point.len())?;
+                let measured: Vec<f64> = point.iter().copied().filter(|x| !x.is_nan()).collect();
+                check_numbers("a measured coordinate", &measured)?;
             }
             let kept = series.points.len().saturating_sub(request.withheld);
             let (fitted, withheld) = series.points.split_at(kept);
@@ -220,6 +228,9 @@ impl<'a> Problem<'a> {
             if sum < best.0 {
                 best = (sum, start);
             }
+        }
+        if !best.0.is_finite() {
+            return None;
         }
         for _ in 0..REFINEMENTS {
             let (held, start) = &best;
@@ -457,6 +468,15 @@ impl<'a> Problem<'a> {
     }
 }
 
+/// Largest number, in size, that is fitted: the squares of residuals are numbers beside it.
+const LARGEST: f64 = 1e100;
+
+/// Refuses numbers whose squares may overflow, infinity and NaN.
+fn check_numbers(what: &'static str, numbers: &[f64]) -> Result<(), AnalysisError> {
+    let beyond = numbers.iter().find(|number| !(number.abs() <= LARGEST));
+    beyond.map_or(Ok(()), |&found| Err(AnalysisError::Unbounded { what, found, largest: LARGEST }))
+}
+
 /// Pieces of so many returns, each beginning at a point that was measured in all coordinates.
 fn cut<'a>(
     fitted: &'a [Vec<f64>],
@@ -465,7 +485,7 @@ fn cut<'a>(
     returns: usize,
 ) -> Vec<Piece<'a>> {
     let is_whole = |point: &Vec<f64>| point.iter().all(|value| value.is_finite());
-    let length = if returns == 0 { usize::MAX } else { returns + 1 };
+    let length = if returns == 0 { usize::MAX } else { returns.saturating_add(1) };
     let (mut pieces, mut rest) = (Vec::new(), fitted);
     while let Some(first) = rest.iter().position(is_whole) {
         rest = &rest[first..];
