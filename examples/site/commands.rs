@@ -11,7 +11,7 @@ use pulldown_cmark::{CodeBlockKind, Event, Tag, TagEnd};
 use super::documents::Document;
 
 /// Pages whose blocks of `sh` are run, each page in a folder of its own.
-pub(crate) const RUN: [&str; 2] = ["docs/guide/getting-started.md", "docs/guide/page.md"];
+pub(crate) const RUN: [&str; 2] = ["docs/how-to/tour.md", "docs/reference/page.md"];
 
 /// A block of code of a page: its language, and its lines.
 #[derive(Debug)]

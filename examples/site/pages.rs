@@ -21,19 +21,23 @@ const STYLE: &str = include_str!("../../templates/style.css");
 /// Pages of a group that stand before the others, which follow by their titles.
 const FIRST: [&str; 8] = [
     "README.md",
-    "docs/guide/getting-started.md",
-    "docs/guide/scene.md",
-    "docs/guide/page.md",
-    "docs/guide/outputs.md",
-    "docs/guide/emitted-code.md",
-    "docs/guide/python.md",
-    "docs/guide/c.md",
+    "docs/how-to/tour.md",
+    "docs/reference/scene.md",
+    "docs/reference/page.md",
+    "docs/reference/json.md",
+    "docs/reference/emitted-code.md",
+    "docs/reference/python.md",
+    "docs/reference/c.md",
 ];
 
 /// Groups of the navigation, by the folders of their pages; the last takes the rest.
-const GROUPS: [(&str, &str); 4] = [
-    ("docs/guide/", "Guide"),
+const GROUPS: [(&str, &str); 8] = [
+    ("docs/tutorials/", "Tutorials"),
+    ("docs/how-to/", "How-to"),
+    ("docs/reference/", "Reference"),
+    ("docs/explanation/", "Explanation"),
     ("docs/mathematics/", "Mathematics"),
+    ("docs/development/", "Development"),
     ("docs/studies/", "Studies"),
     ("", "More"),
 ];
@@ -89,7 +93,7 @@ impl Site<'_> {
 
     fn groups(&self, current: &Document) -> Vec<Group<'static>> {
         let group_of = |path: &str| {
-            let home = if path == "README.md" { "docs/guide/" } else { path };
+            let home = if path == "README.md" { "docs/tutorials/" } else { path };
             GROUPS.iter().position(|(folder, _)| home.starts_with(folder)).unwrap_or_default()
         };
         let mut groups = GROUPS.map(|(_, title)| Group { title, pages: Vec::new() });

@@ -148,7 +148,8 @@ fn one_branch_of_direct_simulation_goes_from_the_graze_to_the_published_points()
 }
 
 /// The saddle-node of Thota, Zhao and Dankowicz' Fig. 6b is 1.238e-6 from the codimension-two point
-/// (docs/literature.md); over this range contacts next to the graze are known to 1e-6 alone.
+/// (docs/explanation/where-papers-err.md); over this range contacts next to the graze are known to
+/// 1e-6 alone.
 #[test]
 fn a_branch_begins_at_its_graze_where_the_range_is_wide() {
     let set = [

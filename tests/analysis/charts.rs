@@ -71,8 +71,8 @@ fn contact_begins_where_the_amplitude_of_the_linear_oscillator_reaches_the_stop(
     assert!(below > 200 && above > 200, "{below}, {above}");
 }
 
-/// The cantilever beam (docs/literature.md): with `zeta = 0.09` the orbit beyond grazing has one
-/// impact in five periods.
+/// The cantilever beam (docs/explanation/where-papers-err.md): with `zeta = 0.09` the orbit beyond
+/// grazing has one impact in five periods.
 #[test]
 fn the_orbit_beyond_grazing_is_that_of_the_literature_and_of_direct_simulation() {
     let case = Case::new("cantilever_0_09");

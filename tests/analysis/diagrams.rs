@@ -357,8 +357,8 @@ fn map_and_simulation_agree_before_grazing() {
     assert!(diagram.speed_ratio.is_some());
 }
 
-/// The cantilever beam (docs/literature.md): with `zeta = 0.09` the orbit beyond grazing has one
-/// impact in five periods.
+/// The cantilever beam (docs/explanation/where-papers-err.md): with `zeta = 0.09` the orbit beyond
+/// grazing has one impact in five periods.
 #[test]
 fn map_and_simulation_name_the_orbit_beyond_grazing_as_the_literature_does() {
     let range = [-4e-4, 8e-4];

@@ -664,7 +664,7 @@ for (const colorScheme of ["light", "dark"]) {
 }
 check("420 pixels wide, light and dark");
 
-// The steps of docs/guide/page.md, "A window of period adding", with their pictures.
+// The steps of docs/reference/page.md, "A window of period adding", with their pictures.
 {
   const { page, said, context } = await open(file, { viewport: { width: 700, height: 1000 } });
   const blank = await context.newPage();

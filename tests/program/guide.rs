@@ -29,7 +29,7 @@ fn documents() -> Documents {
 
 #[test]
 fn every_scene_of_the_guide_is_a_good_one_without_warnings() {
-    let mut scenes = blocks(&documents().0["docs/guide/scene.md"]);
+    let mut scenes = blocks(&documents().0["docs/reference/scene.md"]);
     scenes.retain(|block| block.language == "toml");
     assert!(!scenes.is_empty());
     for block in scenes {

@@ -1,8 +1,8 @@
 //! The floors of the house, checked against what every source file names: `crate::floor`, paths by
 //! `super` that lead out of a floor, other packages of the workspace, and what they hand on.
 //!
-//! Change the table on purpose, in the same commit as docs/architecture.md, when a better house is
-//! found.
+//! Change the table on purpose, in the same commit as docs/development/architecture.md, when a better
+//! house is found.
 
 mod source;
 
@@ -210,7 +210,7 @@ fn packages_list_their_floors_in_order_and_every_folder_is_a_floor() {
 /// The page of the house has the floors in this order as well.
 #[test]
 fn the_page_of_the_house_lists_its_floors_in_order() {
-    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/architecture.md");
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/development/architecture.md");
     let page = fs::read_to_string(page).expect("the page");
     let rows = page.lines().filter_map(|line| line.strip_prefix("| `"));
     let names: Vec<_> = rows.filter_map(|row| row.split('`').next()).collect();

@@ -224,7 +224,7 @@ fn what_cannot_be_right_is_refused_with_its_place() {
 
 /// The text of the guide's block in a language.
 fn block(language: &str) -> String {
-    let page = fs::read_to_string(root().join("docs/guide/c.md")).expect("the page");
+    let page = fs::read_to_string(root().join("docs/reference/c.md")).expect("the page");
     let begin = format!("```{language}\n");
     let (_, block) = page.split_once(&begin).expect("a block of the language");
     block.split_once("```").expect("its end").0.to_owned()
