@@ -424,8 +424,7 @@ def fit(
         "withheld": withheld,
         "using": using,
     }
-    given = {key: value for key, value in keys.items() if value is not None}
-    text = json.dumps(given, default=_plain)
+    text = _json(keys)
     points = np.ascontiguousarray(np.concatenate(series))
     with shown(progress, "fit") as seen:
         lengths = [len(one) for one in series]
@@ -559,8 +558,7 @@ def _answered(
     client: Client | None = None,
 ) -> _lib.Computed:
     """Compute what a command with these keys asks for; keys that are `None` are left out."""
-    given = {key: value for key, value in keys.items() if value is not None}
-    text = json.dumps({command: given}, default=_plain)
+    text = _json(keys, command)
     found = shares(client, _answer_share, source, text)
     with shown(progress, command) as seen:
         return _lib.answer(source._inner, text, seen, found)
@@ -568,6 +566,18 @@ def _answered(
 
 def _answer_share(source: Source, command: str, number: int, of: int) -> bytes:
     return _lib.answer_share(source._inner, command, number, of)
+
+
+def _json(keys: Mapping[str, object], command: str | None = None) -> str:
+    """Give keys as JSON, which has no NaN and no infinity; keys that are `None` are left out."""
+    given = {key: value for key, value in keys.items() if value is not None}
+    for key, value in given.items():
+        try:
+            json.dumps(value, default=_plain, allow_nan=False)
+        except ValueError:
+            message = f"{key}: expected finite numbers, found {value}"
+            raise InputError(message) from None
+    return json.dumps({command: given} if command else given, default=_plain)
 
 
 def _plain(item: object) -> object:
