@@ -228,7 +228,7 @@ pub(super) struct SweepArguments {
 pub(super) struct ChartArguments {
     #[command(flatten)]
     pub(super) sweep: SweepArguments,
-    /// Where to iterate the map: `cpu`, or `cuda` for an NVIDIA GPU (identical results)
+    /// Device that iterates: `cpu`, or `cuda` for an NVIDIA GPU (identical results)
     #[arg(long, default_value = "cpu", value_parser = Device::NAMES)]
     pub(super) device: String,
 }
