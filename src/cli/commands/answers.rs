@@ -1,5 +1,5 @@
-//! `grazemap orbits`, `branch`, `loci`, `trajectory` and `converge`: options as keys, and the
-//! answer to them.
+//! `grazemap orbits`, `branch`, `loci`, `trajectory` and `converge`: turn options into keys of the
+//! pipeline and deliver its answer.
 
 use std::cell::Cell;
 
@@ -104,7 +104,7 @@ pub(in crate::cli) fn trajectory(options: &TrajectoryArguments) -> Result<(), Cl
     deliver(keys.answer(&settled, &bar)?, "trajectory", outlets)
 }
 
-/// Writes the table row by row, as the rows are simulated.
+/// Writes the time series as CSV, row by row as it is simulated.
 fn stream(
     settled: &Settled,
     request: &TimeSeriesRequest,
@@ -148,7 +148,7 @@ pub(in crate::cli) fn converge(options: &ConvergeOptions) -> Result<(), CliError
     Ok(())
 }
 
-/// A command that answers keys by a map and keeps its finished pieces.
+/// Runs a command whose keys are answered by a map, and keeps its finished pieces.
 fn answered(
     keys: &impl Serialize,
     command: &'static str,
@@ -160,7 +160,7 @@ fn answered(
     let bar = Bar::new(command, outlets.quiet).resuming(0, resumable.journal());
     let mut answer = answer(&bar)?;
     drop(bar);
-    // That nothing was found is known once it is written.
+    // NOTE: an answer without a result is written before its error is returned.
     let ended = answer.ended.take();
     deliver(answer, command, outlets)?;
     resumable.finish();

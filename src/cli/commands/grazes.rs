@@ -13,11 +13,11 @@ use grazemap::report::{
     window_words,
 };
 
-/// What `locate` says of the window where it makes no map.
+/// Note on the window, printed by `locate` if it makes no map.
 const NOT_MEASURED: &str = "window: not measured here; `expand` measures how far from this graze \
                             its map keeps its tolerance\n";
 
-/// The grazing orbit.
+/// Runs `grazemap locate`.
 pub(in crate::cli) fn locate(options: &LocateArguments) -> Result<(), CliError> {
     let outlets = &options.scene.common.outlets;
     let source = open(&options.scene)?;
@@ -42,7 +42,7 @@ pub(in crate::cli) fn locate(options: &LocateArguments) -> Result<(), CliError> 
     results.deliver("locate", outlets)
 }
 
-/// What happens at the graze, as a person reads it.
+/// Bifurcation at the graze, as text.
 fn study_text(study: &GrazeStudy) -> Result<String, ReportError> {
     let mut text = "\nwhat happens at this graze\n".to_owned();
     for words in study.words() {
@@ -54,7 +54,7 @@ fn study_text(study: &GrazeStudy) -> Result<String, ReportError> {
     Ok(text)
 }
 
-/// The other grazes that the search met.
+/// Other grazes found by the search, as text.
 fn other_grazes_text(parameter: &str, listing: &OrbitListing) -> String {
     let others: Vec<String> =
         listing.other_grazes.iter().map(|&value| format!("{}", Shown(value))).collect();
@@ -68,7 +68,7 @@ fn other_grazes_text(parameter: &str, listing: &OrbitListing) -> String {
     }
 }
 
-/// The orbit as a person reads it.
+/// Grazing orbit, as text.
 fn orbit_text(scene: &Scene, document: &OrbitListing) -> Result<String, ReportError> {
     let table = document.point_table()?.to_text();
     let surfaces: Vec<String> =
@@ -96,7 +96,7 @@ fn orbit_text(scene: &Scene, document: &OrbitListing) -> Result<String, ReportEr
     Ok(text)
 }
 
-/// The grazing curve in two parameters, or its point nearest to the scene.
+/// Runs `grazemap curve`: the grazing curve in two parameters, or its point nearest to the scene.
 pub(in crate::cli) fn curve(options: &CurveArguments) -> Result<(), CliError> {
     let source = open(&options.scene)?;
     let bar = Bar::new("curve", options.scene.common.outlets.quiet);
@@ -126,7 +126,7 @@ pub(in crate::cli) fn expand(options: &SceneOptions) -> Result<(), CliError> {
     results.deliver("expand", &options.common.outlets)
 }
 
-/// What a choice says of itself beside its orders.
+/// Coefficients and least orders of a choice of orders, as text.
 fn choice_words(choice: &Choice) -> String {
     let coefficients = ChosenCoefficients::of(choice).words();
     let least = least_orders_words(choice);
@@ -134,7 +134,7 @@ fn choice_words(choice: &Choice) -> String {
     words.trim_end().to_owned() + "\n"
 }
 
-/// The expansion's sizes as a person reads them.
+/// Sizes of the expansion, as text.
 fn expansion_text(scene: &Scene, document: &MapListing) -> Result<String, ReportError> {
     let orders = document.orders;
     let laws = document.depth.iter().enumerate().map(|(passage, laws)| {

@@ -47,20 +47,20 @@ pub(in crate::cli) fn run(options: &ImageOptions) -> Result<(), CliError> {
     images.ended().map_or(Ok(()), |ended| Err(Error::from(ended).into()))
 }
 
-/// Most rows read.
+/// Largest number of rows read.
 const MOST_ROWS: usize = 10_000_000;
 
-/// What a column of the file gives.
+/// Meaning of a column of the file.
 #[derive(Clone, Copy, Debug)]
 enum Column {
-    /// A coordinate of the section.
+    /// Section coordinate, by index.
     State(usize),
-    /// An active parameter.
+    /// Active parameter, by index.
     Parameter(usize),
 }
 
-/// Reads the rows of a CSV file, or of standard input, with a header; columns are coordinates and
-/// active parameters of the map, missing ones are 0.
+/// Reads rows from a CSV file with a header, or from standard input. Columns are section
+/// coordinates and active parameters of the map; missing ones are 0.
 fn read(path: &Path, map: &LocalMap) -> Result<Vec<ImageRow>, CliError> {
     let input: io::Result<Box<dyn Read>> = match is_standard(path) {
         true => Ok(Box::new(io::stdin().lock())),
@@ -86,7 +86,7 @@ fn read(path: &Path, map: &LocalMap) -> Result<Vec<ImageRow>, CliError> {
     Ok(rows)
 }
 
-/// What each column of the header gives; every name known, none twice.
+/// Meanings of the header's columns. Refuses unknown and repeated names.
 fn columns(
     header: &csv::StringRecord,
     map: &LocalMap,
@@ -136,7 +136,7 @@ fn row(
     Ok(row)
 }
 
-/// The section by name.
+/// Name of the section.
 fn section_words(map: &LocalMap) -> String {
     match map.section.phase {
         None => "the tangency section".to_owned(),

@@ -1,5 +1,5 @@
-//! `grazemap diagram`, `chart` and `basin`: bifurcation diagrams, two-parameter charts, and where
-//! the states of a plane of the section go.
+//! `grazemap diagram`, `chart` and `basin`: bifurcation diagrams, two-parameter charts, and basins
+//! of attraction in a plane of the section.
 
 use super::{Contacts, open, remark_on_window, resumable, shard};
 use crate::cli::arguments::{BasinArguments, ChartArguments, SweepArguments};
@@ -16,7 +16,7 @@ use grazemap::report::{
     diagram_timing_table, diagram_warnings, manifold_table, write_json,
 };
 
-/// Bifurcation diagrams.
+/// Runs `grazemap diagram`.
 pub(in crate::cli) fn diagram(options: &SweepArguments) -> Result<(), CliError> {
     let common = &options.scene.common;
     let (source, outlets) = (open(&options.scene)?, &common.outlets);
@@ -49,7 +49,7 @@ pub(in crate::cli) fn diagram(options: &SweepArguments) -> Result<(), CliError> 
     outlets.show(&text)
 }
 
-/// Two-parameter charts.
+/// Runs `grazemap chart`.
 pub(in crate::cli) fn chart(options: &ChartArguments) -> Result<(), CliError> {
     let device = Device::open(&options.device)?;
     let options = &options.sweep;
@@ -134,7 +134,7 @@ pub(in crate::cli) fn basin(options: &BasinArguments) -> Result<(), CliError> {
     outlets.show(&texts.join("\n"))
 }
 
-/// Use that the basins asked for make of contacts.
+/// Role of the map's contacts in the basins asked for.
 fn basin_contacts(keys: &BasinKeys, scene: &Scene) -> Contacts {
     let plans = &scene.basins;
     let (direct, manifolds) = match !keys.is_empty() || plans.is_empty() {
@@ -149,7 +149,7 @@ fn basin_contacts(keys: &BasinKeys, scene: &Scene) -> Contacts {
     Contacts::unless(direct, contacts)
 }
 
-/// The options as keys.
+/// Keys of the pipeline, from the options.
 fn basin_keys(options: &BasinArguments) -> BasinKeys {
     BasinKeys {
         at: options.at.clone().unwrap_or_default(),
@@ -162,7 +162,7 @@ fn basin_keys(options: &BasinArguments) -> BasinKeys {
     }
 }
 
-/// The basin as a person reads it.
+/// Basin as text.
 fn basin_text(basin: &Basin) -> Result<String, ReportError> {
     let mut text = format!("{}\n{}\n", basin_words(basin), basin_table(basin)?.to_text());
     if let Some(manifolds) = &basin.manifolds {
