@@ -435,7 +435,7 @@ pub(super) struct DirectPoints<'m, 'a> {
     groups: Vec<Group<'m, 'a>>,
 }
 
-/// At most as many points as there are lanes.
+/// Points that share lanes, at most as many as there are lanes.
 #[derive(Debug)]
 struct Group<'m, 'a> {
     parameters: Vec<&'m [f64]>,

@@ -97,7 +97,7 @@ impl BifurcationKind {
 /// Orbits of one itinerary at one kind of bifurcation, for successive values of a parameter.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Locus {
-    /// Fold or flip.
+    /// Kind: fold or flip.
     pub kind: BifurcationKind,
     /// The itinerary.
     pub itinerary: ContactItinerary,
@@ -157,7 +157,7 @@ pub struct DirectReach {
 /// Half-widths of the window up to which branches of the map are followed.
 const WINDOWS: f64 = 10.0;
 /// Offsets up to which branches of direct simulation are followed, relative to the parameter's
-/// value.
+/// value (absolute if that is 0).
 const SIZES: [f64; 2] = [-0.99, 100.0];
 
 /// Periodic orbits of the itineraries asked for, and their folds and flips.

@@ -57,7 +57,7 @@ pub struct TimeSeries {
     pub early_end: Option<EarlyEnd>,
 }
 
-/// Why a simulation ended early, and when.
+/// Reason and time of the early end of a simulation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EarlyEnd {
     /// Reason, in words.

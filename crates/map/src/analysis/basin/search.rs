@@ -255,7 +255,7 @@ impl<'a> Search<'a> {
             let new = wanted.iter().copied().filter(|number| !classes.contains_key(number));
             let new = starts(&mut new.collect::<Vec<_>>().into_iter());
             shard.own.expect(new.len() as u64);
-            // New attractors serve to tell cells apart, not to end the orbits of other states.
+            // New attractors separate cells; they do not end the orbits of other states.
             let more = self.known.split_off(known);
             let followed = self.followed(&new, shard.own);
             self.known.extend(more);

@@ -220,7 +220,7 @@ mod tests {
             row(1.0, None),
             row(1.5, Some(MomentEvent::Contact)),
             row(1.75, Some(MomentEvent::Release)),
-            // The first one, a period later.
+            // The first contact, a period later.
             row(1.9, Some(MomentEvent::Contact)),
         ];
         assert!((contact_time(&rows) - 0.55).abs() < 1e-15);

@@ -58,9 +58,9 @@ pub(super) struct Seed {
 pub(super) enum Way {
     /// Both ways through the seed.
     Through,
-    /// In this direction of the unknowns, from the branch of half the period.
+    /// Direction of the unknowns, from the branch of half the period.
     Doubled(Vec<f64>),
-    /// In this direction, from the end of a branch with other section points.
+    /// Direction of the unknowns, from the end of a branch with other section points.
     On(Vec<f64>),
 }
 

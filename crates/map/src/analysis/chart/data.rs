@@ -126,7 +126,7 @@ pub enum ChartClass {
     WithoutContact,
     /// Period in nominal returns, with contacts.
     Period(usize),
-    /// Not settled: the orbit still converges to a period.
+    /// Orbit that still converges to a period.
     Converging,
     /// No period up to the longest looked for.
     NoPeriod,

@@ -31,10 +31,10 @@ type Swept<'s> = (&'s dyn SweptMap, &'s [Option<Vec<f64>>]);
 /// are taken together.
 ///
 /// Every cell starts at one state, or beside the fixed point of `P_smooth` at its parameters, a
-/// billionth of the window's half-widths to one side, if that orbit escapes to the other side and
-/// then farther away, as a sweep does. A cell shows one attractor even if there are several, unless
-/// several are asked for, which are those that its starts lead to; a diagram, which carries its
-/// state, may show others. Repelling periods are left by a displacement, as in
+/// billionth of the window's half-widths to one side, or to the other side if that orbit escapes;
+/// if both escape, farther away, as a sweep does. A cell shows one attractor even if there are
+/// several, unless several are asked for, which are those that its starts lead to; a diagram, which
+/// carries its state, may show others. Repelling periods are left by a displacement, as in
 /// [`diagram`](super::diagram::diagram).
 ///
 /// Cells are computed where the quantity shown differs between neighbours (regions smaller than

@@ -102,10 +102,10 @@ struct Way<'a, S, C: ?Sized, X> {
 enum Within<S, X> {
     /// Inside.
     Range(CurvePoint<S, X>),
-    /// Beyond the border of an unknown; the point is where the curve crosses the border.
+    /// Outside, beyond the border of an unknown; the point is where the curve crosses the border.
     Border(CurvePoint<S, X>, usize),
-    /// Beyond the border of an unknown: the curve was on the border already (`Some`), or the
-    /// crossing was not found (`None`).
+    /// Outside without a crossing: the curve was on the border of an unknown already (`Some`), or
+    /// the crossing was not found (`None`).
     Beyond(Option<usize>),
 }
 
@@ -383,7 +383,7 @@ mod tests {
         let course: Course<f64> = course.expect("a circle");
         assert_eq!(course.end, CourseEnd::WorkLimit);
         let points: Vec<&Vec<f64>> = course.points.iter().map(|point| &point.unknowns).collect();
-        // Some way from the start, and on the circle to where the corrector's steps end.
+        // More points than the start, all on the circle to the tolerance of the corrector.
         assert!(points.len() > 2, "{points:?}");
         for point in points {
             assert!((point[0].hypot(point[1]) - 1.0).abs() < 1e-11, "{point:?}");

@@ -144,8 +144,8 @@ fn solved<S: Real, C: CurveEquations<S> + ?Sized>(
 /// Largest ratio of successive steps with a Jacobian from another point.
 const SHRINKING: f64 = 0.1;
 
-/// As [`corrected`], with a Jacobian from near the solution, so that steps need residuals only.
-/// Falls back to Newton's method if steps do not shrink fast.
+/// Solution as by [`corrected`], with a Jacobian from near the solution, so that steps need
+/// residuals only. Falls back to Newton's method if steps do not shrink fast.
 fn corrected_with<S: Real, C: CurveEquations<S> + ?Sized>(
     curve: &mut C,
     start: &[S],

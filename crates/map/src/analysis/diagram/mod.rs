@@ -50,12 +50,13 @@ pub struct DiagramPlan<'a> {
 ///
 /// Every sweep carries its last state from value to value. It starts at the states that the scene
 /// names, one sweep for each. Otherwise it starts beside the fixed point of `P_smooth`, a billionth
-/// of the window's half-widths to one side, if that orbit escapes to the other side, and then at
-/// eight points each within a tenth and a hundredth of the half-widths about the graze. If the
-/// carried state escapes, the start is tried at that value too, and the sweep continues from the
-/// last state that stayed. An orbit with repelling multipliers is displaced by a thousandth of the
-/// half-widths and followed once more, so that only attractors are shown. Segments of a sweep run
-/// in parallel, and their starts are corrected: results do not depend on the number of cores.
+/// of the window's half-widths to one side, or to the other side if that orbit escapes. If both
+/// escape, it starts at eight points each within a tenth and a hundredth of the half-widths about
+/// the graze. If the carried state escapes, the start is tried at that value too, and the sweep
+/// continues from the last state that stayed. An orbit with repelling multipliers is displaced by a
+/// thousandth of the half-widths and followed once more, so that only attractors are shown.
+/// Segments of a sweep run in parallel, and their starts are corrected: results do not depend on
+/// the number of cores.
 ///
 /// # Errors
 ///

@@ -149,9 +149,9 @@ pub(super) fn starts(
 /// Region of start states.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Reach {
-    /// Beside the map's start.
+    /// States beside the map's start.
     Beside,
-    /// About the section's origin.
+    /// States about the section's origin.
     Around,
 }
 

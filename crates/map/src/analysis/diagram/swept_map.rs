@@ -341,7 +341,7 @@ impl SweptMap for FrozenSweep {
     }
 }
 
-/// Direct simulation of each orbit.
+/// Sweep by direct simulation.
 #[derive(Debug)]
 pub struct DirectSweep<'a> {
     /// The map.

@@ -130,8 +130,8 @@ pub struct Locus {
     /// Return and passage that graze, from 0; for a crisis in the excursion. `None` if nothing
     /// grazes along the locus.
     pub grazing: Option<[usize; 2]>,
-    /// For a crisis, the contacts from the saddle back to it, a grazing one included; `None` for
-    /// other loci.
+    /// Contacts of a crisis from the saddle back to it, a grazing one included; `None` for other
+    /// loci.
     pub excursion: Option<ContactItinerary>,
     /// Points in order.
     pub points: Vec<LocusPoint>,

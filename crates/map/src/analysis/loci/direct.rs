@@ -537,7 +537,7 @@ impl<'a> DirectLoci<'a> {
     ) -> Option<LocusPoint> {
         let at: Vec<Dd> = converted(&point.unknowns);
         let found = match point.label {
-            // Solved for already.
+            // Labelled points are solved for already.
             Some(_) => at,
             None => {
                 let (found, _) = corrected(locus, &at, &at, &converted::<_, Dd>(&point.tangent))?;

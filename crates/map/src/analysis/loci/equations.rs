@@ -182,7 +182,7 @@ pub enum CodimensionTwo {
 }
 
 impl CodimensionTwo {
-    /// The label of the field.
+    /// Label used in the literature.
     pub fn label(self) -> String {
         match self {
             Self::Xi(n) => return format!("xi_{n}"),
@@ -503,8 +503,8 @@ fn bordered<S: Real, const N: usize>(
     finite.then(|| (values, found.rows(0, size).into_owned()))
 }
 
-/// As [`bordered`], for a complex matrix written as a real one; the border row is the conjugate
-/// transpose of a vector.
+/// Solution as by [`bordered`] for a complex matrix written as a real one; the border row is the
+/// conjugate transpose of a vector.
 fn bordered_complex<S: Real>(
     matrix: &DMatrix<S>,
     column: &DVector<S>,

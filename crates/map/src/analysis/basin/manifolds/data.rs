@@ -65,10 +65,10 @@ impl ManifoldKind {
 /// Side of the saddle on which a branch starts, by the plane's horizontal coordinate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum ManifoldSide {
-    /// Larger values.
+    /// Side of larger values.
     #[serde(rename = "+")]
     Upper,
-    /// Smaller values.
+    /// Side of smaller values.
     #[serde(rename = "-")]
     Lower,
 }

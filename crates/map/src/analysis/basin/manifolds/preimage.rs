@@ -31,9 +31,9 @@ const ROUNDING: f64 = 1e-14;
 /// Effort of a search for a preimage.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Search {
-    /// Near a known preimage, with all means.
+    /// All means, near a known preimage.
     Near,
-    /// From an arbitrary start, with Newton's method only.
+    /// Newton's method only, from an arbitrary start.
     Far,
 }
 
@@ -63,8 +63,8 @@ impl Returns<'_> {
         self.followed(point, guess, Search::Near)
     }
 
-    /// As [`next`](Self::next), with starts all over the plane if there is no preimage near
-    /// `guess`.
+    /// Next point, found as by [`next`](Self::next), with starts all over the plane if there is no
+    /// preimage near `guess`.
     pub(super) fn next_anywhere(
         &self,
         point: [f64; 2],
