@@ -413,9 +413,9 @@ pub fn basin(
 }
 
 /// Computes a share of the cells of [`basin`]: those of some tiles, followed until they reach an
-/// attractor that is found from the first states of all shares. Three things are left to the
-/// joining run: cells that borders between tiles need, cells that reach attractors of other shares
-/// only, and manifolds.
+/// attractor that the first states of the whole grid lead to. Three things are left to the joining
+/// run: cells that borders between tiles need, cells that reach attractors of other shares only,
+/// and manifolds.
 ///
 /// # Errors
 ///
