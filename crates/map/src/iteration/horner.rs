@@ -34,7 +34,7 @@ impl HornerMap {
         Self { forms: Arc::new(Forms::new(lowered)) }
     }
 
-    /// The same map with every operation in single precision.
+    /// The map with every operation in single precision.
     pub fn in_single(&self) -> SingleMap {
         SingleMap {
             step: Interpreter::new(&self.forms.lowered.kernel),
@@ -43,7 +43,7 @@ impl HornerMap {
         }
     }
 
-    /// The same map with every operation in a given floating-point format.
+    /// The map with every operation in a given floating-point format.
     pub fn in_format(&self, format: FloatFormat) -> Box<dyn DiscreteMap> {
         match format {
             FloatFormat::F32 => Box::new(self.in_single()),
