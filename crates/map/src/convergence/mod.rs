@@ -47,7 +47,7 @@ pub enum ConvergenceError {
             grazing passages: the window reaches beyond the local map"
     )]
     NoTruth {
-        /// Points tried.
+        /// Number of points tried.
         tried: usize,
     },
     /// Simulation of an image failed.

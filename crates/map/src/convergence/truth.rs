@@ -176,7 +176,7 @@ impl ExactImages {
         let one_of = returns.one_of(points.len(), MOST_PRODUCTS);
         let mut points = points.into_iter().step_by(one_of);
         let at_once = returns.at_once(MOST_PRODUCTS);
-        // If that is one point, every core simulates one; points beyond the limit are not used.
+        // If `at_once` is 1, every core simulates a point; points beyond the limit are not used.
         let side_by_side = at_once.max(parallel::threads());
         let (mut truth, mut spent) = (Self::default(), 0);
         while spent < MOST_PRODUCTS {

@@ -45,7 +45,7 @@ const TRIED: Points = Points { first: 40_000, most: 16, least: 4 };
 const MEASURED: Points = Points { first: 128, most: 200, least: 40 };
 
 impl Points {
-    /// The points of a sample.
+    /// Points of this kind in the window of a sample.
     fn of(self, sample: &WindowSample) -> Vec<SamplePoint> {
         sample.inside(self.first, self.count(sample))
     }

@@ -36,7 +36,7 @@ pub struct DepthSeries {
 /// The leading term `coefficient · y^exponent` of a correction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LeadingLaw {
-    /// Power of `y`.
+    /// Leading power of `y`.
     pub exponent: u32,
     /// Coefficient of that power.
     pub coefficient: Dd,

@@ -146,9 +146,9 @@ fn largest<S: Real>(jet: &Jet<S>) -> f64 {
 
 /// Contact of a passage with its surface.
 pub(super) enum Through<'a> {
-    /// A reset.
+    /// A rigid stop, with its reset.
     Reset(&'a Program),
-    /// The contact field, until the release.
+    /// A compliant stop: the contact field, and its release.
     Contact { field: &'a Field, release: ReleaseBalance },
 }
 

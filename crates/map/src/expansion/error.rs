@@ -222,7 +222,7 @@ pub enum ContactLawError {
         surface: String,
         /// Power of the contact time.
         time_power: usize,
-        /// Power of `y`.
+        /// Power of `y` of the coefficient.
         power: usize,
         /// Value of the coefficient.
         coefficient: f64,
@@ -289,7 +289,7 @@ pub enum FlightError {
         surface: String,
         /// Depth `y²`.
         depth: f64,
-        /// Steps tried.
+        /// Number of steps tried.
         steps: usize,
     },
     /// A contact takes too many steps, because its law is too strongly damped.

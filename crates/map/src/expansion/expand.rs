@@ -59,12 +59,12 @@ pub struct Expander<'a> {
     rate: Option<Program>,
 }
 
-/// The legs of one period.
+/// Legs of one period, as polynomials.
 #[derive(Clone, Debug)]
 pub struct Legs<S: Real = f64> {
-    /// From the section to the first graze; `None` if the section is at that graze.
+    /// Leg from the section to the first graze; `None` if the section is at that graze.
     pub before: Option<Leg<S>>,
-    /// From each graze to the next, and from the last to the next section point.
+    /// Legs from each graze to the next, and from the last to the next section point.
     pub after: Vec<Leg<S>>,
 }
 

@@ -75,7 +75,7 @@ pub struct ActiveParameter {
 /// bound.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MapWindow {
-    /// Largest `y²`.
+    /// Largest depth `y²`.
     #[serde(with = "unbounded_number")]
     pub depth: f64,
     /// One half-width per coordinate.

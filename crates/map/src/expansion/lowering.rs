@@ -16,7 +16,7 @@ pub struct MapKernel {
     pub parameters: usize,
     /// Number of grazing passages.
     pub passages: usize,
-    /// The operations.
+    /// The operations, in order.
     pub kernel: Kernel,
 }
 

@@ -40,11 +40,11 @@ pub struct Routes {
     /// Passages (indices into [`GrazingOrbit::passages`]) in the order in which they follow the
     /// section.
     pub passages: Vec<usize>,
-    /// From the section to the first passage; `None` if the section is at that passage.
+    /// Leg from the section to the first passage; `None` if the section is at that passage.
     pub before: Option<Route>,
-    /// From each passage to the next, and from the last to the next section point.
+    /// Legs from each passage to the next, and from the last to the next section point.
     pub after: Vec<Route>,
-    /// From the section to the section one period later.
+    /// Leg from the section to the section one period later.
     pub whole: Route,
 }
 

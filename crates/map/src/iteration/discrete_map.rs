@@ -176,7 +176,7 @@ impl PassageSet {
     /// Most passages of a set.
     pub const CAPACITY: usize = 64;
 
-    /// No passage.
+    /// The empty set.
     pub const NONE: Self = Self { mask: 0 };
 
     /// Adds a passage.

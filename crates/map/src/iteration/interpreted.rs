@@ -159,7 +159,7 @@ pub(crate) struct Tangents<S = f64> {
 pub(crate) struct Tangent<S = f64> {
     /// The value.
     pub(crate) value: S,
-    /// Its derivatives.
+    /// Derivatives of the value by each variable.
     pub(crate) tangent: Vec<S>,
 }
 

@@ -23,9 +23,9 @@ const IN_DOUBLE_DOUBLE: f64 = 20.0;
 /// Quantity carried along a flight.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Flight {
-    /// A state.
+    /// A state only.
     Numbers,
-    /// A state with its derivatives.
+    /// A state with its derivatives, as jets of degree one.
     Jets,
 }
 

@@ -163,9 +163,9 @@ enum Place {
     Event(usize),
     /// State after the impact with a surface; only its series at a graze of that surface matters.
     Reset {
-        /// The surface.
+        /// Index of the surface.
         surface: usize,
-        /// The state.
+        /// Index of the state.
         state: usize,
     },
 }

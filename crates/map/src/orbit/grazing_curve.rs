@@ -11,11 +11,11 @@ use crate::numeric::Dd;
 /// largest step grows with it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CurveOptions {
-    /// First step.
+    /// Length of the first step.
     pub ds: f64,
     /// Smallest step; the curve ends if Newton's method fails at it.
     pub ds_min: f64,
-    /// Largest step.
+    /// Length of the largest step.
     pub ds_max: f64,
     /// Largest number of steps.
     pub max_steps: usize,
@@ -196,12 +196,12 @@ impl std::fmt::Display for CurveEnd {
     }
 }
 
-/// A grazing curve.
+/// A grazing curve, with its special points and its end.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GrazingCurve {
     /// The adjusted parameters, then the second parameter.
     pub free: Vec<usize>,
-    /// Points in order.
+    /// Points in order along the curve.
     pub points: Vec<CurvePoint>,
     /// Special points in order.
     pub special: Vec<SpecialPoint>,

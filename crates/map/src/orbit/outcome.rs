@@ -18,7 +18,7 @@ pub enum NotLocated {
     NoPeriodicOrbit {
         /// Name of the adjusted parameter.
         parameter: String,
-        /// Its value.
+        /// Value of the parameter.
         value: f64,
         /// Periods flown to settle.
         periods: usize,
@@ -100,7 +100,7 @@ pub enum NotLocated {
         surface: String,
         /// The adjusted parameters.
         at: NamedValues,
-        /// `h''` at the point.
+        /// `h''` at the degenerate graze.
         normal_acceleration: f64,
         /// `h''` in units of the largest `h` over the squared period.
         relative: f64,
@@ -394,7 +394,7 @@ pub enum OrbitError {
          is {rate:.6e}, at the mirrored state {mirrored:.6e} and not its negative"
     )]
     NotSymmetric {
-        /// The state component.
+        /// Name of the state component.
         component: String,
         /// Phase of the point.
         phase: f64,
@@ -413,9 +413,9 @@ pub enum OrbitError {
         Shown(*phase)
     )]
     SectionPhase {
-        /// The phase.
+        /// Phase of the section.
         phase: f64,
-        /// Its period.
+        /// Period of the phase.
         period: f64,
     },
     /// No guess is given for the limit cycle of an autonomous system.
@@ -435,7 +435,7 @@ pub enum OrbitError {
     GuessLength {
         /// Components expected.
         expected: usize,
-        /// Components found.
+        /// Number of components found.
         found: usize,
     },
     /// The second parameter of a curve is already adjusted, or does not exist.
@@ -456,7 +456,7 @@ pub enum OrbitError {
     /// The scale of a parameter is not positive and finite.
     #[error("the scale of a change must be positive and finite; found {}", Shown(*scale))]
     MarginScale {
-        /// The scale.
+        /// Scale found.
         scale: f64,
     },
     /// A margin is requested of a scene with several independent grazes.

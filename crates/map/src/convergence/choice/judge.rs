@@ -264,7 +264,7 @@ impl<'a> Bench<'a> {
         Ok(measured)
     }
 
-    /// Measures one map.
+    /// Measures one map on the sample and, if it meets the tolerance there, on fresh points.
     fn measure(
         &mut self,
         form: &Form,

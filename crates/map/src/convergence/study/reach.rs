@@ -23,7 +23,7 @@ use crate::orbit::GrazingOrbit;
 /// Number of points at which a window is tried, in addition to its corners.
 const TRIED: usize = 48;
 
-/// Number of the first of them in the sequence, beyond those that orders are chosen by.
+/// Sequence number of the first of these points, beyond the points that orders are chosen by.
 const FIRST_TRIED: usize = 20_000;
 
 /// Largest number of octaves by which the scene's window is scaled down.
@@ -147,7 +147,7 @@ fn largest(down: i32, mut holds: impl FnMut(f64) -> bool) -> Option<f64> {
 /// Number of points in each window.
 const POINTS: usize = 24;
 
-/// Number of the first of them in the sequence.
+/// Sequence number of the first of these points.
 const FIRST: usize = 30_000;
 
 /// Number of windows, each a quarter of the one before.

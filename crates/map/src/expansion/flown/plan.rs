@@ -50,7 +50,7 @@ const MOST_NEWTON: usize = 8;
 /// Window in which contacts are flown.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FlightWindow {
-    /// Largest `y²`.
+    /// Largest depth `y²`.
     pub depth: f64,
     /// Half-widths of the coordinates, then of the parameters, in offsets.
     pub half_widths: Vec<f64>,
