@@ -53,7 +53,7 @@ pub struct KernelPiece<'a> {
     pub count: usize,
     /// Rows of numbers.
     pub numbers: &'a [f64],
-    /// Rows of words, [`WORDS`](Self::WORDS) per point: end, iterate, flags of the exponent.
+    /// Rows of words, [`WORDS`](Self::WORDS) per point: end, iterate, code of the exponent.
     pub words: &'a [i64],
 }
 

@@ -116,7 +116,7 @@ impl<const N: usize> FrozenLanes<N> {
         self.exponents(initial, transient, iterates, None)
     }
 
-    /// Largest Lyapunov exponents as above, but `None` in the lanes whose orbits leave a window.
+    /// Largest Lyapunov exponent of every lane; `None` also in lanes whose orbits leave the window.
     ///
     /// # Panics
     ///
