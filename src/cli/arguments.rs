@@ -2,6 +2,7 @@
 
 use std::mem;
 use std::path::{Path, PathBuf};
+use std::str::FromStr;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
@@ -9,9 +10,12 @@ use clap::{ArgGroup, Args, Parser, Subcommand};
 
 use super::output::{CliError, Outlets};
 use super::pieces;
+use super::positions::{Counting, Finite, Origin, Position};
 use grazemap::Map;
 use grazemap::analysis::branches::BranchObservable;
+use grazemap::analysis::fit::FitRequest;
 use grazemap::analysis::loci::LocusKind;
+use grazemap::analysis::noise::NoiseLaw;
 use grazemap::analysis::{Pieces, Precision, Share, Using};
 use grazemap::emission::Target;
 use grazemap::model::Method;
@@ -33,6 +37,8 @@ pub(super) struct Arguments {
 /// Commands. Each is carried out by a file of `commands`; a few of a kind share one.
 #[derive(Debug, Subcommand)]
 pub(super) enum Command {
+    /// Run the built-in scene, a cantilever that hits a stop, from start to finish, into ./out
+    Demo(Common),
     /// Do everything that the scene asks for and write a report page, into ./out by default
     Run(SceneOptions),
     /// Do the same as `run`, then open the report page in a browser
@@ -55,7 +61,7 @@ pub(super) enum Command {
     /// Compare truncation orders with direct simulation: errors, speed and the cheapest map
     Converge(ConvergeOptions),
     /// Compute bifurcation diagrams
-    Diagram(SweepArguments),
+    Diagram(DiagramArguments),
     /// Compute two-parameter charts
     Chart(ChartArguments),
     /// Find periodic orbits by itinerary, with their stability, folds and flips
@@ -68,6 +74,10 @@ pub(super) enum Command {
     Trajectory(TrajectoryArguments),
     /// Compute basins of attraction in a plane of the section
     Basin(BasinArguments),
+    /// Iterate with parameters drawn at random at every return, and count densities
+    Noise(NoiseArguments),
+    /// Fit parameters to measured section points
+    Fit(FitArguments),
     /// Recompute published figures and tables, and compare the numbers
     Gallery(GalleryOptions),
     /// Join the files that all shards of a command wrote into its results
@@ -83,7 +93,8 @@ impl Arguments {
     /// commands without common options.
     fn outputs(&self) -> Option<(&'static str, Option<&Path>, &Common, bool)> {
         let (name, options, has_table) = match self.command.as_ref() {
-            None => return Some(("run", None, &self.common, false)),
+            None => return Some(("demo", None, &self.common, false)),
+            Some(Command::Demo(common)) => return Some(("demo", None, common, false)),
             Some(
                 Command::New(_)
                 | Command::Gallery(_)
@@ -102,13 +113,15 @@ impl Arguments {
             Some(Command::Expand(options)) => ("expand", options, true),
             Some(Command::Image(options)) => ("image", &options.scene, true),
             Some(Command::Converge(options)) => ("converge", &options.scene, true),
-            Some(Command::Diagram(options)) => ("diagram", &options.scene, true),
+            Some(Command::Diagram(options)) => ("diagram", &options.sweep.scene, true),
             Some(Command::Chart(options)) => ("chart", &options.sweep.scene, true),
             Some(Command::Orbits(options)) => ("orbits", &options.scene, true),
             Some(Command::Branch(options)) => ("branch", &options.scene, true),
             Some(Command::Loci(options)) => ("loci", &options.scene, true),
             Some(Command::Trajectory(options)) => ("trajectory", &options.scene, true),
             Some(Command::Basin(options)) => ("basin", &options.scene, true),
+            Some(Command::Noise(options)) => ("noise", &options.scene, true),
+            Some(Command::Fit(options)) => ("fit", &options.scene, true),
         };
         Some((name, Some(&options.scene), &options.common, has_table))
     }
@@ -117,8 +130,10 @@ impl Arguments {
     /// they were the arguments of a shard.
     pub(super) fn join(&mut self, options: &MergeArguments, joined: Arc<Joined>) -> bool {
         let (scene, sharding) = match &mut self.command {
-            Some(Command::Diagram(sweep)) => (&mut sweep.scene, &mut sweep.sharding),
-            Some(Command::Chart(ChartArguments { sweep, device })) => {
+            Some(Command::Diagram(DiagramArguments { sweep, .. })) => {
+                (&mut sweep.scene, &mut sweep.sharding)
+            }
+            Some(Command::Chart(ChartArguments { sweep, device, .. })) => {
                 // Any machine will do: little is left to compute.
                 Device::NAMES[0].clone_into(device);
                 (&mut sweep.scene, &mut sweep.sharding)
@@ -149,6 +164,7 @@ impl Arguments {
         }
         let states = match &self.command {
             Some(Command::Image(options)) => Some(options.states.as_path()),
+            Some(Command::Fit(options)) => Some(options.data.as_path()),
             // `--check` writes nothing into the folder.
             Some(Command::Emit(options)) if options.check => return Ok(()),
             _ => None,
@@ -179,6 +195,11 @@ pub(super) struct Common {
 }
 
 impl Common {
+    /// Whether no option is given.
+    pub(super) fn asks_for_nothing(&self) -> bool {
+        self.set.is_empty() && self.threads.is_none() && self.outlets.are_default()
+    }
+
     /// Pieces that shards computed. Each is handed out once.
     pub(super) fn pieces(&self) -> Pieces {
         self.joined.as_deref().map(Joined::take).unwrap_or_default()
@@ -223,14 +244,104 @@ pub(super) struct SweepArguments {
     pub(super) sharding: Sharding,
 }
 
+/// Options of `diagram`.
+#[derive(Clone, Debug, Args)]
+pub(super) struct DiagramArguments {
+    #[command(flatten)]
+    pub(super) sweep: SweepArguments,
+    /// Active parameter to sweep, in the place of the scene's diagrams
+    #[arg(long, value_name = "P")]
+    pub(super) along: Option<String>,
+    /// First offset of the parameter from the graze, or with `@` its first value. Default: the
+    /// window's
+    #[arg(long, value_name = "A", allow_hyphen_values = true, requires = "along")]
+    pub(super) from: Option<Position>,
+    /// Last offset of the parameter, or with `@` its last value. Default: the window's
+    #[arg(long, value_name = "B", allow_hyphen_values = true, requires = "along")]
+    pub(super) to: Option<Position>,
+    #[command(flatten)]
+    pub(super) counting: Counting,
+    /// Number of values of the parameter. Default: 1000
+    #[arg(
+        long,
+        value_name = "N",
+        allow_negative_numbers = true,
+        requires = "along",
+        value_parser = clap::value_parser!(u32).range(1..=10_000_000)
+    )]
+    pub(super) points: Option<u32>,
+    /// Spacing of the values. Default: linear
+    #[arg(long, requires = "along", value_parser = ["linear", "log"])]
+    pub(super) scale: Option<String>,
+    /// Direction of the sweep; the last state is carried on. Default: both
+    #[arg(long, requires = "along", value_parser = ["up", "down", "both"])]
+    pub(super) direction: Option<String>,
+    #[command(flatten)]
+    pub(super) iterates: Iterates,
+}
+
 /// Options of `chart`.
 #[derive(Clone, Debug, Args)]
 pub(super) struct ChartArguments {
     #[command(flatten)]
     pub(super) sweep: SweepArguments,
-    /// Device that iterates: `cpu`, or `cuda` for an NVIDIA GPU (identical results)
+    /// The two active parameters, the horizontal one first, in the place of the scene's charts
+    #[arg(long, value_name = "P,Q", value_delimiter = ',')]
+    pub(super) plane: Vec<String>,
+    /// First and last offset of each parameter from the graze, or with `@` its values. Default: the
+    /// window's
+    #[arg(
+        long,
+        value_name = "P=FROM:TO,...",
+        value_parser = Ranges::parse,
+        allow_hyphen_values = true,
+        requires = "plane"
+    )]
+    pub(super) range: Option<Ranges>,
+    #[command(flatten)]
+    pub(super) counting: Counting,
+    /// Number of cells along both parameters, or along each. Default: 200
+    #[arg(
+        long,
+        value_name = "N[,M]",
+        value_delimiter = ',',
+        allow_negative_numbers = true,
+        requires = "plane",
+        value_parser = clap::value_parser!(u32).range(1..=10_000)
+    )]
+    pub(super) points: Vec<u32>,
+    /// Curves drawn over the chart
+    #[arg(long, value_delimiter = ',', requires = "plane", value_parser = ["graze", "loci"])]
+    pub(super) overlay: Vec<String>,
+    #[command(flatten)]
+    pub(super) iterates: Iterates,
+    /// Device that iterates the map: `cpu`, or `cuda` for an NVIDIA GPU (identical results)
     #[arg(long, default_value = "cpu", value_parser = Device::NAMES)]
     pub(super) device: String,
+}
+
+/// Iterates of a diagram or chart that is asked for by options.
+#[derive(Clone, Debug, Args)]
+pub(super) struct Iterates {
+    /// Methods that iterate states, each on its own. Default: guarded
+    #[arg(long, value_parser = one_of(METHODS), value_delimiter = ',')]
+    pub(super) method: Vec<Method>,
+    /// Number of iterates left out before any is kept. Default: 1000
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    pub(super) transient: Option<u32>,
+    /// Number of iterates kept. Default: 200 in a diagram, 32 in a chart
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    pub(super) keep: Option<u32>,
+    /// Observable: of a diagram `h`, `impact_speed` or an expression of the states; of a chart
+    /// period, itinerary, lyapunov or attractors
+    #[arg(long, value_name = "WHAT")]
+    pub(super) observe: Option<String>,
+    /// Offsets of section coordinates at which the orbits start (0 if not named); may be repeated
+    #[arg(long, value_name = "NAME=OFFSET,...", value_parser = positions)]
+    pub(super) start: Vec<Named<Position>>,
+    /// Number of starts spread over the window, in the place of --start
+    #[arg(long, value_name = "N", allow_negative_numbers = true, conflicts_with = "start")]
+    pub(super) starts: Option<u32>,
 }
 
 /// Options of `merge`.
@@ -295,21 +406,26 @@ pub(super) struct CurveArguments {
     #[command(flatten)]
     pub(super) scene: SceneOptions,
     /// Second parameter of the curve
-    #[arg(long, value_name = "PARAMETER", required_unless_present = "nearest")]
+    #[arg(long, value_name = "P", required_unless_present_any = ["nearest", "with"])]
+    pub(super) along: Option<String>,
+    /// Second parameter of the curve, with values in `--from` and `--to`
+    #[arg(long, value_name = "P", hide = true, conflicts_with = "along")]
     pub(super) with: Option<String>,
-    /// First value of the second parameter
+    /// First offset of the second parameter from the scene's value, or with `@` its first value
     #[arg(long, value_name = "A", allow_hyphen_values = true, required_unless_present = "nearest")]
-    pub(super) from: Option<f64>,
-    /// Last value of the second parameter
+    pub(super) from: Option<Position>,
+    /// Last offset of the second parameter, or with `@` its last value
     #[arg(long, value_name = "B", allow_hyphen_values = true, required_unless_present = "nearest")]
-    pub(super) to: Option<f64>,
+    pub(super) to: Option<Position>,
+    #[command(flatten)]
+    pub(super) counting: Counting,
     /// Instead of a curve, find the smallest change of one or two parameters, from the scene's
     /// values, at which the orbit grazes
     #[arg(
         long,
         value_name = "P[,Q]",
         value_delimiter = ',',
-        conflicts_with_all = ["with", "from", "to", "xi"]
+        conflicts_with_all = ["along", "with", "from", "to", "xi"]
     )]
     pub(super) nearest: Vec<String>,
     /// Unit in which a change of each parameter is measured. Default: the parameter's value, or 1
@@ -317,7 +433,7 @@ pub(super) struct CurveArguments {
     #[arg(
         long,
         value_name = "P=SIZE,...",
-        value_parser = offsets,
+        value_parser = sizes,
         requires = "nearest"
     )]
     pub(super) scale: Option<Named<f64>>,
@@ -389,8 +505,8 @@ pub(super) struct ImageOptions {
     #[arg(long, value_name = "CSV")]
     pub(super) states: PathBuf,
     /// Method that computes the images
-    #[arg(long, default_value = "map", value_parser = one_of(USING))]
-    pub(super) using: Using,
+    #[arg(long, alias = "using", default_value = "map", value_parser = one_of(USING))]
+    pub(super) method: Using,
     /// Number of successive images per starting point
     #[arg(
         long,
@@ -487,8 +603,10 @@ pub(super) struct OrbitsArguments {
     pub(super) scene: SceneOptions,
     /// Offsets of active parameters from the graze (0 if not named); may be repeated. Default: a
     /// tenth of the window, on both sides of the graze
-    #[arg(long, value_name = "NAME=OFFSET,...", value_parser = offsets)]
-    pub(super) at: Vec<Named<f64>>,
+    #[arg(long, value_name = "NAME=OFFSET,...", value_parser = positions)]
+    pub(super) at: Vec<Named<Position>>,
+    #[command(flatten)]
+    pub(super) counting: Counting,
     /// Search all itineraries of up to N returns. Default: 4 returns, or 4 passages where a return
     /// has several
     #[arg(
@@ -509,14 +627,14 @@ pub(super) struct OrbitsArguments {
     pub(super) flip: bool,
     /// Parameter that folds and flips are solved for; if two are given, the first is stepped
     /// through. Default: the first active parameter
-    #[arg(long = "in", value_name = "[P,]Q", value_delimiter = ',', requires = "kinds")]
+    #[arg(long, alias = "in", value_name = "[P,]Q", value_delimiter = ',', requires = "kinds")]
     pub(super) plane: Vec<String>,
     /// First offset of the parameter that is stepped through. Default: the edge of the window
     #[arg(long, value_name = "A", allow_hyphen_values = true, requires = "plane")]
-    pub(super) from: Option<f64>,
+    pub(super) from: Option<Position>,
     /// Last offset of that parameter. Default: the edge of the window
     #[arg(long, value_name = "B", allow_hyphen_values = true, requires = "plane")]
-    pub(super) to: Option<f64>,
+    pub(super) to: Option<Position>,
     /// Number of offsets
     #[arg(
         long,
@@ -552,8 +670,8 @@ pub(super) struct BranchArguments {
     pub(super) which: WhichOrbits,
     /// Offsets of section coordinates (0 if not named) of a further start from which direct
     /// simulation searches for orbits; may be repeated. `basin` can supply such starts
-    #[arg(long, value_name = "NAME=OFFSET,...", value_parser = offsets)]
-    pub(super) start: Vec<Named<f64>>,
+    #[arg(long, value_name = "NAME=OFFSET,...", value_parser = positions)]
+    pub(super) start: Vec<Named<Position>>,
     /// Quantities to compute for every orbit; each adds a column and a picture
     #[arg(long, value_name = "NAME,...", value_parser = one_of(OBSERVABLES), value_delimiter = ',')]
     pub(super) observe: Vec<BranchObservable>,
@@ -566,13 +684,27 @@ pub(super) struct BranchArguments {
 pub(super) struct Stretch {
     /// First offset of the parameter from the graze. Default: the edge of the window
     #[arg(long, value_name = "A", allow_hyphen_values = true)]
-    pub(super) from: Option<f64>,
+    pub(super) from: Option<Position>,
     /// Last offset of the parameter from the graze. Default: the edge of the window
     #[arg(long, value_name = "B", allow_hyphen_values = true)]
-    pub(super) to: Option<f64>,
+    pub(super) to: Option<Position>,
     /// Offsets of further active parameters from the graze (0 if not named)
-    #[arg(long, value_name = "NAME=OFFSET,...", value_parser = offsets)]
-    pub(super) at: Option<Named<f64>>,
+    #[arg(long, value_name = "NAME=OFFSET,...", value_parser = positions)]
+    pub(super) at: Option<Named<Position>>,
+    #[command(flatten)]
+    pub(super) counting: Counting,
+}
+
+impl Stretch {
+    /// Offsets of the ends of the interval of a parameter.
+    pub(super) fn range(&self, origin: &Origin<'_>, along: &str) -> [Option<f64>; 2] {
+        origin.range(along, [self.from, self.to])
+    }
+
+    /// Offsets of further parameters.
+    pub(super) fn at(&self, origin: &Origin<'_>) -> Named<f64> {
+        origin.named(self.at.as_ref())
+    }
 }
 
 /// Method and itineraries of the orbits: options of `orbits`, `branch` and `loci`.
@@ -583,8 +715,8 @@ pub(super) struct WhichOrbits {
     #[arg(long, value_name = "DIGITS")]
     pub(super) itinerary: Vec<String>,
     /// Method that computes the orbits
-    #[arg(long, default_value = "map", value_parser = one_of(ORBITS_OF))]
-    pub(super) using: OrbitsOf,
+    #[arg(long, alias = "using", default_value = "map", value_parser = one_of(ORBITS_OF))]
+    pub(super) method: OrbitsOf,
 }
 
 /// Quantities observed on the orbits of a branch.
@@ -609,7 +741,7 @@ pub(super) struct LociArguments {
     #[command(flatten)]
     pub(super) scene: SceneOptions,
     /// The two active parameters of the plane
-    #[arg(long = "in", value_name = "P,Q", value_delimiter = ',', required = true)]
+    #[arg(long, alias = "in", value_name = "P,Q", value_delimiter = ',', required = true)]
     pub(super) plane: Vec<String>,
     #[command(flatten)]
     pub(super) stretch: Stretch,
@@ -622,10 +754,10 @@ pub(super) struct LociArguments {
 
 /// Kinds of loci.
 const LOCI: Words<LocusKind> = &[
-    ("graze", LocusKind::Graze, "The orbit grazes"),
-    ("fold", LocusKind::Fold, "Saddle-nodes"),
-    ("flip", LocusKind::Flip, "Period-doublings"),
-    ("torus", LocusKind::Torus, "Neimark-Sacker points"),
+    ("GR|graze", LocusKind::Graze, "The orbit grazes"),
+    ("SN|fold", LocusKind::Fold, "Saddle-nodes (folds)"),
+    ("PD|flip", LocusKind::Flip, "Period-doublings (flips)"),
+    ("NS|torus", LocusKind::Torus, "Neimark-Sacker points (tori)"),
     ("crisis", LocusKind::Crisis, "An attractor touches the stable manifold of a saddle"),
 ];
 
@@ -635,12 +767,14 @@ pub(super) struct TrajectoryArguments {
     #[command(flatten)]
     pub(super) scene: SceneOptions,
     /// Offsets of active parameters from the graze (0 if not named)
-    #[arg(long, value_name = "NAME=OFFSET,...", value_parser = offsets)]
-    pub(super) at: Option<Named<f64>>,
+    #[arg(long, value_name = "NAME=OFFSET,...", value_parser = positions)]
+    pub(super) at: Option<Named<Position>>,
+    #[command(flatten)]
+    pub(super) counting: Counting,
     /// Start at these offsets of section coordinates (0 if not named). Default: on the grazing
     /// orbit
-    #[arg(long, value_name = "NAME=OFFSET,...", value_parser = offsets)]
-    pub(super) start: Option<Named<f64>>,
+    #[arg(long, value_name = "NAME=OFFSET,...", value_parser = positions)]
+    pub(super) start: Option<Named<Position>>,
     /// Start on the periodic orbit with this itinerary: 1 for contact, 0 for none, passage by
     /// passage and return by return
     #[arg(long, value_name = "DIGITS", conflicts_with = "start")]
@@ -681,11 +815,13 @@ pub(super) struct BasinArguments {
     #[command(flatten)]
     pub(super) scene: SceneOptions,
     /// Offsets of active parameters from the graze (0 if not named)
-    #[arg(long, value_name = "NAME=OFFSET,...", value_parser = offsets)]
-    pub(super) at: Option<Named<f64>>,
+    #[arg(long, value_name = "NAME=OFFSET,...", value_parser = positions)]
+    pub(super) at: Option<Named<Position>>,
+    #[command(flatten)]
+    pub(super) counting: Counting,
     /// Section coordinates that span the plane, the horizontal one first. Default: the first two
-    #[arg(long, value_name = "A,B", value_delimiter = ',')]
-    pub(super) axes: Vec<String>,
+    #[arg(long, alias = "axes", value_name = "A,B", value_delimiter = ',')]
+    pub(super) plane: Vec<String>,
     /// First and last offset along an axis. Default: the window of the map
     #[arg(long, value_name = "NAME=FROM:TO,...", value_parser = Ranges::parse)]
     pub(super) range: Option<Ranges>,
@@ -699,11 +835,11 @@ pub(super) struct BasinArguments {
     )]
     pub(super) points: Vec<u32>,
     /// Offsets of the other section coordinates (0 if not named)
-    #[arg(long, value_name = "NAME=OFFSET,...", value_parser = offsets)]
-    pub(super) start: Option<Named<f64>>,
+    #[arg(long, value_name = "NAME=OFFSET,...", value_parser = positions)]
+    pub(super) start: Option<Named<Position>>,
     /// Method that iterates the states. Default: guarded
-    #[arg(long, value_parser = one_of(METHODS))]
-    pub(super) with: Option<Method>,
+    #[arg(long, alias = "with", value_parser = one_of(METHODS))]
+    pub(super) method: Option<Method>,
     /// Also compute stable and unstable manifolds of saddles of up to N returns, as curves; needs a
     /// section of two coordinates
     #[arg(
@@ -719,6 +855,107 @@ pub(super) struct BasinArguments {
     pub(super) sharding: Sharding,
 }
 
+impl BasinArguments {
+    /// Whether the options ask for a basin of their own, in the place of the scene's.
+    pub(super) fn names_any(&self) -> bool {
+        let named = self.at.is_some() || self.range.is_some() || self.start.is_some();
+        let listed = !self.plane.is_empty() || !self.points.is_empty();
+        named || listed || self.method.is_some() || self.manifolds.is_some()
+    }
+}
+
+/// Options of `noise`.
+#[derive(Clone, Debug, Args)]
+pub(super) struct NoiseArguments {
+    #[command(flatten)]
+    pub(super) scene: SceneOptions,
+    /// Standard deviations of active parameters
+    #[arg(long, value_name = "P=SIZE,...", value_parser = sizes)]
+    pub(super) deviation: Named<f64>,
+    /// Means of active parameters, as offsets from the graze (0 if not named)
+    #[arg(long, value_name = "P=OFFSET,...", value_parser = positions)]
+    pub(super) at: Option<Named<Position>>,
+    #[command(flatten)]
+    pub(super) counting: Counting,
+    /// Distribution of the parameters
+    #[arg(long, default_value = "normal", value_parser = one_of(LAWS))]
+    pub(super) law: NoiseLaw,
+    /// Offsets of section coordinates at which the orbits start (0 if not named)
+    #[arg(long, value_name = "NAME=OFFSET,...", value_parser = positions)]
+    pub(super) start: Option<Named<Position>>,
+    /// Number of orbits
+    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 1000)]
+    pub(super) orbits: u32,
+    /// Number of returns before counting begins
+    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 100)]
+    pub(super) transient: u32,
+    /// Number of returns counted
+    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 1000)]
+    pub(super) keep: u32,
+    /// First and last offset of a coordinate. Default: the window's
+    #[arg(long, value_name = "NAME=FROM:TO,...", value_parser = Ranges::parse)]
+    pub(super) range: Option<Ranges>,
+    /// Number of cells along every coordinate
+    #[arg(
+        long,
+        value_name = "N",
+        allow_negative_numbers = true,
+        default_value_t = 100,
+        value_parser = clap::value_parser!(u32).range(1..=1_000_000)
+    )]
+    pub(super) cells: u32,
+    /// Seed of the random numbers; equal seeds give equal results
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub(super) seed: u64,
+    /// Method that computes returns
+    #[arg(long, default_value = "guarded", value_parser = one_of(METHODS))]
+    pub(super) method: Method,
+}
+
+/// Distributions of parameters under noise.
+const LAWS: Words<NoiseLaw> = &[
+    ("normal", NoiseLaw::Normal, "Normal distribution"),
+    ("uniform", NoiseLaw::Uniform, "Uniform distribution of the same standard deviation"),
+];
+
+/// Options of `fit`.
+#[derive(Clone, Debug, Args)]
+pub(super) struct FitArguments {
+    #[command(flatten)]
+    pub(super) scene: SceneOptions,
+    /// CSV file of measured section points, or `-` for standard input. The header names section
+    /// coordinates; a cell is an offset from the graze, and empty where nothing was measured. A
+    /// column `series` tells series apart; a column of an active parameter holds what is known to
+    /// be added to it
+    #[arg(long, value_name = "CSV")]
+    pub(super) data: PathBuf,
+    /// Active parameters to fit
+    #[arg(long, value_name = "P,...", value_delimiter = ',', required = true)]
+    pub(super) parameters: Vec<String>,
+    /// Offsets of active parameters from the graze (0 if not named); the fit starts there
+    #[arg(long, value_name = "P=OFFSET,...", value_parser = positions)]
+    pub(super) at: Option<Named<Position>>,
+    #[command(flatten)]
+    pub(super) counting: Counting,
+    /// Standard deviation of the measurement of every coordinate. Default: that of the residuals
+    #[arg(long, value_name = "NAME=SIZE,...", value_parser = sizes)]
+    pub(super) noise: Option<Named<f64>>,
+    /// Number of returns in a piece, which has a start of its own; 0: a series is one piece
+    #[arg(
+        long,
+        value_name = "N",
+        allow_negative_numbers = true,
+        default_value_t = FitRequest::PIECE as u32
+    )]
+    pub(super) piece: u32,
+    /// Number of points at the end of every series that are predicted instead of fitted
+    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 0)]
+    pub(super) withheld: u32,
+    /// Method that computes returns
+    #[arg(long, default_value = "guarded", value_parser = one_of(METHODS))]
+    pub(super) method: Method,
+}
+
 /// Methods that iterate states.
 const METHODS: Words<Method> = &[
     ("map", Method::Map, "The local map"),
@@ -728,7 +965,7 @@ const METHODS: Words<Method> = &[
 
 /// Intervals by name.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Ranges(pub(super) Named<[f64; 2]>);
+pub(super) struct Ranges(Named<[Position; 2]>);
 
 impl Ranges {
     /// Parses `name=from:to,name=from:to`.
@@ -736,42 +973,57 @@ impl Ranges {
         let range = |range: &str| {
             let (name, ends) = range.split_once('=').ok_or("expected NAME=FROM:TO")?;
             let (from, to) = ends.split_once(':').ok_or("expected NAME=FROM:TO")?;
-            let range = [finite(from)?, finite(to)?];
-            match range[0] < range[1] {
-                true => Ok((name.trim().to_owned(), range)),
-                false => Err(format!("`{ends}` does not increase")),
-            }
+            Ok((name.trim().to_owned(), [from.parse()?, to.parse()?]))
         };
         Ok(Self(Named(text.split(',').map(range).collect::<Result<_, String>>()?)))
     }
+
+    /// Offsets of both ends of each interval.
+    pub(super) fn offsets(&self, origin: &Origin<'_>) -> Named<[f64; 2]> {
+        let ends = |(name, ends): &(String, [Position; 2])| {
+            (name.clone(), ends.map(|end| origin.offset(name, end)))
+        };
+        Named(self.0.0.iter().map(ends).collect())
+    }
 }
 
-/// Words of an option, each with its value and its help text.
+/// Words of an option, each with its value and its help text. Older spellings follow a word after
+/// `|`.
 type Words<T> = &'static [(&'static str, T, &'static str)];
 
-/// Parser that accepts these words and returns the value of the word given.
+/// Parser that accepts these words, in any case, and returns the value of the word given.
 fn one_of<T: Copy + Send + Sync>(words: Words<T>) -> impl TypedValueParser<Value = T> {
-    let known = words.iter().map(|&(word, _, help)| PossibleValue::new(word).help(help));
+    let known = words.iter().map(|&(spellings, _, help)| {
+        let mut spellings = spellings.split('|');
+        let word = spellings.next().unwrap_or_default();
+        PossibleValue::new(word).aliases(spellings).help(help)
+    });
     PossibleValuesParser::new(known).map(|word| {
-        let named = words.iter().find(|(known, ..)| *known == word);
-        named.expect("the parser takes no other word").1
+        let is_word = |(spellings, ..): &&(&str, T, &str)| {
+            spellings.split('|').any(|spelling| spelling.eq_ignore_ascii_case(&word))
+        };
+        words.iter().find(is_word).expect("the parser takes no other word").1
     })
 }
 
-/// Parses a finite number.
-fn finite(text: &str) -> Result<f64, String> {
-    let value = text.trim();
-    let number = value.parse().ok().filter(|number: &f64| number.is_finite());
-    number.ok_or(format!("`{value}` is no finite number"))
-}
-
-/// Parses offsets by name: `name=offset,name=offset`.
-fn offsets(text: &str) -> Result<Named<f64>, String> {
+/// Parses numbers by name: `name=number,name=number`.
+fn named<T: FromStr<Err = String>>(text: &str) -> Result<Named<T>, String> {
     let pair = |pair: &str| {
-        let (name, value) = pair.split_once('=').ok_or("expected NAME=OFFSET")?;
-        Ok((name.trim().to_owned(), finite(value)?))
+        let (name, number) = pair.split_once('=').ok_or("expected NAME=NUMBER")?;
+        Ok((name.trim().to_owned(), number.parse()?))
     };
     text.split(',').map(pair).collect::<Result<_, String>>().map(Named)
+}
+
+/// Parses positions by name.
+fn positions(text: &str) -> Result<Named<Position>, String> {
+    named(text)
+}
+
+/// Parses sizes by name.
+fn sizes(text: &str) -> Result<Named<f64>, String> {
+    let Named(pairs) = named::<Finite>(text)?;
+    Ok(Named(pairs.into_iter().map(|(name, Finite(size))| (name, size)).collect()))
 }
 
 /// Parses `name=value`, split at the first `=`.

@@ -12,8 +12,10 @@
 mod arguments;
 mod commands;
 mod gallery;
+mod help;
 mod output;
 mod pieces;
+mod positions;
 
 use std::ffi::OsString;
 use std::path::PathBuf;
@@ -35,7 +37,7 @@ use grazemap::report::{ShardError, join_shards};
 /// Wrong arguments are reported on standard error and end with exit code 2, as all wrong input
 /// does.
 pub(crate) fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
-    let arguments = match Arguments::try_parse_from(arguments) {
+    let arguments = match help::parse(arguments) {
         Ok(arguments) => arguments,
         Err(refusal) => {
             // NOTE: `--help` and `--version` arrive here too, with exit code 0. A closed standard
@@ -62,6 +64,7 @@ fn dispatch(arguments: Arguments) -> Result<(), CliError> {
     match arguments.command {
         Some(Command::Merge(options)) => merge(&options),
         Some(command) => in_shards(command),
+        None if arguments.common.asks_for_nothing() => output::print(&help::help()),
         None => run::built_in(&arguments.common),
     }
 }
@@ -110,7 +113,10 @@ fn execute(command: Command) -> Result<(), CliError> {
         Command::Branch(options) => answers::branch(&options),
         Command::Loci(options) => answers::loci(&options),
         Command::Trajectory(options) => answers::trajectory(&options),
+        Command::Noise(options) => answers::noise(&options),
+        Command::Fit(options) => answers::fit(&options),
         Command::Emit(options) => emit::run(&options),
+        Command::Demo(common) => run::built_in(&common),
         Command::Run(options) => run::run(&options),
         Command::View(options) => run::view(&options),
         Command::Completions(options) => scenes::completions(&options),

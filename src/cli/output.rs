@@ -56,6 +56,14 @@ impl fmt::Display for Destination {
     }
 }
 
+impl Outlets {
+    /// Whether no option is given.
+    pub(in crate::cli) fn are_default(&self) -> bool {
+        let has_destination = self.json.is_some() || self.csv.is_some() || self.output.is_some();
+        !has_destination && !self.quiet
+    }
+}
+
 impl Destination {
     /// Parses a destination: `-` is standard output, anything else a file.
     pub(in crate::cli) fn parse(text: &str) -> Result<Self, String> {
@@ -375,25 +383,36 @@ pub(in crate::cli) enum CliError {
     #[error("the scene asks for {found} basins, and --json and --csv write one; -o DIR writes all")]
     SeveralBasins { found: usize },
     /// The scene has no diagram.
-    #[error("the scene asks for no diagram; add a [[diagram]] table")]
+    #[error(
+        "the scene asks for no diagram; name a parameter with --along, or add a [[diagram]] table"
+    )]
     NoDiagram,
     /// The scene has no chart.
-    #[error("the scene asks for no chart; add a [[chart]] table with `parameters` and `ranges`")]
+    #[error(
+        "the scene asks for no chart; name two parameters with --plane, or add a [[chart]] table \
+         with `parameters` and `ranges`"
+    )]
     NoChart,
+    /// A range without ends, of a parameter that the window does not bound.
+    #[error("the window does not bound `{}`; name its range", .name.escape_default())]
+    NoRange { name: String },
+    /// A range of a parameter that is not in the plane.
+    #[error("--range names `{}`, which --plane does not", .name.escape_default())]
+    RangeOfNoAxis { name: String },
     /// Scene and starting points are both read from standard input.
-    #[error("SCENE and --states are both standard input; name a file for one of them")]
+    #[error("the scene and the points are both standard input; name a file for one of them")]
     StandardInputTwice,
     /// The file of starting points cannot be read.
-    #[error("cannot read the starting points {}: {source}", .path.display())]
+    #[error("cannot read the points {}: {source}", .path.display())]
     UnreadableStates { path: PathBuf, source: csv::Error },
     /// The file of starting points has no rows.
     #[error(
-        "no starting points in {}: a header and at least one row are expected",
+        "no points in {}: a header and at least one row are expected",
         .path.display()
     )]
     NoStates { path: PathBuf },
     /// The file has too many starting points.
-    #[error("more than {limit} starting points in {}", .path.display())]
+    #[error("more than {limit} points in {}", .path.display())]
     TooManyStates { path: PathBuf, limit: usize },
     /// A column is neither a section coordinate nor an active parameter.
     #[error(

@@ -57,6 +57,16 @@ pub enum KeyError {
         /// Number given.
         value: f64,
     },
+    /// A range does not increase.
+    #[error("range of `{name}` does not increase: {from} to {to}")]
+    Decreasing {
+        /// Name of the axis.
+        name: String,
+        /// First offset.
+        from: f64,
+        /// Last offset.
+        to: f64,
+    },
     /// A list has no names.
     #[error("{key} names none")]
     NothingNamed {
@@ -65,20 +75,20 @@ pub enum KeyError {
     },
     /// The number of parameters does not fit a plane.
     #[error(
-        "in takes two parameters; of `orbits` also one, the one that is solved for; found {found}"
+        "plane takes two parameters; of `orbits` also one, the one that is solved for; found {found}"
     )]
     NotAPlane {
         /// Number of parameters given.
         found: usize,
     },
     /// A range is given for a coordinate that is not an axis.
-    #[error("range names `{name}`, which is no axis of the basin; name it in --axes")]
+    #[error("range names `{name}`, which is no axis of the basin")]
     NoAxis {
         /// Name given.
         name: String,
     },
     /// A scale is given for a parameter that is held fixed.
-    #[error("scale names `{name}`, which is no parameter of --nearest")]
+    #[error("scale names `{name}`, which is no parameter that changes")]
     NotNearest {
         /// Name given.
         name: String,
@@ -113,6 +123,7 @@ impl KeyError {
             Self::UnknownName { .. } | Self::NamedTwice { .. } | Self::NotFinite { .. } => true,
             Self::NotPositive { .. } | Self::NothingNamed { .. } => true,
             Self::NotAPlane { .. } | Self::NoAxis { .. } | Self::NotNearest { .. } => true,
+            Self::Decreasing { .. } => true,
             Self::StartsOfMap => true,
             Self::NotTwoAxes { .. } | Self::AlreadyAdjusted { .. } => false,
             Self::NoParameter | Self::Itinerary(_) => false,
@@ -234,7 +245,7 @@ impl<'a> ActiveParameters<'a> {
     pub(super) fn plane(&self, names: &[String]) -> Result<Vec<usize>, KeyError> {
         match names.len() > 2 {
             true => Err(KeyError::NotAPlane { found: names.len() }),
-            false => self.distinct("in", names),
+            false => self.distinct("plane", names),
         }
     }
 

@@ -220,6 +220,10 @@ impl BasinKeys {
             let place = place_of("range", COORDINATES, name, coordinates)?;
             let axis = request.axes.iter().position(|&axis| axis == place);
             let axis = axis.ok_or_else(|| KeyError::NoAxis { name: name.clone() })?;
+            let [from, to] = *range;
+            if from >= to {
+                return Err(KeyError::Decreasing { name: name.clone(), from, to });
+            }
             request.ranges[axis] = *range;
         }
         match self.points[..] {

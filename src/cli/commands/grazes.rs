@@ -4,6 +4,7 @@
 use super::{map, open, remark_on_window};
 use crate::cli::arguments::{CurveArguments, LocateArguments, SceneOptions};
 use crate::cli::output::{Bar, CliError, Results, deliver};
+use crate::cli::positions::Position;
 use grazemap::convergence::Choice;
 use grazemap::model::Scene;
 use grazemap::numeric::Shown;
@@ -100,9 +101,19 @@ fn orbit_text(scene: &Scene, document: &OrbitListing) -> Result<String, ReportEr
 pub(in crate::cli) fn curve(options: &CurveArguments) -> Result<(), CliError> {
     let source = open(&options.scene)?;
     let bar = Bar::new("curve", options.scene.common.outlets.quiet);
-    let answer = match (&options.with, options.from, options.to) {
-        (Some(with), Some(from), Some(to)) => {
-            let keys = CurveKeys { with: with.clone(), from, to, xi: options.xi };
+    let second = options.along.as_ref().or(options.with.as_ref());
+    let answer = match (second, options.from, options.to) {
+        (Some(second), Some(from), Some(to)) => {
+            let are_values = options.with.is_some() || options.counting.values;
+            let offsets_from = match are_values {
+                true => 0.0,
+                false => value(source.scene(), second),
+            };
+            let [from, to] = [from, to].map(|end| match end {
+                Position::Offset(offset) => offsets_from + offset,
+                Position::Value(value) => value,
+            });
+            let keys = CurveKeys { along: second.clone(), from, to, xi: options.xi };
             keys.answer(source.scene(), &bar)?
         }
         _ => {
@@ -113,6 +124,12 @@ pub(in crate::cli) fn curve(options: &CurveArguments) -> Result<(), CliError> {
     };
     drop(bar);
     deliver(answer, "curve", &options.scene.common.outlets)
+}
+
+/// Value of a parameter in a scene; 0 for another name, which the command refuses.
+fn value(scene: &Scene, name: &str) -> f64 {
+    let mut parameters = scene.model.parameters.iter();
+    parameters.find(|parameter| parameter.name == name).map_or(0.0, |known| known.value.to_f64())
 }
 
 pub(in crate::cli) fn expand(options: &SceneOptions) -> Result<(), CliError> {

@@ -5,9 +5,11 @@ pub(super) mod answers;
 pub(super) mod emit;
 pub(super) mod grazes;
 pub(super) mod image;
+mod points;
 pub(super) mod run;
 pub(super) mod scenes;
 pub(super) mod sweeps;
+mod tables;
 
 use std::path::PathBuf;
 

@@ -34,7 +34,8 @@ pub struct BranchKeys {
     /// Longest period, in returns.
     pub period: Option<u8>,
     /// Method that computes the orbits.
-    pub using: OrbitsOf,
+    #[serde(alias = "using")]
+    pub method: OrbitsOf,
     /// Offsets of section coordinates, 0 if not named, of further starts from which direct
     /// simulation searches for orbits.
     pub starts: Vec<Named<f64>>,
@@ -57,7 +58,7 @@ impl BranchKeys {
         let passages = map.local().passages();
         let longest = longest_period(self.period, passages);
         let named = itineraries(&self.itineraries, self.period, passages)?;
-        if self.using == OrbitsOf::Map && !self.starts.is_empty() {
+        if self.method == OrbitsOf::Map && !self.starts.is_empty() {
             return Err(KeyError::StartsOfMap);
         }
         let coordinates = &map.local().section.coordinates;
@@ -69,7 +70,7 @@ impl BranchKeys {
             along,
             at: parameters.at(&self.at)?,
             range: parameters.range(along, self.from, self.to)?,
-            direct: self.using == OrbitsOf::Direct,
+            direct: self.method == OrbitsOf::Direct,
             starts: self.starts.iter().map(start).collect::<Result<_, _>>()?,
         })
     }
@@ -167,7 +168,7 @@ const DEFAULT_PASSAGES: usize = 2;
 #[serde(default, deny_unknown_fields)]
 pub struct LociKeys {
     /// Two active parameters.
-    #[serde(rename = "in")]
+    #[serde(alias = "in")]
     pub plane: Vec<String>,
     /// First offset of the first parameter. Default: the edge of the window.
     pub from: Option<f64>,
@@ -180,7 +181,8 @@ pub struct LociKeys {
     /// Itineraries of the orbits. Default: all of short periods.
     pub itineraries: Vec<String>,
     /// Method that computes the orbits.
-    pub using: OrbitsOf,
+    #[serde(alias = "using")]
+    pub method: OrbitsOf,
     /// Whether the scene's first chart in these parameters is drawn below the loci.
     pub chart: bool,
 }
@@ -210,7 +212,7 @@ impl LociKeys {
             at: parameters.at(&self.at)?,
             kinds,
             itineraries: itineraries.filter(|itinerary| itinerary.contacts() > 0).collect(),
-            direct: self.using == OrbitsOf::Direct,
+            direct: self.method == OrbitsOf::Direct,
         })
     }
 

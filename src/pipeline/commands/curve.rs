@@ -18,7 +18,8 @@ use crate::report::{
 #[serde(deny_unknown_fields)]
 pub struct CurveKeys {
     /// Second parameter.
-    pub with: String,
+    #[serde(alias = "with")]
+    pub along: String,
     /// First value of the second parameter.
     pub from: f64,
     /// Last value of the second parameter.
@@ -40,9 +41,9 @@ impl CurveKeys {
     /// [`Error::Key`] and [`Error::NoSuchParameter`] for an unknown parameter or invalid ends,
     /// [`Error::NotLocated`] if no orbit grazes at the scene.
     pub fn answer(&self, scene: &Scene, progress: &dyn Progress) -> Result<Answer, Error> {
-        let with = parameter_number(scene, &self.with)?;
+        let with = parameter_number(scene, &self.along)?;
         if scene.grazing.solve_for.contains(&with) {
-            return Err(KeyError::AlreadyAdjusted { name: self.with.clone() }.into());
+            return Err(KeyError::AlreadyAdjusted { name: self.along.clone() }.into());
         }
         scene.check_period(&[with])?;
         let (from, to) = (finite("from", self.from)?, finite("to", self.to)?);
@@ -77,7 +78,7 @@ impl CurveKeys {
             return None;
         }
         Some(Ended::Curve {
-            parameter: self.with.clone(),
+            parameter: self.along.clone(),
             goal: if started { self.to } else { self.from },
             last: curve.points.last().map_or(f64::NAN, |point| point.parameters[with]),
             end: curve.end.clone(),

@@ -28,7 +28,8 @@ pub struct FitKeys {
     /// Number of points at the end of every series that are predicted instead of fitted.
     pub withheld: usize,
     /// Method that computes images.
-    pub using: Method,
+    #[serde(alias = "using")]
+    pub method: Method,
 }
 
 impl Default for FitKeys {
@@ -40,7 +41,7 @@ impl Default for FitKeys {
             noise: Named::default(),
             piece: FitRequest::PIECE,
             withheld: 0,
-            using: Method::Guarded,
+            method: Method::Guarded,
         }
     }
 }
@@ -68,7 +69,7 @@ impl FitKeys {
             noise,
             piece: self.piece,
             withheld: self.withheld,
-            method: self.using,
+            method: self.method,
         })
     }
 
@@ -96,7 +97,7 @@ impl FitKeys {
     ) -> Result<Answer, Error> {
         let fit = map.fit(&self.request(map, series)?, progress)?;
         let document = to_json(&Document::new(DocumentKind::Fit, map.scene(), &fit))?;
-        let remarks = fit_remarks(&fit, self.using == Method::Map);
+        let remarks = fit_remarks(&fit, self.method == Method::Map);
         let offsets = map.settled().graze().offset_remarks("at", &self.at);
         Ok(Answer {
             remarks: map.remarks().chain(offsets).chain(remarks).collect(),
@@ -130,7 +131,8 @@ pub struct NoiseKeys {
     /// Seed of the random number generators.
     pub seed: u64,
     /// Method that computes the returns.
-    pub using: Method,
+    #[serde(alias = "using")]
+    pub method: Method,
 }
 
 impl Default for NoiseKeys {
@@ -147,7 +149,7 @@ impl Default for NoiseKeys {
             range: Named::default(),
             cells: 100,
             seed: 0,
-            using: Method::Guarded,
+            method: Method::Guarded,
         }
     }
 }
@@ -184,7 +186,7 @@ impl NoiseKeys {
             ranges,
             cells: count("cells", self.cells)?,
             seed: self.seed,
-            method: self.using,
+            method: self.method,
         })
     }
 
@@ -199,7 +201,7 @@ impl NoiseKeys {
         let found = map.noise(&request, progress)?;
         let content = NoiseDocument { request: &request, found: &found };
         let document = to_json(&Document::new(DocumentKind::Noise, map.scene(), content))?;
-        let remarks = noise_remarks(&found, self.using == Method::Map);
+        let remarks = noise_remarks(&found, self.method == Method::Map);
         let (local, table) = (map.local(), noise_table(map.local(), &request, &found)?);
         Ok(Answer {
             remarks: map.remarks().chain(remarks).collect(),

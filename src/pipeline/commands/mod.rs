@@ -74,7 +74,7 @@ impl Command {
     /// As [`answer`](Self::answer).
     pub fn share(&self, source: Source, shard: &Shard<'_>) -> Result<(), Error> {
         match self {
-            Self::Branch(keys) => keys.share(&searched(source, keys.using)?, shard),
+            Self::Branch(keys) => keys.share(&searched(source, keys.method)?, shard),
             _ => Ok(()),
         }
     }
@@ -86,9 +86,9 @@ impl Command {
     /// Those of its keys, and of the steps of the pipeline that it takes.
     pub fn answer(&self, source: Source, progress: &dyn Progress) -> Result<Answer, Error> {
         match self {
-            Self::Branch(keys) => keys.answer(&searched(source, keys.using)?, progress),
-            Self::Loci(keys) => keys.answer(&searched(source, keys.using)?, progress),
-            Self::Orbits(keys) => keys.answer(&searched(source, keys.using)?, progress),
+            Self::Branch(keys) => keys.answer(&searched(source, keys.method)?, progress),
+            Self::Loci(keys) => keys.answer(&searched(source, keys.method)?, progress),
+            Self::Orbits(keys) => keys.answer(&searched(source, keys.method)?, progress),
             Self::Trajectory(keys) => keys.answer(&source.settle()?, progress),
             Self::Converge(keys) => keys.answer(&source.settle()?, progress),
             Self::Curve(keys) => keys.answer(source.scene(), progress),
@@ -99,8 +99,8 @@ impl Command {
 }
 
 /// Map in which orbits are searched for. For direct simulation, the free flight if there is no map.
-fn searched(source: Source, using: OrbitsOf) -> Result<Map, Error> {
-    match using {
+fn searched(source: Source, method: OrbitsOf) -> Result<Map, Error> {
+    match method {
         OrbitsOf::Map => source.map(),
         OrbitsOf::Direct => source.map_or_free_flight(),
     }

@@ -24,12 +24,13 @@ pub struct OrbitsKeys {
     /// Itineraries of the orbits. Default: all of short periods.
     pub itineraries: Vec<String>,
     /// Method that computes the orbits.
-    pub using: OrbitsOf,
+    #[serde(alias = "using")]
+    pub method: OrbitsOf,
     /// Bifurcations to find in addition.
     pub kind: Vec<BifurcationKind>,
     /// Parameter that bifurcations are solved for; if two are given, the first is stepped through.
     /// Default: the first parameter adjusted to graze.
-    #[serde(rename = "in")]
+    #[serde(alias = "in")]
     pub plane: Vec<String>,
     /// First offset of the stepped parameter. Default: the edge of the window.
     pub from: Option<f64>,
@@ -47,7 +48,7 @@ impl Default for OrbitsKeys {
             at: Vec::new(),
             period: None,
             itineraries: Vec::new(),
-            using: OrbitsOf::Map,
+            method: OrbitsOf::Map,
             kind: Vec::new(),
             plane: Vec::new(),
             from: None,
@@ -74,7 +75,7 @@ impl OrbitsKeys {
             }
             false => self.at.iter().map(|at| parameters.at(at)).collect::<Result<_, _>>()?,
         };
-        let direct = self.using == OrbitsOf::Direct;
+        let direct = self.method == OrbitsOf::Direct;
         Ok(OrbitsRequest {
             itineraries: itineraries(&self.itineraries, self.period, passages)?,
             at,
