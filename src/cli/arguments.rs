@@ -382,6 +382,9 @@ pub(super) struct LocateArguments {
     /// iteration, and compare them with the prediction; computes the map
     #[arg(long)]
     pub(super) measure: bool,
+    /// Print all parameters with all digits, all xi_n and the one-contact orbits of the theory
+    #[arg(long)]
+    pub(super) all: bool,
 }
 
 /// Options of `converge`.

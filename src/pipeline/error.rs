@@ -293,7 +293,7 @@ pub enum Ended {
     /// All orbits of the grazing curve pass through a surface.
     #[error(
         "every orbit of the grazing curve found passes through a surface: {words}; hits beside \
-         grazes are not expressible yet: use direct simulation (`branch --using direct`)"
+         grazes are not expressible yet: use direct simulation (`branch --method direct`)"
     )]
     NoPhysicalGraze {
         /// Penetration of the orbits: surface, place and depth.

@@ -6,10 +6,10 @@
 use super::{Graze, Map};
 use crate::analysis::basin::BasinRequest;
 use crate::numeric::Shown;
-use crate::report::Named;
+use crate::report::{Named, significant};
 
 /// Significant digits of offsets and values in remarks.
-const DIGITS: usize = 6;
+const DIGITS: i32 = 6;
 
 impl Graze {
     /// Remark on offsets of one parameter (one offset, or the ends of a range) that look like
@@ -23,11 +23,7 @@ impl Graze {
         if grazing == 0.0 || !(is_between || is_large) {
             return None;
         }
-        let shown = |value: f64| {
-            let scale = 10f64.powi(DIGITS as i32 - 1 - value.abs().log10().floor() as i32);
-            let rounded = if value == 0.0 { 0.0 } else { (value * scale).round() / scale };
-            Shown(rounded).to_string()
-        };
+        let shown = |value: f64| Shown(significant(value, DIGITS)).to_string();
         let words = |shift: f64| match low == high {
             true => shown(low + shift),
             false => format!("{} to {}", shown(low + shift), shown(high + shift)),

@@ -351,7 +351,7 @@ pub(super) fn basin_outside_words(basin: &Basin) -> Option<String> {
     (basin.outside.count > 0).then(|| {
         format!(
             "from {} of {} states the map alone leaves its window (in grey: its error was not \
-             measured there, and `--with guarded` simulates what lies outside)",
+             measured there, and the method `guarded` simulates what lies outside)",
             basin.outside.count,
             basin.cells.len()
         )

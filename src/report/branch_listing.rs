@@ -11,7 +11,7 @@ use super::figure::{Annotation, Axis, Figure, Marker, Series, Stroke};
 use super::orbits_listing::{
     OrbitRecord, OrbitsListing, multipliers, unfinished_remark, using_words,
 };
-use super::table::counted;
+use super::table::{counted, significant};
 use super::{Cell, Column, Named, ReportError, SectionDocument, Table};
 use crate::analysis::branches::{
     BranchDiagram, BranchEnd, BranchLabel, BranchObservable, BranchPoint, Branches, Special,
@@ -20,6 +20,10 @@ use crate::analysis::orbits::{FoundOrbit, Orbits};
 use crate::convergence::MeasuredWindow;
 use crate::expansion::{LocalMap, WindowEdge};
 use crate::iteration::Itinerary;
+use crate::numeric::Shown;
+
+/// Digits of the ends of stable intervals in words.
+const DIGITS_SAID: i32 = 8;
 
 /// Branches, ready to be written as JSON; everything in offsets.
 #[derive(Clone, Debug, Serialize)]
@@ -236,14 +240,52 @@ impl BranchListing {
     pub fn text(&self, scene: &str) -> Result<String, ReportError> {
         let points = self.branches.iter().map(|branch| branch.points.len()).sum();
         Ok(format!(
-            "branches of `{scene}` in {} by {}: {} with {}; offsets on the {}\n\n{}",
+            "branches of `{scene}` in {} by {}: {} with {}\n{}\noffsets on the {}\n\n{}",
             self.along,
             using_words(self.using),
             self.branches.len(),
             counted(points, "point"),
+            self.stability_words(),
             self.section.words(),
             self.special_table()?.to_text()
         ))
+    }
+
+    /// Lines that say where each branch is stable and physical.
+    fn stability_words(&self) -> String {
+        let mut words = String::new();
+        let name = &self.along;
+        for branch in &self.branches {
+            let intervals: Vec<String> = self
+                .stable_intervals(branch)
+                .map(|ends| match ends {
+                    [from, to] if from == to => format!("at {name} = {}", Shown(from)),
+                    [from, to] => format!("from {name} = {} to {}", Shown(from), Shown(to)),
+                })
+                .collect();
+            if !intervals.is_empty() {
+                let (number, itinerary) = (branch.branch, &branch.itinerary);
+                let intervals = intervals.join(", ");
+                words.push_str(&format!("branch {number} ({itinerary}) is stable {intervals}\n"));
+            }
+        }
+        if words.is_empty() {
+            "no branch is stable anywhere in the range\n".to_owned()
+        } else {
+            words
+        }
+    }
+
+    /// Intervals of the parameter on which a branch is stable and physical, as values.
+    fn stable_intervals(&self, branch: &BranchRecord) -> impl Iterator<Item = [f64; 2]> {
+        let is_stable = |point: &PointRecord| point.orbit.stable && point.orbit.physical;
+        let runs = branch.points.chunk_by(move |a, b| is_stable(a) == is_stable(b));
+        runs.filter(move |run| is_stable(&run[0])).map(|run| {
+            let values = || run.iter().map(|point| self.along(&point.orbit).1);
+            let rounded = |value: f64| significant(value, DIGITS_SAID);
+            [values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max)]
+                .map(rounded)
+        })
     }
 
     /// What may not be trusted, or not be all.
@@ -255,7 +297,7 @@ impl BranchListing {
         if outside > 0 && self.using == "map" {
             remarks.push(format!(
                 "warning: {outside} of {} physical points are outside the window, where the map \
-                 has not been measured; --using direct asks direct simulation",
+                 has not been measured; the method `direct` simulates them",
                 physical.len()
             ));
         }

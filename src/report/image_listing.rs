@@ -136,7 +136,7 @@ pub fn image_outside_words(
     told.then(|| {
         format!(
             "{outside} of {} points are outside the window, where the map has not been measured: \
-             beyond {}; `--using guarded` simulates them",
+             beyond {}; the method `guarded` simulates them",
             records.len(),
             exceeded(map, records)
         )

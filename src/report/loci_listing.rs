@@ -288,7 +288,7 @@ impl LociListing {
         (outside > 0 && self.using == "map").then(|| {
             format!(
                 "warning: {outside} of {} points are outside the window, where the map has not \
-                 been measured; --using direct has them by direct simulation",
+                 been measured; the method `direct` simulates them",
                 physical.len()
             )
         })

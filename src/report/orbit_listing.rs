@@ -8,7 +8,7 @@ use super::{Cell, Column, Named, ReportError, SectionDocument, Table};
 use crate::analysis::MeasuredSide;
 use crate::iteration::{OrbitEnd, Period};
 use crate::model::Scene;
-use crate::numeric::Dd;
+use crate::numeric::{Dd, Shown};
 use crate::orbit::{
     Expectation, GrazeTheory, GrazingConditions, GrazingOrbit, GrazingPoint, OneContactOrbit,
     Route, Unfolding,
@@ -144,6 +144,44 @@ impl OrbitListing {
             row(format!("xi_{}", number + 1), *xi)?;
         }
         table.push(vec![Cell::text("residual"), Cell::number(self.residual, 3)])?;
+        Ok(table)
+    }
+
+    /// Grazing point, period, multipliers and first conditions as a table, in ten digits; zeros to
+    /// rounding are 0.
+    ///
+    /// # Errors
+    ///
+    /// Never in practice: every row has two cells.
+    pub fn summary_table(&self) -> Result<Table, ReportError> {
+        /// Conditions listed.
+        const FIRST: usize = 3;
+        const DIGITS: i32 = 10;
+        let scale = self.state.0.iter().fold(1.0, |scale: f64, (_, value)| scale.max(value.abs()));
+        let zero = scale * (1e3 * self.residual).max(1e-28);
+        let shown = |value: f64| {
+            let value = if value.abs() <= zero { 0.0 } else { significant(value, DIGITS) };
+            Shown(value).to_string()
+        };
+        let mut table = Table::new(vec![Column::text("quantity"), Column::text("value")]);
+        let mut row =
+            |name: &str, value: String| table.push(vec![Cell::text(name), Cell::text(value)]);
+        for (name, value) in &self.state.0 {
+            row(name, shown(*value))?;
+        }
+        row("period", shown(self.period))?;
+        row("h''", shown(self.normal_acceleration))?;
+        for (number, &[re, im]) in self.multipliers.iter().enumerate() {
+            let sign = if im < 0.0 { "-" } else { "+" };
+            let imaginary = match im == 0.0 {
+                true => String::new(),
+                false => format!(" {sign} {}i", shown(im.abs())),
+            };
+            row(&format!("multiplier {}", number + 1), shown(re) + &imaginary)?;
+        }
+        for (number, xi) in self.xi.iter().take(FIRST).enumerate() {
+            row(&format!("xi_{}", number + 1), shown(*xi))?;
+        }
         Ok(table)
     }
 

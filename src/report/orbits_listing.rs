@@ -323,7 +323,7 @@ impl OrbitsListing {
         if outside > 0 && self.using == "map" {
             remarks.push(format!(
                 "warning: {outside} of {} orbits are outside the window, where the map has not \
-                    been measured; --using direct asks direct simulation for them",
+                    been measured; the method `direct` simulates them",
                 physical.len()
             ));
         }
@@ -505,7 +505,7 @@ pub fn orbits_searched(
             );
         }
     } else if !request.direct {
-        words.push_str("; `--using direct` searches direct simulation far beyond the window");
+        words.push_str("; the method `direct` searches far beyond the window");
     }
     words
 }

@@ -34,25 +34,22 @@ pub(in crate::cli) fn locate(options: &LocateArguments) -> Result<(), CliError> 
     let theory_parameter = theory.parameter.clone();
     let study = GrazeStudy { theory, measured };
     let listing = OrbitListing::new(graze.scene(), graze.orbit());
-    let text = orbit_text(graze.scene(), &listing)?
-        + &study_text(&study)?
+    let all = match options.all {
+        true => orbit_text(&listing)? + &study_text(&study)? + "\n",
+        false => "`--all` lists all parameters, digits and conditions\n".to_owned(),
+    };
+    let text = verdict_text(graze.scene(), &listing, &study)?
         + &other_grazes_text(&theory_parameter, &listing)
         + "\n"
+        + &all
         + &window;
     let results = Results::named("orbit", text, graze.to_json_with(&study)?, None);
     results.deliver("locate", outlets)
 }
 
-/// Bifurcation at the graze, as text.
+/// Table of the one-contact orbits of the theory.
 fn study_text(study: &GrazeStudy) -> Result<String, ReportError> {
-    let mut text = "\nwhat happens at this graze\n".to_owned();
-    for words in study.words() {
-        text.push_str(&format!("{words}\n"));
-    }
-    if let Some(table) = study.orbits_table()? {
-        text.push_str(&format!("\n{}", table.to_text()));
-    }
-    Ok(text)
+    Ok(study.orbits_table()?.map_or_else(String::new, |table| format!("\n{}", table.to_text())))
 }
 
 /// Other grazes found by the search, as text.
@@ -69,29 +66,44 @@ fn other_grazes_text(parameter: &str, listing: &OrbitListing) -> String {
     }
 }
 
-/// Grazing orbit, as text.
-fn orbit_text(scene: &Scene, document: &OrbitListing) -> Result<String, ReportError> {
-    let table = document.point_table()?.to_text();
+/// Verdict on a graze: where it is, what happens there, and the orbit in few digits.
+fn verdict_text(
+    scene: &Scene,
+    listing: &OrbitListing,
+    study: &GrazeStudy,
+) -> Result<String, ReportError> {
     let surfaces: Vec<String> =
-        document.surfaces().iter().map(|surface| format!("`{surface}`")).collect();
-    let mut text = format!(
-        "grazing orbit of `{}` at {}\nsection: {}\n\n{table}",
-        scene.identifier,
-        surfaces.join(", then "),
-        document.section.words()
-    );
+        listing.surfaces().iter().map(|surface| format!("`{surface}`")).collect();
+    let adjusted = scene.grazing.solve_for.iter().map(|&number| {
+        let name = &scene.model.parameters[number].name;
+        let value = listing.parameters.get(name).copied().unwrap_or(f64::NAN);
+        format!("{name} = {}", Shown(value))
+    });
+    let adjusted = adjusted.collect::<Vec<_>>().join(", ");
+    let mut text =
+        format!("`{}` grazes {} at {adjusted}\n", scene.identifier, surfaces.join(", then "));
+    for words in study.words() {
+        text.push_str(&format!("{words}\n"));
+    }
+    let unstable = listing.multipliers.iter().find(|[re, im]| re.hypot(*im) > 1.0);
+    if let Some([re, im]) = unstable {
+        text.push_str(&format!(
+            "note: the orbit is unstable even without contact: a multiplier has modulus {:.6}\n",
+            re.hypot(*im)
+        ));
+    }
+    text.push_str(&format!("section: {}\n\n", listing.section.words()));
+    Ok(text + &listing.summary_table()?.to_text())
+}
+
+/// All digits of the orbit, its passages and conditions.
+fn orbit_text(document: &OrbitListing) -> Result<String, ReportError> {
+    let mut text = document.point_table()?.to_text();
     if document.passages.len() > 1 {
         let passages = document.passages_table()?.to_text();
         let conditions = document.conditions_table()?.to_text();
         text.push_str(&format!(
             "\npassages of a period\n\n{passages}\nxi_n from passage to passage\n\n{conditions}"
-        ));
-    }
-    let unstable = document.multipliers.iter().find(|[re, im]| re.hypot(*im) > 1.0);
-    if let Some([re, im]) = unstable {
-        text.push_str(&format!(
-            "\nnote: the orbit is unstable even without contact: a multiplier has modulus {:.6}\n",
-            re.hypot(*im)
         ));
     }
     Ok(text)
