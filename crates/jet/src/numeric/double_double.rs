@@ -137,6 +137,7 @@ fn fast_two_sum(a: f64, b: f64) -> (f64, f64) {
 }
 
 /// `a b` rounded, and the error of that rounding.
+///
 /// A fused multiply-add is used only if the machine has one: otherwise the function call would cost
 /// far more than Dekker's splitting.
 #[inline(always)]

@@ -11,8 +11,8 @@ use super::{Dd, binary_exponent, two_product};
 
 impl Dd {
     /// Natural exponential; infinity above about `709.78`, zero below about `-745.13`.
+    ///
     /// With `x = k ln 2 + 16 r` and `|r| < 0.022`, `e^x = 2^k (e^r)^16`. The squarings run on
-    /// `e^r - 1`, which keeps its leading digits.
     /// `e^r - 1`, which keeps its leading digits.
     pub fn exp(self) -> Dd {
         if self.is_nan() {

@@ -151,8 +151,7 @@ impl Draft {
     /// Expressions of a table whose keys are states: one per state, `None` for a state without a
     /// key.
     ///
-    /// `free`, if given, holds for each component the node for which `free` stands.
-    /// `free`, where given, holds the node that `free` stands for in each component.
+    /// `free`, if given, holds the node for which `free` stands in each component.
     fn components(
         &mut self,
         table: &Table<'_>,
