@@ -395,8 +395,8 @@ unsafe fn fill<T: Copy>(
     if length > 0 && (to.is_null() || !to.is_aligned()) {
         return Err(Failure::Call(format!("`{what}` is null or not aligned")));
     }
-    // SAFETY: valid for as many items as the caller says, which are as many as there are; what was
-    // made here overlaps nothing of the caller's.
+    // SAFETY: valid for as many items as the caller says, which is the length of the result; the
+    // result was allocated here and overlaps no memory of the caller.
     unsafe { ptr::copy_nonoverlapping(result.as_ptr(), to, length) };
     Ok(())
 }

@@ -19,7 +19,7 @@ impl Real for f32 {}
 
 /// Whether the driver's library is found.
 pub(super) fn has_driver() -> bool {
-    // SAFETY: loading a library runs what it does at its start; it is the driver that the user
+    // SAFETY: loading a library runs its initialisation; the library is the driver that the user
     // installed or put on the loader's path.
     unsafe { cudarc::driver::sys::is_culib_present() }
 }

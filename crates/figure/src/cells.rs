@@ -41,9 +41,9 @@ pub enum CellColor {
     Own(usize),
     /// Colour of the series of dots with this index.
     Series(usize),
-    /// From 0 to 1, for categories in an order: dark to light.
+    /// Dark to light, for ordered categories; a number from 0 to 1.
     Ordered(f64),
-    /// From −1 to 1, for values of two signs: purple, pale, orange.
+    /// Purple, pale, orange, for values of two signs; a number from −1 to 1.
     Signed(f64),
     /// Pale, where nothing happens.
     Pale,

@@ -1,5 +1,5 @@
-//! From a figure to shapes: margins, axes, grid, the place of every value, and the legend: a row
-//! above the plot area if it fits, else a column right of it.
+//! Layout of a figure as shapes: margins, axes, grid, the place of every value, and the legend: a
+//! row above the plot area if it fits, else a column right of it.
 
 use super::axis::{Axis, AxisScale, Ticks, power_suffix, ticks};
 use super::content::{Content, content};

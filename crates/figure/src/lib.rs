@@ -124,7 +124,7 @@ impl Figure {
     ///
     /// # Errors
     ///
-    /// As for [`Figure::to_svg`], and [`FigureError::Bitmap`].
+    /// The errors of [`Figure::to_svg`], and [`FigureError::Bitmap`].
     pub fn to_png(&self) -> Result<Vec<u8>, FigureError> {
         raster::paint(&self.layout()?.drawing)
     }
@@ -135,7 +135,7 @@ impl Figure {
     ///
     /// # Errors
     ///
-    /// As for [`Figure::to_svg`].
+    /// The errors of [`Figure::to_svg`].
     pub fn thinning(&self) -> Result<Option<Thinning>, FigureError> {
         Ok(self.layout()?.thinning)
     }

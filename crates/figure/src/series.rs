@@ -151,26 +151,26 @@ pub enum Guide {
     Horizontal {
         /// The value.
         at: f64,
-        /// Words beside it; may be empty.
+        /// Words beside the line; may be empty.
         label: String,
     },
     /// Vertical line at one value of the horizontal axis.
     Vertical {
         /// The value.
         at: f64,
-        /// Words beside it; may be empty.
+        /// Words beside the line; may be empty.
         label: String,
     },
-    /// A power law `y = through.1 (x / through.0)^exponent` from `through.0` to `to`: a straight
-    /// line on two logarithmic axes. Needs positive coordinates.
+    /// Power law `y = through.1 (x / through.0)^exponent` from `through.0` to `to`: a straight line
+    /// on two logarithmic axes. All coordinates must be positive.
     Slope {
-        /// A point on it.
+        /// Start of the line.
         through: [f64; 2],
-        /// The exponent of the law.
+        /// Exponent of the law.
         exponent: f64,
-        /// Horizontal value of its other end.
+        /// Horizontal value of the end of the line.
         to: f64,
-        /// Words beside it; may be empty.
+        /// Words beside the line; may be empty.
         label: String,
     },
 }

@@ -1,9 +1,9 @@
 //! Graded algebras: the common structure of jets, time series, and jets in time.
 //!
-//! In each of them an element is a sum `a = a_0 + a_1 + … + a_n` of *parts*, the product obeys
+//! An element of a graded algebra is a sum `a = a_0 + a_1 + … + a_n` of *parts*, the product obeys
 //! `(ab)_k = Σ_j a_j b_{k−j}`, and the Euler derivation `(Ea)_k = k a_k` obeys Leibniz' rule. Every
-//! elementary function satisfies a first-order equation under any such derivation, so its parts
-//! follow one by one from lower parts by the same recurrence whatever the parts are: numbers
+//! elementary function satisfies a first-order equation under any such derivation. Its parts
+//! therefore follow one by one from lower parts by one recurrence for all kinds of parts: numbers
 //! (Taylor coefficients in time), homogeneous polynomials (jets, by degree), or whole jets (Taylor
 //! coefficients in time of a jet). See docs/mathematics/recurrences.md.
 

@@ -94,7 +94,7 @@ impl Dd {
         }
     }
 
-    /// The product with `2^exponent`, exact but for overflow and underflow.
+    /// The product with `2^exponent`, exact except for overflow and underflow.
     pub fn scaled_by_power_of_two(self, exponent: i32) -> Dd {
         let half = power_of_two(exponent / 2);
         let rest = power_of_two(exponent - exponent / 2);

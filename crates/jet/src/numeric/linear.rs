@@ -41,9 +41,9 @@ pub enum NumericError {
     NotFinite {
         /// The entry.
         value: f64,
-        /// Its row, counted from 0.
+        /// Row of the entry, counted from 0.
         row: usize,
-        /// Its column, counted from 0.
+        /// Column of the entry, counted from 0.
         column: usize,
     },
     /// The reduction to Schur form did not converge.

@@ -50,10 +50,10 @@ pub struct Crossing<S> {
 /// Direction of a change of sign, on the way from `0` to the end of the interval.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum CrossingDirection {
-    /// From positive to negative: into contact, for an event function that is positive in free
-    /// flight.
+    /// Change from positive to negative: into contact, for an event function that is positive in
+    /// free flight.
     Entering,
-    /// From negative to positive.
+    /// Change from negative to positive.
     Leaving,
 }
 

@@ -43,7 +43,7 @@ pub trait Scalar:
     /// Unit roundoff of the type: half the distance from 1 to the next number.
     const ROUNDOFF: f64;
 
-    /// The nearest scalar to an `f64` (exact but for `f32`; repeated in every lane).
+    /// The nearest scalar to an `f64` (exact, except for `f32`; repeated in every lane).
     fn from_f64(value: f64) -> Self;
     /// The nearest scalar to a double-double; constants of a model are converted in this way.
     fn from_dd(value: Dd) -> Self;

@@ -294,7 +294,7 @@ impl ReturnSection {
 
 /// A grazing passage of the nominal return.
 ///
-/// Its time only identifies which event is that passage, so that double precision is enough.
+/// The time only identifies which event is the passage, so that double precision is enough.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NominalPassage {
     /// The surface.

@@ -327,7 +327,7 @@ pub enum SceneProblem {
         period: f64,
         /// The parameter.
         parameter: String,
-        /// Its value in the scene.
+        /// Value of the parameter in the scene.
         value: f64,
     },
     /// A state without an equation.

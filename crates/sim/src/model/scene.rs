@@ -404,13 +404,13 @@ pub enum Spacing {
 /// Starts of the orbits of a diagram or chart.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum Starts {
-    /// Near the fixed point of `P_smooth`.
+    /// Starts near the fixed point of `P_smooth`.
     #[default]
     Smooth,
     /// Offsets by component of the full state, `None` if the scene names none. Several starts give
     /// several sweeps or charts.
     Given(Vec<Vec<Option<f64>>>),
-    /// This number of states, spread evenly over the window.
+    /// Number of starts, spread evenly over the window.
     Spread(usize),
 }
 

@@ -26,7 +26,7 @@ impl<'a, S> Factor<'a, S> {
         Self { coefficients, first: 0 }
     }
 
-    /// The factor with its head left out, if asked.
+    /// The factor without its head, if `leaves_head`.
     #[inline(always)]
     fn from(self, leaves_head: bool) -> Self {
         Self { first: self.first.max(u32::from(leaves_head)), ..self }

@@ -202,7 +202,7 @@ fn chains(program: &Program, dimension: usize) -> Vec<Option<usize>> {
 /// Largest number of Newton steps towards a nominal orbit.
 const MAX_CORRECTIONS: usize = 20;
 
-/// Reduction by a step with earlier equations above which another such step is not worthwhile.
+/// Ratio of a correction to the one before above which the equations are solved anew.
 const POOR_GAIN: f64 = 0.03;
 
 /// Size of a correction that ends Newton's method: rounding. If the next correction is expected to

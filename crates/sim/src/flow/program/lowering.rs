@@ -1,4 +1,4 @@
-//! From the nodes of an expression graph to operations.
+//! Lowering of the nodes of an expression graph to operations.
 //!
 //! One idea: for every slot the lowering knows whether it is a number, constant, linear in time or
 //! general, so that numbers are folded and the cheapest recurrence is chosen.

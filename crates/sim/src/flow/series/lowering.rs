@@ -1,4 +1,4 @@
-//! From a program to the instructions of its series.
+//! Lowering of a program to the instructions of its series.
 //!
 //! One idea: slots that do not depend on the states are completed before, slots that the
 //! derivatives do not need afterwards. In the rest, sums are gathered into single instructions, and

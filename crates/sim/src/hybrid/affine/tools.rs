@@ -27,10 +27,10 @@ struct Tables<S: Real> {
     free: Option<Option<AffineFlow<S>>>,
     phase_rate: S,
     rows: AffineRows<S>,
-    /// Tables of exact steps with their working memory; likewise.
+    /// Tables of exact steps with their working memory, computed when first needed.
     span: Option<Option<Span<S>>>,
     surfaces: Vec<SurfaceTables<S>>,
-    /// For each surface the flow in contact with it; likewise.
+    /// Flow in contact with each surface, computed when first needed.
     contacts: Vec<Option<Option<AffineFlow<S>>>>,
 }
 

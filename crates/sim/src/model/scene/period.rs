@@ -194,7 +194,7 @@ struct Departure {
 struct Oscillation {
     /// Angular frequency in the phase, positive.
     frequency: f64,
-    /// Its argument.
+    /// Argument of the oscillation.
     argument: NodeId,
 }
 
