@@ -1,21 +1,22 @@
-/* Grazemap for programs in C, and for all that calls C. Made by cbindgen: do not change.
+/* Grazemap as a library for C, and for all languages that call C. Made by cbindgen: do not edit.
  *
- * Every function but those that free gives a code: GRAZEMAP_DONE; else the message is
- * grazemap_last_error() of the same thread, and results are left as they were, new handles null.
+ * Functions of type int32_t return a code, GRAZEMAP_DONE on success. After any other code
+ * grazemap_last_error() on the same thread gives the message; results are unchanged, and new
+ * handles are null.
  *
- * Every pointer to data stands before its length in items: letters of UTF-8 text without an end,
- * numbers of an array. Pointers to single results must not be null. Arrays hold rows: a state is a
- * row of coordinates; parameters are one row for all states or a row for each. States and
- * parameters are offsets from the grazing orbit.
+ * Every pointer to data is followed by its length in items: bytes of UTF-8 text without a final
+ * zero, or numbers of an array. Pointers to single results must not be null. Arrays hold rows: a
+ * state is a row of coordinates; parameters are one row for all states, or one row for each. States
+ * and parameters are offsets from the grazing orbit.
  *
- * A handle is made by one function and freed by another, in any order: a map needs its scene no
- * longer. Handles are never changed, so that several threads may use one; computations use all
- * cores, or as many as RAYON_NUM_THREADS says where these are fewer.
+ * One function makes a handle and another frees it, in any order: a map does not need its scene any
+ * more. Handles never change, so that several threads may use one. Computations use all cores, or
+ * RAYON_NUM_THREADS of them if that is fewer.
  *
- * Results may lie where the arguments are: they are written after all arguments were read, and only
- * by a call that gives GRAZEMAP_DONE, so that there are no partial results. A process made by fork
- * may go on with the handles of its parent: it gets threads of its own. Fork while no other thread
- * is in a call. */
+ * Results and arguments may overlap: results are written after all arguments were read, and only by
+ * a call that returns GRAZEMAP_DONE, so that there are no partial results. A process made by fork
+ * may use the handles of its parent and gets threads of its own. Fork while no other thread is in a
+ * call. */
 
 #ifndef GRAZEMAP_H
 #define GRAZEMAP_H
