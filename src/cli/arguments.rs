@@ -70,7 +70,7 @@ pub(super) enum Command {
     Basin(BasinArguments),
     /// Recompute published figures and tables, and compare the numbers
     Gallery(GalleryOptions),
-    /// Join the files that all shards of a command wrote into its results
+    /// Join the files of all shards of a command into its results
     Merge(MergeArguments),
     /// Print shell completions to standard output
     Completions(CompletionsOptions),
@@ -321,7 +321,7 @@ pub(super) struct CurveArguments {
         requires = "nearest"
     )]
     pub(super) scale: Option<Named<f64>>,
-    /// Look for zeros of xi_1 to xi_N along the curve
+    /// Compute xi_1 to xi_N along the curve and find their zeros
     #[arg(
         long,
         value_name = "N",

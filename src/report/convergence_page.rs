@@ -167,7 +167,7 @@ pub fn convergence_section(study: &ConvergenceStudy) -> Result<Section, ReportEr
     )))
 }
 
-/// Factored maps on the diagonal of orders, `W = N + 1`.
+/// Maps evaluated stage by stage on the diagonal of orders, `W = N + 1`.
 fn diagonal(study: &ConvergenceStudy) -> Vec<&OrderResult> {
     let with = |order: &&OrderResult| {
         order.shape != Shape::Composed

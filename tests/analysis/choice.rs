@@ -1,5 +1,5 @@
-//! The map chosen for a tolerance, how far it holds, and where it beats direct simulation in double
-//! precision.
+//! Map chosen for a tolerance, its range of validity, and the depths at which it is more accurate
+//! than direct simulation in double precision.
 
 use std::collections::BTreeMap;
 
@@ -19,8 +19,8 @@ use grazemap::orbit::GrazingOrbit;
 use crate::support::scenes::{grazing, orbit, parsed, scene, scene_with, text};
 use crate::{UNUSED, exact};
 
-/// Largest error of a map over points that make no contact but those of grazing passages, by direct
-/// simulation in double-double; infinite where one does.
+/// Largest error of a map over points whose only contacts are those of grazing passages, against
+/// direct simulation in double-double; infinite if a point makes other contacts.
 fn error(scene: &Scene, orbit: &GrazingOrbit, map: &HornerMap, points: &[SamplePoint]) -> f64 {
     let system = HybridSystem::new(&scene.model);
     let mut direct = DirectImage::<Dd>::new(&system, scene, orbit).expect("good input");
@@ -64,7 +64,7 @@ fn chosen_maps_exceed_the_tolerance_by_less_than_a_tenth_at_points_never_used() 
     }
 }
 
-/// Two passages, the symmetric scene of two stops: each has its turn in the sample.
+/// Scene with two passages, symmetric between two stops: the sample covers each.
 #[test]
 fn a_map_of_two_passages_is_chosen_too() {
     assert_holds("two_stops_t1", 1e-6);

@@ -1,4 +1,4 @@
-//! Requests that direct simulation answers need no map: contacts without an expansion.
+//! Requests that are answered by direct simulation without a map: contacts without an expansion.
 
 use grazemap::analysis::branches::BranchRequest;
 use grazemap::analysis::periodic::ContactItinerary;

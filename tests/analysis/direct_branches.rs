@@ -1,5 +1,5 @@
-//! Branches of direct simulation where derivatives decide: next to grazes, on orbits that shrink, and
-//! where the only start is a mirror image.
+//! Branches of direct simulation in cases that depend on derivatives: near grazes, on orbits that
+//! shrink, and with a mirror image as the only start.
 
 use std::f64::consts::TAU;
 

@@ -1,5 +1,5 @@
-//! Periodic orbits by itinerary, their folds and flips: against closed forms that know neither map
-//! nor simulator, and the map against direct simulation.
+//! Periodic orbits by itinerary, their folds and flips, compared with closed forms that are
+//! independent of map and simulator; and the map compared with direct simulation.
 
 use grazemap::analysis::NoProgress;
 use grazemap::analysis::orbits::{
@@ -89,7 +89,7 @@ impl Subject {
         loci.pop().map_or_else(Vec::new, |locus| locus.points)
     }
 
-    /// Folds and flips that direct simulation finds by itself at an offset of the second parameter.
+    /// Folds and flips found by direct simulation alone, at an offset of the second parameter.
     fn alone(&self, digits: &str, offset: f64) -> Vec<(BifurcationKind, FoundOrbit)> {
         let request = OrbitsRequest {
             itineraries: vec![self.itinerary(digits)],

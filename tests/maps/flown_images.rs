@@ -1,5 +1,5 @@
-//! Contacts flown exactly, against exact images (tests/data/soft; README there), on depths that
-//! series in y do not reach.
+//! Contacts flown exactly, compared with exact images (tests/data/soft; README there) at depths
+//! beyond the series in y.
 //!
 //! `cargo test --test maps -- flown_images:: --nocapture` prints the errors.
 
@@ -17,7 +17,7 @@ use crate::support::scenes::orbit;
 use crate::support::soft::{Law, STIFF, guide_scene, scene};
 use crate::support::systems::two_masses;
 
-/// Weight of the passages where nothing else is said: at y = 0.03 what is cut off is below 1e-13.
+/// Default weight of the passages: at y = 0.03 the truncation is below 1e-13.
 const WEIGHT: u32 = 8;
 
 fn flown(scene: &Scene, weight: u32) -> FlownContact {
@@ -27,8 +27,8 @@ fn flown(scene: &Scene, weight: u32) -> FlownContact {
     flown.unwrap_or_else(|error| panic!("{error}")).expect("a compliant stop")
 }
 
-/// What a flown passage adds to each coordinate; the identity is not subtracted, so nothing is
-/// lost.
+/// Change of each coordinate by a flown passage, in double-double so that subtracting the start
+/// loses no digits.
 fn kick(contact: &FlownContact, start: &[f64]) -> Vec<f64> {
     let shift = |value: f64| Dd::from(value);
     let start: Vec<Dd> = start.iter().copied().map(shift).collect();
@@ -203,7 +203,7 @@ fn the_identity_holds_exactly_without_contact() {
     }
 }
 
-/// A stop of the two masses: its surface, and what the file calls its images. The orbit is
+/// Stop of the two masses: its surface, and the name of its images in the file. The orbit is
 /// symmetric.
 struct Side {
     surface: usize,

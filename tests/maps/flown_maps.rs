@@ -1,5 +1,5 @@
-//! Maps with flown contacts: against direct simulation in double-double, their forms against each
-//! other, and what is refused.
+//! Maps with flown contacts, compared with direct simulation in double-double and with each other
+//! in different forms; and refused input.
 //!
 //! `cargo test --test maps -- flown_maps:: --nocapture` prints the errors.
 
@@ -67,8 +67,8 @@ fn errors_fall_with_the_weight_whatever_the_stiffness() {
     }
 }
 
-/// Depths from 1e-3 to 1e-30: the upper decades, where laws take over from each other, closely,
-/// none at a round place.
+/// Depths from 1e-3 to 1e-30. The upper decades, in which one law replaces another, are dense; no
+/// depth is a round number.
 fn depths() -> impl Iterator<Item = f64> {
     let upper = (0..40).map(|number| 1e-3 * 0.1_f64.powf(0.103 * f64::from(number)));
     upper.chain((4..=27).map(|number| 1e-3 * 0.1_f64.powi(number)))
