@@ -508,7 +508,7 @@ pub(super) struct OrbitsArguments {
     #[arg(long)]
     pub(super) flip: bool,
     /// Parameter that folds and flips are solved for; if two are given, the first is stepped
-    /// through. Default: the first active parameter
+    /// through. Default: the first active parameter that is adjusted to graze
     #[arg(long = "in", value_name = "[P,]Q", value_delimiter = ',', requires = "kinds")]
     pub(super) plane: Vec<String>,
     /// First offset of the parameter that is stepped through. Default: the edge of the window
@@ -654,8 +654,8 @@ pub(super) struct TrajectoryArguments {
         value_parser = clap::value_parser!(u32).range(0..=10_000_000)
     )]
     pub(super) settle: u32,
-    /// Number of periods of the orbit to simulate; of returns to the section where there is no
-    /// period
+    /// Number of periods of the orbit to simulate, or of returns to the section if the start is not
+    /// a periodic orbit
     #[arg(
         long,
         value_name = "K",

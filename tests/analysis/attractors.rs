@@ -75,7 +75,7 @@ fn compared(number: usize) -> (Option<usize>, Vec<String>) {
         let words = |wrong: String| format!("{number}: {oscillator:?}: {wrong}");
         (expected.as_ref().map(|(_, periods, _)| *periods), wrong.map(words).collect::<Vec<_>>())
     };
-    // What is named by its approach takes exact flight longer.
+    // Exact flight takes longer for attractors that diagrams name while orbits still approach them.
     let soon = compared(600);
     if soon.1.is_empty() { soon } else { compared(6000) }
 }
@@ -147,7 +147,7 @@ fn the_undamped_oscillator_settles_on_two_impacts_in_two_periods() {
         let request = DiagramRequest {
             range: [offset, offset + 1e-12],
             points: 1,
-            // Without damping what is not the attractor's dies out at impacts alone.
+            // Without damping, only impacts make deviations from the attractor die out.
             transient: 3000,
             with: vec![Method::Guarded, Method::Direct],
             observe: Observable::ImpactSpeed,

@@ -102,7 +102,7 @@ fn guarded_and_direct_basins_agree_and_the_map_alone_says_where_it_ends() {
     let [guarded, direct, map] = &basins;
     assert_eq!(guarded.cells, direct.cells);
     assert!(guarded.by_map > 0.05 && direct.by_map == 0.0 && map.by_map == 1.0);
-    // What goes to the far attractor leaves the window on the way.
+    // States of the far attractor's basin leave the window on the way.
     let far = guarded.attractors.iter().position(|found| {
         found.attractor.states[0].iter().zip(&case.map.window.state).any(|(x, w)| x.abs() > *w)
     });

@@ -339,8 +339,8 @@ fn branches_change_their_itinerary_at_grazes_and_double_at_flips() {
     let mut request = request(&["10"], 4, [-1e-3, 1e-3], false);
     request.at = vec![0.0; map.local().parameters.len()];
     let found = map.branches(&request, &NoProgress).expect("branches");
-    // What was not asked for is followed: 11 beyond the graze of 10's second return, 1 at the end
-    // of that, as the orbit that 11 doubles.
+    // Further branches are followed: 11 beyond the graze of 10's second return and, at the end of
+    // that, 1 as the orbit whose doubling is 11.
     let grazes = |itinerary: &str| labelled(&found, itinerary, BranchLabel::Graze);
     let shared: Vec<f64> = grazes("10").into_iter().filter(|offset| *offset < -1e-6).collect();
     assert_eq!(shared.len(), 1);

@@ -134,7 +134,7 @@ fn a_tolerance_out_of_reach_is_said_to_be_and_how_close_maps_came() {
     let options = ChoiceOptions { fresh: 100, ..ChoiceOptions::new(1e-30) };
     let choice = choose(&scene, &orbit(&scene), &options).expect("a choice");
     assert!(!choice.met, "{choice:?}");
-    // What double precision reaches on this window.
+    // Limit of double precision on this window.
     assert!(choice.error.is_some_and(|error| error < 1e-13), "{choice:?}");
     assert_eq!(choice.limit, Some(Limit::Rounding));
 }
@@ -238,7 +238,7 @@ fn the_stated_error_of_a_map_bounds_its_error_at_other_points_of_the_window() {
     assert!(points.len() > 200, "{}", points.len());
     let found = error(scene, orbit, map.discrete(), &points);
     assert!(found <= stated, "{found:e}, {stated:e}");
-    // Where the corners are the worst points the statement is about them; rounded up by a tenth at
+    // Where the corners are the worst points, the stated error is theirs, rounded up by a tenth at
     // most.
     let worst = found.max(error(scene, orbit, map.discrete(), &inside(sample.corners())));
     assert!(stated <= 1.2 * worst, "{worst:e}, {stated:e}");

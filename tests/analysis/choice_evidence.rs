@@ -97,7 +97,7 @@ fn near_a_codimension_two_point_a_coarse_choice_has_the_slope_of_the_next_depth(
             let truth = direct.image(&exact(&point), &exact(&zero)).expect("good input");
             let truth = truth.offsets[0].to_f64() / (y * y);
             let mapped = stepped(&map, &point, &zero)[0] / (y * y);
-            // What is asked of a choice is a tenth of the effect of the contact.
+            // A choice must be within a tenth of the effect of the contact.
             assert!((mapped / truth - 1.0).abs() < 0.15, "{name}: {mapped}, {truth}");
         }
     }

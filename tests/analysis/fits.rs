@@ -92,7 +92,7 @@ fn parameters_are_found_in_noisy_points_of_direct_simulation_and_withheld_ones_a
     let withheld = found.withheld.expect("one of every series");
     assert_eq!(withheld.points, 30);
     for error in withheld.error_over_noise {
-        // What a start is not known by is predicted as well.
+        // Errors of the predictions include the uncertainty of the starts.
         assert!((0.5..6.0).contains(&error), "{error}");
     }
 }

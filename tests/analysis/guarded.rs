@@ -288,7 +288,8 @@ fn every_difference_of_guarded_and_direct_sweeps_is_explained() {
         for Agreement { name, by_map, same, unexplained, difference, .. } in found {
             assert!(unexplained.is_empty(), "{name}: {unexplained:?}");
             assert!(same >= 8 && by_map < 1.0, "{name}: {same}, {by_map}");
-            // Of the half-width: the error of a map of orders 5 and 6 in some iterates.
+            // Bound relative to the half-width: the error of a map of orders 5 and 6 over some
+            // iterates.
             assert!(difference < 1e-3, "{name}: {difference:e}");
         }
     }

@@ -314,7 +314,7 @@ fn folds_and_flips_far_beyond_the_map_are_found_by_direct_simulation_where_foale
 
 #[test]
 fn neither_a_pole_nor_a_step_to_another_branch_is_taken_for_a_bifurcation() {
-    // Where one of several depth variables vanishes, det(J - I) changes its sign through infinity.
+    // At a zero of one of several depth variables det(J - I) changes its sign through infinity.
     let subject = Subject::new("linear_codim2", (5, 6));
     for digits in ["110", "111", "1110"] {
         for kind in [BifurcationKind::Fold, BifurcationKind::Flip] {

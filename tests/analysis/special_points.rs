@@ -45,7 +45,7 @@ impl Case {
         let [z, w, e, a] = [zeta, omega, r, stiff.hypot(damped)].map(|value| format!("{value:e}"));
         // The graze at a positive amplitude.
         let guess = format!("{{ x = 1.0, v = 0.0, theta = {:e} }}", damped.atan2(stiff));
-        // Of the map nothing is asked but its window.
+        // Only the window of the map is used.
         let set = [
             ("alpha", &*a),
             ("grazing.guess", &*guess),

@@ -172,7 +172,7 @@ fn a_depth_beyond_the_radius_of_the_series_ends_there() {
     assert_eq!((depth.kind, depth.origin), (BoundKind::Depth, BoundOrigin::Radius));
     let radius = map.window_edges()[0].radius;
     assert_eq!(map.local().window.depth, decimal_below(radius * radius, 2));
-    // Of the edge it is said what is left out at the depth that the scene states.
+    // The edge is evaluated at the depth that the scene states.
     assert_eq!(map.window_edges()[0].depth, 1e-4);
 }
 

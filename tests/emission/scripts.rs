@@ -231,7 +231,7 @@ fn run(
     let module = emitted_module(map, composed, &options).expect("the map is emitted");
     let crates = EmittedCrate::standalone(&module).expect("the map is emitted");
     for (path, text) in &crates.files {
-        // A module's ending tells node what it is.
+        // NOTE: node recognises a module by its extension.
         let path = path.replace(".js", ".mjs");
         fs::write(folder.path().join(path), text).expect("the test can be set up");
     }

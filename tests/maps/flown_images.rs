@@ -111,7 +111,7 @@ fn images_stay_exact_from_soft_to_rigid() {
         "k2 = 1e2 to 1e20: zero-time mapping {:.1e}, section mapping {:.1e}",
         worst[0], worst[1]
     );
-    // At k2 = 1e20 the image is that of a rigid stop, and so is what is cut off: weight 9 at y =
+    // At k2 = 1e20 the image is that of a rigid stop, and so is the truncation: weight 9 at y =
     // 0.01.
     assert!(worst[0] < 1e-15, "{worst:?}");
     assert!(worst[1] < 1e-14, "{worst:?}");
@@ -277,7 +277,7 @@ fn zero_time_images_of_two_masses_fall_with_every_order_at_every_depth() {
             assert!(worst < 0.05 * last, "{set}, W = {weight}: {worst:e} after {last:e}");
             last = worst;
         }
-        // What is cut off is of weight 9; the stops are met up to y = 0.18 on the right and 0.38 on
+        // The truncation is of weight 9; the stops are met up to y = 0.18 on the right and 0.38 on
         // the left.
         assert!(last < 1e-6, "{set}: {last:e}");
     }

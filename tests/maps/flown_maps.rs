@@ -90,8 +90,8 @@ fn stroboscopic_maps_of_stiff_stops_are_exact_on_depths_from_1e_minus_30_to_1e_m
                 [(vec![depth, 0.0], vec![0.0]), (vec![depth, 3.0 * depth], vec![0.3 * depth])]
             })
             .collect();
-        // The legs are linear in state and amplitude. What is cut off is of weight 9 in y = 0.03
-        // and v = 3 y².
+        // The legs are linear in state and amplitude. The truncation is of weight 9 in y = 0.03 and
+        // v = 3 y².
         let orders = MapOrders { smooth_order: 2, contact_weight: 8 };
         let error = worst_error(&scene(system, &overrides), orders, &points);
         println!("{name}, stroboscopic: {error:.1e}");

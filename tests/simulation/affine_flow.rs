@@ -34,7 +34,7 @@ fn run<S: Real>(system: &HybridSystem, model: &Model, state: &[f64], near: f64) 
     simulator.run(duration).expect("a finite duration")
 }
 
-/// Full states that fill a box about the origin.
+/// Full states that fill a box around the origin.
 fn states(model: &Model, count: usize) -> Vec<Vec<f64>> {
     let share = |number: usize, component: usize| {
         let step = [0.754_877, 0.569_840, 0.430_160, 0.324_718, 0.245_122, 0.185_037, 0.139_681];
@@ -70,7 +70,7 @@ fn difference<S: Real>(a: &Trajectory<S>, b: &Trajectory<S>) -> Option<f64> {
         return None;
     }
     let states = a.state.iter().zip(&b.state).map(|(&a, &b)| a - b);
-    // Where two events are near each other, times are as uncertain as rounding over the speed.
+    // If two events are close together, their times are uncertain by rounding over the speed.
     let in_events = events().map(|(a, b)| (a.time - b.time) * measure(&a.kind).min(S::one()));
     let speeds = events().map(|(a, b)| measure(&a.kind) - measure(&b.kind));
     let all = states.chain(in_events).chain(speeds);

@@ -127,7 +127,7 @@ fn compare(text: &str, start: [f64; 2], tally: &mut Tally) {
         simulator.set_state(&state).expect("a finite state");
         other.place(&state);
         let (mut mine, mut theirs) = (Vec::new(), Vec::new());
-        // Until nothing is in contact, so that the next piece has a start that is told.
+        // Each piece runs until nothing is in contact, so that the next one starts in free flight.
         for piece in 0..60 {
             let length = if piece == 0 { period } else { 0.13 * period };
             let end = simulator
@@ -191,7 +191,7 @@ fn difference(
     }
     let changes = mine.iter().zip(theirs).flat_map(|(a, b)| [(a.1, b.1), (a.2, b.2)]);
     let states = state.iter().zip(other).take(2).map(|(&a, &b)| (a, b));
-    // Of its size, where that is above 1: a softening spring lets states escape.
+    // Difference relative to the size if that is above 1: a softening spring lets states escape.
     let difference = |(a, b): (f64, f64)| (a - b).abs() / a.abs().max(1.0);
     let worst = changes.chain(states).map(difference).fold(0.0, f64::max);
     (worst > most).then(|| format!("{worst:e}, more than {most:e}"))

@@ -214,7 +214,8 @@ fn a_scene_of_any_section_says_which_it_takes_and_every_command_is_on_it() {
     };
     assert_eq!(of(&emitted["modules"][0]["section"]), of(section));
     let error = emitted["modules"][0]["measured_error"].as_f64();
-    // The choice knows points off the verge of contact alone; the claim is of all, and is said.
+    // The choice uses only points off the verge of contact. The claim covers all points, and a
+    // larger error is reported.
     let error = error.expect("measured");
     assert!(error <= 1e-6 || said.contains("errs by up to"), "{error}: {said}");
 

@@ -48,7 +48,7 @@ fn equal_bytes(folder: &Path, command: &[&str]) {
         for (name, bytes) in &whole {
             assert!(joined[name] == *bytes, "{name} of {count} shards differs");
         }
-        // What was read is left, and nothing beside it.
+        // The files of pieces are kept, and no other file is beside them.
         assert_eq!(files(&folder.join(&into)).len(), count);
     }
 }

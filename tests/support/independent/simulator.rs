@@ -243,7 +243,7 @@ impl<'a, N: Number> Simulator<'a, N> {
             let ((from, rises), (to, falls)) = (sense(&self.state), sense(&end));
             let mut top = (step, to);
             if to.is_negative() && rises.is_negative() && !falls.is_negative() {
-                // It may come out and in again.
+                // NOTE: the state may come out and go in again.
                 let slope = |time: N| at(time).map(|(_, slope)| slope);
                 let time = zero(slope, (N::zero(), rises), (step, falls)).ok_or(lost)?;
                 top = (time, at(time).ok_or(lost)?.0);
