@@ -80,7 +80,7 @@ pub(super) enum Command {
     Fit(FitArguments),
     /// Recompute published figures and tables, and compare the numbers
     Gallery(GalleryOptions),
-    /// Join the files that all shards of a command wrote into its results
+    /// Join the files of all shards of a command into its results
     Merge(MergeArguments),
     /// Print shell completions to standard output
     Completions(CompletionsOptions),
@@ -440,7 +440,7 @@ pub(super) struct CurveArguments {
         requires = "nearest"
     )]
     pub(super) scale: Option<Named<f64>>,
-    /// Look for zeros of xi_1 to xi_N along the curve
+    /// Compute xi_1 to xi_N along the curve and find their zeros
     #[arg(
         long,
         value_name = "N",
@@ -629,7 +629,7 @@ pub(super) struct OrbitsArguments {
     #[arg(long)]
     pub(super) flip: bool,
     /// Parameter that folds and flips are solved for; if two are given, the first is stepped
-    /// through. Default: the first active parameter
+    /// through. Default: the first active parameter that is adjusted to graze
     #[arg(long, alias = "in", value_name = "[P,]Q", value_delimiter = ',', requires = "kinds")]
     pub(super) plane: Vec<String>,
     /// First offset of the parameter that is stepped through. Default: the edge of the window
@@ -791,8 +791,8 @@ pub(super) struct TrajectoryArguments {
         value_parser = clap::value_parser!(u32).range(0..=10_000_000)
     )]
     pub(super) settle: u32,
-    /// Number of periods of the orbit to simulate; of returns to the section where there is no
-    /// period
+    /// Number of periods of the orbit to simulate, or of returns to the section if the start is not
+    /// a periodic orbit
     #[arg(
         long,
         value_name = "K",

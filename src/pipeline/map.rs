@@ -110,8 +110,8 @@ impl Plan {
 
 impl Settled {
     /// Map of the free flight alone, with contacts [not expanded](LocalMap::has_contacts): enough
-    /// for requests that are answered by direct simulation. It takes no time whatever the orders,
-    /// and exists even if contacts have no expansion.
+    /// for requests that are answered by direct simulation. It is computed at once, whatever the
+    /// orders, even if contacts have no expansion.
     ///
     /// ```
     /// use grazemap::model::Method;

@@ -1,4 +1,4 @@
-//! What users meet before the program runs: completions, manual, citation, paper.
+//! Parts that users see before the program runs: completions, manual, citation, paper.
 
 use std::collections::BTreeSet;
 use std::fs;

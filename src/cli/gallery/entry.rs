@@ -289,9 +289,10 @@ fn inner<'a>(element: &'a Value, key: &str) -> Option<&'a Value> {
     })
 }
 
-/// The value of an expression in which names stand for numbers; `None` where it is no expression.
+/// Value of an expression in which names stand for numbers; `None` if the text is not an
+/// expression.
 ///
-/// A scene reads an expression of numbers as the value of a parameter.
+/// The expression is evaluated by a scene, as the value of a parameter.
 pub(super) fn evaluate(expression: &str, named: &[(&str, f64)]) -> Option<f64> {
     const SCENE: &str = "linear";
     const PARAMETER: &str = "omega";

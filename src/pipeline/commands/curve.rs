@@ -24,7 +24,7 @@ pub struct CurveKeys {
     pub from: f64,
     /// Last value of the second parameter.
     pub to: f64,
-    /// Number of functions `xi_n` whose zeros are looked for.
+    /// Number of functions `xi_n` that are computed and whose zeros are found.
     #[serde(default = "one")]
     pub xi: u16,
 }

@@ -1,8 +1,9 @@
-//! The floors of the house, checked against what every source file names: `crate::floor`, paths by
-//! `super` that lead out of a floor, other packages of the workspace, and what they hand on.
+//! Floors of the architecture, checked against the names that every source file uses:
+//! `crate::floor`, paths by `super` that leave a floor, other packages of the workspace, and
+//! re-exports.
 //!
-//! Change the table on purpose, in the same commit as docs/architecture.md, when a better house is
-//! found.
+//! Change the table on purpose, in the same commit as docs/architecture.md, when a better structure
+//! is found.
 
 mod source;
 
@@ -78,14 +79,14 @@ fn house() -> House {
     House::read(Path::new(env!("CARGO_MANIFEST_DIR")))
 }
 
-/// The floor of a module; `None` at the root of a package and in what stands beside the floors.
+/// Floor of a module; `None` at the root of a package and for modules beside the floors.
 fn floor(place: &Place) -> Option<&'static str> {
     let first = place.path.first()?;
     let mut floors = FLOORS.iter().map(|(floor, _)| *floor);
     floors.find(|floor| floor == first)
 }
 
-/// The floors that a package holds, in the order in which it declares them.
+/// Floors in a package, in the order of declaration.
 fn floors_of(package: &Package) -> Vec<&String> {
     let root = &package.modules[&Vec::new()];
     let is_floor = |name: &&String| FLOORS.iter().any(|(floor, _)| floor == name);
@@ -98,13 +99,13 @@ fn level(floor: &str) -> usize {
     level.expect("a floor of the table")
 }
 
-/// The floors that are on the way of a path.
+/// Floors on the way of a path.
 fn floors_on(found: &Found) -> BTreeSet<&'static str> {
     let way = found.way.iter().chain([&found.place]);
     way.filter_map(floor).collect()
 }
 
-/// The floors that each floor names, by the files' own words.
+/// Floors that each floor names in its files.
 fn floors_named(house: &House) -> BTreeMap<&'static str, BTreeSet<&'static str>> {
     let mut all: BTreeMap<_, _> = FLOORS.map(|(floor, _)| (floor, BTreeSet::new())).into();
     for place in house.places() {
@@ -124,8 +125,8 @@ fn a_floor_names_only_the_floors_it_may() {
         let (_, allowed) = FLOORS[level(own)];
         let file = house.module(&place).file.display();
         for (path, found) in house.named(&place) {
-            // What stands beside the floors of a package knows them all, and is for the highest
-            // floor alone; a package without floors is as any other library.
+            // Modules beside the floors of a package know all floors, and only the highest floor
+            // may use them. A package without floors is treated as any other library.
             let package = &house.packages[found.place.package];
             assert!(
                 own == "cli" || !floors_on(&found).is_empty() || floors_of(package).is_empty(),
@@ -163,7 +164,7 @@ fn floors_name_lower_floors_only() {
     }
 }
 
-/// What one knows of the other through a third is no oracle either.
+/// Dependencies through a third floor count as well.
 #[test]
 fn the_two_oracles_stay_independent() {
     let named = floors_named(&house());
@@ -207,7 +208,7 @@ fn packages_list_their_floors_in_order_and_every_folder_is_a_floor() {
     assert_eq!(listed, FLOORS.map(|(floor, _)| floor));
 }
 
-/// The page of the house has the floors in this order as well.
+/// docs/architecture.md lists the floors in the same order.
 #[test]
 fn the_page_of_the_house_lists_its_floors_in_order() {
     let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/architecture.md");
@@ -219,7 +220,7 @@ fn the_page_of_the_house_lists_its_floors_in_order() {
     assert_eq!(listed, floors);
 }
 
-/// The largest set of files of a floor that all lead to each other by what they use.
+/// Largest set of files of a floor that depend on each other in a circle.
 fn largest_circle(house: &House, name: &str) -> Vec<Place> {
     let mut places = house.places();
     places.retain(|place| floor(place) == Some(name));
@@ -283,7 +284,7 @@ fn lines_of_source_files_have_at_most_a_hundred_columns() {
     }
 }
 
-/// The reader itself, on a small house.
+/// Test of the reader itself, on a small workspace.
 #[test]
 fn the_reader_sees_what_a_file_names_in_every_form() {
     let text = r##"

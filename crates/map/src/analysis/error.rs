@@ -98,7 +98,7 @@ pub enum AnalysisError {
     /// A request needs the contacts of a map whose contacts are not expanded.
     #[error(
         "the contacts of this map are not expanded; direct simulation alone can be asked for \
-         (`with = [\"direct\"]`, `--using direct`)"
+         (method `direct`)"
     )]
     NoContacts,
     /// Direct simulation was asked for in single precision.

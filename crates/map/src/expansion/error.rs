@@ -146,7 +146,7 @@ pub enum ContactLawError {
         "the {law} of surface `{surface}` is not analytic at the graze: {function} of \
          {argument:.1e} there; it has no Taylor series on the surface and no map has its contacts \
          (a power that is not whole, as Hertz's, would need other powers than whole ones); direct \
-         simulation needs none: `with = [\"direct\"]`, `--using direct`"
+         simulation needs none (method `direct`)"
     )]
     NotAnalytic {
         /// Name of the surface.

@@ -218,8 +218,8 @@ pub enum NotLocated {
     #[error(
         "the orbit of the free flow that grazes {} at {at} passes through `{surface}` by \
          {depth:.6} at {place}: it is no orbit of the oscillator with its stops{}; hits beside \
-         grazes are not expressible yet: use direct simulation (`trajectory`, `branch --using \
-         direct`)",
+         grazes are not expressible yet: use direct simulation (`trajectory`, `branch` by the \
+         method `direct`)",
         quoted(grazed),
         same_surface(surface, grazed)
     )]
