@@ -9,7 +9,7 @@ mod source;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use source::{Found, House, Module, Package, Place};
 
@@ -282,6 +282,65 @@ fn lines_of_source_files_have_at_most_a_hundred_columns() {
             assert!(columns <= 100, "{}:{number} has {columns} columns", file.display());
         }
     }
+}
+
+/// Openings of a doc comment whose subject stands elsewhere.
+const REFUSED_OPENINGS: [&str; 8] =
+    ["What", "How", "Where", "Those", "That of", "The same", "Of", "It"];
+
+/// Number and first line of every doc comment of a file.
+fn doc_comments(text: &str) -> impl Iterator<Item = (usize, &str)> {
+    let lines = text.lines().zip(1..).scan("", |before, (line, number)| {
+        let line = line.trim_start();
+        let is_doc = |mark: &str| line.strip_prefix(mark).filter(|rest| !rest.starts_with('/'));
+        let found = ["///", "//!"].into_iter().find_map(|mark| Some((mark, is_doc(mark)?)));
+        let (mark, words) = found.unwrap_or(("", ""));
+        let begins = !mark.is_empty() && *before != mark;
+        *before = mark;
+        Some(begins.then_some((number, words.trim())))
+    });
+    lines.flatten()
+}
+
+/// Doc comments begin with a noun or a verb.
+#[test]
+fn doc_comments_name_their_subject() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut folders: Vec<PathBuf> =
+        ["src", "crates", "tests", "examples", "benches", "python/src", "generated/src"]
+            .map(|folder| root.join(folder))
+            .into();
+    let (mut comments, mut faults) = (0, Vec::new());
+    while let Some(folder) = folders.pop() {
+        for entry in fs::read_dir(folder).expect("a folder of the workspace") {
+            let path = entry.expect("readable").path();
+            if path.is_dir() {
+                folders.push(path);
+            } else if path.extension().is_some_and(|extension| extension == "rs") {
+                let text = fs::read_to_string(&path).expect("a source file");
+                for (number, words) in doc_comments(&text) {
+                    comments += 1;
+                    let begins = |opening: &&str| {
+                        let rest = words.strip_prefix(*opening);
+                        rest.is_some_and(|rest| !rest.starts_with(char::is_alphanumeric))
+                    };
+                    if REFUSED_OPENINGS.iter().any(|opening| begins(&opening)) {
+                        faults.push(format!("{}:{number}: {words}", path.display()));
+                    }
+                }
+            }
+        }
+    }
+    assert!(comments > 9000, "{comments}");
+    assert!(faults.is_empty(), "{}", faults.join("\n"));
+}
+
+/// Doc comments are told by their marks, and every first line is looked at.
+#[test]
+fn first_lines_of_doc_comments_are_found() {
+    let text = "//! One\n//! two\n\n/// Three\n/// four\nfn a() {}\n//// no\n// no\n    /// It\n";
+    let found: Vec<_> = doc_comments(text).collect();
+    assert_eq!(found, [(1, "One"), (4, "Three"), (9, "It")]);
 }
 
 /// Test of the reader itself, on a small workspace.

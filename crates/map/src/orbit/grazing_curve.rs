@@ -185,8 +185,8 @@ impl std::fmt::Display for CurveEnd {
             CurveEnd::WorkLimit { period, steps } => {
                 write!(
                     formatter,
-                    "the continuation did the most work it may do on so short a stretch, or at \
-                     all: a period lasts {period:.6} here and takes about {steps} Taylor steps"
+                    "the continuation exceeded its work limit: a period lasts {period:.6} here and \
+                     takes about {steps} Taylor steps"
                 )
             }
             CurveEnd::LeftRange => {

@@ -469,7 +469,7 @@ pub enum OrbitError {
         found: usize,
     },
     /// The search exceeded its work limit.
-    #[error("the search for the grazing orbit has computed as much as it may")]
+    #[error("the search for the grazing orbit exceeded its work limit")]
     SearchTooLong,
     /// The flow could not be computed.
     #[error(transparent)]
