@@ -1,4 +1,4 @@
-"""Interruptions of every function, and processes that are forked: nothing goes on, nothing hangs."""
+"""Interruptions of every function, forked processes, and sizes beyond memory."""
 
 from __future__ import annotations
 
@@ -31,27 +31,27 @@ def m() -> gm.Map:
 
 def measured(m: gm.Map) -> np.ndarray:
     starts = np.random.default_rng(1).uniform(-4e-6, 4e-6, (2000, 2))
-    orbits = m.iterate(starts, None, 40, using="guarded")
+    orbits = m.iterate(starts, None, 40, method="guarded")
     return np.concatenate([starts[:, None], orbits], axis=1)
 
 
 #: Calls that last for many seconds.
 LONG: dict[str, Callable[[gm.Map], object]] = {
-    "basin": lambda m: gm.basin(m, points=4000, using="direct"),
-    "branch": lambda m: gm.branch(m, "alpha", (-1e-3, 2e-2), period=8, using="direct"),
+    "basin": lambda m: gm.basin(m, points=4000, method="direct"),
+    "branch": lambda m: gm.branch(m, "alpha", (-1e-3, 2e-2), period=8, method="direct"),
     "chart": lambda m: gm.chart(
-        m, ("alpha", "omega"), ((-1e-4, 1e-4), (-1e-4, 1e-4)), points=2000, using="direct"
+        m, ("alpha", "omega"), ((-1e-4, 1e-4), (-1e-4, 1e-4)), points=2000, method="direct"
     ),
     "converge": lambda m: gm.converge(m, fresh=1_000_000),
     "curve": lambda m: gm.curve(m, "omega", (1.8, 0.01), xi=3),
-    "diagram": lambda m: gm.diagram(m, "alpha", (-1e-4, 1e-4), points=100_000, using="direct"),
-    "fit": lambda m: gm.fit(m, measured(m), ["alpha", "omega"], using="direct"),
-    "image": lambda m: gm.image(m, np.zeros((2000, 2)), iterations=1000, using="direct"),
-    "iterate": lambda m: m.iterate(np.zeros((4000, 2)), iterations=1000, using="direct"),
-    "loci": lambda m: gm.loci(m, ("omega", "alpha"), using="direct"),
+    "diagram": lambda m: gm.diagram(m, "alpha", (-1e-4, 1e-4), points=100_000, method="direct"),
+    "fit": lambda m: gm.fit(m, measured(m), ["alpha", "omega"], method="direct"),
+    "image": lambda m: gm.image(m, np.zeros((2000, 2)), iterations=1000, method="direct"),
+    "iterate": lambda m: m.iterate(np.zeros((4000, 2)), iterations=1000, method="direct"),
+    "loci": lambda m: gm.loci(m, ("omega", "alpha"), method="direct"),
     "map": lambda _: gm.Scene.catalogue("mems").graze().map(),
-    "noise": lambda m: gm.noise(m, {"alpha": 1e-6}, orbits=5000, keep=5000, using="direct"),
-    "orbits": lambda m: gm.orbits(m, {"alpha": 1e-3}, period=10, using="direct"),
+    "noise": lambda m: gm.noise(m, {"alpha": 1e-6}, orbits=5000, keep=5000, method="direct"),
+    "orbits": lambda m: gm.orbits(m, {"alpha": 1e-3}, period=10, method="direct"),
     "trajectory": lambda m: gm.trajectory(m, settle=10_000_000),
 }
 
@@ -114,7 +114,7 @@ try:
 except (gm.GrazemapError, MemoryError, OverflowError, ValueError) as error:
     print(type(error).__name__, error)
 """
-    ran = subprocess.run(
+    ran = subprocess.run(  # noqa: S603
         [sys.executable, "-c", script],
         capture_output=True,
         text=True,

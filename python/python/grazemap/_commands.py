@@ -13,6 +13,7 @@ import numpy as np
 from . import _lib, _toml
 from ._cluster import Client, shares
 from ._errors import GrazemapError, InputError
+from ._names import older
 from ._pipeline import Graze, Map, Scene, check_methods
 from ._progress import Progress, shown
 from ._table import (
@@ -46,9 +47,10 @@ _ENDED_OTHERWISE, _WRONG_INPUT = 1, 2
 Range: TypeAlias = tuple[float | None, float | None]
 
 
+@older(using="method", parameter="along")
 def diagram(
     m: Map,
-    parameter: str,
+    along: str,
     range: tuple[float, float] | None = None,  # noqa: A002
     *,
     values: Sequence[float] | None = None,
@@ -60,13 +62,13 @@ def diagram(
     keep: int | None = None,
     observe: str | None = None,
     direction: str | None = None,
-    using: str | Sequence[str] = "guarded",
+    method: str | Sequence[str] = "guarded",
     progress: Progress | bool | None = None,
     client: Client | None = None,
 ) -> Diagram:
     """Make a bifurcation diagram over offsets of a parameter.
 
-    The arguments are the keys of ``[[diagram]]`` in a scene, with its defaults; ``using`` is its
+    The arguments are the keys of ``[[diagram]]`` in a scene, with its defaults; ``method`` is its
     ``with``. Results equal those of ``grazemap diagram``. With a Dask ``client`` the workers of its
     cluster compute shares of the work, with identical results.
 
@@ -76,7 +78,7 @@ def diagram(
     (40,)
     """
     keys = {
-        "parameter": parameter,
+        "parameter": along,
         "range": range,
         "values": values,
         "points": points,
@@ -87,14 +89,15 @@ def diagram(
         "keep": keep,
         "observe": observe,
         "direction": direction,
-        "with": using,
+        "with": method,
     }
     return Diagram(_drawn(m, "diagram", keys, progress, client))
 
 
+@older(using="method", parameters="plane")
 def chart(
     m: Map,
-    parameters: tuple[str, str],
+    plane: tuple[str, str],
     ranges: tuple[tuple[float, float], tuple[float, float]],
     *,
     points: int | tuple[int, int] | None = None,
@@ -107,20 +110,20 @@ def chart(
     observe: str | None = None,
     overlay: str | Sequence[str] | None = None,
     itineraries: Sequence[str] | None = None,
-    using: str | Sequence[str] = "guarded",
+    method: str | Sequence[str] = "guarded",
     device: str = "cpu",
     progress: Progress | bool | None = None,
     client: Client | None = None,
 ) -> Chart:
     """Make a two-parameter chart over offsets, the horizontal parameter first.
 
-    The arguments are the keys of ``[[chart]]`` in a scene, with its defaults; ``using`` is its
+    The arguments are the keys of ``[[chart]]`` in a scene, with its defaults; ``method`` is its
     ``with``. Results equal those of ``grazemap chart``. With a Dask ``client`` the workers of its
     cluster compute shares of the work, with identical results. ``device="cuda"`` iterates on an
     NVIDIA GPU (of each worker, with a client); results are identical.
     """
     keys = {
-        "parameters": parameters,
+        "parameters": plane,
         "ranges": ranges,
         "points": points,
         "cells": cells,
@@ -132,42 +135,44 @@ def chart(
         "observe": observe,
         "overlay": overlay,
         "itineraries": itineraries,
-        "with": using,
+        "with": method,
     }
     return Chart(_drawn(m, "chart", keys, progress, client, device=device))
 
 
+@older(using="method", axes="plane")
 def basin(
     m: Map,
-    axes: tuple[str, str] | None = None,
+    plane: tuple[str, str] | None = None,
     ranges: tuple[tuple[float, float], tuple[float, float]] | None = None,
     *,
     points: int | tuple[int, int] | None = None,
     at: Mapping[str, float] | None = None,
     start: Mapping[str, float] | None = None,
     manifolds: int | None = None,
-    using: str = "guarded",
+    method: str = "guarded",
     progress: Progress | bool | None = None,
     client: Client | None = None,
 ) -> Basin:
     """Find the attractors and their basins in a plane of the section.
 
-    The arguments are the keys of ``[[basin]]`` in a scene, with its defaults; ``using`` is its
+    The arguments are the keys of ``[[basin]]`` in a scene, with its defaults; ``method`` is its
     ``with``. Results equal those of ``grazemap basin``. With a Dask ``client`` the workers of its
     cluster compute shares of the work, with identical results.
     """
     keys = {
-        "axes": axes,
+        "axes": plane,
         "ranges": ranges,
         "points": points,
         "at": at,
         "start": start,
         "manifolds": manifolds,
-        "with": using,
+        "with": method,
     }
     return Basin(_drawn(m, "basin", keys, progress, client))
 
 
+@older(using="method")
 def branch(
     source: Source,
     along: str,
@@ -176,7 +181,7 @@ def branch(
     at: Mapping[str, float] | None = None,
     itineraries: Sequence[str] = (),
     period: int | None = None,
-    using: str = "map",
+    method: str = "map",
     starts: Sequence[Mapping[str, float]] = (),
     observe: Sequence[str] = (),
     iterates: bool = False,
@@ -187,7 +192,7 @@ def branch(
 
     ``range`` holds the first and last offset of ``along`` (default: the window), ``at`` offsets
     of other parameters. ``itineraries`` are digits (1 contact, 0 none); by default all itineraries
-    of short periods, or of up to ``period`` returns, are searched. ``using`` is ``"map"`` or
+    of short periods, or of up to ``period`` returns, are searched. ``method`` is ``"map"`` or
     ``"direct"``. ``observe`` names quantities to add as columns: ``"h"``, ``"impact_speed"``,
     ``"contact_time"``, ``"amplitude"``. Direct simulation also searches from ``starts``, offsets
     of coordinates by name. With ``iterates`` the figures show the iterates of the scene's diagram
@@ -208,7 +213,7 @@ def branch(
         "at": at,
         "itineraries": itineraries,
         "period": period,
-        "using": using,
+        "method": method,
         "starts": starts,
         "observe": observe,
         "iterates": iterates,
@@ -216,15 +221,16 @@ def branch(
     return Branch(_answered(source, "branch", keys, progress, client))
 
 
+@older(using="method", parameters="plane")
 def loci(
     source: Source,
-    parameters: tuple[str, str],
+    plane: tuple[str, str],
     range: Range | None = None,  # noqa: A002
     *,
     kind: str | Sequence[str] = (),
     at: Mapping[str, float] | None = None,
     itineraries: Sequence[str] = (),
-    using: str = "map",
+    method: str = "map",
     chart: bool = False,
     progress: Progress | bool | None = None,
 ) -> Loci:
@@ -239,27 +245,28 @@ def loci(
     """
     first, last = range or (None, None)
     keys = {
-        "in": parameters,
+        "plane": plane,
         "from": first,
         "to": last,
         "kind": [kind] if isinstance(kind, str) else kind,
         "at": at,
         "itineraries": itineraries,
-        "using": using,
+        "method": method,
         "chart": chart,
     }
     return Loci(_answered(source, "loci", keys, progress))
 
 
+@older(using="method", parameters="plane")
 def orbits(
     source: Source,
     at: Mapping[str, float] | Sequence[Mapping[str, float]] = (),
     *,
     itineraries: Sequence[str] = (),
     period: int | None = None,
-    using: str = "map",
+    method: str = "map",
     kind: str | Sequence[str] = (),
-    parameters: Sequence[str] = (),
+    plane: Sequence[str] = (),
     range: Range | None = None,  # noqa: A002
     points: int | None = None,
     progress: Progress | bool | None = None,
@@ -268,7 +275,7 @@ def orbits(
 
     ``at`` holds offsets of parameters (default: a tenth of the window, on both sides of the graze).
     With ``kind``, ``"fold"`` or ``"flip"`` or both, the rows are these bifurcations. They are
-    solved for in the last of ``parameters``; the first of two takes ``points`` values in ``range``.
+    solved for in the last of ``plane``; the first of two takes ``points`` values in ``range``.
 
     Rows equal those of ``grazemap orbits``.
     """
@@ -277,9 +284,9 @@ def orbits(
         "at": [at] if isinstance(at, dict) else at,
         "itineraries": itineraries,
         "period": period,
-        "using": using,
+        "method": method,
         "kind": [kind] if isinstance(kind, str) else kind,
-        "in": parameters,
+        "plane": plane,
         "from": first,
         "to": last,
         "points": points,
@@ -303,7 +310,7 @@ def curve(
     >>> traced.ended is None
     True
     """
-    keys = {"with": along, "from": range[0], "to": range[1], "xi": xi}
+    keys = {"along": along, "from": range[0], "to": range[1], "xi": xi}
     return Curve(_answered(source, "curve", keys, progress))
 
 
@@ -366,13 +373,14 @@ def converge(
     return Study(_answered(source, "converge", {"fresh": fresh}, progress))
 
 
+@older(using="method")
 def image(
     m: Map,
     states: ArrayLike,
     parameters: ArrayLike | None = None,
     iterations: int = 1,
     *,
-    using: str = "map",
+    method: str = "map",
     precision: str = "f64",
 ) -> Image:
     """List iterated images of states, with their contacts and whether they lie in the window.
@@ -380,10 +388,11 @@ def image(
     The arguments are those of :meth:`Map.iterate`. Rows equal those of ``grazemap image``.
     """
     rows, own, _ = m._points(states, parameters)
-    check_methods(using, precision)
-    return Image(m._inner.image(np.atleast_2d(rows), own, iterations, using, precision))
+    check_methods(method, precision)
+    return Image(m._inner.image(np.atleast_2d(rows), own, iterations, method, precision))
 
 
+@older(using="method")
 def fit(
     source: Source,
     data: ArrayLike | Sequence[ArrayLike],
@@ -394,7 +403,7 @@ def fit(
     noise: Mapping[str, float] | None = None,
     piece: int | None = None,
     withheld: int | None = None,
-    using: str = "guarded",
+    method: str = "guarded",
     progress: Progress | bool | None = None,
 ) -> Fit:
     """Fit parameters to measured section points, by least squares with exact derivatives.
@@ -423,7 +432,7 @@ def fit(
         "noise": noise,
         "piece": piece,
         "withheld": withheld,
-        "using": using,
+        "method": method,
     }
     text = _json(keys)
     points = np.ascontiguousarray(np.concatenate(series))
@@ -458,6 +467,7 @@ def _series(data: ArrayLike | Sequence[ArrayLike], width: int) -> list[NDArray[n
     return several
 
 
+@older(using="method")
 def noise(
     source: Source,
     deviations: Mapping[str, float],
@@ -471,7 +481,7 @@ def noise(
     range: Mapping[str, tuple[float, float]] | None = None,  # noqa: A002
     cells: int | None = None,
     seed: int = 0,
-    using: str = "guarded",
+    method: str = "guarded",
     progress: Progress | bool | None = None,
 ) -> Noise:
     """Iterate orbits with random parameters at every return, and compute their densities.
@@ -501,7 +511,7 @@ def noise(
         "range": range,
         "cells": cells,
         "seed": seed,
-        "using": using,
+        "method": method,
     }
     return Noise(_answered(m, "noise", keys, progress))
 
@@ -571,15 +581,24 @@ def _answer_share(source: Source, command: str, number: int, of: int) -> bytes:
 
 
 def _json(keys: Mapping[str, object], command: str | None = None) -> str:
-    """Give keys as JSON, which has no NaN and no infinity; keys that are `None` are left out."""
+    """Write keys as JSON, which has no NaN and no infinity; keys that are `None` are omitted."""
     given = {key: value for key, value in keys.items() if value is not None}
-    for key, value in given.items():
-        try:
-            json.dumps(value, default=_plain, allow_nan=False)
-        except ValueError:
-            message = f"{key}: expected finite numbers, found {value}"
-            raise InputError(message) from None
-    return json.dumps({command: given} if command else given, default=_plain)
+    asked = {command: given} if command else given
+    try:
+        return json.dumps(asked, default=_plain, allow_nan=False)
+    except ValueError:
+        wrong = next(key for key, value in given.items() if not _is_finite(value))
+        message = f"{wrong}: expected finite numbers, found {given[wrong]}"
+        raise InputError(message) from None
+
+
+def _is_finite(value: object) -> bool:
+    """Tell whether JSON has all numbers of a value."""
+    try:
+        json.dumps(value, default=_plain, allow_nan=False)
+    except ValueError:
+        return False
+    return True
 
 
 def _plain(item: object) -> object:

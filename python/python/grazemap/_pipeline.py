@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _lib, _toml
 from ._errors import InputError
+from ._names import older
 from ._table import Table
 
 if TYPE_CHECKING:
@@ -342,24 +343,25 @@ class Map(_Value):
         rows, own, shape = self._points(states, parameters)
         return self._inner.inside(rows, own).reshape(shape[:-1])
 
+    @older(using="method")
     def iterate(
         self,
         states: ArrayLike,
         parameters: ArrayLike | None = None,
         iterations: int = 1,
         *,
-        using: str = "map",
+        method: str = "map",
         precision: str = "f64",
     ) -> Array:
         """Give the orbits of states; the axis of iterates is before the axis of coordinates.
 
-        ``using`` is ``"map"``, ``"guarded"`` (direct simulation outside the window), ``"direct"``,
+        ``method`` is ``"map"``, ``"guarded"`` (direct simulation outside the window), ``"direct"``,
         ``"smooth"`` or ``"discontinuity"``; ``precision`` is ``"f64"``, ``"f32"`` or ``"dd"``.
         Values after the early end of an orbit are NaN.
         """
         rows, own, shape = self._points(states, parameters)
-        check_methods(using, precision)
-        orbits = self._inner.orbits(rows, own, iterations, using, precision)
+        check_methods(method, precision)
+        orbits = self._inner.orbits(rows, own, iterations, method, precision)
         return orbits.reshape((*shape[:-1], iterations, shape[-1]))
 
     def _points(
@@ -429,9 +431,9 @@ def _words(value: object, *lines: str) -> str:
     return f"<pre>{html.escape(chr(10).join([repr(value), *lines]))}</pre>"
 
 
-def check_methods(using: str, precision: str) -> None:
+def check_methods(method: str, precision: str) -> None:
     """Refuse unknown methods and number formats of images."""
-    for what, given, known in (("using", using, METHODS), ("precision", precision, PRECISIONS)):
+    for what, given, known in (("method", method, METHODS), ("precision", precision, PRECISIONS)):
         if given not in known:
             message = f"{what} is one of {', '.join(known)}, found {given!r}"
             raise InputError(message)
