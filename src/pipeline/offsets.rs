@@ -6,7 +6,7 @@
 use super::{Graze, Map};
 use crate::analysis::basin::BasinRequest;
 use crate::numeric::Shown;
-use crate::report::{Named, significant};
+use crate::report::Named;
 
 /// Significant digits of offsets and values in remarks.
 const DIGITS: i32 = 6;
@@ -23,7 +23,11 @@ impl Graze {
         if grazing == 0.0 || !(is_between || is_large) {
             return None;
         }
-        let shown = |value: f64| Shown(significant(value, DIGITS)).to_string();
+        let shown = |value: f64| {
+            let scale = 10f64.powi(DIGITS - 1 - value.abs().log10().floor() as i32);
+            let rounded = if value == 0.0 { 0.0 } else { (value * scale).round() / scale };
+            Shown(rounded).to_string()
+        };
         let words = |shift: f64| match low == high {
             true => shown(low + shift),
             false => format!("{} to {}", shown(low + shift), shown(high + shift)),

@@ -20,10 +20,9 @@ use crate::analysis::orbits::{FoundOrbit, Orbits};
 use crate::convergence::MeasuredWindow;
 use crate::expansion::{LocalMap, WindowEdge};
 use crate::iteration::Itinerary;
-use crate::numeric::Shown;
 
 /// Digits of the ends of stable intervals in words.
-const DIGITS_SAID: i32 = 8;
+const DIGITS_SAID: usize = 8;
 
 /// Branches in offsets, for the JSON document.
 #[derive(Clone, Debug, Serialize)]
@@ -259,8 +258,8 @@ impl BranchListing {
             let intervals: Vec<String> = self
                 .stable_intervals(branch)
                 .map(|ends| match ends {
-                    [from, to] if from == to => format!("at {name} = {}", Shown(from)),
-                    [from, to] => format!("from {name} = {} to {}", Shown(from), Shown(to)),
+                    [from, to] if from == to => format!("at {name} = {from}"),
+                    [from, to] => format!("from {name} = {from} to {to}"),
                 })
                 .collect();
             if !intervals.is_empty() {
@@ -276,15 +275,14 @@ impl BranchListing {
         }
     }
 
-    /// Intervals of the parameter on which a branch is stable and physical, as values.
-    fn stable_intervals(&self, branch: &BranchRecord) -> impl Iterator<Item = [f64; 2]> {
+    /// Intervals of the parameter on which a branch is stable and physical, as words.
+    fn stable_intervals(&self, branch: &BranchRecord) -> impl Iterator<Item = [String; 2]> {
         let is_stable = |point: &PointRecord| point.orbit.stable && point.orbit.physical;
         let runs = branch.points.chunk_by(move |a, b| is_stable(a) == is_stable(b));
         runs.filter(move |run| is_stable(&run[0])).map(|run| {
             let values = || run.iter().map(|point| self.along(&point.orbit).1);
-            let rounded = |value: f64| significant(value, DIGITS_SAID);
             [values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max)]
-                .map(rounded)
+                .map(|end| significant(end, DIGITS_SAID))
         })
     }
 

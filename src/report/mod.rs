@@ -79,7 +79,7 @@ pub use pieces::{
     pieces_to_bytes, unpack_folder,
 };
 pub use run_page::{CrateSummary, RunPage, StageTime, run_page};
-pub use table::{Alignment, Cell, Column, CsvStream, Rows, Table, counted, significant};
+pub use table::{Alignment, Cell, Column, CsvStream, Rows, Table, counted};
 pub use time_series_listing::{
     EventRecord, TimeSeriesListing, time_series_columns, time_series_figures, time_series_row,
     time_series_table, time_series_text,

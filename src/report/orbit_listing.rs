@@ -8,7 +8,7 @@ use super::{Cell, Column, Named, ReportError, SectionDocument, Table};
 use crate::analysis::MeasuredSide;
 use crate::iteration::{OrbitEnd, Period};
 use crate::model::Scene;
-use crate::numeric::{Dd, Shown};
+use crate::numeric::Dd;
 use crate::orbit::{
     Expectation, GrazeTheory, GrazingConditions, GrazingOrbit, GrazingPoint, OneContactOrbit,
     Route, Unfolding,
@@ -156,12 +156,12 @@ impl OrbitListing {
     pub fn summary_table(&self) -> Result<Table, ReportError> {
         /// Conditions listed.
         const FIRST: usize = 3;
-        const DIGITS: i32 = 10;
+        const DIGITS: usize = 10;
         let scale = self.state.0.iter().fold(1.0, |scale: f64, (_, value)| scale.max(value.abs()));
         let zero = scale * (1e3 * self.residual).max(1e-28);
         let shown = |value: f64| {
-            let value = if value.abs() <= zero { 0.0 } else { significant(value, DIGITS) };
-            Shown(value).to_string()
+            let value = if value.abs() <= zero { 0.0 } else { value };
+            significant(value, DIGITS)
         };
         let mut table = Table::new(vec![Column::text("quantity"), Column::text("value")]);
         let mut row =

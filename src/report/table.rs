@@ -506,16 +506,6 @@ fn exponent_of(scientific: &str) -> i32 {
     scientific.split_once('e').and_then(|(_, exponent)| exponent.parse().ok()).unwrap_or(0)
 }
 
-/// Number rounded to so many significant digits.
-pub fn significant(value: f64, digits: i32) -> f64 {
-    if value == 0.0 || !value.is_finite() {
-        return value;
-    }
-    let scale = 10f64.powi(digits - 1 - value.abs().log10().floor() as i32);
-    let rounded = (value * scale).round() / scale;
-    if rounded.is_finite() { rounded } else { value }
-}
-
 /// Count of things: `1 file`, `2 files`, `2 branches`.
 pub fn counted(count: usize, thing: &str) -> String {
     let hisses = ["s", "x", "z", "ch", "sh"].iter().any(|end| thing.ends_with(end));
