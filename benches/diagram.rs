@@ -1,10 +1,10 @@
 //! A bifurcation diagram of the linear oscillator: 1000 parameter values times 1200 and 10 000
 //! iterates by the map, and fewer by direct simulation.
 //!
-//! The problem is the one of Thota, Zhao and Dankowicz (2006), `omega = 1.8`, about its grazing
-//! orbit. Printed first, of one run by both methods each: the time of an iterate by direct
-//! simulation over that by the map, for the linear oscillator with its exact flow and with
-//! the general integrator, and for the electrostatic one, which has no other.
+//! The problem is that of Thota, Zhao and Dankowicz (2006), `omega = 1.8`, about its grazing orbit.
+//! Printed first, from one run by each method: the ratio of the times of an iterate, direct
+//! simulation over map. It is given for the linear oscillator with its exact flow and with the
+//! general integrator, and for the electrostatic one, which has only the latter.
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use grazemap::analysis::diagram::{
@@ -18,11 +18,12 @@ use grazemap::iteration::OrbitRequest;
 use grazemap::model::{DiagramRequest, Method, Scene, SweepDirection, catalogue, even_offsets};
 use grazemap::orbit::{GrazingOrbit, locate};
 
-/// The free orbit before grazing: every iterate of every value is made, by both methods.
+/// Range of the free orbit before grazing, in which every iterate of every value is computed by
+/// both methods.
 const RANGE: [f64; 2] = [-1e-3, -1e-4];
 
-/// Iterates by direct simulation at each value, left out and kept: of 200 values, that all lanes
-/// are in use, by the exact flow, of 20 otherwise.
+/// Numbers of iterates by direct simulation at each value, dropped and kept: at 200 values by the
+/// exact flow, so that all lanes are used, else at 20.
 const DIRECT: [usize; 2] = [100, 20];
 
 struct Problem {
@@ -119,14 +120,14 @@ fn diagrams(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// Seconds an iterate.
+/// Time per iterate, in seconds.
 fn seconds(sweeps: &[Sweep]) -> f64 {
     let sum = |value: fn(&Sweep) -> f64| sweeps.iter().map(value).sum::<f64>();
     sum(|sweep| sweep.timing.seconds) / sum(|sweep| sweep.timing.iterates as f64)
 }
 
-/// The map makes as many iterates at each of 200 values as in the bench, direct simulation fewer at
-/// fewer.
+/// Prints the ratios. The map computes as many iterates at each of 200 values as in the bench;
+/// direct simulation computes fewer, at fewer values.
 fn print_ratios(name: &str, direct: &[Sweep], problem: &Problem, range: [f64; 2]) {
     for iterates in [[1000, 200], [9800, 200]] {
         let by_map = run(problem, range, 200, iterates, &[Method::Map]).sweeps;

@@ -3,11 +3,11 @@
 //!
 //! `cargo bench --bench emitted` emits the scenes at several orders, compiles each map with a small
 //! timing program by `rustc`, and prints nanoseconds per step: one point at a time (independent
-//! points), chained (each image the next state), and in lanes; with parameters as variables and
-//! frozen. Beside each stands its floor: the step's multiply-adds over the rate of a loop of
-//! nothing else, measured in the same run. The first rows are two bare polynomials of order 5 in
-//! three variables, on which other programs were measured; rows marked `f32` are of the same map in
-//! single precision, in sixteen lanes where double precision has eight.
+//! points), chained (each image is the next state), and in lanes; with parameters as variables and
+//! frozen. Beside each is its floor: the step's multiply-adds over the rate of a loop of nothing
+//! else, measured in the same run. The first rows are two bare polynomials of order 5 in three
+//! variables, on which other programs were measured; rows marked `f32` are the same map in single
+//! precision, in sixteen lanes instead of eight.
 
 #[path = "../tests/support/synthetic.rs"]
 mod synthetic;
@@ -21,7 +21,7 @@ use grazemap::model::{Scene, Shape, catalogue};
 use grazemap::numeric::FloatFormat;
 use grazemap::orbit::locate;
 
-/// Scenes with their orders; `flown` in those of the flown shape.
+/// Scenes with their orders; `flown` is a scene of the flown shape.
 const MAPS: [(&str, u32, u32); 8] = [
     ("linear", 1, 1),
     ("linear", 3, 4),
@@ -33,10 +33,11 @@ const MAPS: [(&str, u32, u32); 8] = [
     ("soft_b_stiff", 6, 8),
 ];
 
-/// The one that is measured in single precision too.
+/// Scene and orders that are measured in single precision too.
 const SINGLE: (&str, (u32, u32)) = ("linear", (5, 6));
 
-/// Times an emitted module `map` in the numbers `REAL`; prints one figure a line.
+/// Program that times an emitted module `map` in the number type `REAL`, and prints one figure a
+/// line.
 const PROGRAM: &str = r#"
 use std::{hint::black_box, time::Instant};
 mod map;
@@ -94,7 +95,7 @@ fn main() {
 }
 "#;
 
-/// Figures of one compiled program, in the order it prints them.
+/// Figures printed by a compiled program, in order.
 fn measure(folder: &Path, native: bool) -> Vec<f64> {
     let mut compiler = Command::new("rustc");
     compiler.args([
@@ -116,7 +117,7 @@ fn measure(folder: &Path, native: bool) -> Vec<f64> {
     text.lines().map(|line| line.parse().expect("a number")).collect()
 }
 
-/// The emission of a scene at these orders, with 64 bytes of lanes.
+/// Module of a scene at these orders, with 64 bytes of lanes.
 fn module(name: &str, orders: MapOrders, precision: FloatFormat) -> EmittedModule {
     let text = catalogue::text(name).expect("in the catalogue");
     let scene = Scene::parse(text, name).expect("a good scene");
@@ -157,7 +158,7 @@ fn main() {
     }
 }
 
-/// Times a module compiled for any machine and for this one, a line each.
+/// Times a module compiled for any machine and for this one, and prints a line for each.
 fn measure_both(name: &str, (smooth_order, contact_weight): (u32, u32), module: &EmittedModule) {
     let folder = tempfile::tempdir().expect("a folder");
     std::fs::write(folder.path().join("map.rs"), &module.content).expect("a file");

@@ -39,7 +39,8 @@ fn linear() -> Field {
     Field::new(&g, &[v, acceleration, omega], &[], &[InputKind::HeadOnly; 3])
 }
 
-/// Seconds per product and sum of one lane, each rounded, with the machine's widest registers.
+/// Time per product and sum of one lane, each rounded, in seconds, with the machine's widest
+/// registers.
 fn seconds_per_product() -> f64 {
     let time = |_| {
         let start = Instant::now();
@@ -62,7 +63,7 @@ fn orbit<S: Real>(c: &mut Criterion, name: &str, field: &Field, point: &[f64], d
     });
 }
 
-/// Eight orbits side by side, from neighbouring states and parameters; the rate is that of single
+/// Times eight orbits in lanes, from neighbouring states and parameters; the rate counts single
 /// orbits.
 fn orbits_in_lanes(c: &mut Criterion, name: &str, field: &Field, point: &[f64], duration: f64) {
     let spread = |&value: &f64| Lanes::<8>::from_fn(|lane| value * (1.0 + 0.01 * lane as f64));

@@ -1,5 +1,5 @@
-//! Work whose instructions are counted: `benches/instructions/run` runs this under a simulator of
-//! the processor.
+//! Tasks whose instructions are counted: `benches/instructions/run` runs this program under a
+//! simulator of the processor.
 //!
 //! usage: `instructions NAME ROUNDS`; without arguments, the names.
 
@@ -18,7 +18,7 @@ use grazemap::jet::{Jet, JetSpace};
 use grazemap::model::Scene;
 use grazemap::numeric::{Lanes, Scalar};
 
-/// A name, and what does the work a number of times.
+/// Name of a task, and the function that runs it a number of times.
 type Work = (&'static str, fn(usize));
 
 const WORK: [Work; 6] = [

@@ -64,7 +64,7 @@ fn compiled(criterion: &mut Criterion) {
 #[cfg(not(feature = "compiled-maps"))]
 fn compiled(_: &mut Criterion) {}
 
-/// Orbits in step, as a diagram makes them: the time of an iterate of each.
+/// Times orbits in lanes, as in a diagram: the time of an iterate of each.
 fn lanes(criterion: &mut Criterion) {
     const ITERATES: usize = 1000;
     let mut group = criterion.benchmark_group("map_lanes");

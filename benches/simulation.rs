@@ -3,10 +3,10 @@
 //! The linear oscillator at `alpha = 1.002 alpha_g`, r = 0.8 (Foale 1994; Thota, Zhao, Dankowicz
 //! 2006), and the electrostatic one at `omega = 0.46`, 5 % beyond grazing, both on their
 //! attractors; the number of impacts is printed. `linear-taylor` is the linear one by the general
-//! integrator; `new-parameters` a return at other parameters than the one before, so that all
-//! tables are formed anew; `in-lanes` returns of eight oscillators side by side to a tangency
-//! section, to the forcing phase of the graze (`at-grazing-phase`) and to one a quarter of a period
-//! before it (`at-other-phase`). The floor is a loop of independent multiply-adds.
+//! integrator; `new-parameters` is a return at other parameters than the one before, so that all
+//! tables are computed anew; `in-lanes` are returns of eight oscillators in lanes to a tangency
+//! section, to the forcing phase of the graze (`at-grazing-phase`) and to a phase a quarter of a
+//! period before it (`at-other-phase`). The floor is a loop of independent multiply-adds.
 
 #[path = "support/floor.rs"]
 mod floor;
@@ -23,7 +23,7 @@ use pulp::Simd;
 
 use floor::{CHAINS, Floor, ROUNDS};
 
-/// Orbits side by side.
+/// Number of orbits in lanes.
 const LANES: usize = 8;
 
 /// A scene of the catalogue with one parameter at another value.
@@ -104,7 +104,7 @@ fn returns<S: Real>(criterion: &mut Criterion, scalar: &str) {
     }
 }
 
-/// Returns of the linear oscillator, each at another forcing amplitude than the one before.
+/// Times returns of the linear oscillator, each at another forcing amplitude than the one before.
 fn returns_at_new_parameters<S: Real>(criterion: &mut Criterion, scalar: &str) {
     let graze = 2.247_220_505_424_423;
     let models = [0.0, 1e-9].map(|offset| model("linear", "alpha", graze + offset));
@@ -126,8 +126,8 @@ fn returns_at_new_parameters<S: Real>(criterion: &mut Criterion, scalar: &str) {
     });
 }
 
-/// Returns of oscillators in lanes, each at its own force, beside those of one after another: from
-/// beyond the stop, and from before it.
+/// Times returns of oscillators in lanes, each with its own force, and the same returns one after
+/// another: from beyond the stop, and from before it.
 fn returns_in_lanes(criterion: &mut Criterion) {
     let linear = |lane: usize| model("linear", "alpha", 2.247_220_505_424_423 + 1e-7 * lane as f64);
     let electrostatic = |lane: usize| model("mems", "V", 0.211_927_585_7 + 1e-8 * lane as f64);
@@ -163,7 +163,7 @@ fn returns_in_lanes(criterion: &mut Criterion) {
     }
 }
 
-/// The point of the grazing orbit a quarter of a period before the graze.
+/// Point of the grazing orbit a quarter of a period before the graze.
 fn a_quarter_before(system: &HybridSystem, model: &Model, graze: [f64; 3]) -> [f64; 3] {
     let mut simulator = Simulator::new(system, &values::<f64>(model)).expect("finite parameters");
     let period = simulator.forcing_period().expect("a phase");
@@ -174,7 +174,7 @@ fn a_quarter_before(system: &HybridSystem, model: &Model, graze: [f64; 3]) -> [f
     [state[0], state[1], state[2]]
 }
 
-/// The return map of a section, with its passage.
+/// Return map of a section, with its passage.
 fn return_map<'a>(
     system: &'a HybridSystem,
     model: &Model,
@@ -191,7 +191,7 @@ fn return_map<'a>(
     map.with_passages(&[passage]).expect("within the return")
 }
 
-/// `rate`: what is added to the velocity of every other orbit, and taken from that of its
+/// `rate` is added to the velocity of every other orbit, and subtracted from that of its
 /// neighbours.
 fn time_returns_in_lanes(
     criterion: &mut Criterion,

@@ -1,21 +1,22 @@
-/* Grazemap for programs in C, and for all that calls C. Made by cbindgen: do not change.
+/* Grazemap as a library for C, and for all languages that call C. Made by cbindgen: do not edit.
  *
- * Every function but those that free gives a code: GRAZEMAP_DONE; else the message is
- * grazemap_last_error() of the same thread, and results are left as they were, new handles null.
+ * Functions of type int32_t return a code, GRAZEMAP_DONE on success. After any other code
+ * grazemap_last_error() on the same thread gives the message; results are unchanged, and new
+ * handles are null.
  *
- * Every pointer to data stands before its length in items: letters of UTF-8 text without an end,
- * numbers of an array. Pointers to single results must not be null. Arrays hold rows: a state is a
- * row of coordinates; parameters are one row for all states or a row for each. States and
- * parameters are offsets from the grazing orbit.
+ * Every pointer to data is followed by its length in items: bytes of UTF-8 text without a final
+ * zero, or numbers of an array. Pointers to single results must not be null. Arrays hold rows: a
+ * state is a row of coordinates; parameters are one row for all states, or one row for each. States
+ * and parameters are offsets from the grazing orbit.
  *
- * A handle is made by one function and freed by another, in any order: a map needs its scene no
- * longer. Handles are never changed, so that several threads may use one; computations use all
- * cores, or as many as RAYON_NUM_THREADS says where these are fewer.
+ * One function makes a handle and another frees it, in any order: a map does not need its scene any
+ * more. Handles never change, so that several threads may use one. Computations use all cores, or
+ * RAYON_NUM_THREADS of them if that is fewer.
  *
- * Results may lie where the arguments are: they are written after all arguments were read, and only
- * by a call that gives GRAZEMAP_DONE, so that there are no partial results. A process made by fork
- * may go on with the handles of its parent: it gets threads of its own. Fork while no other thread
- * is in a call. */
+ * Results and arguments may overlap: results are written after all arguments were read, and only by
+ * a call that returns GRAZEMAP_DONE, so that there are no partial results. A process made by fork
+ * may use the handles of its parent and gets threads of its own. Fork while no other thread is in a
+ * call. */
 
 #ifndef GRAZEMAP_H
 #define GRAZEMAP_H
@@ -24,58 +25,57 @@
 #include <stdint.h>
 
 /*
- Done.
+ Success.
  */
 #define GRAZEMAP_DONE 0
 
 /*
- The input was right and the mathematics ended otherwise: no grazing orbit, no map for a
- tolerance.
+ Correct input without a result: no grazing orbit, or no map within a tolerance, for example.
  */
 #define GRAZEMAP_ENDED 1
 
 /*
- Wrong input, or a wrong call.
+ Wrong input or a wrong call.
  */
 #define GRAZEMAP_WRONG 2
 
 /*
- A fault of the library.
+ An internal error of the library.
  */
 #define GRAZEMAP_PANIC 3
 
 /*
- Ended by `grazemap_interruption_request`.
+ The call was ended by `grazemap_interruption_request`.
  */
 #define GRAZEMAP_INTERRUPTED 4
 
 /*
- A scene is read from a file.
+ The scene is the path of a file.
  */
 #define GRAZEMAP_PATH 0
 
 /*
- A scene is a text.
+ The scene is TOML text.
  */
 #define GRAZEMAP_TEXT 1
 
 /*
- A scene is named as in the catalogue.
+ The scene is the name of a scene of the catalogue.
  */
 #define GRAZEMAP_CATALOGUE 2
 
 /*
- Iterates by the map alone.
+ Iterates with the map alone.
  */
 #define GRAZEMAP_MAP 0
 
 /*
- Iterates by the map inside its window, by direct simulation outside.
+ Iterates with the map inside its window and with direct simulation outside.
  */
 #define GRAZEMAP_GUARDED 1
 
 /*
- Iterates by direct simulation.
+ Iterates with direct simulation.
  */
 #define GRAZEMAP_DIRECT 2
 
@@ -95,7 +95,7 @@ typedef struct grazemap_interruption grazemap_interruption;
 typedef struct grazemap_map grazemap_map;
 
 /*
- A scene: an oscillator, its stops, and what is asked of it.
+ A scene: an oscillator, its stops, and the requested results.
  */
 typedef struct grazemap_scene grazemap_scene;
 
@@ -109,31 +109,31 @@ extern "C" {
 #endif // __cplusplus
 
 /*
- The version of the library, as text.
+ Version of the library, as zero-terminated text.
  */
 const char *grazemap_version(void);
 
 /*
- What the last call of this thread that failed has to say. The text is valid until the thread's
- next call that fails. `line` and `column` are those of the fault in the text of a scene, from 1,
- and 0 where it has no place; they may be null.
+ Message of this thread's last failed call, as zero-terminated text, valid until the thread's
+ next failed call. `line` and `column` are the place of the fault in the text of a scene, from 1,
+ or 0 if there is no place; the pointers may be null.
  */
 const char *grazemap_last_error(size_t *line, size_t *column);
 
 /*
- Makes an interruption, by which another thread or a handler of a signal ends calls.
+ Makes an interruption, with which another thread or a signal handler can end calls.
  */
 int32_t grazemap_interruption_make(grazemap_interruption **interruption);
 
 /*
- Covers the later calls of this thread: once the end is requested they end soon, with
- `GRAZEMAP_INTERRUPTED`. Null covers them by none.
+ Covers the later calls of this thread: after a request to end they return soon, with
+ `GRAZEMAP_INTERRUPTED`. Null removes the cover.
  */
 void grazemap_interruption_cover(const grazemap_interruption *interruption);
 
 /*
- Requests the end of all calls that the interruption covers, for good. Null is left alone. A
- handler of a signal may call it.
+ Requests the end of all calls that the interruption covers. The request is permanent. Null is
+ ignored. A signal handler may call this function.
  */
 void grazemap_interruption_request(const grazemap_interruption *interruption);
 
@@ -147,12 +147,12 @@ int32_t grazemap_scene_load(int32_t source,
                             grazemap_scene **scene);
 
 /*
- Finds the orbit that just touches the stop.
+ Finds the grazing orbit: the periodic orbit that just touches the stop.
  */
 int32_t grazemap_scene_graze(const grazemap_scene *scene, grazemap_graze **graze);
 
 /*
- Value of a parameter at which the orbit grazes.
+ Writes the value of a parameter at which the orbit grazes.
  */
 int32_t grazemap_graze_parameter(const grazemap_graze *graze,
                                  const char *name,
@@ -160,17 +160,17 @@ int32_t grazemap_graze_parameter(const grazemap_graze *graze,
                                  double *parameter);
 
 /*
- Expands the local map, with the orders that the scene names or needs for its tolerance.
+ Expands the local map, to the orders that the scene names or needs for its tolerance.
  */
 int32_t grazemap_graze_map(const grazemap_graze *graze, grazemap_map **map);
 
 /*
- Reads a saved `map.json`, with the bits that it had.
+ Reads a saved `map.json`. The map is identical to the saved one, bit by bit.
  */
 int32_t grazemap_map_load(const char *path, size_t path_length, grazemap_map **map);
 
 /*
- Numbers of coordinates of a state, of active parameters, and of passages through the stop.
+ Writes the numbers of coordinates of a state, of active parameters, and of passages at the stop.
  */
 int32_t grazemap_map_sizes(const grazemap_map *map,
                            size_t *coordinates,
@@ -178,7 +178,7 @@ int32_t grazemap_map_sizes(const grazemap_map *map,
                            size_t *passages);
 
 /*
- Images of states under the map: as many numbers as there are in `states`.
+ Writes the images of states under the map: as many numbers as there are in `states`.
  */
 int32_t grazemap_map_step(const grazemap_map *map,
                           const double *states,
@@ -189,8 +189,8 @@ int32_t grazemap_map_step(const grazemap_map *map,
                           size_t images_length);
 
 /*
- Derivatives of the images: of every state, of every coordinate of its image, by the coordinates
- and then by the parameters.
+ Writes the derivatives of the images, state by state: for each coordinate of the image its
+ derivatives with respect to the coordinates, then to the parameters.
  */
 int32_t grazemap_map_jacobian(const grazemap_map *map,
                               const double *states,
@@ -201,7 +201,8 @@ int32_t grazemap_map_jacobian(const grazemap_map *map,
                               size_t derivatives_length);
 
 /*
- Whether every state lies in the window on which the map's error was measured: 1 or 0.
+ Writes for each state whether it lies in the window on which the map's error was measured: 1 or
+ 0.
  */
 int32_t grazemap_map_inside(const grazemap_map *map,
                             const double *states,
@@ -212,9 +213,9 @@ int32_t grazemap_map_inside(const grazemap_map *map,
                             size_t inside_length);
 
 /*
- Orbits of states by the map (`GRAZEMAP_MAP`), guarded (`GRAZEMAP_GUARDED`) or by direct
- simulation (`GRAZEMAP_DIRECT`): of every state, iterate by iterate, its coordinates. After an
- early end they are NaN.
+ Writes the orbits of states under the map (`GRAZEMAP_MAP`), guarded iteration
+ (`GRAZEMAP_GUARDED`) or direct simulation (`GRAZEMAP_DIRECT`): state by state, iterate by
+ iterate, the coordinates. After an early end they are NaN.
  */
 int32_t grazemap_map_iterate(const grazemap_map *map,
                              int32_t method,
@@ -227,8 +228,8 @@ int32_t grazemap_map_iterate(const grazemap_map *map,
                              size_t images_length);
 
 /*
- Bifurcation diagrams: those that the tables `[[diagram]]` of a text ask for, or those of the
- scene where the text is empty.
+ Computes bifurcation diagrams: those of the tables `[[diagram]]` in the text, or those of the
+ scene if the text is empty.
  */
 int32_t grazemap_map_diagram(const grazemap_map *map,
                              const char *tables,
@@ -236,12 +237,12 @@ int32_t grazemap_map_diagram(const grazemap_map *map,
                              grazemap_table **diagram);
 
 /*
- Numbers of rows and columns of a table.
+ Writes the numbers of rows and columns of a table.
  */
 int32_t grazemap_table_size(const grazemap_table *table, size_t *rows, size_t *columns);
 
 /*
- A column of numbers by its name, one for each row, NaN where nothing is known.
+ Writes a column of numbers, found by its name: one for each row, NaN if the value is unknown.
  */
 int32_t grazemap_table_column(const grazemap_table *table,
                               const char *name,
@@ -250,34 +251,33 @@ int32_t grazemap_table_column(const grazemap_table *table,
                               size_t values_length);
 
 /*
- The table as CSV, the bytes that the program writes. The text belongs to the table and does not
- end with a zero byte.
+ Gives the table as CSV, with the bytes that the program writes. The text belongs to the table
+ and is not zero-terminated.
  */
 int32_t grazemap_table_csv(const grazemap_table *table, const char **text, size_t *text_length);
 
 /*
- Frees an interruption, which still covers the calls that it was told to cover; null is left
- alone.
+ Frees an interruption. Calls that it covers stay covered. Null is ignored.
  */
 void grazemap_interruption_free(grazemap_interruption *interruption);
 
 /*
- Frees a scene; null is left alone.
+ Frees a scene. Null is ignored.
  */
 void grazemap_scene_free(grazemap_scene *scene);
 
 /*
- Frees a graze; null is left alone.
+ Frees a graze. Null is ignored.
  */
 void grazemap_graze_free(grazemap_graze *graze);
 
 /*
- Frees a map; null is left alone.
+ Frees a map. Null is ignored.
  */
 void grazemap_map_free(grazemap_map *map);
 
 /*
- Frees a table with its text; null is left alone.
+ Frees a table and its CSV text. Null is ignored.
  */
 void grazemap_table_free(grazemap_table *table);
 

@@ -1,4 +1,4 @@
-//! The electrostatic actuator whose period other programs were measured on.
+//! Electrostatic actuator on whose period other programs were measured.
 
 use std::sync::Arc;
 

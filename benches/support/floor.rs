@@ -1,15 +1,15 @@
-//! The rate of a core: a loop of products and sums in registers and of nothing else.
+//! Rate of a core: a loop of nothing but products and sums in registers.
 
 use std::hint::black_box;
 
 use pulp::{Simd, WithSimd};
 
-/// Products and sums in registers, in enough independent chains to hide the latency.
+/// Loop of products and sums in registers, in enough independent chains to hide the latency.
 pub(crate) struct Floor {
     pub(crate) is_fused: bool,
 }
 
-/// Independent chains of a floor, and steps of each.
+/// Number of independent chains of the loop, and number of steps of each.
 pub(crate) const CHAINS: usize = 16;
 pub(crate) const ROUNDS: usize = 1000;
 

@@ -1,4 +1,4 @@
-//! What this program answers: images of section points by direct simulation in double-double.
+//! Answers of this program: images of section points by direct simulation in double-double.
 
 use std::error::Error;
 
@@ -12,7 +12,7 @@ use super::files::{self, RIGID, SOFT, Table, digits, reference};
 
 type Made = Result<Table, Box<dyn Error>>;
 
-/// The tables of images, with this program's results in the place of the reference's.
+/// Tables of images, with this program's results instead of the reference's.
 pub(crate) fn tables() -> Result<Vec<Table>, Box<dyn Error>> {
     let mut asked = files::tables()?;
     let mut take = |path: String| -> Made {
@@ -30,14 +30,14 @@ pub(crate) fn tables() -> Result<Vec<Table>, Box<dyn Error>> {
     Ok(answered)
 }
 
-/// Images of offsets after so many iterations.
+/// Images of offsets after a number of iterations.
 fn iterate(
     scene: &Scene,
     rows: Vec<ImageRow>,
     iterations: usize,
 ) -> Result<Vec<Vec<Dd>>, Box<dyn Error>> {
     let orbit = locate(scene)?.into_result().map_err(|reason| reason.to_string())?;
-    // Direct simulation takes nothing of the map but its window.
+    // NOTE: direct simulation uses only the window of the map.
     let orders = MapOrders { smooth_order: 1, contact_weight: 1 };
     let map = Expander::new(scene, &orbit)?.expand(orders)?;
     let request = ImageRequest { rows, iterations, using: Using::Direct, precision: Precision::Dd };
@@ -45,7 +45,7 @@ fn iterate(
     Ok(records.into_iter().map(|record| record.offsets).collect())
 }
 
-/// The tables measure `x` from the wall, for the beam with `x = -q`.
+/// Answers for rigid stops. The tables measure `x` from the wall, for the beam with `x = -q`.
 fn rigid(scene: &Scene, mut table: Table) -> Made {
     let beam = table.path.contains("cantilever");
     let given = table.columns.iter().position(|name| name == "iteration").ok_or("a column")?;
@@ -81,7 +81,7 @@ fn soft(scene: &Scene, mut table: Table) -> Made {
     Ok(table)
 }
 
-/// A system of the catalogue with the values of a set, half a period before its graze.
+/// Scene of the catalogue with the values of a set, on a section half a period before its graze.
 fn soft_scene(set: &str) -> Result<Scene, Box<dyn Error>> {
     let data = reference(&format!("soft/public_strobe_{set}.json"))?;
     let phase = digits(&data["phase_start"]);

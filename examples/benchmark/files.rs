@@ -1,7 +1,7 @@
-//! The benchmark's files, made from the reference numbers of `tests/data`.
+//! Files of the benchmark, made from the reference numbers of `tests/data`.
 //!
-//! One idea: a column whose name begins with `result.` is asked for, the others are given, and
-//! digits stay text from the reference file to the table.
+//! A column whose name begins with `result.` is to be computed, the others are given. Digits stay
+//! text from the reference file to the table.
 
 use std::error::Error;
 use std::fs;
@@ -9,9 +9,9 @@ use std::path::Path;
 
 use serde_json::Value;
 
-/// A file of the benchmark.
+/// File of the benchmark.
 pub(crate) struct Table {
-    /// Its path below the benchmark's folder.
+    /// Path in the benchmark's folder.
     pub(crate) path: String,
     /// Names of the columns.
     pub(crate) columns: Vec<String>,
@@ -25,7 +25,7 @@ impl Table {
         Self { path: path.into(), columns, rows: Vec::new() }
     }
 
-    /// As CSV; no cell needs quotes.
+    /// Table as CSV; no cell needs quotes.
     pub(crate) fn csv(&self) -> String {
         let rows = self.rows.iter().map(|row| row.join(","));
         let lines: Vec<_> = [self.columns.join(",")].into_iter().chain(rows).collect();
@@ -55,12 +55,12 @@ pub(crate) fn reference(file: &str) -> Result<Value, Box<dyn Error>> {
     Ok(serde_json::from_str(&fs::read_to_string(path)?)?)
 }
 
-/// A number or a word as it stands in the file.
+/// Number or word as it stands in the file.
 pub(crate) fn digits(value: &Value) -> String {
     value.as_str().map_or_else(|| value.to_string(), str::to_owned)
 }
 
-/// The entries of a list; none of anything else.
+/// Entries of a list; empty for any other value.
 pub(crate) fn list(value: &Value) -> &[Value] {
     value.as_array().map_or(&[], Vec::as_slice)
 }
@@ -86,7 +86,7 @@ pub(crate) fn tables() -> Made {
     Ok(made?.into_iter().flatten().collect())
 }
 
-/// The values at which the oscillators of the images graze.
+/// Parameters at which the oscillators of the images graze.
 fn problems() -> Made {
     let keys = ["zeta", "r", "delta", "omega_star", "alpha_star", "V_star", "beta_star", "Q_star"];
     let mut rigid = Table::new("problems/rigid.csv", &["problem"]);
@@ -175,7 +175,7 @@ fn two_masses() -> Made {
     ["T1_soft", "T1_rigid", "T2_soft", "T2_rigid"].into_iter().map(one).collect()
 }
 
-/// The linear oscillator: its grazing orbits, and where `xi_n` vanishes along the grazing curve.
+/// Linear oscillator: grazing orbits, and zeros of `xi_n` along the grazing curve.
 fn linear() -> Made {
     let data = reference("rigid/linear_abc.json")?;
     let given = ["omega", "zeta", "r", "delta"];

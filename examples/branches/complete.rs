@@ -1,4 +1,4 @@
-//! Whether every attractor of guarded iteration lies on a stable branch.
+//! Check that every attractor of guarded iteration lies on a stable branch.
 
 use grazemap::Map;
 use grazemap::analysis::branches::{Branch, BranchRequest};
@@ -7,31 +7,31 @@ use grazemap::analysis::{DirectMap, GuardedMap, NoProgress, escape_bounds};
 use grazemap::hybrid::HybridSystem;
 use grazemap::iteration::{MapOrbit, OrbitEnd, OrbitRequest, PassageSet, Period};
 
-/// Iterates dropped at each value.
+/// Number of iterates dropped at each value.
 const TRANSIENT: usize = 2000;
-/// How near an attractor lies to the line through two orbits of a branch, in its length: the largest
-/// of the coordinates', each in half-widths of the window.
+/// Largest distance of an attractor from the line through two orbits of a branch, as a share of
+/// their distance. Distances are the largest over the coordinates, in half-widths of the window.
 const BESIDE: f64 = 0.2;
-/// What is left of a transient, in half-widths of the window.
+/// Remainder of a transient, in half-widths of the window.
 const SETTLED: f64 = 1e-6;
 
-/// The attractors of a sweep up and of one down.
+/// Attractors of an upward and a downward sweep.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Completeness {
-    /// Periodic ones of periods followed.
+    /// Number of periodic attractors with a period that was followed.
     pub(crate) periodic: usize,
-    /// Those of them on stable branches of the map, and of direct simulation where an iterate is
+    /// Number of these on stable branches of the map, and of direct simulation if an iterate is
     /// outside the window.
     pub(crate) found: [usize; 2],
-    /// Attractors of longer periods or of none.
+    /// Number of attractors of longer periods or without a period.
     pub(crate) others: usize,
-    /// Branches and points by the map.
+    /// Numbers of branches and points by the map.
     pub(crate) branches: [usize; 2],
-    /// Those that lie on no stable branch.
+    /// Attractors on no stable branch.
     pub(crate) missed: Vec<String>,
 }
 
-/// Sweeps so many values of an active parameter over a range; itineraries up to a period.
+/// Sweeps an active parameter over a range with a number of values; itineraries up to a period.
 pub(crate) fn of_map(
     map: &Map,
     (along, range): (usize, [f64; 2]),
@@ -109,7 +109,7 @@ pub(crate) fn of_map(
     Ok(found)
 }
 
-/// A point of an attractor at a value of the parameter.
+/// Point of an attractor at a parameter value.
 struct Place<'a> {
     along: usize,
     offset: f64,
@@ -118,7 +118,7 @@ struct Place<'a> {
 }
 
 impl Place<'_> {
-    /// Whether it lies between two neighbours of a branch, one of them stable.
+    /// Whether the point lies between two neighbours of a branch, one of them stable.
     fn lies_on(&self, branch: &Branch) -> bool {
         branch.points.windows(2).any(|pair| {
             let [a, b] = [&pair[0].orbit, &pair[1].orbit];

@@ -1,5 +1,5 @@
-//! The saddle-nodes and flips of Foale's closed form by branches of direct simulation from the
-//! graze.
+//! Saddle-nodes and flips of Foale's closed form, compared with branches of direct simulation from
+//! the graze.
 
 use std::error::Error;
 use std::fs;
@@ -13,10 +13,10 @@ use grazemap::report::figure::{Axis, Figure, Series};
 use grazemap::report::{Cell, Column, Table};
 use serde_json::Value;
 
-/// How near a point is to be, in the amplitude.
+/// Largest distance of a found point, in the amplitude.
 const FOUND: f64 = 1e-11;
 
-/// A physical point of the closed form (tests/data/rigid/README.md).
+/// Physical point of the closed form (tests/data/rigid/README.md).
 #[derive(Clone)]
 pub(crate) struct Point {
     omega: String,
@@ -47,7 +47,7 @@ pub(crate) fn points() -> Result<Vec<Point>, Box<dyn Error>> {
     rows.collect::<Option<_>>().ok_or_else(|| "a row without its numbers".into())
 }
 
-/// Each point with how far from it the nearest that was found is.
+/// Points with their distances from the nearest point found.
 pub(crate) fn errors(points: &[Point]) -> Result<Vec<(&Point, f64)>, Box<dyn Error>> {
     let mut errors = Vec::new();
     let mut omegas: Vec<&str> = points.iter().map(|point| point.omega.as_str()).collect();
@@ -59,7 +59,7 @@ pub(crate) fn errors(points: &[Point]) -> Result<Vec<(&Point, f64)>, Box<dyn Err
     Ok(errors)
 }
 
-/// Points found, by period and kind.
+/// Table of the points found, by period and kind.
 pub(crate) fn table(errors: &[(&Point, f64)]) -> Result<Table, Box<dyn Error>> {
     let mut columns = vec![Column::number("period"), Column::text("kind")];
     columns.extend(["points", "found", "largest error"].map(Column::number));
@@ -85,7 +85,7 @@ pub(crate) fn table(errors: &[(&Point, f64)]) -> Result<Table, Box<dyn Error>> {
     Ok(table)
 }
 
-/// Points found and missed over the frequency.
+/// Figure of the points found and missed over the frequency.
 pub(crate) fn figure(errors: &[(&Point, f64)]) -> Figure {
     let mut figure = Figure::new(Axis::linear("ω"), Axis::log10("α"));
     for kind in [BifurcationKind::Fold, BifurcationKind::Flip] {
@@ -103,7 +103,7 @@ pub(crate) fn figure(errors: &[(&Point, f64)]) -> Figure {
     figure
 }
 
-/// How far from each point the nearest of its kind and itinerary is.
+/// Points with their distances from the nearest point of the same kind and itinerary.
 fn found<'p>(omega: &str, points: &[&'p Point]) -> Result<Vec<(&'p Point, f64)>, Box<dyn Error>> {
     let text = catalogue::text("foale").ok_or("no scene")?;
     let text = text.replace("omega = 1.8 }", &format!("omega = {omega} }}"));
@@ -129,7 +129,8 @@ fn found<'p>(omega: &str, points: &[&'p Point]) -> Result<Vec<(&'p Point, f64)>,
         };
         let loci = map.orbits(&request, &NoProgress)?.loci.unwrap_or_default();
         for &point in points.iter().filter(|point| point.period == period) {
-            // The orbit that grazes at another phase has the amplitude of the other sign.
+            // NOTE: for an orbit that grazes at the opposite phase the amplitude has the other
+            // sign.
             let alpha = point.alpha * graze.signum();
             let same = loci.iter().filter(|locus| locus.kind == point.kind);
             let places = same.flat_map(|locus| &locus.points);

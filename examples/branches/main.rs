@@ -1,5 +1,5 @@
-//! The study docs/studies/branches.md: what branches find, against closed forms and brute force,
-//! and what they cost.
+//! Study docs/studies/branches.md: results of branches against closed forms and brute force, and
+//! their costs.
 //!
 //! `cargo run --release --example branches -- foale` looks for the published saddle-nodes and flips
 //! of Foale's oscillator by direct simulation; `-- complete [LONGEST [VALUES [SCENE...]]]` sweeps
@@ -21,7 +21,7 @@ use grazemap::prelude::{FindGraze, Scene};
 use grazemap::report::{Cell, Column, Table};
 use study::Study;
 
-/// Returns of the longest period that is followed, and values of a sweep, where none are named.
+/// Default for the longest period followed, in returns, and for the number of values of a sweep.
 const LONGEST: usize = 8;
 const VALUES: usize = 200;
 
@@ -50,13 +50,13 @@ fn main() -> Result<(), Box<dyn Error>> {
     study.close()
 }
 
-/// The map of a scene of the catalogue.
+/// Map of a scene of the catalogue.
 fn map_of(name: &str) -> Result<Map, Box<dyn Error>> {
     let scene = Scene::parse(catalogue::text(name).unwrap_or_default(), name)?;
     Ok(scene.graze()?.map()?)
 }
 
-/// Every attractor of guarded iteration over the window, scene by scene.
+/// Comparison of branches with the attractors of guarded iteration over the window, by scene.
 fn completeness(
     longest: usize,
     values: usize,

@@ -1,4 +1,4 @@
-//! What branches cost.
+//! Times of branches.
 
 use std::error::Error;
 use std::time::Instant;
@@ -10,7 +10,7 @@ use grazemap::report::{Cell, Column, Table};
 
 use crate::map_of;
 
-/// Scenes, and the itinerary whose branch is timed.
+/// Scenes, and itinerary of the branch that is timed.
 const SCENES: [(&str, &str); 5] = [
     ("linear", "1"),
     ("foale", "10"),
@@ -18,10 +18,10 @@ const SCENES: [(&str, &str); 5] = [
     ("mems_scenario3", "1"),
     ("soft_b", "1"),
 ];
-/// Runs, of which the fastest counts.
+/// Number of runs; the fastest counts.
 const RUNS: usize = 3;
 
-/// Points and times of branches over the window, by the map and by direct simulation.
+/// Table of points and times of branches over the window, by map and by direct simulation.
 pub(crate) fn table() -> Result<Table, Box<dyn Error>> {
     let mut columns = vec![Column::text("scene"), Column::text("itinerary")];
     columns.extend(

@@ -1,8 +1,8 @@
-//! Charts refined along borders against charts of which every cell is computed: how many cells are
-//! computed, how many differ, how long both take.
+//! Charts refined along borders, compared with charts in which every cell is computed: numbers of
+//! cells computed and of cells that differ, and times.
 //!
 //! `cargo run --release --example charts -- [POINTS...]` prints the table of docs/studies/charts.md
-//! for so many points along each axis.
+//! for these numbers of points along each axis.
 
 use std::error::Error;
 use std::time::Instant;
@@ -11,10 +11,10 @@ use grazemap::analysis::chart::{Chart, ChartCell};
 use grazemap::model::{ChartRequest, Scene, catalogue};
 use grazemap::prelude::*;
 
-/// Points along each axis where none are named.
+/// Default numbers of points along each axis.
 const POINTS: [usize; 3] = [50, 100, 200];
 
-/// A chart: what it is, the scene of the catalogue, what is set in it, the chart.
+/// Chart with its name, its scene of the catalogue and the overrides.
 struct Subject {
     name: &'static str,
     scene: &'static str,
@@ -22,7 +22,7 @@ struct Subject {
     chart: &'static str,
 }
 
-/// Charts with wide regions, with thin ones, and by each method.
+/// Charts with wide regions, with thin regions, and by each method.
 const SUBJECTS: [Subject; 4] = [
     Subject {
         name: "system A of Kundu et al. 2012, Fig. 14, k2 = 33, direct",
@@ -85,7 +85,7 @@ impl Subject {
         Ok(Scene::parse_with(&text, self.scene, &set)?.graze()?.map()?)
     }
 
-    /// Both charts of so many points along each axis.
+    /// Row of the table for both charts with a number of points along each axis.
     fn row(&self, map: &Map, points: usize) -> Result<String, Box<dyn Error>> {
         let own = map.scene().charts.last().ok_or("no chart")?;
         let chart = |every_cell| -> Result<(Chart, f64), grazemap::Error> {

@@ -1,19 +1,19 @@
-//! Chains of masses, the first of which meets a stop.
+//! Chains of masses whose first mass meets a stop.
 
 use grazemap::model::Scene;
 use nalgebra::{Complex, DMatrix, DVector};
 
 /// Frequency of the force on the first mass.
 const FREQUENCY: f64 = 1.1;
-/// Damping of every spring over its stiffness, which is 1.
+/// Ratio of damping to stiffness of every spring; the stiffness is 1.
 const DAMPING: f64 = 0.05;
 
-/// What the stop does.
+/// Contact law of the stop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Law {
     /// `v ↦ −0.8 v`.
     Rigid,
-    /// A spring of stiffness 20, pressed against its seat.
+    /// Spring of stiffness 20, pressed against its seat.
     Prestressed,
 }
 
@@ -35,13 +35,13 @@ impl Law {
     }
 }
 
-/// A chain of equal masses hung from a wall, forced at its free end, where the stop is; parameters:
-/// the stop's place `d`, and the frequency `w` where two are active.
+/// Chain of equal masses hung from a wall, forced at its free end, where the stop is. Parameters:
+/// the stop's place `d` and, if two are active, the frequency `w`.
 pub(crate) fn scene(masses: usize, law: Law, active: usize) -> Scene {
     let response = response(masses);
     let (distance, phase) = response[0].to_polar();
     let theta = -phase;
-    // At the graze the first mass is at its largest; the others follow with their own phases.
+    // NOTE: at the graze the first mass is at its maximum; the others have their own phases.
     let states: Vec<String> = (1..=masses).map(|i| format!("\"x{i}\", \"v{i}\"")).collect();
     let guess: Vec<String> = (1..=masses)
         .map(|i| {
@@ -92,7 +92,7 @@ contact_weight = 3
     Scene::parse(&text, "chain.toml").unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// The equations of mass `i` of `n`: a spring to either neighbour, the wall behind the last.
+/// Equations of mass `i` of `n`: a spring to each neighbour, the wall behind the last mass.
 fn equation(i: usize, n: usize) -> String {
     let spring = |name: &str| {
         let ahead = (i > 1).then(|| format!(" - ({name}{i} - {name}{})", i - 1));

@@ -12,12 +12,12 @@ use crate::measure::{Cost, cost};
 
 /// Orders `N` of the legs; the contact has the weight `W = N + 1`.
 const ORDERS: std::ops::RangeInclusive<u32> = 2..=8;
-/// Seconds of jets and composition after which higher orders are left out.
+/// Time for jets and composition, in seconds, above which higher orders are omitted.
 const PATIENCE: f64 = 3.0;
 /// Orders of the page's tables.
 const SHOWN: [u32; 4] = [2, 4, 6, 8];
 
-/// One chain at every order.
+/// Measurements of one chain at every order.
 pub(crate) struct Chain {
     masses: usize,
     law: Law,
@@ -61,7 +61,7 @@ impl Chain {
     }
 }
 
-/// Everything measured.
+/// Table of all measurements.
 pub(crate) fn table(chains: &[Chain], rate: f64) -> Result<Table, ReportError> {
     let mut table = table_of(&[
         "monomials, leg",
@@ -95,8 +95,8 @@ pub(crate) fn table(chains: &[Chain], rate: f64) -> Result<Table, ReportError> {
     Ok(table)
 }
 
-/// Monomials and times of the jets, two active parameters; legs also in dense products of two jets
-/// at the rate of multiply-adds.
+/// Table of monomials and times of the jets, two active parameters. Legs are also given in dense
+/// products of two jets, at the rate of multiply-adds.
 pub(crate) fn jet_table(chains: &[Chain], rate: f64) -> Result<Table, ReportError> {
     let mut table = table_of(&[
         "monomials, leg",

@@ -1,4 +1,4 @@
-//! The study docs/studies/cost-by-dimension.md: what maps cost by states, parameters and order.
+//! Study docs/studies/cost-by-dimension.md: cost of maps by states, parameters and order.
 //!
 //! `cargo run --release --features compiled-maps --example cost_by_dimension` measures everything
 //! anew (about a minute) and writes the tables and figures of the page. Floors are operations at

@@ -1,4 +1,4 @@
-//! What a map costs to make and to step, at one pair of orders.
+//! Costs of computing and of stepping a map, at one pair of orders.
 
 use std::hint::black_box;
 use std::time::Instant;
@@ -7,30 +7,30 @@ use grazemap::expansion::{Expander, ExpansionError, MapOrders};
 use grazemap::iteration::{DiscreteMap, HornerMap};
 use grazemap::numeric::Scalar;
 
-/// Runs of which the fastest counts, for work shorter than [`LONG`]: other work on the machine only
-/// adds time.
+/// Number of runs for work shorter than [`LONG`]. The fastest counts, since other work on the
+/// machine only adds time.
 const RUNS: usize = 9;
-/// Seconds from which one run is enough.
+/// Time in seconds above which one run is enough.
 const LONG: f64 = 0.2;
-/// Steps of one timed run: at least this many operations.
+/// Operations of one timed run, at least.
 const OPERATIONS: usize = 400_000;
-/// Offset of every coordinate and parameter of the point that is mapped.
+/// Offset of every coordinate and parameter of the starting point.
 const OFFSET: f64 = 1e-4;
 
 /// Times and counts of a map.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Cost {
     pub(crate) orders: MapOrders,
-    /// Monomials of a leg, of the contact's space with `y`.
+    /// Numbers of monomials of a leg, and of the contact's space with `y`.
     pub(crate) monomials: [usize; 2],
     /// Coefficient products of one product of two jets of a leg.
     pub(crate) products: usize,
-    /// Seconds for the legs' jets, for those of `D`, for the composition.
+    /// Times in seconds: jets of the legs, jets of `D`, composition.
     pub(crate) seconds: [f64; 3],
-    /// Multiply-adds, products and sums of a step: factored, composed; with the parameters folded
-    /// in: factored, composed.
+    /// Operations (multiply-adds, products and sums) of a step: factored, composed; then with
+    /// frozen parameters: factored, composed.
     pub(crate) operations: [usize; 4],
-    /// Nanoseconds of an interpreted step: as above.
+    /// Times of an interpreted step in nanoseconds, in the same order.
     pub(crate) step_ns: [f64; 4],
 }
 
@@ -62,7 +62,7 @@ pub(crate) fn cost(expander: &Expander<'_>, orders: MapOrders) -> Result<Cost, E
     })
 }
 
-/// Nanoseconds of one step, the same point again and again.
+/// Time of one step in nanoseconds, repeated at the same point.
 pub(crate) fn step_ns(map: &dyn DiscreteMap, operations: usize) -> f64 {
     let (state, parameters) = (vec![OFFSET; map.dimension()], vec![OFFSET; map.parameters()]);
     let mut image = vec![0.0; map.dimension()];
@@ -76,8 +76,8 @@ pub(crate) fn step_ns(map: &dyn DiscreteMap, operations: usize) -> f64 {
     1e9 * seconds / steps as f64
 }
 
-/// Nanoseconds of one multiply-add, many of them in flight and nothing else: of a double, and of
-/// each lane of eight.
+/// Time of one multiply-add in nanoseconds, with many in flight and nothing else: for a double, and
+/// per lane of eight.
 pub(crate) fn multiply_add_ns() -> [f64; 2] {
     [rate::<f64, 16>(), rate::<grazemap::numeric::Lanes<8>, 2>() / 8.0]
 }
@@ -95,7 +95,7 @@ fn rate<S: Scalar, const SUMS: usize>() -> f64 {
     1e9 * seconds / (ROUNDS * SUMS) as f64
 }
 
-/// A result and the seconds of the fastest making of it.
+/// Result, and time of the fastest run in seconds.
 fn timed<T>(mut work: impl FnMut() -> T) -> (T, f64) {
     let mut once = || {
         let start = Instant::now();

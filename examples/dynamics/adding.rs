@@ -1,4 +1,4 @@
-//! The flip that ends a window of 1/n orbits of the cantilever: leading formula, maps, direct
+//! Flip that ends a window of 1/n orbits of the cantilever: leading formula, maps, direct
 //! simulation.
 
 use grazemap::analysis::orbits::BifurcationKind;
@@ -11,15 +11,16 @@ use crate::born::ORDERS;
 use crate::held::{bifurcation, branch};
 use crate::subject::{HIGHEST, Maps, Subject, written};
 
-/// Returns of an orbit, and the wall's offset at which it is stable.
+/// Returns of an orbit, and an offset of the wall at which it is stable.
 const WINDOWS: [(usize, f64); 2] = [(6, 2.45e-4), (7, 1.145e-4)];
 /// Iterates until the orbit has settled.
 const TRANSIENT: usize = 20_000;
-/// Steps of the section coordinate along a branch, as shares of it, and how many on either side.
+/// Step of the section coordinate along a branch, as a share of it, and number of steps on each
+/// side.
 const STEP: f64 = 0.01;
 const STEPS: i32 = 50;
 
-/// The flip by direct simulation and by every order, and by the formula of lowest order.
+/// Table of the flip by direct simulation, by every order, and by the formula of lowest order.
 pub(crate) fn table() -> Result<Table, ReportError> {
     let subject = Subject::new("cantilever_3_5_soft");
     let maps = subject.maps();
@@ -55,7 +56,7 @@ pub(crate) fn table() -> Result<Table, ReportError> {
     Ok(table)
 }
 
-/// The wall's offset at which the multiplier of the leading law is −1.
+/// Offset of the wall at which the multiplier of the leading law is −1.
 ///
 /// ```text
 /// Λ = −ξ_n² / (a_G μ (λ1ⁿ − 1)(λ2ⁿ − 1)),   ξ_n = ξ_1 (λ1ⁿ − λ2ⁿ)/(λ1 − λ2),   ξ_1 = (1 + r) a_G γ
@@ -69,7 +70,7 @@ fn leading(subject: &Subject, returns: usize) -> f64 {
     xi * xi / (acceleration * (powers[0] - 1.0) * (powers[1] - 1.0))
 }
 
-/// The orbit at which the most accurate map settles, from the return that makes contact on.
+/// Orbit on which the most accurate map settles, beginning with the return that makes contact.
 fn settled(maps: &Maps<'_>, returns: usize, wall: f64) -> Guess<Dd> {
     let map = HornerMap::new(&maps.local(HIGHEST));
     let (mut state, parameters) = (vec![0.0, 0.0], [wall, 0.0]);
@@ -87,8 +88,8 @@ fn settled(maps: &Maps<'_>, returns: usize, wall: f64) -> Guess<Dd> {
     }
 }
 
-/// The flip of a 1/n orbit: along its branch from the first coordinate, downwards, at which the map
-/// has the orbit, then upwards from there.
+/// Flip of a 1/n orbit. The branch is followed in the first coordinate, downwards to the last orbit
+/// of the map, then upwards from there.
 fn flip(map: &mut dyn SectionMap<Dd>, problem: &PeriodicProblem, guess: &Guess<Dd>) -> Option<f64> {
     let value = |step: i32| guess.state[0] * Dd::from(1.0 - STEP * f64::from(step));
     let down: Vec<Dd> = (0..STEPS).map(value).collect();
@@ -103,7 +104,7 @@ fn flip(map: &mut dyn SectionMap<Dd>, problem: &PeriodicProblem, guess: &Guess<D
     })
 }
 
-/// The parameter of the first flip between neighbours.
+/// Parameter of the first flip between neighbours.
 fn turned(
     map: &mut dyn SectionMap<Dd>,
     problem: &PeriodicProblem,

@@ -1,5 +1,5 @@
-//! Attractors: extremes, Lyapunov exponent, distance of their densities, by order against direct
-//! simulation.
+//! Attractors by order against direct simulation: extremes, Lyapunov exponent, distance of
+//! densities.
 
 use std::collections::BTreeMap;
 
@@ -12,18 +12,18 @@ use rayon::prelude::*;
 
 use crate::subject::{Maps, Subject, written};
 
-/// Runs from different starts.
+/// Number of runs from different starts.
 const RUNS: usize = 8;
-/// Iterates dropped and kept of each.
+/// Numbers of iterates dropped and kept in each run.
 const TRANSIENT: usize = 2000;
 const KEPT: usize = 5000;
-/// Iterates of each run from which the exponent of direct simulation is taken: its Jacobians cost
-/// twenty images.
+/// Number of iterates of each run used for the exponent of direct simulation, where a Jacobian
+/// costs twenty images.
 const JACOBIANS: usize = 1500;
-/// Cells of a density.
+/// Number of cells of a density.
 const CELLS: usize = 60;
 
-/// Where an attractor is looked at.
+/// Scene and parameters of an attractor.
 pub(crate) struct Site {
     pub(crate) subject: Subject,
     /// Offsets of the active parameters.
@@ -31,16 +31,16 @@ pub(crate) struct Site {
     pub(crate) label: &'static str,
 }
 
-/// What was found.
+/// Attractor found by one method.
 pub(crate) struct Attractor {
-    /// First coordinates, all runs, sorted.
+    /// First coordinates of all runs, sorted.
     values: Vec<f64>,
     period: Option<usize>,
     contacts: BTreeMap<usize, usize>,
-    /// Mean over the runs and its standard error.
+    /// Mean over the runs, and its standard error.
     exponent: [f64; 2],
-    /// First coordinates of the two halves of the runs, sorted: how far samples of one density are
-    /// apart.
+    /// First coordinates of the two halves of the runs, sorted: their distance is that of two
+    /// samples of one density.
     halves: [Vec<f64>; 2],
 }
 
@@ -98,7 +98,7 @@ impl Attractor {
         self.ends()[1] - self.ends()[0]
     }
 
-    /// Share of the iterates that make contact.
+    /// Share of iterates with contact.
     fn contact_share(&self) -> f64 {
         let all: usize = self.contacts.values().sum();
         let none = self.contacts.get(&0).copied().unwrap_or(0);
@@ -106,7 +106,7 @@ impl Attractor {
     }
 }
 
-/// Wasserstein distance of two samples of equal size: the mean distance of their sorted values.
+/// Wasserstein distance of two samples of equal size: mean distance of their sorted values.
 fn distance(a: &[f64], b: &[f64]) -> f64 {
     let pairs = a.iter().zip(b);
     pairs.map(|(a, b)| (a - b).abs()).sum::<f64>() / a.len() as f64
@@ -124,7 +124,7 @@ fn mean(values: &[f64]) -> [f64; 2] {
     [mean, (spread / (count - 1.0) / count).sqrt()]
 }
 
-/// Direct simulation and maps of some orders at a site.
+/// Attractors of direct simulation and of maps of several orders at a site.
 pub(crate) struct Compared {
     pub(crate) direct: Attractor,
     pub(crate) maps: Vec<((u32, u32), Option<Attractor>)>,
@@ -143,7 +143,7 @@ pub(crate) fn compared(site: &Site, maps: &Maps<'_>, orders: &[(u32, u32)]) -> C
     }
 }
 
-/// The attractors of one site as a table.
+/// Table of the attractors of sites.
 pub(crate) fn table(sites: &[(&Site, &Compared)]) -> Result<Table, ReportError> {
     let headings = [
         "site",
@@ -201,7 +201,7 @@ fn row(site: &Site, map: String, attractor: &Attractor, apart: f64) -> Vec<Cell>
     ]
 }
 
-/// Densities of the first coordinate.
+/// Figure of the densities of the first coordinate.
 pub(crate) fn density_figure(site: &Site, compared: &Compared, drawn: &[(u32, u32)]) -> Figure {
     let [low, high] = compared.direct.ends();
     let margin = 0.02 * (high - low);
@@ -239,8 +239,8 @@ fn density(values: &[f64], [low, high]: [f64; 2]) -> Vec<[f64; 2]> {
     counts.iter().enumerate().map(share).collect()
 }
 
-/// Depths of the attractor against the first parameter: direct simulation, and a map that says
-/// there is one orbit.
+/// Figure of the attractor's depths against the first parameter, by direct simulation and by a map
+/// that predicts a single orbit.
 pub(crate) fn sweep_figure(
     site: &Site,
     maps: &Maps<'_>,

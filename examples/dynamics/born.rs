@@ -1,5 +1,4 @@
-//! The orbit born at the graze: where it is and its multipliers, by depth and order, against direct
-//! simulation.
+//! Orbit born at the graze: position and multipliers by depth and order, against direct simulation.
 
 use grazemap::analysis::periodic::PeriodicOrbit;
 use grazemap::convergence::fit_slope;
@@ -14,13 +13,13 @@ pub(crate) const ORDERS: [(u32, u32); 11] =
     [(1, 1), (1, 2), (2, 1), (2, 2), (2, 3), (3, 3), (3, 4), (3, 5), (4, 6), (5, 8), (7, 10)];
 /// Orders of the figures.
 const DRAWN: [(u32, u32); 7] = [(1, 2), (2, 1), (2, 2), (2, 3), (3, 4), (4, 6), (5, 8)];
-/// Decades of depth below the window's.
+/// Number of decades of depth below the window's depth.
 const DECADES: i32 = 6;
-/// Rounding of a coefficient, and what is left of it in a parameter and in a trace, all in units of
-/// the largest.
+/// Rounding of a coefficient, and its effect on a parameter and on a trace, relative to the
+/// largest.
 const ROUNDING: f64 = 1e-14;
 
-/// Orbits of one scene: direct, and by order.
+/// Orbits of one scene, by direct simulation and by order.
 pub(crate) struct Born<'a> {
     pub(crate) subject: &'a Subject,
     depths: Vec<f64>,
@@ -28,7 +27,7 @@ pub(crate) struct Born<'a> {
     maps: Vec<Vec<PeriodicOrbit<Dd>>>,
 }
 
-/// Whether the linear part of the kick reaches the next depth: `ξ₁ ≠ 0`.
+/// Kind of a graze. The linear part of the kick affects the next depth if `ξ₁ ≠ 0`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Graze {
     Generic,
@@ -36,7 +35,7 @@ pub(crate) enum Graze {
 }
 
 impl Graze {
-    /// Power of `y` of the error of the orbit's parameter.
+    /// Power of `y` in the error of the orbit's parameter.
     pub(crate) fn parameter_slope(self, (n, w): (u32, u32)) -> u32 {
         match self {
             Self::Generic => (n + 1).min(1 + w.div_ceil(2)),
@@ -63,12 +62,12 @@ impl<'a> Born<'a> {
         Self { subject, depths, truth, maps: by_order.into() }
     }
 
-    /// Direct orbit and that of a map at the smallest depth.
+    /// Orbits at the smallest depth, by direct simulation and by a map.
     pub(crate) fn newborn(&self, order: (u32, u32)) -> (&PeriodicOrbit<Dd>, &PeriodicOrbit<Dd>) {
         (&self.truth[0], &self.maps[place(order)][0])
     }
 
-    /// Errors of a map at every depth: `y`, of the parameter, of the trace.
+    /// Errors of a map at every depth: `y`, error of the parameter, error of the trace.
     fn errors(&self, order: (u32, u32)) -> Vec<[f64; 3]> {
         let orbits = self.truth.iter().zip(&self.maps[place(order)]);
         let error = |((truth, map), depth): ((&PeriodicOrbit<Dd>, &PeriodicOrbit<Dd>), &f64)| {
@@ -81,7 +80,7 @@ impl<'a> Born<'a> {
         orbits.zip(&self.depths).map(error).collect()
     }
 
-    /// Powers of `y` with which the errors of the parameter and of the trace fall.
+    /// Powers of `y` in the errors of the parameter and of the trace.
     fn slopes(&self, order: (u32, u32)) -> [Option<f64>; 2] {
         let errors = self.errors(order);
         let floors: [fn(f64) -> f64; 2] = [|y| ROUNDING * y, |y| ROUNDING / y];
@@ -99,7 +98,7 @@ fn place(order: (u32, u32)) -> usize {
     found.expect("an order of the tables")
 }
 
-/// Slopes of both errors, expected and measured, by order; scenes side by side.
+/// Table of the expected and measured powers of both errors, by order, with scenes side by side.
 pub(crate) fn slope_table(graze: Graze, scenes: &[Born<'_>]) -> Result<Table, ReportError> {
     let mut columns = vec![
         Column::text("(N, W)"),
@@ -127,8 +126,8 @@ pub(crate) fn slope_table(graze: Graze, scenes: &[Born<'_>]) -> Result<Table, Re
     Ok(table)
 }
 
-/// Relative errors of the parameter and absolute ones of the trace at a share of the window's
-/// depth.
+/// Table of the relative errors of the parameter and absolute errors of the trace, at a share of
+/// the window's depth.
 pub(crate) fn error_table(scenes: &[Born<'_>], decade: i32) -> Result<Table, ReportError> {
     let mut columns = vec![Column::text("(N, W)")];
     for scene in scenes {
@@ -162,7 +161,7 @@ pub(crate) fn error_table(scenes: &[Born<'_>], decade: i32) -> Result<Table, Rep
     Ok(table)
 }
 
-/// Everything by depth, for programs.
+/// Table of all errors by depth, for programs.
 pub(crate) fn data_table(scenes: &[&Born<'_>]) -> Result<Table, ReportError> {
     let mut table = Table::new(vec![
         Column::text("scene"),
@@ -191,7 +190,7 @@ pub(crate) fn data_table(scenes: &[&Born<'_>]) -> Result<Table, ReportError> {
     Ok(table)
 }
 
-/// Errors of the trace against `y`, by order.
+/// Figure of the errors of the trace against `y`, by order.
 pub(crate) fn trace_figure(scene: &Born<'_>, heading: &str) -> Figure {
     let mut figure = Figure::new(
         Axis::log10("y"),

@@ -1,5 +1,4 @@
-//! The map chosen for a tolerance: what it says of the orbits, folds and flips, beside direct
-//! simulation.
+//! Maps chosen for a tolerance: orbits, folds and flips, compared with direct simulation.
 
 use grazemap::analysis::orbits::BifurcationKind;
 use grazemap::analysis::periodic::{PeriodicOrbit, PeriodicProblem, SectionMap, Stepped};
@@ -13,18 +12,18 @@ use crate::subject::{Maps, Subject, one_impact};
 
 /// Tolerances, as shares of the window's depth.
 const SHARES: [f64; 5] = [1e-1, 1e-2, 1e-3, 1e-5, 1e-7];
-/// Fresh points on which a choice is checked.
+/// Number of new points on which a choice is checked.
 const FRESH: usize = 300;
-/// Depths of the orbits compared, as shares of the window's, ascending.
+/// Depths of the orbits compared, as shares of the window's depth, ascending.
 const DEPTHS: [f64; 7] = [1e-4, 1e-3, 1e-2, 3e-2, 1e-1, 3e-1, 1.0];
 
-/// What a map says: orbits by depth, and its bifurcation at an unfolding.
+/// Predictions of a map: orbits by depth, and its bifurcation at an unfolding.
 struct Said<S> {
     orbits: Vec<PeriodicOrbit<S>>,
     locus: Option<Bifurcation<S>>,
 }
 
-/// One row per scene and tolerance.
+/// Table with one row per scene and tolerance.
 pub(crate) fn table(
     subjects: &[(Subject, Option<(BifurcationKind, f64)>)],
 ) -> Result<Table, ReportError> {
@@ -133,7 +132,7 @@ fn row(
     ]
 }
 
-/// Difference of the depths of the bifurcating orbits, relative.
+/// Relative difference of the depths of the bifurcating orbits.
 fn locus_error(truth: &Bifurcation<Dd>, chosen: &Bifurcation<f64>) -> f64 {
     (chosen.orbit.states[0][0] / truth.orbit.states[0][0].to_f64() - 1.0).abs()
 }

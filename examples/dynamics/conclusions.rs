@@ -1,4 +1,4 @@
-//! What each order says of the orbit born at a codimension-two point, and what is true.
+//! Predictions of each order for the orbit born at a codimension-two point, and the true behaviour.
 
 use grazemap::analysis::periodic::PeriodicOrbit;
 use grazemap::numeric::{Dd, Real};
@@ -7,20 +7,20 @@ use grazemap::report::{Cell, Column, ReportError, Table};
 use crate::born::{Born, ORDERS};
 use crate::subject::written;
 
-/// Multipliers this near a double one may be real or not.
+/// Distance of multipliers below which a double multiplier may split into real or complex ones.
 const NEAR: f64 = 0.1;
 
-/// What may be said of an orbit that is born at a graze.
+/// Properties of an orbit that is born at a graze.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Verdict {
-    /// Whether it exists where the free orbit has met the stop.
+    /// Whether the orbit exists where the free orbit has met the stop.
     after: bool,
     kind: &'static str,
-    /// How many multipliers are outside the unit circle.
+    /// Number of multipliers outside the unit circle.
     outside: usize,
     values: Vec<[f64; 2]>,
     multipliers: String,
-    /// Parameter over the depth `y²`.
+    /// Ratio of the parameter to the depth `y²`.
     curvature: f64,
 }
 
@@ -53,7 +53,7 @@ impl Verdict {
         }
     }
 
-    /// What a person concludes of the bifurcation.
+    /// Kind of the bifurcation, as text.
     fn grazing(&self) -> &'static str {
         match (self.after, self.kind.starts_with("stable")) {
             (true, true) => "continuous",
@@ -63,9 +63,9 @@ impl Verdict {
         }
     }
 
-    /// Whether side, stability and kind are those of another; a node and a focus are of one kind
-    /// where their multipliers are within [`NEAR`] of each other, since nothing else tells them
-    /// apart at a double multiplier.
+    /// Whether side, stability and kind agree with those of another orbit. A node and a focus count
+    /// as equal if their multipliers are within [`NEAR`] of each other, because a double multiplier
+    /// does not distinguish them.
     pub(crate) fn agrees(&self, truth: &Self) -> bool {
         let pairs = self.values.iter().zip(&truth.values);
         let near = |(a, b): (&[f64; 2], &[f64; 2])| (a[0] - b[0]).hypot(a[1] - b[1]) < NEAR;
@@ -74,7 +74,7 @@ impl Verdict {
     }
 }
 
-/// Verdicts at the smallest depth, by order.
+/// Table of the verdicts at the smallest depth, by order.
 pub(crate) fn table(scenes: &[Born<'_>]) -> Result<Table, ReportError> {
     let headings =
         ["scene", "(N, W)", "side", "p/y²", "orbit", "multipliers", "grazing", "verdict"];

@@ -1,4 +1,4 @@
-//! Folds and flips that leave a codimension-two point: by order, against direct simulation.
+//! Folds and flips from a codimension-two point, by order against direct simulation.
 
 use grazemap::analysis::MapEvaluation;
 use grazemap::analysis::orbits::BifurcationKind;
@@ -12,28 +12,28 @@ use crate::born::{Graze, ORDERS};
 use crate::held::bifurcation;
 use crate::subject::{HIGHEST, Maps, Subject, depths, one_impact, written};
 
-/// Shares of the window's half-width at which the second parameter is held, of both signs.
+/// Values of the second parameter, of both signs, as shares of the window's half-width.
 const SHARES: [f64; 5] = [1.0, 0.3, 0.1, 0.03, 0.01];
-/// Decades of depth, up to ten times that of the window, in which a branch is searched.
+/// Number of decades of depth, up to ten times the window's depth, in which a branch is searched.
 const DECADES: i32 = 9;
-/// How far beside the bifurcation of a map the direct one is bracketed.
+/// Ratio that brackets the direct bifurcation around that of a map.
 const BESIDE: f64 = 1.02;
 
-/// One bifurcation, direct, and where each order has it.
+/// Bifurcation by direct simulation, and its place by each order.
 pub(crate) struct Locus {
     pub(crate) scene: &'static str,
     pub(crate) kind: BifurcationKind,
-    /// Offset of the second parameter, and as a share of the window.
+    /// Offset of the second parameter, absolute and as a share of the window.
     pub(crate) unfolding: f64,
     pub(crate) share: f64,
     /// Offset of the first parameter at which the free orbit grazes.
     grazing: f64,
-    /// Depth and parameter, direct.
+    /// Depth and parameter by direct simulation.
     truth: Place,
     maps: Vec<Option<Place>>,
 }
 
-/// Depth `y²` and offset of the first parameter.
+/// Depth `y²`, and offset of the first parameter.
 #[derive(Clone, Copy)]
 pub(crate) struct Place {
     pub(crate) depth: f64,
@@ -47,7 +47,7 @@ impl Place {
 }
 
 impl Locus {
-    /// Error of the distance to the grazing curve, relative.
+    /// Relative error of the distance to the grazing curve.
     fn error(&self, order: usize) -> Option<f64> {
         let place = self.maps[order]?;
         let distance = (self.truth.parameter.to_f64() - self.grazing).abs();
@@ -55,7 +55,7 @@ impl Locus {
     }
 }
 
-/// All bifurcations of the one-impact orbits of period one beside a codimension-two point.
+/// Bifurcations of one-impact orbits of period one near a codimension-two point.
 pub(crate) fn loci(subject: &Subject) -> Vec<Locus> {
     let maps = subject.maps();
     let problem = maps.problem(1);
@@ -117,8 +117,8 @@ fn found(
     found
 }
 
-/// The first parameter at which the free orbit reaches the stop: the fixed point of `P_smooth` at
-/// depth zero.
+/// First parameter at which the free orbit reaches the stop: the fixed point of `P_smooth` at depth
+/// zero.
 fn grazing(maps: &Maps<'_>, unfolding: f64) -> f64 {
     let mut smooth = MapEvaluation::<Dd>::smooth(&maps.local(HIGHEST));
     let problem = PeriodicProblem { itinerary: None, ..maps.problem(1) };
@@ -126,7 +126,7 @@ fn grazing(maps: &Maps<'_>, unfolding: f64) -> f64 {
     orbits[0].parameters[0].to_f64()
 }
 
-/// Where the bifurcations are and how wrong each order has them.
+/// Table of the bifurcations, with the error of each order.
 pub(crate) fn table(loci: &[&Locus], shown: &[(u32, u32)]) -> Result<Table, ReportError> {
     let mut columns = vec![
         Column::text("scene"),
@@ -164,8 +164,8 @@ pub(crate) fn name(kind: BifurcationKind) -> &'static str {
     }
 }
 
-/// Powers of the unfolding with which relative errors fall: expected, and measured for each family
-/// of bifurcations.
+/// Table of the powers of the unfolding in the relative errors: expected, and measured for each
+/// family of bifurcations.
 pub(crate) fn slope_table(families: &[Vec<&Locus>]) -> Result<Table, ReportError> {
     let mut columns = vec![Column::text("(N, W)"), Column::number("expected")];
     for family in families {
@@ -196,7 +196,7 @@ fn slope(family: &[&Locus], place: usize) -> Cell {
     fit.map_or(Cell::text("-"), |fit| Cell::number(fit.slope, 3))
 }
 
-/// Families of bifurcations, each by descending unfolding: one kind of one scene.
+/// Families of bifurcations, of one kind and scene each, by descending unfolding.
 pub(crate) fn families(loci: &[Locus]) -> Vec<Vec<&Locus>> {
     let mut families: Vec<Vec<&Locus>> = Vec::new();
     for locus in loci {
@@ -212,7 +212,7 @@ pub(crate) fn families(loci: &[Locus]) -> Vec<Vec<&Locus>> {
     families
 }
 
-/// Relative errors against the unfolding.
+/// Figure of the relative errors against the unfolding.
 pub(crate) fn figure(family: &[&Locus], drawn: &[(u32, u32)]) -> Figure {
     let mut figure =
         Figure::new(Axis::log10("|ω − ω*|"), Axis::log10("error of p − p_{graze}, relative"));

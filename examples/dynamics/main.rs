@@ -1,5 +1,5 @@
-//! The study docs/studies/dynamics.md: what the truncation of one step means for orbits, their
-//! stability, their bifurcations and attractors.
+//! Study docs/studies/dynamics.md: effect of the truncation of one step on orbits, their stability,
+//! their bifurcations and attractors.
 //!
 //! `cargo run --release --example dynamics` measures everything anew (a few minutes) and writes the
 //! tables and figures of the page. The truth is direct simulation, in double-double but for
@@ -26,10 +26,10 @@ use born::{Born, Graze};
 use study::Study;
 use subject::Subject;
 
-/// Scenes at a generic graze, and at points where `ξ₁ = 0`.
+/// Scenes at a generic graze, and at points with `ξ₁ = 0`.
 const GENERIC: [&str; 3] = ["linear", "foale_omega_2_2", "mems"];
 const CODIMENSION_TWO: [&str; 3] = ["linear_codim2", "mems_codim2", "mems_scenario3"];
-/// Orders of tables and figures that have no room for all.
+/// Orders of tables and figures without room for all.
 const SHOWN: [(u32, u32); 7] = [(1, 2), (2, 1), (2, 2), (2, 3), (3, 4), (4, 6), (5, 8)];
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -53,7 +53,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     study.close()
 }
 
-/// Position and multipliers of the orbit born.
+/// Tables of position and multipliers of the orbit born at a graze.
 fn orbits_born(
     study: &mut Study,
     generic: &[Subject],
@@ -80,7 +80,7 @@ fn orbits_born(
     study.shown("conclusions", &conclusions)
 }
 
-/// Folds and flips beside the codimension-two points.
+/// Tables of folds and flips near codimension-two points.
 fn bifurcations(study: &mut Study, special: &[Subject]) -> Result<(), Box<dyn Error>> {
     let loci: Vec<_> = special.iter().flat_map(loci::loci).collect();
     let all: Vec<_> = loci.iter().collect();
@@ -100,7 +100,7 @@ fn bifurcations(study: &mut Study, special: &[Subject]) -> Result<(), Box<dyn Er
     Ok(())
 }
 
-/// Attractors beside a codimension-two point and in chaos that begins at a graze.
+/// Tables of attractors near a codimension-two point, and in chaos that begins at a graze.
 fn attractors(study: &mut Study) -> Result<(), Box<dyn Error>> {
     let orders = [(1, 1), (1, 2), (2, 1), (2, 2), (2, 3), (3, 4), (5, 8)];
     let sites = [

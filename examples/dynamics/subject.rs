@@ -1,4 +1,4 @@
-//! A scene with its direct simulation and its maps of all orders.
+//! Scene with its direct simulation and its maps of all orders.
 
 use grazemap::analysis::periodic::{
     Guess, PeriodicOrbit, PeriodicProblem, SectionMap, window_scales,
@@ -14,10 +14,10 @@ use grazemap::orbit::{GrazingOrbit, locate};
 
 use crate::held::branch;
 
-/// Highest orders of all maps; below them every map is a truncation of one expansion.
+/// Highest orders of the maps. All lower maps are truncations of one expansion.
 pub(crate) const HIGHEST: (u32, u32) = (7, 10);
 
-/// A scene, located and lowered.
+/// Scene, located and lowered.
 pub(crate) struct Subject {
     pub(crate) name: &'static str,
     pub(crate) scene: Scene,
@@ -53,7 +53,7 @@ impl Subject {
     }
 }
 
-/// Maps of a scene, of every order up to the highest.
+/// Maps of a scene, of all orders up to the highest.
 pub(crate) struct Maps<'a> {
     family: MapFamily<'a>,
 }
@@ -63,8 +63,8 @@ impl Maps<'_> {
         self.family.map(orders(pair)).expect("small spaces")
     }
 
-    /// The map of an order in double-double: truncation and the rounding of coefficients are all
-    /// that is left.
+    /// Map of an order in double-double: its only errors are truncation and the rounding of
+    /// coefficients.
     pub(crate) fn exact(&self, pair: (u32, u32)) -> MapEvaluation<Dd> {
         MapEvaluation::new(&self.local(pair))
     }
@@ -73,8 +73,8 @@ impl Maps<'_> {
         self.local((1, 1)).window
     }
 
-    /// Orbits of `returns` returns of which the first makes contact, the first active parameter
-    /// free.
+    /// Problem of orbits of `returns` returns, the first of which makes contact. The first active
+    /// parameter is free.
     pub(crate) fn problem(&self, returns: usize) -> PeriodicProblem {
         let mut itinerary = vec![PassageSet::default(); returns];
         itinerary[0].insert(0);
@@ -87,18 +87,17 @@ impl Maps<'_> {
     }
 }
 
-/// Depth variables `y` up to that of a window: `10^(k/4)` of its square, over these decades of
-/// `y²`, ascending.
+/// Depth variables `y` up to that of a window, ascending: `y²` in steps of a quarter decade over
+/// these decades.
 pub(crate) fn depths(deepest: f64, decades: i32) -> Vec<f64> {
     let depth = |k| deepest * 10f64.powf(f64::from(k) / 4.0);
     (-4 * decades..=0).map(depth).collect()
 }
 
-/// The one-impact orbits of period one at these depths `y²`, the second active parameter at an
+/// One-impact orbits of period one at these depths `y²`, with the second active parameter at an
 /// offset.
 ///
-/// The first coordinate of the scenes asked is the distance beyond the stop, so that holding it
-/// holds `y²`.
+/// The first coordinate of these scenes is the distance beyond the stop, so that it equals `y²`.
 pub(crate) fn one_impact<S: Real>(
     map: &mut (impl SectionMap<S> + ?Sized),
     problem: &PeriodicProblem,
@@ -115,7 +114,7 @@ pub(crate) fn orders((smooth_order, contact_weight): (u32, u32)) -> MapOrders {
     MapOrders { smooth_order, contact_weight }
 }
 
-/// `(N, W)` as it is written.
+/// Orders as `(N, W)`.
 pub(crate) fn written((n, w): (u32, u32)) -> String {
     format!("({n}, {w})")
 }

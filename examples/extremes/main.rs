@@ -1,5 +1,5 @@
-//! The study docs/studies/extremes.md: one number at a time taken to its end, and what an expansion
-//! promises beside what it gives.
+//! Study docs/studies/extremes.md: one number at a time is taken to its extreme, and the promised
+//! accuracy of an expansion is compared with the measured one.
 //!
 //! `cargo run --release --example extremes` measures everything anew (a second or two) and writes
 //! the table, the data and the figures of the page.
@@ -19,7 +19,7 @@ use study::cases::extreme_cases;
 use study::data::ExtremeRow;
 use study::measure::measure_extreme;
 
-/// The rows as they are written to JSON.
+/// Rows, for the JSON document.
 #[derive(Serialize)]
 struct Rows {
     rows: Vec<ExtremeRow>,

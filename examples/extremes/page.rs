@@ -1,11 +1,11 @@
-//! The study of extremes as a table and pictures.
+//! Table and figures of the study of extremes.
 
 use grazemap::report::figure::{Axis, Figure, Marker, Series, Stroke};
 use grazemap::report::{Cell, Column, ReportError, Table};
 
 use super::study::data::{Coefficients, ExtremeAxis, ExtremeOutcome, ExtremeRow, Measured};
 
-/// All axes, in the order of the study.
+/// Axes, in the order of the study.
 const AXES: [ExtremeAxis; 11] = [
     ExtremeAxis::Depth,
     ExtremeAxis::Restitution,
@@ -20,10 +20,10 @@ const AXES: [ExtremeAxis; 11] = [
     ExtremeAxis::Coefficients,
 ];
 
-/// Fewer promised digits than this are said as a window too deep.
+/// Number of promised digits below which the window counts as too deep.
 const FEW_DIGITS: f64 = 2.0;
 
-/// One row per case: what was measured beside what was promised, or what was said.
+/// Table with one row per case: measured and promised digits, or the refusal.
 ///
 /// # Errors
 ///
@@ -77,12 +77,12 @@ fn cells(row: &ExtremeRow) -> Vec<Cell> {
     cells
 }
 
-/// Measured digits, no more than the truth has; none where it has none.
+/// Measured digits, at most those of the reference; `None` if the reference has none.
 fn told(digits: f64, truth: f64) -> Option<f64> {
     (truth >= 1.0).then(|| digits.min(truth))
 }
 
-/// One decimal; what is not a number stays empty.
+/// Number with one decimal; missing if not finite.
 fn digits(value: Option<f64>) -> Cell {
     let rounded = value.map(|value| (10.0 * value).round() / 10.0);
     rounded.filter(|value| value.is_finite()).map_or(Cell::Missing, |value| Cell::number(value, 3))
@@ -106,7 +106,7 @@ fn coefficients_word(coefficients: Coefficients) -> &'static str {
     }
 }
 
-/// How many cases were measured, refused, and lost in silence.
+/// Numbers of cases measured, refused, and silently inaccurate, as text.
 pub(crate) fn summary(rows: &[ExtremeRow]) -> String {
     let is_refused = |row: &&ExtremeRow| matches!(row.outcome, ExtremeOutcome::Refused { .. });
     let is_silent = |row: &&ExtremeRow| match &row.outcome {
@@ -119,7 +119,7 @@ pub(crate) fn summary(rows: &[ExtremeRow]) -> String {
     format!("{measured} cases measured, {refused} refused, {silent} silent losses")
 }
 
-/// What is varied, in words.
+/// Name of an axis, for people.
 fn words(axis: ExtremeAxis) -> &'static str {
     match axis {
         ExtremeAxis::Depth => "depth y²",
@@ -136,7 +136,7 @@ fn words(axis: ExtremeAxis) -> &'static str {
     }
 }
 
-/// A name for files.
+/// Name of an axis, for files.
 fn stem(axis: ExtremeAxis) -> &'static str {
     match axis {
         ExtremeAxis::Depth => "depth",
@@ -153,8 +153,8 @@ fn stem(axis: ExtremeAxis) -> &'static str {
     }
 }
 
-/// One picture per axis, with the stem of its file's name: digits of the contact, measured and
-/// promised.
+/// Figures, one per axis, with the stem of its file name: measured and promised digits of the
+/// contact.
 pub(crate) fn figures(rows: &[ExtremeRow]) -> Vec<(&'static str, Figure)> {
     let figure = |axis: ExtremeAxis| {
         let rows: Vec<_> = rows.iter().filter(|row| row.axis == axis).collect();
@@ -187,8 +187,7 @@ fn axis_figure(axis: ExtremeAxis, rows: &[&ExtremeRow]) -> Figure {
     figure
 }
 
-/// Curves of a picture: rows of one scene that follow each other, a value that comes again
-/// beginning another one.
+/// Curves of a figure: consecutive rows of one scene. A value that repeats begins a new curve.
 fn by_curve<'a>(axis: ExtremeAxis, rows: &[&'a ExtremeRow]) -> Vec<(String, Vec<&'a ExtremeRow>)> {
     let mut curves: Vec<(String, Vec<&ExtremeRow>)> = Vec::new();
     for &row in rows {

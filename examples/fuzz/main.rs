@@ -1,5 +1,5 @@
-//! Calls the program with scenes of the catalogue that were changed at random, and keeps those that
-//! it does not end as it should: with a panic, after 20 seconds, above 2 GB, or without a message.
+//! Fuzzer: calls the program with randomly changed scenes of the catalogue, and keeps cases with a
+//! wrong end: a panic, more than 20 seconds, more than 2 GB, or no message.
 //!
 //! ```text
 //! cargo build --release
@@ -9,9 +9,9 @@
 //! cargo run --release --example fuzz -- --corpus            # what was found before
 //! ```
 //!
-//! A case is decided by the seed and its number. What is found goes to `fuzz-found`, in the form of
-//! `examples/fuzz/corpus`: the arguments in the first line, then the scene. Exit code 1 where
-//! something was found. Needs a shell with `ulimit`.
+//! A case is determined by the seed and its number. Faults are written to `fuzz-found`, in the form
+//! of `examples/fuzz/corpus`: the arguments in the first line, then the scene. The exit code is 1
+//! if a fault was found. Needs a shell with `ulimit`.
 
 mod campaign;
 #[path = "../support/program.rs"]
@@ -25,10 +25,10 @@ use std::time::{Duration, Instant};
 use campaign::{Campaign, Case, corpus};
 use program::program;
 
-/// Where what is found is kept.
+/// Folder of the cases that revealed faults.
 const FOUND: &str = "fuzz-found";
 
-/// What is asked for.
+/// Request on the command line.
 struct Request {
     minutes: f64,
     seed: u64,
@@ -64,7 +64,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// Number of faults found.
+/// Runs the request and returns the number of faults.
 fn run() -> Result<usize, Box<dyn Error>> {
     let request = Request::of(std::env::args().skip(1))?;
     let folder = tempfile::tempdir()?;
@@ -91,7 +91,7 @@ fn run() -> Result<usize, Box<dyn Error>> {
     Ok(found)
 }
 
-/// Says and keeps what a case shows; whether it shows anything.
+/// Prints and keeps the fault of a case. Returns whether there was one.
 fn report(
     campaign: &Campaign,
     case: &Case,
@@ -107,12 +107,12 @@ fn report(
     Ok(true)
 }
 
-/// A case in the form of the corpus.
+/// Case in the form of the corpus.
 fn file(case: &Case) -> String {
     format!("# {}\n{}", case.arguments.join(" "), case.scene)
 }
 
-/// The cases of the corpus; how many show a fault.
+/// Replays the corpus and returns the number of faults.
 fn replay(campaign: &Campaign) -> Result<usize, Box<dyn Error>> {
     let mut found = 0;
     for entry in fs::read_dir(corpus())? {

@@ -1,9 +1,9 @@
-//! An adversary of the errors that a map claims on its window: points at random, at corners, edges
-//! and faces, on the verge of contact on both sides, and ascents from the worst of them.
+//! Adversary of the errors that a map claims on its window: random points, points at corners, edges
+//! and faces, points on the verge of contact on both sides, and ascents from the worst of them.
 //!
-//! It shares nothing with the measurement but the map and direct simulation: points are random
-//! numbers instead of a sequence, depths are met by halving instead of Newton's method along any
-//! variable, and ascents are mutations with a step that adapts, instead of a search along axes.
+//! It shares only the map and direct simulation with the measurement. Points are random instead of
+//! a sequence, depths are met by bisection instead of Newton's method in any variable, and ascents
+//! are mutations with an adaptive step instead of a search along axes.
 
 use grazemap::Map;
 use grazemap::analysis::{DepthEvaluation, DirectEnd, DirectImage, MapEvaluation};
@@ -12,50 +12,51 @@ use grazemap::hybrid::HybridSystem;
 use grazemap::iteration::DiscreteMap;
 use grazemap::numeric::Dd;
 
-/// Share of the points that are spent on ascents.
+/// Share of points used for ascents.
 const ASCENTS: f64 = 0.4;
-/// Points of one ascent.
+/// Number of points of one ascent.
 const CLIMB: usize = 150;
-/// Decades below the window's depth within which contacts are shallow.
+/// Number of decades below the window's depth in which contacts are shallow.
 const DECADES: f64 = 15.0;
-/// Halvings by which a depth is met: to the last bit of the variable that is moved.
+/// Number of bisections that meet a depth: to the last bit of the variable that is moved.
 const HALVINGS: usize = 60;
-/// Factors of the step of a mutation after a success and after a failure: one in five succeeds
-/// where the step stays (Rechenberg).
+/// Factors of a mutation's step after success and after failure; the step stays constant if one in
+/// five succeeds (Rechenberg).
 const ADAPTS: [f64; 2] = [1.5, 0.903];
 
-/// What an adversary found.
+/// Findings of an adversary.
 #[derive(Clone, Debug)]
 pub(crate) struct Found {
-    /// Points of the window that were compared.
+    /// Number of points of the window that were compared.
     pub(crate) points: usize,
-    /// Points of the window that do not return, or make contacts elsewhere.
+    /// Number of points of the window that do not return, or have contacts elsewhere.
     pub(crate) lost: usize,
-    /// Largest error over the claim, of each coordinate.
+    /// Largest ratio of error to claim, for each coordinate.
     pub(crate) excess: Vec<f64>,
-    /// The points at which they are.
+    /// Points of these errors.
     pub(crate) worst: Vec<Point>,
 }
 
 impl Found {
-    /// The coordinate with the largest error over its claim, this, and where it is.
+    /// Coordinate with the largest ratio of error to claim, the ratio, and its point.
     pub(crate) fn largest(&self) -> (usize, f64, &Point) {
         let (coordinate, excess) = largest(&self.excess);
         (coordinate, excess, &self.worst[coordinate])
     }
 }
 
-/// A point of a window.
+/// Point of a window.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Point {
-    /// Offsets of the coordinates and parameters, over their half-widths.
+    /// Offsets of coordinates and parameters, over their half-widths.
     pub(crate) shares: Vec<f64>,
-    /// A passage, the variable that is moved until it has a depth, and this depth over the
-    /// window's: no contact where it is negative.
+    /// Passage, variable that is moved until the passage has a depth, and this depth over the
+    /// window's; negative for no contact.
     pub(crate) held: Option<(usize, usize, f64)>,
 }
 
-/// Attacks the errors that a map claims, or these claims of another form of it, with so many points.
+/// Attacks the errors that a map claims, or these claims about another form of it, with a number of
+/// points.
 pub(crate) fn attack(
     map: &Map,
     form: &dyn DiscreteMap,
@@ -99,8 +100,8 @@ impl Adversary<'_> {
     fn attack(&mut self, points: usize) {
         let climbs = (ASCENTS * points as f64) as usize / CLIMB;
         let strewn = points - climbs * CLIMB;
-        // The worst of every part of the points strewn is where an ascent begins, for the
-        // coordinate whose claim it comes nearest to.
+        // Each part of the random points yields one ascent: it begins at the worst point of the
+        // part, for the coordinate with the largest ratio of error to claim.
         let mut starts: Vec<(f64, Point, usize)> = Vec::new();
         let part = (strewn / climbs.max(1)).max(1);
         let mut worst: Option<(f64, Point, usize)> = None;
@@ -126,8 +127,8 @@ impl Adversary<'_> {
         }
     }
 
-    /// A point of the window's corners, edges, faces or inside, as it is or moved to where a
-    /// passage has a depth: the window's, or a shallow one on either side.
+    /// Random point: at the corners, edges or faces of the window or inside, unchanged or moved
+    /// until a passage has a depth, the window's or a shallow one on either side.
     fn anywhere(&mut self) -> Point {
         let variables = self.window.state.len() + self.window.parameter.len();
         let outer = [0.0, 0.5, 0.8, 1.0][self.random.below(4)];
@@ -148,7 +149,7 @@ impl Adversary<'_> {
         Point { shares, held: held.filter(|_| self.passages > 0) }
     }
 
-    /// Mutations that are kept where they err more.
+    /// Mutates a point, and keeps mutations with a larger error.
     fn climb(&mut self, mut value: f64, mut point: Point, coordinate: usize) {
         if point.shares.is_empty() {
             return;
@@ -177,7 +178,8 @@ impl Adversary<'_> {
         }
     }
 
-    /// The errors of a point over the claims; `None` where it is not in the window, or lost.
+    /// Ratios of a point's errors to the claims; `None` if the point is outside the window, or
+    /// lost.
     fn excess(&mut self, point: &Point) -> Option<Vec<f64>> {
         let (state, parameters) = self.offsets(point)?;
         let depths = self.depths.at(&state, &parameters);
@@ -201,7 +203,7 @@ impl Adversary<'_> {
             .map(|((&value, &exact), claim)| (Dd::from(value) - exact).to_f64().abs() / claim)
             .collect();
         for (coordinate, &value) in excess.iter().enumerate() {
-            // Not a number exceeds every claim.
+            // NOTE: NaN exceeds every claim.
             if value.is_nan() || value > self.found.excess[coordinate] {
                 self.found.excess[coordinate] = value;
                 self.found.worst[coordinate] = point.clone();
@@ -210,7 +212,7 @@ impl Adversary<'_> {
         Some(excess)
     }
 
-    /// The offsets of a point: shares of the half-widths, one of them moved until a depth is met.
+    /// Offsets of a point: shares of the half-widths, with one moved until a depth is met.
     fn offsets(&self, point: &Point) -> Option<(Vec<f64>, Vec<f64>)> {
         let widths = self.window.state.iter().chain(&self.window.parameter);
         let mut offsets: Vec<f64> =
@@ -223,7 +225,8 @@ impl Adversary<'_> {
                 let (state, parameters) = offsets.split_at(split);
                 self.depths.at(state, parameters)[passage] - depth * self.window.depth
             };
-            // The side of contact and the other one, about the share that is there.
+            // Ends of the bisection: the side of contact, and the other side, around the given
+            // share.
             let (mut inside, mut outside) = (-width, width);
             if lacks(inside) < 0.0 {
                 (inside, outside) = (outside, inside);
@@ -250,7 +253,7 @@ fn largest(values: &[f64]) -> (usize, f64) {
     pairs.max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((0, 0.0))
 }
 
-/// Random numbers, the same in every run (splitmix64).
+/// Reproducible random numbers (SplitMix64).
 struct Random(u64);
 
 impl Random {
@@ -262,7 +265,7 @@ impl Random {
         word ^ (word >> 31)
     }
 
-    /// Evenly between 0 and 1.
+    /// Uniform random number between 0 and 1.
     fn unit(&mut self) -> f64 {
         (self.next() >> 11) as f64 / (1_u64 << 53) as f64
     }
@@ -271,7 +274,7 @@ impl Random {
         ((self.unit() * count as f64) as usize).min(count - 1)
     }
 
-    /// Gaussian of variance 1, near enough: the sum of twelve.
+    /// Approximately Gaussian random number of variance 1: the sum of twelve uniform ones.
     fn normal(&mut self) -> f64 {
         (0..12).map(|_| self.unit()).sum::<f64>() - 6.0
     }

@@ -1,8 +1,9 @@
-//! What guarded and direct sweeps settle on, value by value, and why they differ where they do.
+//! Attractors of guarded and direct sweeps, compared value by value, with the reasons for
+//! differences.
 //!
-//! Both sweeps carry their states. Where they settle on different orbits, either is started from
-//! the other's last state: an orbit that direct simulation keeps is one of the oscillator's, and
-//! the sweeps are on two of several attractors.
+//! Both sweeps carry their states. If they settle on different orbits, each is restarted from the
+//! other's last state: an orbit that direct simulation keeps is an orbit of the oscillator, and the
+//! two sweeps are on different attractors.
 
 use grazemap::Map;
 use grazemap::analysis::diagram::{
@@ -14,51 +15,51 @@ use grazemap::iteration::{DiscreteMap, HornerMap, MapOrbit, OrbitEnd, OrbitReque
 use grazemap::model::{DiagramRequest, Observable, Scene};
 use grazemap::prelude::*;
 
-/// Parts of a sweep that run in lanes, each carrying its own state.
+/// Number of parts of a sweep that run in lanes, each with its own state.
 const PARTS: usize = 8;
-/// How many times as many iterates are dropped where orbits differ.
+/// Factor by which the transient is extended if orbits differ.
 const LONGER: usize = 20;
-/// Extents of periodic orbits agree to this share of the window and of their own size: what the
-/// map's error in a step becomes in an orbit of many.
+/// Largest difference of the extents of equal periodic orbits, as a share of the window and of
+/// their own size: the map's error per step, accumulated over an orbit.
 const SAME: f64 = 1e-3;
-/// Extents of attractors without a period agree to this share of their own.
+/// Largest difference of the extents of equal attractors without a period, as a share of their own.
 const ALIKE: f64 = 0.25;
 
-/// How much is iterated.
+/// Numbers of iterates.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Effort {
-    /// Values of a sweep.
+    /// Number of values of a sweep.
     pub(crate) values: usize,
-    /// Iterates dropped at each.
+    /// Number of iterates dropped at each value.
     pub(crate) transient: usize,
-    /// Iterates kept at each.
+    /// Number of iterates kept at each value.
     pub(crate) keep: usize,
 }
 
-/// What a diagram's sweeps settle on.
+/// Comparison of the attractors of a diagram's sweeps.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Agreement {
-    /// The scene and the swept parameter.
+    /// Names of the scene and of the swept parameter.
     pub(crate) name: String,
-    /// Share of the iterates that the map made.
+    /// Share of the iterates computed by the map.
     pub(crate) by_map: f64,
-    /// Values at which both settle on an orbit of one period, itinerary and extent, or both escape.
+    /// Number of values at which period, itinerary and extent agree, or both orbits escape.
     pub(crate) same: usize,
-    /// Values at which neither has a period, over much the same extent.
+    /// Number of values at which neither has a period and the extents are similar.
     pub(crate) chaotic: usize,
-    /// Values at which they do so after a longer transient.
+    /// Number of values that agree after a longer transient.
     pub(crate) transient: usize,
-    /// Values at which the guarded orbit is one of direct simulation, or the reverse: two
-    /// attractors.
+    /// Number of values at which the guarded orbit is one of direct simulation, or the reverse: two
+    /// attractors coexist.
     pub(crate) coexisting: usize,
-    /// The others, in words.
+    /// Other values, as text.
     pub(crate) unexplained: Vec<String>,
-    /// Largest difference of extents of periodic orbits that are the same, over the half-width of
-    /// the window.
+    /// Largest difference of the extents of equal periodic orbits, over the half-width of the
+    /// window.
     pub(crate) difference: f64,
 }
 
-/// Every diagram of a scene.
+/// Compares every diagram of a scene.
 pub(crate) fn of_scene(scene: Scene, effort: &Effort) -> Result<Vec<Agreement>, grazemap::Error> {
     let map = scene.graze()?.map()?;
     let mut diagrams = map.scene().diagrams.clone();
@@ -66,7 +67,7 @@ pub(crate) fn of_scene(scene: Scene, effort: &Effort) -> Result<Vec<Agreement>, 
     diagrams.iter().map(|diagram| of_diagram(&map, diagram, effort)).collect()
 }
 
-/// One sweep upwards by both.
+/// Compares one upward sweep by both methods.
 pub(crate) fn of_diagram(
     map: &Map,
     diagram: &DiagramRequest,
@@ -107,7 +108,7 @@ pub(crate) fn of_diagram(
     Ok(found)
 }
 
-/// Both maps of a scene.
+/// Guarded and direct maps of a scene.
 struct Pair<'a> {
     guarded: &'a dyn SweptMap,
     direct: &'a dyn SweptMap,
@@ -153,7 +154,7 @@ impl Pair<'_> {
         found
     }
 
-    /// Counts a value among those that are alike, or by why they are not.
+    /// Counts a value as equal, or by the reason for its difference.
     fn judge(
         &self,
         orbits: [&MapOrbit; 2],
@@ -193,7 +194,7 @@ impl Pair<'_> {
         ));
     }
 
-    /// Whether two orbits, the guarded one first, are one attractor.
+    /// Whether two orbits, the guarded one first, are the same attractor.
     fn alike(&self, orbits: [&MapOrbit; 2], parameters: &[f64]) -> Option<Alike> {
         let [guarded, direct] = orbits;
         let ended = |orbit: &MapOrbit| orbit.end != OrbitEnd::Completed;
@@ -233,9 +234,9 @@ impl Pair<'_> {
     }
 }
 
-/// How two orbits are alike.
+/// Kind of agreement of two orbits.
 enum Alike {
-    /// They have one period, itinerary and extent, to this difference over the window.
+    /// Period, itinerary and extent agree, with this difference over the window.
     Same(f64),
     /// Neither has a period.
     Chaotic,

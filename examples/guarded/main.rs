@@ -1,11 +1,12 @@
-//! Guarded iteration: what it settles on against direct simulation, and what it costs.
+//! Guarded iteration compared with direct simulation: attractors, errors and times.
 //!
 //! `cargo run --release --example guarded -- agree [VALUES [SCENE...]]` sweeps every diagram of the
-//! catalogue's scenes, or of these files, by both and prints where they settle on different orbits,
-//! and why. `cargo run --release --example guarded -- speed` prints the time of an iterate by the
-//! map, guarded and by direct simulation, for shares outside the window from none to all.
-//! `cargo run --release --example guarded -- bound [POINTS [SCENE...]]` looks in every window of the
-//! catalogue, or of these files, for points at which the map errs by more than it claims.
+//! catalogue's scenes, or of these files, by both methods and prints the values at which they
+//! settle on different orbits, with the reason. `cargo run --release --example guarded -- speed`
+//! prints the time of an iterate by the map, guarded and by direct simulation, for shares outside
+//! the window from none to all. `cargo run --release --example guarded -- bound [POINTS
+//! [SCENE...]]` searches the windows of the catalogue, or of these files, for points at which the
+//! error of the map exceeds its claim.
 
 mod adversary;
 mod agreement;
@@ -20,14 +21,14 @@ use grazemap::model::{Scene, SceneError, catalogue};
 use grazemap::prelude::*;
 use rayon::prelude::*;
 
-/// What the columns of an agreement are.
+/// Headings of the columns of an agreement.
 const HEADINGS: &str = "scene and parameter                by map %   same chaotic transient \
                         coexisting unexplained   difference";
 
-/// Start of the random numbers of an attack.
+/// Seed of the random numbers of an attack.
 const SEED: u64 = 39;
 
-/// Values of a sweep where none are named.
+/// Default number of values of a sweep.
 const VALUES: usize = 160;
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -49,7 +50,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
 }
 
-/// Scenes of these files, or all of the catalogue.
+/// Scenes of these files, or the whole catalogue.
 fn scenes(files: Vec<String>) -> Result<Vec<Scene>, SceneError> {
     match files.is_empty() {
         true => catalogue::names().map(of_catalogue).collect(),
@@ -57,7 +58,7 @@ fn scenes(files: Vec<String>) -> Result<Vec<Scene>, SceneError> {
     }
 }
 
-/// A scene of the catalogue.
+/// Scene of the catalogue.
 fn of_catalogue(name: &str) -> Result<Scene, SceneError> {
     Scene::parse(catalogue::text(name).unwrap_or_default(), name)
 }
@@ -74,10 +75,10 @@ fn agree(values: usize, files: Vec<String>) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Points of an attack on one window where none are named.
+/// Default number of points of an attack on one window.
 const POINTS: usize = 20_000;
 
-/// Attacks the claims of every map.
+/// Attacks the claims of all maps.
 fn bound(points: usize, files: Vec<String>) -> Result<(), Box<dyn Error>> {
     println!("{:26} {:>9} {:>6} {:>8} coordinate and where", "scene", "points", "lost", "excess");
     let attacked = |scene: Scene| {

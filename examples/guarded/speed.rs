@@ -1,9 +1,9 @@
-//! The time of an iterate, for shares outside the window from none to all.
+//! Times of an iterate, for shares outside the window from none to all.
 //!
 //! A sweep goes from the graze to the half-width of the parameter, on the side on which the orbits
-//! of the map reach further. The window is shrunk until it leaves the share asked for outside: of
-//! the iterates that the map makes in the sweep, that quantile of how far they reach in it. The
-//! map, the guarded map and direct simulation take turns, so that their times can be compared.
+//! of the map reach farther. The window is scaled so that the share asked for lies outside: its
+//! size is that quantile of the reaches of the map's iterates. Map, guarded map and direct
+//! simulation take turns, so that their times can be compared.
 
 use std::error::Error;
 
@@ -22,20 +22,20 @@ use grazemap::report::{Cell, Column, ReportError, Table};
 
 use crate::of_catalogue;
 
-/// Scenes of the catalogue on which every orbit stays on one side of the graze: one rigid stop with
-/// an affine and with another flow, and between two bodies; one and two compliant stops.
+/// Scenes of the catalogue whose orbits stay on one side of the graze: one rigid stop with an
+/// affine flow, with another flow, and between two bodies; one and two compliant stops.
 const SCENES: [&str; 6] =
     ["linear", "mems_codim2", "cantilever_3_5_soft", "impact_pair", "soft_b", "two_stops_t1"];
 /// Shares of the iterates outside the window.
 const SHARES: [f64; 4] = [0.0, 0.01, 0.1, 1.0];
-/// Values of a sweep, iterates dropped and kept at each.
+/// Number of values of a sweep; numbers of iterates dropped and kept at each.
 const VALUES: usize = 512;
 const ITERATES: [usize; 2] = [400, 100];
-/// Runs of a sweep that is timed, of which the fastest counts: of one that the map makes alone, and
-/// of the others.
+/// Numbers of timed runs of a sweep, of which the fastest counts: by the map alone, and by the
+/// other methods.
 const RUNS: [usize; 2] = [40, 3];
 
-/// One row a scene and share.
+/// Table with one row per scene and share.
 pub(crate) fn table() -> Result<Table, Box<dyn Error>> {
     let mut table = Table::new(vec![
         Column::text("scene"),
@@ -76,8 +76,8 @@ fn rows(map: &Map, table: &mut Table) -> Result<(), Box<dyn Error>> {
         orbit: OrbitRequest::new(ITERATES[0], ITERATES[1], &local.window.state),
         window: local.window.clone(),
     };
-    // An orbit that escapes ends the map's sweep alone: the side on which more orbits stay, and of
-    // two alike that on which they reach further.
+    // NOTE: an orbit that escapes ends the map's sweep. The side is that on which more orbits stay
+    // and, if equal, that on which they reach farther.
     let width = local.window.parameter[place];
     let map = frozen()?;
     let side = |range: [f64; 2]| {
@@ -112,7 +112,7 @@ fn rows(map: &Map, table: &mut Table) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// The fastest run of every plan, which has one sweep; the plans take turns.
+/// Fastest run of every plan. Each plan has one sweep, and the plans take turns.
 fn fastest<const N: usize>(plans: &[DiagramPlan<'_>; N], runs: [usize; N]) -> [Sweep; N] {
     let run = |plan: &DiagramPlan<'_>| run_plan(plan, &NoProgress).remove(0);
     let time = |sweep: &Sweep| sweep.timing.nanoseconds_per_iterate();
@@ -144,7 +144,7 @@ fn push(table: &mut Table, scene: &str, sweeps: [Sweep; 3]) -> Result<(), Report
     ])
 }
 
-/// How far the iterates of the map reach in its window, of every value, increasing.
+/// Reaches of the map's iterates in its window at every value, ascending.
 fn reaches(map: &FrozenSweep, request: &SweepRequest) -> Vec<f64> {
     let start = |&offset: &f64| {
         let mut parameters = vec![0.0; map.parameters()];
@@ -167,12 +167,12 @@ fn reaches(map: &FrozenSweep, request: &SweepRequest) -> Vec<f64> {
     reaches
 }
 
-/// The window shrunk, or widened, to leave a share of the iterates outside.
+/// Window scaled so that a share of the iterates lies outside.
 fn narrowed(window: &MapWindow, reaches: &[f64], share: f64) -> MapWindow {
     let last = reaches.len() - 1;
     let inside = ((1.0 - share) * last as f64) as usize;
     let reach = if share > 0.0 { reaches[inside] } else { 2.0 * reaches[last] };
-    // Of all iterates, those at the graze too.
+    // NOTE: for a share of 1, iterates at the graze are outside too.
     let reach = if share < 1.0 { reach } else { 0.0 };
     let parameter = if share < 1.0 { 1.0 } else { 0.0 };
     MapWindow {

@@ -1,6 +1,6 @@
-//! Long commands killed at random moments, by the two signals of an impatient user and of a machine
-//! that runs out of memory: nothing is damaged, the same command ends with the bytes of a run that
-//! nobody killed, and little is done twice, by processor time. Needs `/proc`.
+//! Long commands killed at random moments, by the signals of an impatient user and of a machine out
+//! of memory. Checks that no file is damaged, that the same command ends with the bytes of an
+//! uninterrupted run, and that little work is repeated, by processor time. Needs `/proc`.
 //!
 //! ```text
 //! cargo build --release
@@ -19,14 +19,14 @@ use grazemap::model::catalogue;
 
 type Files = BTreeMap<String, Vec<u8>>;
 
-/// A chart beside the diagram of the scene.
+/// Chart, added to the diagram of the scene.
 const CHART: &str = "\n[[chart]]\nparameters = [\"alpha\", \"omega\"]\n\
                      ranges = [[-1e-3, 5e-3], [-1e-3, 1e-3]]\npoints = 150\nkeep = 16\n";
 
 /// The name of the scene's file.
 const SCENE: &str = "scene.toml";
 
-/// Commands of some seconds: a name, the arguments.
+/// Commands that take some seconds: name and arguments.
 fn commands() -> Vec<(&'static str, Vec<String>)> {
     let call = |command: &str, scene: &str, options: &[&str]| {
         let options = options.iter().copied();
@@ -104,7 +104,7 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
     Ok(if damaged == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
-/// Seconds of processor time of all commands that have ended, in steps of 10 ms.
+/// Processor time in seconds of all commands that have ended, in steps of 10 ms.
 fn processor_time() -> Result<f64, Box<dyn Error>> {
     let status = fs::read_to_string("/proc/self/stat")?;
     let after_name = status.rsplit(')').next().unwrap_or_default();
@@ -121,7 +121,7 @@ fn run(program: &Path, call: &[String], folder: &Path) -> Result<(), Box<dyn Err
     Ok(())
 }
 
-/// Runs a command and kills it after some seconds; `false` where it has ended by then.
+/// Runs a command and kills it after some seconds; `false` if it had ended by then.
 fn kill(
     program: &Path,
     call: &[String],
@@ -141,7 +141,7 @@ fn kill(
     Ok(runs)
 }
 
-/// Every file that a command wrote but those that hold measured times.
+/// Files that a command wrote, except those with measured times.
 fn comparable(folder: &Path) -> Result<Files, Box<dyn Error>> {
     let mut files = Files::new();
     let mut folders = vec![folder.to_path_buf()];
@@ -160,13 +160,13 @@ fn comparable(folder: &Path) -> Result<Files, Box<dyn Error>> {
     Ok(files)
 }
 
-/// Names of files that are not the same.
+/// Names of files that differ.
 fn differences(a: &Files, b: &Files) -> Vec<String> {
     let names = a.keys().chain(b.keys()).filter(|name| a.get(*name) != b.get(*name));
     names.cloned().collect()
 }
 
-/// Xorshift: numbers between 0 and 1.
+/// Random numbers between 0 and 1 (xorshift).
 struct Random(u64);
 
 impl Random {

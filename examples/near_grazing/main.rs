@@ -1,9 +1,9 @@
-//! Direct simulation in lanes next to grazes: a million passages of depths down to 1e-14, against
-//! double-double.
+//! Direct simulation in lanes near grazes: a million passages with depths down to 1e-14, compared
+//! with double-double.
 //!
-//! `cargo run --release --example near_grazing` prints a line for every scene, section and way to
-//! fly (minutes), and every passage that is off by more than 1e-6. A number after `--` is that of
-//! the passages.
+//! `cargo run --release --example near_grazing` prints a line for every scene, section and flow
+//! method (minutes), and every passage with an error above 1e-6. A number after `--` is the number
+//! of passages.
 
 mod passages;
 
@@ -18,10 +18,10 @@ const AFFINE: [&str; 6] =
     ["linear", "linear_codim2", "foale", "foale_omega_2_2", "moving_stop", "impact_pair"];
 const BY_TAYLOR: [&str; 4] = ["mems", "self_excited", "linear", "moving_stop"];
 
-/// Share of the passages that are flown by exact steps, by which they take a tenth of the time.
+/// Share of passages flown by exact steps, which take a tenth of the time.
 const EXACT_SHARE: f64 = 0.95;
 
-/// Blocks of eight that are one piece of work.
+/// Number of blocks of eight passages in a piece of work.
 const PIECE: usize = 256;
 
 type Section = &'static [(&'static str, &'static str)];

@@ -1,7 +1,7 @@
-//! Passages of depths down to 1e-14 in lanes, against the same in double-double.
+//! Passages with depths down to 1e-14 in lanes, compared with double-double.
 //!
-//! One idea: both start from the same numbers, so every difference is an error of the simulation,
-//! and what is lost to rounding there is no part of it.
+//! Both simulations start from the same numbers, so that every difference is an error of the
+//! simulation and not the rounding of its input.
 
 use grazemap::analysis::SectionFrame;
 use grazemap::hybrid::{DirectReturn, HybridSystem, LaneReturns, ReturnOutcome};
@@ -11,31 +11,31 @@ use grazemap::orbit::{GrazingOrbit, locate};
 
 const LANES: usize = 8;
 
-/// Differences of an image, or of the speed of a contact, that count as errors.
+/// Difference of an image, or of the speed of a contact, that counts as an error.
 pub(crate) const WRONG: f64 = 1e-6;
 
-/// Decades of the distance from the graze.
+/// Range of the distance from the graze, in powers of ten.
 const DECADES: [f64; 2] = [-14.0, -2.0];
 
-/// A scene of the catalogue on a section, and how it is flown.
+/// Scene of the catalogue on a section, with its flow method.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Case {
     pub(crate) scene: &'static str,
-    /// Keys of the scene that make the section another one.
+    /// Overrides of the scene that select the section.
     pub(crate) section: &'static [(&'static str, &'static str)],
     pub(crate) lowered: fn(&Model) -> HybridSystem,
 }
 
-/// What became of passages.
+/// Counts and errors of passages.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Tally {
     pub(crate) passages: usize,
-    /// Of them with contact, and flown in lanes.
+    /// Numbers of passages with contact, and of passages flown in lanes.
     pub(crate) contacts: usize,
     pub(crate) together: usize,
-    /// The largest error.
+    /// Largest error.
     pub(crate) largest: f64,
-    /// Those that are wrong, in words.
+    /// Wrong passages, as text.
     pub(crate) wrong: Vec<String>,
 }
 
@@ -50,7 +50,7 @@ impl Tally {
     }
 }
 
-/// A scene made ready.
+/// Scene, located and lowered.
 pub(crate) struct Graze {
     case: Case,
     scene: Scene,
@@ -59,7 +59,7 @@ pub(crate) struct Graze {
 }
 
 impl Case {
-    /// The scene and its grazing orbit.
+    /// Locates the grazing orbit of the scene.
     pub(crate) fn graze(self) -> Result<Graze, String> {
         let text = catalogue::text(self.scene).ok_or_else(|| format!("no {}", self.scene))?;
         let set: Vec<_> =
@@ -72,11 +72,11 @@ impl Case {
 }
 
 impl Graze {
-    /// The passages of some numbers, eight at a time.
+    /// Simulates the passages of these blocks of eight.
     ///
     /// # Panics
     ///
-    /// Where the scene has no lanes.
+    /// If the scene has no lanes.
     pub(crate) fn passages(&self, blocks: std::ops::Range<usize>) -> Tally {
         let mut frame = SectionFrame::<f64>::new(&self.scene, &self.orbit);
         let each = blocks.map(|block| self.block(&mut frame, block));
@@ -135,7 +135,7 @@ impl Graze {
     }
 }
 
-/// Offsets of the coordinates and of the parameters, all at one distance from the graze.
+/// Offsets of coordinates and parameters, all at one distance from the graze.
 fn offsets(number: usize, dimension: usize, active: usize) -> (Vec<f64>, Vec<f64>) {
     let steps = [0.754_877, 0.569_840, 0.430_160, 0.324_718, 0.245_122, 0.185_037];
     let share = |place: usize| (0.31 + (number + 1) as f64 * steps[place % 6]).fract();

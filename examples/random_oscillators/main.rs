@@ -1,6 +1,6 @@
-//! Random oscillators by direct simulation against a simulator that knows nothing of it
-//! (`tests/support/independent`): grazing orbits, returns to sections of both kinds, and what
-//! diagrams settle on.
+//! Random oscillators: direct simulation compared with an independent simulator
+//! (`tests/support/independent`). Grazing orbits, returns to sections of both kinds, and attractors
+//! of diagrams.
 //!
 //! ```text
 //! cargo run --release --example random_oscillators                      # 1000 oscillators
@@ -11,7 +11,7 @@
 //! cargo run --release --example random_oscillators -- --only adhesive   # or --without: by what they are
 //! ```
 //!
-//! An oscillator is decided by the seed and its number. Exit code 1 where something differs.
+//! An oscillator is determined by the seed and its number. The exit code is 1 if something differs.
 
 mod campaign;
 #[path = "../../tests/support/independent/mod.rs"]
@@ -24,7 +24,7 @@ use std::time::{Duration, Instant};
 use campaign::{Choice, Tally, compared, kind, scene};
 use rayon::prelude::*;
 
-/// Oscillators that are one piece of work.
+/// Number of oscillators in a piece of work.
 const PIECE: u64 = 8;
 
 /// Request on the command line.
@@ -34,7 +34,7 @@ struct Request {
     from: u64,
     minutes: f64,
     case: Option<u64>,
-    /// Words that the oscillators looked at have in their names, and that they have not.
+    /// Words that the oscillators' names must contain, and must not contain.
     only: Option<String>,
     without: Option<String>,
     choice: Choice,
@@ -85,7 +85,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// Number of differences.
+/// Runs the request and returns the number of differences.
 fn run() -> Result<usize, Box<dyn Error>> {
     let request = Request::of(std::env::args().skip(1))?;
     let (clock, limit) = (Instant::now(), 60.0 * request.minutes);
@@ -118,7 +118,7 @@ fn run() -> Result<usize, Box<dyn Error>> {
     Ok(all.wrong.len())
 }
 
-/// The closing line.
+/// Summary in one line.
 fn figures(tally: &Tally, time: Duration) -> String {
     format!(
         "{} oscillators, {} grazing orbits ({} past another stop), {} returns ({} to tangency \

@@ -1,4 +1,4 @@
-//! Records what a change of the code must not change, and says what differs.
+//! Records results that a change of the code must not change, and reports differences.
 //!
 //! ```text
 //! cargo run --release --example record                     # compares all with tests/data/record
@@ -8,11 +8,11 @@
 //! cargo run --release --example record -- --times          # prints what each part takes
 //! ```
 //!
-//! A line is a hash of all bits of results: of grazing orbits, of returns and forcing periods by
-//! direct simulation (of one orbit and in lanes), of coefficients, images by map, diagrams, charts
-//! and emitted text. The record is the same for every instruction set and every profile, as far as
-//! the platform's exponential, logarithm, powers, inverse and hyperbolic functions have the same
-//! bits. Exit code 1 where a line differs, 2 for wrong arguments.
+//! A line is a hash of all bits of results: grazing orbits, returns and forcing periods by direct
+//! simulation (of one orbit and in lanes), coefficients, images by map, diagrams, charts and
+//! emitted text. The record is the same for every instruction set and every profile, as far as the
+//! platform's exponential, logarithm, powers, inverse and hyperbolic functions have the same bits.
+//! The exit code is 1 if a line differs, 2 for wrong arguments.
 
 mod recorder;
 
@@ -27,7 +27,7 @@ use rayon::ThreadPoolBuilder;
 use rayon::prelude::*;
 use recorder::{Lines, computed, differences, file, groups, is_of, recorded};
 
-/// What is asked for.
+/// Request on the command line.
 #[derive(Debug, Default)]
 struct Request {
     groups: Vec<&'static str>,
@@ -38,7 +38,7 @@ struct Request {
 }
 
 impl Request {
-    /// Of the arguments; all groups and all scenes where none is named.
+    /// Parses the arguments. By default, all groups and all scenes.
     fn of(arguments: impl Iterator<Item = String>) -> Result<Self, String> {
         let mut request = Self::default();
         for word in arguments {
@@ -62,7 +62,7 @@ impl Request {
         Ok(request)
     }
 
-    /// All that the code computes now, on at most two threads.
+    /// Lines computed by the present code, on at most two threads.
     fn computed(&self) -> Result<Lines, Box<dyn Error>> {
         let threads = ThreadPoolBuilder::new().num_threads(2).build()?;
         let compute = |&scene: &&'static str| {
@@ -83,7 +83,7 @@ impl Request {
         Ok(parts.into_iter().flatten().collect())
     }
 
-    /// Compares with the record, or writes it; whether they agree.
+    /// Compares with the record, or writes it. Returns whether they agree.
     fn settle(&self, computed: &Lines) -> Result<bool, Box<dyn Error>> {
         let mut different = 0;
         for &group in &self.groups {
@@ -110,7 +110,7 @@ impl Request {
         Ok(different == 0)
     }
 
-    /// Compares with every instruction set of this machine; whether they agree.
+    /// Compares with every instruction set of this machine. Returns whether all agree.
     fn settle_with_all_sets(&self) -> Result<bool, Box<dyn Error>> {
         let mut agree = true;
         for set in instruction_sets() {
@@ -124,7 +124,7 @@ impl Request {
     }
 }
 
-/// The instruction sets of this machine that kernels are compiled for.
+/// Instruction sets of this machine for which kernels are compiled.
 #[cfg(target_arch = "x86_64")]
 fn instruction_sets() -> Vec<&'static str> {
     let mut sets = vec!["sse2"];
@@ -137,7 +137,7 @@ fn instruction_sets() -> Vec<&'static str> {
     sets
 }
 
-/// Other machines have one set, which no limit names.
+/// Instruction sets of other machines: one, which has no name in the limit.
 #[cfg(not(target_arch = "x86_64"))]
 fn instruction_sets() -> Vec<&'static str> {
     Vec::new()

@@ -1,46 +1,46 @@
-//! Returns to a section from states on true orbits, against a simulation that goes on without one.
+//! Returns to a section from states on true orbits, compared with a simulation without a section.
 //!
-//! One idea: a simulator that has never been stopped knows what holds its state; a return knows
-//! nothing but the coordinates. Both must make the same contacts, wherever the section falls.
+//! A simulator that runs without interruption knows its full state; a return knows only the
+//! coordinates. Both must make the same contacts, wherever the section is.
 
 use grazemap::hybrid::{
     DirectReturn, EventKind, HybridSystem, Outcome, Regime, Return, ReturnOutcome, ReturnSection,
     Simulator,
 };
 
-/// Periods flown before a state is used, and returns of one orbit.
+/// Number of periods before a state is used, and number of returns of one orbit.
 const SETTLE: usize = 4;
 const RETURNS: usize = 4;
-/// Speeds below which a contact may be another one by rounding, or one of a chatter.
+/// Speed below which a contact may differ by rounding, or belong to a chatter.
 const SLOW: f64 = 1e-4;
-/// Largest difference of speeds and states; rounding is the square of it at a graze.
+/// Largest difference of speeds and states; at a graze rounding is the square of it.
 const TOLERANCE: f64 = 1e-6;
 
-/// What became of returns.
+/// Counts of returns.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Tally {
-    /// Returns that agree with the simulation.
+    /// Number of returns that agree with the simulation.
     pub(crate) agreed: usize,
-    /// Of all returns those that started in contact, or at rest on a surface.
+    /// Number of returns that started in contact, or at rest on a surface.
     pub(crate) held: usize,
-    /// Returns that say that the section does not tell.
+    /// Number of returns that report the section as ambiguous.
     pub(crate) ambiguous: usize,
-    /// Returns that ended otherwise, as the simulation did or on the way to a section.
+    /// Number of returns that ended early, as the simulation did or on the way to a section.
     pub(crate) ended: usize,
-    /// The others, in words.
+    /// Wrong returns, as text.
     pub(crate) wrong: Vec<String>,
 }
 
-/// The orbits of a model that are looked at.
+/// Orbits of a model to compare.
 pub(crate) struct Campaign<'a> {
     pub(crate) system: &'a HybridSystem,
     pub(crate) parameters: Vec<f64>,
-    /// Phases of the sections, spread evenly over a period.
+    /// Number of phases of the sections, equally spaced over a period.
     pub(crate) phases: usize,
 }
 
 impl Campaign<'_> {
-    /// Returns from an orbit, on its way from a state; nothing where the simulation ends before.
+    /// Compares returns of the orbit from a state; none if the simulation ends before.
     pub(crate) fn follow(&self, start: &[f64], tally: &mut Tally) {
         let Ok(mut orbit) = Simulator::new(self.system, &self.parameters) else {
             return;
@@ -78,7 +78,7 @@ impl Campaign<'_> {
         }
     }
 
-    /// One return at a phase at which everything is simulated.
+    /// Compares one return at a phase, with full simulation.
     fn whole_period(&self, orbit: &Simulator<'_, f64>, period: f64, tally: &mut Tally) {
         let mut truth = orbit.clone();
         tally.held += usize::from(truth.regime() != Regime::Free);
@@ -103,10 +103,10 @@ impl Campaign<'_> {
         });
     }
 
-    /// Several returns, the contacts of which follow each other as those of the simulation.
+    /// Compares several returns; their contacts must follow each other as those of the simulation.
     ///
-    /// A section point may lie behind a contact, which belongs to the next return with all that
-    /// follow it.
+    /// A section point may lie behind a contact. That contact, and all that follow it, belong to
+    /// the next return.
     fn several(
         &self,
         section: ReturnSection,
@@ -155,7 +155,7 @@ impl Campaign<'_> {
         map.ok()?.image(start).ok()
     }
 
-    /// Counts a return; whether it came to the section and agrees.
+    /// Counts a return. Returns whether it reached the section and agrees.
     fn count(
         &self,
         section: ReturnSection,
@@ -183,7 +183,7 @@ impl Campaign<'_> {
     }
 }
 
-/// Whether the speeds of two orbits are the same.
+/// Whether the speeds of two orbits agree.
 fn same(found: &[f64], truth: &[f64]) -> bool {
     let fast = |speeds: &[f64]| -> Vec<f64> {
         speeds.iter().copied().filter(|speed| *speed > SLOW).collect()

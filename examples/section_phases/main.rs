@@ -1,5 +1,5 @@
-//! Returns to sections at every phase, against a simulation that goes on without a section: all
-//! scenes of the catalogue with a forcing phase, at parameters about those of the graze.
+//! Returns to sections at every phase, compared with a simulation without a section: all scenes of
+//! the catalogue with a forcing phase, at parameters near those of the graze.
 //!
 //! `cargo run --release --example section_phases` prints a line for every scene (a minute), and
 //! every return that is wrong.
@@ -13,11 +13,11 @@ use grazemap::hybrid::HybridSystem;
 use grazemap::model::{Model, Scene, catalogue};
 use rayon::prelude::*;
 
-/// Phases of the sections in a period.
+/// Number of phases of sections in a period.
 const PHASES: usize = 16;
-/// Orbits at every parameter.
+/// Number of orbits at every parameter.
 const ORBITS: usize = 8;
-/// Factors of the adjusted parameter.
+/// Factors applied to the adjusted parameter.
 const FACTORS: [f64; 7] = [0.6, 0.8, 0.95, 1.0, 1.05, 1.2, 1.5];
 
 fn main() -> Result<(), Box<dyn Error + Send + Sync>> {
@@ -54,7 +54,7 @@ fn values(model: &Model) -> Vec<f64> {
     model.parameter_values().iter().map(|value| value.to_f64()).collect()
 }
 
-/// A state of the size of the guess, or of 1, at a phase of its own.
+/// Random state of the size of the guess, or of 1, at a random phase.
 fn start(scene: &Scene, number: usize) -> Vec<f64> {
     let steps = [0.754_877, 0.569_840, 0.430_160, 0.324_718, 0.245_122];
     let scattered = |place: usize| (0.31 + (number + 1) as f64 * steps[place % 5]).fract();

@@ -1,4 +1,4 @@
-//! The commands of the guide, run in the order of their page.
+//! Commands of the guide, run in the order of their page.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -10,27 +10,27 @@ use pulldown_cmark::{CodeBlockKind, Event, Tag, TagEnd};
 
 use super::documents::Document;
 
-/// Pages whose blocks of `sh` are run, each page in a folder of its own.
+/// Pages whose `sh` blocks are run, each page in a folder of its own.
 pub(crate) const RUN: [&str; 2] = ["docs/how-to/tour.md", "docs/reference/page.md"];
 
-/// A block of code of a page: its language, and its lines.
+/// Code block of a page: language and text.
 #[derive(Debug)]
 pub(crate) struct Block {
     pub(crate) language: String,
     pub(crate) text: String,
 }
 
-/// A command that was run.
+/// Command that was run.
 #[derive(Debug)]
 pub(crate) struct Done {
     pub(crate) line: String,
-    /// What it said on standard output, then on standard error.
+    /// Text printed to standard output, then to standard error.
     pub(crate) said: String,
-    /// Files that it wrote, from the folder of the page.
+    /// Files that it wrote, relative to the folder of the page.
     pub(crate) files: Vec<PathBuf>,
 }
 
-/// The blocks of a page whose language is named.
+/// Code blocks of a page that name a language.
 pub(crate) fn blocks(page: &Document) -> Vec<Block> {
     let mut blocks: Vec<Block> = Vec::new();
     let mut is_open = false;
@@ -50,7 +50,7 @@ pub(crate) fn blocks(page: &Document) -> Vec<Block> {
     blocks
 }
 
-/// Where the commands of a page are run.
+/// Program and folder in which the commands of a page are run.
 #[derive(Debug)]
 pub(crate) struct Runner {
     program: PathBuf,
@@ -58,18 +58,17 @@ pub(crate) struct Runner {
 }
 
 impl Runner {
-    /// Runs this program in an empty folder.
+    /// Runner of this program in an empty folder.
     pub(crate) fn new(program: impl Into<PathBuf>, folder: impl Into<PathBuf>) -> Self {
         Self { program: program.into(), folder: folder.into() }
     }
 
-    /// Runs the commands of a page, block by block. A table is saved, as `states.csv`, which is how
-    /// the page calls it; other blocks are for reading.
+    /// Runs the commands of a page, block by block. A CSV block is saved as `states.csv`, its name
+    /// in the page; other blocks are only for reading.
     ///
     /// # Errors
     ///
-    /// The page, the line and what was said, where a line is no command of the program, or ends
-    /// otherwise.
+    /// Page, line and message, if a line is not a command of the program or fails.
     pub(crate) fn page(&self, page: &Document) -> Result<Vec<Vec<Done>>, String> {
         let blocks = blocks(page).into_iter().map(|block| self.block(&block));
         blocks.collect::<Result<_, _>>().map_err(|fault| format!("{}: {fault}", page.path))
@@ -106,7 +105,7 @@ impl Runner {
     }
 }
 
-/// Files below a folder, and when they were written.
+/// Files below a folder, with their modification times.
 fn files(folder: &Path) -> std::io::Result<BTreeMap<PathBuf, SystemTime>> {
     let mut found = BTreeMap::new();
     let mut folders = vec![folder.to_owned()];

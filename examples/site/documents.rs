@@ -1,5 +1,4 @@
-//! The pages of documentation as they stand in the repository: headings with the names that links
-//! reach them by, and links that reach nothing.
+//! Pages of documentation in the repository: headings with their link anchors, and broken links.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::error::Error;
@@ -12,25 +11,25 @@ use pulldown_cmark::{Event, MetadataBlockKind, Options, Parser, Tag, TagEnd};
 const BESIDE: [&str; 4] =
     ["README.md", "CHANGELOG.md", "CONTRIBUTING.md", "gallery/benchmark/README.md"];
 
-/// A page in Markdown.
+/// Markdown page.
 #[derive(Debug)]
 pub(crate) struct Document {
-    /// Its place in the repository, with slashes.
+    /// Path in the repository, with slashes.
     pub(crate) path: String,
     pub(crate) text: String,
 }
 
-/// A heading of a page.
+/// Heading of a page.
 #[derive(Debug)]
 pub(crate) struct Heading {
-    /// 1 for the title.
+    /// Level, 1 for the title.
     pub(crate) level: usize,
     pub(crate) text: String,
-    /// What stands after `#` in a link to it.
+    /// Anchor: the part after `#` in a link to the heading.
     pub(crate) anchor: String,
 }
 
-/// The pages, by their places.
+/// Pages, by path.
 #[derive(Debug)]
 pub(crate) struct Documents(pub(crate) BTreeMap<String, Document>);
 
@@ -57,7 +56,7 @@ impl Documents {
         Ok(Self(paths.into_iter().map(read).collect::<Result<_, _>>()?))
     }
 
-    /// Places of files that pages link to and that are no pages.
+    /// Paths of linked files that are not pages.
     pub(crate) fn files(&self) -> BTreeSet<String> {
         let of = |page: &Document| -> Vec<String> {
             let links = page.links().into_iter().filter(|link| !is_address(link));
@@ -68,7 +67,7 @@ impl Documents {
         files
     }
 
-    /// What is wrong with the links of all pages, each with the page and the target.
+    /// Faults of the links of all pages, each with page and target.
     pub(crate) fn faults(&self, root: &Path) -> Vec<String> {
         let of = |page: &Document| -> Vec<String> {
             let links = page.links().into_iter();
@@ -81,7 +80,7 @@ impl Documents {
         self.0.values().flat_map(of).collect()
     }
 
-    /// What is wrong with a link of a page; `None` where it leads somewhere, or out of the pages.
+    /// Fault of a link; `None` if its target exists or is outside the pages.
     fn fault(&self, root: &Path, page: &Document, link: &str) -> Option<String> {
         let (path, anchor) = match link.split_once('#') {
             Some((path, anchor)) => (path, Some(anchor)),
@@ -107,13 +106,13 @@ impl Documents {
 }
 
 impl Document {
-    /// The text as events of Markdown as GitHub reads it, tables among it.
+    /// Markdown events of the text, with tables as on GitHub.
     pub(crate) fn events(&self) -> impl Iterator<Item = Event<'_>> {
         let options = Options::ENABLE_TABLES | Options::ENABLE_YAML_STYLE_METADATA_BLOCKS;
         Parser::new_ext(&self.text, options)
     }
 
-    /// Its headings in order.
+    /// Headings, in order.
     pub(crate) fn headings(&self) -> Vec<Heading> {
         let mut headings: Vec<Heading> = Vec::new();
         let mut open: Option<Heading> = None;
@@ -133,7 +132,7 @@ impl Document {
         headings
     }
 
-    /// The first heading, the title in the head of the file where there is one, or the place.
+    /// Title: that in the head of the file, the first heading, or the path.
     pub(crate) fn title(&self) -> String {
         let mut events = self.events();
         let head = Event::Start(Tag::MetadataBlock(MetadataBlockKind::YamlStyle));
@@ -147,7 +146,7 @@ impl Document {
         first.map_or_else(|| self.path.clone(), |heading| heading.text)
     }
 
-    /// Targets of links and pictures, as they are written.
+    /// Targets of links and pictures, as written.
     fn links(&self) -> Vec<String> {
         let target = |event| match event {
             Event::Start(Tag::Link { dest_url, .. } | Tag::Image { dest_url, .. }) => {
@@ -158,8 +157,8 @@ impl Document {
         self.events().filter_map(target).collect()
     }
 
-    /// The place in the repository of a target that the page names, its own where that is empty;
-    /// `None` outside of it.
+    /// Path in the repository of a target on this page (the page's own if empty); `None` outside
+    /// the repository.
     pub(crate) fn place_of(&self, target: &str) -> Option<String> {
         if target.is_empty() {
             return Some(self.path.clone());
@@ -180,8 +179,8 @@ impl Document {
 }
 
 impl Heading {
-    /// With the name that GitHub gives a heading: its letters in lower case, hyphens for blanks; a
-    /// number where headings before have the same.
+    /// Adds the anchor that GitHub generates: lower case letters, hyphens for blanks, and a number
+    /// if earlier headings have the same anchor.
     fn named(mut self, before: &[Self]) -> Self {
         let is_kept = |letter: &char| letter.is_alphanumeric() || " -_".contains(*letter);
         let letters = self.text.to_lowercase();
@@ -194,7 +193,7 @@ impl Heading {
     }
 }
 
-/// Whether a target is an address of its own and no file of the repository.
+/// Whether a target is an external address, not a file of the repository.
 pub(crate) fn is_address(target: &str) -> bool {
     target.contains("://") || target.starts_with("mailto:")
 }

@@ -1,6 +1,6 @@
-//! The documentation as one static site: README, changelog and `docs/` as pages of HTML that open
-//! from a file and ask no network for anything, the commands of the guide with what they print and
-//! draw, and the page of the gallery.
+//! Documentation as a static site: README, changelog and `docs/` as HTML pages that open from a
+//! file without a network, the commands of the guide with their output and figures, and the page of
+//! the gallery.
 //!
 //! ```text
 //! cargo build --release
@@ -9,7 +9,7 @@
 //! cargo run --release --example site -- -o site --gallery gallery-page
 //! ```
 //!
-//! The commands are run by the program that was built last. Exit code 1 where a link leads nowhere.
+//! The commands are run by the program built last. The exit code is 1 if a link is broken.
 
 mod commands;
 mod documents;
@@ -28,7 +28,7 @@ use documents::{Document, Documents};
 use pages::{Site, place};
 use program::program;
 
-/// What is asked for.
+/// Request on the command line.
 struct Request {
     folder: PathBuf,
     gallery: Option<PathBuf>,
@@ -63,7 +63,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// Writes the site; what is wrong with its links.
+/// Writes the site and returns the faults of its links.
 fn run() -> Result<Vec<String>, Box<dyn Error>> {
     let request = Request::of(std::env::args().skip(1))?;
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
@@ -79,7 +79,7 @@ fn run() -> Result<Vec<String>, Box<dyn Error>> {
         write(&request.folder.join(place(&document.path)), site.page(document)?.as_bytes())?;
     }
     for path in documents.files() {
-        // NOTE: a file that is not there is among the faults.
+        // NOTE: a missing file is reported with the faults.
         if let Ok(bytes) = fs::read(root.join(&path)) {
             write(&request.folder.join(path), &bytes)?;
         }
@@ -97,7 +97,7 @@ fn run() -> Result<Vec<String>, Box<dyn Error>> {
     Ok(documents.faults(root))
 }
 
-/// Runs the commands of a page; what they write goes to this folder.
+/// Runs the commands of a page. Their files go to this folder.
 fn commands_of(page: &Document, folder: &Path) -> Result<Vec<Vec<Done>>, Box<dyn Error>> {
     let empty = tempfile::tempdir()?;
     let done = Runner::new(program()?, empty.path()).page(page)?;

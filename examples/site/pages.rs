@@ -1,5 +1,5 @@
-//! Pages of Markdown as pages of HTML that open from a file: every picture is inside, and commands
-//! of the guide stand with what they printed and drew.
+//! HTML pages from Markdown pages. They open from a file: all pictures are embedded, and commands
+//! of the guide are shown with their output and figures.
 
 use std::collections::BTreeMap;
 use std::error::Error;
@@ -18,7 +18,7 @@ use super::documents::{Document, Documents, is_address};
 const TEMPLATE: &str = include_str!("../../templates/site.html.tera");
 const STYLE: &str = include_str!("../../templates/style.css");
 
-/// Pages of a group that stand before the others, which follow by their titles.
+/// Pages that come first in their group; the others follow by title.
 const FIRST: [&str; 8] = [
     "README.md",
     "docs/how-to/tour.md",
@@ -30,7 +30,7 @@ const FIRST: [&str; 8] = [
     "docs/reference/c.md",
 ];
 
-/// Groups of the navigation, by the folders of their pages; the last takes the rest.
+/// Groups of the navigation, by folder of their pages; the last one takes the rest.
 const GROUPS: [(&str, &str); 8] = [
     ("docs/tutorials/", "Tutorials"),
     ("docs/how-to/", "How-to"),
@@ -42,40 +42,40 @@ const GROUPS: [(&str, &str); 8] = [
     ("", "More"),
 ];
 
-/// Above this size (bytes) a picture is shown as PNG: browsers are slow with longer SVGs.
+/// Size of a picture, in bytes, above which it is shown as PNG: browsers are slow with long SVGs.
 const LONGEST_SVG: u64 = 400_000;
 
-/// A group of pages of the navigation.
+/// Group of pages in the navigation.
 #[derive(Debug, Serialize)]
 struct Group<'a> {
     title: &'a str,
     pages: Vec<Entry>,
 }
 
-/// A page in the navigation.
+/// Page in the navigation.
 #[derive(Debug, Serialize)]
 struct Entry {
     title: String,
-    /// From the page that is shown.
+    /// Link, relative to the page that is shown.
     href: String,
     current: bool,
-    /// Its parts, where it is the page that is shown.
+    /// Headings, if this is the page that is shown.
     parts: Vec<(String, String)>,
 }
 
-/// The site: its pages, and what the blocks of some of them printed and wrote.
+/// Site: its pages, and the output of their code blocks.
 #[derive(Debug)]
 pub(crate) struct Site<'a> {
     pub(crate) root: &'a Path,
     pub(crate) documents: &'a Documents,
-    /// What was run, by page and then by block, and the folder with the files of each page.
+    /// Commands that were run, by page and block, and the folder with the files of each page.
     pub(crate) done: BTreeMap<String, (Vec<Vec<Done>>, PathBuf)>,
-    /// Whether there is a page of the gallery.
+    /// Whether the site has a page of the gallery.
     pub(crate) gallery: bool,
 }
 
 impl Site<'_> {
-    /// A page as HTML, to be read where [`place`] puts it.
+    /// HTML of a page, for the path given by [`place`].
     pub(crate) fn page(&self, document: &Document) -> Result<String, Box<dyn Error>> {
         let mut tera = tera::Tera::new();
         tera.set_escape_fn(|text, output| output.write_all(escape_html(text).as_bytes()));
@@ -166,7 +166,7 @@ impl Site<'_> {
         Ok(text)
     }
 
-    /// A link as it is in the site: pages as HTML, other files where they stand.
+    /// Target of a link in the site: HTML for pages, the same path for other files.
     fn target(&self, document: &Document, link: &str) -> String {
         let (path, anchor) = link.split_once('#').unwrap_or((link, ""));
         let is_page =
@@ -179,7 +179,7 @@ impl Site<'_> {
     }
 }
 
-/// Where the page of a Markdown file goes.
+/// Path in the site of a Markdown page.
 pub(crate) fn place(path: &str) -> String {
     match path.strip_suffix("README.md") {
         Some(folder) => format!("{folder}index.html"),
@@ -187,18 +187,18 @@ pub(crate) fn place(path: &str) -> String {
     }
 }
 
-/// A path without the ending of Markdown.
+/// Path without the extension of Markdown.
 fn stem(path: &str) -> &str {
     path.strip_suffix(".md").unwrap_or(path)
 }
 
-/// A place of the site from the page of a document.
+/// Path in the site, relative to the page of a document.
 fn up(document: &Document, place: &str) -> String {
     format!("{}{place}", "../".repeat(document.path.matches('/').count()))
 }
 
-/// A command with what it printed, the pictures it drew, and links to what it wrote, which stands
-/// in a folder beside the page; of a command that wrote a page with its pictures, the page alone.
+/// HTML of a command with its output, its pictures, and links to its files, which are in a folder
+/// beside the page; for a command that wrote a page with its pictures, only a link to the page.
 fn shown(done: &Done, folder: &Path, stem: &str) -> Result<String, Box<dyn Error>> {
     let line = escape_html(&done.line);
     let mut text = format!("<div class=\"run\">\n<pre><code>{line}</code></pre>\n");
@@ -247,7 +247,7 @@ fn shown(done: &Done, folder: &Path, stem: &str) -> Result<String, Box<dyn Error
     Ok(text + "</div>\n")
 }
 
-/// A picture as an address that holds it.
+/// Picture as a data URI.
 fn data_address(path: &Path) -> Result<String, Box<dyn Error>> {
     let kind = match path.extension().and_then(|ending| ending.to_str()) {
         Some("svg") => "svg+xml",

@@ -1,5 +1,5 @@
-//! The approach to the rigid stop: difference over its law, contact time over its limit, errors of
-//! both maps.
+//! Approach to the rigid stop: difference over its law, contact time over its limit, errors of both
+//! maps.
 
 use std::f64::consts::PI;
 
@@ -9,27 +9,27 @@ use grazemap::report::{Cell, Column, ReportError, Table};
 use crate::error::{DEEPEST, Measured};
 use crate::law::approach_law;
 
-/// Points a decade of `y`.
+/// Number of points per decade of `y`.
 const PER_DECADE: i32 = 4;
 /// Weights of the errors.
 const WEIGHTS: [u32; 4] = [4, 8, 16, 24];
 
-/// What is measured at one stiffness and depth.
+/// Measurements at one stiffness and depth.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Sample {
     stiffness: f64,
     y: f64,
-    /// `y` over that at which the contact turns stiff.
+    /// Ratio of `y` to its value at which the contact turns stiff.
     scaled: f64,
     /// Contact time over half a period of the contact.
     contact: f64,
-    /// `D_soft − D_rigid` over its law, of `w` and `v`.
+    /// Ratio of `D_soft − D_rigid` to its law, for `w` and `v`.
     ratio: [f64; 2],
-    /// Errors of the series by weight, then that of the rigid stop.
+    /// Errors of the series by weight, then the error of the rigid stop.
     errors: [f64; 5],
 }
 
-/// Everything at a grid of depths, from a thousandth of the series' radius to `1e4` times that at
+/// Samples on a grid of depths, from a thousandth of the series' radius to `1e4` times the depth at
 /// which the contact turns stiff.
 pub(crate) fn samples(family: &[Measured<'_>]) -> Vec<Sample> {
     let of = |stop: &Measured<'_>| {
@@ -60,7 +60,7 @@ fn sample(stop: &Measured<'_>, y: f64) -> Sample {
     }
 }
 
-/// The samples as a table.
+/// Table of the samples.
 pub(crate) fn sample_table(samples: &[Sample]) -> Result<Table, ReportError> {
     let mut columns: Vec<_> =
         ["k2", "y", "y/y_s", "contact time k2^(1/2)/pi", "dw over law", "dv over law"]
@@ -77,8 +77,8 @@ pub(crate) fn sample_table(samples: &[Sample]) -> Result<Table, ReportError> {
     Ok(table)
 }
 
-/// The difference over its law against the scaled depth: one curve for all stiffnesses, `(2/π)
-/// atan`.
+/// Figure of the difference over its law against the scaled depth: one curve for all stiffnesses,
+/// `(2/π) atan`.
 pub(crate) fn collapse_figure(samples: &[Sample]) -> Figure {
     let mut figure = Figure::new(
         Axis::log10("y / y_{s},  y_{s} = (a / 2k_{2})^{1/2}"),
@@ -98,7 +98,7 @@ pub(crate) fn collapse_figure(samples: &[Sample]) -> Figure {
     figure
 }
 
-/// Errors of the series and of the rigid stop against the scaled depth, at one stiffness.
+/// Figure of the errors of series and rigid stop against the scaled depth, at one stiffness.
 pub(crate) fn error_figure(name: &str, samples: &[Sample], decade: i32) -> Figure {
     let mut figure = Figure::new(
         Axis::log10("y / y_{s}"),

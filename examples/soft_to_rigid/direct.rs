@@ -1,4 +1,4 @@
-//! The discontinuity mapping at zero net time by direct simulation in double-double: no expansion.
+//! Discontinuity mapping at zero net time by direct simulation in double-double, without expansion.
 
 use grazemap::flow::{Field, Integrator};
 use grazemap::hybrid::{Event, EventKind, HybridSystem, Simulator};
@@ -6,14 +6,13 @@ use grazemap::model::Scene;
 use grazemap::numeric::Dd;
 use grazemap::orbit::GrazingOrbit;
 
-/// How long before the lowest point of the free flight the simulation begins, in times from the
-/// stop to there.
+/// Time by which the simulation begins before the lowest point of the free flight, in units of the
+/// time from the stop to that point.
 const HEAD_START: f64 = 3.0;
-/// How long after a rigid impact it ends, in the same times.
+/// Time by which the simulation continues after a rigid impact, in the same units.
 const AFTERMATH: f64 = 0.1;
 
-/// A stop of a linear oscillator with states `(w, v)` and its grazing orbit, lowered for
-/// simulation.
+/// Stop of a linear oscillator with states `(w, v)` and its grazing orbit, lowered for simulation.
 #[derive(Debug)]
 pub(crate) struct DirectJump {
     system: HybridSystem,
@@ -23,16 +22,16 @@ pub(crate) struct DirectJump {
     acceleration: Dd,
 }
 
-/// What a contact does to a free motion that would have turned back at depth `y²`.
+/// Effect of a contact on a free motion with the minimum `h = −y²`.
 #[derive(Clone, Debug)]
 pub(crate) struct Jump {
-    /// `D(x) − x`, of `w` and of `v`.
+    /// Change `D(x) − x`, of `w` and of `v`.
     pub(crate) change: [Dd; 2],
-    /// When the stop is met, before the free motion would have turned back: negative.
+    /// Time of the entry relative to the minimum of the free motion: negative.
     pub(crate) entry: Dd,
-    /// The full state when it is met, the free flow's.
+    /// Full state at the entry, on the free flow.
     pub(crate) entry_state: Vec<Dd>,
-    /// How long the contact lasts; 0 for an impact.
+    /// Contact time; 0 for an impact.
     pub(crate) contact_time: Dd,
 }
 
@@ -47,7 +46,7 @@ impl DirectJump {
         }
     }
 
-    /// The jump from `w = y²`, `v = 0` at the grazing phase, after zero net time; only the first
+    /// Jump from `w = y²`, `v = 0` at the grazing phase, after zero net time; only the first
     /// contact counts.
     pub(crate) fn at(&self, y: Dd) -> Jump {
         let mut state = self.graze.clone();
@@ -69,7 +68,7 @@ impl DirectJump {
         }
     }
 
-    /// When the first contact begins and ends.
+    /// Times of the start and end of the first contact.
     fn contact(&self, start: &[Dd], duration: Dd) -> (Dd, Dd) {
         let events = self.simulator(start).run(duration);
         let events = events.expect("a finite duration").events;
@@ -79,8 +78,8 @@ impl DirectJump {
         };
         let impact = first(|kind| matches!(kind, EventKind::Impact { .. }));
         let begin = first(|kind| matches!(kind, EventKind::ContactBegin { .. }));
-        // NOTE: a stiff contact that begins within rounding of the surface can end at once, still
-        // inward, and begin anew.
+        // NOTE: a stiff contact that begins within rounding of the surface may end at once, still
+        // moving inward, and begin again.
         let outward = |kind: &EventKind<Dd>| matches!(kind, EventKind::ContactEnd { speed } if *speed > Dd::ZERO);
         let end = first(outward);
         match (impact, begin, end) {

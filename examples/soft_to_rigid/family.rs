@@ -1,4 +1,4 @@
-//! Families of stops that harden: scenes with a stiffness.
+//! Families of hardening stops: scenes with a stiffness.
 //!
 //! The linear oscillator `u'' = −R1 u' − k1 u + A cos θ` of `Kundu2012` with its stop at `u = 1`;
 //! the state `w = u − 1` is the distance from the stop, so that a depth of 1e-26 has all its digits
@@ -16,18 +16,18 @@ pub(crate) const STOP_DAMPING: f64 = 0.5;
 /// Force with which the stop of family C is pressed against its seat.
 pub(crate) const PRESTRESS: f64 = 1.0;
 
-/// A law of contact in which the stiffness is free.
+/// Contact law with a free stiffness.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Family {
-    /// A spring: `−k2 w`.
+    /// Spring: `−k2 w`.
     A,
-    /// A spring and a damper, released at zero force: `−k2 w − R2 w'`, `R2 = 0.5`.
+    /// Spring and damper, released at zero force: `−k2 w − R2 w'`, `R2 = 0.5`.
     B,
-    /// A spring under a prestress that does not grow with the stiffness: `−k2 w − F`, `F = 1`.
+    /// Spring with a prestress independent of the stiffness: `−k2 w − F`, `F = 1`.
     C,
 }
 
-/// A grazing stop of some stiffness.
+/// Grazing stop of some stiffness.
 #[derive(Debug)]
 pub(crate) struct Stop {
     pub(crate) scene: Scene,
@@ -37,7 +37,7 @@ pub(crate) struct Stop {
 impl Family {
     pub(crate) const ALL: [Self; 3] = [Self::A, Self::B, Self::C];
 
-    /// The stop of a stiffness; `m` is twice the natural frequency over that of the forcing.
+    /// Stop of a stiffness; `m` is twice the ratio of natural to forcing frequency.
     pub(crate) fn stop(self, k2: &str, m: &str) -> Stop {
         let law = match self {
             Self::A => format!("contact = {{ v = \"free - {k2}*w\" }}"),
@@ -49,7 +49,7 @@ impl Family {
         Stop::of(&law, m)
     }
 
-    /// The damper of the stop.
+    /// Damping coefficient of the stop.
     pub(crate) fn stop_damping(self) -> f64 {
         match self {
             Self::B => STOP_DAMPING,
@@ -59,7 +59,7 @@ impl Family {
 }
 
 impl Stop {
-    /// The rigid stop that gives back the whole speed.
+    /// Rigid stop with restitution 1.
     pub(crate) fn rigid(m: &str) -> Self {
         Self::of("impact = { v = \"-v\" }", m)
     }

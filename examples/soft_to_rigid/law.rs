@@ -1,19 +1,19 @@
-//! The law by which a stop that hardens tends to the rigid one with `r = 1`.
+//! Law by which a hardening stop tends to the rigid one with `r = 1`.
 //!
-//! A stiff contact gives the speed back after half a period of its own, `δ = π √(M/k2)`, less what
-//! the dampers take:
+//! A stiff contact returns the speed after half a period of its own, `δ = π √(M/k2)`, minus the
+//! losses in the dampers:
 //!
 //! ```text
 //! D_soft − D_rigid = δ E(−t1) (v, a_e − (R1 − R2) v/2) + O(1/k2)
 //! ```
 //!
-//! with the entry at the time `t1 < 0`, the speed `v` there, `a_e = (k1 σ − G)/M` and the
-//! homogeneous free flow `E`.
+//! Here `t1 < 0` is the time of the entry, `v` the speed there, `a_e = (k1 σ − G)/M`, and `E` the
+//! homogeneous free flow.
 
 use super::direct::Jump;
 use super::family::{DAMPING, Stop};
 
-/// The leading difference of the jumps of `w` and `v`, for a stop with a damper.
+/// Leading difference of the jumps of `w` and `v`, for a stop with a damper.
 pub(crate) fn approach_law(stop: &Stop, jump: &Jump, k2: f64, stop_damping: f64) -> [f64; 2] {
     let speed = jump.entry_state[1].to_f64();
     let amplitude = stop.orbit.parameters()[0].to_f64();

@@ -1,5 +1,5 @@
-//! The study docs/studies/soft-to-rigid.md: a compliant stop whose stiffness grows against the
-//! rigid one.
+//! Study docs/studies/soft-to-rigid.md: a compliant stop of growing stiffness, compared with the
+//! rigid stop.
 //!
 //! `cargo run --release --example soft_to_rigid` measures everything anew (some seconds) and writes
 //! the tables and figures of the page. The truth is direct simulation in double-double, which
@@ -21,11 +21,11 @@ use error::{M, Measured};
 use family::{Family, Stop};
 use study::Study;
 
-/// Powers of ten of the stiffnesses.
+/// Stiffnesses, as powers of ten.
 const DECADES: std::ops::RangeInclusive<i32> = 1..=8;
-/// Powers of ten whose rows stand in the page where rows are alike; the others are in the CSV.
+/// Stiffnesses shown in the page where rows are alike; the others are in the CSV.
 const SHOWN: [f64; 3] = [1e1, 1e4, 1e8];
-/// Power of ten of the stiffness at which errors are drawn.
+/// Stiffness at which errors are drawn, as a power of ten.
 const DRAWN: i32 = 6;
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -50,7 +50,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     study.close()
 }
 
-/// What is drawn and tabulated family by family.
+/// Figures and tables of one family.
 fn family(study: &mut Study, stops: &[Measured<'_>]) -> Result<(), Box<dyn Error>> {
     let family = stops[0].family;
     let named = |stem: &str| format!("{stem}-{}", family.name().to_lowercase());

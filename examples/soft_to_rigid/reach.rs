@@ -1,4 +1,4 @@
-//! How deep each map reaches, by stiffness: radius, reach of the series, crossing, rigid limit.
+//! Depths that each map reaches, by stiffness: radius, reach of the series, crossing, rigid limit.
 
 use grazemap::report::figure::{Axis, Figure, Series, Stroke};
 use grazemap::report::{Cell, Column, ReportError, Table};
@@ -14,7 +14,7 @@ const RIGID: [f64; 3] = [1e-1, 1e-2, 1e-3];
 const SHOWN_WEIGHT: u32 = 8;
 const SHOWN_TOLERANCE: f64 = 1e-2;
 
-/// The estimated radius against that of the uniform law.
+/// Table of the estimated radius and that of the uniform law.
 pub(crate) fn radius_table(stops: &[&Measured<'_>]) -> Result<Table, ReportError> {
     let headings = ["radius, uniform law", "radius, estimated", "ratio"];
     let mut table = table_of(headings.map(str::to_owned).to_vec());
@@ -25,7 +25,7 @@ pub(crate) fn radius_table(stops: &[&Measured<'_>]) -> Result<Table, ReportError
     Ok(table)
 }
 
-/// The largest `y` over the radius of the law up to which a weight is within a tolerance.
+/// Table of the largest `y`, over the radius of the law, at which a weight is within a tolerance.
 pub(crate) fn reach_table(stops: &[&Measured<'_>]) -> Result<Table, ReportError> {
     let pairs = || WEIGHTS.into_iter().flat_map(|w| TOLERANCES.map(|tolerance| (w, tolerance)));
     let mut table = table_of(pairs().map(|(w, t)| format!("W = {w}, {t:.0e}")).collect());
@@ -36,7 +36,7 @@ pub(crate) fn reach_table(stops: &[&Measured<'_>]) -> Result<Table, ReportError>
     Ok(table)
 }
 
-/// Depths `y²`: up to where the series serve, where the rigid stop is nearer, from where it serves.
+/// Table of depths `y²`: reach of the series, crossing, and start of the rigid limit.
 pub(crate) fn gap_table(family: &[Measured<'_>]) -> Result<Table, ReportError> {
     let mut headings = vec![
         format!("W = {SHOWN_WEIGHT} to {SHOWN_TOLERANCE:.0e}"),
@@ -61,7 +61,7 @@ fn depths(stop: &Measured<'_>) -> Vec<f64> {
     found.into_iter().map(|y| y * y).collect()
 }
 
-/// The gap between the two maps, depth against stiffness.
+/// Figure of the gap between the two maps, depth against stiffness.
 pub(crate) fn gap_figure(family: &[Measured<'_>]) -> Figure {
     let name = family.first().map_or("", |stop| stop.family.name());
     let mut figure = Figure::new(

@@ -1,4 +1,4 @@
-//! What the laws uniform in the stiffness say: where a contact turns stiff, where its series end.
+//! Laws uniform in the stiffness: depth at which a contact turns stiff, and radius of its series.
 
 use grazemap::expansion::Expander;
 
@@ -13,7 +13,7 @@ impl Family {
         }
     }
 
-    /// `h''` in contact at the graze, for the free one.
+    /// Value of `h''` in contact at the graze, from the free one.
     fn pressed(self, free: f64) -> f64 {
         match self {
             Self::A | Self::B => free,
@@ -21,13 +21,14 @@ impl Family {
         }
     }
 
-    /// The depth variable at which the contact time turns from that of a soft contact to that of a
+    /// Depth variable at which the contact time changes from that of a soft contact to that of a
     /// stiff one.
     pub(crate) fn turn(self, free: f64, k2: f64) -> f64 {
         self.pressed(free) / (2.0 * free * k2).sqrt()
     }
 
-    /// Radius in `y` of the uniform law: where its arc tangent (A, C) or its square root (B) ends.
+    /// Radius in `y` of the uniform law: the singularity of its arc tangent (A, C) or square root
+    /// (B).
     pub(crate) fn radius(self, free: f64, k2: f64) -> f64 {
         match self {
             Self::A | Self::C => self.turn(free, k2),
@@ -37,7 +38,7 @@ impl Family {
 }
 
 impl Stop {
-    /// `h''` of the free motion at the graze.
+    /// Value of `h''` of the free motion at the graze.
     pub(crate) fn acceleration(&self) -> f64 {
         self.orbit.grazing_point().normal_acceleration.hi
     }

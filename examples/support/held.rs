@@ -1,6 +1,6 @@
 //! Periodic orbits of any map along a coordinate of their first point, and the folds and flips
-//! between two of them, from `det(J − I)` and `det(J + I)` alone: a second way beside continuation
-//! by arclength, of which neither knows the other.
+//! between two of them, from `det(J − I)` and `det(J + I)` alone: a method that is independent of
+//! continuation by arclength.
 
 use grazemap::analysis::orbits::BifurcationKind;
 use grazemap::analysis::periodic::{
@@ -8,15 +8,15 @@ use grazemap::analysis::periodic::{
 };
 use grazemap::numeric::{Bracket, Real};
 
-/// Orbits at these values of a coordinate of the first point, each search beginning at the last
-/// orbit found, or beyond it on the line through the last two; the branch ends with the first value
-/// at which there is no orbit of the itinerary.
+/// Orbits at these values of a coordinate of the first point. Each search begins at the last orbit
+/// found, or beyond it on the line through the last two. The branch ends at the first value without
+/// an orbit of the itinerary.
 ///
 /// ```text
 /// P^n(x, p) = x,   x_c = value
 /// ```
 ///
-/// Along the branch `p` is a smooth function of the value, through folds too.
+/// Along the branch `p` is a smooth function of the value, even through folds.
 pub(crate) fn branch<S: Real>(
     map: &mut (impl SectionMap<S> + ?Sized),
     problem: &PeriodicProblem,
@@ -36,8 +36,8 @@ pub(crate) fn branch<S: Real>(
     orbits
 }
 
-/// The guess with the coordinate set: the line through the last two orbits, the last, or the guess
-/// given.
+/// Guess with the coordinate set: on the line through the last two orbits, else the last orbit,
+/// else the guess given.
 fn predicted<S: Real>(
     orbits: &[PeriodicOrbit<S>],
     coordinate: usize,
@@ -53,8 +53,8 @@ fn predicted<S: Real>(
     start
 }
 
-/// The point of the line through two guesses at which a coordinate has a value; the second where it
-/// does not vary.
+/// Point of the line through two guesses at which a coordinate has a value; the second guess if the
+/// coordinate is constant.
 fn line<S: Real>(a: &Guess<S>, b: &Guess<S>, coordinate: usize, value: S) -> Guess<S> {
     let run = b.state[coordinate] - a.state[coordinate];
     let share = if run == S::zero() { S::one() } else { (value - a.state[coordinate]) / run };
@@ -65,20 +65,20 @@ fn line<S: Real>(a: &Guess<S>, b: &Guess<S>, coordinate: usize, value: S) -> Gue
     Guess { state: between(&a.state, &b.state), parameters: between(&a.parameters, &b.parameters) }
 }
 
-/// A bifurcation of a branch.
+/// Bifurcation of a branch.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Bifurcation<S> {
-    /// Which.
+    /// Kind of the bifurcation.
     pub(crate) kind: BifurcationKind,
-    /// The orbit.
+    /// Orbit at the bifurcation.
     pub(crate) orbit: PeriodicOrbit<S>,
 }
 
-/// The bifurcation between two orbits of a branch, which differ in a coordinate of their first
-/// points; `None` if `det(J ∓ I)` has the same sign at both, or the branch is lost in between.
+/// Bifurcation between two orbits of a branch that differ in a coordinate of their first points;
+/// `None` if `det(J ∓ I)` has the same sign at both, or if the branch is lost in between.
 ///
-/// A safeguarded search (no derivative of a determinant is needed) over the coordinate, the orbit
-/// solved for at each trial from its neighbours; the depth of the graze is never the unknown of a
+/// Safeguarded search over the coordinate, without derivatives of the determinant. At each trial
+/// the orbit is solved for from its neighbours. The depth of the graze is never the unknown of a
 /// Newton step, in which it would be a root.
 pub(crate) fn bifurcation<S: Real>(
     map: &mut (impl SectionMap<S> + ?Sized),
@@ -92,8 +92,8 @@ pub(crate) fn bifurcation<S: Real>(
     Some(Bifurcation { kind, orbit })
 }
 
-/// The orbit between two of a branch at which a function of orbits vanishes; `None` if it has the
-/// same sign at both.
+/// Orbit between two of a branch at which a function of orbits vanishes; `None` if it has the same
+/// sign at both.
 fn zero_between<S: Real>(
     map: &mut (impl SectionMap<S> + ?Sized),
     problem: &PeriodicProblem,
@@ -119,7 +119,7 @@ fn zero_between<S: Real>(
     at(map, problem, coordinate, &known, root.root()?)
 }
 
-/// The orbit at a value, looked for on the line through two others.
+/// Orbit at a value, searched for on the line through two others.
 fn at<S: Real>(
     map: &mut (impl SectionMap<S> + ?Sized),
     problem: &PeriodicProblem,

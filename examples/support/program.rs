@@ -1,9 +1,9 @@
-//! The program beside an example.
+//! Path of the program beside an example.
 
 use std::error::Error;
 use std::path::{Path, PathBuf};
 
-/// The program, as it was built last.
+/// Path of the program built last.
 pub(crate) fn program() -> Result<PathBuf, Box<dyn Error>> {
     let example = std::env::current_exe()?;
     let folder = example.parent().and_then(Path::parent).ok_or("not in a folder of builds")?;

@@ -1,4 +1,4 @@
-//! A study's files: tables as CSV and in the page between markers, figures as SVG.
+//! Files of a study: tables as CSV and in the page between markers, figures as SVG.
 
 use std::error::Error;
 use std::fs;
@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use grazemap::report::{Figure, Table};
 
-/// The page of a study and the folder of its data.
+/// Page of a study and folder of its data.
 #[derive(Debug)]
 pub(crate) struct Study {
     folder: PathBuf,
@@ -15,7 +15,7 @@ pub(crate) struct Study {
 }
 
 impl Study {
-    /// The study `docs/studies/{name}.md`, which must exist.
+    /// Opens the study `docs/studies/{name}.md`, which must exist.
     pub(crate) fn open(name: &str) -> Result<Self, Box<dyn Error>> {
         let studies = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/studies");
         let (folder, page) = (studies.join(name), studies.join(format!("{name}.md")));

@@ -1,4 +1,4 @@
-//! The figures of the page.
+//! Figures of the page.
 
 use grazemap::model::Shape;
 use grazemap::report::figure::{Axis, Figure, Marker, Series, Stroke};
@@ -7,7 +7,7 @@ use crate::TOLERANCES;
 use crate::measure::Row;
 use crate::tables::{median, sorted};
 
-/// Groups of scenes that are drawn alike.
+/// Groups of scenes that are drawn in one style.
 const GROUPS: [&str; 4] = ["two coordinates", "three to five", "six", "two, contact flown"];
 
 fn group(row: &Row) -> usize {
@@ -19,7 +19,7 @@ fn group(row: &Row) -> usize {
     }
 }
 
-/// Operations of a frozen step against the tolerance, a line for every scene.
+/// Figure of the operations of a frozen step against the tolerance, a line for every scene.
 pub(crate) fn cost(rows: &[Row]) -> Figure {
     let mut figure =
         Figure::new(Axis::log10("tolerance"), Axis::log10("operations of a frozen step"));
@@ -28,7 +28,8 @@ pub(crate) fn cost(rows: &[Row]) -> Figure {
     figure
 }
 
-/// Time of a direct return over that of a step against the tolerance, a line for every scene.
+/// Figure of the ratio of a direct return's time to a step's against the tolerance, a line for
+/// every scene.
 pub(crate) fn speed(rows: &[Row]) -> Figure {
     let mut figure = Figure::new(
         Axis::log10("tolerance"),
@@ -52,12 +53,13 @@ fn lines(figure: &mut Figure, rows: &[Row], value: impl Fn(&Row) -> f64) {
     }
 }
 
-/// An order of a row.
+/// Order of a row.
 type Order = fn(&Row) -> u32;
-/// One number of sorted ones.
+/// Statistic of sorted numbers.
 type Statistic = fn(&[f64]) -> f64;
 
-/// Degrees and weights chosen against the tolerance: median and range over the scenes.
+/// Figure of the chosen degrees and weights against the tolerance: median and range over the
+/// scenes.
 pub(crate) fn orders(rows: &[Row]) -> Figure {
     let mut figure = Figure::new(Axis::log10("tolerance"), Axis::linear("order"));
     figure.title = "Orders of the chosen maps over the scenes, contacts as series".to_owned();
@@ -85,13 +87,13 @@ pub(crate) fn orders(rows: &[Row]) -> Figure {
     figure
 }
 
-/// The degree that the rule predicts against the one chosen.
+/// Figure of the predicted degree against the chosen one.
 pub(crate) fn predicted_degrees(rows: &[Row]) -> Figure {
     let pair = |row: &Row| [row.choice.predicted.smooth_order, row.choice.orders.smooth_order];
     predicted("degree N of the legs", rows, pair)
 }
 
-/// The weight that the rule predicts against the one chosen.
+/// Figure of the predicted weight against the chosen one.
 pub(crate) fn predicted_weights(rows: &[Row]) -> Figure {
     let pair = |row: &Row| [row.choice.predicted.contact_weight, row.choice.orders.contact_weight];
     predicted("weight W of the contacts", rows, pair)
@@ -111,7 +113,7 @@ fn predicted(what: &str, rows: &[Row], pair: impl Fn(&Row) -> [u32; 2]) -> Figur
         let points: Vec<[f64; 2]> = of
             .map(|row| {
                 let [predicted, chosen] = pair(row);
-                // Equal points stand in a row of their own, a twentieth of an order apart.
+                // Equal points are drawn side by side, a twentieth of an order apart.
                 let before = seen.entry((predicted, chosen)).or_insert(0);
                 *before += 1;
                 let shift = 0.05 * f64::from(*before - 1);

@@ -1,9 +1,10 @@
-//! The study docs/studies/tolerances.md: the map chosen for every scene of the catalogue at four
+//! Study docs/studies/tolerances.md: maps chosen for every scene of the catalogue at four
 //! tolerances.
 //!
 //! `cargo run --release --example tolerances` chooses and measures everything anew (some minutes)
-//! and writes the tables and figures of the page; with `-- sections` the table of other sections
-//! alone. The truth is direct simulation in double-double, on points that no choice was made by.
+//! and writes the tables and figures of the page; with `-- sections`, only the table of other
+//! sections. The reference is direct simulation in double-double, at points that were not used for
+//! the choice.
 
 mod figures;
 mod measure;
@@ -22,7 +23,7 @@ use rayon::prelude::*;
 use measure::{Case, Row};
 use study::Study;
 
-/// The tolerances, in the units of the offsets.
+/// Tolerances, in the units of the offsets.
 const TOLERANCES: [f64; 4] = [1e-3, 1e-6, 1e-9, 1e-12];
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -44,7 +45,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     for (name, case) in names.iter().zip(made) {
         cases.push(case.map_err(|error| format!("{name}: {error}"))?);
     }
-    // Times are taken one after another: side by side they would disturb each other.
+    // NOTE: times are measured one after another, since parallel runs would disturb each other.
     let multiply_add = multiply_add_ns();
     let timed: Result<Vec<Vec<Row>>, _> =
         cases.iter().map(|case| case.rows(multiply_add)).collect();

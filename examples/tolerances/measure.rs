@@ -1,4 +1,4 @@
-//! What is chosen for a scene, and how good it is on points that it was not chosen by.
+//! Maps chosen for a scene, and their errors at points that were not used for the choice.
 
 use grazemap::convergence::{Choice, Chooser, ConvergenceError, ExactImages, chosen_map, step_ns};
 use grazemap::iteration::HornerMap;
@@ -7,21 +7,20 @@ use grazemap::orbit::{GrazingOrbit, locate};
 
 use crate::TOLERANCES;
 
-/// Number in the sequence of the first point of the comparison: beyond all that anything is chosen
-/// by.
+/// Index in the sequence of the first point of the comparison, beyond all points used for a choice.
 const FIRST: usize = 200_000;
-/// Points of the comparison.
+/// Number of points of the comparison.
 const POINTS: usize = 10_000;
-/// Those over which direct simulation is timed.
+/// Number of points at which direct simulation is timed.
 const TIMED: usize = 300;
-/// Points on which a map has to hold to be chosen, as where a scene names a tolerance.
+/// Number of new points on which a chosen map must hold, as for a scene that names a tolerance.
 const FRESH: usize = 1000;
-/// Points with two contacts that are looked for.
+/// Number of points with two contacts to look for.
 const JOINT: usize = 2_000;
-/// An error above the tolerance times this is counted.
+/// Multiple of the tolerance above which an error is counted.
 const EXCEEDS: f64 = 1.1;
 
-/// A scene with its maps and their errors.
+/// Scene with its maps and their errors.
 pub(crate) struct Case {
     scene: Scene,
     orbit: GrazingOrbit,
@@ -29,28 +28,29 @@ pub(crate) struct Case {
     maps: Vec<Chosen>,
 }
 
-/// A map and its errors.
+/// Map and its errors.
 struct Chosen {
     choice: Choice,
     map: HornerMap,
     coordinates: usize,
     errors: Vec<f64>,
-    /// Where two passages make contact.
+    /// Errors at points where two passages make contact.
     joint_errors: Vec<f64>,
 }
 
-/// One line of the study.
+/// Row of the study.
 #[derive(Clone, Debug)]
 pub(crate) struct Row {
     pub(crate) scene: String,
     pub(crate) coordinates: usize,
     pub(crate) choice: Choice,
-    /// Largest error on the points of the comparison.
+    /// Largest error at the points of the comparison.
     pub(crate) error: f64,
-    /// Points compared, and those whose error exceeds the tolerance by more than a tenth.
+    /// Number of points compared, and of those whose error exceeds the tolerance by more than a
+    /// tenth.
     pub(crate) points: usize,
     pub(crate) exceeding: usize,
-    /// Points at which two passages make contact, and the largest error there.
+    /// Number of points at which two passages make contact, and the largest error there.
     pub(crate) joint_points: usize,
     pub(crate) joint_error: f64,
     pub(crate) step_ns: f64,
@@ -59,7 +59,7 @@ pub(crate) struct Row {
 }
 
 impl Case {
-    /// Chooses for all tolerances; the truth is simulated once.
+    /// Chooses maps for all tolerances. The reference is simulated once.
     pub(crate) fn new(name: &str) -> Result<Self, String> {
         let said = |error: &dyn std::error::Error| error.to_string();
         let source = catalogue::text(name).ok_or("no name of the catalogue")?;
@@ -70,7 +70,7 @@ impl Case {
         Ok(Self { scene, orbit, exact, maps })
     }
 
-    /// The lines of the scene, with times.
+    /// Rows of the scene, with times.
     pub(crate) fn rows(&self, multiply_add_ns: f64) -> Result<Vec<Row>, ConvergenceError> {
         let (direct_ns, _) = self.exact.direct(&self.scene, &self.orbit, TIMED)?;
         let row = |chosen: &Chosen| {

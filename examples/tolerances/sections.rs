@@ -1,5 +1,5 @@
-//! What a step costs on other sections for the same orbits, and which section a scene of any
-//! section takes.
+//! Cost of a step on other sections for the same orbits, and the section chosen by a scene that
+//! allows any.
 
 use grazemap::analysis::NoProgress;
 use grazemap::convergence::{Choice, ChoiceOptions, SectionChoice, choose, choose_sections};
@@ -8,7 +8,7 @@ use grazemap::orbit::locate;
 use grazemap::report::{Cell, Column, ReportError, Table};
 use rayon::prelude::*;
 
-/// Scenes of which maps of other sections are chosen; the section of each is its tangency section.
+/// Scenes whose maps are chosen on other sections; the section of each is its tangency section.
 const SCENES: [&str; 9] = [
     "linear",
     "linear_codim2",
@@ -20,21 +20,20 @@ const SCENES: [&str; 9] = [
     "two_stops_t1",
     "moving_stop",
 ];
-/// The tolerances for which they are.
+/// Tolerances of these choices.
 const TOLERANCES: [f64; 2] = [1e-6, 1e-9];
-/// Sections, by how long before the graze they are over the period, in the order in which they are
-/// taken of equals.
+/// Sections, by time before the graze over the period, in the order of preference among equals.
 const AHEAD: [(f64, &str); 4] =
     [(0.0, "at the graze"), (0.125, "1/8 before"), (0.25, "1/4 before"), (0.5, "1/2 before")];
 
-/// The sections of a scene for a tolerance.
+/// Sections of a scene for a tolerance.
 pub(crate) struct Sections {
     scene: &'static str,
     own: Choice,
     others: Vec<SectionChoice>,
 }
 
-/// All scenes at all tolerances.
+/// Sections of all scenes at all tolerances.
 pub(crate) fn all() -> Result<Vec<Sections>, String> {
     let of_scenes: Result<Vec<_>, String> = SCENES
         .par_iter()
@@ -58,7 +57,7 @@ fn of_scene(name: &'static str) -> Result<Vec<Sections>, String> {
     choices.into_iter().collect()
 }
 
-/// Operations of a step on every section, what makes it fail, and the section taken.
+/// Table of the operations of a step on every section, reasons for failure, and the chosen section.
 pub(crate) fn table(sections: &[Sections]) -> Result<Table, ReportError> {
     let mut columns =
         vec![Column::number("tolerance"), Column::text("scene"), Column::text("tangency")];
@@ -101,7 +100,7 @@ impl Sections {
         others.find(|section| section.ahead == Some(ahead))
     }
 
-    /// The section of the fewest operations, the first of equals.
+    /// Section with the fewest operations, the first one among equals.
     fn taken(&self) -> &'static str {
         let own = Some(self.own.operations).filter(|_| self.own.met);
         let others =

@@ -1,4 +1,4 @@
-//! The tables of the page.
+//! Tables of the page.
 
 use grazemap::convergence::{Choice, Polynomials};
 use grazemap::model::Shape;
@@ -7,7 +7,7 @@ use grazemap::report::{Cell, Column, ReportError, Table, limit_words};
 use crate::TOLERANCES;
 use crate::measure::Row;
 
-/// Every scene at every tolerance.
+/// Table of every scene at every tolerance.
 pub(crate) fn choices(rows: &[Row]) -> Result<Table, ReportError> {
     let mut columns = vec![Column::text("scene"), Column::number("tolerance")];
     columns.extend(
@@ -92,7 +92,7 @@ fn number(value: f64, digits: usize) -> Cell {
     if value.is_finite() { Cell::number(value, digits) } else { Cell::Missing }
 }
 
-/// By tolerance: how many are met, what they cost.
+/// Table by tolerance: number of scenes that meet it, and costs.
 pub(crate) fn summary(rows: &[Row]) -> Result<Table, ReportError> {
     let headings = [
         "tolerance",
@@ -148,7 +148,7 @@ pub(crate) fn summary(rows: &[Row]) -> Result<Table, ReportError> {
     Ok(table)
 }
 
-/// What no map meets, and how close the nearest came.
+/// Table of the cases that no map meets, with the smallest error.
 pub(crate) fn refusals(rows: &[Row]) -> Result<Table, ReportError> {
     let mut columns =
         vec![Column::text("scene"), Column::number("tolerance"), Column::text("nearest (N, W)")];
@@ -169,7 +169,7 @@ pub(crate) fn refusals(rows: &[Row]) -> Result<Table, ReportError> {
     Ok(table)
 }
 
-/// Where two passages make contact: the largest error over each tolerance that is met.
+/// Table of the largest error over each met tolerance, at points where two passages make contact.
 pub(crate) fn joint(rows: &[Row]) -> Result<Table, ReportError> {
     let tolerances = TOLERANCES.map(|tolerance| Column::number(format!("at {tolerance:e}")));
     let mut columns = vec![Column::text("scene"), Column::number("points")];
@@ -188,7 +188,7 @@ pub(crate) fn joint(rows: &[Row]) -> Result<Table, ReportError> {
     Ok(table)
 }
 
-/// Scenes whose window reaches to where `xi_1` is near 0.
+/// Table of the scenes whose window contains points with `xi_1` near 0.
 pub(crate) fn least(rows: &[Row]) -> Result<Table, ReportError> {
     let mut columns = vec![Column::text("scene")];
     let numbers = ["term in y", "its change over the parameters", "term in y²", "largest y"];
@@ -205,7 +205,7 @@ pub(crate) fn least(rows: &[Row]) -> Result<Table, ReportError> {
     Ok(table)
 }
 
-/// How far the predicted orders are from the chosen ones, where a map of series was chosen.
+/// Table of the differences between predicted and chosen orders, for maps of series.
 pub(crate) fn rule(rows: &[Row]) -> Result<Table, ReportError> {
     let headings = [
         "tolerance",

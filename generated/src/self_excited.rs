@@ -46,7 +46,7 @@ pub const PARAMETER_NAMES: [&str; PARAMETERS] = [
     "delta",
     "mu",
 ];
-/// Where the grazing orbit meets the section: offsets of the state are from here.
+/// Section point of the grazing orbit: the origin of offsets of the state.
 pub const POINT: [f64; DIMENSION] = [
     1.6722077724849733,
     -0.6352953358654261,

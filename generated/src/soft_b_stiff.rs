@@ -45,7 +45,7 @@ pub const PARAMETER_NAMES: [&str; PARAMETERS] = [
     "A",
     "omega",
 ];
-/// Where the grazing orbit meets the section: offsets of the state are from here.
+/// Section point of the grazing orbit: the origin of offsets of the state.
 pub const POINT: [f64; DIMENSION] = [
     1.0,
     0.08158566335459018,

@@ -49,7 +49,7 @@ pub const PARAMETER_NAMES: [&str; PARAMETERS] = [
     "f",
     "omega",
 ];
-/// Where the grazing orbit meets the section: offsets of the state are from here.
+/// Section point of the grazing orbit: the origin of offsets of the state.
 pub const POINT: [f64; DIMENSION] = [
     0.5170382986113441,
     -0.04132076208917191,

@@ -47,7 +47,7 @@ pub const PARAMETER_NAMES: [&str; PARAMETERS] = [
     "d",
     "omega",
 ];
-/// Where the grazing orbit meets the section: offsets of the state are from here.
+/// Section point of the grazing orbit: the origin of offsets of the state.
 pub const POINT: [f64; DIMENSION] = [
     1.6628467041001014,
     0.6501724123030941,

@@ -92,7 +92,7 @@ def measure_interrupt() -> None:
         timer = threading.Timer(0.2, interrupt)
         timer.start()
         try:
-            gm.diagram(m, "alpha", (-1e-4, 1e-4), points=100_000, using="direct")
+            gm.diagram(m, "alpha", (-1e-4, 1e-4), points=100_000, method="direct")
         except KeyboardInterrupt:
             delays.append(time.perf_counter() - sent)
         timer.join()
@@ -143,7 +143,7 @@ def measure_cluster() -> None:
     def chart(client: distributed.Client | None = None) -> gm.Chart:
         plane, ranges = ("Q", "beta"), ((-1e-4, 8e-4), (-1e-3, 1e-3))
         size = (1000, 1000)
-        return gm.chart(m, plane, ranges, points=size, cells="all", using="map", client=client)
+        return gm.chart(m, plane, ranges, points=size, cells="all", method="map", client=client)
 
     start = time.perf_counter()
     alone = chart()

@@ -85,7 +85,7 @@ rng = np.random.default_rng(1)
 widths = np.array([m.window[name] for name in m.coordinates])
 states = rng.uniform(-widths, widths, (200, 2)) / 4
 held = m.inside(states)
-errors = np.abs(m(states[held]) - m.iterate(states[held], using="direct")[:, 0]).max(axis=0)
+errors = np.abs(m(states[held]) - m.iterate(states[held], method="direct")[:, 0]).max(axis=0)
 print(errors)
 assert (errors <= 2 * np.array(list(m.error.values()))).all()
 

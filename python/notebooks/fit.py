@@ -30,7 +30,7 @@ print(m.error)
 # %%
 rng = np.random.default_rng(4)
 starts = np.array([8e-6, 0]) + rng.uniform(-1, 1, (60, 2)) * [4e-6, 1e-3]
-orbits = m.iterate(starts, truth, 3, using="direct")
+orbits = m.iterate(starts, truth, 3, method="direct")
 points = np.concatenate([starts[:, None], orbits], axis=1)
 points += rng.normal(size=points.shape) * list(noise.values())
 

@@ -60,7 +60,7 @@ scipy_seconds = time.perf_counter() - begun
 
 # %% [markdown]
 # Both agree. A single call of `gm.trajectory` lays out a document and draws figures too; a return
-# by itself is what `m.iterate(..., using="direct")` takes.
+# by itself is what `m.iterate(..., method="direct")` takes.
 
 # %%
 impacts = impacts[impacts >= series["t"][first]]
@@ -70,7 +70,7 @@ assert np.abs(np.array(found) - impacts).max() < 1e-6
 assert abs(state[0] - series["x"][-1]) < 1e-6
 
 begun = time.perf_counter()
-m.iterate([[0.0, 0.0]] * 100, [at["alpha"], 0.0], periods, using="direct")
+m.iterate([[0.0, 0.0]] * 100, [at["alpha"], 0.0], periods, method="direct")
 return_seconds = (time.perf_counter() - begun) / (100 * periods)
 print(f"solve_ivp: {1e3 * scipy_seconds / periods:.3f} ms a period")
 print(f"direct simulation: {1e3 * return_seconds:.3f} ms a period")

@@ -1,4 +1,4 @@
-//! Long computations on a thread of their own, while Python's thread looks for signals.
+//! Runs long computations on a thread of their own, while Python's thread checks for signals.
 
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -15,10 +15,10 @@ use pyo3::prelude::*;
 
 use crate::error::exception;
 
-/// How often Python's signals and progress are attended to.
+/// Interval at which Python's signals and progress are handled.
 const PAUSE: Duration = Duration::from_millis(50);
 
-/// What is done of a computation.
+/// Progress of a computation.
 #[derive(Debug, Default)]
 struct Watch {
     expected: AtomicU64,
@@ -35,16 +35,16 @@ impl Progress for Watch {
     }
 }
 
-/// A computation under way on another thread.
+/// Computation running on another thread.
 struct Computation<T> {
     watch: Arc<Watch>,
     interruption: Interruption,
     result: Mutex<Receiver<thread::Result<Result<T, Error>>>>,
 }
 
-/// What a computation gives. An exception of a signal or of `progress` (called with what is done
-/// and what is expected, the second 0 where it is not known) ends the call at once and the
-/// computation, on all its threads, at its next step.
+/// Result of a computation. An exception, from a signal or from `progress` (called with the units
+/// done and expected; expected is 0 if unknown), ends the call at once and the computation, on all
+/// its threads, at its next step.
 pub(crate) fn compute<T: Send + 'static>(
     py: Python<'_>,
     progress: Option<&Bound<'_, PyAny>>,
@@ -55,7 +55,7 @@ pub(crate) fn compute<T: Send + 'static>(
     computation.attend(py, progress)
 }
 
-/// What a computation gives that borrows its data: an exception ends the computation, and then the
+/// Result of a computation that borrows its data. An exception ends the computation first, then the
 /// call.
 pub(crate) fn compute_borrowing<T: Send>(
     py: Python<'_>,
@@ -69,7 +69,7 @@ pub(crate) fn compute_borrowing<T: Send>(
 }
 
 impl<T: Send> Computation<T> {
-    /// A computation, and what its thread does.
+    /// Creates a computation and the function that its thread runs.
     fn of(
         work: impl FnOnce(&dyn Progress) -> Result<T, Error> + Send,
     ) -> (Self, impl FnOnce() + Send) {
@@ -78,13 +78,13 @@ impl<T: Send> Computation<T> {
         let (sender, receiver) = channel();
         let begin = move || {
             let result = catch_unwind(AssertUnwindSafe(|| covering.cover(|| work(&*seen))));
-            // Nobody listens once the call was interrupted.
+            // NOTE: there is no receiver if the call was interrupted.
             let _ = sender.send(result);
         };
         (Self { watch, interruption, result: Mutex::new(receiver) }, begin)
     }
 
-    /// Waits for the result, and attends to Python's signals and to progress meanwhile.
+    /// Waits for the result, and handles Python's signals and progress meanwhile.
     fn attend(self, py: Python<'_>, progress: Option<&Bound<'_, PyAny>>) -> PyResult<T> {
         let next = || match self.result.lock() {
             Ok(receiver) => receiver.recv_timeout(PAUSE),

@@ -1,4 +1,4 @@
-//! The program's commands, by a text of their keys; a run.
+//! Commands of the program, with their keys as text; and runs.
 
 use std::path::PathBuf;
 
@@ -14,7 +14,7 @@ use crate::result::Computed;
 use crate::scene::{Graze, Scene};
 use crate::share::{joined, share};
 
-/// What a command begins with.
+/// Input of a command.
 #[derive(FromPyObject)]
 pub(crate) enum Held<'py> {
     Map(PyRef<'py, Map>),
@@ -32,8 +32,8 @@ impl Held<'_> {
     }
 }
 
-/// What a command gives: an object of JSON with its name and keys; what shares found is not
-/// computed again.
+/// Result of a command, which is given as a JSON object with its name and keys. Pieces found by
+/// shares are not computed again.
 #[pyfunction]
 #[pyo3(signature = (source, command, progress=None, shares=Vec::new()))]
 pub(crate) fn answer(
@@ -50,7 +50,7 @@ pub(crate) fn answer(
     })
 }
 
-/// What share `number` of `of` (from 1) of the same finds.
+/// Pieces found by share `number` of `of` (from 1) of a command.
 #[pyfunction]
 pub(crate) fn answer_share<'py>(
     py: Python<'py>,
@@ -64,7 +64,7 @@ pub(crate) fn answer_share<'py>(
     share(py, (number, of), move |shard| command.share(source, shard))
 }
 
-/// Everything that a scene asks for, written into a folder.
+/// Computes everything that a scene asks for and writes it into a folder.
 #[pyfunction]
 #[pyo3(signature = (source, folder, progress=None))]
 pub(crate) fn report(
@@ -77,7 +77,7 @@ pub(crate) fn report(
     compute(py, progress, move |progress| run(source, folder, &Told(progress)))
 }
 
-/// A run that is told to one progress.
+/// Observer of a run that reports to one progress.
 struct Told<'a>(&'a dyn Progress);
 
 impl RunWatch for Told<'_> {

@@ -3,8 +3,8 @@
 use grazemap::Error;
 use pyo3::prelude::*;
 
-/// The exception of an error: a fault of a scene with its place, a computation that ended
-/// otherwise, or wrong input.
+/// Exception for an error: a fault of a scene with its place, a computation without a result, or
+/// wrong input.
 pub(crate) fn exception(py: Python<'_>, error: &Error) -> PyErr {
     let made = py.import("grazemap._errors").and_then(|errors| match error {
         Error::Scene(fault) => {

@@ -1,4 +1,4 @@
-//! Fits: arrays of measured points.
+//! Fits to arrays of measured points.
 
 use grazemap::analysis::fit::MeasuredSeries;
 use grazemap::pipeline::FitKeys;
@@ -10,8 +10,8 @@ use crate::background::compute;
 use crate::map::Map;
 use crate::result::Computed;
 
-/// Parameters fitted to series, which stand one after another: the lengths, rows of points, and a
-/// row of controls for each; keys as JSON.
+/// Fits parameters to several series. The series stand one after another: lengths, rows of points,
+/// and a row of controls for each series; keys are JSON.
 #[pyfunction]
 #[pyo3(signature = (m, keys, lengths, points, controls, progress=None))]
 pub(crate) fn fit(

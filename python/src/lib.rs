@@ -1,8 +1,8 @@
-//! The Python package: the values of the pipeline as Python objects, arrays in and out.
+//! Python package: the pipeline's values as Python objects, with arrays as input and output.
 //!
-//! What is computed and how it is laid out is the library's. Deliberately absent: numerics, words
-//! for people, and defaults, which are the library's or stand in the typed layer in Python; but for
-//! the program itself, whose text is compiled here as well.
+//! The library computes and lays out all results. Deliberately absent: numerics, words for people,
+//! and defaults, which are those of the library or of the typed layer in Python; except for the
+//! program itself, whose source is compiled here as well.
 
 mod background;
 #[path = "../../src/cli/mod.rs"]
@@ -19,13 +19,13 @@ use std::ffi::OsString;
 
 use pyo3::prelude::*;
 
-/// Runs the program on these arguments, its name the first; gives its exit code.
+/// Runs the program and returns its exit code. The first argument is the program's name.
 #[pyfunction]
 fn program(py: Python<'_>, arguments: Vec<OsString>) -> u8 {
     py.detach(|| cli::run(arguments))
 }
 
-/// What the typed layer in Python stands on.
+/// Foundation of the typed layer in Python.
 #[pymodule]
 mod _lib {
     #[pymodule_export]

@@ -1,4 +1,4 @@
-//! Local maps: images of arrays of points, and what is drawn with a map.
+//! Local maps: images of arrays of points, and diagrams, charts and basins.
 
 use std::path::PathBuf;
 
@@ -24,19 +24,19 @@ use crate::result::Computed;
 use crate::scene::Graze;
 use crate::share::{joined, share};
 
-/// Most numbers of states whose images are found so soon that nobody waits for them.
+/// Largest number of values whose images are computed without a thread of their own.
 const AT_ONCE: usize = 100_000;
 
 /// Rows of doubles.
 type Points<'py> = PyReadonlyArray2<'py, f64>;
 
-/// A local map.
+/// Local map.
 #[pyclass(frozen, module = "grazemap._lib")]
 pub(crate) struct Map(pub(crate) grazemap::Map);
 
 #[pymethods]
 impl Map {
-    /// The map of a JSON document.
+    /// Reads a map from its JSON document.
     #[staticmethod]
     fn from_json(py: Python<'_>, text: &str) -> PyResult<Self> {
         grazemap::Map::from_json(text).map(Self).map_err(|error| exception(py, &error))
@@ -63,35 +63,35 @@ impl Map {
         self.0.local().parameters.iter().map(|parameter| parameter.name.clone()).collect()
     }
 
-    /// Numbers of passages, smooth order, contact weight.
+    /// Number of passages, smooth order, contact weight.
     #[getter]
     fn orders(&self) -> (usize, u32, u32) {
         let orders = self.0.orders();
         (self.0.local().passages(), orders.smooth_order, orders.contact_weight)
     }
 
-    /// Bounds of the window: depth, half-widths of the coordinates, of the parameters.
+    /// Bounds of the window: depth, half-widths of coordinates, half-widths of parameters.
     #[getter]
     fn window(&self) -> (f64, Vec<f64>, Vec<f64>) {
         let MapWindow { depth, state, parameter } = self.0.local().window.clone();
         (depth, state, parameter)
     }
 
-    /// Largest error measured in the window, by coordinate; none where no image is finite.
+    /// Largest error measured in the window, by coordinate; `None` if no image is finite.
     #[getter]
     fn errors(&self) -> Vec<Option<f64>> {
         self.0.window().errors.iter().map(|coordinate| coordinate.error).collect()
     }
 
-    /// The coefficients as the program's table.
+    /// Coefficients, as in the program's table.
     fn polynomials(&self, py: Python<'_>) -> PyResult<Computed> {
         let table = self.0.listing().and_then(|listing| Ok(listing.coefficient_table()?));
         let table = table.map_err(|error| exception(py, &error))?;
         Ok(Computed::new(self.to_json(py)?, table.into_rows(), Vec::new()))
     }
 
-    /// Writes the map as code into a folder; the paths of its files there. None for a language that
-    /// is not known.
+    /// Writes the map as source code into a folder and returns the paths of its files there; `None`
+    /// for an unknown language.
     fn emit(
         &self,
         py: Python<'_>,
@@ -112,8 +112,8 @@ impl Map {
         Ok(Some(paths))
     }
 
-    /// Rows of images, depths and, if asked for, derivatives at rows of states, at one row of
-    /// parameters or a row for each.
+    /// Rows of images, depths and, if asked for, derivatives for rows of states, with one row of
+    /// parameters or one per state.
     fn batch<'py>(
         &self,
         py: Python<'py>,
@@ -132,7 +132,7 @@ impl Map {
         PyArray1::from_vec(py, rows).reshape([count, width])
     }
 
-    /// Which rows of states lie in the window.
+    /// Whether each row of states lies in the window.
     fn inside<'py>(
         &self,
         py: Python<'py>,
@@ -145,7 +145,8 @@ impl Map {
         Ok(PyArray1::from_vec(py, inside.map_err(|error| exception(py, &error))?))
     }
 
-    /// Images of rows of states by a method of `image`, iterated: states by iterate by coordinate.
+    /// Iterated images of rows of states by a method of `image`; shape: states, iterates,
+    /// coordinates.
     fn orbits<'py>(
         &self,
         py: Python<'py>,
@@ -167,7 +168,7 @@ impl Map {
         PyArray1::from_vec(py, images).reshape([count, iterations, dimension])
     }
 
-    /// The table of `image`.
+    /// Table of `image`.
     fn image(
         &self,
         py: Python<'_>,
@@ -190,13 +191,13 @@ impl Map {
     }
 }
 
-/// What computes an image, and in which numbers.
+/// Method and number format of images.
 fn method(using: &str, precision: &str) -> PyResult<(Using, Precision)> {
     let using = named("using", using, &Using::ALL)?;
     Ok((using, named("precision", precision, &Precision::ALL)?))
 }
 
-/// What a word stands for.
+/// Value of a word.
 fn named<T: Copy>(what: &str, word: &str, all: &[(&str, T)]) -> PyResult<T> {
     let known = || all.iter().map(|(known, _)| *known).collect::<Vec<_>>().join(", ");
     let found = all.iter().find(|(known, _)| *known == word).map(|(_, value)| *value);
@@ -205,7 +206,7 @@ fn named<T: Copy>(what: &str, word: &str, all: &[(&str, T)]) -> PyResult<T> {
     })
 }
 
-/// The words for what computes an image, for its numbers, and for the languages of emitted maps.
+/// Words for the methods and number formats of images, and for the languages of emitted maps.
 #[pyfunction]
 pub(crate) fn words() -> (Vec<&'static str>, Vec<&'static str>, Vec<&'static str>) {
     let (using, precision) = (Using::ALL.iter(), Precision::ALL.iter());
@@ -216,8 +217,8 @@ pub(crate) fn words() -> (Vec<&'static str>, Vec<&'static str>, Vec<&'static str
     )
 }
 
-/// What tables of one kind, `[[diagram]]`, `[[chart]]` or `[[basin]]`, ask for, without times; what
-/// shares found is not computed again. A device makes the orbits of charts.
+/// Results of tables of one kind, `[[diagram]]`, `[[chart]]` or `[[basin]]`, without times. Pieces
+/// found by shares are not computed again. Charts are iterated on a device.
 #[pyfunction]
 #[pyo3(signature = (m, tables, progress=None, shares=Vec::new(), device="cpu".to_owned()))]
 pub(crate) fn draw(
@@ -242,7 +243,7 @@ pub(crate) fn draw(
     })
 }
 
-/// What share `number` of `of` (from 1) of the same finds.
+/// Pieces found by share `number` of `of` (from 1) of such tables.
 #[pyfunction]
 pub(crate) fn draw_share<'py>(
     py: Python<'py>,

@@ -1,4 +1,4 @@
-//! What was computed: a JSON document, a table by columns, figures.
+//! Results: a JSON document, a table by columns, figures.
 
 use std::collections::HashMap;
 
@@ -8,28 +8,28 @@ use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-/// A column of a table: numbers, or words by their numbers in a list.
+/// Column of a table: numbers, or indices into a list of words.
 enum Values {
-    /// NaN where nothing is known.
+    /// Numbers, NaN if missing.
     Numbers(Vec<f64>),
-    /// Each word once.
+    /// Words, each stored once.
     Words(Words),
 }
 
-/// Data of a command: what the program writes, as values.
+/// Results of a command, with the values that the program writes.
 #[pyclass(frozen, module = "grazemap._lib")]
 pub(crate) struct Computed {
-    /// The JSON document.
+    /// JSON document.
     #[pyo3(get)]
     document: String,
     columns: Vec<(String, Values)>,
-    /// Figures as SVG: the names of their files without endings, and the texts.
+    /// Figures as SVG: file names without extension, and texts.
     #[pyo3(get)]
     figures: Vec<(String, String)>,
-    /// What may not be trusted, or not be all.
+    /// Warnings about accuracy or completeness.
     #[pyo3(get)]
     remarks: Vec<String>,
-    /// Why it is not what was asked for.
+    /// Reason why the result is not the one asked for.
     #[pyo3(get)]
     ended: Option<String>,
 }
@@ -43,12 +43,12 @@ impl Computed {
         Self { document, columns, figures, remarks: Vec::new(), ended: None }
     }
 
-    /// With what is to be said of it.
+    /// Adds remarks and the reason for an early end.
     pub(crate) fn with_remarks(self, remarks: Vec<String>, ended: Option<Ended>) -> Self {
         Self { remarks, ended: ended.map(|ended| ended.to_string()), ..self }
     }
 
-    /// An answer of a command.
+    /// Results of a command's answer.
     pub(crate) fn of(answer: Answer) -> Self {
         let table = answer.tables.into_iter().next_back();
         let rows =
@@ -59,8 +59,7 @@ impl Computed {
 
 #[pymethods]
 impl Computed {
-    /// The columns by name: an array of numbers, or an array of indices and the words they stand
-    /// for.
+    /// Columns by name: an array of numbers, or an array of indices with their words.
     fn columns<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let all = PyDict::new(py);
         for (name, values) in &self.columns {
@@ -78,7 +77,7 @@ impl Computed {
     }
 }
 
-/// Rows by column.
+/// Columns of a table, from its rows.
 fn columns(rows: Rows<'_>) -> Vec<(String, Values)> {
     let begin = |column: &Column| match column.alignment {
         Alignment::Right => Values::Numbers(Vec::new()),
@@ -97,10 +96,10 @@ fn columns(rows: Rows<'_>) -> Vec<(String, Values)> {
     columns
 }
 
-/// Words of a column, each kept once.
+/// Words of a column, each stored once.
 #[derive(Default)]
 struct Words {
-    /// Of each row, the number of its word; -1 where nothing is known.
+    /// Index of each row's word; -1 if missing.
     numbers: Vec<i32>,
     list: Vec<String>,
     places: HashMap<String, i32>,

@@ -11,7 +11,7 @@ use crate::background::compute;
 use crate::error::exception;
 use crate::map;
 
-/// What is put into the text of a scene: keys and TOML values.
+/// Overrides of a scene: keys and TOML values.
 type Overrides = Vec<(String, String)>;
 
 /// Names of the scenes of the catalogue.
@@ -20,27 +20,27 @@ pub(crate) fn catalogue() -> Vec<&'static str> {
     model::catalogue::names().collect()
 }
 
-/// A scene.
+/// Scene.
 #[pyclass(frozen, module = "grazemap._lib")]
 pub(crate) struct Scene(pub(crate) grazemap::Scene);
 
 #[pymethods]
 impl Scene {
-    /// The scene of a file.
+    /// Reads a scene file.
     #[staticmethod]
     fn load(py: Python<'_>, path: PathBuf, overrides: Overrides) -> PyResult<Self> {
         let scene = grazemap::Scene::load_with(&path, &overrides);
         scene.map(Self).map_err(|error| exception(py, &error.into()))
     }
 
-    /// The scene of a text; `name` names it in messages.
+    /// Parses the text of a scene. `name` is its name in messages.
     #[staticmethod]
     fn parse(py: Python<'_>, text: &str, name: &str, overrides: Overrides) -> PyResult<Self> {
         let scene = grazemap::Scene::parse_with(text, name, &overrides);
         scene.map(Self).map_err(|error| exception(py, &error.into()))
     }
 
-    /// The text of a scene of the catalogue; none of a name that it does not have.
+    /// Text of a scene of the catalogue; `None` for an unknown name.
     #[staticmethod]
     fn catalogue_text(name: &str) -> Option<&'static str> {
         model::catalogue::text(name)
@@ -90,20 +90,20 @@ impl Scene {
         self.0.warnings.iter().map(ToString::to_string).collect()
     }
 
-    /// The grazing orbit.
+    /// Finds the grazing orbit.
     fn graze(&self, py: Python<'_>) -> PyResult<Graze> {
         let scene = self.0.clone();
         compute(py, None, move |_| scene.graze()).map(Graze)
     }
 }
 
-/// A scene with its grazing orbit.
+/// Scene with its grazing orbit.
 #[pyclass(frozen, module = "grazemap._lib")]
 pub(crate) struct Graze(pub(crate) grazemap::Graze);
 
 #[pymethods]
 impl Graze {
-    /// The orbit of a JSON document.
+    /// Reads an orbit from its JSON document.
     #[staticmethod]
     fn from_json(py: Python<'_>, text: &str) -> PyResult<Self> {
         grazemap::Graze::from_json(text).map(Self).map_err(|error| exception(py, &error))
@@ -118,14 +118,14 @@ impl Graze {
         Scene(self.0.scene().clone())
     }
 
-    /// What theory says of the graze, in sentences.
+    /// Prediction of theory for the graze, as sentences.
     fn verdict(&self, py: Python<'_>) -> PyResult<Vec<String>> {
         let graze = self.0.clone();
         let theory = compute(py, None, move |_| graze.theory())?;
         Ok(GrazeStudy { theory, measured: Vec::new() }.words())
     }
 
-    /// The local map.
+    /// Expands the local map.
     fn map(&self, py: Python<'_>) -> PyResult<map::Map> {
         let graze = self.0.clone();
         compute(py, None, move |_| graze.map()).map(map::Map)

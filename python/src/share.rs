@@ -1,4 +1,4 @@
-//! Computations in shares, for several processes: what a share finds, as bytes.
+//! Shares of a computation for several processes. The pieces of a share are passed as bytes.
 
 use grazemap::Error;
 use grazemap::analysis::{Gathered, Pieces, Shard, Share};
@@ -9,7 +9,8 @@ use pyo3::types::PyBytes;
 
 use crate::background::compute;
 
-/// The bytes of what a share finds, by its number from 1 and how many shares there are.
+/// Pieces found by a share, as bytes; the share is given by its number from 1 and the number of
+/// shares.
 pub(crate) fn share<'py>(
     py: Python<'py>,
     (number, of): (usize, usize),
@@ -25,7 +26,7 @@ pub(crate) fn share<'py>(
     Ok(PyBytes::new(py, &found))
 }
 
-/// What all shares found.
+/// Pieces found by all shares.
 pub(crate) fn joined(shares: &[Vec<u8>]) -> PyResult<Pieces> {
     let pieces = shares.iter().map(|bytes| pieces_from_bytes(bytes));
     let pieces: Option<Vec<Pieces>> = pieces.collect();

@@ -38,7 +38,7 @@ def m() -> gm.Map:
 
 def chart(m: gm.Map, client: Any = None) -> gm.Chart:
     plane, ranges = ("omega", "alpha"), ((-1e-4, 1e-4), (-2e-5, 2e-5))
-    return gm.chart(m, plane, ranges, points=(60, 40), transient=200, using="map", client=client)
+    return gm.chart(m, plane, ranges, points=(60, 40), transient=200, method="map", client=client)
 
 
 def same_bits(ours: np.ndarray[Any, Any], expected: np.ndarray[Any, Any]) -> bool:
@@ -57,13 +57,13 @@ def test_numbers_of_a_cluster_are_those_of_one_process(m: gm.Map, client: Any) -
     assert_same(chart(m, client), chart(m))
     sweep = ("alpha", (-2e-5, 2e-5))
     assert_same(
-        gm.diagram(m, *sweep, points=60, using="map", client=client),
-        gm.diagram(m, *sweep, points=60, using="map"),
+        gm.diagram(m, *sweep, points=60, method="map", client=client),
+        gm.diagram(m, *sweep, points=60, method="map"),
     )
     at = {"alpha": 1e-5}
     assert_same(
-        gm.basin(m, points=30, at=at, using="map", client=client),
-        gm.basin(m, points=30, at=at, using="map"),
+        gm.basin(m, points=30, at=at, method="map", client=client),
+        gm.basin(m, points=30, at=at, method="map"),
     )
     along, which = ("alpha", (-1e-5, 1e-5)), ["1", "10", "100"]
     ours = gm.branch(m, *along, itineraries=which, client=client)

@@ -10,7 +10,7 @@ import subprocess
 import threading
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 import pytest
@@ -76,7 +76,7 @@ def test_numbers_are_those_of_the_program(tmp_path: Path, kind: str) -> None:
     table: gm.Table
     if kind == "diagram":
         table = gm.diagram(
-            m, "alpha", (-1e-4, 2e-4), points=30, observe="x", using=["guarded", "map"]
+            m, "alpha", (-1e-4, 2e-4), points=30, observe="x", method=["guarded", "map"]
         )
     elif kind == "basin":
         ranges = ((-1e-3, 1e-3), (-2e-3, 2e-3))
@@ -121,7 +121,7 @@ COMMANDS: list[tuple[str, str, list[str], Callable[[gm.Map], gm.Table]]] = [
         "mems_scenario3",
         "orbits",
         ["--fold", "--in", "omega,V", "--itinerary", "1", "--points", "5"],
-        lambda m: gm.orbits(m, kind="fold", parameters=["omega", "V"], itineraries=["1"], points=5),
+        lambda m: gm.orbits(m, kind="fold", plane=["omega", "V"], itineraries=["1"], points=5),
     ),
     (
         "linear",
@@ -168,11 +168,11 @@ def test_images_are_those_of_the_program(m: gm.Map, tmp_path: Path) -> None:
     for using, precision in (("map", "dd"), ("guarded", "f64"), ("smooth", "f32")):
         options = ["--iterations", "3", "--using", using, "--precision", precision]
         columns, document = of_program(tmp_path, "image", "linear", "--states", "in.csv", *options)
-        table = gm.image(m, states, parameters, 3, using=using, precision=precision)
+        table = gm.image(m, states, parameters, 3, method=using, precision=precision)
         assert_same(table, columns)
         assert table._text == document
     with pytest.raises(gm.InputError, match="using is one of map, guarded"):
-        gm.image(m, states, using="magic")
+        gm.image(m, states, method="magic")
 
 
 def test_a_study_has_the_orders_and_errors_of_the_program(tmp_path: Path) -> None:
@@ -235,7 +235,7 @@ def test_what_was_not_found_is_said_and_is_no_exception(m: gm.Map) -> None:
     with pytest.raises(gm.InputError, match=r"along: the map has no variable `alhpa`.*`alpha`"):
         gm.branch(m, "alhpa")
     with pytest.raises(gm.InputError, match="unknown variant `magic`, expected `map` or `direct`"):
-        gm.branch(m, "alpha", using="magic")
+        gm.branch(m, "alpha", method="magic")
 
 
 def test_wrong_keys_are_faults_of_the_scene(m: gm.Map) -> None:
@@ -300,7 +300,7 @@ def test_an_interrupt_ends_the_call_at_once(m: gm.Map) -> None:
     timer = threading.Timer(0.3, interrupt)
     timer.start()
     with pytest.raises(KeyboardInterrupt):
-        gm.diagram(m, "alpha", (-1e-4, 1e-4), points=100_000, using="direct")
+        gm.diagram(m, "alpha", (-1e-4, 1e-4), points=100_000, method="direct")
     assert time.monotonic() - sent[0] < 0.5
     timer.join()
     signal.signal(signal.SIGINT, handler)
@@ -311,7 +311,16 @@ def test_an_exception_of_progress_ends_the_call(m: gm.Map) -> None:
         raise RuntimeError
 
     with pytest.raises(RuntimeError):
-        gm.diagram(m, "alpha", (-1e-4, 1e-4), points=100_000, using="direct", progress=refuse)
+        gm.diagram(m, "alpha", (-1e-4, 1e-4), points=100_000, method="direct", progress=refuse)
+
+
+def test_older_names_of_arguments_are_taken(m: gm.Map) -> None:
+    diagram, branch = cast("Any", gm.diagram), cast("Any", gm.branch)
+    older = diagram(m, parameter="alpha", range=(-1e-4, 1e-4), points=3, using="map")
+    newer = gm.diagram(m, "alpha", (-1e-4, 1e-4), points=3, method="map")
+    assert np.array_equal(older["offset"], newer["offset"])
+    with pytest.raises(TypeError, match="older name"):
+        branch(m, "alpha", method="map", using="map")
 
 
 def test_a_fit_finds_parameters_and_says_what_it_needs(m: gm.Map) -> None:
@@ -319,7 +328,7 @@ def test_a_fit_finds_parameters_and_says_what_it_needs(m: gm.Map) -> None:
     truth = {"alpha": 3e-7, "omega": -2e-7}
     starts = np.array([-6e-6, 0.0]) + rng.uniform(-4e-6, 4e-6, (30, 2))
     # Orbits leave the window, where the map alone is not the oscillator.
-    orbits = m.iterate(starts, list(truth.values()), 3, using="guarded")
+    orbits = m.iterate(starts, list(truth.values()), 3, method="guarded")
     points = np.concatenate([starts[:, None], orbits], axis=1)
     noisy = points + 1e-9 * rng.normal(size=points.shape)
     found = gm.fit(m, noisy, list(truth), noise={"x": 1e-9, "theta": 1e-9})
@@ -345,7 +354,7 @@ def test_a_fit_in_a_false_minimum_says_so(m: gm.Map) -> None:
     truth = [3e-7, -2e-7]
     # Starts less deep than the noise.
     starts = np.array([-6e-6, 0.0]) + rng.uniform(-1, 1, (30, 2)) * [4e-6, 1e-4]
-    orbits = m.iterate(starts, truth, 3, using="guarded")
+    orbits = m.iterate(starts, truth, 3, method="guarded")
     points = np.concatenate([starts[:, None], orbits], axis=1)
     noisy = points + 1e-8 * rng.normal(size=points.shape)
     found = gm.fit(m, noisy, ["alpha", "omega"], noise={"x": 1e-8, "theta": 1e-8})

@@ -114,7 +114,7 @@ def test_the_map_is_direct_simulation_inside_its_window(m: gm.Map) -> None:
     held = m.inside(states, parameters)
     assert held.any()
     by_map = m(states, parameters)[held]
-    direct = m.iterate(states[held], parameters[held], using="direct")[:, 0]
+    direct = m.iterate(states[held], parameters[held], method="direct")[:, 0]
     errors = np.nanmax(np.abs(by_map - direct), axis=0)
     allowed = [m.error[name] for name in m.coordinates]
     assert (errors <= 2 * np.array(allowed)).all()
@@ -128,9 +128,9 @@ def test_orbits_are_images_of_images(m: gm.Map) -> None:
     for iterate in range(5):
         states = m(states, [1e-7, 0.0])
         assert np.array_equal(orbits[:, iterate], states)
-    assert m.iterate([1e-6, 0.0], None, 4, using="guarded").shape == (4, 2)
+    assert m.iterate([1e-6, 0.0], None, 4, method="guarded").shape == (4, 2)
     with pytest.raises(gm.InputError, match="using is one of map, guarded"):
-        m.iterate(states, using="magic")
+        m.iterate(states, method="magic")
 
 
 def test_coefficients_have_names(m: gm.Map) -> None:

@@ -1,7 +1,8 @@
-//! What can be typed after `grazemap`.
+//! Command line arguments: commands, options and the parsers of their values.
 
 use std::mem;
 use std::path::{Path, PathBuf};
+use std::str::FromStr;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
@@ -9,9 +10,12 @@ use clap::{ArgGroup, Args, Parser, Subcommand};
 
 use super::output::{CliError, Outlets};
 use super::pieces;
+use super::positions::{Counting, Finite, Origin, Position};
 use grazemap::Map;
 use grazemap::analysis::branches::BranchObservable;
+use grazemap::analysis::fit::FitRequest;
 use grazemap::analysis::loci::LocusKind;
+use grazemap::analysis::noise::NoiseLaw;
 use grazemap::analysis::{Pieces, Precision, Share, Using};
 use grazemap::emission::Target;
 use grazemap::model::Method;
@@ -30,59 +34,67 @@ pub(super) struct Arguments {
     pub(super) common: Common,
 }
 
-/// The commands: one file of `commands`, or one of few of a kind, carries each out.
+/// Commands. Each is carried out by a file of `commands`; a few of a kind share one.
 #[derive(Debug, Subcommand)]
 pub(super) enum Command {
-    /// Everything the scene asks for, with a report page, into ./out
+    /// Run the built-in scene, a cantilever that hits a stop, from start to finish, into ./out
+    Demo(Common),
+    /// Do everything that the scene asks for and write a report page, into ./out by default
     Run(SceneOptions),
-    /// The same, and the page opened in a browser
+    /// Do the same as `run`, then open the report page in a browser
     View(SceneOptions),
-    /// A scene from the catalogue to start from
+    /// Copy a scene of the catalogue to a file, as a starting point
     New(NewOptions),
-    /// Parse and check a scene, no computing
+    /// Parse and check a scene without computing anything
     Check(SceneOptions),
-    /// The grazing orbit
+    /// Find the grazing orbit and predict its bifurcation
     Locate(LocateArguments),
-    /// The grazing curve in two parameters, with its codimension-two points
+    /// Follow the grazing curve in two parameters, with its codimension-two points
     Curve(CurveArguments),
-    /// Coefficients of P_smooth, D and their composition
+    /// Expand P_smooth, D and their composition, and print the coefficients
     Expand(SceneOptions),
-    /// The map as code: a crate of Rust, a C header or CUDA kernels
+    /// Write the map as source code: Rust, C, CUDA, JavaScript, Python, Julia, MATLAB or
+    /// WebAssembly
     Emit(EmitArguments),
-    /// Images of section points
+    /// Compute images of section points by the map, its parts or direct simulation
     Image(ImageOptions),
-    /// Truncation orders against direct simulation; speed against accuracy
+    /// Compare truncation orders with direct simulation: errors, speed and the cheapest map
     Converge(ConvergeOptions),
-    /// Bifurcation diagrams
-    Diagram(SweepArguments),
-    /// Two-parameter charts
+    /// Compute bifurcation diagrams
+    Diagram(DiagramArguments),
+    /// Compute two-parameter charts
     Chart(ChartArguments),
-    /// Periodic orbits by itinerary, their stability, folds and flips
+    /// Find periodic orbits by itinerary, with their stability, folds and flips
     Orbits(OrbitsArguments),
-    /// Branches of periodic orbits in one parameter, through folds, flips and grazes
+    /// Follow branches of periodic orbits in one parameter, through folds, flips and grazes
     Branch(BranchArguments),
-    /// Saddle-nodes, flips, Neimark-Sacker points and grazes in two parameters
+    /// Follow saddle-nodes, flips, Neimark-Sacker points and grazes in two parameters
     Loci(LociArguments),
-    /// Time series and phase portrait of the grazing orbit, of a periodic orbit, of any start
+    /// Simulate the grazing orbit, a periodic orbit or any start: time series and phase portrait
     Trajectory(TrajectoryArguments),
-    /// Basins of attraction in a plane of the section
+    /// Compute basins of attraction in a plane of the section
     Basin(BasinArguments),
-    /// Published figures and tables, computed again and compared
+    /// Iterate with parameters drawn at random at every return, and count densities
+    Noise(NoiseArguments),
+    /// Fit parameters to measured section points
+    Fit(FitArguments),
+    /// Recompute published figures and tables, and compare the numbers
     Gallery(GalleryOptions),
-    /// The results of a command from the pieces of all its shards
+    /// Join the files of all shards of a command into its results
     Merge(MergeArguments),
-    /// Completions for a shell, on standard output
+    /// Print shell completions to standard output
     Completions(CompletionsOptions),
-    /// The manual's pages, written into a folder
+    /// Write the manual pages into a folder
     Man(ManOptions),
 }
 
 impl Arguments {
-    /// Name of the command, the scene that it reads, its common options, and whether it has a
-    /// table; `None` for commands without common options.
+    /// Name of the command, its scene, its common options, and whether it has a table; `None` for
+    /// commands without common options.
     fn outputs(&self) -> Option<(&'static str, Option<&Path>, &Common, bool)> {
         let (name, options, has_table) = match self.command.as_ref() {
-            None => return Some(("run", None, &self.common, false)),
+            None => return Some(("demo", None, &self.common, false)),
+            Some(Command::Demo(common)) => return Some(("demo", None, common, false)),
             Some(
                 Command::New(_)
                 | Command::Gallery(_)
@@ -101,23 +113,28 @@ impl Arguments {
             Some(Command::Expand(options)) => ("expand", options, true),
             Some(Command::Image(options)) => ("image", &options.scene, true),
             Some(Command::Converge(options)) => ("converge", &options.scene, true),
-            Some(Command::Diagram(options)) => ("diagram", &options.scene, true),
+            Some(Command::Diagram(options)) => ("diagram", &options.sweep.scene, true),
             Some(Command::Chart(options)) => ("chart", &options.sweep.scene, true),
             Some(Command::Orbits(options)) => ("orbits", &options.scene, true),
             Some(Command::Branch(options)) => ("branch", &options.scene, true),
             Some(Command::Loci(options)) => ("loci", &options.scene, true),
             Some(Command::Trajectory(options)) => ("trajectory", &options.scene, true),
             Some(Command::Basin(options)) => ("basin", &options.scene, true),
+            Some(Command::Noise(options)) => ("noise", &options.scene, true),
+            Some(Command::Fit(options)) => ("fit", &options.scene, true),
         };
         Some((name, Some(&options.scene), &options.common, has_table))
     }
 
-    /// Makes the arguments of a shard those of the run that joins all; whether they are of one.
+    /// Turns the arguments of a shard into those of the run that joins all shards. Returns whether
+    /// they were the arguments of a shard.
     pub(super) fn join(&mut self, options: &MergeArguments, joined: Arc<Joined>) -> bool {
         let (scene, sharding) = match &mut self.command {
-            Some(Command::Diagram(sweep)) => (&mut sweep.scene, &mut sweep.sharding),
-            Some(Command::Chart(ChartArguments { sweep, device })) => {
-                // Little is left to compute, on any machine.
+            Some(Command::Diagram(DiagramArguments { sweep, .. })) => {
+                (&mut sweep.scene, &mut sweep.sharding)
+            }
+            Some(Command::Chart(ChartArguments { sweep, device, .. })) => {
+                // Any machine will do: little is left to compute.
                 Device::NAMES[0].clone_into(device);
                 (&mut sweep.scene, &mut sweep.sharding)
             }
@@ -131,12 +148,12 @@ impl Arguments {
             _ => return false,
         };
         let (outlets, threads) = (options.outlets.clone(), options.threads);
-        // The map holds what was set.
+        // The joined map already includes the overrides of `--set`.
         scene.common = Common { set: Vec::new(), outlets, threads, joined: Some(joined) };
         sharding.share.take().is_some()
     }
 
-    /// Refuses, before anything is computed, a table that a command does not have, and what
+    /// Refuses, before any computing, a table for a command without one, and whatever
     /// [`Outlets::check`] refuses.
     pub(super) fn refuse_lost_output(&self) -> Result<(), CliError> {
         let Some((command, scene, common, has_table)) = self.outputs() else {
@@ -147,7 +164,8 @@ impl Arguments {
         }
         let states = match &self.command {
             Some(Command::Image(options)) => Some(options.states.as_path()),
-            // Nothing is written into the folder.
+            Some(Command::Fit(options)) => Some(options.data.as_path()),
+            // `--check` writes nothing into the folder.
             Some(Command::Emit(options)) if options.check => return Ok(()),
             _ => None,
         };
@@ -155,7 +173,7 @@ impl Arguments {
     }
 }
 
-/// Options every command understands.
+/// Options of every command that reads a scene.
 #[derive(Clone, Debug, Default, Args)]
 pub(super) struct Common {
     /// Override a parameter (`omega=1.9`) or a key (`expansion.smooth_order=7`); may be repeated
@@ -163,7 +181,7 @@ pub(super) struct Common {
     pub(super) set: Vec<(String, String)>,
     #[command(flatten)]
     pub(super) outlets: Outlets,
-    /// Threads to compute with, at most as many as there are cores; default: all cores
+    /// Number of threads, at most the number of cores. Default: all cores
     #[arg(
         long,
         value_name = "N",
@@ -171,19 +189,24 @@ pub(super) struct Common {
         value_parser = clap::value_parser!(u16).range(1..=1024)
     )]
     pub(super) threads: Option<u16>,
-    /// What shards found, where the command joins them.
+    /// Results of shards, where the command joins them.
     #[arg(skip)]
     pub(super) joined: Option<Arc<Joined>>,
 }
 
 impl Common {
-    /// The pieces that shards found; each is given once.
+    /// Whether no option is given.
+    pub(super) fn asks_for_nothing(&self) -> bool {
+        self.set.is_empty() && self.threads.is_none() && self.outlets.are_default()
+    }
+
+    /// Pieces that shards computed. Each is handed out once.
     pub(super) fn pieces(&self) -> Pieces {
         self.joined.as_deref().map(Joined::take).unwrap_or_default()
     }
 }
 
-/// What shards found, and the map that they found it for.
+/// Results of shards, and the map that they belong to.
 #[derive(Debug)]
 pub(super) struct Joined {
     pub(super) map: Option<Map>,
@@ -191,17 +214,17 @@ pub(super) struct Joined {
 }
 
 impl Joined {
-    /// The pieces; each is given once.
+    /// Pieces that shards computed. Each is handed out once.
     pub(super) fn take(&self) -> Pieces {
         mem::take(&mut self.pieces.lock().unwrap_or_else(PoisonError::into_inner))
     }
 }
 
-/// Which part of a command is computed.
+/// Share of a command's work.
 #[derive(Clone, Debug, Default, Args)]
 pub(super) struct Sharding {
-    /// Compute shard I of N alone, and write its pieces into -o DIR (default: here) for
-    /// `grazemap merge`; without I/N, the shard of this task of a Slurm job array
+    /// Compute only shard I of N and write its pieces into -o DIR (default: here) for `grazemap
+    /// merge`; without I/N, the shard is this task of a Slurm job array
     #[arg(
         long = "shard",
         value_name = "I/N",
@@ -212,7 +235,7 @@ pub(super) struct Sharding {
     pub(super) share: Option<Share>,
 }
 
-/// Options of `diagram` and `chart`.
+/// Options of `diagram`, shared by `chart`.
 #[derive(Clone, Debug, Args)]
 pub(super) struct SweepArguments {
     #[command(flatten)]
@@ -221,26 +244,115 @@ pub(super) struct SweepArguments {
     pub(super) sharding: Sharding,
 }
 
+/// Options of `diagram`.
+#[derive(Clone, Debug, Args)]
+pub(super) struct DiagramArguments {
+    #[command(flatten)]
+    pub(super) sweep: SweepArguments,
+    /// Active parameter to sweep, in the place of the scene's diagrams
+    #[arg(long, value_name = "P")]
+    pub(super) along: Option<String>,
+    /// First offset of the parameter from the graze, or with `@` its first value. Default: the
+    /// window's
+    #[arg(long, value_name = "A", allow_hyphen_values = true, requires = "along")]
+    pub(super) from: Option<Position>,
+    /// Last offset of the parameter, or with `@` its last value. Default: the window's
+    #[arg(long, value_name = "B", allow_hyphen_values = true, requires = "along")]
+    pub(super) to: Option<Position>,
+    #[command(flatten)]
+    pub(super) counting: Counting,
+    /// Number of values of the parameter. Default: 1000
+    #[arg(
+        long,
+        value_name = "N",
+        allow_negative_numbers = true,
+        requires = "along",
+        value_parser = clap::value_parser!(u32).range(1..=10_000_000)
+    )]
+    pub(super) points: Option<u32>,
+    /// Spacing of the values. Default: linear
+    #[arg(long, requires = "along", value_parser = ["linear", "log"])]
+    pub(super) scale: Option<String>,
+    /// Direction of the sweep; the last state is carried on. Default: both
+    #[arg(long, requires = "along", value_parser = ["up", "down", "both"])]
+    pub(super) direction: Option<String>,
+    #[command(flatten)]
+    pub(super) iterates: Iterates,
+}
+
 /// Options of `chart`.
 #[derive(Clone, Debug, Args)]
 pub(super) struct ChartArguments {
     #[command(flatten)]
     pub(super) sweep: SweepArguments,
-    /// What makes the orbits of the map: `cuda` is a graphics processor of NVIDIA's, whose charts
-    /// have the very bytes of this processor's
+    /// The two active parameters, the horizontal one first, in the place of the scene's charts
+    #[arg(long, value_name = "P,Q", value_delimiter = ',')]
+    pub(super) plane: Vec<String>,
+    /// First and last offset of each parameter from the graze, or with `@` its values. Default: the
+    /// window's
+    #[arg(
+        long,
+        value_name = "P=FROM:TO,...",
+        value_parser = Ranges::parse,
+        allow_hyphen_values = true,
+        requires = "plane"
+    )]
+    pub(super) range: Option<Ranges>,
+    #[command(flatten)]
+    pub(super) counting: Counting,
+    /// Number of cells along both parameters, or along each. Default: 200
+    #[arg(
+        long,
+        value_name = "N[,M]",
+        value_delimiter = ',',
+        allow_negative_numbers = true,
+        requires = "plane",
+        value_parser = clap::value_parser!(u32).range(1..=10_000)
+    )]
+    pub(super) points: Vec<u32>,
+    /// Curves drawn over the chart
+    #[arg(long, value_delimiter = ',', requires = "plane", value_parser = ["graze", "loci"])]
+    pub(super) overlay: Vec<String>,
+    #[command(flatten)]
+    pub(super) iterates: Iterates,
+    /// Device that iterates the map: `cpu`, or `cuda` for an NVIDIA GPU (identical results)
     #[arg(long, default_value = "cpu", value_parser = Device::NAMES)]
     pub(super) device: String,
+}
+
+/// Iterates of a diagram or chart that is asked for by options.
+#[derive(Clone, Debug, Args)]
+pub(super) struct Iterates {
+    /// Methods that iterate states, each on its own. Default: guarded
+    #[arg(long, value_parser = one_of(METHODS), value_delimiter = ',')]
+    pub(super) method: Vec<Method>,
+    /// Number of iterates left out before any is kept. Default: 1000
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    pub(super) transient: Option<u32>,
+    /// Number of iterates kept. Default: 200 in a diagram, 32 in a chart
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    pub(super) keep: Option<u32>,
+    /// Observable: of a diagram `h`, `impact_speed` or an expression of the states; of a chart
+    /// period, itinerary, lyapunov or attractors
+    #[arg(long, value_name = "WHAT")]
+    pub(super) observe: Option<String>,
+    /// Offsets of section coordinates at which the orbits start (0 if not named); may be repeated
+    #[arg(long, value_name = "NAME=OFFSET,...", value_parser = positions)]
+    pub(super) start: Vec<Named<Position>>,
+    /// Number of starts spread over the window, in the place of --start
+    #[arg(long, value_name = "N", allow_negative_numbers = true, conflicts_with = "start")]
+    pub(super) starts: Option<u32>,
 }
 
 /// Options of `merge`.
 #[derive(Clone, Debug, Args)]
 pub(super) struct MergeArguments {
-    /// The files that the shards wrote, all of them
+    /// Files that the shards wrote; all of them are needed
     #[arg(value_name = "PIECES", required = true)]
     pub(super) pieces: Vec<PathBuf>,
     #[command(flatten)]
     pub(super) outlets: Outlets,
-    /// Threads to compute with what the shards left
+    /// Number of threads for work that the shards left
     #[arg(
         long,
         value_name = "N",
@@ -250,11 +362,11 @@ pub(super) struct MergeArguments {
     pub(super) threads: Option<u16>,
 }
 
-/// A scene and the common options.
+/// Scene and common options.
 #[derive(Clone, Debug, Args)]
 pub(super) struct SceneOptions {
-    /// A scene file, the name of a scene of the catalogue, a saved orbit.json or map.json, or `-`
-    /// for a scene on standard input
+    /// Scene file, name of a scene of the catalogue, saved orbit.json or map.json, or `-` to read a
+    /// scene from standard input
     #[arg(value_name = "SCENE")]
     pub(super) scene: PathBuf,
     #[command(flatten)]
@@ -266,10 +378,13 @@ pub(super) struct SceneOptions {
 pub(super) struct LocateArguments {
     #[command(flatten)]
     pub(super) scene: SceneOptions,
-    /// Measure beside the theory what guarded iteration settles on at a tenth and a hundredth of
-    /// the window to both sides of the graze; takes the map
+    /// Also settle orbits on both sides of the graze, at 1/10 and 1/100 of the window, by guarded
+    /// iteration, and compare them with the prediction; computes the map
     #[arg(long)]
     pub(super) measure: bool,
+    /// Print all parameters with all digits, all xi_n and the one-contact orbits of the theory
+    #[arg(long)]
+    pub(super) all: bool,
 }
 
 /// Options of `converge`.
@@ -277,7 +392,7 @@ pub(super) struct LocateArguments {
 pub(super) struct ConvergeOptions {
     #[command(flatten)]
     pub(super) scene: SceneOptions,
-    /// Fresh points at which the chosen map is compared with direct simulation
+    /// Number of new points at which the chosen map is compared with direct simulation
     #[arg(
         long,
         value_name = "N",
@@ -293,33 +408,39 @@ pub(super) struct ConvergeOptions {
 pub(super) struct CurveArguments {
     #[command(flatten)]
     pub(super) scene: SceneOptions,
-    /// The second parameter
-    #[arg(long, value_name = "PARAMETER", required_unless_present = "nearest")]
+    /// Second parameter of the curve
+    #[arg(long, value_name = "P", required_unless_present_any = ["nearest", "with"])]
+    pub(super) along: Option<String>,
+    /// Second parameter of the curve, with values in `--from` and `--to`
+    #[arg(long, value_name = "P", hide = true, conflicts_with = "along")]
     pub(super) with: Option<String>,
-    /// Its first value
+    /// First offset of the second parameter from the scene's value, or with `@` its first value
     #[arg(long, value_name = "A", allow_hyphen_values = true, required_unless_present = "nearest")]
-    pub(super) from: Option<f64>,
-    /// Its last value
+    pub(super) from: Option<Position>,
+    /// Last offset of the second parameter, or with `@` its last value
     #[arg(long, value_name = "B", allow_hyphen_values = true, required_unless_present = "nearest")]
-    pub(super) to: Option<f64>,
-    /// The smallest change of one or two parameters from the scene's values at which the orbit
-    /// grazes, in the place of a curve
+    pub(super) to: Option<Position>,
+    #[command(flatten)]
+    pub(super) counting: Counting,
+    /// Instead of a curve, find the smallest change of one or two parameters, from the scene's
+    /// values, at which the orbit grazes
     #[arg(
         long,
         value_name = "P[,Q]",
         value_delimiter = ',',
-        conflicts_with_all = ["with", "from", "to", "xi"]
+        conflicts_with_all = ["along", "with", "from", "to", "xi"]
     )]
     pub(super) nearest: Vec<String>,
-    /// What a change of a parameter is counted in. Default: its value, 1 where that is 0
+    /// Unit in which a change of each parameter is measured. Default: the parameter's value, or 1
+    /// if that is 0
     #[arg(
         long,
         value_name = "P=SIZE,...",
-        value_parser = offsets,
+        value_parser = sizes,
         requires = "nearest"
     )]
     pub(super) scale: Option<Named<f64>>,
-    /// Follow xi_1 to xi_N
+    /// Compute xi_1 to xi_N along the curve and find their zeros
     #[arg(
         long,
         value_name = "N",
@@ -333,14 +454,14 @@ pub(super) struct CurveArguments {
 /// Options of `emit`.
 #[derive(Clone, Debug, Args)]
 pub(super) struct EmitArguments {
-    /// A scene file, the name of a scene of the catalogue, a saved orbit.json or map.json, or `-`
-    /// for a scene on standard input
+    /// Scene file, name of a scene of the catalogue, saved orbit.json or map.json, or `-` to read a
+    /// scene from standard input
     #[arg(value_name = "SCENE", required_unless_present = "catalogue")]
     pub(super) scene: Option<PathBuf>,
-    /// Emit the catalogue's crate of maps instead
+    /// Emit the crate with the maps of the whole catalogue
     #[arg(long, conflicts_with = "scene")]
     pub(super) catalogue: bool,
-    /// The language of the map
+    /// Language of the emitted map
     #[arg(
         long,
         default_value = "rust",
@@ -348,20 +469,20 @@ pub(super) struct EmitArguments {
         conflicts_with = "catalogue"
     )]
     pub(super) target: Target,
-    /// Compare with what is in the folder, write nothing
+    /// Check that the folder is up to date; write nothing
     #[arg(long)]
     pub(super) check: bool,
-    /// Leave out the error on the window against direct simulation, which is measured otherwise
+    /// Do not measure the map's error on the window against direct simulation
     #[arg(long)]
     pub(super) no_measure: bool,
-    /// Measure that error: the default
+    /// Measure the map's error on the window (the default)
     #[arg(long, hide = true, conflicts_with = "no_measure")]
     pub(super) measure: bool,
     #[command(flatten)]
     pub(super) common: Common,
 }
 
-/// Language of an emitted map.
+/// Languages of an emitted map.
 const TARGETS: Words<Target> = &[
     ("rust", Target::Rust, "A crate of Rust without dependencies"),
     ("c", Target::C, "A header for C99, C++ and shared libraries"),
@@ -382,14 +503,14 @@ const TARGETS: Words<Target> = &[
 pub(super) struct ImageOptions {
     #[command(flatten)]
     pub(super) scene: SceneOptions,
-    /// Starting points: a CSV file, or `-` for standard input, whose header names coordinates and
-    /// active parameters; offsets
+    /// CSV file of starting points, or `-` for standard input. The header names section coordinates
+    /// and active parameters; values are offsets from the graze
     #[arg(long, value_name = "CSV")]
     pub(super) states: PathBuf,
-    /// What computes the images
-    #[arg(long, default_value = "map", value_parser = one_of(USING))]
-    pub(super) using: Using,
-    /// Images per row
+    /// Method that computes the images
+    #[arg(long, alias = "using", default_value = "map", value_parser = one_of(USING))]
+    pub(super) method: Using,
+    /// Number of successive images per starting point
     #[arg(
         long,
         value_name = "K",
@@ -398,12 +519,12 @@ pub(super) struct ImageOptions {
         value_parser = clap::value_parser!(u32).range(1..=10_000_000)
     )]
     pub(super) iterations: u32,
-    /// The numbers to compute with
+    /// Number format of the computation
     #[arg(long, default_value = "f64", value_parser = one_of(PRECISIONS))]
     pub(super) precision: Precision,
 }
 
-/// What computes an image.
+/// Methods that compute an image.
 const USING: Words<Using> = &[
     ("map", Using::Map, "The local map"),
     ("guarded", Using::Guarded, "The local map inside its window, direct simulation outside"),
@@ -412,7 +533,7 @@ const USING: Words<Using> = &[
     ("discontinuity", Using::Discontinuity, "D alone"),
 ];
 
-/// The numbers an image is computed in.
+/// Number formats that an image is computed in.
 const PRECISIONS: Words<Precision> = &[
     ("f32", Precision::F32, "Single precision, of the map or its parts"),
     ("f64", Precision::F64, "Double precision"),
@@ -422,16 +543,16 @@ const PRECISIONS: Words<Precision> = &[
 /// Options of `new`.
 #[derive(Clone, Debug, Args)]
 pub(super) struct NewOptions {
-    /// Name of the scene in the catalogue
+    /// Name of a scene of the catalogue
     #[arg(value_name = "NAME", required_unless_present = "list")]
     pub(super) name: Option<String>,
-    /// List the catalogue
+    /// List the scenes of the catalogue
     #[arg(long)]
     pub(super) list: bool,
-    /// The file to write; default: NAME.toml
+    /// File to write. Default: NAME.toml
     #[arg(short = 'o', long = "output", value_name = "FILE", conflicts_with = "list")]
     pub(super) output: Option<PathBuf>,
-    /// Say nothing but errors
+    /// Print errors only
     #[arg(short = 'q', long = "quiet")]
     pub(super) quiet: bool,
 }
@@ -439,24 +560,24 @@ pub(super) struct NewOptions {
 /// Options of `gallery`.
 #[derive(Clone, Debug, Args)]
 pub(super) struct GalleryOptions {
-    /// Entries, or papers with all of their entries; default: all
+    /// Entries, or papers (all their entries). Default: all
     #[arg(value_name = "NAME", conflicts_with = "list")]
     pub(super) names: Vec<String>,
-    /// List the entries
+    /// List the entries of the gallery
     #[arg(long)]
     pub(super) list: bool,
-    /// Compute fewer points: seconds in place of minutes
+    /// Compute fewer points: takes seconds instead of minutes
     #[arg(long)]
     pub(super) small: bool,
-    /// The folder for the page and all results; default: out/gallery
+    /// Folder for the page and all results. Default: out/gallery
     #[arg(short = 'o', long = "output", value_name = "DIR")]
     pub(super) output: Option<PathBuf>,
-    /// Say nothing but errors
+    /// Print errors only
     #[arg(short = 'q', long = "quiet")]
     pub(super) quiet: bool,
     #[command(flatten)]
     pub(super) sharding: Sharding,
-    /// What shards made, where the command joins them.
+    /// Results of shards, where the command joins them.
     #[arg(skip)]
     pub(super) joined: Option<Arc<Joined>>,
 }
@@ -464,7 +585,7 @@ pub(super) struct GalleryOptions {
 /// Options of `completions`.
 #[derive(Clone, Debug, Args)]
 pub(super) struct CompletionsOptions {
-    /// The shell
+    /// Shell to complete in
     #[arg(value_enum, value_name = "SHELL")]
     pub(super) shell: clap_complete::Shell,
 }
@@ -472,7 +593,7 @@ pub(super) struct CompletionsOptions {
 /// Options of `man`.
 #[derive(Clone, Debug, Args)]
 pub(super) struct ManOptions {
-    /// The folder for the pages, such as ~/.local/share/man/man1
+    /// Folder for the pages, such as ~/.local/share/man/man1
     #[arg(short = 'o', long = "output", value_name = "DIR")]
     pub(super) output: PathBuf,
 }
@@ -483,12 +604,14 @@ pub(super) struct ManOptions {
 pub(super) struct OrbitsArguments {
     #[command(flatten)]
     pub(super) scene: SceneOptions,
-    /// Offsets of active parameters from the graze, others 0; may be repeated. Default: a tenth of
-    /// the window on both sides of the graze
-    #[arg(long, value_name = "NAME=OFFSET,...", value_parser = offsets)]
-    pub(super) at: Vec<Named<f64>>,
-    /// Look for all itineraries of periods up to N returns. Default: 4, with several passages 4
-    /// passages
+    /// Offsets of active parameters from the graze (0 if not named); may be repeated. Default: a
+    /// tenth of the window, on both sides of the graze
+    #[arg(long, value_name = "NAME=OFFSET,...", value_parser = positions)]
+    pub(super) at: Vec<Named<Position>>,
+    #[command(flatten)]
+    pub(super) counting: Counting,
+    /// Search all itineraries of up to N returns. Default: 4 returns, or 4 passages where a return
+    /// has several
     #[arg(
         long,
         value_name = "N",
@@ -499,23 +622,23 @@ pub(super) struct OrbitsArguments {
     pub(super) period: Option<u8>,
     #[command(flatten)]
     pub(super) which: WhichOrbits,
-    /// Look for folds (saddle-nodes) too
+    /// Also find folds (saddle-nodes)
     #[arg(long)]
     pub(super) fold: bool,
-    /// Look for flips (period-doublings) too
+    /// Also find flips (period-doublings)
     #[arg(long)]
     pub(super) flip: bool,
-    /// The parameter that folds and flips are solved for; of two the first is stepped through.
-    /// Default: the first active one
-    #[arg(long = "in", value_name = "[P,]Q", value_delimiter = ',', requires = "kinds")]
+    /// Parameter that folds and flips are solved for; if two are given, the first is stepped
+    /// through. Default: the first active parameter that is adjusted to graze
+    #[arg(long, alias = "in", value_name = "[P,]Q", value_delimiter = ',', requires = "kinds")]
     pub(super) plane: Vec<String>,
-    /// First offset of the parameter stepped through. Default: the window's
+    /// First offset of the parameter that is stepped through. Default: the edge of the window
     #[arg(long, value_name = "A", allow_hyphen_values = true, requires = "plane")]
-    pub(super) from: Option<f64>,
-    /// Its last offset
+    pub(super) from: Option<Position>,
+    /// Last offset of that parameter. Default: the edge of the window
     #[arg(long, value_name = "B", allow_hyphen_values = true, requires = "plane")]
-    pub(super) to: Option<f64>,
-    /// How many offsets
+    pub(super) to: Option<Position>,
+    /// Number of offsets
     #[arg(
         long,
         value_name = "N",
@@ -532,13 +655,13 @@ pub(super) struct OrbitsArguments {
 pub(super) struct BranchArguments {
     #[command(flatten)]
     pub(super) scene: SceneOptions,
-    /// The active parameter that varies
+    /// Active parameter that varies along the branches
     #[arg(long, value_name = "P")]
     pub(super) along: String,
     #[command(flatten)]
     pub(super) stretch: Stretch,
-    /// Look for all itineraries of periods up to N returns, and follow branches that double up to
-    /// N. Default: 4, with several passages 4 passages
+    /// Search all itineraries of up to N returns, and follow period-doubled branches up to N
+    /// returns. Default: 4 returns, or 4 passages where a return has several
     #[arg(
         long,
         value_name = "N",
@@ -548,44 +671,58 @@ pub(super) struct BranchArguments {
     pub(super) period: Option<u8>,
     #[command(flatten)]
     pub(super) which: WhichOrbits,
-    /// Offsets of the section's coordinates, others 0, from which direct simulation looks for
-    /// orbits beside those it finds by itself; may be repeated. `basin` finds some
-    #[arg(long, value_name = "NAME=OFFSET,...", value_parser = offsets)]
-    pub(super) start: Vec<Named<f64>>,
-    /// Numbers of every orbit beside its section points, each a column and a picture
+    /// Offsets of section coordinates (0 if not named) of a further start from which direct
+    /// simulation searches for orbits; may be repeated. `basin` can supply such starts
+    #[arg(long, value_name = "NAME=OFFSET,...", value_parser = positions)]
+    pub(super) start: Vec<Named<Position>>,
+    /// Quantities to compute for every orbit; each adds a column and a picture
     #[arg(long, value_name = "NAME,...", value_parser = one_of(OBSERVABLES), value_delimiter = ',')]
     pub(super) observe: Vec<BranchObservable>,
     #[command(flatten)]
     pub(super) sharding: Sharding,
 }
 
-/// Part of a parameter, the others held: options of `branch` and `loci`.
+/// Interval of one parameter, the others held: options of `branch` and `loci`.
 #[derive(Clone, Debug, Args)]
 pub(super) struct Stretch {
-    /// First offset of the parameter from the graze. Default: the window's
+    /// First offset of the parameter from the graze. Default: the edge of the window
     #[arg(long, value_name = "A", allow_hyphen_values = true)]
-    pub(super) from: Option<f64>,
-    /// Its last offset
+    pub(super) from: Option<Position>,
+    /// Last offset of the parameter from the graze. Default: the edge of the window
     #[arg(long, value_name = "B", allow_hyphen_values = true)]
-    pub(super) to: Option<f64>,
-    /// Offsets of further active parameters from the graze, others 0
-    #[arg(long, value_name = "NAME=OFFSET,...", value_parser = offsets)]
-    pub(super) at: Option<Named<f64>>,
+    pub(super) to: Option<Position>,
+    /// Offsets of further active parameters from the graze (0 if not named)
+    #[arg(long, value_name = "NAME=OFFSET,...", value_parser = positions)]
+    pub(super) at: Option<Named<Position>>,
+    #[command(flatten)]
+    pub(super) counting: Counting,
 }
 
-/// Whose orbits, and of which contacts: options of `orbits`, `branch` and `loci`.
+impl Stretch {
+    /// Offsets of the ends of the interval of a parameter.
+    pub(super) fn range(&self, origin: &Origin<'_>, along: &str) -> [Option<f64>; 2] {
+        origin.range(along, [self.from, self.to])
+    }
+
+    /// Offsets of further parameters.
+    pub(super) fn at(&self, origin: &Origin<'_>) -> Named<f64> {
+        origin.named(self.at.as_ref())
+    }
+}
+
+/// Method and itineraries of the orbits: options of `orbits`, `branch` and `loci`.
 #[derive(Clone, Debug, Args)]
 pub(super) struct WhichOrbits {
-    /// The orbits with these contacts: 1 for contact, 0 for none, passage by passage and return by
-    /// return (`100`); may be repeated. Default: all of short periods
+    /// Orbits with these contacts only: 1 for contact, 0 for none, passage by passage and return by
+    /// return (`100`); may be repeated. Default: all itineraries of short periods
     #[arg(long, value_name = "DIGITS")]
     pub(super) itinerary: Vec<String>,
-    /// Whose orbits: the map's, or those of direct simulation
-    #[arg(long, default_value = "map", value_parser = one_of(ORBITS_OF))]
-    pub(super) using: OrbitsOf,
+    /// Method that computes the orbits
+    #[arg(long, alias = "using", default_value = "map", value_parser = one_of(ORBITS_OF))]
+    pub(super) method: OrbitsOf,
 }
 
-/// What is observed of the orbits of a branch.
+/// Quantities observed on the orbits of a branch.
 const OBSERVABLES: Words<BranchObservable> = &[
     ("h", BranchObservable::Gap, "The event function at the first section point"),
     ("impact_speed", BranchObservable::ImpactSpeed, "The largest impact speed"),
@@ -597,7 +734,7 @@ const OBSERVABLES: Words<BranchObservable> = &[
     ),
 ];
 
-/// Whose orbits.
+/// Methods that compute periodic orbits.
 const ORBITS_OF: Words<OrbitsOf> =
     &[("map", OrbitsOf::Map, "The local map"), ("direct", OrbitsOf::Direct, "Direct simulation")];
 
@@ -606,24 +743,24 @@ const ORBITS_OF: Words<OrbitsOf> =
 pub(super) struct LociArguments {
     #[command(flatten)]
     pub(super) scene: SceneOptions,
-    /// The two active parameters
-    #[arg(long = "in", value_name = "P,Q", value_delimiter = ',', required = true)]
+    /// The two active parameters of the plane
+    #[arg(long, alias = "in", value_name = "P,Q", value_delimiter = ',', required = true)]
     pub(super) plane: Vec<String>,
     #[command(flatten)]
     pub(super) stretch: Stretch,
-    /// Which loci. Default: all but crises
+    /// Kinds of loci to follow. Default: all but crises
     #[arg(long, value_name = "KIND,...", value_parser = one_of(LOCI), value_delimiter = ',')]
     pub(super) kind: Vec<LocusKind>,
     #[command(flatten)]
     pub(super) which: WhichOrbits,
 }
 
-/// What happens along a locus.
+/// Kinds of loci.
 const LOCI: Words<LocusKind> = &[
-    ("graze", LocusKind::Graze, "The orbit grazes"),
-    ("fold", LocusKind::Fold, "Saddle-nodes"),
-    ("flip", LocusKind::Flip, "Period-doublings"),
-    ("torus", LocusKind::Torus, "Neimark-Sacker points"),
+    ("GR|graze", LocusKind::Graze, "The orbit grazes"),
+    ("SN|fold", LocusKind::Fold, "Saddle-nodes (folds)"),
+    ("PD|flip", LocusKind::Flip, "Period-doublings (flips)"),
+    ("NS|torus", LocusKind::Torus, "Neimark-Sacker points (tori)"),
     ("crisis", LocusKind::Crisis, "An attractor touches the stable manifold of a saddle"),
 ];
 
@@ -632,17 +769,20 @@ const LOCI: Words<LocusKind> = &[
 pub(super) struct TrajectoryArguments {
     #[command(flatten)]
     pub(super) scene: SceneOptions,
-    /// Offsets of active parameters from the graze, others 0
-    #[arg(long, value_name = "NAME=OFFSET,...", value_parser = offsets)]
-    pub(super) at: Option<Named<f64>>,
-    /// Start at these offsets of the section's coordinates, others 0. Default: on the grazing orbit
-    #[arg(long, value_name = "NAME=OFFSET,...", value_parser = offsets)]
-    pub(super) start: Option<Named<f64>>,
-    /// Start on the periodic orbit of this itinerary: 1 for contact, 0 for none, passage by passage
-    /// and return by return
+    /// Offsets of active parameters from the graze (0 if not named)
+    #[arg(long, value_name = "NAME=OFFSET,...", value_parser = positions)]
+    pub(super) at: Option<Named<Position>>,
+    #[command(flatten)]
+    pub(super) counting: Counting,
+    /// Start at these offsets of section coordinates (0 if not named). Default: on the grazing
+    /// orbit
+    #[arg(long, value_name = "NAME=OFFSET,...", value_parser = positions)]
+    pub(super) start: Option<Named<Position>>,
+    /// Start on the periodic orbit with this itinerary: 1 for contact, 0 for none, passage by
+    /// passage and return by return
     #[arg(long, value_name = "DIGITS", conflicts_with = "start")]
     pub(super) itinerary: Option<String>,
-    /// Returns to the section that are simulated first and not written: the orbit settles
+    /// Returns to the section that are simulated first and not written, so that the orbit settles
     #[arg(
         long,
         value_name = "K",
@@ -651,7 +791,8 @@ pub(super) struct TrajectoryArguments {
         value_parser = clap::value_parser!(u32).range(0..=10_000_000)
     )]
     pub(super) settle: u32,
-    /// Periods of the orbit that are simulated; without one, returns to the section
+    /// Number of periods of the orbit to simulate, or of returns to the section if the start is not
+    /// a periodic orbit
     #[arg(
         long,
         value_name = "K",
@@ -660,7 +801,7 @@ pub(super) struct TrajectoryArguments {
         value_parser = clap::value_parser!(u32).range(1..=10_000_000)
     )]
     pub(super) periods: u32,
-    /// Rows per return to the section, evenly spaced in time, beside those of events
+    /// Number of rows per return to the section, evenly spaced in time; events add rows
     #[arg(
         long,
         value_name = "N",
@@ -676,17 +817,18 @@ pub(super) struct TrajectoryArguments {
 pub(super) struct BasinArguments {
     #[command(flatten)]
     pub(super) scene: SceneOptions,
-    /// Offsets of active parameters from the graze, others 0
-    #[arg(long, value_name = "NAME=OFFSET,...", value_parser = offsets)]
-    pub(super) at: Option<Named<f64>>,
-    /// The coordinates of the section that span the plane, the horizontal one first. Default: the
-    /// first two
-    #[arg(long, value_name = "A,B", value_delimiter = ',')]
-    pub(super) axes: Vec<String>,
+    /// Offsets of active parameters from the graze (0 if not named)
+    #[arg(long, value_name = "NAME=OFFSET,...", value_parser = positions)]
+    pub(super) at: Option<Named<Position>>,
+    #[command(flatten)]
+    pub(super) counting: Counting,
+    /// Section coordinates that span the plane, the horizontal one first. Default: the first two
+    #[arg(long, alias = "axes", value_name = "A,B", value_delimiter = ',')]
+    pub(super) plane: Vec<String>,
     /// First and last offset along an axis. Default: the window of the map
     #[arg(long, value_name = "NAME=FROM:TO,...", value_parser = Ranges::parse)]
     pub(super) range: Option<Ranges>,
-    /// Cells along both axes, or along each. Default: 400
+    /// Number of cells along both axes, or along each. Default: 400
     #[arg(
         long,
         value_name = "N[,M]",
@@ -695,14 +837,14 @@ pub(super) struct BasinArguments {
         value_parser = clap::value_parser!(u32).range(1..=10_000)
     )]
     pub(super) points: Vec<u32>,
-    /// Offsets of the section's other coordinates, those not named 0
-    #[arg(long, value_name = "NAME=OFFSET,...", value_parser = offsets)]
-    pub(super) start: Option<Named<f64>>,
-    /// What follows the states. Default: guarded
-    #[arg(long, value_parser = one_of(METHODS))]
-    pub(super) with: Option<Method>,
-    /// Stable and unstable manifolds of the saddles of periods up to N returns, as curves; the
-    /// section has two coordinates then
+    /// Offsets of the other section coordinates (0 if not named)
+    #[arg(long, value_name = "NAME=OFFSET,...", value_parser = positions)]
+    pub(super) start: Option<Named<Position>>,
+    /// Method that iterates the states. Default: guarded
+    #[arg(long, alias = "with", value_parser = one_of(METHODS))]
+    pub(super) method: Option<Method>,
+    /// Also compute stable and unstable manifolds of saddles of up to N returns, as curves; needs a
+    /// section of two coordinates
     #[arg(
         long,
         value_name = "N",
@@ -716,62 +858,178 @@ pub(super) struct BasinArguments {
     pub(super) sharding: Sharding,
 }
 
-/// What iterates states.
+impl BasinArguments {
+    /// Whether the options ask for a basin of their own, in the place of the scene's.
+    pub(super) fn names_any(&self) -> bool {
+        let named = self.at.is_some() || self.range.is_some() || self.start.is_some();
+        let listed = !self.plane.is_empty() || !self.points.is_empty();
+        named || listed || self.method.is_some() || self.manifolds.is_some()
+    }
+}
+
+/// Options of `noise`.
+#[derive(Clone, Debug, Args)]
+pub(super) struct NoiseArguments {
+    #[command(flatten)]
+    pub(super) scene: SceneOptions,
+    /// Standard deviations of active parameters
+    #[arg(long, value_name = "P=SIZE,...", value_parser = sizes)]
+    pub(super) deviation: Named<f64>,
+    /// Means of active parameters, as offsets from the graze (0 if not named)
+    #[arg(long, value_name = "P=OFFSET,...", value_parser = positions)]
+    pub(super) at: Option<Named<Position>>,
+    #[command(flatten)]
+    pub(super) counting: Counting,
+    /// Distribution of the parameters
+    #[arg(long, default_value = "normal", value_parser = one_of(LAWS))]
+    pub(super) law: NoiseLaw,
+    /// Offsets of section coordinates at which the orbits start (0 if not named)
+    #[arg(long, value_name = "NAME=OFFSET,...", value_parser = positions)]
+    pub(super) start: Option<Named<Position>>,
+    /// Number of orbits
+    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 1000)]
+    pub(super) orbits: u32,
+    /// Number of returns before counting begins
+    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 100)]
+    pub(super) transient: u32,
+    /// Number of returns counted
+    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 1000)]
+    pub(super) keep: u32,
+    /// First and last offset of a coordinate. Default: the window's
+    #[arg(long, value_name = "NAME=FROM:TO,...", value_parser = Ranges::parse)]
+    pub(super) range: Option<Ranges>,
+    /// Number of cells along every coordinate
+    #[arg(
+        long,
+        value_name = "N",
+        allow_negative_numbers = true,
+        default_value_t = 100,
+        value_parser = clap::value_parser!(u32).range(1..=1_000_000)
+    )]
+    pub(super) cells: u32,
+    /// Seed of the random numbers; equal seeds give equal results
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub(super) seed: u64,
+    /// Method that computes returns
+    #[arg(long, default_value = "guarded", value_parser = one_of(METHODS))]
+    pub(super) method: Method,
+}
+
+/// Distributions of parameters under noise.
+const LAWS: Words<NoiseLaw> = &[
+    ("normal", NoiseLaw::Normal, "Normal distribution"),
+    ("uniform", NoiseLaw::Uniform, "Uniform distribution of the same standard deviation"),
+];
+
+/// Options of `fit`.
+#[derive(Clone, Debug, Args)]
+pub(super) struct FitArguments {
+    #[command(flatten)]
+    pub(super) scene: SceneOptions,
+    /// CSV file of measured section points, or `-` for standard input. The header names section
+    /// coordinates; a cell is an offset from the graze, and empty where nothing was measured. A
+    /// column `series` tells series apart; a column of an active parameter holds what is known to
+    /// be added to it
+    #[arg(long, value_name = "CSV")]
+    pub(super) data: PathBuf,
+    /// Active parameters to fit
+    #[arg(long, value_name = "P,...", value_delimiter = ',', required = true)]
+    pub(super) parameters: Vec<String>,
+    /// Offsets of active parameters from the graze (0 if not named); the fit starts there
+    #[arg(long, value_name = "P=OFFSET,...", value_parser = positions)]
+    pub(super) at: Option<Named<Position>>,
+    #[command(flatten)]
+    pub(super) counting: Counting,
+    /// Standard deviation of the measurement of every coordinate. Default: that of the residuals
+    #[arg(long, value_name = "NAME=SIZE,...", value_parser = sizes)]
+    pub(super) noise: Option<Named<f64>>,
+    /// Number of returns in a piece, which has a start of its own; 0: a series is one piece
+    #[arg(
+        long,
+        value_name = "N",
+        allow_negative_numbers = true,
+        default_value_t = FitRequest::PIECE as u32
+    )]
+    pub(super) piece: u32,
+    /// Number of points at the end of every series that are predicted instead of fitted
+    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 0)]
+    pub(super) withheld: u32,
+    /// Method that computes returns
+    #[arg(long, default_value = "guarded", value_parser = one_of(METHODS))]
+    pub(super) method: Method,
+}
+
+/// Methods that iterate states.
 const METHODS: Words<Method> = &[
     ("map", Method::Map, "The local map"),
     ("guarded", Method::Guarded, "The local map inside its window, direct simulation outside"),
     ("direct", Method::Direct, "Direct simulation"),
 ];
 
-/// Ranges by name.
+/// Intervals by name.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Ranges(pub(super) Named<[f64; 2]>);
+pub(super) struct Ranges(Named<[Position; 2]>);
 
 impl Ranges {
-    /// `name=from:to,name=from:to`.
+    /// Parses `name=from:to,name=from:to`.
     fn parse(text: &str) -> Result<Self, String> {
         let range = |range: &str| {
             let (name, ends) = range.split_once('=').ok_or("expected NAME=FROM:TO")?;
             let (from, to) = ends.split_once(':').ok_or("expected NAME=FROM:TO")?;
-            let range = [finite(from)?, finite(to)?];
-            match range[0] < range[1] {
-                true => Ok((name.trim().to_owned(), range)),
-                false => Err(format!("`{ends}` does not increase")),
-            }
+            Ok((name.trim().to_owned(), [from.parse()?, to.parse()?]))
         };
         Ok(Self(Named(text.split(',').map(range).collect::<Result<_, String>>()?)))
     }
+
+    /// Offsets of both ends of each interval.
+    pub(super) fn offsets(&self, origin: &Origin<'_>) -> Named<[f64; 2]> {
+        let ends = |(name, ends): &(String, [Position; 2])| {
+            (name.clone(), ends.map(|end| origin.offset(name, end)))
+        };
+        Named(self.0.0.iter().map(ends).collect())
+    }
 }
 
-/// Words, what each stands for, and what is said of it.
+/// Words of an option, each with its value and its help text. Older spellings follow a word after
+/// `|`.
 type Words<T> = &'static [(&'static str, T, &'static str)];
 
-/// Takes one of these words for what it stands for.
+/// Parser that accepts these words, in any case, and returns the value of the word given.
 fn one_of<T: Copy + Send + Sync>(words: Words<T>) -> impl TypedValueParser<Value = T> {
-    let known = words.iter().map(|&(word, _, help)| PossibleValue::new(word).help(help));
+    let known = words.iter().map(|&(spellings, _, help)| {
+        let mut spellings = spellings.split('|');
+        let word = spellings.next().unwrap_or_default();
+        PossibleValue::new(word).aliases(spellings).help(help)
+    });
     PossibleValuesParser::new(known).map(|word| {
-        let named = words.iter().find(|(known, ..)| *known == word);
-        named.expect("the parser takes no other word").1
+        let is_word = |(spellings, ..): &&(&str, T, &str)| {
+            spellings.split('|').any(|spelling| spelling.eq_ignore_ascii_case(&word))
+        };
+        words.iter().find(is_word).expect("the parser takes no other word").1
     })
 }
 
-/// A finite number.
-fn finite(text: &str) -> Result<f64, String> {
-    let value = text.trim();
-    let number = value.parse().ok().filter(|number: &f64| number.is_finite());
-    number.ok_or(format!("`{value}` is no finite number"))
-}
-
-/// Offsets by name: `name=offset,name=offset`.
-fn offsets(text: &str) -> Result<Named<f64>, String> {
+/// Parses numbers by name: `name=number,name=number`.
+fn named<T: FromStr<Err = String>>(text: &str) -> Result<Named<T>, String> {
     let pair = |pair: &str| {
-        let (name, value) = pair.split_once('=').ok_or("expected NAME=OFFSET")?;
-        Ok((name.trim().to_owned(), finite(value)?))
+        let (name, number) = pair.split_once('=').ok_or("expected NAME=NUMBER")?;
+        Ok((name.trim().to_owned(), number.parse()?))
     };
     text.split(',').map(pair).collect::<Result<_, String>>().map(Named)
 }
 
-/// `name=value`, split at the first `=`.
+/// Parses positions by name.
+fn positions(text: &str) -> Result<Named<Position>, String> {
+    named(text)
+}
+
+/// Parses sizes by name.
+fn sizes(text: &str) -> Result<Named<f64>, String> {
+    let Named(pairs) = named::<Finite>(text)?;
+    Ok(Named(pairs.into_iter().map(|(name, Finite(size))| (name, size)).collect()))
+}
+
+/// Parses `name=value`, split at the first `=`.
 fn assignment(text: &str) -> Result<(String, String), String> {
     match text.split_once('=') {
         Some((name, value)) if !name.trim().is_empty() => {

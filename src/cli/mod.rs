@@ -1,18 +1,21 @@
-//! The command line in groups, each naming the ones before it alone: output; what can be resumed or
-//! shared; arguments; commands; the gallery, which runs commands.
+//! Command line program, in groups that each use only those before them: output; resuming and
+//! sharding; arguments; commands; the gallery, which runs commands.
 //!
-//! A command is: its arguments, one call of the library, its results handed to `report`.
+//! A command parses its arguments, makes one call of the library, and hands the results to
+//! `report`.
 //!
-//! Exit codes: 0 done; 1 the mathematics ended otherwise, and what was found is said; 2 wrong
-//! input.
+//! Exit codes: 0 done; 1 no result (no grazing orbit, for example), with the reason printed; 2
+//! wrong input.
 //!
 //! Deliberately absent: numerics.
 
 mod arguments;
 mod commands;
 mod gallery;
+mod help;
 mod output;
 mod pieces;
+mod positions;
 
 use std::ffi::OsString;
 use std::path::PathBuf;
@@ -29,15 +32,16 @@ use grazemap::Map;
 use grazemap::numeric::unknown_instruction_limit;
 use grazemap::report::{ShardError, join_shards};
 
-/// Runs the program on these arguments, the first being the program's name; gives its exit code.
+/// Runs the program and returns its exit code. The first argument is the program's name.
 ///
-/// Wrong arguments are said on standard error and end with exit code 2, as every wrong input does.
+/// Wrong arguments are reported on standard error and end with exit code 2, as all wrong input
+/// does.
 pub(crate) fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
-    let arguments = match Arguments::try_parse_from(arguments) {
+    let arguments = match help::parse(arguments) {
         Ok(arguments) => arguments,
         Err(refusal) => {
-            // NOTE: `--help` and `--version` arrive here too, with exit code 0; a closed standard
-            // output is no fault.
+            // NOTE: `--help` and `--version` arrive here too, with exit code 0. A closed standard
+            // output is no error.
             let _shown = refusal.print();
             return u8::try_from(refusal.exit_code()).unwrap_or(2);
         }
@@ -60,14 +64,15 @@ fn dispatch(arguments: Arguments) -> Result<(), CliError> {
     match arguments.command {
         Some(Command::Merge(options)) => merge(&options),
         Some(command) => in_shards(command),
+        None if arguments.common.asks_for_nothing() => output::print(&help::help()),
         None => run::built_in(&arguments.common),
     }
 }
 
-/// The results of a command from the pieces of all its shards.
+/// Joins the pieces of all shards of a command into its results.
 ///
-/// The command itself runs, as its shards were called, on the map that they hold: what their pieces
-/// hold it does not compute.
+/// The command runs with the arguments and the map of its shards, and takes finished pieces from
+/// their files instead of computing them.
 fn merge(options: &MergeArguments) -> Result<(), CliError> {
     options.outlets.check(options.pieces.iter().map(PathBuf::as_path))?;
     let (header, pieces) = join_shards(&options.pieces)?;
@@ -83,7 +88,7 @@ fn merge(options: &MergeArguments) -> Result<(), CliError> {
     arguments.command.map_or(Ok(()), in_shards)
 }
 
-/// Runs a command that may be one of shards.
+/// Runs a command that can be sharded.
 fn in_shards(command: Command) -> Result<(), CliError> {
     match command {
         Command::Gallery(options) => gallery::run(&options, &execute),
@@ -91,7 +96,7 @@ fn in_shards(command: Command) -> Result<(), CliError> {
     }
 }
 
-/// Runs a command that computes one thing.
+/// Runs a command other than `gallery` and `merge`.
 fn execute(command: Command) -> Result<(), CliError> {
     match command {
         Command::New(options) => scenes::new(&options),
@@ -108,12 +113,15 @@ fn execute(command: Command) -> Result<(), CliError> {
         Command::Branch(options) => answers::branch(&options),
         Command::Loci(options) => answers::loci(&options),
         Command::Trajectory(options) => answers::trajectory(&options),
+        Command::Noise(options) => answers::noise(&options),
+        Command::Fit(options) => answers::fit(&options),
         Command::Emit(options) => emit::run(&options),
+        Command::Demo(common) => run::built_in(&common),
         Command::Run(options) => run::run(&options),
         Command::View(options) => run::view(&options),
         Command::Completions(options) => scenes::completions(&options),
         Command::Man(options) => scenes::man(&options),
-        // A gallery in a gallery has nothing to add, nor has it shards.
+        // A gallery within a gallery would add nothing, and cannot be sharded.
         Command::Gallery(_) | Command::Merge(_) => Ok(()),
     }
 }

@@ -1,5 +1,5 @@
-//! Where results go: files that are whole or absent, or standard output; errors, notes and progress
-//! on standard error; how a command can fail, and the exit code that says so.
+//! Output of commands: results in files that are written atomically, or on standard output; errors,
+//! notes and progress on standard error; errors of commands with their exit codes.
 
 use std::fmt;
 use std::io::{self, BufWriter, IsTerminal, Write};
@@ -21,24 +21,24 @@ use grazemap::report::{
     replaced_path, write_streamed,
 };
 
-/// Where the results of a command go.
+/// Destinations of a command's results.
 #[derive(Clone, Debug, Default, Args)]
 pub(in crate::cli) struct Outlets {
     /// Write the results as JSON to a file, or to standard output (`-`)
     #[arg(long, value_name = "FILE|-", value_parser = Destination::parse)]
     pub(in crate::cli) json: Option<Destination>,
-    /// Write the results' table as CSV to a file, or to standard output (`-`)
+    /// Write the table of results as CSV to a file, or to standard output (`-`)
     #[arg(long, value_name = "FILE|-", value_parser = Destination::parse)]
     pub(in crate::cli) csv: Option<Destination>,
-    /// Write the results' files into this folder
+    /// Write all result files into this folder
     #[arg(short = 'o', long = "output", value_name = "DIR")]
     pub(in crate::cli) output: Option<PathBuf>,
-    /// Say nothing but errors
+    /// Print errors only
     #[arg(short = 'q', long = "quiet")]
     pub(in crate::cli) quiet: bool,
 }
 
-/// Where `--json` and `--csv` write.
+/// Destination of `--json` or `--csv`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(in crate::cli) enum Destination {
     /// Standard output.
@@ -56,8 +56,16 @@ impl fmt::Display for Destination {
     }
 }
 
+impl Outlets {
+    /// Whether no option is given.
+    pub(in crate::cli) fn are_default(&self) -> bool {
+        let has_destination = self.json.is_some() || self.csv.is_some() || self.output.is_some();
+        !has_destination && !self.quiet
+    }
+}
+
 impl Destination {
-    /// `-` is standard output, anything else a file.
+    /// Parses a destination: `-` is standard output, anything else a file.
     pub(in crate::cli) fn parse(text: &str) -> Result<Self, String> {
         match text {
             "" => Err("expected a file name, or - for standard output".to_owned()),
@@ -66,12 +74,12 @@ impl Destination {
         }
     }
 
-    /// Writes a whole text.
+    /// Writes a text.
     pub(in crate::cli) fn write(&self, text: &str) -> Result<(), CliError> {
         self.write_streamed(&|out| Ok(out.write_all(text.as_bytes())?))
     }
 
-    /// Writes what `content` writes.
+    /// Writes the output of `content`.
     pub(in crate::cli) fn write_streamed(&self, content: &Content<'_>) -> Result<(), CliError> {
         match self {
             Self::Standard => {
@@ -84,7 +92,7 @@ impl Destination {
         }
     }
 
-    /// File that is replaced, through all links; `None` for standard output.
+    /// File that is replaced, all links followed; `None` for standard output.
     fn replaced(&self) -> Option<PathBuf> {
         match self {
             Self::Standard => None,
@@ -92,18 +100,18 @@ impl Destination {
         }
     }
 
-    /// Folder of the file that is replaced, where it is one: nothing else is ever written beside a
-    /// device or a pipe.
+    /// Folder of the file that is replaced. `None` for a device or a pipe: nothing else may be
+    /// written beside those.
     fn folder(&self) -> Option<PathBuf> {
         let file = self.replaced().filter(|path| path.is_file() || !path.exists())?;
         file.parent().map(Path::to_path_buf)
     }
 }
 
-/// What writes a result.
+/// Function that writes a result.
 pub(in crate::cli) type Content<'a> = dyn Fn(&mut dyn Write) -> Result<(), ReportError> + 'a;
 
-/// Standard output; a reader that has gone away is no fault.
+/// Standard output. A reader that has closed its end (a broken pipe) is no error.
 struct Reader {
     out: io::StdoutLock<'static>,
     gone: bool,
@@ -132,19 +140,20 @@ impl Write for Reader {
 }
 
 impl Outlets {
-    /// Folder of a journal: that of the results, or the user's cache where none of them is a file.
+    /// Folder of the journal: the folder of the results, or the user's cache if no result is a
+    /// file.
     pub(in crate::cli) fn folder(&self) -> Option<PathBuf> {
         let beside = self.output.clone().or_else(|| self.files().find_map(Destination::folder));
         beside.or_else(|| Some(choose_base_strategy().ok()?.cache_dir().join("grazemap")))
     }
 
-    /// Destinations of the table and of the document.
+    /// Destinations of table and document.
     fn files(&self) -> impl Iterator<Item = &Destination> {
         [&self.csv, &self.json].into_iter().flatten()
     }
 
-    /// Refuses, before anything is computed, destinations that cannot be written to, two results
-    /// in one file, and a result in the place of an input.
+    /// Refuses, before any computing, destinations that cannot be written to, two results in one
+    /// file, and a result that would replace an input.
     pub(in crate::cli) fn check<'a>(
         &self,
         inputs: impl IntoIterator<Item = &'a Path> + Clone,
@@ -167,42 +176,42 @@ impl Outlets {
         self.output.as_deref().map_or(Ok(()), |folder| Ok(check_creatable(folder)?))
     }
 
-    /// Writes the JSON that was asked for.
+    /// Writes the JSON document where `--json` asks for it.
     pub(in crate::cli) fn write_json(&self, content: &Content<'_>) -> Result<(), CliError> {
         self.json.as_ref().map_or(Ok(()), |place| place.write_streamed(content))
     }
 
-    /// Writes the CSV that was asked for.
+    /// Writes the CSV table where `--csv` asks for it.
     pub(in crate::cli) fn write_csv(&self, content: &Content<'_>) -> Result<(), CliError> {
         self.csv.as_ref().map_or(Ok(()), |place| place.write_streamed(content))
     }
 
-    /// Shows a text for people, unless standard output carries data or `-q` is given.
+    /// Prints a text for people, unless standard output carries data or `-q` is given.
     pub(in crate::cli) fn show(&self, text: &str) -> Result<(), CliError> {
         if self.shows() { print(text) } else { Ok(()) }
     }
 
-    /// Whether standard output is for people.
+    /// Whether texts for people go to standard output.
     pub(in crate::cli) fn shows(&self) -> bool {
         !self.quiet && !self.files().any(|place| *place == Destination::Standard)
     }
 }
 
-/// The results of one command, in the forms a user can ask for.
+/// Results of one command, in every form that a user can ask for.
 #[derive(Debug, Default)]
 pub(in crate::cli) struct Results {
-    /// For people, on standard output.
+    /// Text for people, for standard output.
     pub(in crate::cli) text: String,
-    /// For programs.
+    /// JSON document.
     pub(in crate::cli) json: String,
-    /// The table, where the command has one.
+    /// CSV table, if the command has one.
     pub(in crate::cli) csv: Option<String>,
     /// Files for `-o DIR`, by name.
     pub(in crate::cli) files: Vec<(String, Vec<u8>)>,
 }
 
 impl Results {
-    /// Results that are `{stem}.json` and, where there is a table, `{stem}.csv` in a folder.
+    /// Results whose files in a folder are `{stem}.json` and, if there is a table, `{stem}.csv`.
     pub(in crate::cli) fn named(
         stem: &str,
         text: String,
@@ -214,8 +223,8 @@ impl Results {
         Self { text, json, csv, files }
     }
 
-    /// Writes what the options ask for; the text is shown unless standard output carries data or
-    /// `-q` is given.
+    /// Writes the files that the options ask for. Prints the text unless standard output carries
+    /// data or `-q` is given.
     pub(in crate::cli) fn deliver(
         &self,
         command: &'static str,
@@ -236,8 +245,8 @@ impl Results {
     }
 }
 
-/// Delivers an answer as the options ask for it, and says what is to be said of it; one that is not
-/// what was asked for is an error in the end.
+/// Delivers an answer as the options ask, then its remarks on standard error. Returns an error if
+/// the computation ended without the result that was asked for.
 pub(in crate::cli) fn deliver(
     mut answer: Answer,
     command: &'static str,
@@ -255,39 +264,39 @@ pub(in crate::cli) fn deliver(
     answer.ended.map_or(Ok(()), |ended| Err(Error::from(ended).into()))
 }
 
-/// Says remarks on standard error, unless all is to be quiet.
+/// Prints remarks to standard error, unless `quiet`.
 pub(in crate::cli) fn note_all(remarks: &[String], quiet: bool) {
     remarks.iter().filter(|_| !quiet).for_each(|words| note(words));
 }
 
-/// Refuses results that the machine has no memory for, before anything is computed; says, unless
-/// `quiet`, how much large ones take.
+/// Refuses, before any computing, results that exceed the machine's memory. Prints the size of
+/// large results unless `quiet`.
 pub(in crate::cli) fn refuse(bytes: u64, quiet: bool) -> Result<(), CliError> {
     note_all(&refuse_memory(bytes)?.into_iter().collect::<Vec<_>>(), quiet);
     Ok(())
 }
 
-/// Writes to standard output; a reader that has gone away is no fault.
+/// Prints to standard output. A reader that has closed its end is no error.
 pub(in crate::cli) fn print(text: &str) -> Result<(), CliError> {
     Destination::Standard.write(text)
 }
 
-/// Writes a line for people to standard error, whatever becomes of it.
+/// Prints a line for people to standard error, and ignores failure.
 pub(in crate::cli) fn note(text: &str) {
     let _lost_where_nobody_listens = writeln!(io::stderr(), "{text}");
 }
 
-/// A bar on standard error, where that is a terminal, and the pieces of a computation that can be
-/// resumed.
+/// Progress bar on standard error, shown if that is a terminal, with the journal of a computation
+/// that can be resumed.
 #[derive(Debug)]
 pub(in crate::cli) struct Bar {
     bar: ProgressBar,
-    /// The number of the computation and where its pieces are kept.
+    /// Number of the computation within its command, and the journal of its pieces.
     journal: Option<(u64, Arc<Journal>)>,
 }
 
 impl Bar {
-    /// A bar of no length yet, under this heading; none where all is to be quiet.
+    /// Bar with this heading and length 0; hidden if `quiet`.
     pub(in crate::cli) fn new(heading: &'static str, quiet: bool) -> Self {
         if quiet || !io::stderr().is_terminal() {
             return Self { bar: ProgressBar::hidden(), journal: None };
@@ -300,7 +309,7 @@ impl Bar {
         Self { bar, journal: None }
     }
 
-    /// The same bar for computation `number` of a command that keeps its pieces in a journal.
+    /// Bar for computation `number` of a command whose pieces are kept in a journal.
     pub(in crate::cli) fn resuming(mut self, number: u64, journal: Option<Arc<Journal>>) -> Self {
         self.journal = journal.map(|journal| (number, journal));
         self
@@ -338,117 +347,128 @@ impl Drop for Bar {
     }
 }
 
-/// Exit code of mathematics that ended otherwise.
+/// Exit code if there is no result (no grazing orbit, for example).
 const ENDED_OTHERWISE: u8 = 1;
 /// Exit code of wrong input.
 const WRONG_INPUT: u8 = 2;
 
-/// Why a command ended without doing what it was asked.
+/// Failure of a command.
 #[derive(Debug, thiserror::Error)]
 pub(in crate::cli) enum CliError {
-    /// The library refused its input, or the mathematics ended otherwise.
+    /// The library refused its input, or the computation ended without a result.
     #[error(transparent)]
     Library(#[from] Error),
-    /// No such scene in the catalogue.
+    /// The catalogue has no such scene.
     #[error(
         "no scene `{name}` in the catalogue{}; `grazemap new --list` shows it",
         meant(.nearest)
     )]
     NotInCatalogue { name: String, nearest: Option<String> },
-    /// A file that would be overwritten.
+    /// A file would be overwritten.
     #[error("`{}` exists and is not overwritten; name another file with -o", .path.display())]
     Exists { path: PathBuf },
-    /// A command without a table was asked for one.
+    /// A table was asked of a command without one.
     #[error("`grazemap {command}` has no table; use --json")]
     NoTable { command: &'static str },
-    /// JSON and table in one place, where one would be lost.
+    /// JSON and table go to one place, where one would be lost.
     #[error("--json and --csv both write to {place}; name another place for one of them")]
     OnePlace { place: Destination },
-    /// A result that would replace what the command reads.
+    /// A result would replace an input of the command.
     #[error("{} is read by this command and not replaced; name another file", .path.display())]
     ReplacesInput { path: PathBuf },
-    /// A folder that does not hold what would be emitted now.
+    /// A folder differs from the emission of today.
     #[error("{} is not what would be emitted now:{differences}", .folder.display())]
     NotCurrent { folder: PathBuf, differences: String },
-    /// Several basins for one file or stream.
+    /// Several basins would go to one file or stream.
     #[error("the scene asks for {found} basins, and --json and --csv write one; -o DIR writes all")]
     SeveralBasins { found: usize },
-    /// No diagram in the scene.
-    #[error("the scene asks for no diagram; add a [[diagram]] table")]
-    NoDiagram,
-    /// No chart in the scene.
-    #[error("the scene asks for no chart; add a [[chart]] table with `parameters` and `ranges`")]
-    NoChart,
-    /// Scene and starting points in one input.
-    #[error("SCENE and --states are both standard input; name a file for one of them")]
-    StandardInputTwice,
-    /// A file of starting points that cannot be read.
-    #[error("cannot read the starting points {}: {source}", .path.display())]
-    UnreadableStates { path: PathBuf, source: csv::Error },
-    /// A file of starting points without rows.
+    /// The scene has no diagram.
     #[error(
-        "no starting points in {}: a header and at least one row are expected",
+        "the scene asks for no diagram; name a parameter with --along, or add a [[diagram]] table"
+    )]
+    NoDiagram,
+    /// The scene has no chart.
+    #[error(
+        "the scene asks for no chart; name two parameters with --plane, or add a [[chart]] table \
+         with `parameters` and `ranges`"
+    )]
+    NoChart,
+    /// A range without ends, of a parameter that the window does not bound.
+    #[error("the window does not bound `{}`; name its range", .name.escape_default())]
+    NoRange { name: String },
+    /// A range of a parameter that is not in the plane.
+    #[error("--range names `{}`, which --plane does not", .name.escape_default())]
+    RangeOfNoAxis { name: String },
+    /// Scene and starting points are both read from standard input.
+    #[error("the scene and the points are both standard input; name a file for one of them")]
+    StandardInputTwice,
+    /// The file of starting points cannot be read.
+    #[error("cannot read the points {}: {source}", .path.display())]
+    UnreadableStates { path: PathBuf, source: csv::Error },
+    /// The file of starting points has no rows.
+    #[error(
+        "no points in {}: a header and at least one row are expected",
         .path.display()
     )]
     NoStates { path: PathBuf },
-    /// Too many starting points.
-    #[error("more than {limit} starting points in {}", .path.display())]
+    /// The file has too many starting points.
+    #[error("more than {limit} points in {}", .path.display())]
     TooManyStates { path: PathBuf, limit: usize },
-    /// A column that is nothing of the map.
+    /// A column is neither a section coordinate nor an active parameter.
     #[error(
         "unknown column `{}` in {}; expected some of {known}: coordinates of {section} and \
          active parameters",
         .name.escape_default(), .path.display()
     )]
     UnknownColumn { path: PathBuf, name: String, known: String, section: String },
-    /// A column that stands twice.
+    /// Two columns have the same name.
     #[error("column `{}` stands twice in {}", .name.escape_default(), .path.display())]
     ColumnTwice { path: PathBuf, name: String },
-    /// A cell that is no number.
+    /// A cell is not a finite number.
     #[error(
         "`{}` in line {line} of {} is no finite decimal number",
         .text.escape_default(), .path.display()
     )]
     NotANumber { path: PathBuf, line: u64, text: String },
-    /// No such entry in the gallery.
+    /// The gallery has no such entry.
     #[error(
         "no entry `{name}` in the gallery{}; `grazemap gallery --list` shows it",
         meant(.nearest)
     )]
     NotInGallery { name: String, nearest: Option<String> },
-    /// An entry of the gallery that cannot be read.
+    /// An entry of the gallery cannot be read.
     #[error("the gallery: {0}")]
     Gallery(String),
-    /// Numbers of the gallery that differ from what was expected.
+    /// Numbers of the gallery differ from their expected values.
     #[error("the gallery differs from what it says: {what}")]
     Unexplained { what: String },
-    /// Results asked of a shard.
+    /// JSON or a table was asked of a shard.
     #[error(
         "a shard has pieces alone, which go into -o DIR; ask `grazemap merge` for --json, --csv"
     )]
     ShardHasNoResults,
-    /// Files of pieces that cannot be joined.
+    /// Files of pieces cannot be joined.
     #[error(transparent)]
     Shards(#[from] ShardError),
-    /// The program cannot read itself.
+    /// The program cannot read its own executable.
     #[error("cannot read this very program, which pieces are marked with: {0}")]
     Program(io::Error),
-    /// A result that could not be laid out or written.
+    /// A result could not be laid out or written.
     #[error(transparent)]
     Report(#[from] ReportError),
-    /// An environment variable with a value that is not known.
+    /// An environment variable has an unknown value.
     #[error("{INSTRUCTION_LIMIT} is `{}`; expected sse2, avx2 or avx512", .value.escape_default())]
     InstructionLimit { value: String },
-    /// Standard output refused.
+    /// Standard output cannot be written to.
     #[error("cannot write to standard output: {0}")]
     StandardOutput(io::Error),
-    /// Threads run already.
+    /// Threads were started before.
     #[error("the number of threads is decided already: give `--threads` with the first command")]
     Threads,
 }
 
 impl CliError {
-    /// 1: the mathematics ended otherwise; 2: wrong input.
+    /// Exit code: 1 for no result or a failed comparison, 2 for wrong input.
     pub(in crate::cli) fn exit_code(&self) -> u8 {
         match self {
             Self::Library(error) if error.ended_otherwise() => ENDED_OTHERWISE,
@@ -457,11 +477,11 @@ impl CliError {
         }
     }
 
-    /// Says the error on standard error, a scene's fault drawn in its text.
+    /// Prints the error to standard error. A fault of a scene is drawn in the scene's text.
     pub(in crate::cli) fn show(&self) {
         match self {
             Self::Library(Error::Scene(error)) => note(drawn(&error.clone().headline()).trim_end()),
-            // A key of a command is an option here.
+            // A key of a request is an option of the program.
             Self::Library(Error::Key(error)) if error.begins_with_key() => {
                 note(&format!("error: --{error}"));
             }
@@ -470,12 +490,12 @@ impl CliError {
     }
 }
 
-/// ` (did you mean ...?)`, or nothing.
+/// ` (did you mean ...?)`, or the empty text.
 fn meant(nearest: &Option<String>) -> String {
     nearest.as_ref().map_or_else(String::new, |name| format!(" (did you mean `{name}`?)"))
 }
 
-/// A fault drawn in the text of its scene; colours only on a terminal.
+/// Fault drawn in the text of its scene, in colour on a terminal.
 fn drawn(headline: &SceneHeadline) -> String {
     let mut theme = if io::stderr().is_terminal() {
         GraphicalTheme::unicode()
@@ -491,7 +511,7 @@ fn drawn(headline: &SceneHeadline) -> String {
     }
 }
 
-/// An error and its causes, each said once.
+/// Error followed by its causes, without repetition.
 fn chain(error: &dyn std::error::Error) -> String {
     let mut text = error.to_string();
     let mut cause = error.source();

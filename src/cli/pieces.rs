@@ -1,5 +1,5 @@
-//! Commands whose finished pieces are kept: one that is interrupted goes on from those beside its
-//! results; a shard, one of several machines, writes them in the place of results.
+//! Interruption and sharding. An interrupted command resumes from the finished pieces in a journal
+//! beside its results. A shard, one of several machines, writes its pieces instead of results.
 
 use std::env;
 use std::fs;
@@ -13,18 +13,18 @@ use grazemap::analysis::{Gathered, Shard, Share};
 use grazemap::model::Digest;
 use grazemap::report::{Journal, OutputFolder, ShardHeader, counted};
 
-/// Version of the program, which pieces are marked with.
+/// Version of the program. Pieces are marked with it.
 pub(in crate::cli) const VERSION: &str = env!("CARGO_PKG_VERSION");
 
-/// The journal of the command that runs.
+/// Journal of the running command.
 static RUNNING: Mutex<Option<Arc<Journal>>> = Mutex::new(None);
 
-/// Exit code of a command that was interrupted, as shells have it.
+/// Exit code of an interrupted command: that of shells.
 const INTERRUPTED: i32 = 130;
 
-/// Says, when the program is interrupted, what is kept.
+/// Installs a handler that reports, on interruption, the pieces that are kept.
 pub(in crate::cli) fn catch_interruptions() {
-    // Where the system has no such signals, an interruption says nothing.
+    // NOTE: on a system without such signals, an interruption prints nothing.
     let _caught_or_not = ctrlc::set_handler(|| {
         let running = RUNNING.lock().unwrap_or_else(PoisonError::into_inner).clone();
         match running {
@@ -47,15 +47,15 @@ fn interrupted(what: &str) {
     process::exit(INTERRUPTED);
 }
 
-/// A command whose finished pieces are kept until its results are written.
+/// Command whose finished pieces are kept until its results are written.
 #[derive(Debug)]
 pub(in crate::cli) struct Resumable {
     journal: Option<Arc<Journal>>,
 }
 
 impl Resumable {
-    /// A command that keeps its pieces in a folder, if it has one, under a key of all that decides
-    /// them; says, unless `quiet`, what is there already.
+    /// Begins a command that keeps its pieces in `folder`, if there is one, under a key made of the
+    /// texts that determine them. Prints the number of pieces found there unless `quiet`.
     pub(in crate::cli) fn begin(
         command: &str,
         folder: Option<PathBuf>,
@@ -75,12 +75,12 @@ impl Resumable {
         Self { journal }
     }
 
-    /// Where pieces are kept.
+    /// Journal of the pieces.
     pub(in crate::cli) fn journal(&self) -> Option<Arc<Journal>> {
         self.journal.clone()
     }
 
-    /// The results are written: nothing is kept any more.
+    /// Deletes the journal, once the results are written.
     pub(in crate::cli) fn finish(self) {
         *RUNNING.lock().unwrap_or_else(PoisonError::into_inner) = None;
         if let Some(journal) = self.journal {
@@ -89,7 +89,8 @@ impl Resumable {
     }
 }
 
-/// Of texts, of the version and of the very program: another build may compute another last bit.
+/// Digest of texts, version and executable file (length and time): another build may compute
+/// another last bit.
 fn key(decisive: &[&str]) -> Digest {
     let program = env::current_exe().and_then(fs::metadata);
     let made = program.and_then(|program| Ok((program.len(), program.modified()?)));
@@ -99,21 +100,21 @@ fn key(decisive: &[&str]) -> Digest {
     Digest::of(&texts.map(|text| Digest::of(text).to_string()).collect::<String>())
 }
 
-/// Which shard, and what decides its pieces.
+/// Shard to compute, and the texts that determine its pieces.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::cli) struct Sharded<'a> {
     pub(in crate::cli) share: Share,
     pub(in crate::cli) command: &'static str,
-    /// Of the scene's text.
+    /// Digest of the scene's text.
     pub(in crate::cli) scene: Option<Digest>,
-    /// The map's document.
+    /// Document of the map.
     pub(in crate::cli) map: Option<&'a str>,
-    /// What is asked beyond that.
+    /// Further settings of the command, as text.
     pub(in crate::cli) asked: &'a str,
 }
 
 impl Sharded<'_> {
-    /// Computes the shard and writes its pieces into the folder of the results.
+    /// Computes the shard and writes its pieces into the folder of results.
     pub(in crate::cli) fn write<E: Into<CliError>>(
         &self,
         outlets: &Outlets,
@@ -154,13 +155,13 @@ impl Sharded<'_> {
     }
 }
 
-/// The digest of the very program, which is the same on every machine that has a copy of it.
+/// Digest of the executable, the same on every machine with a copy of it.
 pub(in crate::cli) fn program() -> Result<Digest, CliError> {
     let path = env::current_exe().map_err(CliError::Program)?;
     Ok(Digest::of_bytes(&fs::read(path).map_err(CliError::Program)?))
 }
 
-/// The shard that `--shard` names: `I/N`, or the task of an array of Slurm's.
+/// Parses the value of `--shard`: `I/N`, or the task of a Slurm job array.
 pub(in crate::cli) fn share(text: &str) -> Result<Share, String> {
     let number = |text: &str| text.trim().parse::<usize>().ok();
     if text != ARRAY {
@@ -188,5 +189,5 @@ pub(in crate::cli) fn share(text: &str) -> Result<Share, String> {
     })
 }
 
-/// What `--shard` stands for where it has no value.
+/// Value of `--shard` given without one: the task of a job array.
 pub(in crate::cli) const ARRAY: &str = "array";

@@ -1,12 +1,12 @@
-//! How each language writes a kernel, in double and in single precision.
+//! Syntax of each language for a kernel, in double and in single precision.
 //!
-//! One idea: what is rounded is printed. A coefficient of a map in single precision is the nearest
-//! such number to the one in double precision, in the shortest digits that read back to it; so is
+//! Numbers are printed as they are rounded. A coefficient of a map in single precision is the
+//! nearest single to the double, in the shortest digits that read back to it; the same holds for
 //! every constant that states and parameters are compared with.
 //!
 //! Kernels are printed as one short statement a line. In Rust every `let` opens a scope within the
-//! last one, and the compiler walks them recursively: thousands of them end in its stack. A long
-//! kernel is printed in blocks, each handing on the results that are used after it.
+//! last one, and the compiler walks these recursively: thousands of them overflow its stack. A long
+//! kernel is printed in blocks; each block returns the results that are used after it.
 
 use super::error::EmissionError;
 use super::names::{c_string_literal, number_literal, single_literal, string_literal};
@@ -14,8 +14,8 @@ use super::options::Target;
 use crate::jet::kernel::{Kernel, Operation, Value};
 use crate::numeric::FloatFormat;
 
-/// A target and the numbers that its states, parameters and coefficients are. The kernels of
-/// WebAssembly are no text; its words are those of JavaScript.
+/// Target and number format of states, parameters and coefficients. WebAssembly kernels are not
+/// text; its header uses the syntax of JavaScript.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Language {
     pub(super) target: Target,
@@ -23,7 +23,7 @@ pub(super) struct Language {
 }
 
 impl Language {
-    /// The type of a state.
+    /// Type of a state.
     pub(super) fn real(self) -> &'static str {
         match (self.target, self.precision) {
             (Target::Rust, FloatFormat::F64) => "f64",
@@ -33,7 +33,7 @@ impl Language {
         }
     }
 
-    /// What C ends single literals, and the names of functions of single numbers, with.
+    /// Suffix in C of single-precision literals and function names.
     pub(super) fn suffix(self) -> &'static str {
         match (self.target, self.precision) {
             (Target::Rust, _) | (_, FloatFormat::F64) => "",
@@ -41,7 +41,7 @@ impl Language {
         }
     }
 
-    /// The largest number.
+    /// Largest finite number.
     pub(super) fn largest(self) -> String {
         match self.precision {
             FloatFormat::F64 => format!("{:?}", f64::MAX),
@@ -49,7 +49,7 @@ impl Language {
         }
     }
 
-    /// A number of the precision, rounded to it.
+    /// Literal of a number, rounded to the precision.
     pub(super) fn number(self, what: &'static str, value: f64) -> Result<String, EmissionError> {
         match self.precision {
             FloatFormat::F64 => number_literal(what, value),
@@ -57,7 +57,7 @@ impl Language {
         }
     }
 
-    /// A statement that names a result.
+    /// Statement that binds a result to a name.
     pub(super) fn binding(self, number: usize, expression: &str) -> String {
         match self.target {
             Target::Rust => format!("let r{number} = {expression};"),
@@ -68,7 +68,7 @@ impl Language {
         }
     }
 
-    /// An operation on operands that are written already.
+    /// Expression of an operation on printed operands.
     pub(super) fn expression(self, operation: &Operation, operands: &[String]) -> String {
         let suffix = self.suffix();
         let call = |rust: &str, c: &str, suffix: &str| {
@@ -79,12 +79,12 @@ impl Language {
             };
             format!("{name}({})", operands.join(", "))
         };
-        // Of arrays, number by number.
+        // NOTE: MATLAB multiplies arrays element by element with `.*`.
         let times = if self.target == Target::Matlab { ".*" } else { "*" };
         match operation {
             Operation::Add(..) => format!("{} + {}", operands[0], operands[1]),
             Operation::Multiply(..) => format!("{} {times} {}", operands[0], operands[1]),
-            // NOTE: these languages round the product and then the sum.
+            // NOTE: these languages round the product, then the sum.
             Operation::MultiplyAdd(..) if self.target.is_double_only() => {
                 format!("{} {times} {} + {}", operands[0], operands[1], operands[2])
             }
@@ -108,7 +108,7 @@ impl Language {
         self.target == Target::Rust
     }
 
-    /// A number handed on by freezing.
+    /// Coefficient of the frozen map, by index.
     pub(super) fn coefficient(self, number: usize) -> String {
         match self.target {
             Target::Rust => format!("c({number})"),
@@ -117,7 +117,7 @@ impl Language {
         }
     }
 
-    /// An element of an array, numbered from 0 here; in MATLAB a row.
+    /// Element of an array by index from 0; in MATLAB a row.
     pub(super) fn element(self, array: &str, number: usize) -> String {
         match self.target {
             Target::Julia => format!("{array}[{}]", number + 1),
@@ -126,7 +126,7 @@ impl Language {
         }
     }
 
-    /// A text as a literal.
+    /// String literal.
     pub(super) fn string(self, text: &str) -> String {
         match self.target {
             Target::Rust => string_literal(text),
@@ -136,7 +136,7 @@ impl Language {
         }
     }
 
-    /// A half-width of the window, which may be unbounded but not NaN.
+    /// Half-width of the window, which may be infinite but not NaN.
     pub(super) fn half_width(self, value: f64) -> Result<String, EmissionError> {
         match self.target {
             _ if value != f64::INFINITY => self.number("a half-width of the window", value),
@@ -148,8 +148,8 @@ impl Language {
         }
     }
 
-    /// An error that may be absent, always in double precision; C has no optional numbers, there a
-    /// negative one stands for none.
+    /// Optional error, always in double precision. C has no optional numbers: there a negative
+    /// number stands for none.
     pub(super) fn optional(
         self,
         what: &'static str,
@@ -179,24 +179,24 @@ fn camel_case(name: &str) -> String {
     })
 }
 
-/// The text without what a language could take for more than a character.
+/// Text with every character that a language could interpret replaced by `?`.
 fn plain(text: &str) -> String {
     let is_plain = |c: char| c.is_ascii_graphic() && !matches!(c, '\\' | '"' | '$') || c == ' ';
     text.chars().map(|c| if is_plain(c) { c } else { '?' }).collect()
 }
 
-/// Most statements in one scope.
+/// Largest number of statements in a block.
 const BLOCK: usize = 512;
 
-/// A kernel as text: statements and the expressions of its outputs.
+/// Kernel as text: statements, and expressions of the outputs.
 pub(super) struct PrintedKernel {
-    /// One binding per operation, `r0`, `r1`, ... in order, in blocks where there are many.
+    /// One binding per operation, `r0`, `r1`, ... in order; in blocks if there are many.
     pub(super) statements: Vec<String>,
     /// One expression per output.
     pub(super) outputs: Vec<String>,
 }
 
-/// Prints a kernel; `input` names its inputs.
+/// Prints a kernel. `input` returns the text of an input.
 pub(super) fn print(
     language: Language,
     kernel: &Kernel,
@@ -222,7 +222,7 @@ pub(super) fn print(
     Ok(PrintedKernel { statements, outputs })
 }
 
-/// The statements, in blocks if they are more than one block's.
+/// Groups statements into blocks if there are more than [`BLOCK`].
 fn in_blocks(kernel: &Kernel, statements: Vec<String>) -> Vec<String> {
     if statements.len() <= BLOCK {
         return statements;
@@ -248,7 +248,8 @@ fn in_blocks(kernel: &Kernel, statements: Vec<String>) -> Vec<String> {
     lines
 }
 
-/// The last operation that uses each result; beyond all operations for an output.
+/// Index of the last operation that uses each result; for an output, an index beyond all
+/// operations.
 pub(super) fn last_uses(kernel: &Kernel) -> Vec<usize> {
     let mut last = vec![0; kernel.operations.len()];
     let mut used = |value: Value, by: usize| {

@@ -1,5 +1,5 @@
-//! From a map and its kernels to the text of a module: what the templates lay out, the provenance
-//! that heads it, and the templates, which hold layout only.
+//! Layout of a module: the values that templates insert, the provenance header, and the templates,
+//! which hold only layout.
 
 use super::error::EmissionError;
 use super::language::{Language, PrintedKernel, print};
@@ -9,8 +9,7 @@ use crate::expansion::{LocalMap, MapKernel, MapOrders, PruneReport, SectionKind}
 use crate::jet::kernel::{Kernel, OperationCount, SplitKernel};
 use crate::numeric::FloatFormat;
 
-/// What the templates lay out: a map, its kernels and its constants, as text of the target's
-/// language.
+/// Values for the templates: a map, its kernels and its constants, as text in the target language.
 pub(super) fn arrange(
     map: &LocalMap,
     options: &EmitOptions,
@@ -21,7 +20,7 @@ pub(super) fn arrange(
     let language = Language { target: options.target, precision: options.precision };
     let prepare = print(language, &split.prepare, |number| language.element("parameters", number))?;
     let free = lowered.dimension;
-    // A tangent vector stands between coordinates and coefficients.
+    // NOTE: a tangent vector stands between coordinates and coefficients.
     let known = if tangent.is_some() { 2 * free } else { free };
     let input = |number: usize| match number {
         number if number < free => format!("x{number}"),
@@ -129,8 +128,8 @@ fn half_widths(language: Language, values: &[f64]) -> Result<Vec<String>, Emissi
     values.iter().map(|&value| language.half_width(value)).collect()
 }
 
-/// Conditions in C that the numbers of an array lie within these half-widths, false for a NaN;
-/// unbounded widths have none but that.
+/// C conditions that the numbers of an array lie within half-widths. NaN violates every condition;
+/// an infinite half-width requires only that the number is not NaN.
 fn inside(
     language: Language,
     array: &str,
@@ -147,7 +146,7 @@ fn inside(
     half_widths.iter().enumerate().map(condition).collect()
 }
 
-/// The lines of the provenance header, after the first.
+/// Lines of the provenance header after the first.
 pub(super) fn header(
     map: &LocalMap,
     options: &EmitOptions,
@@ -206,20 +205,20 @@ pub(super) fn header(
     lines.push(format!("A step: {}.", counted(all)));
     lines.push(format!("A frozen step: {}.", counted(frozen)));
     let mut lines: Vec<String> = lines.iter().flat_map(|line| wrapped(line)).collect();
-    // NOTE: a command on two lines could not be run.
+    // NOTE: a command broken into two lines could not be run.
     let command = options.command();
     lines.push(format!("Regenerate: {command}"));
     lines.push(format!("Verify: {command} --check"));
     Ok(lines)
 }
 
-/// A line of at most 112 characters, continued on further ones.
+/// Splits a line into pieces of at most 112 characters.
 fn wrapped(line: &str) -> Vec<String> {
     let characters: Vec<char> = line.chars().collect();
     characters.chunks(112).map(|part| part.iter().collect()).collect()
 }
 
-/// The phase of a stroboscopic section; nothing on another.
+/// Phase of a stroboscopic section as text; empty for a tangency section.
 fn phase(map: &LocalMap) -> Result<String, EmissionError> {
     let Some(phase) = map.section.phase else {
         return Ok(String::new());
@@ -237,7 +236,7 @@ fn stated(value: Option<f64>, otherwise: &str) -> String {
     value.map_or(otherwise.into(), |value| format!("{value:?}"))
 }
 
-/// The depth of the window, which may be unbounded.
+/// Depth of the window as text; it may be unbounded.
 fn depth(value: f64) -> Result<String, EmissionError> {
     if value == f64::INFINITY {
         Ok("unbounded".into())
@@ -253,7 +252,7 @@ pub(super) fn section_word(kind: SectionKind) -> &'static str {
     }
 }
 
-/// What the templates of maps, templates/map.*.tera, lay out.
+/// Values inserted by the map templates, templates/map.*.tera.
 #[derive(Clone, Debug, serde::Serialize)]
 pub(super) struct MapLayout {
     pub(super) header: Vec<String>,
@@ -261,10 +260,11 @@ pub(super) struct MapLayout {
     pub(super) target: &'static str,
     /// Type of states, parameters and coefficients.
     pub(super) real: &'static str,
-    /// What C ends single literals and names with, small and capital; empty in double precision.
+    /// Suffix in C of single-precision literals and names, lower case and capital; empty in double
+    /// precision.
     pub(super) suffix: &'static str,
     pub(super) capital: String,
-    /// The largest number of that type.
+    /// Largest finite number of that type.
     pub(super) largest: String,
     pub(super) identifier: String,
     /// The identifier in capitals, for the names of macros.
@@ -302,12 +302,12 @@ pub(super) struct MapLayout {
     pub(super) jacobian_depths: Vec<String>,
     pub(super) jacobian_rows: Vec<String>,
     pub(super) jacobian_entries: Vec<String>,
-    /// Of a step that carries a tangent vector along, in CUDA.
+    /// Kernel of a step that propagates a tangent vector, in CUDA.
     pub(super) tangent_statements: Vec<String>,
     pub(super) tangent_image: Vec<String>,
     pub(super) tangent_depths: Vec<String>,
     pub(super) tangent_carried: Vec<String>,
-    /// Whether there is a step with these: by the coordinates, and then by the parameters.
+    /// Whether there is a step with derivatives by the coordinates, then the parameters.
     pub(super) derivatives: bool,
     pub(super) derivatives_statements: Vec<String>,
     pub(super) derivatives_image: Vec<String>,
@@ -316,7 +316,7 @@ pub(super) struct MapLayout {
     pub(super) derivatives_entries: Vec<String>,
 }
 
-/// The text of one map's module.
+/// Text of a map's module.
 pub(super) fn map(target: Target, layout: &MapLayout) -> Result<String, EmissionError> {
     let mut context = tera::Context::new();
     context.insert("map", layout);
@@ -338,21 +338,21 @@ pub(super) fn map(target: Target, layout: &MapLayout) -> Result<String, Emission
     }
 }
 
-/// The manifest of a standalone crate.
+/// Manifest of a standalone crate.
 pub(super) fn manifest(package: &str) -> Result<String, EmissionError> {
     let mut context = tera::Context::new();
     context.insert("package", package);
     render("crate_cargo.toml.tera", include_str!("../../templates/crate_cargo.toml.tera"), context)
 }
 
-/// The root of a standalone crate.
+/// Root of a standalone crate.
 pub(super) fn standalone_root(module: &str) -> Result<String, EmissionError> {
     let mut context = tera::Context::new();
     context.insert("module", module);
     render("crate_lib.rs.tera", include_str!("../../templates/crate_lib.rs.tera"), context)
 }
 
-/// The root of the crate of the catalogue's maps.
+/// Root of the catalogue's crate.
 pub(super) fn catalogue_root(modules: &[&str]) -> Result<String, EmissionError> {
     let mut context = tera::Context::new();
     context.insert("modules", modules);

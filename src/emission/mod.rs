@@ -1,5 +1,5 @@
-//! Local maps as source text in seven languages, and as WebAssembly: one straight-line kernel,
-//! printed by templates that hold layout only, or written as instructions.
+//! Emission of local maps as source code in seven languages, and as WebAssembly. One straight-line
+//! kernel is printed by templates that hold only layout, or written as instructions.
 //!
 //! Deliberately absent: dynamics. This floor sees polynomials.
 

@@ -1,4 +1,4 @@
-//! One emitted module: a map's kernel, its constants and its provenance.
+//! Emitted module: a map's kernel, constants and provenance.
 
 use std::borrow::Cow;
 
@@ -14,43 +14,43 @@ use crate::expansion::{
 use crate::jet::kernel::{Kernel, OperationCount, SplitKernel, Value};
 use crate::numeric::FloatFormat;
 
-/// An emitted module without dependencies: a source text, or the bytes of WebAssembly.
+/// Emitted module without dependencies: source text, or WebAssembly bytes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EmittedModule {
     /// Language of the module.
     pub target: Target,
-    /// What it computes with.
+    /// Number format of the computation.
     pub precision: FloatFormat,
     /// Name of the module: the scene's identifier.
     pub identifier: String,
-    /// The module's file.
+    /// Content of the module's file.
     pub content: Vec<u8>,
-    /// Operations of a step, freezing included.
+    /// Operation count of a step, freezing included.
     pub step_operations: OperationCount,
-    /// Operations of a step of the frozen map.
+    /// Operation count of a step of the frozen map.
     pub frozen_operations: OperationCount,
-    /// Operations of a step of the frozen map with its Jacobian.
+    /// Operation count of a step of the frozen map with its Jacobian.
     pub jacobian_operations: OperationCount,
-    /// What the tolerance dropped.
+    /// Monomials dropped within the tolerance.
     pub pruned: Option<PruneReport>,
-    /// Error that was measured on the window.
+    /// Measured error on the window.
     pub measured_error: Option<f64>,
 }
 
 impl EmittedModule {
-    /// The source text; of WebAssembly what can be read of it.
+    /// Source text; for WebAssembly, its readable part.
     pub fn text(&self) -> Cow<'_, str> {
         String::from_utf8_lossy(&self.content)
     }
 }
 
-/// Emits a map.
+/// Emits a map as a module.
 ///
-/// `composed` is the map's composed form; it is needed for the composed shape only.
+/// `composed` is the map's composed form, needed only for the composed shape.
 ///
 /// # Errors
 ///
-/// [`EmissionError`] for a scene whose identifier cannot name a module, numbers that are not finite
+/// [`EmissionError`] for a scene identifier that cannot name a module, numbers that are not finite
 /// in the precision asked for, single precision in a language of doubles, a number of lanes outside
 /// 1 to 64, and a composed shape without a composed form.
 pub fn emitted_module(
@@ -116,7 +116,7 @@ fn check_shapes(map: &LocalMap) -> Result<(), EmissionError> {
     Ok(())
 }
 
-/// The map's kernel in the shape asked for, and what the tolerance dropped.
+/// Lowers a map to a kernel in the shape asked for. Also returns the monomials dropped.
 fn lower(
     map: &LocalMap,
     composed: Option<&ComposedMap>,
@@ -137,8 +137,8 @@ fn lower(
     }
 }
 
-/// The frozen step with its Jacobian, and the frozen step with a tangent vector carried along; the
-/// same coefficients serve both, and stand after the coordinates and the vector.
+/// Splits off two frozen steps: one with the Jacobian, one that propagates a tangent vector. They
+/// share their coefficients, which stand after the coordinates and the vector.
 fn split_with_tangent(map: &MapKernel) -> (SplitKernel, Option<Kernel>) {
     let (dimension, first) = (map.dimension, map.dimension + map.passages);
     let mut split = map.with_tangent().split(2 * dimension);
@@ -155,8 +155,7 @@ fn split_with_tangent(map: &MapKernel) -> (SplitKernel, Option<Kernel>) {
     (split, Some(tangent))
 }
 
-/// The frozen step alone, out of the frozen step with its Jacobian: the same coefficients serve
-/// both.
+/// Frozen step alone, extracted from the frozen step with Jacobian: they share coefficients.
 fn step_kernel(split: &SplitKernel, map: &MapKernel) -> Kernel {
     let mut kernel = split.run.clone();
     kernel.outputs.truncate(map.dimension + map.passages);

@@ -1,8 +1,8 @@
-//! What may stand in emitted text: checked identifiers, escaped literals, harmless comments.
+//! Names and texts in emitted code: checked identifiers, escaped literals, harmless comments.
 
 use super::error::EmissionError;
 
-/// Keywords of Rust, strict and reserved, in all editions, and the names of a crate's own files.
+/// Keywords of Rust, strict and reserved, of all editions, and names of a crate's own files.
 const TAKEN: [&str; 54] = [
     "abstract", "as", "async", "await", "become", "box", "break", "const", "continue", "crate",
     "do", "dyn", "else", "enum", "extern", "false", "final", "fn", "for", "gen", "if", "impl",
@@ -11,8 +11,8 @@ const TAKEN: [&str; 54] = [
     "unsafe", "unsized", "use", "virtual", "where", "while", "yield", "_", "lib", "main",
 ];
 
-/// The name, if it can name a module: `[a-z_][a-z0-9_]*`, at most 64 characters, no keyword (nor
-/// `lib` or `main`, which name files of the crate itself).
+/// Returns the name if it can name a module: `[a-z_][a-z0-9_]*`, at most 64 characters, no keyword,
+/// and not `lib` or `main`, which are files of the crate itself.
 ///
 /// # Errors
 ///
@@ -28,12 +28,12 @@ pub fn checked_identifier(name: &str) -> Result<&str, EmissionError> {
     }
 }
 
-/// The text as a Rust string literal of ASCII characters.
+/// Rust string literal of ASCII characters.
 pub fn string_literal(text: &str) -> String {
     format!("\"{}\"", text.escape_default())
 }
 
-/// The text as a C string literal: printable ASCII, other bytes in octal; no trigraph can arise.
+/// C string literal: printable ASCII, other bytes in octal, without trigraphs.
 pub(super) fn c_string_literal(text: &str) -> String {
     let mut literal = String::from("\"");
     for byte in text.bytes() {
@@ -50,13 +50,13 @@ pub(super) fn c_string_literal(text: &str) -> String {
     literal
 }
 
-/// The text as it may stand in a comment: one line of printable ASCII that ends no comment.
+/// Text of a comment: one line of printable ASCII that cannot end the comment.
 pub fn comment(text: &str) -> String {
     text.escape_default().to_string().replace("*/", "* /").replace("/*", "/ *")
 }
 
-/// The bytes as one word of a shell's command that may stand in a comment: itself where it is
-/// plain, in single quotes where all of it is printable, in `$'...'` with octal bytes elsewhere.
+/// Shell word, safe inside a comment: unquoted if plain, in single quotes if printable, else in
+/// `$'...'` with octal bytes.
 pub fn shell_word(bytes: &[u8]) -> String {
     let is_plain = |byte: &u8| byte.is_ascii_alphanumeric() || b"_-+=.,:/@%".contains(byte);
     let is_printable = |byte: &u8| matches!(byte, b' '..=b'~');
@@ -74,11 +74,11 @@ pub fn shell_word(bytes: &[u8]) -> String {
     format!("$'{}'", escaped.collect::<String>())
 }
 
-/// The number as the shortest literal that reads back to the same bits.
+/// Shortest literal that reads back to the same bits.
 ///
 /// # Errors
 ///
-/// [`EmissionError::NonFinite`] for what is no finite number.
+/// [`EmissionError::NonFinite`] for infinities and NaN.
 pub(super) fn number_literal(what: &'static str, value: f64) -> Result<String, EmissionError> {
     if value.is_finite() {
         Ok(format!("{value:?}"))
@@ -87,12 +87,12 @@ pub(super) fn number_literal(what: &'static str, value: f64) -> Result<String, E
     }
 }
 
-/// The nearest number of single precision as the shortest literal that reads back to the same bits.
+/// Shortest literal that reads back to the nearest single-precision number.
 ///
 /// # Errors
 ///
-/// [`EmissionError::NonFinite`] for what is no finite number, [`EmissionError::TooLarge`] for what
-/// is none in single precision.
+/// [`EmissionError::NonFinite`] for infinities and NaN, [`EmissionError::TooLarge`] for numbers
+/// that overflow single precision.
 pub(super) fn single_literal(what: &'static str, value: f64) -> Result<String, EmissionError> {
     if !value.is_finite() {
         return Err(EmissionError::NonFinite { what, value });

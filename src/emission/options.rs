@@ -1,31 +1,31 @@
-//! What is asked of an emission: language, shape, precision, lanes.
+//! Options of an emission: language, shape, precision, lanes.
 
 use crate::numeric::FloatFormat;
 
 /// Language of an emitted map.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Target {
-    /// A crate of Rust without dependencies.
+    /// Rust crate without dependencies.
     #[default]
     Rust,
-    /// A header that is C99, C++ and CUDA alike.
+    /// Header for C99, C++ and CUDA.
     C,
-    /// The same functions with kernels for one thread a point.
+    /// The C header with CUDA kernels, one thread per point.
     Cuda,
-    /// A module of JavaScript.
+    /// JavaScript module.
     JavaScript,
-    /// A module of Python, on numbers or arrays of NumPy.
+    /// Python module for numbers and NumPy arrays.
     Python,
-    /// A module of Julia.
+    /// Julia module.
     Julia,
-    /// A function of MATLAB and Octave that gives the map's functions.
+    /// MATLAB and Octave function that returns the functions of the map.
     Matlab,
-    /// A module of WebAssembly, in bytes.
+    /// WebAssembly module, as bytes.
     Wasm,
 }
 
 impl Target {
-    /// All of them.
+    /// All targets.
     pub const ALL: [Self; 8] = [
         Self::Rust,
         Self::C,
@@ -37,7 +37,7 @@ impl Target {
         Self::Wasm,
     ];
 
-    /// The word for it in commands and templates.
+    /// Word for the target in commands and templates.
     pub fn word(self) -> &'static str {
         match self {
             Self::Rust => "rust",
@@ -51,12 +51,12 @@ impl Target {
         }
     }
 
-    /// Whether the language has numbers in double precision alone.
+    /// Whether the language has only double precision.
     pub fn is_double_only(self) -> bool {
         matches!(self, Self::JavaScript | Self::Python | Self::Julia | Self::Matlab | Self::Wasm)
     }
 
-    /// The folder of an emission, from the folder that its module lies in.
+    /// Path to the folder of the emission from the folder of the module.
     pub fn root_from_module(self) -> &'static str {
         match self {
             Self::Rust => "..",
@@ -64,8 +64,7 @@ impl Target {
         }
     }
 
-    /// The files of a map that stands alone (see [`EmittedCrate::standalone`]), that of the module
-    /// first.
+    /// File names of a single map (see [`EmittedCrate::standalone`]), the module first.
     ///
     /// [`EmittedCrate::standalone`]: super::EmittedCrate::standalone
     pub fn files(self, identifier: &str) -> Vec<String> {
@@ -76,7 +75,8 @@ impl Target {
             }
             Self::C => vec![format!("{identifier}.h")],
             Self::Cuda => vec![format!("{identifier}.cu")],
-            // NOTE: the name of the file is one in the language, which no keyword may be.
+            // NOTE: these languages use the file name as an identifier, which must not be a
+            // keyword.
             Self::JavaScript => vec![format!("map_{identifier}.js")],
             Self::Python => vec![format!("map_{identifier}.py")],
             Self::Julia => vec![format!("map_{identifier}.jl")],
@@ -86,19 +86,19 @@ impl Target {
     }
 }
 
-/// Number of the format of emitted modules; it changes with the templates and with the printing.
+/// Format number of emitted modules. It changes with the templates and with the printing.
 pub const FORMAT: u32 = 3;
 
 /// Shape of an emitted step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum EmittedShape {
-    /// Stage after stage: `P_smooth ∘ D`; of a map with flown contacts, the flown shape.
+    /// Stage by stage: `P_smooth ∘ D`; for a map with flown contacts, the flown shape.
     Factored,
-    /// One polynomial pass.
+    /// One polynomial.
     Composed,
 }
 
-/// What is asked of an emission.
+/// Options of an emission.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EmitOptions {
     /// Language of the module.
@@ -109,22 +109,22 @@ pub struct EmitOptions {
     pub precision: FloatFormat,
     /// Points per call of the lane kernels, 1 to 64.
     pub lanes: usize,
-    /// Error that is asked for, absolute and per coordinate, for the header.
+    /// Requested error, absolute and per coordinate, stated in the header.
     pub tolerance: Option<f64>,
-    /// Error of which dropped monomials may use a tenth, absolute and per coordinate; `None` keeps
+    /// Error, absolute and per coordinate, of which dropped monomials may use a tenth; `None` keeps
     /// every monomial.
     pub drop_within: Option<f64>,
-    /// Error that was measured on the window, for the header.
+    /// Measured error on the window, stated in the header.
     pub measured_error: Option<f64>,
-    /// The command that emits the module again from the folder that its file lies in, for the
-    /// header; `None` where no file or name of a scene is known.
+    /// Command that reproduces the module, run in the folder of its file; stated in the header.
+    /// `None` if the scene has neither a file nor a name.
     pub command: Option<String>,
-    /// Whether there is a step with derivatives by the parameters too: as long again as the rest.
+    /// Whether the code also computes derivatives by the parameters; this doubles its length.
     pub derivatives: bool,
 }
 
 impl EmitOptions {
-    /// The command of the header; of `SCENE`, the scene of the digest, where none is known.
+    /// Command of the header. It names the scene `SCENE` if no command is known.
     pub(super) fn command(&self) -> String {
         self.command.clone().unwrap_or_else(|| {
             let (word, root) = (self.target.word(), self.target.root_from_module());

@@ -1,10 +1,10 @@
-//! A map as a module of WebAssembly, written as bytes.
+//! Map as a WebAssembly module, written as bytes.
 //!
-//! Every operation of the kernels becomes one or two instructions, in their order, on one number or
-//! on lanes: pairs of numbers, several pairs in turn, so that none waits for the result before it.
-//! WebAssembly rounds products and sums apart, so the bits are those of the interpreter. States,
-//! coefficients and results stand in linear memory, where the caller says; the kernels' constants
-//! stand at its beginning.
+//! Every operation of a kernel becomes one or two instructions, in order, on one number or on
+//! lanes: several pairs of numbers in turn, so that no instruction waits for the result of the one
+//! before. WebAssembly rounds products and sums separately, so results have the interpreter's bits.
+//! States, coefficients and results are in linear memory at addresses given by the caller; the
+//! constants of the kernels are at its beginning.
 
 use serde::Serialize;
 use wasm_encoder::{
@@ -20,16 +20,16 @@ use super::options::{EmitOptions, FORMAT};
 use crate::expansion::{LocalMap, MapKernel, PruneReport};
 use crate::jet::kernel::{Kernel, Operation, SplitKernel, Value};
 
-/// Pairs of numbers that are computed with in turn.
+/// Pairs of numbers per operation on lanes.
 const REGISTERS: u32 = 4;
-/// Points of a call of the lane functions.
+/// Points per call of the lane functions.
 pub(super) const LANES: u32 = 2 * REGISTERS;
 /// Bytes of a number.
 const BYTES: u32 = 8;
 /// Bytes of a page of linear memory.
 const PAGE: u32 = 65_536;
 
-/// What the section `grazemap` of a module says, as JSON.
+/// JSON content of a module's custom section `grazemap`.
 #[derive(Serialize)]
 struct Description<'a> {
     generated: String,
@@ -41,7 +41,7 @@ struct Description<'a> {
     point: Vec<f64>,
     parameters: Vec<&'a str>,
     grazing_parameters: Vec<f64>,
-    /// Half-widths; null: no bound.
+    /// Half-widths; null if unbounded.
     window_state: &'a [f64],
     window_parameters: &'a [f64],
     window_depth: f64,
@@ -51,7 +51,7 @@ struct Description<'a> {
     measured_error: Option<f64>,
 }
 
-/// The bytes of a map's module.
+/// Bytes of a map's module.
 ///
 /// # Errors
 ///
@@ -112,7 +112,7 @@ pub(super) fn module(
     Ok(writer.finish(&text, &counts))
 }
 
-/// One number, or several pairs of them, one after another in memory.
+/// One number, or several pairs of numbers in consecutive memory.
 #[derive(Clone, Copy)]
 struct Form {
     registers: u32,
@@ -120,12 +120,12 @@ struct Form {
 }
 
 impl Form {
-    /// Bytes that a value takes in memory.
+    /// Size of a value in memory, in bytes.
     fn size(self) -> u32 {
         self.registers * self.width()
     }
 
-    /// Bytes of one register.
+    /// Size of a register, in bytes.
     fn width(self) -> u32 {
         if self.is_vector { 2 * BYTES } else { BYTES }
     }
@@ -134,29 +134,29 @@ impl Form {
         if self.is_vector { ValType::V128 } else { ValType::F64 }
     }
 
-    /// Where register `register` of element `number` of an array stands, from its beginning.
+    /// Memory operand of register `register` of element `number`, relative to the array.
     fn place(self, number: u32, register: u32) -> MemArg {
-        // NOTE: 8 bytes are all that a caller needs to align.
+        // NOTE: callers need an alignment of only 8 bytes.
         let offset = u64::from(number * self.size() + register * self.width());
         number_at(offset)
     }
 }
 
-/// Where a number stands, from an address on.
+/// Memory operand of a number at an offset from an address.
 fn number_at(offset: u64) -> MemArg {
     MemArg { offset, align: 3, target: MemArgTarget::Memory(0), ordering: None }
 }
 
-/// Where an input of a kernel is read.
+/// Source of a kernel input.
 #[derive(Clone, Copy)]
 enum Input {
-    /// From locals, one for each register, the first of which this is.
+    /// Local, the first of one per register.
     Local(u32),
-    /// From an array at an address in a local, by number.
+    /// Array element: local that holds the address, and index.
     Memory(u32, u32),
 }
 
-/// The functions of a module.
+/// Functions of a module.
 struct Writer {
     dimension: u32,
     passages: u32,
@@ -195,7 +195,7 @@ impl Writer {
         Ok(())
     }
 
-    /// Adds a function of addresses.
+    /// Adds and exports a function whose arguments are addresses.
     fn export(&mut self, name: &str, addresses: u32, returns: bool, function: &Function) {
         let number = self.functions.len();
         let results = if returns { &[ValType::I32][..] } else { &[] };
@@ -214,8 +214,8 @@ impl Writer {
         self.export(name, 2, false, &function);
     }
 
-    /// `name(coefficients, state, image, depths[, jacobian])`, which for one point returns the
-    /// passages that made contact. Of a kernel that is not frozen parameters stand in the place of
+    /// `name(coefficients, state, image, depths[, jacobian])`. For one point it returns the number
+    /// of passages that made contact. A kernel that is not frozen takes parameters instead of
     /// coefficients.
     fn step(&mut self, name: &str, form: Form, kernel: &Kernel) {
         let (dimension, passages) = (self.dimension, self.passages);
@@ -238,12 +238,13 @@ impl Writer {
         self.export(name, addresses, !form.is_vector, &function);
     }
 
-    /// `name(coefficients, states, extents, records, iterates, stride)`: so many iterates.
+    /// `name(coefficients, states, extents, records, iterates, stride)`: computes `iterates`
+    /// images.
     ///
     /// The last images replace the states. Images and depths of every iterate are written to
-    /// records, each `stride` bytes after the one before. `extents` takes, for every coordinate,
-    /// the largest magnitude that a state had before a step, and for every passage the largest
-    /// depth; it is raised, never lowered.
+    /// records, `stride` bytes apart. `extents` holds, for every coordinate, the largest magnitude
+    /// of a state before a step and, for every passage, the largest depth; it is raised, never
+    /// lowered.
     fn iterate(&mut self, name: &str, form: Form, kernel: &Kernel) {
         let [states_at, extents_at, records, iterates, stride] = [1, 2, 3, 4, 5];
         let (dimension, passages) = (self.dimension, self.passages);
@@ -276,7 +277,7 @@ impl Writer {
 
     fn finish(mut self, description: &str, counts: &[(&str, usize)]) -> Vec<u8> {
         let mut globals = GlobalSection::new();
-        // Memory is free from here on, aligned for pairs.
+        // NOTE: memory is free from here on, aligned for pairs.
         let free = (self.constants.len() as u32 * BYTES).next_multiple_of(2 * BYTES);
         for (name, value) in counts.iter().chain(&[("FREE_MEMORY", free as usize)]) {
             let kind = GlobalType { val_type: ValType::I32, mutable: false, shared: false };
@@ -304,7 +305,7 @@ impl Writer {
     }
 }
 
-/// An input of a step: a coordinate, and then the coefficients.
+/// Source of a step's input: the coordinates come first, then the coefficients.
 fn input(number: u32, states: &[u32]) -> Input {
     match states.get(number as usize) {
         Some(&local) => Input::Local(local),
@@ -312,23 +313,22 @@ fn input(number: u32, states: &[u32]) -> Input {
     }
 }
 
-/// A value for every register.
+/// Value for every register.
 #[derive(Clone, Copy)]
 enum Operand {
-    /// In locals, the first of which this is.
+    /// Local, the first of one per register.
     Local(u32),
-    /// In an array at an address in a local, by number.
+    /// Array element: local that holds the address, and index.
     Memory(u32, u32),
-    /// A constant, by its place in memory.
+    /// Constant, by its index in memory.
     Constant(u32),
 }
 
-/// The instructions of one function and its locals, which are taken and given back in groups of one
-/// local for each register.
+/// Instructions of one function. Locals are allocated and freed in groups of one per register.
 struct Body<'a> {
     form: Form,
     addresses: u32,
-    /// Groups of locals so far.
+    /// Number of groups so far.
     groups: u32,
     free: Vec<u32>,
     constants: &'a [f64],
@@ -352,7 +352,7 @@ impl<'a> Body<'a> {
         function
     }
 
-    /// The first local of a group.
+    /// Allocates a group and returns its first local.
     fn group(&mut self) -> u32 {
         self.free.pop().unwrap_or_else(|| {
             self.groups += 1;
@@ -360,7 +360,7 @@ impl<'a> Body<'a> {
         })
     }
 
-    /// Values of an array, in locals.
+    /// Loads values of an array into locals.
     fn load(&mut self, address: u32, count: u32) -> Vec<u32> {
         let load = |number| {
             let local = self.group();
@@ -373,7 +373,7 @@ impl<'a> Body<'a> {
         (0..count).map(load).collect()
     }
 
-    /// Writes values to an array, from this element on.
+    /// Stores values into an array from element `first` on.
     fn store(&mut self, address: u32, first: u32, values: &[Operand]) {
         for (number, &value) in (first..).zip(values) {
             for register in 0..self.form.registers {
@@ -388,7 +388,7 @@ impl<'a> Body<'a> {
         }
     }
 
-    /// Gives groups of locals new values, read before any of them is written.
+    /// Assigns values to groups of locals. All values are read before any local is written.
     fn assign(&mut self, groups: &[u32], values: &[Operand]) {
         for register in 0..self.form.registers {
             values.iter().for_each(|&value| self.push(value, register));
@@ -410,7 +410,7 @@ impl<'a> Body<'a> {
         }
     }
 
-    /// Leaves the number of passages with a positive depth.
+    /// Pushes the number of passages with a positive depth.
     fn count_contacts(&mut self, depths: &[Operand]) {
         self.code().i32_const(0);
         for &depth in depths {
@@ -420,7 +420,7 @@ impl<'a> Body<'a> {
         }
     }
 
-    /// Runs a kernel; where its outputs are. Those in locals keep them.
+    /// Emits a kernel and returns its outputs. Those in locals keep them.
     fn run(&mut self, kernel: &Kernel, input: impl Fn(u32) -> Input) -> Vec<Operand> {
         let last = last_uses(kernel);
         let mut results: Vec<u32> = Vec::with_capacity(kernel.operations.len());
@@ -452,7 +452,7 @@ impl<'a> Body<'a> {
         outputs.map(|&value| operand(value, &results, self.constants)).collect()
     }
 
-    /// One operation in one register, its result left.
+    /// Emits one operation in one register and leaves its result on the stack.
     fn operation(&mut self, operation: &Operation, operands: &[Operand], register: u32) {
         let vector = self.form.is_vector;
         match operation {
@@ -501,7 +501,7 @@ impl<'a> Body<'a> {
         };
     }
 
-    /// The number that is left where an operand is positive, 0 elsewhere.
+    /// Masks the number on the stack: keeps it where an operand is positive, else 0.
     fn where_positive(&mut self, operand: Operand, register: u32) {
         match self.form.is_vector {
             true => {
@@ -522,7 +522,7 @@ impl<'a> Body<'a> {
         self.push(place_of(value, self.constants), register);
     }
 
-    /// Leaves an operand of a register.
+    /// Pushes an operand of a register.
     fn push(&mut self, operand: Operand, register: u32) {
         let form = self.form;
         match operand {
@@ -551,7 +551,7 @@ impl<'a> Body<'a> {
     }
 }
 
-/// The number of an operand that is a result.
+/// Index of the result, if the operand is a result.
 fn result(value: Value) -> Option<u32> {
     match value {
         Value::Result(number) => Some(number),
@@ -559,7 +559,7 @@ fn result(value: Value) -> Option<u32> {
     }
 }
 
-/// The place of a constant among those of the module, which are sorted.
+/// Index of a constant in the sorted constants of the module.
 fn place_of(value: f64, constants: &[f64]) -> Operand {
     Operand::Constant(constants.partition_point(|other| other.total_cmp(&value).is_lt()) as u32)
 }

@@ -1,5 +1,5 @@
-//! What a command computed: words for people, a document, tables and figures; and what is to be
-//! said beside it, of the windows of maps and of the device that made orbits.
+//! Results of a command: text for people, document, tables, figures and warnings. Also the warnings
+//! about the windows of maps and about the device that iterates.
 
 use super::{Ended, Map};
 use crate::convergence::MeasuredWindow;
@@ -7,29 +7,29 @@ use crate::expansion::WindowEdge;
 use crate::iteration::DeviceReport;
 use crate::report::{Figure, ReportError, Table, edge_words, pictures, window_remark};
 
-/// What a command computed, laid out.
+/// Results of a command, laid out.
 #[derive(Clone, Debug)]
 pub struct Answer {
-    /// Name of its document's file, without its ending.
+    /// File name of the document, without extension.
     pub stem: &'static str,
-    /// For people.
+    /// Text for people.
     pub text: String,
-    /// For programs: JSON.
+    /// JSON document for programs.
     pub document: String,
-    /// The same without times, where it has some: what is kept in a folder.
+    /// Document without measured times, if it has any: the one that is written into a folder.
     pub timeless: Option<String>,
-    /// Tables by the names of their files, without their endings; the last is the command's.
+    /// Tables by file name, without extension; the last is the command's own.
     pub tables: Vec<(&'static str, Table)>,
-    /// Figures by the names of their files, without their endings.
+    /// Figures by file name, without extension.
     pub figures: Vec<(String, Figure)>,
-    /// What may not be trusted, or not be all.
+    /// Warnings about accuracy or completeness.
     pub remarks: Vec<String>,
-    /// Why it is not what was asked for, where it is not.
+    /// Reason why the computation ended without the result that was asked for.
     pub ended: Option<Ended>,
 }
 
 impl Answer {
-    /// An answer with one table of the document's name.
+    /// Answer with one table, which has the name of the document.
     pub(super) fn new(stem: &'static str, text: String, document: String, table: Table) -> Self {
         Self {
             stem,
@@ -43,7 +43,7 @@ impl Answer {
         }
     }
 
-    /// With figures by what follows the document's name in theirs.
+    /// Adds figures, named by the suffix that their file names add to the document's.
     pub(super) fn with_figures(
         mut self,
         figures: impl IntoIterator<Item = (impl AsRef<str>, Figure)>,
@@ -55,12 +55,13 @@ impl Answer {
         self
     }
 
-    /// The command's table.
+    /// Table of the command.
     pub fn table(&self) -> Option<&Table> {
         self.tables.last().map(|(_, table)| table)
     }
 
-    /// Document, tables and pictures as files by name; a picture that cannot be drawn is a remark.
+    /// Document, tables and figures as files by name. A figure that cannot be drawn becomes a
+    /// remark.
     ///
     /// # Errors
     ///
@@ -80,9 +81,9 @@ impl Answer {
 }
 
 impl Map {
-    /// What is to be said of the map: where it errs on its window more than it should, and where
-    /// the window is deeper than the series of the passage whose contact loses most; why there are
-    /// no contacts; and what another device than this processor did so far.
+    /// Warnings of the map: its error on the window is too large, the window exceeds a depth series
+    /// (of the passage with the largest omitted share), contacts are missing; and a report of the
+    /// device if that is not the CPU.
     pub fn remarks(&self) -> impl Iterator<Item = String> + use<> {
         let missing = self.0.missing.as_ref().map(|reason| {
             let scene = &self.scene().identifier;
@@ -93,28 +94,28 @@ impl Map {
         remark.into_iter().chain(missing).chain(device.into_iter().flatten())
     }
 
-    /// What is to be said of the map on its window, with the errors that were measured of it or of
-    /// an [emitted form](Self::emitted).
+    /// Warning about the errors measured on a window, those of the map or of an [emitted
+    /// form](Self::emitted), and about the edge of the window.
     pub fn remark_on(&self, window: &MeasuredWindow) -> Option<String> {
         let edge = worst_edge(self.window_edges());
         let remark = window_remark(window, self.orders(), edge.as_ref());
         remark.map(|remark| remark.of(&self.scene().identifier))
     }
 
-    /// The edge of the passage whose contact loses most, where that is too much.
+    /// Edge of the passage with the largest omitted share, if that share is too large.
     pub fn worst_edge(&self) -> Option<WindowEdge> {
         worst_edge(self.window_edges())
     }
 }
 
-/// What a truncation leaves out at the edge of a window, of the passage whose contact loses most,
-/// where that is too much.
+/// Warning about the truncation at the edge of a window, for the passage with the largest omitted
+/// share; `None` if no share is too large.
 pub(super) fn edge_remark(edges: &[WindowEdge]) -> Option<String> {
     let words = |edge| format!("at the edge of the window {}", edge_words(&edge));
     worst_edge(edges).map(words)
 }
 
-/// What a device did, what is left to this processor, and how it failed.
+/// Report of a device: orbits computed, orbits handed back to the CPU, and failure.
 fn device_words(report: &DeviceReport) -> Vec<String> {
     let DeviceReport { name, made, handed_back, .. } = report;
     let did = format!(

@@ -1,4 +1,4 @@
-//! What makes the orbits of charts: the processor of this machine, or a graphics processor.
+//! Device that iterates maps for charts: the CPU or a GPU.
 
 #[cfg(feature = "cuda")]
 use std::sync::Arc;
@@ -9,33 +9,33 @@ use crate::emission::{EmitOptions, Target, emitted_module};
 #[cfg(feature = "cuda")]
 use crate::iteration::{DeviceMap, KernelPiece, KernelPoints, PointKernel};
 
-/// Pieces that a launch is cut into, so that copies hide behind kernels, and fewest points of one.
+/// Pieces per launch, so that copies overlap with kernels, and fewest points of a piece.
 #[cfg(feature = "cuda")]
 const PIECES: usize = 4;
 #[cfg(feature = "cuda")]
 const FEWEST: usize = 256;
 
-/// What makes the orbits of charts.
+/// Device that iterates maps for charts.
 #[derive(Clone, Debug, Default)]
 pub enum Device {
-    /// The processor of this machine.
+    /// CPU of this machine.
     #[default]
     Processor,
-    /// A graphics processor, with the processor beside it.
+    /// GPU, helped by the CPU.
     #[cfg(feature = "cuda")]
     Cuda(grazemap_cuda::Device),
 }
 
 impl Device {
-    /// The names of all.
+    /// Names of the devices.
     pub const NAMES: [&str; 2] = ["cpu", "cuda"];
 
-    /// The device of a name; of several graphics processors the first that the driver names.
+    /// Device by name: `cpu`, or `cuda` for the first GPU that the driver lists.
     ///
     /// # Errors
     ///
-    /// [`Error::NoDevice`] for another name, and where there is no graphics processor, no driver or
-    /// no compiler NVRTC.
+    /// [`Error::NoDevice`] for another name, and if there is no GPU, no driver or no NVRTC
+    /// compiler.
     ///
     /// ```
     /// use grazemap::pipeline::Device;
@@ -68,11 +68,11 @@ fn cuda() -> Result<Device, Error> {
 }
 
 impl Map {
-    /// The same map with charts whose orbits a device makes.
+    /// Copy of the map whose charts are iterated on a device.
     ///
-    /// What is computed has the very bits of the processor: the emitted code is factored, in double
-    /// precision, keeps every monomial and rounds products and sums apart. Orbits that leave the
-    /// window are handed back to guarded iteration on the processor.
+    /// Results have the same bits as those of the CPU: the emitted code is factored, in double
+    /// precision, keeps every monomial and rounds products and sums separately. Orbits that leave
+    /// the window are handed back to guarded iteration on the CPU.
     ///
     /// # Errors
     ///
@@ -101,7 +101,7 @@ fn on_cuda(map: &Map, device: &grazemap_cuda::Device) -> Result<DeviceMap, Error
     Ok(DeviceMap::new(processor, local.dimension(), local.passages()))
 }
 
-/// A kernel on a graphics processor.
+/// Kernel on a GPU.
 #[cfg(feature = "cuda")]
 #[derive(Debug)]
 struct CudaKernel {

@@ -1,4 +1,4 @@
-//! The map as code: in the shape, the numbers and with the monomials that it was chosen with.
+//! Emission of a map as source code, in its chosen shape, precision and monomials.
 
 use std::path::Path;
 
@@ -13,29 +13,29 @@ use crate::iteration::HornerMap;
 use crate::model::Shape;
 use crate::report::OutputFolder;
 
-/// What is asked of an emission.
+/// Options of an emission.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct EmitRequest {
     /// Language of the code.
     pub target: Target,
-    /// Whether the error on the window is measured and stated.
+    /// Whether the error on the window is measured and stated in the header.
     pub measure: bool,
-    /// Whether there is a step with derivatives by the parameters too.
+    /// Whether the code also computes derivatives by the parameters.
     pub derivatives: bool,
-    /// The command that emits the same again, run in the folder of the module's file: for its
-    /// header.
+    /// Command that reproduces the emission, run in the folder of the module's file; it is stated
+    /// in the header.
     pub command: Option<String>,
 }
 
 impl Default for EmitRequest {
-    /// Rust, measured, with all derivatives, without a command in its header.
+    /// Rust, with measured error and all derivatives, without a command in the header.
     fn default() -> Self {
         Self { target: Target::Rust, measure: true, derivatives: true, command: None }
     }
 }
 
 impl Map {
-    /// Writes the map as a crate of Rust without dependencies into a folder.
+    /// Writes the map as a Rust crate without dependencies into a folder.
     ///
     /// # Errors
     ///
@@ -45,10 +45,10 @@ impl Map {
         write_emitted(&EmittedCrate::standalone(&module)?, folder.as_ref())
     }
 
-    /// The emitted module of the map.
+    /// Emits the map as a module.
     ///
-    /// The error of what is emitted is measured against direct simulation at the points of the
-    /// window that the map was measured at, and stated in the header, unless that is not asked for.
+    /// Unless the request disables it, the error of the emitted form against direct simulation is
+    /// measured at the window's sample points and stated in the header.
     ///
     /// # Errors
     ///
@@ -58,8 +58,8 @@ impl Map {
         Ok(self.emitted(request)?.0)
     }
 
-    /// The emitted module of the map, and the window with the errors of what is emitted: the map's
-    /// own where that was not measured.
+    /// Emits the map as a module, and returns the window with the errors of the emitted form (the
+    /// map's own errors if the emitted form was not measured).
     ///
     /// # Errors
     ///
@@ -81,7 +81,7 @@ impl Map {
         options.shape = self.emitted_shape(&options)?;
         let mut window = self.window().clone();
         if request.measure {
-            // The map itself was measured in its own numbers.
+            // NOTE: this form is the map itself, whose errors are known.
             let is_itself =
                 options.shape == EmittedShape::Factored && options.drop_within.is_none();
             if let Some(images) = self.exact_images()?.filter(|_| !is_itself) {
@@ -94,8 +94,8 @@ impl Map {
         Ok((self.in_shape(&options)?, window))
     }
 
-    /// The map as a module of WebAssembly that computes what [`discrete`](Self::discrete) does, to
-    /// the last bit: factored, in double precision, with every monomial.
+    /// WebAssembly module that computes the same bits as [`discrete`](Self::discrete): factored, in
+    /// double precision, with every monomial.
     ///
     /// # Errors
     ///
@@ -104,8 +104,8 @@ impl Map {
         web_module(self.local())
     }
 
-    /// Modules of the same map to lower orders, both lowered together, from the next lower ones on;
-    /// none of a map that is no Taylor series.
+    /// WebAssembly modules of lower orders, both orders lowered together, starting with the next
+    /// lower pair; empty for a map that is not a Taylor series.
     ///
     /// # Errors
     ///
@@ -125,7 +125,8 @@ impl Map {
         lower.map(|orders| Ok((orders, web_module(&family.map(orders)?)?))).collect()
     }
 
-    /// The shape chosen with the orders, the one a scene names, or the one with fewer operations.
+    /// Emitted shape: the scene's (which includes the one chosen with the orders), else the one
+    /// with fewer operations.
     fn emitted_shape(&self, options: &EmitOptions) -> Result<EmittedShape, Error> {
         match self.scene().emit.shape {
             Shape::Factored | Shape::Flown => return Ok(EmittedShape::Factored),
@@ -151,7 +152,7 @@ impl Map {
         Ok(emitted_module(self.local(), composed, options)?)
     }
 
-    /// The map that the emitted code computes, interpreted.
+    /// Interpreted map with the arithmetic of the emitted code.
     fn as_emitted(&self, options: &EmitOptions) -> Result<HornerMap, Error> {
         let map = self.local();
         Ok(match (options.shape, options.drop_within) {
@@ -166,19 +167,19 @@ impl Map {
     }
 }
 
-/// A map as a module of WebAssembly, factored, with every monomial.
+/// WebAssembly module of a map, factored, with every monomial.
 fn web_module(map: &LocalMap) -> Result<Vec<u8>, Error> {
     let options =
         EmitOptions { target: Target::Wasm, derivatives: false, ..EmitOptions::default() };
     Ok(emitted_module(map, None, &options)?.content)
 }
 
-/// Writes the files of an emission into a folder; older emissions are replaced.
+/// Writes the files of an emission into a folder. Older emissions are replaced.
 ///
 /// # Errors
 ///
-/// Before anything is written, [`Error::Emission`] if a file that is no emission has the name of
-/// one; [`Error::Report`] if a file cannot be written.
+/// [`Error::Emission`], before anything is written, if a file with one of the names is not an
+/// emission; [`Error::Report`] if a file cannot be written.
 pub fn write_emitted(emitted: &EmittedCrate, folder: &Path) -> Result<(), Error> {
     EmittedCrate::refuse_foreign(folder, emitted.files.keys())?;
     Ok(OutputFolder::create(folder)?.write_all(&emitted.files)?)

@@ -1,5 +1,5 @@
-//! Why a step of the pipeline gave no value, and results that are not what was asked for, though
-//! the input was right.
+//! Errors of the pipeline, and computations that ended without a result although their input was
+//! right.
 
 use std::io;
 use std::path::PathBuf;
@@ -14,81 +14,81 @@ use crate::numeric::{FloatFormat, Shown};
 use crate::orbit::{CurveEnd, NotLocated, OrbitError};
 use crate::report::{ReportError, limit_words};
 
-/// Why a step gave no value: wrong input, or mathematics that [ended
-/// otherwise](Error::ended_otherwise).
+/// Error of a step: wrong input, or a computation that [ended without a
+/// result](Error::ended_otherwise).
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// A scene with a fault.
+    /// The scene has a fault.
     #[error(transparent)]
     Scene(#[from] SceneError),
-    /// Neither a file nor a scene of the catalogue.
+    /// The name is neither a file nor a scene of the catalogue.
     #[error(
         "no scene file `{}`, and no scene of that name in the catalogue{}",
         .path.display(), meant(.nearest)
     )]
     NoSuchScene {
-        /// What was named.
+        /// Path or name given.
         path: PathBuf,
-        /// The nearest name of the catalogue.
+        /// Nearest name in the catalogue.
         nearest: Option<String>,
     },
-    /// A file that cannot be read.
+    /// The file cannot be read.
     #[error("cannot read {}: {source}", .path.display())]
     Unreadable {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// What the operating system answered.
+        /// Error of the operating system.
         source: io::Error,
     },
-    /// A file that holds no orbit and no map of this format.
+    /// The file does not hold an orbit or a map of this format.
     #[error("{} holds no saved orbit or map: {reason}", .path.display())]
     NotSaved {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// What was expected and found.
+        /// Expected and found content.
         reason: String,
     },
-    /// Overrides of what is saved.
+    /// Overrides were given for saved results.
     #[error(
         "{} holds results at values that are fixed; `{key}` can be set in a scene alone",
         .path.display()
     )]
     FixedValues {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// The key that was to be set.
+        /// Key of the override.
         key: String,
     },
-    /// Wrong input to the location of the orbit, or a flow that failed.
+    /// The input of the orbit search is wrong, or the flow failed.
     #[error("{}{}", locating(.0), .0)]
     Orbit(#[from] OrbitError),
-    /// No grazing orbit.
+    /// There is no grazing orbit.
     #[error("no grazing orbit: {0}")]
     NotLocated(#[from] NotLocated),
-    /// A name that is no parameter.
+    /// The scene has no parameter of this name.
     #[error("no parameter `{name}` in the scene{}", meant(.nearest))]
     NoSuchParameter {
-        /// The name.
+        /// Name given.
         name: String,
-        /// The nearest name of a parameter.
+        /// Nearest name of a parameter.
         nearest: Option<String>,
     },
-    /// An expansion that could not be made.
+    /// The map could not be expanded.
     #[error("no expansion: {0}")]
     Expansion(#[from] ExpansionError),
-    /// A name that listed coefficients use already.
+    /// A variable of the scene has the name of a depth variable.
     #[error(
         "`{name}` names a {kind} of the scene and the depth variable of the expansion; rename the \
          {kind}"
     )]
     DepthVariableName {
-        /// The name.
+        /// Name of the variable.
         name: String,
         /// `state` or `parameter`.
         kind: &'static str,
     },
-    /// No orders of the sweep meet the tolerance of the scene.
+    /// No orders of the sweep meet the scene's tolerance.
     #[error(
         "no orders up to those tried stay within the tolerance {tolerance:e} on the window; the \
          best, N = {}, W = {}, reach {}{}",
@@ -98,74 +98,74 @@ pub enum Error {
         .limit.map_or(String::new(), |limit| format!(": {}", limit_words(limit, *.precision)))
     )]
     ToleranceNotMet {
-        /// The tolerance of the scene.
+        /// Tolerance of the scene.
         tolerance: f64,
         /// Orders of the best map.
         orders: MapOrders,
-        /// Its error.
+        /// Error of the best map.
         error: Option<f64>,
-        /// The numbers that it is run in.
+        /// Number format of the best map.
         precision: FloatFormat,
-        /// What keeps maps from the tolerance.
+        /// Cause that keeps the maps from the tolerance.
         limit: Option<Limit>,
     },
-    /// Offsets that are not as many as the map's coordinates or parameters.
+    /// The number of offsets differs from the map's number of coordinates or parameters.
     #[error("the map has {expected} {what}, found {found}")]
     Length {
         /// `coordinates` or `parameters`.
         what: &'static str,
-        /// How many the map has.
+        /// Number expected.
         expected: usize,
-        /// How many were given.
+        /// Number given.
         found: usize,
     },
-    /// Numbers that are no rows of the map's length.
+    /// The length of an array is not a whole number of rows.
     #[error("expected {expected}, found {found} numbers")]
     Rows {
-        /// Which rows.
+        /// Description of the rows.
         expected: String,
-        /// How many numbers were given.
+        /// Length given.
         found: usize,
     },
-    /// A text that is no command with its keys.
+    /// The text is not a command with its keys.
     #[error("no command with its keys: {reason}")]
     NoCommand {
-        /// What was expected, and where.
+        /// Expected content and place of the fault.
         reason: String,
     },
-    /// Results larger than the memory of the machine.
+    /// The results exceed the memory of the machine.
     #[error(
         "the results take about {needed} MB of memory, and {available} MB are free; ask for fewer \
          points, starts or kept iterates"
     )]
     Memory {
-        /// What they take, in MB.
+        /// Memory needed, in MB.
         needed: u64,
-        /// What is free, in MB.
+        /// Free memory, in MB.
         available: u64,
     },
-    /// A device that is not there, or cannot be used.
+    /// The device is absent or unusable.
     #[error("no charts on this device: {reason}; the device `cpu` gives the same charts")]
     NoDevice {
-        /// What was looked for, and what was found.
+        /// Device looked for, and what was found.
         reason: String,
     },
-    /// A key of a command whose value asks for nothing that there is.
+    /// A key of a command has an invalid value.
     #[error(transparent)]
     Key(Box<KeyError>),
-    /// A computation that ended without what was asked for.
+    /// The computation ended without the result that was asked for.
     #[error(transparent)]
     Ended(#[from] Ended),
-    /// An analysis that refused its input, or a floor below it.
+    /// An analysis, or a lower floor, refused its input.
     #[error(transparent)]
     Analysis(#[from] AnalysisError),
-    /// A study of convergence that could not be made.
+    /// The convergence study failed.
     #[error(transparent)]
     Convergence(#[from] ConvergenceError),
-    /// An emission that refused the map.
+    /// The emission refused the map.
     #[error(transparent)]
     Emission(#[from] EmissionError),
-    /// A result that could not be laid out or written.
+    /// A result could not be laid out or written.
     #[error(transparent)]
     Report(#[from] ReportError),
 }
@@ -177,7 +177,7 @@ impl From<KeyError> for Error {
 }
 
 impl Error {
-    /// The message with what led to it, on one line.
+    /// Message with its causes, on one line.
     pub fn with_reasons(&self) -> String {
         let mut text = self.to_string();
         let mut source = std::error::Error::source(self);
@@ -192,7 +192,7 @@ impl Error {
         text
     }
 
-    /// Whether the input was right and the mathematics ended without what was asked for.
+    /// Whether the input was right, but the computation ended without a result.
     pub fn ended_otherwise(&self) -> bool {
         match self {
             Self::NotLocated(_) | Self::Orbit(OrbitError::Flow(_)) => true,
@@ -207,7 +207,7 @@ impl Error {
     }
 }
 
-/// What failed, where it is not what was asked for.
+/// Start of the message: names the step that failed, unless the error concerns options.
 fn locating(error: &OrbitError) -> &'static str {
     match error {
         OrbitError::MarginParameters { .. }
@@ -230,50 +230,50 @@ fn of_expansion(error: &ExpansionError) -> bool {
     !matches!(error, ExpansionError::Jet(_) | ExpansionError::TooMuchWork { .. })
 }
 
-/// ` (did you mean ...?)`, or nothing.
+/// ` (did you mean ...?)`, or the empty text.
 fn meant(nearest: &Option<String>) -> String {
     let words = |name| format!(" (did you mean `{name}`?)");
     nearest.as_ref().map_or_else(String::new, words)
 }
 
-/// How a computation ended without what was asked for.
+/// Outcome of a computation that ended without the result that was asked for.
 #[derive(Clone, Debug, thiserror::Error)]
 pub enum Ended {
-    /// No orbit of the itineraries asked for.
+    /// No periodic orbit has one of the itineraries.
     #[error(
         "no periodic orbit was found (parameter values tried: {at}), which says nothing beyond \
          what was searched: {searched}"
     )]
     NoOrbits {
-        /// Values of the parameters that were tried.
+        /// Number of parameter values tried.
         at: usize,
-        /// What was searched.
+        /// Description of the search.
         searched: String,
     },
-    /// No locus of them.
+    /// No locus of a physical orbit was found.
     #[error(
         "no {kinds} of a physical orbit was found, which says nothing beyond what was searched: \
          {searched}"
     )]
     NoLoci {
-        /// What was looked for.
+        /// Kinds of loci looked for.
         kinds: String,
-        /// What was searched.
+        /// Description of the search.
         searched: String,
     },
-    /// No branch of the itineraries asked for.
+    /// No branch has a physical orbit of the itineraries.
     #[error(
         "no branch with a physical orbit was found (itineraries tried: {itineraries}); another \
          range of the parameter (--from, --to), further --start or other itineraries may have some"
     )]
     NoBranch {
-        /// How many itineraries were tried.
+        /// Number of itineraries tried.
         itineraries: usize,
     },
-    /// A simulation that did not last as long as was asked.
+    /// A simulation ended before the time asked for.
     #[error("the trajectory ends at t = {}: {}", Shown(.0.time), .0.reason)]
     Trajectory(EarlyEnd),
-    /// A grazing curve that ended before its goal.
+    /// A grazing curve ended before its goal.
     #[error(
         "the grazing curve did not reach {parameter} = {}: {end}; its last point is at \
          {parameter} = {}",
@@ -281,32 +281,32 @@ pub enum Ended {
         Shown(*last)
     )]
     Curve {
-        /// The parameter that it was followed in.
+        /// Parameter along which the curve was followed.
         parameter: String,
-        /// The value that was asked for.
+        /// Value asked for.
         goal: f64,
-        /// The value of its last point.
+        /// Value at the last point.
         last: f64,
-        /// Why it ended.
+        /// Reason for the end.
         end: CurveEnd,
     },
-    /// A grazing curve that is not one of the oscillator with its stops.
+    /// All orbits of the grazing curve pass through a surface.
     #[error(
         "every orbit of the grazing curve found passes through a surface: {words}; hits beside \
-         grazes are not expressible yet: use direct simulation (`branch --using direct`)"
+         grazes are not expressible yet: use direct simulation (`branch --method direct`)"
     )]
     NoPhysicalGraze {
-        /// Where the orbits pass through which surface, and how far.
+        /// Penetration of the orbits: surface, place and depth.
         words: String,
     },
-    /// A point without an image.
+    /// A point has no image.
     #[error("row {row} has no image at iteration {iteration}: {reason}")]
     NoImage {
-        /// The row of starting points, from 0.
+        /// Row of the starting point, from 0.
         row: usize,
-        /// The iteration, from 1.
+        /// Iteration, from 1.
         iteration: usize,
-        /// Why, in words.
+        /// Reason.
         reason: String,
     },
 }

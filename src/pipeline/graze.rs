@@ -1,4 +1,4 @@
-//! A scene with its grazing orbit, and the section that its map is taken on.
+//! Scene with its grazing orbit, and the section of its map.
 
 use std::sync::Arc;
 
@@ -13,18 +13,18 @@ use crate::model::{Orders, Scene, SectionRule, nearest};
 use crate::orbit::{GrazeTheory, GrazingOrbit, graze_theory, locate};
 use crate::report::SectionDocument;
 
-/// The first step of the pipeline.
+/// First step of the pipeline: from a scene to its grazing orbit.
 pub trait FindGraze {
-    /// The grazing orbit of a scene.
+    /// Finds the grazing orbit of the scene.
     ///
-    /// The orbit is one of the free flow. Where it passes through a surface
-    /// ([`GrazingOrbit::physical`]) it is the origin of offsets for direct simulation alone: it has
-    /// no theory and no map.
+    /// The orbit is one of the free flow. An orbit that passes through a surface
+    /// ([`GrazingOrbit::physical`]) has no theory and no map; it is only the origin of offsets for
+    /// direct simulation.
     ///
     /// # Errors
     ///
-    /// [`Error::Orbit`] for a scene that contradicts itself, [`Error::NotLocated`] where the search
-    /// ends without an orbit.
+    /// [`Error::Orbit`] for a scene that contradicts itself, [`Error::NotLocated`] if the search
+    /// finds no orbit.
     fn graze(self) -> Result<Graze, Error>;
 }
 
@@ -35,7 +35,7 @@ impl FindGraze for Scene {
     }
 }
 
-/// A scene with its grazing orbit.
+/// Scene with its grazing orbit.
 #[derive(Clone, Debug)]
 pub struct Graze {
     scene: Arc<Scene>,
@@ -43,26 +43,26 @@ pub struct Graze {
 }
 
 impl Graze {
-    /// A scene and the orbit located for it.
+    /// Scene and the orbit located for it.
     pub(super) fn new(scene: Scene, orbit: GrazingOrbit) -> Self {
         Self { scene: Arc::new(scene), orbit: Arc::new(orbit) }
     }
 
-    /// The scene.
+    /// Scene.
     pub fn scene(&self) -> &Scene {
         &self.scene
     }
 
-    /// Its grazing orbit.
+    /// Grazing orbit of the scene.
     pub fn orbit(&self) -> &GrazingOrbit {
         &self.orbit
     }
 
-    /// What theory says of the graze.
+    /// Theory of the graze: multipliers, `xi_n`, and the bifurcation that they predict.
     ///
     /// # Errors
     ///
-    /// [`Error::NotLocated`] where the orbit passes through a surface; [`Error::Orbit`] if its flow
+    /// [`Error::NotLocated`] if the orbit passes through a surface; [`Error::Orbit`] if its flow
     /// cannot be computed.
     pub fn theory(&self) -> Result<GrazeTheory, Error> {
         self.orbit.physical(&self.scene)?;
@@ -79,9 +79,9 @@ impl Graze {
         Ok(self.orbit.parameters()[number].to_f64())
     }
 
-    /// The section that the map is taken on: the one that the scene names or, where any will do,
-    /// the one whose map for the tolerance costs least. An orbit that passes through a surface has
-    /// no map: where any section will do it is on its tangency section.
+    /// Chooses the section of the map: the one that the scene names or, if any is allowed, the one
+    /// whose map meets the tolerance at the lowest cost. An orbit that passes through a surface has
+    /// no map; if any section is allowed, it stays on its tangency section.
     ///
     /// # Errors
     ///
@@ -100,8 +100,8 @@ impl Graze {
         })
     }
 
-    /// The local map, its section, orders and shape as the scene names them, or the cheapest for
-    /// its tolerance.
+    /// Local map. Section, orders and shape are those that the scene names, or the cheapest that
+    /// meet its tolerance.
     ///
     /// # Errors
     ///
@@ -111,7 +111,7 @@ impl Graze {
     }
 }
 
-/// The number of a parameter of a scene, by its name.
+/// Index of a parameter of the scene, by name.
 ///
 /// # Errors
 ///
@@ -126,52 +126,53 @@ pub fn parameter_number(scene: &Scene, name: &str) -> Result<usize, Error> {
     })
 }
 
-/// A scene with its grazing orbit, on the section that its map is taken on.
+/// Scene with its grazing orbit, on the section of its map.
 #[derive(Clone, Debug)]
 pub struct Settled {
     pub(super) graze: Graze,
     pub(super) verdict: Option<Arc<SectionVerdict>>,
 }
 
-/// What is asked of a study of convergence.
+/// Settings of a convergence study.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StudyRequest {
-    /// Fresh points at which the chosen map is compared with direct simulation.
+    /// Number of new points at which the chosen map is compared with direct simulation.
     pub fresh: usize,
-    /// Whether maps of other sections are chosen too.
+    /// Whether maps on other sections are chosen too.
     pub sections: bool,
-    /// The map chosen for the scene's tolerance with so many fresh points, where it is known.
+    /// Map chosen for the scene's tolerance with this number of new points, if known.
     pub chosen: Option<Choice>,
 }
 
 impl StudyRequest {
-    /// Fresh points where nothing else is asked.
+    /// Default number of new points.
     pub const FRESH: usize = 1000;
 }
 
 impl Settled {
-    /// The scene, its section named, its window stated on that section.
+    /// Scene with its section named and its window stated on that section.
     pub fn scene(&self) -> &Scene {
         self.graze.scene()
     }
 
-    /// Its orbit, on that section.
+    /// Grazing orbit on that section.
     pub fn orbit(&self) -> &GrazingOrbit {
         self.graze.orbit()
     }
 
-    /// The scene with its orbit.
+    /// Scene with its orbit.
     pub fn graze(&self) -> &Graze {
         &self.graze
     }
 
-    /// The section, with what decided it.
+    /// Section, with the reason for its choice.
     pub fn section(&self) -> SectionDocument {
         let verdict = self.verdict.as_deref();
         SectionDocument::new(self.scene(), self.orbit(), verdict)
     }
 
-    /// The orders that the scene names, or the cheapest map that meets its tolerance.
+    /// Plan of the map: the orders that the scene names, or the cheapest orders that meet its
+    /// tolerance.
     ///
     /// # Errors
     ///
@@ -198,7 +199,7 @@ impl Settled {
         Ok(Plan::new(self, choice.orders, Some(choice)))
     }
 
-    /// Maps of every pair of orders against direct simulation.
+    /// Compares maps of all pairs of orders with direct simulation.
     ///
     /// # Errors
     ///
@@ -222,8 +223,8 @@ impl Settled {
         Ok(study)
     }
 
-    /// What contacts cut at a weight leave out at the edge of the window, by passage; none where
-    /// their series end.
+    /// Share that truncation at a contact weight omits at the edge of the window, one per passage;
+    /// no entry for a passage whose series terminates.
     ///
     /// # Errors
     ///

@@ -1,7 +1,7 @@
-//! What the keys of a command name: parameters, coordinates, itineraries, ends of ranges.
+//! Resolves the keys of a command: names of parameters and coordinates, itineraries, ends of
+//! ranges.
 //!
-//! The program's options and the arguments of Python's functions are the same keys; what they
-//! stand for is found here once.
+//! Keys are the program's options and the arguments of Python's functions alike.
 
 use serde::{Deserialize, Serialize};
 
@@ -10,109 +10,120 @@ use crate::expansion::LocalMap;
 use crate::model::{Scene, nearest};
 use crate::report::Named;
 
-/// Passages of the longest period that is looked for where none is named.
+/// Default for the longest period searched, in passages.
 const DEFAULT_PASSAGES: usize = 4;
 
-/// A key whose value asks for nothing that there is.
+/// Invalid value of a key.
 #[derive(Clone, Debug, thiserror::Error)]
 pub enum KeyError {
-    /// A name that is none of those known; what it would have to be, and what those known are.
+    /// A name is unknown.
     #[error(
         "{key}: {} `{}`{}; {} are {known}",
         .kind[0], .name.escape_default(), meant(.nearest), .kind[1]
     )]
     UnknownName {
-        /// The key.
+        /// Key.
         key: &'static str,
-        /// What is said of a name that is not known, and of those known.
+        /// Words about the unknown name, and about the known names.
         kind: [&'static str; 2],
-        /// The name.
+        /// Name given.
         name: String,
-        /// The nearest name.
+        /// Nearest known name.
         nearest: Option<String>,
-        /// The names known.
+        /// Known names.
         known: String,
     },
-    /// A name that stands twice.
+    /// A name is given twice.
     #[error("{key} names `{name}` twice")]
     NamedTwice {
-        /// The key.
+        /// Key.
         key: &'static str,
-        /// The name.
+        /// Name given.
         name: String,
     },
-    /// A number that is not finite.
+    /// A number is not finite.
     #[error("{key} must be a finite number, found {value}")]
     NotFinite {
-        /// The key.
+        /// Key.
         key: &'static str,
-        /// The number.
+        /// Number given.
         value: f64,
     },
-    /// A number that is to be above 0.
+    /// A number is not positive.
     #[error("{key} must be above 0, found {value}")]
     NotPositive {
-        /// The key.
+        /// Key.
         key: &'static str,
-        /// The number.
+        /// Number given.
         value: f64,
     },
-    /// A list without names.
+    /// A range does not increase.
+    #[error("range of `{name}` does not increase: {from} to {to}")]
+    Decreasing {
+        /// Name of the axis.
+        name: String,
+        /// First offset.
+        from: f64,
+        /// Last offset.
+        to: f64,
+    },
+    /// A list has no names.
     #[error("{key} names none")]
     NothingNamed {
-        /// The key.
+        /// Key.
         key: &'static str,
     },
-    /// More parameters than a locus has.
+    /// The number of parameters does not fit a plane.
     #[error(
-        "in takes two parameters; of `orbits` also one, the one that is solved for; found {found}"
+        "plane takes two parameters; of `orbits` also one, the one that is solved for; found {found}"
     )]
     NotAPlane {
-        /// How many were named.
+        /// Number of parameters given.
         found: usize,
     },
-    /// A range along what is no axis.
-    #[error("range names `{name}`, which is no axis of the basin; name it in --axes")]
+    /// A range is given for a coordinate that is not an axis.
+    #[error("range names `{name}`, which is no axis of the basin")]
     NoAxis {
-        /// The name.
+        /// Name given.
         name: String,
     },
-    /// A scale of a parameter that does not change.
-    #[error("scale names `{name}`, which is no parameter of --nearest")]
+    /// A scale is given for a parameter that is held fixed.
+    #[error("scale names `{name}`, which is no parameter that changes")]
     NotNearest {
-        /// The name.
+        /// Name given.
         name: String,
     },
-    /// Another number of axes, or of numbers of cells, than a plane has.
+    /// The number of axes, or of cell counts, does not fit a plane.
     #[error("a basin has two axes; found {found}")]
     NotTwoAxes {
-        /// How many were named.
+        /// Number given.
         found: usize,
     },
-    /// Starts of orbits that need none.
+    /// Starts are given for orbits of the map, which are solved for without them.
     #[error("start is for orbits of direct simulation (`direct`); those of the map are solved for")]
     StartsOfMap,
-    /// A second parameter that is the first one.
+    /// The second parameter is one that is adjusted already.
     #[error("`{name}` is already adjusted so that the orbit grazes; continue in another parameter")]
     AlreadyAdjusted {
-        /// The parameter.
+        /// Name of the parameter.
         name: String,
     },
-    /// A map without parameters.
+    /// The map has no parameters.
     #[error("the map has no parameter; name some in `expansion.active`")]
     NoParameter,
-    /// No itinerary, or not of this scene.
+    /// The itinerary is invalid, or does not fit the scene.
     #[error(transparent)]
     Itinerary(#[from] ItineraryError),
 }
 
 impl KeyError {
-    /// Whether the words begin with the key.
+    /// Whether the message begins with the key.
     pub fn begins_with_key(&self) -> bool {
         match self {
             Self::UnknownName { .. } | Self::NamedTwice { .. } | Self::NotFinite { .. } => true,
             Self::NotPositive { .. } | Self::NothingNamed { .. } => true,
             Self::NotAPlane { .. } | Self::NoAxis { .. } | Self::NotNearest { .. } => true,
+            Self::Decreasing { .. } => true,
             Self::StartsOfMap => true,
             Self::NotTwoAxes { .. } | Self::AlreadyAdjusted { .. } => false,
             Self::NoParameter | Self::Itinerary(_) => false,
@@ -120,27 +131,27 @@ impl KeyError {
     }
 }
 
-/// ` (did you mean ...?)`, or nothing.
+/// ` (did you mean ...?)`, or the empty text.
 fn meant(nearest: &Option<String>) -> String {
     nearest.as_ref().map_or_else(String::new, |name| format!(" (did you mean `{name}`?)"))
 }
 
-/// Whose orbits.
+/// Method that computes periodic orbits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum OrbitsOf {
-    /// The local map's.
+    /// The local map.
     #[default]
     Map,
-    /// Those of direct simulation.
+    /// Direct simulation.
     Direct,
 }
 
-/// What a name would have to be: what is said of one that is not known, and of those known.
+/// Words about an unknown name and about the known names, for active parameters and coordinates.
 pub(super) const ACTIVE: [&str; 2] = ["the map has no variable", "active parameters"];
 pub(super) const COORDINATES: [&str; 2] = ["the section has no coordinate", "coordinates"];
 
-/// Offsets by name among those known; those not named are 0.
+/// Offsets in the order of the known names; 0 if not named.
 pub(super) fn named_offsets(
     key: &'static str,
     kind: [&'static str; 2],
@@ -157,7 +168,7 @@ pub(super) fn named_offsets(
     Ok(offsets.into_iter().map(Option::unwrap_or_default).collect())
 }
 
-/// The place of a name among those known.
+/// Index of a name among the known names.
 pub(super) fn place_of(
     key: &'static str,
     kind: [&'static str; 2],
@@ -175,12 +186,12 @@ pub(super) fn place_of(
     })
 }
 
-/// A number that is finite.
+/// Refuses a number that is not finite.
 pub(super) fn finite(key: &'static str, value: f64) -> Result<f64, KeyError> {
     if value.is_finite() { Ok(value) } else { Err(KeyError::NotFinite { key, value }) }
 }
 
-/// The itineraries named, or all of short periods.
+/// Itineraries named, or all of short periods if none is named.
 pub(super) fn itineraries(
     named: &[String],
     period: Option<u8>,
@@ -192,12 +203,12 @@ pub(super) fn itineraries(
     named.iter().map(|digits| ContactItinerary::parse(digits, passages)).collect()
 }
 
-/// Returns of the longest period that is looked for.
+/// Longest period searched, in returns.
 pub(super) fn longest_period(period: Option<u8>, passages: usize) -> usize {
     period.map_or((DEFAULT_PASSAGES / passages.max(1)).max(1), usize::from)
 }
 
-/// The active parameters of a map by name.
+/// Active parameters of a map, by name.
 pub(super) struct ActiveParameters<'a> {
     scene: &'a Scene,
     local: &'a LocalMap,
@@ -210,12 +221,12 @@ impl<'a> ActiveParameters<'a> {
         Self { scene, local, names }
     }
 
-    /// The number of a parameter.
+    /// Index of a parameter.
     pub(super) fn place(&self, key: &'static str, name: &str) -> Result<usize, KeyError> {
         place_of(key, ACTIVE, name, &self.names)
     }
 
-    /// The numbers of several, none named twice.
+    /// Indices of several distinct parameters.
     pub(super) fn distinct(
         &self,
         key: &'static str,
@@ -230,16 +241,16 @@ impl<'a> ActiveParameters<'a> {
         }
     }
 
-    /// The numbers of at most two that span a plane.
+    /// Indices of at most two distinct parameters.
     pub(super) fn plane(&self, names: &[String]) -> Result<Vec<usize>, KeyError> {
         match names.len() > 2 {
             true => Err(KeyError::NotAPlane { found: names.len() }),
-            false => self.distinct("in", names),
+            false => self.distinct("plane", names),
         }
     }
 
-    /// The first that is adjusted so that the orbit grazes; where the map has none of those, its
-    /// first.
+    /// Index of the first active parameter that is adjusted to graze, else of the first active
+    /// parameter.
     pub(super) fn first(&self) -> Result<usize, KeyError> {
         let adjusted = self.scene.grazing.solve_for.iter();
         let mut adjusted = adjusted.map(|&parameter| &self.scene.model.parameters[parameter].name);
@@ -248,19 +259,19 @@ impl<'a> ActiveParameters<'a> {
         place.or(any).ok_or(KeyError::NoParameter)
     }
 
-    /// Its half-width in the window.
+    /// Half-width of the window in a parameter.
     pub(super) fn width(&self, place: usize) -> f64 {
         self.local.window.parameter[place]
     }
 
-    /// Offsets, all 0 but one.
+    /// Offsets of all parameters, 0 except one.
     pub(super) fn one(&self, place: usize, offset: f64) -> Vec<f64> {
         let mut offsets = vec![0.0; self.names.len()];
         offsets[place] = offset;
         offsets
     }
 
-    /// Offsets by name; those not named are 0.
+    /// Offsets of all parameters; 0 if not named.
     pub(super) fn offsets(
         &self,
         key: &'static str,
@@ -269,12 +280,12 @@ impl<'a> ActiveParameters<'a> {
         named_offsets(key, ACTIVE, named, &self.names)
     }
 
-    /// Offsets by name under `at`.
+    /// Offsets given by the key `at`.
     pub(super) fn at(&self, named: &Named<f64>) -> Result<Vec<f64>, KeyError> {
         self.offsets("at", named)
     }
 
-    /// The range of a parameter: as given, or that of the window.
+    /// Range of a parameter: as given, else that of the window.
     pub(super) fn range(
         &self,
         place: usize,

@@ -1,4 +1,4 @@
-//! The local map of a scene, and what it is used for.
+//! Local map of a scene, and the analyses that use it.
 
 use std::sync::{Arc, OnceLock};
 
@@ -33,11 +33,11 @@ use crate::numeric::FloatFormat;
 use crate::orbit::GrazingOrbit;
 use crate::report::{ExpansionParts, MapListing, PassageParts, SectionDocument, depth_variables};
 
-/// What of a scene is expanded: orders, weights and shape.
+/// Settings of an expansion: orders, weights and shape.
 #[derive(Clone, Debug)]
 pub struct Plan {
     pub(super) settled: Settled,
-    /// The scene, with the weights and the shape chosen where it names a tolerance.
+    /// Scene, with the weights and the shape chosen for it if it names a tolerance.
     pub(super) scene: Arc<Scene>,
     pub(super) orders: MapOrders,
     pub(super) choice: Option<Choice>,
@@ -56,12 +56,12 @@ impl Plan {
         Self { settled, scene, orders, choice }
     }
 
-    /// How the map was chosen, where the scene names a tolerance.
+    /// Choice of orders, if the scene names a tolerance.
     pub fn choice(&self) -> Option<&Choice> {
         self.choice.as_ref()
     }
 
-    /// The map of the plan, its window measured.
+    /// Expands the map of the plan and measures its window.
     ///
     /// # Errors
     ///
@@ -87,7 +87,7 @@ impl Plan {
         let run_in = run.in_format(self.precision());
         let found = measure_window((scene, orbit), &local, &*run_in, &natural)?;
         local.window = found.window;
-        // Of a map with flown contacts nothing is said by weight.
+        // NOTE: flown contacts are not truncated by weight.
         let series = if local.is_flown() { Vec::new() } else { series };
         let depth = edge_depth(scene, &local);
         let edge = |series| WindowEdge::new(series, depth, orders.contact_weight);
@@ -101,7 +101,7 @@ impl Plan {
         }))
     }
 
-    /// What the map is run in: as chosen, or as the scene says.
+    /// Number format of the map: as chosen, or as the scene says.
     fn precision(&self) -> FloatFormat {
         let named = self.scene.emit.precision.first();
         self.choice.as_ref().map_or(named, |choice| choice.precision)
@@ -109,9 +109,9 @@ impl Plan {
 }
 
 impl Settled {
-    /// The free flight alone as a map whose contacts are [not expanded](LocalMap::has_contacts):
-    /// all that requests need which direct simulation answers. It is made at once, whatever the
-    /// orders, and where contacts have no expansion.
+    /// Map of the free flight alone, with contacts [not expanded](LocalMap::has_contacts): enough
+    /// for requests that are answered by direct simulation. It is computed at once, whatever the
+    /// orders, even if contacts have no expansion.
     ///
     /// ```
     /// use grazemap::model::Method;
@@ -141,16 +141,15 @@ impl Settled {
     }
 }
 
-/// The depth at which the edge of the window is: the scene's, though it be beyond the radius, or
-/// the one that was measured.
+/// Depth of the window's edge: the scene's, even beyond the radius of the series, else the measured
+/// one.
 fn edge_depth(scene: &Scene, local: &LocalMap) -> f64 {
     if scene.window.depth.is_finite() { scene.window.depth } else { local.window.depth }
 }
 
-/// The local map of a scene near its grazing orbit.
+/// Local map of a scene near its grazing orbit.
 ///
-/// Owned and shared: a copy is a count of references. States and parameters are offsets from the
-/// grazing orbit.
+/// Cheap to clone (reference counted). States and parameters are offsets from the grazing orbit.
 ///
 /// ```
 /// use grazemap::prelude::*;
@@ -164,28 +163,28 @@ fn edge_depth(scene: &Scene, local: &LocalMap) -> f64 {
 #[derive(Clone, Debug)]
 pub struct Map(pub(super) Arc<Parts>);
 
-/// What the copies of a map share.
+/// Contents of a map, shared by its clones.
 #[derive(Clone, Debug)]
 pub(super) struct Parts {
     pub(super) plan: Plan,
     pub(super) local: LocalMap,
     pub(super) window: MeasuredWindow,
     pub(super) window_edges: Vec<WindowEdge>,
-    /// Of each passage; none where the map is flown or was read from a file.
+    /// Depth series, one per passage; empty if the map is flown or was read from a file.
     pub(super) depth_series: Vec<DepthSeries>,
-    /// The points at which the window was measured; `None` where none of them has an image.
+    /// Sample points of the window with exact images; `None` if no point has an image.
     pub(super) images: OnceLock<Option<ExactImages>>,
     pub(super) composed: OnceLock<ComposedMap>,
     pub(super) listing: OnceLock<MapListing>,
     pub(super) run: OnceLock<HornerMap>,
-    /// What makes the orbits of charts, if not this processor.
+    /// Device that iterates charts, unless that is the CPU.
     pub(super) device: Option<Arc<DeviceMap>>,
-    /// Why the contacts are not expanded, where that was tried.
+    /// Reason why the contacts could not be expanded, if that was tried.
     pub(super) missing: Option<String>,
 }
 
 impl Parts {
-    /// Of a map whose edges are to be filled in, and all else to be found when it is asked for.
+    /// Parts of a new map, without window edges; everything else is computed on demand.
     pub(super) fn new(plan: Plan, local: LocalMap, window: MeasuredWindow) -> Self {
         Self {
             plan,
@@ -203,12 +202,12 @@ impl Parts {
     }
 }
 
-/// One image of a map.
+/// Image of a point by a map.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Image {
     /// Offsets of the image.
     pub offsets: Vec<f64>,
-    /// What happened on the way.
+    /// Events during the step.
     pub step: StepInfo,
 }
 
@@ -217,42 +216,42 @@ impl Map {
         Self(Arc::new(parts))
     }
 
-    /// The same map with another device for charts.
+    /// Copy of the map with another device for charts.
     pub(super) fn with_device(&self, device: Option<Arc<DeviceMap>>) -> Self {
         Self::new(Parts { device, ..Parts::clone(&self.0) })
     }
 
-    /// Adds the reason why the contacts are not expanded.
+    /// Copy of the map with the reason why its contacts are not expanded.
     pub(super) fn missing_contacts(&self, reason: &Error) -> Self {
         Self::new(Parts { missing: Some(reason.to_string()), ..Parts::clone(&self.0) })
     }
 
-    /// What makes the orbits of charts, if not this processor.
+    /// Device that iterates charts, unless that is the CPU.
     pub(super) fn device(&self) -> Option<&DeviceMap> {
         self.0.device.as_deref()
     }
 
-    /// The scene, with the weights and the shape chosen where it names a tolerance.
+    /// Scene, with the weights and the shape chosen for it if it names a tolerance.
     pub fn scene(&self) -> &Scene {
         &self.0.plan.scene
     }
 
-    /// The grazing orbit.
+    /// Grazing orbit.
     pub fn orbit(&self) -> &GrazingOrbit {
         self.settled().orbit()
     }
 
-    /// The scene on the section of the map.
+    /// Scene on the section of the map.
     pub fn settled(&self) -> &Settled {
         &self.0.plan.settled
     }
 
-    /// The section, with what decided it.
+    /// Section, with the reason for its choice.
     pub fn section(&self) -> SectionDocument {
         self.settled().section()
     }
 
-    /// How the map was chosen, where the scene names a tolerance.
+    /// Choice of orders, if the scene names a tolerance.
     pub fn choice(&self) -> Option<&Choice> {
         self.0.plan.choice()
     }
@@ -262,19 +261,18 @@ impl Map {
         self.0.plan.orders
     }
 
-    /// The polynomials that are run, stage by stage.
+    /// Polynomials of the map, stage by stage.
     pub fn local(&self) -> &LocalMap {
         &self.0.local
     }
 
-    /// The window of the map: which bounds are the scene's, which were measured, and what the map
-    /// errs inside.
+    /// Window of the map: bounds stated by the scene, measured bounds, and the errors inside.
     pub fn window(&self) -> &MeasuredWindow {
         &self.0.window
     }
 
-    /// Points of the window with their images by direct simulation in double-double; `None` where
-    /// none of them has an image.
+    /// Sample points of the window with their images by direct simulation in double-double; `None`
+    /// if no point has an image.
     pub(super) fn exact_images(&self) -> Result<Option<&ExactImages>, Error> {
         if self.0.images.get().is_none() {
             let found = ExactImages::of_window(self.scene(), self.orbit(), self.local());
@@ -288,18 +286,18 @@ impl Map {
         Ok(self.0.images.get().and_then(Option::as_ref))
     }
 
-    /// What its contacts leave out at the edge of the window, by passage; none where their series
-    /// end or are flown.
+    /// Share that truncation omits at the edge of the window, one per passage; no entry for a
+    /// passage whose series terminates or whose contact is flown.
     pub fn window_edges(&self) -> &[WindowEdge] {
         &self.0.window_edges
     }
 
-    /// What the map is run in: as chosen, or as the scene says.
+    /// Number format of the map: as chosen, or as the scene says.
     pub fn precision(&self) -> FloatFormat {
         self.0.plan.precision()
     }
 
-    /// The same map of a scene that asks for other pictures, as [`Scene::asking`] has it.
+    /// Copy of the map for a scene with other diagrams, charts or basins, as in [`Scene::asking`].
     ///
     /// ```
     /// use grazemap::prelude::*;
@@ -323,7 +321,7 @@ impl Map {
         Ok(Self::new(Parts { plan, ..(*self.0).clone() }))
     }
 
-    /// Grazing value of a parameter.
+    /// Value of a parameter at which the orbit grazes.
     ///
     /// # Errors
     ///
@@ -333,12 +331,12 @@ impl Map {
         Ok(self.orbit().parameters()[number].to_f64())
     }
 
-    /// The map as a [`DiscreteMap`], in double precision.
+    /// Map as a [`DiscreteMap`] in double precision.
     pub fn discrete(&self) -> &HornerMap {
         self.0.run.get_or_init(|| HornerMap::new(self.local()))
     }
 
-    /// The image of a state at parameters, in offsets.
+    /// Computes the image of a state; states and parameters are offsets.
     ///
     /// # Errors
     ///
@@ -352,8 +350,8 @@ impl Map {
         })
     }
 
-    /// So many images, each of the one before; the last one that is not
-    /// [valid](StepInfo::valid) ends them.
+    /// Computes `count` successive images. They end early with the first image that is not
+    /// [valid](StepInfo::valid).
     ///
     /// # Errors
     ///
@@ -367,8 +365,8 @@ impl Map {
         iterate(self.discrete(), state, parameters, count)
     }
 
-    /// The same by the map inside its window and by direct simulation of the same section outside:
-    /// [`StepInfo::simulated`] tells them apart.
+    /// Computes successive images by the map inside its window and by direct simulation of the same
+    /// section outside; [`StepInfo::simulated`] tells them apart.
     ///
     /// # Errors
     ///
@@ -385,7 +383,7 @@ impl Map {
         guarded(scene, orbit, map, window, |map| iterate(map, state, parameters, count))?
     }
 
-    /// The image of a state by event-driven simulation, which knows nothing of the expansion.
+    /// Computes the image of a state by event-driven simulation, independently of the expansion.
     ///
     /// # Errors
     ///
@@ -395,18 +393,18 @@ impl Map {
         Ok(direct_image(settled.scene(), settled.orbit(), state, parameters)?)
     }
 
-    /// Images of many points, by the map, its parts or direct simulation.
+    /// Computes images of many points by the map, its parts or direct simulation.
     ///
     /// # Errors
     ///
-    /// [`Error::Analysis`] for offsets of another length and precisions that are not there.
+    /// [`Error::Analysis`] for offsets of wrong length and unavailable precisions.
     pub fn images(&self, request: &ImageRequest) -> Result<Vec<ImageRecord>, Error> {
         let settled = self.settled();
         refuse_memory(image_bytes(settled.scene(), request))?;
         Ok(images(settled.scene(), settled.orbit(), self.local(), request)?)
     }
 
-    /// A bifurcation diagram.
+    /// Computes a bifurcation diagram.
     ///
     /// # Errors
     ///
@@ -425,7 +423,7 @@ impl Map {
         Ok(diagram(scene, orbit, self.local(), request, progress)?)
     }
 
-    /// Every diagram that the scene asks for.
+    /// Computes all diagrams of the scene.
     ///
     /// # Errors
     ///
@@ -436,7 +434,7 @@ impl Map {
         requests.map(diagram).collect()
     }
 
-    /// A share of the pieces of [`diagrams`](Self::diagrams).
+    /// Computes a share of the pieces of [`diagrams`](Self::diagrams).
     ///
     /// # Errors
     ///
@@ -450,7 +448,7 @@ impl Map {
         })
     }
 
-    /// Two-parameter charts, one for each method and start.
+    /// Computes two-parameter charts, one for each method and start.
     ///
     /// # Errors
     ///
@@ -469,7 +467,7 @@ impl Map {
         Ok(chart(scene, orbit, self.local(), self.device(), request, progress)?)
     }
 
-    /// Every chart that the scene asks for.
+    /// Computes all charts of the scene.
     ///
     /// # Errors
     ///
@@ -481,7 +479,7 @@ impl Map {
         Ok(charts.collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect())
     }
 
-    /// A share of the pieces of [`charts`](Self::charts).
+    /// Computes a share of the pieces of [`charts`](Self::charts).
     ///
     /// # Errors
     ///
@@ -495,8 +493,7 @@ impl Map {
         })
     }
 
-    /// What guarded iteration settles on beside the graze, on both sides of the value of a
-    /// parameter.
+    /// Settles orbits by guarded iteration near the graze, on both sides in one parameter.
     ///
     /// # Errors
     ///
@@ -506,7 +503,7 @@ impl Map {
         Ok(measure_graze(scene, orbit, self.local(), parameter)?)
     }
 
-    /// Basins of attraction in a plane of states.
+    /// Computes basins of attraction in a plane of states.
     ///
     /// # Errors
     ///
@@ -517,7 +514,7 @@ impl Map {
         Ok(basin(scene, orbit, self.local(), request, progress)?)
     }
 
-    /// What every basin that the scene asks for is of.
+    /// Requests for all basins of the scene.
     ///
     /// # Errors
     ///
@@ -528,7 +525,7 @@ impl Map {
         Ok(requests.collect::<Result<Vec<_>, _>>()?.concat())
     }
 
-    /// Several basins, the pieces of each kept in places of its own.
+    /// Computes several basins. The pieces of each are kept under its own number.
     ///
     /// # Errors
     ///
@@ -544,7 +541,7 @@ impl Map {
         basins.collect()
     }
 
-    /// A share of the pieces of [`basins`](Self::basins).
+    /// Computes a share of the pieces of [`basins`](Self::basins).
     ///
     /// # Errors
     ///
@@ -557,7 +554,7 @@ impl Map {
         })
     }
 
-    /// Periodic orbits by itinerary, their folds and flips.
+    /// Finds periodic orbits by itinerary, with their folds and flips.
     ///
     /// # Errors
     ///
@@ -572,20 +569,20 @@ impl Map {
         Ok(orbits(scene, orbit, self.local(), request, progress)?)
     }
 
-    /// Parameters fitted to measured section points.
+    /// Fits parameters to measured section points.
     ///
     /// # Errors
     ///
-    /// [`Error::Analysis`] for series that are no rows of the map's length, or too short.
+    /// [`Error::Analysis`] for series whose rows have the wrong length, or that are too short.
     pub fn fit(&self, request: &FitRequest, progress: &dyn Progress) -> Result<Fit, Error> {
         Ok(fit(self.settled().scene(), self.orbit(), self.local(), request, progress)?)
     }
 
-    /// Orbits whose parameters are drawn afresh at every return.
+    /// Iterates orbits whose parameters are drawn at random at every return.
     ///
     /// # Errors
     ///
-    /// [`Error::Analysis`] for another number of coordinates or parameters.
+    /// [`Error::Analysis`] for a wrong number of coordinates or parameters.
     pub fn noise(
         &self,
         request: &NoiseRequest,
@@ -595,7 +592,7 @@ impl Map {
         Ok(noise(self.settled().scene(), self.orbit(), self.local(), request, progress)?)
     }
 
-    /// Loci of periodic orbits in two parameters, with their points of codimension two.
+    /// Follows loci of periodic orbits in two parameters, with points of codimension two.
     ///
     /// ```
     /// use grazemap::analysis::NoProgress;
@@ -626,7 +623,7 @@ impl Map {
         Ok(loci(self.settled().scene(), self.orbit(), self.local(), request, progress)?)
     }
 
-    /// Branches of periodic orbits in one parameter, through folds, flips and grazes.
+    /// Follows branches of periodic orbits in one parameter, through folds, flips and grazes.
     ///
     /// ```
     /// use grazemap::analysis::NoProgress;
@@ -668,7 +665,7 @@ impl Map {
         Ok(branches(scene, orbit, self.local(), request, progress)?)
     }
 
-    /// A share of the pieces of [`branches`](Self::branches).
+    /// Computes a share of the pieces of [`branches`](Self::branches).
     ///
     /// # Errors
     ///
@@ -678,7 +675,7 @@ impl Map {
         Ok(branches_share(scene, orbit, self.local(), request, shard)?)
     }
 
-    /// What is observed of the orbits of branches beside their section points, by branch and point.
+    /// Values of an observable on the orbits of branches, by branch and point.
     ///
     /// # Errors
     ///
@@ -691,8 +688,8 @@ impl Map {
         Ok(observed(self.settled().scene(), self.orbit(), found, observable)?)
     }
 
-    /// What the scene's diagram over the same parameter draws, of these branches and of guarded
-    /// iterates; `None` where the scene asks for none.
+    /// Data that the scene's diagram in the same parameter shows, from these branches and from
+    /// guarded iterates; `None` if the scene has no such diagram.
     ///
     /// # Errors
     ///
@@ -707,7 +704,7 @@ impl Map {
         Ok(branch_diagram(scene, orbit, self.local(), request, found, progress)?)
     }
 
-    /// Maps of every pair of orders against direct simulation.
+    /// Compares maps of all pairs of orders with direct simulation.
     ///
     /// # Errors
     ///
@@ -721,7 +718,7 @@ impl Map {
         self.settled().study(&request, &NoProgress)
     }
 
-    /// The map in one polynomial pass.
+    /// Composed form of the map: one polynomial instead of stages.
     ///
     /// # Errors
     ///
@@ -734,7 +731,7 @@ impl Map {
         Ok(self.0.composed.get_or_init(|| composed))
     }
 
-    /// Coefficients of the Taylor series by name, to the orders of the map.
+    /// Coefficients of the Taylor series, by name, to the orders of the map.
     ///
     /// # Errors
     ///
@@ -751,7 +748,8 @@ impl Map {
         let (scene, orders) = (self.scene(), self.orders());
         let expander = Expander::new(scene, self.orbit())?;
         refuse_depth_variables(&expander)?;
-        // Economised coefficients and flown contacts are not those of the series.
+        // NOTE: economised maps and maps with flown contacts do not hold the coefficients of the
+        // series.
         let is_series = self.local().fitted_to.is_none() && !self.local().is_flown();
         let made = match is_series {
             true => None,
@@ -806,7 +804,7 @@ impl Map {
     }
 }
 
-/// So many images, the last of them the first that is not valid.
+/// Computes `count` successive images, up to the first that is not valid.
 fn iterate(
     map: &impl DiscreteMap,
     state: &[f64],
@@ -837,7 +835,7 @@ fn check_length(what: &'static str, expected: usize, found: usize) -> Result<(),
     }
 }
 
-/// A variable of the scene named as a depth variable could not be told from it.
+/// Refuses a variable of the scene with the name of a depth variable.
 pub(super) fn refuse_depth_variables(expander: &Expander<'_>) -> Result<(), Error> {
     let depths = depth_variables(expander.passages());
     for passage in 0..expander.passages() {

@@ -1,24 +1,24 @@
-//! Refusal of results that the machine has no memory for.
+//! Refusal of results that exceed the machine's memory.
 
 use std::fs;
 
 use super::Error;
 
-/// Results from this size on are announced.
+/// Results of at least this size are announced.
 const LARGE: u64 = 256 << 20;
 
-/// Results up to this size are made without asking the system.
+/// Results up to this size are allowed without asking the system.
 const SMALL: u64 = 16 << 20;
 
-/// Results above this size no machine has memory for, whatever its system says.
+/// Results above this size exceed any machine's memory.
 const LARGEST: u64 = 1 << 46;
 
-/// Refuses results that the machine has no memory for, before anything is computed; what is to be
-/// said of large ones.
+/// Refuses, before any computing, results that exceed the machine's memory. Returns a note on the
+/// size of large ones.
 ///
 /// # Errors
 ///
-/// [`Error::Memory`] where less is free.
+/// [`Error::Memory`] if less memory is free.
 pub fn refuse_memory(bytes: u64) -> Result<Option<String>, Error> {
     if bytes <= SMALL {
         return Ok(None);
@@ -35,8 +35,8 @@ pub fn refuse_memory(bytes: u64) -> Result<Option<String>, Error> {
     }))
 }
 
-/// Bytes that the system says are free, within the limit of its control group; `None` where it
-/// does not say.
+/// Free memory in bytes according to the system, within the limit of the control group; `None` if
+/// unknown.
 fn available() -> Option<u64> {
     let text = fs::read_to_string("/proc/meminfo").ok()?;
     let line = text.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;

@@ -1,10 +1,10 @@
-//! From a scene to its grazing orbit, its local map, and all that a map is used for.
+//! Path from a scene to its grazing orbit, its local map and every analysis that uses the map.
 //!
-//! Every step returns an owned value, `Send + Sync`, that can be saved and read back with the same
-//! bits: [`Scene`](crate::Scene), [`Graze`], [`Settled`], [`Map`]. Section, orders and shape are
-//! settled once, on the way from one to the next, and each expansion is made once.
+//! Every step returns an owned value, `Send + Sync`, that can be saved and read back bit by bit:
+//! [`Scene`](crate::Scene), [`Graze`], [`Settled`], [`Map`]. Section, orders and shape are settled
+//! once between these steps, and each expansion is computed once.
 //!
-//! The [commands](Answer) of the program stand here as calls with keys and defaults.
+//! The program's commands are functions here, with keys and defaults, that return an [`Answer`].
 //!
 //! Deliberately absent: numerics of its own, arguments, words for people.
 

@@ -1,18 +1,19 @@
-//! Remarks on offsets that look like values of a parameter.
+//! Remarks on offsets that look like parameter values.
 //!
-//! Offsets are relative to the grazing value. Where that value lies between the ends of a range, or
-//! an offset is larger than half of it, the numbers may have been meant as values.
+//! Offsets are relative to the grazing value. If that value lies between the ends of a range, or an
+//! offset exceeds half of it, the numbers may have been meant as values.
 
 use super::{Graze, Map};
 use crate::analysis::basin::BasinRequest;
 use crate::numeric::Shown;
 use crate::report::Named;
 
-/// Digits in which offsets and values are told.
-const DIGITS: usize = 6;
+/// Significant digits of offsets and values in remarks.
+const DIGITS: i32 = 6;
 
 impl Graze {
-    /// Remark on offsets of a parameter, one or the ends of a range, that look like its values.
+    /// Remark on offsets of one parameter (one offset, or the ends of a range) that look like
+    /// values.
     pub(super) fn offset_remark(&self, key: &str, name: &str, offsets: &[f64]) -> Option<String> {
         let grazing = self.parameter(name).ok()?;
         let end = |nearest: fn(f64, f64) -> f64| offsets.iter().copied().reduce(nearest);
@@ -23,7 +24,7 @@ impl Graze {
             return None;
         }
         let shown = |value: f64| {
-            let scale = 10f64.powi(DIGITS as i32 - 1 - value.abs().log10().floor() as i32);
+            let scale = 10f64.powi(DIGITS - 1 - value.abs().log10().floor() as i32);
             let rounded = if value == 0.0 { 0.0 } else { (value * scale).round() / scale };
             Shown(rounded).to_string()
         };
@@ -39,7 +40,7 @@ impl Graze {
         ))
     }
 
-    /// Remarks on offsets by the names of their parameters.
+    /// Remarks on offsets given by parameter name.
     pub(super) fn offset_remarks(&self, key: &str, named: &Named<f64>) -> Vec<String> {
         let named = named.0.iter();
         named.filter_map(|(name, offset)| self.offset_remark(key, name, &[*offset])).collect()
@@ -51,7 +52,7 @@ impl Map {
         &self.scene().model.parameters[number].name
     }
 
-    /// Remarks on the ranges of the scene's diagrams that look like values of their parameters.
+    /// Remarks on ranges of the scene's diagrams that look like parameter values.
     pub fn diagram_offset_remarks(&self) -> Vec<String> {
         let diagrams = self.scene().diagrams.iter().enumerate();
         let remarks = diagrams.filter_map(|(number, request)| {
@@ -62,7 +63,7 @@ impl Map {
         remarks.collect()
     }
 
-    /// Remarks on the ranges of the scene's charts that look like values of their parameters.
+    /// Remarks on ranges of the scene's charts that look like parameter values.
     pub fn chart_offset_remarks(&self) -> Vec<String> {
         let charts = self.scene().charts.iter().enumerate();
         let ranges = charts.flat_map(|(number, request)| {
@@ -76,7 +77,7 @@ impl Map {
         remarks.collect()
     }
 
-    /// Remarks on the parameters of basins that look like values.
+    /// Remarks on parameters of basins that look like values.
     pub fn basin_offset_remarks(&self, requests: &[BasinRequest]) -> Vec<String> {
         let active = &self.local().parameters;
         let offsets = requests.iter().flat_map(|request| active.iter().zip(&request.parameters));

@@ -1,7 +1,7 @@
-//! Many points as arrays of doubles: images, derivatives, orbits; and images laid out, for `image`.
+//! Arrays of points: images, derivatives and orbits; and the layout of images for `image`.
 //!
-//! States are rows of the section's coordinates, one after another, parameters one row for all
-//! states or a row for each; both are offsets from the grazing orbit.
+//! States are rows of section coordinates, one after another. Parameters are one row for all
+//! states, or one row for each. Both are offsets from the grazing orbit.
 
 use super::{Ended, Error, Map, refuse_memory};
 use crate::analysis::{
@@ -11,21 +11,21 @@ use crate::iteration::Batch;
 use crate::numeric::Dd;
 use crate::report::{ImageListing, Rows, image_outside_words, image_rows, to_json};
 
-/// Rows of states and of parameters.
+/// Rows of states and parameters.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Points {
     /// Coordinates, state by state.
     pub states: Vec<f64>,
-    /// One row of parameters, or one for every state.
+    /// One row of parameters, or one row for each state.
     pub parameters: Vec<f64>,
 }
 
 impl Map {
-    /// Images, depths and, if asked for, derivatives of many points.
+    /// Computes images, depths and, if asked for, derivatives of many points.
     ///
     /// # Errors
     ///
-    /// [`Error::Rows`] for states or parameters that are no rows of the map's length.
+    /// [`Error::Rows`] if states or parameters are not a whole number of rows.
     pub fn batch(
         &self,
         states: &[f64],
@@ -36,7 +36,7 @@ impl Map {
         Ok(self.discrete().batch(states, parameters, derivatives))
     }
 
-    /// Which points lie in the window on which the map's error was measured.
+    /// Whether each point lies in the window on which the map's error was measured.
     ///
     /// # Errors
     ///
@@ -52,8 +52,9 @@ impl Map {
         Ok(points.map(held).collect())
     }
 
-    /// The orbits of many points by a method of `image`: of every point, iterate by iterate, the
-    /// coordinates of its image. After an early end they are NaN.
+    /// Computes orbits of many points by a method of `image`. The result holds, point by point and
+    /// iterate by iterate, the coordinates of the images; they are NaN after an orbit has ended
+    /// early.
     ///
     /// ```
     /// use grazemap::analysis::{NoProgress, Precision, Using};
@@ -72,8 +73,8 @@ impl Map {
     /// # Errors
     ///
     /// [`Error::Rows`] as [`batch`](Self::batch); [`Error::Analysis`] if the simulator refuses the
-    /// offsets, and for precisions that are not there; [`Error::Memory`] for more numbers than the
-    /// machine has memory for.
+    /// offsets, and for unavailable precisions; [`Error::Memory`] if the numbers exceed the
+    /// machine's memory.
     pub fn point_orbits(
         &self,
         points: Points,
@@ -98,7 +99,7 @@ impl Map {
         Ok(images)
     }
 
-    /// The same by the map, all points of an iterate together.
+    /// Computes orbits by the map, all points together for each iterate.
     fn map_orbits(
         &self,
         mut states: Vec<f64>,
@@ -122,7 +123,7 @@ impl Map {
         Ok(images)
     }
 
-    /// Images of many points, to be laid out.
+    /// Computes images of many points, to be laid out.
     ///
     /// # Errors
     ///
@@ -132,7 +133,7 @@ impl Map {
         Ok(Images { map: self.clone(), request, records })
     }
 
-    /// What [`images`](Self::images) is asked of these points.
+    /// Request to [`images`](Self::images) for these points.
     ///
     /// # Errors
     ///
@@ -153,7 +154,7 @@ impl Map {
         Ok(ImageRequest { rows: rows.map(row).collect(), iterations, using, precision })
     }
 
-    /// The parameters of a point.
+    /// Parameters of a point.
     fn own<'a>(&self, parameters: &'a [f64], point: usize) -> &'a [f64] {
         let count = self.local().parameters.len();
         match parameters.len() == count {
@@ -162,7 +163,7 @@ impl Map {
         }
     }
 
-    /// Refuses what is no rows of the map's length.
+    /// Refuses arrays that are not a whole number of rows.
     fn count(&self, states: &[f64], parameters: &[f64]) -> Result<(), Error> {
         let (dimension, count) = (self.local().dimension(), self.local().parameters.len());
         let points = states.len() / dimension;
@@ -179,7 +180,7 @@ impl Map {
     }
 }
 
-/// Images of many points, with what was asked for.
+/// Images of many points, with the request.
 #[derive(Clone, Debug)]
 pub struct Images {
     map: Map,
@@ -188,21 +189,21 @@ pub struct Images {
 }
 
 impl Images {
-    /// The table: a row for every starting point and iteration.
+    /// Table with one row for each starting point and iteration.
     pub fn rows(&self) -> Rows<'_> {
         image_rows(self.map.local(), &self.request, &self.records)
     }
 
-    /// The images themselves.
+    /// Images.
     pub fn records(&self) -> &[ImageRecord] {
         &self.records
     }
 
-    /// The document: JSON.
+    /// JSON document.
     ///
     /// # Errors
     ///
-    /// [`Error::Report`] if the writer refuses.
+    /// [`Error::Report`] if the document cannot be serialised.
     pub fn document(&self) -> Result<String, Error> {
         let map = (self.map.local(), self.map.window());
         let (section, edge) = (self.map.section(), self.map.worst_edge());
@@ -210,14 +211,14 @@ impl Images {
         Ok(to_json(&list)?)
     }
 
-    /// Which points may not be trusted; nothing where some have no image.
+    /// Warning about points that cannot be trusted; none if some points have no image.
     pub fn remarks(&self) -> impl Iterator<Item = String> + use<> {
         let words = image_outside_words(self.map.local(), &self.request, &self.records);
         let words = words.filter(|_| self.ended().is_none());
         words.map(|words| format!("warning: {words}")).into_iter()
     }
 
-    /// The first point without an image, if there is one.
+    /// First point without an image, if there is one.
     pub fn ended(&self) -> Option<Ended> {
         let lost = |record: &&ImageRecord| record.offsets.iter().any(|value| !value.is_finite());
         let missing = self.records.iter().find(lost);

@@ -1,4 +1,4 @@
-//! Everything a scene asks for, written into a folder with a report page.
+//! Runs everything that a scene asks for and writes it into a folder with a report page.
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -24,31 +24,32 @@ use crate::report::{
     chart_warnings, diagram_warnings, run_page, time_series_figures, to_json,
 };
 
-/// What is told of a run as it goes, and what keeps its pieces.
+/// Observer of a run. Also keeps its pieces.
 pub trait RunWatch {
-    /// Told of a stage as it ends.
+    /// Called when a stage ends.
     fn stage(&self, _stage: &StageTime) {}
-    /// Told what is to be said, once it is known.
+    /// Called with each warning.
     fn remark(&self, _words: &str) {}
-    /// Told of the section that a scene which takes any is settled on.
+    /// Called with the chosen section of a scene that allows any.
     fn settled(&self, _settled: &Settled) {}
-    /// Told of the folder and the map before the long computations begin.
+    /// Called with folder and map before the long computations begin.
     fn begin(&self, _folder: &Path, _map: &Map) {}
-    /// The progress of a computation, by its heading and its number among those of the run.
+    /// Progress of a computation, by its heading and its number within the run.
     fn progress(&self, _heading: &'static str, _number: u64) -> Box<dyn Progress + '_> {
         Box::new(NoProgress)
     }
-    /// The scene and what is set of it, as words of a command, for the page.
+    /// Scene and overrides as words of a command, for the page.
     fn subject(&self) -> Option<String> {
         None
     }
-    /// The command that emits the crate again, for its header.
+    /// Command that reproduces the crate, for its header.
     fn emission(&self, _folder: &Path) -> Option<String> {
         None
     }
 }
 
-/// What was measured in a run: times alone, so that every other file is the same from run to run.
+/// Measured times of a run. They have a file of their own, so that all other files are
+/// reproducible.
 #[derive(Debug, Serialize)]
 struct Timings<'a> {
     scene: &'a str,
@@ -58,7 +59,7 @@ struct Timings<'a> {
     charts: Vec<ChartTimes<'a>>,
 }
 
-/// What a chart took.
+/// Times of a chart.
 #[derive(Debug, Serialize)]
 struct ChartTimes<'a> {
     parameters: [&'a str; 2],
@@ -68,12 +69,12 @@ struct ChartTimes<'a> {
     nanoseconds_per_iterate: f64,
 }
 
-/// What the sweeps of a diagram took.
+/// Times of a diagram.
 #[derive(Debug, Serialize)]
 struct DiagramTimes<'a> {
     parameter: &'a str,
     observable: &'a str,
-    /// Time of one iterate by direct simulation over that by the map.
+    /// Ratio of the times of one iterate: direct simulation over map.
     speed_ratio: Option<f64>,
     sweeps: Vec<SweepTimes>,
 }
@@ -88,13 +89,14 @@ struct SweepTimes {
     nanoseconds_per_iterate: f64,
 }
 
-/// Computes all that a scene asks for and writes it into a folder; the document of the times.
+/// Computes everything that a scene asks for and writes it into a folder. Returns the document of
+/// times.
 ///
 /// # Errors
 ///
-/// Those of every step; [`Error::Report`] if a file cannot be written, [`Error::Emission`] if the
-/// folder holds a crate that was not emitted, [`Error::Memory`] for results that the machine has
-/// no memory for.
+/// Errors of every step; [`Error::Report`] if a file cannot be written, [`Error::Emission`] if the
+/// folder holds a crate that is not an emission, [`Error::Memory`] for results that exceed the
+/// machine's memory.
 pub fn run(source: Source, folder: PathBuf, watch: &dyn RunWatch) -> Result<String, Error> {
     let mut clock = Clock { watch, stages: Vec::new() };
     let remarks = |remarks: Vec<String>| remarks.iter().for_each(|words| watch.remark(words));
@@ -184,7 +186,7 @@ pub fn run(source: Source, folder: PathBuf, watch: &dyn RunWatch) -> Result<Stri
     }
 
     let theory = map.settled().graze().theory()?;
-    // Of a parameter that the map does not keep nothing is measured.
+    // NOTE: nothing can be measured in a parameter that the map does not keep.
     let measured = map.measure_graze(&theory.parameter).unwrap_or_default();
     let modules = [vec![(map.orders(), map.web_module()?)], map.lower_web_modules()?].concat();
     let branches = clock.time("branches", || Ok(diagram_branches(&map, &diagrams)))?;
@@ -195,7 +197,7 @@ pub fn run(source: Source, folder: PathBuf, watch: &dyn RunWatch) -> Result<Stri
         pictures: &time_series_figures(&scene, &orbit, &series),
         local: map.local(),
         modules: &modules,
-        // The folder of the page holds the scene.
+        // NOTE: the folder of the page holds the scene.
         subject: &watch.subject().unwrap_or_else(|| "scene.toml".to_owned()),
         map: map.listing()?,
         emitted: CrateSummary {
@@ -222,7 +224,7 @@ pub fn run(source: Source, folder: PathBuf, watch: &dyn RunWatch) -> Result<Stri
     Ok(timings)
 }
 
-/// Writes the grazing orbit over a period.
+/// Writes the time series of the grazing orbit over one period.
 fn write_trajectory(
     settled: &Settled,
     folder: &OutputFolder,
@@ -268,7 +270,7 @@ impl<'a> DiagramTimes<'a> {
     }
 }
 
-/// Times the stages of a run, and tells of each as it ends.
+/// Measures the stages of a run, and reports each as it ends.
 struct Clock<'a> {
     watch: &'a dyn RunWatch,
     stages: Vec<StageTime>,

@@ -1,7 +1,7 @@
-//! Orbits and maps in files, and what a command takes in the place of a scene.
+//! Saved orbits and maps, and the inputs that a command accepts in place of a scene.
 //!
-//! A saved value carries the text of its scene, so that direct simulation and the page need nothing
-//! else. What is listed for people is written beside the numbers that are read back.
+//! A saved value contains the text of its scene, so that direct simulation and the page need no
+//! other file. A listing for people stands beside the numbers that are read back.
 
 use std::fs::File;
 use std::io::{self, Read};
@@ -22,33 +22,33 @@ use crate::report::{
     Document, DocumentKind, MapListing, OrbitListing, ReportError, to_json, write_atomically,
 };
 
-/// Standard input, in messages.
+/// Name of standard input in messages.
 const STANDARD_INPUT: &str = "standard input";
 
-/// Whether a path stands for standard input.
+/// Whether a path means standard input.
 pub fn is_standard(path: &Path) -> bool {
     path.as_os_str() == "-"
 }
 
-/// What a command begins with: a scene, or what was saved on the way from one.
+/// Input of a command: a scene, or a result that was saved.
 #[derive(Clone, Debug)]
 pub enum Source {
-    /// A scene.
+    /// Scene.
     Scene(Box<Scene>),
-    /// Its grazing orbit.
+    /// Grazing orbit of a scene.
     Graze(Graze),
-    /// Its map.
+    /// Map of a scene.
     Map(Map),
 }
 
 impl Source {
-    /// The scene file, saved orbit or saved map at a path; a scene of the catalogue where there is
-    /// no such file. `-` is a scene on standard input.
+    /// Opens the scene file, saved orbit or saved map at a path; if there is no such file, the
+    /// scene of that name in the catalogue. `-` is a scene on standard input.
     ///
     /// # Errors
     ///
     /// [`Error::Scene`] for a scene with a fault, [`Error::NotSaved`] for a JSON document that is
-    /// no orbit and no map, [`Error::FixedValues`] for overrides of what is saved.
+    /// not an orbit or a map, [`Error::FixedValues`] for overrides of saved results.
     pub fn open(path: &Path, overrides: &[(String, String)]) -> Result<Self, Error> {
         if is_standard(path) {
             let text = io::read_to_string(bounded(io::stdin().lock()))
@@ -66,7 +66,7 @@ impl Source {
             };
         }
         let name = path.display().to_string();
-        // A folder of results often has the name of its scene.
+        // NOTE: a folder of results often has the name of its scene.
         let hidden = path.exists() && !path.is_dir();
         let scene = match path.to_str().and_then(catalogue::text).filter(|_| !hidden) {
             Some(text) => Scene::parse_with(text, &format!("{name}.toml"), overrides)?,
@@ -81,7 +81,7 @@ impl Source {
         Ok(Self::Scene(Box::new(scene)))
     }
 
-    /// A saved orbit or map; `path` names it in messages.
+    /// Parses a saved orbit or map. `path` is its name in messages.
     fn from_json(text: &str, path: &Path) -> Result<Self, Error> {
         let refused = |reason: String| Error::NotSaved { path: path.to_owned(), reason };
         let kind = kind_of(text).map_err(refused)?;
@@ -92,7 +92,7 @@ impl Source {
         }
     }
 
-    /// The scene.
+    /// Scene.
     pub fn scene(&self) -> &Scene {
         match self {
             Self::Scene(scene) => scene,
@@ -101,7 +101,7 @@ impl Source {
         }
     }
 
-    /// The scene with its grazing orbit.
+    /// Scene with its grazing orbit.
     ///
     /// # Errors
     ///
@@ -114,7 +114,7 @@ impl Source {
         }
     }
 
-    /// The map, read or expanded.
+    /// Map, read or expanded.
     ///
     /// # Errors
     ///
@@ -126,9 +126,10 @@ impl Source {
         }
     }
 
-    /// The free flight alone, for requests that direct simulation answers; of a saved map that map.
+    /// Free flight alone, for requests answered by direct simulation; a saved map is returned as it
+    /// is.
     ///
-    /// A scene that takes any section is on that which its map would be on.
+    /// A scene that allows any section gets the one that its map would have.
     ///
     /// # Errors
     ///
@@ -143,8 +144,8 @@ impl Source {
         }
     }
 
-    /// The map, or the free flight alone where contacts have no expansion, for requests that direct
-    /// simulation answers and a map helps with.
+    /// Map, or the free flight alone if contacts have no expansion: for requests answered by direct
+    /// simulation in which a map helps.
     ///
     /// # Errors
     ///
@@ -158,7 +159,7 @@ impl Source {
         expanded.or_else(|error| Ok(Self::Graze(graze).free_flight()?.missing_contacts(&error)))
     }
 
-    /// The scene with its orbit, on the section that its map is taken on.
+    /// Scene with its orbit, on the section of its map.
     ///
     /// # Errors
     ///
@@ -171,7 +172,7 @@ impl Source {
     }
 }
 
-/// What of a scene differs from its text once it is settled.
+/// Text of a scene, and the settings that differ from it once the scene is settled.
 #[derive(Serialize, Deserialize)]
 struct SavedScene {
     identifier: String,
@@ -204,14 +205,14 @@ impl SavedScene {
     }
 }
 
-/// A saved orbit, without what is listed for people.
+/// Saved orbit without its listing.
 #[derive(Serialize, Deserialize)]
 struct SavedOrbit<O> {
     source: SavedScene,
     orbit: O,
 }
 
-/// A saved map, without what is listed for people.
+/// Saved map without its listing.
 #[derive(Serialize, Deserialize)]
 struct SavedMap<O, V, C, E, M> {
     source: SavedScene,
@@ -225,7 +226,7 @@ struct SavedMap<O, V, C, E, M> {
 type ReadMap =
     SavedMap<GrazingOrbit, Option<SectionVerdict>, Option<Choice>, Vec<WindowEdge>, LocalMap>;
 
-/// What is listed for people, and what is read back.
+/// Listing for people, together with the values that are read back.
 #[derive(Serialize)]
 struct Both<L, S> {
     #[serde(flatten)]
@@ -235,8 +236,7 @@ struct Both<L, S> {
 }
 
 impl Graze {
-    /// The orbit as a JSON document, to be read by people, by programs and by
-    /// [`from_json`](Self::from_json).
+    /// JSON document of the orbit, for people, programs and [`from_json`](Self::from_json).
     ///
     /// # Errors
     ///
@@ -245,8 +245,8 @@ impl Graze {
         self.to_json_with(&())
     }
 
-    /// The same with what else is known of the graze, a value of named fields, which is not read
-    /// back.
+    /// JSON document of the orbit with further fields about the graze, which are not read back.
+    /// `more` must serialise to named fields.
     ///
     /// # Errors
     ///
@@ -259,7 +259,7 @@ impl Graze {
         sealed(&Document::new(DocumentKind::Orbit, scene, both))
     }
 
-    /// An orbit from its JSON document, with the bits that it had.
+    /// Reads an orbit from its JSON document, bit by bit.
     ///
     /// # Errors
     ///
@@ -268,7 +268,7 @@ impl Graze {
         of_kind(text, DocumentKind::Orbit, graze_from).map_err(in_text)
     }
 
-    /// Writes the JSON document of the orbit, whole or not at all.
+    /// Writes the JSON document of the orbit atomically.
     ///
     /// # Errors
     ///
@@ -290,7 +290,7 @@ impl Graze {
 }
 
 impl Map {
-    /// The map as a JSON document: its coefficients by name, for people and programs, and all that
+    /// JSON document of the map: coefficients by name, for people and programs, and everything that
     /// [`from_json`](Self::from_json) needs.
     ///
     /// # Errors
@@ -320,7 +320,7 @@ impl Map {
         sealed(&Document::new(DocumentKind::Map, scene, both))
     }
 
-    /// A map from its JSON document, with the bits that it had.
+    /// Reads a map from its JSON document, bit by bit.
     ///
     /// # Errors
     ///
@@ -329,7 +329,7 @@ impl Map {
         of_kind(text, DocumentKind::Map, map_from).map_err(in_text)
     }
 
-    /// Writes the JSON document of the map, whole or not at all.
+    /// Writes the JSON document of the map atomically.
     ///
     /// # Errors
     ///
@@ -359,10 +359,10 @@ fn read(path: &Path) -> Result<String, Error> {
     text.map_err(|source| Error::Unreadable { path: path.to_owned(), source })
 }
 
-/// Most bytes read of a document or a table: more than any map has, and fewer than memory has.
+/// Limit of bytes read of a document or a table: more than any map needs.
 const LARGEST_INPUT: u64 = 1 << 30;
 
-/// Reader that fails where its input has 2^30 bytes or more: a device may have no end, nor a line.
+/// Reader that fails if its input has 2^30 bytes or more: a device or a line may be endless.
 pub fn bounded(reader: impl Read) -> impl Read {
     Bounded(reader.take(LARGEST_INPUT))
 }
@@ -382,10 +382,10 @@ impl<R: Read> Read for Bounded<R> {
     }
 }
 
-/// Key of the digest of a saved document.
+/// Key of the digest in a saved document.
 const INTEGRITY: &str = "integrity";
 
-/// The text of a document with the digest of all else that it holds.
+/// Document as text, with the digest of its other members.
 fn sealed(document: &impl Serialize) -> Result<String, Error> {
     let mut value = serde_json::to_value(document).map_err(ReportError::from)?;
     let digest = content_digest(&value);
@@ -393,7 +393,7 @@ fn sealed(document: &impl Serialize) -> Result<String, Error> {
     Ok(to_json(&value)?)
 }
 
-/// Digest of what a document holds besides it, in whatever order and layout.
+/// Digest of all members except the digest itself, independent of order and layout.
 fn content_digest(document: &Value) -> Digest {
     let mut content = document.clone();
     if let Some(members) = content.as_object_mut() {
@@ -403,7 +403,7 @@ fn content_digest(document: &Value) -> Digest {
     Digest::of(&content.to_string())
 }
 
-/// Refuses a document that is not as it was saved; one without a digest is as its author wants it.
+/// Refuses a document that was changed after it was saved. A document without a digest is accepted.
 fn check_integrity(text: &str) -> Result<(), String> {
     let document: Value = serde_json::from_str(text).map_err(|error| error.to_string())?;
     match document.get(INTEGRITY) {
@@ -415,7 +415,7 @@ fn check_integrity(text: &str) -> Result<(), String> {
     }
 }
 
-/// What a document holds.
+/// Kind of a document.
 fn kind_of(text: &str) -> Result<DocumentKind, String> {
     #[derive(Deserialize)]
     struct Heading {
@@ -479,7 +479,7 @@ fn expect(holds: bool, what: &str) -> Result<(), String> {
     }
 }
 
-/// Whether an orbit has the sizes of its scene: what is read may have been written by anyone.
+/// Checks the sizes of an orbit against its scene: the file may have been written by anyone.
 fn check_orbit(scene: &Scene, orbit: &GrazingOrbit) -> Result<(), String> {
     let (model, passages) = (&scene.model, scene.grazing.passages.len());
     let dimension = model.dimension();
@@ -513,7 +513,7 @@ fn check_orbit(scene: &Scene, orbit: &GrazingOrbit) -> Result<(), String> {
     expect(fits(&orbit.section) && orbit.section_point.len() == dimension, "sections")
 }
 
-/// Whether a map has the sizes of its scene.
+/// Checks the sizes of a map against its scene.
 fn check_map(scene: &Scene, map: &LocalMap) -> Result<(), String> {
     let coordinates = scene.model.dimension() - 1;
     let parameters = scene.expansion.active.len();

@@ -1,4 +1,4 @@
-//! Diagrams, charts and basins as documents and as files, and what `basin` is asked for.
+//! Documents and files of diagrams, charts and basins, and the keys of `basin`.
 
 use serde::{Deserialize, Serialize};
 
@@ -17,23 +17,23 @@ use crate::report::{
     diagram_rows, manifold_rows, pictures, write_json,
 };
 
-/// What a map was used for, as it is written to JSON.
+/// JSON document of results computed with a map.
 #[derive(Serialize)]
 pub struct ByMap<'a, T> {
     document: DocumentKind,
     format: u32,
     #[serde(flatten)]
     content: &'a T,
-    /// The window of the map, measured.
+    /// Measured window of the map.
     window: &'a MeasuredWindow,
-    /// What the contacts of the map leave out at the edge of the window, by passage.
+    /// Share that truncation omits at the edge of the window, one per passage.
     window_edges: &'a [WindowEdge],
-    /// The section that it is on.
+    /// Section of the map.
     section: SectionDocument,
 }
 
 impl<'a, T> ByMap<'a, T> {
-    /// All that one map was used for.
+    /// Documents of several results computed with one map.
     fn each(document: DocumentKind, contents: &'a [T], map: &'a Map) -> Vec<Self> {
         contents.iter().map(|content| Self::new(document, content, map)).collect()
     }
@@ -51,22 +51,23 @@ impl<'a, T> ByMap<'a, T> {
 }
 
 impl Map {
-    /// The documents of diagrams made with the map.
+    /// Documents of diagrams computed with the map.
     pub fn diagram_documents<'a>(&'a self, diagrams: &'a [Diagram]) -> Vec<ByMap<'a, Diagram>> {
         ByMap::each(DocumentKind::Diagram, diagrams, self)
     }
 
-    /// The documents of charts made with the map.
+    /// Documents of charts computed with the map.
     pub fn chart_documents<'a>(&'a self, charts: &'a [Chart]) -> Vec<ByMap<'a, Chart>> {
         ByMap::each(DocumentKind::Chart, charts, self)
     }
 
-    /// The document of a basin made with the map.
+    /// Document of a basin computed with the map.
     pub fn basin_document<'a>(&'a self, basin: &'a Basin) -> ByMap<'a, Basin> {
         ByMap::new(DocumentKind::Basin, basin, self)
     }
 
-    /// Writes data and pictures of diagrams, which hold no times; what is to be said of them.
+    /// Writes data and pictures of diagrams, without measured times. Returns remarks on the
+    /// pictures.
     ///
     /// # Errors
     ///
@@ -92,7 +93,7 @@ impl Map {
         write_both(folder, data, figures.collect())
     }
 
-    /// Writes data and pictures of charts, which hold no times; what is to be said of them.
+    /// Writes data and pictures of charts, without measured times. Returns remarks on the pictures.
     ///
     /// # Errors
     ///
@@ -115,7 +116,7 @@ impl Map {
         write_both(folder, data, figures.collect())
     }
 
-    /// Writes data and pictures of basins, which hold no times; what is to be said of them.
+    /// Writes data and pictures of basins, without measured times. Returns remarks on the pictures.
     ///
     /// # Errors
     ///
@@ -146,7 +147,7 @@ impl Map {
     }
 }
 
-/// Writes data beside figures by the names of their files; what is to be said of the figures.
+/// Writes data, and figures by file name, in parallel. Returns remarks on the figures.
 fn write_both(
     folder: &OutputFolder,
     data: impl FnOnce() -> Result<(), Error> + Send,
@@ -161,7 +162,7 @@ fn write_both(
     Ok(drawn?)
 }
 
-/// The file names, without their endings, of so many results.
+/// File names of `count` results, without extension.
 fn stems(name: &str, count: usize) -> impl Iterator<Item = String> {
     (1..=count).map(move |number| match count {
         1 => name.to_owned(),
@@ -169,33 +170,33 @@ fn stems(name: &str, count: usize) -> impl Iterator<Item = String> {
     })
 }
 
-/// The keys of `basin`, in the place of a table of the scene.
+/// Keys of `basin`, instead of a table of the scene.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct BasinKeys {
-    /// Offsets of active parameters, those not named 0.
+    /// Offsets of active parameters, 0 if not named.
     pub at: Named<f64>,
-    /// The coordinates that span the plane, the horizontal one first; by default the first two.
+    /// Coordinates that span the plane, the horizontal one first. Default: the first two.
     pub axes: Vec<String>,
-    /// First and last offset along an axis; by default the window.
+    /// First and last offset along an axis. Default: the window.
     pub range: Named<[f64; 2]>,
-    /// Cells along both axes, or along each.
+    /// Number of cells along both axes, or along each.
     pub points: Vec<u32>,
-    /// Offsets of the section's other coordinates, those not named 0.
+    /// Offsets of the other section coordinates, 0 if not named.
     pub start: Named<f64>,
-    /// What follows the states.
+    /// Method that iterates the states.
     pub with: Option<Method>,
-    /// Returns of the saddles whose manifolds are computed.
+    /// Longest period, in returns, of the saddles whose manifolds are computed.
     pub manifolds: Option<u8>,
 }
 
 impl BasinKeys {
-    /// Whether none of them is given.
+    /// Whether no key is given.
     pub fn is_empty(&self) -> bool {
         *self == Self::default()
     }
 
-    /// What the keys ask for, in numbers.
+    /// Request with numbers in place of names.
     ///
     /// # Errors
     ///
@@ -219,6 +220,10 @@ impl BasinKeys {
             let place = place_of("range", COORDINATES, name, coordinates)?;
             let axis = request.axes.iter().position(|&axis| axis == place);
             let axis = axis.ok_or_else(|| KeyError::NoAxis { name: name.clone() })?;
+            let [from, to] = *range;
+            if from >= to {
+                return Err(KeyError::Decreasing { name: name.clone(), from, to });
+            }
             request.ranges[axis] = *range;
         }
         match self.points[..] {

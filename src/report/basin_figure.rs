@@ -1,4 +1,4 @@
-//! Basins of attraction as pictures, tables and arrays.
+//! Basins of attraction as figures, tables and arrays.
 
 use super::chart_figure::edges;
 use super::diagram_figure::{
@@ -16,16 +16,16 @@ use crate::iteration::Period;
 use crate::model::Method;
 use crate::numeric::Shown;
 
-/// Words for the classes that are no attractors.
+/// Words for the classes that are not attractors.
 const ESCAPED: &str = "escaped";
 const UNDECIDED: &str = "undecided";
 const NO_IMAGE: &str = "no image";
 
-/// Points of a periodic attractor up to which they are marked, not dotted.
+/// Largest number of points for which a periodic attractor is drawn with markers instead of dots.
 const MARKED: usize = 64;
 
-/// The picture of a basin: a colour for each attractor, whose points are marked, grey where the map
-/// alone leaves its window, pale where there is no image, paper-white where orbits escape.
+/// Figure of a basin. Each attractor has a colour and its points are marked; cells are grey where
+/// the map alone leaves its window, pale where there is no image, and white where orbits escape.
 pub fn basin_figure(basin: &Basin) -> Figure {
     let [horizontal, vertical] = &basin.axes;
     let mut figure = Figure::new(axis(horizontal), axis(vertical));
@@ -59,7 +59,7 @@ pub fn basin_figure(basin: &Basin) -> Figure {
     for number in 0..attractors {
         let states = &basin.attractors[number].attractor.states;
         let points = states.iter().map(|state| places.map(|place| state[place])).collect();
-        // NOTE: in ink, which no attractor of the picture has for its colour.
+        // NOTE: ink is the colour of no attractor.
         let series = match states.len() {
             0..=MARKED => Series::markers("", Marker::Ring, points),
             _ => Series::dots("", points),
@@ -69,7 +69,7 @@ pub fn basin_figure(basin: &Basin) -> Figure {
     if let Some(manifolds) = &basin.manifolds {
         let curves = |kind| manifold_series(manifolds, kind, places);
         figure.series.push(curves(ManifoldKind::Stable).in_ink());
-        // NOTE: in a colour that no attractor has.
+        // NOTE: this colour belongs to no attractor.
         figure.series.push(curves(ManifoldKind::Unstable).with_color(attractors));
         let points = manifolds.saddles.iter().flat_map(|saddle| &saddle.states);
         let points = points.map(|state| places.map(|place| state[place])).collect();
@@ -78,11 +78,11 @@ pub fn basin_figure(basin: &Basin) -> Figure {
     figure
 }
 
-/// All curves of a kind.
+/// Curves of one kind of manifold, as one series.
 fn manifold_series(manifolds: &Manifolds, kind: ManifoldKind, places: [usize; 2]) -> Series {
     let of_kind = manifolds.branches.iter().filter(|branch| branch.kind == kind);
     let pieces = of_kind.flat_map(|branch| &branch.pieces);
-    // A point that is not finite interrupts the line.
+    // NOTE: a point that is not finite interrupts the line.
     let points = pieces.flat_map(|piece| {
         let points = piece.iter().map(|point| places.map(|place| point[place]));
         points.chain([[f64::NAN; 2]])
@@ -91,7 +91,7 @@ fn manifold_series(manifolds: &Manifolds, kind: ManifoldKind, places: [usize; 2]
     Series::line(name, Stroke::Solid, points.collect())
 }
 
-/// What the manifolds of a basin are: one row for each half of a curve.
+/// Table of the manifolds of a basin, one row per half of a curve.
 ///
 /// # Errors
 ///
@@ -115,7 +115,7 @@ pub fn manifold_table(basin: &Basin, manifolds: &Manifolds) -> Result<Table, Rep
     Ok(table.made())
 }
 
-/// The widths of the plane, by coordinate of the section.
+/// Widths of the plane, by section coordinate.
 fn manifold_scales(basin: &Basin) -> [f64; 2] {
     let mut scales = [1.0; 2];
     for axis in &basin.axes {
@@ -125,8 +125,8 @@ fn manifold_scales(basin: &Basin) -> [f64; 2] {
     scales
 }
 
-/// One row per point of the manifolds: the curve that it is on, the distance along it from the
-/// saddle in widths of the plane, and the offsets of the section's coordinates.
+/// One row per point of the manifolds: its curve, its distance along the curve from the saddle in
+/// widths of the plane, and its offsets.
 pub fn manifold_rows<'a>(basin: &'a Basin, manifolds: &'a Manifolds) -> Rows<'a> {
     let words = [Column::text("manifold"), Column::text("itinerary")];
     let numbers = [Column::number("saddle"), Column::number("point")];
@@ -160,17 +160,17 @@ pub fn manifold_rows<'a>(basin: &'a Basin, manifolds: &'a Manifolds) -> Rows<'a>
     Rows::new(columns.collect(), rows)
 }
 
-/// What an attractor is called: its number, its period and itinerary.
+/// Name of an attractor: number, period and itinerary.
 fn name((number, found): (usize, &BasinAttractor)) -> String {
     format!("{}: {}", number + 1, attractor_words(found))
 }
 
-/// An attractor in words.
+/// Period and itinerary of an attractor, as text.
 fn attractor_words(found: &BasinAttractor) -> String {
     let attractor = &found.attractor;
     match (attractor.period, &attractor.itinerary) {
         (Period::Periodic(period), Some(itinerary)) if itinerary.period() != period => {
-            // The returns of the itinerary are not those of the period.
+            // NOTE: returns of the itinerary are counted differently from those of the period.
             let name = attractor.orbit.as_ref().map(ToString::to_string);
             format!("period {period}, orbit {}", name.unwrap_or_default())
         }
@@ -185,7 +185,7 @@ fn attractor_words(found: &BasinAttractor) -> String {
     }
 }
 
-/// The class of a cell as tables have it.
+/// Class of a cell, as in tables.
 fn class_cell(class: BasinClass) -> Cell {
     match class {
         BasinClass::Attractor(number) => Cell::Integer(number as i64 + 1),
@@ -196,7 +196,7 @@ fn class_cell(class: BasinClass) -> Cell {
     }
 }
 
-/// One row per cell: the offsets of its two axes, and the number of its attractor.
+/// One row per cell: offsets on both axes, and the number of its attractor.
 pub fn basin_rows(basin: &Basin) -> Rows<'_> {
     let axes = basin.axes.iter().map(|axis| Column::number(axis.coordinate.clone()));
     let columns = axes.chain([Column::text("attractor")]).collect();
@@ -206,9 +206,9 @@ pub fn basin_rows(basin: &Basin) -> Rows<'_> {
     Rows::new(columns, rows)
 }
 
-/// Attractors: an array of shape (rows, columns), the second axis' values by the first's; the
-/// number of the attractor from 1, 0 where it is undecided, −1 where the map alone leaves its
-/// window, −2 where there is no image, NaN where orbits escape.
+/// Array of attractors, of shape (rows, columns): second axis by first axis. Values are the number
+/// of the attractor from 1, 0 if undecided, −1 where the map alone leaves its window, −2 where
+/// there is no image, NaN where orbits escape.
 ///
 /// # Errors
 ///
@@ -226,7 +226,7 @@ pub fn basin_array(basin: &Basin) -> Result<Vec<u8>, ReportError> {
     npy_bytes(&[rows, columns], &values)
 }
 
-/// The attractors of a basin and the shares of all classes, for people.
+/// Table of the attractors of a basin and the shares of all classes.
 ///
 /// # Errors
 ///
@@ -282,7 +282,7 @@ fn share_cells(share: &BasinShare) -> [Cell; 3] {
     ]
 }
 
-/// What a basin is of and how it was made, in words.
+/// Parameters, plane and method of a basin, as text.
 pub fn basin_words(basin: &Basin) -> String {
     let at: Vec<String> = basin
         .parameters
@@ -311,7 +311,7 @@ pub fn basin_words(basin: &Basin) -> String {
     text
 }
 
-/// What the classes and figures of a basin mean, in words.
+/// Explanations of the classes and numbers of a basin, as text.
 pub fn basin_remarks(basin: &Basin) -> Vec<String> {
     let all = basin.cells.len();
     let mut remarks = vec![format!(
@@ -346,19 +346,19 @@ pub fn basin_remarks(basin: &Basin) -> Vec<String> {
     remarks
 }
 
-/// In how many cells the map alone leaves its window, if in any.
+/// Warning with the number of cells in which the map alone leaves its window, if any.
 pub(super) fn basin_outside_words(basin: &Basin) -> Option<String> {
     (basin.outside.count > 0).then(|| {
         format!(
             "from {} of {} states the map alone leaves its window (in grey: its error was not \
-             measured there, and `--with guarded` simulates what lies outside)",
+             measured there, and the method `guarded` simulates what lies outside)",
             basin.outside.count,
             basin.cells.len()
         )
     })
 }
 
-/// The number of an axis among the coordinates.
+/// Index of an axis among the coordinates.
 fn place(basin: &Basin, axis: &BasinAxis) -> usize {
     basin.coordinates.iter().position(|name| *name == axis.coordinate).unwrap_or(0)
 }

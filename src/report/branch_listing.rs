@@ -1,5 +1,5 @@
-//! Branches of periodic orbits: the fields of `branch --json`, the table of all points, the special
-//! points in words, and the picture.
+//! Branches of periodic orbits: fields of `branch --json`, table of all points, special points as
+//! text, and figures.
 
 use std::iter::once;
 use std::ops::RangeInclusive;
@@ -11,7 +11,7 @@ use super::figure::{Annotation, Axis, Figure, Marker, Series, Stroke};
 use super::orbits_listing::{
     OrbitRecord, OrbitsListing, multipliers, unfinished_remark, using_words,
 };
-use super::table::counted;
+use super::table::{counted, significant};
 use super::{Cell, Column, Named, ReportError, SectionDocument, Table};
 use crate::analysis::branches::{
     BranchDiagram, BranchEnd, BranchLabel, BranchObservable, BranchPoint, Branches, Special,
@@ -21,64 +21,67 @@ use crate::convergence::MeasuredWindow;
 use crate::expansion::{LocalMap, WindowEdge};
 use crate::iteration::Itinerary;
 
-/// Branches, ready to be written as JSON; everything in offsets.
+/// Digits of the ends of stable intervals in words.
+const DIGITS_SAID: usize = 8;
+
+/// Branches in offsets, for the JSON document.
 #[derive(Clone, Debug, Serialize)]
 pub struct BranchListing {
     /// `map` or `direct`.
     pub using: &'static str,
     /// The section.
     pub section: SectionDocument,
-    /// The parameter that varies.
+    /// Parameter that varies.
     pub along: String,
     /// Grazing values of the active parameters.
     pub grazing_parameters: Named<f64>,
-    /// Surface of each passage of a return: what the digits of an itinerary stand for.
+    /// Surface of each passage of a return, for the digits of an itinerary.
     pub passages: Vec<String>,
-    /// The window of the map, which `inside` refers to.
+    /// Window of the map, to which `inside` refers.
     pub window: MeasuredWindow,
-    /// What the contacts of the map leave out at the edge of the window, by passage.
+    /// Share that truncation omits at the edge of the window, one per passage.
     pub window_edges: Vec<WindowEdge>,
-    /// The branches, shorter periods first.
+    /// Branches, shorter periods first.
     pub branches: Vec<BranchRecord>,
     /// Itineraries of which not all branches were followed.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub unfinished: Vec<String>,
 }
 
-/// A branch.
+/// Branch.
 #[derive(Clone, Debug, Serialize)]
 pub struct BranchRecord {
-    /// Its number, from 1.
+    /// Number of the branch, from 1.
     pub branch: usize,
-    /// The itinerary, in digits.
+    /// Itinerary, in digits.
     pub itinerary: String,
-    /// Its returns.
+    /// Period, in returns.
     pub period: usize,
-    /// Why it goes no further, at its first and last point.
+    /// Reasons why the branch ends at its first and last point.
     pub ends: [BranchEnd; 2],
-    /// Stretches of the parameter in which more special points may lie than were found.
+    /// Intervals of the parameter in which special points may have been missed.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub unresolved: Vec<[f64; 2]>,
-    /// Its orbits, in order along it.
+    /// Orbits, in order along the branch.
     pub points: Vec<PointRecord>,
 }
 
-/// An orbit of a branch.
+/// Orbit of a branch.
 #[derive(Clone, Debug, Serialize)]
 pub struct PointRecord {
-    /// The orbit.
+    /// Orbit.
     #[serde(flatten)]
     pub orbit: OrbitRecord,
-    /// What is special about it.
+    /// Special point at this orbit.
     #[serde(flatten)]
     pub special: Option<Special>,
-    /// What was asked to be observed of it.
+    /// Observed quantities, by name.
     #[serde(skip_serializing_if = "Named::is_empty")]
     pub observed: Named<f64>,
 }
 
 impl BranchListing {
-    /// The branches of a map, or of direct simulation, in the parameter `along`.
+    /// Listing of the branches of a map, or of direct simulation, in the parameter `along`.
     pub fn new(
         section: SectionDocument,
         (map, window, edges): (&LocalMap, &MeasuredWindow, &[WindowEdge]),
@@ -124,7 +127,7 @@ impl BranchListing {
         }
     }
 
-    /// With what was observed of the orbits, by branch and point.
+    /// Adds observed quantities of the orbits, by branch and point.
     #[must_use]
     pub fn with_observed(mut self, observed: &[(BranchObservable, Vec<Vec<f64>>)]) -> Self {
         for (number, branch) in self.branches.iter_mut().enumerate() {
@@ -138,14 +141,14 @@ impl BranchListing {
         self
     }
 
-    /// The names of what was observed.
+    /// Names of the observed quantities.
     fn observed(&self) -> Vec<String> {
         let first = self.branches.first().and_then(|branch| branch.points.first());
         let names = first.into_iter().flat_map(|point| &point.observed.0);
         names.map(|(name, _)| name.clone()).collect()
     }
 
-    /// The special points as a person reads them, one row each.
+    /// Table of the special points, for people: one row each.
     ///
     /// # Errors
     ///
@@ -179,7 +182,7 @@ impl BranchListing {
         Ok(table)
     }
 
-    /// All points with all digits, a column for each number.
+    /// Table of all points with all digits, for programs: one column per number.
     ///
     /// # Errors
     ///
@@ -210,7 +213,7 @@ impl BranchListing {
             let numbers = orbit.multipliers.iter().flatten();
             let numbers = numbers.map(|value| Cell::number(*value, 12));
             row.extend(numbers.chain(std::iter::repeat(Cell::Missing)).take(2 * count));
-            // An orbit whose multipliers are not numbers is neither stable nor unstable.
+            // NOTE: an orbit whose multipliers are not numbers is neither stable nor unstable.
             let known = !orbit.multipliers.is_empty();
             row.push(if known { Cell::Integer(orbit.stable.into()) } else { Cell::Missing });
             row.extend([orbit.physical, orbit.inside].map(|flag| Cell::Integer(flag.into())));
@@ -228,7 +231,7 @@ impl BranchListing {
         Ok(table)
     }
 
-    /// The branches as a person reads them: their special points.
+    /// Special points of the branches, as text.
     ///
     /// # Errors
     ///
@@ -236,17 +239,54 @@ impl BranchListing {
     pub fn text(&self, scene: &str) -> Result<String, ReportError> {
         let points = self.branches.iter().map(|branch| branch.points.len()).sum();
         Ok(format!(
-            "branches of `{scene}` in {} by {}: {} with {}; offsets on the {}\n\n{}",
+            "branches of `{scene}` in {} by {}: {} with {}\n{}\noffsets on the {}\n\n{}",
             self.along,
             using_words(self.using),
             self.branches.len(),
             counted(points, "point"),
+            self.stability_words(),
             self.section.words(),
             self.special_table()?.to_text()
         ))
     }
 
-    /// What may not be trusted, or not be all.
+    /// Lines that say where each branch is stable and physical.
+    fn stability_words(&self) -> String {
+        let mut words = String::new();
+        let name = &self.along;
+        for branch in &self.branches {
+            let intervals: Vec<String> = self
+                .stable_intervals(branch)
+                .map(|ends| match ends {
+                    [from, to] if from == to => format!("at {name} = {from}"),
+                    [from, to] => format!("from {name} = {from} to {to}"),
+                })
+                .collect();
+            if !intervals.is_empty() {
+                let (number, itinerary) = (branch.branch, &branch.itinerary);
+                let intervals = intervals.join(", ");
+                words.push_str(&format!("branch {number} ({itinerary}) is stable {intervals}\n"));
+            }
+        }
+        if words.is_empty() {
+            "no branch is stable anywhere in the range\n".to_owned()
+        } else {
+            words
+        }
+    }
+
+    /// Intervals of the parameter on which a branch is stable and physical, as words.
+    fn stable_intervals(&self, branch: &BranchRecord) -> impl Iterator<Item = [String; 2]> {
+        let is_stable = |point: &PointRecord| point.orbit.stable && point.orbit.physical;
+        let runs = branch.points.chunk_by(move |a, b| is_stable(a) == is_stable(b));
+        runs.filter(move |run| is_stable(&run[0])).map(|run| {
+            let values = || run.iter().map(|point| self.along(&point.orbit).1);
+            [values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max)]
+                .map(|end| significant(end, DIGITS_SAID))
+        })
+    }
+
+    /// Warnings about accuracy or completeness.
     pub fn remarks(&self) -> Vec<String> {
         let points = self.branches.iter().flat_map(|branch| &branch.points);
         let physical: Vec<_> = points.filter(|point| point.orbit.physical).collect();
@@ -255,7 +295,7 @@ impl BranchListing {
         if outside > 0 && self.using == "map" {
             remarks.push(format!(
                 "warning: {outside} of {} physical points are outside the window, where the map \
-                 has not been measured; --using direct asks direct simulation",
+                 has not been measured; the method `direct` simulates them",
                 physical.len()
             ));
         }
@@ -276,7 +316,7 @@ impl BranchListing {
         remarks
     }
 
-    /// Where physical orbits go on and branches do not; the first few in words.
+    /// Warning about branches that end although physical orbits continue; it names the first few.
     fn early_ends(&self) -> Option<String> {
         let ends = self.branches.iter().flat_map(|branch| {
             let last = branch.points.len().saturating_sub(1);
@@ -293,7 +333,7 @@ impl BranchListing {
             .then(|| format!("note: not followed to the end of the range: {said}{more}"))
     }
 
-    /// Why a branch ends at one of its points, where it is physical there and no other goes on.
+    /// Warning about an end of a branch where the orbit is physical and no other branch continues.
     fn early_end(&self, branch: &BranchRecord, place: usize, end: BranchEnd) -> Option<String> {
         let why = match end {
             BranchEnd::Reach => "is as far from the graze as it is followed",
@@ -328,7 +368,7 @@ impl BranchListing {
         branches.flat_map(|branch| branch.points.iter().map(move |point| (branch, point)))
     }
 
-    /// The offset of the parameter that varies, and its value.
+    /// Offset and value of the parameter that varies.
     pub(super) fn along(&self, orbit: &OrbitRecord) -> (f64, f64) {
         let named = |values: &Named<f64>| {
             let value = values.0.iter().find(|(name, _)| *name == self.along);
@@ -338,9 +378,9 @@ impl BranchListing {
         (offset, named(&self.grazing_parameters) + offset)
     }
 
-    /// The branches over the parameter, by each coordinate of the section and, with the iterates
-    /// under them, by what a diagram draws: stable ones solid, unstable ones dashed, physical ones
-    /// alone; and by what was observed. Each picture with the ending of its file's name.
+    /// Figures of the branches over the parameter, with the suffix of each file name: one per
+    /// section coordinate, one with the iterates and observable of a diagram, one per observed
+    /// quantity. Physical orbits only; stable ones solid, unstable ones dashed.
     pub fn figures(&self, diagram: Option<&BranchDiagram>) -> Vec<(String, Figure)> {
         let by_coordinate = |(coordinate, name): (usize, &String)| {
             let value =
@@ -367,9 +407,8 @@ impl BranchListing {
         figures
     }
 
-    /// Name of an orbit in a figure: its itinerary, and where there are several surfaces,
-    /// further contacts or returns of other than the nominal periods the hits of each surface and
-    /// the periods.
+    /// Name of an orbit in a figure: its itinerary. If there are several surfaces, extra contacts
+    /// or additional phase turns, the name has the hits at each surface and the periods.
     fn name<'a>(&self, branch: &'a BranchRecord, point: &'a PointRecord) -> &'a str {
         let several = self.passages.iter().any(|surface| *surface != self.passages[0]);
         let extra = point.orbit.extra_contacts.is_some_and(|extra| extra > 0);
@@ -379,7 +418,8 @@ impl BranchListing {
         }
     }
 
-    /// A branch from graze to graze: its places, each with what its orbits are called there.
+    /// Intervals of a branch from graze to graze, as ranges of points, with the names of their
+    /// orbits.
     fn named_stretches(&self, number: usize) -> Vec<(&str, RangeInclusive<usize>)> {
         let branch = &self.branches[number];
         let mut stretches: Vec<(&str, RangeInclusive<usize>)> = Vec::new();
@@ -442,7 +482,7 @@ impl BranchListing {
         }
     }
 
-    /// Marks the special points of a branch.
+    /// Marks the special points of a branch in a figure.
     fn mark(&self, figure: &mut Figure, branch: usize, value: Values<'_>) {
         for (place, point) in self.branches[branch].points.iter().enumerate() {
             let Some(special) = &point.special else { continue };
@@ -461,8 +501,8 @@ impl BranchListing {
     }
 }
 
-/// The iterates no farther from the branches than these are high: an attractor far away would leave
-/// no room to see them.
+/// Iterates no farther from the branches than the branches are high: a distant attractor would
+/// leave them no room.
 fn beside(mut iterates: Vec<[f64; 2]>, branches: &[Series]) -> Vec<[f64; 2]> {
     let values = branches.iter().flat_map(|series| &series.points).map(|point| point[1]);
     let values = values.filter(|value| value.is_finite());
@@ -474,18 +514,18 @@ fn beside(mut iterates: Vec<[f64; 2]>, branches: &[Series]) -> Vec<[f64; 2]> {
     iterates
 }
 
-/// Starts of branches of direct simulation, in words.
+/// Note on the starts of branches of direct simulation.
 const STARTS_TRIED: &str = "note: branches were begun at the graze, at orbits of the map whose \
     later passages make contact, at what 64 flights settled on, at every --start and where a \
     branch led; an unstable branch that none of these meets is not found";
 
-/// Early ends of branches that are put in words at most.
+/// Largest number of early ends that are named.
 const ENDS_SAID: usize = 3;
 
-/// Labels nearer than this share of the picture's extent are one.
+/// Labels nearer than this share of the figure's extent are joined.
 const ONE_LABEL: f64 = 0.03;
 
-/// Puts the words of labels that would overlap at the first of them, each word once.
+/// Joins labels that would overlap: their words move to the first of them, each word once.
 fn join_labels(labels: &mut [Annotation], points: impl Iterator<Item = [f64; 2]> + Clone) {
     let width = |axis: usize| {
         let values = points.clone().map(|point| point[axis]).filter(|value| value.is_finite());
@@ -508,20 +548,20 @@ fn join_labels(labels: &mut [Annotation], points: impl Iterator<Item = [f64; 2]>
     }
 }
 
-/// Branch, point and return.
+/// Indices of branch, point and return.
 type Place = (usize, usize, usize);
 
-/// What is drawn of an orbit.
+/// Function of the value drawn for an orbit.
 type Values<'a> = &'a dyn Fn(Place, &PointRecord) -> f64;
 
-/// The line of a branch where it is physical and of a stability.
+/// Line of a branch through its physical points of one stability.
 fn line(points: &[PointRecord], stable: bool, at: impl Fn(usize) -> [f64; 2]) -> Vec<[f64; 2]> {
     let stretches = stretches(points, stable).into_iter();
     stretches.flat_map(|places| once([f64::NAN; 2]).chain(places.map(&at))).collect()
 }
 
-/// Where a branch is physical and of a stability; points that end such a stretch belong to both
-/// sides.
+/// Ranges of points in which a branch is physical and of one stability. A point that ends such a
+/// range belongs to both sides.
 pub(super) fn stretches(points: &[PointRecord], stable: bool) -> Vec<RangeInclusive<usize>> {
     let belongs = |point: &PointRecord| {
         let known = !point.orbit.multipliers.is_empty() && point.special.is_none();

@@ -1,4 +1,4 @@
-//! Two-parameter charts as pictures, tables and arrays.
+//! Two-parameter charts as figures, tables and arrays.
 
 use std::cmp::Reverse;
 use std::collections::HashMap;
@@ -15,48 +15,48 @@ use crate::analysis::periodic::ContactItinerary;
 use crate::iteration::{OrbitEnd, Period};
 use crate::model::ChartObservable;
 
-/// Periods beyond this one share a colour.
+/// Longest period with a colour of its own.
 const LAST_OWN_PERIOD: usize = 8;
 
-/// Itineraries that keep colours of their own: those of the most cells.
+/// Number of itineraries with colours of their own: those of the most cells.
 const OWN_ITINERARIES: usize = 8;
 
-/// Exponents between which a colour is that of one level.
+/// Bounds between the colour levels of exponents.
 const LEVELS: [f64; 7] = [-1.0, -0.3, -0.1, -0.01, 0.01, 0.1, 0.3];
 
-/// What a cell shows, in the order of the legend.
+/// Category of a cell, in the order of the legend.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Category {
     /// One return, without contact.
     WithoutContact,
-    /// A period in nominal returns, with contacts.
+    /// Period in nominal returns, with contacts.
     Period(usize),
-    /// One of the periods above [`LAST_OWN_PERIOD`].
+    /// Period above [`LAST_OWN_PERIOD`].
     Longer,
-    /// One of the itineraries of the most cells, by its place among them.
+    /// Itinerary with a colour of its own, by rank among those of the most cells.
     Itinerary(usize),
-    /// Another itinerary.
+    /// Any other itinerary.
     OtherItinerary,
-    /// An exponent between two of [`LEVELS`].
+    /// Exponent between two of [`LEVELS`].
     Level(usize),
-    /// Neither escaped, nor with an exponent.
+    /// Neither escaped nor with an exponent.
     NoExponent,
-    /// So many attractors.
+    /// Number of attractors.
     Attractors(usize),
-    /// Not settled yet, coming nearer to a period.
+    /// Not settled yet, but converging to a period.
     Converging,
-    /// No period up to the longest looked for.
+    /// No period up to the longest one looked for.
     NoPeriod,
-    /// The map alone, beyond its window.
+    /// The map alone was used outside its window.
     Outside,
     /// The orbit escaped or has no image.
     Escaped,
 }
 
-/// A chart with what its categories are named after.
+/// Chart with the itineraries that name its categories.
 struct Shown<'a> {
     chart: &'a Chart,
-    /// Those with colours of their own, the shortest first.
+    /// Itineraries with colours of their own, the shortest first.
     itineraries: Vec<&'a ContactItinerary>,
 }
 
@@ -75,7 +75,7 @@ impl<'a> Shown<'a> {
         Self { chart, itineraries: itineraries.into_iter().map(|(one, _)| one).collect() }
     }
 
-    /// What a cell shows: of several attractors that of one, in turn from cell to cell.
+    /// Category of a cell. With several attractors, cells show them in turn.
     fn category(&self, number: usize, cell: &ChartCell) -> Category {
         if self.chart.observe == ChartObservable::Attractors {
             return match attractor_count(self.chart, cell) {
@@ -140,7 +140,7 @@ impl<'a> Shown<'a> {
 }
 
 impl Category {
-    /// The same in every chart.
+    /// Colour of the category, the same in every chart.
     fn color(self) -> CellColor {
         let half = LEVELS.len() / 2 + 1;
         match self {
@@ -160,7 +160,7 @@ impl Category {
     }
 }
 
-/// Attractors of a cell: none where every orbit left.
+/// Number of attractors of a cell; 0 if every orbit left.
 fn attractor_count(chart: &Chart, cell: &ChartCell) -> usize {
     let stays = |attractor: &&ChartAttractor| {
         !matches!(chart.class(attractor), ChartClass::Outside | ChartClass::Escaped)
@@ -168,10 +168,9 @@ fn attractor_count(chart: &Chart, cell: &ChartCell) -> usize {
     cell.attractors().filter(stays).count()
 }
 
-/// The chart of what it observes, in colours that are the same in every chart: pale without
-/// contact, dark without a period, slate where the orbit still converges, grey where the map alone
-/// was used beyond its window, paper-white where the orbit escaped. Cells with several attractors
-/// have their colours in turn.
+/// Figure of a chart. Colours are the same in every chart: pale without contact, dark without a
+/// period, slate where the orbit still converges, grey where the map alone was used outside its
+/// window, white where the orbit escaped. Cells with several attractors show their colours in turn.
 pub fn chart_figure(chart: &Chart) -> Figure {
     let [horizontal, vertical] = &chart.axes;
     let mut figure = Figure::new(axis(horizontal), axis(vertical));
@@ -188,8 +187,8 @@ pub fn chart_figure(chart: &Chart) -> Figure {
     figure
 }
 
-/// One row per cell: its offsets, what the orbit settled on, its name, other attractors. Of cells
-/// that were not computed, what differs from cell to cell is left out.
+/// One row per cell: offsets, attractor, its name, other attractors. Columns that vary from cell to
+/// cell are empty in cells that were not computed.
 pub fn chart_rows(charts: &[Chart]) -> Rows<'_> {
     let surfaces = charts.first().map_or(&[][..], |chart| &chart.surfaces);
     let mut columns = vec![Column::number("chart")];
@@ -240,7 +239,7 @@ fn name_cell(attractor: &ChartAttractor) -> Cell {
     attractor.orbit.as_ref().map_or(Cell::Missing, |name| Cell::text(name.to_string()))
 }
 
-/// The names of other attractors.
+/// Names of other attractors.
 fn others_cell(cell: &ChartCell) -> Cell {
     let name = |one: &ChartAttractor| match &one.orbit {
         Some(name) => name.to_string(),
@@ -251,10 +250,10 @@ fn others_cell(cell: &ChartCell) -> Cell {
     if names.is_empty() { Cell::Missing } else { Cell::text(names.join("; ")) }
 }
 
-/// Periods, or exponents where these are observed: an array of shape (rows, columns), the second
-/// parameter's values by the first's, or (attractors, rows, columns) of several attractors. Periods
-/// are 0 without a period, −1 where the map alone was used beyond its window, −2 without another
-/// attractor, −3 where the orbit still converges; NaN where the orbit ended early, and without an
+/// Array of periods, or of exponents if these are observed. Its shape is (rows, columns), second
+/// parameter by first, or (attractors, rows, columns) with several attractors. Periods are 0
+/// without a period, −1 where the map alone was used outside its window, −2 without another
+/// attractor, −3 where the orbit still converges; NaN where the orbit ended early or has no
 /// exponent.
 ///
 /// # Errors
@@ -282,7 +281,7 @@ pub fn chart_array(chart: &Chart) -> Result<Vec<u8>, ReportError> {
     }
 }
 
-/// What charts cost and how their cells are shared out, for people.
+/// Table of the times of charts and of the shares of their cells.
 ///
 /// # Errors
 ///
@@ -325,7 +324,7 @@ fn cells(chart: &Chart) -> CellChart {
     }
 }
 
-/// Edges of the cells of an axis, whose centres are these.
+/// Outer edges of the cells of an axis with these centres.
 pub(super) fn edges(offsets: &[f64]) -> (f64, f64) {
     match *offsets {
         [first, second, ..] => {

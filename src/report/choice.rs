@@ -1,5 +1,5 @@
-//! What was chosen, and why: the section of a map as data, with what decided it where any section
-//! would do; in words, which map was chosen, how far it holds and where it is the more accurate.
+//! Choice of a section as data, with its reason; choice of a map as text, with its validity and
+//! accuracy.
 
 use serde::{Deserialize, Serialize};
 
@@ -14,7 +14,7 @@ use crate::model::{Scene, SectionRule, Shape};
 use crate::numeric::FloatFormat;
 use crate::orbit::{GrazingOrbit, PoincareSectionKind};
 
-/// A section, its coordinates, and where the orbit meets it.
+/// Section, its coordinates, and the point of the orbit on it.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct SectionDocument {
     /// `tangency` or `stroboscopic`.
@@ -23,50 +23,50 @@ pub struct SectionDocument {
     pub phase: Option<f64>,
     /// Names of the coordinates.
     pub coordinates: Vec<String>,
-    /// Where the orbit meets the section, one value per coordinate.
+    /// Section point of the orbit, one value per coordinate.
     pub point: Vec<f64>,
-    /// Whether it is the scene's own or, until one is taken, any.
+    /// Rule of the section: named by the scene, or any section (not chosen yet).
     #[serde(default, skip_serializing_if = "is_named")]
     pub rule: SectionRule,
-    /// What decided it, where the scene takes any section.
+    /// Reason for the section, if the scene allows any.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub decided: Option<SectionDecision>,
 }
 
-/// What decided a section where any would do.
+/// Reason for a section where the scene allows any.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SectionDecision {
-    /// The tolerance that maps were chosen for.
+    /// Tolerance that maps were chosen for.
     pub tolerance: f64,
-    /// Half-widths of its coordinates on the section taken: what the free flow makes of the
-    /// scene's window.
+    /// Half-widths of the coordinates on the chosen section, transported there by the free flow
+    /// from the scene's window.
     pub window: Named<Option<f64>>,
-    /// The section taken.
+    /// Chosen section.
     pub taken: SectionCost,
-    /// The others.
+    /// Other sections.
     pub others: Vec<SectionCost>,
 }
 
-/// What the cheapest map of a section costs.
+/// Cost of the cheapest map on a section.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SectionCost {
-    /// How long before the first passage a stroboscopic section is, over the period; `None` for
-    /// the tangency section.
+    /// Time of a stroboscopic section before the first passage, as a share of the period; `None`
+    /// for the tangency section.
     pub ahead: Option<f64>,
     /// Phase of a stroboscopic section.
     pub phase: Option<f64>,
     /// Degree of `P_smooth` and weighted degree of `D`.
     pub orders: Option<[u32; 2]>,
-    /// Operations of a step, where the map meets the tolerance.
+    /// Operations of a step, if the map meets the tolerance.
     pub operations: Option<usize>,
-    /// Its largest error.
+    /// Largest error of the map.
     pub error: Option<f64>,
-    /// Why there is no map.
+    /// Reason why there is no map.
     pub problem: Option<String>,
 }
 
 impl SectionDocument {
-    /// The section of an orbit, with what decided it.
+    /// Section of an orbit, with the reason for its choice.
     pub fn new(scene: &Scene, orbit: &GrazingOrbit, verdict: Option<&SectionVerdict>) -> Self {
         let (kind, phase) = match orbit.section.kind {
             PoincareSectionKind::Tangency => (SectionKind::Tangency, None),
@@ -89,13 +89,13 @@ impl SectionDocument {
         }
     }
 
-    /// What decided the section, as a line of words; nothing where the scene names it.
+    /// Reason for the section, as a line of text; empty if the scene names the section.
     pub fn decision_line(&self) -> String {
         let decided = self.decided.as_ref();
         decided.map_or_else(String::new, |decided| decided.words() + "\n")
     }
 
-    /// Section and phase in words.
+    /// Section and phase, as text.
     pub fn words(&self) -> String {
         let coordinates = self.coordinates.join(", ");
         let open = match self.rule {
@@ -120,7 +120,7 @@ fn is_named(rule: &SectionRule) -> bool {
 }
 
 impl SectionDecision {
-    /// Of a scene that takes any section.
+    /// Decision for a scene that allows any section.
     fn of(scene: &Scene, orbit: &GrazingOrbit, verdict: &SectionVerdict) -> Option<Self> {
         let tolerance = verdict.taken.choice.as_ref()?.tolerance;
         let section = &orbit.section;
@@ -136,7 +136,7 @@ impl SectionDecision {
         })
     }
 
-    /// Which section was taken, and why, in words.
+    /// Chosen section and reason, as text.
     pub fn words(&self) -> String {
         let (taken, tolerance) = (self.taken.words(), self.tolerance);
         let others: Vec<String> = self.others.iter().map(SectionCost::words).collect();
@@ -159,7 +159,7 @@ impl SectionDecision {
 }
 
 impl SectionCost {
-    /// Of a choice.
+    /// Cost of a section's chosen map.
     pub(super) fn of(section: &SectionChoice) -> Self {
         let choice = section.choice.as_ref();
         Self {
@@ -172,7 +172,7 @@ impl SectionCost {
         }
     }
 
-    /// A section by name, and its cheapest map.
+    /// Name of a section and its cheapest map, as text.
     pub(super) fn words(&self) -> String {
         let name = match self.ahead {
             None => "tangency".to_owned(),
@@ -191,7 +191,7 @@ impl SectionCost {
     }
 }
 
-/// The name of a shape.
+/// Name of a shape.
 pub(super) fn shape_word(shape: Shape) -> &'static str {
     match shape {
         Shape::Auto => "auto",
@@ -201,7 +201,7 @@ pub(super) fn shape_word(shape: Shape) -> &'static str {
     }
 }
 
-/// Which map was chosen, in words.
+/// Chosen map, as text.
 pub fn chosen_words(study: &ConvergenceStudy) -> String {
     let chosen = &study.chosen;
     let orders = format!("{}, {}", chosen.orders, shape_word(chosen.shape));
@@ -252,8 +252,7 @@ pub fn chosen_words(study: &ConvergenceStudy) -> String {
     }
 }
 
-/// What maps of other sections cost for the same tolerance, in words; nothing where none were
-/// chosen.
+/// Costs of maps on other sections for the same tolerance, as text; empty if none were chosen.
 pub fn sections_words(study: &ConvergenceStudy) -> String {
     if study.sections.is_empty() {
         return String::new();
@@ -275,7 +274,7 @@ pub fn sections_words(study: &ConvergenceStudy) -> String {
     )
 }
 
-/// Orders that no choice goes below, and why, in words; nothing where there are none.
+/// Least orders of a choice and the reason for them, as text; empty if there are none.
 pub fn least_orders_words(chosen: &Choice) -> String {
     let because = |least: LeastOrders| {
         format!(
@@ -289,7 +288,7 @@ pub fn least_orders_words(chosen: &Choice) -> String {
     chosen.least_orders.map_or(String::new(), because)
 }
 
-/// Whether single precision would do, in words; nothing where it was not measured.
+/// Whether single precision suffices, as text; empty if that was not measured.
 fn single_precision_words(chosen: &Choice) -> String {
     let Some(error) = chosen.single_precision_error else {
         return String::new();
@@ -298,7 +297,7 @@ fn single_precision_words(chosen: &Choice) -> String {
     format!(" In single precision its largest error is {error:.2e}: f32 {would} do.")
 }
 
-/// What keeps maps from meeting a tolerance, in words.
+/// Cause that keeps maps from meeting a tolerance, as text.
 pub fn limit_words(limit: Limit, precision: FloatFormat) -> &'static str {
     match (limit, precision) {
         (Limit::Orders, _) => "the highest orders expanded leave out more",
@@ -308,7 +307,7 @@ pub fn limit_words(limit: Limit, precision: FloatFormat) -> &'static str {
     }
 }
 
-/// How far the chosen map holds, in words.
+/// Range of validity of the chosen map, as text.
 pub fn validity_words(validity: &Validity) -> String {
     let tolerance = validity.tolerance;
     match (validity.scale, validity.depth) {
@@ -321,7 +320,8 @@ pub fn validity_words(validity: &Validity) -> String {
     }
 }
 
-/// Where the chosen map is more accurate than direct simulation in double precision, in words.
+/// Depths at which the chosen map is more accurate than direct simulation in double precision, as
+/// text.
 pub fn accuracy_words(accuracy: &DepthAccuracy) -> String {
     match accuracy.crossing {
         Some(depth) => format!(

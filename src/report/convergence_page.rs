@@ -1,4 +1,4 @@
-//! A study of convergence as tables, pictures and sections of a page.
+//! Convergence study as tables, figures and page sections.
 
 use super::choice::{accuracy_words, chosen_words, sections_words, shape_word, validity_words};
 use super::figure::{Annotation, Axis, Figure, Guide, Marker, Palette, Series};
@@ -9,10 +9,10 @@ use crate::convergence::{
 };
 use crate::model::Shape;
 
-/// Place of an expected slope below the errors it is compared with.
+/// Factor by which an expected slope is drawn below the measured errors.
 const BELOW: f64 = 0.25;
 
-/// The study without its times: the same from run to run.
+/// Study without measured times, which is reproducible.
 pub fn without_times(study: &ConvergenceStudy) -> ConvergenceStudy {
     let mut study = study.clone();
     (study.multiply_add_ns, study.direct.period_ns) = (f64::NAN, f64::NAN);
@@ -31,7 +31,7 @@ pub fn without_times(study: &ConvergenceStudy) -> ConvergenceStudy {
     study
 }
 
-/// Every pair of orders and shape: error, rate, cost.
+/// Table of every pair of orders and shape: error, rate, cost.
 ///
 /// # Errors
 ///
@@ -41,7 +41,7 @@ pub fn convergence_table(study: &ConvergenceStudy) -> Result<Table, ReportError>
     order_table(&all)
 }
 
-/// A study as a person reads it.
+/// Study as text.
 ///
 /// # Errors
 ///
@@ -64,7 +64,7 @@ pub fn convergence_text(study: &ConvergenceStudy) -> Result<String, ReportError>
     ))
 }
 
-/// The pictures of a study, each with the ending of its file's name and a caption.
+/// Figures of a study, each with the suffix of its file name and a caption.
 pub fn convergence_figures(study: &ConvergenceStudy) -> Vec<(&'static str, Figure, String)> {
     let mut figures = Vec::new();
     if is_measured(&study.discontinuity_rates) {
@@ -112,12 +112,12 @@ pub fn convergence_figures(study: &ConvergenceStudy) -> Vec<(&'static str, Figur
     figures
 }
 
-/// Whether a factor has errors to show.
+/// Whether a factor has measured errors.
 fn is_measured(rates: &[FactorRate]) -> bool {
     rates.iter().any(|factor| !factor.errors.is_empty())
 }
 
-/// The section of a page about a study.
+/// Page section about a study.
 ///
 /// # Errors
 ///
@@ -167,7 +167,7 @@ pub fn convergence_section(study: &ConvergenceStudy) -> Result<Section, ReportEr
     )))
 }
 
-/// Maps stage by stage whose orders grow together.
+/// Maps evaluated stage by stage on the diagonal of orders, `W = N + 1`.
 fn diagonal(study: &ConvergenceStudy) -> Vec<&OrderResult> {
     let with = |order: &&OrderResult| {
         order.shape != Shape::Composed
@@ -176,7 +176,7 @@ fn diagonal(study: &ConvergenceStudy) -> Vec<&OrderResult> {
     study.orders.iter().filter(with).collect()
 }
 
-/// A row for each pair of orders, which its first columns hold.
+/// Table with a row for each pair of orders; its first columns hold the orders.
 fn ordered<'a>(orders: &[&'a OrderResult]) -> ByColumn<&'a OrderResult> {
     Table::of(orders.iter().copied())
         .count("N", |order| order.orders.smooth_order)
@@ -200,7 +200,7 @@ fn order_table(orders: &[&OrderResult]) -> Result<Table, ReportError> {
     Ok(table.made())
 }
 
-/// As many columns as a page has room for; the CSV holds all.
+/// Table with as many columns as a page has room for; the CSV holds all.
 fn page_table(orders: &[&OrderResult]) -> Result<Table, ReportError> {
     let table = ordered(orders)
         .number("largest error", 3, |order| finite(order.error.max))
@@ -229,13 +229,13 @@ fn rate_table(study: &ConvergenceStudy) -> Result<Table, ReportError> {
     Ok(table.made())
 }
 
-/// A finite number, or nothing.
+/// Finite value, or `None`.
 fn finite(value: impl Into<Option<f64>>) -> Option<f64> {
     value.into().filter(|value| value.is_finite())
 }
 
-/// Error against size, one curve per order, with the expected slope through the middle of the range
-/// measured on.
+/// Figure of error against size, one curve per order, each with its expected slope over the
+/// measured range.
 fn rate_figure(rates: &[FactorRate], size: &str, letter: &str) -> Figure {
     let mut figure = Figure::new(Axis::log10(size), Axis::log10("error of one image"));
     figure.palette = Palette::Sequential;
@@ -256,7 +256,7 @@ fn expected_slope(factor: &FactorRate) -> Option<Guide> {
     let within =
         |point: &&[f64; 2]| point[0] >= low * 0.999 && point[0] <= high * 1.001 && point[1] > 0.0;
     let last = factor.errors.iter().filter(within).min_by(|a, b| a[0].total_cmp(&b[0]))?;
-    // Drawn a little below the measured points, which would hide it.
+    // NOTE: a guide on the measured points would hide them, so it is drawn slightly below.
     Some(Guide::Slope {
         through: [last[0], BELOW * last[1]],
         exponent: factor.rate.expected,
@@ -265,7 +265,7 @@ fn expected_slope(factor: &FactorRate) -> Option<Guide> {
     })
 }
 
-/// Error against time, the cheapest map of each accuracy labelled.
+/// Figure of error against time. The cheapest map of each accuracy is labelled.
 fn speed_figure(study: &ConvergenceStudy) -> Figure {
     let mut figure = Figure::new(
         Axis::log10("time of one step (ns)"),
@@ -307,7 +307,7 @@ fn place(order: &OrderResult) -> Option<[f64; 2]> {
     order.error.max.map(|error| [order.step_ns, error])
 }
 
-/// Maps that no other one beats in both time and error, a decade of error apart.
+/// Maps that no other map beats in both time and error, at least a decade of error apart.
 fn frontier(study: &ConvergenceStudy) -> Vec<&OrderResult> {
     let mut orders: Vec<&OrderResult> =
         study.orders.iter().filter(|order| order.error.max.is_some()).collect();
@@ -324,7 +324,7 @@ fn frontier(study: &ConvergenceStudy) -> Vec<&OrderResult> {
     orders
 }
 
-/// The front: fastest first, direct simulation last.
+/// Table of the Pareto front, fastest map first, direct simulation last.
 fn pareto_table(study: &ConvergenceStudy) -> Result<Table, ReportError> {
     let method = |point: &ParetoPoint| match &point.map {
         Some(map) => shape_word(map.shape).to_owned(),
@@ -342,7 +342,7 @@ fn pareto_table(study: &ConvergenceStudy) -> Result<Table, ReportError> {
     Ok(table.made())
 }
 
-/// The window's factor, then every width alone.
+/// Table of the window's scale factor, then of every half-width.
 fn validity_table(validity: &Validity) -> Result<Table, ReportError> {
     let whole = [("factor of the scene's window", validity.scale), ("depth y²", validity.depth)];
     let widths = validity.state.iter().chain(&validity.parameter);
@@ -355,7 +355,7 @@ fn validity_table(validity: &Validity) -> Result<Table, ReportError> {
     Ok(table.made())
 }
 
-/// Errors of the map and of direct simulation against the depth; `None` without windows.
+/// Figure of the errors of map and direct simulation against depth; `None` without windows.
 fn accuracy_figure(accuracy: &DepthAccuracy) -> Option<Figure> {
     let windows = || accuracy.windows.iter();
     windows().next()?;

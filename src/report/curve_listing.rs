@@ -1,5 +1,5 @@
-//! A grazing curve as data and as pictures, and the smallest change of parameters that grazes: the
-//! fields of `curve --json` and `curve --nearest --json`.
+//! Grazing curve as data and figures, and the smallest change of parameters that grazes: fields of
+//! `curve --json` and `curve --nearest --json`.
 
 use serde::Serialize;
 
@@ -11,15 +11,15 @@ use crate::model::Scene;
 use crate::numeric::Shown;
 use crate::orbit::{CurveEnd, CurvePoint, GrazingCurve, Margin, SpecialKind, SpecialPoint};
 
-/// Most unresolved stretches of one function that are told one by one.
+/// Largest number of unresolved intervals of one function that are listed one by one.
 const SEVERAL: usize = 3;
 
-/// A grazing curve in two parameters, ready to be written as JSON.
+/// Grazing curve in two parameters, for the JSON document.
 #[derive(Clone, Debug, Serialize)]
 pub struct CurveListing {
-    /// The adjusted parameters, then the one continued in.
+    /// Adjusted parameters, then the parameter along which the curve was followed.
     pub free: Vec<String>,
-    /// Points in order.
+    /// Points, in order.
     pub points: Vec<CurvePointListing>,
     /// Points where a `xi_n` vanishes.
     pub codim2: Vec<Codimension2>,
@@ -27,13 +27,13 @@ pub struct CurveListing {
     pub folds: Vec<FoldListing>,
     /// Points where multipliers change between real and complex.
     pub multiplier_switches: Vec<SwitchListing>,
-    /// Stretches on which more special points may lie.
+    /// Intervals on which special points may have been missed.
     pub unresolved: Vec<UnresolvedListing>,
-    /// How the curve ended, in words.
+    /// End of the curve, as text.
     pub end: String,
 }
 
-/// One grazing orbit of a curve.
+/// Grazing orbit of a curve.
 #[derive(Clone, Debug, Serialize)]
 pub struct CurvePointListing {
     /// All parameters.
@@ -50,11 +50,11 @@ pub struct CurvePointListing {
     pub conditions: Vec<ConditionsListing>,
     /// Whether the orbit stays on the free side of every surface.
     pub physical: bool,
-    /// The deepest passage through a surface, where it does not.
+    /// Deepest penetration of a surface, if the orbit is not physical.
     pub penetration: Option<PenetrationListing>,
 }
 
-/// A passage of an orbit of the free flow through a surface.
+/// Penetration of a surface by an orbit of the free flow.
 #[derive(Clone, Debug, Serialize)]
 pub struct PenetrationListing {
     /// Name of the surface.
@@ -63,14 +63,14 @@ pub struct PenetrationListing {
     pub depth: f64,
 }
 
-/// A point where `xi_n = 0` between two passages.
+/// Zero of `xi_n` between two passages.
 #[derive(Clone, Debug, Serialize)]
 pub struct Codimension2 {
     /// `n`.
     pub n: usize,
-    /// The passage that stretches, from 0.
+    /// Index of the passage that stretches, from 0.
     pub from: usize,
-    /// The passage whose gap neither opens nor closes, from 0.
+    /// Index of the passage whose gap neither opens nor closes, from 0.
     pub to: usize,
     /// Names of their surfaces.
     pub surfaces: [String; 2],
@@ -78,37 +78,37 @@ pub struct Codimension2 {
     pub parameters: Named<f64>,
 }
 
-/// A point where the curve turns back in a parameter.
+/// Point at which the curve turns back in a parameter.
 #[derive(Clone, Debug, Serialize)]
 pub struct FoldListing {
-    /// The parameter that turns.
+    /// Parameter that turns.
     pub parameter: String,
     /// All parameters.
     pub parameters: Named<f64>,
 }
 
-/// A point where multipliers change between real and complex.
+/// Point at which multipliers change between real and complex.
 #[derive(Clone, Debug, Serialize)]
 pub struct SwitchListing {
     /// All parameters.
     pub parameters: Named<f64>,
-    /// Multipliers there.
+    /// Multipliers.
     pub multipliers: Vec<[f64; 2]>,
 }
 
-/// A stretch on which not all special points of a kind are known.
+/// Interval on which special points of one kind may have been missed.
 #[derive(Clone, Debug, Serialize)]
 pub struct UnresolvedListing {
-    /// What vanishes at the special points, in words.
+    /// Function that vanishes at the special points, as text.
     pub of: String,
-    /// All parameters where the stretch begins.
+    /// All parameters at the start of the interval.
     pub from: Named<f64>,
-    /// All parameters where it ends.
+    /// All parameters at its end.
     pub to: Named<f64>,
 }
 
 impl CurveListing {
-    /// The curve of a scene.
+    /// Listing of a scene's curve.
     pub fn new(scene: &Scene, curve: &GrazingCurve) -> Self {
         let name = |parameter: usize| scene.model.parameters[parameter].name.clone();
         let special = |point: &SpecialPoint| {
@@ -154,7 +154,7 @@ impl CurveListing {
         }
     }
 
-    /// How the curve went, as a person reads it, in the parameters that vary.
+    /// Summary of the curve in the parameters that vary, as text.
     pub fn text(&self) -> String {
         let mut text = format!("{}; {}\n", counted(self.points.len(), "point"), self.end);
         let at = |parameters: &Named<f64>| varying(parameters, &self.free);
@@ -199,8 +199,8 @@ impl CurveListing {
         text
     }
 
-    /// The unresolved stretches, where they are many those of one function together: how many,
-    /// the first and the last.
+    /// Unresolved intervals as (count, first, last). Intervals of one function are joined if there
+    /// are more than [`SEVERAL`].
     fn unresolved_together(&self) -> Vec<(usize, &UnresolvedListing, &UnresolvedListing)> {
         let mut together: Vec<(usize, &UnresolvedListing, &UnresolvedListing)> = Vec::new();
         for stretch in &self.unresolved {
@@ -214,13 +214,13 @@ impl CurveListing {
         together
     }
 
-    /// Where orbits pass through a surface, if all of them do.
+    /// Penetrations along the curve, if no orbit is physical, as text.
     pub fn never_physical(&self) -> Option<String> {
         let never = !self.points.is_empty() && self.points.iter().all(|point| !point.physical);
         never.then(|| self.penetrating().join("; "))
     }
 
-    /// The stretches of the curve on which orbits pass through one surface, in words.
+    /// Intervals of the curve on which orbits penetrate one surface, as text.
     fn penetrating(&self) -> Vec<String> {
         let surface = |point: &CurvePointListing| {
             point.penetration.as_ref().map(|penetration| penetration.surface.clone())
@@ -241,7 +241,7 @@ impl CurveListing {
         words.collect()
     }
 
-    /// The points as a table: parameters, state, multipliers, `xi_n`.
+    /// Table of the points: parameters, state, multipliers, `xi_n`.
     ///
     /// # Errors
     ///
@@ -309,13 +309,13 @@ impl CurvePointListing {
         }
     }
 
-    /// The conditions but those from the first passage to itself.
+    /// Conditions except those from the first passage to itself.
     fn other_conditions(&self) -> impl Iterator<Item = &ConditionsListing> {
         self.conditions.iter().skip(1)
     }
 }
 
-/// The function whose zeros are special points of a kind, in words.
+/// Function whose zeros are special points of a kind, as text.
 fn function(scene: &Scene, kind: SpecialKind) -> String {
     match kind {
         SpecialKind::Codimension2 { n, .. } if scene.grazing.passages.len() == 1 => {
@@ -344,10 +344,10 @@ fn varying(parameters: &Named<f64>, names: &[String]) -> String {
     pairs.join(", ")
 }
 
-/// The pictures of a curve, each with the ending of its file's name: the curve in the plane of its
-/// last two parameters, solid where the orbit is stable without the stop and dashed where it is
-/// not, with rings where a `xi_n` vanishes; every `xi_n` along it; the zeros of `xi_n` over `n`
-/// where there are several `n`.
+/// Figures of a curve, each with the suffix of its file name: the curve in the plane of its last
+/// two parameters, solid where the orbit without the stop is stable and dashed where it is not,
+/// with rings at zeros of `xi_n`; every `xi_n` along it; the zeros of `xi_n` over `n`, if there are
+/// several `n`.
 pub fn curve_figures(curve: &CurveListing) -> Vec<(&'static str, Figure)> {
     let [.., vertical, horizontal] = curve.free.as_slice() else { return Vec::new() };
     let mut figures = vec![
@@ -435,58 +435,58 @@ fn is_stable(point: &CurvePointListing) -> bool {
     point.multipliers.iter().all(|[re, im]| re.hypot(*im) < 1.0)
 }
 
-/// The nearest graze of a scene, ready to be written as JSON.
+/// Nearest graze of a scene, for the JSON document.
 #[derive(Clone, Debug, Serialize)]
 pub struct MarginListing {
-    /// Euclidean length of the changes in their scales; negative where the free orbit goes beyond
+    /// Euclidean norm of the changes in units of their scales; negative if the free orbit passes
     /// the stop at the scene's values.
     pub margin: f64,
-    /// The parameters that change.
+    /// Parameters that change.
     pub changes: Vec<MarginParameter>,
     /// All parameters at the nearest graze.
     pub parameters: Named<f64>,
     /// Full state at the graze.
     pub state: Named<f64>,
-    /// Derivative of the margin in every parameter of the model.
+    /// Derivative of the margin by every parameter of the model.
     pub sensitivities: Named<f64>,
     /// Whether the free orbit stays clear of the surface at the scene's values.
     pub clears: bool,
-    /// Whether the distance is stationary there; otherwise it is an end of the curve.
+    /// Whether the distance is stationary at the graze; otherwise the graze is an end of the curve.
     pub stationary: bool,
-    /// Ends of the curve that was searched; none of one parameter.
+    /// Ends of the curve that was searched; empty for one parameter.
     pub searched: Vec<MarginEnd>,
 }
 
-/// One parameter that changes.
+/// Parameter that changes.
 #[derive(Clone, Debug, Serialize)]
 pub struct MarginParameter {
-    /// Its name.
+    /// Name.
     pub parameter: String,
-    /// The scene's value.
+    /// Value in the scene.
     pub value: f64,
-    /// The value at the nearest graze.
+    /// Value at the nearest graze.
     pub nearest: f64,
-    /// Their difference.
+    /// Difference of the two values.
     pub change: f64,
-    /// What changes are counted in.
+    /// Unit of changes.
     pub scale: f64,
 }
 
-/// An end of the curve that was searched.
+/// End of the curve that was searched.
 #[derive(Clone, Debug, Serialize)]
 pub struct MarginEnd {
-    /// The parameter that the curve was followed in.
+    /// Parameter along which the curve was followed.
     pub parameter: String,
-    /// Its value there.
+    /// Value of the parameter at this end.
     pub to: f64,
-    /// How it ended, in words.
+    /// Reason for the end, as text.
     pub end: String,
-    /// Whether nothing beyond can be nearer.
+    /// Whether no point beyond this end can be nearer.
     pub reached: bool,
 }
 
 impl MarginListing {
-    /// The margin of a scene.
+    /// Listing of a scene's margin.
     pub fn new(scene: &Scene, margin: &Margin) -> Self {
         let names = scene.model.parameter_names();
         let change = |(number, &parameter): (usize, &usize)| MarginParameter {
@@ -505,7 +505,7 @@ impl MarginListing {
         };
         let states = scene.model.full_state_names().into_iter();
         let sign = if margin.clears { 1.0 } else { -1.0 };
-        // A slope that is 0 has no sign.
+        // NOTE: adding 0 turns -0 into 0.
         let sensitivities = margin.sensitivities.iter().map(|slope| sign * slope + 0.0);
         Self {
             margin: sign * margin.distance,
@@ -521,7 +521,7 @@ impl MarginListing {
         }
     }
 
-    /// The changes as a table, one row a parameter of the model that changes.
+    /// Table of the changes, one row per parameter that changes.
     ///
     /// # Errors
     ///
@@ -539,7 +539,7 @@ impl MarginListing {
         Ok(table.made())
     }
 
-    /// The margin as a person reads it.
+    /// Margin as text.
     ///
     /// # Errors
     ///
@@ -562,7 +562,7 @@ impl MarginListing {
         });
         text.push_str(
             "other attractors are not looked for: one that hits the stop may exist beside this \
-             orbit; `basin` and `branch --using direct` find those\n",
+             orbit; `basin` and `branch --method direct` find those\n",
         );
         text.push_str(&format!("graze at {}\n", pairs(&self.state, 9)));
         text.push_str(&format!("margin per change of a parameter: {}\n", {

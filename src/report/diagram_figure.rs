@@ -1,4 +1,4 @@
-//! Bifurcation diagrams as pictures, tables and arrays.
+//! Bifurcation diagrams as figures, tables and arrays.
 
 use super::figure::{Annotation, Axis, AxisScale, Figure, Guide, Series, ShiftedScale, symbol};
 use super::table::ByColumn;
@@ -7,15 +7,15 @@ use crate::analysis::diagram::{Diagram, DiagramPoint, Sweep, SweepHeading, Timin
 use crate::iteration::{OrbitEnd, Period};
 use crate::model::Method;
 
-/// The methods of sweeps, with the endings of their files.
+/// Methods of sweeps, with the suffixes of their file names.
 const METHODS: [(Method, &str); 3] =
     [(Method::Guarded, "-guarded"), (Method::Map, "-map"), (Method::Direct, "-direct")];
 
-/// The pictures of a diagram, each with the ending of its file's name.
+/// Figures of a diagram, each with the suffix of its file name.
 ///
-/// Where several methods were run, one picture of each, all of them in one, and how far they are
-/// apart, on the same axis of the parameter; and the largest Lyapunov exponent where it was
-/// computed. What the map alone finds outside its window is grey.
+/// If several methods were run: one figure of each, one of all, and one of their distance, over the
+/// same axis of the parameter. Also the largest Lyapunov exponent, if it was computed. Values of
+/// the map alone outside its window are grey.
 pub fn diagram_figures(diagram: &Diagram) -> Vec<(&'static str, Figure)> {
     let has = |method| diagram.sweeps.iter().any(|sweep| sweep.method == method);
     let run: Vec<_> = METHODS.into_iter().filter(|(method, _)| has(*method)).collect();
@@ -37,11 +37,11 @@ pub fn diagram_figures(diagram: &Diagram) -> Vec<(&'static str, Figure)> {
     figures
 }
 
-/// One row per sweep and parameter value: what the orbit settled on, its name, and the observable
-/// over one period (over all kept iterates where there is no period).
+/// One row per sweep and parameter value: attractor, its name, and the observable over one period
+/// (over all kept iterates without a period).
 ///
-/// The hits in the names are those at the surfaces of the first diagram: all diagrams of a scene
-/// have the same.
+/// Names count hits at the surfaces of the first diagram; all diagrams of a scene have the same
+/// surfaces.
 pub fn diagram_rows(diagrams: &[Diagram]) -> Rows<'_> {
     let lengths = diagrams.iter().flat_map(points).map(|(_, point)| distinct(point).count());
     let surfaces = diagrams.first().map_or(&[][..], |diagram| &diagram.surfaces);
@@ -77,8 +77,8 @@ pub fn diagram_rows(diagrams: &[Diagram]) -> Rows<'_> {
     Rows::new(columns, rows)
 }
 
-/// Every kept value: an array of shape (sweeps, points, 1 + keep), the offset first; NaN after an
-/// early end.
+/// Array of all kept values, of shape (sweeps, points, 1 + keep); the offset comes first. Values
+/// are NaN after an early end.
 ///
 /// # Errors
 ///
@@ -96,7 +96,7 @@ pub fn diagram_array(diagram: &Diagram) -> Result<Vec<u8>, ReportError> {
     npy_bytes(&[diagram.sweeps.len(), count, width], &values)
 }
 
-/// What the sweeps of diagrams cost, for people.
+/// Table of the times of sweeps.
 ///
 /// # Errors
 ///
@@ -114,7 +114,7 @@ pub fn diagram_timing_table(diagrams: &[Diagram]) -> Result<Table, ReportError> 
     Ok(timed(table, |(_, sweep)| &sweep.timing))
 }
 
-/// With what the rows of a table cost.
+/// Adds the columns of measured times.
 pub(super) fn timed<'a, R: Copy>(
     table: ByColumn<R>,
     timing: impl Fn(R) -> &'a Timing + Copy,
@@ -145,7 +145,7 @@ fn figure(
         outside.extend(beyond);
     }
     add_outside(&mut figure, outside);
-    // A logarithmic axis does not reach the graze.
+    // NOTE: a logarithmic axis does not reach the graze.
     if !diagram.is_logarithmic {
         figure.guides.push(Guide::Vertical { at: 0.0, label: String::new() });
         figure.annotations.push(Annotation::ring([0.0, 0.0], "G"));
@@ -153,8 +153,8 @@ fn figure(
     figure
 }
 
-/// How far what each method settles on is from what direct simulation does, or, without it, from
-/// the first method: the distance of the two sets of values (Hausdorff's).
+/// Figure of the distance between the attractors of each method and those of direct simulation or,
+/// without it, of the first method: Hausdorff distance of the sets of values.
 fn difference_figure(diagram: &Diagram) -> Option<Figure> {
     let reference = match diagram.sweeps.iter().any(|sweep| sweep.method == Method::Direct) {
         true => Method::Direct,
@@ -188,7 +188,7 @@ fn difference_figure(diagram: &Diagram) -> Option<Figure> {
     (!figure.series.is_empty()).then_some(figure)
 }
 
-/// The distance of two sets of values; `None` where one is empty or they are equal, which a
+/// Hausdorff distance of two sets of values; `None` if one is empty or they are equal, which a
 /// logarithmic axis cannot show.
 fn distance(point: &DiagramPoint, other: &DiagramPoint) -> Option<f64> {
     let sorted = |point: &DiagramPoint| {
@@ -226,8 +226,8 @@ fn lyapunov_figure(diagram: &Diagram) -> Option<Figure> {
     (!figure.series.is_empty()).then_some(figure)
 }
 
-/// Values of a sweep over the parameter: those where the map alone was used beyond its window, and
-/// the others.
+/// Values of a sweep over the parameter, in two groups: those of the map alone outside its window,
+/// and all others.
 fn dots(
     sweep: &Sweep,
     values: impl Fn(&DiagramPoint) -> Vec<f64>,
@@ -240,14 +240,14 @@ fn dots(
     (outside, trusted)
 }
 
-/// What is not to be trusted, in grey.
+/// Adds values of the map alone outside its window, in grey.
 fn add_outside(figure: &mut Figure, dots: Vec<[f64; 2]>) {
     if !dots.is_empty() {
         figure.series.push(Series::dots("outside the window", dots).in_grey());
     }
 }
 
-/// Adds dots to the series of a name: sweeps from several starts share one.
+/// Adds dots to the series of this name. Sweeps from several starts share one series.
 fn add_dots(figure: &mut Figure, name: String, dots: Vec<[f64; 2]>) {
     match figure.series.iter_mut().find(|series| series.name == name) {
         Some(series) => series.points.extend(dots),
@@ -255,13 +255,13 @@ fn add_dots(figure: &mut Figure, name: String, dots: Vec<[f64; 2]>) {
     }
 }
 
-/// The axis of the offsets of a variable from the graze.
+/// Axis of the offset of a variable from the graze.
 pub(super) fn offset_axis(name: &str) -> Axis {
     let letter = symbol(name);
     Axis::linear(format!("{letter} − {letter}*"))
 }
 
-/// The least and the largest of some values; infinite, the least above the largest, of none.
+/// Smallest and largest value; (∞, −∞) if there are none.
 pub(super) fn extent(values: impl Iterator<Item = f64>) -> (f64, f64) {
     values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)))
 }
@@ -273,18 +273,18 @@ fn parameter_axis(diagram: &Diagram) -> Axis {
     axis.scale = match diagram.is_logarithmic {
         false => AxisScale::Linear,
         true if lower > 0.0 => AxisScale::Log10,
-        // Below the graze: logarithmic in the size from the least offset on.
+        // NOTE: below the graze the axis is logarithmic in the size, from the smallest offset on.
         true => AxisScale::Symlog { threshold: 0.1 * upper.abs() },
     };
     if lower < upper { axis.with_range(lower, upper) } else { axis }
 }
 
-/// The values of the parameter themselves.
+/// Second scale with the values of the parameter.
 fn physical_scale(diagram: &Diagram) -> ShiftedScale {
     ShiftedScale { label: symbol(&diagram.parameter), shift: diagram.grazing_value }
 }
 
-/// An axis that shows every value of every sweep.
+/// Axis that covers every value of every sweep.
 fn value_axis(diagram: &Diagram) -> Axis {
     let axis = Axis::linear(observable_words(&diagram.observable));
     let points = diagram.sweeps.iter().flat_map(|sweep| &sweep.points);
@@ -314,7 +314,7 @@ fn columns(surfaces: &[String], values: usize) -> Vec<Column> {
     columns
 }
 
-/// `orbit (left,right,periods)`: in which order the names of orbits count.
+/// Header `orbit (left,right,periods)`: the order of the counts in names of orbits.
 pub(super) fn orbit_header(surfaces: &[String]) -> String {
     let counted = surfaces.iter().map(String::as_str).chain(["periods"]);
     format!("orbit ({})", counted.collect::<Vec<_>>().join(","))
@@ -324,7 +324,7 @@ fn points(diagram: &Diagram) -> impl Iterator<Item = (&Sweep, &DiagramPoint)> {
     diagram.sweeps.iter().flat_map(|sweep| sweep.points.iter().map(move |point| (sweep, point)))
 }
 
-/// The values over one period, or all of them.
+/// Values over one period, or all values without a period.
 fn distinct(point: &DiagramPoint) -> impl Iterator<Item = f64> {
     point.kept_values().take(point.returns.unwrap_or(point.kept))
 }
@@ -340,7 +340,7 @@ fn sweep_word(sweep: &Sweep) -> String {
     format!("{}, {}", method_word(sweep.method), heading_word(sweep.heading))
 }
 
-/// The offsets at which orbits started; none beside the fixed point of `P_smooth`.
+/// Offsets of the start; missing for a start beside the fixed point of `P_smooth`.
 pub(super) fn start_cell(start: Option<&[f64]>) -> Cell {
     start.map_or(Cell::Missing, |offsets| {
         let offsets: Vec<String> = offsets.iter().map(f64::to_string).collect();
@@ -370,12 +370,12 @@ fn heading_word(heading: SweepHeading) -> &'static str {
     }
 }
 
-/// A share in as few digits as it takes.
+/// Share in as few digits as necessary.
 pub(super) fn share_cell(share: f64) -> Cell {
     Cell::text(share.to_string())
 }
 
-/// Where a map was used beyond its window.
+/// Word for the use of a map outside its window.
 pub(super) const OUTSIDE: &str = "outside";
 
 pub(super) fn end_word(end: OrbitEnd) -> &'static str {

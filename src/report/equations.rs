@@ -1,16 +1,16 @@
-//! The equations of a model as MathML, which browsers draw by themselves.
+//! Equations of a model as MathML, which browsers render themselves.
 
 use super::figure::{escape_html, symbol};
 use crate::model::{Binary, ExpressionGraph, Model, Node, NodeId, Response, Unary};
 use crate::numeric::Dd;
 
-/// Most operations that an equation may have: a shared operation is printed wherever it is used.
+/// Limit of operations in an equation; a shared operation is printed at every use.
 const LONGEST: usize = 400;
-/// Largest denominator of a constant that is shown as a fraction.
+/// Largest denominator of a constant that is printed as a fraction.
 const LARGEST_DENOMINATOR: u32 = 99;
 
-/// The equations of free flight, of the phase, of every surface and of what happens there, one
-/// `math` element each; those that are too long to read are left out, which the last word says.
+/// Equations of the free flight, the phase, and every surface with its contact law, one `math`
+/// element each. Equations that are too long to read are omitted, and a final sentence says so.
 pub(super) fn equations(model: &Model) -> String {
     let names = [model.full_state_names(), model.parameter_names()].concat();
     let states = model.full_state_names();
@@ -60,13 +60,13 @@ pub(super) fn equations(model: &Model) -> String {
 
 struct Printer<'a> {
     graph: &'a ExpressionGraph,
-    /// Of the inputs.
+    /// Names of the inputs.
     names: Vec<&'a str>,
-    /// How many of them are states, the phase among them; the others are parameters.
+    /// Number of states among the inputs, phase included; parameters follow.
     states: usize,
 }
 
-/// How tightly the outermost operation of an expression binds.
+/// Precedence of the outermost operation of an expression.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Binding {
     Sum,
@@ -76,7 +76,7 @@ enum Binding {
 }
 
 impl Printer<'_> {
-    /// `left = right`; `None` where the right side is too long.
+    /// `left = right`; `None` if the right side is too long.
     fn equation(&self, left: &str, right: NodeId) -> Option<String> {
         let mut room = LONGEST;
         let (markup, _) = self.print(right, &mut room)?;
@@ -138,7 +138,7 @@ impl Printer<'_> {
             }
             Binary::Mul => {
                 let mut factors = self.factors([a, b]);
-                // The graph has no order of factors: numbers first, parameters, then the rest.
+                // NOTE: products in the graph are unordered. Order: numbers, parameters, the rest.
                 factors.sort_by_key(|&factor| self.rank(factor));
                 let print = factors.into_iter().map(|one| self.within(one, Binding::Product, room));
                 let factors: Vec<String> = print.collect::<Option<_>>()?;
@@ -156,8 +156,7 @@ impl Printer<'_> {
         })
     }
 
-    /// The factors of a product, in order, of products among them theirs; a few more than can be
-    /// printed where they are many.
+    /// Factors of a nested product, in order; slightly more than can be printed if there are many.
     fn factors(&self, product: [NodeId; 2]) -> Vec<NodeId> {
         let (mut all, mut rest) = (Vec::new(), vec![product[1], product[0]]);
         while let Some(node) = rest.pop() {
@@ -179,7 +178,7 @@ impl Printer<'_> {
         }
     }
 
-    /// An operand, in parentheses where it binds less tightly.
+    /// Operand, in parentheses if it binds less tightly.
     fn within(&self, node: NodeId, least: Binding, room: &mut usize) -> Option<String> {
         let (markup, binding) = self.print(node, room)?;
         Some(if binding < least {
@@ -195,7 +194,7 @@ fn call(name: &str, operands: &[String]) -> String {
     format!("<mrow><mi>{name}</mi><mo>&#x2061;</mo><mo>(</mo>{operands}<mo>)</mo></mrow>")
 }
 
-/// A name, its index lowered: what follows an underscore, or digits at its end.
+/// Name with its index as a subscript: the part after an underscore, or digits at its end.
 fn identifier(name: &str) -> String {
     let base = name.trim_end_matches(|last: char| last.is_ascii_digit());
     let (base, index) = match name.split_once('_') {
@@ -210,7 +209,7 @@ fn identifier(name: &str) -> String {
     }
 }
 
-/// A number: as a decimal where that is short, else as a fraction where it is one.
+/// Number: a decimal if that is short, else an exact fraction if there is one.
 fn constant(value: Dd) -> (String, Binding) {
     let number = value.to_f64();
     let sign = if number < 0.0 { "<mo>−</mo>" } else { "" };
@@ -229,7 +228,7 @@ fn constant(value: Dd) -> (String, Binding) {
     (format!("<mrow>{sign}{body}</mrow>"), binding)
 }
 
-/// A fraction of small numbers, of π too, that is this number to the last bit.
+/// Fraction of small integers, or such a fraction of π, that equals this number to the last bit.
 fn fraction(size: f64) -> Option<String> {
     let units = [(1.0, ""), (std::f64::consts::PI, "<mi>π</mi>")];
     units.into_iter().find_map(|(unit, letter)| {

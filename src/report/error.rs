@@ -1,12 +1,12 @@
-//! What can go wrong while results are written down.
+//! Errors in laying out or writing results.
 
 use std::path::PathBuf;
 
-/// A result that could not be laid out or written.
+/// Error in laying out or writing a result.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ReportError {
-    /// A table row that has not one cell for every column.
+    /// The number of cells in a table row differs from the number of columns.
     #[error("table row {row} has {found} cells, expected {expected}, one for every column")]
     RowWidth {
         /// Index of the refused row, from 0.
@@ -16,7 +16,7 @@ pub enum ReportError {
         /// Number of cells offered.
         found: usize,
     },
-    /// An array whose values do not fill its shape.
+    /// The number of values does not fit the shape of the array.
     #[error("an array of shape {shape:?} takes {expected} values, found {found}")]
     ArrayShape {
         /// The shape asked for.
@@ -38,13 +38,13 @@ pub enum ReportError {
     /// A table could not be written as CSV.
     #[error("the table could not be written as CSV")]
     Csv(#[from] csv::Error),
-    /// What takes a result refused it.
+    /// The destination of a result refused it.
     #[error("the result could not be written: {0}")]
     Refused(#[from] std::io::Error),
-    /// A file name that would leave its output folder.
+    /// A file name would leave the output folder.
     #[error("`{name}` does not name a file inside the output folder")]
     OutsideFolder {
-        /// The refused name.
+        /// File name.
         name: String,
     },
     /// A file or folder could not be written.
@@ -52,9 +52,9 @@ pub enum ReportError {
     Write {
         /// The step that failed, as a verb.
         action: &'static str,
-        /// The file or folder meant.
+        /// File or folder.
         path: PathBuf,
-        /// What the operating system answered.
+        /// Error of the operating system.
         source: std::io::Error,
     },
 }

@@ -1,11 +1,10 @@
-//! Files that are whole or absent, and what is written into them: pictures, and arrays as NPY 1.0.
+//! Files that are written atomically, and their contents: figures, and arrays as NPY 1.0.
 //!
 //! Every file is written beside its place under a temporary name, flushed to the disk, and renamed
-//! over the old one: a reader, or a run that was interrupted, sees the old file or the new one. A
-//! link stays one, and what it points to is replaced or created; a pipe or a device is written to
-//! and stays what it is; a file that may not be written is not replaced. A temporary file is locked
-//! while it is written, so that the next run that writes into its folder can tell what an
-//! interruption left there, and removes it.
+//! over the old file: a reader, or a run after an interruption, sees the old file or the new one. A
+//! symbolic link is kept, and its target is replaced or created. A pipe or a device is written to
+//! directly. A file without write permission is not replaced. A temporary file is locked while it
+//! is written, so that a later run can recognise and remove the remains of an interruption.
 //!
 //! Reference: NumPy Enhancement Proposal 1, "A Simple File Format for NumPy Arrays".
 
@@ -20,27 +19,26 @@ use tempfile::NamedTempFile;
 use super::{Figure, ReportError};
 use crate::iteration::parallel;
 
-/// Writes a file so that it is never seen half-written; an older file of that name is replaced.
+/// Writes a file atomically. An older file of that name is replaced.
 ///
-/// The parent folder must exist. A file that is replaced keeps its permissions; a link is followed,
-/// also where nothing is at its end yet. What is no file, a pipe or a device such as `/dev/null`,
-/// is not replaced but written to. A file without permission to be written is refused.
+/// The parent folder must exist. The replaced file's permissions are kept. Links are followed, even
+/// to a target that does not exist yet. A pipe or a device, such as `/dev/null`, is written to
+/// directly. A file without write permission is refused.
 ///
 /// # Errors
 ///
-/// [`ReportError::Write`] with the step, the path and the operating system's answer; the old file,
-/// if there was one, is untouched then.
+/// [`ReportError::Write`] with the step, the path and the operating system's error; an old file is
+/// then untouched.
 pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), ReportError> {
     write_streamed(path, |out| Ok(out.write_all(bytes)?))
 }
 
-/// Writes a file as [`write_atomically`] does, from what `content` writes: what is large is never
-/// held as a whole.
+/// Writes a file as [`write_atomically`] does, from the output of `content`, which is never held in
+/// memory as a whole.
 ///
 /// # Errors
 ///
-/// As [`write_atomically`], and those of `content`; the old file, if there was one, is untouched
-/// then.
+/// As [`write_atomically`], and those of `content`; an old file is then untouched.
 pub fn write_streamed(
     path: &Path,
     content: impl FnOnce(&mut dyn Write) -> Result<(), ReportError>,
@@ -51,8 +49,8 @@ pub fn write_streamed(
     Ok(())
 }
 
-/// Writes a file as [`write_streamed`] does; the folder that has its new name, where it has one,
-/// which is not flushed.
+/// Writes a file as [`write_streamed`] does, without flushing its folder. Returns that folder if
+/// the file was renamed.
 fn replace(
     path: &Path,
     content: impl FnOnce(&mut dyn Write) -> Result<(), ReportError>,
@@ -76,13 +74,13 @@ fn replace(
     Ok(Some(folder.to_path_buf()))
 }
 
-/// Error of one step of writing a file.
+/// Constructor of the error of one step of writing a file.
 fn refused(action: &'static str, path: &Path) -> impl Fn(io::Error) -> ReportError {
     move |source| ReportError::Write { action, path: path.to_path_buf(), source }
 }
 
-/// File that a path leads to, and its metadata where it exists; `None` for a pipe or a device,
-/// which is written to and not replaced.
+/// File at the end of a path's links, with its metadata if it exists; `None` for a pipe or a
+/// device, which is written to directly.
 fn replaceable(path: &Path) -> Result<Option<(PathBuf, Option<fs::Metadata>)>, ReportError> {
     let failed = |action| refused(action, path);
     let old = fs::metadata(path).ok();
@@ -101,7 +99,7 @@ fn replaceable(path: &Path) -> Result<Option<(PathBuf, Option<fs::Metadata>)>, R
 
 /// Refuses a path that [`write_atomically`] cannot write to, before the content is computed.
 ///
-/// A file is made in its folder and removed. A pipe or a device is not opened.
+/// Creates and removes a file in the folder. Pipes and devices are not opened.
 ///
 /// # Errors
 ///
@@ -113,12 +111,12 @@ pub fn check_writable(path: &Path) -> Result<(), ReportError> {
     }
 }
 
-/// Refuses a folder that [`OutputFolder::create`] cannot make or that takes no files, before what
-/// goes into it is computed.
+/// Refuses a folder that [`OutputFolder::create`] cannot create or that is not writable, before its
+/// content is computed.
 ///
 /// # Errors
 ///
-/// [`ReportError::Write`] with the operating system's answer.
+/// [`ReportError::Write`] with the operating system's error.
 pub fn check_creatable(folder: &Path) -> Result<(), ReportError> {
     let there = folder.ancestors().find(|part| fs::symlink_metadata(part).is_ok());
     let there = there.unwrap_or(Path::new("."));
@@ -129,20 +127,20 @@ pub fn check_creatable(folder: &Path) -> Result<(), ReportError> {
     }
 }
 
-/// Makes a file in a folder and removes it.
+/// Creates and removes a file in a folder.
 fn probe(folder: &Path) -> io::Result<()> {
     new_temporary_file(folder).map(drop)
 }
 
-/// Absolute path of the file that is replaced where this path is written to, through all links;
-/// `None` where its folder does not exist.
+/// Absolute path of the file that is replaced when this path is written, all links followed; `None`
+/// if its folder does not exist.
 pub fn replaced_path(path: &Path) -> Option<PathBuf> {
     let target = end_of_links(path).ok()?;
     Some(fs::canonicalize(folder_of(&target)).ok()?.join(target.file_name()?))
 }
 
-/// Refuses a file that may not be written: renaming over it asks for permission of its folder
-/// alone.
+/// Refuses a file without write permission; renaming over it would need only the permission of its
+/// folder.
 fn refuse_protected(path: &Path, file: &fs::Metadata) -> io::Result<()> {
     // NOTE: the administrator can open every file.
     if file.permissions().readonly() {
@@ -151,10 +149,10 @@ fn refuse_protected(path: &Path, file: &fs::Metadata) -> io::Result<()> {
     File::options().append(true).open(path).map(drop)
 }
 
-/// Most links that lead from one to the next.
+/// Longest chain of links that is followed.
 const MOST_LINKS: usize = 40;
 
-/// What a path leads to, whether or not anything is there.
+/// Path at the end of a chain of links, whether or not it exists.
 fn end_of_links(path: &Path) -> io::Result<PathBuf> {
     let mut place = path.to_path_buf();
     for _ in 0..MOST_LINKS {
@@ -168,7 +166,7 @@ fn end_of_links(path: &Path) -> io::Result<PathBuf> {
     Err(io::Error::other("the links lead in a circle"))
 }
 
-/// An error of what writes a file, with the path where it is the operating system's.
+/// Adds the path to an error of the operating system.
 fn named(error: ReportError, path: &Path) -> ReportError {
     let write = |source| ReportError::Write { action: "write", path: path.to_path_buf(), source };
     match error {
@@ -189,10 +187,10 @@ fn folder_of(path: &Path) -> &Path {
     }
 }
 
-/// How the names of temporary files begin.
+/// Prefix of the names of temporary files.
 const UNFINISHED: &str = ".unfinished-";
 
-/// A temporary file, locked. What interrupted runs left in its folder is removed.
+/// Creates a locked temporary file. Remains of interrupted runs in its folder are removed.
 fn temporary_file(folder: &Path) -> io::Result<NamedTempFile> {
     static CLEARED: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
     if CLEARED.lock().unwrap_or_else(PoisonError::into_inner).insert(folder.to_path_buf()) {
@@ -200,9 +198,9 @@ fn temporary_file(folder: &Path) -> io::Result<NamedTempFile> {
     }
     loop {
         let file = new_temporary_file(folder)?;
-        // Where files cannot be locked, none is taken for abandoned.
+        // NOTE: without file locks, no file counts as abandoned.
         let _locked_or_not = file.as_file().lock();
-        // Another run may have taken it for abandoned before it was locked.
+        // NOTE: another run may have removed the file as abandoned before it was locked.
         if file.path().exists() {
             return Ok(file);
         }
@@ -219,14 +217,14 @@ fn new_temporary_file(folder: &Path) -> io::Result<NamedTempFile> {
         // any file.
         builder.permissions(fs::Permissions::from_mode(0o666));
     }
-    // NOTE: the error itself would name the temporary file, which the reader has never heard of.
+    // NOTE: the error itself would name the temporary file, which is unknown to the reader.
     builder.tempfile_in(folder).map_err(|error| error.kind().into())
 }
 
-/// Removes the files of a folder whose names begin so and which no running program has locked.
+/// Removes files with this prefix that no running program has locked.
 pub(super) fn remove_abandoned(folder: &Path, prefix: &str) {
     let entries = fs::read_dir(folder).into_iter().flatten().flatten();
-    // NOTE: opening a pipe waits for its other end.
+    // NOTE: opening a pipe would block.
     let entries = entries.filter(|entry| entry.file_type().is_ok_and(|kind| kind.is_file()));
     for entry in entries.filter(|entry| entry.file_name().to_string_lossy().starts_with(prefix)) {
         let file = File::options().write(true).open(entry.path());
@@ -236,18 +234,18 @@ pub(super) fn remove_abandoned(folder: &Path, prefix: &str) {
     }
 }
 
-/// Makes the new name itself durable where the system allows it; the file is whole either way.
+/// Flushes a folder, if the system allows it, so that new names survive a crash.
 fn sync_folder(folder: &Path) {
     if let Ok(handle) = File::open(folder) {
         let _durable_or_not = handle.sync_all();
     }
 }
 
-/// A folder that a run writes its files into, each whole; their names are made durable at the end.
+/// Output folder of a run. Files are written atomically; their names are flushed at the end.
 #[derive(Debug)]
 pub struct OutputFolder {
     root: PathBuf,
-    /// Folders with new names.
+    /// Subfolders with new names.
     changed: Mutex<BTreeSet<PathBuf>>,
 }
 
@@ -259,29 +257,31 @@ impl Drop for OutputFolder {
 }
 
 impl OutputFolder {
-    /// The folder at `root`, created with its parents where it is absent.
+    /// Opens the folder at `root`; creates it and its parents if absent.
     ///
     /// # Errors
     ///
-    /// [`ReportError::Write`] if it cannot be created, or if something else has that name.
+    /// [`ReportError::Write`] if it cannot be created, or if something other than a folder has that
+    /// name.
     pub fn create(root: impl Into<PathBuf>) -> Result<Self, ReportError> {
         let root = root.into();
         create_folder(&root)?;
         Ok(Self { root, changed: Mutex::default() })
     }
 
-    /// Where the folder is.
+    /// Path of the folder.
     pub fn path(&self) -> &Path {
         &self.root
     }
 
     /// Writes one file (see [`write_atomically`]) and returns its path.
     ///
-    /// `name` is relative, may name subfolders, which are created, and may not leave the folder.
+    /// `name` is relative and may contain subfolders, which are created; it must not leave the
+    /// folder.
     ///
     /// # Errors
     ///
-    /// [`ReportError::OutsideFolder`] for a name that is empty, absolute or has `..` in it;
+    /// [`ReportError::OutsideFolder`] for a name that is empty, absolute or contains `..`;
     /// [`ReportError::Write`] as for [`write_atomically`].
     pub fn write(&self, name: &str, bytes: impl AsRef<[u8]>) -> Result<PathBuf, ReportError> {
         let path = self.place(name)?;
@@ -289,7 +289,7 @@ impl OutputFolder {
         Ok(path)
     }
 
-    /// Writes one file from what `content` writes (see [`write_streamed`]).
+    /// Writes one file from the output of `content` (see [`write_streamed`]).
     ///
     /// # Errors
     ///
@@ -312,7 +312,7 @@ impl OutputFolder {
         Ok(())
     }
 
-    /// The path of a file in the folder, whose subfolder is made.
+    /// Path of a file in the folder. Its subfolder is created.
     fn place(&self, name: &str) -> Result<PathBuf, ReportError> {
         let relative = Path::new(name);
         let inside = relative.components().all(|part| matches!(part, Component::Normal(_)));
@@ -324,7 +324,7 @@ impl OutputFolder {
         Ok(path)
     }
 
-    /// Writes files by name, side by side.
+    /// Writes files by name, in parallel.
     ///
     /// # Errors
     ///
@@ -349,8 +349,8 @@ fn create_folder(path: &Path) -> Result<(), ReportError> {
 /// Files by their names.
 type Files = Vec<(String, Vec<u8>)>;
 
-/// Figures by the names of their files, without their endings, as SVG and PNG, and what is to be
-/// said of them: one that cannot be drawn costs no data.
+/// Draws figures as SVG and PNG, by file name without extension, and returns remarks. A figure that
+/// cannot be drawn yields a remark instead of an error.
 pub fn pictures<'a>(
     figures: impl IntoIterator<Item = (&'a str, &'a Figure)>,
 ) -> (Files, Vec<String>) {
@@ -359,7 +359,7 @@ pub fn pictures<'a>(
     (files.concat(), remarks.concat())
 }
 
-/// One of them.
+/// Draws one figure.
 fn picture(stem: &str, figure: &Figure) -> (Files, Vec<String>) {
     let svg = || figure.to_svg().map(String::into_bytes);
     let (svg, png) = parallel::join(svg, || figure.to_png());
@@ -376,9 +376,10 @@ fn picture(stem: &str, figure: &Figure) -> (Files, Vec<String>) {
 
 const MAGIC: &[u8] = b"\x93NUMPY\x01\x00";
 
-/// The bytes of an NPY 1.0 file: little-endian doubles, C order (last index fastest).
+/// Bytes of an NPY 1.0 file: little-endian doubles in C order (last index fastest).
 ///
-/// `shape` may have any number of axes; none is a single number. Non-finite values are kept.
+/// `shape` may have any number of axes; an empty shape is a single number. Non-finite values are
+/// kept.
 ///
 /// ```
 /// let bytes = grazemap::report::npy_bytes(&[2, 3], &[0.0, 1.0, 2.0, 3.0, 4.0, 5.0])?;
@@ -412,7 +413,8 @@ pub fn npy_bytes(shape: &[usize], values: &[f64]) -> Result<Vec<u8>, ReportError
     Ok(bytes)
 }
 
-/// The Python dictionary, padded so that the data begin at a multiple of 64 bytes.
+/// Header of the file: a Python dictionary, padded so that the data begin at a multiple of 64
+/// bytes.
 fn header(shape: &[usize]) -> String {
     let axes: Vec<String> = shape.iter().map(ToString::to_string).collect();
     let comma = if shape.len() == 1 { "," } else { "" };
@@ -498,7 +500,7 @@ mod tests {
         fs::create_dir(&closed).expect("writable");
         fs::write(closed.join("map.json"), "mine").expect("writable");
         fs::set_permissions(&closed, fs::Permissions::from_mode(0o555)).expect("one's own");
-        // The administrator may write everywhere: then nothing is refused, and the file is whole.
+        // NOTE: root may write everywhere; then nothing is refused.
         let refuses = File::create(closed.join("probe")).is_err();
         let written = write_atomically(&closed.join("map.json"), b"new");
         assert_eq!(written.is_err(), refuses);

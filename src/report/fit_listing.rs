@@ -1,4 +1,4 @@
-//! Fits to measured points and orbits under noise: words, tables and figures.
+//! Fits to measured points and orbits under noise: text, tables and figures.
 
 use super::diagram_figure::offset_axis;
 use super::figure::{Axis, Figure, Series, Stroke};
@@ -7,10 +7,10 @@ use crate::analysis::fit::{Fit, FitEnd, misfit};
 use crate::analysis::noise::{NoiseRequest, NoisyOrbits};
 use crate::expansion::LocalMap;
 
-/// Digits of what is estimated.
+/// Significant digits of estimates.
 const DIGITS: usize = 6;
 
-/// The parameters, one row each.
+/// Table of the fitted parameters, one row each.
 ///
 /// # Errors
 ///
@@ -24,7 +24,7 @@ pub fn fit_table(fit: &Fit) -> Result<Table, ReportError> {
     Ok(table.made())
 }
 
-/// A fit as a person reads it.
+/// Fit as text.
 ///
 /// # Errors
 ///
@@ -57,7 +57,7 @@ pub fn fit_text(map: &LocalMap, fit: &Fit) -> Result<String, ReportError> {
     Ok(text)
 }
 
-/// What may not be trusted of a fit; `by_map_alone` where nothing is simulated.
+/// Warnings about a fit; `by_map_alone` if no return is simulated.
 pub fn fit_remarks(fit: &Fit, by_map_alone: bool) -> Vec<String> {
     let end = fit.end.words().map(|words| format!("warning: {words}"));
     let outside = outside_words(fit.outside).filter(|_| by_map_alone);
@@ -78,7 +78,7 @@ pub fn fit_remarks(fit: &Fit, by_map_alone: bool) -> Vec<String> {
     [end, outside, estimated, small].into_iter().flatten().collect()
 }
 
-/// Densities of the coordinates, one row for each cell of each.
+/// Table of the densities of the coordinates, one row per cell.
 ///
 /// # Errors
 ///
@@ -101,7 +101,7 @@ pub fn noise_table(
     Ok(table.made())
 }
 
-/// The density of every coordinate, with the ending of its file's name.
+/// Figures of the density of every coordinate, with the suffix of each file name.
 pub fn noise_figures(
     map: &LocalMap,
     request: &NoiseRequest,
@@ -117,7 +117,7 @@ pub fn noise_figures(
     map.section.coordinates.iter().enumerate().map(figure).collect()
 }
 
-/// Orbits under noise as a person reads them.
+/// Orbits under noise, as text.
 pub fn noise_text(map: &LocalMap, found: &NoisyOrbits) -> String {
     let mut text = format!(
         "{} returns counted; contact in {:.4} % of them, {:.4} % by the map\n",
@@ -135,7 +135,7 @@ pub fn noise_text(map: &LocalMap, found: &NoisyOrbits) -> String {
     text
 }
 
-/// What may not be trusted of orbits under noise; `by_map_alone` where nothing is simulated.
+/// Warnings about orbits under noise; `by_map_alone` if no return is simulated.
 pub fn noise_remarks(found: &NoisyOrbits, by_map_alone: bool) -> Vec<String> {
     let outside = outside_words(found.outside).filter(|_| by_map_alone);
     let ended = (found.ended > 0)
@@ -143,7 +143,7 @@ pub fn noise_remarks(found: &NoisyOrbits, by_map_alone: bool) -> Vec<String> {
     outside.into_iter().chain(ended).collect()
 }
 
-/// How much of the returns begins outside the window, where some do.
+/// Warning with the share of returns that begin outside the window, if any.
 fn outside_words(share: f64) -> Option<String> {
     (share > 0.0).then(|| {
         format!(
@@ -154,7 +154,7 @@ fn outside_words(share: f64) -> Option<String> {
     })
 }
 
-/// The cells of a coordinate: their ends, counts and densities.
+/// Cells of a coordinate: ends, counts and densities.
 fn densities(
     request: &NoiseRequest,
     found: &NoisyOrbits,

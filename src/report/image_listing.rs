@@ -1,4 +1,4 @@
-//! Images of section points: the rows of `image --csv`, the fields of `image --json`, remarks.
+//! Images of section points: rows of `image --csv`, fields of `image --json`, warnings.
 
 use serde::Serialize;
 
@@ -8,10 +8,10 @@ use crate::convergence::MeasuredWindow;
 use crate::expansion::{LocalMap, SectionKind, WindowBound, WindowEdge};
 use crate::numeric::Dd;
 
-/// Significant digits of a single, of a double and of a double-double.
+/// Significant digits of single, double and double-double precision.
 const DIGITS: [usize; 3] = [9, 17, 32];
 
-/// One image as it is written to JSON; offsets as decimal text in double-double.
+/// Image of a point for the JSON document; offsets in double-double are decimal text.
 #[derive(Debug, Serialize)]
 pub struct ImageListing<'a> {
     row: usize,
@@ -19,31 +19,31 @@ pub struct ImageListing<'a> {
     offsets: Named<Option<Offset>>,
     contacts: usize,
     inside: u8,
-    /// What `inside` is told by, and what the map errs there.
+    /// Window to which `inside` refers, with the map's errors.
     window: &'a MeasuredWindow,
-    /// The bounds of the window that the point that was mapped is outside of.
+    /// Bounds of the window that the starting point exceeds.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     outside: Vec<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     extra_contacts: Option<usize>,
     #[serde(skip_serializing_if = "Option::is_none")]
     end: Option<DirectEnd>,
-    /// Of the passage whose contact loses most, where that is too much.
+    /// Edge of the passage with the largest omitted share, if that share is too large.
     #[serde(skip_serializing_if = "Option::is_none")]
     window_edge: Option<WindowEdge>,
-    /// The section of the offsets, where the scene takes any.
+    /// Section of the offsets, if the scene allows any.
     #[serde(skip_serializing_if = "Option::is_none")]
     section: Option<ImageSection>,
 }
 
-/// A section, in few words.
+/// Kind and phase of a section.
 #[derive(Clone, Copy, Debug, Serialize)]
 struct ImageSection {
     kind: SectionKind,
     phase: Option<f64>,
 }
 
-/// An offset as a number, or as text where a number would lose digits.
+/// Offset as a number, or as text if a number would lose digits.
 #[derive(Debug, Serialize)]
 #[serde(untagged)]
 enum Offset {
@@ -52,8 +52,8 @@ enum Offset {
 }
 
 impl<'a> ImageListing<'a> {
-    /// Images of a map, or beside it; `edge` is that of the passage whose contact loses most,
-    /// where that is too much.
+    /// Listing of images. `edge` is that of the passage with the largest omitted share, if that
+    /// share is too large.
     pub fn list(
         (map, window): (&LocalMap, &'a MeasuredWindow),
         section: &SectionDocument,
@@ -87,7 +87,7 @@ impl<'a> ImageListing<'a> {
     }
 }
 
-/// One row per input row and iteration.
+/// One row per starting point and iteration.
 pub fn image_rows<'a>(
     map: &LocalMap,
     request: &ImageRequest,
@@ -110,12 +110,12 @@ pub fn image_rows<'a>(
     Rows::new(columns.collect(), records.iter().map(row))
 }
 
-/// Whether direct simulation takes part.
+/// Whether direct simulation is used.
 fn is_simulated(request: &ImageRequest) -> bool {
     matches!(request.using, Using::Direct | Using::Guarded)
 }
 
-/// A number to all its digits; `nan` where there is none.
+/// Number with all digits of its precision; `nan` if not finite.
 fn digits(value: Dd, precision: Precision) -> String {
     match precision {
         _ if !value.is_finite() => "nan".to_owned(),
@@ -125,7 +125,7 @@ fn digits(value: Dd, precision: Precision) -> String {
     }
 }
 
-/// How many points were outside the window, where that is not simulated.
+/// Warning with the number of points outside the window, unless these are simulated.
 pub fn image_outside_words(
     map: &LocalMap,
     request: &ImageRequest,
@@ -136,14 +136,14 @@ pub fn image_outside_words(
     told.then(|| {
         format!(
             "{outside} of {} points are outside the window, where the map has not been measured: \
-             beyond {}; `--using guarded` simulates them",
+             beyond {}; the method `guarded` simulates them",
             records.len(),
             exceeded(map, records)
         )
     })
 }
 
-/// The bounds of the window that points are outside of, and how many points each.
+/// Bounds that points exceed, with the number of points for each, as text.
 fn exceeded(map: &LocalMap, records: &[ImageRecord]) -> String {
     let mut counts: Vec<(WindowBound, usize)> = Vec::new();
     for &bound in records.iter().flat_map(|record| &record.exceeded) {
@@ -164,8 +164,8 @@ fn exceeded(map: &LocalMap, records: &[ImageRecord]) -> String {
     words.collect::<Vec<_>>().join(", ")
 }
 
-/// The name of what a window bounds: a coordinate, a parameter, or `depth`, numbered where there
-/// are several passages.
+/// Name of a bound: a coordinate, a parameter, or `depth`, with a number if there are several
+/// passages.
 fn bound_name(map: &LocalMap, bound: WindowBound) -> String {
     match bound {
         WindowBound::State(number) => map.section.coordinates[number].clone(),

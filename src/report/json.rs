@@ -1,5 +1,5 @@
 //! JSON documents: indented, lists of plain values on one line, doubles with the digits that read
-//! back to the same bits; what every document says of itself; values by name.
+//! back to the same bits; the common head of all documents; values by name.
 
 use std::cell::RefCell;
 use std::io;
@@ -12,11 +12,11 @@ use serde_json::{Serializer, Value};
 use super::ReportError;
 use crate::model::{Digest, Scene};
 
-/// A value as indented JSON with a newline at its end, lists of plain values on one line.
+/// Serialises a value as indented JSON with a final newline; lists of plain values are on one line.
 ///
 /// A finite double is written with the fewest digits (at most 17) that read back as the same
-/// double. JSON has no way to write `NaN` or an infinity: both become `null`, everywhere, and a
-/// reader takes `null` in a number's place as "no finite value".
+/// double. JSON has no `NaN` or infinity: both become `null`, and a reader takes `null` in place of
+/// a number as "no finite value".
 ///
 /// ```
 /// let text = grazemap::report::to_json(&[vec![0.1, f64::NAN], vec![]])?;
@@ -33,7 +33,7 @@ pub fn to_json<T: Serialize + ?Sized>(value: &T) -> Result<String, ReportError> 
     Ok(String::from_utf8_lossy(&bytes).into_owned())
 }
 
-/// Writes a value as [`to_json`] does, without ever holding all of the text.
+/// Writes a value as [`to_json`] does, without holding all of the text in memory.
 ///
 /// # Errors
 ///
@@ -48,10 +48,10 @@ pub fn write_json<T: Serialize + ?Sized>(
     Ok(sink.out.write_all(b"\n").map_err(serde_json::Error::io)?)
 }
 
-/// Plain values of a list, until it is known whether it goes on one line.
+/// Buffer of a list's plain values, until it is known whether the list fits on one line.
 type Held = Rc<RefCell<Option<Vec<u8>>>>;
 
-/// Where text goes: on, or to what is held.
+/// Writer that passes text on, or into the buffer.
 struct Sink<'a> {
     out: &'a mut dyn io::Write,
     held: Held,
@@ -70,21 +70,21 @@ impl io::Write for Sink<'_> {
     }
 }
 
-/// A list or an object that is being written.
+/// List or object that is being written.
 enum Level {
-    /// A list of plain values so far: the ends of their texts in what is held.
+    /// List of plain values so far, with the ends of their texts in the buffer.
     Line(Vec<usize>),
-    /// One item a line.
+    /// List or object with one item a line.
     Lines {
         /// Whether it has an item.
         begun: bool,
     },
 }
 
-/// The layout of documents: a list stays on one line until a list or an object comes in it.
+/// Layout of documents: a list stays on one line unless it contains a list or an object.
 struct Layout {
     levels: Vec<Level>,
-    /// What the list on top holds, while it is a line.
+    /// Buffer of the innermost list, while that is on one line.
     held: Held,
 }
 
@@ -97,7 +97,7 @@ impl Layout {
         write!(out, "\n{:1$}", "", 2 * depth)
     }
 
-    /// Begins a list or an object: the list that it stands in takes a line for each item.
+    /// Begins a list or an object. A list that contains it is laid out one item a line.
     fn begin<W: io::Write + ?Sized>(&mut self, out: &mut W) -> io::Result<()> {
         let depth = self.levels.len();
         if let Some(level @ Level::Line(_)) = self.levels.last_mut() {
@@ -118,7 +118,7 @@ impl Layout {
         Ok(())
     }
 
-    /// Begins an item of a list or an object that takes a line for each.
+    /// Begins an item of a list or an object with one item a line.
     fn item<W: io::Write + ?Sized>(&mut self, out: &mut W, first: bool) -> io::Result<()> {
         if !first {
             out.write_all(b",")?;
@@ -129,7 +129,7 @@ impl Layout {
         self.new_line(out, self.levels.len())
     }
 
-    /// Ends a list or an object that takes a line for each item.
+    /// Ends a list or an object with one item a line.
     fn end<W: io::Write + ?Sized>(&mut self, out: &mut W, bracket: &[u8]) -> io::Result<()> {
         if let Some(Level::Lines { begun: true }) = self.levels.pop() {
             self.new_line(out, self.levels.len())?;
@@ -206,7 +206,7 @@ impl Formatter for Layout {
     }
 }
 
-/// What a document holds.
+/// Kind of a document.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum DocumentKind {
@@ -241,11 +241,11 @@ pub enum DocumentKind {
 }
 
 impl DocumentKind {
-    /// Number of the format of documents; it changes when a document of before is read no more.
+    /// Format number of documents. It changes when older documents can no longer be read.
     pub const FORMAT: u32 = 1;
 }
 
-/// A document: what it holds, the number of its format, the scene it is of, and its content.
+/// Document: kind, format number, scene, and content.
 #[derive(Clone, Debug, Serialize)]
 pub struct Document<T> {
     document: DocumentKind,
@@ -258,7 +258,7 @@ pub struct Document<T> {
 }
 
 impl<T> Document<T> {
-    /// Of a scene.
+    /// Document about a scene.
     pub fn new(kind: DocumentKind, scene: &Scene, content: T) -> Self {
         Self {
             document: kind,
@@ -271,23 +271,23 @@ impl<T> Document<T> {
     }
 }
 
-/// Values by name, in the order given: an object whose keys stand in this order.
+/// Values by name: an object whose keys keep the order given.
 #[derive(Clone, Debug, PartialEq, Default)]
 pub struct Named<T>(pub Vec<(String, T)>);
 
 impl<T> Named<T> {
-    /// Pairs of names and values.
+    /// Values from pairs of name and value.
     pub fn new<N: Into<String>>(pairs: impl IntoIterator<Item = (N, T)>) -> Self {
         let pairs = pairs.into_iter().map(|(name, value)| (name.into(), value));
         Self(pairs.collect())
     }
 
-    /// Whether there is none.
+    /// Whether there are no values.
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
 
-    /// The value of a name.
+    /// Value of a name.
     pub fn get(&self, name: &str) -> Option<&T> {
         let mut pairs = self.0.iter();
         pairs.find(|(known, _)| known == name).map(|(_, value)| value)

@@ -1,4 +1,4 @@
-//! What makes a page alive: the map as WebAssembly and what the page's script is told of it.
+//! Data of an interactive page: the map as WebAssembly, and the data for the page's script.
 
 use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD as BASE64;
@@ -13,23 +13,24 @@ use crate::analysis::diagram::{Diagram, SweepHeading};
 use crate::expansion::{LocalMap, MapOrders, SectionKind};
 use crate::model::Method;
 
-/// Most bytes of the modules of lower orders together.
+/// Limit of the total size of modules of lower orders, in bytes.
 const MOST_BYTES: usize = 100_000;
-/// Most bytes of branches together: further ones, of longer periods, are left out.
+/// Limit of the total size of branches, in bytes; branches of longer periods are left out beyond
+/// it.
 const MOST_BRANCH_BYTES: usize = 60_000;
-/// Most iterates of direct simulation at a value of the parameter.
+/// Largest number of iterates of direct simulation at a parameter value.
 const MOST_DIRECT: usize = 8;
 
-/// A map and the diagrams that a page computes anew where a reader looks closer.
+/// Map with the diagrams and charts that a page recomputes when a reader zooms in.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct LiveMap {
-    /// Modules, the map's first, in base64, with a space between.
+    /// Modules in base64, the map's first, separated by spaces.
     pub(super) modules: String,
-    /// JSON that may stand in a page.
+    /// JSON that is safe inside a page.
     pub(super) data: String,
 }
 
-/// What the script is told. Numbers that are not finite are null: no bound.
+/// Data for the script. Numbers that are not finite are null: unbounded.
 #[derive(Serialize)]
 struct Data<'a> {
     scene: &'a str,
@@ -40,22 +41,22 @@ struct Data<'a> {
     passages: &'a [String],
     /// Orders of the modules.
     orders: Vec<[u32; 2]>,
-    /// How far orbits may go, in offsets.
+    /// Bounds of orbits, in offsets; an orbit beyond them has escaped.
     escape: Vec<f64>,
     diagrams: Vec<Option<LiveDiagram>>,
     charts: Vec<Option<LiveChart>>,
-    /// Shorter periods first.
+    /// Branches, shorter periods first.
     branches: Vec<LiveBranch<'a>>,
-    /// How many were too many for a page.
+    /// Number of branches left out for their size.
     branches_left_out: usize,
-    /// What diagrams by direct simulation show.
+    /// Iterates of direct simulation in diagrams.
     direct: Vec<LiveDirect>,
 }
 
-/// A branch of periodic orbits of the map, in offsets.
+/// Branch of periodic orbits of the map, in offsets.
 #[derive(Serialize)]
 struct LiveBranch<'a> {
-    /// Which of the map's parameters varies.
+    /// Index of the parameter that varies.
     axis: usize,
     itinerary: &'a str,
     period: usize,
@@ -63,11 +64,11 @@ struct LiveBranch<'a> {
     special: Vec<LiveSpecial<'a>>,
 }
 
-/// A stretch of a branch that is physical and of one stability.
+/// Part of a branch that is physical and of one stability.
 #[derive(Serialize)]
 struct LiveLine {
     stable: bool,
-    /// Of each point the parameter, then the states of its returns, in base64.
+    /// Parameter of each point followed by the states of its returns, in base64.
     points: String,
 }
 
@@ -83,13 +84,13 @@ struct LiveSpecial<'a> {
 struct LiveDirect {
     axis: usize,
     observe: usize,
-    /// Pairs of the parameter and what is drawn, in base64.
+    /// Pairs of parameter and drawn value, in base64.
     points: String,
 }
 
 #[derive(Serialize)]
 struct LiveChart {
-    /// Which of the map's parameters, the horizontal one first.
+    /// Indices of the parameters, the horizontal one first.
     axes: [usize; 2],
     x: [f64; 2],
     y: [f64; 2],
@@ -122,23 +123,23 @@ struct Window<'a> {
 
 #[derive(Serialize)]
 struct LiveDiagram {
-    /// Which of the map's parameters is swept.
+    /// Index of the parameter that is swept.
     axis: usize,
     from: f64,
     to: f64,
     transient: usize,
     keep: usize,
     headings: Vec<SweepHeading>,
-    /// Offsets at which a sweep starts.
+    /// Offsets of a sweep's start.
     start: Vec<f64>,
-    /// What is drawn: −depth of a passage or, after those, a coordinate.
+    /// Index of the drawn quantity: minus the depth of a passage; after the passages, a coordinate.
     observe: usize,
 }
 
 impl LiveMap {
-    /// A map, modules of WebAssembly (its own, then those of lower orders as far as they stay small
-    /// together), diagrams and charts of it, and branches of its periodic orbits. A diagram or
-    /// chart over a parameter that is no variable of the map is left as it was drawn.
+    /// Interactive data of a map: WebAssembly modules (the map's, then those of lower orders while
+    /// they fit the size limit), diagrams and charts, and branches of periodic orbits. A diagram or
+    /// chart over a parameter that the map does not keep stays as drawn.
     ///
     /// # Errors
     ///
@@ -207,12 +208,12 @@ impl LiveMap {
     }
 }
 
-/// A name as a letter, where it is one, without the marks of an index.
+/// Symbol of a name, without the marks of a subscript.
 fn plain_symbol(name: &str) -> String {
     symbol(name).replace(['{', '}'], "")
 }
 
-/// What the script is told of a diagram; `None` where the map does not keep its parameter.
+/// Data of a diagram; `None` if the map does not keep its parameter.
 fn live(map: &LocalMap, diagram: &Diagram) -> Option<LiveDiagram> {
     let axis = axis(map, &diagram.parameter)?;
     let offsets = diagram.sweeps.iter().flat_map(|sweep| &sweep.points).map(|point| point.offset);
@@ -236,12 +237,12 @@ fn live(map: &LocalMap, diagram: &Diagram) -> Option<LiveDiagram> {
     })
 }
 
-/// The place of a parameter among the map's.
+/// Index of a parameter in the map.
 fn axis(map: &LocalMap, name: &str) -> Option<usize> {
     map.parameters.iter().position(|own| own.name == name)
 }
 
-/// What a diagram draws, among what a page draws; `None` where a page cannot.
+/// Index of the quantity that a diagram draws; `None` if a page cannot draw it.
 fn observed(map: &LocalMap, diagram: &Diagram) -> Option<usize> {
     if diagram.observable == "h" && map.section.kind == SectionKind::Tangency {
         return Some(0);
@@ -250,7 +251,7 @@ fn observed(map: &LocalMap, diagram: &Diagram) -> Option<usize> {
     coordinate.map(|coordinate| map.surfaces.len() + coordinate)
 }
 
-/// Numbers as the script reads them: eight bytes each, in base64.
+/// Numbers for the script: eight bytes each, in base64.
 fn packed(numbers: impl IntoIterator<Item = f64>) -> String {
     BASE64.encode(numbers.into_iter().flat_map(f64::to_le_bytes).collect::<Vec<_>>())
 }
@@ -287,7 +288,7 @@ fn live_branches<'a>(map: &LocalMap, listing: &'a BranchListing) -> Vec<LiveBran
     listing.branches.iter().map(live).collect()
 }
 
-/// A few iterates of direct simulation at each value of the parameter, of a period all.
+/// Iterates of direct simulation at each parameter value: a whole period, up to the limit.
 fn live_direct(map: &LocalMap, diagram: &Diagram) -> Option<LiveDirect> {
     let (axis, observe) = (axis(map, &diagram.parameter)?, observed(map, diagram)?);
     let sweeps = diagram.sweeps.iter().filter(|sweep| sweep.method == Method::Direct);
@@ -299,8 +300,8 @@ fn live_direct(map: &LocalMap, diagram: &Diagram) -> Option<LiveDirect> {
     (!points.is_empty()).then_some(LiveDirect { axis, observe, points })
 }
 
-/// What the script is told of charts: of those over the same parameters the first is alive, `None`
-/// where the map does not keep both.
+/// Data of charts. Of several charts over the same parameters only the first is interactive; `None`
+/// if the map does not keep both parameters.
 fn live_charts(map: &LocalMap, charts: &[Chart]) -> Vec<Option<LiveChart>> {
     let place = |name: &str| axis(map, name);
     let ends = |offsets: &[f64]| match offsets {

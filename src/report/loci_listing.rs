@@ -1,4 +1,4 @@
-//! Loci in two parameters: the fields of `loci --json`, tables and the figure.
+//! Loci in two parameters: fields of `loci --json`, tables and figures.
 
 use serde::Serialize;
 
@@ -12,7 +12,7 @@ use crate::analysis::loci::{
 };
 use crate::expansion::LocalMap;
 
-/// Loci, ready to be written as JSON; everything in offsets.
+/// Loci in offsets, for the JSON document.
 #[derive(Clone, Debug, Serialize)]
 pub struct LociListing {
     /// `map` or `direct`.
@@ -21,44 +21,44 @@ pub struct LociListing {
     pub section: SectionDocument,
     /// Grazing values of the active parameters.
     pub grazing_parameters: Named<f64>,
-    /// Surface of each passage of a return: what the digits of an itinerary stand for.
+    /// Surface of each passage of a return, for the digits of an itinerary.
     pub passages: Vec<String>,
-    /// The two parameters of the plane.
+    /// Parameters of the plane.
     pub plane: [String; 2],
     /// The loci.
     pub loci: Vec<LocusRecord>,
-    /// How folds and flips leave the grazing curves.
+    /// Tangencies of folds and flips with the grazing curves.
     pub tangencies: Vec<TangencyRecord>,
-    /// The surfaces whose contacts begin without a kick, as those of compliant stops do: theory has
+    /// Surfaces whose contacts begin without a jump of the force, as at compliant stops: theory has
     /// no tangency there.
     pub without_kick: Vec<String>,
-    /// Itineraries of which direct simulation did not follow all.
+    /// Itineraries whose loci direct simulation did not all follow.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub unfinished: Vec<String>,
     #[serde(skip)]
     places: [usize; 2],
 }
 
-/// A curve in the plane.
+/// Curve in the plane.
 #[derive(Clone, Debug, Serialize)]
 pub struct LocusRecord {
-    /// What happens along it.
+    /// Kind of the locus.
     pub kind: LocusKind,
-    /// The contacts of its orbits, in digits; of a graze, those beside the grazing one.
+    /// Contacts of its orbits, in digits; for a graze, those besides the grazing one.
     pub itinerary: String,
-    /// The return and the passage that graze, from 0.
+    /// Return and passage that graze, from 0.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub grazing: Option<[usize; 2]>,
-    /// Of a crisis, the contacts from the saddle back to it.
+    /// Contacts from the saddle back to it, for a crisis.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub excursion: Option<String>,
-    /// Its points, in order along it.
+    /// Points, in order along the locus.
     pub points: Vec<LocusPointRecord>,
-    /// Why it ends at its first and at its last point.
+    /// Reasons why the locus ends at its first and last point.
     pub ends: [LocusEnd; 2],
 }
 
-/// A point of a locus.
+/// Point of a locus.
 #[derive(Clone, Debug, Serialize)]
 pub struct LocusPointRecord {
     /// Offsets of the active parameters.
@@ -67,43 +67,44 @@ pub struct LocusPointRecord {
     pub state: Named<f64>,
     /// The depth variable `y` of each contact, the grazing one included.
     pub depth_variables: Vec<f64>,
-    /// Multipliers, `[re, im]`, the largest first; of a graze those without the grazing contact.
+    /// Multipliers, `[re, im]`, the largest first; for a graze, those without the grazing contact.
     pub multipliers: Vec<[f64; 2]>,
-    /// Whether all multipliers but those of the locus lie inside the unit circle.
+    /// Whether all multipliers except those of the locus lie inside the unit circle.
     pub stable: bool,
     /// Whether the contacts made are those of the itinerary.
     pub physical: bool,
-    /// Whether it lies in the window.
+    /// Whether the orbit lies in the window.
     pub inside: bool,
-    /// The label of a point of codimension two.
+    /// Label of a point of codimension two.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub label: Option<String>,
     #[serde(skip)]
     at: [f64; 2],
 }
 
-/// The quadratic tangency of a locus with a grazing curve: with `t` the distance in the first
-/// parameter, the second differs from the grazing curve by `coefficient t²`.
+/// Quadratic tangency of a locus with a grazing curve. If `t` is the distance in the first
+/// parameter, the second parameter differs from the grazing curve by `coefficient t²`.
 #[derive(Clone, Debug, Serialize)]
 pub struct TangencyRecord {
     /// Fold or flip.
     pub kind: LocusKind,
-    /// The contacts of its orbits, in digits, the grazing one included.
+    /// Contacts of its orbits, in digits, the grazing one included.
     pub itinerary: String,
-    /// The point on the grazing curve.
+    /// Label of the point on the grazing curve.
     pub label: String,
-    /// Offsets of the active parameters there.
+    /// Offsets of the active parameters at that point.
     pub parameters: Named<f64>,
-    /// From the jets of the map.
+    /// Coefficient from the jets of the map.
     pub coefficient: f64,
-    /// Fitted to points of both curves.
+    /// Coefficient fitted to points of both curves.
     pub fitted: Option<f64>,
     /// Depth variable over `t`; the locus is physical where `slope t` is positive.
     pub slope: f64,
 }
 
 impl LociListing {
-    /// The loci of a map in the plane of two of its active parameters, or of direct simulation.
+    /// Listing of the loci of a map, or of direct simulation, in the plane of two active
+    /// parameters.
     pub fn new(
         section: SectionDocument,
         map: &LocalMap,
@@ -129,19 +130,19 @@ impl LociListing {
         }
     }
 
-    /// Whether there are grazes among the loci.
+    /// Whether the loci include grazes.
     pub fn has_grazes(&self) -> bool {
         self.loci.iter().any(|locus| locus.kind == LocusKind::Graze)
     }
 
-    /// The crises, with their numbers from 1.
+    /// Crises, numbered from 1.
     pub fn crises(&self) -> impl Iterator<Item = (usize, &LocusRecord)> {
         let loci = self.loci.iter().enumerate();
         let crises = loci.filter(|(_, locus)| locus.kind == LocusKind::Crisis);
         crises.map(|(number, locus)| (number + 1, locus))
     }
 
-    /// The points of codimension two: the locus that each lies on, and it.
+    /// Points of codimension two, each with the index of its locus and the locus.
     pub fn special(&self) -> impl Iterator<Item = (usize, &LocusRecord, &LocusPointRecord)> {
         let loci = self.loci.iter().enumerate();
         loci.flat_map(|(number, locus)| {
@@ -150,7 +151,7 @@ impl LociListing {
         })
     }
 
-    /// The loci as a person reads them: one row each.
+    /// Table of the loci, for people: one row each.
     ///
     /// # Errors
     ///
@@ -186,7 +187,7 @@ impl LociListing {
         Ok(table)
     }
 
-    /// The points of codimension two as a person reads them.
+    /// Table of the points of codimension two, for people.
     ///
     /// # Errors
     ///
@@ -206,7 +207,7 @@ impl LociListing {
         Ok(table.text("orbit", |(.., point)| word(point)).made())
     }
 
-    /// The tangencies as a person reads them.
+    /// Table of the tangencies, for people.
     ///
     /// # Errors
     ///
@@ -222,7 +223,7 @@ impl LociListing {
         Ok(table.made())
     }
 
-    /// The loci as a person reads them.
+    /// Loci as text.
     ///
     /// # Errors
     ///
@@ -275,12 +276,12 @@ impl LociListing {
         Ok(text)
     }
 
-    /// What may not be trusted, or not be all.
+    /// Warnings about accuracy or completeness.
     pub fn remarks(&self) -> Vec<String> {
         self.outside_remark().into_iter().chain(unfinished_remark(&self.unfinished)).collect()
     }
 
-    /// How many points are outside of the window.
+    /// Warning with the number of points outside the window.
     fn outside_remark(&self) -> Option<String> {
         let points = self.loci.iter().flat_map(|locus| &locus.points);
         let physical: Vec<_> = points.filter(|point| point.physical).collect();
@@ -288,13 +289,13 @@ impl LociListing {
         (outside > 0 && self.using == "map").then(|| {
             format!(
                 "warning: {outside} of {} points are outside the window, where the map has not \
-                 been measured; --using direct has them by direct simulation",
+                 been measured; the method `direct` simulates them",
                 physical.len()
             )
         })
     }
 
-    /// The points of all loci with all digits.
+    /// Table of the points of all loci with all digits, for programs.
     ///
     /// # Errors
     ///
@@ -327,16 +328,16 @@ impl LociListing {
         Ok(table)
     }
 
-    /// Physical values of the two parameters at a point.
+    /// Values of the two parameters at a point.
     fn values(&self, point: &LocusPointRecord) -> [f64; 2] {
         let value =
             |place: usize| self.grazing_parameters.0[self.places[place]].1 + point.at[place];
         [value(0), value(1)]
     }
 
-    /// The plane with all loci: the physical parts coloured by kind, solid where the other
-    /// multipliers are stable and dashed where not, the rest dotted in grey; points of codimension
-    /// two with their labels. `under` is drawn beneath, where it has these axes.
+    /// Figure of the plane with all loci. Physical parts are coloured by kind, solid where the
+    /// other multipliers are stable and dashed where not; the rest is dotted grey. Points of
+    /// codimension two are labelled. `under` is drawn below and must have the same axes.
     pub fn figure(&self, under: Option<Figure>) -> Figure {
         let mut figure = under.unwrap_or_else(|| {
             let [horizontal, vertical] = self.plane.each_ref().map(|name| offset_axis(name));
@@ -346,8 +347,8 @@ impl LociListing {
         figure
     }
 
-    /// The same with the distance from the grazing curve of the orbit without contact, in the
-    /// second parameter, in the place of that parameter; `None` where there is no such curve.
+    /// Figure with the second parameter measured from the grazing curve of the orbit without
+    /// contact; `None` if there is no such curve.
     pub fn figure_from_graze(&self) -> Option<Figure> {
         let graze = self
             .loci
@@ -362,7 +363,7 @@ impl LociListing {
         Some(figure)
     }
 
-    /// Draws all loci, each point at the place that it has in the figure.
+    /// Draws all loci. `place` maps points of the plane into the figure.
     fn draw(&self, figure: &mut Figure, place: &dyn Fn([f64; 2]) -> Option<[f64; 2]>) {
         let point = |point: &LocusPointRecord| PlanePoint {
             at: point.at,
@@ -380,7 +381,7 @@ impl LociListing {
     }
 }
 
-/// Draws curves in a plane, each point at the place that it has in the figure.
+/// Draws curves in a plane. `place` maps points of the plane into the figure.
 pub(super) fn draw_curves(
     figure: &mut Figure,
     curves: &[PlaneCurve],
@@ -395,7 +396,7 @@ pub(super) fn draw_curves(
                     stretches(curve).into_iter().filter(|(other, _)| *other == drawn)
                 {
                     points.extend(stretch.into_iter().filter_map(place));
-                    // A point that is no number interrupts the line.
+                    // NOTE: a point that is not a number interrupts the line.
                     points.push([f64::NAN; 2]);
                 }
             }
@@ -420,7 +421,7 @@ pub(super) fn draw_curves(
     let extent: [f64; 2] = std::array::from_fn(|axis| {
         points().fold(0.0_f64, |most, point| most.max(point.at[axis].abs()))
     });
-    // What lies at one place has one mark, with the names of all that it is.
+    // Special points at one place share a mark with all their labels.
     let mut marked: Vec<(&[f64; 2], Vec<String>)> = Vec::new();
     let special = points().filter(|point| point.physical);
     for (at, label) in special.filter_map(|point| Some((&point.at, point.label.as_ref()?))) {
@@ -430,7 +431,7 @@ pub(super) fn draw_curves(
         };
         match marked.iter_mut().find(|(at, _)| here(at)) {
             Some((_, labels)) if labels.contains(&label) => {}
-            // The graze's own name says that loci end there.
+            // NOTE: a graze's own label implies that loci end there.
             Some((_, labels)) if labels[0].starts_with('ξ') && !label.starts_with('ξ') => {}
             Some((_, labels)) => labels.push(label),
             None => marked.push((at, vec![label])),
@@ -442,10 +443,10 @@ pub(super) fn draw_curves(
     }));
 }
 
-/// Special points nearer than this share of the extent of all curves are one mark.
+/// Special points nearer than this share of the curves' extent share a mark.
 const ONE_MARK: f64 = 1e-6;
 
-/// How a stretch of a curve is drawn.
+/// Line style of a part of a curve.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Drawn {
     Stable,
@@ -453,7 +454,7 @@ enum Drawn {
     Virtual,
 }
 
-/// The stretches of a curve that are drawn alike, each with the first point of the next.
+/// Parts of a curve of one line style, each including the first point of the next.
 fn stretches(curve: &PlaneCurve) -> Vec<(Drawn, Vec<[f64; 2]>)> {
     let mut stretches: Vec<(Drawn, Vec<[f64; 2]>)> = Vec::new();
     for point in &curve.points {
@@ -472,7 +473,7 @@ fn stretches(curve: &PlaneCurve) -> Vec<(Drawn, Vec<[f64; 2]>)> {
     stretches
 }
 
-/// The ordinate of a line, whose abscissas may run either way, at an abscissa.
+/// Ordinate of a line at an abscissa; the abscissas of the line may increase or decrease.
 fn between(line: &[[f64; 2]], abscissa: f64) -> Option<f64> {
     line.windows(2).find_map(|pair| {
         let [[a, low], [b, high]] = [pair[0], pair[1]];
@@ -481,7 +482,7 @@ fn between(line: &[[f64; 2]], abscissa: f64) -> Option<f64> {
     })
 }
 
-/// The mark of the field.
+/// Usual abbreviation of a kind of locus.
 fn mark(kind: LocusKind) -> &'static str {
     match kind {
         LocusKind::Graze => "GR",
@@ -533,7 +534,7 @@ fn point_record(map: &LocalMap, plane: [usize; 2], point: &LocusPoint) -> LocusP
     }
 }
 
-/// What has been searched for loci, in words.
+/// Description of the search for loci.
 pub fn loci_searched(request: &LociRequest) -> String {
     let itineraries: Vec<String> =
         request.itineraries.iter().map(|itinerary| itinerary.to_string()).collect();

@@ -1,4 +1,4 @@
-//! An expansion by name: the fields of `expand --json` that people and other programs read.
+//! Expansion by names of variables: the fields of `expand --json`.
 
 use serde::{Deserialize, Serialize};
 
@@ -13,7 +13,7 @@ use crate::jet::Jet;
 use crate::model::Scene;
 use crate::orbit::GrazingOrbit;
 
-/// Names of the depth variables of a map: `y`, and `y1, y2, …` where there are several passages.
+/// Names of the depth variables of a map: `y`, or `y1, y2, …` if there are several passages.
 pub fn depth_variables(passages: usize) -> Vec<String> {
     match passages {
         1 => vec!["y".to_owned()],
@@ -21,12 +21,12 @@ pub fn depth_variables(passages: usize) -> Vec<String> {
     }
 }
 
-/// `P_smooth`, `D` and their composition by the names of their variables; everything in offsets.
+/// `P_smooth`, `D` and their composition in named variables, all in offsets.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct MapListing {
     /// The section.
     pub section: SectionDocument,
-    /// Active parameters at `p*`.
+    /// Active parameters at the graze.
     pub parameters: Named<f64>,
     /// Truncation orders.
     pub orders: MapOrders,
@@ -34,36 +34,36 @@ pub struct MapListing {
     pub weights: Named<u32>,
     /// `P_smooth`.
     pub smooth: PolynomialMap,
-    /// `D`, with `y² = -h_min`, of each passage in the order in which they are met.
+    /// `D` of each passage, in order of passage, with `y² = -h_min`.
     pub discontinuity: Vec<PolynomialMap>,
-    /// The whole map, with `y² = -h_min` of each passage.
+    /// Composed map, with `y² = -h_min` of each passage.
     pub composed: PolynomialMap,
-    /// Leading laws of each `D` and where its series in `y` end.
+    /// Leading laws of each `D`, and radius of its series in `y`.
     pub depth: Vec<DepthListing>,
-    /// Decimal digits lost to cancellation, an estimate per output.
+    /// Estimated decimal digits lost to cancellation, per output.
     pub lost_digits: Named<f64>,
-    /// The window, and what the map errs inside.
+    /// Window, with the map's errors.
     pub window: MeasuredWindow,
-    /// How the map that is run differs from what is listed, where a choice was made.
+    /// Difference between the coefficients that are run and those listed, if the map was chosen.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub chosen: Option<ChosenCoefficients>,
 }
 
-/// How the map that was chosen for a tolerance differs from the coefficients listed.
+/// Difference between the coefficients of a chosen map and those listed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ChosenCoefficients {
-    /// Whose coefficients are listed: those of the Taylor series, all of them.
+    /// Kind of the listed coefficients: all those of the Taylor series.
     pub listed: Polynomials,
-    /// Whose coefficients are run.
+    /// Kind of the coefficients that are run.
     pub run: Polynomials,
-    /// Orders of the map that economised coefficients were fitted to.
+    /// Orders of the map to which economised coefficients were fitted.
     pub fitted_to: Option<MapOrders>,
-    /// How many coefficients are run: a tolerance does not need all of them.
+    /// Number of coefficients that are run; a tolerance does not need all of them.
     pub coefficients: usize,
 }
 
 impl ChosenCoefficients {
-    /// Of a choice.
+    /// Difference for a choice.
     pub fn of(choice: &Choice) -> Self {
         Self {
             listed: Polynomials::Taylor,
@@ -73,7 +73,7 @@ impl ChosenCoefficients {
         }
     }
 
-    /// The same in words.
+    /// Difference as text.
     pub fn words(&self) -> String {
         let run = match (self.run, self.fitted_to) {
             (Polynomials::Economised, Some(orders)) => {
@@ -88,31 +88,31 @@ impl ChosenCoefficients {
     }
 }
 
-/// Polynomials of named variables, one per coordinate of the section.
+/// Polynomials in named variables, one per section coordinate.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PolynomialMap {
-    /// Surface of the passage, for the `D` of one of several.
+    /// Surface of the passage, if there are several passages.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub surface: Option<String>,
     /// Names of the variables.
     pub variables: Vec<String>,
-    /// Terms of each coordinate's image.
+    /// Terms of the image of each coordinate.
     pub outputs: Named<Vec<Term>>,
-    /// Terms of `y² = -h_min` in the same variables, for each depth variable among them.
+    /// Terms of `y² = -h_min` in the same variables, one list per depth variable.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub depth: Vec<Vec<Term>>,
 }
 
-/// One term of a polynomial.
+/// Term of a polynomial.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Term {
     /// Exponents of the variables.
     pub powers: Vec<u8>,
-    /// The coefficient.
+    /// Coefficient.
     pub value: f64,
 }
 
-/// The parts of an expansion.
+/// Parts of an expansion.
 #[derive(Clone, Copy, Debug)]
 pub struct ExpansionParts<'a> {
     /// The variables and their weights.
@@ -121,37 +121,37 @@ pub struct ExpansionParts<'a> {
     pub orders: MapOrders,
     /// `P_smooth`.
     pub smooth: &'a Leg,
-    /// The passages, in the order in which they are met.
+    /// Passages, in order.
     pub passages: &'a [PassageParts<'a>],
-    /// Their composition.
+    /// Composition of the parts.
     pub composed: &'a ComposedMap,
-    /// Digits lost in them.
+    /// Digits lost to cancellation in the parts.
     pub lost_digits: &'a LostDigits,
-    /// The choice, where the scene names a tolerance.
+    /// Choice of orders, if the scene names a tolerance.
     pub choice: Option<&'a Choice>,
-    /// The section, with what decided it.
+    /// Section, with the reason for its choice.
     pub section: &'a SectionDocument,
-    /// The window, measured.
+    /// Measured window.
     pub window: &'a MeasuredWindow,
 }
 
-/// The parts of the expansion of one passage.
+/// Parts of the expansion of a passage.
 #[derive(Clone, Debug)]
 pub struct PassageParts<'a> {
-    /// Name of its surface.
+    /// Name of the surface.
     pub surface: &'a str,
-    /// The variables in which it is expanded.
+    /// Variables of the expansion.
     pub variables: &'a Variables,
     /// `D`.
     pub contact: &'a Contact,
-    /// `D` along the depth alone.
+    /// Series of `D` in the depth alone.
     pub depth_series: DepthSeries,
-    /// What its truncation leaves out at the edge of the window.
+    /// Truncation of the series at the edge of the window.
     pub window_edge: Option<WindowEdge>,
 }
 
 impl MapListing {
-    /// The expansion of a scene.
+    /// Listing of a scene's expansion.
     pub fn new(scene: &Scene, orbit: &GrazingOrbit, parts: ExpansionParts<'_>) -> Self {
         let variables = parts.variables;
         let active = scene.expansion.active.iter().map(|&parameter| {
@@ -184,7 +184,7 @@ impl MapListing {
         }
     }
 
-    /// Number of terms of each part, coordinate by coordinate; a passage may have coordinates of
+    /// Table of the numbers of terms of each part, by coordinate; a passage may have coordinates of
     /// its own.
     ///
     /// # Errors
@@ -204,7 +204,7 @@ impl MapListing {
         Ok(table)
     }
 
-    /// Every coefficient: part, coordinate, powers by variable, value.
+    /// Table of all coefficients: part, coordinate, powers by variable, value.
     ///
     /// # Errors
     ///
@@ -235,7 +235,7 @@ impl MapListing {
         Ok(table)
     }
 
-    /// The parts with their names.
+    /// Parts with their names.
     fn parts(&self) -> Vec<Part<'_>> {
         let contacts = &self.discontinuity;
         let number = |passage: usize| match contacts.len() {
@@ -260,7 +260,7 @@ impl MapListing {
     }
 }
 
-/// One part of a map, as files and as people name it.
+/// Part of a map, with its name in files and its title for people.
 struct Part<'a> {
     name: String,
     title: String,
@@ -268,7 +268,7 @@ struct Part<'a> {
 }
 
 impl PolynomialMap {
-    /// Power of a variable in a term; 0 for one that is no variable of these polynomials.
+    /// Power of a variable in a term; 0 for a variable that these polynomials do not have.
     fn power(&self, term: &Term, variable: &str) -> u8 {
         let place = self.variables.iter().position(|name| name == variable);
         place.and_then(|place| term.powers.get(place).copied()).unwrap_or(0)
@@ -285,7 +285,7 @@ fn smooth_map(variables: &Variables, leg: &Leg) -> PolynomialMap {
     }
 }
 
-/// The worst of each coordinate's parts.
+/// Larger loss of digits of the two parts, per coordinate.
 fn worst_digits(lost: &LostDigits) -> impl Iterator<Item = f64> {
     lost.smooth.iter().zip(&lost.discontinuity).map(|(smooth, contact)| smooth.max(*contact))
 }
@@ -325,12 +325,12 @@ fn coordinates(variables: &Variables) -> impl Iterator<Item = &str> {
     variables.names[..variables.coordinates].iter().map(String::as_str)
 }
 
-/// Depth variables, then the others.
+/// Names of the depth variables, then of the other variables.
 fn after(depths: &[String], variables: &Variables) -> Vec<String> {
     depths.iter().chain(&variables.names).cloned().collect()
 }
 
-/// The terms of a jet that are not zero, each times these powers of the depth variables.
+/// Nonzero terms of a jet, each multiplied by these powers of the depth variables.
 fn terms(depths: &[u8], jet: &Jet<f64>) -> Vec<Term> {
     jet.terms()
         .filter(|(_, value)| *value != 0.0)
@@ -341,23 +341,23 @@ fn terms(depths: &[u8], jet: &Jet<f64>) -> Vec<Term> {
         .collect()
 }
 
-/// The leading laws of `D` and the radius of its series in `y`.
+/// Leading laws of `D` and radius of its series in `y`.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct DepthListing {
-    /// Leading term of each coordinate's correction; `null` where none was found.
+    /// Leading term of each coordinate's correction; `null` if none was found.
     pub leading: Named<Option<LeadingTerm>>,
-    /// Estimated radius of convergence in `y`; `null` where the series ends.
+    /// Estimated radius of convergence in `y`; `null` if the series terminates.
     pub radius: Option<f64>,
-    /// What the truncation leaves out at the edge of the window; `null` where the series ends.
+    /// Truncation at the edge of the window; `null` if the series terminates.
     pub window_edge: Option<WindowEdge>,
 }
 
-/// The leading term `coefficient · y^exponent`.
+/// Leading term `coefficient · y^exponent`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LeadingTerm {
     /// Power of `y`.
     pub exponent: u32,
-    /// Its coefficient.
+    /// Coefficient.
     pub coefficient: f64,
 }
 
@@ -368,8 +368,7 @@ impl From<LeadingLaw> for LeadingTerm {
 }
 
 impl DepthListing {
-    /// The laws of a series, by the names of its coordinates, and the window's edge for a map of
-    /// some orders.
+    /// Laws of a series by coordinate names, with the truncation at the window's edge.
     pub fn new(
         variables: &Variables,
         series: &DepthSeries,
@@ -383,7 +382,7 @@ impl DepthListing {
         Self { leading: Named::new(leading), radius: series.radius(), window_edge }
     }
 
-    /// One line per coordinate, and one for the radius.
+    /// Text with one line per coordinate, and one for the radius.
     pub fn words(&self) -> String {
         let mut text = String::new();
         for (name, law) in &self.leading.0 {
@@ -403,8 +402,7 @@ impl DepthListing {
     }
 }
 
-/// What a truncation leaves out at the edge of a window, as the end of a sentence that begins
-/// there.
+/// Share that truncation omits at the edge of a window, as the end of a sentence.
 ///
 /// ```
 /// use grazemap::expansion::WindowEdge;

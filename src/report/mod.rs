@@ -1,10 +1,10 @@
-//! Results as people and other programs read them: tables, figures, CSV, NPY, JSON, one HTML page.
+//! Layout of results for people and programs: tables, figures, CSV, NPY, JSON, one HTML page.
 //!
-//! The floor takes plain values (numbers, points, words) and lays them out. Same input, same bytes:
-//! no dates, no machine paths, no hash order.
+//! This floor lays out plain values (numbers, points, words). Output is reproducible: it contains
+//! no dates, no machine paths, and does not depend on hash order.
 //!
-//! Deliberately absent: computing anything new. Thinning of a drawing and rounding of a printed
-//! number are layout, and both are stated beside what they were done to.
+//! Deliberately absent: computing anything new. Thinning a drawing and rounding a printed number
+//! are layout, and both are stated beside their result.
 
 mod basin_figure;
 mod branch_listing;

@@ -1,5 +1,5 @@
-//! The grazing orbit by name: the fields of `locate --json` that people and other programs read;
-//! and what happens at the graze, in words: what theory says, and beside it what was measured.
+//! Grazing orbit by names: the fields of `locate --json`. Also the bifurcation at the graze as
+//! text: predicted by theory and, if measured, by simulation.
 
 use serde::Serialize;
 
@@ -14,16 +14,16 @@ use crate::orbit::{
     Route, Unfolding,
 };
 
-/// A grazing orbit by the names of its parameters and states, rounded to doubles.
+/// Grazing orbit by the names of parameters and states, rounded to doubles.
 #[derive(Clone, Debug, Serialize)]
 pub struct OrbitListing {
-    /// The surface that is grazed first.
+    /// Surface of the first grazing passage.
     pub surface: String,
-    /// All parameters at which the orbit grazes.
+    /// All parameters of the grazing orbit.
     pub parameters: Named<f64>,
     /// Full state at the first grazing point.
     pub state: Named<f64>,
-    /// Duration of one period of the orbit, in time.
+    /// Period of the orbit, in time.
     pub period: f64,
     /// `h''` at the first grazing point.
     pub normal_acceleration: f64,
@@ -31,7 +31,7 @@ pub struct OrbitListing {
     pub section: SectionDocument,
     /// Jacobian of `P_smooth` on the section's coordinates, by rows.
     pub monodromy: Vec<Vec<f64>>,
-    /// Its eigenvalues, `[re, im]`, the largest first.
+    /// Eigenvalues of the monodromy, `[re, im]`, the largest first.
     pub multipliers: Vec<[f64; 2]>,
     /// `xi_1, xi_2, ...` from the first passage to itself.
     pub xi: Vec<f64>,
@@ -41,14 +41,14 @@ pub struct OrbitListing {
     pub conditions: Vec<ConditionsListing>,
     /// Largest residual of the equations of the orbit.
     pub residual: f64,
-    /// Lowest minimum of any event function elsewhere on the orbit; negative where it penetrates a
-    /// surface.
+    /// Smallest other minimum of any event function on the orbit; negative if the orbit penetrates
+    /// a surface.
     pub clearance: Option<f64>,
-    /// The first adjusted parameter at the other grazes that the search met.
+    /// First adjusted parameter at the other grazes found by the search.
     pub other_grazes: Vec<f64>,
 }
 
-/// A grazing passage.
+/// Grazing passage.
 #[derive(Clone, Debug, Serialize)]
 pub struct PassageListing {
     /// Name of the surface.
@@ -61,21 +61,21 @@ pub struct PassageListing {
     pub normal_acceleration: f64,
 }
 
-/// The conditions from one passage to another.
+/// Conditions from one passage to another.
 #[derive(Clone, Debug, Serialize)]
 pub struct ConditionsListing {
-    /// The passage that stretches, from 0.
+    /// Index of the passage that stretches, from 0.
     pub from: usize,
-    /// The passage whose gap is looked at, from 0.
+    /// Index of the passage whose gap is affected, from 0.
     pub to: usize,
     /// Names of their surfaces.
     pub surfaces: [String; 2],
-    /// `xi_1, xi_2, ...`; empty where the contact does not differ from free flight.
+    /// `xi_1, xi_2, ...`; empty if the contact does not differ from free flight.
     pub values: Vec<f64>,
 }
 
 impl ConditionsListing {
-    /// Conditions of an orbit of a scene.
+    /// Conditions between two passages of a scene's orbit.
     pub(super) fn new(scene: &Scene, from: usize, to: usize, values: Vec<f64>) -> Self {
         let surfaces = [from, to].map(|passage| surface_of(scene, passage));
         Self { from, to, surfaces, values }
@@ -83,7 +83,7 @@ impl ConditionsListing {
 }
 
 impl OrbitListing {
-    /// The orbit of a scene.
+    /// Listing of a scene's orbit.
     pub fn new(scene: &Scene, orbit: &GrazingOrbit) -> Self {
         let graze = orbit.grazing_point();
         let round = |values: &[Dd]| values.iter().map(|value| value.to_f64()).collect::<Vec<f64>>();
@@ -120,7 +120,7 @@ impl OrbitListing {
         }
     }
 
-    /// Parameters and the grazing point as a table.
+    /// Table of parameters and grazing point.
     ///
     /// # Errors
     ///
@@ -147,13 +147,51 @@ impl OrbitListing {
         Ok(table)
     }
 
-    /// The surfaces grazed, in order.
+    /// Grazing point, period, multipliers and first conditions as a table, in ten digits; zeros to
+    /// rounding are 0.
+    ///
+    /// # Errors
+    ///
+    /// Never in practice: every row has two cells.
+    pub fn summary_table(&self) -> Result<Table, ReportError> {
+        /// Conditions listed.
+        const FIRST: usize = 3;
+        const DIGITS: usize = 10;
+        let scale = self.state.0.iter().fold(1.0, |scale: f64, (_, value)| scale.max(value.abs()));
+        let zero = scale * (1e3 * self.residual).max(1e-28);
+        let shown = |value: f64| {
+            let value = if value.abs() <= zero { 0.0 } else { value };
+            significant(value, DIGITS)
+        };
+        let mut table = Table::new(vec![Column::text("quantity"), Column::text("value")]);
+        let mut row =
+            |name: &str, value: String| table.push(vec![Cell::text(name), Cell::text(value)]);
+        for (name, value) in &self.state.0 {
+            row(name, shown(*value))?;
+        }
+        row("period", shown(self.period))?;
+        row("h''", shown(self.normal_acceleration))?;
+        for (number, &[re, im]) in self.multipliers.iter().enumerate() {
+            let sign = if im < 0.0 { "-" } else { "+" };
+            let imaginary = match im == 0.0 {
+                true => String::new(),
+                false => format!(" {sign} {}i", shown(im.abs())),
+            };
+            row(&format!("multiplier {}", number + 1), shown(re) + &imaginary)?;
+        }
+        for (number, xi) in self.xi.iter().take(FIRST).enumerate() {
+            row(&format!("xi_{}", number + 1), shown(*xi))?;
+        }
+        Ok(table)
+    }
+
+    /// Surfaces of the grazing passages, in order.
     pub fn surfaces(&self) -> Vec<&str> {
         let passages = self.passages.iter();
         passages.map(|passage| passage.surface.as_str()).collect()
     }
 
-    /// The passages as a table: one row each.
+    /// Table of the passages, one row each.
     ///
     /// # Errors
     ///
@@ -177,7 +215,7 @@ impl OrbitListing {
         Ok(table)
     }
 
-    /// The conditions as a table: one row per pair of passages, one column per `n`.
+    /// Table of the conditions: one row per pair of passages, one column per `n`.
     ///
     /// # Errors
     ///
@@ -217,17 +255,17 @@ fn state(scene: &Scene, graze: &GrazingPoint) -> Named<f64> {
     Named::new(names.zip(graze.state.iter().map(|value| value.to_f64())))
 }
 
-/// What theory says of a graze and what was measured there.
+/// Prediction of theory for a graze, with measurements.
 #[derive(Clone, Debug, Serialize)]
 pub struct GrazeStudy {
-    /// The theory.
+    /// Theory.
     pub theory: GrazeTheory,
-    /// What was measured; none without a map.
+    /// Measurements; empty without a map.
     pub measured: Vec<MeasuredSide>,
 }
 
 impl GrazeStudy {
-    /// What is said, a sentence or two each.
+    /// Prediction and measurements as text, one or two sentences per item.
     pub fn words(&self) -> Vec<String> {
         let mut words = vec![self.sides(), self.expectation()];
         words.extend(self.measured.iter().map(measured_words));
@@ -235,7 +273,7 @@ impl GrazeStudy {
         words
     }
 
-    /// The one-contact orbits of the theory as a table; `None` where it has none.
+    /// Table of the one-contact orbits of the theory; `None` if it has none.
     ///
     /// # Errors
     ///
@@ -257,7 +295,7 @@ impl GrazeStudy {
         Ok(Some(table.made()))
     }
 
-    /// On which side contact begins.
+    /// Side of the graze on which contact begins, as text.
     fn sides(&self) -> String {
         let theory = &self.theory;
         let parameter = &theory.parameter;
@@ -333,7 +371,7 @@ impl GrazeStudy {
         }
     }
 
-    /// A condition without a sign, and what gives it one.
+    /// Condition `xi_n` that is zero, and the parameters that change its sign, as text.
     fn codimension_two(&self, n: usize) -> String {
         let slopes = self.theory.unfolding.iter();
         let slopes =
@@ -355,8 +393,8 @@ impl GrazeStudy {
         )
     }
 
-    /// Where theory and measurement differ, or where both are past what the theory says of the
-    /// graze itself.
+    /// Differences between theory and measurement, and offsets beyond the range of the theory, as
+    /// text.
     fn differences(&self) -> Vec<String> {
         let persists = match self.theory.expectation {
             Expectation::Jump { .. } => false,
@@ -387,7 +425,7 @@ impl GrazeStudy {
         self.measured.iter().filter_map(words).collect()
     }
 
-    /// The shortest one-contact orbit that is stable at an offset on the side of contact.
+    /// Shortest one-contact orbit that is stable at an offset on the side of contact.
     fn stable_at(&self, offset: f64) -> Option<&OneContactOrbit> {
         let mut orbits = self.theory.orbits.iter();
         orbits.find(|orbit| orbit.sum > 0.0 && orbit.unstable_within < offset.abs())
@@ -424,7 +462,7 @@ fn measured_words(side: &MeasuredSide) -> String {
 mod tests {
     use super::*;
 
-    /// A graze that jumps, whose orbit with one contact in two returns is stable from an offset on.
+    /// Graze that jumps; its orbit with one contact in two returns is stable from an offset on.
     fn study(offset: f64) -> GrazeStudy {
         let orbit = OneContactOrbit { returns: 2, xi: 1.0, sum: 1.0, unstable_within: 1e-6 };
         let side = MeasuredSide {

@@ -1,5 +1,5 @@
-//! Periodic orbits by itinerary: the fields of `orbits --json`, and tables in words for people and
-//! with a column for each number for programs.
+//! Periodic orbits by itinerary: fields of `orbits --json`, tables for people, and tables for
+//! programs with a column per number.
 
 use serde::Serialize;
 
@@ -12,7 +12,7 @@ use crate::convergence::MeasuredWindow;
 use crate::expansion::{LocalMap, WindowEdge};
 use crate::iteration::Itinerary;
 
-/// Periodic orbits, ready to be written as JSON; everything in offsets.
+/// Periodic orbits in offsets, for the JSON document.
 #[derive(Clone, Debug, Serialize)]
 pub struct OrbitsListing {
     /// `map` or `direct`.
@@ -21,71 +21,69 @@ pub struct OrbitsListing {
     pub section: SectionDocument,
     /// Grazing values of the active parameters.
     pub grazing_parameters: Named<f64>,
-    /// Surface of each passage of a return: what the digits of an itinerary stand for.
+    /// Surface of each passage of a return, for the digits of an itinerary.
     pub passages: Vec<String>,
-    /// The window of the map, which `inside` refers to.
+    /// Window of the map, to which `inside` refers.
     pub window: MeasuredWindow,
-    /// What the contacts of the map leave out at the edge of the window, by passage.
+    /// Share that truncation omits at the edge of the window, one per passage.
     pub window_edges: Vec<WindowEdge>,
     /// The orbits.
     pub orbits: Vec<OrbitRecord>,
-    /// Folds and flips, where asked for.
+    /// Folds and flips, if asked for.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub loci: Option<Vec<BifurcationsRecord>>,
-    /// Orbits of the map for which direct simulation has none.
+    /// Orbits of the map that direct simulation does not have.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub lost: Vec<LostRecord>,
-    /// Itineraries of which direct simulation did not follow all branches.
+    /// Itineraries whose branches direct simulation did not all follow.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub unfinished: Vec<String>,
 }
 
-/// A periodic orbit.
+/// Periodic orbit.
 #[derive(Clone, Debug, Serialize)]
 pub struct OrbitRecord {
-    /// Its itinerary, in digits.
+    /// Itinerary, in digits.
     pub itinerary: String,
-    /// Hits at each surface that grazes and periods, as `(1,3)`.
+    /// Hits at each surface that grazes, and periods, as `(1,3)`.
     pub name: String,
     /// Offsets of the active parameters.
     pub parameters: Named<f64>,
-    /// Offsets of its first point.
+    /// Offsets of the first point.
     pub state: Named<f64>,
-    /// Offsets of all its points.
+    /// Offsets of all points.
     pub states: Vec<Vec<f64>>,
     /// Multipliers, `[re, im]`, the largest first.
     pub multipliers: Vec<[f64; 2]>,
-    /// Whether all of them lie inside the unit circle.
+    /// Whether all multipliers lie inside the unit circle.
     pub stable: bool,
-    /// Its contacts, in order.
+    /// Contacts, in order.
     pub contacts: Vec<ContactRecord>,
     /// Whether the contacts made are those of the itinerary.
     pub physical: bool,
-    /// Whether it lies in the window.
+    /// Whether the orbit lies in the window.
     pub inside: bool,
-    /// Contacts that no passage accounts for, by direct simulation.
+    /// Number of contacts that belong to no passage, by direct simulation.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub extra_contacts: Option<usize>,
-    /// Whole forcing periods that it takes beyond one for every nominal one of its returns; by
-    /// direct simulation.
+    /// Number of whole forcing periods beyond one per nominal return, by direct simulation.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub turns: Option<i32>,
-    /// By how much the period does not close, in half-widths of the window.
+    /// Closing error of the period, in half-widths of the window.
     pub residual: f64,
 }
 
-/// A contact of an orbit.
+/// Contact of an orbit.
 #[derive(Clone, Debug, Serialize)]
 pub struct ContactRecord {
-    /// Speed at which the surface is met; negative on the other branch of the root, of virtual
-    /// orbits.
+    /// Impact speed; negative on the other branch of the root, for virtual orbits.
     pub speed: f64,
     /// Name of the surface.
     pub surface: String,
-    /// The return, from 0.
+    /// Index of the return, from 0.
     #[serde(rename = "return")]
     pub number: usize,
-    /// The passage of the return, from 0.
+    /// Index of the passage in the return, from 0.
     pub passage: usize,
 }
 
@@ -94,24 +92,24 @@ pub struct ContactRecord {
 pub struct BifurcationsRecord {
     /// Fold or flip.
     pub kind: BifurcationKind,
-    /// The itinerary, in digits.
+    /// Itinerary, in digits.
     pub itinerary: String,
-    /// The orbits there.
+    /// Orbits at the bifurcations.
     pub points: Vec<OrbitRecord>,
 }
 
-/// An orbit that direct simulation has not.
+/// Orbit of the map that direct simulation does not have.
 #[derive(Clone, Debug, Serialize)]
 pub struct LostRecord {
-    /// Its itinerary, in digits.
+    /// Itinerary, in digits.
     pub itinerary: String,
     /// Offsets of the active parameters.
     pub parameters: Named<f64>,
-    /// What is there instead.
+    /// Behaviour found by direct simulation instead.
     pub reason: String,
 }
 
-/// What orbits are written with: the names of a map.
+/// Names for the records of orbits.
 struct Names<'a> {
     map: &'a LocalMap,
     itinerary: &'a Itinerary,
@@ -119,7 +117,7 @@ struct Names<'a> {
 }
 
 impl OrbitsListing {
-    /// The orbits of a map, or of direct simulation beside it.
+    /// Listing of the orbits of a map, or of direct simulation.
     pub fn new(
         section: SectionDocument,
         (map, window, edges): (&LocalMap, &MeasuredWindow, &[WindowEdge]),
@@ -209,7 +207,7 @@ impl Names<'_> {
     }
 }
 
-/// What is said where the work was at its bound before all was followed.
+/// Warning that the work limit was reached before all branches were followed.
 pub(super) fn unfinished_remark(itineraries: &[String]) -> Option<String> {
     (!itineraries.is_empty()).then(|| {
         format!(
@@ -222,22 +220,22 @@ pub(super) fn unfinished_remark(itineraries: &[String]) -> Option<String> {
     })
 }
 
-/// What a table lists.
+/// Rows of a table.
 #[derive(Clone, Copy)]
 enum List {
-    /// The physical orbits; all where there is none.
+    /// Physical orbits; all orbits if none is physical.
     Physical,
     /// All orbits.
     Orbits,
-    /// The points of all loci.
+    /// Points of all loci.
     Loci,
 }
 
-/// An orbit of the list, or one of a locus.
+/// Orbit of the list (`None`), or of a locus with its kind.
 type Row<'a> = (Option<BifurcationKind>, &'a OrbitRecord);
 
 impl OrbitsListing {
-    /// The orbits as a person reads them: one row each, physical ones alone where there are any.
+    /// Table of the orbits, for people: one row each, only physical ones if there are any.
     ///
     /// # Errors
     ///
@@ -246,7 +244,7 @@ impl OrbitsListing {
         self.words(List::Physical)
     }
 
-    /// The points of all loci as a person reads them: one row each.
+    /// Table of the points of all loci, for people: one row each.
     ///
     /// # Errors
     ///
@@ -255,7 +253,7 @@ impl OrbitsListing {
         self.words(List::Loci)
     }
 
-    /// The orbits with all digits, a column for each number.
+    /// Table of the orbits with all digits, for programs: one column per number.
     ///
     /// # Errors
     ///
@@ -264,7 +262,7 @@ impl OrbitsListing {
         self.numbers(List::Orbits)
     }
 
-    /// The points of all loci with all digits.
+    /// Table of the points of all loci with all digits, for programs.
     ///
     /// # Errors
     ///
@@ -273,7 +271,7 @@ impl OrbitsListing {
         self.numbers(List::Loci)
     }
 
-    /// The orbits as a person reads them.
+    /// Orbits as text.
     ///
     /// # Errors
     ///
@@ -295,7 +293,7 @@ impl OrbitsListing {
         Ok(text)
     }
 
-    /// What is said of orbits that the map does not go.
+    /// Note on virtual orbits.
     fn virtual_words(&self) -> String {
         let count = self.orbits.iter().filter(|orbit| !orbit.physical);
         match (count.count(), self.any_physical()) {
@@ -313,7 +311,8 @@ impl OrbitsListing {
         }
     }
 
-    /// Which orbits were outside the window, and which direct simulation has not.
+    /// Warnings about orbits outside the window, and about those that direct simulation does not
+    /// have.
     pub fn remarks(&self) -> Vec<String> {
         let points = self.loci.iter().flatten().flat_map(|locus| &locus.points);
         let physical = self.orbits.iter().chain(points);
@@ -323,7 +322,7 @@ impl OrbitsListing {
         if outside > 0 && self.using == "map" {
             remarks.push(format!(
                 "warning: {outside} of {} orbits are outside the window, where the map has not \
-                    been measured; --using direct asks direct simulation for them",
+                    been measured; the method `direct` simulates them",
                 physical.len()
             ));
         }
@@ -344,7 +343,7 @@ impl OrbitsListing {
         remarks
     }
 
-    /// Whether an orbit is physical.
+    /// Whether any orbit is physical.
     pub fn any_physical(&self) -> bool {
         self.orbits.iter().any(|orbit| orbit.physical)
     }
@@ -416,7 +415,7 @@ impl OrbitsListing {
 }
 
 impl OrbitRecord {
-    /// The impact speeds of its contacts, with so many decimals.
+    /// Impact speeds of the contacts, with this number of decimals.
     pub(super) fn speeds(&self, decimals: usize, between: &str) -> String {
         let speeds = self.contacts.iter();
         let speeds: Vec<_> =
@@ -424,7 +423,7 @@ impl OrbitRecord {
         speeds.join(between)
     }
 
-    /// Stability, and whether it is one of map or simulation at all.
+    /// Stability of the orbit, and whether it is physical, as text.
     fn kind_words(&self, kind: Option<BifurcationKind>) -> String {
         let stable = if self.stable { "stable" } else { "unstable" };
         match (self.physical, self.extra_contacts, kind) {
@@ -451,7 +450,7 @@ fn named(kind: Option<BifurcationKind>, orbit: &OrbitRecord) -> Vec<Cell> {
     kind.into_iter().chain(names.map(Cell::text)).collect()
 }
 
-/// `-2.31, 0.02`, `0.3 ± 0.2i`.
+/// Multipliers as text: `-2.31, 0.02`, `0.3 ± 0.2i`.
 pub(super) fn multipliers(values: &[[f64; 2]]) -> String {
     let shown = |value: f64| Cell::number(value, 4).for_people();
     let pair = |[re, im]: &[f64; 2]| match *im {
@@ -462,7 +461,7 @@ pub(super) fn multipliers(values: &[[f64; 2]]) -> String {
     values.iter().filter_map(pair).collect::<Vec<_>>().join(", ")
 }
 
-/// By what orbits were found, in words.
+/// Method that found the orbits, as text.
 pub(super) fn using_words(using: &str) -> &'static str {
     match using {
         "direct" => "direct simulation",
@@ -470,8 +469,8 @@ pub(super) fn using_words(using: &str) -> &'static str {
     }
 }
 
-/// What has been searched for orbits, in words; `stroboscopic_too` where those that do not return
-/// to a tangency section are found on another.
+/// Description of the search for orbits; `stroboscopic_too` if orbits that do not return to a
+/// tangency section can be found on a stroboscopic one.
 pub fn orbits_searched(
     map: &LocalMap,
     request: &OrbitsRequest,
@@ -505,7 +504,7 @@ pub fn orbits_searched(
             );
         }
     } else if !request.direct {
-        words.push_str("; `--using direct` searches direct simulation far beyond the window");
+        words.push_str("; the method `direct` searches far beyond the window");
     }
     words
 }

@@ -1,8 +1,8 @@
-//! One HTML page that holds a run's report and opens without a network.
+//! HTML page with the report of a run, in one file that opens without a network.
 //!
-//! Everything is inside: style, pictures (SVG, or PNG as a data URI where there are very many
-//! dots). Words come from scenes and are escaped wherever they stand. A page is whole without a
-//! script; the page of a run has one, which a [`LiveMap`] makes its diagrams alive with.
+//! The file contains style and figures (SVG, or PNG as a data URI if there are very many dots).
+//! Words from scenes are escaped everywhere. A page is complete without a script; the page of a run
+//! has one, which makes its diagrams interactive with a [`LiveMap`].
 
 use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD as BASE64;
@@ -14,14 +14,14 @@ use super::live::LiveMap;
 use super::{Cell, Column, Figure, ReportError, Table};
 
 const TEMPLATE: &str = include_str!("../../templates/report.html.tera");
-/// What all pages share; `examples/site` uses it too.
+/// Style of all pages; `examples/site` uses it too.
 const STYLE: &str = include_str!("../../templates/style.css");
 const SCRIPT: &str = include_str!("../../templates/page.js");
 const WORKER: &str = include_str!("../../templates/map_worker.js");
 
-/// A script without its indents and lines of comments, which a reader finds in the sources.
+/// Script without indentation and comment lines, which a reader finds in the sources.
 ///
-/// NOTE: no line of the scripts begins within a text.
+/// NOTE: no line of the scripts begins inside a string.
 fn compact(script: &str) -> String {
     let is_comment =
         |line: &&str| ["//", "/*", "* ", "*/"].iter().any(|mark| line.starts_with(mark));
@@ -29,13 +29,14 @@ fn compact(script: &str) -> String {
     lines.collect::<Vec<_>>().join("\n")
 }
 
-/// SVGs longer than this are shown as PNG: browsers are slow with them.
+/// Longest SVG that is shown as such; longer ones, which are slow in browsers, are shown as PNG.
 const LONGEST_SVG: usize = 400_000;
 
-/// Most points of a figure that a page hands out as CSV; those of more stand in files beside it.
+/// Largest number of points of a figure that a page offers as CSV; larger figures have files beside
+/// the page.
 const MOST_POINTS: usize = 1500;
 
-/// Where a report came from; every page shows all of it.
+/// Provenance of a report; every page shows all of it.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Provenance {
     /// Name of the scene.
@@ -50,16 +51,16 @@ pub struct Provenance {
     pub section: String,
     /// Truncation orders, in words.
     pub orders: String,
-    /// Anything else: name and value.
+    /// Other entries: name and value.
     pub more: Vec<(String, String)>,
 }
 
-/// A figure on a page.
+/// Figure on a page.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PageFigure {
-    /// What is drawn.
+    /// Drawing.
     pub figure: Figure,
-    /// What it shows; what thinning did is added.
+    /// Caption. A note about thinning is added to it.
     pub caption: String,
 }
 
@@ -76,11 +77,11 @@ enum Block {
         caption: String,
     },
     Command(String),
-    /// Words to be copied.
+    /// Text to be copied.
     Quote(String),
     /// Names of files beside the page.
     Files(Vec<String>),
-    /// Markup that the program wrote, every name in it escaped.
+    /// Markup written by the program, with every name escaped.
     Markup(String),
     Live {
         what: LivePane,
@@ -88,7 +89,7 @@ enum Block {
     },
 }
 
-/// What a page can be alive with.
+/// Kind of an interactive figure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LivePane {
     /// A bifurcation diagram.
@@ -97,16 +98,16 @@ pub enum LivePane {
     Chart,
 }
 
-/// A picture that was drawn before.
+/// Figure that was drawn before.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Picture {
     /// As SVG.
     pub svg: String,
-    /// As PNG of twice the size, shown where the SVG is long.
+    /// PNG of twice the size, shown if the SVG is long.
     pub png: Vec<u8>,
 }
 
-/// A part of a page: a heading, then prose, tables and figures in the order they were added.
+/// Section of a page: a heading, then prose, tables and figures in the order added.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Section {
     title: String,
@@ -140,36 +141,36 @@ impl Section {
         self
     }
 
-    /// Adds the command that computes what the section shows.
+    /// Adds the command that computes the content of the section.
     #[must_use]
     pub fn command(mut self, command: impl Into<String>) -> Self {
         self.blocks.push(Block::Command(command.into()));
         self
     }
 
-    /// Adds words that a reader copies.
+    /// Adds text to be copied.
     #[must_use]
     pub fn quote(mut self, text: impl Into<String>) -> Self {
         self.blocks.push(Block::Quote(text.into()));
         self
     }
 
-    /// Adds links to the files beside the page that hold what the section shows.
+    /// Adds links to files beside the page with the content of the section.
     #[must_use]
     pub fn files<S: Into<String>>(mut self, names: impl IntoIterator<Item = S>) -> Self {
         self.blocks.push(Block::Files(names.into_iter().map(Into::into).collect()));
         self
     }
 
-    /// Adds room for the live form of a diagram or chart, by its number among those of the run; it
-    /// is empty without a script.
+    /// Adds a place for the interactive form of a diagram or chart, by its number in the run; it is
+    /// empty without a script.
     #[must_use]
     pub fn live(mut self, what: LivePane, number: usize) -> Self {
         self.blocks.push(Block::Live { what, number });
         self
     }
 
-    /// Adds a picture that was drawn before.
+    /// Adds a figure that was drawn before.
     #[must_use]
     pub fn picture(mut self, picture: Picture, caption: impl Into<String>) -> Self {
         self.blocks.push(Block::Drawn { picture, caption: caption.into() });
@@ -185,7 +186,7 @@ impl Section {
     }
 }
 
-/// A report: a title, a summary, where it came from, sections.
+/// Report: title, summary, provenance, sections.
 ///
 /// ```
 /// use grazemap::report::{Page, Provenance, Section};
@@ -207,38 +208,38 @@ pub struct Page {
 }
 
 impl Page {
-    /// A page without sections.
+    /// Page without sections.
     pub fn new(title: impl Into<String>, provenance: Provenance) -> Self {
         let (title, summary) = (title.into(), String::new());
         Self { title, summary, provenance, sections: Vec::new(), live: None }
     }
 
-    /// The same page with a summary under its title.
+    /// Adds a summary under the title.
     #[must_use]
     pub fn summary(mut self, text: impl Into<String>) -> Self {
         self.summary = text.into();
         self
     }
 
-    /// The same page with one more section at its end.
+    /// Adds a section at the end.
     #[must_use]
     pub fn section(mut self, section: Section) -> Self {
         self.sections.push(section);
         self
     }
 
-    /// The same page with a map that its script iterates.
+    /// Adds a map that the page's script iterates.
     #[must_use]
     pub fn alive(mut self, map: LiveMap) -> Self {
         self.live = Some(map);
         self
     }
 
-    /// The page as one HTML document.
+    /// HTML document of the page.
     ///
     /// # Errors
     ///
-    /// Those of [`Figure::to_svg`] and [`Figure::to_png`]; [`ReportError::Template`].
+    /// Errors of [`Figure::to_svg`] and [`Figure::to_png`]; [`ReportError::Template`].
     pub fn to_html(&self) -> Result<String, ReportError> {
         let is_alive = self.live.is_some();
         let mut counts = Counts { is_alive, ..Counts::default() };
@@ -269,7 +270,7 @@ impl Page {
 }
 
 impl Provenance {
-    /// Names and values that are known, in the order shown.
+    /// Known names and values, in the order shown.
     fn rows(&self) -> Vec<(&str, &str)> {
         let named = [
             ("Scene", &self.scene),
@@ -292,12 +293,12 @@ struct SectionView<'a> {
     blocks: Vec<String>,
 }
 
-/// Figures and tables are numbered through the page.
+/// Counters of figures and tables, which are numbered through the page.
 #[derive(Debug, Default)]
 struct Counts {
     figures: usize,
     tables: usize,
-    /// Whether the page has a script, which hands out the points of figures.
+    /// Whether the page has a script, which offers the points of figures.
     is_alive: bool,
 }
 
@@ -358,8 +359,7 @@ fn block_html(block: &Block, counts: &mut Counts) -> Result<String, ReportError>
     }
 }
 
-/// The points of a figure as CSV, in JSON, for the page's script to hand out; nothing where they
-/// are many.
+/// Points of a figure as CSV in JSON, offered by the page's script; empty if there are many.
 fn points_html(figure: &Figure) -> Result<String, ReportError> {
     let count: usize = figure.series.iter().map(|series| series.points.len()).sum();
     if count == 0 || count > MOST_POINTS {
@@ -380,7 +380,7 @@ fn points_html(figure: &Figure) -> Result<String, ReportError> {
 fn figure_html(picture: &str, caption: &str, points: &str, counts: &mut Counts) -> String {
     counts.figures += 1;
     let (number, caption) = (counts.figures, escape_html(caption));
-    // The caption is what a picture is called.
+    // NOTE: the caption is the accessible name of the figure.
     let named = format!("role=\"img\" aria-labelledby=\"figure-{number}\"");
     let picture = picture.replacen("role=\"img\"", &named, 1);
     format!(
@@ -406,7 +406,7 @@ fn picture_html(
     ))
 }
 
-/// Width and height of a PNG, which stand in its header.
+/// Width and height of a PNG, from its header.
 fn png_size(png: &[u8]) -> [u32; 2] {
     [16, 20].map(|at| {
         let side = png.get(at..at + 4).and_then(|bytes| bytes.try_into().ok());

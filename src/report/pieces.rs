@@ -1,13 +1,13 @@
-//! Finished pieces of a long computation, kept in files: a run that is interrupted goes on from its
-//! journal, and what shards wrote is joined.
+//! Finished pieces of a long computation, in files: an interrupted run resumes from its journal,
+//! and the files of shards are joined.
 //!
-//! A record is a length, a piece's place, its bytes and their digest, written with one call. What
-//! stands behind the last whole record of a journal is what an interruption left of one, and is cut
-//! off. The name of the file holds a key of everything that decides the pieces, and the file is
-//! locked while a run uses it: no other run and no other settings ever read it.
+//! A record holds a length, the place of a piece, its bytes and their digest, and is written with
+//! one call. Bytes after the last complete record of a journal are the remains of an interruption
+//! and are cut off. The name of the file contains a key of everything that determines the pieces,
+//! and the file is locked while a run uses it: no other run and no other settings ever read it.
 //!
-//! The file of a shard is records too, the first of them saying what the others are of and how many
-//! they are, so that a file is whole or refused.
+//! The file of a shard consists of records too. The first one describes the others and states their
+//! number, so that an incomplete file is refused.
 
 use std::collections::{HashMap, HashSet};
 use std::fs::{self, File};
@@ -21,7 +21,7 @@ use super::files::remove_abandoned;
 use crate::analysis::{Pieces, Share};
 use crate::model::Digest;
 
-/// Finished pieces by their place.
+/// Journal of finished pieces, by place.
 #[derive(Debug)]
 pub struct Journal {
     path: PathBuf,
@@ -33,15 +33,15 @@ struct State {
     file: File,
     /// Pieces of earlier runs.
     known: HashMap<Vec<u64>, Vec<u8>>,
-    /// Places of the pieces in the file: one that is kept twice is one piece.
+    /// Places of the pieces in the file. A piece that is kept twice counts once.
     places: HashSet<Vec<u64>>,
 }
 
 impl Journal {
-    /// The journal of a command in the folder of its results, which is made if need be; journals
-    /// of the same command with other keys are removed. `None` where another run uses it, where
-    /// its name is taken by a link, a pipe or a folder, or where the folder takes no files: then
-    /// nothing is kept.
+    /// Opens the journal of a command in the folder of its results, which is created if need be.
+    /// Journals of the same command with other keys are removed. `None`, and no pieces are kept, if
+    /// another run uses the journal, if a link, a pipe or a folder has its name, or if the folder
+    /// is not writable.
     pub fn open(folder: &Path, command: &str, key: Digest) -> Option<Self> {
         let prefix = format!(".resume-{command}-");
         let path = folder.join(format!("{prefix}{key}"));
@@ -50,23 +50,23 @@ impl Journal {
         file.try_lock().ok()?;
         remove_abandoned(folder, &prefix);
         let known = read_records(&mut file).ok()?;
-        // The file itself may have been taken for one of another key before it was locked.
+        // NOTE: another run may have removed the file, as one of another key, before it was locked.
         path.exists().then_some(())?;
         let places = known.keys().cloned().collect();
         Some(Self { path, state: Mutex::new(State { file, known, places }) })
     }
 
-    /// Where it is.
+    /// Path of the file.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// The piece at a place that an earlier run kept.
+    /// Takes the piece at a place, if an earlier run kept it.
     pub fn recall(&self, place: &[u64]) -> Option<Vec<u8>> {
         self.state().known.remove(place)
     }
 
-    /// Keeps a piece; where the file takes no more, it is lost.
+    /// Keeps a piece. If the file cannot be written, the piece is lost.
     pub fn keep(&self, place: &[u64], piece: &[u8]) {
         let mut state = self.state();
         if state.file.write_all(&record(place, piece)).is_ok() {
@@ -74,18 +74,19 @@ impl Journal {
         }
     }
 
-    /// Pieces of this run and of earlier ones that are in the file.
+    /// Number of pieces in the file, of this run and of earlier ones.
     pub fn pieces(&self) -> usize {
         self.state().places.len()
     }
 
-    /// Holds all further pieces back while a message is said and the program ends.
+    /// Blocks further pieces during `meanwhile`, in which a message is printed and the program
+    /// exits.
     pub fn hold<T>(&self, meanwhile: impl FnOnce(&Path) -> T) -> T {
         let _held = self.state();
         meanwhile(&self.path)
     }
 
-    /// Removes the file: the results are written.
+    /// Removes the file, once the results are written.
     pub fn finish(&self) {
         let _gone_or_not = fs::remove_file(&self.path);
     }
@@ -95,8 +96,8 @@ impl Journal {
     }
 }
 
-/// Opens a journal, or makes it. A link of its name is not followed, since others may write into
-/// the folder; a pipe is not opened, since that waits for its other end.
+/// Opens or creates a journal. A link of its name is not followed, since others may write into the
+/// folder; a pipe is not opened, since that would block.
 fn own_file(path: &Path) -> Option<File> {
     let mut options = File::options();
     options.read(true).append(true);
@@ -106,10 +107,10 @@ fn own_file(path: &Path) -> Option<File> {
     }
 }
 
-/// Length of the numbers at both ends of a record.
+/// Size of the numbers at both ends of a record, in bytes.
 const NUMBER: usize = 8;
 
-/// The length of the rest, the length of the place, the place, the piece, the digest of all that.
+/// Record: length of the rest, length of the place, place, piece, digest of all these.
 fn record(place: &[u64], piece: &[u8]) -> Vec<u8> {
     let length = NUMBER * (place.len() + 2) + piece.len();
     let mut bytes = Vec::with_capacity(length + NUMBER);
@@ -123,7 +124,7 @@ fn record(place: &[u64], piece: &[u8]) -> Vec<u8> {
     bytes
 }
 
-/// Every whole record of a file, which is cut after the last of them.
+/// Complete records of a file. The file is cut after the last of them.
 fn read_records(file: &mut File) -> io::Result<HashMap<Vec<u64>, Vec<u8>>> {
     let mut bytes = Vec::new();
     file.seek(SeekFrom::Start(0))?;
@@ -137,7 +138,7 @@ fn read_records(file: &mut File) -> io::Result<HashMap<Vec<u64>, Vec<u8>>> {
     Ok(known)
 }
 
-/// The first record of these bytes, and what stands behind it.
+/// First record of these bytes, and the bytes after it.
 fn next_record(bytes: &[u8]) -> Option<(Vec<u64>, &[u8], &[u8])> {
     let number = |bytes: &[u8]| {
         let first = bytes.first_chunk::<NUMBER>()?;
@@ -153,112 +154,112 @@ fn next_record(bytes: &[u8]) -> Option<(Vec<u64>, &[u8], &[u8])> {
     Some((place.collect::<Result<_, _>>().ok()?, piece, behind))
 }
 
-/// What pieces are of. Pieces of two shards are joined where all but their numbers is equal.
+/// Header of a shard's file. Shards are joined if their headers agree in all but their numbers.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ShardHeader {
-    /// Of the program.
+    /// Version of the program.
     pub version: String,
-    /// Of the very program: another build may compute another last bit.
+    /// Digest of the executable: another build may compute another last bit.
     pub program: Digest,
     /// The command.
     pub command: String,
-    /// Of the scene's text, for commands that have one.
+    /// Digest of the scene's text, for commands that have a scene.
     pub scene: Option<Digest>,
-    /// Of everything that decides the pieces.
+    /// Digest of everything that determines the pieces.
     pub settings: Digest,
-    /// How many shards there are.
+    /// Number of shards.
     pub of: usize,
-    /// Which of them this is, from 1.
+    /// Number of this shard, from 1.
     pub number: usize,
-    /// How the command was called.
+    /// Arguments of the command.
     pub arguments: Vec<String>,
-    /// The map, for commands that have one.
+    /// Map, for commands that have one.
     pub map: Option<String>,
-    /// How many pieces follow.
+    /// Number of pieces that follow.
     pub pieces: usize,
 }
 
-/// Why files of pieces cannot be joined.
+/// Reason why files of pieces cannot be joined.
 #[derive(Debug, thiserror::Error)]
 pub enum ShardError {
-    /// No such file.
+    /// The file cannot be read.
     #[error("cannot read {}: {source}", .path.display())]
     Unreadable {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// The system's answer.
+        /// Error of the operating system.
         source: io::Error,
     },
-    /// Another file.
+    /// The file is not one of pieces.
     #[error(
         "{} holds no pieces of this version of grazemap; expected a file that a command wrote \
          with --shard", .path.display()
     )]
     Foreign {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
     },
-    /// A file that is not whole.
+    /// The file is incomplete or damaged.
     #[error(
         "{} is damaged or cut off; compute shard {number}/{of} again", .path.display()
     )]
     Damaged {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// Which shard it is of.
+        /// Number of the shard.
         number: usize,
-        /// How many shards there are.
+        /// Number of shards.
         of: usize,
     },
-    /// Pieces of another program.
+    /// The pieces were computed by another program.
     #[error(
         "the pieces were computed by another {what} than this one; merge them with the program \
          that computed them"
     )]
     Elsewhere {
-        /// What differs.
+        /// Property that differs.
         what: &'static str,
     },
-    /// Files of two computations.
+    /// The files belong to different computations.
     #[error(
         "{} and {} differ in their {what}; shards of one computation are expected",
         .first.display(), .other.display()
     )]
     Mixed {
-        /// In what they differ.
+        /// Property that differs.
         what: &'static str,
-        /// The file named first.
+        /// Path given first.
         first: PathBuf,
-        /// The file named later.
+        /// Path given later.
         other: PathBuf,
     },
-    /// A shard given twice.
+    /// A shard is given twice.
     #[error(
         "shard {number} is in {} and in {}; name one of them",
         .first.display(), .other.display()
     )]
     Twice {
-        /// Which shard it is of.
+        /// Number of the shard.
         number: usize,
-        /// The file named first.
+        /// Path given first.
         first: PathBuf,
-        /// The file named later.
+        /// Path given later.
         other: PathBuf,
     },
-    /// Not all shards.
+    /// Shards are missing.
     #[error(
         "of {of} shards there is no file of {}; compute them with --shard I/{of}",
         list(.missing)
     )]
     Missing {
-        /// The shards without a file, the first of them where they are many.
+        /// Numbers of the missing shards; only the first ones if there are many.
         missing: Vec<usize>,
-        /// How many shards there are.
+        /// Number of shards.
         of: usize,
     },
 }
 
-/// Most missing shards that are named.
+/// Largest number of missing shards that are named.
 const MOST_NAMED: usize = 20;
 
 fn list(numbers: &[usize]) -> String {
@@ -268,31 +269,31 @@ fn list(numbers: &[usize]) -> String {
 }
 
 impl ShardHeader {
-    /// The file of pieces with this header.
+    /// Content of the file of pieces with this header.
     pub fn file(mut self, pieces: &Pieces) -> Vec<u8> {
         self.pieces = pieces.len();
-        // A header of plain values cannot fail to be written.
+        // NOTE: serialising a header of plain values cannot fail.
         let header = serde_json::to_vec(&self).unwrap_or_default();
         [record(&[], &header), pieces_to_bytes(pieces)].concat()
     }
 
-    /// The name of that file.
+    /// Name of that file.
     pub fn file_name(&self) -> String {
         format!("{}-{}-of-{}.pieces", self.command, self.number, self.of)
     }
 
-    /// Refuses pieces that another version or another build computed than the one named here.
+    /// Refuses pieces computed by another version or another build than this one.
     ///
     /// # Errors
     ///
-    /// [`ShardError::Elsewhere`] with what differs.
+    /// [`ShardError::Elsewhere`] with the property that differs.
     pub fn check_program(&self, version: &str, program: Digest) -> Result<(), ShardError> {
         let own = Self { version: version.to_owned(), program, ..self.clone() };
         let what = self.difference(&own);
         what.map_or(Ok(()), |what| Err(ShardError::Elsewhere { what }))
     }
 
-    /// In what else than its number a header differs.
+    /// Property, other than the shard's number, in which two headers differ.
     fn difference(&self, other: &Self) -> Option<&'static str> {
         let same = [
             ("version of grazemap", self.version == other.version),
@@ -306,11 +307,12 @@ impl ShardHeader {
     }
 }
 
-/// The pieces of all shards, and what they are of.
+/// Joins the pieces of all shards. Also returns their common header.
 ///
 /// # Errors
 ///
-/// [`ShardError`] for files that are not whole, not of one computation, or not all of it.
+/// [`ShardError`] for files that are incomplete, of different computations, or not all shards of
+/// one.
 pub fn join_shards(paths: &[PathBuf]) -> Result<(ShardHeader, Pieces), ShardError> {
     let mut read: Vec<(&Path, ShardHeader)> = Vec::new();
     let mut all = Pieces::new();
@@ -330,7 +332,7 @@ pub fn join_shards(paths: &[PathBuf]) -> Result<(ShardHeader, Pieces), ShardErro
     }
     let of = read.first().map_or(0, |(_, header)| header.of);
     let is_there = |number: &usize| read.iter().any(|(_, header)| header.number == *number);
-    // What a file states of the number of shards may be anything.
+    // NOTE: the number of shards stated in a file may be anything.
     let missing = (1..=of).filter(|number| !is_there(number));
     let missing: Vec<usize> = missing.take(MOST_NAMED + 1).collect();
     match read.into_iter().next() {
@@ -339,7 +341,7 @@ pub fn join_shards(paths: &[PathBuf]) -> Result<(ShardHeader, Pieces), ShardErro
     }
 }
 
-/// One file.
+/// Reads the file of a shard.
 fn read_shard(path: &Path) -> Result<(ShardHeader, Pieces), ShardError> {
     let bytes = fs::read(path)
         .map_err(|source| ShardError::Unreadable { path: path.to_owned(), source })?;
@@ -356,12 +358,12 @@ fn read_shard(path: &Path) -> Result<(ShardHeader, Pieces), ShardError> {
     Ok((header, pieces.ok_or_else(damaged)?))
 }
 
-/// Pieces as bytes.
+/// Pieces as records.
 pub fn pieces_to_bytes(pieces: &Pieces) -> Vec<u8> {
     pieces.iter().flat_map(|(place, piece)| record(place, piece)).collect()
 }
 
-/// The pieces of [`pieces_to_bytes`]; `None` for bytes that are not whole.
+/// Reads the records of [`pieces_to_bytes`]; `None` for incomplete bytes.
 pub fn pieces_from_bytes(mut bytes: &[u8]) -> Option<Pieces> {
     let mut pieces = Pieces::new();
     while !bytes.is_empty() {
@@ -372,25 +374,25 @@ pub fn pieces_from_bytes(mut bytes: &[u8]) -> Option<Pieces> {
     Some(pieces)
 }
 
-/// How a command ended: why, where it has no results.
+/// End of a command: the reason if it has no results.
 pub type Ended = Result<(), String>;
 
-/// Files by their paths in a folder.
+/// Files by path in a folder.
 type Files = Vec<(String, Vec<u8>)>;
 
-/// The files of a folder and of those in it, by their paths in it, and how what wrote them ended,
-/// as one piece.
+/// Packs the files of a folder, with those of its subfolders, and the end of the command that wrote
+/// them into one piece.
 ///
 /// # Errors
 ///
-/// Those of the operating system.
+/// Errors of the operating system.
 pub fn pack_folder(folder: &Path, ended: &Ended) -> io::Result<Vec<u8>> {
     let mut files = Vec::new();
     read_files(folder, "", &mut files)?;
     postcard::to_stdvec(&(ended, files)).map_err(io::Error::other)
 }
 
-/// What [`pack_folder`] packed.
+/// Reads the content of [`pack_folder`].
 pub fn unpack_folder(piece: &[u8]) -> Option<(Ended, Files)> {
     postcard::from_bytes(piece).ok()
 }
@@ -488,7 +490,7 @@ mod tests {
         Pieces::from([(vec![number], b"one".to_vec()), (vec![number, 7], Vec::new())])
     }
 
-    /// What joining two files of these headers says.
+    /// Result of joining two files with these headers.
     fn joined(first: ShardHeader, second: ShardHeader) -> Result<Pieces, String> {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let paths = [(0, first), (1, second)].map(|(number, header)| {

@@ -1,5 +1,4 @@
-//! The page of a run: the model, the orbit, the expansion, how far it is from direct simulation,
-//! the diagrams.
+//! Page of a run: model, orbit, expansion, comparison with direct simulation, diagrams.
 
 use serde::Serialize;
 
@@ -24,70 +23,70 @@ use crate::expansion::{LocalMap, MapOrders, WindowEdge};
 use crate::model::{ChartObservable, Method, Scene};
 use crate::numeric::Shown;
 
-/// What a stage of a run took.
+/// Time of a stage of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct StageTime {
-    /// The stage.
+    /// Stage.
     pub stage: &'static str,
-    /// Its wall-clock time.
+    /// Wall-clock time, in seconds.
     pub seconds: f64,
 }
 
 /// Multiply-adds of the emitted code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CrateSummary {
-    /// A step, the parameters among the variables.
+    /// Step with variable parameters.
     pub step: usize,
-    /// A step with the parameters folded in.
+    /// Step with frozen parameters.
     pub frozen: usize,
-    /// A step with the parameters folded in, with its Jacobian.
+    /// Step with frozen parameters and its Jacobian.
     pub jacobian: usize,
 }
 
-/// Everything a run found.
+/// All results of a run.
 #[derive(Clone, Copy, Debug)]
 pub struct RunPage<'a> {
-    /// The scene.
+    /// Scene.
     pub scene: &'a Scene,
-    /// Its grazing orbit.
+    /// Grazing orbit.
     pub orbit: &'a OrbitListing,
-    /// What happens at the graze.
+    /// Prediction and measurements at the graze.
     pub graze: &'a GrazeStudy,
-    /// The pictures of the orbit over its period, the phase portraits first, each with the ending
-    /// of its file's name.
+    /// Figures of the orbit over its period, the phase portraits first, each with the suffix of its
+    /// file name.
     pub pictures: &'a [(String, Figure)],
-    /// Its map.
+    /// Local map.
     pub local: &'a LocalMap,
-    /// The map as a module of WebAssembly, and those of lower orders.
+    /// WebAssembly modules of the map, and of maps of lower orders.
     pub modules: &'a [(MapOrders, Vec<u8>)],
-    /// What commands call the scene, with what is set of it.
+    /// Name of the scene in commands, with its overrides.
     pub subject: &'a str,
-    /// Its expansion.
+    /// Expansion.
     pub map: &'a MapListing,
-    /// The emitted code.
+    /// Operation counts of the emitted code.
     pub emitted: CrateSummary,
-    /// Maps of every order against direct simulation.
+    /// Comparison of all orders with direct simulation.
     pub study: &'a ConvergenceStudy,
-    /// Its diagrams.
+    /// Bifurcation diagrams.
     pub diagrams: &'a [Diagram],
-    /// Its charts.
+    /// Two-parameter charts.
     pub charts: &'a [Chart],
-    /// Branches of its periodic orbits over the parameters of its diagrams.
+    /// Branches of periodic orbits over the parameters of the diagrams.
     pub branches: &'a [BranchListing],
-    /// Its basins.
+    /// Basins of attraction.
     pub basins: &'a [Basin],
-    /// What each stage took.
+    /// Time of each stage.
     pub times: &'a [StageTime],
 }
 
 impl RunPage<'_> {
-    /// A command on this scene.
+    /// Command on this scene.
     fn command(&self, name: &str) -> String {
         format!("grazemap {name} {}", self.subject)
     }
 }
 
-/// The page of a run.
+/// Lays out the page of a run.
 ///
 /// # Errors
 ///
@@ -207,7 +206,7 @@ fn model_section(run: &RunPage<'_>) -> Result<Section, ReportError> {
         .table(table, "Parameters of the scene."))
 }
 
-/// The sketch of the oscillator where the orbit grazes.
+/// Sketch of the oscillator at the grazing point.
 fn oscillator_sketch(run: &RunPage<'_>) -> Option<String> {
     let model = &run.scene.model;
     let known = || run.orbit.state.0.iter().chain(&run.orbit.parameters.0);
@@ -251,7 +250,7 @@ fn orbit_section(run: &RunPage<'_>) -> Result<Section, ReportError> {
         .table(conditions, "xi_n from one passage to the n-th following of another."))
 }
 
-/// What a picture of the orbit shows, by the ending of its file's name.
+/// Caption of a figure of the orbit, by the suffix of its file name.
 fn picture_caption(ending: &str) -> &'static str {
     if ending == "-gaps" {
         "The gaps to the surfaces over a period of the grazing orbit: one is zero where it grazes."
@@ -263,7 +262,7 @@ fn picture_caption(ending: &str) -> &'static str {
     }
 }
 
-/// What the signs of the conditions say.
+/// Meaning of the signs of the conditions, as text.
 fn conditions_prose(orbit: &OrbitListing) -> String {
     let closing = orbit.conditions.iter().find_map(|pair| {
         let n = pair.values.iter().position(|&xi| xi < 0.0)? + 1;
@@ -302,7 +301,7 @@ fn expansion_section(run: &RunPage<'_>) -> Result<Section, ReportError> {
     let edges = run.map.depth.iter().filter_map(|laws| laws.window_edge);
     let (within, beyond): (Vec<_>, Vec<_>) = edges.partition(WindowEdge::is_within);
     let mut within: Vec<_> = within.iter().map(edge_sentence).collect();
-    // Passages that are mirror images say the same.
+    // NOTE: passages that are mirror images yield the same sentence.
     within.dedup();
     let share = |edge: &&WindowEdge| edge.omitted_share;
     let worst = beyond.iter().max_by(|a, b| share(a).total_cmp(&share(b)));
@@ -325,7 +324,7 @@ fn expansion_section(run: &RunPage<'_>) -> Result<Section, ReportError> {
         .prose(cost))
 }
 
-/// The window in offsets and in physical values.
+/// Table of the window in offsets and in values.
 fn window_table(run: &RunPage<'_>) -> Result<Table, ReportError> {
     let map = run.local;
     let section = &map.section;
@@ -343,7 +342,7 @@ fn window_table(run: &RunPage<'_>) -> Result<Table, ReportError> {
     Ok(table.made())
 }
 
-/// What a reader needs to name the map and to make it again.
+/// Section with what a reader needs to cite and to reproduce the map.
 fn citation_section(run: &RunPage<'_>) -> Section {
     let source = run.scene.model.source.as_ref().map_or(String::new(), |own| format!(" ({own})"));
     let words = format!(
@@ -363,12 +362,12 @@ fn edge_sentence(edge: &WindowEdge) -> String {
     format!("At the edge of the window {}.", edge_words(edge))
 }
 
-/// Words with a capital and a full stop.
+/// Sentence with a capital and a full stop.
 fn sentence(words: &str) -> String {
     format!("{}.", capitalised(words))
 }
 
-/// What happens at the graze: the verdict, and the diagrams.
+/// Section about the bifurcation at the graze: prediction, and diagrams.
 fn graze_section(run: &RunPage<'_>) -> Result<Section, ReportError> {
     let words: Vec<String> = run.graze.words().iter().map(|words| sentence(words)).collect();
     let section = Section::new("What happens at this graze").prose(words.join("\n"));
@@ -465,7 +464,7 @@ fn chart_caption(chart: &Chart) -> String {
     )
 }
 
-/// Where the cells of a chart start.
+/// Starts of a chart's cells, as text.
 fn start_words(chart: &Chart) -> String {
     match (&chart.start, chart.starts.len()) {
         (Some(offsets), _) => format!("the offsets {offsets:?}"),
@@ -474,7 +473,7 @@ fn start_words(chart: &Chart) -> String {
     }
 }
 
-/// What a chart shows of an orbit.
+/// Quantity that a chart shows, as text.
 fn observed_words(chart: &Chart) -> String {
     let observed = match chart.observe {
         ChartObservable::Period => "the period in returns",
@@ -499,7 +498,7 @@ fn chart_subject(method: Method) -> &'static str {
     }
 }
 
-/// The tables of several basins are numbered.
+/// File names of basins; those of several basins are numbered.
 fn basin_files(basins: &[Basin]) -> Vec<String> {
     let endings = |stem: &str| ["json", "csv"].map(|ending| format!("{stem}.{ending}"));
     match basins {
@@ -549,7 +548,7 @@ fn time_section(run: &RunPage<'_>) -> Result<Section, ReportError> {
     Ok(section)
 }
 
-/// Words with a capital.
+/// Text with a capital.
 fn capitalised(words: &str) -> String {
     let mut letters = words.chars();
     let first = letters.next().map(|first| first.to_uppercase().to_string());

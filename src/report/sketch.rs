@@ -1,4 +1,5 @@
-//! A sketch of the masses, their stops and the gaps between them, as the surfaces of a scene say.
+//! Sketch of the masses, their stops and the gaps between them, derived from the surfaces of a
+//! scene.
 
 use std::fmt::Write as _;
 
@@ -8,24 +9,24 @@ use crate::model::{Model, Response};
 
 const WIDTH: f64 = 600.0;
 const ROW: f64 = 96.0;
-/// Half of the width and of the height of a mass.
+/// Half-width and half-height of a mass.
 const MASS: [f64; 2] = [38.0, 20.0];
 const INK: &str = "#1f2328";
 const SOFT: &str = "#5c636b";
 const GRAZING: &str = "#0b63a5";
-/// Longest name of a stop that is written out.
+/// Longest name of a stop that is printed in full.
 const LONGEST: usize = 28;
 
-/// A row of the sketch: what stands on the left, in the middle and on the right.
+/// Row of the sketch: a mass in the middle, surfaces to its left and right.
 struct Row {
     middle: usize,
     left: Vec<usize>,
     right: Vec<usize>,
-    /// A second mass on the right, and the surface between.
+    /// Second mass on the right, and the surface between the two.
     other: Option<(usize, usize)>,
 }
 
-/// What a surface lies between: positions with the sign of the gap's change with each.
+/// Positions on which a surface depends, each with the sign of the gap's derivative by it.
 fn bodies(model: &Model, surface: usize, point: &[f64]) -> Vec<(usize, f64)> {
     let mut graph = model.graph.clone();
     let event = model.surfaces[surface].event;
@@ -42,7 +43,7 @@ fn rows(model: &Model, point: &[f64]) -> Vec<Row> {
         (0..model.surfaces.len()).map(|surface| bodies(model, surface, point)).collect();
     let mut rows = Vec::new();
     for (surface, bodies) in between.iter().enumerate() {
-        // The gap grows with the position of the mass on its right.
+        // NOTE: the gap grows with the position of the mass on its right.
         let pair = match bodies.as_slice() {
             [(a, da), (b, db)] if *da > 0.0 && *db < 0.0 => Some((*b, *a)),
             [(a, da), (b, db)] if *da < 0.0 && *db > 0.0 => Some((*a, *b)),
@@ -71,8 +72,8 @@ fn rows(model: &Model, point: &[f64]) -> Vec<Row> {
     rows
 }
 
-/// The sketch as SVG, the surfaces that graze in a colour of their own; `None` where no surface
-/// is a gap beside or between masses. `point` has the full state and the parameters.
+/// Sketch as SVG, with grazing surfaces in their own colour; `None` if no surface is a gap beside
+/// or between masses. `point` holds the full state and the parameters.
 pub(super) fn sketch(model: &Model, point: &[f64], grazing: &[usize]) -> Option<String> {
     let rows = rows(model, point);
     let has_gap = |row: &Row| row.other.is_some() || !row.left.is_empty() || !row.right.is_empty();
@@ -131,7 +132,7 @@ impl Pen<'_> {
         )
     }
 
-    /// Stops on one side of the mass in the middle: a wall, with a spring where they yield.
+    /// Stops on one side of the middle mass: a wall, with a spring if they are compliant.
     fn stop(&self, surfaces: &[usize], side: f64, y: f64) -> String {
         if surfaces.is_empty() {
             return String::new();
@@ -162,7 +163,7 @@ impl Pen<'_> {
         svg + &self.gap(surfaces, ends, y)
     }
 
-    /// A gap with the names of its surfaces above.
+    /// Gap with the names of its surfaces above.
     fn gap(&self, surfaces: &[usize], [from, to]: [f64; 2], y: f64) -> String {
         let grazes = surfaces.iter().any(|surface| self.grazing.contains(surface));
         let ink = if grazes { GRAZING } else { SOFT };

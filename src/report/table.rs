@@ -1,8 +1,8 @@
-//! Tables: named columns with units, cells that know how precisely they are to be printed; and
-//! numbers as text, short for people, exact for programs.
+//! Tables: named columns with units, and cells that know their printed precision. Also numbers as
+//! text: short for people, exact for programs.
 //!
-//! A table is printed four ways: [`Table::to_text`] for a terminal, [`Table::to_markdown`],
-//! [`Table::to_html`], and [`Table::to_csv`], which alone keeps every digit.
+//! A table is printed in four formats: [`Table::to_text`] for a terminal, [`Table::to_markdown`],
+//! [`Table::to_html`], and [`Table::to_csv`], the only one that keeps every digit.
 
 use std::fmt::Write as _;
 use std::io;
@@ -10,7 +10,7 @@ use std::io;
 use super::ReportError;
 use grazemap_figure::escape_html;
 
-/// To which side a column's text is pushed.
+/// Horizontal alignment of a column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Alignment {
     /// Text begins at the left edge.
@@ -19,29 +19,29 @@ pub enum Alignment {
     Right,
 }
 
-/// One column of a table.
+/// Column of a table.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Column {
-    /// What stands in the column.
+    /// Name of the column.
     pub header: String,
-    /// Unit of the numbers; empty where they have none.
+    /// Unit of the numbers; empty without a unit.
     pub unit: String,
-    /// Side to which the cells are pushed.
+    /// Alignment of the cells.
     pub alignment: Alignment,
 }
 
 impl Column {
-    /// A column of numbers without a unit, pushed to the right.
+    /// Right-aligned column of numbers without a unit.
     pub fn number(header: impl Into<String>) -> Self {
         Self { header: header.into(), unit: String::new(), alignment: Alignment::Right }
     }
 
-    /// A column of words, pushed to the left.
+    /// Left-aligned column of text.
     pub fn text(header: impl Into<String>) -> Self {
         Self { alignment: Alignment::Left, ..Self::number(header) }
     }
 
-    /// The same column with a unit.
+    /// Adds a unit.
     #[must_use]
     pub fn with_unit(mut self, unit: impl Into<String>) -> Self {
         self.unit = unit.into();
@@ -58,36 +58,36 @@ impl Column {
     }
 }
 
-/// One cell of a table.
+/// Cell of a table.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Cell {
-    /// Words.
+    /// Text.
     Text(String),
     /// A count or another whole number.
     Integer(i64),
-    /// A number with the significant digits (1 to 17) that a person should see.
+    /// Number with the significant digits (1 to 17) shown to people.
     Number {
-        /// The value; CSV writes all of it.
+        /// Value; CSV writes all digits.
         value: f64,
         /// Significant digits for people.
         digits: usize,
     },
-    /// Nothing is known here; an empty cell in CSV, a dash elsewhere.
+    /// Missing value: an empty cell in CSV, a dash elsewhere.
     Missing,
 }
 
 impl Cell {
-    /// A cell of words.
+    /// Cell of text.
     pub fn text(text: impl Into<String>) -> Self {
         Self::Text(text.into())
     }
 
-    /// A number to so many significant digits.
+    /// Number with this many significant digits.
     pub fn number(value: f64, digits: usize) -> Self {
         Self::Number { value, digits }
     }
 
-    /// The cell as a number, NaN where it is none: counts and numbers in words are numbers too.
+    /// Value of the cell as a number, also if it is a count or text; NaN if it is no number.
     pub fn value(&self) -> f64 {
         match self {
             Self::Integer(value) => *value as f64,
@@ -97,7 +97,7 @@ impl Cell {
         }
     }
 
-    /// The cell as a person reads it.
+    /// Text of the cell for people.
     pub fn for_people(&self) -> String {
         match self {
             Self::Text(text) => text.clone(),
@@ -107,7 +107,7 @@ impl Cell {
         }
     }
 
-    /// The cell as a program reads it: 17 significant digits, nothing where nothing is known.
+    /// Text of the cell for programs: 17 significant digits; empty if missing.
     pub fn for_programs(&self) -> String {
         match self {
             Self::Text(text) => text.clone(),
@@ -118,11 +118,11 @@ impl Cell {
     }
 }
 
-/// A table written as CSV row by row, as its rows are made.
+/// Writer of a table as CSV, row by row.
 pub struct CsvStream<W: io::Write>(csv::Writer<W>);
 
 impl<W: io::Write> CsvStream<W> {
-    /// Writes the headings.
+    /// Creates the writer and writes the header.
     ///
     /// # Errors
     ///
@@ -137,12 +137,13 @@ impl<W: io::Write> CsvStream<W> {
     ///
     /// # Errors
     ///
-    /// [`ReportError::Csv`] if it has not one cell for every column, or the writer refuses.
+    /// [`ReportError::Csv`] if the number of cells differs from that of the columns, or the writer
+    /// refuses.
     pub fn push(&mut self, row: &[Cell]) -> Result<(), ReportError> {
         Ok(self.0.write_record(row.iter().map(Cell::for_programs))?)
     }
 
-    /// Writes what is buffered.
+    /// Flushes the buffer.
     ///
     /// # Errors
     ///
@@ -169,7 +170,7 @@ pub struct Table {
 }
 
 impl Table {
-    /// An empty table of these columns.
+    /// Table of these columns, without rows.
     pub fn new(columns: Vec<Column>) -> Self {
         Self { columns, rows: Vec::new() }
     }
@@ -184,7 +185,7 @@ impl Table {
         &self.rows
     }
 
-    /// The rows, one after another.
+    /// Turns the table into an iterator of rows.
     pub fn into_rows(self) -> Rows<'static> {
         Rows::new(self.columns, self.rows.into_iter())
     }
@@ -193,7 +194,7 @@ impl Table {
     ///
     /// # Errors
     ///
-    /// [`ReportError::RowWidth`] if the row has not one cell for every column.
+    /// [`ReportError::RowWidth`] if the number of cells differs from that of the columns.
     pub fn push(&mut self, row: Vec<Cell>) -> Result<(), ReportError> {
         if row.len() != self.columns.len() {
             return Err(ReportError::RowWidth {
@@ -207,14 +208,14 @@ impl Table {
     }
 }
 
-/// A table made column by column: each has a heading, and says what stands under it in a row.
+/// Table that is built column by column, with a function that computes the cells of each column.
 pub(super) struct ByColumn<R> {
     of: Vec<R>,
     table: Table,
 }
 
 impl Table {
-    /// A table with a row for each of these, to which columns are added.
+    /// Table with one row per item and no columns yet.
     pub(super) fn of<R: Copy>(rows: impl IntoIterator<Item = R>) -> ByColumn<R> {
         let of: Vec<R> = rows.into_iter().collect();
         let table = Self { columns: Vec::new(), rows: vec![Vec::new(); of.len()] };
@@ -223,25 +224,26 @@ impl Table {
 }
 
 impl<R: Copy> ByColumn<R> {
-    /// With a column of such cells.
+    /// Adds a column of cells.
     pub(super) fn column(mut self, column: Column, cell: impl Fn(R) -> Cell) -> Self {
         self.table.columns.push(column);
         self.table.rows.iter_mut().zip(&self.of).for_each(|(row, &of)| row.push(cell(of)));
         self
     }
 
-    /// With a column of words.
+    /// Adds a column of text.
     pub(super) fn text<T: Into<String>>(self, header: &str, words: impl Fn(R) -> T) -> Self {
         self.column(Column::text(header), |of| Cell::text(words(of)))
     }
 
-    /// With a column of counts.
+    /// Adds a column of counts.
     pub(super) fn count<T: TryInto<i64>>(self, header: &str, count: impl Fn(R) -> T) -> Self {
         let cell = |of| count(of).try_into().map_or(Cell::Missing, Cell::Integer);
         self.column(Column::number(header), cell)
     }
 
-    /// With a column of numbers to so many significant digits; what is not known stays empty.
+    /// Adds a column of numbers with this many significant digits; an unknown number is a missing
+    /// cell.
     pub(super) fn number<T: Into<Option<f64>>>(
         self,
         header: &str,
@@ -252,7 +254,7 @@ impl<R: Copy> ByColumn<R> {
         self.column(Column::number(header), |of| value(of).into().map_or(Cell::Missing, cell))
     }
 
-    /// With a unit at the last column.
+    /// Adds a unit to the last column.
     pub(super) fn unit(mut self, unit: &str) -> Self {
         if let Some(column) = self.table.columns.last_mut() {
             unit.clone_into(&mut column.unit);
@@ -260,7 +262,7 @@ impl<R: Copy> ByColumn<R> {
         self
     }
 
-    /// The whole table.
+    /// Finished table.
     pub(super) fn made(self) -> Table {
         self.table
     }
@@ -287,7 +289,7 @@ impl Table {
         text
     }
 
-    /// A Markdown table, padded so that its source lines up too.
+    /// Markdown table, padded so that its source is aligned too.
     pub fn to_markdown(&self) -> String {
         let escape = |text: &str| plain(text).replace('\\', "\\\\").replace('|', "\\|");
         let lines = self.lines(|cell| escape(&cell.for_people()), escape);
@@ -312,7 +314,7 @@ impl Table {
         text
     }
 
-    /// An HTML `table` element, everything in it escaped; numbers carry the class `number`.
+    /// HTML `table` element with escaped content; numbers have the class `number`.
     pub fn to_html(&self) -> String {
         let mut html = String::from("<table>\n<thead><tr>");
         for column in self.columns() {
@@ -338,11 +340,11 @@ impl Table {
         html
     }
 
-    /// CSV (RFC 4180 quoting, lines ended by a newline): headings, then rows with every digit.
+    /// CSV (RFC 4180 quoting, lines ended by a newline): header, then rows with every digit.
     ///
-    /// Numbers have 17 significant digits, `nan`, `inf` and `-inf` stand for what is not finite,
-    /// and a missing cell is empty. The heading is the bare column header: no unit, so that a
-    /// program can name the column.
+    /// Numbers have 17 significant digits; numbers that are not finite are `nan`, `inf` and `-inf`;
+    /// a missing cell is empty. The header has the bare column names without units, so that a
+    /// program can name a column.
     ///
     /// # Errors
     ///
@@ -353,7 +355,7 @@ impl Table {
         Ok(String::from_utf8_lossy(&bytes).into_owned())
     }
 
-    /// Headings and rows as text, the headings first.
+    /// Header and rows as text, the header first.
     fn lines(
         &self,
         cell: impl Fn(&Cell) -> String,
@@ -378,7 +380,7 @@ impl Table {
     }
 }
 
-/// The rows of a table too long to be held, one after another.
+/// Rows of a table that is too long to be held in memory.
 pub struct Rows<'a> {
     columns: Vec<Column>,
     rows: Box<dyn Iterator<Item = Vec<Cell>> + 'a>,
@@ -395,11 +397,11 @@ impl<'a> Rows<'a> {
         &self.columns
     }
 
-    /// All of them as a table.
+    /// Collects the rows into a table.
     ///
     /// # Errors
     ///
-    /// [`ReportError::RowWidth`] for a row of another width.
+    /// [`ReportError::RowWidth`] for a row of wrong width.
     pub fn into_table(self) -> Result<Table, ReportError> {
         let mut table = Table::new(self.columns.clone());
         for row in self {
@@ -408,11 +410,11 @@ impl<'a> Rows<'a> {
         Ok(table)
     }
 
-    /// Writes them as [`Table::to_csv`] does.
+    /// Writes the rows as [`Table::to_csv`] does.
     ///
     /// # Errors
     ///
-    /// [`ReportError::Csv`] for a row of another width, and where the writer refuses.
+    /// [`ReportError::Csv`] for a row of wrong width, or if the writer refuses.
     pub fn write_csv(self, out: &mut dyn io::Write) -> Result<(), ReportError> {
         let mut stream = CsvStream::new(out, &self.columns)?;
         for row in self {
@@ -447,7 +449,7 @@ fn class_of(alignment: Alignment) -> &'static str {
     }
 }
 
-/// Scientific notation is set as a power of ten; everything else as it stands.
+/// Cell as HTML. Scientific notation becomes a power of ten.
 fn cell_html(cell: &Cell) -> String {
     let text = cell.for_people();
     match (cell, text.split_once('e')) {
@@ -464,11 +466,11 @@ fn minus(text: &str) -> String {
     text.replace('-', "−")
 }
 
-/// A number to `digits` significant digits, for a person.
+/// Number with `digits` significant digits, for people.
 ///
-/// Fixed notation where the exponent of ten lies between -4 and 5, scientific outside; never
-/// more digits than asked for, a true minus sign nowhere, so that the text can be parsed back.
-/// `digits` is taken between 1 and 17.
+/// Fixed notation if the exponent of ten lies between -4 and 5, else scientific; never more digits
+/// than asked for; an ASCII minus sign, so that the text can be parsed back. `digits` is clamped to
+/// 1 to 17.
 pub(super) fn significant(value: f64, digits: usize) -> String {
     let digits = digits.clamp(1, 17);
     if !value.is_finite() {
@@ -487,7 +489,7 @@ pub(super) fn significant(value: f64, digits: usize) -> String {
     }
 }
 
-/// A number to 17 significant digits, which any reader turns back into the same double.
+/// Number with 17 significant digits, which reads back as the same double.
 pub(super) fn exact(value: f64) -> String {
     if value.is_finite() { format!("{value:.16e}") } else { non_finite(value).to_owned() }
 }
@@ -504,7 +506,7 @@ fn exponent_of(scientific: &str) -> i32 {
     scientific.split_once('e').and_then(|(_, exponent)| exponent.parse().ok()).unwrap_or(0)
 }
 
-/// A number of things, in words: `1 file`, `2 files`, `2 branches`.
+/// Count of things: `1 file`, `2 files`, `2 branches`.
 pub fn counted(count: usize, thing: &str) -> String {
     let hisses = ["s", "x", "z", "ch", "sh"].iter().any(|end| thing.ends_with(end));
     let plural = match (count, hisses) {

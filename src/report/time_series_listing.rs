@@ -1,4 +1,4 @@
-//! Time series as data and as pictures: phase portraits, states and gaps over time.
+//! Time series as data and figures: phase portraits, states and gaps over time.
 
 use serde::Serialize;
 
@@ -11,42 +11,42 @@ use crate::hybrid::MomentEvent;
 use crate::model::{Model, Node, Scene};
 use crate::orbit::{GrazingOrbit, PoincareSectionKind};
 
-/// A time series, column by column, ready to be written as JSON.
+/// Time series, column by column, for the JSON document.
 #[derive(Clone, Debug, Serialize)]
 pub struct TimeSeriesListing {
     /// The section.
     pub section: SectionDocument,
-    /// What was asked.
+    /// Request.
     pub request: TimeSeriesRequest,
     /// All parameters.
     pub parameters: Named<f64>,
-    /// Nominal time of a return.
+    /// Duration of a nominal return, in time.
     pub duration: f64,
     /// Times of the rows.
     pub t: Vec<f64>,
-    /// Full states, the phase from 0 to its period.
+    /// Full states; the phase runs from 0 to its period.
     pub states: Named<Vec<f64>>,
     /// Gap of each surface.
     pub gaps: Named<Vec<f64>>,
-    /// What happened, by the number of the row.
+    /// Events, by the index of the row.
     pub events: Vec<EventRecord>,
 }
 
-/// Something that happened.
+/// Event.
 #[derive(Clone, Debug, Serialize)]
 pub struct EventRecord {
-    /// The row, from 0; of an impact, the row before it.
+    /// Index of the row, from 0; for an impact, of the row before it.
     pub row: usize,
-    /// When.
+    /// Time of the event.
     pub t: f64,
     /// `impact`, `contact`, `release` or `minimum`.
     pub event: &'static str,
-    /// At which surface.
+    /// Name of the surface.
     pub surface: String,
 }
 
 impl TimeSeriesListing {
-    /// A series of a scene.
+    /// Listing of a scene's series.
     pub fn new(
         scene: &Scene,
         section: SectionDocument,
@@ -87,7 +87,7 @@ impl TimeSeriesListing {
     }
 }
 
-/// The columns of a series: `t`, the phase, the states, the gaps, the event and its surface.
+/// Columns of a series: `t`, the phase, the states, the gaps, the event and its surface.
 pub fn time_series_columns(model: &Model) -> Vec<Column> {
     let mut columns = vec![Column::number("t")];
     columns.extend(model.phase.iter().map(|phase| Column::number(phase.name.clone())));
@@ -98,7 +98,7 @@ pub fn time_series_columns(model: &Model) -> Vec<Column> {
     columns
 }
 
-/// One row of a series under these columns.
+/// Row of a series under these columns.
 pub fn time_series_row(model: &Model, point: &SeriesPoint) -> Vec<Cell> {
     let number = |value: f64| Cell::number(value, 9);
     let (states, phase) = point.state.split_at(model.states.len());
@@ -113,7 +113,7 @@ pub fn time_series_row(model: &Model, point: &SeriesPoint) -> Vec<Cell> {
     row
 }
 
-/// All rows of a series.
+/// Table of all rows of a series.
 ///
 /// # Errors
 ///
@@ -126,7 +126,7 @@ pub fn time_series_table(model: &Model, series: &TimeSeries) -> Result<Table, Re
     Ok(table)
 }
 
-/// A series as a person reads it: its length and what happens in it.
+/// Length and events of a series, as text.
 pub fn time_series_text(scene: &Scene, series: &TimeSeries) -> String {
     let surfaces = &scene.model.surfaces;
     let first = series.points.first().map_or(0.0, |point| point.time);
@@ -146,8 +146,8 @@ pub fn time_series_text(scene: &Scene, series: &TimeSeries) -> String {
     text
 }
 
-/// The pictures of a series, each with the ending of its file's name: one portrait for each mass
-/// (each state whose rate is another state), the states over time, the gaps over time.
+/// Figures of a series, each with the suffix of its file name: a phase portrait for each mass (each
+/// state whose derivative is another state), the states over time, the gaps over time.
 pub fn time_series_figures(
     scene: &Scene,
     orbit: &GrazingOrbit,
@@ -171,8 +171,8 @@ pub fn time_series_figures(
     figures
 }
 
-/// Positions with their velocities: states whose rate is another state. Where there is none, the
-/// first two states.
+/// Positions with their velocities: pairs of a state and its derivative, if that is another state.
+/// Without such a pair, the first two states.
 pub(super) fn portrait_pairs(model: &Model) -> Vec<(usize, usize)> {
     let states = model.states.len();
     let velocity = |position: usize| match model.graph.node(model.flow[position]) {
@@ -187,15 +187,15 @@ pub(super) fn portrait_pairs(model: &Model) -> Vec<(usize, usize)> {
     }
 }
 
-/// Nearer than this to a whole number of returns a row is on the section.
+/// Distance from a whole number of returns, in returns, up to which a row counts as on the section.
 const ON_SECTION: f64 = 1e-9;
 
-/// What the pictures are made of.
+/// Data of the figures.
 struct Sketch<'a> {
     scene: &'a Scene,
     orbit: &'a GrazingOrbit,
     series: &'a TimeSeries,
-    /// Whether the piece up to each row is in contact.
+    /// Whether the motion up to each row is in contact.
     held: Vec<bool>,
 }
 
@@ -218,7 +218,7 @@ impl<'a> Sketch<'a> {
         symbol(&self.scene.model.states[state])
     }
 
-    /// A state against another, the stops where they are at one place.
+    /// Phase portrait of two states, with the stops that are at fixed places.
     fn portrait(&self, (horizontal, vertical): (usize, usize)) -> Figure {
         let axes = [horizontal, vertical].map(|state| Axis::linear(self.name(state)));
         let [across, up] = axes;
@@ -241,8 +241,8 @@ impl<'a> Sketch<'a> {
         figure
     }
 
-    /// The rows on a stroboscopic section. A tangency section is met at minima and contacts, which
-    /// are drawn.
+    /// Rows on a stroboscopic section. A tangency section is met at minima and contacts, which are
+    /// drawn anyway.
     fn section_points(&self) -> impl Iterator<Item = &SeriesPoint> {
         let stroboscopic =
             matches!(self.orbit.section.kind, PoincareSectionKind::Stroboscopic { .. });
@@ -254,7 +254,7 @@ impl<'a> Sketch<'a> {
         self.series.points.iter().filter(move |_| stroboscopic).filter(at_section)
     }
 
-    /// A state over time.
+    /// Figure of a state over time.
     fn state_over_time(&self, state: usize) -> Figure {
         let mut figure = Figure::new(Axis::linear("t"), Axis::linear(self.name(state)));
         figure.size = (760, 300);
@@ -265,7 +265,7 @@ impl<'a> Sketch<'a> {
         figure
     }
 
-    /// All gaps over time.
+    /// Figure of all gaps over time.
     fn gaps_over_time(&self) -> Figure {
         let mut figure = Figure::new(Axis::linear("t"), Axis::linear("gap h"));
         figure.size = (760, 300);
@@ -278,7 +278,7 @@ impl<'a> Sketch<'a> {
         figure
     }
 
-    /// Flights, contact phases, jumps of impacts, and what happened.
+    /// Draws free flight, contact phases, jumps at impacts, and events.
     fn draw(&self, figure: &mut Figure, at: &dyn Fn(&SeriesPoint) -> [f64; 2]) {
         let mut lines: [Vec<[f64; 2]>; 3] = Default::default();
         let [flights, contacts, jumps] = &mut lines;
@@ -305,8 +305,7 @@ impl<'a> Sketch<'a> {
         }
     }
 
-    /// Where a state meets a surface that depends on that state alone: the surface's name and the
-    /// place.
+    /// Stops of a state: names of the surfaces that depend on that state alone, with their places.
     fn stops(&self, state: usize) -> Vec<(String, f64)> {
         let model = &self.scene.model;
         let alone = |surface: &&crate::model::Surface| {
@@ -330,10 +329,10 @@ impl<'a> Sketch<'a> {
     }
 }
 
-/// Halvings of an interval: as many as it takes to the last digit.
+/// Number of bisections: enough for full precision.
 const HALVINGS: usize = 80;
 
-/// A zero of a function within twice the extent of some places.
+/// Zero of a function within twice the extent of some places.
 fn zero_near(
     mut function: impl FnMut(f64) -> f64,
     places: impl Iterator<Item = f64>,

@@ -1,6 +1,6 @@
-//! The window of a map in words: which bounds are the scene's, which were measured, what the map
-//! errs inside, and whether that is more than it should; and what it means for diagrams and charts:
-//! what lies outside, what the map made, and when an orbit has escaped.
+//! Window of a map as text: bounds stated by the scene, measured bounds, errors inside, and
+//! warnings. Also warnings about diagrams and charts: points outside the window, share of the map,
+//! escaped orbits.
 
 use super::basin_figure::basin_outside_words;
 use super::map_listing::edge_words;
@@ -17,12 +17,12 @@ use crate::iteration::OrbitEnd;
 use crate::model::{ChartOverlay, Method};
 use crate::numeric::Shown;
 
-/// The window and its errors, one line each.
+/// Window and errors, as text: one line each.
 pub fn window_words(window: &MeasuredWindow) -> String {
     format!("window: {}\n{}\n", bounds_words(window), error_words(window))
 }
 
-/// The bounds, those that the scene states first.
+/// Bounds as text, those stated by the scene first.
 pub fn bounds_words(window: &MeasuredWindow) -> String {
     let of = |origin: BoundOrigin| {
         let bounds = window.bounds.iter().filter(move |bound| bound.origin == origin);
@@ -48,7 +48,7 @@ fn bound_words(bound: &WindowBound) -> String {
     }
 }
 
-/// The errors inside, and what was asked.
+/// Errors inside the window, and the tolerance, as text.
 pub fn error_words(window: &MeasuredWindow) -> String {
     let points = window.sample.points;
     let errors: Vec<String> = window
@@ -73,7 +73,7 @@ pub fn error_words(window: &MeasuredWindow) -> String {
     )
 }
 
-/// Where an error is that large, if not everywhere.
+/// Place of an error, if it occurs only on the verge of contact, as text.
 fn verge_words(verge: bool) -> &'static str {
     if verge { " on the verge of contact" } else { "" }
 }
@@ -85,20 +85,20 @@ fn tolerance_words(tolerance: WindowTolerance) -> String {
     }
 }
 
-/// What is to be said of a map on its window.
+/// Warning or note about a map on its window.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct WindowRemark {
-    /// Whether it is a warning: the map errs more than its scene states, by a hundredth of a
-    /// half-width or more, has no image of some points, or its window is deeper than the series
-    /// reach. Otherwise it errs more than 1e-6 of a half-width, which no scene asked for, or its
-    /// bounds contradict each other.
+    /// Whether this is a warning: the error exceeds the scene's tolerance, or reaches a hundredth
+    /// of a half-width, or some points have no image, or the window is deeper than the series
+    /// reach. Otherwise it is a note: the error exceeds 1e-6 of a half-width, which no scene asked
+    /// for, or the bounds contradict each other.
     pub is_warning: bool,
-    /// The remark.
+    /// Text.
     pub words: String,
 }
 
 impl WindowRemark {
-    /// The remark of a scene, as a line of its own.
+    /// Line of text with the name of the scene.
     pub fn of(&self, scene: &str) -> String {
         format!("{}: `{scene}`: {}", self.kind(), self.words)
     }
@@ -109,12 +109,12 @@ impl WindowRemark {
     }
 }
 
-/// Error over the half-width above which a remark is a warning.
+/// Error, as a share of the half-width, above which a remark is a warning.
 const LARGE_SHARE: f64 = 1e-2;
 
-/// What is to be said of a map that errs more in its window than it should, of a window with points
-/// that have no image, of one no point of which is as deep as it says, and of one deeper than the
-/// series in `y` reach; `None` where the map keeps its tolerance.
+/// Warning or note about a window: the map's error is too large, points have no image, no point
+/// reaches the stated depth, or the window is deeper than the series in `y` reach. `None` if the
+/// map keeps its tolerance.
 ///
 /// ```
 /// use grazemap::convergence::{CoordinateError, MeasuredWindow, SampleSummary, WindowTolerance};
@@ -162,7 +162,7 @@ pub fn window_remark(
     (!parts.is_empty()).then(|| WindowRemark { is_warning, words: parts.join("; ") })
 }
 
-/// By how much a map errs more than it should, where it does.
+/// Largest error that exceeds its limit, as text, if there is one.
 fn excess_words(window: &MeasuredWindow, orders: MapOrders) -> Option<String> {
     let worse = |a: &&CoordinateError, b: &&CoordinateError| a.excess().total_cmp(&b.excess());
     let worst = window.errors.iter().max_by(worse)?;
@@ -185,7 +185,7 @@ fn excess_words(window: &MeasuredWindow, orders: MapOrders) -> Option<String> {
     })
 }
 
-/// That no point of the half-widths is as deep as the window, where that is so.
+/// Note that no point within the half-widths reaches the window's depth, if so.
 fn reached_words(window: &MeasuredWindow) -> Option<String> {
     let depth = window.bounds.iter().find(|bound| bound.kind == BoundKind::Depth)?.value;
     window.reached.map(|reached| {
@@ -197,7 +197,7 @@ fn reached_words(window: &MeasuredWindow) -> Option<String> {
     })
 }
 
-/// Of how many points of the window a map says nothing, if any.
+/// Warning with the number of points of the window without an image, if any.
 fn excluded_words(window: &MeasuredWindow) -> Option<String> {
     let SampleSummary { points, excluded } = window.sample;
     (points > 0 && excluded > 0).then(|| {
@@ -209,23 +209,23 @@ fn excluded_words(window: &MeasuredWindow) -> Option<String> {
     })
 }
 
-/// The remedy where the map alone was used beyond its window.
+/// Remedy for the use of the map alone outside its window.
 const REMEDY: &str = "in grey: the map's error was not measured there, and `with = [\"guarded\"]` \
                       simulates what lies outside";
 
-/// What may not be trusted of diagrams, or is not drawn.
+/// Warnings about diagrams: lost values, and points outside the window.
 pub fn diagram_warnings(diagrams: &[Diagram]) -> Vec<String> {
     let lost = diagrams.iter().filter_map(diagram_lost_words);
     let outside = diagrams.iter().filter_map(diagram_outside_words);
     lost.chain(outside).map(warning).collect()
 }
 
-/// What may not be trusted of charts.
+/// Warnings about charts.
 pub fn chart_warnings(charts: &[Chart]) -> Vec<String> {
     charts.iter().filter_map(chart_outside_words).map(warning).collect()
 }
 
-/// What may not be trusted of basins.
+/// Warnings about basins.
 pub fn basin_warnings(basins: &[Basin]) -> Vec<String> {
     basins.iter().filter_map(basin_outside_words).map(warning).collect()
 }
@@ -234,7 +234,7 @@ fn warning(words: String) -> String {
     format!("warning: {words}")
 }
 
-/// Where an observable was no finite number.
+/// Warning with the number of values that are not finite.
 fn diagram_lost_words(diagram: &Diagram) -> Option<String> {
     let points = diagram.sweeps.iter().flat_map(|sweep| &sweep.points);
     let values = points.flat_map(|point| point.kept_values());
@@ -249,7 +249,7 @@ fn diagram_lost_words(diagram: &Diagram) -> Option<String> {
     })
 }
 
-/// At how many values of a diagram the map alone was used beyond its window, if at any.
+/// Warning with the number of parameter values at which the map alone was used outside its window.
 pub(super) fn diagram_outside_words(diagram: &Diagram) -> Option<String> {
     let by_map = || diagram.sweeps.iter().filter(|sweep| sweep.method == Method::Map);
     let outside: usize = by_map().map(|sweep| sweep.outside()).sum();
@@ -262,7 +262,7 @@ pub(super) fn diagram_outside_words(diagram: &Diagram) -> Option<String> {
     })
 }
 
-/// In how many cells of a chart the map alone was used beyond its window, if in any.
+/// Warning with the number of cells in which the map alone was used outside its window.
 pub(super) fn chart_outside_words(chart: &Chart) -> Option<String> {
     let (outside, all) = (chart.count(ChartClass::Outside), chart.cells.len());
     let [first, second] = &chart.axes;
@@ -274,7 +274,7 @@ pub(super) fn chart_outside_words(chart: &Chart) -> Option<String> {
     })
 }
 
-/// Which share of the iterates of a guarded diagram the map made.
+/// Share of the iterates of a guarded diagram computed by the map, as text.
 pub(super) fn diagram_share_words(diagram: &Diagram) -> Option<String> {
     let guarded = || diagram.sweeps.iter().filter(|sweep| sweep.method == Method::Guarded);
     let kept = guarded().flat_map(|sweep| &sweep.points).map(|point| point.kept as f64);
@@ -284,12 +284,12 @@ pub(super) fn diagram_share_words(diagram: &Diagram) -> Option<String> {
     (all > 0.0).then(|| share_words(by_map / all))
 }
 
-/// Which share of the iterates of a guarded chart the map made.
+/// Share of the iterates of a guarded chart computed by the map, as text.
 pub(super) fn chart_share_words(chart: &Chart) -> Option<String> {
     (chart.method == Method::Guarded).then(|| share_words(chart.by_map))
 }
 
-/// Which share of the cells of a chart was computed, if not all.
+/// Share of the cells of a chart that was computed, if not all, as text.
 pub(super) fn chart_computed_words(chart: &Chart) -> Option<String> {
     let (computed, all) = (chart.computed, chart.cells.len());
     (computed < all).then(|| {
@@ -302,7 +302,7 @@ pub(super) fn chart_computed_words(chart: &Chart) -> Option<String> {
     })
 }
 
-/// What is laid over a chart, and what of it was not found.
+/// Overlay of a chart, and the parts of it that were not found, as text.
 pub fn chart_overlay_words(chart: &Chart) -> Option<String> {
     let words = |overlay: &Overlay| {
         let what = match overlay.what {
@@ -332,7 +332,7 @@ fn share_words(by_map: f64) -> String {
     )
 }
 
-/// Orbits of a diagram that ended early, and by which bound.
+/// Number of orbits of a diagram that ended early, and the bound that ended them, as text.
 pub(super) fn diagram_escape_words(diagram: &Diagram) -> Option<String> {
     let points = || diagram.sweeps.iter().flat_map(|sweep| &sweep.points);
     let ended = points().filter(|point| point.end != OrbitEnd::Completed).count();
@@ -340,14 +340,14 @@ pub(super) fn diagram_escape_words(diagram: &Diagram) -> Option<String> {
     (ended > 0).then(|| format!("At {ended} of {all} values {}.", escape_words(&diagram.escape)))
 }
 
-/// The same of a chart.
+/// Number of cells of a chart whose orbits escaped, and the bound that ended them, as text.
 pub(super) fn chart_escape_words(chart: &Chart) -> Option<String> {
     let count = chart.count(ChartClass::Escaped);
     let words = || format!("White, {count} cells: {}.", escape_words(&chart.escape));
     (count > 0).then(words)
 }
 
-/// When an orbit has escaped.
+/// Bounds beyond which an orbit has escaped, as text.
 pub(super) fn escape_words(escape: &[EscapeBound]) -> String {
     let finite = escape.iter().filter(|bound| bound.offset.is_finite());
     let bounds = finite.map(|bound| format!("{} by {:.3}", bound.coordinate, bound.offset));

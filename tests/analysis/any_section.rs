@@ -1,5 +1,5 @@
-//! A scene that takes any section gets the one whose map for the tolerance costs least, and the map
-//! keeps its promise there.
+//! Scenes that allow any section: they get the section whose map meets the tolerance at the lowest
+//! cost, and the map meets the tolerance there.
 
 use grazemap::analysis::{DirectEnd, DirectImage, SectionChange};
 use grazemap::convergence::{
@@ -28,14 +28,14 @@ fn choice(settled: &SettledScene) -> &Choice {
     settled.choice().expect("the section was decided by a map")
 }
 
-/// Points of a window that nothing was chosen by.
+/// Points of a window that no choice was based on.
 fn unused(scene: &Scene, orbit: &GrazingOrbit, count: usize) -> Vec<SamplePoint> {
     let chooser = Chooser::new(scene, orbit, 1).expect("points in the window");
     chooser.points(UNUSED, count)
 }
 
 /// Largest difference of a coordinate between a map's image and that of direct simulation in
-/// double-double; `None` where the latter does not return or makes other contacts.
+/// double-double; `None` if the latter does not return or makes other contacts.
 fn error(direct: &mut DirectImage<'_, Dd>, map: &HornerMap, point: &SamplePoint) -> Option<f64> {
     let truth = direct.image(&exact(&point.state), &exact(&point.parameters)).expect("good input");
     if truth.end != DirectEnd::Returned || truth.extra_contacts > 0 {

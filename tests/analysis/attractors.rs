@@ -1,6 +1,5 @@
-//! Attractors that do not come back to the tangency section once in a forcing period, against the
-//! stroboscopic section and against exact flight between impacts, which shares nothing with the
-//! simulator.
+//! Attractors that do not return to the tangency section once per forcing period, compared with the
+//! stroboscopic section and with exact flight between impacts, an independent method.
 
 use std::f64::consts::TAU;
 
@@ -21,7 +20,7 @@ use crate::support::scenes;
 const PHASE_NOT_REDUCED: &str = include_str!("../data/outside/f01_phase_not_reduced.toml");
 const BILINEAR_RIG: &str = include_str!("../data/outside/p01_bilinear_rig.toml");
 
-/// The diagram of direct simulation at one offset, begun at a state in offsets.
+/// Point of a diagram of direct simulation at one offset, from a start in offsets.
 fn settled(case: &Case, offset: f64, start: &[(&str, f64)], observe: Observable) -> DiagramPoint {
     let names = case.scene.model.full_state_names();
     let at = |name: &&str| start.iter().find(|(other, _)| other == name).map(|(_, value)| *value);
@@ -40,11 +39,11 @@ fn settled(case: &Case, offset: f64, start: &[(&str, f64)], observe: Observable)
     found.expect("a good scene").sweeps[0].points[0].clone()
 }
 
-/// Oscillators of the sequence that are compared; `LINEAR_OSCILLATORS` asks for more.
+/// Number of oscillators compared; `LINEAR_OSCILLATORS` sets a larger one.
 const OSCILLATORS: usize = 6;
 
-/// Attractor of an oscillator of the sequence by exact flight, in periods, and what diagrams on both
-/// sections say otherwise.
+/// Period of an oscillator's attractor by exact flight, and the differences found by diagrams on
+/// both sections.
 fn compared(number: usize) -> (Option<usize>, Vec<String>) {
     let omega = drawn(number, 0, [0.3, 6.0]);
     let (zeta, r) = (drawn(number, 1, [0.02, 0.2]), drawn(number, 2, [0.4, 0.9]));
@@ -76,7 +75,7 @@ fn compared(number: usize) -> (Option<usize>, Vec<String>) {
         let words = |wrong: String| format!("{number}: {oscillator:?}: {wrong}");
         (expected.as_ref().map(|(_, periods, _)| *periods), wrong.map(words).collect::<Vec<_>>())
     };
-    // What is named by its approach takes exact flight longer.
+    // Exact flight takes longer for attractors that diagrams name while orbits still approach them.
     let soon = compared(600);
     if soon.1.is_empty() { soon } else { compared(6000) }
 }
@@ -119,14 +118,14 @@ fn attractors_have_the_periods_hits_and_speeds_of_exact_flight_on_both_sections(
     assert!(all.iter().any(|(periods, _)| periods.is_some_and(|periods| periods > 1)));
 }
 
-/// The oscillator of the scene, its stop so far from where it grazes.
+/// Oscillator of the scene, with its stop at an offset from the grazing position.
 fn hard_obstacle(offset: f64) -> Oscillator {
     let grazing = 1.0 / (2.8 * 2.8 - 1.0);
     Oscillator { zeta: 0.0, alpha: 1.0, omega: 2.8, stop: grazing + offset, r: 0.8 }
 }
 
-/// The scene with its map on the window that is measured: on one left open guarded iteration
-/// would take the map at any state.
+/// Scene with its map on the measured window: on an open window guarded iteration would use the map
+/// at any state.
 fn phase_not_reduced() -> Case {
     let scene = scenes::parsed(PHASE_NOT_REDUCED, "f01_phase_not_reduced.toml", &scenes::NONE);
     let map = scene.graze().expect("a grazing orbit").map().expect("a map");
@@ -148,7 +147,7 @@ fn the_undamped_oscillator_settles_on_two_impacts_in_two_periods() {
         let request = DiagramRequest {
             range: [offset, offset + 1e-12],
             points: 1,
-            // Without damping what is not the attractor's dies out at impacts alone.
+            // Without damping, only impacts make deviations from the attractor die out.
             transient: 3000,
             with: vec![Method::Guarded, Method::Direct],
             observe: Observable::ImpactSpeed,
@@ -248,7 +247,7 @@ fn a_branch_of_orbits_that_return_every_second_period_is_listed_once() {
     }
 }
 
-/// Half of the forcing's phase with half its period says the same.
+/// Attractors are the same if the phase counts half the forcing's phase, with half its period.
 #[test]
 fn attractors_do_not_depend_on_how_the_phase_is_counted() {
     let omega = 3.3;
@@ -299,8 +298,8 @@ range = [0.0, 1.0]
 points = 1
 "#;
 
-/// Without a phase nothing counts the periods of the forcing: an attractor has the returns and the
-/// impacts of the same oscillator with a phase.
+/// Without a phase, forcing periods are not counted: an attractor has the returns and impacts of
+/// the same oscillator with a phase.
 #[test]
 fn an_autonomous_system_has_the_attractors_of_the_same_oscillator_with_a_phase() {
     let case = Case::of(scenes::parsed(DRIVEN_BY_A_CYCLE, "driven_by_a_cycle", &scenes::NONE));
@@ -323,7 +322,7 @@ fn an_autonomous_system_has_the_attractors_of_the_same_oscillator_with_a_phase()
     assert!(!point.values.iter().any(far), "{:?} for {impacts:?}", point.values);
 }
 
-/// Lanes and single orbits take the same periods off a phase that goes round.
+/// Orbits whose phase advances by whole periods are the same in lanes and alone.
 #[test]
 fn orbits_whose_phase_goes_round_are_the_same_in_lanes() {
     let case = Case::of(scenes::scene_with("linear", &[("omega", "3.3")]));
@@ -346,8 +345,8 @@ fn orbits_whose_phase_goes_round_are_the_same_in_lanes() {
     }
 }
 
-/// An orbit without contact returns to itself as `exp(−ζ T)` turned by an angle: its exponent is
-/// `−ζ T` however many iterates are kept.
+/// The exponent per return of an orbit without contact is `−ζ T`, with the period T, however many
+/// iterates are kept.
 #[test]
 fn the_exponent_of_a_periodic_orbit_does_not_depend_on_the_iterates_kept() {
     let case = Case::new("linear");
@@ -375,7 +374,7 @@ fn the_exponent_of_a_periodic_orbit_does_not_depend_on_the_iterates_kept() {
     }
 }
 
-/// A stroboscopic plane has states beyond the stop, which are none of the oscillator's.
+/// States beyond the stop in a stroboscopic plane are not states of the oscillator.
 #[test]
 fn states_beyond_a_rigid_stop_have_no_image_and_do_not_escape() {
     let set = [("section.kind", "\"stroboscopic\""), ("section.phase", "\"0\"")];
@@ -396,7 +395,8 @@ fn states_beyond_a_rigid_stop_have_no_image_and_do_not_escape() {
     }
 }
 
-/// The window of a support so stiff is a billionth of the orbit: its states repeat to rounding.
+/// The window at a very stiff support is a billionth of the orbit's size: states of the period
+/// agree only to rounding.
 #[test]
 fn a_linear_orbit_beside_a_support_that_is_nearly_rigid_has_period_one() {
     let stiff = scenes::parsed(BILINEAR_RIG, "p01_bilinear_rig.toml", &[("beta", "1e12")]);

@@ -12,12 +12,12 @@ use grazemap::report::{basin_array, basin_rows};
 
 use crate::Case;
 
-/// Half-widths about the graze in which the orbit without contact has its basin, with that which
-/// has one contact a period far away.
+/// Half-widths about the graze of a region in which the orbit without contact has its basin, and
+/// the attractor with one contact per period lies far away.
 const PLANE: [[f64; 2]; 2] = [[-1e-3, 3e-4], [-6e-4, 6e-4]];
 
 impl Case {
-    /// Before the graze, where both attractors stand.
+    /// Request before the graze, where both attractors exist.
     fn basin_request(&self, points: [usize; 2], method: Method) -> BasinRequest {
         BasinRequest {
             parameters: vec![-5e-4, 0.0],
@@ -32,7 +32,7 @@ impl Case {
         basin(&self.scene, &self.orbit, &self.map, request, &NoProgress)
     }
 
-    /// The number of the attractor that a state comes to by direct simulation alone.
+    /// Index of the attractor that a state reaches by direct simulation alone.
     fn goal(&self, direct: &DirectMap<'_>, basin: &Basin, start: &[f64]) -> Option<usize> {
         let parameters: Vec<f64> = basin.parameters.iter().map(|p| p.offset).collect();
         let mut state = start.to_vec();
@@ -93,7 +93,7 @@ fn refined_basins_are_those_with_every_cell_followed() {
     }
 }
 
-/// The attractors and shares do not depend on what follows the states.
+/// Attractors and shares do not depend on the method of iteration.
 #[test]
 fn guarded_and_direct_basins_agree_and_the_map_alone_says_where_it_ends() {
     let case = Case::new("linear");
@@ -102,7 +102,7 @@ fn guarded_and_direct_basins_agree_and_the_map_alone_says_where_it_ends() {
     let [guarded, direct, map] = &basins;
     assert_eq!(guarded.cells, direct.cells);
     assert!(guarded.by_map > 0.05 && direct.by_map == 0.0 && map.by_map == 1.0);
-    // What goes to the far attractor leaves the window on the way.
+    // States of the far attractor's basin leave the window on the way.
     let far = guarded.attractors.iter().position(|found| {
         found.attractor.states[0].iter().zip(&case.map.window.state).any(|(x, w)| x.abs() > *w)
     });
@@ -165,7 +165,8 @@ fn what_is_no_plane_is_refused() {
     assert!(matches!(case.basin(&short), Err(AnalysisError::Length { .. })));
 }
 
-/// Before the graze of the linear oscillator, the whole basin of the orbit without contact.
+/// Request with manifolds before the graze of the linear oscillator, over the whole basin of the
+/// orbit without contact.
 fn with_manifolds(case: &Case, method: Method) -> BasinRequest {
     BasinRequest {
         ranges: [[-1e-3, 3e-4], [-9e-4, 8e-4]],
@@ -215,8 +216,8 @@ fn the_border_of_a_basin_lies_on_the_stable_manifold_of_the_saddle() {
     }
 }
 
-/// The curve of the map, by direct simulation in double-double. The multiplier of 1160 takes away
-/// from the saddle what the curve errs by.
+/// Points on the map's curve, flown by direct simulation in double-double. The multiplier of 1160
+/// amplifies the curve's error away from the saddle.
 #[test]
 fn states_on_the_stable_manifold_come_to_the_saddle() {
     let case = Case::new("linear");
@@ -243,7 +244,7 @@ fn states_on_the_stable_manifold_come_to_the_saddle() {
     assert!(tried > 40 && farthest < 1e-2, "{tried} points come within {farthest}");
 }
 
-/// It lacks preimages at a graze; beyond, it goes on.
+/// The manifold has points without preimages at a graze, and continues beyond it.
 #[test]
 fn a_stable_manifold_of_direct_simulation_goes_on_where_preimages_are_lacking() {
     let case = Case::new("linear");

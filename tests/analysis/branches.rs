@@ -1,4 +1,5 @@
-//! Branches of periodic orbits: the equations that are continued, and what is found along them.
+//! Branches of periodic orbits: the equations of continuation, and the orbits and special points
+//! found.
 
 use grazemap::analysis::branches::{Branch, BranchLabel, BranchRequest, Branches};
 use grazemap::analysis::periodic::{ContactItinerary, ItinerarySearch, MapOrbitEquations};
@@ -10,7 +11,7 @@ use grazemap::prelude::{FindGraze, Map, Scene};
 use crate::support::foale::Foale;
 use crate::support::scenes::scene_with;
 
-/// The exact derivatives against differences in double-double, at any point.
+/// Exact derivatives agree with differences in double-double at any point.
 #[test]
 fn derivatives_are_those_of_the_residuals() {
     let scene = Scene::load("scenes/foale.toml").expect("a scene");
@@ -40,8 +41,8 @@ fn derivatives_are_those_of_the_residuals() {
     }
 }
 
-/// The Jacobian of the period's map and its multipliers are those of the search by itinerary,
-/// which takes differences.
+/// The Jacobian of the period's map and its multipliers agree with those of the search by
+/// itinerary, which uses differences.
 #[test]
 fn multipliers_are_those_of_the_search() {
     let scene = Scene::load("scenes/foale_omega_2_2.toml").expect("a scene");
@@ -92,8 +93,8 @@ fn map_of(scene: &str) -> Map {
     scene.graze().and_then(|graze| graze.map()).expect("a map")
 }
 
-/// Foale's saddle-node below ω = 2 and flip above it, by direct simulation from the graze on, where
-/// the closed form has them (tests/data/rigid/README.md).
+/// Foale's saddle-node below ω = 2 and flip above it, followed by direct simulation from the graze,
+/// compared with the closed form (tests/data/rigid/README.md).
 #[test]
 fn one_branch_of_direct_simulation_goes_from_the_graze_to_the_published_points() {
     let cases = [
@@ -207,7 +208,7 @@ fn a_branch_on_a_stroboscopic_section_begins_at_its_graze() {
     }
 }
 
-/// Where a compliant stop with a damper is met, the parameter changes with the square of the speed.
+/// At a compliant stop with a damper the parameter changes with the square of the impact speed.
 #[test]
 fn a_parameter_that_changes_with_the_square_of_the_speed_has_the_slope_zero() {
     let map = map_of("soft_b");
@@ -339,8 +340,8 @@ fn branches_change_their_itinerary_at_grazes_and_double_at_flips() {
     let mut request = request(&["10"], 4, [-1e-3, 1e-3], false);
     request.at = vec![0.0; map.local().parameters.len()];
     let found = map.branches(&request, &NoProgress).expect("branches");
-    // What was not asked for is followed: 11 beyond the graze of 10's second return, 1 at the end
-    // of that, as the orbit that 11 doubles.
+    // Further branches are followed: 11 beyond the graze of 10's second return and, at the end of
+    // that, 1 as the orbit whose doubling is 11.
     let grazes = |itinerary: &str| labelled(&found, itinerary, BranchLabel::Graze);
     let shared: Vec<f64> = grazes("10").into_iter().filter(|offset| *offset < -1e-6).collect();
     assert_eq!(shared.len(), 1);
@@ -352,7 +353,7 @@ fn branches_change_their_itinerary_at_grazes_and_double_at_flips() {
     assert!((begins[0] / doubled[0] - 1.0).abs() < 1e-12, "{begins:?} {doubled:?}");
 }
 
-/// What the map settles on lies on a stable branch, for every value of a sweep.
+/// Every attractor of a sweep by the map lies on a stable branch.
 #[test]
 fn every_attractor_of_a_sweep_lies_on_a_stable_branch() {
     let map = map_of("cantilever_2_5");
@@ -398,8 +399,8 @@ fn every_attractor_of_a_sweep_lies_on_a_stable_branch() {
     assert!(settled >= 20, "{settled}");
 }
 
-/// What simulation settles on has its branch, however far from the graze it lies: 70 times as far
-/// as the graze moves over the range.
+/// Attractors of direct simulation have their branches even far from the graze: 70 times as far as
+/// the graze moves over the range.
 #[test]
 fn an_orbit_far_from_the_graze_has_its_branch_by_direct_simulation() {
     let scene = Scene::load("scenes/mems_scenario3.toml").expect("a scene");
@@ -473,7 +474,7 @@ fn returns_without_a_minimum_of_the_gap_have_their_branch() {
     }
 }
 
-/// One impact in six periods: a hundredth of the states come to it.
+/// Orbit with one impact in six periods, reached from a hundredth of the states.
 #[test]
 fn an_orbit_that_few_states_come_to_has_its_branch_from_a_start_that_is_given() {
     let map = foale_over_omega();

@@ -1,5 +1,5 @@
-//! Two-parameter charts: where contact begins against the closed form, periods against the
-//! literature and against direct simulation, and the same cells whatever the number of cores.
+//! Two-parameter charts: onset of contact against the closed form, periods against the literature
+//! and against direct simulation, and reproducibility for any number of cores.
 
 use grazemap::analysis::chart::{Chart, ChartCell, ChartClass, Overlay, chart};
 use grazemap::analysis::diagram::diagram;

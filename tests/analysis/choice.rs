@@ -1,5 +1,5 @@
-//! The map chosen for a tolerance, how far it holds, and where it beats direct simulation in double
-//! precision.
+//! Map chosen for a tolerance, its range of validity, and the depths at which it is more accurate
+//! than direct simulation in double precision.
 
 use std::collections::BTreeMap;
 
@@ -19,8 +19,8 @@ use grazemap::orbit::GrazingOrbit;
 use crate::support::scenes::{grazing, orbit, parsed, scene, scene_with, text};
 use crate::{UNUSED, exact};
 
-/// Largest error of a map over points that make no contact but those of grazing passages, by direct
-/// simulation in double-double; infinite where one does.
+/// Largest error of a map over points whose only contacts are those of grazing passages, against
+/// direct simulation in double-double; infinite if a point makes other contacts.
 fn error(scene: &Scene, orbit: &GrazingOrbit, map: &HornerMap, points: &[SamplePoint]) -> f64 {
     let system = HybridSystem::new(&scene.model);
     let mut direct = DirectImage::<Dd>::new(&system, scene, orbit).expect("good input");
@@ -64,7 +64,7 @@ fn chosen_maps_exceed_the_tolerance_by_less_than_a_tenth_at_points_never_used() 
     }
 }
 
-/// Two passages, the symmetric scene of two stops: each has its turn in the sample.
+/// Scene with two passages, symmetric between two stops: the sample covers each.
 #[test]
 fn a_map_of_two_passages_is_chosen_too() {
     assert_holds("two_stops_t1", 1e-6);
@@ -134,7 +134,7 @@ fn a_tolerance_out_of_reach_is_said_to_be_and_how_close_maps_came() {
     let options = ChoiceOptions { fresh: 100, ..ChoiceOptions::new(1e-30) };
     let choice = choose(&scene, &orbit(&scene), &options).expect("a choice");
     assert!(!choice.met, "{choice:?}");
-    // What double precision reaches on this window.
+    // Limit of double precision on this window.
     assert!(choice.error.is_some_and(|error| error < 1e-13), "{choice:?}");
     assert_eq!(choice.limit, Some(Limit::Rounding));
 }
@@ -238,7 +238,7 @@ fn the_stated_error_of_a_map_bounds_its_error_at_other_points_of_the_window() {
     assert!(points.len() > 200, "{}", points.len());
     let found = error(scene, orbit, map.discrete(), &points);
     assert!(found <= stated, "{found:e}, {stated:e}");
-    // Where the corners are the worst points the statement is about them; rounded up by a tenth at
+    // Where the corners are the worst points, the stated error is theirs, rounded up by a tenth at
     // most.
     let worst = found.max(error(scene, orbit, map.discrete(), &inside(sample.corners())));
     assert!(stated <= 1.2 * worst, "{worst:e}, {stated:e}");

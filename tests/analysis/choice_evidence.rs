@@ -1,5 +1,5 @@
-//! What a choice has to have beside a small error at most points: two contacts in one return, and
-//! the sign of the next depth.
+//! Requirements on a choice beyond a small error at most points: accuracy with two contacts in one
+//! return, and the sign of the next depth.
 
 use grazemap::analysis::{DirectEnd, DirectImage, FreeFlight, NoProgress, SectionChange};
 use grazemap::convergence::{
@@ -43,8 +43,8 @@ fn errors(
     points.iter().filter_map(of).collect()
 }
 
-/// Of an even sample hardly a point makes both contacts, and where both are made the second depth
-/// is known worst.
+/// A uniform sample has hardly a point with both contacts, and there the second depth is least
+/// accurate.
 #[test]
 fn a_choice_holds_where_two_passages_make_contact() {
     let scene = grazing("two_stops_t2_prestressed");
@@ -70,7 +70,8 @@ fn points_with_two_contacts_are_asked_of_scenes_with_two_passages_alone() {
     assert!(chooser.joint_points(0, 100).is_empty());
 }
 
-/// The map chosen for a tenth of the window's depth: far too coarse to be right by its error.
+/// Map chosen for a tolerance of a tenth of the window's depth: far too coarse for its dynamics to
+/// be right by its error alone.
 fn coarse(scene: &(Scene, GrazingOrbit)) -> (Choice, HornerMap) {
     let mut chooser = Chooser::new(&scene.0, &scene.1, 100).expect("points");
     let choice = chooser.choose(0.1 * scene.0.window.depth);
@@ -96,7 +97,7 @@ fn near_a_codimension_two_point_a_coarse_choice_has_the_slope_of_the_next_depth(
             let truth = direct.image(&exact(&point), &exact(&zero)).expect("good input");
             let truth = truth.offsets[0].to_f64() / (y * y);
             let mapped = stepped(&map, &point, &zero)[0] / (y * y);
-            // What is asked of a choice is a tenth of the effect of the contact.
+            // A choice must be within a tenth of the effect of the contact.
             assert!((mapped / truth - 1.0).abs() < 0.15, "{name}: {mapped}, {truth}");
         }
     }
@@ -120,7 +121,7 @@ fn single_precision_would_do_for_a_coarse_map_and_not_for_a_fine_one() {
     assert!(coarse < 1.1 && fine > 3.0, "{coarse}, {fine}");
 }
 
-/// The error of a map run in single precision, on points that it was not chosen by.
+/// Errors of a map in single precision, at points that were not used for its choice.
 fn single_error(scene: &(Scene, GrazingOrbit), map: &HornerMap, points: &[SamplePoint]) -> f64 {
     let exact = ExactImages::new(&scene.0, &scene.1, points.to_vec()).expect("points");
     let errors = exact.errors(&map.in_single());
@@ -150,7 +151,7 @@ fn any_precision_is_single_for_a_coarse_tolerance_and_double_for_a_fine_one() {
     }
 }
 
-/// Offsets of a twentieth are rounded by 2e-9 on the way in and on the way out.
+/// Offsets of a twentieth are rounded by 2e-9 at input and at output.
 #[test]
 fn single_precision_is_refused_where_rounding_prevents_it_and_says_how_near_it_came() {
     let (mut scene, orbit) = grazing("linear");
@@ -169,8 +170,8 @@ fn single_precision_is_refused_where_rounding_prevents_it_and_says_how_near_it_c
     assert_eq!(Some(single_error(&(scene.clone(), orbit.clone()), &map, &fresh)), met.fresh_error);
 }
 
-/// Both windows hold the same orbits: what the free flow makes of a point does not depend on the
-/// section it is seen at.
+/// Both windows contain the same orbits: the free flow carries a point from one section to the
+/// other.
 #[test]
 fn a_point_carried_to_another_section_has_the_image_carried_along() {
     let (scene, orbit) = grazing("linear");

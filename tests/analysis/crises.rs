@@ -1,4 +1,4 @@
-//! Crises against iteration: on one side of the curve an attractor keeps to its bands.
+//! Crises compared with iteration: on one side of the curve an attractor stays in its bands.
 
 use grazemap::Map;
 use grazemap::analysis::loci::{LociRequest, Locus, LocusKind, LocusPoint};
@@ -8,13 +8,14 @@ use grazemap::hybrid::HybridSystem;
 use grazemap::iteration::{DiscreteMap, HornerMap};
 use grazemap::prelude::{FindGraze, Scene};
 
-/// The beam whose attractors follow each other by adding a period: seven bands end in a crisis.
+/// Map of the beam with a period-adding cascade of attractors, whose seven-band attractor ends in a
+/// crisis.
 fn beam() -> Map {
     let scene = Scene::load("scenes/cantilever_3_5_soft.toml").expect("a scene");
     scene.graze().and_then(|graze| graze.map()).expect("a map")
 }
 
-/// The crises at the saddle `1100000` in the amplitude and the distance of the stop.
+/// Crisis at the saddle `1100000` in the amplitude and the distance of the stop.
 fn crisis(map: &Map, direct: bool) -> Locus {
     let request = LociRequest {
         plane: [1, 0],
@@ -29,8 +30,8 @@ fn crisis(map: &Map, direct: bool) -> Locus {
     found[0].clone()
 }
 
-/// Returns until the deep contacts of a period, which mark the phase of the bands, are no longer
-/// seven returns apart; `most` if they are all along.
+/// Number of returns until the deep contacts, which mark the phase of the bands, are no longer
+/// seven returns apart; `most` if they always are.
 fn returns_in_bands(
     map: &dyn DiscreteMap,
     parameters: &[f64],
@@ -53,7 +54,7 @@ fn returns_in_bands(
     most
 }
 
-/// The graze of a crisis, which is on the attractor, and the parameters there.
+/// Graze on the attractor at the crisis, and its parameters.
 fn graze(locus: &Locus) -> (Vec<f64>, [f64; 2]) {
     let size = |point: &&LocusPoint| point.parameters[1].abs();
     let points = locus.points.iter();
@@ -62,10 +63,10 @@ fn graze(locus: &Locus) -> (Vec<f64>, [f64; 2]) {
     (middle.states[number].clone(), [middle.parameters[0], middle.parameters[1]])
 }
 
-/// A share of the crisis' parameter above it at which no other attractor is known.
+/// Distance above the crisis, as a share of its parameter, at which no other attractor is known.
 const FAR: f64 = 5e-3;
 
-/// A state of the attractor a share of the parameter above the crisis, carried there from [`FAR`].
+/// State on the attractor at a distance above the crisis, continued there from [`FAR`].
 fn settled(map: &dyn DiscreteMap, graze: &[f64], [q, beta]: [f64; 2], share: f64) -> Vec<f64> {
     let (mut state, mut image) = (graze.to_vec(), vec![0.0; 2]);
     let mut iterate = |away: f64, returns: usize| {
@@ -84,7 +85,7 @@ fn settled(map: &dyn DiscreteMap, graze: &[f64], [q, beta]: [f64; 2], share: f64
     state
 }
 
-/// Returns in bands at a share of the parameter above the crisis.
+/// Number of returns in bands at a distance above the crisis.
 fn bands_at(map: &dyn DiscreteMap, locus: &Locus, share: f64, most: usize) -> usize {
     let (start, [q, beta]) = graze(locus);
     let start = settled(map, &start, [q, beta], share);

@@ -198,14 +198,14 @@ fn plan_of(
     }
 }
 
-/// Where a sweep ended at every value.
+/// Last value of a sweep at every parameter value.
 fn ends(sweep: &Sweep) -> Vec<f64> {
     let last = |point: &DiagramPoint| point.kept_values().last().unwrap_or(f64::NAN);
     sweep.points.iter().map(last).collect()
 }
 
-/// The origin is a fixed point of rounding too. At `p = 1e-4` a start beside it is still there, to
-/// the tolerance of periods, when the period is looked for.
+/// The origin is a numerical fixed point as well. At `p = 1e-4` a start beside it is still there,
+/// within the tolerance of periods, when the period is determined.
 #[test]
 fn no_sweep_stays_on_a_fixed_point_that_repels() {
     for lowest in [0.1, 1e-4] {

@@ -1,4 +1,4 @@
-//! Requests that direct simulation answers need no map: contacts without an expansion.
+//! Requests that are answered by direct simulation without a map: contacts without an expansion.
 
 use grazemap::analysis::branches::BranchRequest;
 use grazemap::analysis::periodic::ContactItinerary;
@@ -78,8 +78,8 @@ fn branches_of_direct_simulation_have_the_orbits_of_the_closed_form_without_a_ma
     let graze = map.parameter("A").expect("a parameter");
     let points = found.branches.iter().flat_map(|branch| &branch.points);
     let hits: Vec<_> = points.filter(|point| point.orbit.contacts.len() == 1).collect();
-    // Next to the graze a fourth root of the speed is steeper than what stands in the place of
-    // contacts that double precision does not resolve.
+    // Near the graze a fourth root of the speed is steeper than the model used there for contacts
+    // that double precision does not resolve.
     let resolved: Vec<_> =
         hits.into_iter().filter(|point| point.orbit.contacts[0].speed > 1e-3).collect();
     assert!(resolved.len() > 20, "{} points with an impact", resolved.len());

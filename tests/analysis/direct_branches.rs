@@ -1,5 +1,5 @@
-//! Branches of direct simulation where derivatives decide: next to grazes, on orbits that shrink, and
-//! where the only start is a mirror image.
+//! Branches of direct simulation in cases that depend on derivatives: near grazes, on orbits that
+//! shrink, and with a mirror image as the only start.
 
 use std::f64::consts::TAU;
 
@@ -154,7 +154,8 @@ fn a_branch_of_an_autonomous_system_ends_at_its_hopf_point() {
     let special = points(&found).filter_map(|point| point.special.as_ref());
     let frequency = special.filter(|s| s.label == BranchLabel::Hopf).find_map(|s| s.coefficient);
     assert!((frequency.expect("a frequency") - 3.090_708_847_974_34).abs() < 1e-12);
-    // Of a supercritical Hopf point the multiplier grows to 1 from below, and nothing turns.
+    // At a supercritical Hopf point the multiplier grows to 1 from below, and the branch does not
+    // turn.
     for point in &branch.points {
         let label = point.special.as_ref().map(|special| special.label);
         assert!(label.is_none_or(|l| [BranchLabel::Graze, BranchLabel::Hopf].contains(&l)));

@@ -1,8 +1,8 @@
-//! What one step's truncation means for orbits: closed forms against direct simulation, and maps
+//! Effect of one step's truncation on orbits: closed forms against direct simulation, and maps
 //! against both.
 //!
 //! The oracle is Foale's closed form of one-impact orbits of the linear oscillator (1994;
-//! tests/data/rigid/README.md), which knows neither the simulator nor the expansion.
+//! tests/data/rigid/README.md), which is independent of the simulator and of the expansion.
 
 use grazemap::analysis::orbits::BifurcationKind;
 use grazemap::analysis::periodic::{
@@ -47,7 +47,7 @@ impl Subject {
         self.family(orders).map(pair(orders)).expect("small spaces")
     }
 
-    /// One impact in so many returns.
+    /// Problem of an orbit with one impact in a number of returns.
     fn problem(&self, returns: usize) -> PeriodicProblem {
         let mut itinerary = vec![PassageSet::default(); returns];
         itinerary[0].insert(0);

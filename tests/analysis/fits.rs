@@ -1,5 +1,5 @@
-//! Parameters fitted to measured points: found again in points of direct simulation, with standard
-//! errors that hold.
+//! Parameters fitted to measured points: those of direct simulation are recovered, with valid
+//! standard errors.
 
 use grazemap::analysis::fit::{Fit, FitEnd, FitRequest, MeasuredSeries, fit};
 use grazemap::analysis::{AnalysisError, DirectMap, NoProgress};
@@ -11,8 +11,8 @@ use crate::Case;
 use crate::support::scenes;
 use crate::support::synthetic::Numbers;
 
-/// The electrostatic oscillator with its restitution as a variable, and a window that holds what
-/// follows a shallow contact.
+/// Electrostatic oscillator with its restitution as a variable, and a window that contains the
+/// returns after a shallow contact.
 fn mems() -> Case {
     let keys = [
         ("expansion.active", "[\"V\", \"omega\", \"r\"]"),
@@ -23,7 +23,7 @@ fn mems() -> Case {
     Case::of(scenes::scene_with("mems", &keys))
 }
 
-/// A number that is nearly normal: of twelve even ones.
+/// Approximately normal random number: the sum of twelve uniform ones.
 fn normal(numbers: &mut Numbers) -> f64 {
     0.5 * (0..12).map(|_| numbers.next()).sum::<f64>()
 }
@@ -92,7 +92,7 @@ fn parameters_are_found_in_noisy_points_of_direct_simulation_and_withheld_ones_a
     let withheld = found.withheld.expect("one of every series");
     assert_eq!(withheld.points, 30);
     for error in withheld.error_over_noise {
-        // What a start is not known by is predicted as well.
+        // Errors of the predictions include the uncertainty of the starts.
         assert!((0.5..6.0).contains(&error), "{error}");
     }
 }

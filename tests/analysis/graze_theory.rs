@@ -1,4 +1,4 @@
-//! What theory says of a graze against guarded iteration beside it.
+//! Theory of a graze, compared with guarded iteration nearby.
 
 use grazemap::analysis::{AnalysisError, MeasuredSide, measure_graze};
 use grazemap::iteration::Period;

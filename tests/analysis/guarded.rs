@@ -22,7 +22,7 @@ use crate::Case;
 use crate::support::scenes;
 
 impl Case {
-    /// The same with a window that holds less.
+    /// Scales the window by a share.
     fn narrowed(mut self, share: f64) -> Self {
         let MapWindow { depth, state, .. } = &mut self.map.window;
         *depth *= share;
@@ -79,7 +79,7 @@ fn a_step_is_the_maps_inside_the_window_and_the_direct_return_outside() {
     assert!(seen.iter().all(|&count| count > 5), "{seen:?}");
 }
 
-/// Orbits in lanes against one orbit by the [`GuardedMap`], which is written apart from them.
+/// Orbits in lanes agree with single orbits by the [`GuardedMap`], a separate implementation.
 #[test]
 fn lanes_are_guarded_as_one_orbit_is_to_the_last_bit() {
     let offsets = [-2e-4, 1e-5, 1e-4, 2e-4, 4e-4, 8e-4, 9e-3];
@@ -88,7 +88,7 @@ fn lanes_are_guarded_as_one_orbit_is_to_the_last_bit() {
     assert_eq!(ended, 0);
 }
 
-/// Every lane is inside its window until orbits escape there, in a map's first steps.
+/// Every lane is inside its window until its orbit escapes, during a map's first steps.
 #[test]
 fn lanes_that_escape_inside_the_window_end_as_one_orbit_does() {
     let inside = |window: &[f64]| window.iter().map(|width| 0.1 * width).collect();
@@ -98,9 +98,9 @@ fn lanes_that_escape_inside_the_window_end_as_one_orbit_does() {
     assert!((1..6).contains(&ended), "{ended} escaped");
 }
 
-/// Steps by the map, steps simulated, and orbits that ended early, of orbits in lanes that are
-/// compared with single ones: in a window that is widened to this many times itself, orbits escape
-/// at bounds made of its half-widths.
+/// Numbers of steps by the map, of simulated steps, and of orbits that ended early, for orbits in
+/// lanes that are compared with single ones. The window is scaled by a share; orbits escape at the
+/// given bounds.
 fn lanes_against_one_orbit(
     share: f64,
     offsets: &[f64],
@@ -148,7 +148,7 @@ fn inside_the_window_a_guarded_sweep_is_the_maps() {
     }
 }
 
-/// A window that holds no parameter leaves everything to direct simulation.
+/// A window without a parameter leaves all iterates to direct simulation.
 #[test]
 fn outside_the_window_a_guarded_sweep_is_direct_simulations() {
     let case = Case::new("linear");
@@ -196,8 +196,8 @@ fn a_guarded_orbit_ends_at_the_bound_of_the_scene() {
     }
 }
 
-/// The built-in scene and two others where attractors cross the edge of a window that is made
-/// small: what is settled on has direct simulation's period, itinerary and values.
+/// Attractors that cross the edge of a small window, in the built-in scene and in two others, have
+/// the period, itinerary and values of direct simulation.
 #[test]
 fn guarded_and_direct_sweeps_settle_on_the_same_orbits_across_the_edge_of_the_window() {
     for (name, range) in
@@ -288,13 +288,14 @@ fn every_difference_of_guarded_and_direct_sweeps_is_explained() {
         for Agreement { name, by_map, same, unexplained, difference, .. } in found {
             assert!(unexplained.is_empty(), "{name}: {unexplained:?}");
             assert!(same >= 8 && by_map < 1.0, "{name}: {same}, {by_map}");
-            // Of the half-width: the error of a map of orders 5 and 6 in some iterates.
+            // Bound relative to the half-width: the error of a map of orders 5 and 6 over some
+            // iterates.
             assert!(difference < 1e-3, "{name}: {difference:e}");
         }
     }
 }
 
-/// A period whose points are many windows apart is found to the tolerance of its own extent.
+/// A period whose points are many windows apart is found with the tolerance of its own extent.
 #[test]
 fn a_period_larger_than_the_window_is_found_in_its_own_extent() {
     struct Approaching;
@@ -329,7 +330,8 @@ fn a_period_larger_than_the_window_is_found_in_its_own_extent() {
     assert_eq!(period(1e-3), Period::Periodic(2));
 }
 
-/// What the program draws without a scene is worked out where its map was measured, or simulated.
+/// The diagrams and charts of the built-in scene are computed where its map was measured, or
+/// simulated.
 #[test]
 fn the_pictures_of_the_built_in_scene_are_not_beyond_its_window() {
     let name = "cantilever_3_5_soft";

@@ -1,5 +1,5 @@
-//! Periodic orbits by itinerary, their folds and flips: against closed forms that know neither map
-//! nor simulator, and the map against direct simulation.
+//! Periodic orbits by itinerary, their folds and flips, compared with closed forms that are
+//! independent of map and simulator; and the map compared with direct simulation.
 
 use grazemap::analysis::NoProgress;
 use grazemap::analysis::orbits::{
@@ -89,7 +89,7 @@ impl Subject {
         loci.pop().map_or_else(Vec::new, |locus| locus.points)
     }
 
-    /// Folds and flips that direct simulation finds by itself at an offset of the second parameter.
+    /// Folds and flips found by direct simulation alone, at an offset of the second parameter.
     fn alone(&self, digits: &str, offset: f64) -> Vec<(BifurcationKind, FoundOrbit)> {
         let request = OrbitsRequest {
             itineraries: vec![self.itinerary(digits)],
@@ -314,7 +314,7 @@ fn folds_and_flips_far_beyond_the_map_are_found_by_direct_simulation_where_foale
 
 #[test]
 fn neither_a_pole_nor_a_step_to_another_branch_is_taken_for_a_bifurcation() {
-    // Where one of several depth variables vanishes, det(J - I) changes its sign through infinity.
+    // At a zero of one of several depth variables det(J - I) changes its sign through infinity.
     let subject = Subject::new("linear_codim2", (5, 6));
     for digits in ["110", "111", "1110"] {
         for kind in [BifurcationKind::Fold, BifurcationKind::Flip] {

@@ -1,5 +1,4 @@
-//! What is computed with maps: diagrams, charts, orbits by itinerary, convergence, the choice of a
-//! map.
+//! Analyses that use maps: diagrams, charts, orbits by itinerary, convergence, choice of a map.
 
 #[path = "../support/independent/mod.rs"]
 mod independent;
@@ -42,15 +41,15 @@ use grazemap::orbit::GrazingOrbit;
 
 use support::scenes;
 
-/// Number in the sequence of the first point of the checks: beyond all that anything is chosen or
-/// measured by.
+/// Index in the sequence of the first point of the checks, beyond all points used for choices or
+/// measurements.
 const UNUSED: usize = 100_000;
 
 fn exact(values: &[f64]) -> Vec<Dd> {
     values.iter().map(|&value| Dd::from(value)).collect()
 }
 
-/// A scene of the catalogue with its orbit and its map at (5, 8).
+/// Scene of the catalogue with its orbit and its map at orders (5, 8).
 struct Case {
     scene: Scene,
     orbit: GrazingOrbit,

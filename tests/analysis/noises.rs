@@ -1,4 +1,4 @@
-//! Parameters drawn at random at every return: what is known of the densities in closed form.
+//! Random parameters at every return: densities compared with closed forms.
 
 use grazemap::analysis::noise::{NoiseLaw, NoiseRequest, NoisyOrbits, noise};
 use grazemap::analysis::{DirectMap, NoProgress};
@@ -66,9 +66,9 @@ fn without_contact_the_covariance_is_that_of_the_linear_recursion() {
     }
 }
 
-/// A return from the graze moves the point off it by a multiple of what was drawn, and the next one
-/// makes contact where that is outwards. The root of a normal number's positive part has the mean
-/// `2^(1/4) Γ(3/4) / (2 √π)`.
+/// A return from the graze moves the point away from it by a multiple of the random number, and the
+/// next return makes contact if that is outward. The square root of a normal number's positive part
+/// has the mean `2^(1/4) Γ(3/4) / (2 √π)`.
 #[test]
 fn off_the_graze_half_of_the_returns_make_contact_and_the_mean_is_that_of_a_root() {
     let case = Case::new("linear");

@@ -1,5 +1,5 @@
-//! The search by itinerary misses nothing that a plain search of the map finds: Newton's method on
-//! the map as it is, root and all, from random points, with no contact prescribed.
+//! Search by itinerary, compared with a plain search: Newton's method on the map itself, including
+//! its root, from random points, without a prescribed itinerary.
 
 use grazemap::analysis::MapEvaluation;
 use grazemap::analysis::periodic::{
@@ -21,7 +21,7 @@ fn map(name: &str, (smooth_order, contact_weight): (u32, u32)) -> LocalMap {
     expander.expand(orders).expect("small spaces")
 }
 
-/// Orbits of a period that a plain search finds, no deeper than the window.
+/// Orbits of a period found by a plain search, no deeper than the window.
 fn plain(
     map: &LocalMap,
     period: usize,

@@ -1,4 +1,4 @@
-//! A part of the record of what a change of the code must not change; `cargo run --release
+//! Part of the record of results that a change of the code must not change; `cargo run --release
 //! --example record` compares all of it.
 
 #[path = "../../examples/record/recorder/mod.rs"]
@@ -7,7 +7,7 @@ mod recorder;
 use grazemap::model::catalogue;
 use recorder::{computed, differences, groups, is_of, recorded};
 
-/// Scenes, and what is compared of them in a few seconds.
+/// Scenes, and groups that are compared in a few seconds.
 const PARTS: [(&str, &[&str]); 3] = [
     ("linear", &["orbits", "jets", "images", "sweeps", "emitted"]),
     ("mems", &["orbits", "lanes", "emitted"]),

@@ -1,4 +1,4 @@
-//! Long computations that are interrupted: a later run ends with the same bits, and computes what
+//! Interrupted computations: a later run ends with the same bits, and computes only the pieces that
 //! the first one had not finished.
 
 use std::collections::{HashMap, HashSet};
@@ -12,11 +12,11 @@ use grazemap::prelude::*;
 use grazemap::report::to_json;
 use serde::Serialize;
 
-/// What a run that was killed had kept, and what the next one keeps.
+/// Pieces kept by a killed run, and pieces kept by the next one.
 #[derive(Default)]
 struct Resumed {
     before: HashMap<Vec<u64>, Vec<u8>>,
-    /// In the order in which they were computed.
+    /// Pieces in the order of their computation.
     kept: Mutex<Vec<(Vec<u64>, Vec<u8>)>>,
 }
 
@@ -55,7 +55,7 @@ fn resumes<T: Serialize>(run: impl Fn(&dyn Progress) -> T) {
     }
 }
 
-/// Runs a computation whole, then with forged pieces: lists of nothing.
+/// Runs a computation whole, then with forged pieces: empty lists.
 fn forged_pieces_are_computed_anew<T: Serialize>(run: impl Fn(&dyn Progress) -> T) {
     let text = |value: &T| to_json(value).expect("plain data");
     let whole = Resumed::default();

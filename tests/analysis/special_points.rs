@@ -1,7 +1,7 @@
 //! Special points of branches of direct simulation for random linear oscillators, against exact
 //! flight between impacts and Foale's closed form of orbits with one impact.
 //!
-//! `BRANCH_OSCILLATORS` is how many oscillators are looked at.
+//! `BRANCH_OSCILLATORS` sets the number of oscillators.
 
 use std::f64::consts::TAU;
 
@@ -15,22 +15,22 @@ use crate::support::exact_flight::{Motion, Oscillator, drawn};
 use crate::support::foale::Foale;
 use crate::support::scenes::scene_with;
 
-/// Oscillators of a run of the tests.
+/// Number of oscillators in a test run.
 const OSCILLATORS: usize = 6;
-/// Returns of the longest itinerary that is followed.
+/// Longest itinerary that is followed, in returns.
 const LONGEST: usize = 2;
 /// Forcing periods of the orbits with one impact that are compared.
 const PERIODS: usize = 3;
-/// Slowest impact of a special point of the closed form that is asked for: orbits nearer to the
-/// graze are resolved to fewer digits.
+/// Slowest impact of a special point that must be found: orbits nearer to the graze have fewer
+/// digits.
 const SLOWEST: f64 = 1e-3;
 
-/// One of the oscillators, with the scene's map about its graze.
+/// Oscillator with the scene's map about its graze.
 struct Case {
     oscillator: Oscillator,
     section: &'static str,
     map: Map,
-    /// Where it grazes: amplitude of the forcing, and section point.
+    /// Grazing amplitude of the forcing; the section point follows.
     alpha: f64,
     point: Motion,
     range: [f64; 2],
@@ -45,7 +45,7 @@ impl Case {
         let [z, w, e, a] = [zeta, omega, r, stiff.hypot(damped)].map(|value| format!("{value:e}"));
         // The graze at a positive amplitude.
         let guess = format!("{{ x = 1.0, v = 0.0, theta = {:e} }}", damped.atan2(stiff));
-        // Of the map nothing is asked but its window.
+        // Only the window of the map is used.
         let set = [
             ("alpha", &*a),
             ("grazing.guess", &*guess),
@@ -107,8 +107,8 @@ impl Case {
         all.min_by(|a, b| a.1.total_cmp(&b.1)).expect("an impact")
     }
 
-    /// Special points of the closed form of orbits with one impact, those that exact flight goes
-    /// and of as many returns as are followed.
+    /// Special points of the closed form of orbits with one impact that are orbits of exact flight
+    /// too, with at most the followed number of returns.
     fn expected(&self) -> Vec<(BranchLabel, usize, [f64; 2])> {
         let Oscillator { zeta, omega, r, .. } = self.oscillator;
         let mut all = Vec::new();
@@ -136,7 +136,7 @@ impl Case {
     }
 }
 
-/// The state at which free flight would have met the stop before, within a time.
+/// State at which free flight would have met the stop in the past, within a time.
 fn behind(oscillator: &Oscillator, from: Motion, within: f64) -> Option<Motion> {
     let beyond = |time: f64| oscillator.flown(from, -time)[0] > oscillator.stop;
     let steps = 4000;

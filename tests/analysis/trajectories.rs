@@ -1,5 +1,5 @@
-//! Time series: against the closed form of free flight, against images by direct simulation, and
-//! against themselves at other sampling.
+//! Time series, compared with the closed form of free flight, with images by direct simulation, and
+//! with each other at different sampling.
 
 use grazemap::analysis::{
     DirectEnd, NoProgress, SeriesPoint, TimeSeries, TimeSeriesRequest, direct_image, time_series,
@@ -70,7 +70,7 @@ fn an_impact_has_a_row_before_and_a_row_behind_it() {
     assert!(series.points[0].time < 0.0 && series.points[0].event.is_some());
 }
 
-/// After one return of a stroboscopic section the series stands where the direct image does.
+/// After one return of a stroboscopic section the series is at the direct image.
 #[test]
 fn a_return_ends_at_the_direct_image() {
     let set =
@@ -96,7 +96,7 @@ fn a_return_ends_at_the_direct_image() {
     }
 }
 
-/// How often states are asked for moves no event, and a compliant contact begins before it ends.
+/// The number of samples does not move events, and a compliant contact begins before it ends.
 #[test]
 fn events_do_not_depend_on_the_samples() {
     let (scene, orbit) = grazing("soft_a");
@@ -136,8 +136,8 @@ fn a_portrait_marks_the_points_of_a_stroboscopic_section() {
     assert_eq!(points.len(), 4, "{points:?}");
 }
 
-/// What an orbit has settled on is what is written: the same rows as far on in one that is written
-/// from the start.
+/// Only the settled part of an orbit is written: its rows equal the later rows of a series that is
+/// written from the start.
 #[test]
 fn a_series_begins_where_the_orbit_has_settled() {
     let (scene, orbit) = grazing("linear");

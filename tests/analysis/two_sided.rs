@@ -1,4 +1,4 @@
-//! An oscillator between two stops whose grazing orbit touches both: who hits what, by direct
+//! Oscillator between two stops whose grazing orbit touches both: contacts with each stop by direct
 //! simulation.
 //!
 //! `x'' = α cos θ − 2ζ v − x` between `x = ±δ`: the free orbit is `x = A cos(θ − φ)`, so that at
@@ -71,8 +71,8 @@ fn graze_phase() -> f64 {
     (0.1 * OMEGA).atan2(1.0 - OMEGA * OMEGA)
 }
 
-/// The orbit that touches the right stop, without the left one; over several forcing periods it is
-/// the same, run again.
+/// Grazing orbit at the right stop, without the left stop; over several forcing periods it repeats
+/// itself.
 fn one_sided(scene: &Scene) -> GrazingOrbit {
     let mut once = scene.clone();
     once.grazing.periods = 1;
@@ -84,7 +84,7 @@ fn one_sided(scene: &Scene) -> GrazingOrbit {
     orbit
 }
 
-/// The orbit with every touch of one of its periods: right, left, right, ... half a forcing period
+/// Orbit with every touch of one of its periods: right, left, right, ..., half a forcing period
 /// apart.
 fn two_sided(scene: &Scene) -> GrazingOrbit {
     let mut orbit = one_sided(scene);
@@ -106,7 +106,7 @@ fn two_sided(scene: &Scene) -> GrazingOrbit {
     orbit
 }
 
-/// The last of many images at `alpha` off by this much: what the oscillator settles on.
+/// Last of many images at an offset of `alpha`: the attractor.
 fn settled(scene: &Scene, orbit: &GrazingOrbit, alpha: f64) -> SectionImage<f64> {
     let system = HybridSystem::new(&scene.model);
     let mut direct = DirectImage::new(&system, scene, orbit).expect("good input");
@@ -117,7 +117,7 @@ fn settled(scene: &Scene, orbit: &GrazingOrbit, alpha: f64) -> SectionImage<f64>
     image
 }
 
-/// So far beyond grazing the oscillator settles on the orbit that hits either stop once a period.
+/// Offset beyond grazing at which the attractor hits each stop once a period.
 const BEYOND: f64 = 0.145;
 
 #[test]

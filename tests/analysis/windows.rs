@@ -1,5 +1,5 @@
-//! The window of a map, measured where a scene leaves it open, against direct simulation at points
-//! that it was not measured at.
+//! Window of a map, measured if a scene leaves it open, compared with direct simulation at points
+//! that were not used for the measurement.
 
 use grazemap::analysis::{
     DirectEnd, DirectImage, ImageRecord, ImageRequest, ImageRow, MapEvaluation, Precision, Using,
@@ -65,10 +65,10 @@ fn numbers() -> impl FnMut() -> f64 {
     }
 }
 
-/// The largest error over the tolerance at random points of a window, and how many of them have no
-/// image or contacts elsewhere; points beyond the depth are left out. Offsets are spread evenly, or
-/// every other time over three decades, which finds the thin layer in which a wide parameter makes
-/// contact.
+/// Largest ratio of error to tolerance at random points of a window, and the number of points that
+/// have no image or contacts elsewhere; points beyond the depth are skipped. Offsets are uniform
+/// or, every other time, spread over three decades, which finds the thin layer in which a wide
+/// parameter makes contact.
 fn excess(map: &Map, window: &MapWindow, points: usize) -> (f64, usize) {
     let system = HybridSystem::new(&map.scene().model);
     let mut direct = DirectImage::<Dd>::new(&system, map.scene(), map.orbit()).expect("a scene");
@@ -172,7 +172,7 @@ fn a_depth_beyond_the_radius_of_the_series_ends_there() {
     assert_eq!((depth.kind, depth.origin), (BoundKind::Depth, BoundOrigin::Radius));
     let radius = map.window_edges()[0].radius;
     assert_eq!(map.local().window.depth, decimal_below(radius * radius, 2));
-    // Of the edge it is said what is left out at the depth that the scene states.
+    // The edge is evaluated at the depth that the scene states.
     assert_eq!(map.window_edges()[0].depth, 1e-4);
 }
 
@@ -198,13 +198,14 @@ fn points_beyond_the_radius_of_the_series_of_a_stiff_stop_are_outside() {
     assert!(images[1..].iter().all(|record| !record.inside()));
 }
 
-/// The claims of a map, coordinate by coordinate.
+/// Claimed errors of a map, by coordinate.
 fn claims(window: &MeasuredWindow) -> Vec<f64> {
     window.errors.iter().map(|error| error.error.expect("measured")).collect()
 }
 
-/// An adversary of other means than the measurement's: points at random, on faces and on the verge
-/// of contact, and ascents by mutations. The longer attack is `guarded -- bound` of the examples.
+/// An adversary with other means than the measurement: random points, points on faces and on the
+/// verge of contact, and ascents by mutations. The longer attack is `guarded -- bound` of the
+/// examples.
 #[test]
 fn an_adversary_finds_no_point_of_a_window_that_errs_more_than_is_claimed() {
     // Moving stops and second contacts have depths that the map errs in, the flight of the fourth

@@ -1,9 +1,8 @@
 //! Maps emitted in C and CUDA are compiled as C, run, and compared with the map evaluated from its
 //! jets.
 //!
-//! CUDA's words stand for nothing on a processor: a program that defines them and walks through the
-//! threads in turn runs the same text. Where a compiler of CUDA is installed, it compiles that text
-//! as well.
+//! On the CPU, CUDA's keywords are defined as macros that run the threads one after another, so
+//! that the same source runs as C. If a CUDA compiler is installed, it compiles the source as well.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -21,7 +20,7 @@ use grazemap::iteration::{
 use crate::support::scenes::grazing;
 use crate::support::synthetic::{self, Numbers};
 
-/// CUDA's words for a processor: threads of two blocks, one after another.
+/// Definitions of CUDA's keywords for the CPU: threads of two blocks, one after another.
 const SHIM: &str = "
 #include <stdio.h>
 #include <string.h>
@@ -54,7 +53,7 @@ fn write(module: &EmittedModule, folder: &Path) -> String {
     files.into_keys().next().expect("one file")
 }
 
-/// Runs a compiler, which must have nothing to say.
+/// Runs a compiler, which must not print anything.
 fn compile(compiler: &str, arguments: &[&str], folder: &Path) {
     let strict = ["-Wall", "-Wextra", "-pedantic", "-Werror", "-O1"];
     let output = Command::new(compiler)
@@ -93,8 +92,8 @@ fn named(name: &str, mut map: LocalMap) -> LocalMap {
     map
 }
 
-/// Prints image, depth, contacts and Jacobian at every point, and fails where forms or kernels
-/// differ in a bit.
+/// Program that prints image, depth, contacts and Jacobian at every point, and fails if forms or
+/// kernels differ in a bit.
 fn stepping_program(name: &str, file: &str, points: &[([f64; 2], [f64; 2])]) -> String {
     let points = rows(points.iter().map(|(state, parameters)| [*state, *parameters].concat()));
     let mut text = String::new();

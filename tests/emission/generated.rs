@@ -1,6 +1,6 @@
-//! The checked-in crate of emitted maps is what the program would emit today.
+//! Check that the checked-in crate of emitted maps equals the program's emission today.
 //!
-//! `UPDATE_GENERATED=1 cargo test --test emission generated::` writes it anew.
+//! `UPDATE_GENERATED=1 cargo test --test emission generated::` rewrites the crate.
 
 use std::path::Path;
 use std::process::{Command, Output};

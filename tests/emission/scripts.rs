@@ -1,6 +1,6 @@
-//! Maps emitted in JavaScript, WebAssembly, Python, Julia and MATLAB are run by their interpreters
-//! and equal the map in process to the last bit. A language whose interpreter is not on the machine
-//! is left out, which the test says.
+//! Maps emitted in JavaScript, WebAssembly, Python, Julia and MATLAB, run by their interpreters:
+//! they equal the map in this process to the last bit. A language without an interpreter on the
+//! machine is skipped, and the test prints so.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -15,15 +15,16 @@ use grazemap::numeric::FloatFormat;
 
 use crate::support::synthetic::{self, Numbers};
 
-/// A language: what runs its programs, and a program.
+/// Interpreter of a language, with its program.
 struct Interpreter {
     target: Target,
-    /// Commands that may run it, the first that works taken.
+    /// Commands that may run it; the first one that works is used.
     commands: &'static [&'static [&'static str]],
-    /// What a working one does without an error.
+    /// Program that a working interpreter runs without an error.
     probe: &'static str,
     file: &'static str,
-    /// Prints, at every point, image, depth, Jacobian, derivatives, and whether it lies inside.
+    /// Program that prints, at every point, image, depth, Jacobian, derivatives, and whether it
+    /// lies inside.
     program: &'static str,
 }
 
@@ -191,7 +192,7 @@ fprintf([repmat('%.17g ', 1, 15), '%d\\n'], [image; depths; jacobian; by; inside
     },
 ];
 
-/// The command that runs a language on this machine, if one does.
+/// Command that runs a language on this machine, if there is one.
 fn command_of(interpreter: &Interpreter) -> Option<Vec<PathBuf>> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let whole = |words: &&[&str]| {
@@ -214,7 +215,7 @@ fn command_of(interpreter: &Interpreter) -> Option<Vec<PathBuf>> {
     interpreter.commands.iter().map(whole).find(works)
 }
 
-/// What a language prints of a map at points; none where it cannot be run.
+/// Output of a map's module in a language at points; `None` if the language cannot be run.
 fn run(
     interpreter: &Interpreter,
     (map, composed): (&LocalMap, Option<&ComposedMap>),
@@ -230,7 +231,7 @@ fn run(
     let module = emitted_module(map, composed, &options).expect("the map is emitted");
     let crates = EmittedCrate::standalone(&module).expect("the map is emitted");
     for (path, text) in &crates.files {
-        // A module's ending tells node what it is.
+        // NOTE: node recognises a module by its extension.
         let path = path.replace(".js", ".mjs");
         fs::write(folder.path().join(path), text).expect("the test can be set up");
     }
@@ -256,7 +257,7 @@ fn run(
     Some(text.lines().map(line).collect())
 }
 
-/// The same by the map in process.
+/// Output expected from the map in this process.
 fn expected(map: &HornerMap, points: &[([f64; 2], [f64; 2])]) -> Vec<Vec<f64>> {
     let states = points.iter().flat_map(|(state, _)| *state).collect::<Vec<_>>();
     let parameters = points.iter().flat_map(|(_, own)| *own).collect::<Vec<_>>();

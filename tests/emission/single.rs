@@ -91,8 +91,8 @@ fn compiled_single_maps_give_the_bits_of_the_interpreted_ones() {
     assert!((100..300).contains(&touched), "{touched} of 400 touch");
 }
 
-/// CUDA's words stand for nothing on a processor, as in `tests/emission/c.rs`: the kernels run as
-/// C, a thread at a time.
+/// CUDA's keywords are defined for the CPU as in `tests/emission/c.rs`: the kernels run as C, one
+/// thread at a time.
 const PROGRAM: &str = "
 #include <stdio.h>
 #include <string.h>
@@ -158,8 +158,8 @@ fn single_maps_in_c_give_the_bits_of_the_interpreted_ones() {
     }
 }
 
-/// Compiles a program in C99, which must leave nothing to say, and returns the single numbers that
-/// it prints.
+/// Compiles a program in C99, which must not print anything, and returns the single-precision
+/// numbers that it prints.
 fn run(program: &str, folder: &std::path::Path) -> Vec<Vec<f64>> {
     fs::write(folder.join("program.c"), program).expect("the test can be set up");
     let mut compiler = Command::new("cc");
@@ -182,8 +182,8 @@ fn run(program: &str, folder: &std::path::Path) -> Vec<Vec<f64>> {
     text.lines().map(|line| line.split(' ').map(number).collect()).collect()
 }
 
-/// Nine decimal digits tell single numbers apart; sums of some hundred terms of size 0.2 and less
-/// are rounded to a few 2⁻²⁴.
+/// Nine decimal digits distinguish single-precision numbers; sums of some hundred terms of size up
+/// to 0.2 are rounded to a few 2⁻²⁴.
 #[test]
 fn single_precision_is_as_far_from_double_as_its_roundings() {
     let map = synthetic::map(4, 5, SectionKind::Stroboscopic);

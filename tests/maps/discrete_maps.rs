@@ -1,4 +1,4 @@
-//! The one contract test that every [`DiscreteMap`] passes.
+//! Contract test that every [`DiscreteMap`] passes.
 
 use grazemap::analysis::DirectMap;
 use grazemap::expansion::{LocalMap, SectionKind, Stage};
@@ -11,23 +11,24 @@ use grazemap::iteration::{
 use crate::support::scenes::grazing;
 use crate::support::synthetic::{self, Numbers};
 
-/// Where a map is tested: states and parameters of its window.
+/// Points at which a map is tested: states and parameters of its window.
 type Points = Vec<(Vec<f64>, Vec<f64>)>;
 
-/// Step of the central differences that a Jacobian is compared with, and by what part of the
-/// largest entry they may be off.
+/// Step of the central differences that a Jacobian is compared with, and tolerance relative to the
+/// largest entry.
 #[derive(Clone, Copy)]
 struct Differences {
     step: f64,
     tolerance: f64,
 }
 
-/// Small against the depths of the windows, 1e-5 and more, below which a root of the depth bends
-/// within a step; rounding of images of order 1 is then 1e-8 of an entry.
+/// Differences in double precision. The step is small compared with the depths of the windows, 1e-5
+/// and more, below which a root of the depth bends within a step; rounding of images of order 1 is
+/// then 1e-8 of an entry.
 const DOUBLE: Differences = Differences { step: 1e-8, tolerance: 1e-6 };
 
-/// Rounding of images of order 1 is 1e-4 of an entry, the bend of a root of the depth 0.01 a few
-/// 1e-3.
+/// Differences in single precision. Rounding of images of order 1 is 1e-4 of an entry, the bend of
+/// a root of the depth 0.01 a few 1e-3.
 const SINGLE: Differences = Differences { step: 5e-4, tolerance: 1e-2 };
 
 /// Checks the contract at these points.
@@ -35,7 +36,7 @@ fn check(map: &dyn DiscreteMap, points: &Points) {
     check_by(DOUBLE, map, points);
 }
 
-/// Checks the contract at these points.
+/// Checks the contract at these points with these differences.
 ///
 /// The Jacobian is compared with central differences where both sides of the difference made the
 /// same contacts, away from `depth = 0`, where the slope of `y` varies on the scale of the depth

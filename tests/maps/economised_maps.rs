@@ -1,5 +1,5 @@
-//! Economised maps: the same monomials, fitted to the window, against direct simulation in
-//! double-double.
+//! Economised maps, with the same monomials fitted to the window, compared with direct simulation
+//! in double-double.
 //!
 //! `cargo test --test maps -- economised_maps:: --nocapture` prints the errors on fresh points.
 
@@ -25,7 +25,7 @@ impl Case {
         Self { scene, orbit }
     }
 
-    /// The Taylor map and the economised one, and points of the window that neither was fitted on.
+    /// Taylor map and economised map, and points of the window that were not used for the fit.
     fn maps(&self, orders: MapOrders) -> ([LocalMap; 2], Vec<SamplePoint>) {
         let highest = MapOrders {
             smooth_order: orders.smooth_order + 3,

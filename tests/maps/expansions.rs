@@ -1,4 +1,5 @@
-//! Expansions on several sections against each other's independent routes and closed forms.
+//! Expansions on several sections, compared with each other by independent routes and with closed
+//! forms.
 
 use std::collections::HashSet;
 

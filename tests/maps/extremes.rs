@@ -1,7 +1,7 @@
-//! Maps at the ends of what can be asked: what the study claims, on a few of its rows.
+//! Maps at extreme values: the claims of the study, checked on a few of its rows.
 //!
-//! Truth is a closed form of the linear oscillator, or direct simulation in double-double; the
-//! estimates are the expansion's own. Cases and measurement are those of `examples/extremes`.
+//! The reference is a closed form of the linear oscillator, or direct simulation in double-double;
+//! the estimates are the expansion's own. Cases and measurement are those of `examples/extremes`.
 
 #[path = "../../examples/extremes/study/mod.rs"]
 mod study;

@@ -1,5 +1,5 @@
-//! Contacts flown exactly, against exact images (tests/data/soft; README there), on depths that
-//! series in y do not reach.
+//! Contacts flown exactly, compared with exact images (tests/data/soft; README there) at depths
+//! beyond the series in y.
 //!
 //! `cargo test --test maps -- flown_images:: --nocapture` prints the errors.
 
@@ -17,7 +17,7 @@ use crate::support::scenes::orbit;
 use crate::support::soft::{Law, STIFF, guide_scene, scene};
 use crate::support::systems::two_masses;
 
-/// Weight of the passages where nothing else is said: at y = 0.03 what is cut off is below 1e-13.
+/// Default weight of the passages: at y = 0.03 the truncation is below 1e-13.
 const WEIGHT: u32 = 8;
 
 fn flown(scene: &Scene, weight: u32) -> FlownContact {
@@ -27,8 +27,8 @@ fn flown(scene: &Scene, weight: u32) -> FlownContact {
     flown.unwrap_or_else(|error| panic!("{error}")).expect("a compliant stop")
 }
 
-/// What a flown passage adds to each coordinate; the identity is not subtracted, so nothing is
-/// lost.
+/// Change of each coordinate by a flown passage, in double-double so that subtracting the start
+/// loses no digits.
 fn kick(contact: &FlownContact, start: &[f64]) -> Vec<f64> {
     let shift = |value: f64| Dd::from(value);
     let start: Vec<Dd> = start.iter().copied().map(shift).collect();
@@ -111,7 +111,7 @@ fn images_stay_exact_from_soft_to_rigid() {
         "k2 = 1e2 to 1e20: zero-time mapping {:.1e}, section mapping {:.1e}",
         worst[0], worst[1]
     );
-    // At k2 = 1e20 the image is that of a rigid stop, and so is what is cut off: weight 9 at y =
+    // At k2 = 1e20 the image is that of a rigid stop, and so is the truncation: weight 9 at y =
     // 0.01.
     assert!(worst[0] < 1e-15, "{worst:?}");
     assert!(worst[1] < 1e-14, "{worst:?}");
@@ -203,7 +203,7 @@ fn the_identity_holds_exactly_without_contact() {
     }
 }
 
-/// A stop of the two masses: its surface, and what the file calls its images. The orbit is
+/// Stop of the two masses: its surface, and the name of its images in the file. The orbit is
 /// symmetric.
 struct Side {
     surface: usize,
@@ -277,7 +277,7 @@ fn zero_time_images_of_two_masses_fall_with_every_order_at_every_depth() {
             assert!(worst < 0.05 * last, "{set}, W = {weight}: {worst:e} after {last:e}");
             last = worst;
         }
-        // What is cut off is of weight 9; the stops are met up to y = 0.18 on the right and 0.38 on
+        // The truncation is of weight 9; the stops are met up to y = 0.18 on the right and 0.38 on
         // the left.
         assert!(last < 1e-6, "{set}: {last:e}");
     }

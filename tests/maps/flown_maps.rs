@@ -1,5 +1,5 @@
-//! Maps with flown contacts: against direct simulation in double-double, their forms against each
-//! other, and what is refused.
+//! Maps with flown contacts, compared with direct simulation in double-double and with each other
+//! in different forms; and refused input.
 //!
 //! `cargo test --test maps -- flown_maps:: --nocapture` prints the errors.
 
@@ -67,8 +67,8 @@ fn errors_fall_with_the_weight_whatever_the_stiffness() {
     }
 }
 
-/// Depths from 1e-3 to 1e-30: the upper decades, where laws take over from each other, closely,
-/// none at a round place.
+/// Depths from 1e-3 to 1e-30. The upper decades, in which one law replaces another, are dense; no
+/// depth is a round number.
 fn depths() -> impl Iterator<Item = f64> {
     let upper = (0..40).map(|number| 1e-3 * 0.1_f64.powf(0.103 * f64::from(number)));
     upper.chain((4..=27).map(|number| 1e-3 * 0.1_f64.powi(number)))
@@ -90,8 +90,8 @@ fn stroboscopic_maps_of_stiff_stops_are_exact_on_depths_from_1e_minus_30_to_1e_m
                 [(vec![depth, 0.0], vec![0.0]), (vec![depth, 3.0 * depth], vec![0.3 * depth])]
             })
             .collect();
-        // The legs are linear in state and amplitude. What is cut off is of weight 9 in y = 0.03
-        // and v = 3 y².
+        // The legs are linear in state and amplitude. The truncation is of weight 9 in y = 0.03 and
+        // v = 3 y².
         let orders = MapOrders { smooth_order: 2, contact_weight: 8 };
         let error = worst_error(&scene(system, &overrides), orders, &points);
         println!("{name}, stroboscopic: {error:.1e}");

@@ -1,9 +1,9 @@
-//! The orders that tell how the next depth depends on this one, at a generic graze and where `xi_1`
-//! vanishes.
+//! Orders that determine how the next depth depends on the present one, at a generic graze and
+//! where `xi_1` vanishes.
 //!
 //! `cargo test --test maps -- orders_where_xi_vanishes:: --nocapture` prints the table of
-//! docs/mathematics/orders.md. The truth is direct simulation in double-double; on these sections
-//! the depth of a point is its first offset, `h = delta − x`.
+//! docs/mathematics/orders.md. The reference is direct simulation in double-double; on these
+//! sections the depth of a point is its first offset, `h = delta − x`.
 
 use grazemap::analysis::{DirectEnd, DirectImage, MapEvaluation};
 use grazemap::convergence::MapFamily;
@@ -76,7 +76,7 @@ fn at_a_generic_graze_the_lowest_orders_have_the_leading_slope() {
     }
 }
 
-/// With `ξ = 0` what remains is `η + O(y)`, and that the lowest orders do not have.
+/// With `ξ = 0` the slope is `η + O(y)`, which the lowest orders do not contain.
 #[test]
 fn where_xi_vanishes_the_slope_needs_the_quadratic_terms_of_both_factors() {
     for name in ["linear_codim2", "mems_codim2"] {

@@ -127,7 +127,7 @@ fn errors(set: &Set, images: &[Image], deepest: f64) -> Vec<f64> {
     WEIGHTS.iter().map(worst).collect()
 }
 
-/// What the rounding of the coefficients to double precision leaves of errors, whatever the order.
+/// Error caused by rounding the coefficients to double precision, at any order.
 const ROUNDING: f64 = 1e-16;
 
 /// Errors as a row of a table.

@@ -12,13 +12,13 @@ use crate::support::scenes::orbit;
 use crate::support::synthetic::Numbers;
 use crate::support::systems::{STROBOSCOPIC, TANGENCY, scene};
 
-/// Section points that make their one contact in the grazing passage: offsets of states and
-/// parameters, which keep making it when scaled down, with their exact images.
+/// Section points with exactly one contact, in the grazing passage, with their exact images. Points
+/// are offsets of states and parameters that keep the contact when scaled down.
 struct Truth {
     points: Vec<[Vec<Dd>; 3]>,
 }
 
-/// A window's share in which the truth is taken.
+/// Share of the window in which reference points are taken.
 const SHARE: f64 = 0.25;
 
 impl Truth {
@@ -69,8 +69,8 @@ impl Truth {
     }
 }
 
-/// The error of a map at each order, at one size and at its half; the rate is the logarithm of
-/// their ratio.
+/// Checks the error of a map at each order, at one size and at half of it; the rate is the
+/// logarithm of the ratio.
 fn check_against_simulation(name: &str, section: &str) {
     let scene = scene(name, section);
     let orbit = orbit(&scene);

@@ -108,8 +108,8 @@ fn xi_of_a_prestressed_stop_is_that_of_its_leading_law() {
     }
 }
 
-/// Where D begins with y² or y³, β is the direction of that law with ∇h'·β = h'': `xi_n = h''
-/// [Mⁿ]_12`.
+/// If D begins with y² or y³, β is the direction of that law, scaled so that ∇h'·β = h'': `xi_n =
+/// h'' [Mⁿ]_12`.
 #[test]
 fn xi_of_softer_stops_follows_the_direction_of_their_leading_law() {
     let natural = (1.0_f64 - 0.015 * 0.015).sqrt();

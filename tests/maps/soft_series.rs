@@ -20,7 +20,7 @@ const DEGREE: u32 = 8;
 
 /// Total degree of the coefficients in `taylor_3var_A1.json`.
 const THREE_VARIABLES_DEGREE: u32 = 8;
-/// What two roundings leave of coefficients that are expanded in double-double.
+/// Error of coefficients that are expanded in double-double: two roundings.
 const ROUNDING: f64 = 1e-15;
 
 /// The scene of a reference set; `active` as in `[expansion]`.

@@ -231,7 +231,7 @@ fn cantilever_grazes_at_every_row_of_the_tables() {
     worst.check();
 }
 
-/// A scene's text without its guess.
+/// Scene without its guess.
 fn without_guess(name: &str, overrides: &[(&str, &str)]) -> Scene {
     let kept: Vec<&str> =
         scenes::text(name).lines().filter(|line| !line.starts_with("guess")).collect();

@@ -1,5 +1,4 @@
-//! Scenes and their grazing orbits: what scenes mean, where they graze, the curves along which they
-//! do.
+//! Scenes and their grazing orbits: meaning of scenes, grazing points, grazing curves.
 
 #[path = "../support/mod.rs"]
 mod support;

@@ -1,4 +1,4 @@
-//! No text, however wrong, makes the reader of scenes panic, and every message can be drawn.
+//! Reader of scenes: no text makes it panic, and every message can be drawn.
 
 use grazemap::model::{Scene, catalogue};
 use miette::GraphicalReportHandler;

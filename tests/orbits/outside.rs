@@ -130,7 +130,7 @@ fn a_vanishing_condition_is_codimension_two_and_says_what_unfolds_it() {
     assert!(unfolding.iter().any(|at| at.parameter == "c"), "{unfolding:?}");
     // Restitution scales the condition and does not move its zero.
     assert!(unfolding.iter().all(|at| at.parameter != "r"), "{unfolding:?}");
-    // Besides a zero the sign is stated.
+    // On either side of a zero the sign of the condition is stated.
     for (omega, n) in [("1.99", Some(1)), ("2.01", None)] {
         let scene = outside("o05_resonant_graze", &[("omega", omega)]);
         let theory = graze_theory(&scene, &crate::support::scenes::orbit(&scene));

@@ -1,4 +1,4 @@
-//! Scenes mean what they say: a model with everything the scene language has.
+//! Meaning of scenes: a model that uses everything in the scene language.
 
 use grazemap::model::{
     EmitPrecision, MapOrders, Method, Model, NodeId, Observable, Orders, Response, Scene, Section,

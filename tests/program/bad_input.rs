@@ -1,7 +1,7 @@
-//! Wrong scenes are refused with a message that says what is wrong and where.
+//! Wrong scenes are refused with a message that states the fault and its place.
 //!
-//! Each `tests/program/bad_input/*.toml` stands beside the message it must give, in an `.expected`
-//! file; `UPDATE_EXPECTED=1 cargo test --test program bad_input::` writes those anew.
+//! Each `tests/program/bad_input/*.toml` has its expected message in an `.expected` file;
+//! `UPDATE_EXPECTED=1 cargo test --test program bad_input::` rewrites those files.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -21,7 +21,7 @@ fn scenes() -> Vec<PathBuf> {
     paths
 }
 
-/// The message of a wrong scene, files named without their folder.
+/// Message of a wrong scene, with files named without their folder.
 fn message(path: &Path) -> String {
     let error =
         Scene::load(path).err().unwrap_or_else(|| panic!("{} was accepted", path.display()));

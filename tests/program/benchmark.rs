@@ -1,5 +1,5 @@
-//! The benchmark for other programs: its tables are those of the reference numbers, and its checker
-//! tells right answers from wrong ones.
+//! Benchmark for other programs: its tables hold the reference numbers, and its checker
+//! distinguishes right answers from wrong ones.
 
 #[path = "../../examples/benchmark/files.rs"]
 mod files;
@@ -23,7 +23,7 @@ fn the_tables_are_those_of_the_reference_numbers() {
     }
 }
 
-/// The checker on one table of answers; `None` where there is no Python.
+/// Output of the checker for one table of answers; `None` without Python.
 fn checked(answers: &str) -> Option<Output> {
     let here = tempfile::tempdir().expect("a folder");
     let table = here.path().join("linear/zeros_of_xi.csv");

@@ -1,4 +1,4 @@
-//! A short part of the campaign of `examples/fuzz`, and all that it ever found.
+//! Short part of the campaign of `examples/fuzz`, and all cases in its corpus.
 
 #[path = "../../examples/fuzz/campaign/mod.rs"]
 mod campaign;
@@ -8,7 +8,7 @@ use std::path::PathBuf;
 
 use campaign::{Campaign, Case, corpus};
 
-/// Cases of a campaign that take a few seconds.
+/// Number of cases that take a few seconds.
 const CASES: u64 = 60;
 
 fn campaign(folder: &tempfile::TempDir) -> Campaign {

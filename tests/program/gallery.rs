@@ -2,7 +2,7 @@
 
 use super::cli::{grazemap, scratch};
 
-/// Figures and tables that can be reproduced at least in kind, of five papers.
+/// Number of figures and tables of five papers that can be reproduced at least in kind.
 const ENTRIES: usize = 37;
 
 #[test]
@@ -27,8 +27,8 @@ fn an_unknown_entry_is_refused_and_the_nearest_is_named() {
     assert!(said.contains("did you mean `thota2006/fig1`?"), "{said}");
 }
 
-/// Computes the entries of a paper; the program itself compares the numbers, and ends with exit
-/// code 1 where one is not as its entry says.
+/// Computes the entries of a paper. The program compares the numbers, and ends with exit code 1 if
+/// one disagrees with its entry.
 fn reproduces(paper: &str) {
     let folder = scratch();
     let output = grazemap(folder.path(), &["gallery", paper, "--small", "-o", "page"]);

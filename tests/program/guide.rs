@@ -1,5 +1,5 @@
-//! The guide's examples: its scenes are checked, its commands run in the order of the page. The
-//! links of all pages of documentation lead somewhere.
+//! Examples of the guide: scenes are checked, and commands run in the order of the page. All links
+//! in the documentation have a target.
 
 #[path = "../../examples/site/commands.rs"]
 mod commands;
@@ -64,7 +64,7 @@ fn every_link_of_the_documentation_leads_somewhere() {
     assert!(faults.is_empty(), "{}", faults.join("\n"));
 }
 
-/// The written pages, looked at without what wrote them.
+/// Check of the written pages by an independent reader.
 #[test]
 fn every_link_of_the_site_is_to_a_part_of_one_of_its_pages() {
     let documents = documents();
@@ -99,7 +99,7 @@ fn every_link_of_the_site_is_to_a_part_of_one_of_its_pages() {
     }
 }
 
-/// Names of headings as GitHub makes them, and targets that are not there.
+/// Anchors of headings as on GitHub, and missing targets.
 #[test]
 fn links_that_lead_nowhere_are_named_with_their_page() {
     let page = |path: &str, text: &str| {

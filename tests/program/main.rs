@@ -1,4 +1,4 @@
-//! The program as its users meet it, the pages of the guide, and the floors of the house.
+//! The program as users see it, the pages of the guide, and the architecture.
 
 #[path = "../support/mod.rs"]
 mod support;

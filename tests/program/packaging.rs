@@ -1,4 +1,4 @@
-//! What users meet before the program runs: completions, manual, citation, paper.
+//! Parts that users see before the program runs: completions, manual, citation, paper.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -75,6 +75,19 @@ fn the_paper_cites_what_there_is_and_is_short() {
         count += 1;
     }
     assert!(count >= 10, "{count}");
+    for section in [
+        "Summary",
+        "Statement of need",
+        "State of the field",
+        "Software design",
+        "Research impact statement",
+        "AI usage disclosure",
+        "Acknowledgements",
+        "References",
+    ] {
+        assert!(paper.contains(&format!("\n# {section}\n")), "{section}");
+    }
+    // The limits of the journal that the paper is written for.
     let words = paper.split_whitespace().count();
-    assert!(words < 1000, "{words}");
+    assert!((750..=1750).contains(&words), "{words}");
 }

@@ -1,5 +1,5 @@
-//! What is said of a window that is deeper than its map, against direct simulation and at the
-//! command line.
+//! Warnings about a window deeper than its map, compared with direct simulation and at the command
+//! line.
 
 use std::process::Output;
 
@@ -17,12 +17,12 @@ fn said(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
-/// A scene, its overrides, and the offset of the first coordinate that makes a depth of 1.
+/// Scene, overrides, and offset of the first coordinate that makes a depth of 1.
 type Case = (&'static str, &'static [(&'static str, &'static str)], f64);
 
-/// The error at the usable depth, of what the contact does: below the share it was computed from,
-/// which sums absolute values and so is an upper estimate, and not so far below that the warning
-/// would be idle.
+/// The error at the usable depth, relative to the effect of the contact, is below the share from
+/// which that depth was computed (a sum of absolute values, thus an upper estimate), but not so far
+/// below that the warning would be pointless.
 #[test]
 fn at_the_usable_depth_a_map_has_two_digits_of_what_the_contact_does() {
     let cases: [Case; 4] = [
@@ -114,8 +114,8 @@ fn a_point_beyond_the_radius_of_the_series_is_not_inside() {
     assert_eq!(inside, [Some(1), Some(0), Some(0)], "{json}");
 }
 
-/// Errors of 6e-3 in images of a two-sided oscillator were said by no command at these orders: what
-/// the contacts leave out at the edge of the window is little, what the legs leave out is not.
+/// No command once warned of errors of 6e-3 in images of a two-sided oscillator at these orders:
+/// the truncation of the contacts is small at the edge of the window, that of the legs is not.
 #[test]
 fn a_map_that_errs_more_in_its_window_than_it_should_is_said_with_the_figure() {
     let folder = scratch();

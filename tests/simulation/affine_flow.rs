@@ -1,5 +1,5 @@
-//! The exact flow of affine fields against Taylor's method, an independent integrator of the same
-//! scenes: every affine scene of the catalogue, impacts and contacts included.
+//! Exact flow of affine fields, compared with Taylor's method, an independent integrator: every
+//! affine scene of the catalogue, impacts and contacts included.
 
 use grazemap::hybrid::{
     DirectReturn, Event, EventKind, FlowMethod, HybridSystem, Return, ReturnSection, Simulator,
@@ -10,7 +10,7 @@ use grazemap::numeric::{Dd, Real};
 
 use crate::support::scenes::{scene, scene_with};
 
-/// Beginnings of the names of the catalogue's scenes whose force is not linear in the states.
+/// Prefixes of the names of scenes whose force is not linear in the states.
 const NOT_AFFINE: [&str; 3] = ["mems", "cantilever", "self_excited"];
 
 fn is_affine(name: &str) -> bool {
@@ -22,7 +22,7 @@ fn catalogue() -> Vec<(String, Model)> {
     names.map(|name| (name.to_owned(), scene(name).model)).collect()
 }
 
-/// A quarter more than a period; `near` is the largest gap of the near misses that are asked for.
+/// Simulates a quarter more than a period; `near` is the largest gap of near misses to report.
 fn run<S: Real>(system: &HybridSystem, model: &Model, state: &[f64], near: f64) -> Trajectory<S> {
     let parameters: Vec<S> = model.parameter_values().into_iter().map(S::from_dd).collect();
     let state: Vec<S> = state.iter().copied().map(S::from_f64).collect();
@@ -34,7 +34,7 @@ fn run<S: Real>(system: &HybridSystem, model: &Model, state: &[f64], near: f64) 
     simulator.run(duration).expect("a finite duration")
 }
 
-/// Full states that fill a box about the origin.
+/// Full states that fill a box around the origin.
 fn states(model: &Model, count: usize) -> Vec<Vec<f64>> {
     let share = |number: usize, component: usize| {
         let step = [0.754_877, 0.569_840, 0.430_160, 0.324_718, 0.245_122, 0.185_037, 0.139_681];
@@ -57,7 +57,7 @@ fn measure<S: Real>(kind: &EventKind<S>) -> S {
     }
 }
 
-/// Largest difference of two trajectories with the same events; `None` where the events differ.
+/// Largest difference of two trajectories with the same events; `None` if the events differ.
 fn difference<S: Real>(a: &Trajectory<S>, b: &Trajectory<S>) -> Option<f64> {
     let same = |(a, b): (&Event<S>, &Event<S>)| {
         a.surface == b.surface && std::mem::discriminant(&a.kind) == std::mem::discriminant(&b.kind)
@@ -70,7 +70,7 @@ fn difference<S: Real>(a: &Trajectory<S>, b: &Trajectory<S>) -> Option<f64> {
         return None;
     }
     let states = a.state.iter().zip(&b.state).map(|(&a, &b)| a - b);
-    // Where two events are near each other, times are as uncertain as rounding over the speed.
+    // If two events are close together, their times are uncertain by rounding over the speed.
     let in_events = events().map(|(a, b)| (a.time - b.time) * measure(&a.kind).min(S::one()));
     let speeds = events().map(|(a, b)| measure(&a.kind) - measure(&b.kind));
     let all = states.chain(in_events).chain(speeds);
@@ -81,7 +81,7 @@ fn difference<S: Real>(a: &Trajectory<S>, b: &Trajectory<S>) -> Option<f64> {
     Some(if by_series { largest * S::ROUNDOFF.powf(0.25) } else { largest })
 }
 
-/// Largest difference over the start states, and the number of contacts met.
+/// Largest difference over the start states, and the number of contacts.
 fn worst<S: Real>(name: &str, model: &Model, count: usize) -> (f64, usize) {
     let (exact, general) = (HybridSystem::new(model), HybridSystem::without_exact_flow(model));
     let (mut worst, mut contacts) = (0.0f64, 0);
@@ -224,8 +224,7 @@ fn images<S: Real>(system: &HybridSystem, model: &Model, gaps: &[f64]) -> Vec<Re
     gaps.iter().map(image).collect()
 }
 
-/// Largest difference of two returns with the same contacts and near misses, and the number of
-/// those.
+/// Number of contacts and near misses, after the two methods' returns have been compared.
 fn compare_returns<S: Real>(model: &Model, gaps: &[f64]) -> usize {
     let exact = images::<S>(&HybridSystem::new(model), model, gaps);
     let general = images::<S>(&HybridSystem::without_exact_flow(model), model, gaps);

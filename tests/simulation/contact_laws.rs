@@ -1,19 +1,20 @@
-//! Random contact laws by the simulator and by the independent one of `support/independent`.
+//! Random contact laws in the simulator, compared with the independent one of
+//! `support/independent`.
 //!
-//! Elastic forces that harden, soften or saturate, rate terms, adhesion and prestress, each let go
-//! at the surface or where a force is zero. Pieces of an orbit start from the same state, so that
-//! no difference grows. `CONTACT_LAWS=200` flies the whole campaign.
+//! Elastic forces that harden, soften or saturate, rate terms, adhesion and prestress, each
+//! released at the surface or at zero force. Pieces of an orbit start from the same state, so that
+//! differences do not grow. `CONTACT_LAWS=200` runs the whole campaign.
 
 use grazemap::hybrid::{Event, EventKind, HybridSystem, Outcome, Regime, Simulator};
 
 use crate::independent::{Failure, Kind, Mode, Oscillator, Simulator as Independent};
 use crate::support::scenes::{NONE, parsed};
 
-/// Contacts that are compared for each law, and periods that they may take.
+/// Number of contacts compared for each law, and largest number of periods for them.
 const CONTACTS: usize = 50;
 const PERIODS: usize = 150;
 
-/// Multiple of the contacts and periods that a whole campaign compares.
+/// Factor of contacts and periods in a whole campaign.
 fn campaign() -> usize {
     if std::env::var("CONTACT_LAWS").is_ok() { 2 } else { 1 }
 }
@@ -21,7 +22,7 @@ fn campaign() -> usize {
 /// Speed below which a contact is a graze to rounding, which may be met or missed.
 const GRAZES: f64 = 1e-5;
 
-/// Numbers from 0 to 1, one after another (splitmix64).
+/// Random numbers from 0 to 1 (SplitMix64).
 struct Numbers(u64);
 
 impl Numbers {
@@ -82,19 +83,19 @@ fn scene(numbers: &mut Numbers) -> String {
     )
 }
 
-/// What came of all laws.
+/// Counts over all laws.
 #[derive(Debug, Default)]
 struct Tally {
     contacts: usize,
-    /// Pieces that were not compared for a graze to rounding.
+    /// Number of pieces that were not compared because of a graze to rounding.
     grazes: usize,
-    /// Laws whose bounces have no end, or that end otherwise in both.
+    /// Laws whose bounces do not end, or that end early in both simulators.
     ended: Vec<String>,
-    /// Differences, in words.
+    /// Differences, as text.
     wrong: Vec<String>,
 }
 
-/// A beginning or an end of a contact: its time, and the speed of the gap.
+/// Beginning (`true`) or end of a contact: time, and speed of the gap.
 type Change = (bool, f64, f64);
 
 fn change_of(event: &Event<f64>) -> Option<Change> {
@@ -107,7 +108,7 @@ fn change_of(event: &Event<f64>) -> Option<Change> {
     }
 }
 
-/// Flies one law in pieces.
+/// Simulates one law in pieces.
 fn compare(text: &str, start: [f64; 2], tally: &mut Tally) {
     let model = parsed(text, "law", &NONE).model;
     let system = HybridSystem::new(&model);
@@ -126,7 +127,7 @@ fn compare(text: &str, start: [f64; 2], tally: &mut Tally) {
         simulator.set_state(&state).expect("a finite state");
         other.place(&state);
         let (mut mine, mut theirs) = (Vec::new(), Vec::new());
-        // Until nothing is in contact, so that the next piece has a start that is told.
+        // Each piece runs until nothing is in contact, so that the next one starts in free flight.
         for piece in 0..60 {
             let length = if piece == 0 { period } else { 0.13 * period };
             let end = simulator
@@ -190,7 +191,7 @@ fn difference(
     }
     let changes = mine.iter().zip(theirs).flat_map(|(a, b)| [(a.1, b.1), (a.2, b.2)]);
     let states = state.iter().zip(other).take(2).map(|(&a, &b)| (a, b));
-    // Of its size, where that is above 1: a softening spring lets states escape.
+    // Difference relative to the size if that is above 1: a softening spring lets states escape.
     let difference = |(a, b): (f64, f64)| (a - b).abs() / a.abs().max(1.0);
     let worst = changes.chain(states).map(difference).fold(0.0, f64::max);
     (worst > most).then(|| format!("{worst:e}, more than {most:e}"))

@@ -11,7 +11,7 @@ use crate::narrow_features::{flown_freely, flown_in_contact};
 use crate::quadrature::integral;
 use crate::support::scenes::{NONE, parsed};
 
-/// A force of the phase: its text, the phases of its corners, its values.
+/// Force as a function of the phase: text, phases of its corners, and values.
 type Force = (&'static str, Vec<f64>, fn(f64) -> f64);
 
 fn forces() -> Vec<Force> {

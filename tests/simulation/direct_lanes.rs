@@ -1,6 +1,6 @@
-//! Direct simulation in lanes against direct simulation of each orbit alone: the same to the last
-//! bit, on the scenes of the catalogue with one rigid stop, by exact leaps and by Taylor's method.
-//! Machines without wide registers have no lanes.
+//! Direct simulation in lanes, compared with direct simulation of each orbit alone: equal to the
+//! last bit, on the scenes of the catalogue with one rigid stop, by exact leaps and by Taylor's
+//! method. Machines without wide registers have no lanes.
 
 use grazemap::analysis::{DirectMap, SectionFrame};
 use grazemap::hybrid::{
@@ -21,7 +21,7 @@ const LANES: usize = 8;
 const EXACT: [&str; 6] =
     ["linear", "linear_codim2", "foale", "foale_omega_2_2", "moving_stop", "impact_pair"];
 
-/// Scenes that are flown by Taylor's method.
+/// Scenes that are simulated by Taylor's method.
 const BY_TAYLOR: [&str; 4] = ["linear", "moving_stop", "impact_pair", "mems"];
 
 /// An oscillator in a slot, which it grazes on both sides in each period: one surface, two
@@ -53,7 +53,7 @@ kind = "tangency"
 active = ["alpha", "omega"]
 "#;
 
-/// What makes the section of a scene another one.
+/// Overrides that select a scene's section.
 type Section = &'static [(&'static str, &'static str)];
 
 /// The section that the scene names.
@@ -74,7 +74,7 @@ fn grazing(name: &str, section: Section) -> (Scene, GrazingOrbit) {
     grazing_by(text, name, section)
 }
 
-/// Steps of states about the graze, and the number of contacts.
+/// Compares steps of states near the graze, and returns the number of contacts.
 fn agree(
     name: &str,
     section: Section,
@@ -187,20 +187,19 @@ fn passages_of_one_surface_are_numbered_alike_in_lanes() {
     }
 }
 
-/// How returns were flown.
+/// Counts of returns.
 #[derive(Clone, Debug, Default)]
 struct Flown {
     together: usize,
     apart: usize,
     unreturned: usize,
-    /// How often each passage met the surface, and how often not, in returns that were flown
-    /// together.
+    /// Numbers of hits and misses of each passage, in returns that were flown in lanes together.
     hits: [usize; 2],
     misses: [usize; 2],
 }
 
 impl Flown {
-    /// Returns in lanes and of each orbit alone: the same to the last bit.
+    /// Compares returns in lanes with those of each orbit alone: equal to the last bit.
     fn compare(
         &mut self,
         lanes: &mut LaneReturns<'_, LANES>,
@@ -239,8 +238,7 @@ impl Flown {
     }
 }
 
-/// Returns over some periods from states about the section point of a scene, with a passage in
-/// each.
+/// Returns over some periods from states near the section point of a scene, with a passage in each.
 fn flown(
     name: &str,
     section: Section,
@@ -282,10 +280,10 @@ fn flown(
     flown
 }
 
-/// What makes a system of a model, and scenes for it.
+/// Constructor of a system from a model, and scenes for it.
 type Way = (fn(&Model) -> HybridSystem, &'static [&'static str]);
 
-/// Ways to fly.
+/// Flow methods.
 const WAYS: [Way; 2] =
     [(HybridSystem::new, &EXACT), (HybridSystem::without_exact_flow, &BY_TAYLOR)];
 
@@ -343,7 +341,7 @@ fn every_passage_of_a_return_is_known_in_lanes() {
     }
 }
 
-/// The linear oscillator with a stop that takes most of the speed, under a slow force: it chatters
+/// Linear oscillator with a stop that absorbs most of the speed, under a slow force: it chatters
 /// and sticks.
 fn slow_and_soft(lowered: fn(&Model) -> HybridSystem, force: &str) -> (HybridSystem, Vec<f64>) {
     let overrides = [("r", "0.2"), ("omega", "0.6"), ("alpha", force)];

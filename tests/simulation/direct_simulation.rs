@@ -11,13 +11,13 @@ use serde_json::Value;
 use crate::support::reference::{exact, read};
 use crate::support::scenes::{self, index};
 
-/// One file of reference images and how its conventions map to a scene's.
+/// File of reference images, with the relation of its conventions to a scene's.
 struct Case {
     model: Model,
-    /// The scene's states are minus those of the file (a stop below in place of above).
+    /// Whether the scene's states are minus those of the file (a stop below instead of above).
     mirrored: bool,
-    /// Parameters and what their value is called in the file, with the offset's column and its
-    /// sign.
+    /// Parameters by index, with the name of the value in the file, and the column and sign of its
+    /// offset.
     parameters: Vec<(usize, &'static str, Option<usize>)>,
     /// The parameter that is the wall's position.
     wall: usize,

@@ -1,5 +1,4 @@
-//! The simulator of `support/independent` itself, against closed forms and numbers computed
-//! elsewhere.
+//! Simulator of `support/independent` itself, compared with closed forms and published numbers.
 
 use grazemap::numeric::Dd;
 

@@ -120,12 +120,12 @@ fn central_binomial(exponent: u32) -> Dd {
     })
 }
 
-/// Error over the rounding of `s (cos − 1)`, which is the rounding of 1 times the sharpness.
+/// Error in units of the rounding of `s (cos − 1)`: the rounding of 1 times the sharpness.
 fn error_in_roundings<S: Real>(found: S, exact: Dd, sharpness: f64) -> f64 {
     (found.to_dd() / exact - Dd::ONE).magnitude() / (sharpness * S::ROUNDOFF)
 }
 
-/// Most roundings of the sharpest value that an integral may be off.
+/// Largest error of an integral, in roundings of the sharpest value.
 const ROUNDINGS: f64 = 30.0;
 
 #[test]
@@ -239,7 +239,7 @@ fn scene(flow: &str, surface: &str) -> String {
     )
 }
 
-/// The state after a flight that nothing ends.
+/// State after a flight without events.
 fn flown(text: &str, start: [f64; 3], time: f64) -> Vec<f64> {
     let model = parsed(text, "force", &NONE).model;
     let system = HybridSystem::new(&model);
@@ -250,29 +250,29 @@ fn flown(text: &str, start: [f64; 3], time: f64) -> Vec<f64> {
     trajectory.state
 }
 
-/// A stop that nothing meets.
+/// Surface that is never met.
 const FAR: &str = "event = \"1e9 - x\"\nimpact = { v = \"-v\" }";
 
-/// The integral of a force of the phase, from a phase on, as a speed in free flight.
+/// Integral of a force of the phase, from a phase on, as a speed in free flight.
 pub(crate) fn flown_freely(force: &str, from: f64, time: f64) -> f64 {
     let flow = format!("x = \"v\"\nv = \"p*({force})\"");
     flown(&scene(&flow, FAR), [0.0, 0.0, from], time)[1]
 }
 
-/// The same in a contact that does not end.
+/// Integral of a force of the phase, as a speed in a contact that does not end.
 pub(crate) fn flown_in_contact(force: &str, from: f64, time: f64) -> f64 {
     let surface = format!("event = \"1 - x\"\ncontact = {{ v = \"free + p*({force})\" }}");
     flown(&scene("x = \"v\"\nv = \"0\"", &surface), [1e3, 0.0, from], time)[1]
 }
 
-/// A force of the phase: its text, the phases at which it changes rapidly, its values.
+/// Force as a function of the phase: text, phases at which it changes rapidly, and values.
 struct Force {
     text: String,
     places: Vec<f64>,
     value: Box<dyn Fn(f64) -> f64>,
 }
 
-/// Forces with features of a width that goes as `1/k` or `1/√k`.
+/// Forces with features of a width proportional to `1/k` or `1/√k`.
 fn forces(k: f64) -> Vec<Force> {
     let whole = |turn: f64| vec![turn, turn + PI];
     let mut forces = Vec::new();

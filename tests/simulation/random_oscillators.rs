@@ -1,5 +1,5 @@
-//! Random oscillators by direct simulation against a simulator that knows nothing of it
-//! (`examples/random_oscillators` looks at a thousand, and for longer).
+//! Random oscillators by direct simulation, compared with an independent simulator
+//! (`examples/random_oscillators` runs a thousand, and for longer).
 
 #[path = "../../examples/random_oscillators/campaign/mod.rs"]
 #[allow(dead_code, reason = "the example prints more")]
@@ -8,7 +8,7 @@ mod campaign;
 use crate::independent;
 use campaign::{Choice, Tally, compared};
 
-/// Comparison of oscillators of a seed, in which nothing may differ.
+/// Compares the oscillators of a seed; nothing may differ.
 fn tally(seed: u64, cases: std::ops::Range<u64>, choice: Choice) -> Tally {
     let tallies = cases.map(|case| compared(seed, case, choice));
     let tally = tallies.fold(Tally::default(), Tally::and);

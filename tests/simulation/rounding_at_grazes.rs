@@ -1,5 +1,6 @@
-//! Direct simulation of orbits that graze to within rounding: what is nearly no contact does nearly
-//! nothing. The oracle is the same simulation in double-double, in which these contacts are deep.
+//! Direct simulation of orbits that graze to within rounding: a contact that is almost none has
+//! almost no effect. The oracle is the same simulation in double-double, in which these contacts
+//! are deep.
 
 #[path = "../../examples/near_grazing/passages.rs"]
 mod passages;
@@ -72,7 +73,7 @@ active = ["A"]
 
 const LANES: usize = 8;
 
-/// A section point, by direct simulation and by the same in double-double.
+/// Direct simulation of section points in double precision and in double-double.
 struct Images<'s> {
     rounded: DirectImage<'s, f64>,
     exact: DirectImage<'s, Dd>,
@@ -102,7 +103,7 @@ impl<'s> Images<'s> {
         errors.fold(0.0, f64::max)
     }
 
-    /// The offsets among some points about the graze at which the images differ by more.
+    /// Offsets, among some points near the graze, at which the images differ by more than `most`.
     fn wrong(&mut self, size: f64, count: usize, most: f64) -> Vec<Vec<f64>> {
         let dimension = self.rounded.dimension();
         (0..count)
@@ -180,7 +181,8 @@ fn a_rigid_contact_of_a_depth_within_rounding_has_a_speed_within_its_root() {
     }
 }
 
-/// Images of points about the graze in lanes and of each alone: the same to the last bit.
+/// Compares images of points near the graze in lanes with those of each point alone: equal to the
+/// last bit.
 fn agree(text: &str, section: &[(&str, &str)], lowered: fn(&Model) -> HybridSystem, size: f64) {
     let (scene, orbit) = grazing_by(text, "graze", section);
     let system = lowered(&scene.model);

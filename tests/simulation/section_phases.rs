@@ -1,5 +1,5 @@
-//! Returns to sections that fall inside a contact, behind one or on a rest, against a simulation
-//! that goes on without a section (`examples/section_phases` does the whole catalogue).
+//! Returns to sections that lie inside a contact, behind one or in a rest, compared with a
+//! simulation without a section (`examples/section_phases` does the whole catalogue).
 
 #[path = "../../examples/section_phases/campaign.rs"]
 mod campaign;
@@ -28,7 +28,7 @@ fn tally(name: &str, set: &[(&str, &str)], size: f64) -> Tally {
     tally
 }
 
-/// No return is wrong, many are compared, and few say that the section does not tell.
+/// Checks that no return is wrong, many are compared, and few are reported as ambiguous.
 fn agrees(name: &str, set: &[(&str, &str)], size: f64) -> Tally {
     let tally = tally(name, set, size);
     assert!(tally.wrong.is_empty(), "{name} {set:?}: {}: {:#?}", tally.wrong.len(), tally.wrong);
@@ -95,7 +95,7 @@ surface = "first"
 solve_for = "F"
 "#;
 
-/// A run of two carts, the second stop of which is rigid where that is asked.
+/// Simulates two carts; the stop of the second one can be rigid.
 fn carts(rigid: bool) -> (Model, Outcome<f64>, Vec<f64>) {
     let mut text = TWO_CARTS.to_owned();
     if rigid {

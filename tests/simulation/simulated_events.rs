@@ -270,8 +270,8 @@ fn a_stiff_contact_begins_and_ends_on_its_surface() {
     }
 }
 
-/// Minima of the gap that are reported where one lies, to rounding, on the end of a flight that
-/// goes on.
+/// Number of minima of the gap that are reported where one lies, to rounding, at the end of a
+/// flight that continues.
 fn minima_at_seams<S: Real>(system: &HybridSystem, seam: f64) -> usize {
     let mut simulator =
         Simulator::new(system, &[1.0, 0.8].map(S::from_f64)).expect("finite parameters");

@@ -1,7 +1,7 @@
-//! Stops that are hit at the same instant: resets that commute act both, others are refused.
+//! Stops that are hit at the same instant: resets that commute both act, others are refused.
 //!
-//! Uncoupled oscillators do together what each does alone, which is the oracle; numbers of the
-//! scene's head besides.
+//! The oracle is one oscillator alone: uncoupled oscillators do together what each does alone.
+//! Further numbers are in the scene's head.
 
 use grazemap::analysis::{DirectEnd, DirectImage};
 use grazemap::hybrid::{HybridSystem, Outcome, Simulator, Trajectory};
@@ -11,7 +11,7 @@ use crate::support::scenes::{grazing_by, parsed};
 /// Two oscillators, each with a rigid stop of its own.
 const PAIR: &str = include_str!("../data/outside/f08_two_hits_at_once.toml");
 
-/// So many oscillators like those of [`PAIR`] with responses of their own.
+/// Text of several oscillators like those of [`PAIR`], with their own responses.
 fn several(responses: &[&str]) -> String {
     let mut text = "[model]\nstates = [".to_owned();
     for number in 1..=responses.len() {
@@ -38,7 +38,7 @@ fn several(responses: &[&str]) -> String {
 const RIGID: &str = "impact = { v# = \"-r*v#\" }";
 const SOFT: &str = "contact = { v# = \"free - k*(x# - 1)\" }";
 
-/// Images of a point, one after another; where there is none the last says why.
+/// Successive images of a point; the last one states why it has no successor.
 fn images(
     text: &str,
     set: &[(&str, &str)],
@@ -86,7 +86,7 @@ fn own(offsets: &[f64], stroboscopic: bool) -> Vec<f64> {
     }
 }
 
-/// Whether several oscillators have the images of the first one alone.
+/// Checks that several oscillators have the images of the first one alone.
 fn as_one(responses: &[&str], set: &[(&str, &str)], offset: f64, apart: f64) {
     let stroboscopic = !set.is_empty();
     let alone_start = if stroboscopic { [offset, 0.01] } else { [offset, 0.02] };
@@ -150,7 +150,7 @@ fn a_graze_and_a_hit_at_once_have_an_image() {
     }
 }
 
-/// A run of oscillators that start alike, and so meet their stops at once.
+/// Simulates oscillators that start alike, and so meet their stops at once.
 fn fly(responses: &[&str]) -> Trajectory<f64> {
     let model = parsed(&several(responses), "together", &[("w", "0.8")]).model;
     let system = HybridSystem::new(&model);

@@ -63,8 +63,7 @@ impl Mul<Dd> for Complex {
     }
 }
 
-/// The solution of a small linear system by elimination, the largest entry of a column as its
-/// pivot.
+/// Solution of a small linear system by elimination with column pivoting.
 pub(crate) fn solve(mut rows: Vec<Vec<Complex>>, mut right: Vec<Complex>) -> Vec<Complex> {
     let size = right.len();
     let magnitude = |value: Complex| value.magnitude().hi;

@@ -1,4 +1,4 @@
-//! Compiles emitted modules into a program and runs it, in the numbers that they are in.
+//! Compiles emitted modules into a program and runs it, in their number format.
 
 use std::fs;
 use std::io::Write;
@@ -8,7 +8,7 @@ use std::process::{Command, Stdio};
 use grazemap::emission::EmittedModule;
 use grazemap::numeric::FloatFormat;
 
-/// Compiles without warnings.
+/// Compiles, with warnings as errors.
 pub(crate) fn rustc(arguments: &[&str], folder: &Path) {
     let output = Command::new("rustc")
         .args(["--edition", "2021", "-D", "warnings"])
@@ -62,7 +62,7 @@ fn driver(modules: &[&EmittedModule]) -> String {
     text.replace("f64", &precision(modules).to_string())
 }
 
-/// What the modules compute with: one kind of numbers.
+/// Number format of the modules, which must be the same.
 fn precision(modules: &[&EmittedModule]) -> FloatFormat {
     let same = modules.windows(2).all(|pair| pair[0].precision == pair[1].precision);
     assert!(same, "one program runs in one kind of numbers");

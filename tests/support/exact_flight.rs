@@ -1,10 +1,10 @@
-//! Linear oscillator with a stop by its exact flight between impacts, which shares nothing with the
+//! Linear oscillator with a stop, by its exact flight between impacts; independent of the
 //! simulator.
 
 use std::f64::consts::TAU;
 
-/// `x'' + 2 ζ x' + x = α cos θ`, `θ' = ω`, with a stop at `δ` and restitution `r`, by its solution
-/// in closed form: `x = A cos θ + B sin θ + e^{-ζ t} (C cos ν t + D sin ν t)`.
+/// Oscillator `x'' + 2 ζ x' + x = α cos θ`, `θ' = ω`, with a stop at `δ` and restitution `r`, by
+/// its solution in closed form: `x = A cos θ + B sin θ + e^{-ζ t} (C cos ν t + D sin ν t)`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Oscillator {
     pub(crate) zeta: f64,
@@ -14,14 +14,14 @@ pub(crate) struct Oscillator {
     pub(crate) r: f64,
 }
 
-/// A state: position, velocity, phase.
+/// State: position, velocity, phase.
 pub(crate) type Motion = [f64; 3];
 
-/// Speed at which a chatter is at its end: what is left of it lasts for as short a time.
+/// Speed below which a chatter counts as finished: the rest of it lasts about as short a time.
 pub(crate) const SLOW: f64 = 1e-5;
 
 impl Oscillator {
-    /// The state a time later, without the stop.
+    /// State after a time, without the stop.
     pub(crate) fn flown(&self, [x, v, theta]: Motion, time: f64) -> Motion {
         let Self { zeta, alpha, omega, .. } = *self;
         let (stiff, damped) = (1.0 - omega * omega, 2.0 * zeta * omega);
@@ -41,8 +41,8 @@ impl Oscillator {
         [own + free, speed + slope, theta + omega * time]
     }
 
-    /// The state at the next impact within a time, and when: between samples the position is
-    /// asked at its maxima too, so that no dip is missed.
+    /// Time and state of the next impact within a time. Maxima of the position between samples are
+    /// checked too, so that no dip is missed.
     pub(crate) fn impact(&self, from: Motion, within: f64) -> Option<(f64, Motion)> {
         let step = (TAU / self.omega).min(TAU) / 60.0;
         let beyond = |time: f64| self.flown(from, time)[0] > self.stop;
@@ -71,7 +71,7 @@ impl Oscillator {
         }
     }
 
-    /// State after a time, and the phases and speeds of the impacts on the way.
+    /// State after a time, with the phases and speeds of the impacts on the way.
     pub(crate) fn simulated(&self, mut state: Motion, time: f64) -> (Motion, Vec<[f64; 2]>) {
         let (mut impacts, mut rest) = (Vec::new(), time);
         loop {
@@ -97,8 +97,8 @@ impl Oscillator {
         ((self.stop / self.alpha).acos() - theta).rem_euclid(TAU) / self.omega
     }
 
-    /// Attractor that a state leads to: hits and forcing periods, and the impacts of one period;
-    /// `None` where it has no period of up to eight.
+    /// Attractor that a state leads to: hits, forcing periods, and the impacts of one period;
+    /// `None` without a period of up to eight.
     pub(crate) fn attractor(
         &self,
         start: Motion,
@@ -126,12 +126,12 @@ impl Oscillator {
         None
     }
 
-    /// Acceleration of a state in free flight.
+    /// Acceleration in free flight.
     fn acceleration(&self, [x, v, theta]: Motion) -> f64 {
         self.alpha * theta.cos() - 2.0 * self.zeta * v - x
     }
 
-    /// Derivatives of a state after a time of free flight by its position and velocity, row by row.
+    /// Derivatives of the state after a free flight by initial position and velocity, row by row.
     fn spread(&self, time: f64) -> [f64; 4] {
         let nu = (1.0 - self.zeta * self.zeta).sqrt();
         let ((sin, cos), decay) = ((nu * time).sin_cos(), (-self.zeta * time).exp());
@@ -139,8 +139,8 @@ impl Oscillator {
         [cos + self.zeta * sin, sin, -sin, cos - self.zeta * sin]
     }
 
-    /// Trace and determinant of a periodic orbit of a time, begun at an impact at this speed, by the
-    /// impacts on the way; and how far its end lies from its start.
+    /// Trace and determinant of a periodic orbit that begins at an impact, its closing error, and
+    /// its impacts.
     ///
     /// Flight between impacts spreads as `exp(A t)`. At an impact with the accelerations `a⁻`, `a⁺`
     /// before and after it `δx⁺ = −r δx`, `δv⁺ = −r δv + (a⁺ + r a⁻) δx/v⁻`.
@@ -175,15 +175,15 @@ impl Oscillator {
         ([total[0] + total[3], total[0] * total[3] - total[1] * total[2]], apart, impacts)
     }
 
-    /// Maxima of the position in free flight.
+    /// Number of maxima of the position in free flight.
     pub(crate) fn maxima(&self, from: Motion, time: f64) -> usize {
         let steps = 4000;
         let speed = |step: usize| self.flown(from, time * step as f64 / steps as f64)[1];
         (0..steps).filter(|&step| speed(step) > 0.0 && speed(step + 1) <= 0.0).count()
     }
 
-    /// The amplitude of forcing and the phase at the impact of an orbit with one impact, at this
-    /// speed, in a time that is whole periods of the forcing.
+    /// Forcing amplitude and phase at the impact, for an orbit with one impact of this speed in a
+    /// whole number of forcing periods.
     pub(crate) fn one_impact(&self, speed: f64, time: f64) -> [f64; 2] {
         let [a, b, c, d] = self.spread(time);
         let (a, d) = (a - 1.0, d - 1.0);
@@ -201,7 +201,7 @@ impl Oscillator {
     }
 }
 
-/// Pseudo-random numbers between two ends: a Kronecker sequence with a place of its own for each.
+/// Quasi-random numbers between two ends: a Kronecker sequence for each `place`.
 pub(crate) fn drawn(number: usize, place: usize, [from, to]: [f64; 2]) -> f64 {
     let step = [0.754_877_666_2, 0.569_840_290_9, 0.430_159_709_0, 0.324_717_957_2][place];
     from + (to - from) * (0.5 + (number + 1) as f64 * step).fract()

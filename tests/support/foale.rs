@@ -38,7 +38,7 @@ impl Foale {
         }
     }
 
-    /// The form at parameters by name, `unfolding` beside their frequency.
+    /// Closed form at named parameters, with an offset `unfolding` of the frequency.
     pub(crate) fn unfolded(parameter: impl Fn(&str) -> Dd, unfolding: f64, returns: usize) -> Self {
         let omega = parameter("omega") + Dd::from(unfolding);
         Self::new(omega, parameter("zeta"), parameter("r"), returns)
@@ -60,14 +60,14 @@ impl Foale {
         self.gain() * square.sqrt()
     }
 
-    /// The impact speeds of the two orbits at an amplitude, the smaller first.
+    /// Impact speeds of the two orbits at an amplitude, the smaller first.
     pub(crate) fn speeds(&self, alpha: Dd) -> [Dd; 2] {
         let rest = Dd::ONE - alpha * alpha / (self.gain() * self.gain());
         let root = (self.p * self.p - self.square() * rest).sqrt();
         [self.p - root, self.p + root].map(|speed| speed / self.square())
     }
 
-    /// The smaller positive impact speed of the orbits at an amplitude.
+    /// Smaller positive impact speed of the orbits at an amplitude.
     pub(crate) fn speed(&self, alpha: Dd) -> Dd {
         let [below, above] = self.speeds(alpha);
         if below > Dd::ZERO { below } else { above }

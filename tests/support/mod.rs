@@ -1,4 +1,4 @@
-//! What several test binaries need.
+//! Code shared by several test binaries.
 #![allow(dead_code, reason = "each binary uses a part of it")]
 
 pub(crate) mod complex;
@@ -14,11 +14,11 @@ pub(crate) mod systems;
 
 use std::io::Write as _;
 
-/// Whether this machine has registers of four doubles or more, without which nothing is simulated
-/// in lanes.
+/// Whether this machine has registers of four doubles or more; without them nothing is simulated in
+/// lanes.
 ///
-/// Where it has none the test is to return, and this line, which is written past the harness, says
-/// that it did.
+/// If not, the test must return. This function then prints past the harness that the test was
+/// skipped.
 pub(crate) fn needs_wide_registers() -> bool {
     let is_wide = grazemap::numeric::is_wide();
     if !is_wide {

@@ -1,10 +1,10 @@
-//! Soft impacts of the catalogue with other values, and the stiff ones that flown contacts are for.
+//! Soft impacts of the catalogue with other values, and stiff ones that need flown contacts.
 
 use grazemap::model::Scene;
 
 use super::scenes::{parsed, scene_with, text};
 
-/// A system and the values that make its stop stiff or lightly damped.
+/// System with the values that make its stop stiff or lightly damped.
 pub(crate) type Law = (&'static str, &'static str, &'static [(&'static str, &'static str)]);
 
 pub(crate) const STIFF: [Law; 4] = [

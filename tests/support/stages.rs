@@ -10,7 +10,7 @@ pub(crate) fn fly(leg: &Leg, state: &mut [f64], parameters: &[f64]) {
     }
 }
 
-/// Applies the contact; returns `y`.
+/// Applies the contact and returns `y`.
 fn touch(contact: &Contact, state: &mut [f64], parameters: &[f64]) -> f64 {
     let point: Vec<f64> = state.iter().chain(parameters).copied().collect();
     let y = contact.depth.evaluate(&point).max(0.0).sqrt();
@@ -21,7 +21,7 @@ fn touch(contact: &Contact, state: &mut [f64], parameters: &[f64]) -> f64 {
     y
 }
 
-/// The image of a state under all stages, and `y` of the contact.
+/// Image of a state under all stages, and `y` of the contact.
 pub(crate) fn image(map: &LocalMap, state: &[f64], parameters: &[f64]) -> (Vec<f64>, f64) {
     let (mut state, mut depth) = (state.to_vec(), 0.0);
     for stage in &map.stages {

@@ -1,5 +1,4 @@
-//! Random numbers that are the same in every run, and maps with such coefficients, for tests and
-//! benches.
+//! Reproducible random numbers, and maps with such coefficients, for tests and benches.
 #![allow(dead_code, reason = "each test or bench uses a part of it")]
 
 use grazemap::expansion::{
@@ -9,7 +8,7 @@ use grazemap::expansion::{
 use grazemap::jet::{Jet, JetSpace};
 use grazemap::numeric::{Dd, Scalar};
 
-/// Numbers in `[-1, 1)` from a fixed seed (xorshift).
+/// Reproducible random numbers in `[-1, 1)` (xorshift).
 pub(crate) struct Numbers(u64);
 
 impl Numbers {
@@ -36,8 +35,8 @@ impl Numbers {
 /// Half-widths of the window of a synthetic map.
 pub(crate) const WINDOW: f64 = 0.2;
 
-/// Two coordinates, two parameters, a contact of this weight, and a leg of this order; the leg
-/// comes first as well where `stroboscopic`.
+/// Map with two coordinates, two parameters, a contact of this weight, and a leg of this order; a
+/// stroboscopic map has a leg before the contact too.
 pub(crate) fn map(smooth_order: u32, contact_weight: u32, kind: SectionKind) -> LocalMap {
     let mut numbers = Numbers::new(7);
     let leg = |numbers: &mut Numbers| {
@@ -67,8 +66,8 @@ pub(crate) fn map(smooth_order: u32, contact_weight: u32, kind: SectionKind) -> 
     of_stages(stages, MapOrders { smooth_order, contact_weight }, kind)
 }
 
-/// Two full polynomials of this order in three variables, one of them a parameter, without a
-/// contact: the step of a map on which other programs were measured.
+/// Map without contact: two full polynomials of this order in three variables, one of them a
+/// parameter. Other programs were measured on its step.
 pub(crate) fn two_polynomials(order: u32) -> LocalMap {
     let mut numbers = Numbers::new(3);
     let mut polynomial = || {

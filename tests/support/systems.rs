@@ -1,4 +1,4 @@
-//! Scenes that are not one mass against a wall at rest.
+//! Scenes other than one mass against a wall at rest.
 
 use grazemap::model::Scene;
 use serde_json::Value;

@@ -1,12 +1,12 @@
 //! The functions of the header, and the only `unsafe` of the package.
 //!
-//! Every function of this module is called from other languages, so that the compiler knows nothing
-//! of its callers. What they promise stands in the header and, once for all functions, here: a
-//! handle is null or came from this library and was not freed; a pointer to data is null or is
-//! valid for as many items as the length beside it says, one where there is none, for reading or,
-//! where it is a result, for writing. Null pointers and wrong lengths are answered by
-//! [`GRAZEMAP_WRONG`]. Results are written after all arguments were read, and by raw pointers, so
-//! that they may lie where the arguments are.
+//! Other languages call the functions of this module, so that the compiler cannot check the
+//! callers. Callers promise what the header states and, for all functions, the following: a handle
+//! is null or came from this library and was not freed; a pointer to data is null or is valid for
+//! as many items as the length beside it says (one if there is no length), for reading or, for a
+//! result, for writing. Null pointers and wrong lengths give [`GRAZEMAP_WRONG`]. Results are
+//! written after all arguments were read, and by raw pointers, so that results and arguments may
+//! overlap.
 
 #![expect(clippy::missing_safety_doc, reason = "said above, once for all")]
 
@@ -16,41 +16,40 @@ use std::{ptr, slice, str};
 use crate::failure::{Failure, answer, cover, last};
 use crate::values::{Graze, Interruption, Map, Scene, Table};
 
-/// Done.
+/// Success.
 pub const GRAZEMAP_DONE: i32 = 0;
-/// The input was right and the mathematics ended otherwise: no grazing orbit, no map for a
-/// tolerance.
+/// Correct input without a result: no grazing orbit, or no map within a tolerance, for example.
 pub const GRAZEMAP_ENDED: i32 = 1;
-/// Wrong input, or a wrong call.
+/// Wrong input or a wrong call.
 pub const GRAZEMAP_WRONG: i32 = 2;
-/// A fault of the library.
+/// An internal error of the library.
 pub const GRAZEMAP_PANIC: i32 = 3;
-/// Ended by `grazemap_interruption_request`.
+/// The call was ended by `grazemap_interruption_request`.
 pub const GRAZEMAP_INTERRUPTED: i32 = 4;
 
-/// A scene is read from a file.
+/// The scene is the path of a file.
 pub const GRAZEMAP_PATH: i32 = 0;
-/// A scene is a text.
+/// The scene is TOML text.
 pub const GRAZEMAP_TEXT: i32 = 1;
-/// A scene is named as in the catalogue.
+/// The scene is the name of a scene of the catalogue.
 pub const GRAZEMAP_CATALOGUE: i32 = 2;
 
-/// Iterates by the map alone.
+/// Iterates with the map alone.
 pub const GRAZEMAP_MAP: i32 = 0;
-/// Iterates by the map inside its window, by direct simulation outside.
+/// Iterates with the map inside its window and with direct simulation outside.
 pub const GRAZEMAP_GUARDED: i32 = 1;
-/// Iterates by direct simulation.
+/// Iterates with direct simulation.
 pub const GRAZEMAP_DIRECT: i32 = 2;
 
-/// The version of the library, as text.
+/// Version of the library, as zero-terminated text.
 #[unsafe(no_mangle)] // SAFETY: no other symbol begins with `grazemap_`; so below.
 pub extern "C" fn grazemap_version() -> *const c_char {
     concat!(env!("CARGO_PKG_VERSION"), "\0").as_ptr().cast()
 }
 
-/// What the last call of this thread that failed has to say. The text is valid until the thread's
-/// next call that fails. `line` and `column` are those of the fault in the text of a scene, from 1,
-/// and 0 where it has no place; they may be null.
+/// Message of this thread's last failed call, as zero-terminated text, valid until the thread's
+/// next failed call. `line` and `column` are the place of the fault in the text of a scene, from 1,
+/// or 0 if there is no place; the pointers may be null.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn grazemap_last_error(
     line: *mut usize,
@@ -66,23 +65,23 @@ pub unsafe extern "C" fn grazemap_last_error(
     words
 }
 
-/// Makes an interruption, by which another thread or a handler of a signal ends calls.
+/// Makes an interruption, with which another thread or a signal handler can end calls.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn grazemap_interruption_make(interruption: *mut *mut Interruption) -> i32 {
     // SAFETY: the caller's promise.
     answer(|| unsafe { give(interruption, || Ok(Interruption::default())) })
 }
 
-/// Covers the later calls of this thread: once the end is requested they end soon, with
-/// `GRAZEMAP_INTERRUPTED`. Null covers them by none.
+/// Covers the later calls of this thread: after a request to end they return soon, with
+/// `GRAZEMAP_INTERRUPTED`. Null removes the cover.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn grazemap_interruption_cover(interruption: *const Interruption) {
     // SAFETY: the caller's promise.
     cover(unsafe { interruption.as_ref() });
 }
 
-/// Requests the end of all calls that the interruption covers, for good. Null is left alone. A
-/// handler of a signal may call it.
+/// Requests the end of all calls that the interruption covers. The request is permanent. Null is
+/// ignored. A signal handler may call this function.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn grazemap_interruption_request(interruption: *const Interruption) {
     // SAFETY: the caller's promise.
@@ -104,14 +103,14 @@ pub unsafe extern "C" fn grazemap_scene_load(
     answer(|| unsafe { give(scene, || Scene::load(source, words("text", text, text_length)?)) })
 }
 
-/// Finds the orbit that just touches the stop.
+/// Finds the grazing orbit: the periodic orbit that just touches the stop.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn grazemap_scene_graze(scene: *const Scene, graze: *mut *mut Graze) -> i32 {
     // SAFETY: the caller's promise.
     answer(|| unsafe { give(graze, || value(scene)?.graze()) })
 }
 
-/// Value of a parameter at which the orbit grazes.
+/// Writes the value of a parameter at which the orbit grazes.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn grazemap_graze_parameter(
     graze: *const Graze,
@@ -126,14 +125,14 @@ pub unsafe extern "C" fn grazemap_graze_parameter(
     })
 }
 
-/// Expands the local map, with the orders that the scene names or needs for its tolerance.
+/// Expands the local map, to the orders that the scene names or needs for its tolerance.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn grazemap_graze_map(graze: *const Graze, map: *mut *mut Map) -> i32 {
     // SAFETY: the caller's promise.
     answer(|| unsafe { give(map, || value(graze)?.map()) })
 }
 
-/// Reads a saved `map.json`, with the bits that it had.
+/// Reads a saved `map.json`. The map is identical to the saved one, bit by bit.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn grazemap_map_load(
     path: *const c_char,
@@ -144,7 +143,7 @@ pub unsafe extern "C" fn grazemap_map_load(
     answer(|| unsafe { give(map, || Map::load(words("path", path, path_length)?)) })
 }
 
-/// Numbers of coordinates of a state, of active parameters, and of passages through the stop.
+/// Writes the numbers of coordinates of a state, of active parameters, and of passages at the stop.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn grazemap_map_sizes(
     map: *const Map,
@@ -161,7 +160,7 @@ pub unsafe extern "C" fn grazemap_map_sizes(
     })
 }
 
-/// Images of states under the map: as many numbers as there are in `states`.
+/// Writes the images of states under the map: as many numbers as there are in `states`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn grazemap_map_step(
     map: *const Map,
@@ -179,8 +178,8 @@ pub unsafe extern "C" fn grazemap_map_step(
     })
 }
 
-/// Derivatives of the images: of every state, of every coordinate of its image, by the coordinates
-/// and then by the parameters.
+/// Writes the derivatives of the images, state by state: for each coordinate of the image its
+/// derivatives with respect to the coordinates, then to the parameters.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn grazemap_map_jacobian(
     map: *const Map,
@@ -198,7 +197,8 @@ pub unsafe extern "C" fn grazemap_map_jacobian(
     })
 }
 
-/// Whether every state lies in the window on which the map's error was measured: 1 or 0.
+/// Writes for each state whether it lies in the window on which the map's error was measured: 1 or
+/// 0.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn grazemap_map_inside(
     map: *const Map,
@@ -216,9 +216,9 @@ pub unsafe extern "C" fn grazemap_map_inside(
     })
 }
 
-/// Orbits of states by the map (`GRAZEMAP_MAP`), guarded (`GRAZEMAP_GUARDED`) or by direct
-/// simulation (`GRAZEMAP_DIRECT`): of every state, iterate by iterate, its coordinates. After an
-/// early end they are NaN.
+/// Writes the orbits of states under the map (`GRAZEMAP_MAP`), guarded iteration
+/// (`GRAZEMAP_GUARDED`) or direct simulation (`GRAZEMAP_DIRECT`): state by state, iterate by
+/// iterate, the coordinates. After an early end they are NaN.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn grazemap_map_iterate(
     map: *const Map,
@@ -234,14 +234,14 @@ pub unsafe extern "C" fn grazemap_map_iterate(
     // SAFETY: the caller's promise.
     answer(|| unsafe {
         let rows = rows((states, states_length), (parameters, parameters_length))?;
-        // What is too long for the machine is refused before it is computed.
+        // A result too long for the machine is refused before it is computed.
         same("images", images_length, states_length.checked_mul(iterations))?;
         fill("images", images, images_length, &value(map)?.iterate(method, rows, iterations)?)
     })
 }
 
-/// Bifurcation diagrams: those that the tables `[[diagram]]` of a text ask for, or those of the
-/// scene where the text is empty.
+/// Computes bifurcation diagrams: those of the tables `[[diagram]]` in the text, or those of the
+/// scene if the text is empty.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn grazemap_map_diagram(
     map: *const Map,
@@ -255,7 +255,7 @@ pub unsafe extern "C" fn grazemap_map_diagram(
     })
 }
 
-/// Numbers of rows and columns of a table.
+/// Writes the numbers of rows and columns of a table.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn grazemap_table_size(
     table: *const Table,
@@ -270,7 +270,7 @@ pub unsafe extern "C" fn grazemap_table_size(
     })
 }
 
-/// A column of numbers by its name, one for each row, NaN where nothing is known.
+/// Writes a column of numbers, found by its name: one for each row, NaN if the value is unknown.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn grazemap_table_column(
     table: *const Table,
@@ -286,8 +286,8 @@ pub unsafe extern "C" fn grazemap_table_column(
     })
 }
 
-/// The table as CSV, the bytes that the program writes. The text belongs to the table and does not
-/// end with a zero byte.
+/// Gives the table as CSV, with the bytes that the program writes. The text belongs to the table
+/// and is not zero-terminated.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn grazemap_table_csv(
     table: *const Table,
@@ -302,50 +302,49 @@ pub unsafe extern "C" fn grazemap_table_csv(
     })
 }
 
-/// Frees an interruption, which still covers the calls that it was told to cover; null is left
-/// alone.
+/// Frees an interruption. Calls that it covers stay covered. Null is ignored.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn grazemap_interruption_free(interruption: *mut Interruption) {
     // SAFETY: the caller's promise.
     unsafe { free(interruption) }
 }
 
-/// Frees a scene; null is left alone.
+/// Frees a scene. Null is ignored.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn grazemap_scene_free(scene: *mut Scene) {
     // SAFETY: the caller's promise.
     unsafe { free(scene) }
 }
 
-/// Frees a graze; null is left alone.
+/// Frees a graze. Null is ignored.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn grazemap_graze_free(graze: *mut Graze) {
     // SAFETY: the caller's promise.
     unsafe { free(graze) }
 }
 
-/// Frees a map; null is left alone.
+/// Frees a map. Null is ignored.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn grazemap_map_free(map: *mut Map) {
     // SAFETY: the caller's promise.
     unsafe { free(map) }
 }
 
-/// Frees a table with its text; null is left alone.
+/// Frees a table and its CSV text. Null is ignored.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn grazemap_table_free(table: *mut Table) {
     // SAFETY: the caller's promise.
     unsafe { free(table) }
 }
 
-/// The value behind a handle.
+/// Reference to the value behind a handle.
 unsafe fn value<'a, T>(handle: *const T) -> Result<&'a T, Failure> {
     let missing = || Failure::Call("a null handle: was its making refused?".to_owned());
     // SAFETY: a handle that is not null came from `give` and was not freed.
     unsafe { handle.as_ref() }.ok_or_else(missing)
 }
 
-/// Items at a pointer.
+/// Slice of items at a pointer.
 unsafe fn items<'a, T>(what: &str, at: *const T, length: usize) -> Result<&'a [T], Failure> {
     if length == 0 {
         return Ok(&[]);
@@ -358,14 +357,14 @@ unsafe fn items<'a, T>(what: &str, at: *const T, length: usize) -> Result<&'a [T
     Ok(unsafe { slice::from_raw_parts(at, length) })
 }
 
-/// A text at a pointer.
+/// Text at a pointer.
 unsafe fn words<'a>(what: &str, at: *const c_char, length: usize) -> Result<&'a str, Failure> {
     // SAFETY: the promise of this function's caller.
     let bytes = unsafe { items(what, at.cast(), length) }?;
     str::from_utf8(bytes).map_err(|_| Failure::Call(format!("`{what}` is no UTF-8 text")))
 }
 
-/// States and parameters.
+/// Slices of states and parameters.
 unsafe fn rows<'a>(
     states: (*const f64, usize),
     parameters: (*const f64, usize),
@@ -376,7 +375,7 @@ unsafe fn rows<'a>(
     Ok((states, unsafe { items("parameters", parameters.0, parameters.1) }?))
 }
 
-/// Refuses a place for results of another length than theirs.
+/// Refuses a result buffer whose length is not the length of the result.
 fn same(what: &str, length: usize, expected: Option<usize>) -> Result<(), Failure> {
     if expected == Some(length) {
         return Ok(());
@@ -385,7 +384,7 @@ fn same(what: &str, length: usize, expected: Option<usize>) -> Result<(), Failur
     Err(Failure::Call(format!("`{what}` has room for {length} numbers, the result has {expected}")))
 }
 
-/// Writes a result to its place.
+/// Writes a result to its buffer.
 unsafe fn fill<T: Copy>(
     what: &str,
     to: *mut T,
@@ -396,13 +395,13 @@ unsafe fn fill<T: Copy>(
     if length > 0 && (to.is_null() || !to.is_aligned()) {
         return Err(Failure::Call(format!("`{what}` is null or not aligned")));
     }
-    // SAFETY: valid for as many items as the caller says, which are as many as there are; what was
-    // made here overlaps nothing of the caller's.
+    // SAFETY: valid for as many items as the caller says, which is the length of the result; the
+    // result was allocated here and overlaps no memory of the caller.
     unsafe { ptr::copy_nonoverlapping(result.as_ptr(), to, length) };
     Ok(())
 }
 
-/// Gives a value away as a handle; null where there is none.
+/// Moves a value into a new handle; writes null if the value could not be made.
 unsafe fn give<T>(
     to: *mut *mut T,
     make: impl FnOnce() -> Result<T, Failure>,
@@ -418,7 +417,7 @@ unsafe fn give<T>(
     Ok(())
 }
 
-/// Takes a value back.
+/// Frees the value behind a handle.
 unsafe fn free<T>(handle: *mut T) {
     if !handle.is_null() {
         // SAFETY: it came from `give`, and its owner gives it up.

@@ -1,4 +1,4 @@
-//! Why a call gave nothing, kept for the thread that made it.
+//! Failures of calls, kept for the thread that made the call.
 
 use std::any::Any;
 use std::cell::RefCell;
@@ -12,12 +12,12 @@ use crate::border::{
 };
 use crate::values::Interruption;
 
-/// Why a call gave nothing.
+/// Failure of a call.
 #[derive(Debug)]
 pub(crate) enum Failure {
-    /// What the library answered.
+    /// Error of the library.
     Library(grazemap::Error),
-    /// A call that cannot be right.
+    /// Wrong call.
     Call(String),
 }
 
@@ -27,7 +27,7 @@ impl<E: Into<grazemap::Error>> From<E> for Failure {
     }
 }
 
-/// The words of a failure, and its place in the text of a scene.
+/// Message of a failure, and its place in the text of a scene.
 #[derive(Debug, Default)]
 struct Last {
     words: CString,
@@ -36,16 +36,16 @@ struct Last {
 
 thread_local! {
     static LAST: RefCell<Last> = RefCell::default();
-    /// What ends calls of this thread.
+    /// Interruption that covers the calls of this thread.
     static COVERING: RefCell<Option<Interruption>> = RefCell::default();
 }
 
-/// Lets an interruption end later calls of this thread; `None` lets nothing end them.
+/// Covers the later calls of this thread with an interruption; `None` removes the cover.
 pub(crate) fn cover(interruption: Option<&Interruption>) {
     COVERING.set(interruption.cloned());
 }
 
-/// Runs a call and gives its code; what failed is kept for this thread. No panic goes through.
+/// Runs a call and returns its code. A failure is kept for this thread; a panic is caught.
 pub(crate) fn answer(call: impl FnOnce() -> Result<(), Failure>) -> i32 {
     let covered = || match COVERING.with_borrow(Clone::clone) {
         Some(interruption) => interruption.0.cover(call),
@@ -78,7 +78,7 @@ fn panicked(payload: &(dyn Any + Send)) -> String {
     format!("a fault of grazemap, please report it: {words}")
 }
 
-/// The words of this thread's last failure, and line and column of its place, 0 where it has none.
+/// Message of this thread's last failure, with line and column of its place, 0 if there is none.
 pub(crate) fn last() -> (*const c_char, usize, usize) {
     LAST.with_borrow(|last| {
         let (line, column) = last.position.unwrap_or_default();

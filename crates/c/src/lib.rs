@@ -1,9 +1,10 @@
-//! The library of maps for programs in C, and for all that calls C: Julia, MATLAB, Octave, Fortran.
+//! Grazemap as a library for C, and for all languages that call C: Julia, MATLAB, Octave, Fortran.
 //!
-//! A function of the [`border`] reads its arguments, calls `values` once and writes what it gave.
-//! `include/grazemap.h` is made of this package by cbindgen; a test holds it current.
+//! A function of the [`border`] reads its arguments, calls `values` once and writes the result.
+//! cbindgen generates `include/grazemap.h` from this package; a test checks that the file is
+//! current.
 //!
-//! Deliberately absent: numerics, defaults, words of its own beyond wrong calls.
+//! Deliberately absent: numerics, defaults, messages other than those about wrong calls.
 
 #[expect(unsafe_code, reason = "a foreign border; each function says what its caller promises")]
 pub mod border;

@@ -1,4 +1,4 @@
-//! The values behind the handles, and what the calls do with them.
+//! The values behind the handles, and their operations.
 
 use std::sync::OnceLock;
 
@@ -18,12 +18,12 @@ use crate::failure::Failure;
 #[derive(Clone, Debug, Default)]
 pub struct Interruption(pub(crate) grazemap::interruption::Interruption);
 
-/// A scene: an oscillator, its stops, and what is asked of it.
+/// A scene: an oscillator, its stops, and the requested results.
 #[derive(Debug)]
 pub struct Scene(grazemap::Scene);
 
 impl Scene {
-    /// The scene of a file, of a text, or of the catalogue.
+    /// Loads a scene from a file, a text, or the catalogue.
     pub(crate) fn load(source: i32, text: &str) -> Result<Self, Failure> {
         let scene = match source {
             GRAZEMAP_PATH => grazemap::Scene::load(text),
@@ -69,7 +69,7 @@ impl Graze {
 #[derive(Debug)]
 pub struct Map(grazemap::Map);
 
-/// States by rows; parameters, one row or one for every state.
+/// States, row by row; parameters, one row for all states or one for each.
 pub(crate) type Rows<'a> = (&'a [f64], &'a [f64]);
 
 impl Map {
@@ -120,7 +120,8 @@ impl Map {
         Ok(self.0.point_orbits(points, iterations, (using, Precision::F64), &NoProgress)?)
     }
 
-    /// The diagrams that tables `[[diagram]]` ask for, those of the scene where there are none.
+    /// Diagrams of the tables `[[diagram]]` in the text, or those of the scene if the text is
+    /// blank.
     pub(crate) fn diagram(&self, tables: &str) -> Result<Table, Failure> {
         let asked = match tables.trim().is_empty() {
             true => self.0.clone(),
@@ -149,7 +150,7 @@ impl Table {
         (self.table.rows().len(), self.table.columns().len())
     }
 
-    /// A column of numbers, NaN where nothing is known.
+    /// Column of numbers, NaN if a value is unknown.
     pub(crate) fn column(&self, name: &str) -> Result<Vec<f64>, Failure> {
         let mut columns = self.table.columns().iter();
         let place = columns.position(|column| column.header == name);

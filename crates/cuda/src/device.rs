@@ -1,4 +1,4 @@
-//! A graphics processor, a kernel compiled for it, and points that it runs on.
+//! A GPU, a kernel compiled for it, and the points on which the kernel runs.
 
 use std::env::consts::{DLL_PREFIX, DLL_SUFFIX};
 use std::marker::PhantomData;
@@ -9,51 +9,51 @@ use cudarc::nvrtc::{CompileError, CompileOptions, Ptx, compile_ptx_with_opts};
 
 use crate::border::{self, Arguments, Buffer, Real};
 
-/// What keeps a graphics processor from being used.
+/// Reason why a GPU cannot be used.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum CudaError {
-    /// No driver.
+    /// The driver's library was not found.
     #[error(
         "no driver of an NVIDIA graphics processor: looked for the library {looked_for} in the \
          folders of the system and of {path}"
     )]
     NoDriver {
-        /// The names of the library.
+        /// File names of the library.
         looked_for: String,
-        /// The variable that names further folders.
+        /// Environment variable that names further folders.
         path: &'static str,
     },
-    /// No compiler.
+    /// The compiler's library, NVRTC, was not found.
     #[error(
         "no compiler NVRTC, a part of the CUDA toolkit: looked for the library {looked_for} in the \
          folders of the system and of {path}"
     )]
     NoCompiler {
-        /// The names of the library.
+        /// File names of the library.
         looked_for: String,
-        /// The variable that names further folders.
+        /// Environment variable that names further folders.
         path: &'static str,
     },
-    /// The driver refuses.
+    /// A call of the driver failed.
     #[error("the driver of the graphics processor, {doing}: {answer}")]
     Driver {
-        /// What was asked of it.
+        /// Call that failed, in words.
         doing: &'static str,
-        /// What it said.
+        /// Answer of the driver.
         answer: String,
     },
-    /// The compiler refuses.
+    /// The kernel was not compiled.
     #[error("NVRTC does not compile the kernel: {answer}")]
     Compiler {
-        /// What it said.
+        /// Message of the compiler.
         answer: String,
     },
 }
 
-/// The variable that names folders of libraries beside those of the system.
+/// Environment variable that names library folders beside those of the system.
 const LIBRARY_PATH: &str = if cfg!(windows) { "PATH" } else { "LD_LIBRARY_PATH" };
 
-/// The first names that a library is looked for by.
+/// File names tried for a library: the first few.
 fn names(stem: &str) -> String {
     let plain = format!("{DLL_PREFIX}{stem}{DLL_SUFFIX}");
     let candidates = cudarc::get_lib_name_candidates(stem);
@@ -75,22 +75,22 @@ fn driver(doing: &'static str) -> impl Fn(DriverError) -> CudaError {
     }
 }
 
-/// A graphics processor.
+/// A GPU.
 #[derive(Clone, Debug)]
 pub struct Device {
     context: Arc<CudaContext>,
     name: String,
-    /// As the compiler calls it.
+    /// Name of the architecture, as the compiler spells it.
     architecture: String,
 }
 
 impl Device {
-    /// The first graphics processor of the machine; `CUDA_VISIBLE_DEVICES` says which that is.
+    /// Opens the first GPU of the machine, which `CUDA_VISIBLE_DEVICES` selects.
     ///
     /// # Errors
     ///
-    /// [`CudaError::NoDriver`], [`CudaError::NoCompiler`] where a library is not found;
-    /// [`CudaError::Driver`] where there is no graphics processor, or it cannot be used.
+    /// [`CudaError::NoDriver`] or [`CudaError::NoCompiler`] if a library is not found;
+    /// [`CudaError::Driver`] if there is no GPU, or if it cannot be used.
     pub fn open() -> Result<Self, CudaError> {
         let path = LIBRARY_PATH;
         if !border::has_driver() {
@@ -107,20 +107,20 @@ impl Device {
         Ok(Self { context, name, architecture: format!("compute_{major}{minor}") })
     }
 
-    /// What the driver calls it.
+    /// Name of the GPU given by the driver.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// The kernel of this name in a text of CUDA, which takes the points' count, the settings, and
-    /// the inputs, constants, numbers and words of [`Points`].
+    /// Compiles the kernel `name` of a CUDA source text. Its parameters are the number of points,
+    /// the settings, and the inputs, constants, numbers and words of [`Points`].
     ///
-    /// Products and sums are rounded apart, so that numbers have the bits of a processor that does
-    /// so.
+    /// Products and sums are rounded separately (no fused multiply-add), so that results have the
+    /// bits of a CPU that does the same.
     ///
     /// # Errors
     ///
-    /// [`CudaError::Compiler`] for a text that is not compiled; [`CudaError::Driver`] for one that
+    /// [`CudaError::Compiler`] if the text does not compile; [`CudaError::Driver`] if the kernel
     /// cannot be loaded.
     pub fn kernel<T: Real>(&self, text: &str, name: &str) -> Result<Kernel<T>, CudaError> {
         let load = driver("loading the kernel");
@@ -131,8 +131,8 @@ impl Device {
     }
 }
 
-/// A text compiled for an architecture; for the compiler's own choice where it does not know it,
-/// which the driver takes as well.
+/// A text compiled for an architecture, or, if the compiler does not know it, for the compiler's
+/// default, which the driver accepts as well.
 fn compiled(text: &str, architecture: &str) -> Result<Ptx, CudaError> {
     if text.contains('\0') {
         return Err(CudaError::Compiler { answer: "the text holds a null character".to_owned() });
@@ -165,56 +165,57 @@ fn compiled(text: &str, architecture: &str) -> Result<Ptx, CudaError> {
     })
 }
 
-/// Points that a kernel runs on. In its memory everything lies one number after another, of all
-/// points of a piece each.
+/// Points on which a kernel runs. In device memory each quantity is stored component by component:
+/// the first number of all points of a piece, then the second, and so on.
 #[derive(Clone, Copy, Debug)]
 pub struct Points<'a, T> {
     /// Number of points.
     pub count: usize,
-    /// Most points of a piece.
+    /// Largest number of points in a piece.
     pub piece: usize,
-    /// What all points have in common.
+    /// Settings common to all points.
     pub settings: [i64; 3],
-    /// The numbers of every point, point after point.
+    /// Input numbers of every point, point after point.
     pub inputs: &'a [T],
-    /// Numbers that all points have in common.
+    /// Numbers common to all points.
     pub constants: &'a [T],
-    /// Numbers that the kernel writes for each point.
+    /// Count of numbers that the kernel writes for each point.
     pub numbers: usize,
-    /// Words that the kernel writes for each point.
+    /// Count of words that the kernel writes for each point.
     pub words: usize,
 }
 
-/// What a kernel wrote for some points, one number after another, of all points of the piece each.
+/// Results of a kernel for one piece, component by component: the first number of all points, and
+/// so on.
 #[derive(Clone, Copy, Debug)]
 pub struct Piece<'a, T> {
-    /// The first of its points.
+    /// Index of the first point.
     pub first: usize,
-    /// Number of its points.
+    /// Number of points.
     pub count: usize,
-    /// Numbers.
+    /// Numbers that the kernel wrote.
     pub numbers: &'a [T],
-    /// Words.
+    /// Words that the kernel wrote.
     pub words: &'a [i64],
 }
 
-/// A kernel for points, compiled and loaded. It may be run from several threads at once.
+/// A kernel for points, compiled and loaded. Several threads may run the kernel at once.
 #[derive(Debug)]
 pub struct Kernel<T> {
     context: Arc<CudaContext>,
     function: CudaFunction,
-    /// Streams and memory of runs that have ended.
+    /// Streams and memory of finished runs, to be used again.
     idle: Mutex<Vec<[Track<T>; 2]>>,
     number: PhantomData<T>,
 }
 
 impl<T: Real> Kernel<T> {
-    /// Runs the kernel on points; `take` is given every piece in turn, while later ones are
+    /// Runs the kernel on points. `take` is called with every piece in turn, while later pieces are
     /// computed.
     ///
     /// # Errors
     ///
-    /// [`CudaError::Driver`] where the device has not memory enough, or fails.
+    /// [`CudaError::Driver`] if the device has too little memory, or fails.
     pub fn run(
         &self,
         points: &Points<'_, T>,
@@ -253,7 +254,7 @@ impl<T: Real> Kernel<T> {
     }
 }
 
-/// A stream with the memory of a piece.
+/// A stream with memory for a piece.
 #[derive(Debug)]
 struct Track<T> {
     stream: Arc<CudaStream>,
@@ -261,7 +262,7 @@ struct Track<T> {
     constants: Buffer<T>,
     numbers: Buffer<T>,
     words: Buffer<i64>,
-    /// The points that were begun.
+    /// Range of the points that were started.
     begun: std::ops::Range<usize>,
 }
 
@@ -278,7 +279,7 @@ impl<T: Real> Track<T> {
         })
     }
 
-    /// Room for a piece, and what all its points have in common.
+    /// Allocates memory for a piece, and copies the data common to all points.
     fn reserve(&mut self, points: &Points<'_, T>, piece: usize) -> Result<(), DriverError> {
         let stream = &self.stream;
         let inputs = points.inputs.len() / points.count.max(1);
@@ -291,7 +292,7 @@ impl<T: Real> Track<T> {
         stream.memcpy_htod(&self.constants.host, &mut self.constants.device)
     }
 
-    /// Puts a piece into the stream: copies in, the kernel, copies out.
+    /// Queues a piece in the stream: copies in, the kernel, copies out.
     fn begin(
         &mut self,
         kernel: &CudaFunction,
@@ -325,7 +326,7 @@ impl<T: Real> Track<T> {
         stream.memcpy_dtoh(&words, &mut self.words.host)
     }
 
-    /// Waits for the piece that was begun and hands it on.
+    /// Waits for the piece that was started and passes it on.
     fn give(
         &mut self,
         points: &Points<'_, T>,
@@ -339,7 +340,7 @@ impl<T: Real> Track<T> {
     }
 }
 
-/// Memory for so many numbers, anew where there is less.
+/// Enlarges a buffer to `count` numbers if it is smaller.
 fn enlarge<T: cudarc::driver::DeviceRepr + cudarc::driver::ValidAsZeroBits>(
     buffer: &mut Buffer<T>,
     stream: &Arc<CudaStream>,

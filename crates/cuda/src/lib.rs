@@ -1,10 +1,10 @@
-//! Kernels of CUDA on many points, compiled at run time and launched where a graphics processor is.
+//! CUDA kernels on many points, compiled at run time and launched on a GPU.
 //!
-//! One idea: points are independent, so that they run in pieces on two streams in turn: while one
-//! piece is computed, the numbers of the one before are copied back and taken in. The driver and
-//! the compiler (NVRTC) are libraries that are looked for when a [`Device`] is opened.
+//! The points are independent. They run in pieces on two streams in turn: while one piece is
+//! computed, the results of the one before are copied back and consumed. The driver and the
+//! compiler (NVRTC) are libraries that are looked for when a [`Device`] is opened.
 //!
-//! Deliberately absent: what a kernel computes.
+//! Deliberately absent: the mathematics of the kernels.
 
 #[expect(
     unsafe_code,

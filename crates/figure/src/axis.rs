@@ -1,30 +1,31 @@
-//! Axes: what they are called, how they are scaled, where a value lands on them, and their ticks.
+//! Axes: names, scales, the place of a value, and ticks.
 //!
-//! Ticks are round places with exact, short words. A linear tick is a whole multiple of `m·10^e`
+//! Ticks are round values with exact, short labels. A linear tick is a whole multiple of `m·10^e`
 //! with `m` in {1, 2, 5}; its text is made from the whole number, so that no rounding shows. A
-//! power of ten common to all ticks moves to the label.
+//! power of ten common to all ticks moves to the label of the axis.
 
 use std::cmp::Ordering;
 
 use super::FigureError;
 
-/// How values are spread along an axis.
+/// Scale of an axis: the function from values to distances along it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum AxisScale {
-    /// Equal differences, equal distances.
+    /// Linear: equal differences are equal distances.
     Linear,
-    /// Equal ratios, equal distances; positive values only.
+    /// Logarithmic: equal ratios are equal distances; positive values only.
     Log10,
-    /// Linear within about `±threshold`, logarithmic beyond, through zero: `sign(x) log10(1 +
-    /// |x|/threshold)`.
+    /// Symmetric logarithmic: `sign(x) log10(1 + |x|/threshold)`, linear within about `±threshold`
+    /// and logarithmic beyond.
     Symlog {
-        /// Where linear turns into logarithmic; positive.
+        /// Value at which linear turns into logarithmic; positive.
         threshold: f64,
     },
 }
 
 impl AxisScale {
-    /// Distance along the axis, up to scale and shift; NaN where the axis has no place for it.
+    /// Distance of a value along the axis, up to scale and shift; NaN if the value is not on the
+    /// scale.
     pub(super) fn place(self, value: f64) -> f64 {
         match self {
             Self::Linear => value,
@@ -57,9 +58,9 @@ impl AxisScale {
 /// One axis of a figure.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Axis {
-    /// What is measured along it; a power of ten common to the ticks is added to it.
+    /// Name of the quantity; a power of ten common to the ticks is added.
     pub label: String,
-    /// How values are spread.
+    /// Scale of the axis.
     pub scale: AxisScale,
     /// Ends of the axis; `None` takes them from the data.
     pub range: Option<(f64, f64)>,
@@ -68,14 +69,15 @@ pub struct Axis {
 /// A second scale of a linear axis, on the other side of the picture: its values plus a constant.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ShiftedScale {
-    /// What is measured along it.
+    /// Name of the quantity.
     pub label: String,
-    /// What is added to the values of the axis.
+    /// Number added to the values of the axis.
     pub shift: f64,
 }
 
 impl ShiftedScale {
-    /// The ends of the scale, where doubles can tell ticks apart between them.
+    /// Ends of the second scale; `None` if the axis is not linear or is too short for distinct
+    /// ticks in `f64`.
     pub(super) fn ends(&self, axis: &Axis, ends: (f64, f64)) -> Option<(f64, f64)> {
         let shifted = (ends.0 + self.shift, ends.1 + self.shift);
         let shown = axis.scale == AxisScale::Linear && self.shift.is_finite();
@@ -94,15 +96,14 @@ impl Axis {
         Self { scale: AxisScale::Log10, ..Self::linear(label) }
     }
 
-    /// The same axis with fixed ends; where doubles cannot tell ticks apart between them, it is
-    /// drawn wider.
+    /// Fixes the ends of the axis. A range too short for distinct ticks in `f64` is drawn wider.
     #[must_use]
     pub fn with_range(mut self, lower: f64, upper: f64) -> Self {
         self.range = Some((lower, upper));
         self
     }
 
-    /// Ends of the axis as places, with a margin where they come from the data.
+    /// Ends of the axis as places, with a margin if they come from the data.
     ///
     /// # Errors
     ///
@@ -131,7 +132,7 @@ impl Axis {
     }
 }
 
-/// Ends nearer than doubles can tell ticks apart between them.
+/// Whether the ends are too close together for distinct ticks in `f64`.
 fn too_narrow((lower, upper): (f64, f64)) -> bool {
     upper - lower <= 1e-13 * lower.abs().max(upper.abs()) || upper - lower < 1e-290
 }
@@ -164,9 +165,9 @@ fn with_margin(ends: Option<(f64, f64)>) -> (f64, f64) {
 /// One tick.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Tick {
-    /// Where it stands, as a place on the axis.
+    /// Place along the axis.
     pub(super) place: f64,
-    /// What stands beside it, with markup; empty for a line of the grid alone.
+    /// Label with markup; empty for a grid line without a label.
     pub(super) text: String,
 }
 
@@ -207,7 +208,7 @@ struct Step {
 }
 
 impl Step {
-    /// The smallest of 1, 2, 5 times a power of ten that is at least nearly `rough`.
+    /// The smallest of 1, 2, 5 times a power of ten that is at least `rough`, up to rounding.
     fn near(rough: f64) -> Self {
         let exponent = rough.log10().floor() as i32;
         let ratio = rough / 10_f64.powi(exponent);
@@ -256,7 +257,7 @@ impl Step {
     }
 }
 
-/// The power of ten to take out: none for numbers that are short as they are.
+/// Power of ten to take out of the labels; 0 if the numbers are short without it.
 fn common_power(largest: f64) -> i32 {
     let exponent = (largest * (1.0 + 1e-12)).log10().floor();
     if !(-2.0..4.0).contains(&exponent) && exponent.is_finite() { exponent as i32 } else { 0 }
@@ -290,7 +291,7 @@ fn decades((lower, upper): (f64, f64), wanted: usize) -> Ticks {
     Ticks { ticks, power: 0 }
 }
 
-/// Lines of the grid at 2 to 9 times a power of ten; 2 and 5 named where decades are few.
+/// Grid lines at 2 to 9 times a power of ten; 2 and 5 are labelled if there are few decades.
 fn between_decades(k: i32, (lower, upper): (f64, f64), span: i32) -> impl Iterator<Item = Tick> {
     (2..10).filter_map(move |m| {
         let place = f64::from(k) + f64::from(m).log10();

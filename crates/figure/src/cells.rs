@@ -21,14 +21,14 @@ pub struct CellChart {
     /// Category of every cell, as an index into `categories`: row by row from the lower edge, each
     /// from the left. `None`, or an index without a category, stays paper-white.
     pub cells: Vec<Option<usize>>,
-    /// What the cells show, in the order of the legend.
+    /// Categories in the order of the legend.
     pub categories: Vec<CellCategory>,
 }
 
-/// What cells show.
+/// A category of cells: its name and its colour.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CellCategory {
-    /// For the legend.
+    /// Name in the legend.
     pub name: String,
     /// Colour of its cells.
     pub color: CellColor,
@@ -37,33 +37,33 @@ pub struct CellCategory {
 /// Colour of the cells of a category.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum CellColor {
-    /// One of nine that stay apart on areas, in turn.
+    /// One of nine colours that stay distinct on areas, by index modulo nine.
     Own(usize),
-    /// That of a series of dots.
+    /// Colour of the series of dots with this index.
     Series(usize),
-    /// From 0 to 1, for categories in an order: dark to light.
+    /// Dark to light, for ordered categories; a number from 0 to 1.
     Ordered(f64),
-    /// From −1 to 1, for values of two signs: purple, pale, orange.
+    /// Purple, pale, orange, for values of two signs; a number from −1 to 1.
     Signed(f64),
     /// Pale, where nothing happens.
     Pale,
-    /// That of the axes.
+    /// Colour of the axes.
     Ink,
     /// Colour of secondary text.
     FaintInk,
-    /// Grey, of what is not to be trusted.
+    /// Grey, for untrusted results.
     Grey,
-    /// That of the paper.
+    /// Colour of the paper.
     Paper,
 }
 
 impl CellCategory {
-    /// A category of a name and a colour.
+    /// A category with a name and a colour.
     pub fn new(name: impl Into<String>, color: CellColor) -> Self {
         Self { name: name.into(), color }
     }
 
-    /// One of so many that have numbers and no meaning in common.
+    /// A category with a number, one of `count` that are unordered.
     pub fn numbered(name: impl Into<String>, number: usize, count: usize) -> Self {
         let color = match count {
             0..=8 => CellColor::Series(number),
@@ -90,7 +90,8 @@ impl CellColor {
 }
 
 impl CellChart {
-    /// The grid between two corners of the picture; cells wholly outside the area are cut away.
+    /// Cells as a rectangle between two corners of the picture; cells wholly outside the area are
+    /// cut away.
     ///
     /// # Errors
     ///

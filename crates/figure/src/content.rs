@@ -1,4 +1,4 @@
-//! What stands inside the plot area: the chart, guides, series, words beside points.
+//! Contents of the plot area: the chart, guides, series, words beside points.
 //!
 //! Very many dots are drawn once for every cell of a grid that holds any: ink laid twice on a place
 //! shows nothing new. The grid is finer than a screen resolves; where the cells would still make
@@ -17,7 +17,7 @@ const MARKER: f64 = 3.2;
 const WORDS: f64 = 12.0;
 /// Width of the paper-white strip under a line over cells.
 const CASING: f64 = 4.4;
-/// How much larger dots are for every series above them.
+/// Growth of the dots' diameter, as a fraction, for every series drawn above them.
 const RIM: f64 = 0.7;
 
 /// Shapes below and above the axes.
@@ -98,7 +98,7 @@ fn series_shapes(figure: &Figure, frame: &Frame, shapes: &mut Vec<Shape>) -> Opt
     thinning
 }
 
-/// All series of dots: where they are if they are few, else on a grid.
+/// Draws all series of dots: at their exact places if they are few, else on a grid.
 fn dots(figure: &Figure, frame: &Frame, shapes: &mut Vec<Shape>) -> Option<Thinning> {
     let dotted =
         figure.series.iter().enumerate().filter(|(_, series)| series.style == SeriesStyle::Dots);
@@ -125,7 +125,7 @@ fn dots(figure: &Figure, frame: &Frame, shapes: &mut Vec<Shape>) -> Option<Thinn
     Some(Thinning { given, drawn: thinned.cells, grid: thinned.grid })
 }
 
-/// The diameter of a figure's dots where so many series lie above them.
+/// Diameter of a figure's dots below `above` other series.
 fn rimmed(dots: usize, above: usize) -> f64 {
     diameter(dots) * (1.0 + RIM * above as f64)
 }
@@ -199,7 +199,7 @@ fn along(a: Point, b: Point) -> impl Iterator<Item = Point> {
     })
 }
 
-/// Up to so many dots of a figure are drawn where they are.
+/// Largest number of dots that are drawn at their exact places.
 const EXACT_DOTS: usize = 4000;
 /// Columns and rows of the finest grid.
 const FINEST: (usize, usize) = (1600, 1000);
@@ -208,8 +208,8 @@ const MOST_RUNS: usize = 170_000;
 /// Smallest and largest diameter of a dot, in pixels.
 const DIAMETERS: (f64, f64) = (0.9, 3.0);
 
-/// The diameter of so many dots: 1.8 pixels of [`EXACT_DOTS`], and the ink shrinks with the root of
-/// their number.
+/// Diameter for this many dots: 1.8 pixels for [`EXACT_DOTS`]; the area of the ink shrinks with the
+/// root of their number.
 pub(super) fn diameter(dots: usize) -> f64 {
     let share = EXACT_DOTS as f64 / dots.max(1) as f64;
     (1.8 * share.powf(0.25)).clamp(DIAMETERS.0, DIAMETERS.1)

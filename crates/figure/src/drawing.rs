@@ -6,7 +6,7 @@ use super::series::{Marker, Rgb, Stroke};
 /// A place in the picture.
 pub(super) type Point = (f64, f64);
 
-/// Where a text stands against its point.
+/// Alignment of a text at its point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Anchor {
     Start,
@@ -14,7 +14,7 @@ pub(super) enum Anchor {
     End,
 }
 
-/// Which way a text runs.
+/// Direction in which a text runs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Direction {
     Across,
@@ -94,7 +94,7 @@ pub(super) enum Shape {
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Drawing {
     pub(super) size: (u32, u32),
-    /// What the picture is, for readers who cannot see it.
+    /// Title of the picture, for readers who cannot see it.
     pub(super) title: String,
     pub(super) shapes: Vec<Shape>,
 }

@@ -1,5 +1,5 @@
-//! From a figure to shapes: margins, axes, grid, where every value lands, and the legend: a row
-//! above the plot area where it fits, else a column right of it.
+//! Layout of a figure as shapes: margins, axes, grid, the place of every value, and the legend: a
+//! row above the plot area if it fits, else a column right of it.
 
 use super::axis::{Axis, AxisScale, Ticks, power_suffix, ticks};
 use super::content::{Content, content};
@@ -14,14 +14,14 @@ const TICK_SIZE: f64 = 11.5;
 /// Height of a second scale above the picture.
 const SECOND_SCALE: f64 = 40.0;
 
-/// A drawing and what was done to its dots.
+/// A drawing and the thinning of its dots.
 #[derive(Debug)]
 pub(super) struct Layout {
     pub(super) drawing: Drawing,
     pub(super) thinning: Option<Thinning>,
 }
 
-/// Where values land in the picture.
+/// Transformation from values to places in the picture.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Frame {
     pub(super) area: Area,
@@ -30,7 +30,7 @@ pub(super) struct Frame {
 }
 
 impl Frame {
-    /// The place of a pair of values; not finite where the axes have none.
+    /// Place of a pair of values; not finite if a value is not on its scale.
     pub(super) fn at(&self, [x, y]: [f64; 2]) -> Point {
         (self.across(self.scales.0.place(x)), self.down(self.scales.1.place(y)))
     }
@@ -46,7 +46,7 @@ impl Frame {
     }
 }
 
-/// Lays a figure out.
+/// Computes the layout of a figure.
 pub(super) fn lay_out(figure: &Figure) -> Result<Layout, FigureError> {
     let (wide, tall) = (f64::from(figure.size.0), f64::from(figure.size.1));
     let ends = ends(figure)?;
@@ -122,7 +122,7 @@ fn widest(ticks: &Ticks) -> Result<f64, FigureError> {
     Ok(widest)
 }
 
-/// As many ticks as stand apart.
+/// Horizontal ticks, as many as fit without touching.
 fn horizontal_ticks(scale: AxisScale, ends: (f64, f64), room: f64) -> Result<Ticks, FigureError> {
     let mut wanted = ((room / 70.0) as usize).max(2);
     loop {
@@ -233,7 +233,7 @@ const KEY: f64 = 24.0;
 const LINE: f64 = 19.0;
 const LONGEST: f64 = 190.0;
 
-/// What an entry shows beside its name.
+/// Symbol beside the name of an entry.
 #[derive(Debug, Clone, Copy)]
 enum Key {
     Series(SeriesStyle),
@@ -256,7 +256,7 @@ enum Form {
 }
 
 impl Legend {
-    /// The legend of a figure that has so much width for a row of entries.
+    /// The legend of a figure; `room` is the width for a row of entries, in pixels.
     pub(super) fn of(figure: &Figure, room: f64) -> Result<Self, FigureError> {
         let count = figure.series.len();
         let series = figure.series.iter().enumerate().filter(|(_, series)| !series.name.is_empty());
@@ -339,7 +339,7 @@ fn key_shapes(key: Key, (x, y): Point, color: Rgb) -> Vec<Shape> {
                 to: (middle.0 + half, y + half),
                 fill,
             };
-            // The colour of the paper is seen by its frame.
+            // A frame makes a square in the colour of the paper visible.
             let frame = (color == PAPER).then(|| square(6.8, GREY));
             frame.into_iter().chain([square(6.0, color)]).collect()
         }
@@ -352,7 +352,7 @@ fn key_shapes(key: Key, (x, y): Point, color: Rgb) -> Vec<Shape> {
     }
 }
 
-/// The text, or as much of its beginning as fits, ended by an ellipsis.
+/// The text, or the longest beginning that fits, ended by an ellipsis.
 fn fitted(text: &str, size: f64, room: f64) -> Result<String, FigureError> {
     if width(text, size)? <= room {
         return Ok(text.to_owned());

@@ -1,14 +1,14 @@
-//! Words beside points, put where they cover least.
+//! Placement of words beside points, where they cover least.
 //!
-//! A covered marker weighs more than any of the eight positions: words leave markers free wherever
-//! they can.
+//! A covered marker weighs more than the choice among the eight positions, so that words leave
+//! markers free wherever they can.
 
 use super::FigureError;
 use super::drawing::{Anchor, Area, Direction, Point, Shape};
 use super::series::Rgb;
 use super::text::width;
 
-/// Half of a marker's size: words nearer than that to its middle cover it.
+/// Half of a marker's size, in pixels: words nearer to its centre cover it.
 const MARKER: f64 = 4.0;
 
 /// Weight of a covered marker; the last of the positions has 3.5.
@@ -20,7 +20,7 @@ const OVERLAPPING: f64 = 1e4;
 /// Distance of words from their point.
 const GAP: f64 = 7.0;
 
-/// Distances that are tried, each a line farther than the one before.
+/// Number of distances that are tried, each a line farther than the one before.
 const RINGS: i32 = 5;
 
 /// Positions around a point, in units of the distance; the first is the best.
@@ -35,7 +35,7 @@ const POSITIONS: [(f64, f64); 8] = [
     (-1.4, 0.0),
 ];
 
-/// Finds room for words; remembers what is taken.
+/// Finds room for words and remembers the areas already taken.
 #[derive(Debug)]
 pub(super) struct Labeller {
     area: Area,
@@ -49,8 +49,8 @@ impl Labeller {
         Self { area, obstacles, taken: Vec::new() }
     }
 
-    /// Words near a point, in the best of eight positions around it, or farther away where all of
-    /// those cover other words.
+    /// Places words near a point: in the best of eight positions around it, or farther away if all
+    /// of them cover other words.
     pub(super) fn beside(
         &mut self,
         at: Point,
@@ -60,7 +60,7 @@ impl Labeller {
     ) -> Result<Shape, FigureError> {
         let (wide, tall) = (width(text, size)?, size);
         let mut best: Option<(f64, Area)> = None;
-        // Farther away only where there is no room beside the point.
+        // Larger distances are tried only if there is no room beside the point.
         for ring in 0..RINGS {
             if best.as_ref().is_some_and(|(least, _)| *least < OVERLAPPING) {
                 break;

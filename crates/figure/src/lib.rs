@@ -1,8 +1,8 @@
 //! Figures as plain descriptions, drawn to SVG and PNG.
 //!
-//! A [`Figure`] says what is shown; the layout turns it into a `Drawing`, a flat list of
-//! shapes in CSS pixels, and two painters turn that list into an SVG and a PNG that look alike.
-//! The same figure gives the same bytes.
+//! A [`Figure`] describes the contents; the layout turns it into a `Drawing`, a flat list of shapes
+//! in CSS pixels, and two painters turn that list into an SVG and a PNG that look alike. The same
+//! figure gives the same bytes.
 //!
 //! Conventions of the field: stable branches solid, unstable ones dashed; axes are offsets, with
 //! the power of ten at the axis label and short ticks; marks such as `G`, `PD`, `SN` stand beside
@@ -27,7 +27,7 @@ pub use text::{escape_html, symbol};
 /// Smallest and largest side of a figure, in CSS pixels.
 const SIDES: (u32, u32) = (160, 4000);
 
-/// What a picture shows: axes, series, guides and annotations, or a chart of cells.
+/// Description of a picture: axes, series, guides and annotations, or a chart of cells.
 ///
 /// Text may raise and lower parts with `^{...}` and `_{...}`. Points that are not finite, or not
 /// positive on a logarithmic axis, are left out and interrupt a line.
@@ -43,7 +43,7 @@ const SIDES: (u32, u32) = (160, 4000);
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Figure {
-    /// Heading above the picture; empty where a caption says it.
+    /// Heading above the picture; empty if a caption replaces it.
     pub title: String,
     /// The axis below the picture.
     pub horizontal: Axis,
@@ -52,8 +52,8 @@ pub struct Figure {
     pub above: Option<ShiftedScale>,
     /// The axis left of the picture.
     pub vertical: Axis,
-    /// What is drawn, bottom to top. Of several series of dots those below have larger dots, so
-    /// that dots on the same place show a rim.
+    /// Series in the order of drawing, bottom to top. Among series of dots the lower ones have
+    /// larger dots, so that coinciding dots show a rim.
     pub series: Vec<Series>,
     /// Reference lines, drawn under the series.
     pub guides: Vec<Guide>,
@@ -63,11 +63,12 @@ pub struct Figure {
     pub cells: Option<CellChart>,
     /// Colours of the series.
     pub palette: Palette,
-    /// Width and height in CSS pixels, each from 160 to 4000; the PNG has twice as many.
+    /// Width and height in CSS pixels, each from 160 to 4000; the PNG has twice as many pixels a
+    /// side.
     pub size: (u32, u32),
 }
 
-/// What thinning did to the dots of a figure, for its caption.
+/// Result of thinning the dots of a figure, for its caption.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Thinning {
     /// Dots given inside the axes.
@@ -79,7 +80,7 @@ pub struct Thinning {
 }
 
 impl Thinning {
-    /// A sentence for the caption.
+    /// Sentence for the caption.
     pub fn sentence(&self) -> String {
         let (columns, rows) = self.grid;
         format!(
@@ -108,7 +109,7 @@ impl Figure {
 
     /// The figure as an SVG document, text in the reader's sans-serif font.
     ///
-    /// Stays below 2 MB however many dots there are: see [`Figure::thinning`].
+    /// The document stays below 2 MB for any number of dots: see [`Figure::thinning`].
     ///
     /// # Errors
     ///
@@ -123,18 +124,18 @@ impl Figure {
     ///
     /// # Errors
     ///
-    /// As for [`Figure::to_svg`], and [`FigureError::Bitmap`].
+    /// The errors of [`Figure::to_svg`], and [`FigureError::Bitmap`].
     pub fn to_png(&self) -> Result<Vec<u8>, FigureError> {
         raster::paint(&self.layout()?.drawing)
     }
 
-    /// What was done to series of many dots: dots that fall in the same cell are drawn once.
+    /// Thinning of series of many dots: dots that fall in the same cell are drawn once.
     ///
-    /// `None` if every dot is drawn where it is. Fewer dots are larger.
+    /// `None` if every dot is drawn at its exact place. Fewer dots are larger.
     ///
     /// # Errors
     ///
-    /// As for [`Figure::to_svg`].
+    /// The errors of [`Figure::to_svg`].
     pub fn thinning(&self) -> Result<Option<Thinning>, FigureError> {
         Ok(self.layout()?.thinning)
     }
@@ -159,9 +160,9 @@ pub enum FigureError {
     AxisRange {
         /// Label of the axis.
         axis: String,
-        /// Lower end asked for.
+        /// Requested lower end.
         lower: f64,
-        /// Upper end asked for.
+        /// Requested upper end.
         upper: f64,
         /// `linear`, `logarithmic` or `symmetric logarithmic`.
         scale: &'static str,
@@ -185,9 +186,9 @@ pub enum FigureError {
          {smallest} and {largest}"
     )]
     FigureSize {
-        /// Width asked for.
+        /// Requested width, in pixels.
         width: u32,
-        /// Height asked for.
+        /// Requested height, in pixels.
         height: u32,
         /// Smallest side that is drawn.
         smallest: u32,

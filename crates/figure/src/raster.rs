@@ -1,5 +1,5 @@
-//! The bitmap painter: plotters draws at four times the size, every two by two pixels are averaged.
-//! It knows only whole lines: interrupted ones are cut here.
+//! The bitmap painter: plotters draws at four times the size, then every two by two pixels are
+//! averaged. Plotters draws whole lines only; dashed lines are cut into strokes here.
 
 use plotters::backend::{BitMapBackend, DrawingBackend};
 use plotters::style::{FontTransform, RGBColor, TextStyle};
@@ -101,7 +101,7 @@ impl Canvas<'_> {
                     }
                 }
                 self.text(*at, *anchor, *direction, *size, *color, text)?;
-                // NOTE: the built-in font is a light one; laid twice, a fine pixel apart, it is
+                // NOTE: the built-in font is a light one; drawn twice, a fine pixel apart, it looks
                 // regular.
                 self.text((at.0 + 1.0 / FINE, at.1), *anchor, *direction, *size, *color, text)
             }
@@ -154,7 +154,7 @@ impl Canvas<'_> {
     /// A filled rectangle of at least one fine pixel.
     fn rectangle(&mut self, from: Point, to: Point, color: Rgb) -> Result<(), FigureError> {
         let (low, high) = (fine(from), fine(to));
-        // NOTE: plotters fills up to the second corner, without it.
+        // NOTE: plotters fills up to the second corner, which is excluded.
         let last = (high.0.max(low.0 + 1), high.1.max(low.1 + 1));
         self.backend.draw_rect(low, last, &paint_of(color), true).map_err(refused)
     }
@@ -247,7 +247,7 @@ impl Canvas<'_> {
     }
 }
 
-/// The drawn parts of a line, by lengths of strokes and gaps in turn.
+/// Drawn parts of a dashed line, by lengths of strokes and gaps in turn.
 pub(super) fn dashed(points: &[Point], pattern: &[f64]) -> Vec<Vec<Point>> {
     let mut drawn = Vec::new();
     let mut dash: Vec<Point> = points.first().copied().into_iter().collect();

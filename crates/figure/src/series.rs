@@ -1,19 +1,19 @@
-//! What a figure draws (series of points, guides, annotations), and its colours, which stay apart
-//! for colour-blind readers, on white and in grey print.
+//! Elements of a figure (series of points, guides, annotations), and their colours, which stay
+//! distinct for colour-blind readers, on white and in grey print.
 //!
 //! Reference: Okabe and Ito, "Color Universal Design" (2008), without its yellow, which is too pale
 //! on white; the "muted" scheme of Tol, "Colour schemes" (SRON/EPS/TN/09-002, 2021), for cells; the
 //! viridis ramp of matplotlib for ordered series, and PuOr of Brewer, "ColorBrewer" (2002), turned
 //! round, for values of two signs.
 
-/// How a line is interrupted.
+/// Line pattern.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Stroke {
-    /// Stable branches and measured curves.
+    /// Solid: stable branches and measured curves.
     Solid,
-    /// Unstable branches.
+    /// Dashed: unstable branches.
     Dashed,
-    /// Everything that is only for comparison.
+    /// Dotted: everything that is only for comparison.
     Dotted,
 }
 
@@ -35,7 +35,7 @@ pub enum Marker {
 }
 
 impl Marker {
-    /// A marker for the series of an index, so that neighbours differ without colour too.
+    /// Marker for the series with this index; neighbours differ in shape.
     pub fn numbered(index: usize) -> Self {
         const ALL: [Marker; 5] =
             [Marker::Circle, Marker::Square, Marker::Diamond, Marker::Triangle, Marker::Ring];
@@ -43,10 +43,10 @@ impl Marker {
     }
 }
 
-/// How a series is drawn.
+/// Style in which a series is drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SeriesStyle {
-    /// Small dots for very many points, thinned by cell of a grid.
+    /// Small dots for very many points; dots in the same cell of a grid are drawn once.
     Dots,
     /// One marker at every point.
     Markers(Marker),
@@ -63,27 +63,27 @@ pub struct Series {
     pub name: String,
     /// Horizontal and vertical values. A point that is not finite interrupts a line.
     pub points: Vec<[f64; 2]>,
-    /// How it is drawn.
+    /// Style in which it is drawn.
     pub style: SeriesStyle,
-    /// Its colour.
+    /// Colour of the series.
     pub color: SeriesColor,
 }
 
 /// The colour of a series.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SeriesColor {
-    /// The palette's, by the index of the series in its figure.
+    /// Colour of the palette at the index of the series in its figure.
     Own,
-    /// The palette's, by another index.
+    /// Colour of the palette at another index.
     Palette(usize),
-    /// Grey, of what is not to be trusted.
+    /// Grey, for untrusted results.
     Grey,
     /// The ink of the axes, over a chart of cells.
     Ink,
 }
 
 impl SeriesColor {
-    /// The colour of a series of an index among so many.
+    /// Colour of the series with this index among `count` series.
     pub(super) fn of(self, index: usize, palette: Palette, count: usize) -> Rgb {
         match self {
             Self::Own => palette.color(index, count),
@@ -95,12 +95,12 @@ impl SeriesColor {
 }
 
 impl Series {
-    /// Very many points as dots.
+    /// A series of very many points as dots.
     pub fn dots(name: impl Into<String>, points: Vec<[f64; 2]>) -> Self {
         Self { name: name.into(), points, style: SeriesStyle::Dots, color: SeriesColor::Own }
     }
 
-    /// Points with a marker each.
+    /// A series of points with a marker each.
     pub fn markers(name: impl Into<String>, marker: Marker, points: Vec<[f64; 2]>) -> Self {
         Self { style: SeriesStyle::Markers(marker), ..Self::dots(name, points) }
     }
@@ -122,21 +122,21 @@ impl Series {
         }
     }
 
-    /// The same series in a colour of the palette, shared with another series.
+    /// Gives the series the palette's colour of this index, to share it with another series.
     #[must_use]
     pub fn with_color(mut self, index: usize) -> Self {
         self.color = SeriesColor::Palette(index);
         self
     }
 
-    /// The same series in grey.
+    /// Draws the series in grey.
     #[must_use]
     pub fn in_grey(mut self) -> Self {
         self.color = SeriesColor::Grey;
         self
     }
 
-    /// The same series in the ink of the axes.
+    /// Draws the series in the ink of the axes.
     #[must_use]
     pub fn in_ink(mut self) -> Self {
         self.color = SeriesColor::Ink;
@@ -144,33 +144,33 @@ impl Series {
     }
 }
 
-/// A line for comparison, thin and grey.
+/// A thin grey line for comparison.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Guide {
-    /// At one value of the vertical axis.
+    /// Horizontal line at one value of the vertical axis.
     Horizontal {
         /// The value.
         at: f64,
-        /// Words beside it; may be empty.
+        /// Words beside the line; may be empty.
         label: String,
     },
-    /// At one value of the horizontal axis.
+    /// Vertical line at one value of the horizontal axis.
     Vertical {
         /// The value.
         at: f64,
-        /// Words beside it; may be empty.
+        /// Words beside the line; may be empty.
         label: String,
     },
-    /// A power law `y = through.1 (x / through.0)^exponent` from `through.0` to `to`: a straight
-    /// line on two logarithmic axes. Needs positive coordinates.
+    /// Power law `y = through.1 (x / through.0)^exponent` from `through.0` to `to`: a straight line
+    /// on two logarithmic axes. All coordinates must be positive.
     Slope {
-        /// A point on it.
+        /// Start of the line.
         through: [f64; 2],
-        /// The exponent of the law.
+        /// Exponent of the law.
         exponent: f64,
-        /// Horizontal value of its other end.
+        /// Horizontal value of the end of the line.
         to: f64,
-        /// Words beside it; may be empty.
+        /// Words beside the line; may be empty.
         label: String,
     },
 }
@@ -200,16 +200,16 @@ pub(super) type Rgb = [u8; 3];
 pub(super) const INK: Rgb = [0x1f, 0x23, 0x28];
 /// Ink of secondary text and guides.
 pub(super) const FAINT_INK: Rgb = [0x6a, 0x70, 0x78];
-/// What is not to be trusted.
+/// Colour of untrusted results.
 pub(super) const GREY: Rgb = [0xb3, 0xb7, 0xbc];
-/// Where nothing happens.
+/// Colour of cells in which nothing happens.
 pub(super) const PALE: Rgb = [0xf7, 0xee, 0xc3];
 /// Lines of the grid.
 pub(super) const GRID: Rgb = [0xe6, 0xe8, 0xeb];
 /// The paper.
 pub(super) const PAPER: Rgb = [0xff, 0xff, 0xff];
 
-/// How the series of a figure are told apart.
+/// Assignment of colours to the series of a figure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Palette {
     /// Unrelated series.
@@ -280,12 +280,12 @@ impl Palette {
     }
 }
 
-/// The ramp at a fraction from 0 to 1.
+/// Colour of the viridis ramp at a fraction from 0 to 1.
 pub(super) fn viridis(fraction: f64) -> Rgb {
     along(&VIRIDIS, fraction)
 }
 
-/// The ramp of two colours at a share from −1 to 1.
+/// Colour of the diverging ramp at a share from −1 to 1.
 pub(super) fn diverging(share: f64) -> Rgb {
     along(&DIVERGING, 0.5 * (1.0 + share))
 }

@@ -1,4 +1,4 @@
-//! The SVG painter: text in the reader's own sans-serif font, dots as one path a colour.
+//! The SVG painter: text in the reader's own sans-serif font, all dots of a colour as one path.
 
 use std::fmt::Write as _;
 
@@ -117,7 +117,7 @@ fn mark((x, y): Point, radius: f64, marker: Marker, color: Rgb) -> String {
     }
 }
 
-/// One path in units of cells: a round-capped stroke for every run of neighbours.
+/// One path in units of cells: a stroke with round caps for every run of neighbours.
 fn dot_path(dots: &DotRuns) -> String {
     let mut d = String::new();
     let mut pen: Option<(u32, u32)> = None;
@@ -168,7 +168,7 @@ fn path(points: &[Point]) -> String {
     d
 }
 
-/// The runs of a text, raised and lowered by relative shifts that cancel at the next run.
+/// SVG spans of a text, raised and lowered by relative shifts that the next span cancels.
 fn spans(text: &str, size: f64) -> String {
     let mut spans = String::new();
     let mut shift = 0.0;

@@ -1,5 +1,5 @@
-//! Text with raised and lowered parts, such as `10^{-3}` and `x_{n}`, and the font that bitmaps are
-//! lettered with and text is measured by.
+//! Text with raised and lowered parts, such as `10^{-3}` and `x_{n}`, and the font used for bitmaps
+//! and for measuring text.
 
 use std::sync::OnceLock;
 
@@ -7,7 +7,7 @@ use plotters::style::{FontDesc, FontFamily, FontStyle, register_font};
 
 use super::FigureError;
 
-/// Where a run of text stands against the line.
+/// Level of a run of text relative to the line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Level {
     Line,
@@ -16,7 +16,7 @@ pub(super) enum Level {
 }
 
 impl Level {
-    /// Size of the letters against those on the line.
+    /// Size of the letters relative to those on the line.
     pub(super) fn scale(self) -> f64 {
         match self {
             Self::Line => 1.0,
@@ -34,7 +34,7 @@ impl Level {
     }
 }
 
-/// Text cut into runs. An opening without its closing brace is text as it stands.
+/// Text cut into runs. An opening without its closing brace is ordinary text.
 pub(super) fn runs(text: &str) -> Vec<(Level, String)> {
     let mut runs = Vec::new();
     let mut line = String::new();
@@ -45,7 +45,7 @@ pub(super) fn runs(text: &str) -> Vec<(Level, String)> {
             push(&mut runs, level, inside.to_owned());
             rest = after;
         } else {
-            // NOTE: a control character would end the document's well-formedness.
+            // NOTE: a control character would make the document ill-formed.
             line.push(if first.is_control() { ' ' } else { first });
             rest = &rest[first.len_utf8()..];
         }
@@ -70,7 +70,8 @@ fn shifted(text: &str) -> Option<(Level, &str, &str)> {
     (!inside.contains(char::is_control)).then_some((level, inside, after))
 }
 
-/// A name as the field writes it: Greek letters for their names, an underscore as a lowered part.
+/// Symbol for a name, as the field writes it: Greek letters for their names, an underscore for a
+/// lowered part.
 ///
 /// ```
 /// use grazemap_figure::symbol;
@@ -115,7 +116,7 @@ fn letter(name: &str) -> &str {
     LETTERS.iter().find_map(|&(spelled, greek)| (spelled == name).then_some(greek)).unwrap_or(name)
 }
 
-/// Text that is safe between tags and inside quoted attributes of HTML and SVG.
+/// Text escaped for use between tags and inside quoted attributes of HTML and SVG.
 ///
 /// Characters that XML forbids (most control characters) become U+FFFD.
 pub fn escape_html(text: &str) -> String {
@@ -136,7 +137,8 @@ pub fn escape_html(text: &str) -> String {
 }
 
 const FAMILY: &str = "grazemap sans";
-/// Height of the font's line box against its letter size: (ascender + descender) / units per em.
+/// Height of the font's line box relative to its letter size: (ascender + descender) / units per
+/// em.
 const LINE_BOX: f64 = 1.121;
 /// Browsers letter SVGs with wider fonts than the one measured here.
 const RESERVE: f64 = 1.08;

@@ -1,8 +1,8 @@
-//! The end of a computation that its caller no longer wants.
+//! Interruption of a computation whose result its caller no longer wants.
 //!
-//! Long loops call [`check`], which unwinds the stack after the caller asked for the end. What a
-//! thread pool does for a computation belongs to it as well: the pool's work is wrapped by
-//! [`Work::resume`].
+//! Long loops call [`check`], which unwinds the stack after the caller requested the end. Work that
+//! a thread pool does for a computation belongs to that computation: [`Work::resume`] wraps the
+//! pool's work.
 //!
 //! ```
 //! use std::panic::catch_unwind;
@@ -30,49 +30,49 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 thread_local! {
-    /// The interruption that covers what this thread is doing.
+    /// Interruption that covers the current work of this thread.
     static COVERING: RefCell<Option<Interruption>> = const { RefCell::new(None) };
 }
 
-/// A request to end a computation, from any thread. Clones are one request.
+/// A request to end a computation, from any thread. All clones are the same request.
 #[derive(Clone, Debug, Default)]
 pub struct Interruption(Arc<AtomicBool>);
 
-/// What a computation unwinds with.
+/// Payload with which an interrupted computation unwinds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Interrupted;
 
 impl Interruption {
-    /// Asks all that this interruption covers to end at its next [`check`].
+    /// Requests that all work that this interruption covers end at its next [`check`].
     pub fn request(&self) {
         self.0.store(true, Ordering::Relaxed);
     }
 
-    /// Whether the end was asked for.
+    /// Whether the end was requested.
     pub fn is_requested(&self) -> bool {
         self.0.load(Ordering::Relaxed)
     }
 
-    /// Does work that a request ends. Work inside other covered work is covered by the inner
-    /// interruption alone.
+    /// Runs work that a request ends. Work inside other covered work is covered by the inner
+    /// interruption only.
     pub fn cover<T>(&self, work: impl FnOnce() -> T) -> T {
         Work { covering: Some(self.clone()) }.resume(work)
     }
 }
 
-/// The computation that a thread is at work for, to be handed to other threads.
+/// The computation of a thread, to be handed to other threads.
 #[derive(Clone, Debug)]
 pub struct Work {
     covering: Option<Interruption>,
 }
 
 impl Work {
-    /// The computation of this thread.
+    /// The computation of the current thread.
     pub fn current() -> Self {
         Self { covering: COVERING.with_borrow(Clone::clone) }
     }
 
-    /// Goes on with the computation on this thread.
+    /// Runs a part of the computation on the current thread.
     pub fn resume<T>(&self, part: impl FnOnce() -> T) -> T {
         if COVERING.with_borrow(|covering| same(covering.as_ref(), self.covering.as_ref())) {
             return part();
@@ -90,7 +90,7 @@ fn same(one: Option<&Interruption>, other: Option<&Interruption>) -> bool {
     }
 }
 
-/// Restores what covered a thread before, also when it unwinds.
+/// Guard that restores the previous interruption of a thread, also on unwinding.
 struct Restored(Option<Interruption>);
 
 impl Drop for Restored {
@@ -99,8 +99,8 @@ impl Drop for Restored {
     }
 }
 
-/// Ends the computation of this thread, by unwinding with [`Interrupted`], where its end was asked
-/// for.
+/// Ends the computation of this thread, by unwinding with [`Interrupted`], if its end was
+/// requested.
 #[inline(never)]
 pub fn check() {
     let ends = COVERING.with_borrow(|covering| match covering {
@@ -108,12 +108,12 @@ pub fn check() {
         None => false,
     });
     if ends {
-        // No message of a panic: the caller knows.
+        // No panic message: the caller knows the reason.
         resume_unwind(Box::new(Interrupted));
     }
 }
 
-/// As [`check`], at every 256th step of a loop whose steps take less time than a check.
+/// Calls [`check`] at every 256th step, for loops whose steps take less time than a check.
 #[inline]
 pub fn check_at(step: usize) {
     if step.is_multiple_of(256) {

@@ -1,33 +1,33 @@
-//! The cases: scenes of the catalogue, one number of them taken to its end.
+//! Cases: scenes of the catalogue with one number taken to its extreme.
 
 use super::data::{Coefficients, ExtremeAxis};
 use grazemap::expansion::MapOrders;
 
-/// Orders where the axis is another.
+/// Orders, unless they are the axis.
 const ORDERS: MapOrders = MapOrders::new(5, 8);
 
-/// Depth `y²` where the axis is another.
+/// Depth `y²`, unless it is the axis.
 const DEPTH: f64 = 1e-6;
 
-/// A scene whose graze can be made flat.
+/// Name of a scene whose graze can be made flat.
 pub(super) const FLAT_TOP: &str = "flat_top";
 
-/// A scene with overrides, a point and the orders of a map.
+/// Scene with overrides, a point and the orders of a map.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct ExtremeCase {
-    /// What is taken to its end.
+    /// Quantity taken to its extreme.
     pub(crate) axis: ExtremeAxis,
-    /// How far.
+    /// Value of that quantity.
     pub(crate) value: f64,
-    /// The scene's name: one of the catalogue's, or `flat_top`.
+    /// Name of the scene: one of the catalogue, or `flat_top`.
     pub(crate) scene: &'static str,
     /// Overrides of the scene.
     pub(crate) overrides: Vec<(String, String)>,
     /// Truncation orders.
     pub(crate) orders: MapOrders,
-    /// Depth `y²` of the point measured at, every other offset being zero.
+    /// Depth `y²` of the point measured; all other offsets are zero.
     pub(crate) depth: f64,
-    /// Numbers of the coefficients.
+    /// Number format of the coefficients.
     pub(crate) coefficients: Coefficients,
 }
 
@@ -58,7 +58,7 @@ impl ExtremeCase {
         Self { orders, ..self }
     }
 
-    /// The linear oscillator with its graze guessed by the closed form, to the digits of a double.
+    /// Linear oscillator with the closed form as the guess of its graze, to the digits of a double.
     fn linear(axis: ExtremeAxis, value: f64, damping: &str, frequency: &str, length: &str) -> Self {
         let read = |text: &str| text.parse().unwrap_or(f64::NAN);
         let (zeta, omega, delta): (f64, f64, f64) = (read(damping), read(frequency), read(length));
@@ -121,7 +121,7 @@ fn dampings() -> Vec<ExtremeCase> {
     values.iter().map(case).collect()
 }
 
-/// Undamped, where there is an orbit only beside the resonance, and at hardly any damping.
+/// Cases near resonance: undamped, where the orbit exists only off resonance, and weakly damped.
 fn resonances() -> Vec<ExtremeCase> {
     let distances = ["0.1", "1e-3", "1e-6", "1e-9", "1e-12", "0"];
     let case = |damping: &'static str| {
@@ -150,8 +150,8 @@ fn accelerations() -> Vec<ExtremeCase> {
     depths.iter().flat_map(|&depth| ratios.iter().map(case(depth))).collect()
 }
 
-/// Undamped and driven at half its frequency, the oscillator turns twice in a period: its
-/// multipliers are both 1.
+/// Cases with multipliers near 1. Undamped and driven at half its frequency, the oscillator makes
+/// two turns in a period: both multipliers are 1.
 fn multipliers() -> Vec<ExtremeCase> {
     let distances = ["0.1", "1e-3", "1e-6", "1e-9", "1e-12", "0"];
     let case = |distance: &&str| {
@@ -199,7 +199,7 @@ fn orders() -> Vec<ExtremeCase> {
     scenes.into_iter().flat_map(|scene| orders.iter().map(case(scene))).collect()
 }
 
-/// Lengths of 1e-15 to 1e15 beside a frequency of 1.8.
+/// Cases with lengths from 1e-15 to 1e15, at a frequency of 1.8.
 fn scales() -> Vec<ExtremeCase> {
     let lengths = ["1e-15", "1e-9", "1e-3", "1", "1e3", "1e9", "1e15"];
     let case = |text: &&str| {

@@ -1,18 +1,19 @@
-//! What the driven linear oscillator `x'' + 2ζ x' + x = α cos θ` with a rigid stop does, without a
-//! map or an integrator.
+//! Solution of the driven linear oscillator `x'' + 2ζ x' + x = α cos θ` with a rigid stop, without
+//! a map or an integrator.
 //!
-//! One idea: deviations are small numbers of their own. The free flight through the deepest point
-//! is a Taylor series whose derivatives obey `x^(n+2) = (α cos θ)^(n) − 2ζ x^(n+1) − x^(n)`, and
-//! the kick of the impact is carried back by the homogeneous equation; nothing large is subtracted,
-//! so that every digit holds at any depth.
+//! Deviations are separate small numbers. The free flight through the deepest point is a Taylor
+//! series whose derivatives obey `x^(n+2) = (α cos θ)^(n) − 2ζ x^(n+1) − x^(n)`. The kick of the
+//! impact is carried back by the homogeneous equation. No large numbers are subtracted, so that all
+//! digits are right at any depth.
 
 use grazemap::model::Scene;
 use grazemap::numeric::Dd;
 use grazemap::orbit::GrazingOrbit;
 
-/// Derivatives of the free flight: `t^60/60!` is below the roundoff of double-double for `t ≤ 4`.
+/// Number of derivatives of the free flight: `t^60/60!` is below the roundoff of double-double for
+/// `t ≤ 4`.
 const DERIVATIVES: usize = 60;
-/// Newton steps in time, each of which doubles the digits.
+/// Number of Newton steps in time, each of which doubles the digits.
 const NEWTON_STEPS: usize = 40;
 
 /// The oscillator's parameters, at their grazing values.
@@ -38,7 +39,7 @@ pub(super) fn grazing_force(scene: &Scene) -> Option<Dd> {
 }
 
 impl LinearOscillator {
-    /// The oscillator of the scene `linear` about its orbit.
+    /// Oscillator of the scene `linear` near its orbit.
     pub(super) fn new(scene: &Scene, orbit: &GrazingOrbit) -> Option<Self> {
         let value = |name: &str| {
             let place = scene.model.parameters.iter().position(|parameter| parameter.name == name);
@@ -53,24 +54,24 @@ impl LinearOscillator {
         })
     }
 
-    /// The correction `D(x) − x` in `(x, theta)` at the section point `(depth, 0)`, of which
-    /// `theta` has the leading law.
+    /// Correction `D(x) − x` in `(x, theta)` at the section point `(depth, 0)`; the leading law is
+    /// in `theta`.
     pub(super) fn correction(&self, delta: Dd, depth: Dd) -> [Dd; 2] {
         let flight = self.flight(delta + depth);
         let entry = entry_time(&flight, depth);
         let speed = value(&flight[1..], entry);
-        // The kick (0, −(1 + r) v), carried over the time −entry back to the section point by the
+        // The kick (0, −(1 + r) v) is carried over the time −entry back to the section point by the
         // homogeneous flow.
         let kick = self.homogeneous(-(Dd::ONE + self.restitution) * speed);
         let (kick_x, kick_v) = (value(&kick, -entry), value(&kick[1..], -entry));
-        // On to v = 0, with the free flight and the kick added.
+        // Flight to v = 0, with the kick added to the free flight.
         let after = self.added(&flight, kick_x, kick_v);
         let time = zero_time(&after[1..]);
         let moved = value(&after, time) - after[0];
         [kick_x + moved, self.omega * time]
     }
 
-    /// Derivatives at the section point of the free flight through it.
+    /// Derivatives of the free flight through the section point, at that point.
     fn flight(&self, x: Dd) -> Vec<Dd> {
         self.derivatives(x, Dd::ZERO, self.alpha)
     }
@@ -104,7 +105,7 @@ fn value(derivatives: &[Dd], time: Dd) -> Dd {
     terms.fold(Dd::ZERO, |sum, (n, &derivative)| derivative + sum * time / Dd::from((n + 1) as f64))
 }
 
-/// The time before the deepest point at which the flight meets the stop: `Σ_{n≥2} x^(n) t^n/n! =
+/// Time before the deepest point at which the flight meets the stop: `Σ_{n≥2} x^(n) t^n/n! =
 /// −depth`.
 fn entry_time(flight: &[Dd], depth: Dd) -> Dd {
     let mut rise = flight.to_vec();
@@ -114,7 +115,7 @@ fn entry_time(flight: &[Dd], depth: Dd) -> Dd {
     (0..NEWTON_STEPS).fold(start, newton)
 }
 
-/// The nearby time at which a function vanishes.
+/// Zero of a function of time, near 0.
 fn zero_time(derivatives: &[Dd]) -> Dd {
     let newton = |time: Dd, _| time - value(derivatives, time) / value(&derivatives[1..], time);
     (0..NEWTON_STEPS).fold(Dd::ZERO, newton)

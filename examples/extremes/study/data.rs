@@ -1,14 +1,14 @@
-//! The rows of the study, as plain data.
+//! Rows of the study, as plain data.
 
 use serde::Serialize;
 
 use grazemap::expansion::MapOrders;
 
-/// Decimal digits by which a measured accuracy may fall short of its estimate: both are orders of
-/// magnitude.
+/// Decimal digits by which a measured accuracy may fall short of its estimate; both are only orders
+/// of magnitude.
 const SLACK: f64 = 1.0;
 
-/// What is taken to its end.
+/// Quantity taken to its extreme.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum ExtremeAxis {
@@ -32,15 +32,15 @@ pub(crate) enum ExtremeAxis {
     Orders,
     /// Scales of the parameters.
     Scale,
-    /// The numbers the coefficients are kept in.
+    /// Number format of the coefficients.
     Coefficients,
 }
 
-/// The numbers in which a map's coefficients are kept and its contact is computed.
+/// Number format in which a map's coefficients are stored and its contact is computed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum Coefficients {
-    /// Rounded to single precision, computed with in double.
+    /// Rounded to single precision, computed in double.
     Single,
     /// Double precision.
     #[default]
@@ -52,61 +52,62 @@ pub(crate) enum Coefficients {
 /// One case of the study.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(crate) struct ExtremeRow {
-    /// What is taken to its end.
+    /// Quantity taken to its extreme.
     pub(crate) axis: ExtremeAxis,
-    /// How far.
+    /// Value of that quantity.
     pub(crate) value: f64,
     /// The scene.
     pub(crate) scene: String,
     /// Truncation orders.
     pub(crate) orders: MapOrders,
-    /// Depth `y²` of the point measured at.
+    /// Depth `y²` of the point measured.
     pub(crate) depth: f64,
-    /// Numbers of the coefficients.
+    /// Number format of the coefficients.
     pub(crate) coefficients: Coefficients,
-    /// What came of it.
+    /// Outcome.
     pub(crate) outcome: ExtremeOutcome,
 }
 
-/// What came of a case.
+/// Outcome of a case.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum ExtremeOutcome {
-    /// A map, and how good it is.
+    /// A map was made; its accuracy was measured.
     Measured(Measured),
-    /// None, and what was said.
+    /// No map was made.
     Refused {
-        /// Where: `scene`, `orbit`, `expansion` or `simulation`.
+        /// Stage that failed: `scene`, `orbit`, `expansion` or `simulation`.
         stage: String,
-        /// The message.
+        /// Message.
         message: String,
     },
 }
 
-/// Decimal digits, `−log10` of a relative error; `None` where there is nothing to compare with.
+/// Decimal digits, `−log10` of a relative error; `None` without a reference.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(crate) struct Measured {
-    /// Of the grazing value of the adjusted parameter, against its closed form.
+    /// Digits of the grazing value of the adjusted parameter, against its closed form.
     pub(crate) grazing: Option<f64>,
-    /// Of the contact's correction `D(x) − x`, against a closed form or double-double flights.
+    /// Digits of the contact's correction `D(x) − x`, against a closed form or double-double
+    /// flights.
     pub(crate) contact: f64,
-    /// The digits of that truth itself.
+    /// Digits of that reference itself.
     pub(crate) contact_truth: f64,
-    /// Of the map, relative to `P − P_smooth`, against direct simulation in double-double.
+    /// Digits of the map, relative to `P − P_smooth`, against direct simulation in double-double.
     pub(crate) map: Option<f64>,
-    /// The digits of that truth itself.
+    /// Digits of that reference itself.
     pub(crate) map_truth: f64,
-    /// Digits that the truncation of the contact leaves, as predicted by its series in `y`; all
-    /// where the series ends.
+    /// Digits left by the truncation of the contact, as predicted by its series in `y`; all digits
+    /// if the series terminates.
     pub(crate) truncation: f64,
     /// Digits of the numbers used, less [`LostDigits` of the
     /// contact.
     pub(crate) rounding: f64,
-    /// The same of the legs, over the kick: rounding is relative to the image, which may be much
-    /// larger.
+    /// Digits left by the rounding of the legs, relative to the kick: rounding is relative to the
+    /// image, which may be much larger.
     pub(crate) leg_rounding: f64,
-    /// Digits that cutting the legs leaves: what their last degree does to the image, over the
-    /// kick.
+    /// Digits left by the truncation of the legs: the effect of their last degree on the image,
+    /// relative to the kick.
     pub(crate) leg_truncation: f64,
 }
 
@@ -121,7 +122,7 @@ impl Measured {
         self.promised().min(self.leg_rounding).min(self.leg_truncation).max(0.0)
     }
 
-    /// Whether a measurement falls short of what was promised, as far as the truth can tell.
+    /// Whether a measurement falls short of its promise, as far as the reference can tell.
     pub(crate) fn is_silent_loss(&self) -> bool {
         let short = |digits: f64, promised: f64, truth: f64| {
             let told = promised.min(truth);

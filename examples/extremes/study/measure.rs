@@ -1,4 +1,5 @@
-//! One case: located, expanded, its estimates read, and the map laid beside the truth.
+//! Measurement of a case: the scene is located and expanded, and map and estimates are compared
+//! with a reference.
 
 use super::cases::{ExtremeCase, FLAT_TOP};
 use super::closed_form::{LinearOscillator, grazing_force};
@@ -12,13 +13,13 @@ use grazemap::model::{Scene, catalogue};
 use grazemap::numeric::{Dd, Real, Scalar};
 use grazemap::orbit::{GrazingOrbit, locate};
 
-/// The scene with two harmonics, whose graze can be made flat.
+/// Scene with two harmonics, whose graze can be made flat.
 const FLAT_TOP_SCENE: &str = include_str!("flat_top.toml");
 
-/// Digits of double-double, the most that is ever told.
+/// Digits of double-double, the most that are reported.
 const MOST_DIGITS: f64 = 32.0;
 
-/// Why a case has no map: the stage and the message.
+/// Reason why a case has no map: the stage and the message.
 #[derive(Debug, thiserror::Error)]
 #[error("{message}")]
 struct Refusal {
@@ -102,7 +103,7 @@ struct LocatedCase<'a> {
     expander: Expander<'a>,
 }
 
-/// The factors of a map.
+/// Factors of a map.
 struct Parts<S: Real> {
     legs: Legs<S>,
     contact: Contact<S>,
@@ -141,7 +142,7 @@ impl LocatedCase<'_> {
         })
     }
 
-    /// Digits of the numbers that the coefficients are kept in.
+    /// Digits of the number format of the coefficients.
     fn digits_kept(&self) -> f64 {
         -match self.case.coefficients {
             Coefficients::Single => f64::from(0.5 * f32::EPSILON).log10(),
@@ -150,7 +151,7 @@ impl LocatedCase<'_> {
         }
     }
 
-    /// The section point: beyond the stop by the depth, every other offset zero.
+    /// Section point: beyond the stop by the depth, all other offsets zero.
     fn point<S: Real>(&self) -> (Vec<S>, Vec<S>) {
         let variables = self.expander.variables();
         let mut state = vec![S::zero(); variables.coordinates];
@@ -160,12 +161,12 @@ impl LocatedCase<'_> {
         (state, vec![S::zero(); variables.len() - variables.coordinates])
     }
 
-    /// Digits of the grazing parameter where there is a closed form.
+    /// Digits of the grazing parameter, if there is a closed form.
     fn grazing(&self) -> Option<f64> {
         let place = |name| self.scene.model.parameters.iter().position(|p| p.name == name);
         let exact = match self.case.scene {
             "linear" => grazing_force(self.scene)?,
-            // Below a ratio of 0 the top has split in two, and the orbit grazes elsewhere.
+            // NOTE: at a ratio below 0 the top has split in two, and the orbit grazes elsewhere.
             FLAT_TOP if self.case.value < 0.0 => return None,
             FLAT_TOP => {
                 self.orbit.parameters()[place("delta")?] - self.orbit.parameters()[place("b")?]
@@ -176,8 +177,8 @@ impl LocatedCase<'_> {
         Some(digits_of((found - exact).magnitude(), exact.magnitude()))
     }
 
-    /// Digits that the truncation of the contact leaves along the depth; none beyond the radius of
-    /// its series.
+    /// Digits left by the truncation of the contact at the depth; 0 beyond the radius of its
+    /// series.
     fn truncation(&self) -> Result<f64, Refusal> {
         let series = self.expander.depth_series(0, RADIUS_ORDER)?;
         let depth = self.case.depth;
@@ -189,7 +190,7 @@ impl LocatedCase<'_> {
         })
     }
 
-    /// Worst digits of the corrections that begin with the lowest power of `y`.
+    /// Fewest digits of the corrections that begin with the lowest power of `y`.
     fn contact<S: Real>(&self, contact: Contact<S>, exact: &[Dd]) -> Result<f64, Refusal> {
         let (state, parameters) = self.point::<S>();
         let image = MapEvaluation::contact(contact).image(&state, &parameters);
@@ -205,7 +206,7 @@ impl LocatedCase<'_> {
         Ok(digits.fold(MOST_DIGITS, smaller))
     }
 
-    /// The correction of the contact, as it is.
+    /// Reference correction of the contact.
     fn contact_truth(&self) -> Result<ContactTruth, Refusal> {
         let (state, parameters) = self.point::<Dd>();
         if self.case.scene == "linear"
@@ -225,7 +226,7 @@ impl LocatedCase<'_> {
         Ok(ContactTruth { digits: self.flown_digits(size), correction })
     }
 
-    /// Digits of a flown correction: the rounding of the state, over the depth and over the
+    /// Digits of a flown correction: rounding of the state, relative to the depth and to the
     /// correction itself.
     fn flown_digits(&self, correction: f64) -> f64 {
         let states = self.orbit.section_point.iter();
@@ -234,7 +235,7 @@ impl LocatedCase<'_> {
         digits_of(FLIGHT_ROUNDINGS * Dd::ROUNDOFF * size, smallest)
     }
 
-    /// The map beside direct simulation.
+    /// Comparison of the map with direct simulation.
     fn whole_map<S: Real>(&self, parts: &Parts<S>) -> Result<WholeMap, Refusal> {
         let (state, parameters) = self.point::<S>();
         let image = |legs: Legs<S>| {
@@ -268,41 +269,41 @@ impl LocatedCase<'_> {
     }
 }
 
-/// A map beside direct simulation; nothing known where the point has no image to compare with.
+/// Comparison of a map with direct simulation; NaN or 0 if the point has no image to compare with.
 #[derive(Default)]
 struct WholeMap {
-    /// Of the map, over the kick.
+    /// Digits of the map, relative to the kick.
     digits: Option<f64>,
-    /// Of the simulation, over the kick.
+    /// Digits of the simulation, relative to the kick.
     truth: f64,
-    /// What the last degree of the legs leaves.
+    /// Digits left by the truncation of the legs.
     last_degree: f64,
     /// Digits by which the image is larger than the kick.
     over_kick: f64,
 }
 
-/// Roundings that a flight adds up, in units of the size of the state.
+/// Rounding errors that a flight accumulates, in units of the size of the state.
 const FLIGHT_ROUNDINGS: f64 = 1e2;
 
-/// The correction of a contact and its digits.
+/// Correction of a contact, with its digits.
 struct ContactTruth {
     correction: Vec<Dd>,
     digits: f64,
 }
 
-/// `−log10` of a relative error, at most the digits of double-double; NaN of what is not a number.
+/// `−log10` of a relative error, at most the digits of double-double; NaN if not a number.
 fn digits_of(error: f64, size: f64) -> f64 {
     let share = error / size;
     if share.is_nan() { f64::NAN } else { (-share.log10()).min(MOST_DIGITS) }
 }
 
-/// Largest difference of a coordinate; NaN where one of them is none.
+/// Largest difference of a coordinate; NaN if one is not a number.
 fn distance(a: &[Dd], b: &[Dd]) -> f64 {
     let differences = a.iter().zip(b).map(|(&a, &b)| (a - b).to_f64().abs());
     differences.fold(0.0, |max, value| if max.is_nan() || value <= max { max } else { value })
 }
 
-/// The smaller of two, NaN winning.
+/// Smaller of two numbers; NaN if one is NaN.
 fn smaller(a: f64, b: f64) -> f64 {
     if a.is_nan() || b.is_nan() { f64::NAN } else { a.min(b) }
 }

@@ -1,8 +1,8 @@
-//! The cases of the study, and one case measured.
+//! Cases of the study, and the measurement of a case.
 //!
-//! One idea: every expansion comes with an estimate of what it is worth, the smaller of what its
-//! truncation leaves out and what rounding took (`WindowEdge`, `LostDigits`); a case whose measured
-//! digits fall short of it is a silent loss.
+//! Every expansion has an estimate of its accuracy: the smaller of truncation (`WindowEdge`) and
+//! rounding (`LostDigits`). A case whose measured digits fall short of its estimate is a silent
+//! loss.
 
 pub(crate) mod cases;
 mod closed_form;

@@ -1,8 +1,8 @@
-//! Hostile scenes and calls, and what the program makes of them.
+//! Hostile scenes and calls, and the judgement of the program's behaviour.
 //!
-//! Every case is decided by a seed and a number. A call is a child process with a limit of memory
-//! and of processor time: it must end by itself, with the exit code 0, 1 or 2, and say why in few
-//! lines where that is not 0.
+//! Every case is determined by a seed and a number. A call is a child process with limits of memory
+//! and of processor time: it must end by itself with the exit code 0, 1 or 2 and, unless that is 0,
+//! give the reason in few lines.
 
 mod mutation;
 mod random;
@@ -14,25 +14,25 @@ use std::process::{Command, Output};
 
 use random::Random;
 
-/// Most seconds of processor time of a call.
+/// Limit of a call's processor time, in seconds.
 const SECONDS: u32 = 20;
-/// Most memory of a call, in KiB: 2 GB.
+/// Limit of a call's memory, in KiB: 2 GB.
 const MEMORY: u32 = 2_000_000;
-/// Most lines, and most characters of a line, of a message.
+/// Limits of a message: lines, and characters per line.
 const MESSAGE: [usize; 2] = [40, 1000];
 
-/// A scene and a call of the program.
+/// Scene and call of the program.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Case {
     /// Text of `scene.toml`.
     pub(crate) scene: String,
-    /// What follows the program's name.
+    /// Arguments of the program.
     pub(crate) arguments: Vec<String>,
     /// Text of `states.csv`.
     states: &'static str,
 }
 
-/// Starting points of images.
+/// Texts of starting points for images.
 const STATES: [&str; 6] = [
     "x\n0\n1e-6\n",
     "theta\n1e-3\n-1e300\n0.1\n",
@@ -43,7 +43,7 @@ const STATES: [&str; 6] = [
 ];
 
 impl Case {
-    /// The case of a number in the campaign of a seed.
+    /// Case with a number in the campaign of a seed.
     pub(crate) fn new(seed: u64, number: u64) -> Self {
         let mut random = Random::new(seed, number);
         let scene = mutation::scene(&mut random);
@@ -69,7 +69,7 @@ impl Case {
         Self { scene, arguments, states: random.of(&STATES) }
     }
 
-    /// The case of a file of the corpus, whose first line is `# ` and the arguments.
+    /// Reads a case from a file of the corpus, whose first line is `# ` and the arguments.
     pub(crate) fn read(text: &str) -> Option<Self> {
         let call = text.lines().next()?.strip_prefix("# ")?;
         let arguments = call.split_whitespace().map(str::to_owned).collect();
@@ -77,12 +77,12 @@ impl Case {
     }
 }
 
-/// The folder of the inputs that found something.
+/// Folder of the inputs that revealed faults.
 pub(crate) fn corpus() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/fuzz/corpus")
 }
 
-/// The program under test, and a folder of its own.
+/// Program under test, with a folder of its own.
 #[derive(Debug)]
 pub(crate) struct Campaign {
     program: PathBuf,
@@ -90,16 +90,16 @@ pub(crate) struct Campaign {
 }
 
 impl Campaign {
-    /// Calls of a program in a folder that may be written to.
+    /// Campaign of a program in a folder that may be written to.
     pub(crate) fn new(program: PathBuf, folder: PathBuf) -> Self {
         Self { program, folder }
     }
 
-    /// What a case shows to be wrong; `None` where nothing is.
+    /// Fault revealed by a case; `None` if there is none.
     ///
     /// # Errors
     ///
-    /// Where the case cannot be set up.
+    /// An error of the system, if the case cannot be set up.
     pub(crate) fn fault(&self, case: &Case) -> io::Result<Option<String>> {
         let out = self.folder.join("out");
         if out.exists() {

@@ -1,10 +1,10 @@
-//! Scenes of the catalogue with changes that a person, a slip or an attacker could make.
+//! Scenes of the catalogue with changes that a user, a slip or an attacker could make.
 
 use grazemap::model::catalogue;
 
 use super::random::Random;
 
-/// Values that readers of numbers stumble over, and values of other kinds.
+/// Values that number parsers often mishandle, and values of other types.
 const VALUES: [&str; 32] = [
     "0",
     "-0.0",
@@ -46,7 +46,7 @@ const FUNCTIONS: [&str; 17] = [
     "abs", "sign", "min", "max", "atan2",
 ];
 
-/// Lines that change what a scene asks for.
+/// Tables that change the request of a scene.
 const TABLES: [&str; 10] = [
     "[section]\nkind = \"stroboscopic\"\n",
     "[section]\nkind = \"any\"\n",
@@ -60,7 +60,7 @@ const TABLES: [&str; 10] = [
     "[[model.surface]]\n",
 ];
 
-/// A scene of the catalogue with one to four changes.
+/// Scene of the catalogue with one to four changes.
 pub(crate) fn scene(random: &mut Random) -> String {
     let names: Vec<&str> = catalogue::names().collect();
     let text = catalogue::text(random.of(&names)).unwrap_or_default();
@@ -84,7 +84,7 @@ fn mutated(text: &str, random: &mut Random) -> String {
     }
 }
 
-/// Places of the bytes that a test takes, as runs.
+/// Byte ranges of the longest runs of characters that a test accepts.
 fn runs(text: &str, takes: impl Fn(char) -> bool) -> Vec<(usize, usize)> {
     let mut runs: Vec<(usize, usize)> = Vec::new();
     for (place, character) in text.char_indices().filter(|&(_, character)| takes(character)) {
@@ -100,7 +100,7 @@ fn replaced(text: &str, (start, end): (usize, usize), by: &str) -> String {
     format!("{}{by}{}", &text[..start], &text[end..])
 }
 
-/// Another number: an extreme one, another power of ten, another last digit.
+/// Replaces a number: by an extreme one, another power of ten, or another last digit.
 fn with_number(text: &str, random: &mut Random) -> String {
     let mut numbers = runs(text, |character| character.is_ascii_digit() || character == '.');
     numbers.retain(|&(start, _)| {
@@ -129,7 +129,7 @@ fn words(text: &str) -> Vec<&str> {
     all.filter(|word| word.starts_with(|first: char| first.is_ascii_alphabetic())).collect()
 }
 
-/// A random expression in the words of a text.
+/// Random expression made of the words of a text.
 fn expression(text: &str, depth: usize, random: &mut Random) -> String {
     let inner = |random: &mut Random| expression(text, depth.saturating_sub(1), random);
     if depth == 0 || random.one_in(4) {
@@ -158,8 +158,8 @@ fn expression(text: &str, depth: usize, random: &mut Random) -> String {
     }
 }
 
-/// Another expression between two quotes: a random one, added to the old one or in its place, or
-/// one that is very deep or very long.
+/// Replaces a quoted expression: by a random one, by the old one extended, or by one that is very
+/// deep or very long.
 fn with_expression(text: &str, random: &mut Random) -> String {
     let quotes: Vec<usize> = text.match_indices('"').map(|(place, _)| place).collect();
     let pairs: Vec<(usize, usize)> =
@@ -182,7 +182,7 @@ fn with_expression(text: &str, random: &mut Random) -> String {
     replaced(text, place, &new)
 }
 
-/// A line left out, twice, or in the place of another.
+/// Removes, duplicates or overwrites a line.
 fn with_lines(text: &str, random: &mut Random) -> String {
     let mut lines: Vec<&str> = text.lines().collect();
     if lines.is_empty() {
@@ -198,7 +198,7 @@ fn with_lines(text: &str, random: &mut Random) -> String {
     lines.join("\n")
 }
 
-/// A word in the place of another.
+/// Replaces a word by another.
 fn with_word(text: &str, random: &mut Random) -> String {
     let word = |character: char| character.is_ascii_alphanumeric() || character == '_';
     let places = runs(text, word);
@@ -218,7 +218,7 @@ fn with_word(text: &str, random: &mut Random) -> String {
     replaced(text, place, new)
 }
 
-/// A character put in or taken out.
+/// Inserts or removes a character.
 fn with_characters(text: &str, random: &mut Random) -> String {
     let ends: Vec<usize> = text.char_indices().map(|(place, _)| place).collect();
     if ends.is_empty() {
@@ -233,7 +233,7 @@ fn with_characters(text: &str, random: &mut Random) -> String {
     }
 }
 
-/// Named expressions, each of the one before, the last of which is in the first flow.
+/// Adds a chain of named expressions, the last of which enters the first flow.
 fn with_lets(text: &str, random: &mut Random) -> String {
     let count = 1 + random.below(200);
     let step = random.of(&["sin(l@)", "l@ + 0.001*x*sin(l@)", "l@*l@", "exp(-l@)/(1 + l@^2)"]);
@@ -246,7 +246,7 @@ fn with_lets(text: &str, random: &mut Random) -> String {
     format!("{without}\n[model.let]\n{}\n", lets.join("\n"))
 }
 
-/// A list or a table with another number of entries.
+/// Changes the number of entries of a list or a table.
 fn with_list(text: &str, random: &mut Random) -> String {
     let places: Vec<usize> = text.match_indices(['[', '{', ',']).map(|(place, _)| place).collect();
     if places.is_empty() {

@@ -1,11 +1,11 @@
-//! Random numbers that a seed decides.
+//! Random numbers determined by a seed.
 
-/// The generator SplitMix64 (Steele, Lea, Flood 2014).
+/// SplitMix64 generator (Steele, Lea, Flood 2014).
 #[derive(Clone, Debug)]
 pub(crate) struct Random(u64);
 
 impl Random {
-    /// The numbers of one case of a campaign.
+    /// Generator for one case of a campaign.
     pub(crate) fn new(seed: u64, case: u64) -> Self {
         let mut random = Self(seed);
         let start = random.next();
@@ -19,17 +19,17 @@ impl Random {
         mixed ^ (mixed >> 31)
     }
 
-    /// A number below a bound, which is not 0.
+    /// Random number below a positive bound.
     pub(crate) fn below(&mut self, bound: usize) -> usize {
         (self.next() % bound as u64) as usize
     }
 
-    /// One of some things, of which there is at least one.
+    /// Random element of a nonempty slice.
     pub(crate) fn of<T: Copy>(&mut self, things: &[T]) -> T {
         things[self.below(things.len())]
     }
 
-    /// Whether a chance of one in so many comes.
+    /// True with a probability of one in `chances`.
     pub(crate) fn one_in(&mut self, chances: usize) -> bool {
         self.below(chances) == 0
     }

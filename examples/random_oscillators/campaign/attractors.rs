@@ -1,4 +1,4 @@
-//! Attractors that diagrams by direct simulation name, against returns of the independent simulator.
+//! Attractors of diagrams by direct simulation, compared with returns of the independent simulator.
 
 use grazemap::analysis::NoProgress;
 use grazemap::analysis::diagram::{DiagramPoint, diagram};
@@ -11,14 +11,14 @@ use super::super::independent::{Mode, Oscillator, Simulator, speeds, tangency_re
 use super::Tally;
 use super::returns::{apart, reduced};
 
-/// Longest period in returns that is asked about.
+/// Longest period compared, in returns.
 const LONGEST: usize = 12;
-/// States of a period agree so well, in units of the orbit's size: diagrams accept orbits that
-/// still settle.
+/// Largest difference of the states of a period, in units of the orbit's size: diagrams accept
+/// orbits that are still settling.
 const SETTLED: f64 = 1e-4;
-/// States that agree so well are one.
+/// Difference up to which two states count as equal.
 const SAME: f64 = 1e-8;
-/// Sizes of the orbit that none is larger than, and forcing periods in which it is looked.
+/// Bound of an orbit, in units of its size, and number of forcing periods over which it is checked.
 const BOUND: f64 = 50.0;
 const WATCHED: usize = 40;
 
@@ -35,7 +35,7 @@ pub(super) fn tables(parameter: &str, offsets: &[f64], states: &[String]) -> Str
     text
 }
 
-/// Diagrams of a scene that has such tables, on its section.
+/// Checks the diagrams of a scene with such tables, on its section.
 pub(super) fn diagrams(
     scene: &Scene,
     orbit: &GrazingOrbit,
@@ -76,7 +76,7 @@ pub(super) fn diagrams(
     Ok(())
 }
 
-/// Point of a diagram.
+/// Point of a diagram, with the independent simulator.
 struct Settled<'a> {
     point: &'a DiagramPoint,
     simulator: Simulator<'a, f64>,
@@ -137,12 +137,12 @@ impl Settled<'_> {
         }
     }
 
-    /// Contacts so slow that a chatter may be counted in other ways.
+    /// Whether contacts are so slow that a chatter may be counted differently.
     fn chatters(&self, returns: &[Returned]) -> bool {
         returns.iter().any(|one| one.slowest < 1e-2)
     }
 
-    /// Returns from a section point; `None` where one of them ends.
+    /// Returns from a section point; `None` if one of them ends early.
     fn returns(&self, state: &[f64], is_tangency: bool, period: f64) -> Option<Vec<Returned>> {
         let mut returns: Vec<Returned> = Vec::new();
         let mut orbit = self.simulator.clone();
@@ -173,7 +173,7 @@ impl Settled<'_> {
         Some(returns)
     }
 
-    /// An orbit that is said to escape does.
+    /// Checks that an orbit that is said to escape does.
     fn is_unbounded(&self, period: f64, end: OrbitEnd) -> Result<(), String> {
         let mut orbit = self.simulator.clone();
         let rest = vec![0.0; orbit.state.len()];
@@ -194,7 +194,7 @@ impl Settled<'_> {
     }
 }
 
-/// One return.
+/// Return to the section.
 struct Returned {
     state: Vec<f64>,
     elapsed: f64,

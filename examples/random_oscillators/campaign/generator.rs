@@ -1,33 +1,33 @@
-//! Oscillators that a seed decides, as the text of scenes.
+//! Random oscillators determined by a seed, as texts of scenes.
 
 use std::f64::consts::TAU;
 
 use super::random::Random;
 
-/// An oscillator with what is asked of it.
+/// Oscillator with its settings.
 #[derive(Clone, Debug)]
 pub(crate) struct Generated {
-    /// The text of its scene.
+    /// Text of the scene.
     pub(crate) scene: String,
-    /// Its parts, in words.
+    /// Parts of the oscillator, in words.
     pub(crate) kind: String,
-    /// Rate of its forcing.
+    /// Rate of the forcing.
     pub(crate) rate: f64,
-    /// Longest time from one look of the independent simulator to the next, in periods.
+    /// Longest time between two samples of the independent simulator, in periods.
     pub(crate) look: f64,
-    /// The phase of its stroboscopic section.
+    /// Phase of the stroboscopic section.
     pub(crate) phase: f64,
 }
 
 /// Extent of a campaign.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Choice {
-    /// Pulses a hundredth of a period wide and narrower.
+    /// Whether pulses may be as narrow as a hundredth of a period, or narrower.
     pub(crate) narrow: bool,
-    /// Parameters of every oscillator, and periods that an orbit is followed for at each.
+    /// Number of parameter values per oscillator, and of periods followed at each.
     pub(crate) places: usize,
     pub(crate) periods: usize,
-    /// Whether diagrams are looked at too.
+    /// Whether diagrams are checked too.
     pub(crate) diagrams: bool,
 }
 
@@ -37,17 +37,17 @@ impl Default for Choice {
     }
 }
 
-/// A free flight: its states, its force but for the forcing, and which of its states meets a stop.
+/// Free flight: its states, its equations without the forcing, and the states that meet a stop.
 struct Flight {
     kind: &'static str,
-    /// Equations of the states, `FORCE` in place of the forcing.
+    /// Equations of the states, with `FORCE` for the forcing.
     equations: Vec<(&'static str, String)>,
     parameters: Vec<(&'static str, f64)>,
     /// Position and velocity that meet the stops.
     meets: (&'static str, &'static str),
 }
 
-/// A stop: how far it is, which side it is on, and what it does.
+/// Stop: distance, side and contact law.
 struct Stop {
     kind: String,
     text: String,
@@ -55,21 +55,21 @@ struct Stop {
 }
 
 impl Random {
-    /// A number in a range, to three digits.
+    /// Random number in a range, with three digits.
     pub(super) fn between(&mut self, from: f64, to: f64) -> f64 {
         let share = self.below(1 << 53) as f64 / (1u64 << 53) as f64;
         let digits = format!("{:.2e}", from + (to - from) * share);
         digits.parse().expect("digits of a number")
     }
 
-    /// The same, as many in every octave.
+    /// Random number in a range, uniform in the logarithm, with three digits.
     pub(super) fn octaves(&mut self, from: f64, to: f64) -> f64 {
         let number = self.between(from.ln(), to.ln()).exp();
         format!("{number:.2e}").parse().expect("digits of a number")
     }
 }
 
-/// One oscillator.
+/// Random oscillator.
 pub(crate) fn oscillator(random: &mut Random, choice: Choice) -> Generated {
     let rate = random.octaves(0.35, 3.5);
     let flight = flight(random);
@@ -111,7 +111,7 @@ pub(crate) fn oscillator(random: &mut Random, choice: Choice) -> Generated {
     Generated { scene, kind, rate, look: width, phase }
 }
 
-/// A number as a scene has it.
+/// Number as written in a scene.
 fn shown(value: f64) -> String {
     let text = format!("{value}");
     if text.contains(['.', 'e']) { text } else { format!("{text}.0") }
@@ -162,7 +162,7 @@ fn flight(random: &mut Random) -> Flight {
     }
 }
 
-/// The forcing in words and as a formula, its parameters, and how wide its narrowest feature is.
+/// Forcing in words and as a formula, its parameters, and the width of its narrowest feature.
 fn forcing(random: &mut Random, choice: Choice) -> ((String, String), Vec<(String, f64)>, f64) {
     let mut parameters = vec![("A".to_owned(), random.between(0.3, 2.0))];
     let mut formula = "A*cos(theta)".to_owned();
@@ -181,7 +181,7 @@ fn forcing(random: &mut Random, choice: Choice) -> ((String, String), Vec<(Strin
     }
     if random.one_in(4) {
         kind += ", a pulse";
-        // The pulse is about 1/sqrt(K) of the phase wide.
+        // NOTE: the pulse covers about 1/sqrt(K) of the phase.
         let sharp =
             if choice.narrow { random.octaves(2e2, 1e5) } else { random.octaves(1.0, 30.0) };
         look = (0.3 / sharp.sqrt() / TAU).min(look);
@@ -192,7 +192,7 @@ fn forcing(random: &mut Random, choice: Choice) -> ((String, String), Vec<(Strin
     ((kind, formula), parameters, look)
 }
 
-/// A stop on one side; its parameters have the side's letter.
+/// Random stop on one side; its parameters have the side's letter.
 fn stop(random: &mut Random, flight: &Flight, name: &str, is_left: bool) -> Stop {
     let letter = &name[..1];
     let (x, v) = flight.meets;
@@ -202,7 +202,7 @@ fn stop(random: &mut Random, flight: &Flight, name: &str, is_left: bool) -> Stop
         parameters.push((name.clone(), value));
         name
     };
-    // The position along the way to the stop, and the speed towards it.
+    // Position along the way to the stop, and speed towards it.
     let (s, t) =
         if is_left { (format!("(-{x})"), format!("(-{v})")) } else { (x.into(), v.into()) };
     let place = if is_left {
@@ -244,7 +244,7 @@ fn stop(random: &mut Random, flight: &Flight, name: &str, is_left: bool) -> Stop
                 r
             }
         };
-        // After the impact the speed towards the stop is `speed − ratio·closing`.
+        // NOTE: after the impact the speed towards the stop is `speed − ratio·closing`.
         let after = format!("{speed} - {ratio}*{closing}");
         let after = if is_left { format!("-({after})") } else { after };
         format!("impact = {{ {v} = \"{after}\" }}\n")

@@ -1,7 +1,7 @@
-//! Random oscillators by the program and by a simulator that knows nothing of it.
+//! Random oscillators simulated by the program and by an independent simulator.
 //!
-//! One idea: the independent simulator goes on without a stop and knows what holds its state; the
-//! program is given section points on that orbit, and has to answer each with the next one.
+//! The independent simulator runs without a section. The program is given section points on that
+//! orbit, and has to answer each with the next one.
 
 mod attractors;
 mod generator;
@@ -19,37 +19,37 @@ use random::Random;
 use super::independent::{Oscillator, Simulator};
 use returns::Orbit;
 
-/// Largest difference, in units of the orbit's size, that is not asked about.
+/// Difference up to which results agree, in units of the orbit's size.
 pub(crate) const TOLERANCE: f64 = 1e-9;
-/// Counts of what was compared, and differences.
+/// Counts of comparisons and of differences.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Tally {
     pub(crate) oscillators: usize,
-    /// Grazing orbits that were found, and those that pass another stop.
+    /// Numbers of grazing orbits found, and of those that pass through another stop.
     pub(crate) grazes: usize,
     pub(crate) through: usize,
-    /// Returns that were compared, those of them to a tangency section, those with a contact.
+    /// Numbers of returns compared, of those to a tangency section, and of those with a contact.
     pub(crate) returns: usize,
     pub(crate) tangencies: usize,
     pub(crate) contacts: usize,
-    /// Returns of which the program says that the section does not tell, and those that both say
-    /// there are not.
+    /// Numbers of returns that the program reports as ambiguous, and of those that both simulations
+    /// do not have.
     pub(crate) ambiguous: usize,
     pub(crate) ended: usize,
-    /// Returns that the independent simulator gives up.
+    /// Number of returns that the independent simulator gives up.
     pub(crate) unjudged: usize,
-    /// Values of diagrams that were looked at, those at which a period was confirmed, those at which
-    /// the section has no image; scenes that have no map, and so no diagram.
+    /// Numbers of values of diagrams checked, of periods confirmed, and of values without an image;
+    /// number of scenes without a map, and thus without a diagram.
     pub(crate) attractors: usize,
     pub(crate) periodic: usize,
     pub(crate) no_image: usize,
     pub(crate) no_map: usize,
-    /// Differences in a chatter, and those that are growth of rounding.
+    /// Numbers of differences in a chatter, and of those that are grown rounding.
     pub(crate) chatters: usize,
     pub(crate) grown: usize,
-    /// The largest difference that needs no such excuse.
+    /// Largest difference not explained in this way.
     pub(crate) largest: f64,
-    /// The others, in words.
+    /// Other differences, as text.
     pub(crate) wrong: Vec<String>,
 }
 
@@ -76,7 +76,7 @@ impl Tally {
     }
 }
 
-/// The text of the scene of a case.
+/// Text of a case's scene.
 pub(crate) fn scene(seed: u64, case: u64, choice: Choice) -> String {
     generator::oscillator(&mut Random::new(seed, case), choice).scene
 }
@@ -86,7 +86,7 @@ pub(crate) fn kind(seed: u64, case: u64, choice: Choice) -> String {
     generator::oscillator(&mut Random::new(seed, case), choice).kind
 }
 
-/// One oscillator by both.
+/// Compares one oscillator by both simulators.
 pub(crate) fn compared(seed: u64, case: u64, choice: Choice) -> Tally {
     let mut random = Random::new(seed, case);
     let generated = generator::oscillator(&mut random, choice);
@@ -157,7 +157,7 @@ fn compare(
     Ok(())
 }
 
-/// A grazing orbit closes, touches its stop there and passes none.
+/// Checks that a grazing orbit closes, touches its stop and passes through none.
 fn touches(
     orbit: &GrazingOrbit,
     oscillator: &Oscillator,
@@ -195,7 +195,7 @@ fn touches(
     for (place, (&end, &start)) in free.state.iter().zip(&start).enumerate() {
         let turns = if place == last { std::f64::consts::TAU } else { 0.0 };
         let apart = (end - start - turns).abs();
-        // NOTE: an orbit that repels spreads its rounding by its multipliers.
+        // NOTE: an unstable orbit amplifies its rounding by its multipliers.
         let spread =
             orbit.multipliers.iter().fold(1.0f64, |most, [re, im]| most.max(re.hypot(*im)));
         if apart > TOLERANCE * size * spread {
@@ -204,7 +204,7 @@ fn touches(
     }
     let said = orbit.clearance.unwrap_or(f64::INFINITY);
     tally.through += usize::from(least < -1e-6);
-    // The looks miss a minimum by the square of half a look.
+    // NOTE: sampling misses a minimum by the square of half an interval.
     let blur = 10.0 * turns.abs().max(1.0) * step * step;
     if (least < -blur) != (said < -blur) && (least - said).abs() > blur {
         return Err(format!("the grazing orbit passes a stop by {least:e}, {said:e} are said"));

@@ -1,4 +1,4 @@
-//! Returns from points of an orbit to the sections of a scene, by both.
+//! Returns from points of an orbit to the sections of a scene, by both simulators.
 
 use grazemap::hybrid::{DirectReturn, HybridSystem, Return, ReturnOutcome, ReturnSection};
 
@@ -8,38 +8,38 @@ use super::super::independent::{
 use super::random::Random;
 use super::{TOLERANCE, Tally};
 
-/// Most periods that an orbit may settle for.
+/// Largest number of periods in which an orbit may settle.
 const SETTLE: usize = 12;
-/// Returns one after another to the phase of a graze.
+/// Number of consecutive returns to the phase of a graze.
 const CHAIN: usize = 3;
-/// Perturbation that rounding is grown from, in units of the orbit's size.
+/// Perturbation used to measure the growth of rounding, in units of the orbit's size.
 const NUDGE: f64 = 1e-12;
-/// Contacts that are slower may be others, or none, by rounding, or belong to a chatter, the end of
-/// which the program sums. The state tells of them too.
+/// Speed below which a contact may differ or vanish by rounding, or belong to a chatter whose end
+/// the program sums. The state reveals these too.
 const SLOW: f64 = 5e-3;
 
-/// An oscillator at fixed parameters.
+/// Oscillator at fixed parameters.
 #[derive(Clone, Debug)]
 pub(super) struct Orbit<'a> {
     pub(super) system: &'a HybridSystem,
     pub(super) simulator: Simulator<'a, f64>,
-    /// Periods that it is followed for.
+    /// Number of periods followed.
     pub(super) periods: usize,
     /// Size of the orbit's states.
     pub(super) size: f64,
 }
 
-/// An image as both tell it.
+/// Image by one of the simulators.
 struct Image {
     state: Vec<f64>,
     speeds: Vec<f64>,
-    /// Speed of the contact behind which a section point lies.
+    /// Speed of the contact behind which the section point lies.
     ahead: Option<f64>,
 }
 
 impl Image {
-    /// Whether impacts are so slow, one after another, that some of them belong to a chatter: the
-    /// program sums its end, in which it has no section points.
+    /// Whether consecutive impacts are so slow that some belong to a chatter. The program sums the
+    /// end of a chatter, and has no section points in it.
     fn chatters(&self) -> bool {
         let slow = |speed: &&f64| **speed < SLOW;
         self.speeds.iter().chain(&self.ahead).filter(slow).count() > 1
@@ -47,14 +47,14 @@ impl Image {
 }
 
 impl Orbit<'_> {
-    /// Follows an orbit from somewhere, and compares all returns from its points.
+    /// Follows an orbit from a random state, and compares all returns from its points.
     pub(super) fn followed(mut self, random: &mut Random, phase: f64, tally: &mut Tally) {
         let dimension = self.simulator.state.len();
         let mut start: Vec<f64> = (1..dimension).map(|_| random.between(-1.0, 1.0)).collect();
         start.push(phase);
         self.simulator.place(&start);
         let stops = self.simulator.oscillator.stops.len();
-        // Away from stops that the place is beyond.
+        // Moves the state away from stops that it is beyond.
         for _ in 0..60 {
             if (0..stops).all(|stop| self.simulator.gap(stop).0 > 0.0) {
                 break;
@@ -85,7 +85,7 @@ impl Orbit<'_> {
         }
     }
 
-    /// Returns to the orbit's phase, at which everything is simulated.
+    /// Compares returns to the orbit's phase, with full simulation.
     fn phases(&self, period: f64, tally: &mut Tally) {
         let mut orbit = self.simulator.clone();
         for _ in 0..self.periods {
@@ -121,7 +121,7 @@ impl Orbit<'_> {
         }
     }
 
-    /// Returns from the orbit's approaches to a stop.
+    /// Compares returns from the orbit's approaches to a stop.
     fn tangencies(&self, stop: usize, period: f64, tally: &mut Tally) {
         let mut orbit = self.simulator.clone();
         let until = self.periods as f64 * period;
@@ -160,8 +160,8 @@ impl Orbit<'_> {
         }
     }
 
-    /// Returns to the phase of a graze: a section point behind a contact is one of the flight with
-    /// the stop away.
+    /// Compares returns to the phase of a graze. A section point behind a contact belongs to the
+    /// flight without the stop.
     fn grazing_phases(&self, stop: usize, period: f64, tally: &mut Tally) {
         let mut orbit = self.simulator.clone();
         for _ in 0..self.periods / CHAIN {
@@ -182,7 +182,7 @@ impl Orbit<'_> {
         }
     }
 
-    /// Several returns to the phase of a graze, from a state that is clear of contacts.
+    /// Compares several returns to the phase of a graze, from a state away from contacts.
     fn chain(&self, stop: usize, period: f64, orbit: &Simulator<'_, f64>, tally: &mut Tally) {
         let section = ReturnSection::GrazingPhase { surface: stop };
         let (mut start, mut before) = (orbit.state.clone(), 0);
@@ -200,7 +200,7 @@ impl Orbit<'_> {
             truth.speeds.drain(..before.min(made));
             let next = truth.state.clone();
             let again = |state: &[f64]| {
-                // The same nudge at the start of the chain.
+                // The start of the chain is perturbed in the same way.
                 let mut nudged = orbit.clone();
                 for ((nudged, &moved), &start) in nudged.state.iter_mut().zip(state).zip(&start) {
                     *nudged += moved - start;
@@ -215,8 +215,8 @@ impl Orbit<'_> {
         }
     }
 
-    /// Points that a state at a time may be for a section at the phase of a graze: as it is, or
-    /// flown from a contact on with the stop away; with the contacts before.
+    /// Possible section points of a state at the phase of a graze, with the number of contacts
+    /// before each: the state itself, or its flight from a contact on without the stop.
     fn at_phase(
         &self,
         stop: usize,
@@ -243,15 +243,15 @@ impl Orbit<'_> {
         Ok(truths)
     }
 
-    /// The program's image of a section point.
+    /// Image of a section point by the program.
     fn image(&self, section: ReturnSection, start: &[f64]) -> Result<Return<f64>, String> {
         let map = DirectReturn::over_periods(self.system, &self.simulator.parameters, section, 1);
         let image = map.and_then(|mut map| map.image(start));
         image.map_err(|error| format!("{section:?}: {error}"))
     }
 
-    /// Compares the program's image of a section point with the truth; whether there is one, and
-    /// they are the same.
+    /// Compares the program's image of a section point with the reference. Returns whether both
+    /// exist and agree.
     fn judge(
         &self,
         (section, start): (ReturnSection, &[f64]),
@@ -311,7 +311,8 @@ impl Orbit<'_> {
         false
     }
 
-    /// Largest distance to images of neighbours, in units of the orbit's size; `None` where one has none.
+    /// Largest distance to the images of neighbours, in units of the orbit's size; `None` if one
+    /// has none.
     fn growth(
         &self,
         start: &[f64],
@@ -338,7 +339,7 @@ pub(super) fn apart(a: &[f64], b: &[f64]) -> f64 {
     })
 }
 
-/// A state with its phase within half a period of that of another.
+/// State whose phase is shifted to within half a period of another state's.
 pub(super) fn reduced(state: &[f64], about: &[f64]) -> Vec<f64> {
     let mut state = state.to_vec();
     if let (Some(phase), Some(about)) = (state.last_mut(), about.last()) {
@@ -348,7 +349,7 @@ pub(super) fn reduced(state: &[f64], about: &[f64]) -> Vec<f64> {
     state
 }
 
-/// Whether speeds of contacts differ, but for slow ones.
+/// Whether speeds of contacts differ, slow ones ignored.
 fn differ(found: &[f64], truth: &[f64]) -> bool {
     let fast = |speeds: &[f64]| -> Vec<f64> {
         speeds.iter().copied().filter(|&speed| speed > SLOW).collect()

@@ -1,18 +1,18 @@
-//! A hash of all bits, the same on every machine.
+//! Hash of all bits, the same on every machine.
 
 use grazemap::numeric::{Dd, Real};
 
-/// FNV-1a with 64 bits.
+/// 64-bit FNV-1a hash.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Hash(u64);
 
 impl Hash {
-    /// The hash of nothing.
+    /// Hash of empty input.
     pub(crate) fn new() -> Self {
         Self(0xcbf2_9ce4_8422_2325)
     }
 
-    /// The hash of a text.
+    /// Hash of a text.
     pub(crate) fn of(text: &str) -> Self {
         let mut hash = Self::new();
         hash.text(text);
@@ -25,18 +25,18 @@ impl Hash {
         }
     }
 
-    /// Takes in a text, with its length.
+    /// Adds a text, with its length.
     pub(crate) fn text(&mut self, text: &str) {
         self.count(text.len());
         self.bytes(text.as_bytes());
     }
 
-    /// Takes in a count.
+    /// Adds a count.
     pub(crate) fn count(&mut self, count: usize) {
         self.bytes(&(count as u64).to_le_bytes());
     }
 
-    /// Takes in all bits of a number, the sign of zero among them; every NaN counts alike.
+    /// Adds all bits of a number, including the sign of zero; all NaNs are equal.
     pub(crate) fn number<S: Real>(&mut self, value: S) {
         let Dd { hi, lo } = value.to_dd();
         for part in [hi, lo] {
@@ -45,29 +45,29 @@ impl Hash {
         }
     }
 
-    /// Takes in numbers, with how many there are.
+    /// Adds numbers, with their count.
     pub(crate) fn numbers<S: Real>(&mut self, values: &[S]) {
         self.count(values.len());
         values.iter().for_each(|&value| self.number(value));
     }
 
-    /// The hash as a number.
+    /// Value of the hash.
     pub(crate) fn value(self) -> u64 {
         self.0
     }
 }
 
-/// Numbers in `[-1, 1)` that are the same in every run (xorshift).
+/// Reproducible random numbers in `[-1, 1)` (xorshift).
 #[derive(Clone, Debug)]
 pub(crate) struct Scatter(u64);
 
 impl Scatter {
-    /// Numbers that belong to a name.
+    /// Generator for a name.
     pub(crate) fn of(name: &str) -> Self {
         Self(Hash::of(name).value() | 1)
     }
 
-    /// The next number.
+    /// Next number.
     pub(crate) fn next(&mut self) -> f64 {
         self.0 ^= self.0 << 13;
         self.0 ^= self.0 >> 7;

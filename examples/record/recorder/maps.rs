@@ -1,4 +1,4 @@
-//! Grazing orbits, expansions, images by map, diagrams, charts, emitted text.
+//! Records of grazing orbits, expansions, images by map, diagrams, charts and emitted text.
 
 use grazemap::analysis::chart::{Chart, chart};
 use grazemap::analysis::diagram::{Diagram, diagram};
@@ -20,19 +20,19 @@ use super::Page;
 use super::hash::Hash;
 use super::subject::{On, SECTIONS, Subject, Subjects};
 
-/// Orders of maps whose images are computed and whose text is emitted.
+/// Orders of maps whose images are computed and whose source code is emitted.
 const ORDERS: MapOrders = MapOrders { smooth_order: 3, contact_weight: 4 };
-/// Orders of maps in few variables, whose coefficients are recorded too.
+/// Orders of maps in few variables, whose coefficients are recorded as well.
 const HIGH_ORDERS: MapOrders = MapOrders { smooth_order: 6, contact_weight: 9 };
-/// Variables up to which a map has few.
+/// Largest number of variables that counts as few.
 const FEW: usize = 5;
-/// Points mapped in double precision; in double-double.
+/// Number of points mapped in double precision, and in double-double.
 const POINTS: usize = 600;
 const DOUBLE_DOUBLE_POINTS: usize = 60;
-/// Orbits in lanes.
+/// Number of orbits in lanes.
 const LANES: usize = 16;
 
-/// The orbit and its linear part.
+/// Records the orbit and its linear part.
 pub(super) fn orbits(subjects: &Subjects, page: &mut Page) {
     for section in [On::Own].into_iter().chain(SECTIONS) {
         let Some(Subject { orbit, .. }) = subjects.on(section) else {
@@ -108,7 +108,7 @@ fn of_composed(map: &ComposedMap) -> Hash {
     hash
 }
 
-/// Coefficients of the legs, of the contacts and of their composition.
+/// Records the coefficients of the legs, of the contacts and of their composition.
 pub(super) fn jets(subjects: &Subjects, page: &mut Page) {
     for section in SECTIONS {
         let Some(subject) = subjects.on(section) else {
@@ -160,7 +160,7 @@ pub(super) fn jets(subjects: &Subjects, page: &mut Page) {
     }
 }
 
-/// Maps of a scene on a section: by name, in every shape that it has.
+/// Maps of a scene on a section, by name, in every available shape.
 fn maps(subject: &Subject) -> Vec<(&'static str, LocalMap, Option<ComposedMap>)> {
     let Ok(expander) = Expander::new(&subject.scene, &subject.orbit) else {
         return Vec::new();
@@ -176,7 +176,7 @@ fn maps(subject: &Subject) -> Vec<(&'static str, LocalMap, Option<ComposedMap>)>
     maps
 }
 
-/// Images by map, interpreted in every way.
+/// Records images by map, by every interpreter.
 pub(super) fn images(subjects: &Subjects, page: &mut Page) {
     for section in SECTIONS {
         let Some(subject) = subjects.on(section) else {
@@ -207,7 +207,7 @@ fn add_info(hash: &mut Hash, info: &StepInfo) {
     hash.count(usize::from(info.valid));
 }
 
-/// Adds a step, one with its Jacobian, and one with a tangent.
+/// Adds a step, a step with Jacobian, and a step with tangent vector.
 fn add_steps(hash: &mut Hash, map: &dyn DiscreteMap, state: &[f64], parameters: &[f64]) {
     let dimension = state.len();
     let (mut image, mut carried) = (vec![0.0; dimension], vec![0.0; dimension]);
@@ -233,7 +233,7 @@ fn steps(subject: &Subject, map: &dyn DiscreteMap) -> Hash {
     hash
 }
 
-/// Steps of the map at fixed parameters, and depths there.
+/// Hash of steps of the map at fixed parameters, and of depths.
 fn frozen_steps(subject: &Subject, map: &HornerMap) -> Hash {
     let mut hash = Hash::new();
     for [state, parameters] in subject.offsets::<f64>(&subject.scene.identifier, POINTS / 4) {
@@ -251,7 +251,7 @@ fn add_orbit(hash: &mut Hash, orbit: &MapOrbit) {
     hash.text(&format!("{:?} {:?}", orbit.end, orbit.period));
 }
 
-/// Orbits and Lyapunov exponents in lanes, other parameters in each.
+/// Hash of orbits and Lyapunov exponents in lanes, with different parameters in each.
 fn orbits_in_lanes(subject: &Subject, horner: &HornerMap, map: &LocalMap) -> Hash {
     let mut hash = Hash::new();
     let offsets = subject.offsets::<f64>(&subject.scene.identifier, 10 * LANES);
@@ -269,7 +269,7 @@ fn orbits_in_lanes(subject: &Subject, horner: &HornerMap, map: &LocalMap) -> Has
     hash
 }
 
-/// Images of the whole map and of its parts in double-double.
+/// Hash of images of the whole map and of its parts in double-double.
 fn evaluations(subject: &Subject, map: &LocalMap) -> Hash {
     let mut hash = Hash::new();
     let ways = [
@@ -288,7 +288,7 @@ fn evaluations(subject: &Subject, map: &LocalMap) -> Hash {
     hash
 }
 
-/// A diagram by map and one by direct simulation, and a chart.
+/// Records a diagram by map, a diagram by direct simulation, and a chart.
 pub(super) fn sweeps(subjects: &Subjects, page: &mut Page) {
     for section in [On::Own, On::OtherPhase] {
         let Some(subject) = subjects.on(section) else {
@@ -316,7 +316,7 @@ pub(super) fn sweeps(subjects: &Subjects, page: &mut Page) {
     }
 }
 
-/// The first diagram of the scene, shorter, or one of its first parameter.
+/// First diagram of the scene with fewer points, or a diagram in its first parameter.
 fn diagram_request(
     subject: &Subject,
     method: Method,
@@ -365,7 +365,7 @@ fn add_name(hash: &mut Hash, name: Option<&grazemap::iteration::OrbitName>) {
     }
 }
 
-/// A chart of the first two parameters over the window.
+/// Chart of the first two parameters over the window.
 fn chart_request(subject: &Subject) -> Option<ChartRequest> {
     let (active, [_, widths]) = (&subject.scene.expansion.active, subject.widths());
     let ([first, second, ..], [wide, high, ..]) = (&active[..], &widths[..]) else {
@@ -397,7 +397,7 @@ fn of_chart(chart: &Chart) -> Hash {
     hash
 }
 
-/// Every file of every emission.
+/// Records all files of every emission.
 pub(super) fn emitted(subjects: &Subjects, page: &mut Page) {
     let Some(subject) = subjects.on(On::Own) else {
         return page.refuse("own", "no-section");

@@ -1,4 +1,4 @@
-//! What a change of the code must not change, as hashes of all bits.
+//! Results that a change of the code must not change, as hashes of all bits.
 
 mod hash;
 mod maps;
@@ -13,13 +13,13 @@ use std::path::PathBuf;
 use hash::Hash;
 use subject::Subjects;
 
-/// Hashes by what they are of: `group scene variant`.
+/// Hashes by name: `group scene variant`.
 pub(crate) type Lines = BTreeMap<String, String>;
 
-/// What is recorded of a scene.
+/// Function that records a group for a scene.
 type Recorded = fn(&Subjects, &mut Page);
 
-/// What is recorded, each in a file of its own.
+/// Groups, each recorded in a file of its own.
 const GROUPS: [(&str, Recorded); 8] = [
     ("orbits", maps::orbits),
     ("returns", simulation::returns),
@@ -36,7 +36,7 @@ pub(crate) fn groups() -> impl Iterator<Item = &'static str> {
     GROUPS.iter().map(|&(name, _)| name)
 }
 
-/// Where the lines of a group and a scene are collected.
+/// Collector of the lines of a group and a scene.
 #[derive(Debug)]
 struct Page {
     group: &'static str,
@@ -49,7 +49,7 @@ impl Page {
         self.line(variant, format!("{:016x}", hash.value()));
     }
 
-    /// Puts a hash, or that there is nothing to be hashed.
+    /// Adds a hash, or a note that there is no result.
     fn put_or(&mut self, variant: &str, hash: Option<Hash>) {
         match hash {
             Some(hash) => self.put(variant, hash),
@@ -57,7 +57,7 @@ impl Page {
         }
     }
 
-    /// Puts a word in place of a hash.
+    /// Adds a word instead of a hash.
     fn refuse(&mut self, variant: &str, reason: &str) {
         self.line(variant, reason.to_owned());
     }
@@ -68,7 +68,7 @@ impl Page {
     }
 }
 
-/// What the code computes now of some groups of a scene.
+/// Lines of some groups of a scene, computed by the present code.
 pub(crate) fn computed(scene: &'static str, groups: &[&str]) -> Lines {
     let subjects = Subjects::new(scene);
     let mut lines = Lines::new();
@@ -80,27 +80,27 @@ pub(crate) fn computed(scene: &'static str, groups: &[&str]) -> Lines {
     lines
 }
 
-/// The file of a group.
+/// Path of the file of a group.
 pub(crate) fn file(group: &str) -> PathBuf {
     let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/data/record");
     folder.join(format!("{group}.txt"))
 }
 
-/// What is recorded of a group.
+/// Recorded lines of a group.
 pub(crate) fn recorded(group: &str) -> io::Result<Lines> {
     let text = fs::read_to_string(file(group))?;
     let lines = text.lines().filter_map(|line| line.rsplit_once(' '));
     Ok(lines.map(|(key, hash)| (key.into(), hash.into())).collect())
 }
 
-/// Whether a line is of some groups and scenes.
+/// Whether a line belongs to some of these groups and scenes.
 pub(crate) fn is_of(line: &str, groups: &[&str], scenes: &[&str]) -> bool {
     let mut words = line.split(' ');
     let mut among = |names: &[&str]| words.next().is_some_and(|word| names.contains(&word));
     among(groups) && among(scenes)
 }
 
-/// How computed lines differ from recorded ones, one line each.
+/// Differences between computed and recorded lines, one line each.
 pub(crate) fn differences(recorded: &Lines, computed: &Lines) -> Vec<String> {
     let missing = |key: &&String| !recorded.contains_key(*key);
     let keys = recorded.keys().chain(computed.keys().filter(missing));

@@ -1,4 +1,4 @@
-//! Direct simulation: returns and forcing periods, of one orbit and in lanes.
+//! Records of direct simulation: returns and forcing periods, of one orbit and in lanes.
 
 use grazemap::hybrid::{
     DirectReturn, Event, FlowMethod, HybridSystem, LaneReturns, NominalPassage, Outcome, Return,
@@ -11,16 +11,16 @@ use super::Page;
 use super::hash::{Hash, Scatter};
 use super::subject::{On, SECTIONS, Subject, Subjects};
 
-/// Orbits side by side.
+/// Number of orbits in lanes.
 const LANES: usize = 8;
-/// States of a section; of those flown by Taylor's method in double-double.
+/// Numbers of states per section, and of those flown by Taylor's method in double-double.
 const STATES: usize = 1000;
 const DOUBLE_DOUBLE_TAYLOR_STATES: usize = 300;
-/// Forcing periods of each of [`LANES`] orbits; in double-double.
+/// Numbers of forcing periods of each of [`LANES`] orbits, and of those in double-double.
 const PERIODS: usize = 200;
 const DOUBLE_DOUBLE_PERIODS: usize = 20;
 
-/// The ways to fly a model: by the exact flow where it is affine, by Taylor's method.
+/// Flow methods of a model: the exact flow if it is affine, and Taylor's method.
 fn ways(model: &Model) -> Vec<(&'static str, HybridSystem)> {
     let taylor = ("taylor", HybridSystem::without_exact_flow(model));
     let system = HybridSystem::new(model);
@@ -30,10 +30,10 @@ fn ways(model: &Model) -> Vec<(&'static str, HybridSystem)> {
     }
 }
 
-/// A return map, and where it starts.
+/// Return map and starting point.
 type Started<'a, S> = Option<(DirectReturn<'a, S>, Vec<S>)>;
 
-/// Returns to all sections in double precision and in double-double.
+/// Records returns to all sections in double precision and in double-double.
 pub(super) fn returns(subjects: &Subjects, page: &mut Page) {
     for section in SECTIONS {
         let Some(subject) = subjects.on(section) else {
@@ -64,7 +64,7 @@ pub(super) fn returns(subjects: &Subjects, page: &mut Page) {
     }
 }
 
-/// Returns one after another.
+/// Hash of consecutive returns.
 fn flown<S: Real>(started: Vec<Started<'_, S>>) -> Hash {
     let mut hash = Hash::new();
     for one in started {
@@ -87,8 +87,8 @@ fn about_the_graze<'a, S: Real>(
     offsets.map(|[offsets, own]| return_map(subject, system, [offsets, own])).collect()
 }
 
-/// The linear oscillator with a stop that takes most of the speed, where orbits chatter, stick and
-/// come free; none for other scenes.
+/// Linear oscillators with a stop that absorbs most of the speed, so that orbits chatter, stick and
+/// detach; empty for other scenes.
 fn sticking(name: &str) -> Vec<(&'static str, Model)> {
     let all: [(_, &[(&str, &str)]); 2] = [
         ("slow", &[("r", "0.2"), ("omega", "0.6"), ("alpha", "0.9")]),
@@ -98,7 +98,7 @@ fn sticking(name: &str) -> Vec<(&'static str, Model)> {
     all.filter_map(|(way, overrides)| Some((way, Subject::model(name, overrides)?))).collect()
 }
 
-/// Returns from states about the stop of the linear oscillator, to all sections in turn.
+/// Returns from states near the stop of the linear oscillator, to all sections in turn.
 fn about_the_stop<'a, S: Real>(
     model: &Model,
     system: &'a HybridSystem,
@@ -121,14 +121,14 @@ fn about_the_stop<'a, S: Real>(
         let passages = [0.0, 4.0].map(|time| NominalPassage { surface, time });
         let map = map.with_passages(&passages).ok()?;
         let [off, rate, phase] = [0.3, 0.1, 3.0].map(|size| size * scatter.next());
-        // Every eighth one is on the surface.
+        // NOTE: every eighth state is on the surface.
         let off = if number.is_multiple_of(LANES) { 0.0 } else { off };
         Some((map, [stop + off, rate, phase].map(S::from_f64).to_vec()))
     };
     (0..states).map(&mut start).collect()
 }
 
-/// The return map at offsets, and where they are.
+/// Return map at offsets, with their state.
 fn return_map<'a, S: Real>(
     subject: &Subject,
     system: &'a HybridSystem,
@@ -183,8 +183,8 @@ fn add_event<S: Real>(hash: &mut Hash, event: &Event<S>) {
     hash.text(&format!("{:?}", event.kind));
 }
 
-/// Returns in lanes, other parameters in every lane; one by one on machines without wide registers,
-/// with the same bits.
+/// Records returns in lanes, with different parameters in each lane; on machines without wide
+/// registers one by one, with the same bits.
 pub(super) fn lanes(subjects: &Subjects, page: &mut Page) {
     for section in SECTIONS {
         let Some(subject) = subjects.on(section).filter(|one| one.is_for_lanes()) else {
@@ -241,7 +241,7 @@ fn flown_in_lanes(started: &[Started<'_, f64>]) -> Hash {
     hash
 }
 
-/// Forcing periods with all events.
+/// Records forcing periods with all events.
 pub(super) fn periods(subjects: &Subjects, page: &mut Page) {
     let Some(subject) = subjects.on(On::Tangency) else {
         return page.refuse("tangency", "no-section");
@@ -266,7 +266,7 @@ pub(super) fn periods(subjects: &Subjects, page: &mut Page) {
     }
 }
 
-/// Orbits from before the stop, each at a larger force than the one before.
+/// Orbits that start before the stop, with increasing force.
 fn sticking_orbits<'a, S: Real>(model: &Model, system: &'a HybridSystem) -> Vec<Simulator<'a, S>> {
     let values = model.parameter_values().into_iter().map(S::from_dd);
     let mut parameters: Vec<S> = values.collect();
@@ -289,11 +289,11 @@ fn sticking_orbits<'a, S: Real>(model: &Model, system: &'a HybridSystem) -> Vec<
     orbits
 }
 
-/// Orbits about the graze, the first parameter of each a little larger than that of the one before.
+/// Orbits near the graze, with increasing first parameter.
 fn orbits<'a, S: Real>(subject: &Subject, system: &'a HybridSystem) -> Vec<Simulator<'a, S>> {
     let offsets = subject.offsets::<S>(&subject.scene.identifier, 16 * LANES);
     let mut orbits = Vec::new();
-    // Every scale of offsets in turn, from the middle ones on.
+    // Every scale of offsets is used in turn, from the middle ones on.
     for (number, [offsets, own]) in offsets.iter().skip(8).step_by(17).take(LANES).enumerate() {
         let mut frame = subject.frame::<S>();
         if frame.place(offsets, own).is_err() {
@@ -313,7 +313,7 @@ fn orbits<'a, S: Real>(subject: &Subject, system: &'a HybridSystem) -> Vec<Simul
     orbits
 }
 
-/// Periods of each orbit by itself, in the order in which lanes would hand them out.
+/// Periods of each orbit alone, in the order in which lanes would return them.
 fn alone<S: Real>(mut orbits: Vec<Simulator<'_, S>>, periods: usize) -> Hash {
     let mut hash = Hash::new();
     for _ in 0..periods {

@@ -1,4 +1,4 @@
-//! Scenes of the catalogue on their sections.
+//! Scenes of the catalogue on different sections.
 
 use std::cell::OnceCell;
 
@@ -9,27 +9,27 @@ use grazemap::orbit::{GrazingOrbit, locate};
 
 use super::hash::Scatter;
 
-/// Sizes of offsets over the half-widths of the window.
+/// Sizes of offsets, in half-widths of the window.
 const SCALES: [f64; 16] = [
     1e-12, 1e-11, 1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 1.0, 10.0, 100.0, 1e3,
 ];
 
-/// Which section a scene is put on.
+/// Section of a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum On {
-    /// The one that the scene names.
+    /// Section that the scene names.
     Own,
     Tangency,
-    /// The forcing phase of the graze.
+    /// Forcing phase of the graze.
     GrazingPhase,
     OtherPhase,
 }
 
-/// The sections that are named here, not by the scene.
+/// Sections that are selected here, not by the scene.
 pub(crate) const SECTIONS: [On; 3] = [On::Tangency, On::GrazingPhase, On::OtherPhase];
 
 impl On {
-    /// Its name in the record.
+    /// Name in the record.
     pub(crate) fn name(self) -> &'static str {
         match self {
             On::Own => "own",
@@ -49,14 +49,14 @@ impl On {
     }
 }
 
-/// A scene on a section, and its grazing orbit.
+/// Scene on a section, with its grazing orbit.
 #[derive(Debug)]
 pub(crate) struct Subject {
     pub(crate) scene: Scene,
     pub(crate) orbit: GrazingOrbit,
 }
 
-/// A scene of the catalogue on all sections, each located when it is first asked for.
+/// Scene of the catalogue on all sections, each located on first use.
 #[derive(Debug)]
 pub(crate) struct Subjects {
     pub(crate) name: &'static str,
@@ -64,12 +64,12 @@ pub(crate) struct Subjects {
 }
 
 impl Subjects {
-    /// The scene of a name.
+    /// Scene with a name.
     pub(crate) fn new(name: &'static str) -> Self {
         Self { name, located: Default::default() }
     }
 
-    /// The scene on a section; `None` where it has no such section or does not graze.
+    /// Scene on a section; `None` if it has no such section or does not graze.
     pub(crate) fn on(&self, section: On) -> Option<&Subject> {
         let locate = || Subject::new(self.name, section.overrides());
         self.located[section as usize].get_or_init(locate).as_ref()
@@ -83,12 +83,12 @@ impl Subject {
         Some(Self { scene, orbit })
     }
 
-    /// The model of a scene with other values.
+    /// Model of a scene with overrides.
     pub(crate) fn model(name: &str, overrides: &[(&str, &str)]) -> Option<Model> {
         scene(name, overrides).map(|scene| scene.model)
     }
 
-    /// Whether the system has one surface, and that rigid: what lanes are for.
+    /// Whether the system has exactly one surface, which is rigid: lanes need that.
     pub(crate) fn is_for_lanes(&self) -> bool {
         let surfaces = &self.scene.model.surfaces[..];
         matches!(surfaces, [surface] if matches!(surface.response, Response::Impact { .. }))
@@ -109,7 +109,7 @@ impl Subject {
         ]
     }
 
-    /// Offsets of states and parameters near the graze and away from it, the same in every run.
+    /// Offsets of states and parameters near the graze and away from it, reproducible.
     pub(crate) fn offsets<S: Real>(&self, seed: &str, count: usize) -> Vec<[Vec<S>; 2]> {
         let mut scatter = Scatter::of(seed);
         let widths = self.widths();
@@ -123,13 +123,13 @@ impl Subject {
         (0..count).map(offsets).collect()
     }
 
-    /// The frame of its section.
+    /// Frame of the section.
     pub(crate) fn frame<S: Real>(&self) -> SectionFrame<S> {
         SectionFrame::new(&self.scene, &self.orbit)
     }
 }
 
-/// A scene of the catalogue with other values.
+/// Scene of the catalogue with overrides.
 fn scene(name: &str, overrides: &[(&str, &str)]) -> Option<Scene> {
     let overrides: Vec<(String, String)> =
         overrides.iter().map(|&(key, value)| (key.to_owned(), value.to_owned())).collect();

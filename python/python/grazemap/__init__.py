@@ -7,7 +7,7 @@ touches the stop, and :meth:`Graze.map` expands the Poincaré map near it:
 >>> m = gm.Scene.catalogue("linear").graze().map()
 >>> m.coordinates, m.parameters
 (('x', 'theta'), ('alpha', 'omega'))
->>> diagram = gm.diagram(m, "alpha", (-1e-4, 1e-4), points=20, using="guarded")
+>>> diagram = gm.diagram(m, "alpha", (-1e-4, 1e-4), points=20, method="guarded")
 """
 
 from ._commands import (

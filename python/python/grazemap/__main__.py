@@ -1,4 +1,4 @@
-"""The program `grazemap`, which is compiled into the module: ``python -m grazemap``."""
+"""Program `grazemap`, compiled into the module: ``python -m grazemap``."""
 
 import sys
 

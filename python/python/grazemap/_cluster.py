@@ -1,7 +1,7 @@
 """Computations in shares on the workers of a cluster.
 
-A share is a text that says what is computed, and its number: a worker that dies takes nothing along
-that another cannot compute again.
+A share is defined by the text of the computation and a number, so that any worker can compute it
+again if another one dies.
 """
 
 from __future__ import annotations
@@ -14,15 +14,15 @@ from ._errors import InputError
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
-#: Shares for every thread of a cluster: as many as let a fast worker take more than a slow one.
+#: Number of shares per thread of a cluster; several, so that a fast worker can take more.
 SHARES = 4
 
 
 class Client(Protocol):
-    """What is asked of a client of Dask: :class:`distributed.Client`, or one made like it."""
+    """Interface of a Dask client: :class:`distributed.Client`, or a class like it."""
 
     def nthreads(self) -> Mapping[str, int]:
-        """Give the threads of every worker."""
+        """Give the number of threads of every worker."""
 
     def submit(self, function: Callable[..., Any], *args: Any, **options: Any) -> Any:
         """Begin a call on a worker."""
@@ -32,10 +32,10 @@ class Client(Protocol):
 
 
 def shares(client: Client | None, find: Callable[..., bytes], *what: object) -> list[bytes]:
-    """Give what all shares of a computation find on the workers of a client.
+    """Compute all shares of a computation on the workers of a client; give their pieces.
 
     ``find`` is called as ``find(*what, number, of)``, with the share's number from 1. Without a
-    client nothing is found, and all is left to the caller.
+    client the list is empty, and the caller computes everything.
     """
     if client is None:
         return []
@@ -48,7 +48,7 @@ def shares(client: Client | None, find: Callable[..., bytes], *what: object) -> 
 
 
 def _found(expected: str, find: Callable[..., bytes], *what: object) -> bytes:
-    """Find a share, on a worker."""
+    """Compute a share, on a worker."""
     if _version() != expected:
         message = f"the worker has grazemap {_version()}, its client {expected}; install the same"
         raise InputError(message)

@@ -13,6 +13,7 @@ import numpy as np
 from . import _lib, _toml
 from ._cluster import Client, shares
 from ._errors import GrazemapError, InputError
+from ._names import older
 from ._pipeline import Graze, Map, Scene, check_methods
 from ._progress import Progress, shown
 from ._table import (
@@ -38,7 +39,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
-#: What a command begins with: what is not there yet of a scene's orbit and map is computed.
+#: Input of a command. Missing steps (the orbit and the map of a scene) are computed.
 Source: TypeAlias = Scene | Graze | Map
 #: Exit codes of the program.
 _ENDED_OTHERWISE, _WRONG_INPUT = 1, 2
@@ -46,9 +47,10 @@ _ENDED_OTHERWISE, _WRONG_INPUT = 1, 2
 Range: TypeAlias = tuple[float | None, float | None]
 
 
+@older(using="method", parameter="along")
 def diagram(
     m: Map,
-    parameter: str,
+    along: str,
     range: tuple[float, float] | None = None,  # noqa: A002
     *,
     values: Sequence[float] | None = None,
@@ -60,15 +62,15 @@ def diagram(
     keep: int | None = None,
     observe: str | None = None,
     direction: str | None = None,
-    using: str | Sequence[str] = "guarded",
+    method: str | Sequence[str] = "guarded",
     progress: Progress | bool | None = None,
     client: Client | None = None,
 ) -> Diagram:
     """Make a bifurcation diagram over offsets of a parameter.
 
-    The arguments are the keys of ``[[diagram]]`` in a scene, with its defaults; ``using`` is its
-    ``with``. The numbers are those that ``grazemap diagram`` writes. With a ``client`` of Dask the
-    work is done on the workers of its cluster, in shares, and the numbers are the same to the bit.
+    The arguments are the keys of ``[[diagram]]`` in a scene, with its defaults; ``method`` is its
+    ``with``. Results equal those of ``grazemap diagram``. With a Dask ``client`` the workers of its
+    cluster compute shares of the work, with identical results.
 
     >>> from grazemap import Scene
     >>> m = Scene.catalogue("linear").graze().map()
@@ -76,7 +78,7 @@ def diagram(
     (40,)
     """
     keys = {
-        "parameter": parameter,
+        "parameter": along,
         "range": range,
         "values": values,
         "points": points,
@@ -87,14 +89,15 @@ def diagram(
         "keep": keep,
         "observe": observe,
         "direction": direction,
-        "with": using,
+        "with": method,
     }
     return Diagram(_drawn(m, "diagram", keys, progress, client))
 
 
+@older(using="method", parameters="plane")
 def chart(
     m: Map,
-    parameters: tuple[str, str],
+    plane: tuple[str, str],
     ranges: tuple[tuple[float, float], tuple[float, float]],
     *,
     points: int | tuple[int, int] | None = None,
@@ -107,21 +110,20 @@ def chart(
     observe: str | None = None,
     overlay: str | Sequence[str] | None = None,
     itineraries: Sequence[str] | None = None,
-    using: str | Sequence[str] = "guarded",
+    method: str | Sequence[str] = "guarded",
     device: str = "cpu",
     progress: Progress | bool | None = None,
     client: Client | None = None,
 ) -> Chart:
     """Make a two-parameter chart over offsets, the horizontal parameter first.
 
-    The arguments are the keys of ``[[chart]]`` in a scene, with its defaults; ``using`` is its
-    ``with``. The numbers are those that ``grazemap chart`` writes. With a ``client`` of Dask the
-    work is done on the workers of its cluster, in shares, and the numbers are the same to the bit.
-    So they are with the ``device`` ``"cuda"``, a graphics processor, of the workers where there are
-    any.
+    The arguments are the keys of ``[[chart]]`` in a scene, with its defaults; ``method`` is its
+    ``with``. Results equal those of ``grazemap chart``. With a Dask ``client`` the workers of its
+    cluster compute shares of the work, with identical results. ``device="cuda"`` iterates on an
+    NVIDIA GPU (of each worker, with a client); results are identical.
     """
     keys = {
-        "parameters": parameters,
+        "parameters": plane,
         "ranges": ranges,
         "points": points,
         "cells": cells,
@@ -133,42 +135,44 @@ def chart(
         "observe": observe,
         "overlay": overlay,
         "itineraries": itineraries,
-        "with": using,
+        "with": method,
     }
     return Chart(_drawn(m, "chart", keys, progress, client, device=device))
 
 
+@older(using="method", axes="plane")
 def basin(
     m: Map,
-    axes: tuple[str, str] | None = None,
+    plane: tuple[str, str] | None = None,
     ranges: tuple[tuple[float, float], tuple[float, float]] | None = None,
     *,
     points: int | tuple[int, int] | None = None,
     at: Mapping[str, float] | None = None,
     start: Mapping[str, float] | None = None,
     manifolds: int | None = None,
-    using: str = "guarded",
+    method: str = "guarded",
     progress: Progress | bool | None = None,
     client: Client | None = None,
 ) -> Basin:
     """Find the attractors and their basins in a plane of the section.
 
-    The arguments are the keys of ``[[basin]]`` in a scene, with its defaults; ``using`` is its
-    ``with``. The numbers are those that ``grazemap basin`` writes. With a ``client`` of Dask the
-    work is done on the workers of its cluster, in shares, and the numbers are the same to the bit.
+    The arguments are the keys of ``[[basin]]`` in a scene, with its defaults; ``method`` is its
+    ``with``. Results equal those of ``grazemap basin``. With a Dask ``client`` the workers of its
+    cluster compute shares of the work, with identical results.
     """
     keys = {
-        "axes": axes,
+        "axes": plane,
         "ranges": ranges,
         "points": points,
         "at": at,
         "start": start,
         "manifolds": manifolds,
-        "with": using,
+        "with": method,
     }
     return Basin(_drawn(m, "basin", keys, progress, client))
 
 
+@older(using="method")
 def branch(
     source: Source,
     along: str,
@@ -177,7 +181,7 @@ def branch(
     at: Mapping[str, float] | None = None,
     itineraries: Sequence[str] = (),
     period: int | None = None,
-    using: str = "map",
+    method: str = "map",
     starts: Sequence[Mapping[str, float]] = (),
     observe: Sequence[str] = (),
     iterates: bool = False,
@@ -186,15 +190,16 @@ def branch(
 ) -> Branch:
     """Follow branches of periodic orbits in one parameter, through folds, flips and grazes.
 
-    ``range`` holds offsets of ``along``, by default those of the window; ``at`` those of other
-    parameters. ``itineraries`` are digits (1 contact, 0 none); none are all of short periods, or
-    of up to ``period`` returns. ``using`` is ``"map"`` or ``"direct"``, ``observe`` some of
-    ``"h"``, ``"impact_speed"``, ``"contact_time"``, ``"amplitude"``. Direct simulation looks for
-    orbits from ``starts`` too, offsets of coordinates by name. With ``iterates`` the figures
-    show the iterates of the scene's diagram over the same parameter below the branches.
+    ``range`` holds the first and last offset of ``along`` (default: the window), ``at`` offsets
+    of other parameters. ``itineraries`` are digits (1 contact, 0 none); by default all itineraries
+    of short periods, or of up to ``period`` returns, are searched. ``method`` is ``"map"`` or
+    ``"direct"``. ``observe`` names quantities to add as columns: ``"h"``, ``"impact_speed"``,
+    ``"contact_time"``, ``"amplitude"``. Direct simulation also searches from ``starts``, offsets
+    of coordinates by name. With ``iterates`` the figures show the iterates of the scene's diagram
+    in the same parameter below the branches.
 
-    The rows are those of ``grazemap branch``. With a ``client`` of Dask the work is done on the
-    workers of its cluster, in shares, and the numbers are the same to the bit.
+    Rows equal those of ``grazemap branch``. With a Dask ``client`` the workers of its cluster
+    compute shares of the work, with identical results.
 
     >>> m = Scene.catalogue("foale").graze().map()
     >>> set(branch(m, "omega", (-1e-3, 1e-3), itineraries=["1"])["label"]) >= {"", "GR"}
@@ -208,7 +213,7 @@ def branch(
         "at": at,
         "itineraries": itineraries,
         "period": period,
-        "using": using,
+        "method": method,
         "starts": starts,
         "observe": observe,
         "iterates": iterates,
@@ -216,69 +221,72 @@ def branch(
     return Branch(_answered(source, "branch", keys, progress, client))
 
 
+@older(using="method", parameters="plane")
 def loci(
     source: Source,
-    parameters: tuple[str, str],
+    plane: tuple[str, str],
     range: Range | None = None,  # noqa: A002
     *,
     kind: str | Sequence[str] = (),
     at: Mapping[str, float] | None = None,
     itineraries: Sequence[str] = (),
-    using: str = "map",
+    method: str = "map",
     chart: bool = False,
     progress: Progress | bool | None = None,
 ) -> Loci:
     """Follow loci of periodic orbits in two parameters, with their points of codimension two.
 
-    ``range`` holds offsets of the first parameter, by default those of the window; ``kind`` is
-    some of ``"graze"``, ``"fold"``, ``"flip"``, ``"torus"``, ``"crisis"``, by default all but
-    crises. With ``chart`` the figure shows the scene's chart in these parameters below the loci.
+    ``range`` holds the first and last offset of the first parameter (default: the window).
+    ``kind`` is one or several of ``"graze"``, ``"fold"``, ``"flip"``, ``"torus"``, ``"crisis"``
+    (default: all but crises). With ``chart`` the figure shows the scene's chart in these
+    parameters below the loci.
 
-    The rows are those of ``grazemap loci``.
+    Rows equal those of ``grazemap loci``.
     """
     first, last = range or (None, None)
     keys = {
-        "in": parameters,
+        "plane": plane,
         "from": first,
         "to": last,
         "kind": [kind] if isinstance(kind, str) else kind,
         "at": at,
         "itineraries": itineraries,
-        "using": using,
+        "method": method,
         "chart": chart,
     }
     return Loci(_answered(source, "loci", keys, progress))
 
 
+@older(using="method", parameters="plane")
 def orbits(
     source: Source,
     at: Mapping[str, float] | Sequence[Mapping[str, float]] = (),
     *,
     itineraries: Sequence[str] = (),
     period: int | None = None,
-    using: str = "map",
+    method: str = "map",
     kind: str | Sequence[str] = (),
-    parameters: Sequence[str] = (),
+    plane: Sequence[str] = (),
     range: Range | None = None,  # noqa: A002
     points: int | None = None,
     progress: Progress | bool | None = None,
 ) -> Orbits:
-    """Find periodic orbits by itinerary, and where they fold and flip.
+    """Find periodic orbits by itinerary, or their folds and flips.
 
-    ``at`` holds offsets of parameters, by default a tenth of the window on both sides of the graze.
-    With ``kind``, ``"fold"`` or ``"flip"`` or both, the rows are those changes of stability: solved
-    for in the last of ``parameters``, while the first of two takes ``points`` values in ``range``.
+    ``at`` holds offsets of parameters (default: a tenth of the window, on both sides of the graze).
+    With ``kind``, ``"fold"`` or ``"flip"`` or both, the rows are these bifurcations. They are
+    solved for in the last of ``plane``; the first of two takes ``points`` values in ``range``.
 
-    The rows are those of ``grazemap orbits``.
+    Rows equal those of ``grazemap orbits``.
     """
     first, last = range or (None, None)
     keys = {
         "at": [at] if isinstance(at, dict) else at,
         "itineraries": itineraries,
         "period": period,
-        "using": using,
+        "method": method,
         "kind": [kind] if isinstance(kind, str) else kind,
-        "in": parameters,
+        "plane": plane,
         "from": first,
         "to": last,
         "points": points,
@@ -296,13 +304,13 @@ def curve(
 ) -> Curve:
     """Follow the grazing curve in a second parameter, with ``xi_1`` to ``xi_N`` and their zeros.
 
-    ``range`` holds values of ``along``, no offsets. The rows are those of ``grazemap curve``.
+    ``range`` holds values of ``along``, not offsets. Rows equal those of ``grazemap curve``.
 
     >>> traced = curve(Scene.catalogue("linear"), "omega", (1.75, 1.85))
     >>> traced.ended is None
     True
     """
-    keys = {"with": along, "from": range[0], "to": range[1], "xi": xi}
+    keys = {"along": along, "from": range[0], "to": range[1], "xi": xi}
     return Curve(_answered(source, "curve", keys, progress))
 
 
@@ -315,8 +323,8 @@ def nearest(
 ) -> Nearest:
     """Find the smallest change of one or two parameters at which the orbit grazes.
 
-    ``scale`` is what a change of a parameter is counted in, by default its value. The rows are
-    those of ``grazemap curve --nearest``.
+    ``scale`` is the unit in which a change of each parameter is measured (default: the parameter's
+    value, or 1 if that is 0). Rows equal those of ``grazemap curve --nearest``.
     """
     keys = {"nearest": parameters, "scale": scale}
     return Nearest(_answered(source, "nearest", keys, progress))
@@ -333,11 +341,11 @@ def trajectory(
     samples: int | None = None,
     progress: Progress | bool | None = None,
 ) -> Trajectory:
-    """Simulate time series directly: from a point of the section, or on a periodic orbit.
+    """Simulate a time series directly, from a section point or on a periodic orbit.
 
-    ``start`` holds offsets of the section's coordinates, by default all 0, the grazing orbit;
-    ``itinerary`` names a periodic orbit instead; ``settle`` returns are simulated first, without
-    rows. The rows are those of ``grazemap trajectory``.
+    ``start`` holds offsets of section coordinates (default: all 0, the grazing orbit).
+    ``itinerary`` selects a periodic orbit instead. ``settle`` returns are simulated first, without
+    rows. Rows equal those of ``grazemap trajectory``.
 
     >>> series = trajectory(Scene.catalogue("linear"), periods=2, samples=50)
     >>> bool(series["t"][-1] > series["t"][0])
@@ -359,30 +367,32 @@ def converge(
 ) -> Study:
     """Compare maps of all truncation orders with direct simulation.
 
-    ``fresh`` is the number of points at which the chosen map is compared. The rows are those of
-    ``grazemap converge``, with the times measured.
+    ``fresh`` is the number of new points at which the chosen map is compared. Rows equal those of
+    ``grazemap converge``, except for measured times.
     """
     return Study(_answered(source, "converge", {"fresh": fresh}, progress))
 
 
+@older(using="method")
 def image(
     m: Map,
     states: ArrayLike,
     parameters: ArrayLike | None = None,
     iterations: int = 1,
     *,
-    using: str = "map",
+    method: str = "map",
     precision: str = "f64",
 ) -> Image:
-    """List images of rows of states, iterated: whether each has contacts and lies in the window.
+    """List iterated images of states, with their contacts and whether they lie in the window.
 
-    The arguments are those of :meth:`Map.iterate`, the rows those of ``grazemap image``.
+    The arguments are those of :meth:`Map.iterate`. Rows equal those of ``grazemap image``.
     """
     rows, own, _ = m._points(states, parameters)
-    check_methods(using, precision)
-    return Image(m._inner.image(np.atleast_2d(rows), own, iterations, using, precision))
+    check_methods(method, precision)
+    return Image(m._inner.image(np.atleast_2d(rows), own, iterations, method, precision))
 
 
+@older(using="method")
 def fit(
     source: Source,
     data: ArrayLike | Sequence[ArrayLike],
@@ -393,19 +403,19 @@ def fit(
     noise: Mapping[str, float] | None = None,
     piece: int | None = None,
     withheld: int | None = None,
-    using: str = "guarded",
+    method: str = "guarded",
     progress: Progress | bool | None = None,
 ) -> Fit:
     """Fit parameters to measured section points, by least squares with exact derivatives.
 
-    ``data`` is one series of points (returns by coordinates), or several: offsets, NaN where a
-    coordinate was not measured. ``parameters`` are active; of a scene they are made so. ``at``
-    holds the offsets that the fit begins with; ``controls`` what is known to be added to
-    parameters, a number or one for each series. ``noise`` is the standard deviation of the
-    measurement by coordinate, by default that of the residuals.
+    ``data`` is one series of points (returns by coordinates) or several, in offsets; NaN marks a
+    coordinate that was not measured. ``parameters`` must be active; for a scene they are made so.
+    ``at`` holds the initial offsets of the fit. ``controls`` are known changes of parameters: one
+    number, or one for each series. ``noise`` is the standard deviation of the measurement by
+    coordinate (default: that of the residuals).
 
-    Series are cut into pieces of ``piece`` returns (by default 10; 0: none is cut), each with a
-    start of its own. The last ``withheld`` points of every series are predicted and not fitted.
+    Series are cut into pieces of ``piece`` returns (default: 10; 0 leaves them whole), each with
+    its own start. The last ``withheld`` points of every series are predicted instead of fitted.
     """
     m = _map_with(source, parameters)
     width = len(m.coordinates)
@@ -422,10 +432,9 @@ def fit(
         "noise": noise,
         "piece": piece,
         "withheld": withheld,
-        "using": using,
+        "method": method,
     }
-    given = {key: value for key, value in keys.items() if value is not None}
-    text = json.dumps(given, default=_plain)
+    text = _json(keys)
     points = np.ascontiguousarray(np.concatenate(series))
     with shown(progress, "fit") as seen:
         lengths = [len(one) for one in series]
@@ -433,7 +442,7 @@ def fit(
 
 
 def _map_with(source: Source, parameters: Sequence[str]) -> Map:
-    """Give the map of a source; that of a scene keeps these parameters as variables."""
+    """Give the map of a source. These parameters are made active in a scene."""
     if isinstance(source, Map):
         return source
     if isinstance(source, Graze):
@@ -445,7 +454,7 @@ def _map_with(source: Source, parameters: Sequence[str]) -> Map:
 
 
 def _series(data: ArrayLike | Sequence[ArrayLike], width: int) -> list[NDArray[np.float64]]:
-    """Give measured points as series."""
+    """Give measured points as a list of series."""
     try:
         whole = np.asarray(data, dtype=np.float64)
         several = list(whole) if whole.ndim == 3 else [whole]  # noqa: PLR2004
@@ -458,6 +467,7 @@ def _series(data: ArrayLike | Sequence[ArrayLike], width: int) -> list[NDArray[n
     return several
 
 
+@older(using="method")
 def noise(
     source: Source,
     deviations: Mapping[str, float],
@@ -471,17 +481,18 @@ def noise(
     range: Mapping[str, tuple[float, float]] | None = None,  # noqa: A002
     cells: int | None = None,
     seed: int = 0,
-    using: str = "guarded",
+    method: str = "guarded",
     progress: Progress | bool | None = None,
 ) -> Noise:
-    """Iterate with parameters that are drawn afresh at every return, and count densities.
+    """Iterate orbits with random parameters at every return, and compute their densities.
 
-    ``deviations`` are standard deviations of active parameters, be they a restitution, a gap or a
-    forcing; ``at`` their means, as offsets; ``law`` is ``"normal"`` or ``"uniform"``. ``orbits``
-    start at ``start``, leave out ``transient`` returns and count ``keep`` in ``cells`` cells along
-    every coordinate, between the offsets of ``range``, by default the window.
+    ``deviations`` are standard deviations of active parameters (a restitution, a gap, a forcing),
+    ``at`` their means as offsets, and ``law`` is ``"normal"`` or ``"uniform"``. ``orbits`` is the
+    number of orbits that begin at ``start``. Each skips ``transient`` returns and then counts
+    ``keep`` returns in ``cells`` cells along every coordinate, between the offsets of ``range``
+    (default: the window).
 
-    Equal seeds give equal numbers, on any number of threads.
+    Equal seeds give equal results, on any number of threads.
 
     >>> m = Scene.catalogue("linear").graze().map()
     >>> found = noise(m, {"alpha": 1e-6}, at={"alpha": -1e-4}, orbits=10, keep=20, seed=1)
@@ -500,7 +511,7 @@ def noise(
         "range": range,
         "cells": cells,
         "seed": seed,
-        "using": using,
+        "method": method,
     }
     return Noise(_answered(m, "noise", keys, progress))
 
@@ -511,9 +522,9 @@ def report(
     *,
     progress: Progress | bool | None = None,
 ) -> Path:
-    """Compute all that a scene asks for and write it with a page, as ``grazemap run`` does.
+    """Compute everything that a scene asks for and write a report, as ``grazemap run`` does.
 
-    The path of the page is given back; the emitted crate does not say by which command it was made.
+    Return the path of the page. The emitted crate does not state the command that reproduces it.
     """
     with shown(progress, "report") as seen:
         _lib.report(source._inner, Path(folder), seen)
@@ -526,11 +537,11 @@ def gallery(
     *,
     small: bool = False,
 ) -> Gallery:
-    """Compute published figures and tables again, as ``grazemap gallery`` does.
+    """Recompute published figures and tables, as ``grazemap gallery`` does.
 
-    ``names`` are entries (``"thota2006/fig3"``) or papers, by default all; ``small`` takes fewer
-    points and leaves out the longest computations. The page is ``index.html`` in ``folder``. What
-    is not as its entry says is data: ``ended`` names it.
+    ``names`` are entries (``"thota2006/fig3"``) or papers (default: all). ``small`` uses fewer
+    points and omits the longest computations. The page is ``index.html`` in ``folder``. Numbers
+    that disagree with their entry raise no error: ``ended`` names them.
 
     >>> import tempfile
     >>> found = gallery("thota2006/fig1", tempfile.mkdtemp(), small=True)
@@ -558,9 +569,8 @@ def _answered(
     progress: Progress | bool | None,
     client: Client | None = None,
 ) -> _lib.Computed:
-    """Compute what a command with these keys asks for; keys that are `None` are left out."""
-    given = {key: value for key, value in keys.items() if value is not None}
-    text = json.dumps({command: given}, default=_plain)
+    """Compute the result of a command with these keys; keys that are `None` are omitted."""
+    text = _json(keys, command)
     found = shares(client, _answer_share, source, text)
     with shown(progress, command) as seen:
         return _lib.answer(source._inner, text, seen, found)
@@ -570,8 +580,29 @@ def _answer_share(source: Source, command: str, number: int, of: int) -> bytes:
     return _lib.answer_share(source._inner, command, number, of)
 
 
+def _json(keys: Mapping[str, object], command: str | None = None) -> str:
+    """Write keys as JSON, which has no NaN and no infinity; keys that are `None` are omitted."""
+    given = {key: value for key, value in keys.items() if value is not None}
+    asked = {command: given} if command else given
+    try:
+        return json.dumps(asked, default=_plain, allow_nan=False)
+    except ValueError:
+        wrong = next(key for key, value in given.items() if not _is_finite(value))
+        message = f"{wrong}: expected finite numbers, found {given[wrong]}"
+        raise InputError(message) from None
+
+
+def _is_finite(value: object) -> bool:
+    """Tell whether JSON has all numbers of a value."""
+    try:
+        json.dumps(value, default=_plain, allow_nan=False)
+    except ValueError:
+        return False
+    return True
+
+
 def _plain(item: object) -> object:
-    """Give a number or an array of NumPy as JSON has it."""
+    """Convert a NumPy number or array to values of JSON."""
     if isinstance(item, (np.generic, np.ndarray)):
         return item.tolist()
     message = f"expected numbers, texts, lists or mappings, found {type(item).__name__}"
@@ -587,11 +618,11 @@ def _drawn(
     *,
     device: str = "cpu",
 ) -> _lib.Computed:
-    """Compute what one table of a kind with these keys asks for."""
+    """Compute the result of one table of a kind with these keys."""
     table = _toml.table(kind, keys)
     found = shares(client, _draw_share, m, (table, device))
     if client is not None:
-        # What the shares left is little, on any machine.
+        # Any machine will do: the shares left little to compute.
         device = "cpu"
     with shown(progress, kind) as seen:
         return _lib.draw(m._inner, table, seen, found, device)

@@ -1,4 +1,4 @@
-"""What the package raises."""
+"""Exceptions of the package."""
 
 from __future__ import annotations
 
@@ -8,19 +8,19 @@ class GrazemapError(Exception):
 
 
 class SceneError(GrazemapError, ValueError):
-    """A scene with a fault.
+    """Fault in a scene.
 
     Attributes
     ----------
     file
         Name of the file, as it was given.
     line, column
-        Place of the fault, both from 1, columns in characters; ``None`` where it has none.
+        Place of the fault, both from 1, columns in characters; ``None`` without a place.
 
     """
 
     def __init__(self, message: str, file: str, line: int | None, column: int | None) -> None:
-        """Say what is wrong and where."""
+        """Keep the message and the place of the fault."""
         super().__init__(message)
         self.file = file
         self.line = line
@@ -36,8 +36,8 @@ class InputError(GrazemapError, ValueError):
 
 
 class TooLargeError(InputError, MemoryError):
-    """Results that the machine has no memory for; nothing was computed."""
+    """Results that exceed the machine's memory; nothing was computed."""
 
 
 class NoResult(GrazemapError):  # noqa: N818
-    """The input was right, and the mathematics ended without what was asked for."""
+    """No result (no grazing orbit, for example), although the input was right."""

@@ -1,4 +1,4 @@
-"""Scene, graze, map: from equations to images of points."""
+"""Scene, graze and map: from equations to images of points."""
 
 from __future__ import annotations
 
@@ -12,23 +12,24 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _lib, _toml
 from ._errors import InputError
+from ._names import older
 from ._table import Table
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
     from os import PathLike
 
-#: Samples of the orbit that a notebook shows.
+#: Number of samples of the orbit shown in a notebook.
 SAMPLES = 200
 
 Array: TypeAlias = NDArray[np.float64]
 
-#: What computes an image, in which numbers, and the languages of emitted maps.
+#: Methods and number formats of images, and languages of emitted maps.
 METHODS, PRECISIONS, TARGETS = map(tuple, _lib.words())
 
 
 class _Value:
-    """A value with a text: equal where the texts are, pickled as the text."""
+    """Base of values that are compared, hashed and pickled by their text."""
 
     def _key(self) -> str:
         raise NotImplementedError
@@ -43,7 +44,7 @@ class _Value:
 
 
 class Scene(_Value):
-    """An oscillator, its stops and what is asked of it, from a scene file.
+    """Oscillator with its stops and the requested analyses, from a scene file.
 
     >>> scene = Scene.catalogue("linear")
     >>> scene.states
@@ -70,7 +71,7 @@ class Scene(_Value):
 
     @classmethod
     def parse(cls, text: str, name: str = "scene.toml") -> Scene:
-        """Read the text of a scene; ``name`` names it in messages."""
+        """Parse the text of a scene; ``name`` is its name in messages."""
         return cls(_lib.Scene.parse(text, name, []))
 
     @classmethod
@@ -83,7 +84,7 @@ class Scene(_Value):
         return cls.parse(text, f"{name}.toml")
 
     def with_(self, **overrides: object) -> Scene:
-        """Give the scene with other values: parameters by name, keys by their dotted place.
+        """Give the scene with other values of parameters, or of keys by their dotted path.
 
         >>> scene = Scene.catalogue("linear").with_(zeta=0.1, **{"expansion.smooth_order": 4})
         >>> scene.parameters["zeta"]
@@ -94,12 +95,12 @@ class Scene(_Value):
 
     @property
     def text(self) -> str:
-        """The text, overrides included."""
+        """Text of the scene, overrides included."""
         return self._inner.text
 
     @property
     def name(self) -> str:
-        """Identifier: the file's name without its ending."""
+        """Identifier: the file name without extension."""
         return self._inner.name
 
     @property
@@ -124,7 +125,7 @@ class Scene(_Value):
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What looks wrong and is no fault."""
+        """Warnings about suspicious entries that are not errors."""
         return tuple(self._inner.warnings)
 
     def graze(self) -> Graze:
@@ -155,7 +156,7 @@ class Scene(_Value):
 
 
 class Graze(_Value):
-    """The grazing orbit of a scene.
+    """Grazing orbit of a scene.
 
     >>> graze = Scene.catalogue("linear").graze()
     >>> len(graze.multipliers)
@@ -166,11 +167,11 @@ class Graze(_Value):
         """Wrap an orbit; use :meth:`Scene.graze`."""
         self._inner = inner
         self.document: dict[str, Any] = json.loads(inner.to_json())
-        """The document of ``grazemap locate --json``."""
+        """Document of ``grazemap locate --json``."""
 
     @classmethod
     def from_json(cls, text: str) -> Graze:
-        """Read a saved orbit, with the bits that it had."""
+        """Read a saved orbit, bit by bit."""
         return cls(_lib.Graze.from_json(text))
 
     def to_json(self) -> str:
@@ -179,7 +180,7 @@ class Graze(_Value):
 
     @property
     def scene(self) -> Scene:
-        """The scene."""
+        """Scene of the orbit."""
         return Scene(self._inner.scene)
 
     @property
@@ -189,7 +190,7 @@ class Graze(_Value):
 
     @property
     def state(self) -> dict[str, float]:
-        """The state at the grazing point."""
+        """State at the grazing point."""
         return dict(self.document["state"])
 
     @property
@@ -204,11 +205,11 @@ class Graze(_Value):
 
     @property
     def verdict(self) -> str:
-        """What theory says of the graze."""
+        """Bifurcation at the graze, as theory predicts it."""
         return "\n".join(self._inner.verdict())
 
     def map(self) -> Map:
-        """Expand the local map, with the orders that the scene names or needs for its tolerance."""
+        """Expand the local map, with the scene's orders or the cheapest for its tolerance."""
         return Map(self._inner.map())
 
     def _key(self) -> str:
@@ -219,17 +220,17 @@ class Graze(_Value):
         return Graze.from_json, (self.to_json(),)
 
     def __repr__(self) -> str:
-        """Name the scene and where it grazes."""
+        """Name the scene and the parameters at which it grazes."""
         parameters = ", ".join(f"{name} = {value:.10g}" for name, value in self.parameters.items())
         return f"<grazemap graze of {self.document['scene']}: {parameters}>"
 
     def _repr_html_(self) -> str:
-        """Show the orbit in a notebook, and what theory says of its graze."""
+        """Show the orbit and the predicted bifurcation in a notebook."""
         return _portrait(self._inner) + _words(self, *self.verdict.splitlines())
 
 
 class Map(_Value):
-    """The local map near a graze; states and parameters are offsets from the grazing orbit.
+    """Local map near a graze; states and parameters are offsets from the grazing orbit.
 
     >>> import numpy as np
     >>> m = Scene.catalogue("linear").graze().map()
@@ -252,7 +253,7 @@ class Map(_Value):
 
     @property
     def graze(self) -> Graze:
-        """The grazing orbit, on the section of the map."""
+        """Grazing orbit, on the section of the map."""
         return Graze(self._inner.graze)
 
     @property
@@ -285,15 +286,15 @@ class Map(_Value):
 
     @property
     def polynomials(self) -> Table:
-        """The coefficients by name: the table of ``grazemap expand --csv``."""
+        """Coefficients by name: the table of ``grazemap expand --csv``."""
         return Table(self._inner.polynomials())
 
     def emit(
         self, folder: str | PathLike[str], target: str = "rust", *, measure: bool = True
     ) -> list[Path]:
-        """Write the map as code into a folder; give the files.
+        """Write the map as source code into a folder; return the paths of the files.
 
-        ``target`` is one of :data:`TARGETS`. What is there and was not emitted is never replaced.
+        ``target`` is one of :data:`TARGETS`. Files that were not emitted are never replaced.
         Without ``measure`` the code does not state its error.
         """
         names = self._inner.emit(Path(folder), target, measure)
@@ -303,7 +304,7 @@ class Map(_Value):
         return [Path(folder) / name for name in names]
 
     def save(self, path: str | PathLike[str]) -> None:
-        """Write the map to a file that the program takes in the place of a scene."""
+        """Write the map to a file, which the program accepts in place of a scene."""
         Path(path).write_text(self.to_json(), encoding="utf-8")
 
     @classmethod
@@ -312,17 +313,17 @@ class Map(_Value):
         return cls.from_json(Path(path).read_text(encoding="utf-8"))
 
     def __call__(self, states: ArrayLike, parameters: ArrayLike | None = None) -> Array:
-        """Give the images of states: one state, or rows of them.
+        """Give the images of one state or of rows of states.
 
-        Parameters are one row for all states or a row for each; none are all 0.
+        Parameters are one row for all states or one row for each (default: all 0).
         """
         rows, own, shape = self._points(states, parameters)
         return self._inner.batch(rows, own, False)[:, : shape[-1]].reshape(shape)
 
     def jacobian(self, states: ArrayLike, parameters: ArrayLike | None = None) -> Array:
-        """Give the derivatives of the images by coordinates and then parameters.
+        """Give the derivatives of the images by coordinates, then parameters.
 
-        The last two axes are the image's coordinate and the variable.
+        The last two axes are the coordinate of the image and the variable.
         """
         rows, own, shape = self._points(states, parameters)
         columns = len(self.coordinates) + len(self.parameters)
@@ -338,34 +339,35 @@ class Map(_Value):
         return depths.reshape((*shape[:-1], passages))
 
     def inside(self, states: ArrayLike, parameters: ArrayLike | None = None) -> NDArray[np.bool_]:
-        """Tell which states lie in the window on which the map's error was measured."""
+        """Tell whether each state lies in the window on which the map's error was measured."""
         rows, own, shape = self._points(states, parameters)
         return self._inner.inside(rows, own).reshape(shape[:-1])
 
+    @older(using="method")
     def iterate(
         self,
         states: ArrayLike,
         parameters: ArrayLike | None = None,
         iterations: int = 1,
         *,
-        using: str = "map",
+        method: str = "map",
         precision: str = "f64",
     ) -> Array:
-        """Give the orbits of states: an axis of iterates stands before that of coordinates.
+        """Give the orbits of states; the axis of iterates is before the axis of coordinates.
 
-        ``using`` is ``"map"``, ``"guarded"`` (direct simulation outside the window), ``"direct"``,
+        ``method`` is ``"map"``, ``"guarded"`` (direct simulation outside the window), ``"direct"``,
         ``"smooth"`` or ``"discontinuity"``; ``precision`` is ``"f64"``, ``"f32"`` or ``"dd"``.
-        After an early end an orbit is NaN.
+        Values after the early end of an orbit are NaN.
         """
         rows, own, shape = self._points(states, parameters)
-        check_methods(using, precision)
-        orbits = self._inner.orbits(rows, own, iterations, using, precision)
+        check_methods(method, precision)
+        orbits = self._inner.orbits(rows, own, iterations, method, precision)
         return orbits.reshape((*shape[:-1], iterations, shape[-1]))
 
     def _points(
         self, states: ArrayLike, parameters: ArrayLike | None
     ) -> tuple[Array, Array, tuple[int, ...]]:
-        """Give states as rows, parameters as one row or as many, and the shape of the states."""
+        """Give states as rows, parameters as one row or one per state, and the states' shape."""
         given = np.asarray(states, dtype=np.float64)
         width, count = len(self.coordinates), len(self.parameters)
         if given.ndim == 0 or given.shape[-1] != width:
@@ -394,7 +396,7 @@ class Map(_Value):
         return f"<grazemap map of {scene}: N = {smooth}, W = {contact}>"
 
     def _repr_html_(self) -> str:
-        """Show the orbit in a notebook, and what the map errs in its window."""
+        """Show the orbit and the errors of the map in a notebook."""
         errors = (f"error in {name}: {error:.2g}" for name, error in self.error.items())
         return _portrait(self._inner.graze) + _words(self, *errors)
 
@@ -408,7 +410,7 @@ def catalogue(name: str) -> Scene: ...
 
 
 def catalogue(name: str | None = None) -> list[str] | Scene:
-    """Give a scene of the catalogue, or without a name the names of all.
+    """Give a scene of the catalogue or, without a name, the names of all scenes.
 
     >>> catalogue("linear").states
     ('x', 'v', 'theta')
@@ -425,13 +427,13 @@ def _portrait(graze: _lib.Graze) -> str:
 
 
 def _words(value: object, *lines: str) -> str:
-    """Write what a value is and some lines of text."""
+    """Write the representation of a value, and lines of text, as HTML."""
     return f"<pre>{html.escape(chr(10).join([repr(value), *lines]))}</pre>"
 
 
-def check_methods(using: str, precision: str) -> None:
-    """Refuse words for what computes an image that are not known."""
-    for what, given, known in (("using", using, METHODS), ("precision", precision, PRECISIONS)):
+def check_methods(method: str, precision: str) -> None:
+    """Refuse unknown methods and number formats of images."""
+    for what, given, known in (("method", method, METHODS), ("precision", precision, PRECISIONS)):
         if given not in known:
             message = f"{what} is one of {', '.join(known)}, found {given!r}"
             raise InputError(message)

@@ -7,13 +7,13 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TypeAlias
 
-#: Called with the units of work that are done and that are expected (0 where not known).
+#: Function called with the units of work done and expected (0 if unknown).
 Progress: TypeAlias = Callable[[int, int], object]
 
 
 @contextmanager
 def shown(progress: Progress | bool | None, what: str) -> Iterator[Progress | None]:
-    """Give what a computation is to call: a bar of tqdm for ``True``, where there is tqdm."""
+    """Give the progress function of a computation: a tqdm bar for ``True``, if installed."""
     if progress is not True:
         yield progress or None
         return

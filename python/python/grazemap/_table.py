@@ -1,4 +1,4 @@
-"""What a computation gives: a table by columns, a document, figures."""
+"""Results: a table by columns, a JSON document, figures."""
 
 from __future__ import annotations
 
@@ -22,27 +22,27 @@ if TYPE_CHECKING:
 class Table(Mapping[str, np.ndarray[Any, Any]]):
     """Columns by name, as the program writes them to CSV: arrays of equal length.
 
-    Numbers are doubles, NaN where nothing is known; words are an array of ``str`` objects, empty
-    where nothing is known.
+    A column of numbers holds doubles, NaN if missing. A column of words is an array of ``str``
+    objects, empty if missing.
     """
 
-    #: The command of the program that writes the same.
+    #: Command of the program that writes the same table.
     command = ""
-    #: Columns that are drawn where none are named: horizontal, vertical; empty for the first two.
+    #: Columns drawn by default, horizontal and vertical; empty for the first two.
     axes: tuple[str, str] | tuple[()] = ()
 
     def __init__(self, computed: _lib.Computed) -> None:
-        """Take over what was computed."""
+        """Wrap a computed result."""
         self._columns = {
             name: _words(*held) if isinstance(held, tuple) else held
             for name, held in computed.columns().items()
         }
         self._text = computed.document
-        #: The program's figures as SVG, by the names of their files without ``.svg``.
+        #: Figures of the program as SVG, by file name without ``.svg``.
         self.figures: dict[str, str] = dict(computed.figures)
-        #: What may not be trusted, or not be all.
+        #: Warnings about accuracy or completeness.
         self.remarks: tuple[str, ...] = tuple(computed.remarks)
-        #: Why this is not what was asked for; ``None`` where it is.
+        #: Reason why the result is not the one asked for; ``None`` if it is.
         self.ended: str | None = computed.ended
 
     def __getitem__(self, name: str) -> np.ndarray[Any, Any]:
@@ -59,7 +59,7 @@ class Table(Mapping[str, np.ndarray[Any, Any]]):
 
     @property
     def document(self) -> Any:
-        """The JSON document of the program, as lists and dictionaries."""
+        """JSON document of the program, as lists and dictionaries."""
         return json.loads(self._text)
 
     def to_pandas(self) -> pd.DataFrame:
@@ -77,7 +77,7 @@ class Table(Mapping[str, np.ndarray[Any, Any]]):
     def plot(
         self, ax: Axes | None = None, x: str | None = None, y: str | None = None, **style: Any
     ) -> Axes:
-        """Draw one column over another with Matplotlib, on new axes where none are given."""
+        """Draw one column over another with Matplotlib, on new axes if none are given."""
         across, up = self._axes()
         across, up = x or across, y or up
         ax = _axes(ax)
@@ -87,14 +87,14 @@ class Table(Mapping[str, np.ndarray[Any, Any]]):
         return ax
 
     def _axes(self) -> tuple[str, str]:
-        """Give the columns that are drawn where none are named."""
+        """Give the columns that are drawn by default."""
         if self.axes:
             return self.axes
         across, up, *_ = [name for name, column in self.items() if column.dtype != object]
         return across, up
 
     def __repr__(self) -> str:
-        """Say how large the table is."""
+        """State the size of the table."""
         rows = len(next(iter(self._columns.values()), ()))
         ended = f", {self.ended}" if self.ended else ""
         return f"<grazemap {self.command or 'table'}: {rows} rows, {len(self)} columns{ended}>"
@@ -105,7 +105,7 @@ class Table(Mapping[str, np.ndarray[Any, Any]]):
 
 
 def _axes(ax: Axes | None) -> Axes:
-    """Give axes: those given, or new ones."""
+    """Give these axes, or new ones."""
     if ax is None:
         import matplotlib.pyplot as plt
 
@@ -114,18 +114,18 @@ def _axes(ax: Axes | None) -> Axes:
 
 
 def _words(numbers: np.ndarray[Any, Any], words: list[str]) -> np.ndarray[Any, Any]:
-    """Give the words that numbers stand for; the last is that of -1."""
+    """Give the words at indices; -1 is the empty word."""
     known: np.ndarray[Any, Any] = np.array([*words, ""], dtype=object)
     return known.take(numbers, mode="wrap")
 
 
 class Diagram(Table):
-    """A bifurcation diagram: a row for every value of the parameter in every sweep."""
+    """Bifurcation diagram: a row for every value of the parameter in every sweep."""
 
     command = "diagram"
 
     def points(self) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
-        """Give offsets and values of all points to be drawn, as two arrays of equal length."""
+        """Give offsets and values of all finite points, as two arrays of equal length."""
         names = [name for name in self if name.startswith("value_")]
         values = np.column_stack([self[name] for name in names])
         offsets = np.repeat(self["offset"], len(names)).reshape(values.shape)
@@ -135,7 +135,7 @@ class Diagram(Table):
     def plot(  # type: ignore[override]
         self, ax: Axes | None = None, **style: Any
     ) -> Axes:
-        """Draw the points with Matplotlib, on new axes where none are given."""
+        """Draw the points with Matplotlib, on new axes if none are given."""
         ax = _axes(ax)
         ax.plot(*self.points(), **{"marker": ",", "linestyle": "none", "color": "black", **style})
         (first, *_) = self.document
@@ -145,14 +145,14 @@ class Diagram(Table):
 
 
 class Chart(Table):
-    """A two-parameter chart: a row for every cell."""
+    """Two-parameter chart: a row for every cell."""
 
     command = "chart"
 
     def grid(self) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any], np.ndarray[Any, Any]]:
-        """Give the first chart: both axes, and the periods by second and first parameter.
+        """Give the first chart: both axes, and periods by second and first parameter.
 
-        The period is 0 where there is none.
+        Cells without a period have 0.
         """
         (chart, *_) = self.document
         first, second = (np.array(axis["offsets"]) for axis in chart["axes"])
@@ -163,7 +163,7 @@ class Chart(Table):
     def plot(  # type: ignore[override]
         self, ax: Axes | None = None, **style: Any
     ) -> Axes:
-        """Draw the periods of the first chart with Matplotlib, on new axes where none are given."""
+        """Draw the periods of the first chart with Matplotlib, on new axes if none are given."""
         ax = _axes(ax)
         ax.pcolormesh(*self.grid(), **{"shading": "nearest", **style})
         names = [axis["parameter"] for axis in self.document[0]["axes"]]
@@ -179,14 +179,14 @@ class Basin(Table):
 
     @property
     def attractors(self) -> list[dict[str, Any]]:
-        """The attractors that were found, the one with the largest basin first."""
+        """Attractors found, the one with the largest basin first."""
         (basin, *_) = self.document
         return list(basin["attractors"])
 
     def plot(  # type: ignore[override]
         self, ax: Axes | None = None, **style: Any
     ) -> Axes:
-        """Draw the number of each cell's attractor with Matplotlib, by the words of the column."""
+        """Draw the attractor of each cell with Matplotlib, one colour per word of the column."""
         ax = _axes(ax)
         across, up = list(self)[:2]
         _, classes = np.unique(self["attractor"], return_inverse=True)
@@ -207,7 +207,7 @@ class Branch(Table):
 
     @property
     def special(self) -> list[dict[str, Any]]:
-        """The special points that were solved for: grazes, folds, flips, branch points."""
+        """Special points: grazes, folds, flips, branch points and so on."""
         branches = self.document["branches"]
         return [point for branch in branches for point in branch["points"] if point.get("label")]
 
@@ -224,30 +224,30 @@ class Loci(Table):
 
 
 class Orbits(Table):
-    """Periodic orbits, or where they fold and flip: a row for each."""
+    """Periodic orbits, or their folds and flips: a row for each."""
 
     command = "orbits"
 
 
 class Curve(Table):
-    """A grazing curve: a row for every grazing orbit."""
+    """Grazing curve: a row for every grazing orbit."""
 
     command = "curve"
 
     def _axes(self) -> tuple[str, str]:
-        """Give the parameter that it is followed in, and the one that is adjusted."""
+        """Give the parameter along which the curve was followed, and the adjusted one."""
         adjusted, *_, along = self.document["free"]
         return along, adjusted
 
 
 class Nearest(Table):
-    """The smallest change of parameters that grazes."""
+    """Smallest change of parameters at which the orbit grazes."""
 
     command = "curve"
 
 
 class Trajectory(Table):
-    """A time series: a row for every moment and event."""
+    """Time series: a row for every sample and event."""
 
     command = "trajectory"
 
@@ -257,7 +257,7 @@ class Trajectory(Table):
 
 
 class Study(Table):
-    """A study of convergence: a row for every pair of orders."""
+    """Convergence study: a row for every pair of orders."""
 
     command = "converge"
 
@@ -280,12 +280,12 @@ class Fit(Table):
 
     @property
     def parameters(self) -> dict[str, float]:
-        """Offsets by name."""
+        """Fitted offsets of the parameters, by name."""
         return dict(zip(self["parameter"], map(float, self["offset"]), strict=True))
 
     @property
     def errors(self) -> dict[str, float]:
-        """Standard errors by name."""
+        """Standard errors of the parameters, by name."""
         return dict(zip(self["parameter"], map(float, self["standard_error"]), strict=True))
 
     @property
@@ -301,7 +301,7 @@ class Fit(Table):
     def plot(  # type: ignore[override]
         self, ax: Axes | None = None, **style: Any
     ) -> Axes:
-        """Draw offsets with their standard errors."""
+        """Draw the offsets with their standard errors."""
         ax = _axes(ax)
         places = np.arange(len(self["offset"]))
         style = {"fmt": "o", **style}
@@ -318,9 +318,9 @@ class Noise(Table):
     command = "noise"
 
     def density(self) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any], np.ndarray[Any, Any]]:
-        """Give the edges of the cells of the first two coordinates and their joint density.
+        """Give the cell edges of the first two coordinates and their joint density.
 
-        Rows of the density go with the second coordinate.
+        Rows of the density belong to the second coordinate.
         """
         document = self.document
         (first, second, *_), cells = document["request"]["ranges"], document["request"]["cells"]
@@ -343,15 +343,15 @@ class Noise(Table):
 
 
 class Gallery(Table):
-    """Published numbers beside those computed: a row for each, all of them words.
+    """Published numbers beside computed ones: a row for each, with all columns as words.
 
-    ``figures`` are those of all entries, by their paths in the folder; ``document`` has the rows.
+    ``figures`` holds those of all entries, by path in the folder; ``document`` holds the rows.
     """
 
     command = "gallery"
 
     def __init__(self, folder: Path, ended: str | None = None) -> None:
-        """Read what the program wrote into a folder."""
+        """Read the files that the program wrote into a folder."""
         with (folder / "numbers.csv").open(encoding="utf-8", newline="") as file:
             rows = csv.DictReader(file)
             held = list(rows)
@@ -366,5 +366,5 @@ class Gallery(Table):
         }
         self.remarks = ()
         self.ended = ended
-        #: The page with all figures and numbers.
+        #: Path of the page with all figures and numbers.
         self.page = folder / "index.html"

@@ -1,4 +1,4 @@
-"""Values as the text of TOML."""
+"""Values as TOML text."""
 
 from __future__ import annotations
 
@@ -31,6 +31,6 @@ def value(item: object) -> str:
 
 
 def table(kind: str, entries: Mapping[str, object]) -> str:
-    """Write one table of a list of tables; entries that are `None` are left out."""
+    """Write one table of a list of tables; entries that are `None` are omitted."""
     lines = [f"{key} = {value(item)}" for key, item in entries.items() if item is not None]
     return "\n".join([f"[[{kind}]]", *lines, ""])

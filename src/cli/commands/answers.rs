@@ -1,41 +1,48 @@
-//! `grazemap orbits`, `branch`, `loci`, `trajectory` and `converge`: options as keys, and the
-//! answer to them.
+//! `grazemap orbits`, `branch`, `loci`, `trajectory` and `converge`: turn options into keys of the
+//! pipeline and deliver its answer.
 
 use std::cell::Cell;
 
 use serde::Serialize;
 
+use super::points::measured_series;
 use super::{Contacts, open, resumable, settle, shard};
 use crate::cli::arguments::{
-    BranchArguments, ConvergeOptions, LociArguments, OrbitsArguments, TrajectoryArguments,
+    BranchArguments, ConvergeOptions, FitArguments, LociArguments, NoiseArguments, OrbitsArguments,
+    TrajectoryArguments,
 };
 use crate::cli::output::{Bar, CliError, Outlets, deliver, note_all};
 use crate::cli::pieces::Resumable;
+use crate::cli::positions::Origin;
 use grazemap::analysis::orbits::BifurcationKind;
 use grazemap::analysis::{Joining, TimeSeriesRequest, each_moment};
+use grazemap::model::Method;
 use grazemap::pipeline::{
-    Answer, BranchKeys, ConvergenceKeys, Ended, LociKeys, OrbitsKeys, OrbitsOf, Settled,
-    TrajectoryKeys,
+    Answer, BranchKeys, ConvergenceKeys, Ended, FitKeys, LociKeys, NoiseKeys, OrbitsKeys, OrbitsOf,
+    Settled, TrajectoryKeys, is_standard,
 };
 use grazemap::report::{CsvStream, time_series_columns, time_series_row, to_json};
 use grazemap::{Error, Map};
 
 pub(in crate::cli) fn orbits(options: &OrbitsArguments) -> Result<(), CliError> {
     let outlets = &options.scene.common.outlets;
-    let direct = options.which.using == OrbitsOf::Direct;
+    let direct = options.which.method == OrbitsOf::Direct;
     let contacts = Contacts::unless(direct, Contacts::Searched);
     let map = contacts.map(open(&options.scene)?, outlets.quiet)?;
     let kinds = [(options.fold, BifurcationKind::Fold), (options.flip, BifurcationKind::Flip)];
     let kinds = kinds.into_iter().filter(|(asked, _)| *asked);
+    let origin = Origin::new(map.settled().graze(), options.counting);
+    let stepped = options.plane.first().map_or("", String::as_str);
+    let [from, to] = origin.range(stepped, [options.from, options.to]);
     let keys = OrbitsKeys {
-        at: options.at.clone(),
+        at: options.at.iter().map(|at| origin.offsets(at)).collect(),
         period: options.period,
         itineraries: options.which.itinerary.clone(),
-        using: options.which.using,
+        method: options.which.method,
         kind: kinds.map(|(_, kind)| kind).collect(),
         plane: options.plane.clone(),
-        from: options.from,
-        to: options.to,
+        from,
+        to,
         points: options.points,
     };
     answered(&keys, "orbits", &map, outlets, |bar| keys.answer(&map, bar))
@@ -43,18 +50,20 @@ pub(in crate::cli) fn orbits(options: &OrbitsArguments) -> Result<(), CliError> 
 
 pub(in crate::cli) fn branch(options: &BranchArguments) -> Result<(), CliError> {
     let outlets = &options.scene.common.outlets;
-    let direct = options.which.using == OrbitsOf::Direct;
+    let direct = options.which.method == OrbitsOf::Direct;
     let contacts = Contacts::unless(direct, Contacts::Searched);
     let map = contacts.map(open(&options.scene)?, outlets.quiet)?;
+    let origin = Origin::new(map.settled().graze(), options.stretch.counting);
+    let [from, to] = options.stretch.range(&origin, &options.along);
     let keys = BranchKeys {
         along: options.along.clone(),
-        from: options.stretch.from,
-        to: options.stretch.to,
-        at: options.stretch.at.clone().unwrap_or_default(),
+        from,
+        to,
+        at: options.stretch.at(&origin),
         itineraries: options.which.itinerary.clone(),
         period: options.period,
-        using: options.which.using,
-        starts: options.start.clone(),
+        method: options.which.method,
+        starts: options.start.iter().map(|start| origin.offsets(start)).collect(),
         observe: options.observe.clone(),
         iterates: outlets.output.is_some() || options.sharding.share.is_some(),
     };
@@ -68,17 +77,20 @@ pub(in crate::cli) fn branch(options: &BranchArguments) -> Result<(), CliError> 
 
 pub(in crate::cli) fn loci(options: &LociArguments) -> Result<(), CliError> {
     let outlets = &options.scene.common.outlets;
-    let direct = options.which.using == OrbitsOf::Direct;
+    let direct = options.which.method == OrbitsOf::Direct;
     let contacts = Contacts::unless(direct, Contacts::Searched);
     let map = contacts.map(open(&options.scene)?, outlets.quiet)?;
+    let origin = Origin::new(map.settled().graze(), options.stretch.counting);
+    let first = options.plane.first().map_or("", String::as_str);
+    let [from, to] = options.stretch.range(&origin, first);
     let keys = LociKeys {
         plane: options.plane.clone(),
-        from: options.stretch.from,
-        to: options.stretch.to,
-        at: options.stretch.at.clone().unwrap_or_default(),
+        from,
+        to,
+        at: options.stretch.at(&origin),
         kind: options.kind.clone(),
         itineraries: options.which.itinerary.clone(),
-        using: options.which.using,
+        method: options.which.method,
         chart: outlets.output.is_some(),
     };
     answered(&keys, "loci", &map, outlets, |bar| keys.answer(&map, bar))
@@ -87,9 +99,10 @@ pub(in crate::cli) fn loci(options: &LociArguments) -> Result<(), CliError> {
 pub(in crate::cli) fn trajectory(options: &TrajectoryArguments) -> Result<(), CliError> {
     let outlets = &options.scene.common.outlets;
     let settled = settle(open(&options.scene)?, outlets.quiet)?;
+    let origin = Origin::new(settled.graze(), options.counting);
     let keys = TrajectoryKeys {
-        at: options.at.clone().unwrap_or_default(),
-        start: options.start.clone().unwrap_or_default(),
+        at: origin.named(options.at.as_ref()),
+        start: origin.named(options.start.as_ref()),
         itinerary: options.itinerary.clone(),
         settle: options.settle,
         periods: options.periods,
@@ -104,7 +117,7 @@ pub(in crate::cli) fn trajectory(options: &TrajectoryArguments) -> Result<(), Cl
     deliver(keys.answer(&settled, &bar)?, "trajectory", outlets)
 }
 
-/// Writes the table row by row, as the rows are simulated.
+/// Writes the time series as CSV, row by row as it is simulated.
 fn stream(
     settled: &Settled,
     request: &TimeSeriesRequest,
@@ -134,6 +147,53 @@ fn stream(
     }
 }
 
+pub(in crate::cli) fn noise(options: &NoiseArguments) -> Result<(), CliError> {
+    let outlets = &options.scene.common.outlets;
+    let contacts = Contacts::unless(options.method == Method::Direct, Contacts::Unused);
+    let map = contacts.map(open(&options.scene)?, outlets.quiet)?;
+    let origin = Origin::new(map.settled().graze(), options.counting);
+    let keys = NoiseKeys {
+        deviations: options.deviation.clone(),
+        at: origin.named(options.at.as_ref()),
+        law: options.law,
+        start: origin.named(options.start.as_ref()),
+        orbits: options.orbits as usize,
+        transient: options.transient as usize,
+        keep: options.keep as usize,
+        range: options.range.as_ref().map(|ranges| ranges.offsets(&origin)).unwrap_or_default(),
+        cells: options.cells as usize,
+        seed: options.seed,
+        method: options.method,
+    };
+    let bar = Bar::new("noise", outlets.quiet);
+    let answer = keys.answer(&map, &bar)?;
+    drop(bar);
+    deliver(answer, "noise", outlets)
+}
+
+pub(in crate::cli) fn fit(options: &FitArguments) -> Result<(), CliError> {
+    let outlets = &options.scene.common.outlets;
+    if is_standard(&options.scene.scene) && is_standard(&options.data) {
+        return Err(CliError::StandardInputTwice);
+    }
+    let contacts = Contacts::unless(options.method == Method::Direct, Contacts::Unused);
+    let map = contacts.map(open(&options.scene)?, outlets.quiet)?;
+    let origin = Origin::new(map.settled().graze(), options.counting);
+    let keys = FitKeys {
+        parameters: options.parameters.clone(),
+        at: origin.named(options.at.as_ref()),
+        noise: options.noise.clone().unwrap_or_default(),
+        piece: options.piece as usize,
+        withheld: options.withheld as usize,
+        method: options.method,
+    };
+    let series = measured_series(&options.data, map.local())?;
+    let bar = Bar::new("fit", outlets.quiet);
+    let answer = keys.answer(&map, series, &bar)?;
+    drop(bar);
+    deliver(answer, "fit", outlets)
+}
+
 pub(in crate::cli) fn converge(options: &ConvergeOptions) -> Result<(), CliError> {
     let outlets = &options.scene.common.outlets;
     let settled = settle(open(&options.scene)?, outlets.quiet)?;
@@ -148,7 +208,7 @@ pub(in crate::cli) fn converge(options: &ConvergeOptions) -> Result<(), CliError
     Ok(())
 }
 
-/// A command that answers keys by a map and keeps its finished pieces.
+/// Runs a command whose keys are answered by a map, and keeps its finished pieces.
 fn answered(
     keys: &impl Serialize,
     command: &'static str,
@@ -160,7 +220,7 @@ fn answered(
     let bar = Bar::new(command, outlets.quiet).resuming(0, resumable.journal());
     let mut answer = answer(&bar)?;
     drop(bar);
-    // That nothing was found is known once it is written.
+    // NOTE: an answer without a result is written before its error is returned.
     let ended = answer.ended.take();
     deliver(answer, command, outlets)?;
     resumable.finish();

@@ -1,4 +1,4 @@
-//! `grazemap emit`: the crate of Rust code, or the map in C or CUDA, or whether a folder holds it.
+//! `grazemap emit`: writes the map as source code, or checks that a folder is up to date.
 
 use std::path::{Component, Path, PathBuf};
 
@@ -16,10 +16,10 @@ use grazemap::pipeline::{EmitRequest, Source, is_standard, write_emitted};
 use grazemap::report::{SectionDocument, bounds_words, counted, to_json};
 use grazemap::{Error, Map};
 
-/// Where the catalogue's crate goes when no folder is named.
+/// Default folder of the catalogue's crate.
 const CATALOGUE_FOLDER: &str = "generated";
 
-/// What `--json` says about an emission.
+/// Document of `--json`.
 #[derive(Debug, Serialize)]
 struct Summary {
     modules: Vec<ModuleSummary>,
@@ -39,7 +39,7 @@ struct ModuleSummary {
     section: SectionDocument,
 }
 
-/// A module, the window with its errors, and its map.
+/// Emitted module, window with measured errors, and map.
 type Emitted = (EmittedModule, MeasuredWindow, Map);
 
 pub(in crate::cli) fn run(options: &EmitArguments) -> Result<(), CliError> {
@@ -83,9 +83,9 @@ pub(in crate::cli) fn run(options: &EmitArguments) -> Result<(), CliError> {
     Results::named("emit", text, json, None).deliver("emit", &outlets)
 }
 
-/// What the command says that emits a module again.
+/// Arguments of the command that reproduces a module.
 pub(super) struct Reproduction<'a> {
-    /// What is named in the place of a scene; `None`: the catalogue.
+    /// Argument in the place of SCENE; `None` for the catalogue.
     pub(super) scene: Option<&'a Path>,
     pub(super) overrides: &'a [(String, String)],
     pub(super) target: Target,
@@ -102,8 +102,8 @@ impl<'a> Reproduction<'a> {
         }
     }
 
-    /// The command, for a shell in the folder of the module's file, of an emission into this
-    /// folder.
+    /// Command for a shell in the folder of the module's file, which reproduces an emission into
+    /// `folder`.
     pub(super) fn command(&self, folder: &Path) -> String {
         let mut words = vec!["grazemap".to_owned(), "emit".to_owned()];
         let from = match self.target {
@@ -138,7 +138,7 @@ impl<'a> Reproduction<'a> {
     }
 }
 
-/// The place of a folder, links in it followed; what is not there yet is taken as it is named.
+/// Absolute path of a folder with links resolved; names that do not exist yet are kept.
 fn settled(folder: &Path) -> PathBuf {
     let whole = std::path::absolute(folder).unwrap_or_else(|_| folder.to_owned());
     whole.canonicalize().unwrap_or_else(|_| match (whole.parent(), whole.file_name()) {
@@ -147,7 +147,7 @@ fn settled(folder: &Path) -> PathBuf {
     })
 }
 
-/// A path as seen from a folder, both absolute.
+/// Path relative to a folder, both absolute.
 fn relative(folder: &Path, path: &Path) -> PathBuf {
     let (here, there): (Vec<_>, Vec<_>) =
         (folder.components().collect(), path.components().collect());
@@ -156,14 +156,14 @@ fn relative(folder: &Path, path: &Path) -> PathBuf {
         return path.to_owned();
     }
     let up = match here.len() - common {
-        // NOTE: a name that begins with a dash would be taken for an option.
+        // NOTE: a name that begins with a dash would be read as an option.
         0 => vec![Component::CurDir],
         levels => vec![Component::ParentDir; levels],
     };
     up.into_iter().chain(there[common..].iter().copied()).collect()
 }
 
-/// Where an emission goes when no folder is named.
+/// Default folder of an emission.
 fn folder_of(target: Target) -> PathBuf {
     Path::new("out").join(match target {
         Target::Rust => "crate",
@@ -176,7 +176,7 @@ fn opened(scene: PathBuf, options: &EmitArguments) -> Result<Source, CliError> {
     open(&SceneOptions { scene, common })
 }
 
-/// Refuses, before anything is computed, a scene of the catalogue that asks for single precision.
+/// Refuses, before any computing, scenes of the catalogue that ask for single precision.
 fn refuse_single(scenes: &[Source]) -> Result<(), CliError> {
     let single = EmitPrecision::Given(FloatFormat::F32);
     let mut scenes = scenes.iter().map(Source::scene);
@@ -200,7 +200,7 @@ fn emit(source: Source, options: &EmitArguments, command: &str) -> Result<Emitte
     Ok((module, window, map))
 }
 
-/// Says how a folder differs from the emission.
+/// Compares a folder with the emission and reports the differences.
 fn check(emitted: &EmittedCrate, folder: &Path, quiet: bool) -> Result<(), CliError> {
     let differences = emitted.check(folder);
     if differences.is_empty() {

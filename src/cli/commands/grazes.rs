@@ -4,6 +4,7 @@
 use super::{map, open, remark_on_window};
 use crate::cli::arguments::{CurveArguments, LocateArguments, SceneOptions};
 use crate::cli::output::{Bar, CliError, Results, deliver};
+use crate::cli::positions::Position;
 use grazemap::convergence::Choice;
 use grazemap::model::Scene;
 use grazemap::numeric::Shown;
@@ -13,11 +14,11 @@ use grazemap::report::{
     window_words,
 };
 
-/// What `locate` says of the window where it makes no map.
+/// Note on the window, printed by `locate` if it makes no map.
 const NOT_MEASURED: &str = "window: not measured here; `expand` measures how far from this graze \
                             its map keeps its tolerance\n";
 
-/// The grazing orbit.
+/// Runs `grazemap locate`.
 pub(in crate::cli) fn locate(options: &LocateArguments) -> Result<(), CliError> {
     let outlets = &options.scene.common.outlets;
     let source = open(&options.scene)?;
@@ -33,28 +34,25 @@ pub(in crate::cli) fn locate(options: &LocateArguments) -> Result<(), CliError> 
     let theory_parameter = theory.parameter.clone();
     let study = GrazeStudy { theory, measured };
     let listing = OrbitListing::new(graze.scene(), graze.orbit());
-    let text = orbit_text(graze.scene(), &listing)?
-        + &study_text(&study)?
+    let all = match options.all {
+        true => orbit_text(&listing)? + &study_text(&study)? + "\n",
+        false => "`--all` lists all parameters, digits and conditions\n".to_owned(),
+    };
+    let text = verdict_text(graze.scene(), &listing, &study)?
         + &other_grazes_text(&theory_parameter, &listing)
         + "\n"
+        + &all
         + &window;
     let results = Results::named("orbit", text, graze.to_json_with(&study)?, None);
     results.deliver("locate", outlets)
 }
 
-/// What happens at the graze, as a person reads it.
+/// Table of the one-contact orbits of the theory.
 fn study_text(study: &GrazeStudy) -> Result<String, ReportError> {
-    let mut text = "\nwhat happens at this graze\n".to_owned();
-    for words in study.words() {
-        text.push_str(&format!("{words}\n"));
-    }
-    if let Some(table) = study.orbits_table()? {
-        text.push_str(&format!("\n{}", table.to_text()));
-    }
-    Ok(text)
+    Ok(study.orbits_table()?.map_or_else(String::new, |table| format!("\n{}", table.to_text())))
 }
 
-/// The other grazes that the search met.
+/// Other grazes found by the search, as text.
 fn other_grazes_text(parameter: &str, listing: &OrbitListing) -> String {
     let others: Vec<String> =
         listing.other_grazes.iter().map(|&value| format!("{}", Shown(value))).collect();
@@ -68,17 +66,39 @@ fn other_grazes_text(parameter: &str, listing: &OrbitListing) -> String {
     }
 }
 
-/// The orbit as a person reads it.
-fn orbit_text(scene: &Scene, document: &OrbitListing) -> Result<String, ReportError> {
-    let table = document.point_table()?.to_text();
+/// Verdict on a graze: where it is, what happens there, and the orbit in few digits.
+fn verdict_text(
+    scene: &Scene,
+    listing: &OrbitListing,
+    study: &GrazeStudy,
+) -> Result<String, ReportError> {
     let surfaces: Vec<String> =
-        document.surfaces().iter().map(|surface| format!("`{surface}`")).collect();
-    let mut text = format!(
-        "grazing orbit of `{}` at {}\nsection: {}\n\n{table}",
-        scene.identifier,
-        surfaces.join(", then "),
-        document.section.words()
-    );
+        listing.surfaces().iter().map(|surface| format!("`{surface}`")).collect();
+    let adjusted = scene.grazing.solve_for.iter().map(|&number| {
+        let name = &scene.model.parameters[number].name;
+        let value = listing.parameters.get(name).copied().unwrap_or(f64::NAN);
+        format!("{name} = {}", Shown(value))
+    });
+    let adjusted = adjusted.collect::<Vec<_>>().join(", ");
+    let mut text =
+        format!("`{}` grazes {} at {adjusted}\n", scene.identifier, surfaces.join(", then "));
+    for words in study.words() {
+        text.push_str(&format!("{words}\n"));
+    }
+    let unstable = listing.multipliers.iter().find(|[re, im]| re.hypot(*im) > 1.0);
+    if let Some([re, im]) = unstable {
+        text.push_str(&format!(
+            "note: the orbit is unstable even without contact: a multiplier has modulus {:.6}\n",
+            re.hypot(*im)
+        ));
+    }
+    text.push_str(&format!("section: {}\n\n", listing.section.words()));
+    Ok(text + &listing.summary_table()?.to_text())
+}
+
+/// All digits of the orbit, its passages and conditions.
+fn orbit_text(document: &OrbitListing) -> Result<String, ReportError> {
+    let mut text = document.point_table()?.to_text();
     if document.passages.len() > 1 {
         let passages = document.passages_table()?.to_text();
         let conditions = document.conditions_table()?.to_text();
@@ -86,23 +106,26 @@ fn orbit_text(scene: &Scene, document: &OrbitListing) -> Result<String, ReportEr
             "\npassages of a period\n\n{passages}\nxi_n from passage to passage\n\n{conditions}"
         ));
     }
-    let unstable = document.multipliers.iter().find(|[re, im]| re.hypot(*im) > 1.0);
-    if let Some([re, im]) = unstable {
-        text.push_str(&format!(
-            "\nnote: the orbit is unstable even without contact: a multiplier has modulus {:.6}\n",
-            re.hypot(*im)
-        ));
-    }
     Ok(text)
 }
 
-/// The grazing curve in two parameters, or its point nearest to the scene.
+/// Runs `grazemap curve`: the grazing curve in two parameters, or its point nearest to the scene.
 pub(in crate::cli) fn curve(options: &CurveArguments) -> Result<(), CliError> {
     let source = open(&options.scene)?;
     let bar = Bar::new("curve", options.scene.common.outlets.quiet);
-    let answer = match (&options.with, options.from, options.to) {
-        (Some(with), Some(from), Some(to)) => {
-            let keys = CurveKeys { with: with.clone(), from, to, xi: options.xi };
+    let second = options.along.as_ref().or(options.with.as_ref());
+    let answer = match (second, options.from, options.to) {
+        (Some(second), Some(from), Some(to)) => {
+            let are_values = options.with.is_some() || options.counting.values;
+            let offsets_from = match are_values {
+                true => 0.0,
+                false => value(source.scene(), second),
+            };
+            let [from, to] = [from, to].map(|end| match end {
+                Position::Offset(offset) => offsets_from + offset,
+                Position::Value(value) => value,
+            });
+            let keys = CurveKeys { along: second.clone(), from, to, xi: options.xi };
             keys.answer(source.scene(), &bar)?
         }
         _ => {
@@ -113,6 +136,12 @@ pub(in crate::cli) fn curve(options: &CurveArguments) -> Result<(), CliError> {
     };
     drop(bar);
     deliver(answer, "curve", &options.scene.common.outlets)
+}
+
+/// Value of a parameter in a scene; 0 for another name, which the command refuses.
+fn value(scene: &Scene, name: &str) -> f64 {
+    let mut parameters = scene.model.parameters.iter();
+    parameters.find(|parameter| parameter.name == name).map_or(0.0, |known| known.value.to_f64())
 }
 
 pub(in crate::cli) fn expand(options: &SceneOptions) -> Result<(), CliError> {
@@ -126,7 +155,7 @@ pub(in crate::cli) fn expand(options: &SceneOptions) -> Result<(), CliError> {
     results.deliver("expand", &options.common.outlets)
 }
 
-/// What a choice says of itself beside its orders.
+/// Coefficients and least orders of a choice of orders, as text.
 fn choice_words(choice: &Choice) -> String {
     let coefficients = ChosenCoefficients::of(choice).words();
     let least = least_orders_words(choice);
@@ -134,7 +163,7 @@ fn choice_words(choice: &Choice) -> String {
     words.trim_end().to_owned() + "\n"
 }
 
-/// The expansion's sizes as a person reads them.
+/// Sizes of the expansion, as text.
 fn expansion_text(scene: &Scene, document: &MapListing) -> Result<String, ReportError> {
     let orders = document.orders;
     let laws = document.depth.iter().enumerate().map(|(passage, laws)| {

@@ -1,13 +1,15 @@
-//! One file per command, or per few of one kind; here what they begin with: the scene, orbit or map
-//! named, and what is said of it on the way.
+//! Commands: one file each, or one for a few of a kind. Shared first steps: open the scene, orbit
+//! or map, choose the section, report warnings.
 
 pub(super) mod answers;
 pub(super) mod emit;
 pub(super) mod grazes;
 pub(super) mod image;
+mod points;
 pub(super) mod run;
 pub(super) mod scenes;
 pub(super) mod sweeps;
+mod tables;
 
 use std::path::PathBuf;
 
@@ -22,8 +24,7 @@ use grazemap::pipeline::{Settled, Source};
 use grazemap::report::to_json;
 use grazemap::{Error, Map};
 
-/// Opens what is named in the place of a scene, shows its warnings and starts the threads asked
-/// for.
+/// Opens the argument SCENE, prints its warnings, and starts the threads asked for.
 fn open(options: &SceneOptions) -> Result<Source, CliError> {
     if let Some(threads) = options.common.threads
         && !parallel::start(threads.into())
@@ -43,23 +44,23 @@ fn open(options: &SceneOptions) -> Result<Source, CliError> {
     Ok(source)
 }
 
-/// The scene on the section that its map is taken on; says, unless `quiet`, what decided it where
-/// the scene takes any.
+/// Scene on the section of its map. Prints the reason for that section, unless `quiet`, where the
+/// scene allows any.
 fn settle(source: Source, quiet: bool) -> Result<Settled, CliError> {
     let settled = source.settle()?;
     note_section(&settled, quiet);
     Ok(settled)
 }
 
-/// Says, unless `quiet`, what decided the section where the scene takes any.
+/// Prints the reason for the chosen section, unless `quiet`, where the scene allows any.
 fn note_section(settled: &Settled, quiet: bool) {
     if let Some(decision) = settled.section().decided.filter(|_| !quiet) {
         note(&decision.words());
     }
 }
 
-/// The map of what is named. What is to be said of its window is [said](remark_on_window) once the
-/// rest of the call is known to be right.
+/// Map of the source. Warnings about its window come from [`remark_on_window`], once the rest of
+/// the call is known to be valid.
 fn map(source: Source, quiet: bool) -> Result<Map, CliError> {
     let saved = match &source {
         Source::Map(map) => Some(map.clone()),
@@ -73,24 +74,24 @@ fn map(source: Source, quiet: bool) -> Result<Map, CliError> {
     })
 }
 
-/// Use that a command makes of the contacts of a map.
+/// Role of the map's contacts in a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Contacts {
-    /// It iterates them.
+    /// The command iterates them.
     Iterated,
-    /// Direct simulation answers, and looks where the map has orbits, if there is one.
+    /// Direct simulation computes the result; if there is a map, its orbits guide the search.
     Searched,
-    /// None: direct simulation answers.
+    /// Direct simulation computes the result without them.
     Unused,
 }
 
 impl Contacts {
-    /// The use that is made where all, or not all, is asked of direct simulation.
+    /// [`Self::Iterated`], or `otherwise` if everything is computed by direct simulation.
     fn unless(direct: bool, otherwise: Self) -> Self {
         if direct { otherwise } else { Self::Iterated }
     }
 
-    /// As much of the map of what is named as this needs.
+    /// Map of the source, with as much of its expansion as this role needs.
     fn map(self, source: Source, quiet: bool) -> Result<Map, CliError> {
         let map = match self {
             Self::Iterated => return map(source, quiet),
@@ -102,7 +103,7 @@ impl Contacts {
     }
 }
 
-/// Computes a shard of a command that uses a map, and that was asked for more than its scene says.
+/// Computes a shard of a command on a map. `asked` holds its settings beyond the scene, as text.
 fn shard(
     share: Share,
     (command, map, asked): (&'static str, &Map, &str),
@@ -115,8 +116,8 @@ fn shard(
     sharded.write(outlets, compute)
 }
 
-/// Keeps the finished pieces of a command that uses a map, and that was asked for more than its
-/// scene says, beside its results.
+/// Keeps the finished pieces of a command on a map beside its results. `asked` holds the command's
+/// settings beyond the scene, as text.
 fn resumable(
     command: &str,
     folder: Option<PathBuf>,
@@ -128,13 +129,13 @@ fn resumable(
     Ok(Resumable::begin(command, folder, &decisive, quiet))
 }
 
-/// Refuses orders that take too long, before an orbit is looked for.
+/// Refuses orders that take too long, before an orbit is searched for.
 fn refuse_orders(scene: &Scene) -> Result<(), CliError> {
     Ok(check_orders(scene).map_err(Error::from)?)
 }
 
-/// Says on standard error where a map errs on its window more than it should, and where the window
-/// is deeper than the series of the passage whose contact loses most.
+/// Warns on standard error if the map's error on its window is too large, or if the window exceeds
+/// the radius of a depth series.
 fn remark_on_window(map: &Map, quiet: bool) {
     note_all(&map.remarks().collect::<Vec<_>>(), quiet);
 }

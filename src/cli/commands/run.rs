@@ -1,5 +1,5 @@
-//! `grazemap run` and `view`: everything a scene asks for, with a report page; and that page
-//! opened.
+//! `grazemap run` and `view`: compute everything that a scene asks for, write a report page, and
+//! open it.
 
 use std::cell::RefCell;
 use std::ffi::OsString;
@@ -17,17 +17,17 @@ use grazemap::emission::{Target, shell_word};
 use grazemap::pipeline::{RunWatch, Settled, run as run_in};
 use grazemap::report::StageTime;
 
-/// Where results go when no folder is named.
+/// Default folder of results.
 const FOLDER: &str = "out";
-/// The scene of a run without a scene.
+/// Scene of a run without SCENE.
 const BUILT_IN: &str = "cantilever_3_5_soft";
 
-/// The built-in scene, start to finish.
+/// Runs the built-in scene, start to finish.
 pub(in crate::cli) fn built_in(common: &Common) -> Result<(), CliError> {
     run(&SceneOptions { scene: PathBuf::from(BUILT_IN), common: common.clone() })
 }
 
-/// A scene, start to finish.
+/// Runs a scene, start to finish.
 pub(in crate::cli) fn run(options: &SceneOptions) -> Result<(), CliError> {
     let mut outlets = options.common.outlets.clone();
     let source = open(options)?;
@@ -42,13 +42,13 @@ pub(in crate::cli) fn run(options: &SceneOptions) -> Result<(), CliError> {
     Results { text, json: timings, ..Results::default() }.deliver("run", &outlets)
 }
 
-/// The page of a run with these options.
+/// Path of the report page of a run with these options.
 fn page_of(common: &Common) -> PathBuf {
     let folder = common.outlets.output.as_deref();
     folder.unwrap_or(Path::new(FOLDER)).join("report.html")
 }
 
-/// Says what happens in a run on standard error, and keeps its pieces.
+/// Reports the progress of a run on standard error, and keeps its pieces.
 struct Watch<'a> {
     options: &'a SceneOptions,
     resumable: RefCell<Option<Resumable>>,
@@ -76,7 +76,7 @@ impl RunWatch for Watch<'_> {
     }
 
     fn begin(&self, folder: &Path, map: &Map) {
-        // A run whose pieces cannot be kept goes on without.
+        // NOTE: a run whose pieces cannot be kept continues without a journal.
         let kept = resumable("run", Some(folder.to_owned()), map, "", self.quiet());
         *self.resumable.borrow_mut() = kept.ok();
     }
@@ -104,7 +104,7 @@ impl RunWatch for Watch<'_> {
     }
 }
 
-/// A run, and its page in a browser: that of the variable `BROWSER`, else the system's.
+/// Runs a scene and opens its page in the browser named by `BROWSER`, else in the system's.
 pub(in crate::cli) fn view(options: &SceneOptions) -> Result<(), CliError> {
     run(options)?;
     let page = page_of(&options.common);
@@ -114,7 +114,7 @@ pub(in crate::cli) fn view(options: &SceneOptions) -> Result<(), CliError> {
     Ok(())
 }
 
-/// Whether something took the page.
+/// Whether a browser started with the page.
 fn opens(page: &Path) -> bool {
     let page = std::path::absolute(page).unwrap_or_else(|_| page.to_owned());
     let opener = match std::env::var_os("BROWSER").filter(|browser| !browser.is_empty()) {

@@ -1,5 +1,5 @@
-//! What needs no computing: `grazemap check` and `new`, of scenes; `completions` and `man`, what a
-//! shell and `man` know of the program.
+//! Commands that need no computing: `grazemap check` and `new`, for scenes; `completions` and
+//! `man`, for the shell and `man`.
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -14,7 +14,7 @@ use grazemap::Error;
 use grazemap::model::{Digest, Scene, catalogue, nearest};
 use grazemap::report::{Named, OutputFolder, to_json, write_atomically};
 
-/// What a checked scene holds.
+/// Contents of a checked scene.
 #[derive(Debug, Serialize)]
 struct Summary<'a> {
     scene: &'a str,
@@ -31,7 +31,7 @@ struct Summary<'a> {
     warnings: &'a [String],
 }
 
-/// Parses and checks.
+/// Runs `grazemap check`: parses and checks a scene.
 pub(in crate::cli) fn check(options: &SceneOptions) -> Result<(), CliError> {
     let source = open(options)?;
     let scene = source.scene();
@@ -95,8 +95,8 @@ impl<'a> Summary<'a> {
     }
 }
 
-/// The bounds of a scene's window by name (the depth `y²`, the full state, the active parameters);
-/// `None` where the scene states none.
+/// Window of a scene as bounds by name: depth `y²`, full state, active parameters. A bound is
+/// `None` if the scene leaves it open.
 fn stated_window(scene: &Scene) -> Named<Option<f64>> {
     let (model, window) = (&scene.model, &scene.window);
     let phase = model.phase.iter().map(|phase| &phase.name);
@@ -110,7 +110,7 @@ fn stated_window(scene: &Scene) -> Named<Option<f64>> {
     Named::new(bounds.map(|(name, bound)| (name, bound.is_finite().then_some(bound))))
 }
 
-/// A scene from the catalogue to start from.
+/// Runs `grazemap new`: copies a scene of the catalogue to a file, or lists the catalogue.
 pub(in crate::cli) fn new(options: &NewOptions) -> Result<(), CliError> {
     match &options.name {
         Some(name) if !options.list => write(name, options),
@@ -118,7 +118,7 @@ pub(in crate::cli) fn new(options: &NewOptions) -> Result<(), CliError> {
     }
 }
 
-/// The catalogue, one scene a line.
+/// Names and summaries of the catalogue's scenes, one a line.
 fn list() -> String {
     let width = catalogue::names().map(str::len).max().unwrap_or(0);
     catalogue::names().fold(String::new(), |mut text, name| {
@@ -145,14 +145,14 @@ fn write(name: &str, options: &NewOptions) -> Result<(), CliError> {
     Ok(())
 }
 
-/// The completions of a shell, on standard output.
+/// Prints shell completions to standard output.
 pub(in crate::cli) fn completions(options: &CompletionsOptions) -> Result<(), CliError> {
     let mut text = Vec::new();
     clap_complete::generate(options.shell, &mut Arguments::command(), "grazemap", &mut text);
     print(&String::from_utf8_lossy(&text))
 }
 
-/// The manual in a folder: a page of the program and one of each command.
+/// Writes the manual into a folder: one page for the program and one for each command.
 pub(in crate::cli) fn man(options: &ManOptions) -> Result<(), CliError> {
     let folder = OutputFolder::create(&options.output)?;
     let mut program = Arguments::command().disable_help_subcommand(true);

@@ -1,9 +1,10 @@
-//! `grazemap diagram`, `chart` and `basin`: bifurcation diagrams, two-parameter charts, and where
-//! the states of a plane of the section go.
+//! `grazemap diagram`, `chart` and `basin`: bifurcation diagrams, two-parameter charts, and basins
+//! of attraction in a plane of the section.
 
-use super::{Contacts, open, remark_on_window, resumable, shard};
-use crate::cli::arguments::{BasinArguments, ChartArguments, SweepArguments};
+use super::{Contacts, open, remark_on_window, resumable, shard, tables};
+use crate::cli::arguments::{BasinArguments, ChartArguments, DiagramArguments};
 use crate::cli::output::{Bar, CliError, note_all, refuse};
+use crate::cli::positions::Origin;
 use grazemap::Error;
 use grazemap::analysis::basin::Basin;
 use grazemap::analysis::diagram::{Diagram, Timing};
@@ -16,19 +17,31 @@ use grazemap::report::{
     diagram_timing_table, diagram_warnings, manifold_table, write_json,
 };
 
-/// Bifurcation diagrams.
-pub(in crate::cli) fn diagram(options: &SweepArguments) -> Result<(), CliError> {
-    let common = &options.scene.common;
-    let (source, outlets) = (open(&options.scene)?, &common.outlets);
-    if source.scene().diagrams.is_empty() {
-        return Err(CliError::NoDiagram);
-    }
-    source.scene().check_diagrams().map_err(Error::from)?;
-    refuse(diagrams_bytes(source.scene()), outlets.quiet)?;
-    let mut methods = source.scene().diagrams.iter().flat_map(|diagram| &diagram.with);
-    let direct = methods.all(|&method| method == Method::Direct);
+/// Runs `grazemap diagram`.
+pub(in crate::cli) fn diagram(options: &DiagramArguments) -> Result<(), CliError> {
+    let common = &options.sweep.scene.common;
+    let (source, outlets) = (open(&options.sweep.scene)?, &common.outlets);
+    let is_direct = |methods: &[Method]| methods.iter().all(|&method| method == Method::Direct);
+    let direct = match options.along {
+        Some(_) => !options.iterates.method.is_empty() && is_direct(&options.iterates.method),
+        None if source.scene().diagrams.is_empty() => return Err(CliError::NoDiagram),
+        None => {
+            source.scene().check_diagrams().map_err(Error::from)?;
+            refuse(diagrams_bytes(source.scene()), outlets.quiet)?;
+            source.scene().diagrams.iter().all(|diagram| is_direct(&diagram.with))
+        }
+    };
     let map = Contacts::unless(direct, Contacts::Unused).map(source, outlets.quiet)?;
-    if let Some(share) = options.sharding.share {
+    let map = match tables::diagram(options, &map)? {
+        Some(table) => {
+            let map = map.asking(&table)?;
+            map.scene().check_diagrams().map_err(Error::from)?;
+            refuse(diagrams_bytes(map.scene()), outlets.quiet)?;
+            map
+        }
+        None => map,
+    };
+    if let Some(share) = options.sweep.sharding.share {
         return shard(share, ("diagram", &map, ""), outlets, |shard| map.share_diagrams(shard));
     }
     let resumable = resumable("diagram", outlets.folder(), &map, "", outlets.quiet)?;
@@ -49,26 +62,43 @@ pub(in crate::cli) fn diagram(options: &SweepArguments) -> Result<(), CliError> 
     outlets.show(&text)
 }
 
-/// Two-parameter charts.
+/// Runs `grazemap chart`.
 pub(in crate::cli) fn chart(options: &ChartArguments) -> Result<(), CliError> {
     let device = Device::open(&options.device)?;
-    let options = &options.sweep;
-    let common = &options.scene.common;
-    let (source, outlets) = (open(&options.scene)?, &common.outlets);
-    if source.scene().charts.is_empty() {
-        return Err(CliError::NoChart);
-    }
-    source.scene().check_charts().map_err(Error::from)?;
-    refuse(charts_bytes(source.scene()), outlets.quiet)?;
-    let charts = &source.scene().charts;
-    let mut methods = charts.iter().flat_map(|chart| &chart.with);
-    let direct = methods.all(|&method| method == Method::Direct);
-    let mut overlays = charts.iter().flat_map(|chart| &chart.overlay);
-    let with_loci = overlays.any(|&overlay| overlay == ChartOverlay::Loci);
+    let common = &options.sweep.scene.common;
+    let (source, outlets) = (open(&options.sweep.scene)?, &common.outlets);
+    let is_direct = |methods: &[Method]| methods.iter().all(|&method| method == Method::Direct);
+    let is_asked = !options.plane.is_empty();
+    let (direct, with_loci) = match is_asked {
+        true => {
+            let methods = &options.iterates.method;
+            let direct = !methods.is_empty() && is_direct(methods);
+            (direct, options.overlay.iter().any(|curve| curve == "loci"))
+        }
+        false if source.scene().charts.is_empty() => return Err(CliError::NoChart),
+        false => {
+            source.scene().check_charts().map_err(Error::from)?;
+            refuse(charts_bytes(source.scene()), outlets.quiet)?;
+            let charts = &source.scene().charts;
+            let mut overlays = charts.iter().flat_map(|chart| &chart.overlay);
+            let with_loci = overlays.any(|&overlay| overlay == ChartOverlay::Loci);
+            (charts.iter().all(|chart| is_direct(&chart.with)), with_loci)
+        }
+    };
     let contacts = if with_loci { Contacts::Searched } else { Contacts::Unused };
     let contacts = Contacts::unless(direct && matches!(device, Device::Processor), contacts);
-    let map = contacts.map(source, outlets.quiet)?.on(&device)?;
-    if let Some(share) = options.sharding.share {
+    let map = contacts.map(source, outlets.quiet)?;
+    let map = match tables::chart(options, &map)? {
+        Some(table) => {
+            let map = map.asking(&table)?;
+            map.scene().check_charts().map_err(Error::from)?;
+            refuse(charts_bytes(map.scene()), outlets.quiet)?;
+            map
+        }
+        None => map,
+    };
+    let map = map.on(&device)?;
+    if let Some(share) = options.sweep.sharding.share {
         return shard(share, ("chart", &map, ""), outlets, |shard| map.share_charts(shard));
     }
     let resumable = resumable("chart", outlets.folder(), &map, "", outlets.quiet)?;
@@ -94,9 +124,10 @@ pub(in crate::cli) fn chart(options: &ChartArguments) -> Result<(), CliError> {
 
 pub(in crate::cli) fn basin(options: &BasinArguments) -> Result<(), CliError> {
     let outlets = &options.scene.common.outlets;
-    let (source, keys) = (open(&options.scene)?, basin_keys(options));
-    let contacts = basin_contacts(&keys, source.scene());
+    let source = open(&options.scene)?;
+    let contacts = basin_contacts(options, source.scene());
     let map = contacts.map(source, outlets.quiet)?;
+    let keys = basin_keys(options, &Origin::new(map.settled().graze(), options.counting));
     let requests = match !keys.is_empty() || map.scene().basins.is_empty() {
         true => vec![keys.request(&map).map_err(grazemap::Error::from)?],
         false => map.basin_requests()?,
@@ -134,11 +165,11 @@ pub(in crate::cli) fn basin(options: &BasinArguments) -> Result<(), CliError> {
     outlets.show(&texts.join("\n"))
 }
 
-/// Use that the basins asked for make of contacts.
-fn basin_contacts(keys: &BasinKeys, scene: &Scene) -> Contacts {
+/// Role of the map's contacts in the basins asked for.
+fn basin_contacts(options: &BasinArguments, scene: &Scene) -> Contacts {
     let plans = &scene.basins;
-    let (direct, manifolds) = match !keys.is_empty() || plans.is_empty() {
-        true => (keys.with == Some(Method::Direct), keys.manifolds.is_some()),
+    let (direct, manifolds) = match options.names_any() || plans.is_empty() {
+        true => (options.method == Some(Method::Direct), options.manifolds.is_some()),
         false => {
             let mut methods = plans.iter().flat_map(|plan| &plan.with);
             let direct = methods.all(|&method| method == Method::Direct);
@@ -149,20 +180,20 @@ fn basin_contacts(keys: &BasinKeys, scene: &Scene) -> Contacts {
     Contacts::unless(direct, contacts)
 }
 
-/// The options as keys.
-fn basin_keys(options: &BasinArguments) -> BasinKeys {
+/// Keys of the pipeline, from the options.
+fn basin_keys(options: &BasinArguments, origin: &Origin<'_>) -> BasinKeys {
     BasinKeys {
-        at: options.at.clone().unwrap_or_default(),
-        axes: options.axes.clone(),
-        range: options.range.clone().map(|ranges| ranges.0).unwrap_or_default(),
+        at: origin.named(options.at.as_ref()),
+        axes: options.plane.clone(),
+        range: options.range.as_ref().map(|ranges| ranges.offsets(origin)).unwrap_or_default(),
         points: options.points.clone(),
-        start: options.start.clone().unwrap_or_default(),
-        with: options.with,
+        start: origin.named(options.start.as_ref()),
+        with: options.method,
         manifolds: options.manifolds,
     }
 }
 
-/// The basin as a person reads it.
+/// Basin as text.
 fn basin_text(basin: &Basin) -> Result<String, ReportError> {
     let mut text = format!("{}\n{}\n", basin_words(basin), basin_table(basin)?.to_text());
     if let Some(manifolds) = &basin.manifolds {

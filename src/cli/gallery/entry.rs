@@ -1,5 +1,5 @@
-//! The entries: one published figure or table each, as files under `gallery/`; and what their
-//! numbers are compared with: numbers in the JSON that commands write, and expressions of them.
+//! Entries of the gallery: one published figure or table each, in files under `gallery/`. Their
+//! numbers are read from the JSON of commands, or are expressions of such numbers.
 
 use std::collections::BTreeMap;
 
@@ -11,109 +11,109 @@ use grazemap::Scene;
 use grazemap::iteration::OrbitName;
 use grazemap::model::catalogue;
 
-/// A published figure or table, and what reproduces it.
+/// Published figure or table, with the commands that reproduce it.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Entry {
-    /// `PAPER/FIGURE`: the file's place under `gallery/`, without its ending.
+    /// `PAPER/FIGURE`: path of the file under `gallery/`, without its extension.
     #[serde(skip)]
     pub(super) name: &'static str,
-    /// The paper, in a few words.
+    /// Short name of the paper.
     pub(super) paper: String,
-    /// The figure or table, as the paper numbers it.
+    /// Number of the figure or table in the paper.
     pub(super) figure: String,
-    /// What it shows, in a few words.
+    /// Title, in a few words.
     pub(super) title: String,
-    /// What the paper's figure holds.
+    /// Contents of the published figure.
     pub(super) shows: String,
     /// Whether the results agree, or why they do not.
     #[serde(default)]
     pub(super) verdict: String,
-    /// What the program lacks to reproduce it.
+    /// Feature that the program lacks to reproduce it.
     pub(super) needs: Option<String>,
-    /// What is computed, in order.
+    /// Commands to run, in order.
     #[serde(default)]
     pub(super) computation: Vec<Computation>,
-    /// Numbers that are compared.
+    /// Numbers to compare.
     #[serde(default)]
     pub(super) number: Vec<Number>,
 }
 
-/// A command of the program.
+/// Command of the program.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Computation {
-    /// Its name in the entry, and that of its folder.
+    /// Name of the computation in the entry, and of its folder.
     pub(super) name: String,
-    /// The command, a scene of the catalogue, and further arguments, parted by blanks.
+    /// Command, scene of the catalogue and further arguments, separated by blanks.
     pub(super) command: String,
-    /// Tables that the scene has besides, as in its file.
+    /// Tables appended to the scene's text, in TOML.
     pub(super) append: Option<String>,
-    /// What `--set` sets.
+    /// Values of `--set`.
     #[serde(default)]
     pub(super) set: Vec<String>,
-    /// What `--set` sets besides in the small version.
+    /// Further values of `--set` in the small version.
     #[serde(default)]
     pub(super) small: Vec<String>,
-    /// Left out of the small version, with the numbers that stand in it.
+    /// Whether the small version leaves out the computation, with the numbers read from it.
     #[serde(default)]
     pub(super) large: bool,
-    /// Pictures shown, of those that the command writes.
+    /// Pictures to show, out of those that the command writes.
     #[serde(default)]
     pub(super) picture: Vec<Shown>,
 }
 
-/// A picture and its caption.
+/// Picture and its caption.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Shown {
-    /// The file, without its ending.
+    /// File name without extension.
     pub(super) file: String,
-    /// What it shows.
+    /// Caption.
     pub(super) caption: String,
 }
 
-/// A number, or a word, that is compared.
+/// Number or word to compare.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Number {
-    /// What it is.
+    /// Name of the quantity.
     pub(super) what: String,
-    /// As the paper prints it.
+    /// Value as the paper prints it.
     pub(super) printed: Option<String>,
-    /// What is right by other means: a closed form, or another program.
+    /// Value known by other means: a closed form, or another program.
     pub(super) reference: Option<String>,
-    /// Where it stands in the results, as [`find`] reads it after the name of the computation; or
-    /// an expression in the names of `of`.
+    /// Path of the value in the results, which begins with the name of a computation and goes on as
+    /// [`find`] reads it; or an expression in the names of `of`.
     pub(super) value: String,
-    /// Names of the expression, and where they stand.
+    /// Names in the expression, with the paths of their values.
     #[serde(default)]
     pub(super) of: BTreeMap<String, String>,
-    /// How far it may be from what is printed, and from the reference; without it, a unit of the
-    /// last digit given, nothing for whole numbers.
+    /// Largest difference from the printed value and from the reference. Default: one unit of the
+    /// last digit given, 0 for whole numbers.
     pub(super) tolerance: Option<f64>,
-    /// Why the value is not the one that is printed.
+    /// Reason why the value differs from the printed one.
     pub(super) differs: Option<String>,
-    /// What else is to be said of it.
+    /// Further remark.
     #[serde(default)]
     pub(super) remark: String,
 }
 
 impl Number {
-    /// How far the value may be from a number as it is written.
+    /// Largest difference from a number as it is written.
     pub(super) fn tolerance(&self, written: &str) -> f64 {
         let (digits, exponent) = written.split_once('e').unwrap_or((written, "0"));
         let Some((_, decimals)) = digits.split_once('.') else {
             return self.tolerance.unwrap_or(if written.contains('e') { 0.5 } else { 0.0 });
         };
         let place = exponent.parse().unwrap_or(0) - decimals.len() as i32;
-        // NOTE: the last digit of what is written is rounded too.
+        // NOTE: the last digit of the written number is rounded too.
         self.tolerance.unwrap_or_else(|| 1.000_001 * 10_f64.powi(place))
     }
 }
 
 impl Computation {
-    /// The arguments of the program, in the small version or in full.
+    /// Arguments of the program, in the small or the full version.
     pub(super) fn arguments(&self, small: bool) -> Vec<String> {
         let words = self.command.split_whitespace().map(str::to_owned);
         let more = if small { self.small.as_slice() } else { &[] };
@@ -121,7 +121,7 @@ impl Computation {
         words.chain(set.flat_map(|set| ["--set".to_owned(), set.clone()])).collect()
     }
 
-    /// The command as a person types it.
+    /// Command as typed in a shell.
     pub(super) fn line(&self, small: bool) -> String {
         let quoted = |word: &String| match word.contains(['"', '[', '*', '{', ' ']) {
             true => format!("'{word}'"),
@@ -136,14 +136,14 @@ impl Computation {
 }
 
 impl Entry {
-    /// Whether a number stands in a computation that the small version leaves out.
+    /// Whether a number is read from a computation that the small version leaves out.
     pub(super) fn is_large(&self, number: &Number) -> bool {
         let mut large = self.computation.iter().filter(|computation| computation.large);
         let paths = || number.of.values().chain([&number.value]);
         large.any(|one| paths().any(|path| path.split('/').next() == Some(one.name.as_str())))
     }
 
-    /// Reads an entry. The files are part of the program, and a test reads them all.
+    /// Parses an entry. The files are part of the program, and a test parses them all.
     fn parse(name: &'static str, text: &str) -> Result<Self, String> {
         let document: DocumentMut = text.parse().map_err(|fault| format!("{name}: {fault}"))?;
         let entry: Result<Self, _> = serde_json::from_value(table_value(&*document));
@@ -151,12 +151,12 @@ impl Entry {
     }
 }
 
-/// Every entry, by paper.
+/// All entries, by paper.
 pub(super) fn entries() -> Result<Vec<Entry>, String> {
     FILES.iter().map(|(name, text)| Entry::parse(name, text)).collect()
 }
 
-/// A table of TOML as JSON.
+/// TOML table as JSON.
 fn table_value(table: &dyn TableLike) -> Value {
     let pairs = table.iter().map(|(key, item)| (key.to_owned(), item_value(item)));
     Value::Object(pairs.collect())
@@ -225,7 +225,7 @@ const FILES: &[(&str, &str)] = files![
     "foale1994/fig7",
 ];
 
-/// The value at a path: keys and places in lists, parted by `/`.
+/// Finds the value at a path of keys and list positions, separated by `/`.
 ///
 /// In a list, `key=value` takes the element whose `key` is the word `value` or the number nearest
 /// to it, and `a=b&c=d` the one nearest to the last among those equal in all others; a key inside
@@ -289,9 +289,10 @@ fn inner<'a>(element: &'a Value, key: &str) -> Option<&'a Value> {
     })
 }
 
-/// The value of an expression in which names stand for numbers; `None` where it is no expression.
+/// Value of an expression in which names stand for numbers; `None` if the text is not an
+/// expression.
 ///
-/// A scene reads an expression of numbers as the value of a parameter.
+/// The expression is evaluated by a scene, as the value of a parameter.
 pub(super) fn evaluate(expression: &str, named: &[(&str, f64)]) -> Option<f64> {
     const SCENE: &str = "linear";
     const PARAMETER: &str = "omega";
@@ -302,7 +303,7 @@ pub(super) fn evaluate(expression: &str, named: &[(&str, f64)]) -> Option<f64> {
     Some(parameters.find(|parameter| parameter.name == PARAMETER)?.value.to_f64())
 }
 
-/// The expression with the numbers in the places of their names.
+/// Expression with names replaced by their numbers.
 fn inserted(expression: &str, named: &[(&str, f64)]) -> String {
     let is_part = |letter: char| letter.is_alphanumeric() || letter == '_';
     let (mut text, mut word) = (String::new(), String::new());

@@ -1,8 +1,8 @@
-//! `grazemap gallery`: published figures and tables, computed again and compared.
+//! `grazemap gallery`: recomputes published figures and tables, and compares them.
 //!
-//! An [`Entry`] is a file under `gallery/`: commands of this program, which of their pictures are
-//! shown, and which of their numbers stand beside those that are printed. Nothing is computed here:
-//! a command runs as a person types it, into a folder of its own, and what it wrote is read.
+//! An [`Entry`] is a file under `gallery/`: commands of this program, the pictures to show, and the
+//! numbers to compare with the printed ones. The gallery computes nothing itself: each command runs
+//! as typed in a shell, into its own folder, and its files are read.
 
 mod entry;
 mod page;
@@ -25,49 +25,49 @@ use grazemap::model::{Digest, catalogue, nearest};
 use grazemap::numeric::Shown;
 use grazemap::report::{Ended, OutputFolder, Picture, counted, pack_folder, unpack_folder};
 
-/// Where the page goes when no folder is named.
+/// Default folder of the page.
 const FOLDER: &str = "out/gallery";
 
-/// What runs a command.
+/// Function that runs a command.
 pub(super) type Run<'a> = &'a dyn Fn(Command) -> Result<(), CliError>;
 
-/// An entry as it was computed.
+/// Results of an entry.
 #[derive(Debug)]
 pub(super) struct Computed<'a> {
     entry: &'a Entry,
-    /// The commands as a person types them.
+    /// Commands as typed in a shell.
     lines: Vec<String>,
-    /// Pictures, each with its caption.
+    /// Pictures with captions.
     pictures: Vec<(Picture, &'a str)>,
     numbers: Vec<Compared<'a>>,
-    /// Why a command ended without its results.
+    /// Reason why a command ended without results.
     fault: Option<String>,
     seconds: f64,
 }
 
-/// A number beside what is printed.
+/// Computed number beside the printed one.
 #[derive(Debug)]
 pub(super) struct Compared<'a> {
     number: &'a Number,
     ours: Option<Value>,
 }
 
-/// How a number compares.
+/// Result of comparing a number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Agreement {
-    /// With what is printed, and with the reference where there is one.
+    /// Agrees with the printed value, and with the reference if there is one.
     Printed,
-    /// With the reference; nothing is printed.
+    /// Agrees with the reference; nothing is printed.
     Reference,
-    /// With the reference, and not with what is printed.
+    /// Agrees with the reference, but not with the printed value.
     Misprint,
-    /// The entry says why they differ.
+    /// Differs, and the entry says why.
     Explained,
-    /// They differ, and nothing says why; or they agree, and the entry says why they do not.
+    /// Differs without an explanation; or agrees, though the entry explains a difference.
     Unexplained,
 }
 
-/// Lists the entries, or computes those named, or all.
+/// Lists the entries, or computes those named (default: all).
 pub(super) fn run(options: &GalleryOptions, command: Run<'_>) -> Result<(), CliError> {
     let entries = entries().map_err(CliError::Gallery)?;
     if options.list {
@@ -104,12 +104,12 @@ pub(super) fn run(options: &GalleryOptions, command: Run<'_>) -> Result<(), CliE
     }
 }
 
-/// Where the results go.
+/// Folder of the results.
 fn folder_of(options: &GalleryOptions) -> PathBuf {
     options.output.clone().unwrap_or_else(|| FOLDER.into())
 }
 
-/// The entries with their figures, one a line.
+/// Entries with their figures, one a line.
 fn listing(entries: &[Entry]) -> String {
     let width = entries.iter().map(|entry| entry.name.len()).max().unwrap_or(0);
     let line = |entry: &Entry| {
@@ -120,7 +120,7 @@ fn listing(entries: &[Entry]) -> String {
     entries.iter().map(line).collect()
 }
 
-/// The entries named, a paper's name standing for all of its entries; without a name, all.
+/// Entries with these names; a paper's name stands for all its entries. Without names, all entries.
 fn chosen<'a>(entries: &'a [Entry], names: &[String]) -> Result<Vec<&'a Entry>, CliError> {
     let is_named = |entry: &Entry, name: &str| {
         let rest = entry.name.strip_prefix(name.trim_end_matches('/'));
@@ -138,7 +138,8 @@ fn chosen<'a>(entries: &'a [Entry], names: &[String]) -> Result<Vec<&'a Entry>, 
     Ok(chosen.collect())
 }
 
-/// Computes an entry into its folder. A command that ends otherwise is part of the result.
+/// Computes an entry in its folder. A command that ends without results is recorded as part of the
+/// result.
 fn compute<'a>(
     entry: &'a Entry,
     folder: &Path,
@@ -180,14 +181,14 @@ fn compute<'a>(
     Ok(computed)
 }
 
-/// What makes the results of a computation.
+/// Settings and function that run a computation.
 struct MadeBy<'a> {
     small: bool,
     command: Run<'a>,
 }
 
 impl MadeBy<'_> {
-    /// Makes them in a folder; how it ended, in words where it ended otherwise.
+    /// Runs the computation in a folder. Returns the reason as text if it ended without results.
     fn execute(&self, computation: &Computation, place: &Path) -> Ended {
         self.run(computation, place).map_err(|error| error.to_string())
     }
@@ -208,12 +209,12 @@ impl MadeBy<'_> {
     }
 }
 
-/// The place of a computation among the pieces of shards.
+/// Place of a computation among the pieces of shards.
 fn piece_of(entry: &Entry, computation: &Computation) -> [u64; 1] {
     [Digest::of(&format!("{}/{}", entry.name, computation.name)).0]
 }
 
-/// A share of the computations, each piece the files that one of them writes.
+/// Computes a share of the computations. A piece holds the files that one computation writes.
 fn shard(
     chosen: &[&Entry],
     options: &GalleryOptions,
@@ -248,7 +249,7 @@ fn shard(
     })
 }
 
-/// Removes a folder with all that is in it, also what an interrupted run left there.
+/// Removes a folder and its contents, including remains of an interrupted run.
 fn empty(folder: &Path) -> Result<(), CliError> {
     match fs::remove_dir_all(folder) {
         Err(error) if error.kind() != io::ErrorKind::NotFound => Err(unread(folder, error)),
@@ -256,7 +257,7 @@ fn empty(folder: &Path) -> Result<(), CliError> {
     }
 }
 
-/// Writes the files of a piece; how its computation ended.
+/// Writes the files of a piece and returns how its computation ended.
 fn unpacked(piece: &[u8], place: &Path) -> Result<Ended, CliError> {
     let damaged = || CliError::Gallery("a piece cannot be read".to_owned());
     let (ended, files) = unpack_folder(piece).ok_or_else(damaged)?;
@@ -265,7 +266,7 @@ fn unpacked(piece: &[u8], place: &Path) -> Result<Ended, CliError> {
     Ok(ended)
 }
 
-/// What a command wrote as JSON.
+/// JSON document that a command wrote.
 fn document(place: &Path) -> Result<Value, CliError> {
     let files = fs::read_dir(place).map_err(|source| unread(place, source))?;
     let mut files = files.filter_map(|file| Some(file.ok()?.path()));
@@ -289,7 +290,7 @@ fn unread(path: &Path, source: io::Error) -> CliError {
 }
 
 impl Computed<'_> {
-    /// What nothing explains: faults, and numbers that differ.
+    /// Unexplained faults and differences, as text.
     fn unexplained(&self) -> Vec<String> {
         let name = self.entry.name;
         if let Some(fault) = &self.fault {
@@ -308,7 +309,7 @@ impl Computed<'_> {
         differ.map(words).collect()
     }
 
-    /// How many numbers are compared, and how many of them agree.
+    /// Number of compared values, and how many of them agree, as text.
     fn counts(&self) -> String {
         let agree = |compared: &&Compared<'_>| {
             !matches!(compared.agreement(), Agreement::Unexplained | Agreement::Explained)
@@ -339,7 +340,7 @@ impl<'a> Compared<'a> {
         Self { number, ours }
     }
 
-    /// The value found, as a person reads it.
+    /// Computed value as text.
     fn ours(&self) -> String {
         match &self.ours {
             None => "not found".to_owned(),

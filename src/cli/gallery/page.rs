@@ -1,9 +1,9 @@
-//! The page of the gallery.
+//! Page of the gallery.
 
 use super::{Agreement, Compared, Computed};
 use grazemap::report::{Cell, Column, Page, Provenance, ReportError, Section, Table};
 
-/// One section an entry, after one that counts.
+/// Page with a summary of the counts, then one section per entry.
 pub(super) fn page(computed: &[Computed<'_>], small: bool) -> Result<Page, ReportError> {
     let seconds: f64 = computed.iter().map(|entry| entry.seconds).sum();
     let mut more = vec![("Time".to_owned(), format!("{seconds:.0} s"))];
@@ -96,7 +96,7 @@ fn numbers(numbers: &[Compared<'_>]) -> Result<Table, ReportError> {
     Ok(table)
 }
 
-/// The numbers of all entries.
+/// Numbers of all entries in one table.
 pub(super) fn all_numbers(computed: &[Computed<'_>]) -> Result<Table, ReportError> {
     let mut all = vec![Column::text("entry")];
     all.extend(columns());

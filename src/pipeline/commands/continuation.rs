@@ -1,4 +1,4 @@
-//! `branch` and `loci`, which continue periodic orbits: their branches in one parameter;
+//! `branch` and `loci`: continuation of periodic orbits as branches in one parameter, and of
 //! saddle-nodes, flips, Neimark–Sacker points and grazes in two.
 
 use serde::{Deserialize, Serialize};
@@ -17,36 +17,37 @@ use crate::report::{
     to_json,
 };
 
-/// The keys of `branch`.
+/// Keys of `branch`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct BranchKeys {
-    /// The active parameter that varies.
+    /// Active parameter that varies.
     pub along: String,
-    /// Its first offset; by default that of the window.
+    /// First offset. Default: the edge of the window.
     pub from: Option<f64>,
-    /// Its last offset; by default that of the window.
+    /// Last offset. Default: the edge of the window.
     pub to: Option<f64>,
-    /// Offsets of further active parameters, those not named 0.
+    /// Offsets of further active parameters, 0 if not named.
     pub at: Named<f64>,
-    /// The contacts of the orbits; none: all of short periods.
+    /// Itineraries of the orbits. Default: all of short periods.
     pub itineraries: Vec<String>,
-    /// Returns of the longest period.
+    /// Longest period, in returns.
     pub period: Option<u8>,
-    /// Whose orbits.
-    pub using: OrbitsOf,
-    /// Offsets of the section's coordinates from which direct simulation looks for orbits too,
-    /// those not named 0.
+    /// Method that computes the orbits.
+    #[serde(alias = "using")]
+    pub method: OrbitsOf,
+    /// Offsets of section coordinates, 0 if not named, of further starts from which direct
+    /// simulation searches for orbits.
     pub starts: Vec<Named<f64>>,
-    /// What is observed of every orbit beside its section points.
+    /// Quantities computed for every orbit in addition to its section points.
     pub observe: Vec<BranchObservable>,
-    /// Whether guarded iterates are drawn below the branches, where the scene has a diagram over
-    /// the same parameter.
+    /// Whether guarded iterates are drawn below the branches, if the scene has a diagram in the
+    /// same parameter.
     pub iterates: bool,
 }
 
 impl BranchKeys {
-    /// What the keys ask for, in numbers.
+    /// Request with numbers in place of names.
     ///
     /// # Errors
     ///
@@ -57,7 +58,7 @@ impl BranchKeys {
         let passages = map.local().passages();
         let longest = longest_period(self.period, passages);
         let named = itineraries(&self.itineraries, self.period, passages)?;
-        if self.using == OrbitsOf::Map && !self.starts.is_empty() {
+        if self.method == OrbitsOf::Map && !self.starts.is_empty() {
             return Err(KeyError::StartsOfMap);
         }
         let coordinates = &map.local().section.coordinates;
@@ -69,12 +70,12 @@ impl BranchKeys {
             along,
             at: parameters.at(&self.at)?,
             range: parameters.range(along, self.from, self.to)?,
-            direct: self.using == OrbitsOf::Direct,
+            direct: self.method == OrbitsOf::Direct,
             starts: self.starts.iter().map(start).collect::<Result<_, _>>()?,
         })
     }
 
-    /// A share of the pieces of [`answer`](Self::answer).
+    /// Computes a share of the pieces of [`answer`](Self::answer).
     ///
     /// # Errors
     ///
@@ -84,7 +85,7 @@ impl BranchKeys {
         shard.part(0, |shard| map.share_branches(&request, shard))
     }
 
-    /// The branches, laid out.
+    /// Computes the branches and lays them out.
     ///
     /// # Errors
     ///
@@ -118,7 +119,7 @@ impl BranchKeys {
     }
 }
 
-/// Remarks on the ends of a range of a parameter and on further offsets that look like values.
+/// Remarks on a range of a parameter and on further offsets that look like parameter values.
 fn stretch_remarks(
     map: &Map,
     (name, from, to): (&str, Option<f64>, Option<f64>),
@@ -137,8 +138,8 @@ fn listing(map: &Map, request: &BranchRequest, found: &Branches) -> BranchListin
     BranchListing::new(map.section(), polynomials, &names, found, kind)
 }
 
-/// The branches of short periods over every parameter that diagrams are over, as far as these go;
-/// none over one that the map does not keep, or where no branch can be computed.
+/// Branches of short periods in every parameter of the diagrams, over the union of their ranges. No
+/// branches for a parameter that the map does not keep, or if none can be computed.
 pub(in crate::pipeline) fn diagram_branches(map: &Map, diagrams: &[Diagram]) -> Vec<BranchListing> {
     let mut ranges: Vec<(&str, [f64; 2])> = Vec::new();
     for diagram in diagrams {
@@ -159,34 +160,35 @@ pub(in crate::pipeline) fn diagram_branches(map: &Map, diagrams: &[Diagram]) -> 
     branches.collect()
 }
 
-/// Passages of the longest period whose loci are looked for where none is named.
+/// Default for the longest period of loci, in passages.
 const DEFAULT_PASSAGES: usize = 2;
 
-/// The keys of `loci`.
+/// Keys of `loci`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct LociKeys {
-    /// The two active parameters.
-    #[serde(rename = "in")]
+    /// Two active parameters.
+    #[serde(alias = "in")]
     pub plane: Vec<String>,
-    /// First offset of the first of them; by default that of the window.
+    /// First offset of the first parameter. Default: the edge of the window.
     pub from: Option<f64>,
-    /// Its last offset; by default that of the window.
+    /// Last offset of the first parameter. Default: the edge of the window.
     pub to: Option<f64>,
-    /// Offsets of further active parameters, those not named 0.
+    /// Offsets of further active parameters, 0 if not named.
     pub at: Named<f64>,
-    /// Which loci; none: all but crises.
+    /// Kinds of loci. Default: all but crises.
     pub kind: Vec<LocusKind>,
-    /// The contacts of the orbits; none: all of short periods.
+    /// Itineraries of the orbits. Default: all of short periods.
     pub itineraries: Vec<String>,
-    /// Whose orbits.
-    pub using: OrbitsOf,
+    /// Method that computes the orbits.
+    #[serde(alias = "using")]
+    pub method: OrbitsOf,
     /// Whether the scene's first chart in these parameters is drawn below the loci.
     pub chart: bool,
 }
 
 impl LociKeys {
-    /// What the keys ask for, in numbers.
+    /// Request with numbers in place of names.
     ///
     /// # Errors
     ///
@@ -210,11 +212,11 @@ impl LociKeys {
             at: parameters.at(&self.at)?,
             kinds,
             itineraries: itineraries.filter(|itinerary| itinerary.contacts() > 0).collect(),
-            direct: self.using == OrbitsOf::Direct,
+            direct: self.method == OrbitsOf::Direct,
         })
     }
 
-    /// The loci, laid out.
+    /// Computes the loci and lays them out.
     ///
     /// # Errors
     ///
@@ -247,7 +249,7 @@ impl LociKeys {
     }
 }
 
-/// The scene's first chart in the parameters of the loci, drawn.
+/// Figure of the scene's first chart in the parameters of the loci.
 fn chart_below(
     map: &Map,
     listing: &LociListing,

@@ -1,4 +1,4 @@
-//! `curve`: the grazing curve in two parameters, and its point nearest to the scene.
+//! `curve`: the grazing curve in two parameters, or its point nearest to the scene.
 
 use std::cell::Cell;
 
@@ -13,17 +13,18 @@ use crate::report::{
     CurveListing, Document, DocumentKind, MarginListing, Named, curve_figures, to_json,
 };
 
-/// The keys of `curve` along a parameter.
+/// Keys of `curve` along a parameter.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CurveKeys {
-    /// The second parameter.
-    pub with: String,
-    /// Its first value.
+    /// Second parameter.
+    #[serde(alias = "with")]
+    pub along: String,
+    /// First value of the second parameter.
     pub from: f64,
-    /// Its last value.
+    /// Last value of the second parameter.
     pub to: f64,
-    /// How many `xi_n` are followed.
+    /// Number of functions `xi_n` that are computed and whose zeros are found.
     #[serde(default = "one")]
     pub xi: u16,
 }
@@ -33,16 +34,16 @@ fn one() -> u16 {
 }
 
 impl CurveKeys {
-    /// The curve, laid out.
+    /// Computes the curve and lays it out.
     ///
     /// # Errors
     ///
-    /// [`Error::Key`] and [`Error::NoSuchParameter`] for a parameter or ends that there are not,
-    /// [`Error::NotLocated`] where no orbit grazes at the scene.
+    /// [`Error::Key`] and [`Error::NoSuchParameter`] for an unknown parameter or invalid ends,
+    /// [`Error::NotLocated`] if no orbit grazes at the scene.
     pub fn answer(&self, scene: &Scene, progress: &dyn Progress) -> Result<Answer, Error> {
-        let with = parameter_number(scene, &self.with)?;
+        let with = parameter_number(scene, &self.along)?;
         if scene.grazing.solve_for.contains(&with) {
-            return Err(KeyError::AlreadyAdjusted { name: self.with.clone() }.into());
+            return Err(KeyError::AlreadyAdjusted { name: self.along.clone() }.into());
         }
         scene.check_period(&[with])?;
         let (from, to) = (finite("from", self.from)?, finite("to", self.to)?);
@@ -62,7 +63,7 @@ impl CurveKeys {
         Ok(Answer { ended, ..Answer::new("curve", text, document, table).with_figures(figures) })
     }
 
-    /// A curve that did not come to its end is mathematics that ended otherwise.
+    /// Outcome of a curve that did not reach its end.
     fn ended(
         &self,
         listing: &CurveListing,
@@ -77,7 +78,7 @@ impl CurveKeys {
             return None;
         }
         Some(Ended::Curve {
-            parameter: self.with.clone(),
+            parameter: self.along.clone(),
             goal: if started { self.to } else { self.from },
             last: curve.points.last().map_or(f64::NAN, |point| point.parameters[with]),
             end: curve.end.clone(),
@@ -85,10 +86,10 @@ impl CurveKeys {
     }
 }
 
-/// Units of work of a curve.
+/// Units of progress of a curve.
 const WORK: f64 = 1000.0;
 
-/// Progress by the share that is done.
+/// Progress from the share that is done, from 0 to 1.
 fn shares(progress: &dyn Progress) -> impl Fn(f64) {
     progress.expect(WORK as u64);
     let done = Cell::new(0);
@@ -98,23 +99,23 @@ fn shares(progress: &dyn Progress) -> impl Fn(f64) {
     }
 }
 
-/// The keys of `curve` for the smallest change that grazes.
+/// Keys of `curve` for the smallest change that grazes.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct NearestKeys {
-    /// The parameters that change.
+    /// Parameters that may change.
     pub nearest: Vec<String>,
-    /// What a change of one is counted in; by default its value, 1 where that is 0.
+    /// Unit of change of each parameter. Default: its absolute value, or 1 if that is 0.
     pub scale: Named<f64>,
 }
 
 impl NearestKeys {
-    /// The change, laid out.
+    /// Computes the smallest change and lays it out.
     ///
     /// # Errors
     ///
-    /// [`Error::Key`], [`Error::NoSuchParameter`] for parameters that there are not,
-    /// [`Error::NotLocated`] and [`Error::Ended`] where no orbit grazes.
+    /// [`Error::Key`] and [`Error::NoSuchParameter`] for unknown parameters, [`Error::NotLocated`]
+    /// and [`Error::Ended`] if no orbit grazes.
     pub fn answer(&self, scene: &Scene, progress: &dyn Progress) -> Result<Answer, Error> {
         let names = self.nearest.iter();
         let parameters = names.map(|name| parameter_number(scene, name));

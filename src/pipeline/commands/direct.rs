@@ -1,5 +1,5 @@
-//! `trajectory` and `converge`, which simulate directly: time series and phase portraits;
-//! truncation orders against direct simulation, speed against accuracy.
+//! `trajectory` and `converge`, which use direct simulation: time series and phase portraits;
+//! truncation orders, errors and speed.
 
 use serde::{Deserialize, Serialize};
 
@@ -18,45 +18,45 @@ use crate::report::{
     time_series_text, to_json, without_times,
 };
 
-/// The keys of `trajectory`.
+/// Keys of `trajectory`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct TrajectoryKeys {
-    /// Offsets of active parameters, those not named 0.
+    /// Offsets of active parameters, 0 if not named.
     pub at: Named<f64>,
-    /// Offsets of the section's coordinates at the start, those not named 0.
+    /// Offsets of section coordinates at the start, 0 if not named.
     pub start: Named<f64>,
-    /// The contacts of the periodic orbit to start on, in the place of `start`.
+    /// Itinerary of the periodic orbit to start on, instead of `start`.
     pub itinerary: Option<String>,
-    /// Returns to the section that are simulated first and not written: the orbit settles.
+    /// Returns to the section that are simulated first and not written, so that the orbit settles.
     pub settle: u32,
-    /// Periods of that orbit or, without one, returns to the section.
+    /// Number of periods of that orbit; of returns to the section if there is no orbit.
     pub periods: u32,
-    /// Rows per return, evenly spaced in time, beside those of events.
+    /// Number of rows per return, evenly spaced in time; events add rows.
     pub samples: u32,
 }
 
 impl Default for TrajectoryKeys {
-    /// The grazing orbit over a return, in 400 rows.
+    /// The grazing orbit over one return, in 400 rows.
     fn default() -> Self {
         let (at, start) = (Named::default(), Named::default());
         Self { at, start, itinerary: None, settle: 0, periods: 1, samples: Self::SAMPLES }
     }
 }
 
-/// What a trajectory is asked for, and what is to be said of its start.
+/// Request for a trajectory, with remarks on its start.
 pub type AskedTrajectory = (TimeSeriesRequest, Vec<String>);
 
 impl TrajectoryKeys {
-    /// Rows per return where none are named.
+    /// Default number of rows per return.
     pub const SAMPLES: u32 = 400;
 
-    /// What the keys ask for, in numbers, and what is to be said of it.
+    /// Request with numbers in place of names, and remarks on it.
     ///
     /// # Errors
     ///
-    /// [`Error::Key`] for names, numbers and itineraries that there are not, [`Error::Ended`] where
-    /// no orbit of the itinerary is found.
+    /// [`Error::Key`] for unknown names, invalid numbers and itineraries, [`Error::Ended`] if no
+    /// orbit of the itinerary is found.
     pub fn request(
         &self,
         settled: &Settled,
@@ -85,7 +85,7 @@ impl TrajectoryKeys {
         Ok((request, remarks))
     }
 
-    /// The time series, laid out.
+    /// Simulates the time series and lays it out.
     ///
     /// # Errors
     ///
@@ -99,7 +99,7 @@ impl TrajectoryKeys {
     }
 }
 
-/// A time series, laid out.
+/// Lays out a time series.
 pub(in crate::pipeline) fn trajectory_answer(
     settled: &Settled,
     request: &TimeSeriesRequest,
@@ -116,7 +116,7 @@ pub(in crate::pipeline) fn trajectory_answer(
     })
 }
 
-/// The first point of a physical orbit by its itinerary, by direct simulation, and its returns.
+/// First point of a physical orbit with this itinerary, by direct simulation, and its returns.
 fn periodic_start(
     digits: &str,
     settled: &Settled,
@@ -146,23 +146,23 @@ fn periodic_start(
     Ok((first.clone(), returns))
 }
 
-/// The keys of `converge`.
+/// Keys of `converge`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct ConvergenceKeys {
-    /// Fresh points at which the chosen map is compared with direct simulation.
+    /// Number of new points at which the chosen map is compared with direct simulation.
     pub fresh: u32,
 }
 
 impl Default for ConvergenceKeys {
-    /// As many fresh points as a study takes by itself.
+    /// The number of new points of [`StudyRequest::FRESH`].
     fn default() -> Self {
         Self { fresh: StudyRequest::FRESH as u32 }
     }
 }
 
 impl ConvergenceKeys {
-    /// The study, laid out.
+    /// Computes the study and lays it out.
     ///
     /// # Errors
     ///
@@ -172,7 +172,7 @@ impl ConvergenceKeys {
         let study = settled.study(&request, progress)?;
         let weights = study.orders.iter().map(|result| result.orders.contact_weight);
         let edges = settled.window_edges(weights.max().unwrap_or(1))?;
-        // Contacts that are flown are not truncated.
+        // NOTE: flown contacts are not truncated.
         let series = settled.scene().emit.shape != Shape::Flown;
         let remark = edge_remark(&edges).filter(|_| series);
         let identifier = &settled.scene().identifier;
@@ -182,8 +182,7 @@ impl ConvergenceKeys {
     }
 }
 
-/// A study, laid out. Tables named `speed` hold measured times, the others the same from run to
-/// run.
+/// Lays out a study. Tables named `speed` hold measured times; the others are reproducible.
 pub(in crate::pipeline) fn study_answer(
     study: &ConvergenceStudy,
     section: &SectionDocument,
@@ -200,7 +199,7 @@ pub(in crate::pipeline) fn study_answer(
     Ok(answer)
 }
 
-/// A study as it is written to JSON.
+/// JSON document of a study.
 #[derive(Serialize)]
 struct StudyDocument<'a> {
     document: DocumentKind,

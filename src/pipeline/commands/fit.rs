@@ -1,4 +1,4 @@
-//! Fits and noise: parameters of a scene from measured section points, densities under noise.
+//! Fits and noise: parameters from measured section points, and densities of orbits under noise.
 
 use serde::{Deserialize, Serialize};
 
@@ -13,27 +13,27 @@ use crate::report::{
     noise_table, noise_text, to_json,
 };
 
-/// The keys of a fit.
+/// Keys of a fit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct FitKeys {
-    /// The active parameters that are fitted.
+    /// Active parameters to fit.
     pub parameters: Vec<String>,
-    /// Offsets of active parameters, those not named 0: those that are fitted begin there.
+    /// Offsets of active parameters, 0 if not named; starting values for those that are fitted.
     pub at: Named<f64>,
-    /// Standard deviation of the measurement by coordinate, all of them; none: that of the
-    /// residuals.
+    /// Standard deviation of the measurement for every coordinate. Default: that of the residuals.
     pub noise: Named<f64>,
-    /// Returns of a piece of a series that has a start of its own; 0: a series is one piece.
+    /// Number of returns in a piece of a series; each piece has a start of its own. 0: one piece.
     pub piece: usize,
-    /// Points at the end of every series that are not fitted but predicted.
+    /// Number of points at the end of every series that are predicted instead of fitted.
     pub withheld: usize,
-    /// What computes images.
-    pub using: Method,
+    /// Method that computes images.
+    #[serde(alias = "using")]
+    pub method: Method,
 }
 
 impl Default for FitKeys {
-    /// No parameter, by guarded iteration of pieces of ten returns.
+    /// No parameter; guarded iteration of pieces of ten returns.
     fn default() -> Self {
         Self {
             parameters: Vec::new(),
@@ -41,13 +41,13 @@ impl Default for FitKeys {
             noise: Named::default(),
             piece: FitRequest::PIECE,
             withheld: 0,
-            using: Method::Guarded,
+            method: Method::Guarded,
         }
     }
 }
 
 impl FitKeys {
-    /// What the keys ask for, in numbers, of these series.
+    /// Request for these series, with numbers in place of names.
     ///
     /// # Errors
     ///
@@ -69,11 +69,11 @@ impl FitKeys {
             noise,
             piece: self.piece,
             withheld: self.withheld,
-            method: self.using,
+            method: self.method,
         })
     }
 
-    /// The standard deviation of every coordinate.
+    /// Standard deviation of every coordinate.
     fn deviations(&self, map: &Map) -> Result<Vec<f64>, KeyError> {
         let coordinates = &map.local().section.coordinates;
         let noise = named_offsets("noise", COORDINATES, &self.noise, coordinates)?;
@@ -83,12 +83,12 @@ impl FitKeys {
         }
     }
 
-    /// The fit, laid out.
+    /// Computes the fit and lays it out.
     ///
     /// # Errors
     ///
-    /// [`Error::Key`] as [`request`](Self::request), [`Error::Analysis`] for series that are no
-    /// rows of the map's length, or too short.
+    /// [`Error::Key`] as [`request`](Self::request), [`Error::Analysis`] for series whose rows have
+    /// the wrong length, or that are too short.
     pub fn answer(
         &self,
         map: &Map,
@@ -97,7 +97,7 @@ impl FitKeys {
     ) -> Result<Answer, Error> {
         let fit = map.fit(&self.request(map, series)?, progress)?;
         let document = to_json(&Document::new(DocumentKind::Fit, map.scene(), &fit))?;
-        let remarks = fit_remarks(&fit, self.using == Method::Map);
+        let remarks = fit_remarks(&fit, self.method == Method::Map);
         let offsets = map.settled().graze().offset_remarks("at", &self.at);
         Ok(Answer {
             remarks: map.remarks().chain(offsets).chain(remarks).collect(),
@@ -106,32 +106,33 @@ impl FitKeys {
     }
 }
 
-/// The keys of orbits under noise.
+/// Keys of orbits under noise.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct NoiseKeys {
-    /// Standard deviations of active parameters, drawn afresh at every return.
+    /// Standard deviations of active parameters, drawn at random at every return.
     pub deviations: Named<f64>,
-    /// Means of active parameters: offsets, those not named 0.
+    /// Means of active parameters as offsets, 0 if not named.
     pub at: Named<f64>,
-    /// How they are drawn.
+    /// Distribution of the parameters.
     pub law: NoiseLaw,
-    /// Offsets of the section's coordinates at the start, those not named 0.
+    /// Offsets of section coordinates at the start, 0 if not named.
     pub start: Named<f64>,
-    /// How many orbits.
+    /// Number of orbits.
     pub orbits: usize,
-    /// Returns before anything is counted.
+    /// Number of returns before counting begins.
     pub transient: usize,
-    /// Returns that are counted.
+    /// Number of returns that are counted.
     pub keep: usize,
-    /// First and last offset of a coordinate; by default the window.
+    /// First and last offset of a coordinate. Default: the window.
     pub range: Named<[f64; 2]>,
-    /// Cells along every coordinate.
+    /// Number of cells along every coordinate.
     pub cells: usize,
-    /// Begins the generators.
+    /// Seed of the random number generators.
     pub seed: u64,
-    /// What computes the returns.
-    pub using: Method,
+    /// Method that computes the returns.
+    #[serde(alias = "using")]
+    pub method: Method,
 }
 
 impl Default for NoiseKeys {
@@ -148,13 +149,13 @@ impl Default for NoiseKeys {
             range: Named::default(),
             cells: 100,
             seed: 0,
-            using: Method::Guarded,
+            method: Method::Guarded,
         }
     }
 }
 
 impl NoiseKeys {
-    /// What the keys ask for, in numbers.
+    /// Request with numbers in place of names.
     ///
     /// # Errors
     ///
@@ -185,11 +186,11 @@ impl NoiseKeys {
             ranges,
             cells: count("cells", self.cells)?,
             seed: self.seed,
-            method: self.using,
+            method: self.method,
         })
     }
 
-    /// The orbits, laid out as densities.
+    /// Computes the orbits and lays out their densities.
     ///
     /// # Errors
     ///
@@ -200,7 +201,7 @@ impl NoiseKeys {
         let found = map.noise(&request, progress)?;
         let content = NoiseDocument { request: &request, found: &found };
         let document = to_json(&Document::new(DocumentKind::Noise, map.scene(), content))?;
-        let remarks = noise_remarks(&found, self.using == Method::Map);
+        let remarks = noise_remarks(&found, self.method == Method::Map);
         let (local, table) = (map.local(), noise_table(map.local(), &request, &found)?);
         Ok(Answer {
             remarks: map.remarks().chain(remarks).collect(),
@@ -210,7 +211,7 @@ impl NoiseKeys {
     }
 }
 
-/// Orbits under noise as they are written to JSON.
+/// JSON document of orbits under noise.
 #[derive(Serialize)]
 struct NoiseDocument<'a> {
     request: &'a NoiseRequest,

@@ -1,7 +1,7 @@
-//! The commands of the program as calls of the library: keys with defaults, an answer.
+//! Commands of the program as calls of the library: keys with defaults, and an answer.
 //!
-//! The program's options and Python's arguments are the keys. What a scene asks for in its tables
-//! (`[[diagram]]`, `[[chart]]`, `[[basin]]`) is asked there ([`Map::asking`](super::Map::asking)).
+//! Keys are the program's options and Python's arguments alike. Diagrams, charts and basins are
+//! tables of the scene (`[[diagram]]` ...), added by [`Map::asking`](super::Map::asking).
 
 mod continuation;
 mod curve;
@@ -22,7 +22,7 @@ pub(super) use direct::{study_answer, trajectory_answer};
 pub use fit::{FitKeys, NoiseKeys};
 pub use orbits::OrbitsKeys;
 
-/// A command with its keys.
+/// Command with its keys.
 ///
 /// ```
 /// use grazemap::analysis::NoProgress;
@@ -57,39 +57,38 @@ pub enum Command {
 }
 
 impl Command {
-    /// The command of an object with one member: its name, and an object of its keys.
+    /// Parses an object with one member: the command's name, with an object of its keys.
     ///
     /// # Errors
     ///
-    /// [`Error::NoCommand`] for another text, a key that the command does not have, and a value of
-    /// another kind.
+    /// [`Error::NoCommand`] for any other text, an unknown key, or a value of the wrong type.
     pub fn from_json(text: &str) -> Result<Self, Error> {
         serde_json::from_str(text).map_err(|fault| Error::NoCommand { reason: fault.to_string() })
     }
 
-    /// A share of its pieces. Commands that have none find nothing, and leave all to what joins the
-    /// shares.
+    /// Computes a share of the command's pieces. A command without pieces computes nothing here;
+    /// the join computes it whole.
     ///
     /// # Errors
     ///
     /// As [`answer`](Self::answer).
     pub fn share(&self, source: Source, shard: &Shard<'_>) -> Result<(), Error> {
         match self {
-            Self::Branch(keys) => keys.share(&searched(source, keys.using)?, shard),
+            Self::Branch(keys) => keys.share(&searched(source, keys.method)?, shard),
             _ => Ok(()),
         }
     }
 
-    /// What it computes, laid out.
+    /// Computes the result and lays it out.
     ///
     /// # Errors
     ///
     /// Those of its keys, and of the steps of the pipeline that it takes.
     pub fn answer(&self, source: Source, progress: &dyn Progress) -> Result<Answer, Error> {
         match self {
-            Self::Branch(keys) => keys.answer(&searched(source, keys.using)?, progress),
-            Self::Loci(keys) => keys.answer(&searched(source, keys.using)?, progress),
-            Self::Orbits(keys) => keys.answer(&searched(source, keys.using)?, progress),
+            Self::Branch(keys) => keys.answer(&searched(source, keys.method)?, progress),
+            Self::Loci(keys) => keys.answer(&searched(source, keys.method)?, progress),
+            Self::Orbits(keys) => keys.answer(&searched(source, keys.method)?, progress),
             Self::Trajectory(keys) => keys.answer(&source.settle()?, progress),
             Self::Converge(keys) => keys.answer(&source.settle()?, progress),
             Self::Curve(keys) => keys.answer(source.scene(), progress),
@@ -99,10 +98,9 @@ impl Command {
     }
 }
 
-/// The map in which orbits are looked for; of direct simulation the free flight where there is
-/// none.
-fn searched(source: Source, using: OrbitsOf) -> Result<Map, Error> {
-    match using {
+/// Map in which orbits are searched for. For direct simulation, the free flight if there is no map.
+fn searched(source: Source, method: OrbitsOf) -> Result<Map, Error> {
+    match method {
         OrbitsOf::Map => source.map(),
         OrbitsOf::Direct => source.map_or_free_flight(),
     }

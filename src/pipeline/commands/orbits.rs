@@ -9,45 +9,46 @@ use crate::pipeline::keys::{ActiveParameters, KeyError, OrbitsOf, itineraries};
 use crate::pipeline::{Answer, Ended, Error, Map};
 use crate::report::{Document, DocumentKind, Named, OrbitsListing, orbits_searched, to_json};
 
-/// Share of the window's half-width at which orbits are looked for where no parameters are named.
+/// Default offset of the search, as a share of the window's half-width.
 const DEFAULT_SHARE: f64 = 0.1;
 
-/// The keys of `orbits`.
+/// Keys of `orbits`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct OrbitsKeys {
-    /// Offsets of active parameters, those not named 0, each a place where orbits are looked for;
-    /// none: a tenth of the window on both sides of the graze.
+    /// Offsets of active parameters, 0 if not named, at each of which orbits are searched for.
+    /// Default: a tenth of the window, on both sides of the graze.
     pub at: Vec<Named<f64>>,
-    /// Returns of the longest period.
+    /// Longest period, in returns.
     pub period: Option<u8>,
-    /// The contacts of the orbits; none: all of short periods.
+    /// Itineraries of the orbits. Default: all of short periods.
     pub itineraries: Vec<String>,
-    /// Whose orbits.
-    pub using: OrbitsOf,
-    /// Changes of stability that are looked for too.
+    /// Method that computes the orbits.
+    #[serde(alias = "using")]
+    pub method: OrbitsOf,
+    /// Bifurcations to find in addition.
     pub kind: Vec<BifurcationKind>,
-    /// The parameter that those are solved for; of two the first is stepped through. None: the
-    /// first that is adjusted.
-    #[serde(rename = "in")]
+    /// Parameter that bifurcations are solved for; if two are given, the first is stepped through.
+    /// Default: the first parameter adjusted to graze.
+    #[serde(alias = "in")]
     pub plane: Vec<String>,
-    /// First offset of the parameter stepped through; by default that of the window.
+    /// First offset of the stepped parameter. Default: the edge of the window.
     pub from: Option<f64>,
-    /// Its last offset; by default that of the window.
+    /// Last offset of the stepped parameter. Default: the edge of the window.
     pub to: Option<f64>,
-    /// How many offsets.
+    /// Number of offsets.
     pub points: u16,
 }
 
 impl Default for OrbitsKeys {
-    /// All orbits of short periods beside the graze, and 21 points where a parameter is stepped
+    /// All orbits of short periods beside the graze, and 21 points if a parameter is stepped
     /// through.
     fn default() -> Self {
         Self {
             at: Vec::new(),
             period: None,
             itineraries: Vec::new(),
-            using: OrbitsOf::Map,
+            method: OrbitsOf::Map,
             kind: Vec::new(),
             plane: Vec::new(),
             from: None,
@@ -58,7 +59,7 @@ impl Default for OrbitsKeys {
 }
 
 impl OrbitsKeys {
-    /// What the keys ask for, in numbers.
+    /// Request with numbers in place of names.
     ///
     /// # Errors
     ///
@@ -74,7 +75,7 @@ impl OrbitsKeys {
             }
             false => self.at.iter().map(|at| parameters.at(at)).collect::<Result<_, _>>()?,
         };
-        let direct = self.using == OrbitsOf::Direct;
+        let direct = self.method == OrbitsOf::Direct;
         Ok(OrbitsRequest {
             itineraries: itineraries(&self.itineraries, self.period, passages)?,
             at,
@@ -84,7 +85,8 @@ impl OrbitsKeys {
         })
     }
 
-    /// Folds and flips in one parameter, or in two; beside them the offsets named first hold.
+    /// Request for folds and flips in one parameter, or in two. Other parameters are at the first
+    /// `at`.
     fn loci(&self, parameters: &ActiveParameters<'_>) -> Result<Option<LociRequest>, KeyError> {
         if self.kind.is_empty() {
             return Ok(None);
@@ -108,7 +110,8 @@ impl OrbitsKeys {
         Ok(Some(LociRequest { kinds: self.kind.clone(), free, stepped: stepped.transpose()?, at }))
     }
 
-    /// The orbits, laid out; the table is that of folds and flips where those are asked for.
+    /// Computes the orbits and lays them out. The table is that of folds and flips if those are
+    /// asked for.
     ///
     /// # Errors
     ///
@@ -149,7 +152,7 @@ impl OrbitsKeys {
     }
 }
 
-/// What has been searched, in words.
+/// Description of the search.
 pub(super) fn searched(
     map: &Map,
     request: &OrbitsRequest,

@@ -1,5 +1,5 @@
-//! Elementary functions at the ends of their ranges: what is a number comes out as one, with the
-//! derivatives of its closed form.
+//! Elementary functions at the ends of their ranges: representable values are finite, with the
+//! derivatives of the closed form.
 
 use grazemap::flow::{Field, InputKind, evaluate};
 use grazemap::jet::{Jet, JetSpace};

@@ -20,7 +20,7 @@ fn map<S: Scalar>(weights: &[u32], order: usize, drawn: &[f64]) -> JetMap<S> {
     JetMap::new((0..weights.len()).map(component).collect()).expect("components of one space")
 }
 
-/// The same components in a given map's space, which keeps the same monomials.
+/// Moves components into another map's space, which has the same monomials.
 fn in_space_of<S: Scalar>(map: JetMap<S>, other: &JetMap<S>) -> JetMap<S> {
     let moved = |jet: Jet<S>| Jet::from_coefficients(other.space(), jet.coefficients().to_vec());
     JetMap::new(map.into_components().into_iter().map(moved).collect())

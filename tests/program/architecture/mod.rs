@@ -1,14 +1,15 @@
-//! The floors of the house, checked against what every source file names: `crate::floor`, paths by
-//! `super` that lead out of a floor, other packages of the workspace, and what they hand on.
+//! Floors of the architecture, checked against the names that every source file uses:
+//! `crate::floor`, paths by `super` that leave a floor, other packages of the workspace, and
+//! re-exports.
 //!
 //! Change the table on purpose, in the same commit as docs/development/architecture.md, when a better
-//! house is found.
+//! structure is found.
 
 mod source;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use source::{Found, House, Module, Package, Place};
 
@@ -78,14 +79,14 @@ fn house() -> House {
     House::read(Path::new(env!("CARGO_MANIFEST_DIR")))
 }
 
-/// The floor of a module; `None` at the root of a package and in what stands beside the floors.
+/// Floor of a module; `None` at the root of a package and for modules beside the floors.
 fn floor(place: &Place) -> Option<&'static str> {
     let first = place.path.first()?;
     let mut floors = FLOORS.iter().map(|(floor, _)| *floor);
     floors.find(|floor| floor == first)
 }
 
-/// The floors that a package holds, in the order in which it declares them.
+/// Floors in a package, in the order of declaration.
 fn floors_of(package: &Package) -> Vec<&String> {
     let root = &package.modules[&Vec::new()];
     let is_floor = |name: &&String| FLOORS.iter().any(|(floor, _)| floor == name);
@@ -98,13 +99,13 @@ fn level(floor: &str) -> usize {
     level.expect("a floor of the table")
 }
 
-/// The floors that are on the way of a path.
+/// Floors on the way of a path.
 fn floors_on(found: &Found) -> BTreeSet<&'static str> {
     let way = found.way.iter().chain([&found.place]);
     way.filter_map(floor).collect()
 }
 
-/// The floors that each floor names, by the files' own words.
+/// Floors that each floor names in its files.
 fn floors_named(house: &House) -> BTreeMap<&'static str, BTreeSet<&'static str>> {
     let mut all: BTreeMap<_, _> = FLOORS.map(|(floor, _)| (floor, BTreeSet::new())).into();
     for place in house.places() {
@@ -124,8 +125,8 @@ fn a_floor_names_only_the_floors_it_may() {
         let (_, allowed) = FLOORS[level(own)];
         let file = house.module(&place).file.display();
         for (path, found) in house.named(&place) {
-            // What stands beside the floors of a package knows them all, and is for the highest
-            // floor alone; a package without floors is as any other library.
+            // Modules beside the floors of a package know all floors, and only the highest floor
+            // may use them. A package without floors is treated as any other library.
             let package = &house.packages[found.place.package];
             assert!(
                 own == "cli" || !floors_on(&found).is_empty() || floors_of(package).is_empty(),
@@ -163,7 +164,7 @@ fn floors_name_lower_floors_only() {
     }
 }
 
-/// What one knows of the other through a third is no oracle either.
+/// Dependencies through a third floor count as well.
 #[test]
 fn the_two_oracles_stay_independent() {
     let named = floors_named(&house());
@@ -207,7 +208,7 @@ fn packages_list_their_floors_in_order_and_every_folder_is_a_floor() {
     assert_eq!(listed, FLOORS.map(|(floor, _)| floor));
 }
 
-/// The page of the house has the floors in this order as well.
+/// docs/development/architecture.md lists the floors in the same order.
 #[test]
 fn the_page_of_the_house_lists_its_floors_in_order() {
     let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/development/architecture.md");
@@ -219,7 +220,7 @@ fn the_page_of_the_house_lists_its_floors_in_order() {
     assert_eq!(listed, floors);
 }
 
-/// The largest set of files of a floor that all lead to each other by what they use.
+/// Largest set of files of a floor that depend on each other in a circle.
 fn largest_circle(house: &House, name: &str) -> Vec<Place> {
     let mut places = house.places();
     places.retain(|place| floor(place) == Some(name));
@@ -283,7 +284,66 @@ fn lines_of_source_files_have_at_most_a_hundred_columns() {
     }
 }
 
-/// The reader itself, on a small house.
+/// Openings of a doc comment whose subject stands elsewhere.
+const REFUSED_OPENINGS: [&str; 8] =
+    ["What", "How", "Where", "Those", "That of", "The same", "Of", "It"];
+
+/// Number and first line of every doc comment of a file.
+fn doc_comments(text: &str) -> impl Iterator<Item = (usize, &str)> {
+    let lines = text.lines().zip(1..).scan("", |before, (line, number)| {
+        let line = line.trim_start();
+        let is_doc = |mark: &str| line.strip_prefix(mark).filter(|rest| !rest.starts_with('/'));
+        let found = ["///", "//!"].into_iter().find_map(|mark| Some((mark, is_doc(mark)?)));
+        let (mark, words) = found.unwrap_or(("", ""));
+        let begins = !mark.is_empty() && *before != mark;
+        *before = mark;
+        Some(begins.then_some((number, words.trim())))
+    });
+    lines.flatten()
+}
+
+/// Doc comments begin with a noun or a verb.
+#[test]
+fn doc_comments_name_their_subject() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut folders: Vec<PathBuf> =
+        ["src", "crates", "tests", "examples", "benches", "python/src", "generated/src"]
+            .map(|folder| root.join(folder))
+            .into();
+    let (mut comments, mut faults) = (0, Vec::new());
+    while let Some(folder) = folders.pop() {
+        for entry in fs::read_dir(folder).expect("a folder of the workspace") {
+            let path = entry.expect("readable").path();
+            if path.is_dir() {
+                folders.push(path);
+            } else if path.extension().is_some_and(|extension| extension == "rs") {
+                let text = fs::read_to_string(&path).expect("a source file");
+                for (number, words) in doc_comments(&text) {
+                    comments += 1;
+                    let begins = |opening: &&str| {
+                        let rest = words.strip_prefix(*opening);
+                        rest.is_some_and(|rest| !rest.starts_with(char::is_alphanumeric))
+                    };
+                    if REFUSED_OPENINGS.iter().any(|opening| begins(&opening)) {
+                        faults.push(format!("{}:{number}: {words}", path.display()));
+                    }
+                }
+            }
+        }
+    }
+    assert!(comments > 9000, "{comments}");
+    assert!(faults.is_empty(), "{}", faults.join("\n"));
+}
+
+/// Doc comments are told by their marks, and every first line is looked at.
+#[test]
+fn first_lines_of_doc_comments_are_found() {
+    let text = "//! One\n//! two\n\n/// Three\n/// four\nfn a() {}\n//// no\n// no\n    /// It\n";
+    let found: Vec<_> = doc_comments(text).collect();
+    assert_eq!(found, [(1, "One"), (4, "Three"), (9, "It")]);
+}
+
+/// Test of the reader itself, on a small workspace.
 #[test]
 fn the_reader_sees_what_a_file_names_in_every_form() {
     let text = r##"

@@ -1,5 +1,5 @@
-//! Source files, read as far as the rules of the house need it: code without comments, texts and
-//! unit tests; the modules that it declares, what it defines and imports, the paths that it names.
+//! Reader of source files, as far as the architecture rules need it: code without comments, strings
+//! and unit tests; modules declared, items defined and imported, paths named.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -8,20 +8,20 @@ use std::path::{Path, PathBuf};
 /// Modules from the root of a package: `["analysis", "periodic"]`.
 pub(super) type ModulePath = Vec<String>;
 
-/// A module by its package and its path in it.
+/// Module by its package and its path in the package.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Place {
     pub(super) package: usize,
     pub(super) path: ModulePath,
 }
 
-/// What a path leads to.
+/// Result of resolving a path.
 #[derive(Clone, Debug)]
 pub(super) struct Found {
-    /// The module, or the one whose file defines the item.
+    /// Module found, or the module whose file defines the item.
     pub(super) place: Place,
     pub(super) is_module: bool,
-    /// Every module on the way, those that only hand the item on as well.
+    /// All modules on the way, including those that only re-export the item.
     pub(super) way: Vec<Place>,
 }
 
@@ -31,40 +31,40 @@ struct Import {
     path: Vec<String>,
     name: String,
     is_glob: bool,
-    /// Whether the name is handed on: `pub use`.
+    /// Whether the name is re-exported: `pub use`.
     is_public: bool,
 }
 
-/// A file as its tokens tell it.
+/// Contents of a file, from its tokens.
 #[derive(Debug, Default)]
 pub(super) struct Module {
     pub(super) file: PathBuf,
-    /// Modules that are declared here.
+    /// Modules declared in the file.
     pub(super) children: Vec<String>,
     imports: Vec<Import>,
-    /// Paths of two segments or more outside of imports.
+    /// Paths of two or more segments outside of imports.
     paths: Vec<Vec<String>>,
-    /// Words that stand alone outside of imports.
+    /// Single words outside of imports.
     words: BTreeSet<String>,
     defined: BTreeSet<String>,
 }
 
-/// A package of the workspace that the rules hold for.
+/// Package of the workspace to which the rules apply.
 #[derive(Debug)]
 pub(super) struct Package {
-    /// The name by which other packages name it.
+    /// Name of the package in other packages.
     name: String,
     pub(super) modules: BTreeMap<ModulePath, Module>,
 }
 
-/// The packages of the house.
+/// Packages of the workspace.
 #[derive(Debug)]
 pub(super) struct House {
     pub(super) packages: Vec<Package>,
 }
 
 impl House {
-    /// The package at a folder and those in `crates/`.
+    /// Reads the package in a folder and those in `crates/`.
     pub(super) fn read(folder: &Path) -> Self {
         let mut folders = vec![folder.to_owned()];
         if let Ok(entries) = fs::read_dir(folder.join("crates")) {
@@ -89,7 +89,7 @@ impl House {
         packages.flat_map(of).collect()
     }
 
-    /// What a path in a module leads to; `None` for what is not of the house.
+    /// Resolves a path in a module; `None` if it leads outside the workspace.
     pub(super) fn find(&self, from: &Place, path: &[String]) -> Option<Found> {
         self.find_within(from, path, 16)
     }
@@ -118,7 +118,7 @@ impl House {
         self.walk(start, rest, depth)
     }
 
-    /// From a module along the rest of a path.
+    /// Follows the rest of a path from a module.
     fn walk(&self, place: Place, rest: &[String], depth: usize) -> Option<Found> {
         let found = Found { way: vec![place.clone()], place, is_module: true };
         self.go_on(found, rest, depth)
@@ -145,7 +145,7 @@ impl House {
         self.go_on(ahead, rest, depth)
     }
 
-    /// A name inside a module: a child, an item, or what is imported by that name.
+    /// Resolves a name in a module: a child, an item, or an import.
     fn step(&self, place: &Place, name: &String, depth: usize) -> Option<Found> {
         let module = self.module(place);
         if module.children.contains(name) {
@@ -158,7 +158,7 @@ impl House {
         }
         let depth = depth.checked_sub(1)?;
         let by_name = |import: &&Import| !import.is_glob && import.name == *name;
-        // NOTE: an import that bears its own first word (`use name;`) would lead back here.
+        // NOTE: an import whose first word is its own name (`use name;`) would lead back here.
         let mut imports = module.imports.iter().filter(by_name);
         if let Some(import) = imports.find(|import| import.path.len() > 1) {
             return self.find_within(place, &import.path, depth);
@@ -173,13 +173,13 @@ impl House {
         inside.next()
     }
 
-    /// Everything of the house that a module names, by its paths.
+    /// Everything in the workspace that a module names, with its paths.
     pub(super) fn named(&self, from: &Place) -> Vec<(String, Found)> {
         let find = |path: &Vec<String>| Some((path.join("::"), self.find(from, path)?));
         self.module(from).all_paths().filter_map(find).collect()
     }
 
-    /// The modules whose items a module uses; what it only hands on is not used.
+    /// Modules whose items a module uses; re-exports do not count.
     pub(super) fn used(&self, from: &Place) -> BTreeSet<Place> {
         let module = self.module(from);
         let mut used = BTreeSet::new();
@@ -188,7 +188,7 @@ impl House {
                 continue;
             }
             let found = self.find(from, &import.path);
-            // The paths that begin with the name of a module tell what is used of it.
+            // NOTE: paths that begin with the name of a module show which of its items are used.
             let found = found.filter(|found| !found.is_module || import.is_glob);
             used.extend(found.map(|found| found.place));
         }
@@ -223,7 +223,7 @@ impl Package {
     }
 }
 
-/// Reads the modules that a module declares, whose files are in a folder.
+/// Reads the modules that a module declares, with files in a folder.
 fn add_children(
     module: &Module,
     folder: &Path,
@@ -304,7 +304,7 @@ impl Module {
         module
     }
 
-    /// All paths, those of imports and the others.
+    /// Paths of imports, then other paths.
     pub(super) fn all_paths(&self) -> impl Iterator<Item = &Vec<String>> {
         let imports = self.imports.iter().map(|import| &import.path);
         imports.chain(&self.paths)
@@ -356,7 +356,7 @@ impl Module {
     }
 }
 
-/// Words and signs of a text, without comments, texts and characters.
+/// Words and signs of a source text, without comments, strings and characters.
 fn tokens(text: &str) -> Vec<Token> {
     let mut tokens = Vec::new();
     let mut rest = text;
@@ -386,7 +386,7 @@ fn tokens(text: &str) -> Vec<Token> {
     tokens
 }
 
-/// The length of the text, the character or the lifetime that a text begins with.
+/// Length of the string, character or lifetime at the start of a text.
 fn length_of_text(text: &str) -> Option<usize> {
     let raw = text.strip_prefix('b').unwrap_or(text).strip_prefix('r');
     if let Some(raw) = raw {
@@ -415,7 +415,7 @@ fn length_of_text(text: &str) -> Option<usize> {
     Some(end.map_or(text.len(), |end| start + end + 2))
 }
 
-/// Leaves out what is compiled for tests alone: the item after `#[cfg(test)]`, to its end.
+/// Removes test-only code: the item after `#[cfg(test)]`, to its end.
 fn without_unit_tests(tokens: Vec<Token>) -> Vec<Token> {
     let word = |word: &str| Token::Word(word.to_owned());
     let [hash, open, close] = ['#', '[', ']'].map(Token::Sign);

@@ -1,4 +1,4 @@
-//! What is refused before anything is computed, how a fault is shown, and standard input.
+//! Input that is refused before anything is computed, display of faults, and standard input.
 
 use std::fs;
 

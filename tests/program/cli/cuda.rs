@@ -1,5 +1,5 @@
-//! Charts on a graphics processor, which a double stands for (`double.cpp`): it compiles the very
-//! text for this processor. Without a compiler of C++ the tests say that they were skipped.
+//! Charts on a GPU, replaced here by a double (`double.cpp`) that compiles the same source for the
+//! CPU. Without a C++ compiler the tests print that they were skipped.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -9,7 +9,7 @@ use std::process::{Command, Output};
 use super::resuming::files;
 use super::{grazemap, scratch, text};
 
-/// Builds the double into a folder; `false`, and a word of it, without a compiler.
+/// Builds the double into a folder; prints a note and returns `false` without a compiler.
 fn double(folder: &Path) -> bool {
     let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/program/cli/double.cpp");
     let library = folder.join("libcuda.so");
@@ -31,7 +31,7 @@ fn double(folder: &Path) -> bool {
     }
 }
 
-/// The program with the double in the place of a graphics processor.
+/// Runs the program with the double instead of a GPU.
 fn on_double(folder: &Path, arguments: &[&str], more: &[(&str, &str)]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_grazemap"))
         .args(arguments)
@@ -43,7 +43,7 @@ fn on_double(folder: &Path, arguments: &[&str], more: &[(&str, &str)]) -> Output
         .expect("the program can be started")
 }
 
-/// A saved map with charts: by the map and guarded, of every kind of observable.
+/// Saves a map with charts: by the map and guarded, with every kind of observable.
 fn charted(folder: &Path) {
     let call = |arguments: &[&str]| {
         let output = grazemap(folder, arguments);
@@ -96,11 +96,11 @@ fn a_chart_on_a_graphics_processor_has_the_bytes_of_the_processors_chart() {
     assert!(said.contains("double: ") && said.contains("handed back"), "{said}");
     assert!(said.contains("direct simulation is not there"), "{said}");
     equal(&files(&folder.join("found")), &expected);
-    // Copies hide behind kernels where several streams have work.
+    // Copies overlap with kernels if several streams have work.
     let notes = fs::read_to_string(folder.join("notes")).expect("the double was called");
     assert!(!notes.contains(" 1 streams") && !notes.contains(" 0 streams"), "{notes}");
 
-    // A device that fails on the way takes nothing with it.
+    // A device that fails midway loses no results.
     let fails = [("DOUBLE_FAILS_AT", "3")];
     let output = on_double(folder, &[&chart[..], &["failed"]].concat(), &fails);
     let said = text(&output.stderr);

@@ -1,4 +1,4 @@
-//! Emitted crates: what they state, and when they are the same.
+//! Emitted crates: their statements, and their reproducibility.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -65,7 +65,8 @@ fn a_crate_emitted_for_a_tolerance_states_the_measured_error_and_is_the_same_twi
     assert!(unmeasured.contains("error on the window not measured"), "{unmeasured}");
 }
 
-/// A map is chosen by the form with fewest operations, which errs otherwise than the factored one.
+/// A map is chosen in the form with the fewest operations, whose error differs from the factored
+/// form's.
 #[test]
 fn code_that_errs_more_than_its_tolerance_is_emitted_with_a_warning_and_the_figure() {
     let folder = scratch();
@@ -89,13 +90,13 @@ fn code_that_errs_more_than_its_tolerance_is_emitted_with_a_warning_and_the_figu
     assert!(said.contains("more than 1e-7, as the scene states"), "{error:e}: {said}");
 }
 
-/// Every path under a folder, with its bytes.
+/// Files under a folder, with their bytes.
 fn contents(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
     let paths = files(folder).into_iter();
     paths.map(|path| (path.clone(), fs::read(&path).expect("readable"))).collect()
 }
 
-/// The command that a line of the header names, run by a shell in the folder of the file.
+/// Runs the command in a line of the header, by a shell in the folder of the file.
 fn run_line(file: &Path, heading: &str) -> Output {
     let source = fs::read_to_string(file).expect("emitted");
     let line = source.lines().find_map(|line| line.split_once(heading)).expect("in the header").1;

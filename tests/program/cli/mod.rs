@@ -21,7 +21,7 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
-/// A scene small enough to be run twice.
+/// Overrides that make a scene small enough to be run twice.
 const QUICK: [&str; 10] = [
     "--set",
     "expansion.smooth_order=2",
@@ -42,7 +42,7 @@ fn program(folder: &Path) -> Command {
     program
 }
 
-/// The cache of what runs in a folder, outside it.
+/// Cache of the commands in a folder; it is outside the folder.
 fn cache(folder: &Path) -> PathBuf {
     let name = folder.file_name().unwrap_or_default();
     Path::new(env!("CARGO_TARGET_TMPDIR")).join("cache").join(name)
@@ -81,7 +81,7 @@ fn json(folder: &Path, arguments: &[&str]) -> serde_json::Value {
     serde_json::from_slice(&output.stdout).expect("standard output is JSON alone")
 }
 
-/// The words of a text, however a terminal broke its lines.
+/// Words of a text, independent of line breaks and frames.
 fn words(text: &str) -> String {
     text.split(|c: char| c.is_whitespace() || "│×╭─╰╴┬·".contains(c)).collect()
 }
@@ -214,7 +214,8 @@ fn a_scene_of_any_section_says_which_it_takes_and_every_command_is_on_it() {
     };
     assert_eq!(of(&emitted["modules"][0]["section"]), of(section));
     let error = emitted["modules"][0]["measured_error"].as_f64();
-    // The choice knows points off the verge of contact alone; the claim is of all, and is said.
+    // The choice uses only points off the verge of contact. The claim covers all points, and a
+    // larger error is reported.
     let error = error.expect("measured");
     assert!(error <= 1e-6 || said.contains("errs by up to"), "{error}: {said}");
 

@@ -1,10 +1,10 @@
-//! Where results go, and what is refused before anything is computed.
+//! Destinations of results, and input that is refused before anything is computed.
 
 use std::fs;
 
 use super::{grazemap, json, scratch, text};
 
-/// Wrong calls that would lose results, or ask for more than there is: a name, the arguments.
+/// Wrong calls that would lose results, or ask for unavailable ones: name and arguments.
 pub(super) fn wrong_outputs() -> Vec<(&'static str, Vec<&'static str>)> {
     vec![
         ("json_and_csv_on_standard_output", vec!["expand", "linear", "--json", "-", "--csv", "-"]),
@@ -50,10 +50,10 @@ fn what_is_refused_beforehand_writes_nothing() {
     }
 }
 
-/// A diagram of a scene without a grazing orbit: it ends with exit code 1 once anything is computed.
+/// Diagram of a scene without a grazing orbit: it ends with exit code 1 if anything is computed.
 const NO_GRAZE: [&str; 5] = ["diagram", "scene.toml", "-q", "--set", "delta=-1"];
 
-/// A folder with that scene, with what stands in the way of results, and with links.
+/// Folder with that scene, with obstacles to results, and with links.
 fn obstacles() -> tempfile::TempDir {
     let folder = scratch();
     assert!(grazemap(folder.path(), &["new", "linear", "-o", "scene.toml"]).status.success());
@@ -203,7 +203,7 @@ fn diagrams_and_charts_are_guarded_unless_a_scene_says_otherwise() {
     }
 }
 
-/// Two methods are two basins; an option asks for one of its own.
+/// A basin per method; options ask for one basin of their own.
 #[test]
 fn basins_that_a_scene_asks_for_are_made_without_options() {
     let folder = scratch();

@@ -1,5 +1,5 @@
-//! Commands that are killed: nothing is damaged, and the same command goes on and ends with the
-//! bytes of a run that nobody killed. The example `interruptions` does this two hundred times.
+//! Killed commands: no file is damaged, and the same command resumes and ends with the bytes of an
+//! uninterrupted run. The example `interruptions` does this two hundred times.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -41,7 +41,7 @@ fn begun_with(folder: &Path, call: &[&str]) -> Child {
         .expect("the program can be started")
 }
 
-/// Waits until some pieces are kept, and says where.
+/// Waits until some pieces are kept, and returns the journal's path.
 fn kept(folder: &Path) -> Option<std::path::PathBuf> {
     kept_in(&folder.join("out"))
 }
@@ -62,7 +62,7 @@ fn kept_in(folder: &Path) -> Option<std::path::PathBuf> {
     None
 }
 
-/// All files of a folder, hidden ones too.
+/// Files of a folder, including hidden ones.
 pub(super) fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     let entries = fs::read_dir(folder).expect("a folder").flatten();
     let file = |entry: fs::DirEntry| {
@@ -98,7 +98,7 @@ fn a_killed_diagram_goes_on_where_it_was_and_ends_with_the_same_bytes() {
     assert_eq!(files(&folder.path().join("out")), expected);
 }
 
-/// Results that are no files: nothing is written beside a device, and pieces are kept in the cache.
+/// Results on a device: no file is written beside it, and pieces are kept in the cache.
 #[cfg(unix)]
 #[test]
 fn a_diagram_onto_a_device_goes_on_from_the_cache() {
@@ -118,7 +118,7 @@ fn a_diagram_onto_a_device_goes_on_from_the_cache() {
     assert!(!journal.exists());
 }
 
-/// With other settings nothing of the interrupted run is used, and its journal is removed.
+/// Other settings do not use pieces of the interrupted run, and its journal is removed.
 #[test]
 fn other_settings_never_go_on_from_what_was_kept() {
     let folder = scratch();

@@ -1,4 +1,4 @@
-//! Saved orbits and maps in the place of a scene: the same bits as from the scene.
+//! Saved orbits and maps in place of a scene: results have the same bits.
 
 use std::fs;
 use std::path::Path;
@@ -11,7 +11,8 @@ use serde::de::DeserializeOwned;
 
 use super::{QUICK, grazemap, scratch, text};
 
-/// What commands make of a scene, and of its saved map and orbit: the same but for times.
+/// Commands whose results are the same, except for times, for a scene, its saved map and its saved
+/// orbit.
 const COMMANDS: [&[&str]; 5] = [
     &["expand"],
     &["image", "--states", "states.csv", "--iterations", "3"],
@@ -21,7 +22,7 @@ const COMMANDS: [&[&str]; 5] = [
 ];
 
 /// Standard output of a command, as JSON without times. Direct simulation alone measures no map:
-/// what a saved map has of that is left out.
+/// the corresponding members of a saved map are dropped.
 fn result(folder: &Path, command: &[&str], source: &str, set: &[&str]) -> serde_json::Value {
     let ([name], options) = command.split_at(1) else { unreachable!("a command has a name") };
     let arguments = [&[name, source], options, &["-q", "--json", "-"], set].concat();
@@ -46,7 +47,7 @@ fn drop_members(json: &mut serde_json::Value, names: &[&str]) {
     }
 }
 
-/// Saves map and orbit of a scene, and compares what commands make of each of the three.
+/// Saves map and orbit of a scene, and compares the results of commands on all three.
 fn agree(scene: &str, set: &[&str], states: &str, commands: &[&[&str]]) {
     let folder = scratch();
     fs::write(folder.path().join("states.csv"), states).expect("writable");
@@ -96,7 +97,7 @@ fn a_study_of_a_saved_map_is_that_of_its_scene() {
     assert_eq!(study("map.json", &[]), expected);
 }
 
-/// What a document has besides what it holds: read back, and written again, it is the same.
+/// Checks that a document, read and written again, is the same.
 fn reads_back<T: Serialize + DeserializeOwned>(folder: &Path, file: &str) {
     let text = fs::read_to_string(folder.join(file)).expect("there");
     let json = |text: &str| serde_json::from_str::<serde_json::Value>(text).expect("JSON");

@@ -1,4 +1,4 @@
-//! Commands in shards: pieces of all shards are joined into the bytes of an unsharded run.
+//! Commands in shards: the pieces of all shards join to the bytes of an unsharded run.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -8,21 +8,21 @@ use std::process::Command;
 use super::resuming::files;
 use super::{grazemap, scratch, text};
 
-/// Calls a command that ends well; what it said.
+/// Runs a command that must succeed, and returns its output.
 fn call(folder: &Path, arguments: &[&str]) -> String {
     let output = grazemap(folder, arguments);
     assert!(output.status.success(), "{arguments:?}: {}", text(&output.stderr));
     text(&output.stderr)
 }
 
-/// A call that is refused: its message.
+/// Runs a call that must be refused, and returns its message.
 fn refused(folder: &Path, arguments: &[&str]) -> String {
     let output = grazemap(folder, arguments);
     assert_eq!(output.status.code(), Some(2), "{arguments:?}");
     text(&output.stderr)
 }
 
-/// The files of pieces of all shards, computed into a folder.
+/// Computes all shards into a folder, and returns the files of their pieces.
 fn shards(folder: &Path, command: &[&str], count: usize, into: &str) -> Vec<String> {
     let shard = |number: usize| {
         call(folder, &[command, &["--shard", &format!("{number}/{count}"), "-o", into]].concat());
@@ -31,7 +31,7 @@ fn shards(folder: &Path, command: &[&str], count: usize, into: &str) -> Vec<Stri
     (1..=count).map(shard).collect()
 }
 
-/// One, three and seven shards of a command give the bytes of an unsharded run.
+/// One, three and seven shards of a command join to the bytes of an unsharded run.
 fn equal_bytes(folder: &Path, command: &[&str]) {
     call(folder, &[command, &["-o", "whole"]].concat());
     let whole = files(&folder.join("whole"));
@@ -48,12 +48,12 @@ fn equal_bytes(folder: &Path, command: &[&str]) {
         for (name, bytes) in &whole {
             assert!(joined[name] == *bytes, "{name} of {count} shards differs");
         }
-        // What was read is left, and nothing beside it.
+        // The files of pieces are kept, and no other file is beside them.
         assert_eq!(files(&folder.join(&into)).len(), count);
     }
 }
 
-/// A saved map with these tables, so that no shard has to look for it.
+/// Saves a map with these tables, so that no shard has to compute it.
 fn map_with(folder: &Path, tables: &str) {
     call(folder, &["new", "linear", "-q", "-o", "scene.toml"]);
     let scene = fs::read_to_string(folder.join("scene.toml")).expect("readable");

@@ -1,4 +1,4 @@
-//! `grazemap view`: the page of a run, handed to what the variable `BROWSER` names.
+//! `grazemap view`: the page of a run, opened by the program that `BROWSER` names.
 
 use std::fs;
 use std::os::unix::fs::PermissionsExt as _;
@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use super::{scratch, text};
 
-/// What makes a run short.
+/// Overrides that make a run short.
 const QUICK: [&str; 8] = [
     "--set",
     "expansion.smooth_order=2",

@@ -1,18 +1,18 @@
-//! The method of Gragg, Bulirsch and Stoer: the explicit midpoint rule, extrapolated to steps of
-//! length zero. It has no table of coefficients, and serves numbers of any precision.
+//! Method of Gragg, Bulirsch and Stoer: the explicit midpoint rule, extrapolated to step length
+//! zero. It needs no table of coefficients, and works in any precision.
 
 use super::number::{Function, Number};
 
-/// Steps are halved so often before an integration is given up.
+/// Largest number of times that steps are halved before an integration fails.
 const HALVINGS: usize = 40;
 
-/// A flow by its rates at a state.
+/// Flow, given by its rates at a state.
 pub(crate) struct Flow<'a, N> {
     pub(crate) rates: &'a dyn Fn(&[N], &mut [N]),
 }
 
 impl<N: Number> Flow<'_, N> {
-    /// The state after a time, by as many steps as that takes; `None` where it leaves the numbers.
+    /// State after a time, by as many steps as necessary; `None` if it is not finite.
     pub(crate) fn after(&self, state: &[N], time: N) -> Option<Vec<N>> {
         self.halved(state, time, HALVINGS)
     }
@@ -26,7 +26,7 @@ impl<N: Number> Flow<'_, N> {
         self.halved(&middle, time - half, halvings - 1)
     }
 
-    /// The state after one step; `None` where the extrapolation does not settle.
+    /// State after one step; `None` if the extrapolation does not converge.
     pub(crate) fn step(&self, state: &[N], time: N) -> Option<Vec<N>> {
         if time.double() == 0.0 {
             return Some(state.to_vec());
@@ -60,7 +60,7 @@ impl<N: Number> Flow<'_, N> {
         })
     }
 
-    /// Displacement after so many substeps of the midpoint rule.
+    /// Displacement after a number of substeps of the midpoint rule.
     fn midpoint(&self, state: &[N], first: &[N], time: N, substeps: usize) -> Vec<N> {
         let length = time / N::of(substeps as f64);
         let double = length + length;
@@ -82,7 +82,7 @@ impl<N: Number> Flow<'_, N> {
     }
 }
 
-/// The zero of a function between two places at which it has different signs, by Ridders' method.
+/// Zero of a function between two points of opposite sign, by Ridders' method.
 pub(crate) fn zero<N: Number>(
     mut function: impl FnMut(N) -> Option<N>,
     (mut a, mut at_a): (N, N),

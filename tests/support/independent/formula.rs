@@ -1,4 +1,4 @@
-//! Formulas as users type them: a reader of its own, and their values.
+//! Formulas as users type them: an independent parser, and their values.
 
 use std::collections::HashMap;
 
@@ -9,13 +9,13 @@ use super::number::{Function, Number};
 /// Meaning of a name.
 #[derive(Clone, Debug)]
 pub(crate) enum Meaning {
-    /// A number of the input: the states, the phase, then the parameters.
+    /// Input by index: the states, the phase, then the parameters.
     Input(usize),
     /// Another formula.
     Text(String),
 }
 
-/// One formula or several: steps, some of which are values.
+/// One or several formulas: steps, some of which are values.
 #[derive(Clone, Debug)]
 pub(crate) struct Formula {
     steps: Vec<Step>,
@@ -43,7 +43,7 @@ enum Operator {
     Greatest,
 }
 
-/// Steps that need no memory of their own.
+/// Largest number of steps evaluated without allocated memory.
 const FEW: usize = 40;
 
 impl Formula {
@@ -52,7 +52,7 @@ impl Formula {
         Self::read_all(&[text.to_owned()], &[], names)
     }
 
-    /// Reads several, in each of which `free` stands for a formula of its own.
+    /// Reads several formulas. In each, `free` stands for a formula of its own.
     pub(crate) fn read_all(
         texts: &[String],
         free: &[String],
@@ -73,14 +73,14 @@ impl Formula {
         self.values.len()
     }
 
-    /// The value of the first at a state, which the parameters follow.
+    /// Value of the first formula at a state and parameters.
     pub(crate) fn value<N: Number>(&self, state: &[N], parameters: &[N]) -> N {
         let mut value = [N::zero()];
         self.values(state, parameters, &mut value);
         value[0]
     }
 
-    /// The values of as many as there is room for.
+    /// Values of the formulas, as many as `out` holds.
     pub(crate) fn values<N: Number>(&self, state: &[N], parameters: &[N], out: &mut [N]) {
         if self.steps.len() <= FEW {
             self.run(state, parameters, &mut [N::zero(); FEW], out);
@@ -140,10 +140,10 @@ impl Operator {
 
 struct Reader<'a> {
     names: &'a HashMap<String, Meaning>,
-    /// Formula that `free` stands for.
+    /// Formula for `free`.
     free: Option<String>,
     steps: Vec<Step>,
-    /// Steps of the formulas that names stand for.
+    /// Steps of named formulas.
     known: HashMap<String, usize>,
 }
 
@@ -166,7 +166,7 @@ impl<'t> Rest<'t> {
         found
     }
 
-    /// The longest run of characters that belong together.
+    /// Longest run of characters that belong together.
     fn run(&mut self, belongs: impl Fn(usize, &str) -> bool) -> &'t str {
         let mut end = 0;
         while end < self.text.len() && belongs(end, self.text) {

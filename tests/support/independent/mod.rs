@@ -1,9 +1,9 @@
-//! An oscillator with stops, simulated in another way than the program does it.
+//! Oscillator with stops, simulated independently of the program.
 //!
-//! The text of a scene is read anew ([`Oscillator`]) and formulas are evaluated as they stand.
-//! Flows are integrated by extrapolation of the midpoint rule, looked at so often that nothing
-//! hides in between, and events are found by integrating a part of a step once more. No series, no
-//! expression graph, no exact flow.
+//! The text of a scene is parsed independently ([`Oscillator`]) and formulas are evaluated as
+//! written. Flows are integrated by extrapolation of the midpoint rule, sampled so densely that no
+//! event hides in between, and events are located by integrating a part of a step again. There is
+//! no series, no expression graph, and no exact flow.
 #![allow(dead_code, unused_imports, reason = "tests and the example use a part of it each")]
 
 mod extrapolation;

@@ -1,11 +1,11 @@
-//! Numbers that formulas are evaluated in: doubles, double-doubles, and dual numbers over either.
+//! Numbers for the evaluation of formulas: doubles, double-doubles, and dual numbers over either.
 
 use std::fmt::Debug;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use grazemap::numeric::Dd;
 
-/// A function of one number.
+/// Function of one number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Function {
     Negative,
@@ -47,7 +47,7 @@ impl Function {
     }
 }
 
-/// Numbers that an integration is done in.
+/// Number type of an integration.
 pub(crate) trait Number:
     Copy
     + Debug
@@ -59,7 +59,7 @@ pub(crate) trait Number:
 {
     /// Unit in the last place of 1.
     const EPSILON: f64;
-    /// Most columns of an extrapolation.
+    /// Largest number of columns of an extrapolation.
     const COLUMNS: usize;
 
     fn exact(value: Dd) -> Self;
@@ -172,7 +172,7 @@ impl Number for Dd {
     }
 }
 
-/// A number with its derivative along a direction.
+/// Number with its derivative along a direction.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Dual<N> {
     pub(crate) value: N,

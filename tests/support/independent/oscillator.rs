@@ -1,4 +1,4 @@
-//! An oscillator with stops as a scene describes it, read anew.
+//! Oscillator with stops, parsed from a scene.
 
 use std::collections::HashMap;
 
@@ -8,7 +8,7 @@ use toml_edit::{DocumentMut, Item, TableLike};
 use super::formula::{Formula, Meaning};
 use super::number::{Dual, Number};
 
-/// A model: its formulas take the states, the phase where there is one, then the parameters.
+/// Model. Its formulas take the states, the phase if there is one, then the parameters.
 #[derive(Clone, Debug)]
 pub(crate) struct Oscillator {
     /// Names of the states, then that of the phase.
@@ -25,7 +25,7 @@ pub(crate) struct Oscillator {
 #[derive(Clone, Debug)]
 pub(crate) struct Stop {
     pub(crate) name: String,
-    /// The gap, above 0 in free flight.
+    /// Gap, positive in free flight.
     pub(crate) gap: Formula,
     pub(crate) response: Response,
 }
@@ -33,14 +33,14 @@ pub(crate) struct Stop {
 /// Response of a stop to a state that meets it.
 #[derive(Clone, Debug)]
 pub(crate) enum Response {
-    /// Rigid: components that jump.
+    /// Rigid: components that jump, with their formulas.
     Impact(Vec<(usize, Formula)>),
-    /// Compliant: another flow until a function changes its sign.
+    /// Compliant: another flow until a function changes sign.
     Contact { flow: Formula, release: Formula },
 }
 
 impl Oscillator {
-    /// Reads the model of a scene's text, with values of parameters set.
+    /// Parses the model of a scene's text, with values of parameters.
     pub(crate) fn read(text: &str, set: &[(&str, f64)]) -> Result<Self, String> {
         let document: DocumentMut = text.parse().map_err(|error| format!("{error}"))?;
         let model = table(document.as_item(), "model").ok_or("no [model]")?;
@@ -143,7 +143,7 @@ pub(crate) fn rates<N: Number>(flow: &Formula, state: &[N], parameters: &[N]) ->
     rates
 }
 
-/// A state that moves along a flow, and parameters that do not.
+/// State with derivatives along a flow, and parameters without.
 fn moving<N: Number>(
     flow: &Formula,
     state: &[N],

@@ -1,26 +1,26 @@
-//! The return map of a tangency section: minima of a gap along the free flow, as an orbit makes
-//! them, and which of them is the next section point.
+//! Return map of a tangency section: minima of a gap along the free flow, and the choice of the
+//! next section point among them.
 
 use super::number::Number;
 use super::simulator::{Failure, Happening, Kind, MOST_EVENTS, Mode, Simulator};
 
-/// One approach of an orbit to a stop.
+/// Approach of an orbit to a stop.
 #[derive(Clone, Debug)]
 pub(crate) struct Approach<N> {
-    /// When the gap has its minimum, and the state there: along the free flow with the stop away,
-    /// where a contact begins before.
+    /// Time and state of the minimum of the gap; if a contact begins before it, along the free flow
+    /// without the stop.
     pub(crate) time: N,
     pub(crate) state: Vec<N>,
-    /// When the stop was met, for a contact.
+    /// Time at which the stop was met, for a contact.
     pub(crate) met: Option<N>,
-    /// Whether nothing else acts on the way from there to the minimum, or holds the state.
+    /// Whether no other stop acts on the way to the minimum, or holds the state.
     pub(crate) is_free: bool,
 }
 
-/// The next approach of an orbit to a stop before a time, with all that happens on the way; a
-/// contact is the last of that, and the orbit is behind its beginning.
+/// Next approach of an orbit to a stop before a time, with all events on the way. A contact is the
+/// last event; the orbit is then just after its beginning.
 ///
-/// `None` where the time comes first.
+/// `None` if the time comes first.
 pub(crate) fn next_approach<N: Number>(
     orbit: &mut Simulator<'_, N>,
     stop: usize,
@@ -57,8 +57,8 @@ pub(crate) fn next_approach<N: Number>(
     }
 }
 
-/// The minimum of the gap that an approach would have if the stop were not there, and whether it
-/// is reached freely.
+/// Minimum of the gap that an approach would have without the stop, and whether it is reached
+/// freely.
 fn ignoring<N: Number>(
     orbit: &Simulator<'_, N>,
     met: &Happening<N>,
@@ -79,27 +79,27 @@ fn ignoring<N: Number>(
     }
 }
 
-/// The image of a section point.
+/// Image of a section point.
 #[derive(Clone, Debug)]
 pub(crate) struct SectionReturn<N> {
-    /// The next section point.
+    /// Next section point.
     pub(crate) state: Vec<N>,
-    /// Time until then.
+    /// Time to that point.
     pub(crate) elapsed: N,
     /// Speeds of the contacts, in order, with their stops.
     pub(crate) speeds: Vec<(usize, N)>,
-    /// Speed of the contact behind which the section point lies.
+    /// Speed of the contact behind which that point lies.
     pub(crate) ahead: Option<N>,
-    /// Whether the section point is one of free flight.
+    /// Whether that point is one of free flight.
     pub(crate) is_free: bool,
 }
 
-/// Durations within which a return comes back to the section, by definition: so far ahead for an
-/// approach, and so far back from a section point beyond the stop.
+/// Time limit of a return: forward for an approach, and backward from a section point beyond the
+/// stop.
 const LONGEST: f64 = 16.5;
 
-/// The return from a point of the tangency section of a stop: to the approach nearest in time to
-/// `duration`. `None` where there is none.
+/// Return from a point of the tangency section of a stop: to the approach nearest in time to
+/// `duration`; `None` if there is none.
 pub(crate) fn tangency_return<N: Number>(
     orbit: &Simulator<'_, N>,
     stop: usize,

@@ -1,31 +1,31 @@
-//! From event to event: a sample of the flight at a time, cut where a watched function falls
-//! through zero.
+//! Event-driven simulation: the flight is sampled, and a sample is cut where a watched function
+//! falls through zero.
 
 use super::extrapolation::{Flow, zero};
 use super::formula::Formula;
 use super::number::{Dual, Number};
 use super::oscillator::{Oscillator, Response, along, along_twice, rates};
 
-/// Events of one return before it is given up: a chatter with restitution 0.98 has six hundred, one
-/// of a stop that is elastic at low speed does not end.
+/// Limit of events in one return: a chatter with restitution 0.98 has six hundred, one of a stop
+/// that is elastic at low speed does not end.
 pub(super) const MOST_EVENTS: usize = 2_000;
-/// A hop shorter than this share of the longest sample is the last one: the state rests.
+/// Duration of a hop, as a share of the longest sample, below which the state comes to rest.
 const LAST_HOP: f64 = 1e-5;
-/// Falls that are apart by less than this share of a sample are one instant.
+/// Time, as a share of a sample, within which falls count as one instant.
 const SAME_INSTANT: f64 = 1e-11;
-/// A minimum and a maximum that are nearer to each other, in samples, are not looked for.
+/// Distance of a minimum and a maximum, in samples, below which they are not looked for.
 const NEAREST_TURNS: f64 = 1e-2;
 
 /// Regime of the motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Mode {
     Free,
-    /// In contact with a compliant stop, while its release function times the sign is positive.
+    /// In contact with a compliant stop, while its release function times `sign` is positive.
     Held {
         stop: usize,
         sign: f64,
     },
-    /// At rest on a rigid stop, by a force on one component.
+    /// At rest on a rigid stop, held by a force on one component.
     Resting {
         stop: usize,
         component: usize,
@@ -38,7 +38,7 @@ pub(crate) struct Happening<N> {
     pub(crate) time: N,
     pub(crate) stop: usize,
     pub(crate) kind: Kind<N>,
-    /// The state then, before any response.
+    /// State at the event, before any response.
     pub(crate) state: Vec<N>,
 }
 
@@ -54,23 +54,23 @@ pub(crate) enum Kind<N> {
     End {
         speed: N,
     },
-    /// A minimum of the gap, below zero only where the stop is ignored.
+    /// Minimum of the gap, below zero only if the stop is ignored.
     Minimum {
         gap: N,
     },
-    /// The end of a rest.
+    /// End of a rest.
     Leave,
 }
 
 impl<N: Number> Happening<N> {
-    /// Whether a stop acts, or ceases to.
+    /// Whether a stop begins or ceases to act.
     pub(crate) fn acts(&self) -> bool {
         !matches!(self.kind, Kind::Minimum { .. })
     }
 }
 
 impl<N: Number> Kind<N> {
-    /// The speed at which a stop is met.
+    /// Speed at which a stop is met.
     pub(crate) fn speed(&self) -> Option<N> {
         match *self {
             Self::Impact { speed, .. } | Self::Begin { speed } => Some(speed),
@@ -82,25 +82,25 @@ impl<N: Number> Kind<N> {
 /// Reason for which a simulation ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Failure {
-    /// The state left the numbers.
+    /// The state is not finite.
     Diverged,
     /// Two stops hold the state at once.
     HeldTwice,
-    /// A state must rest where the force that holds it is not known.
+    /// A state must rest, but the holding force is unknown.
     NoRest,
-    /// A response that leaves the state moving into the stop.
+    /// A response leaves the state moving into the stop.
     Through,
     TooManyEvents,
 }
 
-/// A function that is watched.
+/// Function whose zero is watched.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Watch {
     Gap(usize),
     Release,
 }
 
-/// An oscillator on its way.
+/// Simulation of an oscillator.
 #[derive(Clone, Debug)]
 pub(crate) struct Simulator<'a, N> {
     pub(crate) oscillator: &'a Oscillator,
@@ -108,9 +108,9 @@ pub(crate) struct Simulator<'a, N> {
     pub(crate) state: Vec<N>,
     pub(crate) time: N,
     pub(crate) mode: Mode,
-    /// A stop whose minima are told, and which does nothing.
+    /// Stop whose minima are reported and which does not act.
     pub(crate) ignored: Option<usize>,
-    /// Longest time from one look to the next.
+    /// Longest time between two samples.
     sample: N,
     /// Function that was zero at the start of the present sample.
     fresh: Option<Watch>,
@@ -119,8 +119,8 @@ pub(crate) struct Simulator<'a, N> {
 }
 
 impl<'a, N: Number> Simulator<'a, N> {
-    /// Looks at the flight at least once in `sample`, which nothing that matters may be shorter
-    /// than.
+    /// Creates a simulation with at least one sample per `sample`, which must be shorter than any
+    /// relevant feature.
     pub(crate) fn new(oscillator: &'a Oscillator, parameters: &[N], sample: f64) -> Self {
         Self {
             oscillator,
@@ -135,13 +135,13 @@ impl<'a, N: Number> Simulator<'a, N> {
         }
     }
 
-    /// Time of one forcing period.
+    /// Forcing period, in time.
     pub(crate) fn forcing_period(&self) -> Option<N> {
         let rates = rates(&self.oscillator.flow, &self.state, &self.parameters);
         Some(N::exact(self.oscillator.period?) / *rates.last()?)
     }
 
-    /// Puts a state in free flight, at time 0.
+    /// Sets a state in free flight, at time 0.
     pub(crate) fn place(&mut self, state: &[N]) {
         self.state = state.to_vec();
         self.time = N::zero();
@@ -151,13 +151,13 @@ impl<'a, N: Number> Simulator<'a, N> {
         self.pending.clear();
     }
 
-    /// Puts a state at a minimum of the gap of a stop, in free flight, at time 0.
+    /// Sets a state at a minimum of the gap of a stop, in free flight, at time 0.
     pub(crate) fn place_at_minimum(&mut self, state: &[N], stop: usize) {
         self.place(state);
         self.fresh = Some(Watch::Gap(stop));
     }
 
-    /// Takes whole periods off the phase.
+    /// Subtracts whole periods from the phase.
     pub(crate) fn reduce_phase(&mut self) {
         if let (Some(period), Some(phase)) = (self.oscillator.period, self.state.last_mut()) {
             let turns = (phase.double() / period.to_f64()).floor();
@@ -165,19 +165,19 @@ impl<'a, N: Number> Simulator<'a, N> {
         }
     }
 
-    /// A stop's gap and its derivative along the free flow.
+    /// Gap of a stop and its derivative along the free flow.
     pub(crate) fn gap(&self, stop: usize) -> (N, N) {
         let gap = &self.oscillator.stops[stop].gap;
         along(gap, &self.oscillator.flow, &self.state, &self.parameters)
     }
 
-    /// A stop's gap with its first two derivatives along the free flow.
+    /// Gap of a stop with its first two derivatives along the free flow.
     pub(crate) fn gap_twice(&self, stop: usize) -> [N; 3] {
         let gap = &self.oscillator.stops[stop].gap;
         along_twice(gap, &self.oscillator.flow, &self.state, &self.parameters)
     }
 
-    /// Goes on for a time, and tells what happens.
+    /// Simulates for a time, and returns the events.
     pub(crate) fn advance(&mut self, time: N) -> Result<Vec<Happening<N>>, Failure> {
         let until = self.time + time;
         let mut happened = Vec::new();
@@ -190,8 +190,7 @@ impl<'a, N: Number> Simulator<'a, N> {
         Ok(happened)
     }
 
-    /// Goes on to the next event, which the state has behind it then; `None` where it comes to a
-    /// time first.
+    /// Simulates to just after the next event; `None` if a time is reached first.
     pub(crate) fn next(&mut self, until: N) -> Result<Option<Happening<N>>, Failure> {
         loop {
             if let Some(stop) = self.pending.pop()
@@ -208,7 +207,7 @@ impl<'a, N: Number> Simulator<'a, N> {
         }
     }
 
-    /// Flies freely, all stops away, for a time of either sign.
+    /// Flies without stops, for a time of either sign.
     pub(crate) fn fly(&mut self, time: N) -> Result<(), Failure> {
         let free = |state: &[N], out: &mut [N]| {
             self.oscillator.flow.values(state, &self.parameters, out);
@@ -225,7 +224,7 @@ impl<'a, N: Number> Simulator<'a, N> {
         Ok(())
     }
 
-    /// Takes a state beyond a stop back along the free flow to where it meets it, at most so long.
+    /// Moves a state beyond a stop back along the free flow to the surface, within a time limit.
     pub(crate) fn back_to_surface(&mut self, stop: usize, longest: N) -> Result<(), Failure> {
         let this = self.clone();
         let free = |state: &[N], out: &mut [N]| {
@@ -244,7 +243,7 @@ impl<'a, N: Number> Simulator<'a, N> {
             let ((from, rises), (to, falls)) = (sense(&self.state), sense(&end));
             let mut top = (step, to);
             if to.is_negative() && rises.is_negative() && !falls.is_negative() {
-                // It may come out and in again.
+                // NOTE: the state may come out and go in again.
                 let slope = |time: N| at(time).map(|(_, slope)| slope);
                 let time = zero(slope, (N::zero(), rises), (step, falls)).ok_or(lost)?;
                 top = (time, at(time).ok_or(lost)?.0);
@@ -277,7 +276,7 @@ impl<'a, N: Number> Simulator<'a, N> {
         }
     }
 
-    /// The flow and the release function of the present contact; of the first stop in free flight.
+    /// Flow and release function of the present contact; those of the first stop in free flight.
     fn held(&self) -> (&'a Formula, &'a Formula) {
         let stop = match self.mode {
             Mode::Held { stop, .. } => stop,
@@ -289,7 +288,7 @@ impl<'a, N: Number> Simulator<'a, N> {
         }
     }
 
-    /// The derivative of the speed of a gap by a component.
+    /// Derivative of the speed of a gap by a component.
     fn push(&self, stop: usize, component: usize, state: &[N]) -> N {
         let moved: Vec<Dual<N>> = state
             .iter()
@@ -316,7 +315,7 @@ impl<'a, N: Number> Simulator<'a, N> {
         release.into_iter().chain(stops.map(Watch::Gap)).collect()
     }
 
-    /// A watched function at a state and its derivative along the present flow.
+    /// Value of a watched function at a state, and its derivative along the present flow.
     fn watched(&self, watch: Watch, state: &[N]) -> (N, N) {
         let free = &self.oscillator.flow;
         match (watch, self.mode) {
@@ -340,7 +339,7 @@ impl<'a, N: Number> Simulator<'a, N> {
         }
     }
 
-    /// Time until a function that is zero and rises has its maximum, where that is near.
+    /// Time until a function that is zero and rises has its maximum, if that is near.
     fn time_to_turn(&self, watch: Watch) -> Option<N> {
         let free = &self.oscillator.flow;
         let (function, flow, sign) = match (watch, self.mode) {
@@ -356,13 +355,13 @@ impl<'a, N: Number> Simulator<'a, N> {
         (turns.double() < 0.0 && slope.double() > 0.0).then(|| -(slope / turns))
     }
 
-    /// Looks ahead: the first event of a sample, or nothing.
+    /// Looks ahead one sample and returns its first event.
     fn sample(&mut self, until: N) -> Result<Option<Happening<N>>, Failure> {
         let this = self.clone();
         let rates = |state: &[N], out: &mut [N]| this.rates(state, out);
         let flow = Flow { rates: &rates };
         let left = until - self.time;
-        // NOTE: a little behind the turn, so that the next look begins with a fall.
+        // NOTE: slightly after the turn, so that the next sample begins with a fall.
         let behind = |turn: N| turn * N::of(1.0625);
         let mut length = if (left - self.sample).is_negative() { left } else { self.sample };
         if let Some(turn) = self.fresh.and_then(|watch| self.time_to_turn(watch))
@@ -423,8 +422,8 @@ impl<'a, N: Number> Simulator<'a, N> {
         }
     }
 
-    /// Whether a gap may have a minimum and a maximum between two looks: its slope goes towards
-    /// zero at first and away from it at last, and is small enough to get there.
+    /// Whether a gap may have a minimum and a maximum within a sample: its slope moves towards zero
+    /// at first and away from it at the end, and is small enough to reach zero.
     fn may_turn_twice(&self, length: N, end: &[N]) -> bool {
         let flow = match self.mode {
             Mode::Held { .. } => self.held().0,
@@ -443,8 +442,8 @@ impl<'a, N: Number> Simulator<'a, N> {
         })
     }
 
-    /// Time at which a watched function falls through zero in a sample, or has a minimum (`false`)
-    /// above.
+    /// Time at which a watched function falls through zero within a sample, or has a minimum above
+    /// it (`false`).
     fn fall(
         &self,
         watch: Watch,
@@ -502,7 +501,7 @@ impl<'a, N: Number> Simulator<'a, N> {
         Happening { time: self.time, stop, kind, state: self.state.clone() }
     }
 
-    /// The stop acts on the state that meets it.
+    /// Applies the response of a stop to the state that meets it.
     pub(crate) fn respond(&mut self, stop: usize) -> Result<Happening<N>, Failure> {
         let speed = -self.gap(stop).1;
         let mut told = self.happening(stop, Kind::Begin { speed });
@@ -545,7 +544,7 @@ impl<'a, N: Number> Simulator<'a, N> {
         Ok(told)
     }
 
-    /// Stays on a rigid stop.
+    /// Puts the state at rest on a rigid stop.
     fn rest(&mut self, stop: usize, jumps: &[(usize, Formula)]) -> Result<(), Failure> {
         let (&[(component, _)], Mode::Free) = (jumps, self.mode) else {
             return Err(Failure::NoRest);

@@ -1,4 +1,4 @@
-//! The header is current, and a program in C that uses it gives the program's numbers.
+//! Checks that the header is current, and that a C program gives the same numbers as `grazemap`.
 
 use std::env;
 use std::ffi::OsStr;
@@ -34,7 +34,7 @@ fn made() -> String {
     String::from_utf8(text).expect("a text")
 }
 
-/// `GRAZEMAP_HEADER=write` writes it anew.
+/// `GRAZEMAP_HEADER=write` rewrites the header.
 #[test]
 fn the_header_is_what_cbindgen_makes_of_the_source() {
     let (path, made) = (root().join("include/grazemap.h"), made());
@@ -51,7 +51,7 @@ fn libraries() -> PathBuf {
     test.parent().expect("a folder").to_owned()
 }
 
-/// The program, where it was built beside this test.
+/// The `grazemap` executable, if it was built beside this test.
 fn program() -> Option<PathBuf> {
     let path = libraries().parent()?.join(format!("grazemap{}", env::consts::EXE_SUFFIX));
     path.exists().then_some(path)
@@ -63,7 +63,7 @@ fn success(output: Output) -> String {
     String::from_utf8(output.stdout).expect("a text")
 }
 
-/// Compiles a program in C; `None`, and words, where there is no compiler.
+/// Compiles a C program; prints a note and returns `None` if there is no compiler.
 fn compile(source: &Path, binary: &Path) -> Option<()> {
     let mut compiler = Command::new("cc");
     compiler.args(["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-I"]);
@@ -81,7 +81,7 @@ fn left_out<T>(what: &str, why: &str) -> Option<T> {
     None
 }
 
-/// A command that finds the library.
+/// A command that finds the library when it is run.
 fn with_library(program: impl AsRef<OsStr>) -> Command {
     let mut command = Command::new(program);
     command.env("LD_LIBRARY_PATH", libraries());
@@ -89,7 +89,7 @@ fn with_library(program: impl AsRef<OsStr>) -> Command {
     command
 }
 
-/// What the program in C prints, and the diagram that it writes.
+/// Output of the C program, and the diagram that it writes.
 fn by_c(folder: &Path) -> Option<(String, String)> {
     let (binary, csv) = (folder.join("program"), folder.join("diagram.csv"));
     compile(&root().join("crates/c/tests/abi/program.c"), &binary)?;
@@ -107,7 +107,7 @@ fn lines<'a>(printed: &'a str, word: &str) -> Vec<&'a str> {
     lines.filter(|(first, _)| *first == word).map(|(_, rest)| rest).collect()
 }
 
-/// Images as the program writes them, and whether what was mapped lay in the window.
+/// Images as `grazemap` writes them, and whether the points lay in the window.
 fn by_program(program: &Path, folder: &Path, using: &str) -> (Vec<f64>, Vec<f64>) {
     let states = "x,theta,alpha,omega\n1e-5,2e-5,1e-6,0\n0.4,0.3,1e-6,0\n-3e-6,1e-6,1e-6,0\n";
     fs::write(folder.join("states.csv"), states).expect("writable");
@@ -139,7 +139,7 @@ fn a_program_in_c_gives_the_numbers_of_the_program() {
     let offsets: Vec<_> = csv.lines().skip(1).filter_map(|row| row.split(',').nth(5)).collect();
     assert_eq!(the("offset"), numbers(&offsets.join(" ")));
 
-    // Steps one by one, as they are emitted and drawn: `image` sums in another order.
+    // Single steps, in the operations of emitted code and diagrams: `image` sums in another order.
     let map = graze.map().expect("a map");
     let starts = [[1e-5, 2e-5], [0.4, 0.3], [-3e-6, 1e-6]];
     let orbits = starts.map(|start| map.iterate(&start, &[1e-6, 0.0], 4).expect("a point"));
@@ -164,7 +164,7 @@ fn a_program_in_c_gives_the_numbers_of_the_program() {
     assert_eq!(csv, success(command.output().expect("it was built")));
 }
 
-/// Differences of images of single steps know nothing of derivatives.
+/// Differences of single-step images are an oracle independent of derivatives.
 #[test]
 fn derivatives_in_c_are_differences_of_images() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -185,7 +185,7 @@ fn derivatives_in_c_are_differences_of_images() {
             let difference = (ahead[row] - behind[row]) / (2.0 * step);
             let derivative = derivatives[row * 4 + column];
             let error = (derivative - difference).abs() / derivative.abs().max(1.0);
-            // The cubic term of the root over its distance from the graze, squared.
+            // The cubic term of the root divided by its distance from the graze, squared.
             assert!(error < 1e-4, "{row} {column}: {derivative} {difference}");
         }
     }
@@ -222,7 +222,7 @@ fn what_cannot_be_right_is_refused_with_its_place() {
     }
 }
 
-/// The text of the guide's block in a language.
+/// Code block of the guide in a language.
 fn block(language: &str) -> String {
     let page = fs::read_to_string(root().join("docs/reference/c.md")).expect("the page");
     let begin = format!("```{language}\n");
@@ -230,7 +230,8 @@ fn block(language: &str) -> String {
     block.split_once("```").expect("its end").0.to_owned()
 }
 
-/// What a program of the guide prints; `None`, and words, where its interpreter is not there.
+/// Output of a program of the guide; prints a note and returns `None` if its interpreter is
+/// missing.
 fn by_guide(language: &str, file: &str, commands: &[&[&str]], folder: &Path) -> Option<String> {
     fs::write(folder.join(file), block(language)).expect("writable");
     let mut printed = None;

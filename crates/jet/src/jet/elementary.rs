@@ -5,8 +5,8 @@
 //! recurrence needs `Ea`, the caller supplies it as an element.
 //!
 //! The elementary functions of a jet follow by these recurrences in degree. Functions of a head
-//! outside their domain give coefficients that are not finite, as `f64` does: √ and real powers at
-//! a head `≤ 0` (not analytic there), `ln` at `≤ 0`, `asin` and `acos` at `|head| ≥ 1`.
+//! outside their domain give coefficients that are not finite, as `f64` does: √ and real powers of
+//! a head `≤ 0` (not analytic there), `ln` of a head `≤ 0`, `asin` and `acos` for `|head| ≥ 1`.
 
 use std::sync::Arc;
 
@@ -114,7 +114,7 @@ pub fn exponential_part<S: Scalar, A: Graded<S>>(
 /// w_0 = 1/cosh² a_0,   w_k = −Σ_{j=0}^{k} u_j u_{k−j}
 /// ```
 ///
-/// NOTE: `w_0` by itself, not as `1 − u_0²`, which cancels where the tangent is flat.
+/// NOTE: `w_0` is computed directly, not as `1 − u_0²`, which cancels where the tangent is flat.
 #[inline(always)]
 pub fn sech_squared_part<S: Scalar, A: Graded<S>>(
     algebra: &A,
@@ -136,8 +136,8 @@ pub fn sech_squared_part<S: Scalar, A: Graded<S>>(
 /// ```
 ///
 /// with `b = a` and `w = a` for `log`, `√(1 − a²)` for `asin`, `−√(1 − a²)` for `acos`; with
-/// `b = s² a` and `w = s² + (s a)²` for `atan`, whose number `s` keeps the square in the range.
-/// Analytic where `w_0` is invertible.
+/// `b = s² a` and `w = s² + (s a)²` for `atan`, where the number `s` prevents overflow of the
+/// square. Analytic if `w_0` is invertible.
 #[inline(always)]
 pub fn primitive_part<S: Scalar, A: Graded<S>>(
     algebra: &A,
@@ -197,7 +197,7 @@ pub fn power_part<S: Scalar, A: Graded<S>>(
 /// k w_0 u_k = Σ_{j=1}^{k} ((Ey)_j x_{k−j} − (Ex)_j y_{k−j}) − Σ_{j=1}^{k−1} (Eu)_j w_{k−j}
 /// ```
 ///
-/// Analytic where `w_0` is invertible.
+/// Analytic if `w_0` is invertible.
 #[allow(clippy::too_many_arguments, reason = "one per symbol of the recurrence")]
 #[inline(always)]
 pub fn atan2_part<S: Scalar, A: Graded<S>>(
@@ -244,7 +244,7 @@ impl<S: Scalar> Jet<S> {
         euler
     }
 
-    /// Builds a jet degree by degree; `part(k, u, out)` sees the result's lower parts in `u`.
+    /// Builds a jet degree by degree; `part(k, u, out)` finds the lower parts of the result in `u`.
     pub(super) fn build(
         space: &Arc<JetSpace>,
         mut part: impl FnMut(usize, &[S], &mut [S]),
@@ -260,7 +260,7 @@ impl<S: Scalar> Jet<S> {
         result
     }
 
-    /// Builds a jet `u` degree by degree beside its Euler derivative `Eu`.
+    /// Builds a jet `u` degree by degree together with its Euler derivative `Eu`.
     fn build_with_euler(
         space: &Arc<JetSpace>,
         mut part: impl FnMut(usize, &[S], &[S], &mut [S]),
@@ -308,7 +308,7 @@ impl<S: Scalar> Jet<S> {
         self.pair(HeadFunction::Sinh, HeadFunction::Cosh)
     }
 
-    /// Two functions side by side, each part of one from lower parts of the other.
+    /// Two functions computed together, each part of one from lower parts of the other.
     fn pair(&self, first: HeadFunction, second: HeadFunction) -> (Self, Self) {
         let (space, a, euler) = (&*self.space, &self.coefficients, self.euler());
         let (mut u, mut v) = (Self::zero(&self.space), Self::zero(&self.space));
@@ -345,7 +345,7 @@ impl<S: Scalar> Jet<S> {
         self.tanh_and_slope().0
     }
 
-    /// The hyperbolic tangent `u` and its derivative `w = 1/cosh²`, side by side.
+    /// The hyperbolic tangent `u` and its derivative `w = 1/cosh²`, computed together.
     fn tanh_and_slope(&self) -> (Self, Self) {
         let (space, a, euler) = (&*self.space, &self.coefficients, self.euler().coefficients);
         let (mut u, mut w) = (Self::zero(&self.space), Self::zero(&self.space));
@@ -402,7 +402,7 @@ impl<S: Scalar> Jet<S> {
         (s, r)
     }
 
-    /// `u = f(a)` with `Eu = v Ea`, the derivative `v` being known.
+    /// `u = f(a)` with `Eu = v Ea`, for a known derivative `v`.
     fn with_slope(&self, function: HeadFunction, slope: &Self) -> Self {
         let (space, a, euler) = (&*self.space, &self.coefficients, self.euler().coefficients);
         Self::build(&self.space, |k, _, out| {
@@ -420,7 +420,8 @@ impl<S: Scalar> Jet<S> {
         self.primitive(HeadFunction::Acos, self, &-&self.cathetus())
     }
 
-    /// Arc tangent: `(1 + a²) Eu = Ea`, times the square of a number that keeps `a²` in the range.
+    /// Arc tangent: `(1 + a²) Eu = Ea`, times the square of a number that prevents overflow of
+    /// `a²`.
     pub fn atan(&self) -> Self {
         let factor = self.head().balance(S::one());
         let shrunk = self.scale(factor);
@@ -450,8 +451,8 @@ impl<S: Scalar> Jet<S> {
 
     /// Angle of the point `(x, self)`, its head in `(−π, π]`, for a point other than the origin.
     ///
-    /// With `y = self` and `w = x² + y²`: `w Eu = x Ey − y Ex`, both times a number that keeps
-    /// their squares in the range.
+    /// With `y = self` and `w = x² + y²`: `w Eu = x Ey − y Ex`, both times a number that prevents
+    /// overflow and underflow of the squares.
     ///
     /// # Panics
     ///

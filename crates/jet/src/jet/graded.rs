@@ -1,9 +1,9 @@
-//! Graded algebras: the one structure behind jets, time series, and jets in time.
+//! Graded algebras: the common structure of jets, time series, and jets in time.
 //!
-//! In each of them an element is a sum `a = a_0 + a_1 + … + a_n` of *parts*, the product obeys
+//! An element of a graded algebra is a sum `a = a_0 + a_1 + … + a_n` of *parts*, the product obeys
 //! `(ab)_k = Σ_j a_j b_{k−j}`, and the Euler derivation `(Ea)_k = k a_k` obeys Leibniz' rule. Every
-//! elementary function satisfies a first-order equation under any such derivation, so its parts
-//! follow one by one from lower parts by the same recurrence whatever the parts are: numbers
+//! elementary function satisfies a first-order equation under any such derivation. Its parts
+//! therefore follow one by one from lower parts by one recurrence for all kinds of parts: numbers
 //! (Taylor coefficients in time), homogeneous polynomials (jets, by degree), or whole jets (Taylor
 //! coefficients in time of a jet). See docs/mathematics/recurrences.md.
 
@@ -13,7 +13,7 @@ use std::sync::Arc;
 use super::{Jet, JetSpace};
 use crate::numeric::Scalar;
 
-/// Which terms of `Σ_j a_j b_{k−j}` a convolution takes.
+/// Range of the terms of `Σ_j a_j b_{k−j}` in a convolution.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Span {
     /// `j = 0..=k`.
@@ -27,19 +27,19 @@ pub enum Span {
 }
 
 impl Span {
-    /// Whether it leaves out the term `j = 0`.
+    /// Whether the span leaves out the term `j = 0`.
     #[inline(always)]
     pub(super) fn leaves_first(self) -> bool {
         matches!(self, Span::WithoutFirst | Span::Interior)
     }
 
-    /// Whether it leaves out the term `j = k`.
+    /// Whether the span leaves out the term `j = k`.
     #[inline(always)]
     pub(super) fn leaves_last(self) -> bool {
         matches!(self, Span::WithoutLast | Span::Interior)
     }
 
-    /// The part of an ordered list of terms (first: `j = 0`, last: `j = k`) that the span takes.
+    /// Range of the span in an ordered list of terms (first: `j = 0`, last: `j = k`).
     #[inline(always)]
     pub fn range(self, terms: usize) -> Range<usize> {
         match self {
@@ -51,7 +51,7 @@ impl Span {
     }
 }
 
-/// Function of a head (part of degree 0).
+/// Elementary function of a head (part of degree 0).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum HeadFunction {
     /// Square root.
@@ -95,10 +95,10 @@ pub trait Graded<S: Scalar> {
     /// Highest degree kept.
     fn order(&self) -> usize;
 
-    /// Scalars in one element.
+    /// Number of scalars in one element.
     fn element_len(&self) -> usize;
 
-    /// Where the part of a degree lies in an element.
+    /// Range of the scalars of one degree's part in an element.
     fn part(&self, degree: usize) -> Range<usize>;
 
     /// Adds `Σ_j a_j b_{degree−j}` over the span to `out`, a slice of the part's length.
@@ -145,12 +145,12 @@ pub trait Graded<S: Scalar> {
         out[0] = scalar_head(function, a[0]);
     }
 
-    /// Head of `a^exponent`, likewise.
+    /// Head of `a^exponent`, both heads as in [`head`](Self::head).
     fn head_power(&self, a: &[S], exponent: S, out: &mut [S]) {
         out[0] = a[0].powf(exponent);
     }
 
-    /// Head of `atan2(y, x)`, likewise.
+    /// Head of `atan2(y, x)`, all heads as in [`head`](Self::head).
     fn head_atan2(&self, y: &[S], x: &[S], out: &mut [S]) {
         out[0] = y[0].atan2(x[0]);
     }
@@ -277,12 +277,13 @@ impl<S: Scalar> Graded<S> for TimeSeries {
 
 /// Series in time over a [`JetSpace`]: a part is a whole jet, its degree the power of time.
 ///
-/// Where a series is to be summed at a time without constant term, its coefficients are needed to
-/// ever lower degrees: products are formed as far as asked for, and what lies beyond means nothing.
+/// If a series is to be summed at a time without constant term, the coefficients of higher powers
+/// are needed to lower degrees only. Products are formed up to those degrees; coefficients of
+/// higher degrees are undefined.
 #[derive(Clone, Debug)]
 pub struct JetSeries {
     space: Arc<JetSpace>,
-    /// Degree to which the coefficient of each power of time is needed, falling.
+    /// Degree to which the coefficient of each power of time is needed, not increasing.
     kept: Vec<usize>,
 }
 

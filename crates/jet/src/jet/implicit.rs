@@ -1,14 +1,14 @@
 //! Equations whose unknowns are jets: implicit functions and linear systems.
 //!
-//! One idea: Newton's step in a ring of jets doubles the number of correct degrees, as it doubles
+//! One idea: a Newton step in a ring of jets doubles the number of correct degrees, as it doubles
 //! the number of correct digits of a number. Starting from a root of the heads, `⌈log₂(order + 1)⌉`
-//! steps give all degrees. Its linear systems are solved by elimination, pivots chosen by their
-//! heads.
+//! steps give all degrees. Its linear systems are solved by elimination, with pivots chosen by
+//! their heads.
 //!
-//! A power series in a jet, `Σ_k c_k t^k`, is summed by Horner's rule: the sum that is yet to be
-//! multiplied by `t^k` matters only up to the order less `k` times the lowest degree of `t`, and
-//! vanishes below a degree of its own. Most of the products are short: with `t` of degree 1, of the
-//! work of full ones about one part in as many as the space has variables is left.
+//! A power series in a jet, `Σ_k c_k t^k`, is summed by Horner's rule. The partial sum that is
+//! still to be multiplied by `t^k` is needed only up to the order minus `k` times the lowest degree
+//! of `t`, and vanishes below a degree of its own. Most of the products are therefore short: for
+//! `t` of degree 1 they cost a fraction of full products, about one over the number of variables.
 
 use super::{Jet, JetError};
 use crate::numeric::Scalar;
@@ -17,10 +17,10 @@ use crate::numeric::Scalar;
 /// rounding.
 const EXTRA_STEPS: usize = 24;
 
-/// The jet `t` with `f(t) = 0` near `start`; `f` gives the value and the derivative by `t`.
+/// Root `t` of `f(t) = 0` near `start`, a jet; `f` gives the value and the derivative by `t`.
 ///
-/// The head of `start` should be a root of the equation of heads, and is improved by the same steps
-/// where it is only near one.
+/// The head of `start` should be a root of the equation of heads. The same steps improve a head
+/// that is only near a root.
 ///
 /// # Errors
 ///
@@ -51,13 +51,13 @@ pub fn implicit_root<S: Scalar>(
     Ok(roots.into_iter().next().expect("one start gives one root"))
 }
 
-/// The jets `t` with `f(t) = 0` near `start`; `f` gives the values and the rows of the Jacobian
-/// matrix.
+/// Roots `t` of `f(t) = 0` near `start`, several jets; `f` gives the values and the rows of the
+/// Jacobian matrix.
 ///
 /// # Errors
 ///
-/// As [`implicit_root`], and [`JetError::DimensionMismatch`] if `f` has not as many values as
-/// unknowns.
+/// The errors of [`implicit_root`], and [`JetError::DimensionMismatch`] if the numbers of values
+/// and unknowns differ.
 pub fn implicit_roots<S: Scalar>(
     start: &[Jet<S>],
     mut f: impl FnMut(&[Jet<S>]) -> (Vec<Jet<S>>, Vec<Vec<Jet<S>>>),
@@ -79,7 +79,8 @@ pub fn implicit_roots<S: Scalar>(
             return Err(JetError::NotFinite { step });
         }
         let change = largest_change(&changes, &roots);
-        // NOTE: rounding keeps the change above 0; it is done when small and no longer falling.
+        // NOTE: rounding keeps the change above 0; the steps end when it is small and no longer
+        // falls.
         let settled = change <= 4.0 * S::ROUNDOFF
             || (change < S::ROUNDOFF.sqrt() && change > 0.5 * last_change);
         if step + 1 >= doublings && settled {
@@ -108,7 +109,7 @@ fn largest_change<S: Scalar>(changes: &[Jet<S>], roots: &[Jet<S>]) -> f64 {
 
 /// Solves `matrix · solution = right` for jets of one space; `matrix` is a list of rows.
 ///
-/// A jet is invertible where its head is, so the elimination is that of a matrix of numbers.
+/// A jet is invertible if its head is, so that the elimination is that of a matrix of numbers.
 ///
 /// # Errors
 ///
@@ -153,7 +154,7 @@ fn check_square<S: Scalar>(matrix: &[Vec<Jet<S>>], size: usize) -> Result<(), Je
     }
 }
 
-/// The row whose entry in a column has the largest head, zeros in any lane excluded.
+/// The row whose entry in a column has the largest head; heads that are 0 in any lane are excluded.
 fn pivot_row<S: Scalar>(matrix: &[Vec<Jet<S>>], column: usize) -> Result<usize, JetError> {
     let size_of = |row: usize| {
         let head = matrix[row][column].head();
@@ -165,9 +166,9 @@ fn pivot_row<S: Scalar>(matrix: &[Vec<Jet<S>>], column: usize) -> Result<usize, 
 
 /// `Σ_k c_k t^k`, to the order of the space.
 ///
-/// Of `c_k` only what `t^k` does not lift above the order is read. The sum is that of an infinite
-/// series if `t` has no constant term and the coefficients reach the power at which `t^k` vanishes:
-/// the order over the lowest degree of `t`.
+/// Coefficients of `c_k` that `t^k` lifts above the order are not read. The sum is that of an
+/// infinite series if `t` has no constant term and the coefficients reach the power at which `t^k`
+/// vanishes: the order divided by the lowest degree of `t`.
 ///
 /// # Panics
 ///
@@ -197,7 +198,7 @@ pub fn power_series_at<S: Scalar>(coefficients: &[Jet<S>], t: &Jet<S>) -> Jet<S>
 ///
 /// # Panics
 ///
-/// As [`power_series_at`].
+/// Under the conditions of [`power_series_at`].
 pub fn power_series_with_slope_at<S: Scalar>(
     coefficients: &[Jet<S>],
     t: &Jet<S>,
@@ -208,7 +209,8 @@ pub fn power_series_with_slope_at<S: Scalar>(
         if let Some(kept) = order.checked_sub(factor.reach(power)) {
             slope = slope.times(&factor, kept).plus(&value.jet, kept);
         }
-        // The slope takes the sum one degree of `t` further.
+        // The slope adds this sum at the next lower power, and therefore needs it to a higher
+        // degree.
         if let Some(kept) = order.checked_sub(factor.reach(power.saturating_sub(1))) {
             value = value.times(&factor, kept).plus(coefficient, kept);
         }
@@ -227,13 +229,13 @@ impl<'a, S: Scalar> Factor<'a, S> {
         Self { jet, low: lowest(jet) }
     }
 
-    /// Lowest degree of a power.
+    /// Lowest degree of a power of the factor.
     fn reach(&self, power: usize) -> usize {
         self.low.saturating_mul(power)
     }
 }
 
-/// A sum that vanishes below a degree.
+/// A partial sum that vanishes below a degree.
 struct Sum<S: Scalar> {
     jet: Jet<S>,
     low: usize,
@@ -244,7 +246,7 @@ impl<S: Scalar> Sum<S> {
         Self { jet: Jet::zero(like.space()), low: above(like) }
     }
 
-    /// The product with a factor, up to a degree.
+    /// Product of the sum with a factor, up to a degree.
     fn times(&self, factor: &Factor<'_, S>, order: usize) -> Self {
         let space = self.jet.space();
         let mut jet = Jet::zero(space);
@@ -254,7 +256,7 @@ impl<S: Scalar> Sum<S> {
         Self { jet, low: self.low.saturating_add(factor.low) }
     }
 
-    /// The sum with a jet, that cut at a degree.
+    /// Sum with a jet that is cut at a degree.
     fn plus(mut self, addend: &Jet<S>, order: usize) -> Self {
         addend.assert_same_space(&self.jet);
         let kept = ..self.jet.space().degree_start(order + 1);
@@ -302,7 +304,7 @@ mod tests {
         );
     }
 
-    /// Jets with small whole coefficients, so that sums are exact, whose lowest degree is given.
+    /// A jet of given lowest degree with small whole coefficients, so that sums are exact.
     fn jet(space: &std::sync::Arc<JetSpace>, seed: usize, low: usize) -> Jet<f64> {
         let coefficient = |m: usize| match space.degree(m) < low {
             true => 0.0,

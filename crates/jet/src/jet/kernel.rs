@@ -15,7 +15,7 @@ use super::Jet;
 pub use code::{Dual, Number};
 pub use interpreter::{Interpreted, Interpreter, LaneInterpreter, Unset};
 
-/// An operand: where a number comes from.
+/// An operand: the origin of a number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Value {
     /// An input, by position.
@@ -39,7 +39,7 @@ pub enum Operation {
     RootOfPositivePart(Value),
     /// `1/(2a)`, and 0 at `a = 0`: the slope of the depth variable.
     HalfReciprocal(Value),
-    /// `a`, a constant to differentiation: a choice on which no result depends.
+    /// `a`, constant under differentiation: a selection on which no result depends.
     Held(Value),
 }
 
@@ -56,7 +56,7 @@ impl Operation {
         [Some(a), b, c].into_iter().flatten()
     }
 
-    /// The same operation on other operands.
+    /// The operation with other operands.
     pub fn with_operands(&self, mut map: impl FnMut(Value) -> Value) -> Self {
         match *self {
             Self::Add(a, b) => Self::Add(map(a), map(b)),
@@ -82,7 +82,7 @@ pub struct Kernel {
     pub outputs: Vec<Value>,
 }
 
-/// How many operations of each kind a kernel runs.
+/// Number of operations of each kind in a kernel.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct OperationCount {
     /// Multiply-adds.
@@ -96,14 +96,14 @@ pub struct OperationCount {
 }
 
 impl OperationCount {
-    /// All of them.
+    /// Total number of operations.
     pub fn total(&self) -> usize {
         self.multiply_adds + self.products + self.sums + self.roots
     }
 }
 
 impl Kernel {
-    /// How many operations of each kind run.
+    /// Number of operations of each kind.
     pub fn count(&self) -> OperationCount {
         let mut count = OperationCount::default();
         for operation in &self.operations {
@@ -157,8 +157,8 @@ impl Kernel {
 
 /// Collects the operations of a [`Kernel`].
 ///
-/// Products by 0 and 1 and sums with 0 are resolved while building; an operation that already
-/// stands in the kernel is not repeated.
+/// Products by 0 and 1 and sums with 0 are resolved while building; an operation that is already in
+/// the kernel is not repeated.
 ///
 /// ```
 /// use grazemap_jet::jet::kernel::{Interpreter, KernelBuilder};
@@ -248,7 +248,7 @@ impl KernelBuilder {
         self.push(Operation::HalfReciprocal(a))
     }
 
-    /// `a`, a constant to differentiation.
+    /// `a`, constant under differentiation.
     pub fn held(&mut self, a: Value) -> Value {
         match a {
             Value::Constant(_) => a,
@@ -266,7 +266,7 @@ impl KernelBuilder {
         }
     }
 
-    /// Number a value of a constant operand.
+    /// Value of a constant operand; `None` for other operands.
     fn known(&self, value: Value) -> Option<f64> {
         match value {
             Value::Constant(number) => Some(self.constants[number as usize]),
@@ -274,7 +274,7 @@ impl KernelBuilder {
         }
     }
 
-    /// Appends an operation as it stands, unless it is there already.
+    /// Appends an operation unchanged, unless the kernel has it already.
     pub(super) fn push(&mut self, operation: Operation) -> Value {
         let next = self.operations.len() as u32;
         let number = *self.results.entry(operation).or_insert(next);
@@ -284,7 +284,8 @@ impl KernelBuilder {
         Value::Result(number)
     }
 
-    /// A value of another kernel with the same inputs, whose results have been given new places.
+    /// Translates a value of another kernel with the same inputs; `renamed` holds the new places of
+    /// that kernel's results.
     pub(super) fn import(&mut self, kernel: &Kernel, value: Value, renamed: &[Value]) -> Value {
         match value {
             Value::Input(_) => value,
@@ -299,8 +300,7 @@ impl KernelBuilder {
 ///
 /// A polynomial with `M` terms that fill a simplex costs `M − 1` multiply-adds; gaps between powers
 /// are bridged by powers of the variable, which all polynomials of a kernel share. Variables that
-/// are to be frozen stand last: then everything that depends on them alone is a coefficient of the
-/// others.
+/// are to be frozen come last: then every expression in them alone is a coefficient of the others.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HornerPlan {
     variables: usize,
@@ -392,9 +392,9 @@ fn lower_gap(builder: &mut KernelBuilder, base: Value, exponent: u8) -> Value {
 /// reused.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SplitKernel {
-    /// From the frozen inputs to the coefficients.
+    /// Kernel from the frozen inputs to the coefficients.
     pub prepare: Kernel,
-    /// From the free inputs, and then the coefficients, to the outputs.
+    /// Kernel from the free inputs, followed by the coefficients, to the outputs.
     pub run: Kernel,
     /// Number of coefficients.
     pub coefficients: usize,
@@ -404,8 +404,7 @@ impl Kernel {
     /// Splits into the operations that depend only on the inputs from number `free` on (*frozen*),
     /// and the others.
     ///
-    /// Running the two kernels one after the other does the very same operations as the kernel
-    /// itself.
+    /// Running the two kernels in turn does exactly the operations of this kernel.
     pub fn split(&self, free: usize) -> SplitKernel {
         let frozen = self.frozen_results(free);
         let is_frozen = |value: Value| match value {
@@ -431,7 +430,7 @@ impl Kernel {
         }
     }
 
-    /// Which results depend on frozen inputs (and constants) only.
+    /// Marks the results that depend on frozen inputs and constants only.
     pub(super) fn frozen_results(&self, free: usize) -> Vec<bool> {
         let mut frozen: Vec<bool> = Vec::with_capacity(self.operations.len());
         for operation in &self.operations {
@@ -567,7 +566,7 @@ mod tests {
         let found: Vec<[f64; 2]> = found.iter().map(|dual| [dual.value, dual.slope]).collect();
         // x²y + p = 16, its derivative 2xy/2 − x² = 2; that of the root 2/(2·4).
         assert_eq!(found, [[16.0, 2.0], [4.0, 0.25], [3.0, -1.0]]);
-        // The same by one kernel: the gradient of every output, then its slope.
+        // The same numbers from one kernel: the gradient of every output, then its slope.
         let inputs = [point, vector].concat();
         let whole = kernel.with_tangent(3, 2);
         let values = Interpreter::new(&whole).evaluate(&[&inputs[..], &[parameter]].concat());

@@ -6,8 +6,8 @@
 //! Composition substitutes jets for the variables of jets. One idea: the monomials of the outer
 //! space form a tree (each is its parent times one variable). A depth-first walk needs one product
 //! of inner jets per monomial and one jet of storage per level, serves every outer jet at once, and
-//! prunes branches that truncation or zero coefficients make vanish. An inner jet that is a
-//! variable of its space, as parameters are that a map carries along, multiplies by renumbering
+//! prunes branches that vanish by truncation or zero coefficients. Multiplication by an inner jet
+//! that is a variable of its space, such as a parameter that a map carries along, only renumbers
 //! monomials.
 
 use std::sync::Arc;
@@ -47,18 +47,18 @@ pub fn substitute<S: Scalar>(outer: &Jet<S>, inner: &[Jet<S>]) -> Jet<S> {
 ///
 /// # Panics
 ///
-/// As [`substitute`], and if the outer jets are not of one space.
+/// Under the conditions of [`substitute`], and if the outer jets are not of one space.
 pub fn substitute_all<S: Scalar>(outer: &[Jet<S>], inner: &[Jet<S>]) -> Vec<Jet<S>> {
     let Some(first) = inner.first() else { panic!("composition needs at least one inner jet") };
     Substitution::new().run(outer, inner, first.space().order())
 }
 
-/// Scratch of a composition, to be kept where many are made.
+/// Scratch memory of compositions, for reuse.
 #[derive(Clone, Debug)]
 pub struct Substitution<S: Scalar> {
     /// One product of inner jets per level of the walk.
     levels: Vec<Vec<S>>,
-    /// Per outer monomial: whether it or a descendant has a coefficient other than zero.
+    /// Whether an outer monomial or a descendant has a nonzero coefficient, one flag per monomial.
     needed: Vec<bool>,
 }
 
@@ -76,13 +76,14 @@ struct Walk<'a, S: Scalar> {
     inner: &'a [Jet<S>],
     /// Lowest degree of every inner jet; above the order for the zero jet.
     lowest: Vec<usize>,
-    /// Of every inner jet that is a variable: the number of each monomial times that variable.
+    /// For every inner jet that is a variable: the numbers of the products of monomials and
+    /// variable.
     shifts: Vec<Option<Vec<Option<usize>>>>,
     needed: &'a [bool],
     order: usize,
 }
 
-/// A node of the tree: an outer monomial and the product of inner jets that stands for it.
+/// A node of the tree: an outer monomial and the corresponding product of inner jets.
 struct Place {
     monomial: usize,
     last_variable: usize,
@@ -102,7 +103,7 @@ impl<S: Scalar> Substitution<S> {
     ///
     /// # Panics
     ///
-    /// As [`substitute_all`].
+    /// Under the conditions of [`substitute_all`].
     pub fn run(&mut self, outer: &[Jet<S>], inner: &[Jet<S>], order: usize) -> Vec<Jet<S>> {
         let Some(first) = outer.first() else {
             return Vec::new();
@@ -149,8 +150,8 @@ impl<S: Scalar> Substitution<S> {
     }
 }
 
-/// For a jet that is a variable of its space, the number of each monomial times that variable,
-/// where the space keeps it.
+/// For a jet that is a variable of its space: for each monomial the number of its product with that
+/// variable; `None` if the space does not keep the product.
 fn shift<S: Scalar>(jet: &Jet<S>) -> Option<Vec<Option<usize>>> {
     let space = jet.space();
     let mut terms = jet.terms().filter(|(_, value)| *value != S::zero());
@@ -171,7 +172,7 @@ fn shift<S: Scalar>(jet: &Jet<S>) -> Option<Vec<Option<usize>>> {
 }
 
 impl<S: Scalar> Walk<'_, S> {
-    /// Visits the children of a node: the products with every variable from its last one on.
+    /// Visits the children of a node: the products with its last variable and every later one.
     fn visit(
         &self,
         place: &Place,
@@ -201,7 +202,7 @@ impl<S: Scalar> Walk<'_, S> {
         }
     }
 
-    /// The product of the node with one inner jet, into the node's level.
+    /// Writes the product of the node with one inner jet to the node's level.
     fn multiply(&self, place: &Place, variable: usize, low: usize, levels: &mut Vec<Vec<S>>) {
         if levels.len() <= place.level {
             levels.resize_with(place.level + 1, Vec::new);
@@ -330,8 +331,8 @@ impl<S: Scalar> JetMap<S> {
 
     /// `self ∘ inner`, to the order of the inner map's space; the two spaces may differ.
     ///
-    /// The result is the truncation of the composed functions, where constants are carried exactly
-    /// as [`substitute`] says.
+    /// The result is the truncation of the composed functions under the condition of
+    /// [`substitute`]: each component of `inner` begins at the weight of its variable or above.
     ///
     /// # Errors
     ///

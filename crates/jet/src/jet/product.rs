@@ -1,5 +1,5 @@
-//! The product of two jets, and the parts of one degree of products and quotients, as a pass over
-//! the space's product table.
+//! The product of two jets, and the parts of one degree of products and quotients, computed in one
+//! pass over the space's product table.
 
 use std::ops::Range;
 
@@ -17,9 +17,9 @@ use crate::numeric::Scalar;
 pub struct PartOf<'a, S> {
     /// Numbers of the runs.
     pub runs: Range<usize>,
-    /// Their coefficients, one run after the other.
+    /// Coefficients of the runs, one run after the other.
     pub out: &'a mut [S],
-    /// The runs that can differ from zero, if not all.
+    /// Runs that can differ from zero; `None` for all.
     pub selection: Option<Selection<'a>>,
 }
 
@@ -60,7 +60,7 @@ impl JetSpace {
         });
     }
 
-    /// `out += a b` in the degrees up to one.
+    /// `out += a b` in the degrees up to `order`.
     pub(super) fn multiply_add_to<S: Scalar>(&self, a: &[S], b: &[S], order: usize, out: &mut [S]) {
         if order >= self.order() {
             self.multiply_add(a, b, out);
@@ -74,7 +74,7 @@ impl JetSpace {
         self.convolution(kept, Factor::full(a), Factor::full(b)).form();
     }
 
-    /// The products of two factors, to be added to some runs.
+    /// Description of the product of two factors that is added to some runs.
     #[inline]
     fn convolution<'a, S: Scalar>(
         &'a self,
@@ -148,7 +148,7 @@ impl JetSpace {
     }
 
     /// `out = a b` in the degrees from `low_a + low_b` to `order`, where `a` has no term below
-    /// degree `low_a` nor `b` below `low_b`; other coefficients of `out` are left alone.
+    /// degree `low_a` nor `b` below `low_b`; other coefficients of `out` are not changed.
     ///
     /// Only the products of terms that can differ from zero are formed.
     pub(super) fn multiply_between<S: Scalar>(
@@ -173,10 +173,10 @@ impl JetSpace {
     }
 }
 
-/// Compiles the large generic functions here, once, for the scalars of the packages above.
+/// Compiles the large generic functions here, once, for the scalars that other packages use.
 ///
 /// NOTE: instances of generic functions that are never inlined are shared with dependants, which
-/// would else compile them again.
+/// would otherwise compile them again.
 macro_rules! compile_for {
     ($($instances:ident: $scalar:ty),*) => {$(
         #[cfg(not(test))]

@@ -17,10 +17,10 @@ pub enum JetError {
         /// Number of the variable.
         variable: usize,
     },
-    /// The order exceeds what exponents can hold.
+    /// The order exceeds the largest exponent that can be stored.
     #[error("order {order} exceeds 255")]
     OrderTooHigh {
-        /// The order asked for.
+        /// Requested order.
         order: usize,
     },
     /// The space would not fit in memory.
@@ -35,9 +35,9 @@ pub enum JetError {
         order: usize,
         /// Coefficients of one jet.
         coefficients: u128,
-        /// Coefficient products of one product.
+        /// Coefficient products in one product of two jets.
         products: u128,
-        /// The limit.
+        /// Largest number of products allowed.
         limit: u128,
     },
     /// A map without components.
@@ -49,12 +49,12 @@ pub enum JetError {
         /// Number of the component.
         component: usize,
     },
-    /// Numbers of components, variables or equations that do not fit.
+    /// Numbers of components, variables or equations that do not match.
     #[error("expected {expected} components, found {found}")]
     DimensionMismatch {
-        /// The number needed.
+        /// Required number.
         expected: usize,
-        /// The number given.
+        /// Given number.
         found: usize,
     },
     /// A component of a map to be inverted begins below its variable's weight.
@@ -65,7 +65,7 @@ pub enum JetError {
     DegreeTooLow {
         /// Number of the component.
         component: usize,
-        /// Its lowest degree.
+        /// Lowest degree of the component.
         degree: usize,
         /// Weight of its variable.
         weight: u32,
@@ -73,7 +73,7 @@ pub enum JetError {
     /// A matrix of jets that is singular at the expansion point.
     #[error("singular at the expansion point: no pivot in column {column}")]
     Singular {
-        /// The column.
+        /// Column without a pivot.
         column: usize,
     },
     /// Newton's method met a value that is not finite.
@@ -85,15 +85,15 @@ pub enum JetError {
     /// Newton's method did not settle.
     #[error("no convergence in {steps} Newton steps; the last relative change is {change:e}")]
     NoConvergence {
-        /// Steps made.
+        /// Number of steps.
         steps: usize,
         /// Relative change in the last step.
         change: f64,
     },
 }
 
-/// Largest number of coefficient products a space may need: at most 0.8 GB of product table, 8
-/// bytes of which stand for one product or several.
+/// Largest number of coefficient products of a space: at most 0.8 GB of product table, in which 8
+/// bytes cover one product or several.
 ///
 /// Five variables reach order 23, eight reach order 13, twelve reach order 9.
 pub const MAX_PRODUCTS: u128 = 100_000_000;
@@ -150,11 +150,12 @@ impl JetSpace {
         }))
     }
 
-    /// Whether [`new`](Self::new) would build this space; its number of coefficient products.
+    /// Checks whether [`new`](Self::new) would build this space; returns its number of coefficient
+    /// products.
     ///
     /// # Errors
     ///
-    /// As [`JetSpace::new`]; nothing is allocated.
+    /// The errors of [`JetSpace::new`]; nothing is allocated.
     pub fn check(weights: &[u32], order: usize) -> Result<usize, JetError> {
         if let Some(variable) = weights.iter().position(|&weight| weight == 0) {
             return Err(JetError::ZeroWeight { variable });
@@ -175,15 +176,16 @@ impl JetSpace {
         Ok(products as usize)
     }
 
-    /// Coefficients of a jet and coefficient products of one product, without building the space.
+    /// Numbers of coefficients of a jet and of coefficient products of one product, without
+    /// building the space.
     ///
     /// Saturates at [`u128::MAX`]. A weight of 0 counts as 1.
     pub fn size(weights: &[u32], order: usize) -> (u128, u128) {
         (count_monomials(weights, order, 1), count_monomials(weights, order, 2))
     }
 
-    /// Number of monomials in variables of these weights up to a weighted degree; nothing is
-    /// allocated for them.
+    /// Number of monomials in variables of these weights up to a weighted degree, without listing
+    /// them.
     ///
     /// ```
     /// use grazemap_jet::jet::JetSpace;
@@ -197,7 +199,7 @@ impl JetSpace {
     ///
     /// # Errors
     ///
-    /// As [`JetSpace::new`].
+    /// The errors of [`JetSpace::new`].
     pub fn uniform(variables: usize, order: usize) -> Result<Arc<Self>, JetError> {
         Self::new(&vec![1; variables], order)
     }
@@ -223,7 +225,7 @@ impl JetSpace {
         self.parents.len()
     }
 
-    /// Whether another space keeps the same monomials with the same weights.
+    /// Whether two spaces keep the same monomials with the same weights.
     pub fn keeps_the_same(&self, other: &Self) -> bool {
         self.order == other.order && self.weights == other.weights
     }
@@ -261,9 +263,9 @@ impl JetSpace {
         self.monomial(&exponents)
     }
 
-    /// The divisor from which a monomial follows by one factor: `(parent, variable)` with
-    /// `monomial = parent · x_variable`, `variable` being the last one that occurs; the constant is
-    /// its own parent.
+    /// The parent of a monomial in the tree of monomials: `(parent, variable)` with
+    /// `monomial = parent · x_variable`, where `variable` is the last variable that occurs; the
+    /// constant is its own parent.
     ///
     /// A parent has a smaller number than its children, so a pass by ascending number meets parents
     /// first.
@@ -285,13 +287,13 @@ impl JetSpace {
         self.table().pairs(monomial)
     }
 
-    /// The kind of the space if its products need no table.
+    /// Kind of the space if its products need no table; `None` otherwise.
     #[inline(always)]
     pub(super) fn small(&self) -> Option<SmallSpace> {
         self.small
     }
 
-    /// The product table, made for the first product: polynomials that are evaluated alone need
+    /// The product table, built for the first product: polynomials that are only evaluated need
     /// none.
     #[inline(always)]
     pub(super) fn table(&self) -> &ProductTable {
@@ -309,18 +311,18 @@ impl JetSpace {
 /// Set of variables of a jet: bit `min(i, 63)` for variable `i`.
 pub type VariableSet = u64;
 
-/// The runs that some variables can reach.
+/// The runs that given variables can reach.
 #[derive(Clone, Copy, Debug)]
 pub struct Selection<'a> {
     /// Variables of every monomial of the space.
     pub monomials: &'a [VariableSet],
-    /// Those that may occur.
+    /// Set of the variables that may occur.
     pub variables: VariableSet,
 }
 
 impl Selection<'_> {
-    /// Whether a run has a monomial of these variables only: its first and last are powers of one
-    /// of its two.
+    /// Whether a run has a monomial of these variables only. The first and last monomials of a run
+    /// are powers of one of its two variables, so that testing these two is enough.
     #[inline(always)]
     pub fn reaches(&self, run: &Range<usize>) -> bool {
         let present = |monomial: usize| self.monomials[monomial] & !self.variables == 0;
@@ -394,7 +396,7 @@ fn push_degree(
     current[variable] = 0;
 }
 
-/// For every monomial, its parent and the variable between them.
+/// Parent of every monomial, and the variable between them.
 fn list_parents(variables: usize, exponents: &[u8], ranks: &RankTable) -> Vec<(u32, u32)> {
     let mut parents = vec![(0, 0)];
     let mut divisor = vec![0u8; variables];
@@ -411,7 +413,7 @@ fn list_parents(variables: usize, exponents: &[u8], ranks: &RankTable) -> Vec<(u
     parents
 }
 
-/// Steps to the next exponent vector below `bound`; `false` after the last.
+/// Moves to the next exponent vector below `bound`; returns `false` after the last.
 pub(super) fn next_divisor(current: &mut [u8], bound: &[u8]) -> bool {
     for (exponent, &limit) in current.iter_mut().zip(bound) {
         if *exponent < limit {
@@ -423,12 +425,12 @@ pub(super) fn next_divisor(current: &mut [u8], bound: &[u8]) -> bool {
     false
 }
 
-/// From exponents to the monomial's number.
+/// Lookup from exponents to the number of the monomial.
 #[derive(Debug)]
 pub(super) enum RankTable {
-    /// Mixed-radix table, where it is small.
+    /// Mixed-radix table, for small spaces.
     Dense { radices: Vec<usize>, ranks: Vec<u32> },
-    /// Hash table otherwise.
+    /// Hash table, for the others.
     Sparse(std::collections::HashMap<Box<[u8]>, u32>),
 }
 

@@ -1,8 +1,9 @@
 //! The jet itself, a truncated power series in a [`JetSpace`]: its arithmetic, its derivative and
 //! integral, its values as a polynomial.
 //!
-//! In files: the weights and the order of a jet's space, and all coefficients in its order. Jets
-//! that were read share one space where their spaces are equal, as operators ask for it.
+//! Files hold the weights and the order of a jet's space, and all coefficients in the order of its
+//! monomials. Jets that were read share one space if their spaces are equal, because operators
+//! require one space.
 
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 use std::sync::{Arc, Mutex, PoisonError, Weak};
@@ -81,7 +82,7 @@ impl<S: Scalar> Jet<S> {
         &self.coefficients
     }
 
-    /// All coefficients, to be changed.
+    /// All coefficients, mutable.
     pub fn coefficients_mut(&mut self) -> &mut [S] {
         &mut self.coefficients
     }
@@ -107,7 +108,7 @@ impl<S: Scalar> Jet<S> {
             .map(|(monomial, &value)| (self.space.exponents(monomial), value))
     }
 
-    /// The coefficient of the monomial with these exponents; zero where the space does not keep it.
+    /// The coefficient of the monomial with these exponents; zero if the space does not keep it.
     pub fn coefficient(&self, exponents: &[u8]) -> S {
         self.space.monomial(exponents).map_or(S::zero(), |monomial| self.coefficients[monomial])
     }
@@ -131,7 +132,7 @@ impl<S: Scalar> Jet<S> {
 
     /// Largest absolute coefficient of one degree (over all lanes); 0 above the order.
     ///
-    /// A coefficient that is NaN gives NaN.
+    /// NaN if a coefficient of the degree is NaN.
     pub fn max_abs_of_degree(&self, degree: usize) -> f64 {
         if degree > self.space.order() {
             return 0.0;
@@ -139,7 +140,7 @@ impl<S: Scalar> Jet<S> {
         largest(self.part(degree))
     }
 
-    /// Largest absolute coefficient (over all lanes); NaN if one is NaN.
+    /// Largest absolute coefficient (over all lanes); NaN if a coefficient is NaN.
     pub fn max_abs(&self) -> f64 {
         largest(&self.coefficients)
     }
@@ -187,7 +188,7 @@ impl<S: Scalar> Jet<S> {
         }
     }
 
-    /// Whether the jet lies in this very space.
+    /// Whether the jet lies in this space (the same `Arc`).
     pub fn is_in(&self, space: &Arc<JetSpace>) -> bool {
         Arc::ptr_eq(&self.space, space)
     }
@@ -243,7 +244,7 @@ impl<S: Scalar> PartialEq for Jet<S> {
     }
 }
 
-/// The largest magnitude; NaN if one is NaN.
+/// Largest magnitude; NaN if a value is NaN.
 fn largest<S: Scalar>(values: &[S]) -> f64 {
     let larger = |max: f64, value: f64| if value <= max { max } else { value };
     values.iter().map(|value| value.magnitude()).fold(0.0, larger)
@@ -420,8 +421,8 @@ impl<S: Scalar> Jet<S> {
         integral
     }
 
-    /// Visits every pair `upper = lower · x_variable` of kept monomials, with the exponent in
-    /// `upper`.
+    /// Calls `visit` for every pair `upper = lower · x_variable` of kept monomials, with the
+    /// exponent of the variable in `upper`.
     fn for_each_neighbour(&self, variable: usize, mut visit: impl FnMut(usize, usize, u8)) {
         assert!(variable < self.space.variables(), "no variable {variable} in this space");
         let mut divisor = vec![0u8; self.space.variables()];
@@ -439,9 +440,9 @@ impl<S: Scalar> Jet<S> {
 }
 
 impl JetSpace {
-    /// Values of all monomials at a point, into `values` (resized to the space's length).
+    /// Values of all monomials at a point, written to `values` (resized to the space's length).
     ///
-    /// Several jets of one space at one point share them: each value is then
+    /// Several jets of one space at one point share the monomials: the value of each jet is then
     /// [`Jet::evaluate_on`] these monomials.
     ///
     /// # Panics
@@ -484,7 +485,7 @@ impl<S: Scalar> Jet<S> {
         self.evaluate_on(&monomials)
     }
 
-    /// Value at the point whose monomials [`JetSpace::monomials_at`] gave.
+    /// Value at the point for which [`JetSpace::monomials_at`] gave the monomials.
     ///
     /// Small terms are added first.
     pub fn evaluate_on(&self, monomials: &[S]) -> S {
@@ -492,7 +493,7 @@ impl<S: Scalar> Jet<S> {
         terms.fold(S::zero(), |sum, (&coefficient, &monomial)| coefficient.mul_add(monomial, sum))
     }
 
-    /// Value at a point and the derivative by each variable there, into `gradient`.
+    /// Value at a point; the derivatives by each variable are written to `gradient`.
     ///
     /// # Panics
     ///
@@ -513,11 +514,11 @@ impl<S: Scalar> Jet<S> {
     }
 }
 
-/// Spaces of jets that were read and still live.
+/// Spaces of jets that were read and are still in use.
 static READ: Mutex<Vec<Weak<JetSpace>>> = Mutex::new(Vec::new());
 
-/// The space with these weights and this order: the one that other jets were read into, while it
-/// lives.
+/// The space with these weights and this order; equal spaces of earlier jets are reused while they
+/// are in use.
 fn shared_space(weights: &[u32], order: usize) -> Result<Arc<JetSpace>, JetError> {
     let mut read = READ.lock().unwrap_or_else(PoisonError::into_inner);
     read.retain(|space| space.strong_count() > 0);
@@ -530,7 +531,7 @@ fn shared_space(weights: &[u32], order: usize) -> Result<Arc<JetSpace>, JetError
     Ok(space)
 }
 
-/// A jet as it is written.
+/// A jet as it is stored in files.
 #[derive(Serialize, Deserialize)]
 struct Saved<W, C> {
     weights: W,

@@ -1,17 +1,17 @@
-//! A root held between two points: Newton steps where they help, bisection where they do not.
+//! Roots in brackets: Newton steps where they converge, bisection where they do not.
 //!
-//! The one polish of a root of the program: with a derivative [`Bracket::newton`] (step by step
-//! [`NewtonSteps`]), from values alone [`Bracket::itp`], from yes and no [`last_that_holds`]. All
-//! roots of a polynomial are isolated, and polished here, by
-//! [`polynomial`](super::polynomial).
+//! All roots of the program are refined here: with a derivative by [`Bracket::newton`] (step by
+//! step [`NewtonSteps`]), from values alone by [`Bracket::itp`], from yes or no by
+//! [`last_that_holds`]. [`polynomial`](super::polynomial) isolates all roots of a polynomial, and
+//! refines them here.
 //!
-//! For systems of equations there is Newton's method with damped steps, [`damped_newton`].
+//! Systems of equations are solved by Newton's method with damped steps, [`damped_newton`].
 
 use std::iter;
 
 use super::{Branched, Mask, NumericError, Real, Scalar};
 
-/// Enough for bisection alone to resolve any bracket of [`Dd`](super::Dd), twice over.
+/// Iterations that bisection alone needs for any bracket of [`Dd`](super::Dd), twice over.
 const ITERATION_LIMIT: usize = 400;
 
 /// An interval at whose ends a continuous function has opposite signs.
@@ -22,10 +22,10 @@ pub struct Bracket<S> {
     sign_lower: S,
 }
 
-/// How a search inside a [`Bracket`] ended.
+/// Outcome of a search inside a [`Bracket`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum BracketOutcome<S> {
-    /// A root to the tolerance asked for.
+    /// A root was found to the requested tolerance.
     Converged {
         /// The root.
         root: S,
@@ -34,7 +34,7 @@ pub enum BracketOutcome<S> {
     },
     /// The function returned NaN or an infinity.
     NotFinite {
-        /// Where it did.
+        /// The argument at which it did.
         at: S,
         /// Evaluations of the function.
         evaluations: usize,
@@ -49,9 +49,8 @@ pub enum BracketOutcome<S> {
 }
 
 impl<S: Real> BracketOutcome<S> {
-    /// The best root known: that found, or the middle of the last bracket; `None` if the function
-    /// was
-    /// not finite.
+    /// The best root known: the root that was found, or the middle of the last bracket; `None` if
+    /// the function was not finite.
     pub fn root(&self) -> Option<S> {
         match *self {
             BracketOutcome::Converged { root, .. } => Some(root),
@@ -64,8 +63,8 @@ impl<S: Real> BracketOutcome<S> {
 impl<S: Real> Bracket<S> {
     /// The bracket `[lower, upper]` (in either order) of a function with these values at its ends.
     ///
-    /// Only the signs of the values are used; one of them may be zero, which then takes the sign
-    /// opposite to the other.
+    /// Only the signs of the values are used. One value may be zero; it is given the sign opposite
+    /// to the other.
     ///
     /// # Errors
     ///
@@ -130,7 +129,7 @@ impl<S: Real> Bracket<S> {
         bracket.left_over()
     }
 
-    /// Replaces the end at which the function has the sign of `value`, and says which.
+    /// Replaces the end at which the function has the sign of `value`, and returns that end.
     fn shrink(&mut self, x: S, value: S) -> End {
         if value.signum() == self.sign_lower {
             self.lower = x;
@@ -141,7 +140,7 @@ impl<S: Real> Bracket<S> {
         }
     }
 
-    /// Whether a point lies strictly inside, whichever end is the larger.
+    /// Whether a point lies strictly inside; the ends may be in either order.
     fn contains(&self, x: S) -> bool {
         (self.lower < x && x < self.upper) || (self.upper < x && x < self.lower)
     }
@@ -155,8 +154,8 @@ impl<S: Real> Bracket<S> {
     }
 }
 
-/// Newton's method in brackets, a step at a time, for one function or one in every lane: for
-/// searches with their own rule to stop.
+/// Newton's method in brackets, one step at a time, for one function or one in every lane: for
+/// searches with a stopping rule of their own.
 ///
 /// ```
 /// use grazemap_jet::numeric::NewtonSteps;
@@ -174,24 +173,25 @@ impl<S: Real> Bracket<S> {
 pub struct NewtonSteps<S: Branched> {
     lower: S,
     upper: S,
-    /// Where the functions are positive at the lower ends.
+    /// Mask: the function is positive at the lower end.
     falling: S::Mask,
     at: S,
     tolerance: S,
-    /// The lengths of the step before the last and of the last.
+    /// Lengths of the last two steps, the earlier one first.
     steps: [S; 2],
     has_left: S::Mask,
 }
 
-/// Where a step of [`NewtonSteps`] leads. Where it is neither the root nor Newton's step, that does
-/// not serve: it leads to an end of the bracket, or to its middle.
+/// A step of [`NewtonSteps`]. Newton's step is replaced by one to an end of the bracket, or to its
+/// middle, if it leads out of the bracket or converges too slowly.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NewtonStep<S: Branched> {
     /// The next point.
     pub next: S,
-    /// Where that is the root: Newton's step is below the tolerance, or the value is 0.
+    /// Mask: the next point is the root, because Newton's step is below the tolerance or the value
+    /// is 0.
     pub settled: S::Mask,
-    /// Where that is Newton's step, and not the last.
+    /// Mask: the next point is that of Newton's step, and the search goes on.
     pub newton: S::Mask,
 }
 
@@ -203,11 +203,11 @@ impl<S: Real> Bracket<S> {
     }
 
     /// The root by Newton's method with the function's value and derivative, from a point inside;
-    /// steps that do not serve are replaced as [`NewtonSteps::advance`] says.
+    /// steps that do not converge are replaced, see [`NewtonSteps::advance`].
     ///
-    /// Stops when a step of Newton's falls below `tolerance` plus four units of rounding, and that
-    /// step is taken still: Newton's method squares the error, so half the digits will do for a
-    /// tolerance. It may be zero.
+    /// The search stops when a Newton step falls below `tolerance` plus four units of rounding;
+    /// that last step is still taken. Newton's method squares the error, so a tolerance of half the
+    /// digits is enough. `tolerance` may be zero.
     #[inline]
     pub fn newton_from(
         self,
@@ -234,10 +234,10 @@ impl<S: Real> Bracket<S> {
 }
 
 impl<S: Branched> NewtonSteps<S> {
-    /// From points inside brackets with these lower and upper ends, in either order.
+    /// Starts at points inside brackets with these lower and upper ends, in either order.
     ///
-    /// `falling`: where the functions are positive at the lower ends. Steps below `tolerance` plus
-    /// four units of rounding settle a search.
+    /// `falling` is the mask of functions that are positive at the lower end. Steps below
+    /// `tolerance` plus four units of rounding settle a search.
     #[inline(always)]
     pub fn new([lower, upper]: [S; 2], falling: S::Mask, start: S, tolerance: S) -> Self {
         Self {
@@ -251,19 +251,19 @@ impl<S: Branched> NewtonSteps<S> {
         }
     }
 
-    /// Where the functions are asked for next.
+    /// Points at which the functions are to be evaluated next.
     #[inline(always)]
     pub fn at(&self) -> S {
         self.at
     }
 
-    /// Moves on with the values, which are not NaN, and the derivatives of the functions at
+    /// Makes a step, from the values, which are not NaN, and the derivatives of the functions at
     /// [`at`](Self::at).
     ///
-    /// A step out of the bracket goes to its end the first time, where the root may well be:
-    /// brackets are often halves of what is searched. After that, and where a step is not half
-    /// as long as the one before the last, the bracket is halved (Press et al., *Numerical
-    /// Recipes*, `rtsafe`).
+    /// The first step out of the bracket goes to its end, where the root may well be: brackets are
+    /// often halves of a searched interval. After that, and if a step is more than half as long as
+    /// the one before the last, the bracket is halved (Press et al., *Numerical Recipes*,
+    /// `rtsafe`).
     #[inline(always)]
     pub fn advance(&mut self, value: S, derivative: S) -> NewtonStep<S> {
         let (zero, at) = (S::zero(), self.at);
@@ -287,7 +287,7 @@ impl<S: Branched> NewtonSteps<S> {
         moved
     }
 
-    /// Replaces the steps from a point that do not serve, or lead out of their brackets.
+    /// Replaces the steps that converge too slowly or lead out of their brackets.
     #[inline(always)]
     fn replace(&mut self, at: S, least: S, moved: &mut NewtonStep<S>) {
         let (next, middle) = (moved.next, middle(self.lower, self.upper));
@@ -300,7 +300,7 @@ impl<S: Branched> NewtonSteps<S> {
         let leaves = !stays & !moved.settled;
         let to_end = leaves & !self.has_left & !nearest.is_equal(at);
         self.has_left |= leaves;
-        // NOTE: what is left of a settled search may be rounding, and lead out of the bracket.
+        // NOTE: the last step of a settled search may be rounding, and lead out of the bracket.
         moved.next = S::select(moved.settled | moved.newton | to_end, nearest, middle);
         let kept = !moved.settled & !moved.newton;
         let step = (moved.next - at).abs();
@@ -309,11 +309,12 @@ impl<S: Branched> NewtonSteps<S> {
     }
 }
 
-/// The last point known to meet a condition that `holds` meets and `fails` does not, after so many
-/// halvings of the interval between them; the ends may be in either order.
+/// The last point known to meet a condition, after `halvings` halvings of the interval between
+/// `holds`, which meets the condition, and `fails`, which does not; the ends may be in either
+/// order.
 ///
-/// For conditions that are only known as yes or no; a root of a function of which the values are
-/// known is found faster by [`Bracket`].
+/// This search is for conditions that are known only as yes or no; [`Bracket`] finds a root of a
+/// function faster from its values.
 ///
 /// ```
 /// use grazemap_jet::numeric::last_that_holds;
@@ -354,8 +355,8 @@ fn resolution<S: Scalar>(x: S) -> S {
     x.abs() * S::from_f64(4.0 * S::ROUNDOFF)
 }
 
-/// The false position moved towards the centre by the truncation, then into the radius around the
-/// centre.
+/// The point of the false position, moved towards the centre by the truncation, then into the
+/// radius around the centre.
 fn projected<S: Real>(falsi: S, centre: S, truncation: S, radius: S) -> S {
     let towards_centre = (centre - falsi).signum();
     let moved = if truncation <= (centre - falsi).abs() {
@@ -366,36 +367,36 @@ fn projected<S: Real>(falsi: S, centre: S, truncation: S, radius: S) -> S {
     if (moved - centre).abs() <= radius { moved } else { centre - towards_centre * radius }
 }
 
-/// How a search by [`damped_newton`] ended, with the last iterate.
+/// Outcome of a search by [`damped_newton`], with the last iterate.
 #[derive(Clone, Debug, PartialEq)]
 pub enum NewtonOutcome<P, T, E> {
-    /// At a root.
+    /// The search ended at a root.
     Root(P),
-    /// At an iterate that has no step, after so many steps.
+    /// An iterate has no step.
     NoStep {
         /// The iterate.
         at: P,
-        /// Why it has none.
+        /// Reason why there is no step.
         reason: E,
         /// Steps made.
         steps: usize,
     },
-    /// At an iterate from which no share of the step leads nearer to a root.
+    /// No share of the step from the iterate leads nearer to a root.
     NotNearer {
         /// The iterate.
         at: P,
         /// The step.
         step: T,
     },
-    /// After the most steps allowed.
+    /// The largest number of steps was made; the last iterate.
     StepLimit(P),
 }
 
 /// Newton's method from an iterate, each step halved until it leads nearer to a root.
 ///
-/// `step` gives Newton's step at an iterate. `moved` gives the iterate a share (1, 1/2, 1/4, …) of
-/// a step away if that is nearer to a root by enough, and `is_root` says of an iterate and of the
-/// step that led there whether the search ends.
+/// `step` gives Newton's step at an iterate. `moved` gives the iterate that lies a share (1, 1/2,
+/// 1/4, …) of a step away, or `None` if it is not enough nearer to a root. `is_root` tells, from an
+/// iterate and the step that led to it, whether the search ends.
 ///
 /// ```
 /// use grazemap_jet::numeric::{NewtonOutcome, damped_newton};
@@ -490,7 +491,7 @@ mod tests {
 
     #[test]
     fn a_root_on_an_end_needs_as_few_evaluations_as_any_other() {
-        // Newton's steps for the sine overshoot its zero.
+        // Newton's steps for the sine overshoot the zero.
         for (zero, other) in [(1.0_f64, 0.5_f64), (0.5, 1.0)] {
             let sine = |x: f64| ((x - zero).sin(), (x - zero).cos());
             let bracket = Bracket::new(zero, other, 0.0, sine(other).0).unwrap();
@@ -513,8 +514,8 @@ mod tests {
 
     #[test]
     fn steps_to_and_fro_do_not_keep_from_the_root() {
-        // Newton's method on the square root of the distance goes as far to the other side, and
-        // back.
+        // Newton's method on the square root of the distance goes equally far to the other side,
+        // and back.
         let bracket = Bracket::new(-1.0, 1.5, -1.0, 1.0).unwrap();
         let root_of_distance = |x: f64| {
             let root = (x - 0.1).abs().sqrt();

@@ -1,15 +1,15 @@
-//! Numbers as text: of a few decimal digits, in messages, and in files, where they may be
-//! infinite: JSON has no infinity, and `null` stands for it.
+//! Numbers as text: with few decimal digits, in messages; and in files, where `null` stands for an
+//! infinite number, because JSON has no infinity.
 
 use std::fmt;
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-/// The least number of so many decimal digits (1 to 15) that is not below a positive finite number;
-/// 0 for one that is not positive.
+/// The smallest number with at most `digits` decimal digits (1 to 15) that is not below a positive
+/// finite number; 0 for a number that is not positive.
 ///
 /// Numbers rounded up in this way are the same on machines whose arithmetic differs in the last
-/// place, and print with so many digits.
+/// place, and print with that many digits.
 ///
 /// ```
 /// use grazemap_jet::numeric::decimal_above;
@@ -29,12 +29,13 @@ pub fn decimal_above(value: f64, digits: u32) -> f64 {
     if shown >= 10u64.pow(digits) {
         (shown, exponent) = (10u64.pow(digits - 1), exponent + 1);
     }
-    // Read from decimals: the product would be off in its last place.
+    // The text is parsed: a product would be wrong in its last place.
     format!("{shown}e{exponent}").parse().unwrap_or(value)
 }
 
-/// The greatest number of so many decimal digits (1 to 15) that is not above a positive finite
-/// number; 0 for one that is not positive. As [`decimal_above`], the same on every machine.
+/// The largest number with at most `digits` decimal digits (1 to 15) that is not above a positive
+/// finite number; 0 for a number that is not positive. Like [`decimal_above`], the same on every
+/// machine.
 ///
 /// ```
 /// use grazemap_jet::numeric::decimal_below;
@@ -52,8 +53,8 @@ pub fn decimal_below(value: f64, digits: u32) -> f64 {
     format!("{shown}e{exponent}").parse().unwrap_or(value)
 }
 
-/// Shows a number by the fewest digits that read back to it, or to the decimals asked for; in
-/// scientific notation where plain decimals would be long, or lose digits.
+/// Displays a number with the fewest digits that read back to it, or with the requested decimals;
+/// in scientific notation if plain decimals would be long or lose digits.
 ///
 /// ```
 /// use grazemap_jet::numeric::Shown;
@@ -84,7 +85,7 @@ impl fmt::Display for Shown {
     }
 }
 
-/// Widths that may be infinite, for `#[serde(with)]`.
+/// Serialization of widths that may be infinite, for `#[serde(with)]`.
 pub mod unbounded {
     use super::{Deserialize, Deserializer, Serializer};
 
@@ -92,7 +93,7 @@ pub mod unbounded {
     ///
     /// # Errors
     ///
-    /// Those of the serializer.
+    /// The errors of the serializer.
     pub fn serialize<S: Serializer>(widths: &[f64], serializer: S) -> Result<S::Ok, S::Error> {
         let finite = |&width: &f64| Some(width).filter(|width| width.is_finite());
         serializer.collect_seq(widths.iter().map(finite))
@@ -102,7 +103,7 @@ pub mod unbounded {
     ///
     /// # Errors
     ///
-    /// Those of the deserializer.
+    /// The errors of the deserializer.
     pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<f64>, D::Error> {
         let widths: Vec<Option<f64>> = Deserialize::deserialize(deserializer)?;
         let width = |width: Option<f64>| width.unwrap_or(f64::INFINITY);
@@ -110,7 +111,7 @@ pub mod unbounded {
     }
 }
 
-/// One number that may be infinite, as in [`unbounded`].
+/// Serialization of one number that may be infinite, as in [`unbounded`].
 pub mod unbounded_number {
     use super::{Deserialize, Deserializer, Serialize, Serializer};
 
@@ -118,7 +119,7 @@ pub mod unbounded_number {
     ///
     /// # Errors
     ///
-    /// Those of the serializer.
+    /// The errors of the serializer.
     pub fn serialize<S: Serializer>(number: &f64, serializer: S) -> Result<S::Ok, S::Error> {
         let finite = Some(number).filter(|number| number.is_finite());
         finite.serialize(serializer)
@@ -128,7 +129,7 @@ pub mod unbounded_number {
     ///
     /// # Errors
     ///
-    /// Those of the deserializer.
+    /// The errors of the deserializer.
     pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
         let number: Option<f64> = Deserialize::deserialize(deserializer)?;
         Ok(number.unwrap_or(f64::INFINITY))

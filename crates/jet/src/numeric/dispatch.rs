@@ -11,9 +11,9 @@ use pulp::{Arch, Simd, WithSimd};
 /// Name of the environment variable that limits the instruction set, read once by a process.
 ///
 /// `sse2`, `avx2` and `avx512` name the widest registers that an x86-64 machine may use; a machine
-/// that lacks them uses the widest it has. Every other value is no limit, and
-/// [`unknown_instruction_limit`] says so. Results do not depend on it: it is there so that this can
-/// be seen.
+/// without them uses the widest it has. Every other value sets no limit, and is returned by
+/// [`unknown_instruction_limit`]. Results do not depend on the limit: the variable exists to check
+/// this.
 pub const INSTRUCTION_LIMIT: &str = "GRAZEMAP_SIMD";
 
 /// The widest registers that may be used.
@@ -24,14 +24,14 @@ enum Limit {
     Avx512,
 }
 
-/// The value of [`INSTRUCTION_LIMIT`], where it names no instruction set.
+/// Value of [`INSTRUCTION_LIMIT`], if it does not name an instruction set.
 pub fn unknown_instruction_limit() -> Option<String> {
     let value = std::env::var_os(INSTRUCTION_LIMIT)?;
     let value = value.to_string_lossy();
     limit(&value).is_none().then(|| value.into_owned())
 }
 
-/// The limit of a name.
+/// Limit with a given name.
 fn limit(name: &str) -> Option<Limit> {
     match name {
         "sse2" => Some(Limit::Sse2),
@@ -41,7 +41,7 @@ fn limit(name: &str) -> Option<Limit> {
     }
 }
 
-/// The instructions that kernels run with.
+/// Instruction set that kernels run with.
 #[inline(always)]
 fn instructions() -> Arch {
     static CHOSEN: LazyLock<Arch> = LazyLock::new(|| {
@@ -51,7 +51,7 @@ fn instructions() -> Arch {
     *CHOSEN
 }
 
-/// The widest instructions of this machine up to a limit.
+/// Widest instruction set of this machine up to a limit.
 #[cfg(target_arch = "x86_64")]
 fn chosen(most: Option<Limit>) -> Arch {
     match (most, Arch::new()) {
@@ -61,7 +61,7 @@ fn chosen(most: Option<Limit>) -> Arch {
     }
 }
 
-/// The instructions of this machine, which has one kind of registers.
+/// Instruction set of this machine, which has one kind of registers.
 #[cfg(not(target_arch = "x86_64"))]
 fn chosen(_: Option<Limit>) -> Arch {
     Arch::new()
@@ -69,8 +69,8 @@ fn chosen(_: Option<Limit>) -> Arch {
 
 /// Work in loops over numbers, compiled once per instruction set.
 ///
-/// `run` and everything it calls in its loops must be `#[inline(always)]`: what is not inlined is
-/// compiled for SSE2.
+/// `run` and everything it calls in its loops must be `#[inline(always)]`: functions that are not
+/// inlined are compiled for SSE2.
 pub trait Kernel: Sized {
     /// The result of the work.
     type Output;
@@ -79,15 +79,15 @@ pub trait Kernel: Sized {
     fn run(self) -> Self::Output;
 
     /// Does the same work, to the last bit, with little code: for double-double, and for lanes in
-    /// SSE2, which gain little by unrolled loops.
+    /// SSE2, which gain little from unrolled loops.
     #[inline(always)]
     fn run_compact(self) -> Self::Output {
         self.run()
     }
 }
 
-/// Runs a kernel with the widest registers of this machine: AVX2 or AVX-512 on x86-64 (with SSE2
-/// alone its compact form), NEON on aarch64; at most those that [`INSTRUCTION_LIMIT`] names.
+/// Runs a kernel with the widest registers of this machine: AVX2 or AVX-512 on x86-64 (the compact
+/// form with SSE2 alone), NEON on aarch64; not wider than [`INSTRUCTION_LIMIT`] allows.
 ///
 /// The results are the same to the last bit on each: products and sums are rounded separately.
 ///
@@ -113,18 +113,16 @@ pub fn widest<K: Kernel>(kernel: K) -> K::Output {
     }
 }
 
-/// Runs a kernel where registers are wider than SSE2, as they are on any aarch64; `None` where they
-/// are not.
+/// Runs a kernel if registers are wider than SSE2, as on any aarch64 machine; `None` otherwise.
 ///
-/// Lanes that are taken apart into pairs are no faster than one number after another: a large
-/// kernel is spared that code, and its compilation.
+/// Lanes split into pairs are no faster than single numbers in turn; a large kernel does not need
+/// that code, nor its compilation.
 #[inline(always)]
 pub fn wide<K: Kernel>(kernel: K) -> Option<K::Output> {
     in_wide_registers(kernel).ok()
 }
 
-/// Whether registers are wider than SSE2 here, as they are on any aarch64: whether flights are
-/// flown in lanes.
+/// Whether registers are wider than SSE2, as on any aarch64 machine. If so, flights run in lanes.
 pub fn is_wide() -> bool {
     #[cfg(target_arch = "x86_64")]
     let is_wide = matches!(instructions(), Arch::V3(_) | Arch::V4(_));
@@ -133,7 +131,7 @@ pub fn is_wide() -> bool {
     is_wide
 }
 
-/// Runs a kernel in registers wider than SSE2, or gives it back.
+/// Runs a kernel in registers wider than SSE2, or returns the kernel.
 #[inline(always)]
 fn in_wide_registers<K: Kernel>(kernel: K) -> Result<K::Output, K> {
     match instructions() {

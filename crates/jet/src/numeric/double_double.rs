@@ -94,19 +94,19 @@ impl Dd {
         }
     }
 
-    /// The product with `2^exponent`, exact but for overflow and underflow.
+    /// The product with `2^exponent`, exact except for overflow and underflow.
     pub fn scaled_by_power_of_two(self, exponent: i32) -> Dd {
         let half = power_of_two(exponent / 2);
         let rest = power_of_two(exponent - exponent / 2);
         Dd::guarded(self.hi * half * rest, self.lo * half * rest)
     }
 
-    /// A double as it stands.
+    /// A double as a double-double.
     const fn exact(hi: f64) -> Dd {
         Dd { hi, lo: 0.0 }
     }
 
-    /// The pair, with the trailing part dropped where the leading one is infinite or NaN.
+    /// The pair, with the trailing part dropped if the leading one is infinite or NaN.
     #[inline]
     const fn guarded(hi: f64, lo: f64) -> Dd {
         let lo = if hi.is_finite() { lo } else { 0.0 };
@@ -138,8 +138,8 @@ fn fast_two_sum(a: f64, b: f64) -> (f64, f64) {
 
 /// `a b` rounded, and the error of that rounding.
 ///
-/// Uses a fused multiply-add only where the machine has one: without it the function call would
-/// cost far more than Dekker's splitting.
+/// A fused multiply-add is used only if the machine has one: otherwise the function call would cost
+/// far more than Dekker's splitting.
 #[inline(always)]
 fn two_product(a: f64, b: f64) -> (f64, f64) {
     let product = a * b;
@@ -214,7 +214,7 @@ impl Dd {
     }
 }
 
-/// The renormalised pair, or `plain` alone where the pair is infinite or NaN.
+/// The renormalised pair, or `plain` alone if the pair is infinite or NaN.
 #[inline(always)]
 fn finished(high: f64, low: f64, plain: f64) -> Dd {
     let (hi, lo) = fast_two_sum(high, low);
@@ -467,7 +467,7 @@ mod tests {
         ) {
             let (dividend, divisor) = (Dd::new(a, a * lo), Dd::new(b, -b * lo));
             let error = (dividend / divisor * divisor - dividend).abs() / dividend;
-            // 15 u^2 of the quotient and 5 u^2 of the product.
+            // 15 u^2 for the quotient and 5 u^2 for the product.
             prop_assert!(error.hi < 20.0 * f64::EPSILON * f64::EPSILON / 4.0, "{error}");
         }
 

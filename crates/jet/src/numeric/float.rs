@@ -1,9 +1,9 @@
 //! The machine's numbers, `f64` and `f32`, as scalars.
 //!
-//! Their sine and cosine, one or several in lanes, are the same bits on every machine. Arguments
+//! The sine and cosine, of one number or of lanes, have the same bits on every machine. Arguments
 //! are reduced by multiples of `π/2` in three parts, and the polynomials on `[−π/4, π/4]` are those
-//! of fdlibm (Sun Microsystems 1993, `k_sin.c` and `k_cos.c`), summed in pairs. What is left of an
-//! argument stays in two parts. Nothing depends on a choice: quarter turns act on bits.
+//! of fdlibm (Sun Microsystems 1993, `k_sin.c` and `k_cos.c`), summed in pairs. The reduced
+//! argument keeps two parts. Quarter turns act on bits, without branches.
 
 use std::f64::consts::FRAC_2_PI;
 
@@ -89,7 +89,7 @@ macro_rules! float {
 float!(f64);
 float!(f32);
 
-/// Which of the machine's numbers a map is run in.
+/// Floating-point format in which a map is run.
 ///
 /// ```
 /// use grazemap_jet::numeric::FloatFormat;
@@ -137,7 +137,7 @@ const HALF_PI: [f64; 3] = [
     f64::from_bits(0x3BA3_198A_2E03_7073),
 ];
 
-/// Added to a number, rounds it to an integer and leaves that in the last bits.
+/// Constant whose addition to a number rounds the number to an integer, left in the last bits.
 const ROUNDING: f64 = 1.5 / f64::EPSILON;
 
 /// `(sin x − x)/x³` in powers of `x²`.
@@ -160,11 +160,11 @@ const COSINE: [f64; 6] = [
     -1.135_964_755_778_819_5e-11,
 ];
 
-/// Doubles, one or in lanes, whose bits can be changed.
+/// Doubles, one or in lanes, with access to their bits.
 pub(super) trait Quartered: Branched {
-    /// Sine and cosine after as many quarter turns as the last bits of the first number say.
+    /// Sine and cosine after a number of quarter turns, given by the last bits of `quarters`.
     fn turned(quarters: Self, sine: Self, cosine: Self) -> (Self, Self);
-    /// A function with two results of each double.
+    /// Applies a function with two results to each double.
     fn each(self, function: fn(f64) -> (f64, f64)) -> (Self, Self);
 }
 
@@ -187,10 +187,10 @@ impl Quartered for f64 {
     }
 }
 
-/// Sine and cosine, within one unit in the last place (0.86 is the most that was found); NaN of
+/// Sine and cosine, within one unit in the last place (the largest error found is 0.86); NaN for
 /// infinities.
 ///
-/// Arguments above `1e5` are taken as double-doubles, which takes twenty times as long, and those
+/// Arguments above `1e5` are computed in double-double, which takes twenty times as long, and those
 /// above `1e14` by the platform.
 #[inline(always)]
 pub(super) fn sin_cos<S: Quartered>(x: S) -> (S, S) {
@@ -225,7 +225,7 @@ fn near<S: Quartered>(x: S) -> (S, S) {
     S::turned(quarters, sine, cosine)
 }
 
-/// A polynomial by pairs of its terms, which do not wait for each other.
+/// Value of a polynomial, summed in pairs of terms that do not depend on each other.
 #[inline(always)]
 fn polynomial<S: Quartered>(coefficients: &[f64], x: S) -> S {
     let square = x * x;
@@ -256,7 +256,7 @@ mod tests {
     use crate::numeric::{Lanes, Scalar};
     use std::f64::consts::FRAC_PI_2;
 
-    /// Distance of sine and cosine from those of double-doubles, in units in the last place.
+    /// Distance of sine and cosine from those of double-double, in units in the last place.
     fn units(x: f64) -> f64 {
         let (sine, cosine) = sin_cos(x);
         let exact = Dd::from(x).sin_cos();
@@ -265,7 +265,7 @@ mod tests {
         distance(sine, exact.0).max(distance(cosine, exact.1))
     }
 
-    /// Numbers of `[0, 1)` that fill it evenly.
+    /// Numbers of `[0, 1)` that are spread evenly.
     fn shares(count: usize) -> impl Iterator<Item = f64> {
         (0..count).map(|number| (number as f64 * 0.618_033_988_749_894_9).fract())
     }

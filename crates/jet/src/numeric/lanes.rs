@@ -29,16 +29,17 @@ pub struct Lanes<const N: usize>(
 );
 
 impl<const N: usize> Lanes<N> {
-    /// The same value in every lane.
+    /// Lanes that all hold the same value.
     #[inline(always)]
     pub const fn splat(value: f64) -> Self {
         Lanes([value; N])
     }
 
-    /// The value of each lane from its index.
+    /// Lanes whose values are functions of their index.
     #[inline(always)]
     pub fn from_fn(mut value: impl FnMut(usize) -> f64) -> Self {
-        // NOTE: `array::from_fn` is not always inlined, and is then compiled for the least machine.
+        // NOTE: `array::from_fn` is not always inlined, and is then compiled for the baseline
+        // instruction set.
         let mut lanes = [0.0; N];
         for (lane, out) in lanes.iter_mut().enumerate() {
             *out = value(lane);
@@ -46,13 +47,13 @@ impl<const N: usize> Lanes<N> {
         Lanes(lanes)
     }
 
-    /// A function of `f64` applied lane by lane.
+    /// Applies a function of `f64` lane by lane.
     #[inline(always)]
     pub fn map(self, mut function: impl FnMut(f64) -> f64) -> Self {
         Self::from_fn(|lane| function(self.0[lane]))
     }
 
-    /// A function of two `f64` applied lane by lane.
+    /// Applies a function of two `f64` lane by lane.
     #[inline(always)]
     pub fn zip_map(self, other: Self, mut function: impl FnMut(f64, f64) -> f64) -> Self {
         Self::from_fn(|lane| function(self.0[lane], other.0[lane]))
@@ -64,7 +65,7 @@ impl<const N: usize> Lanes<N> {
         &self.0
     }
 
-    /// A function with two results applied lane by lane.
+    /// Applies a function with two results lane by lane.
     #[inline(always)]
     fn unzip_map(self, function: impl Fn(f64) -> (f64, f64)) -> (Self, Self) {
         let mut results = (self, self);
@@ -93,7 +94,7 @@ impl<const N: usize> IndexMut<usize> for Lanes<N> {
 
 /// Keeps a loop over lanes to one element at a time.
 ///
-/// NOTE: left to itself, the compiler spreads neighbouring elements over a register, lane by lane,
+/// NOTE: without this, the compiler spreads neighbouring elements over a register, lane by lane,
 /// with gathers and scatters, which are many times slower than the lanes themselves.
 #[inline(always)]
 pub fn one_by_one<S>(element: usize) {
@@ -102,7 +103,7 @@ pub fn one_by_one<S>(element: usize) {
     }
 }
 
-/// An operator of two values of a type of lanes, lane by lane.
+/// Implements an operator of two values of a type of lanes, lane by lane.
 macro_rules! lane_operator {
     (
         $lanes:ident, $trait:ident, $method:ident,
@@ -225,11 +226,11 @@ impl<const N: usize> Scalar for Lanes<N> {
         self.unzip_map(<f64 as Scalar>::sinh_cosh)
     }
 
-    /// NaN if any lane is NaN.
+    /// Largest magnitude; NaN if any lane is NaN.
     #[inline(always)]
     fn magnitude(self) -> f64 {
-        // NOTE: halves are compared lane by lane, for one long chain of comparisons would be many
-        // times slower.
+        // NOTE: halves are compared lane by lane, because one long chain of comparisons would be
+        // many times slower.
         let mut magnitudes = self.map(f64::abs).0;
         let mut len = N;
         while len > 1 {
@@ -259,13 +260,13 @@ impl<const N: usize> Scalar for Lanes<N> {
     }
 }
 
-/// A truth value for each of `N` lanes: all bits, or none.
+/// A truth value for each of `N` lanes: all bits set, or none.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(align(64))]
 pub struct LaneMask<const N: usize>([u64; N]);
 
 impl<const N: usize> LaneMask<N> {
-    /// From a truth value for each lane.
+    /// Mask from a truth value for each lane.
     #[inline(always)]
     pub fn from_fn(mut value: impl FnMut(usize) -> bool) -> Self {
         let mut lanes = [0; N];
@@ -275,19 +276,19 @@ impl<const N: usize> LaneMask<N> {
         Self(lanes)
     }
 
-    /// Whether one lane is true.
+    /// Whether the mask is true in a lane.
     #[inline(always)]
     pub fn holds(self, lane: usize) -> bool {
         self.0[lane] != 0
     }
 
-    /// The numbers of the lanes that are true.
+    /// Numbers of the lanes that are true.
     #[inline(always)]
     pub fn lanes(self) -> impl Iterator<Item = usize> {
         (0..N).filter(move |&lane| self.holds(lane))
     }
 
-    /// Puts one lane to a truth value.
+    /// Sets one lane to a truth value.
     #[inline(always)]
     pub fn set(&mut self, lane: usize, value: bool) {
         self.0[lane] = if value { u64::MAX } else { 0 };
@@ -441,7 +442,7 @@ mod tests {
         assert!(!Lanes([1.0, f64::INFINITY]).is_finite());
     }
 
-    /// The larger of a number and its square's excess over one, by masks.
+    /// The larger of `x` and `x² − 1`, computed with masks.
     fn larger<S: Branched>(x: S) -> S {
         let other = x * x - S::one();
         S::select(x.is_below(other), other, x)

@@ -9,7 +9,7 @@ use nalgebra::{Complex, DMatrix, DVector, Matrix2};
 
 use super::{Dd, Real};
 
-/// A broken promise to a numerical algorithm.
+/// Invalid input of a numerical algorithm, or its failure.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum NumericError {
     /// Elimination met a pivot too small to divide by.
@@ -17,7 +17,7 @@ pub enum NumericError {
         "expected a regular matrix, found pivot {pivot:e} in column {column} of equilibrated rows"
     )]
     Singular {
-        /// Magnitude of the pivot, its rows scaled to a largest entry of about one.
+        /// Magnitude of the pivot, with rows scaled to a largest entry of about one.
         pivot: f64,
         /// Column of the pivot, counted from 0.
         column: usize,
@@ -27,13 +27,13 @@ pub enum NumericError {
         "expected {expected_rows} rows and {expected_columns} columns, found {rows} and {columns}"
     )]
     Shape {
-        /// Rows needed.
+        /// Rows required.
         expected_rows: usize,
-        /// Columns needed.
+        /// Columns required.
         expected_columns: usize,
-        /// Rows given.
+        /// Rows found.
         rows: usize,
-        /// Columns given.
+        /// Columns found.
         columns: usize,
     },
     /// A matrix holds an infinite entry or NaN.
@@ -41,9 +41,9 @@ pub enum NumericError {
     NotFinite {
         /// The entry.
         value: f64,
-        /// Its row, counted from 0.
+        /// Row of the entry, counted from 0.
         row: usize,
-        /// Its column, counted from 0.
+        /// Column of the entry, counted from 0.
         column: usize,
     },
     /// The reduction to Schur form did not converge.
@@ -119,7 +119,7 @@ pub fn factorize<S: Real>(matrix: &DMatrix<S>) -> Result<Factorization<S>, Numer
 ///
 /// # Errors
 ///
-/// Those of [`factorize`], and [`NumericError::Shape`] if the right-hand side has another length.
+/// The errors of [`factorize`], and [`NumericError::Shape`] if the lengths differ.
 ///
 /// ```
 /// use grazemap_jet::numeric::linear::solve;
@@ -137,7 +137,7 @@ pub fn solve<S: Real>(matrix: &DMatrix<S>, right: &DVector<S>) -> Result<DVector
 ///
 /// # Errors
 ///
-/// Those of [`factorize`].
+/// The errors of [`factorize`].
 pub fn inverse<S: Real>(matrix: &DMatrix<S>) -> Result<DMatrix<S>, NumericError> {
     let factorization = factorize(matrix)?;
     let size = matrix.nrows();
@@ -150,7 +150,7 @@ pub fn inverse<S: Real>(matrix: &DMatrix<S>) -> Result<DMatrix<S>, NumericError>
     Ok(inverse)
 }
 
-/// The determinant of a square matrix; zero where a pivot is zero within rounding.
+/// The determinant of a square matrix; zero if a pivot is zero within rounding.
 ///
 /// # Errors
 ///
@@ -172,8 +172,8 @@ pub fn determinant<S: Real>(matrix: &DMatrix<S>) -> Result<S, NumericError> {
 }
 
 impl<S: Real> Factorization<S> {
-    /// The determinant of the matrix: the product of the pivots over that of the rows' scales,
-    /// signed by their order.
+    /// The determinant of the matrix: the product of the pivots over the product of the rows'
+    /// scales, with the sign of the permutation of the rows.
     pub fn determinant(&self) -> S {
         let pivots = (0..self.size()).map(|place| self.factors[(place, place)]);
         let unscaled = pivots
@@ -216,8 +216,8 @@ impl<S: Real> Factorization<S> {
         Ok(x)
     }
 
-    /// The smallest pivot over the largest: a rough upper figure of the reciprocal condition
-    /// number, in `(0, 1]`.
+    /// The smallest pivot divided by the largest: a rough upper estimate of the reciprocal
+    /// condition number, in `(0, 1]`.
     pub fn reciprocal_pivot(&self) -> f64 {
         self.reciprocal_pivot
     }
@@ -233,7 +233,7 @@ fn is_even(order: &[usize]) -> bool {
     inversions.sum::<usize>() % 2 == 0
 }
 
-/// Scales each row by a power of two that brings its largest entry into `[1, 2)`, and returns the
+/// Scales each row by a power of two so that its largest entry lies in `[1, 2)`, and returns the
 /// scales.
 fn equilibrate<S: Real>(matrix: &mut DMatrix<S>) -> Result<Vec<S>, NumericError> {
     let mut scales = Vec::with_capacity(matrix.nrows());
@@ -300,7 +300,7 @@ fn shape_error(expected: (usize, usize), found: (usize, usize)) -> NumericError 
     }
 }
 
-/// Iterations allowed for each row of a matrix in its reduction to Schur form.
+/// Iterations allowed for each row of a matrix in the reduction to Schur form.
 const ITERATIONS_PER_ROW: usize = 100;
 
 /// The eigenvalues of a square matrix, largest magnitude first; a complex pair has its positive
@@ -341,9 +341,9 @@ pub fn eigenvalues<S: Real>(matrix: &DMatrix<S>) -> Result<Vec<Complex<f64>>, Nu
 /// The two eigenvalues of a 2x2 matrix, largest magnitude first, by the quadratic formula without
 /// cancellation.
 ///
-/// The smaller real one is the determinant over the larger, so it keeps its relative accuracy
-/// however small it is when the determinant is known independently, as that of a monodromy matrix
-/// is from the damping. Without one, the determinant of the entries is computed in double-double.
+/// The smaller real eigenvalue is the determinant over the larger. It keeps its relative accuracy,
+/// however small it is, if the determinant is known independently: that of a monodromy matrix
+/// follows from the damping. Otherwise the determinant of the entries is computed in double-double.
 ///
 /// ```
 /// use grazemap_jet::numeric::linear::eigenvalues_2x2;
@@ -383,7 +383,7 @@ mod tests {
     use super::*;
     use crate::numeric::Dd;
 
-    /// The Hilbert matrix of a size, condition number 5e5 at size 5.
+    /// The Hilbert matrix of a size; its condition number is 5e5 at size 5.
     fn hilbert<S: Real>(size: usize) -> DMatrix<S> {
         DMatrix::from_fn(size, size, |row, column| {
             S::one() / S::from_f64((row + column + 1) as f64)
@@ -458,7 +458,7 @@ mod tests {
 
     #[test]
     fn tiny_eigenvalue_keeps_its_digits_when_the_determinant_is_given() {
-        // Eigenvalues 1 and 1e-20, whose product the entries alone have lost.
+        // Eigenvalues 1 and 1e-20; the entries alone do not determine their product.
         let matrix = Matrix2::new(0.5, 0.25, 1.0, 0.5);
         let values = eigenvalues_2x2(&matrix, Some(1e-20));
         assert_eq!(values.map(|value| value.re), [1.0, 1e-20]);

@@ -1,4 +1,4 @@
-//! Numbers and the small algorithms on them that every other floor uses.
+//! Numbers, and the small algorithms on numbers that every other floor uses.
 //!
 //! Everything here is generic over [`Scalar`] (`f64`, `f32`, double-doubles [`Dd`], [`Lanes`]) or
 //! over its ordered part [`Real`] (`f64`, `f32`, [`Dd`]): roots in a [`Bracket`], all extrema and
@@ -27,8 +27,8 @@ pub use lanes::{LaneMask, Lanes, one_by_one};
 pub use linear::NumericError;
 pub use scalar::{Branched, Mask, Real, Scalar, converted};
 
-/// How the property tests of this floor draw their samples: so many cases, the same ones every
-/// time, and no record of failures on disk.
+/// Sampling of this floor's property tests: `cases` samples, the same in every run, without a
+/// record of failures on disk.
 #[cfg(test)]
 fn fixed_samples(cases: u32) -> proptest::test_runner::Config {
     proptest::test_runner::Config {

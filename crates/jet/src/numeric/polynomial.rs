@@ -1,11 +1,11 @@
 //! All extrema and all real roots of a polynomial on an interval.
 //!
 //! The one idea: between neighbouring extrema a polynomial is monotone, so the signs of its values
-//! at the extrema decide where its roots are, however close together; the extrema themselves are
-//! sign changes of the derivative, isolated by subdivision in the Bernstein basis (Descartes' rule
-//! of signs; Lane and Riesenfeld 1981, *Bounds on a polynomial*).
+//! at the extrema decide where its roots are, however close together. The extrema are sign changes
+//! of the derivative, isolated by subdivision in the Bernstein basis (Descartes' rule of signs;
+//! Lane and Riesenfeld 1981, *Bounds on a polynomial*).
 //!
-//! Coefficients ascend in the power of the time `t`; the interval runs from `0` (excluded) to `end`
+//! Coefficients ascend in the power of the time `t`. The interval runs from `0` (excluded) to `end`
 //! (included), so that steps laid end to end report each event once. `end` may be negative: then
 //! "first", "before" and "after" follow the direction from `0` to `end`. Coefficients or ends that
 //! are not finite give no extrema and no roots; callers check theirs.
@@ -21,64 +21,64 @@ pub use evaluation::{TERMS, control_points, lower_bound, size, sizes, value, val
 /// A local minimum or maximum of a polynomial.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Extremum<S> {
-    /// Where it lies.
+    /// Time of the extremum.
     pub time: S,
-    /// The polynomial there.
+    /// Value of the polynomial at the extremum.
     pub value: S,
     /// Minimum or maximum.
     pub kind: ExtremumKind,
 }
 
-/// Which way a polynomial turns.
+/// Kind of an extremum.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum ExtremumKind {
-    /// From falling to rising.
+    /// Minimum: from falling to rising.
     Minimum,
-    /// From rising to falling.
+    /// Maximum: from rising to falling.
     Maximum,
 }
 
 /// A root at which a polynomial changes its sign.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Crossing<S> {
-    /// Where it lies.
+    /// Time of the root.
     pub time: S,
-    /// From which side.
+    /// Direction of the change of sign.
     pub direction: CrossingDirection,
 }
 
-/// Which way a polynomial changes its sign, on the way from `0` to the end of the interval.
+/// Direction of a change of sign, on the way from `0` to the end of the interval.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum CrossingDirection {
-    /// From positive to negative: into contact, for an event function that is positive in free
-    /// flight.
+    /// Change from positive to negative: into contact, for an event function that is positive in
+    /// free flight.
     Entering,
-    /// From negative to positive.
+    /// Change from negative to positive.
     Leaving,
 }
 
 /// A real root.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Root<S> {
-    /// Where it lies.
+    /// Time of the root.
     pub time: S,
-    /// Whether the polynomial changes its sign there.
+    /// Behaviour of the polynomial at the root.
     pub kind: RootKind,
 }
 
-/// How a polynomial behaves at a root.
+/// Behaviour of a polynomial at a root.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum RootKind {
-    /// It changes its sign.
+    /// The polynomial changes its sign.
     Crossing(CrossingDirection),
-    /// It turns there, at a value that is zero within rounding.
+    /// The polynomial has an extremum whose value is zero within rounding.
     Tangency(ExtremumKind),
-    /// The interval starts there.
+    /// The root is the start of the interval.
     Start,
 }
 
 impl<S: Real> Extremum<S> {
-    /// Whether it lies on the far side of zero: a minimum below, a maximum above.
+    /// Whether the extremum lies beyond zero: a minimum below, a maximum above.
     fn overshoots(&self) -> bool {
         match self.kind {
             ExtremumKind::Minimum => self.value < S::zero(),
@@ -87,7 +87,7 @@ impl<S: Real> Extremum<S> {
     }
 }
 
-/// The value and the derivative at `time` of the polynomial with these ascending coefficients.
+/// Value and derivative at `time` of the polynomial with these ascending coefficients.
 ///
 /// ```
 /// use grazemap_jet::numeric::polynomial::evaluate;
@@ -102,8 +102,9 @@ pub fn evaluate<S: Real>(coefficients: &[S], time: S) -> (S, S) {
 
 /// All local minima and maxima in `(0, end]`, in order.
 ///
-/// Each is a sign change of the derivative, located to the precision of the type relative to the
-/// conditioning of the derivative's root. Points of inflection with a level tangent are none.
+/// Each extremum is a sign change of the derivative. Its accuracy is the precision of the type
+/// times the condition number of the derivative's root. Inflection points with a level tangent are
+/// not included.
 ///
 /// ```
 /// use grazemap_jet::numeric::polynomial::{ExtremumKind, extrema};
@@ -121,12 +122,11 @@ pub fn extrema<S: Real>(coefficients: &[S], end: S) -> Vec<Extremum<S>> {
         .collect()
 }
 
-/// All roots with a change of sign in `(0, end]`, in order, each found inside the monotone piece
-/// that holds it.
+/// All roots with a change of sign in `(0, end]`, in order, each located inside its monotone piece.
 ///
-/// Two roots on either side of a shallow extremum are told apart as soon as the extremum's value is
-/// computed with the right sign, that is down to about `Scalar::ROUNDOFF` times the largest term. A
-/// start at a root is no crossing: set the constant coefficient to exactly zero there.
+/// Two roots on either side of a shallow extremum are separated if the extremum's value is computed
+/// with the right sign, that is down to about `Scalar::ROUNDOFF` times the largest term. A start at
+/// a root is not a crossing: set the constant coefficient to exactly zero there.
 ///
 /// ```
 /// use grazemap_jet::numeric::polynomial::{CrossingDirection, crossings};
@@ -151,7 +151,7 @@ pub fn crossings<S: Real>(coefficients: &[S], end: S) -> Vec<Crossing<S>> {
 /// root.
 ///
 /// An extremum counts as a tangency if its value is within `4 n` roundings of the sum of the terms'
-/// magnitudes, for `n` coefficients, unless a crossing next to it already stands for it. The zero
+/// magnitudes, for `n` coefficients, unless a crossing next to it represents it already. The zero
 /// polynomial has no roots here.
 pub fn roots_on_interval<S: Real>(coefficients: &[S], end: S) -> Vec<Root<S>> {
     if has_one_sign(coefficients, end) {
@@ -178,7 +178,8 @@ pub fn roots_on_interval<S: Real>(coefficients: &[S], end: S) -> Vec<Root<S>> {
     roots
 }
 
-/// Whether `|c_0| > sum_{k>0} |c_k end^k|`, so that there is no root; also for what is not finite.
+/// Whether `|c_0| > sum_{k>0} |c_k end^k|`, so that there is no root; also true if a term is not
+/// finite.
 fn has_one_sign<S: Real>(coefficients: &[S], end: S) -> bool {
     let Some((first, rest)) = coefficients.split_first() else {
         return true;
@@ -189,7 +190,7 @@ fn has_one_sign<S: Real>(coefficients: &[S], end: S) -> bool {
     !(first.is_finite() && bound.is_finite()) || first.abs() > bound
 }
 
-/// `c_k end^k`: the polynomial in `t / end` on `[0, 1]`.
+/// `c_k end^k`: coefficients of the polynomial in `t / end` on `[0, 1]`.
 fn scaled_to_unit<S: Real>(coefficients: &[S], end: S) -> Vec<S> {
     let mut power = S::one();
     let scaled = coefficients.iter().map(|&coefficient| {
@@ -250,7 +251,7 @@ fn crossing_between<S: Real>(scaled: &[S], before: (S, S), after: (S, S)) -> Opt
     Some(Crossing { time, direction })
 }
 
-/// A root exactly at the end, entered from a side that is not zero.
+/// A root exactly at the end, if the values before it are not zero.
 fn crossing_at_end<S: Real>(
     scaled: &[S],
     extrema: &[Extremum<S>],
@@ -295,8 +296,8 @@ fn tangencies<S: Real>(
         .collect()
 }
 
-/// Halvings after which coefficients of alternating sign are taken for rounding noise around a
-/// multiple root.
+/// Halvings after which coefficients of alternating sign count as rounding noise around a multiple
+/// root.
 const DEPTH_LIMIT: usize = 60;
 
 /// All sign changes on `(0, 1]` of the polynomial with these ascending power coefficients, in
@@ -371,7 +372,7 @@ fn variations<S: Real>(coefficients: &[S]) -> usize {
 }
 
 impl<S: Real> Piece<S> {
-    /// The two halves by de Casteljau's algorithm: repeated means of neighbours.
+    /// The two halves of the piece by de Casteljau's algorithm: repeated means of neighbours.
     fn halved(self) -> (Self, Self) {
         let half = S::from_f64(0.5);
         let middle = (self.lower + self.upper) * half;
@@ -478,7 +479,7 @@ mod tests {
             .collect();
         let end = Dd::from(3.2);
         let (extrema, crossings) = (extrema(&coefficients, end), crossings(&coefficients, end));
-        // The first term left out is 3.2^44 / 44! = 1e-32 of the value.
+        // The first omitted term is 3.2^44 / 44! = 1e-32 of the value.
         assert_eq!((extrema.len(), crossings.len()), (1, 1));
         assert!((extrema[0].time - Dd::PI).abs().hi < 1e-29);
         assert!((extrema[0].value + Dd::ONE).abs().hi < 1e-30);
@@ -495,8 +496,7 @@ mod tests {
         let found = crossings(&coefficients, Dd::ONE);
         assert_eq!(found.len(), 2);
         // A rounding of 1e-31 over the slope 2e-14 at the roots, with a factor 100 for the
-        // conditioning
-        // of the product.
+        // conditioning of the product.
         assert!((found[0].time - centre + decimal("1e-14")).abs().hi < 1e-15);
         assert!((found[1].time - centre - decimal("1e-14")).abs().hi < 1e-15);
         assert_eq!(found[0].direction, CrossingDirection::Entering);
@@ -553,21 +553,21 @@ mod tests {
         assert!(crossings(&[1.0, -2.0], 0.0).is_empty());
     }
 
-    /// The event function of a closely observed rest: an inflection with a level tangent.
+    /// Event function of a trajectory that nearly comes to rest: an inflection with a level
+    /// tangent.
     #[test]
     fn level_inflection_is_crossed_once_and_turns_nowhere() {
         let coefficients = from_roots(&[decimal("0.3"); 3]);
         let found = crossings(&coefficients, Dd::ONE);
         assert_eq!(found.len(), 1);
-        // The cube root of the rounding.
+        // Cube root of the rounding.
         assert!((found[0].time - decimal("0.3")).abs().hi < 1e-10);
         let turns = extrema(&coefficients, Dd::ONE);
         assert!(turns.len().is_multiple_of(2), "{turns:?}");
     }
 
-    /// Roots at least `gap` apart: sorted cells of width `2 gap`, each holding a root at most in
-    /// its
-    /// first half.
+    /// Roots at least `gap` apart: sorted cells of width `2 gap`, each with at most one root, in
+    /// its first half.
     fn spread_roots(cells: usize, gap: f64) -> impl Strategy<Value = Vec<f64>> {
         proptest::collection::vec(proptest::option::of(0.05..1.0_f64), cells).prop_map(
             move |offsets| {

@@ -1,8 +1,8 @@
-//! The numbers every floor above computes with.
+//! The numbers with which every floor above computes.
 //!
-//! Comparisons of [`Branched`] numbers decide lane by lane. One idea: an algorithm that says with
-//! masks where its results hold runs on one number, whose masks are truth values, and on lanes,
-//! which then take the same operations in the same order as each number alone.
+//! Comparisons of [`Branched`] numbers decide lane by lane. One idea: an algorithm that marks the
+//! validity of its results with masks runs on one number, whose masks are truth values, and on
+//! lanes, which then go through the operations of each single number in the same order.
 
 use std::fmt::Debug;
 use std::iter::Sum;
@@ -43,9 +43,9 @@ pub trait Scalar:
     /// Unit roundoff of the type: half the distance from 1 to the next number.
     const ROUNDOFF: f64;
 
-    /// The nearest scalar to an `f64` (exact but for `f32`; repeated in every lane).
+    /// The nearest scalar to an `f64` (exact, except for `f32`; repeated in every lane).
     fn from_f64(value: f64) -> Self;
-    /// The nearest scalar to a double-double: how constants of a model enter a computation.
+    /// The nearest scalar to a double-double; constants of a model are converted in this way.
     fn from_dd(value: Dd) -> Self;
     /// `self * a + b`; fused where the machine fuses without a call, otherwise two roundings.
     fn mul_add(self, a: Self, b: Self) -> Self;
@@ -103,8 +103,8 @@ pub trait Scalar:
         let size = self.abs();
         size - Self::from_dd(Dd::LN_2) + ln_of_one_plus((-(size + size)).exp())
     }
-    /// A factor that brings the larger of two sizes between `1e-70` and `1e70`, where their squares
-    /// are numbers; 1 where it is there.
+    /// Factor that brings the larger of two magnitudes into `[1e-70, 1e70]`, so that squares
+    /// neither overflow nor underflow; 1 if it lies there already.
     #[inline(always)]
     fn balance(self, other: Self) -> Self {
         let (one, most) = (Self::one(), Self::from_f64(1e70));
@@ -115,7 +115,7 @@ pub trait Scalar:
     fn powf(self, exponent: Self) -> Self;
     /// Absolute value.
     fn abs(self) -> Self;
-    /// `-1`, `0` or `1`, lane by lane.
+    /// Sign: `-1`, `0` or `1`, lane by lane.
     fn signum(self) -> Self;
     /// The smaller of two, lane by lane.
     fn min(self, other: Self) -> Self;
@@ -126,22 +126,22 @@ pub trait Scalar:
     /// Whether every lane is finite.
     fn is_finite(self) -> bool;
 
-    /// Keeps a value that a loop carries from one turn to the next in whole registers.
+    /// Keeps a value that a loop carries from one iteration to the next in whole registers.
     ///
-    /// NOTE: left to itself, the compiler carries lanes one by one, and puts them together in any
-    /// order at every turn.
+    /// NOTE: without this, the compiler carries lanes one by one, and reassembles them in any order
+    /// in every iteration.
     #[inline(always)]
     fn carried<V>(_: &mut V) {}
 
-    /// Runs a kernel that treats one element of this type after another: in the widest registers
-    /// for lanes, in its compact form for double-double. The bits are the same.
+    /// Runs a kernel that treats elements of this type one by one: in the widest registers for
+    /// lanes, in its compact form for double-double. The bits are the same.
     #[inline(always)]
     fn dispatch<K: Kernel>(kernel: K) -> K::Output {
         kernel.run()
     }
 
     /// Runs a kernel that treats many neighbouring elements of this type alike: in the widest
-    /// registers, but for double-double, which gains nothing by them. The bits are the same.
+    /// registers, except for double-double, which does not gain from them. The bits are the same.
     #[inline(always)]
     fn dispatch_loops<K: Kernel>(kernel: K) -> K::Output {
         widest(kernel)
@@ -150,7 +150,7 @@ pub trait Scalar:
 
 /// `ln(1 + x)` for `0 ≤ x ≤ 1`, to full relative accuracy.
 ///
-/// NOTE: the rounding of `1 + x`, which the sum itself tells, is taken off the logarithm.
+/// NOTE: the rounding error of `1 + x`, recovered from the sum, corrects the logarithm.
 #[inline(always)]
 fn ln_of_one_plus<S: Scalar>(x: S) -> S {
     let sum = S::one() + x;
@@ -167,7 +167,7 @@ pub trait Real: Scalar + PartialOrd {
     fn floor(self) -> Self;
 }
 
-/// The same numbers of another type: exact, or the nearest.
+/// Converts numbers to another type: exactly, or to the nearest.
 ///
 /// ```
 /// use grazemap_jet::numeric::{Dd, converted};
@@ -178,7 +178,7 @@ pub fn converted<S: Real, T: Real>(values: &[S]) -> Vec<T> {
     values.iter().map(|value| T::from_dd(value.to_dd())).collect()
 }
 
-/// Methods of [`Scalar`] by the type's own functions of the same names.
+/// Implements methods of [`Scalar`] by the type's own functions of the same names.
 macro_rules! inherent {
     ($type:ident: $($function:ident($($argument:ident),*)),*) => {$(
         #[inline(always)]
@@ -207,29 +207,30 @@ pub trait Mask:
     /// Whether any lane is true.
     fn any(self) -> bool;
 
-    /// Early-exit hint: whether no work is left for a loop that goes on where the mask is true;
-    /// always false for lanes, where asking takes longer than going on.
+    /// Hint for early exit: whether a loop that runs while the mask is true has no work left;
+    /// always false for lanes, where testing takes longer than another iteration.
     fn is_over(self) -> bool;
 
     /// The numbers of the lanes that are true.
     fn lanes(self) -> impl Iterator<Item = usize>;
 
-    /// True in one lane alone.
+    /// Mask that is true in one lane only.
     fn only(lane: usize) -> Self;
 }
 
 /// A [`Scalar`] that is compared lane by lane.
 pub trait Branched: Scalar {
-    /// A truth value for every lane.
+    /// Type of a truth value for every lane.
     type Mask: Mask;
-    /// As many doubles.
+    /// Type of doubles with the same number of lanes.
     type Rounded: Branched<Mask = Self::Mask, Rounded = Self::Rounded>;
 
-    /// The nearest doubles.
+    /// Nearest doubles.
     fn rounded(self) -> Self::Rounded;
-    /// The same numbers.
+    /// Numbers with exactly these values.
     fn from_rounded(rounded: Self::Rounded) -> Self;
-    /// The nearest doubles of several numbers, written to `room` unless the numbers are doubles.
+    /// Nearest doubles of several numbers, written to `room` unless the numbers are doubles
+    /// already.
     fn all_rounded<'r>(numbers: &'r [Self], room: &'r mut [Self::Rounded]) -> &'r [Self::Rounded];
     /// `self < other`.
     fn is_below(self, other: Self) -> Self::Mask;
@@ -237,13 +238,13 @@ pub trait Branched: Scalar {
     fn is_at_most(self, other: Self) -> Self::Mask;
     /// `self == other`.
     fn is_equal(self, other: Self) -> Self::Mask;
-    /// One where a mask is true, the other where it is false.
+    /// Selects `one` where the mask is true, `other` where it is false.
     fn select(mask: Self::Mask, one: Self, other: Self) -> Self;
-    /// The nearest double of one lane.
+    /// Nearest double of one lane.
     fn lane(self, lane: usize) -> f64;
-    /// A function of the nearest double of every lane.
+    /// Applies a function to the nearest double of every lane.
     fn mapped(self, function: impl Fn(f64) -> f64) -> Self::Rounded;
-    /// The numbers before, at and after a place; beyond an end, the number at that end.
+    /// Numbers before, at and after a place; beyond an end, the number at that end.
     fn around(numbers: &[Self], place: Self) -> [Self; 3];
 }
 
@@ -285,8 +286,8 @@ impl<S: Real> Branched for S {
         S::from_f64(rounded)
     }
 
-    /// NOTE: block by block, as they were written: a wider load would wait until two stores have
-    /// reached the cache.
+    /// NOTE: numbers are loaded block by block, as they were written: a wider load would wait until
+    /// two stores have reached the cache.
     #[inline(always)]
     fn all_rounded<'r>(numbers: &'r [Self], room: &'r mut [f64]) -> &'r [f64] {
         let blocks = room.as_chunks_mut::<4>().0.iter_mut();

@@ -25,13 +25,13 @@ pub struct SectionImage<S> {
     pub passages: Vec<Option<S>>,
     /// Passages that made contact.
     pub contacts: usize,
-    /// Contacts beyond one per passage, and those at surfaces that do not graze.
+    /// Contacts beyond one per passage, and contacts at surfaces that do not graze.
     pub extra_contacts: usize,
-    /// All contacts per surface of the model.
+    /// Contacts at each surface of the model.
     pub hits: Vec<usize>,
     /// Speed of the first contact; 0 without one.
     pub impact_speed: S,
-    /// How it ended.
+    /// End of the simulation.
     pub end: DirectEnd,
 }
 
@@ -40,41 +40,41 @@ pub struct SectionImage<S> {
 pub(super) struct Equilibrium {
     /// Offsets of the coordinates of the section.
     pub(super) offsets: Vec<f64>,
-    /// The eigenvalues of the linearised flow.
+    /// Eigenvalues of the flow linearised there.
     pub(super) eigenvalues: Vec<Complex<f64>>,
 }
 
-/// How one direct return ended.
+/// End of one direct return.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum DirectEnd {
-    /// At the section.
+    /// The section was reached.
     Returned,
     /// No section point within sixteen nominal return times.
     NoReturn,
     /// The start is beyond a rigid surface, and no free flight leads there from it.
     Penetrating,
-    /// A rigid surface does not turn what hits it back: the model has no impact there.
+    /// The reset of a rigid surface leaves the state moving into the surface.
     GoesThrough,
-    /// The section falls inside a contact that its coordinates do not tell.
+    /// The section falls inside a contact, which its coordinates do not determine.
     Ambiguous,
-    /// Two surfaces hold the state at once, and no field of the model stands for both.
+    /// Two surfaces hold the state at once, and the model has no field for both.
     HeldTwice,
-    /// Two rigid surfaces are met at the same instant, and the state behind depends on which of
-    /// them acts first.
+    /// Two rigid surfaces are hit at the same instant, and the state after depends on which of them
+    /// acts first.
     HitTogether {
-        /// The surfaces.
+        /// Indices of the surfaces.
         surfaces: [usize; 2],
         /// Time since the section.
         time: f64,
     },
-    /// The simulation ended otherwise: a state that is not finite, no sticking field, too many
-    /// steps.
+    /// The simulation ended before the section: a state that is not finite, no sticking field, or
+    /// too many steps.
     Ended,
 }
 
 impl DirectEnd {
-    /// Why there is no image, in words for the user of a scene.
+    /// Reason why there is no image, in words for the user of a scene.
     pub fn reason(&self, scene: &Scene) -> String {
         let tangency = scene.section == Section::Tangency;
         let rigid = |surface: &Surface| matches!(surface.response, Response::Impact { .. });
@@ -111,7 +111,7 @@ impl DirectEnd {
     }
 }
 
-/// Two surfaces hit at the same instant, in words.
+/// Message that two surfaces are hit at the same instant.
 pub(super) fn hit_together(model: &Model, surfaces: [usize; 2]) -> String {
     let [a, b] = surfaces.map(|surface| &model.surfaces[surface].name);
     format!(
@@ -122,9 +122,9 @@ pub(super) fn hit_together(model: &Model, surfaces: [usize; 2]) -> String {
 
 /// The section map of a scene by direct simulation, over `f64` or double-double.
 ///
-/// The map is `P = P_smooth ∘ D` with the contact as it is: a section point beyond the surface is
-/// taken back along the free flow to the surface and goes through the contact and all that follows;
-/// the last approach to the section is flown with the surface ignored.
+/// The map is `P = P_smooth ∘ D` with the exact contact. A section point beyond the surface is
+/// taken back along the free flow to the surface and simulated from there; the last approach to the
+/// section is flown with the surface ignored.
 #[derive(Clone, Debug)]
 pub struct DirectImage<'a, S: Real> {
     system: &'a HybridSystem,
@@ -133,26 +133,26 @@ pub struct DirectImage<'a, S: Real> {
     returns: DirectReturn<'a, S>,
     /// Most steps of an image.
     limit: usize,
-    /// Products of series in a step.
+    /// Products of series in one step.
     products: usize,
 }
 
-/// Share of the rates of a field by which a contact changes none of them where it begins.
+/// Largest relative jump of a field at the start of a contact that counts as no jump.
 const SMOOTH: f64 = 1e-9;
 
-/// Most products of series in `f64` that an image forms: 2 to 5 s.
+/// Most products of series in `f64` for one image: 2 to 5 s.
 const MOST_PRODUCTS: usize = 13_000_000;
 
-/// What a product of series in double-double costs beside one in `f64`.
+/// Cost of a product of series in double-double, relative to one in `f64`.
 const IN_DOUBLE_DOUBLE: usize = 20;
 
-/// Products of series in a Taylor step of the free flow of a scene.
+/// Products of series in one Taylor step of the free flow of a scene.
 pub(crate) fn products_of_step(scene: &Scene) -> usize {
     Field::free(&scene.model, &[]).time_program().products().max(1)
 }
 
 impl<'a, S: Real> DirectImage<'a, S> {
-    /// The map of a scene about its grazing orbit; `system` is the scene's model, lowered.
+    /// Section map of a scene about its grazing orbit; `system` is the scene's model, lowered.
     ///
     /// # Errors
     ///
@@ -169,8 +169,8 @@ impl<'a, S: Real> DirectImage<'a, S> {
         Self::in_frame(system, frame, [most / products, products])
     }
 
-    /// So many returns as one, from a section point straight to the last: none is needed between
-    /// them. The passages are those of the first return, then of the next.
+    /// The map that makes `returns` returns in one flight, without section points in between. Its
+    /// passages are those of the first return, then of the next, and so on.
     ///
     /// # Errors
     ///
@@ -194,20 +194,20 @@ impl<'a, S: Real> DirectImage<'a, S> {
         Ok(Self { system, circle, frame, returns, limit, products })
     }
 
-    /// Limits the steps of an image; a point that needs more has none. As many as take some
-    /// seconds are the default.
+    /// Limits the steps of an image; a point that needs more has no image. The default allows a few
+    /// seconds.
     pub fn set_step_limit(&mut self, limit: usize) {
         self.limit = limit;
         self.returns.set_step_limit(limit);
     }
 
-    /// Work that the last image took, in products of series in `f64`.
+    /// Work of the last image, in products of series in `f64`.
     pub(super) fn work(&self) -> u64 {
         let each = if S::ROUNDOFF <= Dd::ROUNDOFF { IN_DOUBLE_DOUBLE } else { 1 };
         (self.returns.steps() * self.products * each) as u64
     }
 
-    /// Steps that the last image took.
+    /// Number of steps of the last image.
     pub fn steps(&self) -> usize {
         self.returns.steps()
     }
@@ -225,7 +225,7 @@ impl<'a, S: Real> DirectImage<'a, S> {
         Ok((frame, returns))
     }
 
-    /// Whether images may be computed in lanes.
+    /// Whether images can be computed in lanes.
     pub(super) fn fits_lanes(&self) -> bool {
         self.returns.fits_lanes()
     }
@@ -240,13 +240,13 @@ impl<'a, S: Real> DirectImage<'a, S> {
         self.frame.active()
     }
 
-    /// The places in [`GrazingOrbit::passages`] of the passages of one return.
+    /// Indices in [`GrazingOrbit::passages`] of the passages of one return.
     pub(super) fn passage_places(&self) -> Vec<usize> {
         self.frame.passage_places()
     }
 
-    /// The gap at the first passage of a section point along the free flow, `−y²` of a contact: on
-    /// a tangency section at the point itself. NaN where there is no such passage.
+    /// Gap at the first passage after a section point along the free flow, `−y²` at a contact; on a
+    /// tangency section the gap at the point itself. NaN if there is no such passage.
     ///
     /// # Errors
     ///
@@ -266,13 +266,13 @@ impl<'a, S: Real> DirectImage<'a, S> {
         Ok(gap.unwrap_or(S::from_f64(f64::NAN)))
     }
 
-    /// The phase among the coordinates, where it is one.
+    /// The phase as a coordinate of the section, if it is one.
     pub fn circle(&self) -> PhaseCircle<S> {
         self.circle
     }
 
-    /// The image of a section point, everything in offsets, with the whole periods that its phase
-    /// took: it depends continuously on the point, and is that of a polynomial map.
+    /// Image of a section point in offsets, with the whole periods of its phase kept: it depends
+    /// continuously on the point, as the image of a polynomial map does.
     ///
     /// # Errors
     ///
@@ -286,14 +286,14 @@ impl<'a, S: Real> DirectImage<'a, S> {
         Ok(self.lifted(image))
     }
 
-    /// An image with the whole periods that its phase took.
+    /// Adds the whole periods of the phase to an image.
     pub(super) fn lifted(&self, mut image: SectionImage<S>) -> SectionImage<S> {
         self.circle.lift(&mut image.offsets, image.turns);
         image.turns = 0;
         image
     }
 
-    /// The image of a section point, everything in offsets, the phase within half a period of 0.
+    /// Image of a section point in offsets, the phase within half a period of 0.
     ///
     /// # Errors
     ///
@@ -333,9 +333,9 @@ impl<'a, S: Real> DirectImage<'a, S> {
         }
     }
 
-    /// The image of a section point with its derivatives by the coordinates and then by some active
-    /// parameters: first variations, no differences. There are none where the return rests on a
-    /// rigid surface.
+    /// Image of a section point with its derivatives by the coordinates and then by the active
+    /// parameters in `free`, from first variations, not differences. There are no derivatives if
+    /// the return rests on a rigid surface.
     ///
     /// # Errors
     ///
@@ -359,8 +359,8 @@ impl<'a, S: Real> DirectImage<'a, S> {
         Ok((self.in_offsets(image), slopes))
     }
 
-    /// Derivatives of the [gap](Self::gap) by the coordinates and then by some active parameters;
-    /// none where there is no gap.
+    /// Derivatives of the [gap](Self::gap) by the coordinates and then by the active parameters in
+    /// `free`; `None` if there is no gap.
     ///
     /// # Errors
     ///
@@ -376,8 +376,8 @@ impl<'a, S: Real> DirectImage<'a, S> {
         Ok(self.returns.varied_gap(&state, &directions)?)
     }
 
-    /// The state placed last, and the directions along the section of the coordinates and of some
-    /// active parameters.
+    /// State placed last, and the directions along the section of the coordinates and of the active
+    /// parameters in `free`.
     fn directions(&self, free: &[usize]) -> (Vec<S>, Vec<Variation<S>>) {
         let state = self.frame.state().to_vec();
         let mut directions = self.frame.directions(free);
@@ -385,13 +385,13 @@ impl<'a, S: Real> DirectImage<'a, S> {
         (state, directions)
     }
 
-    /// Whether section points are those of a tangency section.
+    /// Whether the section is a tangency section.
     pub(super) fn is_on_tangency(&self) -> bool {
         self.frame.kind() == PoincareSectionKind::Tangency
     }
 
-    /// Acceleration of the gap along the free flow at a section point: positive where
-    /// it is a local minimum, as every point of a tangency section is.
+    /// Acceleration of the gap along the free flow at a section point: positive at a local minimum
+    /// of the gap, as every point of a tangency section is.
     ///
     /// # Errors
     ///
@@ -406,7 +406,7 @@ impl<'a, S: Real> DirectImage<'a, S> {
     }
 
     /// Whether the contact of the first passage begins without a jump of the field, so that the
-    /// image has a derivative by the depth where that is zero.
+    /// image is differentiable by the depth at depth zero.
     pub(super) fn begins_smoothly(&self, orbit: &GrazingOrbit) -> bool {
         let first = self.passage_places().first().map(|&place| &orbit.passages[place]);
         let change = first.and_then(|graze| {
@@ -417,17 +417,17 @@ impl<'a, S: Real> DirectImage<'a, S> {
     }
 }
 
-/// Newton steps to an equilibrium at most.
+/// Most Newton steps to an equilibrium.
 const NEWTON_STEPS: usize = 40;
 
 impl DirectImage<'_, f64> {
-    /// Whether there is no forcing, so that a state may stay where it is.
+    /// Whether there is no forcing, so that equilibria are possible.
     pub(super) fn is_autonomous(&self) -> bool {
         self.frame.periods() == 0
     }
 
-    /// The equilibrium of the free flow next to a section point, by Newton's method; `None` where
-    /// there is none.
+    /// Equilibrium of the free flow near a section point, by Newton's method; `None` if none is
+    /// found.
     pub(super) fn equilibrium(
         &mut self,
         offsets: &[f64],
@@ -457,7 +457,7 @@ impl DirectImage<'_, f64> {
     }
 }
 
-/// One image of a section point by direct simulation: [`DirectImage`] for a single use.
+/// Image of one section point by direct simulation: [`DirectImage`] for a single use.
 ///
 /// # Errors
 ///

@@ -1,9 +1,9 @@
-//! Direct simulation under the contract of every map, for one orbit and for several in lanes, each
-//! at its own parameters; and the local map inside its window with direct simulation outside.
+//! Direct simulation as a [`DiscreteMap`], for one orbit and for several in lanes, each at its own
+//! parameters; and the local map guarded by direct simulation outside its window.
 //!
-//! One idea: where a map has been measured it is trusted, and nowhere else. The window is asked at
-//! every step: a point whose state, parameters and depths it holds is mapped; any other is flown to
-//! the same section, so that an orbit may leave the window and return to it.
+//! One idea: a map is trusted only in the window where it was measured. The window is checked at
+//! every step: a point whose state, parameters and depths lie inside is mapped; any other is
+//! simulated to the same section, so that an orbit may leave the window and return to it.
 
 use std::collections::BTreeSet;
 use std::sync::{Mutex, OnceLock};
@@ -22,7 +22,7 @@ use crate::model::Scene;
 use crate::numeric::Lanes;
 use crate::orbit::GrazingOrbit;
 
-/// A step by direct simulation, before anything is known of it.
+/// A direct step without image, contacts or turns yet.
 const SIMULATED: StepInfo =
     StepInfo { passages: PassageSet::NONE, depth: 0.0, valid: false, simulated: true, turns: 0 };
 
@@ -32,8 +32,8 @@ const SIMULATED: StepInfo =
 /// [`StepInfo::depth`] is the largest `v²/(2 h'')` of their impact speeds `v`, which is `y²` to
 /// leading order.
 ///
-/// Jacobians are first variations of the return, with the digits of the return itself away from
-/// `y = 0`, where the map has no derivative; of a return that rests on a rigid surface they are
+/// Jacobians are first variations of the return. They are as accurate as the return away from `y =
+/// 0`, where the map has no derivative. For a return that rests on a rigid surface they are
 /// differences ([`linearise`](super::periodic::linearise)).
 #[derive(Debug)]
 pub struct DirectMap<'a> {
@@ -48,7 +48,7 @@ pub struct DirectMap<'a> {
 }
 
 impl<'a> DirectMap<'a> {
-    /// The map of a scene about its grazing orbit; `system` is the scene's model, lowered.
+    /// Map of a scene about its grazing orbit; `system` is the scene's model, lowered.
     ///
     /// # Errors
     ///
@@ -74,13 +74,13 @@ impl<'a> DirectMap<'a> {
         })
     }
 
-    /// The map at other parameters in every lane, on any section; `None` unless the system has one
+    /// The map at one row of parameters per lane, on any section; `None` unless the system has one
     /// rigid surface, and on machines without wide registers
     /// ([`is_wide`](crate::numeric::is_wide)).
     ///
     /// # Panics
     ///
-    /// If there are no parameters, or more than lanes.
+    /// If there are no parameters, or more rows than lanes.
     pub fn in_lanes<const N: usize>(&self, parameters: &[&[f64]]) -> Option<DirectLanes<'a, N>> {
         if !self.fits_lanes {
             return None;
@@ -89,14 +89,13 @@ impl<'a> DirectMap<'a> {
         DirectLanes::new(&image, &self.normal_accelerations, parameters)
     }
 
-    /// Speed of the first contact that follows a section point; 0 without one, NaN without an
-    /// image.
+    /// Speed of the first contact after a section point; 0 without contact, NaN without an image.
     pub fn impact_speed(&self, state: &[f64], parameters: &[f64]) -> f64 {
         self.simulate(state, parameters).map_or(f64::NAN, |image| image.impact_speed)
     }
 
-    /// All contacts at each surface that grazes, in the model's order, on the way from a section
-    /// point to its image.
+    /// Number of contacts at each grazing surface, in the model's order, between a section point
+    /// and its image.
     pub fn hits(&self, state: &[f64], parameters: &[f64]) -> Vec<u32> {
         let image = self.simulate(state, parameters);
         let hits = |&surface: &usize| {
@@ -106,8 +105,8 @@ impl<'a> DirectMap<'a> {
         self.grazing_surfaces.iter().map(hits).collect()
     }
 
-    /// Derivatives by the coordinates and then by some parameters, row by row; NaN where there are
-    /// none.
+    /// Derivatives by the coordinates and then by the parameters in `free`, row by row; NaN if
+    /// there are none.
     fn slopes(&self, state: &[f64], parameters: &[f64], free: &[usize], rows: &mut [f64]) {
         rows.fill(f64::NAN);
         let mut direct = locked(&self.image);
@@ -118,9 +117,9 @@ impl<'a> DirectMap<'a> {
         }
     }
 
-    /// The image with all that is known of it; `None` where the input is not finite.
+    /// Image with all its data; `None` if the input is not finite.
     pub fn simulate(&self, state: &[f64], parameters: &[f64]) -> Option<SectionImage<f64>> {
-        // A panic while the lock was held leaves nothing half-done: every image starts afresh.
+        // A panic while the lock was held leaves no partial state: every image starts afresh.
         let mut image = locked(&self.image);
         image.image(state, parameters).ok()
     }
@@ -200,8 +199,7 @@ impl DifferentiableMap for DirectMap<'_> {
     }
 }
 
-/// Half-widths of the window, one per coordinate and then one per active parameter; 1 where it is
-/// unbounded.
+/// Half-widths of the window, one per coordinate and then one per active parameter; 1 if unbounded.
 fn scales(scene: &Scene, orbit: &GrazingOrbit) -> Vec<f64> {
     let coordinates = orbit.section.coordinates.iter();
     let widths = coordinates.map(|&component| scene.window.state[component]);
@@ -210,17 +208,17 @@ fn scales(scene: &Scene, orbit: &GrazingOrbit) -> Vec<f64> {
     widths.map(finite_or_one).collect()
 }
 
-/// The section map by direct simulation with other parameters in every lane, made by
+/// Section map by direct simulation with its own parameters in each lane, made by
 /// [`DirectMap::in_lanes`](super::DirectMap::in_lanes).
 ///
-/// Every image is that of [`DirectMap`](super::DirectMap) to the last bit.
+/// Every image equals that of [`DirectMap`](super::DirectMap) to the last bit.
 #[derive(Clone, Debug)]
 pub struct DirectLanes<'a, const N: usize> {
     frames: Vec<SectionFrame<f64>>,
     circle: PhaseCircle,
     parameters: Vec<Vec<f64>>,
     returns: LaneReturns<'a, N>,
-    /// Of every passage.
+    /// Normal acceleration at the graze, one per passage.
     normal_accelerations: Vec<f64>,
     starts: Vec<Lanes<N>>,
 }
@@ -249,11 +247,11 @@ impl<'a, const N: usize> DirectLanes<'a, N> {
         })
     }
 
-    /// Iterates a state in every lane, as [`MapOrbit::of`] does one.
+    /// Iterates one state per lane, as [`MapOrbit::of`] does for one state.
     ///
     /// # Panics
     ///
-    /// If there is not one state of the map's length for every lane.
+    /// If the number of states is not the number of lanes, or a state has the wrong length.
     pub fn orbits(&mut self, initial: &[&[f64]], request: &OrbitRequest) -> Vec<MapOrbit> {
         assert_eq!(initial.len(), self.frames.len(), "one state for every lane");
         MapOrbit::in_step(initial, request, |going, states, images, infos| {
@@ -261,7 +259,7 @@ impl<'a, const N: usize> DirectLanes<'a, N> {
         })
     }
 
-    /// One step of the lanes that go on, their states one after another.
+    /// Makes one step of the lanes in `going`; states are stored one after another.
     pub fn step(
         &mut self,
         going: &[bool],
@@ -304,29 +302,29 @@ impl<'a, const N: usize> DirectLanes<'a, N> {
 
 /// A local map, guarded by direct simulation of the same section.
 ///
-/// [`StepInfo::simulated`] says which of them made a step. The step of a point inside the window is
-/// the map's to the last bit, any other that of [`DirectMap`].
+/// [`StepInfo::simulated`] tells whether direct simulation made a step. Inside the window a step
+/// equals the map's to the last bit, outside that of [`DirectMap`].
 ///
 /// Jacobians are the map's inside and those of [`DirectMap`] outside.
 #[derive(Clone, Debug)]
 pub struct GuardedMap<'d, 'a, M> {
     map: M,
-    /// What was folded into the map; none where its parameters are given at every step.
+    /// Parameters folded into the map; empty if the map takes parameters at every step.
     folded: Vec<f64>,
     window: &'d MapWindow,
-    /// What direct simulation is cloned from.
+    /// Simulator that `direct` is cloned from.
     source: &'d DirectMap<'a>,
-    /// A simulator of this map alone, made by its first step outside the window.
+    /// Simulator of this map alone, cloned at its first step outside the window.
     direct: OnceLock<DirectMap<'a>>,
 }
 
 impl<'d, 'a, M: DiscreteMap> GuardedMap<'d, 'a, M> {
-    /// A map that is given its parameters at every step, trusted inside a window.
+    /// A map that takes its parameters at every step, trusted inside a window.
     pub fn new(map: M, window: &'d MapWindow, direct: &'d DirectMap<'a>) -> Self {
         Self::frozen(map, &[], window, direct)
     }
 
-    /// A map into which its parameters were folded.
+    /// A map with folded-in parameters.
     pub fn frozen(
         map: M,
         parameters: &[f64],
@@ -337,7 +335,7 @@ impl<'d, 'a, M: DiscreteMap> GuardedMap<'d, 'a, M> {
         Self { map, folded, window, source: direct, direct: OnceLock::new() }
     }
 
-    /// The parameters of direct simulation where the map is given these.
+    /// Parameters for direct simulation in a step that is given `parameters`.
     fn all<'p>(&'p self, parameters: &'p [f64]) -> &'p [f64] {
         if self.map.parameters() == self.source.parameters() { parameters } else { &self.folded }
     }
@@ -346,7 +344,7 @@ impl<'d, 'a, M: DiscreteMap> GuardedMap<'d, 'a, M> {
         self.direct.get_or_init(|| self.source.clone())
     }
 
-    /// Whether a step that the map made began inside the window.
+    /// Whether a step of the map started inside the window.
     fn holds(&self, state: &[f64], parameters: &[f64], step: StepInfo) -> bool {
         self.window.holds(state, self.all(parameters), &[step.depth])
     }
@@ -404,7 +402,7 @@ impl<M: DifferentiableMap> DifferentiableMap for GuardedMap<'_, '_, M> {
     }
 }
 
-/// What some work finds with a map guarded by direct simulation of its scene.
+/// Runs `work` with a map that is guarded by direct simulation of its scene.
 ///
 /// # Errors
 ///
@@ -424,25 +422,24 @@ pub fn guarded<M: DiscreteMap, R>(
 /// Lanes of direct simulation.
 pub(super) const DIRECT_LANES: usize = 8;
 
-/// Fewest orbits that are worth lanes of direct simulation: all lanes together take as long as two
-/// single orbits.
+/// Fewest orbits for which lanes are used: all lanes together take as long as two single orbits.
 const FEWEST_LANES: usize = 3;
 
-/// Direct returns of many points at once, each at its own parameters: in lanes where enough of
-/// neighbouring points are asked for, and one by one. No result depends on which.
+/// Direct returns of many points at once, each at its own parameters: in lanes if enough
+/// neighbouring points are wanted, otherwise one by one. Results do not depend on the choice.
 ///
-/// What a point needs is made when it is first asked for.
+/// Simulators are created when first needed.
 #[derive(Debug)]
 pub(super) struct DirectPoints<'m, 'a> {
     map: &'m DirectMap<'a>,
     groups: Vec<Group<'m, 'a>>,
 }
 
-/// As many points as there are lanes.
+/// Points that share lanes, at most as many as there are lanes.
 #[derive(Debug)]
 struct Group<'m, 'a> {
     parameters: Vec<&'m [f64]>,
-    /// `None` inside where the system is not flown in lanes.
+    /// Lanes, made when first needed; `Some(None)` if the system cannot be simulated in lanes.
     lanes: Option<Option<Box<DirectLanes<'a, DIRECT_LANES>>>>,
     single: Vec<Option<Box<DirectMap<'a>>>>,
 }
@@ -458,15 +455,15 @@ impl<'m, 'a> DirectPoints<'m, 'a> {
         Self { map, groups: parameters.chunks(DIRECT_LANES).map(group).collect() }
     }
 
-    /// What makes returns of the points, for orbits in step and in the place of a map.
+    /// Step function of these points, for iterating orbits in step.
     pub(super) fn returns(
         &mut self,
     ) -> impl FnMut(&[bool], &[f64], &mut [f64], &mut [StepInfo]) + use<'_, 'm, 'a> {
         |wanted, states, images, steps| self.step(wanted, states, images, steps)
     }
 
-    /// One return of the points that are wanted, their states one after another; the images of the
-    /// others are not to be used.
+    /// Makes one return of the wanted points, whose states are stored one after another; the images
+    /// of the others are undefined.
     fn step(
         &mut self,
         wanted: &[bool],

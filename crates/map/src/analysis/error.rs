@@ -1,17 +1,17 @@
-//! What can be wrong with what an analysis is asked.
+//! Errors of analyses: wrong requests, and failures of the layers below.
 
 use super::periodic::ItineraryError;
 use crate::expansion::{ExpansionError, LocalMap};
 use crate::flow::FlowError;
 use crate::hybrid::HybridError;
 
-/// Wrong input to an analysis, or a floor below that failed.
+/// Wrong input to an analysis, or a failure in a layer below.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum AnalysisError {
-    /// A row of offsets has another length than the section's coordinates or the active parameters.
+    /// A row of offsets is not as long as the section's coordinates or the active parameters.
     #[error("{what}: {expected} numbers expected, {found} were given")]
     Length {
-        /// What the numbers are.
+        /// Name of the row of numbers, for the message.
         what: &'static str,
         /// Numbers expected.
         expected: usize,
@@ -27,27 +27,27 @@ pub enum AnalysisError {
     /// A start names a component of the state that is no coordinate of the section.
     #[error("`start` names `{name}`, which is no coordinate of the section; expected {known}")]
     NotACoordinate {
-        /// The component.
+        /// Name of the component.
         name: String,
-        /// The section's coordinates.
+        /// Names of the section's coordinates.
         known: String,
     },
-    /// Starts are to be spread over a window without bound.
+    /// Starts are to be spread over a coordinate for which the window has no bound.
     #[error(
         "the window says nothing of `{name}`, over which starts are to be spread; name its \
          half-width in `window.state`"
     )]
     NoWidth {
-        /// The coordinate.
+        /// Name of the coordinate.
         name: String,
     },
     /// The axes of a basin are not two coordinates of the section.
     #[error("a basin is drawn over two coordinates of the section; expected two of {known}")]
     NotAPlane {
-        /// The section's coordinates.
+        /// Names of the section's coordinates.
         known: String,
     },
-    /// Manifolds are curves on sections of two coordinates alone.
+    /// Manifolds were asked for on a section that does not have two coordinates.
     #[error(
         "stable and unstable manifolds of saddles are curves on a section of two coordinates; this \
          one has {dimension}; ask for a basin without manifolds, for loci without crises"
@@ -56,7 +56,7 @@ pub enum AnalysisError {
         /// Coordinates of the section.
         dimension: usize,
     },
-    /// A fit has no more numbers than unknowns.
+    /// A fit has no more measured numbers than unknowns.
     #[error(
         "{measured} numbers were measured, and {unknowns} are unknown (every piece has a start of \
          its own): longer series or pieces are needed"
@@ -83,22 +83,22 @@ pub enum AnalysisError {
         /// The number stated.
         found: f64,
     },
-    /// The itineraries asked for are too many.
+    /// Too many itineraries were asked for.
     #[error(transparent)]
     Itinerary(#[from] ItineraryError),
-    /// A basin has no range along an axis.
+    /// A basin has no range along an axis: none is given, and the window is unbounded there.
     #[error(
         "the window says nothing of `{name}`, over which a basin is to be drawn; name a range, or \
          its half-width in `window.state`"
     )]
     NoRange {
-        /// The coordinate.
+        /// Name of the coordinate.
         name: String,
     },
-    /// Contacts of a map were asked for that has none.
+    /// A request needs the contacts of a map whose contacts are not expanded.
     #[error(
         "the contacts of this map are not expanded; direct simulation alone can be asked for \
-         (`with = [\"direct\"]`, `--using direct`)"
+         (method `direct`)"
     )]
     NoContacts,
     /// Direct simulation was asked for in single precision.
@@ -107,7 +107,7 @@ pub enum AnalysisError {
             for maps"
     )]
     SingleSimulation,
-    /// The direct simulation refused its input.
+    /// The direct simulation rejected its input.
     #[error(transparent)]
     Hybrid(#[from] HybridError),
     /// A free flight failed.
@@ -118,18 +118,18 @@ pub enum AnalysisError {
     Expansion(#[from] ExpansionError),
 }
 
-/// Refuses a map whose contacts are not expanded.
+/// Rejects a map whose contacts are not expanded.
 pub(crate) fn check_contacts(map: &LocalMap) -> Result<(), AnalysisError> {
     if map.has_contacts() { Ok(()) } else { Err(AnalysisError::NoContacts) }
 }
 
-/// The number of a parameter among the variables of a map.
+/// Index of a parameter among the active parameters of a map.
 pub(crate) fn active_place(map: &LocalMap, parameter: &str) -> Result<usize, AnalysisError> {
     let place = map.parameters.iter().position(|active| active.name == parameter);
     place.ok_or_else(|| AnalysisError::NotActive { parameter: parameter.to_owned() })
 }
 
-/// The number of a component of the state among the coordinates of a map's section.
+/// Index of a component of the state among the coordinates of a map's section.
 pub(crate) fn coordinate_place(map: &LocalMap, name: &str) -> Result<usize, AnalysisError> {
     let coordinates = &map.section.coordinates;
     let place = coordinates.iter().position(|coordinate| coordinate == name);

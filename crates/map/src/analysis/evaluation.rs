@@ -1,5 +1,4 @@
-//! A local map evaluated over any number: what its coefficients say, without the rounding of a
-//! step.
+//! Evaluation of a local map over any number type, from its coefficients.
 
 use std::ops::Range;
 
@@ -11,8 +10,8 @@ use crate::numeric::{Real, Scalar};
 
 /// A local map with its coefficients as `S`, evaluated stage by stage.
 ///
-/// In double-double the image is exact to the map's own coefficients: what remains is truncation
-/// and the rounding of the coefficients to `f64`.
+/// In double-double the errors left are truncation and the rounding of the map's coefficients to
+/// `f64`.
 #[derive(Clone, Debug)]
 pub struct MapEvaluation<S: Real> {
     stages: Vec<StageOf<S>>,
@@ -27,15 +26,15 @@ enum StageOf<S: Real> {
     Composed(ComposedMap<S>),
 }
 
-/// `−h_min` of every passage after a section point.
+/// Evaluates the depths `−h_min` of all passages after a section point.
 #[derive(Clone, Debug)]
 pub struct DepthEvaluation<S: Real> {
     until_last: MapEvaluation<S>,
 }
 
 impl<S: Real> DepthEvaluation<S> {
-    /// The depths at a section point, everything in offsets, in the order in which the passages are
-    /// met.
+    /// Depths of a section point, in the order in which the passages are met; arguments are
+    /// offsets.
     pub fn at(&self, offsets: &[S], parameters: &[S]) -> Vec<S> {
         self.until_last.image(offsets, parameters).depths
     }
@@ -46,16 +45,16 @@ impl<S: Real> DepthEvaluation<S> {
 pub struct MapImage<S> {
     /// Offsets of the image.
     pub offsets: Vec<S>,
-    /// `−h_min` of every passage (negative without contact).
+    /// `−h_min` of every passage; negative without contact.
     pub depths: Vec<S>,
 }
 
-/// A point that a passage is reached with.
+/// Point at which a passage is reached.
 #[derive(Clone, Copy, Debug)]
 pub struct Arrival<'a, S> {
     /// Number of the passage, in the order in which they follow the section.
     pub passage: usize,
-    /// The point (coordinates; parameters) before the contact; of a composed map the section
+    /// The point (coordinates; parameters) before the contact; for a composed map the section
     /// point.
     pub point: &'a [S],
     /// `−h_min`.
@@ -63,7 +62,7 @@ pub struct Arrival<'a, S> {
 }
 
 impl<S: Real> MapImage<S> {
-    /// Passages that made contact.
+    /// Number of passages that made contact.
     pub fn contacts(&self) -> usize {
         let made = |depth: &&S| **depth > S::zero();
         self.depths.iter().filter(made).count()
@@ -76,7 +75,7 @@ impl<S: Real> MapEvaluation<S> {
         Self::of(map, &map.stages)
     }
 
-    /// Some stages of a map that follow each other.
+    /// Consecutive stages of a map.
     pub fn stages(map: &LocalMap, numbers: Range<usize>) -> Self {
         Self::of(map, &map.stages[numbers])
     }
@@ -93,7 +92,7 @@ impl<S: Real> MapEvaluation<S> {
         Self::of(map, first)
     }
 
-    /// One contact alone, its coefficients as they are.
+    /// One contact alone.
     pub fn contact(contact: Contact<S>) -> Self {
         let dimension = contact.linear.len();
         Self { stages: vec![StageOf::Contact(contact)], dimension }
@@ -114,7 +113,7 @@ impl<S: Real> MapEvaluation<S> {
         }
     }
 
-    /// Contacts between legs.
+    /// Legs with contacts between them.
     pub fn of_parts(legs: Legs<S>, contacts: Vec<Contact<S>>) -> Self {
         let dimension = contacts.first().map_or(0, |contact| contact.linear.len());
         let before = legs.before.map(|leg| StageOf::Leg(leg.image));
@@ -134,9 +133,9 @@ impl<S: Real> MapEvaluation<S> {
         }
     }
 
-    /// The depths of all passages as the section sees them.
+    /// Depths of all passages as functions of the section point.
     ///
-    /// Where contacts are not [expanded](LocalMap::has_contacts), those of the free flight.
+    /// If contacts are not [expanded](LocalMap::has_contacts), the depths of the free flight.
     pub fn depths(map: &LocalMap) -> DepthEvaluation<S> {
         let last = map.stages.iter().rposition(Stage::is_passage);
         let mut until_last = Self::of(map, &map.stages[..last.map_or(0, |last| last + 1)]);
@@ -146,7 +145,7 @@ impl<S: Real> MapEvaluation<S> {
         DepthEvaluation { until_last }
     }
 
-    /// Takes all corrections off.
+    /// Sets all corrections of contacts to zero.
     fn ignore_contacts(&mut self) {
         for stage in &mut self.stages {
             if let StageOf::Contact(contact) = stage {
@@ -166,7 +165,7 @@ impl<S: Real> MapEvaluation<S> {
         Self { stages: stages.into_iter().map(stage_of).collect(), dimension: map.dimension() }
     }
 
-    /// Coefficients of all its polynomials.
+    /// Number of coefficients of all polynomials.
     pub(super) fn terms(&self) -> u64 {
         let of = |jets: &[Jet<S>]| jets.iter().map(|jet| jet.coefficients().len()).sum::<usize>();
         let terms = self.stages.iter().map(|stage| match stage {
@@ -184,7 +183,7 @@ impl<S: Real> MapEvaluation<S> {
         terms.sum::<usize>() as u64
     }
 
-    /// The image of a point, everything in offsets.
+    /// Image of a point; arguments are offsets.
     pub fn image(&self, offsets: &[S], parameters: &[S]) -> MapImage<S> {
         self.image_with(offsets, parameters, |arrival| {
             let free = arrival.depth <= S::zero();
@@ -192,11 +191,11 @@ impl<S: Real> MapEvaluation<S> {
         })
     }
 
-    /// The image of a point where `root` gives the depth variable of every passage, independent of
-    /// its depth; `None` is no contact.
+    /// Image of a point with depth variables given by `root` in place of the roots of the depths;
+    /// `None` means no contact.
     ///
-    /// The depth variable may be negative, which is the other branch of the root: with it given the
-    /// map is a polynomial (of contacts that are flown an analytic function, for `y ≥ 0`).
+    /// A negative depth variable selects the other branch of the root. With depth variables given,
+    /// the map is a polynomial (with flown contacts an analytic function, for `y ≥ 0`).
     pub fn image_with(
         &self,
         offsets: &[S],
@@ -214,8 +213,8 @@ impl<S: Real> MapEvaluation<S> {
         MapImage { offsets, depths }
     }
 
-    /// The image of a point (coordinates; parameters) in any arithmetic; `root` gives the depth
-    /// variable of every passage, in order, from the point that it is reached with and its depth.
+    /// Image of a point (coordinates; parameters) in any arithmetic. `root` gives the depth
+    /// variable of every passage, in order, from the point at which it is reached and its depth.
     pub(super) fn image_in<A: Arithmetic<Scalar = S>>(
         &self,
         arithmetic: &mut A,
@@ -277,7 +276,8 @@ fn act<A: Arithmetic>(
     moved.collect()
 }
 
-/// The value of a polynomial in depth variables and a point (coordinates; parameters).
+/// Value of a polynomial in depth variables with coefficients that depend on a point (coordinates;
+/// parameters).
 fn depth_polynomial<A: Arithmetic>(
     arithmetic: &mut A,
     polynomial: &DepthPolynomial<A::Scalar>,

@@ -1,11 +1,11 @@
-//! `P_smooth` and `D` one at a time, by flying them: no expansion.
+//! `P_smooth` and `D` computed separately by integrating the flow, without an expansion.
 //!
-//! What the two factors of a map are measured against. The flights are those of the definition: the
-//! free flow with the surface ignored; back to the surface, through the reset or the contact, and
-//! on to the section.
+//! The factors of a map are measured against these flights, which follow the definition: the free
+//! flow with the surface ignored; back to the surface, through the reset or the contact, and on to
+//! the section.
 //!
-//! The free flight also carries section points to another section of the same grazing orbit: one
-//! window on both, so that maps of different sections can be compared.
+//! The free flight also carries section points to another section of the same grazing orbit, so
+//! that maps on different sections can be compared on one window.
 
 use super::error::AnalysisError;
 use super::section_frame::{SectionFrame, Values, newton_to_rounding};
@@ -15,10 +15,10 @@ use crate::model::{Response, Scene};
 use crate::numeric::Real;
 use crate::orbit::{GrazingOrbit, PoincareSectionKind};
 
-/// Newton steps in time before giving up.
+/// Most Newton steps in time.
 const NEWTON_STEPS: usize = 60;
 
-/// Flies the smooth part and the contact apart, over `f64` or double-double.
+/// Integrates the smooth part and the contact separately, over `f64` or double-double.
 #[derive(Clone, Debug)]
 pub struct FreeFlight<'a, S: Real> {
     section: SectionFrame<S>,
@@ -30,17 +30,17 @@ pub struct FreeFlight<'a, S: Real> {
     phase: Option<usize>,
 }
 
-/// What happens at the surface, ready to be flown.
+/// Response of the surface, ready to be integrated.
 #[derive(Clone, Debug)]
 enum Flown<'a, S: Real> {
-    /// The reset, in no time.
+    /// The reset, which takes no time.
     Reset(Values<S>),
-    /// The contact, until its release.
+    /// The contact, up to its release.
     Contact(Box<Simulator<'a, S>>),
 }
 
 impl<'a, S: Real> FreeFlight<'a, S> {
-    /// The flights of a scene about its grazing orbit; `system` is the scene's model, lowered.
+    /// Flights of a scene about its grazing orbit; `system` is the scene's model, lowered.
     ///
     /// # Errors
     ///
@@ -70,8 +70,8 @@ impl<'a, S: Real> FreeFlight<'a, S> {
         })
     }
 
-    /// `P_smooth` of a section point, in offsets; `None` where the flight leaves the finite numbers
-    /// or ends near no minimum of the gap.
+    /// `P_smooth` of a section point, in offsets; `None` if the flight diverges or no minimum of
+    /// the gap lies near its end.
     ///
     /// # Errors
     ///
@@ -92,9 +92,9 @@ impl<'a, S: Real> FreeFlight<'a, S> {
         Ok(image.filter(|image| image.iter().all(|value| value.is_finite())))
     }
 
-    /// `D` of a point in the grazing chart, in offsets, with its depth `−h_min`: the point itself
-    /// where that is not positive; `None` where no minimum of the gap is near or a contact does
-    /// not end within a return time.
+    /// `D` of a point in the grazing chart, in offsets, and its depth `−h_min`. Without contact
+    /// (depth ≤ 0) `D` is the point itself. `None` if no minimum of the gap is near or a contact
+    /// does not end within a return time.
     ///
     /// # Errors
     ///
@@ -129,8 +129,8 @@ impl<'a, S: Real> FreeFlight<'a, S> {
         Ok(image.map(|image| (self.graze.offsets(&image), depth)))
     }
 
-    /// The section point that a free flight of about a time ends at, in offsets, its phase less
-    /// `turns`; `None` as for [`smooth`](Self::smooth).
+    /// Section point at the end of a free flight that takes about `duration`, in offsets, with
+    /// `turns` subtracted from its phase; `None` as for [`smooth`](Self::smooth).
     fn arrive(&mut self, state: &[S], parameters: &[S], duration: S, turns: S) -> Option<Vec<S>> {
         let mut end = self.fly(state, parameters, duration)?;
         if self.section.kind() == PoincareSectionKind::Tangency {
@@ -143,14 +143,13 @@ impl<'a, S: Real> FreeFlight<'a, S> {
         offsets.iter().all(|offset| offset.is_finite()).then_some(offsets)
     }
 
-    /// The free flow after a time of either sign; `None` where it leaves the finite numbers.
+    /// State of the free flow after a time of either sign; `None` if it diverges.
     fn fly(&self, state: &[S], parameters: &[S], duration: S) -> Option<Vec<S>> {
         let end = Integrator::new(&self.field).flow(state, parameters, duration);
         end.ok().filter(|state| state.iter().all(|value| value.is_finite()))
     }
 
-    /// The nearby minimum of the gap along the free flow, `h' = 0` with `h'' > 0`, and the time to
-    /// it.
+    /// Nearby minimum of the gap along the free flow (`h' = 0`, `h'' > 0`), and the time to it.
     fn minimum_near(&mut self, state: &[S], parameters: &[S]) -> Option<(Vec<S>, S)> {
         let mut at = state.to_vec();
         let time = newton_to_rounding(S::zero(), NEWTON_STEPS, |time| {
@@ -166,8 +165,8 @@ impl<'a, S: Real> FreeFlight<'a, S> {
         Some((at, time))
     }
 
-    /// The point where the free flow to a minimum beyond the surface meets it, and the time,
-    /// negative, from there.
+    /// Point where the free flow towards a minimum beyond the surface enters the surface, and its
+    /// time relative to the minimum (negative).
     fn entry(&mut self, minimum: &[S], parameters: &[S]) -> Option<(Vec<S>, S)> {
         let normal = self.normal.evaluate(minimum, parameters);
         let (depth, acceleration) = (-normal.get(0), normal.get(2));
@@ -181,7 +180,7 @@ impl<'a, S: Real> FreeFlight<'a, S> {
         Some((at, time))
     }
 
-    /// The state after the reset or at the end of the contact, and the time it took.
+    /// State after the reset or at the end of the contact, and the duration of the contact.
     fn respond(
         &mut self,
         state: &[S],
@@ -214,14 +213,14 @@ impl<'a, S: Real> FreeFlight<'a, S> {
 pub struct SectionChange<'a, S: Real> {
     from: SectionFrame<S>,
     to: FreeFlight<'a, S>,
-    /// Time from one section to the other along the grazing orbit, negative backwards, over its
-    /// period.
+    /// Time from one section to the other along the grazing orbit, in periods of the orbit;
+    /// negative backwards.
     share: S,
 }
 
 impl<'a, S: Real> SectionChange<'a, S> {
-    /// Between the sections of two scenes that differ in them alone; each is taken within the
-    /// period before the first passage.
+    /// Change between the sections of two scenes that differ in their sections only; each section
+    /// is taken within the period before the first passage.
     ///
     /// # Errors
     ///
@@ -243,8 +242,8 @@ impl<'a, S: Real> SectionChange<'a, S> {
         })
     }
 
-    /// A point on the other section, in its offsets; `None` where the flight leaves the finite
-    /// numbers or ends near no minimum of the gap.
+    /// The point carried to the other section, in its offsets; `None` if the flight diverges or no
+    /// minimum of the gap lies near its end.
     ///
     /// # Errors
     ///
@@ -264,7 +263,7 @@ impl<'a, S: Real> SectionChange<'a, S> {
         }) else {
             return Ok(self.to.arrive(state, values, self.share * duration, S::zero()));
         };
-        // On a stroboscopic section a point that is late has less far to fly.
+        // On a stroboscopic section a late point has less time left to fly.
         let share = match self.to.section.kind() {
             PoincareSectionKind::Stroboscopic { .. } => self.share - late,
             PoincareSectionKind::Tangency => self.share,

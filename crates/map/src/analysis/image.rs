@@ -1,4 +1,4 @@
-//! Images of rows of offsets under the map, its parts, or direct simulation, iterated.
+//! Repeated images of rows of offsets under the map, its parts, or direct simulation.
 
 use super::direct_image::{DirectEnd, DirectImage};
 use super::error::{AnalysisError, check_contacts, check_length};
@@ -11,7 +11,7 @@ use crate::model::Scene;
 use crate::numeric::{Dd, Real, converted};
 use crate::orbit::GrazingOrbit;
 
-/// What computes an image.
+/// Method that computes an image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Using {
@@ -28,7 +28,7 @@ pub enum Using {
 }
 
 impl Using {
-    /// All of them, with the words for them.
+    /// All methods, with the words for them.
     pub const ALL: [(&'static str, Self); 5] = [
         ("map", Self::Map),
         ("guarded", Self::Guarded),
@@ -38,11 +38,11 @@ impl Using {
     ];
 }
 
-/// The numbers an image is computed in.
+/// Number type an image is computed in.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Precision {
-    /// Single precision, of polynomials.
+    /// Single precision, for polynomials only.
     F32,
     /// Double precision.
     #[default]
@@ -52,7 +52,7 @@ pub enum Precision {
 }
 
 impl Precision {
-    /// All of them, with the words for them.
+    /// All precisions, with the words for them.
     pub const ALL: [(&'static str, Self); 3] =
         [("f64", Self::F64), ("f32", Self::F32), ("dd", Self::Dd)];
 }
@@ -66,16 +66,16 @@ pub struct ImageRow {
     pub parameters: Vec<Dd>,
 }
 
-/// What is asked of [`images`].
+/// Request of [`images`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct ImageRequest {
     /// Starting points.
     pub rows: Vec<ImageRow>,
     /// Images per row.
     pub iterations: usize,
-    /// What computes them.
+    /// Method that computes the images.
     pub using: Using,
-    /// In which numbers.
+    /// Number type.
     pub precision: Precision,
 }
 
@@ -90,16 +90,16 @@ pub struct ImageRecord {
     pub offsets: Vec<Dd>,
     /// Passages that made contact.
     pub contacts: usize,
-    /// The bounds of the window that the point that was mapped is outside of.
+    /// Bounds of the window that the mapped point exceeds.
     pub exceeded: Vec<WindowBound>,
-    /// Contacts elsewhere in the period; `None` for polynomials, which know of none.
+    /// Contacts beyond one per passage, and at surfaces that do not graze; `None` for polynomials.
     pub extra_contacts: Option<usize>,
-    /// How a direct simulation ended; `None` for polynomials.
+    /// End of a direct simulation; `None` for polynomials.
     pub end: Option<DirectEnd>,
 }
 
 impl ImageRecord {
-    /// Whether the point that was mapped lies within the window.
+    /// Whether the mapped point lies within the window.
     pub fn inside(&self) -> bool {
         self.exceeded.is_empty()
     }
@@ -107,8 +107,8 @@ impl ImageRecord {
 
 /// Images of rows of offsets, row by row, each row's iterations in order.
 ///
-/// A row ends early where it has no finite image; the record says so. Rows are computed on all
-/// cores; the result does not depend on their number.
+/// A row ends early after an image that is not finite; its last record holds that image. Rows are
+/// computed on all cores; the result does not depend on their number.
 ///
 /// # Errors
 ///
@@ -148,7 +148,7 @@ pub fn images(
     }
 }
 
-/// The map, or a part of it, as its coefficients say it.
+/// The map or a part of it, evaluated from its coefficients.
 fn evaluation<S: Real>(map: &LocalMap, using: Using) -> MapEvaluation<S> {
     match using {
         Using::Smooth => MapEvaluation::smooth(map),
@@ -157,12 +157,12 @@ fn evaluation<S: Real>(map: &LocalMap, using: Using) -> MapEvaluation<S> {
     }
 }
 
-/// One image after another at parameters that stay.
+/// Function from a point to its image at fixed parameters.
 type Step<'a, S> = Box<dyn Fn(&[S]) -> Image<S> + 'a>;
 
-/// What maps points at parameters that stay.
+/// A method that maps points at fixed parameters.
 trait Mapped<S>: Sync {
-    /// The step at these parameters.
+    /// The step at the given parameters.
     fn at<'a>(&'a self, parameters: &'a [S]) -> Step<'a, S>;
 }
 
@@ -176,8 +176,8 @@ impl<S: Real> Mapped<S> for MapEvaluation<S> {
     }
 }
 
-/// The map with the operations of the emitted code, factored, its parameters folded in: the same
-/// bits.
+/// The map with the factored operations of the emitted code, its parameters folded in; results are
+/// equal to the last bit.
 struct Emitted(HornerMap);
 
 impl Emitted {
@@ -197,8 +197,8 @@ impl Mapped<f64> for Emitted {
     }
 }
 
-/// Images by direct simulation: all of them, or those of points outside the window of the map
-/// that takes the others.
+/// Images by direct simulation. With `guarded`, that map computes the images of points inside its
+/// window.
 fn flown<S: Real>(
     scene: &Scene,
     orbit: &GrazingOrbit,
@@ -244,7 +244,7 @@ fn mapped<S: Real>(
     Ok(rows.concat())
 }
 
-/// The bounds of the window of a map that a point is outside of.
+/// Bounds of the window of a map that a point exceeds.
 fn exceeded<S: Real>(map: &LocalMap) -> impl Fn(&[S], &[S]) -> Vec<WindowBound> {
     let depths = MapEvaluation::<S>::depths(map);
     move |state, parameters| {

@@ -1,6 +1,6 @@
-//! Bytes that results take in memory, estimated before anything is computed.
+//! Estimates, before anything is computed, of the bytes that results take in memory.
 //!
-//! One idea: every number that a person gives enters a product of sizes, and no product wraps.
+//! One idea: every number that a user gives enters a saturating product of sizes.
 
 use super::basin::BasinRequest;
 use super::image::ImageRequest;
@@ -15,12 +15,12 @@ const NUMBER: u64 = size_of::<f64>() as u64;
 /// Most orbits that one thread iterates in step.
 const ORBITS: u64 = 32;
 
-/// The product of sizes, at most the largest number.
+/// Product of sizes, saturating at the largest `u64`.
 fn product<const N: usize>(sizes: [u64; N]) -> u64 {
     sizes.into_iter().fold(1, u64::saturating_mul)
 }
 
-/// Bytes of the orbits that all threads iterate at once, each with so many iterates.
+/// Bytes of the orbits that all threads iterate at once, each with `iterates` iterates.
 fn orbits_at_once(scene: &Scene, iterates: usize) -> u64 {
     let iterate = NUMBER * scene.model.dimension() as u64 + size_of::<StepInfo>() as u64;
     product([parallel::threads() as u64, ORBITS, iterates as u64, iterate])
@@ -38,9 +38,9 @@ pub fn charts_bytes(scene: &Scene) -> u64 {
     bytes.fold(0, u64::saturating_add)
 }
 
-/// Bytes that a diagram takes in memory, where every value is kept.
+/// Bytes that a diagram takes in memory if all its values are kept.
 pub fn diagram_bytes(scene: &Scene, request: &DiagramRequest) -> u64 {
-    /// Bytes of a parameter value beside what is kept there.
+    /// Bytes of a parameter value, the kept values excluded.
     const POINT: u64 = 400;
     let headings = if request.direction == SweepDirection::Both { 2 } else { 1 };
     let sweeps = product([request.with.len() as u64, request.starts.count() as u64, headings]);
@@ -51,8 +51,8 @@ pub fn diagram_bytes(scene: &Scene, request: &DiagramRequest) -> u64 {
 
 /// Bytes that the charts of a request take in memory.
 pub fn chart_bytes(scene: &Scene, request: &ChartRequest) -> u64 {
-    /// Bytes of a cell, with the names of its orbit, while it is refined and drawn; and of each
-    /// attractor besides.
+    /// Bytes of a cell, with the names of its orbit, while it is refined and drawn; then bytes of
+    /// each further attractor.
     const CELL: u64 = 400;
     const ATTRACTOR: u64 = 200;
     let [width, height] = request.points.map(|points| points as u64);
@@ -63,29 +63,30 @@ pub fn chart_bytes(scene: &Scene, request: &ChartRequest) -> u64 {
 
 /// Bytes that a basin takes in memory.
 pub fn basin_bytes(request: &BasinRequest) -> u64 {
-    /// Bytes of a cell, while it is refined, ranked and drawn.
+    /// Bytes of a cell while it is refined, ranked and drawn.
     const CELL: u64 = 150;
     let [width, height] = request.points.map(|points| points as u64);
     product([CELL, width, height])
 }
 
-/// Bytes that the images of rows take in memory, with the words of their table.
+/// Bytes that the images of rows take in memory, with the text of their table.
 pub fn image_bytes(scene: &Scene, request: &ImageRequest) -> u64 {
-    /// Bytes of an image beside its offsets, each of which is a double-double and a text.
+    /// Bytes of an image without its offsets; bytes of an offset, which is a double-double and a
+    /// text.
     const IMAGE: u64 = 150;
     const OFFSET: u64 = 16;
     let image = IMAGE + product([OFFSET, scene.model.dimension() as u64]);
     product([request.rows.len() as u64, request.iterations as u64, image])
 }
 
-/// Bytes of the numbers of so many orbits.
+/// Bytes of the states of `orbits` orbits with `iterations` iterates each.
 pub fn orbit_bytes(scene: &Scene, orbits: usize, iterations: usize) -> u64 {
     product([NUMBER, scene.model.dimension() as u64, orbits as u64, iterations as u64])
 }
 
 /// Bytes that a time series takes in memory, with its table and figures.
 pub fn series_bytes(scene: &Scene, request: &TimeSeriesRequest) -> u64 {
-    /// Bytes of a row beside its numbers; of a number with its place in table and document.
+    /// Bytes of a row without its numbers; bytes of a number in table and document.
     const ROW: u64 = 200;
     const CELL: u64 = 60;
     let columns = 2 + scene.model.dimension() + scene.model.surfaces.len();
@@ -93,7 +94,7 @@ pub fn series_bytes(scene: &Scene, request: &TimeSeriesRequest) -> u64 {
     product([request.returns as u64, request.samples as u64, row])
 }
 
-/// Bytes that orbits under noise take in memory: the counts of every chunk of them.
+/// Bytes that orbits under noise take in memory: the counts of every chunk of orbits.
 pub fn noise_bytes(scene: &Scene, request: &NoiseRequest) -> u64 {
     let cells = request.cells as u64;
     let marginals = product([scene.model.dimension() as u64, cells]);

@@ -1,5 +1,5 @@
-//! Images of section points, periodic orbits, bifurcation diagrams, two-parameter charts: what a
-//! map does, by the map and by direct simulation.
+//! Analyses of a map, by the map and by direct simulation: images of section points, periodic
+//! orbits, bifurcation diagrams, two-parameter charts, basins, branches, loci, fits, noise.
 //!
 //! Deliberately absent: plotting, files, progress bars.
 
@@ -49,8 +49,8 @@ pub use time_series::{
 };
 pub use work::MOST_WORK;
 
-/// A number read back from a document: NaN where a text has `null`, as JSON has no NaN; formats of
-/// bytes write NaN itself.
+/// Reads a number of a document. JSON has no NaN and writes `null`, which is read as NaN; binary
+/// formats store NaN itself.
 pub(crate) fn number_or_nan<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
     if !deserializer.is_human_readable() {
         return f64::deserialize(deserializer);
@@ -58,7 +58,7 @@ pub(crate) fn number_or_nan<'de, D: Deserializer<'de>>(deserializer: D) -> Resul
     Ok(Option::deserialize(deserializer)?.unwrap_or(f64::NAN))
 }
 
-/// A list of such numbers.
+/// Reads a list of numbers, each as [`number_or_nan`] reads one.
 pub(crate) fn numbers_or_nan<'de, D: Deserializer<'de>>(
     deserializer: D,
 ) -> Result<Vec<f64>, D::Error> {

@@ -1,11 +1,11 @@
-//! Section points under noise: parameters that are drawn afresh at every return.
+//! Orbits under noise: parameters are drawn anew at every return.
 //!
-//! One idea: the parameters of a step are the noise. Restitution, gap or forcing are parameters
-//! like any other, so that what is random is named by the scene, and a return is that of guarded
-//! iteration at the parameters drawn for it. See `SimpsonHoganKuske2013` on noise near a graze.
+//! One idea: noise acts through parameters. Restitution, gap and forcing are parameters like any
+//! other, so the scene names what is random, and each return is one of guarded iteration at the
+//! parameters drawn for it. See `SimpsonHoganKuske2013` on noise near a graze.
 //!
-//! Every orbit has a generator of its own, begun by the seed and the number of the orbit alone, and
-//! densities are counts: no result depends on threads.
+//! Each orbit has its own generator, seeded by the seed and the number of the orbit alone, and
+//! densities are counts, so results do not depend on threads.
 
 use serde::{Deserialize, Serialize};
 
@@ -19,72 +19,73 @@ use crate::iteration::{Batch, DiscreteMap, HornerMap, PhaseCircle};
 use crate::model::{Method, Scene};
 use crate::orbit::GrazingOrbit;
 
-/// What is asked of [`noise`].
+/// Request of [`noise`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct NoiseRequest {
-    /// Means of the parameters: offsets of all active ones.
+    /// Means of all active parameters, as offsets.
     pub at: Vec<f64>,
     /// Standard deviations of all active parameters; 0 for those without noise.
     pub deviations: Vec<f64>,
-    /// How they are drawn.
+    /// Distribution of the noise.
     pub law: NoiseLaw,
     /// Offsets at which every orbit starts.
     pub start: Vec<f64>,
-    /// How many orbits.
+    /// Number of orbits.
     pub orbits: usize,
-    /// Returns before anything is counted.
+    /// Returns of each orbit before counting begins.
     pub transient: usize,
-    /// Returns that are counted.
+    /// Returns of each orbit that are counted.
     pub keep: usize,
-    /// First and last offset of every coordinate between which a density is counted.
+    /// Range of each coordinate in which densities are counted: first and last offset.
     pub ranges: Vec<[f64; 2]>,
-    /// Cells along every coordinate.
+    /// Number of cells along every coordinate.
     pub cells: usize,
-    /// Begins the generators.
+    /// Seed of the generators.
     pub seed: u64,
-    /// What computes the returns.
+    /// Method that computes the returns.
     pub method: Method,
 }
 
-/// How noise is drawn.
+/// Distribution of the noise.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum NoiseLaw {
-    /// Normal.
+    /// Normal distribution.
     #[default]
     Normal,
-    /// Uniform, of the same standard deviation.
+    /// Uniform distribution with the same standard deviation.
     Uniform,
 }
 
-/// What orbits under noise do.
+/// Statistics of orbits under noise.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct NoisyOrbits {
-    /// Points that were counted, those outside the ranges too.
+    /// Number of points counted, including those outside the ranges.
     pub points: u64,
     /// Mean of every coordinate.
     pub mean: Vec<f64>,
     /// Covariance of the coordinates, row by row.
     pub covariance: Vec<Vec<f64>>,
-    /// Counts in the cells of every coordinate.
+    /// Counts in the cells of each coordinate's range.
     pub marginals: Vec<Vec<u64>>,
-    /// Counts in the cells of the first two coordinates, row by row of the second; empty with one.
+    /// Counts in the cells of the first two coordinates, one row per cell of the second; empty for
+    /// a single coordinate.
     pub joint: Vec<u64>,
-    /// Share of the returns with contact.
+    /// Fraction of returns with contact.
     pub contacts: f64,
-    /// Share of the returns that the map made; the others are direct simulation.
+    /// Fraction of returns computed by the map; the others are simulated.
     pub by_map: f64,
-    /// Share of the returns that begin outside the window.
+    /// Fraction of returns that start outside the window.
     pub outside: f64,
-    /// Orbits that ended early: a return had no image.
+    /// Number of orbits that ended early because a return had no image.
     pub ended: usize,
 }
 
-/// Orbits whose parameters are drawn afresh at every return.
+/// Iterates orbits whose parameters are drawn anew at every return.
 ///
 /// # Errors
 ///
-/// [`AnalysisError::Length`] for another number of coordinates or parameters; as
+/// [`AnalysisError::Length`] for a wrong number of coordinates or parameters; as
 /// [`DirectMap::new`].
 pub fn noise(
     scene: &Scene,
@@ -121,10 +122,10 @@ pub fn noise(
     Ok(counts.results(request))
 }
 
-/// Orbits that go in step: sums over them are taken in the same order on any number of threads.
+/// Number of orbits iterated together; sums over a chunk are always taken in the same order.
 pub(super) const CHUNK: usize = 256;
 
-/// Some of the orbits.
+/// One chunk of the orbits.
 struct Part<'a> {
     map: &'a LocalMap,
     run: &'a HornerMap,
@@ -156,7 +157,7 @@ impl<'a> Part<'a> {
         }
     }
 
-    /// One return of every orbit.
+    /// Makes one return of every orbit; `counted` adds it to the counts.
     fn step(&mut self, counted: bool) {
         let (d, active) = (self.map.dimension(), self.request.at.len());
         let mut parameters = Vec::with_capacity(self.going.len() * active);
@@ -167,7 +168,7 @@ impl<'a> Part<'a> {
                 _ => mean + deviation * generator.draw(self.request.law),
             }));
         }
-        // NOTE: one row of parameters is one for all orbits, and the same for one orbit.
+        // NOTE: one row of parameters is shared by all orbits, which is right for one orbit too.
         let Batch { rows, width } = self.run.batch(&self.states, &parameters, false);
         for (number, row) in rows.chunks_exact(width).enumerate() {
             if !self.going[number] {
@@ -201,16 +202,16 @@ impl<'a> Part<'a> {
     }
 }
 
-/// What was counted.
+/// Counts of one chunk or of all.
 #[derive(Clone, Debug)]
 struct Counts {
     points: u64,
-    /// Sums of offsets from the start, and of their products.
+    /// Sums of the offsets from the start, and sums of their products.
     sums: Vec<f64>,
     products: Vec<f64>,
     marginals: Vec<Vec<u64>>,
     joint: Vec<u64>,
-    /// Returns with contact, of the map, from outside the window.
+    /// Numbers of returns with contact, by the map, and from outside the window.
     shares: [u64; 3],
     ended: usize,
 }
@@ -238,7 +239,7 @@ impl Counts {
         shares: [bool; 3],
     ) {
         let d = state.len();
-        // A phase counts from within half a period of the start.
+        // A phase is taken within half a period of the start.
         let mut state = state.to_vec();
         circle.bring_near(&mut state, &request.start);
         self.points += 1;
@@ -304,17 +305,17 @@ impl Counts {
     }
 }
 
-/// The generator SplitMix64 (Steele, Lea, Flood 2014), begun by a seed and the number of an orbit.
+/// Generator SplitMix64 (Steele, Lea, Flood 2014), seeded by a seed and the number of an orbit.
 #[derive(Clone, Debug)]
 struct Generator {
     state: u64,
-    /// The second of a pair of normal numbers.
+    /// Second number of a pair of normal numbers.
     spare: Option<f64>,
 }
 
 impl Generator {
     fn new(seed: u64, orbit: u64) -> Self {
-        // Scrambled twice: generators of neighbouring orbits do not go through the same numbers.
+        // Mixed twice, so that generators of neighbouring orbits do not share a sequence.
         let mut begin = Self { state: seed, spare: None };
         let mixed = begin.next() ^ orbit.wrapping_mul(0xd134_2543_de82_ef95);
         let mut generator = Self { state: mixed, spare: None };
@@ -330,12 +331,12 @@ impl Generator {
         bits ^ (bits >> 31)
     }
 
-    /// Between −1 and 1.
+    /// Uniform number between −1 and 1.
     fn even(&mut self) -> f64 {
         (self.next() >> 11) as f64 / (1u64 << 52) as f64 - 1.0
     }
 
-    /// A number of mean 0 and standard deviation 1.
+    /// Random number with mean 0 and standard deviation 1.
     fn draw(&mut self, law: NoiseLaw) -> f64 {
         match law {
             NoiseLaw::Uniform => 3f64.sqrt() * self.even(),
@@ -343,7 +344,7 @@ impl Generator {
         }
     }
 
-    /// The polar method of Marsaglia.
+    /// Normal number by the polar method of Marsaglia.
     fn normal(&mut self) -> f64 {
         if let Some(spare) = self.spare.take() {
             return spare;
@@ -378,7 +379,7 @@ mod tests {
                 products += a * b;
             }
             let count = f64::from(count);
-            // Five standard deviations of each mean.
+            // Tolerance: five standard deviations of each mean.
             assert!((sum / count).abs() < 5.0 / count.sqrt());
             assert!((squares / count - 1.0).abs() < 5.0 * (2.0 / count).sqrt());
             assert!((products / count).abs() < 5.0 / count.sqrt());

@@ -1,9 +1,10 @@
-//! Periodic orbits by itinerary, and their folds and flips in two parameters: what is asked, and
-//! what was found.
+//! Periodic orbits by itinerary, and their folds and flips in two parameters: request, search and
+//! results.
 //!
-//! One idea: a local map is searched, for with the contacts prescribed it is a polynomial; direct
-//! simulation, whose contacts cannot be prescribed, is solved for the orbit next to each one found.
-//! Folds and flips are points of branches, and branches of direct simulation lead beyond the map.
+//! One idea: with prescribed contacts a local map is a polynomial, so orbits are searched in the
+//! map. The contacts of direct simulation cannot be prescribed: it is solved for the orbit next to
+//! each one found. Folds and flips are points of branches; branches of direct simulation extend
+//! beyond the map.
 
 use serde::{Deserialize, Serialize};
 
@@ -27,45 +28,45 @@ use crate::orbit::GrazingOrbit;
 
 pub use crate::analysis::periodic::{FoundOrbit, OrbitContact};
 
-/// What is asked of [`orbits`].
+/// Request of [`orbits`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct OrbitsRequest {
     /// Itineraries to look for.
     pub itineraries: Vec<ContactItinerary>,
-    /// Parameters at which orbits are looked for: offsets of all active ones.
+    /// Parameters at which orbits are looked for: each an offset per active parameter.
     pub at: Vec<Vec<f64>>,
-    /// Whether each orbit of the map is looked for by direct simulation, and that one given.
+    /// Whether each orbit of the map is replaced by the orbit of direct simulation next to it.
     pub direct: bool,
-    /// Whether direct simulation is searched by itself too, far beyond the map ([`DirectReach`]).
+    /// Whether direct simulation is also searched by itself, far beyond the map ([`DirectReach`]).
     #[serde(default)]
     pub far: bool,
     /// Folds and flips, where asked for.
     pub loci: Option<LociRequest>,
 }
 
-/// Folds and flips that are looked for.
+/// Request for folds and flips.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LociRequest {
-    /// Which.
+    /// Kinds to look for.
     pub kinds: Vec<BifurcationKind>,
-    /// The active parameter that is solved for.
+    /// Index of the active parameter that is solved for.
     pub free: usize,
-    /// The one that is stepped through; `None` at one value of all others.
+    /// Parameter that is stepped through; `None` for a single value of all others.
     pub stepped: Option<SteppedParameter>,
-    /// Offsets of all active parameters; of those two no value matters.
+    /// Offsets of all active parameters; those of the free and the stepped parameter are ignored.
     pub at: Vec<f64>,
 }
 
 /// A parameter that takes one value after another.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SteppedParameter {
-    /// Its number among the active ones.
+    /// Index among the active parameters.
     pub parameter: usize,
-    /// Its offsets, in order.
+    /// Offsets of the parameter, in order.
     pub values: Vec<f64>,
 }
 
-/// A change of stability of a periodic orbit that one parameter meets.
+/// Change of stability of a periodic orbit, of codimension one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum BifurcationKind {
@@ -84,7 +85,7 @@ impl BifurcationKind {
         }
     }
 
-    /// The multiplier.
+    /// Value of the critical multiplier.
     pub fn multiplier(self) -> f64 {
         match self {
             Self::Fold => 1.0,
@@ -93,80 +94,81 @@ impl BifurcationKind {
     }
 }
 
-/// Orbits of one itinerary at one kind of bifurcation, as a parameter is stepped.
+/// Orbits of one itinerary at one kind of bifurcation, for successive values of a parameter.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Locus {
-    /// Fold or flip.
+    /// Kind: fold or flip.
     pub kind: BifurcationKind,
     /// The itinerary.
     pub itinerary: ContactItinerary,
-    /// The orbits there, in the order of the steps.
+    /// Orbits at the bifurcation, in the order of the steps.
     pub points: Vec<FoundOrbit>,
 }
 
-/// An orbit of the map for which direct simulation has none.
+/// An orbit of the map without a counterpart in direct simulation.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LostOrbit {
-    /// Its itinerary.
+    /// Itinerary of the orbit.
     pub itinerary: ContactItinerary,
-    /// Its parameters.
+    /// Parameter offsets.
     pub parameters: Vec<f64>,
-    /// Why.
+    /// Reason.
     pub reason: LostReason,
 }
 
-/// Why direct simulation has no orbit next to one of the map.
+/// Reason why direct simulation has no orbit next to one of the map.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum LostReason {
-    /// The orbit there makes other contacts.
+    /// The orbit found there makes other contacts.
     OtherItinerary(ContactItinerary),
-    /// Newton's method led to none.
+    /// Newton's method did not converge.
     NotConverged,
 }
 
-/// All that was found.
+/// Result of [`orbits`].
 #[derive(Clone, Debug, PartialEq, Default, Serialize, Deserialize)]
 pub struct Orbits {
-    /// Orbits: by the parameters, then by the itineraries asked for.
+    /// Orbits, ordered by parameters, then by the itineraries asked for.
     pub orbits: Vec<FoundOrbit>,
-    /// Folds and flips; `None` where not asked for.
+    /// Folds and flips; `None` if not asked for.
     pub loci: Option<Vec<Locus>>,
-    /// What direct simulation has not.
+    /// Orbits of the map without a counterpart in direct simulation.
     pub lost: Vec<LostOrbit>,
-    /// How far direct simulation was searched alone; `None` where it was not.
+    /// Range of the search by direct simulation alone; `None` if there was none.
     #[serde(default)]
     pub reach: Option<DirectReach>,
-    /// Itineraries of which direct simulation alone did not follow all branches: the work was at
-    /// its bound ([`MOST_WORK`](super::MOST_WORK)).
+    /// Itineraries whose branches direct simulation did not all follow within its bound on work
+    /// ([`MOST_WORK`](super::MOST_WORK)).
     #[serde(default)]
     pub unfinished: Vec<ContactItinerary>,
 }
 
-/// How far direct simulation was searched for orbits by itself: along the branches, in one
-/// parameter, that begin at the graze or at what simulation settles on or nearly repeats.
+/// Range searched by direct simulation alone: along the branches, in one parameter, that begin at
+/// the graze or at states that simulation settles on or nearly repeats.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DirectReach {
-    /// The parameter, its number among the active ones.
+    /// Index of the parameter among the active ones.
     pub parameter: usize,
-    /// The offsets up to which branches are followed.
+    /// Offsets up to which branches are followed.
     pub range: [f64; 2],
 }
 
 /// Half-widths of the window up to which branches of the map are followed.
 const WINDOWS: f64 = 10.0;
-/// Offsets up to which branches of direct simulation are followed, in sizes of the parameter.
+/// Offsets up to which branches of direct simulation are followed, relative to the parameter's
+/// value (absolute if that is 0).
 const SIZES: [f64; 2] = [-0.99, 100.0];
 
-/// The periodic orbits of the itineraries asked for, and their folds and flips.
+/// Periodic orbits of the itineraries asked for, and their folds and flips.
 ///
-/// Looked for in the map ([`ItinerarySearch`]), physical and virtual ones, where its contacts are
-/// [expanded](LocalMap::has_contacts). With
-/// [`OrbitsRequest::direct`] every physical one is solved for again by direct simulation in
-/// double-double from there, and that orbit is returned; those without one are listed as lost.
-/// With [`OrbitsRequest::far`] branches of direct simulation are followed in one parameter, and
-/// the orbits where they pass its value added. Folds and flips are special points of branches, of
-/// the map or of direct simulation alone. No result depends on the number of cores.
+/// Physical and virtual orbits of the map are searched ([`ItinerarySearch`]) if its contacts are
+/// [expanded](LocalMap::has_contacts). With [`OrbitsRequest::direct`] every physical one is a start
+/// of Newton's method in direct simulation in double-double; the orbit found there is returned, and
+/// orbits without one are listed as lost. With [`OrbitsRequest::far`] branches of direct simulation
+/// are followed in one parameter, and their orbits at its given value are added. Folds and flips
+/// are special points of branches, of the map or of direct simulation alone. Results do not depend
+/// on the number of cores.
 ///
 /// # Errors
 ///
@@ -175,7 +177,7 @@ const SIZES: [f64; 2] = [-0.99, 100.0];
 ///
 /// # Panics
 ///
-/// If offsets are not as many as the map's parameters, or there are none.
+/// If the number of offsets is not that of the map's parameters, or there are none.
 pub fn orbits(
     scene: &Scene,
     orbit: &GrazingOrbit,
@@ -233,26 +235,26 @@ pub fn orbits(
     Ok(Orbits { orbits, loci, lost, reach, unfinished: finder.unfinished.listed() })
 }
 
-/// The parts of a search whose pieces are kept.
+/// Parts of a search whose pieces are kept.
 #[derive(Clone, Copy)]
 enum Piece {
-    /// Orbits that direct simulation has by itself, by the values asked for.
+    /// Orbits found by direct simulation alone, by the values asked for.
     Wide,
-    /// Folds and flips next to the graze, by the steps.
+    /// Folds and flips near the graze, by the steps.
     Near,
-    /// The same far from it.
+    /// Folds and flips far from the graze, by the steps.
     Far,
 }
 
-/// The first active parameter that is adjusted so that the orbit grazes; the first of all where
-/// none is.
+/// First active parameter that is adjusted to make the orbit graze; the first active one if none
+/// is; `None` without active parameters.
 fn first_adjusted(scene: &Scene) -> Option<usize> {
     let active = &scene.expansion.active;
     let adjusted = active.iter().position(|place| scene.grazing.solve_for.contains(place));
     adjusted.or((!active.is_empty()).then_some(0))
 }
 
-/// Adds orbits that are not among those known.
+/// Adds orbits that are not known yet.
 fn add_new(known: &mut Vec<Outcome>, found: Vec<FoundOrbit>, circle: PhaseCircle) {
     for orbit in found {
         if !known.iter().flatten().any(|other| other.is_same_as(&orbit, circle)) {
@@ -261,7 +263,8 @@ fn add_new(known: &mut Vec<Outcome>, found: Vec<FoundOrbit>, circle: PhaseCircle
     }
 }
 
-/// The same for folds and flips: where a branch goes on in other section points, both have one.
+/// Adds folds and flips that are not known yet: where a branch changes its section points, both
+/// parts have the same one.
 fn add_special(
     known: &mut Vec<(BifurcationKind, FoundOrbit)>,
     found: impl Iterator<Item = (BifurcationKind, FoundOrbit)>,
@@ -278,17 +281,17 @@ fn add_special(
     }
 }
 
-/// An orbit, or what became of it.
+/// An orbit, or the reason why direct simulation has none.
 type Outcome = Result<FoundOrbit, LostOrbit>;
 
-/// What finds orbits: the map, and direct simulation where that is asked.
+/// Searches orbits in the map, and by direct simulation if that is asked for.
 struct Finder<'a> {
     scene: &'a Scene,
     orbit: &'a GrazingOrbit,
     map: &'a LocalMap,
-    /// The search in the map; `None` where its contacts are not expanded.
+    /// Search in the map; `None` if its contacts are not expanded.
     by_map: Option<(ItinerarySearch<'a>, ByMap<'a>)>,
-    /// Where the map's orbits are looked for by direct simulation.
+    /// Solver for the orbits of direct simulation; `None` if not asked for.
     direct: Option<Direct<'a>>,
     unfinished: Unfinished,
 }
@@ -312,7 +315,7 @@ impl Finder<'_> {
         found.iter().filter_map(outcome).collect()
     }
 
-    /// The offsets of a parameter up to which branches are followed, near the graze or far from it.
+    /// Offsets of a parameter up to which branches are followed, near the graze or far from it.
     fn range(&self, parameter: usize, far: bool) -> [f64; 2] {
         if !far {
             let width = finite_or_one(self.map.window.parameter[parameter]);
@@ -323,7 +326,7 @@ impl Finder<'_> {
         SIZES.map(|share| if value == 0.0 { share } else { share * value })
     }
 
-    /// The branches of itineraries in one parameter, the others held.
+    /// Request for the branches of itineraries in one parameter, the others fixed.
     fn branches(
         &self,
         itineraries: &[ContactItinerary],
@@ -342,7 +345,7 @@ impl Finder<'_> {
         }
     }
 
-    /// The orbits of each itinerary that direct simulation has by itself at these parameters.
+    /// Orbits that direct simulation alone finds at these parameters, for each itinerary.
     fn wide_orbits(
         &self,
         itineraries: &[ContactItinerary],
@@ -362,7 +365,7 @@ impl Finder<'_> {
         Ok(itineraries.iter().map(of).collect())
     }
 
-    /// The folds and flips on branches in one parameter.
+    /// Folds and flips on branches in one parameter.
     fn bifurcations(
         &self,
         itineraries: &[ContactItinerary],
@@ -390,7 +393,7 @@ impl Finder<'_> {
         Ok(found)
     }
 
-    /// Folds and flips of all itineraries, one locus a kind and itinerary.
+    /// Folds and flips of all itineraries, one locus for each kind and itinerary.
     fn loci(
         &self,
         itineraries: &[ContactItinerary],
@@ -438,7 +441,7 @@ impl Finder<'_> {
     }
 }
 
-/// The parameters of every step.
+/// Parameters of every step.
 fn steps(request: &LociRequest) -> Vec<Vec<f64>> {
     let Some(stepped) = &request.stepped else {
         return vec![request.at.clone()];
@@ -451,7 +454,7 @@ fn steps(request: &LociRequest) -> Vec<Vec<f64>> {
     stepped.values.iter().map(at).collect()
 }
 
-/// Orbits, and those that are lost.
+/// Separates the orbits found from the lost ones.
 fn parted(outcomes: Vec<Outcome>) -> (Vec<FoundOrbit>, Vec<LostOrbit>) {
     let (mut orbits, mut lost) = (Vec::new(), Vec::new());
     for outcome in outcomes {
@@ -463,7 +466,7 @@ fn parted(outcomes: Vec<Outcome>) -> (Vec<FoundOrbit>, Vec<LostOrbit>) {
     (orbits, lost)
 }
 
-/// Direct simulation in double-double, with what places its orbits in the window of a map.
+/// Direct simulation in double-double, with the window of a map.
 #[derive(Clone, Debug)]
 pub(super) struct Direct<'a> {
     image: DirectImage<'a, Dd>,
@@ -473,7 +476,7 @@ pub(super) struct Direct<'a> {
 }
 
 impl<'a> Direct<'a> {
-    /// Of a scene about its grazing orbit.
+    /// Direct simulation of a scene about its grazing orbit.
     pub(super) fn new(
         system: &'a HybridSystem,
         scene: &Scene,
@@ -488,7 +491,7 @@ impl<'a> Direct<'a> {
         })
     }
 
-    /// The orbit next to one of the map, at its parameters.
+    /// Orbit of direct simulation next to one of the map, at its parameters.
     pub(super) fn orbit<S: Real>(
         &mut self,
         itinerary: &ContactItinerary,
@@ -514,7 +517,7 @@ impl<'a> Direct<'a> {
         }
     }
 
-    /// The orbit with its speeds, flown once more.
+    /// The orbit with its impact speeds, from one more flight.
     fn found(
         &mut self,
         itinerary: &ContactItinerary,

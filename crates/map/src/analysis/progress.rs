@@ -1,10 +1,10 @@
-//! Progress of long computations: how far they are, and the finished pieces from which a later run
-//! can go on, on this machine or on several.
+//! Progress of long computations, and their finished pieces, from which a later run can resume, on
+//! this machine or on several.
 //!
-//! Computations in shares: a share finds pieces, and the whole computation goes on from the pieces
-//! of all shares. A share's pieces are those that the whole computation would find, so that joining
-//! is that very computation: what it recalls it does not compute, and what no share could find,
-//! since it depends on what several of them found, it computes itself.
+//! A computation can be divided into shares. Each share computes pieces that the whole computation
+//! would compute too. Joining runs the whole computation with the pieces of all shares: it recalls
+//! them in place of computing them, and computes the pieces that no share could, because they
+//! depend on the results of several shares.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -18,13 +18,13 @@ use crate::model::Digest;
 
 /// Receives the progress of a computation; called from any thread.
 pub trait Progress: Sync {
-    /// `total` more units of work are to come.
+    /// Announces `total` more units of work.
     fn expect(&self, total: u64);
 
-    /// `units` of work are done.
+    /// Reports that `units` of work are done.
     fn advance(&self, units: u64);
 
-    /// The piece at a place of this very computation that an earlier run kept.
+    /// Returns the piece at a place of this computation, if an earlier run kept it.
     fn recall(&self, _place: &[u64]) -> Option<Vec<u8>> {
         None
     }
@@ -42,14 +42,14 @@ impl Progress for NoProgress {
     fn advance(&self, _units: u64) {}
 }
 
-/// A part of a computation, whose pieces have places of their own.
+/// A part of a computation: its number is put before the places of its pieces.
 pub struct Part<'a> {
     whole: &'a dyn Progress,
     number: u64,
 }
 
 impl<'a> Part<'a> {
-    /// The part of this number.
+    /// Part `number` of a computation.
     pub fn new(whole: &'a dyn Progress, number: usize) -> Self {
         Self { whole, number: number as u64 }
     }
@@ -77,8 +77,8 @@ impl Progress for Part<'_> {
     }
 }
 
-/// The value that an earlier run kept at a place, to the last bit; `None` for one that does not fit
-/// the computation: who wrote a piece is not known.
+/// Value kept by an earlier run at a place, to the last bit. `None` if there is none or if it does
+/// not fit the computation: pieces come from files and are not trusted.
 pub(crate) fn recalled<T: DeserializeOwned>(
     progress: &(impl Progress + ?Sized),
     place: &[u64],
@@ -87,7 +87,7 @@ pub(crate) fn recalled<T: DeserializeOwned>(
     postcard::from_bytes(&progress.recall(place)?).ok().filter(fits)
 }
 
-/// The value at a place, as an earlier run kept it, or computed and kept.
+/// Recalls the value at a place, or computes and keeps it.
 pub(crate) fn resumed<T: Serialize + DeserializeOwned>(
     progress: &(impl Progress + ?Sized),
     place: &[u64],
@@ -96,7 +96,7 @@ pub(crate) fn resumed<T: Serialize + DeserializeOwned>(
     resumed_if(progress, place, |_| true, compute)
 }
 
-/// As [`resumed`], where the value that was kept fits the computation.
+/// Recalls the value at a place if it fits the computation, or computes and keeps it.
 pub(crate) fn resumed_if<T: Serialize + DeserializeOwned>(
     progress: &(impl Progress + ?Sized),
     place: &[u64],
@@ -110,8 +110,8 @@ pub(crate) fn resumed_if<T: Serialize + DeserializeOwned>(
     })
 }
 
-/// The place, among those that begin with a number, of a piece that these values decide: for pieces
-/// of which nobody knows beforehand how many there are.
+/// Place of a piece, made of `number` and a digest of the values that determine the piece: for
+/// pieces whose count is not known beforehand.
 pub(crate) fn place_of(number: u64, decisive: &impl Serialize) -> [u64; 2] {
     let bytes = postcard::to_stdvec(decisive).unwrap_or_default();
     [number, Digest::of_bytes(&bytes).0]
@@ -127,48 +127,48 @@ pub(crate) fn keep<T: Serialize>(progress: &(impl Progress + ?Sized), place: &[u
 /// Pieces by their place.
 pub type Pieces = BTreeMap<Vec<u64>, Vec<u8>>;
 
-/// One of so many shares of a computation.
+/// One of `of` shares of a computation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Share {
-    /// Counted from 0.
+    /// Index, from 0.
     index: usize,
     of: usize,
 }
 
 impl Share {
-    /// Share `number` of so many, counted from 1; `None` where there is no such share.
+    /// Share `number` of `of`, counted from 1; `None` if there is no such share.
     pub fn new(number: usize, of: usize) -> Option<Self> {
         (1..=of).contains(&number).then(|| Self { index: number - 1, of })
     }
 
-    /// Its number, from 1.
+    /// Number of the share, from 1.
     pub fn number(self) -> usize {
         self.index + 1
     }
 
-    /// How many shares there are.
+    /// Number of shares.
     pub fn of(self) -> usize {
         self.of
     }
 
-    /// Its part of so many things in a row.
+    /// Range of this share among `count` consecutive items.
     pub(super) fn range(self, count: usize) -> Range<usize> {
         let cut = |index: usize| (index as u128 * count as u128 / self.of as u128) as usize;
         cut(self.index)..cut(self.index + 1)
     }
 
-    /// Whether a thing of this number is its own, where things are dealt out in turn.
+    /// Whether an item belongs to this share, where items are dealt out in turn.
     pub fn takes(self, number: usize) -> bool {
         number % self.of == self.index
     }
 }
 
-/// Receives pieces.
+/// Collects the pieces that are kept.
 #[derive(Debug, Default)]
 pub struct Gathered(Mutex<Pieces>);
 
 impl Gathered {
-    /// All of them.
+    /// All pieces collected.
     pub fn into_pieces(self) -> Pieces {
         self.0.into_inner().unwrap_or_else(PoisonError::into_inner)
     }
@@ -184,37 +184,37 @@ impl Progress for Gathered {
     }
 }
 
-/// A share under way: how far it is, what an interrupted run of it kept, and who receives what it
-/// finds.
+/// A share under way: its progress, the pieces kept by an interrupted run of it, and the receiver
+/// of its pieces.
 ///
-/// As a [`Progress`] it hands over every piece that is kept or recalled.
+/// As a [`Progress`] it passes every piece that is kept or recalled to the receiver.
 #[derive(Clone, Copy)]
 pub struct Shard<'a> {
     pub(super) share: Share,
-    /// What is kept there serves this share alone.
+    /// Progress of this share alone, with the pieces it keeps for itself.
     pub(super) own: &'a dyn Progress,
     joined: &'a dyn Progress,
 }
 
 impl<'a> Shard<'a> {
-    /// A share whose pieces `joined` receives.
+    /// A share that passes its pieces to `joined`.
     pub fn new(share: Share, own: &'a dyn Progress, joined: &'a Gathered) -> Self {
         Self { share, own, joined }
     }
 
-    /// The share of a part of the computation.
+    /// Runs the share of part `number` of the computation.
     pub fn part<T>(&self, number: usize, work: impl FnOnce(&Shard<'_>) -> T) -> T {
         let (own, joined) = (Part::new(self.own, number), Part::new(self.joined, number));
         work(&Shard { share: self.share, own: &own, joined: &joined })
     }
 
-    /// The things that are this share's, dealt out in turn.
+    /// Items of this share, where items are dealt out in turn.
     pub(super) fn own_of<'t, T>(&self, things: &'t [T]) -> Vec<&'t T> {
         let own = things.iter().enumerate().filter(|(number, _)| self.share.takes(*number));
         own.map(|(_, thing)| thing).collect()
     }
 
-    /// Hands over what was found by this share as a whole.
+    /// Passes on a result of the whole share.
     pub(super) fn give<T: Serialize>(&self, found: &T) {
         keep(self.joined, &place(self.share.index), found);
     }
@@ -241,24 +241,24 @@ impl Progress for Shard<'_> {
     }
 }
 
-/// The place of what a share found as a whole: no round of a computation has this number.
+/// Place of the result of a whole share: no round of a computation has this number.
 fn place(index: usize) -> [u64; 2] {
     [u64::MAX, index as u64]
 }
 
-/// What each share found as a whole, as far as this progress has them.
+/// Results of whole shares in order, up to the first that is missing.
 pub(super) fn given<T: DeserializeOwned>(progress: &dyn Progress) -> impl Iterator<Item = T> {
     (0..).map_while(|index| recalled(progress, &place(index), |_| true))
 }
 
-/// A computation that begins with the pieces of shares.
+/// A computation that starts with the pieces of shares.
 pub struct Joining<'a> {
     progress: &'a dyn Progress,
     pieces: Mutex<Pieces>,
 }
 
 impl<'a> Joining<'a> {
-    /// With the pieces of all shares.
+    /// A computation with the pieces of all shares.
     pub fn new(progress: &'a dyn Progress, pieces: Pieces) -> Self {
         Self { progress, pieces: Mutex::new(pieces) }
     }

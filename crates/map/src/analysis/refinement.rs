@@ -1,28 +1,28 @@
-//! Classes of the cells of a grid for the price of their borders.
+//! Classes of all cells of a grid, computed mostly near borders between classes.
 //!
-//! One idea: a block of cells whose corners are alike is taken to be alike all over; any other is
-//! cut in four. In the end a cell that was not computed and touches one that is not alike is
-//! computed, until there is none, so that every border that is met is followed to its end. What may
-//! be missed is a region that holds no corner of a block and touches no border that was met.
+//! One idea: a block of cells whose corners have the same class is filled with it; any other block
+//! is cut in four. Afterwards a filled cell that touches a cell of another class is computed,
+//! repeatedly, so that every border that is met is followed to its end. A region may be missed if
+//! it holds no corner of a block and touches no border that was met.
 
 use super::progress::Share;
 
 /// Sides of the first blocks, in cells.
 pub const BLOCK: usize = 8;
 
-/// The classes of all cells, row by row.
+/// Classes of all cells, row by row.
 #[derive(Clone, Debug)]
 pub(super) struct Refined<C> {
     cells: Vec<Class<C>>,
 }
 
 impl<C> Refined<C> {
-    /// How many cells were computed; the others are as their neighbours.
+    /// Number of cells that were computed; the others were filled from their neighbours.
     pub(super) fn computed(&self) -> usize {
         self.cells.iter().filter(|cell| matches!(cell, Class::Computed(_))).count()
     }
 
-    /// All classes; `filled` is told of those that were not computed.
+    /// All classes; `filled` is applied to those that were not computed.
     pub(super) fn into_cells(self, filled: impl Fn(C) -> C) -> Vec<C> {
         let known = |cell| match cell {
             Class::Unknown => None,
@@ -33,10 +33,10 @@ impl<C> Refined<C> {
     }
 }
 
-/// The classes of a grid of so many columns and rows, cell `row * columns + column`.
+/// Classes of a grid of so many columns and rows; cell index `row * columns + column`.
 ///
-/// `compute` gives the classes of some cells, their numbers increasing, and is never asked twice
-/// for one. `alike` says whether two classes are the same.
+/// `compute` returns the classes of cells, given by increasing indices, and is called at most once
+/// for each cell. `alike` tells whether two classes are equal.
 pub(super) fn refine<C: Clone>(
     size: [usize; 2],
     alike: impl Fn(&C, &C) -> bool,
@@ -45,8 +45,8 @@ pub(super) fn refine<C: Clone>(
     refine_share(size, None, alike, compute)
 }
 
-/// The same of the tiles of a share alone: their cells as far as borders in the tiles themselves
-/// ask for them, the others of the grid unknown.
+/// [`refine`] restricted to the tiles of one share: computes the cells that borders within its
+/// tiles need; the other cells stay unknown.
 pub(super) fn refine_share<C: Clone>(
     [columns, rows]: [usize; 2],
     share: Option<Share>,
@@ -76,7 +76,7 @@ pub(super) fn refine_share<C: Clone>(
     Refined { cells: grid.cells }
 }
 
-/// The cells that [`refine`] asks for first.
+/// Cells that [`refine`] computes first, sorted.
 pub(super) fn first_asked(size: [usize; 2]) -> Vec<usize> {
     let mut first = corners(&blocks(size), size[0]);
     first.sort_unstable();
@@ -84,38 +84,38 @@ pub(super) fn first_asked(size: [usize; 2]) -> Vec<usize> {
     first
 }
 
-/// Squares of cells that are dealt out to the shares of a grid: large enough that little is
-/// computed on both sides of their edges, small enough that there are many, and scattered, so that
-/// no share has more of the borders than others.
+/// Squares of cells that are dealt out to the shares of a grid: large, so that little is computed
+/// on both sides of their edges, yet many and scattered, so that all shares have about as much of
+/// the borders.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Tiles {
     side: usize,
     columns: usize,
     count: usize,
-    /// How far apart the tiles of a share are.
+    /// Distance between consecutive tiles of a share, in tiles.
     step: usize,
 }
 
 impl Tiles {
-    /// Sides of the largest and of the smallest, in first blocks, and how many tiles a grid has
-    /// along its longer side where that allows it.
+    /// Largest and smallest side in first blocks, and number of tiles along the grid's longer side
+    /// within these sides.
     const LARGEST: usize = 8;
     const SMALLEST: usize = 2;
     const ALONG: usize = 12;
 
-    /// The tiles of a grid of so many columns and rows.
+    /// Tiles of a grid of so many columns and rows.
     pub(super) fn of([columns, rows]: [usize; 2]) -> Self {
         let blocks = columns.max(rows) / (BLOCK * Self::ALONG);
         let side = BLOCK * blocks.clamp(Self::SMALLEST, Self::LARGEST);
         let (columns, rows) = (columns.div_ceil(side), rows.div_ceil(side));
         let count = columns * rows;
-        // Steps of the golden section leave the largest gaps.
+        // Steps of the golden section scatter the tiles most evenly.
         let near = (0.618 * count as f64) as usize + 1;
         let step = (near..).find(|&step| gcd(step, count) == 1).unwrap_or(1);
         Self { side, columns, count, step }
     }
 
-    /// Whether a share has the tile at a column and a row.
+    /// Whether the tile at a column and a row belongs to a share.
     pub(super) fn are_taken(self, share: Share, [column, row]: [usize; 2]) -> bool {
         let number = row / self.side * self.columns + column / self.side;
         share.range(self.count).contains(&(number * self.step % self.count))
@@ -126,11 +126,11 @@ fn gcd(a: usize, b: usize) -> usize {
     if b == 0 { a } else { gcd(b, a % b) }
 }
 
-/// What is known of a cell.
+/// State of knowledge about a cell.
 #[derive(Clone, Debug)]
 enum Class<C> {
     Unknown,
-    /// As its neighbours.
+    /// Filled from its neighbours.
     Filled(C),
     Computed(C),
 }
@@ -144,7 +144,7 @@ impl<C> Class<C> {
     }
 }
 
-/// A block of cells: the first and the last column, the first and the last row.
+/// Block of cells: first and last column, first and last row.
 #[derive(Clone, Copy, Debug)]
 struct Block {
     columns: [usize; 2],
@@ -158,8 +158,8 @@ impl Block {
             .map(|(row, column)| row * columns + column)
     }
 
-    /// The block cut in the middle, both ways where it is wide enough; nothing of one whose cells
-    /// are all corners.
+    /// The block halved in each direction in which it has inner cells; empty if all its cells are
+    /// corners.
     fn parts(&self) -> Vec<Self> {
         let halves = |[first, last]: [usize; 2]| match last - first {
             0 | 1 => vec![[first, last]],
@@ -174,7 +174,7 @@ impl Block {
     }
 }
 
-/// The first blocks, which share their edges.
+/// First blocks; neighbours share their edges.
 fn blocks([columns, rows]: [usize; 2]) -> Vec<Block> {
     let spans = |count: usize| -> Vec<[usize; 2]> {
         let last = count.saturating_sub(1);
@@ -186,7 +186,7 @@ fn blocks([columns, rows]: [usize; 2]) -> Vec<Block> {
     rows.iter().flat_map(row).collect()
 }
 
-/// The corners of some blocks, as often as they are one.
+/// Corners of blocks, with repetitions.
 fn corners(blocks: &[Block], columns: usize) -> Vec<usize> {
     blocks.iter().flat_map(|block| block.corners(columns)).collect()
 }
@@ -200,7 +200,7 @@ struct Grid<C, A, F> {
 }
 
 impl<C: Clone, A: Fn(&C, &C) -> bool, F: FnMut(&[usize]) -> Vec<C>> Grid<C, A, F> {
-    /// Computes those of these cells that are not computed yet, and says which.
+    /// Computes the cells of `wanted` that are not computed yet, and returns them.
     fn ask(&mut self, mut wanted: Vec<usize>) -> Vec<usize> {
         wanted.sort_unstable();
         wanted.dedup();
@@ -226,7 +226,7 @@ impl<C: Clone, A: Fn(&C, &C) -> bool, F: FnMut(&[usize]) -> Vec<C>> Grid<C, A, F
         }
     }
 
-    /// Takes the cells of a block that are not known yet to be as its first corner.
+    /// Fills the unknown cells of a block with the class of its first corner.
     fn fill(&mut self, block: &Block) {
         let first = block.corners(self.columns)[0];
         let Some(class) = self.cells[first].known().cloned() else { return };
@@ -240,23 +240,23 @@ impl<C: Clone, A: Fn(&C, &C) -> bool, F: FnMut(&[usize]) -> Vec<C>> Grid<C, A, F
         }
     }
 
-    /// Whether a cell that was not computed touches one that is not alike.
+    /// Whether a filled cell touches a cell of another class.
     fn is_doubtful(&self, cell: usize) -> bool {
         let differs = |&other: &usize| {
-            // What a share leaves to others stays unknown.
+            // Cells of other shares stay unknown.
             self.cells[other].known().is_some() && !self.are_alike(cell, other)
         };
         let filled = matches!(self.cells[cell], Class::Filled(_));
         filled && self.neighbours(cell).iter().any(differs)
     }
 
-    /// The cells that touch a cell, at most eight.
+    /// Cells that touch a cell, at most eight.
     fn neighbours(&self, cell: usize) -> Vec<usize> {
         neighbours([self.columns, self.rows], cell)
     }
 }
 
-/// The cells of a grid that touch a cell, at most eight.
+/// Cells of a grid that touch a cell, at most eight.
 pub(super) fn neighbours([columns, rows]: [usize; 2], cell: usize) -> Vec<usize> {
     let (row, column) = (cell / columns, cell % columns);
     let near = |at: usize, count: usize| at.saturating_sub(1)..count.min(at + 2);
@@ -269,7 +269,8 @@ pub(super) fn neighbours([columns, rows]: [usize; 2], cell: usize) -> Vec<usize>
 mod tests {
     use super::*;
 
-    /// A grid refined by what is at a column and a row, with all numbers asked for.
+    /// Refines a grid with the class at each column and row; returns all classes and the number of
+    /// cells computed.
     fn refined(
         [columns, rows]: [usize; 2],
         class: impl Fn(usize, usize) -> u8,

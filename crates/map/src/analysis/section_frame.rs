@@ -1,5 +1,5 @@
-//! The section of a scene: offsets and full states, the passages of a return, values of expressions
-//! there, and how far an orbit may go. The frame in which direct simulation speaks to a map.
+//! The frame between offsets of a map and states of direct simulation: the section of a scene with
+//! offsets and full states, the passages of a return, values of expressions, and escape bounds.
 
 use serde::{Deserialize, Serialize};
 
@@ -13,14 +13,14 @@ use crate::model::{ExpressionGraph, Model, NodeId, Scene};
 use crate::numeric::{Dd, Real, Scalar, converted, unbounded_number};
 use crate::orbit::{FollowingPassage, GrazingOrbit, PoincareSection, PoincareSectionKind};
 
-/// Newton steps onto the tangency section before giving up: each doubles the digits.
+/// Most Newton steps onto the tangency section; each doubles the number of correct digits.
 const NEWTON_STEPS: usize = 40;
 
-/// The section of a scene through its grazing orbit: offsets in, full states out, and back.
+/// The section of a scene through its grazing orbit: converts offsets to full states and back.
 ///
-/// State offsets are relative to the point where the grazing orbit at `p*` meets the section,
-/// at all parameters; parameter offsets are relative to `p*`. On a tangency section the
-/// component that is no coordinate solves `h'(x, p) = 0`.
+/// State offsets are relative to the point where the grazing orbit at `p*` meets the section, at
+/// all parameters; parameter offsets are relative to `p*`. On a tangency section the component that
+/// is no coordinate is solved for from `h'(x, p) = 0`.
 #[derive(Clone, Debug)]
 pub struct SectionFrame<S: Real> {
     section: PoincareSection,
@@ -37,7 +37,7 @@ pub struct SectionFrame<S: Real> {
     parameters: Vec<S>,
 }
 
-/// The forcing: its rate as a function of the parameters, and by how much its phase advances.
+/// The forcing: its rate as a function of the parameters, and the advance of its phase in a return.
 #[derive(Clone, Debug)]
 struct Clock<S: Real> {
     rate: Values<S>,
@@ -51,7 +51,7 @@ impl<S: Real> SectionFrame<S> {
         Self::about(scene, orbit, &orbit.section_point)
     }
 
-    /// The frame of the section moved along the orbit to the graze, in which a contact acts.
+    /// The frame of the section moved along the orbit to the graze, where `D` acts.
     pub fn at_graze(scene: &Scene, orbit: &GrazingOrbit) -> Self {
         Self::about(scene, orbit, &orbit.grazing_point().state)
     }
@@ -80,7 +80,7 @@ impl<S: Real> SectionFrame<S> {
         }
     }
 
-    /// The frame of so many returns as one.
+    /// The frame of a map that makes `returns` returns at once.
     pub(super) fn over(mut self, returns: usize) -> Self {
         if let Some(clock) = &mut self.clock {
             clock.advance *= S::from_f64(returns as f64);
@@ -108,17 +108,17 @@ impl<S: Real> SectionFrame<S> {
         self.active.len()
     }
 
-    /// The surface that the section is about.
+    /// Index of the surface that grazes first.
     pub fn surface(&self) -> usize {
         self.surface
     }
 
-    /// Which section.
+    /// Kind of section.
     pub fn kind(&self) -> PoincareSectionKind {
         self.section.kind
     }
 
-    /// The section as direct simulation knows it.
+    /// The section as direct simulation takes it.
     pub fn return_section(&self) -> ReturnSection {
         match (self.section.kind, self.passages.first()) {
             (PoincareSectionKind::Stroboscopic { .. }, Some(first)) if first.share == 0.0 => {
@@ -129,8 +129,8 @@ impl<S: Real> SectionFrame<S> {
         }
     }
 
-    /// The passages of one return that nominally takes `duration`, in the order in which they
-    /// follow the section.
+    /// Passages of one return of nominal length `duration`, in the order in which they follow the
+    /// section.
     pub fn nominal_passages(&self, duration: S) -> Vec<NominalPassage> {
         let passages = self.passages.iter();
         passages
@@ -141,7 +141,7 @@ impl<S: Real> SectionFrame<S> {
             .collect()
     }
 
-    /// The places of these passages in [`GrazingOrbit::passages`].
+    /// Indices in [`GrazingOrbit::passages`] of these passages.
     pub fn passage_places(&self) -> Vec<usize> {
         self.passages.iter().map(|passage| passage.place).collect()
     }
@@ -156,7 +156,7 @@ impl<S: Real> SectionFrame<S> {
         self.clock.as_ref().map_or(S::zero(), |clock| clock.advance)
     }
 
-    /// Places the full state and the parameters at offsets; read them with [`state`](Self::state)
+    /// Sets the full state and the parameters from offsets; read them with [`state`](Self::state)
     /// and [`parameters`](Self::parameters).
     ///
     /// # Errors
@@ -179,28 +179,29 @@ impl<S: Real> SectionFrame<S> {
         Ok(())
     }
 
-    /// The full state placed last.
+    /// Full state set by the last [`place`](Self::place).
     pub fn state(&self) -> &[S] {
         &self.state
     }
 
-    /// The gap of the section's surface at the state placed last.
+    /// Gap of the section's surface at the last state placed.
     pub(super) fn gap(&mut self) -> S {
         self.gap.evaluate(&self.state, &self.parameters).get(0)
     }
 
-    /// The phase placed last and that of the section point; `None` for an autonomous system.
+    /// Phase of the last state placed, and phase of the section point; `None` for an autonomous
+    /// system.
     pub fn phase(&self) -> Option<(S, S)> {
         let last = self.state.len().checked_sub(1)?;
         self.clock.as_ref().map(|_| (self.state[last], self.origin[last]))
     }
 
-    /// All parameters of the model, as placed last.
+    /// All parameters of the model at the last [`place`](Self::place).
     pub fn parameters(&self) -> &[S] {
         &self.parameters
     }
 
-    /// Nominal return time at the parameters placed last.
+    /// Nominal return time at the last parameters placed.
     pub fn duration(&mut self) -> S {
         let (state, parameters) = (&self.state, &self.parameters);
         self.clock.as_mut().map_or(self.orbit_period, |clock| {
@@ -213,23 +214,23 @@ impl<S: Real> SectionFrame<S> {
         self.offset_values(|component| state[component]).collect()
     }
 
-    /// The same from a state's components.
+    /// Offsets of the coordinates of a full state, given by its components.
     pub(super) fn offset_values(&self, state: impl Fn(usize) -> S) -> impl Iterator<Item = S> {
         let coordinates = self.section.coordinates.iter();
         coordinates.map(move |&component| state(component) - self.origin[component])
     }
 
-    /// The components of the full state that are coordinates.
+    /// Components of the full state that are coordinates of the section.
     pub(super) fn components(&self) -> &[usize] {
         &self.section.coordinates
     }
 
-    /// The component that is no coordinate.
+    /// Component of the full state that is no coordinate of the section.
     pub(super) fn eliminated(&self) -> usize {
         self.section.eliminated
     }
 
-    /// Unit directions of the coordinates and then of some active parameters.
+    /// Unit directions of the coordinates and then of the active parameters in `free`.
     pub(super) fn directions(&self, free: &[usize]) -> Vec<Variation<S>> {
         let states = self.section.coordinates.iter();
         let states = states.map(|&component| self.direction(Some(component), None));
@@ -255,7 +256,7 @@ impl<S: Real> SectionFrame<S> {
         }
     }
 
-    /// Newton's method for `h' = 0` in the eliminated component.
+    /// Solves `h' = 0` for the eliminated component by Newton's method.
     fn solve_tangency(&mut self) {
         let eliminated = self.section.eliminated;
         newton_to_rounding(self.state[eliminated], NEWTON_STEPS, |value| {
@@ -266,7 +267,7 @@ impl<S: Real> SectionFrame<S> {
     }
 }
 
-/// The phase among the coordinates of a section, where it is one.
+/// The phase as a coordinate of a section, if it is one.
 pub(super) fn phase_circle<S: Real>(scene: &Scene, orbit: &GrazingOrbit) -> PhaseCircle<S> {
     let last = scene.model.dimension() - 1;
     let place = orbit.section.coordinates.iter().position(|&component| component == last);
@@ -276,10 +277,11 @@ pub(super) fn phase_circle<S: Real>(scene: &Scene, orbit: &GrazingOrbit) -> Phas
     })
 }
 
-/// Newton's method from a start until its steps no longer shrink, where rounding is reached, or for
-/// so many steps; the last point at which `step` was asked for the step to subtract there.
+/// Newton's method in one variable: `step` returns the step to subtract at a point. Ends when the
+/// steps no longer shrink, so that rounding is reached, or after `most` steps; returns the last
+/// point at which `step` was called.
 ///
-/// `None` if `step` is.
+/// `None` if `step` returns `None`.
 pub(super) fn newton_to_rounding<S: Real>(
     start: S,
     most: usize,
@@ -306,8 +308,7 @@ fn tangency<S: Real>(model: &Model, surface: usize, eliminated: usize) -> Values
     Values::new(model, &graph, &[velocity, slope])
 }
 
-/// Which surface each passage of one return meets, the passages in the order in which they follow
-/// the section.
+/// Surfaces met by the passages of one return, in the order in which they follow the section.
 pub fn itinerary(scene: &Scene, orbit: &GrazingOrbit) -> Itinerary {
     let following = orbit.passages_after_section(scene);
     let grazes = |&surface: &usize| following.iter().any(|passage| passage.surface == surface);
@@ -324,7 +325,7 @@ pub fn itinerary(scene: &Scene, orbit: &GrazingOrbit) -> Itinerary {
     }
 }
 
-/// Expressions of a graph lowered to a program and run at degree 0.
+/// Expressions of a graph as a program that computes their values.
 #[derive(Clone, Debug)]
 pub(super) struct Values<S: Scalar> {
     program: Program,
@@ -348,34 +349,33 @@ impl<S: Scalar> Values<S> {
         self
     }
 
-    /// Value of one expression at the state evaluated last.
+    /// Value of one expression at the last state evaluated.
     pub(super) fn get(&self, output: usize) -> S {
         self.tape[self.program.output(output)]
     }
 }
 
-/// Points of the grazing orbit from which its extent is taken.
+/// Number of points on the grazing orbit from which its extents are computed.
 const SAMPLES: usize = 64;
 
-/// A coordinate does not move along the grazing orbit where its extent is below this share of the
-/// largest.
+/// Smallest extent of a moving coordinate along the grazing orbit, relative to the largest extent.
 const STILL: f64 = 1e-9;
 
-/// How far a coordinate of the section may go.
+/// Escape bound of a coordinate of the section.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct EscapeBound {
     /// Name of the coordinate.
     pub coordinate: String,
     /// The bound in extents of the grazing orbit: `direct.escape` of the scene.
     pub extents: f64,
-    /// Largest size of its offset; infinite where the coordinate does not move along the grazing
-    /// orbit, and of the phase, which goes round.
+    /// Largest absolute offset; infinite for the phase, and for coordinates that do not move along
+    /// the grazing orbit.
     #[serde(with = "unbounded_number")]
     pub offset: f64,
 }
 
-/// The bounds of every coordinate of the section: as many times the extent of the grazing orbit as
-/// the scene says.
+/// Escape bounds of all coordinates of the section: `direct.escape` of the scene times the extents
+/// of the grazing orbit.
 pub fn escape_bounds(scene: &Scene, orbit: &GrazingOrbit) -> Vec<EscapeBound> {
     let extents = extents(scene, orbit);
     let largest = extents.iter().copied().fold(0.0, f64::max);
@@ -393,8 +393,8 @@ pub fn escape_bounds(scene: &Scene, orbit: &GrazingOrbit) -> Vec<EscapeBound> {
     coordinates.zip(extents).enumerate().map(bound).collect()
 }
 
-/// Half-widths of the window of a map, larger where they are too small for a share of them
-/// ([`period_tolerance`](crate::iteration::OrbitRequest::period_tolerance)) to be told from the
+/// Half-widths of the window of a map, enlarged where a share of them
+/// ([`period_tolerance`](crate::iteration::OrbitRequest::period_tolerance)) would be below the
 /// rounding of the coordinates.
 pub(super) fn resolved_widths(scene: &Scene, orbit: &GrazingOrbit, map: &LocalMap) -> Vec<f64> {
     let point: Vec<f64> = converted(&orbit.section_point);
@@ -407,10 +407,10 @@ pub(super) fn resolved_widths(scene: &Scene, orbit: &GrazingOrbit, map: &LocalMa
     resolved.collect()
 }
 
-/// Least half-width, over the size of a coordinate: a hundred millionth of it is 40 roundings.
+/// Smallest half-width relative to the size of a coordinate: 1e-8 of it equals 40 roundings.
 const RESOLVED: f64 = 1e-6;
 
-/// Difference of the greatest and the least value of every coordinate along the grazing orbit.
+/// Difference of the largest and the smallest value of every coordinate along the grazing orbit.
 pub(super) fn extents(scene: &Scene, orbit: &GrazingOrbit) -> Vec<f64> {
     let field = Field::free(&scene.model, &[]);
     let parameters: Vec<f64> = converted(orbit.parameters());

@@ -1,4 +1,4 @@
-//! Time series by direct simulation, from a point of the section on.
+//! Time series by direct simulation, starting at a point of the section.
 
 use serde::{Deserialize, Serialize};
 
@@ -13,34 +13,34 @@ use crate::model::{Model, Response, Scene};
 use crate::numeric::converted;
 use crate::orbit::GrazingOrbit;
 
-/// What is simulated.
+/// Request of [`time_series`] and [`each_moment`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TimeSeriesRequest {
-    /// Offsets of the section's coordinates at the start; all 0 is the grazing orbit.
+    /// Offsets of the section's coordinates at the start; all 0 for the grazing orbit.
     pub start: Vec<f64>,
     /// Offsets of the active parameters.
     pub parameters: Vec<f64>,
-    /// Returns to the section that are simulated first, without rows: as many as take an orbit to
-    /// what attracts it. None on the grazing orbit at its own parameters.
+    /// Returns to the section that are simulated first, without rows, so that an orbit settles on
+    /// its attractor. Ignored on the grazing orbit at its own parameters.
     #[serde(default)]
     pub settle: usize,
-    /// Returns to the section that the simulation nominally lasts after them.
+    /// Nominal length of the recorded simulation, in returns to the section.
     pub returns: usize,
-    /// States at evenly spaced times per return, beside those at events.
+    /// States at evenly spaced times per return, in addition to those at events.
     pub samples: usize,
 }
 
 /// One row of a time series.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SeriesPoint {
-    /// Time since the section point, or since the orbit was given to settle; negative on the way
-    /// to a section point beyond the surface.
+    /// Time since the section point, or since the end of the settling time; negative on the way to
+    /// a section point beyond the surface.
     pub time: f64,
-    /// The full state; the phase from 0 to its period.
+    /// Full state, with the phase from 0 to its period.
     pub state: Vec<f64>,
-    /// The gap of every surface of the model.
+    /// Gaps of all surfaces of the model.
     pub gaps: Vec<f64>,
-    /// What happens here, and at which surface; the state is that before it.
+    /// Event at this moment and index of its surface; the state is the one before the event.
     pub event: Option<(MomentEvent, usize)>,
 }
 
@@ -53,21 +53,21 @@ pub struct TimeSeries {
     pub duration: f64,
     /// Rows in order of time.
     pub points: Vec<SeriesPoint>,
-    /// How the simulation ended, where it did not last as long as was asked.
+    /// Early end of the simulation; `None` if it is complete.
     pub early_end: Option<EarlyEnd>,
 }
 
-/// Why a simulation ended early, and when.
+/// Reason and time of the early end of a simulation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EarlyEnd {
-    /// Why, in words.
+    /// Reason, in words.
     pub reason: String,
-    /// When.
+    /// Time of the end.
     pub time: f64,
 }
 
 impl EarlyEnd {
-    /// `None` of a simulation that is complete.
+    /// Early end for an outcome; `None` if the simulation is complete.
     fn of(outcome: Outcome<f64>, model: &Model) -> Option<Self> {
         let name = |surface: usize| &model.surfaces[surface].name;
         let (reason, time) = match outcome {
@@ -112,7 +112,8 @@ impl TimeSeriesRequest {
 }
 
 impl TimeSeries {
-    /// How often each kind of event happens at each surface; those that do.
+    /// Number of events of each kind at each surface, as (kind, surface, count); zero counts left
+    /// out.
     pub fn event_counts(&self) -> Vec<(MomentEvent, usize, usize)> {
         let mut counts: Vec<(MomentEvent, usize, usize)> = Vec::new();
         for (event, surface) in self.points.iter().filter_map(|point| point.event) {
@@ -127,11 +128,11 @@ impl TimeSeries {
 
 /// Simulates from a point of the section.
 ///
-/// The grazing orbit at its own parameters is flown freely, period by period, each graze a
-/// minimum, unless it passes through a surface.
-/// Everything else is simulated. A section point beyond the surface is taken back along the free
-/// flow to the surface, where the series starts, at a negative time. An impact has two rows at one
-/// time: the state before it, which names the event, and the state behind it.
+/// The grazing orbit at its own parameters is free flight, repeated period by period, with a
+/// minimum at each graze, unless it passes through a surface. Everything else is simulated. A
+/// section point beyond the surface is taken back along the free flow to the surface, where the
+/// series starts, at a negative time. An impact has two rows at one time: the state before it,
+/// which names the event, and the state after it.
 ///
 /// # Errors
 ///
@@ -152,10 +153,11 @@ pub fn time_series(
 /// Most steps of a simulation, whatever a step costs.
 const MOST_STEPS: u64 = 10_000_000;
 
-/// Units of progress of a simulation.
+/// Units of progress of one simulation.
 const UNITS: u64 = 1000;
 
-/// The same, row by row, for series too long to be held; the series returned has no rows.
+/// Simulates as [`time_series`] does and passes each row to `record`, for series too long for
+/// memory; the returned series has no rows.
 ///
 /// # Errors
 ///
@@ -207,8 +209,8 @@ pub fn each_moment(
     Ok(TimeSeries { parameters, duration, points: Vec::new(), early_end })
 }
 
-/// The grazing orbit period by period, each from the section point: free flight, which a simulation
-/// would leave at the first graze that rounding makes a contact.
+/// Records the grazing orbit period by period, each from the section point, by free flight: a
+/// simulation would leave it at the first graze that rounding turns into a contact.
 fn grazing_orbit(
     scene: &Scene,
     orbit: &GrazingOrbit,
@@ -246,12 +248,12 @@ fn grazing_orbit(
     Ok(())
 }
 
-/// What makes rows of moments.
+/// Converts moments of a simulation to rows.
 struct Rows<'a> {
     parameters: &'a [f64],
     gaps: Values<f64>,
     surfaces: usize,
-    /// Place and period of the phase.
+    /// Component of the state that is the phase, and its period.
     phase: Option<(usize, f64)>,
 }
 

@@ -1,11 +1,11 @@
-//! The largest errors of a map on its window, sought: ascents from the worst points of a sample.
+//! Search for the largest errors of a map on its window: ascents from the worst points of a sample.
 //!
-//! One idea: an error is largest where the window ends or on the verge of contact, and both are
-//! faces on which a variable is fixed, or solved for. An ascent moves one variable after another,
-//! to its ends and by steps that shrink, while the depth of a passage is held; then it moves that
-//! depth, over all decades and through zero. It needs no derivatives: those of an error have a pole
-//! on the verge. It is led by images in double precision; what counts is the error at its summit in
-//! double-double, and where that differs the ascent is made once more in double-double.
+//! An error is largest at an end of the window or on the verge of contact; both are faces on which
+//! a variable is fixed or solved for. An ascent moves one variable after another, to its ends and
+//! by decreasing steps, with the depth of a passage held. Then it moves that depth, over all
+//! decades and through zero. Derivatives are not used, because those of an error have a pole on the
+//! verge. Images in double precision guide the ascent; the result is the error at its summit in
+//! double-double. If the two differ, the ascent is repeated in double-double.
 
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
@@ -14,40 +14,42 @@ use super::sample::{SamplePoint, WindowSample};
 use super::truth::{ExactImages, ExactReturns, MOST_PRODUCTS, errors, nan_or_larger};
 use crate::iteration::{DiscreteMap, parallel};
 
-/// Steps of a variable in turn, over its half-width.
+/// Successive steps of a variable, relative to its half-width.
 const STEPS: [f64; 3] = [0.5, 0.12, 0.03];
 
-/// Rounds through all variables with one step at most.
+/// Largest number of rounds through all variables with one step.
 const ROUNDS: usize = 4;
 
-/// Share of an error by which that of an image in double precision may be off at a summit.
+/// Largest relative difference between the errors in double precision and in double-double at a
+/// confirmed summit.
 const CONFIRMED: f64 = 0.1;
 
-/// Images of one ascent at most.
+/// Largest number of images of one ascent.
 const MOST_IMAGES: usize = 160;
 
-/// A shallow depth over the window's: below it a contact is on the verge.
+/// Depth, relative to the window's, below which a contact is on the verge.
 const SHALLOW: f64 = 1e-3;
 
-/// Factors of two depths in turn over decades, and halvings in between.
+/// Factor between successive depths tried, and number of halvings of that factor.
 const DECADES: (f64, usize) = (1e-2, 8);
 
-/// Smallest depth over the window's that is tried beside 0.
+/// Smallest depth tried besides 0, relative to the window's.
 const LEAST: f64 = 1e-15;
 
-/// Depth at which other variables are moved over that at which an error is largest: on the verge
-/// itself the depth hides how the error depends on them.
+/// Factor from the depth at which an error is largest to the depth at which other variables are
+/// moved: on the verge itself the depth hides the dependence of the error on them.
 const ABOVE_VERGE: f64 = 30.0;
 
-/// Share of a coordinate's largest error in the sample below which a kind of points is no start.
+/// A class of points is no start if its error is below this share of a coordinate's largest error
+/// in the sample.
 const WORTH: f64 = 0.1;
 
-/// The largest error of each coordinate; not a number where the map has no image.
+/// Largest error of each coordinate; NaN if the map has no image.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Largest {
-    /// Everywhere.
+    /// Largest errors everywhere.
     pub(super) errors: Vec<f64>,
-    /// Where no passage is on the verge of contact.
+    /// Largest errors with no passage on the verge of contact.
     pub(super) off_verge: Vec<f64>,
 }
 
@@ -56,13 +58,13 @@ impl Largest {
         Self { errors: vec![0.0; dimension], off_verge: vec![0.0; dimension] }
     }
 
-    /// Errors of a window none of whose points has an image.
+    /// NaN errors of a window without any image.
     pub(super) fn none(dimension: usize) -> Self {
         Self { errors: vec![f64::NAN; dimension], off_verge: vec![f64::NAN; dimension] }
     }
 
-    /// Whether the error of a coordinate is larger on the verge of contact than elsewhere, by more
-    /// than chance.
+    /// Whether the error of a coordinate is significantly larger on the verge of contact than
+    /// elsewhere.
     pub(super) fn is_on_verge(&self, coordinate: usize) -> bool {
         self.errors[coordinate] > ON_VERGE * self.off_verge[coordinate]
     }
@@ -75,17 +77,18 @@ impl Largest {
     }
 }
 
-/// Takes in larger errors; not a number is larger than any.
+/// Raises the largest errors; NaN counts as larger than any number.
 fn raise(largest: &mut [f64], errors: &[f64]) {
     for (largest, &error) in largest.iter_mut().zip(errors) {
         *largest = nan_or_larger(*largest, error);
     }
 }
 
-/// Error on the verge of contact over that elsewhere from which the verge is named.
+/// Factor by which an error on the verge of contact must exceed that elsewhere to be attributed to
+/// the verge.
 const ON_VERGE: f64 = 1.1;
 
-/// Where the depth of a passage is relative to the window's.
+/// Class of a passage's depth, relative to the window's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Band {
     Free,
@@ -113,7 +116,7 @@ pub(super) struct Ascents<'a> {
 }
 
 impl Ascents<'_> {
-    /// The largest errors over a sample and over the ascents from its worst points.
+    /// Largest errors over a sample and over the ascents from its worst points.
     pub(super) fn largest(&self, images: &ExactImages) -> Largest {
         let mut largest = Largest::new(self.run.dimension());
         let measured = images.pairs().map(|(point, image)| {
@@ -159,7 +162,7 @@ impl Ascents<'_> {
         depths.iter().map(|depth| Band::of(depth / self.sample.deepest())).collect()
     }
 
-    /// The worst point of each coordinate among those whose depths are in the same bands.
+    /// Worst point of each coordinate among the points whose depths are in the same bands.
     fn starts(&self, measured: &[Measured<'_>], largest: &[f64]) -> Vec<Start> {
         let mut worst: BTreeMap<(Vec<Band>, usize), usize> = BTreeMap::new();
         for (number, (_, bands, errors)) in measured.iter().enumerate() {
@@ -192,10 +195,10 @@ impl Ascents<'_> {
 /// A point, the bands of its depths, and its errors.
 type Measured<'a> = (&'a SamplePoint, Vec<Band>, Vec<f64>);
 
-/// The number of a point and the coordinates whose errors are to be made larger from it.
+/// Number of a starting point, and the coordinates whose errors are to be increased from it.
 type Start = (usize, Vec<usize>);
 
-/// The depth of a passage, met by moving a variable.
+/// A passage's depth that is held, and the variable that is moved to reach it.
 #[derive(Clone, Copy, Debug)]
 struct Held {
     passage: usize,
@@ -203,7 +206,7 @@ struct Held {
     depth: f64,
 }
 
-/// Offsets of the variables (coordinates; parameters), one of them solved for.
+/// Offsets of the variables (coordinates; parameters), one of them solved for if a depth is held.
 #[derive(Clone, Debug)]
 struct Place {
     offsets: Vec<f64>,
@@ -214,28 +217,29 @@ struct Place {
 struct Ascent<'a, 'b> {
     map: &'a Ascents<'a>,
     returns: &'a mut ExactReturns<'b>,
-    /// Whether it is led by images in double precision.
+    /// Whether images in double precision guide the ascent.
     rounded: bool,
-    /// Errors by the bits of the offsets, by images in double precision or not.
+    /// Errors known so far, by the precision of the image (`true`: double) and the bits of the
+    /// offsets.
     known: BTreeMap<(bool, Vec<u64>), Option<Vec<f64>>>,
     images: usize,
     products: usize,
-    /// Products of series at most.
+    /// Largest number of products of series.
     most: usize,
-    /// The places of the largest error of each coordinate, everywhere and off the verge.
+    /// Points of the largest error of each coordinate, everywhere and off the verge.
     summits: Vec<[Option<Summit>; 2]>,
 }
 
-/// A place of a largest error.
+/// The point of a largest error.
 #[derive(Clone, Debug)]
 struct Summit {
     point: SamplePoint,
-    /// The errors by which it was found.
+    /// Errors at the point, by the images that guide the ascent.
     errors: Vec<f64>,
 }
 
 impl Ascent<'_, '_> {
-    /// Makes the error of a coordinate larger.
+    /// Increases the error of a coordinate.
     fn climb(&mut self, point: &SamplePoint, errors: &[f64], coordinate: usize) {
         self.images = 0;
         let offsets = [point.state.as_slice(), &point.parameters].concat();
@@ -256,7 +260,8 @@ impl Ascent<'_, '_> {
         }
     }
 
-    /// The passage of a point whose depth is held: the last on the verge, or the deepest.
+    /// Passage of a point whose depth is held: the last one on the verge, otherwise the deepest
+    /// contact.
     fn held(&self, point: &SamplePoint) -> Option<Held> {
         let sample = self.map.sample;
         let depths = sample.depths_at(&point.state, &point.parameters);
@@ -269,7 +274,7 @@ impl Ascent<'_, '_> {
         Some(Held { passage, variable: sample.steepest[passage], depth: depths[passage] })
     }
 
-    /// Moves the depth that is held: over decades on both sides of contact, then in between.
+    /// Moves the held depth: over decades on both sides of contact, then in between.
     fn over_depths(&mut self, best: &mut (f64, Place), coordinate: usize) {
         let deepest = self.map.sample.deepest();
         let at = |best: &(f64, Place), depth: f64| {
@@ -298,8 +303,8 @@ impl Ascent<'_, '_> {
         }
     }
 
-    /// Moves the variables but the one that is solved for, one after another, and the depth where
-    /// it is not on the verge.
+    /// Moves the variables except the one solved for, one after another, and the depth if it is not
+    /// on the verge.
     fn over_variables(&mut self, best: &mut (f64, Place), coordinate: usize) {
         let widths = self.map.sample.widths();
         let deepest = self.map.sample.deepest();
@@ -329,7 +334,7 @@ impl Ascent<'_, '_> {
                 if best.0 <= before.0 {
                     break;
                 }
-                // Once more as far in the same direction.
+                // Continues as far again in the same direction.
                 let pairs = best.1.offsets.iter().zip(&before.1.offsets).zip(&widths);
                 let further =
                     pairs.map(|((&here, &was), &width)| (2.0 * here - was).clamp(-width, width));
@@ -339,15 +344,15 @@ impl Ascent<'_, '_> {
         }
     }
 
-    /// Takes a place where its error is larger.
+    /// Replaces the best place if the error at another place is larger.
     fn improve(&mut self, best: &mut (f64, Place), place: Place, coordinate: usize) {
         if let Some(tried) = self.tried(place, coordinate).filter(|tried| tried.0 > best.0) {
             *best = tried;
         }
     }
 
-    /// The error of a coordinate at a place, brought to the depth that is held; `None` where that
-    /// is outside of the window, or has no image.
+    /// Error of a coordinate at a place, brought to the held depth; `None` if that is outside the
+    /// window or has no image.
     fn tried(&mut self, place: Place, coordinate: usize) -> Option<(f64, Place)> {
         if self.images >= MOST_IMAGES || self.products >= self.most {
             return None;
@@ -367,7 +372,8 @@ impl Ascent<'_, '_> {
         Some((errors[coordinate], place))
     }
 
-    /// The errors at a point, by an image in double precision or not; `None` where it has none.
+    /// Errors at a point, by an image in double precision or in double-double; `None` if there is
+    /// no image.
     fn errors_at(&mut self, point: &SamplePoint, rounded: bool) -> Option<Vec<f64>> {
         let offsets = point.state.iter().chain(&point.parameters);
         let bits: Vec<u64> = offsets.map(|offset| offset.to_bits()).collect();
@@ -386,7 +392,7 @@ impl Ascent<'_, '_> {
         errors
     }
 
-    /// Takes in the errors at a point.
+    /// Records the errors at a point if they are the largest.
     fn note(&mut self, point: &SamplePoint, errors: &[f64], on_verge: bool) {
         for (coordinate, summits) in self.summits.iter_mut().enumerate() {
             let places = if on_verge { 1 } else { 2 };
@@ -400,7 +406,7 @@ impl Ascent<'_, '_> {
         }
     }
 
-    /// Whether the summit of a coordinate is what it seems in double-double.
+    /// Whether the error at the summit of a coordinate is confirmed in double-double.
     fn confirms(&mut self, coordinate: usize) -> bool {
         let Some(summit) = self.summits[coordinate][0].clone().filter(|_| self.rounded) else {
             return true;
@@ -410,7 +416,7 @@ impl Ascent<'_, '_> {
         exact.is_some_and(|exact| (exact[coordinate] - seen).abs() <= CONFIRMED * seen)
     }
 
-    /// Takes the errors at the summits in.
+    /// Adds the errors at the summits.
     fn add_summits(&mut self, largest: &mut Largest) {
         for summits in std::mem::take(&mut self.summits) {
             for (summit, on_verge) in summits.into_iter().zip([true, false]) {
@@ -424,7 +430,7 @@ impl Ascent<'_, '_> {
         }
     }
 
-    /// The place with the depth that is held, another variable solved for where the first one would
+    /// The place brought to the held depth; another variable is solved for if the first one would
     /// leave its half-width.
     fn met(&self, mut place: Place) -> Option<Place> {
         let Some(held) = place.held else { return Some(place) };

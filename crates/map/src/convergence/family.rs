@@ -1,4 +1,4 @@
-//! Maps of all orders from one expansion: what is cut off is dropped, not computed again.
+//! Maps of all orders from one expansion: lower orders are truncations, not new expansions.
 
 use std::sync::{Arc, OnceLock};
 
@@ -13,26 +13,26 @@ use crate::numeric::Real;
 use crate::orbit::GrazingOrbit;
 
 impl ConvergenceError {
-    /// Whether an expansion failed as [`ExpansionError::is_overflow`] says.
+    /// Whether an expansion overflowed; see [`ExpansionError::is_overflow`].
     pub fn is_overflow(&self) -> bool {
         matches!(self, Self::Expansion(error) if error.is_overflow())
     }
 }
 
-/// Orders of a first expansion: it tells how terms fall, and how deep passages are.
+/// Orders of the first expansion: it shows how terms fall, and how deep passages are.
 pub(super) const PROBE: MapOrders = MapOrders::new(4, 8);
 
-/// A scene expanded once to its highest orders; every lower map is a truncation.
+/// A scene expanded once to the highest orders; every map of lower orders is a truncation.
 ///
-/// A coefficient of a truncated series does not depend on where the series is cut, so a truncation
+/// A coefficient of a truncated series does not depend on the order of truncation, so a truncation
 /// equals the expansion at the lower orders up to rounding.
 #[derive(Clone, Debug)]
 pub struct MapFamily<'a> {
     expander: Expander<'a>,
     legs: Legs,
     contacts: Vec<Contact>,
-    /// Passages with flown contacts, by weight: a flight is planned for its weight, and planned
-    /// when first asked for.
+    /// Passages with flown contacts, by weight: a flight is planned for its weight, at its first
+    /// use.
     flown: Vec<OnceLock<Result<Vec<Stage>, ExpansionError>>>,
     highest: MapOrders,
 }
@@ -51,7 +51,7 @@ impl<'a> MapFamily<'a> {
         Self::sharing(scene, orbit, highest, &[])
     }
 
-    /// [`new`](Self::new), reusing what other families of the scene have expanded already.
+    /// Expands as [`new`](Self::new), but reuses expansions of other families of the scene.
     pub(super) fn sharing(
         scene: &'a Scene,
         orbit: &'a GrazingOrbit,
@@ -77,12 +77,12 @@ impl<'a> MapFamily<'a> {
         })
     }
 
-    /// The expander.
+    /// The expander of the scene.
     pub fn expander(&self) -> &Expander<'a> {
         &self.expander
     }
 
-    /// The highest orders.
+    /// The orders of the expansion.
     pub fn highest(&self) -> MapOrders {
         self.highest
     }
@@ -98,7 +98,7 @@ impl<'a> MapFamily<'a> {
         Ok(self.expander.assemble(orders, legs, contacts))
     }
 
-    /// The map at lower orders with its contacts flown.
+    /// The map at lower orders, with its contacts flown.
     ///
     /// # Errors
     ///
@@ -112,7 +112,7 @@ impl<'a> MapFamily<'a> {
     }
 
     /// The map at lower orders, with weights of the active parameters that are at least the
-    /// scene's: heavier parameters are cut at lower powers.
+    /// scene's. Heavier parameters are cut at lower powers.
     ///
     /// # Errors
     ///
@@ -151,7 +151,7 @@ impl<'a> MapFamily<'a> {
         Ok(self.expander.assemble(orders, legs, contacts))
     }
 
-    /// The composed form of a map.
+    /// Composed form of a map.
     ///
     /// # Errors
     ///
@@ -161,7 +161,7 @@ impl<'a> MapFamily<'a> {
     }
 }
 
-/// Legs cut at a degree no higher than their own.
+/// Cuts legs at a degree no higher than their own.
 ///
 /// # Errors
 ///
@@ -191,7 +191,7 @@ fn cut_leg<S: Real>(
     Ok(Leg { image: cut_all(&leg.image, &space) })
 }
 
-/// All contacts cut at a weight.
+/// Cuts all contacts at a weight.
 pub(super) fn cut_contacts<S: Real>(
     expander: &Expander<'_>,
     contacts: &[Contact<S>],
@@ -203,7 +203,7 @@ pub(super) fn cut_contacts<S: Real>(
         .collect()
 }
 
-/// A contact cut at a weight.
+/// Cuts a contact at a weight.
 pub(super) fn cut_contact<S: Real>(
     variables: &Variables,
     contact: &Contact<S>,
@@ -220,7 +220,7 @@ pub(super) fn cut_contact<S: Real>(
         depth: cut(&contact.depth, &depth_space),
         linear: cut_all(&contact.linear, &linear_space),
         quadratic,
-        // Composition cuts it.
+        // The composition cuts the depth form.
         depth_form: contact.depth_form.clone(),
     })
 }

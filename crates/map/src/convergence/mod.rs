@@ -1,9 +1,9 @@
 //! Maps against direct simulation: errors, rates and times of every pair of truncation orders, and
 //! the map and the section chosen for a tolerance.
 //!
-//! The one place where expansion and simulation meet, so that their agreement is evidence. What
-//! both parts measure with (points of a window, their exact images, truncations of one expansion)
-//! is here; [`study`] uses [`choice`], never the reverse. Deliberately absent: plotting. See
+//! Expansion and simulation meet only here, so that their agreement is evidence. This module holds
+//! the tools that both parts measure with (points of a window, their exact images, truncations of
+//! one expansion); [`study`] uses [`choice`], never the reverse. Deliberately absent: plotting. See
 //! docs/mathematics/convergence.md.
 
 mod ascent;
@@ -38,19 +38,19 @@ pub use window::{
     WindowTolerance, measure_window,
 };
 
-/// A study of convergence that cannot be made.
+/// Error of a study of convergence that could not be made.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ConvergenceError {
-    /// No sample point of the window has an image that the map could be compared with.
+    /// No sample point of the window has an exact image to compare the map's with.
     #[error(
         "of {tried} sample points in the window none returns with no contact but those of the \
             grazing passages: the window reaches beyond the local map"
     )]
     NoTruth {
-        /// Points tried.
+        /// Number of points tried.
         tried: usize,
     },
-    /// An image by simulation failed.
+    /// Simulation of an image failed.
     #[error(transparent)]
     Analysis(#[from] AnalysisError),
     /// An expansion failed.
@@ -58,7 +58,7 @@ pub enum ConvergenceError {
     Expansion(#[from] ExpansionError),
 }
 
-/// The result at a place: as an earlier run kept it, or computed and kept.
+/// Result at a place: read back if an earlier run kept it, otherwise computed and kept.
 fn resumed<T: Serialize + DeserializeOwned, E>(
     progress: &dyn Progress,
     place: &[u64],
@@ -70,12 +70,12 @@ fn resumed<T: Serialize + DeserializeOwned, E>(
     computed(progress, place, compute)
 }
 
-/// The result at a place as an earlier run kept it.
+/// Result that an earlier run kept at a place; `None` if there is none that can be read.
 fn kept<T: DeserializeOwned>(progress: &dyn Progress, place: &[u64]) -> Option<T> {
     serde_json::from_slice(&progress.recall(place)?).ok()
 }
 
-/// The result at a place, computed and kept.
+/// Computes the result at a place and keeps it for later runs.
 fn computed<T: Serialize, E>(
     progress: &dyn Progress,
     place: &[u64],

@@ -1,34 +1,35 @@
-//! Points of a window: evenly spread, at its corners, and where two passages in a row make contact;
-//! the same in every run.
+//! Points of a window: evenly spread, at its corners, and at joint contacts of two passages in a
+//! row; the same in every run.
 //!
-//! A contact of depth `y²` moves the next passage by `O(y)`, far beyond the window's depth, so that
-//! hardly a point of an even sample makes two contacts. Where both are made the second depth is
-//! known worst, and its error moves the image by `δ/2y`: such points are looked for. See
-//! docs/mathematics/orders.md.
+//! A contact of depth `y²` moves the next passage by `O(y)`, far beyond the window's depth, so an
+//! even sample contains hardly a point with two contacts. At such a joint point the second depth
+//! has its largest error `δ`, which moves the image by `δ/2y`; joint points are therefore sought
+//! separately. See docs/mathematics/orders.md.
 
 use crate::analysis::{DepthEvaluation, MapEvaluation, low_discrepancy};
 use crate::expansion::{LocalMap, MapWindow};
 use crate::numeric::Bracket;
 
-/// Smallest depth of a sample over the window's.
+/// Smallest depth of a sample, relative to the window's.
 pub(super) const SHALLOWEST: f64 = 1e-4;
 
-/// Points of the sequence for one at which two passages make contact is looked for.
+/// Number of points of the sequence per joint point that is sought.
 const POINTS_TO_JOINT: usize = 4;
 
-/// Variables whose signs are combined in corners; further ones share them.
+/// Number of variables whose signs are combined in corners; further variables share their signs.
 const CORNERS: usize = 5;
 
-/// Newton steps onto a depth.
+/// Largest number of Newton steps to a depth.
 const NEWTON_STEPS: usize = 30;
 
-/// Step of a difference quotient over a half-width where a depth is met to rounding.
+/// Step of a difference quotient, relative to a half-width, when a depth is met to rounding.
 const FINE_STEP: f64 = 1e-6;
 
-/// What a depth may be off, over the window's, where Newton's method stays where it is.
+/// Largest residual of a depth, relative to the window's, that is accepted when Newton's method
+/// stalls.
 const STALLED: f64 = 1e-12;
 
-/// Cells of a half-width's both sides in which a depth is looked for.
+/// Number of cells, over both sides of a half-width, in which a depth is sought.
 const CELLS: usize = 16;
 
 /// One starting point, in offsets.
@@ -38,30 +39,30 @@ pub struct SamplePoint {
     pub state: Vec<f64>,
     /// One offset per active parameter.
     pub parameters: Vec<f64>,
-    /// Depth `y²` of its deepest passage by the map that was sampled.
+    /// Depth `y²` of the deepest passage, by the map that was sampled.
     pub depth: f64,
 }
 
 /// Samples the contact part of a window with a low-discrepancy sequence.
 ///
-/// Depths are spread evenly in their logarithm over four decades up to the window's, everything
-/// else evenly over the half-widths. The coordinate along which the depth is steepest is solved
-/// for. Where a half-width is infinite it counts as the window's depth, the size of a deviation of
-/// weight 2. With several passages each is placed at the depth in turn, which
-/// decides the depths of the others within the window; where two of them make contact is sampled
-/// [apart](Self::joint_points).
+/// Depths are spread evenly in their logarithm over four decades up to the window's, all other
+/// variables evenly over the half-widths. The coordinate along which the depth is steepest is
+/// solved for. An infinite half-width counts as the window's depth, the size of a deviation of
+/// weight 2. With several passages each is placed at the depth in turn, which determines the depths
+/// of the others within the window; joint contacts of two passages are sampled
+/// [separately](Self::joint_points).
 #[derive(Clone, Debug)]
 pub struct WindowSample {
     depths: DepthEvaluation<f64>,
     deepest: f64,
     state: Vec<f64>,
     parameters: Vec<f64>,
-    /// The steepest coordinate of each passage's depth, which is solved for.
+    /// For each passage, the coordinate along which its depth is steepest, which is solved for.
     pub(super) steepest: Vec<usize>,
 }
 
 impl WindowSample {
-    /// The window of a map.
+    /// Sample of the window of a map.
     pub fn new(map: &LocalMap) -> Self {
         let window = &map.window;
         let width = |&width: &f64| {
@@ -77,15 +78,14 @@ impl WindowSample {
         sample.with_steepest()
     }
 
-    /// The sample with the steepest coordinate of each passage found.
+    /// Finds the steepest coordinate of each passage.
     fn with_steepest(mut self) -> Self {
         let passages = 0..self.steepest.len();
         self.steepest = passages.map(|passage| self.steepest_coordinate(passage)).collect();
         self
     }
 
-    /// The sample of a window whose depth and half-widths (coordinates; parameters) are multiplied
-    /// by factors.
+    /// Multiplies the window's depth and its half-widths (coordinates; parameters) by factors.
     ///
     /// # Panics
     ///
@@ -105,7 +105,7 @@ impl WindowSample {
         }
     }
 
-    /// The sample of another window of the same map, all of whose bounds are finite.
+    /// Sample of another window of the same map; all its bounds are finite.
     pub(super) fn resized(&self, window: &MapWindow) -> Self {
         let resized = Self {
             deepest: window.depth,
@@ -128,30 +128,30 @@ impl WindowSample {
         self.depths.at(state, parameters)[passage]
     }
 
-    /// Depths of all passages.
+    /// Depths of all passages at offsets.
     pub(super) fn depths_at(&self, state: &[f64], parameters: &[f64]) -> Vec<f64> {
         self.depths.at(state, parameters)
     }
 
-    /// How many of the variables are coordinates.
+    /// Number of variables that are coordinates.
     pub(super) fn coordinates(&self) -> usize {
         self.state.len()
     }
 
-    /// Half-widths of the variables (coordinates; parameters), infinite ones replaced.
+    /// Half-widths of the variables (coordinates; parameters), with infinite ones replaced.
     pub fn widths(&self) -> Vec<f64> {
         [self.state.as_slice(), &self.parameters].concat()
     }
 
-    /// Point number `index` of the sequence; `None` where no state of that depth is near.
+    /// Point number `index` of the sequence; `None` if no state of that depth is near.
     pub fn point(&self, index: usize) -> Option<SamplePoint> {
         let (depth, state, parameters) = self.spread(index);
         let passage = index % self.steepest.len().max(1);
         self.at_depth(passage, state, parameters, depth)
     }
 
-    /// Number `index` of the sequence: a depth, evenly in its logarithm, and offsets of coordinates
-    /// and parameters, evenly.
+    /// Element `index` of the sequence: a depth, even in its logarithm, and even offsets of the
+    /// coordinates and parameters.
     pub(super) fn spread(&self, index: usize) -> (f64, Vec<f64>, Vec<f64>) {
         let widths = self.widths();
         let shares = low_discrepancy(index, widths.len() + 1);
@@ -162,9 +162,9 @@ impl WindowSample {
         (depth, state.to_vec(), parameters.to_vec())
     }
 
-    /// Points at the window's depth with everything else at its half-width, each sign in turn:
-    /// where errors are largest, and which a sequence that fills the window rarely reaches. At
-    /// most 32 per passage.
+    /// Points at the window's depth with all other variables at their half-widths, for each
+    /// combination of signs. Errors are largest there, and a sequence that fills the window rarely
+    /// reaches them. At most 32 per passage.
     pub fn corners(&self) -> Vec<SamplePoint> {
         let ends = self.ends();
         let passages = 0..self.steepest.len();
@@ -175,8 +175,8 @@ impl WindowSample {
         corners.filter_map(corner).collect()
     }
 
-    /// All variables at their half-widths, each sign in turn: offsets of coordinates and
-    /// parameters.
+    /// All variables at their half-widths, for each combination of signs: offsets of coordinates
+    /// and of parameters.
     pub(super) fn ends(&self) -> Vec<(Vec<f64>, Vec<f64>)> {
         let widths = self.widths();
         let end = |signs: usize| {
@@ -189,43 +189,44 @@ impl WindowSample {
         (0..1usize << widths.len().min(CORNERS)).map(end).collect()
     }
 
-    /// Corners, points `first..first + count` of the sequence, and a quarter as many at which two
-    /// passages make contact, with corners of their own: what a map is judged by.
+    /// Points by which a map is judged: corners, points `first..first + count` of the sequence, a
+    /// quarter as many joint points, and joint corners.
     pub(super) fn judging(&self, first: usize, count: usize) -> Vec<SamplePoint> {
         let corners = [self.joint_corners(), self.corners()].concat();
         [corners, self.fresh(first, count)].concat()
     }
 
-    /// The same without the corners.
+    /// Points as from [`judging`](Self::judging), without the corners.
     pub(super) fn fresh(&self, first: usize, count: usize) -> Vec<SamplePoint> {
         let joint = self.joint_points(first, count / POINTS_TO_JOINT);
         [self.points(first, count), joint].concat()
     }
 
-    /// What lies in the window of [`judging`](Self::judging), and of as many points spread evenly
-    /// over the window and its corners, whether they make contact or not: what is said of the
-    /// window is said of all its points, and of no others.
+    /// Points in the window: those of [`judging`](Self::judging), further ones in contact or on its
+    /// verge, and as many spread evenly over the window and its corners, with or without contact.
+    /// Statements on a window concern all its points, and no others.
     pub(super) fn inside(&self, first: usize, count: usize) -> Vec<SamplePoint> {
         let points = self.judging(first, count).into_iter();
         let points = points.chain(self.touching(first, count)).chain(self.anywhere(first, count));
         points.filter(|point| self.holds(point)).collect()
     }
 
-    /// Points at which a passage makes contact with each variable solved for in turn, the others at
-    /// their half-widths: at the full depth, but for the steepest coordinate, which are the corners
-    /// that the depth cuts off the window, and on the verge; and, with the one that moves the depth
-    /// most over its half-width, the others as those of [`point`](Self::point).
+    /// Points at which a passage makes contact. Each variable in turn is solved for, with the
+    /// others at their half-widths: at the full depth (except for the steepest coordinate), which
+    /// gives the corners that the depth cuts off the window, and on the verge. In addition, the
+    /// variable that moves the depth most over its half-width is solved for, with the others spread
+    /// as in [`point`](Self::point).
     ///
-    /// NOTE: where a parameter moves the depth by far more than the window is deep, contact is made
-    /// in a thin layer of the window, and points with the parameter spread over its half-width are
-    /// in it only with the coordinate beyond its own.
+    /// NOTE: if a parameter moves the depth by far more than the window is deep, contact is made in
+    /// a thin layer of the window. Points with the parameter spread over its half-width are in that
+    /// layer only with the coordinate beyond its half-width.
     fn touching(&self, first: usize, count: usize) -> Vec<SamplePoint> {
         let joined = |(state, parameters): (Vec<f64>, Vec<f64>)| [state, parameters].concat();
         let ends: Vec<Vec<f64>> = self.ends().into_iter().map(joined).collect();
         let mut touching = Vec::new();
         for (passage, &steepest) in self.steepest.iter().enumerate() {
             for variable in 0..self.widths().len() {
-                // The sign of what is solved for does not matter.
+                // The initial sign of the variable solved for does not matter.
                 let ends = ends.iter().filter(|offsets| offsets[variable] > 0.0);
                 let deep = ends.clone().filter(|_| variable != steepest);
                 touching.extend(deep.filter_map(|end| {
@@ -248,13 +249,14 @@ impl WindowSample {
         touching
     }
 
-    /// The coordinate or parameter that moves the depth of a passage most over its half-width.
+    /// Number of the coordinate or parameter that moves the depth of a passage most over its
+    /// half-width.
     fn widest_variable(&self, passage: usize) -> usize {
         let steps = self.widths().into_iter().map(|width| 1e-4 * width);
         self.most_moving(passage, &steps.collect::<Vec<_>>())
     }
 
-    /// The point with a variable moved until a passage has a depth.
+    /// Moves a variable until a passage has a given depth; returns the point.
     fn solved_for(
         &self,
         passage: usize,
@@ -269,7 +271,7 @@ impl WindowSample {
         Some(SamplePoint { state: offsets, parameters, depth })
     }
 
-    /// The point at offsets of all variables.
+    /// Point at offsets of all variables.
     pub(super) fn point_at(&self, mut state: Vec<f64>) -> SamplePoint {
         let parameters = state.split_off(self.state.len());
         let depths = self.depths_at(&state, &parameters);
@@ -277,9 +279,9 @@ impl WindowSample {
         SamplePoint { state, parameters, depth }
     }
 
-    /// Moves a variable from where it is until a passage has a depth, 0 included, to what rounding
-    /// leaves: by Newton's method or, where that leaves the half-width, between two of some even
-    /// offsets with the depth between theirs. `None` where it does not get there.
+    /// Moves a variable from its value until a passage has a given depth, 0 included, to rounding.
+    /// Newton's method is used or, if that leaves the half-width, a bracket between two evenly
+    /// spaced offsets whose depths enclose the given one. `None` if neither succeeds.
     pub(super) fn solved(
         &self,
         passage: usize,
@@ -324,7 +326,8 @@ impl WindowSample {
         Some(())
     }
 
-    /// The variables, those first that move the depth of a passage most over their half-widths.
+    /// Variables in decreasing order of their effect on the depth of a passage over their
+    /// half-widths.
     pub(super) fn by_reach(&self, passage: usize) -> Vec<usize> {
         let widths = self.widths();
         let moved = |&variable: &usize| {
@@ -337,8 +340,8 @@ impl WindowSample {
         variables
     }
 
-    /// Moves a variable until a passage has a depth, by Newton's method with difference quotients
-    /// over a step; the depths of all passages there.
+    /// Moves a variable until a passage has a given depth, by Newton's method with difference
+    /// quotients over a step; returns the depths of all passages there.
     fn solve(
         &self,
         passage: usize,
@@ -362,14 +365,14 @@ impl WindowSample {
         None
     }
 
-    /// Largest depth of a passage over the corners of the half-widths, the window's depth aside.
+    /// Largest depth of a passage over the corners of the half-widths, whatever the window's depth.
     pub(super) fn deepest_of(&self, passage: usize) -> f64 {
         let depths = self.ends().into_iter();
         let depths = depths.map(|(state, parameters)| self.depths_at(&state, &parameters)[passage]);
         depths.fold(f64::NEG_INFINITY, f64::max)
     }
 
-    /// Offset, without its sign, of a variable alone at which a passage has a depth.
+    /// Absolute offset of one variable, with the others zero, at which a passage has a given depth.
     pub(super) fn reaches(&self, passage: usize, variable: usize, depth: f64) -> Option<f64> {
         let mut offsets = vec![0.0; self.widths().len()];
         let step = 1e-4 * self.widths()[variable];
@@ -377,13 +380,14 @@ impl WindowSample {
         Some(offsets[variable].abs())
     }
 
-    /// Largest depth over the corners and `count` points of the window, its depth aside.
+    /// Largest depth over the corners and `count` points of the half-widths, whatever the window's
+    /// depth.
     pub(super) fn deepest_reached(&self, count: usize) -> f64 {
         let anywhere = self.anywhere(0, count);
         anywhere.map(|point| point.depth).fold(f64::NEG_INFINITY, f64::max)
     }
 
-    /// The corners of the half-widths and points spread evenly over them, whatever their depth.
+    /// Corners of the half-widths and points spread evenly over them, whatever their depth.
     fn anywhere(&self, first: usize, count: usize) -> impl Iterator<Item = SamplePoint> {
         let spread = (first..first + count).map(|index| {
             let (_, state, parameters) = self.spread(index);
@@ -396,7 +400,8 @@ impl WindowSample {
         })
     }
 
-    /// Whether a point lies in the window. Depths are solved for to less than is allowed here.
+    /// Whether a point lies in the window. The tolerance exceeds that to which depths are solved
+    /// for.
     pub(super) fn holds(&self, point: &SamplePoint) -> bool {
         let offsets = point.state.iter().chain(&point.parameters);
         let mut pairs = offsets.zip(self.state.iter().chain(&self.parameters));
@@ -404,13 +409,13 @@ impl WindowSample {
             && pairs.all(|(offset, width)| offset.abs() <= *width)
     }
 
-    /// The points `first..first + count` that exist.
+    /// Points `first..first + count` of the sequence, as far as they exist.
     pub fn points(&self, first: usize, count: usize) -> Vec<SamplePoint> {
         (first..first + count).filter_map(|index| self.point(index)).collect()
     }
 
-    /// The point with the steepest coordinate of a passage moved until that passage has a depth;
-    /// `None` where another one is deeper than the window.
+    /// Moves the steepest coordinate of a passage until that passage has a given depth; `None` if
+    /// another passage is then deeper than the window.
     fn at_depth(
         &self,
         passage: usize,
@@ -428,8 +433,8 @@ impl WindowSample {
         })
     }
 
-    /// The state with the steepest coordinate of a passage moved until that passage has a depth,
-    /// and the depths of all passages.
+    /// Moves the steepest coordinate of a passage until that passage has a given depth; returns the
+    /// state and the depths of all passages.
     pub(super) fn placed(
         &self,
         passage: usize,
@@ -444,12 +449,12 @@ impl WindowSample {
         Some((offsets, depths))
     }
 
-    /// The coordinate along which the depth of a passage changes most over its half-width.
+    /// Coordinate along which the depth of a passage changes most.
     fn steepest_coordinate(&self, passage: usize) -> usize {
         self.most_moving(passage, &vec![1e-4 * self.deepest; self.state.len()])
     }
 
-    /// The variable that moves the depth of a passage most, each by its own step.
+    /// Variable that moves the depth of a passage most, each by its own step.
     fn most_moving(&self, passage: usize, steps: &[f64]) -> usize {
         let moved = |variable: usize| {
             let mut offsets = vec![0.0; self.state.len() + self.parameters.len()];
@@ -460,21 +465,22 @@ impl WindowSample {
     }
 }
 
-/// Depth of the second contact at corners over the window's deepest.
+/// Depth of the second contact at joint corners, relative to the window's.
 ///
-/// NOTE: at a hundred times as much, two of the catalogue's choices have two of ten thousand even
-/// points each that err by more than their tolerance.
+/// NOTE: with a hundred times this depth, two of the catalogue's choices exceed their tolerance,
+/// each at two of ten thousand even points.
 const VERGE: f64 = SHALLOWEST / 100.0;
 
-/// To how much of the window's largest depth variable the first one is found: a hundredth of the
-/// shallowest second depth.
+/// Accuracy of the first depth variable at joint points, relative to the window's largest: a
+/// hundredth of the shallowest second depth.
 const RESOLUTION: f64 = 1e-9;
 
 impl WindowSample {
-    /// Those of the points `first..first + count` of a sequence that can be moved, along the
-    /// coordinate of the first one's depth, to where a passage and the next one both make
-    /// contact, the second by a depth that is spread evenly in its logarithm over four
-    /// decades up to the window's. None where there is one passage.
+    /// Joint points: points `first..first + count` of a sequence, moved along the steepest
+    /// coordinate of a passage's depth until that passage and the next one both make contact.
+    /// Depths of the second contact are spread evenly in their logarithm over four decades up to
+    /// the window's. Points that cannot be moved there are left out; with one passage there are
+    /// none.
     pub fn joint_points(&self, first: usize, count: usize) -> Vec<SamplePoint> {
         let Some(pairs) = self.pairs() else {
             return Vec::new();
@@ -486,8 +492,9 @@ impl WindowSample {
         (first..first + count).filter_map(joint).collect()
     }
 
-    /// The same with every other variable at its half-width, each sign in turn, and the second
-    /// contact on the verge: where the second depth errs most, and its error is amplified most.
+    /// Joint points with every other variable at its half-width, for each combination of signs, and
+    /// the second contact on the verge: the second depth has its largest error there, amplified
+    /// most.
     pub fn joint_corners(&self) -> Vec<SamplePoint> {
         let verge = VERGE * self.deepest();
         let ends = self.ends();
@@ -500,12 +507,12 @@ impl WindowSample {
             .collect()
     }
 
-    /// Passages that are followed by another one in the same return, if any.
+    /// Number of passages followed by another one in the same return, if there are any.
     fn pairs(&self) -> Option<usize> {
         self.steepest.len().checked_sub(1).filter(|&pairs| pairs > 0)
     }
 
-    /// The point moved until the passage after one that makes contact has a depth.
+    /// Moves a point until a passage makes contact and the next one has the depth `second`.
     fn joint(
         &self,
         passage: usize,

@@ -1,5 +1,5 @@
-//! Images by direct simulation in double-double, the errors of maps against them, and times of a
-//! map step, of a multiply-add, of a direct return.
+//! Exact images by direct simulation in double-double, errors of maps against them, and the times
+//! of a map step, of a multiply-add, and of a direct return.
 
 use std::hint::black_box;
 use std::time::Instant;
@@ -18,15 +18,15 @@ use crate::model::Scene;
 use crate::numeric::{Dd, Real, Scalar, converted};
 use crate::orbit::GrazingOrbit;
 
-/// Points of a window with their images by direct simulation in double-double, to compare any
-/// number of maps with.
+/// Points of a window with their images by direct simulation in double-double, for comparison with
+/// any number of maps.
 #[derive(Clone, Debug, Default)]
 pub struct ExactImages {
     /// Points that can be compared.
     pub(super) points: Vec<SamplePoint>,
-    /// Their images.
+    /// Image of each point.
     pub(super) images: Vec<Vec<Dd>>,
-    /// Points left out.
+    /// Number of points left out.
     pub(super) excluded: usize,
 }
 
@@ -36,7 +36,7 @@ impl ExactImages {
         self.points.iter().zip(&self.images)
     }
 
-    /// Takes in further points.
+    /// Appends points and images.
     pub(super) fn append(&mut self, other: Self) {
         self.points.extend(other.points);
         self.images.extend(other.images);
@@ -44,33 +44,33 @@ impl ExactImages {
     }
 }
 
-/// Most products of series in double-double that the images of a window form: 1 to 4 s on one core,
-/// the longest where few of the operations are sums or products.
+/// Work limit of the images of a window, in products of series in double-double: 1 to 4 s on one
+/// core, longest if few of the operations are sums or products.
 pub(super) const MOST_PRODUCTS: usize = 600_000;
-/// Most steps of an image, in those of the grazing orbit's own and beside them.
+/// Step limit of an image: a multiple of the steps of the grazing orbit's own image, and a number
+/// added to it.
 const MOST_STEPS: (usize, usize) = (50, 500);
-/// Most points whose images are made before what they took is looked at.
+/// Largest number of points simulated before their work is counted.
 const MOST_AT_ONCE: usize = 64;
 
-/// What a step in double-double costs beside one in `f64`.
+/// Cost of a step in double-double relative to one in `f64`.
 const IN_DOUBLE_DOUBLE: usize = 20;
 
-/// Direct simulation in double-double whose images take a limited number of steps, and what they
-/// cost.
+/// Direct simulation in double-double, with a step limit for each image and a count of the work.
 #[derive(Clone, Debug)]
 pub(super) struct ExactReturns<'a> {
     direct: DirectImage<'a, Dd>,
     rounded: DirectImage<'a, f64>,
-    /// Products of series in a step.
+    /// Products of series in one step.
     products: usize,
     /// Steps of the grazing orbit's own image.
     own: usize,
-    /// Most steps of an image.
+    /// Step limit of an image.
     limit: usize,
 }
 
 impl<'a> ExactReturns<'a> {
-    /// The returns of a scene about its grazing orbit.
+    /// Direct returns of a scene about its grazing orbit.
     ///
     /// # Errors
     ///
@@ -91,19 +91,19 @@ impl<'a> ExactReturns<'a> {
         Ok(Self { direct, rounded, products: products_of_step(scene), own, limit })
     }
 
-    /// Of how many points one is taken, so that images as long as the grazing orbit's own form at
-    /// most so many products.
+    /// Stride through a number of points such that images as long as the grazing orbit's own form
+    /// at most `most` products.
     pub(super) fn one_of(&self, points: usize, most: usize) -> usize {
         let all = points.saturating_mul(self.own).saturating_mul(self.products);
         all.div_ceil(most).max(1)
     }
 
-    /// How many points at once form at most so many products, whatever their images take.
+    /// Number of points whose images together form at most `most` products, even at the step limit.
     fn at_once(&self, most: usize) -> usize {
         (most / (self.limit * self.products)).clamp(1, MOST_AT_ONCE)
     }
 
-    /// The image of a point, and the products of series that it took.
+    /// Image of a point, and the products of series that it took.
     pub(super) fn image(
         &mut self,
         point: &SamplePoint,
@@ -112,8 +112,8 @@ impl<'a> ExactReturns<'a> {
         Ok((image, self.direct.steps() * self.products))
     }
 
-    /// The image of a point in double precision, if it can be compared, and what it took, in
-    /// products of series in double-double.
+    /// Image of a point in double precision, if it can be compared, and its cost in products of
+    /// series in double-double.
     pub(super) fn rounded_image(
         &mut self,
         point: &SamplePoint,
@@ -124,14 +124,14 @@ impl<'a> ExactReturns<'a> {
     }
 }
 
-/// The image of a point by direct simulation.
+/// Image of a point by direct simulation.
 pub(super) enum ExactImage<S = Dd> {
-    /// One that can be compared.
+    /// An image that can be compared.
     Known(Vec<S>),
-    /// No return, or one with contacts other than those of grazing passages.
+    /// There is no return, or one with contacts other than those of grazing passages.
     None,
-    /// The point is outside of the model: it has no impact there, as where a restitution is below
-    /// zero. Nothing is said of a map there.
+    /// The point is outside the model, which has no impact there, as for a restitution below zero.
+    /// It does not count for or against a map.
     Outside,
 }
 
@@ -145,7 +145,7 @@ impl<S> ExactImage<S> {
     }
 }
 
-/// Simulates all points in double-double, side by side.
+/// Simulates all points in double-double, in parallel.
 pub(super) fn truth(
     system: &HybridSystem,
     scene: &Scene,
@@ -159,9 +159,9 @@ pub(super) fn truth(
 }
 
 impl ExactImages {
-    /// Simulates points side by side; those that do not return, or with contacts other than those
-    /// of the grazing passages, are left out. Where a return takes long, the points are fewer, as
-    /// many as are simulated in a few seconds.
+    /// Simulates points in parallel. Points without return, or with contacts other than those of
+    /// the grazing passages, are left out. If a return takes long, only as many points are used as
+    /// can be simulated in a few seconds.
     ///
     /// # Errors
     ///
@@ -176,7 +176,7 @@ impl ExactImages {
         let one_of = returns.one_of(points.len(), MOST_PRODUCTS);
         let mut points = points.into_iter().step_by(one_of);
         let at_once = returns.at_once(MOST_PRODUCTS);
-        // Where that is one point, every core simulates one; those beyond the limit are not used.
+        // If `at_once` is 1, every core simulates a point; points beyond the limit are not used.
         let side_by_side = at_once.max(parallel::threads());
         let (mut truth, mut spent) = (Self::default(), 0);
         while spent < MOST_PRODUCTS {
@@ -195,7 +195,7 @@ impl ExactImages {
         Ok(truth)
     }
 
-    /// Takes in simulated points; the products of series that they took.
+    /// Adds simulated points; returns the products of series that they took.
     fn take(
         &mut self,
         simulated: impl IntoIterator<Item = Simulated>,
@@ -217,10 +217,10 @@ impl ExactImages {
     }
 }
 
-/// A point with its image, and the products of series that it took.
+/// A point with its image, and the products of series that the image took.
 type Simulated = (SamplePoint, Result<(ExactImage, usize), AnalysisError>);
 
-/// Points in their order, simulated side by side.
+/// Simulates points in parallel; the results are in their order.
 fn simulated(returns: &ExactReturns<'_>, points: Vec<SamplePoint>) -> Vec<Simulated> {
     let simulate = |returns: &mut ExactReturns<'_>, point| {
         let image = returns.image(&point);
@@ -229,10 +229,10 @@ fn simulated(returns: &ExactReturns<'_>, points: Vec<SamplePoint>) -> Vec<Simula
     parallel::map_with(points, || returns.clone(), simulate)
 }
 
-/// The image of a point after which the orbit returns with no contact but those of grazing
-/// passages, if any.
+/// Image of a point, if the orbit returns without contacts other than those of grazing passages.
 ///
-/// A point that makes none counts: a map that sees one there errs by its kick.
+/// A point without any contact counts too: a map with a contact there has an error as large as its
+/// kick.
 pub(super) fn image<S: Real>(
     direct: &mut DirectImage<'_, S>,
     point: &SamplePoint,
@@ -240,12 +240,12 @@ pub(super) fn image<S: Real>(
     Ok(image_or_none(direct, point)?.known())
 }
 
-/// The same, or why there is none.
+/// Image of a point, or the reason why there is none.
 fn image_or_none<S: Real>(
     direct: &mut DirectImage<'_, S>,
     point: &SamplePoint,
 ) -> Result<ExactImage<S>, AnalysisError> {
-    // NOTE: a return of another number of periods is no image of the map's.
+    // NOTE: a return after another number of periods is no image of the map.
     let image = direct.lifted_image(&converted(&point.state), &converted(&point.parameters))?;
     Ok(match image.end {
         DirectEnd::Returned if image.extra_contacts == 0 => ExactImage::Known(image.offsets),
@@ -260,11 +260,11 @@ pub(super) fn tells_order<S>(image: &SectionImage<S>) -> bool {
     image.end == DirectEnd::Returned && image.contacts > 0 && image.extra_contacts == 0
 }
 
-/// Nanoseconds of a direct return in double precision, and its largest error, over a sample: its
-/// first points, so many at most.
+/// Nanoseconds of a direct return in double precision, and its largest error, over at most the
+/// first `most` points of a sample.
 ///
-/// NOTE: what a simulator prepares at new parameters is not part of the time, as for a map with its
-/// parameters frozen.
+/// NOTE: the preparation of a simulator for new parameters is not part of the time, as for a map
+/// with frozen parameters.
 pub(super) fn timed_returns(
     direct: &mut DirectImage<'_, f64>,
     truth: &ExactImages,
@@ -273,7 +273,7 @@ pub(super) fn timed_returns(
     let mut worst: f64 = 0.0;
     let mut seconds = 0.0;
     for (point, exact) in truth.pairs().take(most) {
-        // An orbit that double precision sends elsewhere is an error as large as the kick.
+        // An orbit that goes elsewhere in double precision is an error as large as the kick.
         image(direct, point)?;
         let start = Instant::now();
         let found = image(direct, point)?;
@@ -285,43 +285,43 @@ pub(super) fn timed_returns(
     Ok((period, worst))
 }
 
-/// Largest difference of a coordinate; NaN where one of them is none.
+/// Largest difference of a coordinate; NaN if a coordinate is NaN.
 pub(super) fn distance(a: &[Dd], b: &[Dd]) -> f64 {
     let difference = |(&a, &b): (&Dd, &Dd)| (a - b).to_f64().abs();
     a.iter().zip(b).map(difference).fold(0.0, nan_or_larger)
 }
 
-/// The larger of two numbers; NaN where one of them is none.
+/// The larger of two numbers; NaN if one of them is NaN.
 pub(super) fn nan_or_larger(largest: f64, value: f64) -> f64 {
     if largest.is_nan() || value <= largest { largest } else { value }
 }
 
-/// The points at which errors were measured.
+/// Numbers of points at which errors were measured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SampleSummary {
-    /// Points compared.
+    /// Number of points compared.
     pub points: usize,
-    /// Points left out: no image, or contacts other than those of the grazing passages.
+    /// Number of points left out: no image, or contacts other than those of the grazing passages.
     pub excluded: usize,
 }
 
-/// Errors over a sample; `null` where a map has no finite image.
+/// Errors over a sample; `null` if a map has no finite image.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ErrorSummary {
-    /// Largest.
+    /// Largest error.
     pub max: Option<f64>,
-    /// Median.
+    /// Median error.
     pub median: Option<f64>,
 }
 
 impl ErrorSummary {
-    /// Whether every image was finite and no error above this.
+    /// Whether every image was finite and no error is above a tolerance.
     pub fn is_within(&self, tolerance: f64) -> bool {
         self.max.is_some_and(|error| error <= tolerance)
     }
 }
 
-/// Largest and median error of a map; `None` where an image is not finite.
+/// Largest and median error of a map; `None` if an image is not finite.
 pub(super) fn summarize(map: &dyn DiscreteMap, truth: &ExactImages) -> ErrorSummary {
     let mut errors = truth.errors(map);
     errors.sort_by(f64::total_cmp);
@@ -329,12 +329,12 @@ pub(super) fn summarize(map: &dyn DiscreteMap, truth: &ExactImages) -> ErrorSumm
     ErrorSummary { max: finite(errors.last()), median: finite(errors.get(errors.len() / 2)) }
 }
 
-/// The largest error of a coordinate at one point; not finite where the map has no image.
+/// Largest error of a coordinate at one point; not finite if the map has no image.
 pub(super) fn error(map: &dyn DiscreteMap, point: &SamplePoint, truth: &[Dd]) -> f64 {
     errors(map, point, truth).into_iter().fold(0.0, nan_or_larger)
 }
 
-/// The error of each coordinate at one point; not finite where the map has no image.
+/// Error of each coordinate at one point; not finite if the map has no image.
 pub(super) fn errors(map: &dyn DiscreteMap, point: &SamplePoint, truth: &[Dd]) -> Vec<f64> {
     let mut image = vec![0.0; map.dimension()];
     map.step(&point.state, &point.parameters, &mut image);
@@ -342,10 +342,10 @@ pub(super) fn errors(map: &dyn DiscreteMap, point: &SamplePoint, truth: &[Dd]) -
     pairs.map(|(value, &exact)| (Dd::from(value) - exact).to_f64().abs()).collect()
 }
 
-/// Rounds of which the fastest counts.
+/// Number of rounds; the fastest counts.
 const ROUNDS: usize = 5;
 
-/// The window of a map, its depths by one of orders high enough to know them.
+/// Window of a map, with depths from an expansion of orders high enough to know them.
 pub(super) fn window_sample(
     scene: &Scene,
     orbit: &GrazingOrbit,
@@ -361,23 +361,23 @@ pub(super) fn window_sample(
 }
 
 impl ExactImages {
-    /// How many points there are, and how many were left out.
+    /// Number of points, and number of points left out.
     pub fn summary(&self) -> SampleSummary {
         SampleSummary { points: self.points.len(), excluded: self.excluded }
     }
 
-    /// The points that have images.
+    /// Points that have images.
     pub fn points(&self) -> &[SamplePoint] {
         &self.points
     }
 
-    /// The largest error of a coordinate at each point, of a map; not finite where it has no image.
+    /// Largest error of a coordinate of a map at each point; not finite if the map has no image.
     pub fn errors(&self, map: &dyn DiscreteMap) -> Vec<f64> {
         self.pairs().map(|(point, image)| error(map, point, image)).collect()
     }
 
-    /// Nanoseconds of a return by direct simulation in double precision, one after another over the
-    /// first points, the fastest of five rounds; and its largest error there.
+    /// Nanoseconds of a return by direct simulation in double precision, run serially over the
+    /// first points, the fastest of five rounds; and the largest error there.
     ///
     /// # Errors
     ///
@@ -399,16 +399,16 @@ impl ExactImages {
     }
 }
 
-/// Runs of which the median counts.
+/// Number of runs; the median counts.
 const RUNS: usize = 5;
 
-/// Steps of one run.
+/// Number of steps in one run.
 const STEPS: usize = 500;
 
-/// Multiply-adds of one run.
+/// Number of multiply-adds in one run.
 const MULTIPLY_ADDS: usize = 400_000;
 
-/// Independent chains of multiply-adds: enough to fill the units.
+/// Number of independent chains of multiply-adds: enough to fill the units.
 const CHAINS: usize = 16;
 
 /// Median time of `work` over a few runs, in nanoseconds per unit.
@@ -424,7 +424,7 @@ fn median_ns(units: usize, mut work: impl FnMut()) -> f64 {
     times[RUNS / 2]
 }
 
-/// Nanoseconds of one step of a map with its parameters frozen, at a point: the median of five
+/// Nanoseconds of one step of a map with its parameters frozen, at a point; the median of five
 /// runs.
 pub fn step_ns(map: &HornerMap, point: &SamplePoint) -> f64 {
     let frozen = map.freeze(&point.parameters);
@@ -437,7 +437,7 @@ pub fn step_ns(map: &HornerMap, point: &SamplePoint) -> f64 {
     })
 }
 
-/// Nanoseconds of one multiply-add in double precision, sixteen chains of them in flight: the
+/// Nanoseconds of one multiply-add in double precision, with sixteen chains of them in flight; the
 /// median of five runs.
 pub fn multiply_add_ns() -> f64 {
     let factor = black_box(0.999_999);

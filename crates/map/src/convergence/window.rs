@@ -1,12 +1,12 @@
-//! The window of a map, measured: how far the bounds that a scene leaves open may reach, and how
-//! much the map errs inside.
+//! Measurement of the window of a map: the bounds that a scene leaves open, and the error of the
+//! map inside.
 //!
-//! One idea: as a window shrinks by `s` the error of a map falls faster than `s`, so that there is
-//! a largest window of a given shape on which the map keeps a tolerance. The shape is that of the
-//! [natural sizes](NaturalWindow) of the map; its size is found by bisection, then each bound is
-//! widened by itself, all against direct simulation in double-double. Points that do not return,
-//! or with contacts other than those of the grazing passages, are no part of such a window. What is
-//! claimed of the window found is the largest error that [ascents](super::ascent) reach on it.
+//! As a window shrinks by a factor `s` the error of a map falls faster than `s`, so there is a
+//! largest window of a given shape on which the map keeps a tolerance. The shape is that of the
+//! [natural sizes](NaturalWindow) of the map. The size is found by bisection, then each bound is
+//! widened separately, all against direct simulation in double-double. Points that do not return,
+//! or have contacts other than those of the grazing passages, are not part of such a window. The
+//! error stated for the window found is the largest that [ascents](super::ascent) reach on it.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -23,29 +23,29 @@ use crate::model::{Orders, Scene};
 use crate::numeric::{decimal_above, decimal_below, last_that_holds};
 use crate::orbit::GrazingOrbit;
 
-/// Error of a coordinate over its half-width where a scene states no tolerance.
+/// Error of a coordinate relative to its half-width, if a scene states no tolerance.
 const DEFAULT_SHARE: f64 = 1e-6;
 
-/// Points of each kind, beside the corners, at which a window is tried or measured.
+/// Numbers of points of each kind, besides the corners, at which a window is tried or measured.
 #[derive(Clone, Copy, Debug)]
 struct Points {
-    /// Number of the first in the sequence: none of those that orders are chosen by.
+    /// Number of the first point in the sequence, beyond those that orders are chosen by.
     first: usize,
-    /// How many there are with up to four variables.
+    /// Number of points with up to four variables.
     most: usize,
-    /// How many there are at least: with more variables they are fewer, for a return of a large
+    /// Smallest number of points: with more variables there are fewer, because a return of a large
     /// system takes long and most of the window is in its corners.
     least: usize,
 }
 
-/// Where a window is tried.
+/// Points at which a window is tried.
 const TRIED: Points = Points { first: 40_000, most: 16, least: 4 };
 
-/// Where the window found is measured.
+/// Points at which the window found is measured.
 const MEASURED: Points = Points { first: 128, most: 200, least: 40 };
 
 impl Points {
-    /// The points of a sample.
+    /// Points of this kind in the window of a sample.
     fn of(self, sample: &WindowSample) -> Vec<SamplePoint> {
         sample.inside(self.first, self.count(sample))
     }
@@ -55,50 +55,52 @@ impl Points {
     }
 }
 
-/// Windows at least that the products of a search are for: where a return takes long, each is tried
-/// at fewer points.
+/// Smallest number of windows that the work limit of a search allows; if a return takes long, each
+/// is tried at fewer points.
 const WINDOWS: usize = 8;
 
-/// Of the tolerance, how much a window is tried for: it is measured at more points.
+/// Share of the tolerance for which a window is tried, because it is measured at more points.
 const MARGIN: f64 = 0.7;
 
-/// Octaves by which the natural sizes are scaled down at most, and halvings of the last one.
+/// Largest number of octaves by which the natural sizes are scaled down, and halvings of the last
+/// one.
 ///
-/// NOTE: a stop 1e-9 beyond the orbit is met by contacts as fast, of a depth of 1e-18.
+/// NOTE: a stop 1e-9 beyond the orbit is met by contacts of speed 1e-9 and depth 1e-18.
 const DOWN: (i32, usize) = (72, 2);
 
 /// Factors by which bounds are widened one by one.
 const WIDER: [f64; 2] = [2.0, 1.4];
 
-/// Largest bound over its natural size.
+/// Largest bound, relative to its natural size.
 const WIDEST: f64 = 4.0;
 
-/// Decimal digits of a bound that is measured: the same on every machine.
+/// Number of decimal digits of a measured bound: the same on every machine.
 const DIGITS: u32 = 2;
 
-/// By what a window is narrowed at least that does not hold at all points it is measured at, and
-/// how often.
+/// Largest factor of one narrowing of a window that does not hold at all measured points, and the
+/// largest number of narrowings.
 const NARROWER: (f64, usize) = (0.8, 6);
 
-/// By what a window is narrowed at once at most.
+/// Smallest factor of one narrowing of a window.
 const LEAST_NARROWER: f64 = 0.1;
 
-/// What is claimed over the largest error found: ascents end within a fiftieth of a summit.
+/// Factor from the largest error found to the error stated: ascents end within a fiftieth of a
+/// summit.
 const SHORT_OF_SUMMIT: f64 = 1.02;
 
-/// Depth reached over the window's below which its bounds contradict each other.
+/// Bounds contradict each other if the depth reached is below this share of the window's.
 const CONTRADICTION: f64 = 0.5;
 
-/// Narrowed bounds make less than this factor of the errors that stated ones make alone.
+/// Narrowed bounds may cause less than this factor of the errors caused by stated bounds alone.
 const BESIDE_STATED: f64 = 2.0;
 
-/// What a map is held to on its window.
+/// Tolerance of a map on its window.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum WindowTolerance {
-    /// What the scene states: largest error of a coordinate, in the units of the offsets.
+    /// Tolerance that the scene states: largest error of a coordinate, in the units of the offsets.
     Error(f64),
-    /// Largest error of a coordinate over its half-width.
+    /// Largest error of a coordinate, relative to its half-width.
     Share(f64),
 }
 
@@ -111,7 +113,7 @@ impl WindowTolerance {
         }
     }
 
-    /// The largest error of each coordinate on a window.
+    /// Largest allowed error of each coordinate on a window.
     fn limits(self, window: &MapWindow) -> Vec<f64> {
         let limit = |width: &f64| match self {
             Self::Error(error) => error,
@@ -121,25 +123,26 @@ impl WindowTolerance {
     }
 }
 
-/// Where a bound of a window comes from.
+/// Origin of a bound of a window.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum BoundOrigin {
-    /// The scene states it.
+    /// The scene states the bound.
     Scene,
-    /// The scene states a larger depth, beyond the radius of convergence of the series in `y`.
+    /// The scene states a larger depth; the bound is the radius of convergence of the series in
+    /// `y`.
     Radius,
-    /// The scene states the depth, and leaves this coordinate or parameter open, which makes it: as
+    /// The scene states the depth and leaves this coordinate or parameter open; the bound is as
     /// wide as that depth needs.
     Depth,
-    /// The scene leaves it open.
+    /// The scene leaves the bound open, and it was measured.
     Measured,
-    /// The scene leaves it open, and there are no contacts to measure it with: a share of the
-    /// natural size.
+    /// The scene leaves the bound open, and there are no contacts to measure it with; the bound is
+    /// a share of the natural size.
     Assumed,
 }
 
-/// What is bounded.
+/// Kind of the quantity that is bounded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum BoundKind {
@@ -154,36 +157,36 @@ pub enum BoundKind {
 /// One bound of a window.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct WindowBound {
-    /// What is bounded.
+    /// Kind of the quantity that is bounded.
     pub kind: BoundKind,
-    /// Its name; `depth` of the depth.
+    /// Name of the coordinate or parameter; `depth` for the depth.
     pub name: String,
     /// Largest `y²`, or half-width.
     pub value: f64,
-    /// Where it comes from.
+    /// Origin of the bound.
     pub origin: BoundOrigin,
 }
 
-/// The error of one coordinate of an image.
+/// Error of one coordinate of an image.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CoordinateError {
     /// Name of the coordinate.
     pub coordinate: String,
-    /// Largest error measured, rounded up to two digits; `None` where an image is not finite or
-    /// there is nothing to compare with.
+    /// Largest error measured, rounded up to two digits; `None` if an image is not finite or there
+    /// is nothing to compare with.
     pub error: Option<f64>,
-    /// The tolerance.
+    /// Tolerance of the coordinate.
     pub limit: f64,
-    /// Half-width of the window.
+    /// Half-width of the window in this coordinate.
     pub half_width: f64,
-    /// Whether the error is that large only on the verge of contact, where it is the square root of
-    /// what the depth errs by: at depths below a thousandth of the window's.
+    /// Whether the error is that large only on the verge of contact, at depths below a thousandth
+    /// of the window's; there it is the square root of the error of the depth.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub verge: bool,
 }
 
 impl CoordinateError {
-    /// The error over the tolerance; infinite where there is none.
+    /// Error divided by the tolerance; infinite if there is no error.
     pub fn excess(&self) -> f64 {
         self.error.map_or(f64::INFINITY, |error| error / self.limit)
     }
@@ -194,26 +197,26 @@ impl CoordinateError {
     }
 }
 
-/// The window of a map, and what it errs inside by direct simulation.
+/// Window of a map, and its errors on the window by direct simulation.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MeasuredWindow {
-    /// What the map is held to.
+    /// Tolerance of the map.
     pub tolerance: WindowTolerance,
-    /// The depth, each coordinate, each parameter.
+    /// Bounds of the depth, of each coordinate, of each parameter.
     pub bounds: Vec<WindowBound>,
-    /// The errors of each coordinate.
+    /// Largest error of each coordinate.
     pub errors: Vec<CoordinateError>,
-    /// At how many points; `excluded` are those in the window of which the map claims an image that
-    /// it cannot have. Errors are sought from these points on.
+    /// Points at which errors were measured, and from which ascents start; `excluded` counts points
+    /// of the window for which the map gives an image that does not exist.
     pub sample: SampleSummary,
-    /// Largest depth of a point of the half-widths, where that is less than half of the window's
-    /// depth: the bounds contradict each other.
+    /// Largest depth over the half-widths, if it is less than half of the window's depth: the
+    /// bounds then contradict each other.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reached: Option<f64>,
 }
 
 impl MeasuredWindow {
-    /// The window of a map whose contacts are not expanded: no errors are measured on it.
+    /// Window of a map whose contacts are not expanded; no errors are measured on it.
     pub fn assumed(scene: &Scene, orbit: &GrazingOrbit, local: &LocalMap) -> Self {
         let stated = MapWindow::stated(scene, orbit);
         let origins = stated.bounds().map(|bound| match bound.is_finite() {
@@ -234,38 +237,38 @@ impl MeasuredWindow {
         self.sample.excluded == 0 && self.errors.iter().all(CoordinateError::is_within)
     }
 
-    /// The largest error of a coordinate; `None` where one is not known.
+    /// Largest error of a coordinate; `None` if an error is not known.
     pub fn largest_error(&self) -> Option<f64> {
         let mut errors = self.errors.iter().map(|error| error.error);
         errors.try_fold(0.0, |largest: f64, error| Some(largest.max(error?)))
     }
 
-    /// Whether a bound is not the scene's.
+    /// Whether a bound was measured.
     pub fn is_measured(&self) -> bool {
         self.bounds.iter().any(|bound| bound.origin == BoundOrigin::Measured)
     }
 }
 
-/// What [`measure_window`] finds.
+/// Result of [`measure_window`].
 #[derive(Clone, Debug)]
 pub struct WindowMeasurement {
-    /// The window, all bounds finite.
+    /// The window; all bounds are finite.
     pub window: MapWindow,
-    /// What was measured on it.
+    /// Bounds and errors of the window.
     pub measured: MeasuredWindow,
-    /// The points with their images, to measure other forms of the map with; `None` where no point
-    /// has an image to compare with.
+    /// Points with their images, to measure other forms of the map with; `None` if no point has an
+    /// image to compare with.
     pub images: Option<ExactImages>,
 }
 
 /// Measures the window of a map: the bounds that its scene leaves open, and the error inside.
 ///
-/// What the scene states stays, but for a depth beyond the radius of convergence, which ends there.
+/// Stated bounds are kept, except that a depth beyond the radius of convergence is reduced to it.
 /// Open bounds are the largest, of the natural shape and then one by one, with which the map keeps
-/// its tolerance; where the stated ones prevent that, the largest that make no more than twice
-/// the errors of the stated ones alone. They have two decimal digits.
+/// its tolerance. If stated bounds prevent that, open bounds are the largest that cause no more
+/// than twice the errors of the stated bounds alone. Open bounds have two decimal digits.
 ///
-/// `run` is what is measured: the map in any shape and precision.
+/// `run` is the map that is measured, in any shape and precision.
 ///
 /// # Errors
 ///
@@ -328,8 +331,9 @@ pub fn measure_window(
 }
 
 impl MeasuredWindow {
-    /// The window with the errors of another form of the map, composed, pruned or in other numbers,
-    /// sought from the points at which the map was measured; `None` where an image is not finite.
+    /// Window with the errors of another form of the map (composed, pruned or in another
+    /// precision). Ascents start from the points at which the map was measured; an error is `None`
+    /// if an image is not finite.
     ///
     /// # Errors
     ///
@@ -370,21 +374,21 @@ impl ExactImages {
     }
 }
 
-/// What is claimed of a largest error that was found: so much more as an ascent may end below its
-/// summit, rounded up to two digits, which are the same on machines whose arithmetic differs in the
-/// last place. `None` of an error that is not finite.
+/// Error stated for a largest error found: larger by the amount that an ascent may end below its
+/// summit, and rounded up to two digits, which are the same on machines whose arithmetic differs in
+/// the last place. `None` if the error is not finite.
 fn claimed(error: f64) -> Option<f64> {
     error.is_finite().then(|| decimal_above(SHORT_OF_SUMMIT * error, DIGITS))
 }
 
-/// The bounds of a window: what is stated, and how large what is open may be.
+/// Bounds of a window: stated values, and natural sizes of the open ones.
 #[derive(Clone, Debug)]
 struct Bounds<'a> {
-    /// Open ones are infinite.
+    /// Stated bounds; open ones are infinite.
     stated: MapWindow,
     /// Whether the depth that the scene states is beyond the radius.
     cut: bool,
-    /// Numbers of the bounds that follow from the depth that the scene states.
+    /// Numbers of the bounds implied by the stated depth.
     implied: Vec<usize>,
     natural: &'a NaturalWindow,
 }
@@ -400,9 +404,9 @@ impl<'a> Bounds<'a> {
         Self { stated, cut: cut.is_some(), implied: Vec::new(), natural }
     }
 
-    /// The bounds with an open variable of each passage as wide as the depth that the scene states
-    /// needs, where no point of the half-widths that it states is as deep: that which moves the
-    /// depth most. Nothing deep would be inside otherwise.
+    /// Adds the bounds that the stated depth implies. If no point of the stated half-widths reaches
+    /// that depth at a passage, the open variable that moves the depth most becomes as wide as the
+    /// depth needs; otherwise no deep point would lie in the window.
     fn with_implied(mut self, sample: &WindowSample) -> Self {
         if !self.stated.depth.is_finite() {
             return self;
@@ -434,7 +438,7 @@ impl<'a> Bounds<'a> {
         self.stated.bounds().any(f64::is_finite)
     }
 
-    /// The numbers of the open ones, the depth last: how deep points are depends on the others.
+    /// Numbers of the open bounds, the depth last: the depth of points depends on the others.
     fn open(&self) -> Vec<usize> {
         let bounds = self.stated.bounds().enumerate();
         let open = bounds.filter(|(_, bound)| !bound.is_finite()).map(|(number, _)| number);
@@ -447,7 +451,7 @@ impl<'a> Bounds<'a> {
         self.stated.bounds().any(|bound| !bound.is_finite())
     }
 
-    /// The window with its open bounds at this factor of their natural sizes.
+    /// Window with its open bounds at this factor of their natural sizes.
     fn at(&self, factor: f64) -> MapWindow {
         let mut window = self.stated.clone();
         let sizes = self.natural.scaled(factor);
@@ -463,7 +467,7 @@ impl<'a> Bounds<'a> {
         self.at(f64::from(-DOWN.0).exp2())
     }
 
-    /// The window with its open bounds narrower.
+    /// Narrows the open bounds of a window.
     fn narrower(&self, mut window: MapWindow, factor: f64) -> MapWindow {
         for (bound, stated) in window.bounds_mut().zip(self.stated.bounds()) {
             if !stated.is_finite() {
@@ -473,7 +477,8 @@ impl<'a> Bounds<'a> {
         window
     }
 
-    /// The window with one bound wider; `None` where that is beyond what is natural or converges.
+    /// Widens one bound of a window; `None` beyond the largest factor of its natural size or the
+    /// radius of convergence.
     fn wider(&self, window: &MapWindow, number: usize, factor: f64) -> Option<MapWindow> {
         let mut wider = window.clone();
         let bound = wider.bounds_mut().nth(number)?;
@@ -493,7 +498,7 @@ impl<'a> Bounds<'a> {
     }
 }
 
-/// The bounds of a window of a map by name.
+/// Bounds of a window of a map, with their names and origins.
 fn named_bounds(
     local: &LocalMap,
     window: &MapWindow,
@@ -511,24 +516,24 @@ fn named_bounds(
         .collect()
 }
 
-/// A map held to its tolerance on windows of any size.
+/// Search for the largest window on which a map keeps its tolerance.
 struct Search<'a> {
     returns: ExactReturns<'a>,
-    /// Products of series that the images of windows on which the map keeps its tolerance formed:
-    /// those of others end at the first failure, which differs with the threads.
+    /// Products of series in the images of windows on which the map keeps its tolerance. Other
+    /// windows end at the first failure, which depends on the threads, and do not count.
     spent: AtomicUsize,
     run: &'a dyn DiscreteMap,
     sample: WindowSample,
     tolerance: WindowTolerance,
     bounds: Bounds<'a>,
-    /// Errors that are allowed in any case.
+    /// Errors that are allowed in any case, by coordinate.
     least: Vec<f64>,
-    /// Whether points without an image are passed over.
+    /// Whether points without an image are skipped.
     skips: bool,
 }
 
 impl Search<'_> {
-    /// The largest window of the natural shape on which the map keeps its tolerance.
+    /// Largest window of the natural shape on which the map keeps its tolerance.
     fn largest(&self) -> Option<MapWindow> {
         let holds = |octave: f64| self.holds(&self.bounds.at(octave.exp2()));
         let mut octaves = (0..=DOWN.0).map(|octave| f64::from(-octave));
@@ -542,8 +547,8 @@ impl Search<'_> {
         Some(self.bounds.at(octave.exp2()))
     }
 
-    /// Allows twice the errors that stated bounds make by themselves, and points without image
-    /// where those bounds hold some.
+    /// Allows twice the errors that stated bounds cause by themselves, and points without image if
+    /// those bounds contain some.
     fn allow_stated_errors(&mut self) {
         let points = self.points(&self.bounds.narrowest());
         let tried = points.len();
@@ -559,8 +564,8 @@ impl Search<'_> {
         }
     }
 
-    /// The window with its open bounds widened one by one, in turn, while the map keeps its
-    /// tolerance; no deeper than its points are.
+    /// Widens the open bounds of a window in turn while the map keeps its tolerance; the depth is
+    /// no larger than that of its points.
     fn widened(&self, mut window: MapWindow) -> MapWindow {
         let reached = |window: &MapWindow| {
             let sample = self.sample.resized(window);
@@ -594,12 +599,12 @@ impl Search<'_> {
         points.into_iter().step_by(one_of).collect()
     }
 
-    /// Whether the search has formed fewer products than it may.
+    /// Whether the search is below its work limit.
     fn may_go_on(&self) -> bool {
         self.spent.load(Ordering::Relaxed) < MOST_PRODUCTS
     }
 
-    /// Whether the map keeps its tolerance on a window; the first failure ends it.
+    /// Whether the map keeps its tolerance on a window; stops at the first failure.
     fn holds(&self, window: &MapWindow) -> bool {
         let limits = self.tolerance.limits(window);
         let limits: Vec<f64> = limits
@@ -622,8 +627,8 @@ impl Search<'_> {
         !points.is_empty()
     }
 
-    /// The errors at a point, `None` where it has no image to compare with and 0 outside of the
-    /// model, and the products of series that its image took.
+    /// Errors at a point (`None` without an image to compare with, 0 outside the model), and the
+    /// products of series that its image took.
     fn errors(
         &self,
         returns: &mut ExactReturns<'_>,
@@ -641,7 +646,7 @@ impl Search<'_> {
         }
     }
 
-    /// The largest errors on a window, sought from these points.
+    /// Largest errors on a window, with ascents from these points.
     fn largest_errors(&self, window: &MapWindow, images: Option<&ExactImages>) -> Largest {
         let sample = self.sample.resized(window);
         let ascents = Ascents { returns: &self.returns, run: self.run, sample: &sample };
@@ -649,11 +654,11 @@ impl Search<'_> {
         images.map_or_else(none, |images| ascents.largest(images))
     }
 
-    /// The largest error over its tolerance, infinite where points have no image.
+    /// Largest error divided by its tolerance; infinite if points have no image.
     ///
-    /// NOTE: a share of each half-width, which no scene asked for, is not asked on the verge of
-    /// contact: windows would be hundreds of times narrower for a layer as thin as the error of the
-    /// depth.
+    /// NOTE: a share of each half-width, the default tolerance, is not applied on the verge of
+    /// contact: windows would be hundreds of times narrower because of a layer as thin as the error
+    /// of the depth.
     fn excess(&self, measured: &MeasuredWindow, largest: &Largest) -> f64 {
         if measured.sample.excluded > 0 {
             return f64::INFINITY;
@@ -671,8 +676,7 @@ impl Search<'_> {
         excess.fold(0.0, f64::max)
     }
 
-    /// What is said of a window measured at these points, or of one none of whose points has an
-    /// image.
+    /// Report on a window measured at these points, or on one none of whose points has an image.
     fn measured(
         &self,
         local: &LocalMap,

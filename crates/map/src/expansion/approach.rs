@@ -1,15 +1,13 @@
-//! The approach to a surface: the free flow about its minimum of the gap, as series in the time
-//! from it.
+//! The approach to a surface: the free flow about the minimum of the gap, as series in the time
+//! from it, in variables in which `y²` replaces a coordinate.
 //!
 //! The gap at the minimum is `−y²`, so the surface was met at `t_e = t_min − y σ` with an analytic
 //! `σ`. Derivation: docs/mathematics/discontinuity.md.
 //!
-//! `y²` in the place of a coordinate.
-//!
-//! One idea: `y² = u(c, p)`, `u = −h_min`, makes one of the variables `(y; c, p)` redundant, and
-//! every product dearer. Where a step of a passage divides by `y` it matters more: `y² − u`
-//! vanishes, but not as a polynomial. Solving the relation for one coordinate, `c_j = c_j(y²; c',
-//! p)`, leaves variables that are independent.
+//! The relation `y² = u(c, p)`, `u = −h_min`, makes one of the variables `(y; c, p)` redundant, and
+//! every product more expensive. It matters more where a step of a passage divides by `y`: `y² − u`
+//! vanishes, but not as a polynomial. Solving the relation for one coordinate,
+//! `c_j = c_j(y²; c', p)`, leaves independent variables.
 
 use std::sync::Arc;
 
@@ -20,17 +18,17 @@ use crate::flow::{Field, LocalSeries, at_series_time, local_series_kept_to};
 use crate::jet::{Jet, JetSpace, implicit_root, power_series_at, power_series_with_slope_at};
 use crate::numeric::Real;
 
-/// The variables of an expansion with the depth variable `y`.
+/// Role of the depth variable `y` among the variables of an expansion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum DepthVariable {
-    /// `y` is one more variable: for expansions that do not use its relation to the others.
+    /// Variable `y` is added: for expansions that do not use its relation to the others.
     Added,
-    /// In the place of a coordinate, which is the jet that makes `−h_min` equal to `y²`: variables
-    /// are fewer and independent, so that a contact time can be found by dividing by `y`.
+    /// Variable `y` replaces a coordinate, which becomes the jet that makes `−h_min` equal to `y²`.
+    /// Variables are fewer and independent, so that a contact time can be found by dividing by `y`.
     Replacing,
 }
 
-/// The free flow about its minimum of the gap, as series in the time from the minimum.
+/// The free flow about the minimum of the gap, as series in the time from the minimum.
 pub(super) struct Approach<S: Real> {
     /// Space of `(y; coordinates; parameters)`.
     pub(super) space: Arc<JetSpace>,
@@ -38,11 +36,11 @@ pub(super) struct Approach<S: Real> {
     pub(super) first_parameter: usize,
     /// Time from the section point to the minimum, in `space`.
     minimum_time: Jet<S>,
-    /// `−h_min`, without `y`.
+    /// Depth `−h_min`, without `y`.
     pub(super) depth: Jet<S>,
-    /// The coordinate in whose place `y` stands.
+    /// Number of the coordinate that `y` replaces.
     pub(super) replaced: Option<usize>,
-    /// The section point itself, in `space`.
+    /// State at the section point, in `space`.
     pub(super) start: Vec<Jet<S>>,
     /// Taylor coefficients, in the time from the minimum, of each state component, in `space`.
     states: Vec<Vec<Jet<S>>>,
@@ -50,9 +48,9 @@ pub(super) struct Approach<S: Real> {
     pub(super) gap: Vec<Jet<S>>,
 }
 
-/// The state on the surface, as jets in `(y; coordinates; parameters)`.
+/// State on the surface, as jets in `(y; coordinates; parameters)`.
 pub(super) struct Entry<S: Real> {
-    /// The state.
+    /// Full state.
     pub(super) state: Vec<Jet<S>>,
     /// Time from the section point.
     pub(super) time: Jet<S>,
@@ -107,7 +105,7 @@ impl<S: Real> Approach<S> {
         Jet::variable(&self.space, 0, S::zero())
     }
 
-    /// Back from the minimum by `y σ` to the surface.
+    /// Goes back from the minimum by `y σ` to the surface.
     pub(super) fn entry(&self) -> Result<Entry<S>, ExpansionError> {
         let y = self.depth_variable();
         let since_minimum = -&(&y * &self.entry_time_over_depth(&y)?);
@@ -119,7 +117,7 @@ impl<S: Real> Approach<S> {
         Ok(Entry { state, time: &self.minimum_time + &since_minimum })
     }
 
-    /// `σ` of the entry time `t_min − y σ`, from the gap at the entry divided by `y²`:
+    /// Solves for `σ` of the entry time `t_min − y σ`, from the gap at the entry divided by `y²`:
     ///
     /// ```text
     /// 0 = −1 + H_2 σ² − y H_3 σ³ + y² H_4 σ⁴ − …,   σ_0 = √(2 / h'')
@@ -141,26 +139,26 @@ impl<S: Real> Approach<S> {
     }
 }
 
-/// The order, in units of the weights' divisor, to which the coefficient of each power of the time
-/// from the minimum is needed.
+/// Order, in units of the weights' divisor, to which the coefficient of each power of the time from
+/// the minimum is needed.
 ///
-/// That time is of weight 1, and the gap is divided by its square: its coefficient of power `k`
-/// acts from the weight `k − 2` on, the power `weight + 1` still at the weight.
+/// That time is of weight 1, and the gap is divided by its square: a coefficient of power `k` acts
+/// from weight `k − 2` on, so power `weight + 1` still matters.
 fn kept_about_minimum(weight: u32, divisor: u32, order: usize) -> Vec<usize> {
     let powers = 0..=(weight + 1).max(2);
     let needed = |power: u32| ((weight + 2).saturating_sub(power) / divisor) as usize;
     powers.map(|power| needed(power).min(order)).collect()
 }
 
-/// The order to which the coefficients of a series are needed of which a root of the derivative is
-/// sought, and which is summed there.
+/// Order to which each coefficient of a series is needed if the series is summed at a root of its
+/// derivative.
 pub(super) fn kept_to_minimum(order: usize) -> Vec<usize> {
     let powers = 0..=(order + 1).max(2);
     powers.map(|power| (order + 1).saturating_sub(power).min(order)).collect()
 }
 
-/// Time from a state to its minimum of the gap, and the series of the free flow about that minimum,
-/// its coefficients to given orders; the gap is the first function watched.
+/// Time from a state to the minimum of the gap, and the series of the free flow about that minimum,
+/// with coefficients to given orders; the gap is the first function watched.
 pub(super) fn series_about_minimum<S: Real>(
     field: &Field,
     start: &[Jet<S>],
@@ -190,7 +188,7 @@ pub(super) fn time_of_minimum<S: Real>(
     Ok(root)
 }
 
-/// Slopes of the depth below this share of the largest count as none.
+/// Slopes of the depth below this share of the largest count as zero.
 const NO_SLOPE: f64 = 1e-9;
 
 /// The variables (coordinates; parameters) as jets in `(y; c', p)`.
@@ -198,15 +196,14 @@ const NO_SLOPE: f64 = 1e-9;
 pub(super) struct DepthChart<S: Real> {
     /// Space of `(y; coordinates; parameters)`, without a monomial in the replaced coordinate.
     pub(super) space: Arc<JetSpace>,
-    /// The coordinate.
+    /// Number of the replaced coordinate.
     pub(super) replaced: usize,
-    /// The replaced coordinate.
+    /// Jet of the replaced coordinate.
     coordinate: Jet<S>,
 }
 
 impl<S: Real> DepthChart<S> {
-    /// Solves `u = y²` for a coordinate, to a weight; `depth` is `u` in (coordinates;
-    /// parameters).
+    /// Solves `u = y²` for a coordinate, to a weight; `depth` is `u` in (coordinates; parameters).
     ///
     /// # Errors
     ///
@@ -219,7 +216,7 @@ impl<S: Real> DepthChart<S> {
     ) -> Result<Self, ExpansionError> {
         let replaced = steepest_coordinate(depth, variables)?;
         let mut others = variables.clone();
-        // Too heavy to have a monomial.
+        // The replaced coordinate is made too heavy to have a monomial.
         others.weights[replaced] = weight + 1;
         let space = others.contact_space(weight)?;
         let powers = powers_of(replaced, depth, &space);
@@ -232,7 +229,7 @@ impl<S: Real> DepthChart<S> {
         Ok(Self { space, replaced, coordinate })
     }
 
-    /// Jets in (coordinates; parameters) as jets in `(y; c', p)`.
+    /// Converts jets in (coordinates; parameters) to jets in `(y; c', p)`.
     pub(super) fn raise(&self, jets: &[Jet<S>]) -> Vec<Jet<S>> {
         let raised = |jet: &Jet<S>| {
             let powers = powers_of(self.replaced, jet, &self.space);
@@ -241,7 +238,7 @@ impl<S: Real> DepthChart<S> {
         jets.iter().map(raised).collect()
     }
 
-    /// The variables (coordinates; parameters) themselves.
+    /// Jets of the variables (coordinates; parameters).
     pub(super) fn variables(&self) -> Vec<Jet<S>> {
         let variable = |number: usize| match number == self.replaced {
             true => self.coordinate.clone(),
@@ -251,7 +248,7 @@ impl<S: Real> DepthChart<S> {
     }
 }
 
-/// The coefficient of each power of a variable of a jet in (coordinates; parameters), in a space of
+/// Coefficient of each power of a variable of a jet in (coordinates; parameters), in a space of
 /// `(y; coordinates; parameters)`.
 fn powers_of<S: Real>(variable: usize, jet: &Jet<S>, space: &Arc<JetSpace>) -> Vec<Jet<S>> {
     let mut powers = vec![Jet::zero(space)];
@@ -269,11 +266,12 @@ fn powers_of<S: Real>(variable: usize, jet: &Jet<S>, space: &Arc<JetSpace>) -> V
     powers
 }
 
-/// The coordinate to replace: of those the depth depends on, the lightest, of these the steepest.
+/// The coordinate to replace: among those of the lowest weight that the depth depends on, the
+/// steepest.
 ///
 /// # Errors
 ///
-/// [`ExpansionError::DepthWithoutSlope`].
+/// [`ExpansionError::DepthWithoutSlope`] if the depth depends on no coordinate.
 pub(super) fn steepest_coordinate<S: Real>(
     depth: &Jet<S>,
     variables: &Variables,

@@ -1,10 +1,10 @@
 //! The composed form: the whole map as one polynomial pass in `(y_1 … y_K; coordinates;
 //! parameters)`.
 //!
-//! One idea: `y_k² = depth_k(y_1 … y_{k−1}; x, p)` where passage `k` makes contact, so that no
-//! power of `y_k` above the second is needed, or, with one depth variable, no power of one of the
-//! coordinates. A polynomial in all depth variables is then a list of polynomials in (coordinates;
-//! parameters), one for each choice of a power of every `y_k`.
+//! If passage `k` makes contact, `y_k² = depth_k(y_1 … y_{k−1}; x, p)`. The relation removes powers
+//! of `y_k` above the second or, with one depth variable, all powers of one coordinate. A
+//! polynomial in all depth variables is then a list of polynomials in (coordinates; parameters),
+//! one for each choice of powers of the `y_k`.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -20,14 +20,15 @@ use crate::numeric::{Real, Scalar};
 /// The composed form of a map with passages `1 … K`: one polynomial pass in the coordinates, the
 /// parameters and the depth variables `y_k = √max(0, depth_k(y_1 … y_{k−1}; x, p))`.
 ///
-/// With one passage, `P_i = smooth_i(x, p) + y linear_i(x, p) + y² quadratic_i(x, p)`; where the
-/// passage is what a return begins with, `P_i = smooth_i(x, p) + Σ_k y^k P_{i,k}(x', p)`, `x'`
-/// without the coordinate along which the depth is steepest.
+/// With one passage, `P_i = smooth_i(x, p) + y linear_i(x, p) + y² quadratic_i(x, p)`. If the
+/// return begins with the passage, `P_i = smooth_i(x, p) + Σ_k y^k P_{i,k}(x', p)`; `x'` omits the
+/// coordinate along which the depth is steepest.
 #[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct ComposedMap<S: Scalar = f64> {
-    /// `−h_min` of each passage seen from the section, which depends on the passages before it.
+    /// Depth `−h_min` of each passage as a function on the section; it depends on the passages
+    /// before.
     pub depths: Vec<DepthPolynomial<S>>,
-    /// One polynomial per coordinate.
+    /// Image: one polynomial per coordinate.
     pub image: Vec<DepthPolynomial<S>>,
 }
 
@@ -41,12 +42,12 @@ impl ComposedMap {
 
 /// Composes a local map.
 ///
-/// With one passage and `P = L₂ ∘ D ∘ L₁` the result is `P_smooth + y B̂ + y² Ĉ`, `P_smooth = L₂ ∘
-/// L₁`; where the contact is what a return begins with, `P = L ∘ D`, it is `P_smooth + Σ_k y^k
-/// P_k`, the `P_k` free of the coordinate along which the depth is steepest. In general what has no
-/// depth variable is kept to the legs' order, what has any to the larger of the contacts' weight
-/// and the legs' order (after a contact a state deviation is `O(y)`, so order `N` of a leg acts
-/// at weight `N`).
+/// With one passage and `P = L₂ ∘ D ∘ L₁` the result is `P_smooth + y B̂ + y² Ĉ`, with
+/// `P_smooth = L₂ ∘ L₁`. If the return begins with the contact, `P = L ∘ D`, the result is
+/// `P_smooth + Σ_k y^k P_k`, and the `P_k` are free of the coordinate along which the depth is
+/// steepest. Terms without a depth variable are kept to the legs' order, terms with one to the
+/// larger of the contacts' weight and the legs' order (after a contact a state deviation is `O(y)`,
+/// so order `N` of a leg acts at weight `N`).
 ///
 /// # Errors
 ///
@@ -66,7 +67,7 @@ pub fn compose(map: &LocalMap, variables: &Variables) -> Result<ComposedMap, Exp
     of_any(map, variables, weight, smooth)
 }
 
-/// The stages as legs; `None` where there is a contact among them.
+/// The stages as legs; `None` if one of them is a contact.
 fn only_legs(stages: &[Stage]) -> Option<Vec<&Leg>> {
     let legs = stages.iter().map(|stage| match stage {
         Stage::Leg(leg) => Some(leg),
@@ -75,13 +76,13 @@ fn only_legs(stages: &[Stage]) -> Option<Vec<&Leg>> {
     legs.collect()
 }
 
-/// Composes a map that begins with its one contact: in `(y; c', p)`, the depth variable in the
-/// place of a coordinate, the contact is one substitution for that coordinate, and what it corrects
-/// is left in these variables.
+/// Composes a map that begins with its only contact. In `(y; c', p)`, with the depth variable in
+/// place of a coordinate, the contact is one substitution for that coordinate; the corrections
+/// remain in these variables.
 ///
-/// NOTE: written in all coordinates instead, by `y² = −h_min`, the correction would be a sum of
-/// large terms that cancel where coordinates and parameters are larger than what they leave of the
-/// depth: `(Q − q)^k` for `y^{2k}`.
+/// NOTE: in all coordinates, by `y² = −h_min`, the correction would be a sum of large terms that
+/// cancel if coordinates and parameters are larger than the depth, their difference: `(Q − q)^k`
+/// for `y^{2k}`.
 fn after_contact(
     contact: &Contact,
     legs: &[&Leg],
@@ -114,8 +115,8 @@ fn after_contact(
     })
 }
 
-/// The correction of each coordinate by a contact, in the variables of a chart and up to a weight:
-/// as it was found, or from the canonical form.
+/// Correction of each coordinate by a contact, in the variables of a chart and up to a weight: the
+/// depth form if it is known, otherwise from the canonical form.
 fn corrections(contact: &Contact, chart: &DepthChart<f64>, weight: u32) -> Vec<Jet<f64>> {
     let found = contact.depth_form.as_ref();
     if let Some(form) = found.filter(|form| form.replaced == chart.replaced) {
@@ -154,17 +155,17 @@ fn of_any(
     })
 }
 
-/// All stages of a map, one substituted into the next.
+/// Result of substituting each stage of a map into the next.
 struct Composition {
-    /// `−h_min` of each passage.
+    /// Depth `−h_min` of each passage.
     depths: Vec<Jet<f64>>,
-    /// The image of each coordinate.
+    /// Image of each coordinate.
     image: Vec<Jet<f64>>,
 }
 
 impl Composition {
-    /// From (coordinates; parameters) as jets; `act` is what a contact, with its number, does to a
-    /// state.
+    /// Substitutes all stages, beginning with `start`, (coordinates; parameters) as jets. `act`
+    /// applies a contact, given with its number, to a state.
     fn of(
         map: &LocalMap,
         start: Vec<Jet<f64>>,
@@ -187,14 +188,14 @@ impl Composition {
     }
 }
 
-/// The (coordinates; parameters) after a leg; parameters are carried along unchanged.
+/// State (coordinates; parameters) after a leg; parameters are unchanged.
 fn fly(leg: &Leg, state: &[Jet<f64>]) -> Vec<Jet<f64>> {
     let mut image = substitute_all(&leg.image, state);
     image.extend_from_slice(&state[leg.image.len()..]);
     image
 }
 
-/// `x ↦ x + y (linear + y quadratic)`.
+/// Applies a contact: `x ↦ x + y (linear + y quadratic)`.
 fn act(contact: &Contact, mut state: Vec<Jet<f64>>, y: &Jet<f64>) -> Vec<Jet<f64>> {
     let linear = substitute_all(&contact.linear, &state);
     let quadratic = substitute_all(&contact.quadratic, &state);
@@ -204,11 +205,11 @@ fn act(contact: &Contact, mut state: Vec<Jet<f64>>, y: &Jet<f64>) -> Vec<Jet<f64
     state
 }
 
-/// A polynomial in `(y_1 … y_K; coordinates; parameters)`, with several passages at most quadratic
+/// A polynomial in `(y_1 … y_K; coordinates; parameters)`; with several passages, at most quadratic
 /// in each `y_k`.
 #[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct DepthPolynomial<S: Scalar = f64> {
-    /// Its terms by increasing powers of the depth variables; the first has none of them.
+    /// Terms by increasing powers of the depth variables; the first term has none.
     pub terms: Vec<DepthTerm<S>>,
 }
 
@@ -217,12 +218,12 @@ pub struct DepthPolynomial<S: Scalar = f64> {
 pub struct DepthTerm<S: Scalar = f64> {
     /// Power of each depth variable.
     pub powers: Vec<u8>,
-    /// The coefficient of these powers, in (coordinates; parameters).
+    /// Coefficient of these powers, a polynomial in (coordinates; parameters).
     pub coefficient: Jet<S>,
 }
 
 impl<S: Real> DepthPolynomial<S> {
-    /// Its value at depth variables and a point (coordinates; parameters).
+    /// Value at given depth variables and at a point (coordinates; parameters).
     pub fn evaluate(&self, depths: &[S], point: &[S]) -> S {
         let value = |term: &DepthTerm<S>| {
             let powers = term.powers.iter().zip(depths);
@@ -235,14 +236,14 @@ impl<S: Real> DepthPolynomial<S> {
 }
 
 impl DepthPolynomial {
-    /// From coefficients by the powers of the depth variables that they belong to.
+    /// A polynomial from coefficients, each with its powers of the depth variables.
     pub(super) fn of(terms: impl IntoIterator<Item = (Vec<u8>, Jet<f64>)>) -> Self {
         let terms =
             terms.into_iter().map(|(powers, coefficient)| DepthTerm { powers, coefficient });
         Self { terms: terms.collect() }
     }
 
-    /// The same polynomial over another scalar.
+    /// Converts the coefficients to another scalar.
     pub fn map_scalars<T: Real>(&self, convert: impl Fn(f64) -> T + Copy) -> DepthPolynomial<T> {
         let terms = self.terms.iter().map(|term| DepthTerm {
             powers: term.powers.clone(),
@@ -258,8 +259,7 @@ impl DepthPolynomial {
     }
 }
 
-/// The space of `(y_1 … y_K; coordinates; parameters)` up to a weight, every `y_k` of
-/// weight 1.
+/// Space of `(y_1 … y_K; coordinates; parameters)` up to a weight; every `y_k` has weight 1.
 struct DepthSpace<'a> {
     space: Arc<JetSpace>,
     passages: usize,
@@ -273,26 +273,26 @@ impl<'a> DepthSpace<'a> {
         Ok(Self { space: JetSpace::new(&weights, weight as usize)?, passages, variables, weight })
     }
 
-    /// The variables (coordinates; parameters) as themselves.
+    /// Jets of the variables (coordinates; parameters).
     fn identity(&self) -> Vec<Jet<f64>> {
         (0..self.variables.len())
             .map(|variable| Jet::variable(&self.space, self.passages + variable, 0.0))
             .collect()
     }
 
-    /// The depth variable of a passage.
+    /// Jet of the depth variable of a passage.
     fn depth_variable(&self, passage: usize) -> Jet<f64> {
         Jet::variable(&self.space, passage, 0.0)
     }
 
-    /// The jet with powers of `y_k` above the second lowered by `y_k² = depths[k]`, the last
-    /// passage first.
+    /// Removes powers of `y_k` above the second by `y_k² = depths[k]`, the last passage first.
     fn reduced(&self, jet: &Jet<f64>, depths: &[Jet<f64>]) -> Jet<f64> {
         let passages = depths.iter().enumerate().rev();
         passages.fold(jet.clone(), |jet, (passage, depth)| self.reduced_in(passage, &jet, depth))
     }
 
-    /// `f_0 + y Σ_j f_{1+2j} depth^j + y² Σ_j f_{2+2j} depth^j`, `f_j` being what multiplies `y^j`.
+    /// `f_0 + y Σ_j f_{1+2j} depth^j + y² Σ_j f_{2+2j} depth^j`, with `f_j` the coefficient of
+    /// `y^j`.
     fn reduced_in(&self, passage: usize, jet: &Jet<f64>, depth: &Jet<f64>) -> Jet<f64> {
         let fold = |first: u8| {
             let powers = (first..=self.weight.min(255) as u8).step_by(2);
@@ -305,7 +305,7 @@ impl<'a> DepthSpace<'a> {
         &self.without_power(jet, passage, 0) + &(&y * &corrections)
     }
 
-    /// The coefficient of `y_k^power`.
+    /// Coefficient of `y_k^power`.
     fn without_power(&self, jet: &Jet<f64>, passage: usize, power: u8) -> Jet<f64> {
         let mut result = Jet::zero(&self.space);
         let mut lowered = vec![0; self.space.variables()];
@@ -321,7 +321,7 @@ impl<'a> DepthSpace<'a> {
         result
     }
 
-    /// A reduced jet as a polynomial; what has no depth variable is taken from `smooth` instead.
+    /// A reduced jet as a polynomial; its terms without a depth variable are replaced by `smooth`.
     fn polynomial(
         &self,
         smooth: Jet<f64>,

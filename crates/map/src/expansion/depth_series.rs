@@ -1,11 +1,10 @@
-//! The discontinuity mapping along the depth alone: its leading law, where its series ends, and
-//! what a truncation leaves out at the edge of a window.
+//! The discontinuity mapping along the depth only: its leading law, its radius of convergence, and
+//! the truncation error at the edge of a window.
 //!
-//! One idea: with every other deviation at zero the correction is an ordinary power series in `y`.
-//! Its first coefficient that does not vanish is the law of the contact (`y` for a rigid or
-//! prestressed stop, `y²` or `y³` for softer ones); the growth of its last ones is the radius
-//! within which any truncation makes sense. What weight `W` leaves out at the largest depth of a
-//! window is the rest of that series.
+//! If all other deviations are zero, the correction is a power series in `y`. Its first nonzero
+//! coefficient is the law of the contact (`y` for a rigid or prestressed stop, `y²` or `y³` for
+//! softer ones). The growth of its last coefficients gives the radius within which a truncation
+//! makes sense. The error of weight `W` at the largest depth of a window is the rest of the series.
 
 use std::ops::Range;
 
@@ -17,29 +16,29 @@ use super::variables::DEVIATION_WEIGHT;
 use crate::jet::Jet;
 use crate::numeric::{Bracket, Dd, Scalar};
 
-/// Coefficients below this share of the largest of this power, or of what lower ones carry on, are
-/// rounding.
+/// A coefficient below this share of the largest of its power, or of the rounding carried on from
+/// lower powers, is rounding.
 const VANISHING: f64 = 1e-20;
-/// How many powers make one of the two groups that the radius is estimated from.
+/// Number of powers in each of the two groups used to estimate the radius.
 const LAST_POWERS: usize = 8;
 
-/// The correction `D(x) − x` of each coordinate of the section as a power series in the depth
-/// variable `y`.
+/// Correction `D(x) − x` of each coordinate of the section as a power series in the depth variable
+/// `y`.
 ///
-/// All deviations are zero but that of the coordinate along which the depth is steepest, which is
-/// the one that makes the depth `y²`.
+/// All deviations are zero except the coordinate along which the depth is steepest; that coordinate
+/// produces the depth `y²`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DepthSeries {
-    /// Coefficients by coordinate, then by power of `y`; those that vanish but for rounding are 0.
+    /// Coefficients by coordinate, then by power of `y`; a coefficient that is rounding is 0.
     pub coefficients: Vec<Vec<Dd>>,
 }
 
 /// The leading term `coefficient · y^exponent` of a correction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LeadingLaw {
-    /// Power of `y`.
+    /// Leading power of `y`.
     pub exponent: u32,
-    /// Its coefficient.
+    /// Coefficient of that power.
     pub coefficient: Dd,
 }
 
@@ -66,8 +65,8 @@ impl DepthSeries {
         Ok(Self { coefficients: coordinates.map(correction).collect() })
     }
 
-    /// The leading law of a coordinate's correction; `None` if it vanishes up to the order of the
-    /// series.
+    /// Leading law of a coordinate's correction; `None` if the correction vanishes up to the order
+    /// of the series.
     pub fn leading_law(&self, coordinate: usize) -> Option<LeadingLaw> {
         let series = &self.coefficients[coordinate];
         let exponent = series.iter().position(|&value| value != Dd::ZERO)?;
@@ -76,22 +75,22 @@ impl DepthSeries {
 
     /// Estimates the radius of convergence in `y`, the smallest over the coordinates.
     ///
-    /// The contact time is the root of an analytic equation, so that the nearest singularity is, as
-    /// a rule, a square root, `|c_j| ~ j^{−3/2} R^{−j}`. Of the largest `m_j = j^{3/2} |c_j|`
-    /// among the last powers and that among as many before:
+    /// The contact time is the root of an analytic equation, so the nearest singularity is usually
+    /// a square root, `|c_j| ~ j^{−3/2} R^{−j}`. From the largest `m_j = j^{3/2} |c_j|` among the
+    /// last powers and the largest `m_i` among as many before:
     ///
     /// ```text
     /// R = (m_i / m_j)^{1/(j − i)}
     /// ```
     ///
-    /// `None` if no coordinate has coefficients there. At order 24 the estimate is right to some
-    /// ten per cent.
+    /// `None` if no coordinate has coefficients among these powers. At order 24 the error of the
+    /// estimate is some ten per cent.
     pub fn radius(&self) -> Option<f64> {
         self.coefficients.iter().filter_map(|series| radius_of(series)).reduce(f64::min)
     }
 }
 
-/// See [`DepthSeries::radius`].
+/// Radius of one series; see [`DepthSeries::radius`].
 fn radius_of(series: &[Dd]) -> Option<f64> {
     let largest = |powers: Range<usize>| {
         let weighted = powers.map(|power| {
@@ -107,8 +106,8 @@ fn radius_of(series: &[Dd]) -> Option<f64> {
     radius.is_finite().then_some(radius)
 }
 
-/// The graze with weights of its variables that leave nothing but powers of `y`, and of the
-/// coordinate that makes the depth.
+/// The graze with weights such that only powers of `y`, and of the coordinate that produces the
+/// depth, remain.
 fn depth_alone(graze: &Graze, order: u32) -> Result<Graze, ExpansionError> {
     let lowest = Approach::<f64>::new(graze, 2, DepthVariable::Added)?;
     let steepest = steepest_coordinate(&lowest.depth, &graze.variables)?;
@@ -118,13 +117,13 @@ fn depth_alone(graze: &Graze, order: u32) -> Result<Graze, ExpansionError> {
     Ok(alone)
 }
 
-/// The largest coefficient of each power over the components of the image, or of a lower one where
-/// rounding carries it on.
+/// Scale of rounding at each power: the largest coefficient over the components of the image, or
+/// that of a lower power if its rounding carried on is larger.
 ///
-/// Coefficients of a series whose radius exceeds 1 fall from power to power without being rounding:
-/// what a lower power leaves at a higher one falls as fast, by `λ = max_k (M_k/M_0)^{1/k}` a power,
-/// `M_k` being the largest of power `k`. The threshold therefore does not depend on the units of
-/// length.
+/// Coefficients of a series with a radius above 1 fall from power to power without being rounding.
+/// Rounding carried on from a lower power falls as fast, by `λ = max_k (M_k/M_0)^{1/k}` per power,
+/// with `M_k` the largest coefficient of power `k`. The threshold therefore does not depend on the
+/// unit of length.
 fn scales(image: &[Jet<Dd>], order: u32) -> Vec<f64> {
     let of_power = |power: usize| {
         let values = image.iter().map(|jet| at_power(jet, power).magnitude());
@@ -140,7 +139,7 @@ fn scales(image: &[Jet<Dd>], order: u32) -> Vec<f64> {
     scales.collect()
 }
 
-/// `λ` of a list of sizes, at most 1.
+/// Decay rate `λ` of a list of sizes, at most 1.
 fn decay(sizes: &[f64]) -> f64 {
     let Some(first) = sizes.iter().position(|&size| size > 0.0) else {
         return 1.0;
@@ -163,8 +162,7 @@ fn without_rounding(jet: &Jet<Dd>, power: usize, scale: f64) -> Dd {
     if value.magnitude() <= VANISHING * scale { Dd::ZERO } else { value }
 }
 
-/// The part of a discontinuity mapping that truncation at a weight leaves out at the largest depth
-/// of a window.
+/// Truncation error of a discontinuity mapping at the largest depth of a window.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct WindowEdge {
     /// Largest `y²` of the window.
@@ -175,27 +173,27 @@ pub struct WindowEdge {
     pub contact_weight: u32,
     /// Lowest power of `y` in a correction.
     pub leading_exponent: u32,
-    /// Share of the correction that the truncation leaves out at the edge, at most:
-    /// `Σ_{k>W} |c_k| y^k / |c_n| y^n`, the powers beyond those known estimated from the radius; 1
-    /// where the correction begins above the weight.
+    /// Upper bound on the share of the correction that truncation omits at the edge:
+    /// `Σ_{k>W} |c_k| y^k / |c_n| y^n`. Powers beyond those known are estimated from the radius; 1
+    /// if the correction begins above the weight.
     #[serde(with = "crate::numeric::unbounded_number")]
     pub omitted_share: f64,
-    /// The depth at which the share is [`LARGEST_SHARE`](Self::LARGEST_SHARE), within the radius;
-    /// 0 where the correction begins above the weight.
+    /// Depth within the radius at which the share is [`LARGEST_SHARE`](Self::LARGEST_SHARE); 0 if
+    /// the correction begins above the weight.
     pub usable_depth: f64,
 }
 
 impl WindowEdge {
-    /// The share above which a window is said to be too deep: fewer than two digits of the
-    /// contact's correction.
+    /// Largest share for which a window does not count as too deep: above it, fewer than two digits
+    /// of the contact's correction are right.
     pub const LARGEST_SHARE: f64 = 1e-2;
 
-    /// The edge of a window that reaches to a depth `y²`, for a truncation weight below the order
-    /// of the series.
+    /// Edge of a window that reaches to a depth `y²`, for a truncation weight below the order of
+    /// the series.
     ///
-    /// The corrections asked are those that begin with the lowest power. `None` where all of them
-    /// vanish or their series end, and there is nothing to leave out. A weight that is not
-    /// below the order of the series is taken as the highest one that is.
+    /// Only corrections that begin with the lowest power count. `None` if all of them vanish or
+    /// their series end, so that nothing is omitted. A weight that is not below the order of the
+    /// series is replaced by the highest one that is.
     ///
     /// ```
     /// use grazemap_map::expansion::{DepthSeries, WindowEdge};
@@ -228,15 +226,15 @@ impl WindowEdge {
         Some(Self { depth, radius, contact_weight, leading_exponent, omitted_share, usable_depth })
     }
 
-    /// Whether the window lies within the radius and the truncation leaves out no more than
+    /// Whether the window lies within the radius and truncation omits no more than
     /// [`LARGEST_SHARE`](Self::LARGEST_SHARE).
     pub fn is_within(&self) -> bool {
         self.omitted_share <= Self::LARGEST_SHARE && self.depth < self.radius * self.radius
     }
 }
 
-/// `Σ_{k>W} |c_k| y^k / |c_n| y^n`, the largest over the corrections that begin with `y^n`, with
-/// the [tail](tail_factor) beyond the powers known.
+/// Share `Σ_{k>W} |c_k| y^k / |c_n| y^n`, the largest over the corrections that begin with `y^n`,
+/// with the [tail](tail_factor) beyond the powers known.
 fn omitted_share(series: &DepthSeries, leading: u32, weight: u32, y: f64, radius: f64) -> f64 {
     let leading = leading as usize;
     let of = |coefficients: &Vec<_>| {
@@ -246,7 +244,7 @@ fn omitted_share(series: &DepthSeries, leading: u32, weight: u32, y: f64, radius
         let rest = (first..=order).map(|k| size(k) * y.powi((k - leading) as i32));
         let last = order.saturating_sub(ENVELOPE).max(leading)..=order;
         let envelope = last.map(|k| {
-            // The ratio of terms that lie so many powers apart.
+            // Ratio of terms this many powers apart.
             let ratio = (y / radius).powi((order - k) as i32);
             size(k) * y.powi((k - leading) as i32) * ratio
         });
@@ -257,11 +255,11 @@ fn omitted_share(series: &DepthSeries, leading: u32, weight: u32, y: f64, radius
     shares.fold(0.0, f64::max)
 }
 
-/// How many of the last powers tell how large the next ones are: some vanish by symmetry.
+/// Number of last powers that bound the next ones; several, because some vanish by symmetry.
 const ENVELOPE: usize = 4;
 
-/// `Σ_{k>n} |c_k| y^k` over `|c_n| y^n` where `|c_k| ~ k^{−3/2} R^{−k}`, at most: `q/(1 − q)` with
-/// `q = y/R`, and on the circle itself `2n`.
+/// Upper bound on `Σ_{k>n} |c_k| y^k` over `|c_n| y^n` if `|c_k| ~ k^{−3/2} R^{−k}`: `q/(1 − q)`
+/// with `q = y/R`, and `2n` on the circle itself.
 fn tail_factor(q: f64, order: usize) -> f64 {
     let on_the_circle = 2.0 * order as f64;
     if q < 1.0 { (q / (1.0 - q)).min(on_the_circle) } else { on_the_circle }
@@ -272,7 +270,7 @@ mod tests {
     use super::*;
     use crate::numeric::Dd;
 
-    /// `Σ_{k≥first} (y/R)^k`.
+    /// Geometric series `Σ_{k≥first} (y/R)^k`.
     fn geometric(first: usize, radius: f64) -> DepthSeries {
         let coefficient = |k: usize| {
             if k < first { Dd::ZERO } else { Dd::from(radius.powi(-(k as i32))) }
@@ -298,8 +296,8 @@ mod tests {
 
     #[test]
     fn what_lies_beyond_the_powers_known_is_counted() {
-        // The estimate of the radius takes the terms for k^(-3/2) R^-k, so that it is larger than
-        // that of a geometric series.
+        // The estimate of the radius assumes terms `k^(-3/2) R^-k`, so it is larger than the radius
+        // of a geometric series.
         let series = geometric(1, 0.1);
         let exact = 0.5_f64.powi(23) / 0.5;
         let edge = WindowEdge::new(&series, 0.05 * 0.05, 23).expect("an infinite series");

@@ -1,8 +1,8 @@
 //! The discontinuity mapping, as jets in `(y; coordinates; parameters)`.
 //!
-//! One idea: with the depth variable `y² = −h_min` every step of a grazing passage is analytic. The
-//! passage is followed as it happens, each step a jet: down to the minimum of the gap, back by `y
-//! σ` to the surface, through the reset or the contact, and along the free flow to the section. No
+//! With the depth variable `y² = −h_min` every step of a grazing passage is analytic. The passage
+//! is followed in the order of events, each step a jet: to the minimum of the gap, back by `y σ` to
+//! the surface, through the reset or the contact, and along the free flow to the section. No
 //! formula of a paper is coded. Derivation: docs/mathematics/discontinuity.md and
 //! docs/mathematics/contact-laws.md (after Nordmark 1991 and di Bernardo et al. 2008).
 //!
@@ -25,14 +25,14 @@ use crate::orbit::PoincareSectionKind;
 /// Expands the discontinuity mapping on a section to the weight `weight`.
 ///
 /// The result is canonical: image = coordinates + `y · linear` + `y² · quadratic`, with `linear` to
-/// weight `weight − 1`, `quadratic` to `weight − 2` and `depth = −h_min` to `weight + 1`, so that
-/// each contributes an error of weight `weight + 1`.
+/// weight `weight − 1`, `quadratic` to `weight − 2` and `depth = −h_min` to `weight + 1`. Each
+/// contributes an error of weight `weight + 1`.
 ///
 /// # Errors
 ///
-/// [`ExpansionError`] if the graze is not simple, the reset is no identity at zero normal velocity,
-/// the contact law has no expansion in powers of `y` ([`ContactLawError`](super::ContactLawError)),
-/// or a jet space would be too large.
+/// [`ExpansionError`] if the graze is not simple, the reset is not the identity at zero normal
+/// velocity, the contact law has no expansion in powers of `y`
+/// ([`ContactLawError`](super::ContactLawError)), or a jet space would be too large.
 pub fn discontinuity<S: Real>(graze: &Graze, weight: u32) -> Result<Contact<S>, ExpansionError> {
     let through = Through::of(graze)?;
     let kept = weight + through.lost_weights();
@@ -42,7 +42,7 @@ pub fn discontinuity<S: Real>(graze: &Graze, weight: u32) -> Result<Contact<S>, 
 }
 
 impl<S: Real> Approach<S> {
-    /// The image of the section point: at zero net time, or on the tangency section.
+    /// Image of the section point, at zero net time or on the tangency section.
     pub(super) fn image(
         &self,
         graze: &Graze,
@@ -62,7 +62,7 @@ impl<S: Real> Approach<S> {
         Ok(series.state_at(&to_section))
     }
 
-    /// The state just after the contact (the reset of a rigid stop, or the contact field up to the
+    /// State just after the contact (the reset of a rigid stop, or the contact field up to the
     /// release) and the time from the section point, as jets in `(y; coordinates; parameters)`.
     fn departure(
         &self,
@@ -82,8 +82,8 @@ impl<S: Real> Approach<S> {
         })
     }
 
-    /// Takes the identity off, orders by powers of `y`, and replaces `y²` beyond the first by the
-    /// depth.
+    /// Canonical form: subtracts the identity, orders by powers of `y`, and replaces powers of `y`
+    /// above the second by `y² = depth`.
     fn canonical(
         &self,
         graze: &Graze,
@@ -114,7 +114,7 @@ impl<S: Real> Approach<S> {
         })
     }
 
-    /// `−h_min` to the weight `weight + 1`.
+    /// Depth `−h_min` to the weight `weight + 1`.
     fn depth_to(&self, variables: &Variables, weight: u32) -> Result<Jet<S>, ExpansionError> {
         if self.space.order() == weight as usize {
             return Ok(self.depth.clone());
@@ -130,7 +130,7 @@ impl<S: Real> Approach<S> {
     ) -> Result<(), ExpansionError> {
         let at_zero_depth = coefficient_of_depth_power(correction, 0, self.depth.space());
         let displacement = largest(&at_zero_depth);
-        // The state itself is in the image: its size is what was rounded.
+        // The image contains the state itself, whose size determines the rounding.
         let scale = largest(image).max(1.0);
         if displacement.is_nan() || displacement > 1e6 * S::ROUNDOFF * scale {
             let surface = passage.surface.clone();
@@ -146,18 +146,18 @@ fn largest<S: Real>(jet: &Jet<S>) -> f64 {
 
 /// Contact of a passage with its surface.
 pub(super) enum Through<'a> {
-    /// A reset.
+    /// A rigid stop, with its reset.
     Reset(&'a Program),
-    /// The contact field, until the release.
+    /// A compliant stop: the contact field, and its release.
     Contact { field: &'a Field, release: ReleaseBalance },
 }
 
 impl<'a> Through<'a> {
-    /// The way through the surface of a passage.
+    /// Contact of a passage with its surface, by the surface's law.
     ///
     /// # Errors
     ///
-    /// [`ContactLawError`](super::ContactLawError) where a contact has no release near the graze.
+    /// [`ContactLawError`](super::ContactLawError) if a contact has no release near the graze.
     pub(super) fn of(graze: &'a Graze) -> Result<Self, ExpansionError> {
         Ok(match &graze.passage.law {
             ContactLaw::Rigid { reset } => Self::Reset(reset),
@@ -167,7 +167,7 @@ impl<'a> Through<'a> {
         })
     }
 
-    /// Weights by which the image is less exact than the state on the surface.
+    /// Number of weights by which the image is less exact than the state on the surface.
     pub(super) fn lost_weights(&self) -> u32 {
         match self {
             Self::Reset(_) => 0,
@@ -186,8 +186,7 @@ pub struct ImpactSpeed {
 }
 
 impl ImpactSpeed {
-    /// The speed of a contact of depth variable `y` that is reached at a point (coordinates;
-    /// parameters).
+    /// Speed of a contact with depth variable `y` at a point (coordinates; parameters).
     pub fn at(&self, y: f64, point: &[f64]) -> f64 {
         y * (self.linear.evaluate(point) + y * self.quadratic.evaluate(point))
     }

@@ -1,4 +1,4 @@
-//! What can go wrong in an expansion, in a contact law, and where a contact is flown.
+//! Errors of an expansion, of a contact law, and of an exactly flown contact.
 
 use std::fmt;
 
@@ -10,10 +10,10 @@ use crate::orbit::NotLocated;
 /// Error of an expansion.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ExpansionError {
-    /// A jet space or an operation on jets.
+    /// A jet space or an operation on jets failed.
     #[error(transparent)]
     Jet(#[from] JetError),
-    /// Orders at which a map would take minutes.
+    /// Orders are so high that a map would take minutes.
     #[error(
         "`expansion.{key} = {order}`: one product of two series in {variables} variables takes \
          {products} products of coefficients, at most {most} are made; the highest that is not \
@@ -22,36 +22,36 @@ pub enum ExpansionError {
     TooMuchWork {
         /// `smooth_order` or `contact_weight`.
         key: &'static str,
-        /// Its value.
+        /// Value of that key.
         order: u32,
         /// Variables of the series.
         variables: usize,
-        /// Products of coefficients.
+        /// Products of coefficients in one product of two series.
         products: u128,
-        /// Most of them.
+        /// Largest number of products allowed.
         most: u128,
-        /// The highest value with at most so many.
+        /// Highest value of the key that is allowed.
         highest: u32,
     },
-    /// The flow under an expansion.
+    /// The flow of an expansion failed.
     #[error(transparent)]
     Flow(#[from] FlowError),
-    /// The contact law of a compliant surface.
+    /// The contact law of a compliant surface has no expansion.
     #[error(transparent)]
     ContactLaw(#[from] ContactLawError),
-    /// A contact that cannot be flown exactly.
+    /// A contact cannot be flown exactly.
     #[error(transparent)]
     Flight(#[from] FlightError),
-    /// A flown map was asked for where every stop is rigid.
+    /// A flown map is requested, but every stop is rigid.
     #[error("there is no contact to fly: every stop is rigid; use the shape `factored`")]
     NothingToFly,
-    /// A composed form was asked for where a contact is flown.
+    /// A composed form is requested of a map with a flown contact.
     #[error("a map with a flown contact has no composed form: its contact is no polynomial")]
     FlownIsNoPolynomial,
-    /// Small linear algebra.
+    /// Linear algebra failed.
     #[error(transparent)]
     Numeric(#[from] NumericError),
-    /// The depth cannot stand in the place of a coordinate.
+    /// The depth cannot replace a coordinate.
     #[error("the depth -h_min has no slope along any coordinate of the section at the graze")]
     DepthWithoutSlope,
     /// The graze is not simple.
@@ -62,7 +62,7 @@ pub enum ExpansionError {
         /// Normal acceleration at the graze.
         normal_acceleration: f64,
     },
-    /// The reset moves a state that only touches.
+    /// The reset moves a state that only touches the surface.
     #[error(
         "the reset of surface `{surface}` moves a state that touches with zero normal velocity (by \
          {displacement:e}): its discontinuity mapping is not the identity at y = 0"
@@ -73,10 +73,10 @@ pub enum ExpansionError {
         /// Largest coefficient of the displacement.
         displacement: f64,
     },
-    /// The orbit handed over is none of the oscillator with its stops.
+    /// The orbit is not an orbit of the oscillator with its stops.
     #[error(transparent)]
     NotAnOrbit(Box<NotLocated>),
-    /// The orbit handed over does not close on the section.
+    /// The orbit does not close on the section.
     #[error(
         "the orbit misses its own section point by {defect:e}: it is not periodic to the accuracy \
          of an expansion"
@@ -88,20 +88,19 @@ pub enum ExpansionError {
     /// A coefficient is not finite.
     #[error("a coefficient of {part} is not finite")]
     NotFinite {
-        /// Which part of the map.
+        /// Part of the map.
         part: &'static str,
     },
 }
 
 impl ExpansionError {
-    /// Whether a contact is not flown, or not at these orders: its law does not allow it, or its
-    /// coefficients leave the finite numbers.
+    /// Whether the reason is that a contact cannot be flown at all, or not at these orders: its law
+    /// does not allow it, or its coefficients overflow.
     pub fn is_not_flown(&self) -> bool {
         matches!(self, Self::Flight(_) | Self::NothingToFly) || self.is_overflow()
     }
 
-    /// Whether coefficients, or what they are computed from, left the finite numbers, as those of
-    /// high orders can.
+    /// Whether coefficients, or their inputs, overflowed, which happens at high orders.
     pub fn is_overflow(&self) -> bool {
         matches!(
             self,
@@ -121,12 +120,12 @@ impl From<NotLocated> for ExpansionError {
     }
 }
 
-/// Law of a stop.
+/// Kind of the law of a stop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LawKind {
-    /// The reset of a rigid stop.
+    /// Reset of a rigid stop.
     Impact,
-    /// The field and the release of a compliant stop.
+    /// Field and release of a compliant stop.
     Contact,
 }
 
@@ -139,27 +138,27 @@ impl fmt::Display for LawKind {
     }
 }
 
-/// A contact law that has no expansion in powers of `y` at this graze.
+/// Reason why a contact law has no expansion in powers of `y` at this graze.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ContactLawError {
-    /// A function at its corner or singularity on the surface.
+    /// A function is at its corner or singularity on the surface.
     #[error(
         "the {law} of surface `{surface}` is not analytic at the graze: {function} of \
          {argument:.1e} there; it has no Taylor series on the surface and no map has its contacts \
          (a power that is not whole, as Hertz's, would need other powers than whole ones); direct \
-         simulation needs none: `with = [\"direct\"]`, `--using direct`"
+         simulation needs none (method `direct`)"
     )]
     NotAnalytic {
         /// Name of the surface.
         surface: String,
-        /// Its law.
+        /// Kind of the law.
         law: LawKind,
-        /// The function, with its exponent for a power.
+        /// Name of the function, with its exponent for a power.
         function: String,
-        /// Its argument at the grazing point (for `min` and `max` the difference).
+        /// Argument of the function at the grazing point (the difference for `min` and `max`).
         argument: f64,
     },
-    /// The contact field presses the state further in.
+    /// The contact field pushes the state further in.
     #[error(
         "h'' = {contact_acceleration:e} along the contact field of surface `{surface}` at the \
          graze (free: {free_acceleration:e}): the contact does not push back, and there is no \
@@ -182,7 +181,7 @@ pub enum ContactLawError {
     NoRelease {
         /// Name of the surface.
         surface: String,
-        /// The release function at the grazing point.
+        /// Release function at the grazing point.
         release: f64,
         /// `h''` along the contact field.
         contact_acceleration: f64,
@@ -195,12 +194,12 @@ pub enum ContactLawError {
     NotSimple {
         /// Name of the surface.
         surface: String,
-        /// The root.
+        /// Contact time over the power of `y`, at the root.
         factor: f64,
         /// Power of `y` of the contact time.
         power: usize,
     },
-    /// The contact time goes with a fractional power of `y`.
+    /// The contact time has a fractional leading power of `y`.
     #[error(
         "the contact time of surface `{surface}` goes with y^({numerator}/{denominator}) at the \
          graze: its expansion is not in whole powers of y"
@@ -213,7 +212,7 @@ pub enum ContactLawError {
         /// Denominator of the power.
         denominator: usize,
     },
-    /// The balance at the grazing point does not hold near it.
+    /// The leading balance at the grazing point does not hold near it.
     #[error(
         "the release of surface `{surface}` changes its leading balance beside the grazing point: \
          a coefficient {coefficient:e} of y^{power} in time power {time_power} vanishes only there"
@@ -223,14 +222,14 @@ pub enum ContactLawError {
         surface: String,
         /// Power of the contact time.
         time_power: usize,
-        /// Power of `y`.
+        /// Power of `y` of the coefficient.
         power: usize,
-        /// The coefficient.
+        /// Value of the coefficient.
         coefficient: f64,
     },
 }
 
-/// What keeps a contact from being flown exactly.
+/// Reason why a contact cannot be flown exactly.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum FlightError {
     /// The contact field is not affine with constant coefficients.
@@ -242,9 +241,9 @@ pub enum FlightError {
     Field {
         /// Name of the surface.
         surface: String,
-        /// State whose rate it is.
+        /// State whose rate is not affine.
         component: String,
-        /// State on which the rate depends otherwise.
+        /// State in which the rate is not affine.
         state: String,
     },
     /// The release function is not affine with constant coefficients.
@@ -255,7 +254,7 @@ pub enum FlightError {
     Release {
         /// Name of the surface.
         surface: String,
-        /// State on which the release function depends otherwise.
+        /// State in which the release function is not affine.
         state: String,
     },
     /// The contact time is not proportional to the depth variable.
@@ -266,10 +265,10 @@ pub enum FlightError {
     ContactTime {
         /// Name of the surface.
         surface: String,
-        /// Power of `y`.
+        /// Leading power of `y` in the contact time.
         power: usize,
     },
-    /// The largest depth is none.
+    /// The largest depth is not positive and finite.
     #[error(
         "the contact of surface `{surface}` cannot be flown up to depth {depth:e}: expected a \
          positive, finite one"
@@ -277,7 +276,7 @@ pub enum FlightError {
     Depth {
         /// Name of the surface.
         surface: String,
-        /// `y²`.
+        /// Depth `y²`.
         depth: f64,
     },
     /// A contact of the window does not end.
@@ -288,12 +287,12 @@ pub enum FlightError {
     NoRelease {
         /// Name of the surface.
         surface: String,
-        /// `y²`.
+        /// Depth `y²`.
         depth: f64,
-        /// Steps tried.
+        /// Number of steps tried.
         steps: usize,
     },
-    /// A contact lasts for many of its own times.
+    /// A contact takes too many steps, because its law is too strongly damped.
     #[error(
         "the contact of surface `{surface}` cannot be flown: its longest contact takes {steps} \
          steps, at most {most} are emitted; the law is too strongly damped"
@@ -301,12 +300,12 @@ pub enum FlightError {
     TooLong {
         /// Name of the surface.
         surface: String,
-        /// Steps it takes.
+        /// Number of steps needed.
         steps: f64,
-        /// Steps emitted at most.
+        /// Largest number of steps emitted.
         most: usize,
     },
-    /// A fixed number of steps does not fly every contact of the window.
+    /// The fixed number of steps is not enough for every contact of the window.
     #[error(
         "the contact of surface `{surface}` cannot be flown in a fixed number of steps: at depth \
          {depth:e} the image errs by {error:e} of the kick"
@@ -314,9 +313,9 @@ pub enum FlightError {
     Inexact {
         /// Name of the surface.
         surface: String,
-        /// `y²` of the worst contact.
+        /// Depth `y²` of the worst contact.
         depth: f64,
-        /// Largest error, relative to what the contact adds.
+        /// Largest error, relative to the contribution of the contact.
         error: f64,
     },
 }

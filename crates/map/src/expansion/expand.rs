@@ -1,4 +1,5 @@
-//! From a scene and its grazing orbit to the local map, contact by contact and leg by leg.
+//! Expansion of the local map of a scene about its grazing orbit, contact by contact and leg by
+//! leg.
 
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -23,17 +24,17 @@ use crate::model::{MapOrders, Scene};
 use crate::numeric::{Dd, Real, Scalar};
 use crate::orbit::{GrazingOrbit, PoincareSectionKind};
 
-/// Powers of `y` among which leading laws are looked for.
+/// Highest power of `y` at which a leading law is looked for.
 const LEADING_ORDER: u32 = 8;
-/// Powers of `y` from which [`Expander::depth_radius`] is estimated.
+/// Highest power of `y` used to estimate [`Expander::depth_radius`].
 pub const RADIUS_ORDER: u32 = 24;
 
-/// Relative accuracy asked of the jets of the flow.
+/// Relative accuracy of the jets of the flow.
 const TOLERANCE: f64 = 1e-15;
-/// Largest offset by which an orbit may miss its own section point.
+/// Largest offset by which an orbit may miss its own section point, relative to its size.
 const LARGEST_DEFECT: f64 = 1e-9;
 
-/// Expands the map of one scene about one grazing orbit, at any orders.
+/// Expands the map of a scene about a grazing orbit, at any orders.
 ///
 /// ```
 /// use grazemap_map::expansion::{Expander, MapOrders};
@@ -54,16 +55,16 @@ pub struct Expander<'a> {
     orbit: &'a GrazingOrbit,
     grazes: Vec<Graze>,
     routes: Routes,
-    /// The rate of the model's phase over jets.
+    /// Rate of the model's phase, as a program over jets.
     rate: Option<Program>,
 }
 
-/// The legs of one period.
+/// Legs of one period, as polynomials.
 #[derive(Clone, Debug)]
 pub struct Legs<S: Real = f64> {
-    /// From the section to the first graze, where they differ.
+    /// Leg from the section to the first graze; `None` if the section is at that graze.
     pub before: Option<Leg<S>>,
-    /// From each graze to the next, and from the last to the next section point.
+    /// Legs from each graze to the next, and from the last to the next section point.
     pub after: Vec<Leg<S>>,
 }
 
@@ -72,16 +73,15 @@ impl<'a> Expander<'a> {
     ///
     /// # Errors
     ///
-    /// [`ExpansionError::NotAnOrbit`] where the orbit passes through a surface;
-    /// [`ExpansionError::ContactLaw`] where the law of a compliant stop is not analytic at its
-    /// graze.
+    /// [`ExpansionError::NotAnOrbit`] if the orbit passes through a surface;
+    /// [`ExpansionError::ContactLaw`] if the law of a compliant stop is not analytic at its graze.
     pub fn new(scene: &'a Scene, orbit: &'a GrazingOrbit) -> Result<Self, ExpansionError> {
         orbit.physical(scene)?;
         Self::of_free_flow(scene, orbit)
     }
 
-    /// As [`new`](Self::new), for an orbit that may pass through a surface: its legs are those of
-    /// the free flow, and a map of its contacts is none of the oscillator.
+    /// Prepares the expansions for an orbit that may pass through a surface. Legs are those of the
+    /// free flow; a map with contacts does not describe the oscillator.
     ///
     /// # Errors
     ///
@@ -97,37 +97,37 @@ impl<'a> Expander<'a> {
         Ok(Self { scene, orbit, grazes, routes, rate })
     }
 
-    /// Number of grazing passages of a period.
+    /// Number of grazing passages in a period.
     pub fn passages(&self) -> usize {
         self.grazes.len()
     }
 
-    /// The variables (coordinates of the section; active parameters) with their weights.
+    /// Variables (coordinates of the section; active parameters) with their weights.
     pub fn variables(&self) -> &Variables {
         self.variables_at(self.section_passage())
     }
 
-    /// The passage that the section is about: the first one named by the scene, counted from the
-    /// section.
+    /// Number, counted from the section, of the passage that the scene names first; a tangency
+    /// section is at this passage.
     pub fn section_passage(&self) -> usize {
         self.routes.whole.from.passage
     }
 
-    /// The variables (coordinates; active parameters) in which a passage is expanded.
+    /// Variables (coordinates; active parameters) in which a passage is expanded.
     ///
     /// On a stroboscopic section they are the section's; on tangency sections each passage
-    /// eliminates a component of its own.
+    /// eliminates its own component.
     ///
     /// # Panics
     ///
-    /// If `passage` is not below [`passages`](Self::passages), as everywhere a passage is asked
-    /// for.
+    /// If `passage` is not below [`passages`](Self::passages); the same holds for every method that
+    /// takes a passage.
     pub fn variables_at(&self, passage: usize) -> &Variables {
         &self.grazes[passage].variables
     }
 
-    /// The size of what each variable of a passage deviates from: of the states together, or `h''
-    /// (T/2π)²` where they are smaller; of each parameter; 1 for a phase and for what is 0.
+    /// Size of each variable of a passage: for states their common size, or `h'' (T/2π)²` if that
+    /// is larger; for a parameter its value; 1 for a phase and for a size of 0.
     pub(super) fn units(&self, passage: usize) -> Vec<f64> {
         let Graze { chart, .. } = &self.grazes[passage];
         let states = self.scene.model.states.len();
@@ -141,14 +141,14 @@ impl<'a> Expander<'a> {
         coordinates.chain(parameters).collect()
     }
 
-    /// The size that a depth `y²` of a passage is measured in: `h'' (T/2π)²`.
+    /// Unit of the depth `y²` of a passage: `h'' (T/2π)²`.
     pub(super) fn depth_unit(&self, passage: usize) -> f64 {
         let acceleration = self.orbit.passages[self.routes.passages[passage]].normal_acceleration;
         let time = self.orbit.period.to_f64() / TAU;
         acceleration.to_f64() * time * time
     }
 
-    /// The local map at these orders.
+    /// Expands the local map at given orders.
     ///
     /// # Errors
     ///
@@ -159,23 +159,23 @@ impl<'a> Expander<'a> {
         Ok(self.assemble(orders, legs, contacts))
     }
 
-    /// The local map at these orders with every compliant contact flown exactly: uniform in
-    /// stiffness and damping, and dearer per step. Passages of rigid stops stay series.
+    /// Expands the local map with every compliant contact flown exactly: uniform in stiffness and
+    /// damping, and more expensive per step. Passages of rigid stops remain series.
     ///
-    /// The error of a flown passage is of weight `contact_weight + 1` with the constants of the
+    /// The error of a flown passage is of weight `contact_weight + 1`, with the constants of the
     /// free flow.
     ///
     /// # Errors
     ///
-    /// [`ExpansionError::Flight`] where a law is not affine or a contact of the window is not flown
-    /// to rounding; [`ExpansionError::NothingToFly`] without a compliant stop; else as
+    /// [`ExpansionError::Flight`] if a law is not affine or a contact of the window is not flown to
+    /// rounding; [`ExpansionError::NothingToFly`] without a compliant stop; otherwise as
     /// [`expand`](Self::expand).
     pub fn flown(&self, orders: MapOrders) -> Result<LocalMap, ExpansionError> {
         let passages = self.flown_passages(orders.contact_weight)?;
         Ok(self.assemble_stages(orders, self.legs(orders.smooth_order)?, passages))
     }
 
-    /// The passages of [`flown`](Self::flown).
+    /// Passages of [`flown`](Self::flown), as stages.
     ///
     /// # Errors
     ///
@@ -195,7 +195,7 @@ impl<'a> Expander<'a> {
         }
     }
 
-    /// The flown contact of a passage; `None` for a rigid stop.
+    /// Flown contact of a passage; `None` for a rigid stop.
     ///
     /// # Errors
     ///
@@ -208,8 +208,8 @@ impl<'a> Expander<'a> {
         flown_contact(&self.grazes[passage], weight, &self.flight_window(passage))
     }
 
-    /// The window as a passage sees it: of coordinates that are not the section's own it is not
-    /// known, and they are taken to be as large as a contact makes them.
+    /// Window in the variables of a passage. For coordinates other than the section's it is not
+    /// known; they are assumed to be as large as a contact makes them.
     fn flight_window(&self, passage: usize) -> FlightWindow {
         let window = map_window(self.scene, self.orbit);
         let reach = window.depth.sqrt();
@@ -221,14 +221,14 @@ impl<'a> Expander<'a> {
         FlightWindow { depth: window.depth, half_widths: coordinates.chain(parameters).collect() }
     }
 
-    /// A map from parts expanded before: legs by [`legs`](Self::legs), the passages by
+    /// Assembles a map from legs by [`legs`](Self::legs) and passages by
     /// [`contacts`](Self::contacts).
     pub fn assemble(&self, orders: MapOrders, legs: Legs, contacts: Vec<Contact>) -> LocalMap {
         let passages = contacts.into_iter().map(Stage::Contact);
         self.assemble_stages(orders, legs, passages.collect())
     }
 
-    /// A map from legs and passages of either kind.
+    /// Assembles a map from legs and passages of either kind.
     pub fn assemble_stages(&self, orders: MapOrders, legs: Legs, passages: Vec<Stage>) -> LocalMap {
         let before = legs.before.map(Stage::Leg).into_iter();
         let rest = passages.into_iter().zip(legs.after);
@@ -246,13 +246,13 @@ impl<'a> Expander<'a> {
         }
     }
 
-    /// Name of the surface of each passage, in the order in which they are met from the section.
+    /// Name of the surface of each passage, in the order in which the passages follow the section.
     pub fn surfaces(&self) -> Vec<String> {
         let names = self.grazes.iter().map(|graze| &graze.passage.surface);
         names.cloned().collect()
     }
 
-    /// The discontinuity mappings of all passages to a weight, in double precision.
+    /// Discontinuity mappings of all passages to a weight, in double precision.
     ///
     /// # Errors
     ///
@@ -261,14 +261,14 @@ impl<'a> Expander<'a> {
         (0..self.passages()).map(|passage| self.contact(passage, weight)).collect()
     }
 
-    /// The discontinuity mapping of a passage to a weight, in double precision.
+    /// Discontinuity mapping of a passage to a weight, in double precision.
     ///
-    /// That of a compliant stop is expanded in double-double and rounded: its coefficients are
-    /// differences of terms that grow with the stiffness, and lose up to eight digits at weight
-    /// 16. Coefficients that are nothing but the rounding of double-double are 0: less than
-    /// 1e-28 of the largest of their monomial, or of it times one variable, in any correction,
-    /// everything in its own size (that of the states, of each parameter, `h'' (T/2π)²` for the
-    /// depth).
+    /// For a compliant stop it is expanded in double-double and rounded, because coefficients are
+    /// differences of terms that grow with the stiffness and lose up to eight digits at weight 16.
+    /// Coefficients at the rounding of double-double are set to 0: less than 1e-28 of the largest
+    /// coefficient of their monomial, or of that times one variable, in any correction, with all
+    /// variables scaled by their sizes (that of the states, of each parameter, `h'' (T/2π)²` for
+    /// the depth).
     ///
     /// # Errors
     ///
@@ -287,7 +287,7 @@ impl<'a> Expander<'a> {
         }
     }
 
-    /// The discontinuity mapping of a passage over any scalar.
+    /// Discontinuity mapping of a passage over any scalar.
     ///
     /// # Errors
     ///
@@ -304,8 +304,8 @@ impl<'a> Expander<'a> {
         Ok(contact)
     }
 
-    /// The discontinuity mapping of a passage along the depth alone, up to a power of `y`: its
-    /// leading laws and its radius of convergence.
+    /// Discontinuity mapping of a passage along the depth only, up to a power of `y`; it gives
+    /// leading laws and the radius of convergence.
     ///
     /// # Errors
     ///
@@ -314,8 +314,7 @@ impl<'a> Expander<'a> {
         DepthSeries::new(&self.grazes[passage], order)
     }
 
-    /// The leading law of each coordinate's correction in a passage; `None` where it begins above
-    /// `y^8`.
+    /// Leading law of each coordinate's correction in a passage; `None` if it begins above `y^8`.
     ///
     /// # Errors
     ///
@@ -326,8 +325,7 @@ impl<'a> Expander<'a> {
         Ok(coordinates.map(|coordinate| series.leading_law(coordinate)).collect())
     }
 
-    /// Estimates the radius of convergence of a passage's mapping in `y`; see
-    /// [`DepthSeries::radius`].
+    /// Radius of convergence of a passage's mapping in `y`, estimated; see [`DepthSeries::radius`].
     ///
     /// # Errors
     ///
@@ -336,7 +334,7 @@ impl<'a> Expander<'a> {
         Ok(self.depth_series(passage, RADIUS_ORDER)?.radius())
     }
 
-    /// The speed at which the surface of a passage is met, to a weight.
+    /// Speed at which the surface of a passage is met, to a weight.
     ///
     /// # Errors
     ///
@@ -345,18 +343,18 @@ impl<'a> Expander<'a> {
         impact_speed(&self.grazes[passage], weight)
     }
 
-    /// The legs to an order; the jets of the flow come from collocation, order by order.
+    /// Expands the legs to an order; jets of the flow come from collocation, order by order.
     ///
     /// # Errors
     ///
-    /// [`ExpansionError`] if the flow fails, a space is too large, or the orbit misses the far
-    /// chart.
+    /// [`ExpansionError`] if the flow fails, a space is too large, or the orbit misses the section
+    /// at the far end of a leg.
     pub fn legs(&self, smooth_order: u32) -> Result<Legs, ExpansionError> {
         self.each_leg(smooth_order, |leg| leg.by_collocation())
     }
 
-    /// The legs over any scalar, their jets from Taylor's method: slower, and independent of
-    /// [`legs`](Self::legs).
+    /// Expands the legs over any scalar with jets from Taylor's method: slower than
+    /// [`legs`](Self::legs), and independent of it.
     ///
     /// # Errors
     ///
@@ -370,7 +368,7 @@ impl<'a> Expander<'a> {
         self.grazes[0].passage.field.time_program().products()
     }
 
-    /// `P_smooth` of the whole period, from section to section.
+    /// Map `P_smooth` of the whole period, from section to section.
     ///
     /// # Errors
     ///
@@ -404,8 +402,8 @@ impl<'a> Expander<'a> {
         })
     }
 
-    /// The part of the contact of a passage that truncation at a weight leaves out at the edge of
-    /// the scene's window; see [`WindowEdge::new`].
+    /// Part of the contact of a passage that truncation at a weight omits at the edge of the
+    /// scene's window; see [`WindowEdge::new`].
     ///
     /// # Errors
     ///
@@ -419,7 +417,7 @@ impl<'a> Expander<'a> {
         Ok(WindowEdge::new(&series, self.scene.window.assumed_depth(), contact_weight))
     }
 
-    /// The composed form of a map.
+    /// Composed form of a map.
     ///
     /// # Errors
     ///
@@ -429,16 +427,16 @@ impl<'a> Expander<'a> {
     }
 }
 
-/// One leg under expansion.
+/// Expansion of one leg.
 struct LegFlight<'a> {
     expander: &'a Expander<'a>,
     route: &'a Route,
-    /// Space of the (coordinates; parameters) at the near end.
+    /// Space of (coordinates; parameters) at the near end.
     space: Arc<JetSpace>,
 }
 
 impl LegFlight<'_> {
-    /// The leg, its jets from collocation, order by order.
+    /// The leg with jets from collocation, order by order.
     fn by_collocation(&self) -> Result<Leg, ExpansionError> {
         let duration = self.route.duration.to_f64();
         self.expand(|start, parameters| {
@@ -446,7 +444,7 @@ impl LegFlight<'_> {
         })
     }
 
-    /// The leg in any scalar, its jets from Taylor's method.
+    /// The leg over any scalar, with jets from Taylor's method.
     fn by_taylor<S: Real>(&self) -> Result<Leg<S>, ExpansionError> {
         let duration = S::from_dd(self.route.duration);
         self.expand(|start, parameters| {
@@ -473,8 +471,8 @@ impl LegFlight<'_> {
         })
     }
 
-    /// The size that a defect of each coordinate is compared with: that of the states at the far
-    /// end where it exceeds 1, otherwise 1.
+    /// Scale of a defect in each coordinate: the size of the states at the far end if it exceeds 1,
+    /// otherwise 1.
     fn sizes(&self, origin: &[Dd]) -> Vec<f64> {
         let states = self.expander.scene.model.states.len();
         let length = origin[..states].iter().map(|value| value.magnitude());
@@ -483,12 +481,12 @@ impl LegFlight<'_> {
         coordinates.map(|&component| if component < states { length } else { 1.0 }).collect()
     }
 
-    /// The free field, the event function at the far end watched.
+    /// Free field that watches the event function at the far end.
     fn field(&self) -> &Field {
         &self.expander.grazes[self.route.to.passage].passage.field
     }
 
-    /// The point of the far chart, its phase advanced.
+    /// Point of the far chart, with its phase advanced.
     fn origin(&self) -> Vec<Dd> {
         let mut origin = self.route.to.chart.point.clone();
         if self.expander.scene.model.phase.is_some()
@@ -499,7 +497,7 @@ impl LegFlight<'_> {
         origin
     }
 
-    /// Flies the last little way to the far section.
+    /// Flies the remaining short time to the far section.
     fn reach<S: Real>(
         &self,
         state: &[Jet<S>],
@@ -522,7 +520,7 @@ impl LegFlight<'_> {
     }
 }
 
-/// Drops the constant term, which is the orbit's defect in rounding.
+/// Drops the constant term, which is the rounding defect of the orbit.
 fn without_constant<S: Real>(mut jet: Jet<S>, size: f64) -> Result<Jet<S>, ExpansionError> {
     if !jet.is_finite() {
         return Err(ExpansionError::NotFinite { part: "P_smooth" });

@@ -1,8 +1,8 @@
-//! The free flight about a grazing orbit as a local map whose contacts are not expanded: what
-//! direct simulation uses of an expansion, whether its contacts have one or not.
+//! The free flight about a grazing orbit as a local map whose contacts are not expanded, for direct
+//! simulation; it exists even if the contacts have no expansion.
 //!
-//! One idea: a scene whose stops let everything pass has the legs and depths of the scene itself,
-//! and contacts that are the identity.
+//! A scene whose stops let everything pass has the legs and depths of the original scene, and
+//! contacts that are the identity.
 
 use super::error::ExpansionError;
 use super::expand::Expander;
@@ -12,20 +12,20 @@ use crate::model::{MapOrders, Orders, Response, Scene};
 use crate::numeric::decimal_below;
 use crate::orbit::GrazingOrbit;
 
-/// Orders where the scene names a tolerance.
+/// Orders used if the scene states a tolerance.
 const ORDERS: MapOrders = MapOrders::new(5, 6);
-/// Most products of coefficients of a product of two series: legs and depths are found in less
-/// than a second.
+/// Largest number of products of coefficients in a product of two series: legs and depths then take
+/// less than a second.
 const MOST_PRODUCTS: u128 = 50_000;
-/// Bounds that a scene leaves open, over their natural sizes.
+/// Bound used if a scene leaves it open, relative to its natural size.
 const OPEN: f64 = 0.1;
-/// Decimal digits of such a bound.
+/// Number of decimal digits of such a bound.
 const DIGITS: u32 = 2;
 
-/// The legs and depths of a scene as a map without [contacts](LocalMap::has_contacts).
+/// Legs and depths of a scene as a map without [contacts](LocalMap::has_contacts).
 ///
-/// Its orders are those of the scene, or lower where such series are long. What the scene leaves
-/// open of the window is a tenth of the [natural sizes](super::NaturalWindow).
+/// Orders are those of the scene, or lower if such series are long. Bounds of the window that the
+/// scene leaves open are a tenth of the [natural sizes](super::NaturalWindow).
 ///
 /// # Errors
 ///
@@ -57,7 +57,7 @@ pub fn free_flight(scene: &Scene, orbit: &GrazingOrbit) -> Result<LocalMap, Expa
     Ok(map)
 }
 
-/// A scene whose stops change nothing.
+/// The scene with stops that change nothing.
 fn with_passing_stops(scene: &Scene) -> Scene {
     let mut scene = scene.clone();
     let dimension = scene.model.dimension();

@@ -12,10 +12,10 @@ use crate::orbit::{GrazingOrbit, PoincareSectionKind};
 
 /// A local map `P` near a grazing orbit, as the sequence of its stages.
 ///
-/// States and parameters are offsets: states from the point where the grazing orbit meets the
-/// section, parameters from their grazing values. Every stage maps the same number of coordinates
-/// ([`dimension`](LocalMap::dimension)); after the last stage the nominal advance of the phase has
-/// been removed, so that the map can be iterated.
+/// States and parameters are offsets: states from the section point of the grazing orbit,
+/// parameters from their grazing values. Every stage maps the same number of coordinates
+/// ([`dimension`](LocalMap::dimension)). The last stage also removes the nominal advance of the
+/// phase, so that the map can be iterated.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct LocalMap {
     /// Identifier of the scene.
@@ -26,15 +26,15 @@ pub struct LocalMap {
     pub section: MapSection,
     /// Active parameters, in order.
     pub parameters: Vec<ActiveParameter>,
-    /// Truncation orders; the contact weight is 0 where contacts are not expanded.
+    /// Truncation orders; the contact weight is 0 if contacts are not expanded.
     pub orders: MapOrders,
-    /// Name of the surface of each passage, in the order in which they are met from the section.
+    /// Name of the surface of each passage, in the order in which the passages follow the section.
     pub surfaces: Vec<String>,
     /// Legs and contacts, in the order in which they act.
     pub stages: Vec<Stage>,
-    /// Where the map is to be trusted.
+    /// Window in which the map is to be trusted.
     pub window: MapWindow,
-    /// Orders of the map that the coefficients were fitted to on the window, where they are not
+    /// Orders of the map that the coefficients were fitted to on the window; `None` if they are
     /// those of the Taylor series.
     pub fitted_to: Option<MapOrders>,
 }
@@ -42,11 +42,11 @@ pub struct LocalMap {
 /// Section of a map.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MapSection {
-    /// `tangency` or `stroboscopic`.
+    /// Kind of the section.
     pub kind: SectionKind,
     /// Names of the coordinates.
     pub coordinates: Vec<String>,
-    /// Where the grazing orbit meets the section: one value per coordinate.
+    /// Section point of the grazing orbit: one value per coordinate.
     pub point: Vec<Dd>,
     /// Phase of a stroboscopic section.
     pub phase: Option<Dd>,
@@ -56,25 +56,26 @@ pub struct MapSection {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum SectionKind {
-    /// `h' = 0` at the graze.
+    /// Tangency: `h' = 0` at the graze.
     Tangency,
-    /// A fixed forcing phase.
+    /// Stroboscopic: a fixed forcing phase.
     Stroboscopic,
 }
 
 /// A parameter kept as a variable.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ActiveParameter {
-    /// Name.
+    /// Name of the parameter.
     pub name: String,
-    /// Grazing value.
+    /// Value at the graze.
     pub value: Dd,
 }
 
-/// Half-widths of the trusted window, in offsets; infinite where a bound is open.
+/// Half-widths of the window in which the map is to be trusted, in offsets; infinite for an open
+/// bound.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MapWindow {
-    /// Largest `y²`.
+    /// Largest depth `y²`.
     #[serde(with = "unbounded_number")]
     pub depth: f64,
     /// One half-width per coordinate.
@@ -86,8 +87,8 @@ pub struct MapWindow {
 }
 
 impl MapWindow {
-    /// What a scene states, on the section's coordinates and the active parameters; what it does
-    /// not state is infinite.
+    /// Window that a scene states, on the section's coordinates and the active parameters; bounds
+    /// that it does not state are infinite.
     pub fn stated(scene: &Scene, orbit: &GrazingOrbit) -> Self {
         let window = &scene.window;
         let coordinates = orbit.section.coordinates.iter();
@@ -104,24 +105,24 @@ impl MapWindow {
         [self.depth].into_iter().chain(self.state.iter().chain(&self.parameter).copied())
     }
 
-    /// All bounds, as [`bounds`](Self::bounds) has them, to be changed.
+    /// All bounds, in the order of [`bounds`](Self::bounds), mutable.
     pub fn bounds_mut(&mut self) -> impl Iterator<Item = &mut f64> {
         [&mut self.depth].into_iter().chain(self.state.iter_mut().chain(&mut self.parameter))
     }
 
-    /// Whether it has no finite bound.
+    /// Whether no bound is finite.
     pub fn is_unbounded(&self) -> bool {
         self.bounds().all(|bound| bound == f64::INFINITY)
     }
 
-    /// Whether offsets of the state, those of the parameters and the depths of the passages lie
-    /// within; parameters that are not given count as 0.
+    /// Whether offsets of the state, offsets of the parameters and depths of the passages lie
+    /// within the window; parameters that are not given count as 0.
     pub fn holds<S: Real>(&self, state: &[S], parameters: &[S], depths: &[S]) -> bool {
         self.exceeded(state, parameters, depths).next().is_none()
     }
 
-    /// The bounds that offsets of the state, those of the parameters and the depths of the passages
-    /// are outside of.
+    /// Bounds that are exceeded by offsets of the state, offsets of the parameters or depths of the
+    /// passages.
     pub fn exceeded<S: Real>(
         &self,
         state: &[S],
@@ -147,11 +148,11 @@ impl MapWindow {
 /// A bound of a window.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum WindowBound {
-    /// The half-width of a coordinate.
+    /// Half-width of a coordinate, by its number.
     State(usize),
-    /// The half-width of an active parameter.
+    /// Half-width of an active parameter, by its number.
     Parameter(usize),
-    /// The depth of a passage.
+    /// Depth of a passage, by its number.
     Depth(usize),
 }
 
@@ -163,7 +164,7 @@ pub enum Stage {
     Leg(Leg),
     /// A grazing passage.
     Contact(Contact),
-    /// A grazing passage whose contact is flown exactly.
+    /// A grazing passage with an exactly flown contact.
     Flown(Box<FlownContact>),
 }
 
@@ -173,7 +174,7 @@ impl Stage {
         !matches!(self, Self::Leg(_))
     }
 
-    /// Every polynomial of the stage.
+    /// All polynomials of the stage.
     pub fn polynomials(&self) -> Vec<&Jet<f64>> {
         match self {
             Self::Leg(leg) => leg.image.iter().collect(),
@@ -201,25 +202,25 @@ pub struct Leg<S: Scalar = f64> {
 /// ```
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Contact<S: Scalar = f64> {
-    /// `−h_min`, a polynomial in (coordinates; parameters) without constant term.
+    /// Depth `−h_min`, a polynomial in (coordinates; parameters) without constant term.
     pub depth: Jet<S>,
     /// Coefficient of `y`, one polynomial per coordinate.
     pub linear: Vec<Jet<S>>,
     /// Coefficient of `y²`, one polynomial per coordinate.
     pub quadratic: Vec<Jet<S>>,
-    /// The corrections as they were found, rounding included; `None` where coefficients were
-    /// fitted or dropped for a tolerance.
+    /// Corrections in the depth variable, as expanded; `None` if coefficients were fitted or
+    /// dropped for a tolerance.
     pub depth_form: Option<Arc<DepthForm<S>>>,
 }
 
-/// The corrections `D(x, p) − x` of a passage in `(y; x', p)`, where `y² = depth` has the place of
-/// one of the coordinates.
+/// Corrections `D(x, p) − x` of a passage in `(y; x', p)`, with `y² = depth` in place of one of the
+/// coordinates.
 ///
-/// What [`Contact`] has for each power of the depth is here that power of `y` alone, so that
-/// nothing is lost where coordinates and parameters are larger than what they leave of the depth.
+/// A power of the depth in [`Contact`] is a single power of `y` here. No digits are lost if
+/// coordinates and parameters are larger than the depth, their difference.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct DepthForm<S: Scalar = f64> {
-    /// Number of the coordinate that is replaced.
+    /// Number of the replaced coordinate.
     pub replaced: usize,
     /// One polynomial in (y; coordinates; parameters) per coordinate.
     pub corrections: Vec<Jet<S>>,
@@ -232,7 +233,7 @@ impl<S: Real> Contact<S> {
         jets.all(Jet::is_finite)
     }
 
-    /// The coefficients rounded to `f64`.
+    /// Rounds the coefficients to `f64`.
     pub fn to_f64(&self) -> Contact {
         let round = |jets: &[Jet<S>]| jets.iter().map(Jet::to_f64).collect();
         Contact {
@@ -255,14 +256,14 @@ impl LocalMap {
         self.section.coordinates.len()
     }
 
-    /// Whether the contacts of this map are expanded. Those of
-    /// [`free_flight`](super::free_flight()) are not: their corrections are NaN, so that no point
-    /// in contact has an image.
+    /// Whether the contacts of this map are expanded. A map by
+    /// [`free_flight`](super::free_flight()) has corrections of NaN, so that no point in contact
+    /// has an image.
     pub fn has_contacts(&self) -> bool {
         self.orders.contact_weight > 0
     }
 
-    /// Whether a contact of this map is flown.
+    /// Whether a contact of this map is flown exactly.
     pub fn is_flown(&self) -> bool {
         self.stages.iter().any(|stage| matches!(stage, Stage::Flown(_)))
     }
@@ -279,7 +280,7 @@ impl LocalMap {
     }
 }
 
-/// The section with its coordinates and their values on the grazing orbit.
+/// The section with its coordinates and the section point of the grazing orbit.
 pub(super) fn map_section(scene: &Scene, orbit: &GrazingOrbit) -> MapSection {
     let (kind, phase) = match orbit.section.kind {
         PoincareSectionKind::Tangency => (SectionKind::Tangency, None),
@@ -293,7 +294,7 @@ pub(super) fn map_section(scene: &Scene, orbit: &GrazingOrbit) -> MapSection {
     MapSection { kind, coordinates, point, phase }
 }
 
-/// The active parameters with their grazing values.
+/// Active parameters with their grazing values.
 pub(super) fn active_parameters(scene: &Scene, orbit: &GrazingOrbit) -> Vec<ActiveParameter> {
     let active = |&parameter: &usize| ActiveParameter {
         name: scene.model.parameters[parameter].name.clone(),
@@ -302,8 +303,8 @@ pub(super) fn active_parameters(scene: &Scene, orbit: &GrazingOrbit) -> Vec<Acti
     scene.expansion.active.iter().map(active).collect()
 }
 
-/// The scene's window on the section's coordinates and the active parameters, its depth assumed
-/// where it is open.
+/// The scene's window on the section's coordinates and the active parameters, with an assumed depth
+/// if the scene states none.
 pub(super) fn map_window(scene: &Scene, orbit: &GrazingOrbit) -> MapWindow {
     MapWindow { depth: scene.window.assumed_depth(), ..MapWindow::stated(scene, orbit) }
 }

@@ -1,8 +1,8 @@
-//! What an expansion says of its own map: digits of the coefficients lost to rounding, and the
-//! lengths on which its polynomials vary.
+//! Properties of a map that its expansion gives: digits of the coefficients lost to rounding, and
+//! the lengths on which its polynomials vary.
 //!
-//! Digits: expand again in double-double, by the independent route (Taylor's method instead of
-//! collocation), at a low order where that is cheap, and compare degree by degree.
+//! Digits: expansion is repeated in double-double, by the independent route (Taylor's method
+//! instead of collocation), at a low order at which that is cheap, and compared degree by degree.
 
 use super::error::ExpansionError;
 use super::expand::{Expander, Legs};
@@ -13,20 +13,20 @@ use crate::jet::Jet;
 use crate::model::MapOrders;
 use crate::numeric::{Dd, Real};
 
-/// Highest order of `P_smooth` that is expanded again.
+/// Highest order of `P_smooth` in the repeated expansion.
 const SMOOTH_ORDER: u32 = 2;
-/// A number of products of a field, and the order of those with more.
+/// Number of products in a field, and the order used for fields with more.
 const SMOOTH_ORDER_OF_MANY: (usize, u32) = (100, 1);
-/// Weight to which `D` is always expanded again, and beyond it as far as the space has no more
-/// monomials than this.
+/// Weight to which `D` is always expanded again; higher weights are used while the space has at
+/// most `MONOMIALS` monomials.
 const CONTACT_WEIGHT: u32 = 6;
 const MONOMIALS: usize = 1000;
 /// All digits of double precision: no more can be lost.
 const ALL: f64 = 15.95;
 
 /// Decimal digits lost per output coordinate: `log10` of the largest error of a coefficient,
-/// relative to the largest of its degree, in units of roundoff; from 0 to the 16 digits of double
-/// precision.
+/// relative to the largest coefficient of its degree, in units of roundoff. The range is 0 to the
+/// 16 digits of double precision.
 ///
 /// Deviations are measured in their own sizes (that of the states, that of each parameter), so that
 /// a length of `1e-15` beside a frequency of 1 hides nothing.
@@ -39,12 +39,12 @@ pub struct LostDigits {
 }
 
 impl Expander<'_> {
-    /// Estimates the digits lost in a map of these orders: of `P_smooth` from its lower degrees, of
-    /// `D` from all where its space is small, otherwise from weight 6.
+    /// Estimates the digits lost in a map of these orders: in `P_smooth` from its lower degrees; in
+    /// `D` from all degrees if its space is small, otherwise up to weight 6.
     ///
     /// # Errors
     ///
-    /// [`ExpansionError`] as the expansions themselves.
+    /// [`ExpansionError`] as for the expansions themselves.
     pub fn lost_digits(&self, orders: MapOrders) -> Result<LostDigits, ExpansionError> {
         let (many, order_of_many) = SMOOTH_ORDER_OF_MANY;
         let is_long = self.products_of_step() > many;
@@ -71,15 +71,14 @@ impl Expander<'_> {
                 Compared::new(linear, exact_linear, &units),
                 Compared::new(quadratic, exact_quadratic, &units),
             );
-            // A part that vanishes but for rounding is measured against the other.
+            // A part that is zero to rounding is measured against the other.
             let all = linear.largest().max(quadratic.largest());
             linear.lost(all).max(quadratic.lost(all))
         };
         Ok(linear.zip(quadratic).map(lost).collect())
     }
 
-    /// The highest weight, at most the one asked, to which a contact is expanded twice at little
-    /// cost.
+    /// Highest weight, at most `asked`, to which a contact can be expanded twice at little cost.
     fn affordable_weight(&self, passage: usize, asked: u32) -> Result<u32, ExpansionError> {
         let variables = self.variables_at(passage);
         let mut weight = asked.min(CONTACT_WEIGHT);
@@ -103,14 +102,14 @@ fn lost_by_leg((leg, exact): (&Leg, &Leg<Dd>), units: &[f64]) -> Vec<f64> {
     pairs.map(lost).collect()
 }
 
-/// The largest loss of each coordinate.
+/// Largest loss of each coordinate.
 fn worst(losses: &[Vec<f64>]) -> Vec<f64> {
     let coordinates = 0..losses.first().map_or(0, Vec::len);
     let worst = |coordinate: usize| losses.iter().map(|loss| loss[coordinate]).fold(0.0, f64::max);
     coordinates.map(worst).collect()
 }
 
-/// A jet and its exact value, every variable in its unit.
+/// A jet and its exact value, with every variable in its unit.
 struct Compared<'a> {
     jet: &'a Jet<f64>,
     exact: Vec<f64>,
@@ -132,10 +131,10 @@ impl<'a> Compared<'a> {
         largest(&self.exact)
     }
 
-    /// Digits lost, the worst over the degrees.
+    /// Digits lost, the largest over the degrees.
     ///
-    /// Degrees whose coefficients vanish but for rounding are measured against `all`, the largest
-    /// of the whole.
+    /// Degrees whose coefficients are zero to rounding are measured against `all`, the largest
+    /// coefficient of the whole.
     fn lost(&self, all: f64) -> f64 {
         let space = self.jet.space();
         let worst = (0..=space.order())
@@ -154,29 +153,29 @@ impl<'a> Compared<'a> {
     }
 }
 
-/// Below this share of the largest coefficient a whole degree counts as zero.
+/// A degree whose coefficients are below this share of the largest coefficient counts as zero.
 const VANISHING: f64 = 1e-13;
 
 fn largest(sizes: &[f64]) -> f64 {
     sizes.iter().copied().fold(0.0, larger)
 }
 
-/// The larger of two, NaN winning.
+/// The larger of two values; NaN if one is NaN.
 fn larger(a: f64, b: f64) -> f64 {
     if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) }
 }
 
-/// Natural sizes of the depth and of the variables of a map, with the weights they are scaled by:
-/// on what lengths its polynomials vary.
+/// Natural sizes of the depth and of the variables of a map, which are the lengths on which its
+/// polynomials vary, and the weights by which they scale.
 ///
 /// A window that is to be measured needs a shape before it has a size. A variable has the size at
-/// which some monomial of it alone moves an image by the size of a state, or its own size where
-/// that is smaller. The depth has that of a period of the free motion, `h'' (T/2π)²`. Under the
-/// weights of the expansion (`y` has weight 1) one factor scales them all.
+/// which some monomial in it alone moves an image by the size of a state, or its own size if that
+/// is smaller. The depth has the size that belongs to a period of the free motion, `h'' (T/2π)²`.
+/// Under the weights of the expansion (`y` has weight 1) one factor scales them all.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NaturalWindow {
-    /// Largest `y²` within the radius of convergence of every series in `y`; `None` where they end
-    /// or there is none.
+    /// Largest `y²` within the radius of convergence of every series in `y`; `None` if no series is
+    /// infinite.
     pub reach: Option<f64>,
     depth: f64,
     coordinates: usize,
@@ -199,8 +198,8 @@ impl NaturalWindow {
 }
 
 impl Expander<'_> {
-    /// The natural sizes of a map of this scene; its depth no larger than `reach`, the square of
-    /// the least radius of its series in `y`.
+    /// Natural sizes of a map of this scene. The depth is no larger than `reach`, the square of the
+    /// smallest radius of its series in `y`.
     pub fn natural_window(&self, map: &LocalMap, reach: Option<f64>) -> NaturalWindow {
         let passage = self.section_passage();
         let units = self.units(passage);
@@ -220,7 +219,7 @@ impl Expander<'_> {
                     limit(&contact.linear, depth.sqrt());
                     limit(&contact.quadratic, depth);
                 }
-                // Its polynomials are not those of an image.
+                // Polynomials of a flown contact are not those of an image.
                 Stage::Flown(_) => {}
             }
         }
@@ -229,7 +228,7 @@ impl Expander<'_> {
     }
 }
 
-/// Narrows every width to where a monomial of that variable alone reaches a size.
+/// Narrows every width to the value at which a monomial in that variable alone reaches a size.
 fn narrow(widths: &mut [f64], jet: &Jet<f64>, size: f64) {
     for (powers, value) in jet.terms() {
         let mut varied = (0..powers.len()).filter(|&variable| powers[variable] > 0);
@@ -247,7 +246,7 @@ mod tests {
 
     #[test]
     fn a_variable_is_as_large_as_its_steepest_monomial_allows() {
-        // 2 a + 16 a^4 + 5 a b reaches 1 at a = 1/2 by either; mixed monomials say nothing of b.
+        // 2 a + 16 a^4 + 5 a b reaches 1 at a = 1/2 by either; mixed monomials do not limit b.
         let space = JetSpace::uniform(2, 4).expect("a small space");
         let [a, b] = [0, 1].map(|at| Jet::variable(&space, at, 0.0));
         let fourth = &(&a * &a) * &(&a * &a);

@@ -1,4 +1,4 @@
-//! A local map lowered to the one straight-line kernel that is run in process and printed as code.
+//! A local map lowered to the straight-line kernel that is run in process and printed as code.
 
 use super::composition::{ComposedMap, DepthPolynomial, DepthTerm};
 use super::flown::Arithmetic;
@@ -6,8 +6,8 @@ use super::local_map::{Contact, Leg, LocalMap, Stage};
 use crate::jet::Jet;
 use crate::jet::kernel::{HornerPlan, Kernel, KernelBuilder, Value};
 
-/// A map as a kernel: from coordinates, and then parameters, to the image, and then the depth of
-/// every passage (`−h_min`, negative without contact).
+/// A map as a kernel. Inputs are the coordinates, then the parameters; outputs are the image, then
+/// the depth of every passage (`−h_min`, negative without contact).
 #[derive(Clone, Debug, PartialEq)]
 pub struct MapKernel {
     /// Number of coordinates.
@@ -16,12 +16,12 @@ pub struct MapKernel {
     pub parameters: usize,
     /// Number of grazing passages.
     pub passages: usize,
-    /// The operations.
+    /// The operations, in order.
     pub kernel: Kernel,
 }
 
 impl MapKernel {
-    /// Stage after stage: `P_smooth ∘ D`.
+    /// Lowers the map stage by stage: `P_smooth ∘ D`.
     pub fn factored(map: &LocalMap) -> Self {
         let (mut builder, mut state, parameters) = start(map);
         let mut depths = Vec::new();
@@ -44,7 +44,8 @@ impl MapKernel {
         Self::new(map, builder, state, depths)
     }
 
-    /// One polynomial pass: with one passage, `P_smooth + y B̂ + y² Ĉ` or `P_smooth + Σ_k y^k P_k`.
+    /// Lowers the map in one polynomial pass: with one passage, `P_smooth + y B̂ + y² Ĉ` or
+    /// `P_smooth + Σ_k y^k P_k`.
     pub fn composed(map: &LocalMap, composed: &ComposedMap) -> Self {
         let (mut builder, state, parameters) = start(map);
         let point = [state, parameters].concat();
@@ -74,8 +75,8 @@ impl MapKernel {
         self.kernel.with_jacobian(self.dimension, self.dimension)
     }
 
-    /// The same, and after every row of the Jacobian the derivative along a tangent vector, whose
-    /// components are inputs between the coordinates and the parameters.
+    /// The kernel with the Jacobian and, after every row, the derivative along a tangent vector,
+    /// whose components are inputs between the coordinates and the parameters.
     pub fn with_tangent(&self) -> Kernel {
         self.kernel.with_tangent(self.dimension, self.dimension)
     }
@@ -87,7 +88,7 @@ impl MapKernel {
     }
 }
 
-/// A flown contact appends its operations.
+/// Appends operations to a kernel, for a flown contact.
 impl Arithmetic for KernelBuilder {
     type Scalar = f64;
     type Value = Value;
@@ -142,7 +143,7 @@ fn terms(polynomial: &DepthPolynomial) -> Vec<&DepthTerm> {
     polynomial.terms.iter().collect()
 }
 
-/// Horner's rule in the last depth variable, its coefficients in the others; `roots` are the depth
+/// Horner's rule in the last depth variable, with coefficients in the others; `roots` are the depth
 /// variables that may occur.
 fn lower_depths(
     builder: &mut KernelBuilder,
@@ -171,7 +172,7 @@ fn lower_depths(
     sum
 }
 
-/// `base + y linear + y² quadratic` with `y = √max(0, depth)`.
+/// Contact `base + y linear + y² quadratic` with `y = √max(0, depth)`.
 fn contact(
     builder: &mut KernelBuilder,
     depth: Value,

@@ -1,10 +1,10 @@
-//! One grazing passage lowered for jets: the surface, its contact law and the free field, where the
-//! law is analytic; whether the law is affine, and why a contact cannot be flown.
+//! One grazing passage lowered for jets: the surface, its contact law and the free field, with
+//! checks that the law is analytic, and whether it is affine, as an exact flight requires.
 //!
-//! One idea: every operation of the expression graph is analytic wherever its value and the
-//! derivatives of its own function are finite, so it is enough to look at the arguments of the few
-//! that have a corner (`abs`, `sign`, `min`, `max`) or a branch point (`sqrt`, `log`, powers that
-//! are not whole, quotients).
+//! An operation of the expression graph is analytic wherever its value and the derivatives of its
+//! own function are finite. It is therefore enough to check the arguments of the few operations
+//! that have a corner (`abs`, `sign`, `min`, `max`) or a branch point or pole (`sqrt`, `log`,
+//! powers that are not whole, quotients).
 
 use std::sync::Arc;
 
@@ -14,16 +14,17 @@ use crate::jet::{Jet, JetSpace};
 use crate::model::{Binary, ExpressionGraph, Model, Node, NodeId, Response, Unary};
 use crate::numeric::{Dd, Real};
 
-/// The surface, its contact law and the free field around a graze, inactive parameters folded in.
+/// The surface, its contact law and the free field around a graze, with inactive parameters folded
+/// in.
 #[derive(Clone, Debug)]
 pub struct Passage {
     /// Name of the surface.
     pub surface: String,
-    /// Free field with the event function watched, for its series in time and its jets.
+    /// Free field that watches the event function, for its series in time and its jets.
     pub field: Field,
-    /// What happens at the surface.
+    /// Contact law of the surface.
     pub law: ContactLaw,
-    /// `h'`, then its derivative with respect to each component of the full state, over jets.
+    /// Program over jets for `h'` and its derivatives in each component of the full state.
     pub normal_velocity: Program,
     dimension: usize,
     /// Values of all parameters at the graze.
@@ -95,7 +96,7 @@ impl Passage {
         })
     }
 
-    /// Expressions of the model as a program over jets, the inactive parameters folded in.
+    /// Lowers expressions of the model to a program over jets, with inactive parameters folded in.
     pub fn jet_program(&self, model: &Model, outputs: &[NodeId]) -> Program {
         let inputs = jet_inputs(self.dimension, &self.parameters, &self.active);
         Program::new(&model.graph, outputs, &inputs)
@@ -106,7 +107,7 @@ impl Passage {
         self.dimension
     }
 
-    /// All parameters as jets: active ones are `p* + variable`, the first active one being variable
+    /// All parameters as jets. Active ones are `p* + variable`; the first active one is variable
     /// `first_variable` of the space.
     pub fn parameter_jets<S: Real>(
         &self,
@@ -123,14 +124,14 @@ impl Passage {
     }
 }
 
-/// How each input enters a program over jets: states and active parameters vary, the rest is folded
-/// in.
+/// Kind of each input of a program over jets: states and active parameters vary, the others are
+/// folded in.
 fn jet_inputs(dimension: usize, parameters: &[Dd], active: &[usize]) -> Vec<InputKind> {
     let states = (0..dimension).map(|_| InputKind::Variable);
     states.chain(bound_but(active, parameters)).collect()
 }
 
-/// The contact law of a surface, inactive parameters folded in.
+/// Contact law of a surface, with inactive parameters folded in.
 #[derive(Clone, Debug)]
 pub enum ContactLaw {
     /// A reset: the state jumps.
@@ -140,23 +141,24 @@ pub enum ContactLaw {
     },
     /// A contact field, followed until its release function vanishes.
     Compliant {
-        /// The contact field; watched are the release function, then the event function.
+        /// Contact field that watches the release function, then the event function.
         field: Field,
-        /// The law as one that can be flown exactly, or why it cannot.
+        /// The law in affine form for an exact flight, or the reason why it is not affine.
         flight: Box<Result<AffineLaw, FlightError>>,
     },
 }
 
-/// An operation that is not analytic at the point asked.
+/// An operation that is not analytic at a point.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Corner {
-    /// The function, with its exponent for a power.
+    /// Name of the function, with its exponent for a power.
     pub(super) function: String,
-    /// Its argument.
+    /// Argument of the function.
     pub(super) argument: f64,
 }
 
-/// Arguments nearer to a corner than this, relative to what they are computed from, lie on it.
+/// An argument within this distance of a corner, relative to the size of the inputs, is on the
+/// corner.
 const ON_THE_CORNER: f64 = 1e-13;
 
 /// The first operation under `outputs` that is not analytic at `inputs` (full state, then
@@ -172,7 +174,7 @@ fn corner_under(graph: &ExpressionGraph, outputs: &[NodeId], inputs: &[Dd]) -> O
         .find_map(|(node, _)| corner_of(node, &values, scale * ON_THE_CORNER))
 }
 
-/// The operation as a corner, if its argument lies on one within `near`, or beyond its domain.
+/// The corner of an operation, if its argument is within `near` of it or outside its domain.
 fn corner_of(node: &Node, values: &[Dd], near: f64) -> Option<Corner> {
     let value = |id: NodeId| values[id.index()].to_f64();
     let (function, argument, distance) = match *node {
@@ -199,34 +201,34 @@ fn corner_of(node: &Node, values: &[Dd], near: f64) -> Option<Corner> {
         }
         _ => return None,
     };
-    // NOTE: a distance that is not a number is no safe distance.
+    // NOTE: a distance of NaN does not count as safe.
     let on_it = distance <= near || distance.is_nan();
     on_it.then_some(Corner { function, argument })
 }
 
-/// A contact law that is affine in the states (but the phase) with constant coefficients.
+/// A contact law that is affine in the states (not the phase) with constant coefficients.
 ///
-/// With `z = x − x_free` the contact adds to the free flight, the law is
+/// With `z = x − x_free`, the contribution of the contact, the law is
 ///
 /// ```text
 /// z' = A z + g,   g = f_c(x_free) − f(x_free),   release where ρ(x_free) + r·z = 0
 /// ```
 #[derive(Clone, Debug)]
 pub struct AffineLaw {
-    /// Full-state components that a contact moves, in order.
+    /// Components of the full state that a contact moves, in order.
     pub(super) components: Vec<usize>,
     /// Rows of `A`, one per moved component.
     pub(super) matrix: Vec<Vec<Dd>>,
-    /// `r`.
+    /// Row `r` of the release.
     pub(super) release_row: Vec<Dd>,
-    /// Positions among the moved components that have a force.
+    /// Positions, among the moved components, of those with a force.
     pub(super) forced: Vec<usize>,
-    /// Steps through the two fields from a force to each moved component: `z_i = O(t^{1 +
-    /// distance})`.
+    /// Number of steps through the two fields from a force to each moved component:
+    /// `z_i = O(t^{1 + distance})`.
     pub(super) distances: Vec<u32>,
-    /// Whether the free field too is affine in the moved components with constant coefficients.
+    /// Whether the free field is also affine in the moved components with constant coefficients.
     pub(super) free_is_affine: bool,
-    /// The free field; watched are the event function, the release function, then the forces.
+    /// Free field that watches the event function, the release function, then the forces.
     pub(super) field: Field,
 }
 
@@ -235,7 +237,8 @@ impl AffineLaw {
     ///
     /// # Errors
     ///
-    /// [`FlightError::Field`] and [`FlightError::Release`] where it is not affine.
+    /// [`FlightError::Field`] and [`FlightError::Release`] if the field or the release is not
+    /// affine.
     pub(in crate::expansion) fn new(
         model: &Model,
         surface: usize,
@@ -303,7 +306,7 @@ impl AffineLaw {
     }
 }
 
-/// Derivatives that are constant: they depend on no state and on no active parameter.
+/// Finds derivatives that are constant: they depend on no state and on no active parameter.
 struct Slopes<'a> {
     graph: ExpressionGraph,
     dimension: usize,
@@ -321,8 +324,8 @@ impl Slopes<'_> {
     }
 }
 
-/// Steps through the fields from a component with a force to each component; `None` where none
-/// leads.
+/// Number of steps through the fields from a component with a force to each component; `None` if
+/// there is no path.
 fn distances(model: &Model, field: &[NodeId]) -> Vec<Option<u32>> {
     let dimension = model.dimension();
     let forced = |component: usize| field[component] != model.flow[component];

@@ -1,9 +1,9 @@
-//! Dropping monomials that the tolerance does not need, and those that are nothing but rounding.
+//! Removal of monomials that the tolerance does not need, and of those that are only rounding.
 //!
-//! A term contributes at most `|c| Π b_i^{e_i}` where `b` bounds the variables. The smallest terms
-//! of each coordinate are dropped while the sum of their contributions, amplified by the stages
-//! that follow, stays below the share of the tolerance. Nothing is dropped before a contact (the
-//! root amplifies without bound), from a depth, or where the window is unbounded.
+//! A term contributes at most `|c| Π b_i^{e_i}`, with `b` the bounds of the variables. The smallest
+//! terms of each coordinate are dropped while the sum of their contributions, amplified by the
+//! stages that follow, stays below the share of the tolerance. Nothing is dropped before a contact
+//! (the root amplifies without bound), from a depth, or if the window is unbounded.
 
 use std::collections::BTreeMap;
 use std::iter;
@@ -14,21 +14,21 @@ use super::local_map::{Contact, Leg, LocalMap, Stage};
 use crate::jet::Jet;
 use crate::numeric::{Dd, Scalar};
 
-/// The part of the tolerance that dropped monomials may use.
+/// Share of the tolerance that dropped monomials may use.
 const SHARE: f64 = 0.1;
 
-/// What was dropped.
+/// Numbers of monomials dropped and kept, and the error that this adds.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PruneReport {
-    /// Monomials dropped.
+    /// Number of monomials dropped.
     pub dropped: usize,
-    /// Monomials kept.
+    /// Number of monomials kept.
     pub kept: usize,
-    /// Bound of the error that this adds to a coordinate of the image, on the window.
+    /// Bound of the error added to a coordinate of the image, on the window.
     pub bound: f64,
 }
 
-/// The map without the monomials that a tolerance (absolute, per coordinate of the image) does not
+/// Removes monomials of a map that a tolerance (absolute, per coordinate of the image) does not
 /// need.
 pub fn prune(map: &LocalMap, tolerance: f64) -> (LocalMap, PruneReport) {
     let mut pruned = map.clone();
@@ -69,7 +69,7 @@ pub fn prune(map: &LocalMap, tolerance: f64) -> (LocalMap, PruneReport) {
     (pruned, report)
 }
 
-/// The composed form without the monomials that a tolerance does not need.
+/// Removes monomials of the composed form that a tolerance does not need.
 pub fn prune_composed(
     map: &LocalMap,
     composed: &ComposedMap,
@@ -99,8 +99,8 @@ pub fn prune_composed(
     (pruned, report)
 }
 
-/// The power of a depth variable that is left once its square is the depth, but for the first: what
-/// shares a budget.
+/// Power of a depth variable that remains if all its squares but the first are replaced by the
+/// depth; terms with equal remaining powers share a budget.
 fn folded(power: u8) -> u8 {
     match power {
         0 => 0,
@@ -108,8 +108,8 @@ fn folded(power: u8) -> u8 {
     }
 }
 
-/// Of polynomials, each with what it is multiplied by, drops the smallest terms while their sum
-/// stays within the budget; the sum.
+/// Drops the smallest terms of polynomials, each given with its factor, while their sum stays
+/// within the budget; returns the sum.
 fn drop_smallest(
     parts: &mut [(&mut Jet<f64>, f64)],
     bounds: &[f64],
@@ -141,7 +141,7 @@ fn drop_smallest(
     lost
 }
 
-/// The size of a monomial in variables of these sizes.
+/// Size of a monomial in variables of given sizes.
 pub(super) fn monomial_size(exponents: &[u8], sizes: &[f64]) -> f64 {
     let powers = exponents.iter().zip(sizes);
     powers.map(|(&exponent, size)| size.powi(i32::from(exponent))).product()
@@ -151,13 +151,13 @@ fn contribution(exponents: &[u8], coefficient: f64, bounds: &[f64]) -> f64 {
     coefficient.abs() * monomial_size(exponents, bounds)
 }
 
-/// Bound of a polynomial where every variable stays within its bound.
+/// Bound of a polynomial with every variable within its bound.
 fn magnitude(jet: &Jet<f64>, bounds: &[f64]) -> f64 {
     let nonzero = jet.terms().filter(|&(_, coefficient)| coefficient != 0.0);
     nonzero.map(|(exponents, coefficient)| contribution(exponents, coefficient, bounds)).sum()
 }
 
-/// Bounds of (coordinates; parameters) in front of every stage.
+/// Bounds of (coordinates; parameters) before every stage.
 fn stage_bounds(map: &LocalMap) -> Vec<Vec<f64>> {
     let mut bounds = [map.window.state.as_slice(), &map.window.parameter].concat();
     let (mut all, y) = (Vec::with_capacity(map.stages.len()), map.window.depth.sqrt());
@@ -182,7 +182,7 @@ fn stage_bounds(map: &LocalMap) -> Vec<Vec<f64>> {
     all
 }
 
-/// Bound of how much a stage enlarges a difference of states (largest coordinate).
+/// Bound on the factor by which a stage enlarges a difference of states (largest coordinate).
 fn lipschitz(stage: &Stage, bounds: &[f64], dimension: usize) -> f64 {
     let Stage::Leg(leg) = stage else {
         return f64::INFINITY;
@@ -205,12 +205,11 @@ fn derivative_magnitude(jet: &Jet<f64>, variable: usize, bounds: &[f64]) -> f64 
     sizes.sum()
 }
 
-/// Coefficients below this share of what they are compared with are rounding: double-double has
-/// 2^-104, 5e-32, and expansions lose a digit or two of it; one of double precision, 1e-16, is far
-/// above.
+/// Coefficients below this share of those compared with are rounding. Double-double has 2^-104,
+/// 5e-32, and expansions lose a digit or two of it; a double's rounding, 1e-16, is far above.
 const ROUNDING: f64 = 1e-28;
 
-/// Sizes of the variables, in which coefficients can be compared.
+/// Sizes of the variables, which make coefficients comparable.
 #[derive(Clone, Debug)]
 pub(super) struct Sizes {
     /// Size of the depth variable.
@@ -220,25 +219,25 @@ pub(super) struct Sizes {
 }
 
 impl Sizes {
-    /// The sizes with that of the depth variable as the first variable's.
+    /// Sizes with the depth variable as the first variable.
     fn with_depth(&self) -> Self {
         let variables = iter::once(&self.depth).chain(&self.variables);
         Self { depth: self.depth, variables: variables.copied().collect() }
     }
 }
 
-/// The contact without coefficients that are rounding: those that, in sizes of the variables and of
-/// the coordinate that they correct, are less than 1e-28 of the largest of their monomial, or of it
-/// times one variable, in any coordinate and power of `y` (of `y` as one of the variables in the
-/// depth form).
+/// Sets coefficients of a contact that are rounding to zero: those that, scaled by the sizes of the
+/// variables and of the corrected coordinate, are less than 1e-28 of the largest coefficient of
+/// their monomial, or of that times one variable, in any coordinate and power of `y` (in the depth
+/// form, `y` is one of the variables).
 ///
-/// A coefficient that is zero in exact arithmetic is in double-double some 1e-32 of the terms it is
-/// a difference of, and those are seen at the same monomial in the other corrections, or where it
-/// has one more factor. It comes and goes with every change of the arithmetic, changes no image,
-/// and costs an operation in every step.
+/// A coefficient that is zero in exact arithmetic is in double-double some 1e-32 of the terms whose
+/// difference it is. Such terms appear at the same monomial in other corrections, or at that
+/// monomial times one more factor. The coefficient changes with every change of the arithmetic,
+/// affects no image, and costs an operation in every step.
 ///
-/// NOTE: monomials farther apart are not compared. Where a contact is stiff the coefficients of
-/// high powers of one variable exceed those of another by more than double-double has digits.
+/// NOTE: monomials farther apart are not compared. If a contact is stiff, coefficients of high
+/// powers of one variable exceed those of another by more digits than double-double has.
 pub(super) fn without_rounding(mut contact: Contact<Dd>, sizes: &Sizes) -> Contact<Dd> {
     let depth = Part { factor: 1.0, jet: &mut contact.depth };
     clear(&mut [depth], sizes);
@@ -247,7 +246,7 @@ pub(super) fn without_rounding(mut contact: Contact<Dd>, sizes: &Sizes) -> Conta
     let quadratic = contact.quadratic.iter_mut().zip(&sizes.variables);
     let quadratic =
         quadratic.map(|(jet, size)| Part { factor: sizes.depth * sizes.depth / size, jet });
-    // The first has all the monomials that the others have.
+    // The first polynomial has all monomials of the others.
     clear(&mut linear.chain(quadratic).collect::<Vec<_>>(), sizes);
     if let Some(form) = contact.depth_form.as_mut().map(Arc::make_mut) {
         let corrections = form.corrections.iter_mut().zip(&sizes.variables);
@@ -257,14 +256,14 @@ pub(super) fn without_rounding(mut contact: Contact<Dd>, sizes: &Sizes) -> Conta
     contact
 }
 
-/// A polynomial, and what its coefficients are multiplied by to be compared with those of others.
+/// A polynomial, and the factor that makes its coefficients comparable with those of others.
 struct Part<'a> {
     factor: f64,
     jet: &'a mut Jet<Dd>,
 }
 
 impl Part<'_> {
-    /// Powers and size of every term.
+    /// Powers and scaled size of every term.
     fn terms(&self, sizes: &Sizes) -> Vec<(Vec<u8>, f64)> {
         let term = |(powers, value): (&[u8], Dd)| {
             let monomial = monomial_size(powers, &sizes.variables);
@@ -274,7 +273,7 @@ impl Part<'_> {
     }
 }
 
-/// Sets to zero what is rounding in polynomials that are expanded together.
+/// Sets rounding to zero in polynomials that are expanded together.
 fn clear(parts: &mut [Part<'_>], sizes: &Sizes) {
     let Some(first) = parts.first() else { return };
     let space = first.jet.space().clone();
@@ -312,8 +311,8 @@ mod tests {
     use crate::expansion::DepthForm;
     use crate::jet::JetSpace;
 
-    /// One coordinate and one parameter, with sizes of 1e-3 and 10: coefficients of 1, x and p of
-    /// what `y` and `y²` are multiplied by, and of a depth.
+    /// Clears a contact with one coordinate and one parameter, of sizes 1e-3 and 10. Arguments are
+    /// the coefficients of 1, x and p in the factors of `y` and `y²`, and in the depth.
     fn cleared(linear: [f64; 3], quadratic: [f64; 3], depth: [f64; 3]) -> [Vec<f64>; 3] {
         let space = JetSpace::uniform(2, 1).unwrap();
         let jet = |coefficients: [f64; 3]| {

@@ -1,10 +1,10 @@
-//! When a contact ends: the release time as a power of `y` times a series.
+//! End of a contact: the release time as a power of `y` times a series.
 //!
-//! One idea: along the contact field the release function is `Σ_k ρ_k t^k` with jets `ρ_k(y; c,
-//! p)`. Near a graze a root that vanishes with `y` behaves as `t = κ₀ y^q`; the Newton polygon of
-//! the lowest powers of `y` in the `ρ_k` gives `q` and the polynomial whose smallest positive root
-//! is `κ₀`. Divided by its lowest power of `y` the equation for `κ = t/y^q` is then solved in the
-//! ring. Derivation: docs/mathematics/contact-laws.md.
+//! Along the contact field the release function is `Σ_k ρ_k t^k` with jets `ρ_k(y; c, p)`. Near a
+//! graze a root that vanishes with `y` behaves as `t = κ₀ y^q`. The Newton polygon of the lowest
+//! powers of `y` in the `ρ_k` gives `q` and the polynomial whose smallest positive root is `κ₀`.
+//! Divided by its lowest power of `y`, the equation for `κ = t/y^q` is then solved with jets.
+//! Derivation: docs/mathematics/contact-laws.md.
 
 use super::approach::{Approach, DepthVariable};
 use super::error::{ContactLawError, ExpansionError};
@@ -16,24 +16,24 @@ use crate::jet::{Jet, implicit_root, power_series_with_slope_at};
 use crate::numeric::polynomial::{evaluate, roots_on_interval};
 use crate::numeric::{Dd, Real, Scalar};
 
-/// Weight, and highest power of time, at which the balance is found.
+/// Weight, and highest power of time, used to find the balance.
 const BALANCE_WEIGHT: u32 = 4;
-/// Coefficients below this share of the largest of their series are zero: the balance is found in
+/// Coefficients below this share of the largest of their series are zero; the balance is found in
 /// double-double.
 const VANISHING: f64 = 1e-22;
-/// A relative slope below this at a root of the balance is none.
+/// A relative slope below this at a root of the balance counts as zero.
 const NO_SLOPE: f64 = 1e-8;
 
-/// The leading behaviour `t = κ₀ y^q` of the contact time.
+/// Leading behaviour `t = κ₀ y^q` of the contact time.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct ReleaseBalance {
     /// Powers of time divided out because the release function vanishes on entry.
     trivial: usize,
-    /// `q`.
+    /// Power `q`.
     pub(super) power: usize,
     /// Power of `y` by which the equation for `κ` is divided.
     divided: usize,
-    /// `κ₀`.
+    /// Factor `κ₀`.
     pub(super) factor: Dd,
 }
 
@@ -55,19 +55,18 @@ impl ReleaseBalance {
         Ok(balance)
     }
 
-    /// Weights by which the contact time is less exact than the state at the entry.
+    /// Number of weights by which the contact time is less exact than the state at the entry.
     pub(super) fn lost_weights(&self) -> u32 {
         self.divided.saturating_sub(self.power) as u32
     }
 
-    /// Power of `y` that multiplies `κ^(k − trivial)` in the divided equation, for the time power
-    /// `k`.
+    /// Power of `y` that multiplies `κ^(k − trivial)` in the divided equation, for time power `k`.
     fn shift(&self, time_power: usize) -> i32 {
         (self.power * (time_power - self.trivial)) as i32 - self.divided as i32
     }
 
-    /// The order to which the coefficient of each power of time is needed along the contact, of
-    /// states and of the release function.
+    /// Order to which the coefficient of each power of time is needed along the contact, for states
+    /// and the release function.
     fn kept(&self, order: usize) -> Vec<usize> {
         let powers = 0..=order + self.trivial;
         let needed = |power: usize| match power.checked_sub(self.trivial) {
@@ -77,8 +76,8 @@ impl ReleaseBalance {
         powers.map(|power| needed(power).min(order)).collect()
     }
 
-    /// From the entry along the contact field to the release: the state there and the time that the
-    /// contact took. Solves, for `κ = t/y^q`,
+    /// Flies from the entry along the contact field to the release; returns the state there and the
+    /// contact time. Solves, for `κ = t/y^q`,
     ///
     /// ```text
     /// 0 = Σ_{k≥z} y^{q(k−z)−m} ρ_k κ^{k−z}
@@ -101,8 +100,8 @@ impl ReleaseBalance {
     }
 }
 
-/// Whether a polynomial has a slope at its root: rounding may split a double root into two with
-/// almost none.
+/// Whether a polynomial has a nonzero slope at its root: rounding may split a double root into two
+/// with almost none.
 fn is_simple(coefficients: &[Dd], root: Dd) -> bool {
     let (_, slope) = evaluate(coefficients, root);
     let sizes: Vec<_> = coefficients.iter().map(|c| c.abs()).collect();
@@ -110,18 +109,19 @@ fn is_simple(coefficients: &[Dd], root: Dd) -> bool {
     (slope * root).magnitude() > NO_SLOPE * size.magnitude()
 }
 
-/// The lowest powers of `y` in the release function's coefficients along the contact.
+/// Newton polygon: the lowest powers of `y` in the release function's coefficients along the
+/// contact.
 struct Polygon<'a> {
     surface: &'a str,
     release: &'a [Jet<Dd>],
     contact_acceleration: f64,
     free_acceleration: f64,
-    /// Coefficients below these are zero, by power of time.
+    /// Threshold below which a coefficient is zero, by power of time.
     zero: Vec<f64>,
     trivial: usize,
 }
 
-/// An edge of the polygon: the balance of the terms `t^i y^{n_i}` on it, `i` from `first` to
+/// An edge of the polygon: the balance of the terms `t^i y^{n_i}` on it, with `i` from `first` to
 /// `last`.
 struct Edge {
     first: usize,
@@ -152,7 +152,7 @@ impl<'a> Polygon<'a> {
         }
     }
 
-    /// The coefficient of `y^power` in `ρ_k` at the grazing point.
+    /// Coefficient of `y^power` in `ρ_k` at the grazing point, with `k = time_power`.
     fn coefficient(&self, time_power: usize, power: usize) -> Dd {
         let jet = &self.release[time_power];
         let mut exponents = vec![0; jet.space().variables()];
@@ -160,13 +160,13 @@ impl<'a> Polygon<'a> {
         jet.coefficient(&exponents)
     }
 
-    /// The lowest power of `y` in `ρ_k` at the grazing point.
+    /// Lowest power of `y` in `ρ_k` at the grazing point, with `k = time_power`.
     fn lowest(&self, time_power: usize) -> Option<usize> {
         (0..=BALANCE_WEIGHT as usize)
             .find(|&power| self.coefficient(time_power, power).magnitude() > self.zero[time_power])
     }
 
-    /// The balance of the earliest release: the steepest edge of the polygon whose polynomial has a
+    /// Balance of the earliest release: the steepest edge of the polygon whose polynomial has a
     /// positive root.
     fn first_release(&self) -> Result<ReleaseBalance, ContactLawError> {
         let mut first = (self.trivial..self.release.len()).find(|&k| self.lowest(k).is_some());
@@ -179,7 +179,7 @@ impl<'a> Polygon<'a> {
         Err(self.no_release())
     }
 
-    /// The steepest edge from a vertex downwards, as far as it goes.
+    /// The steepest edge downwards from a vertex, to its last point.
     fn edge_from(&self, first: usize) -> Option<Edge> {
         let top = self.lowest(first)?;
         let lower = (first + 1..self.release.len()).filter_map(|last| {
@@ -192,7 +192,7 @@ impl<'a> Polygon<'a> {
         })
     }
 
-    /// The smallest positive root of the balance of an edge.
+    /// Smallest positive root of the balance of an edge.
     fn smallest_root(&self, edge: &Edge) -> Result<Option<Dd>, ContactLawError> {
         let top = self.lowest(edge.first).unwrap_or(0);
         let length = edge.last - edge.first;
@@ -203,7 +203,7 @@ impl<'a> Polygon<'a> {
             })
             .collect();
         let last = coefficients[length].magnitude();
-        // Cauchy: every root is at most this in magnitude.
+        // Cauchy's bound on the magnitude of every root.
         let bound = coefficients.iter().map(|c| c.magnitude() / last);
         let bound = 1.0 + bound.fold(0.0, f64::max);
         let roots = roots_on_interval(&coefficients, Dd::from(bound));
@@ -239,7 +239,7 @@ impl<'a> Polygon<'a> {
         })
     }
 
-    /// Checks that the divisor of the equation divides every term, near the grazing point too.
+    /// Checks that the divisor of the equation divides every term, also beside the grazing point.
     fn check_division(&self, balance: &ReleaseBalance) -> Result<(), ContactLawError> {
         for time_power in balance.trivial..self.release.len() {
             let kept = -balance.shift(time_power);

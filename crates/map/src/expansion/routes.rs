@@ -1,5 +1,5 @@
 //! Charts of sections along the grazing orbit, and the passages and legs of one period in the order
-//! in which they are met from the section.
+//! in which they follow the section.
 
 use std::sync::Arc;
 
@@ -15,39 +15,40 @@ use crate::orbit::{GrazingOrbit, PoincareSection, PoincareSectionKind};
 /// One end of a leg.
 #[derive(Clone, Debug)]
 pub struct RouteEnd {
-    /// Chart of the section there.
+    /// Chart of the section at this end.
     pub chart: SectionChart,
-    /// The passage whose surface a tangency section is about, counted from the section.
+    /// Number, counted from the section, of the passage at which a tangency section is.
     pub passage: usize,
 }
 
-/// The ends of a leg on the grazing orbit.
+/// A leg: its two ends on the grazing orbit, and its duration.
 #[derive(Clone, Debug)]
 pub struct Route {
-    /// The section it leaves.
+    /// Section that the leg leaves.
     pub from: RouteEnd,
-    /// The section it reaches.
+    /// Section that the leg reaches.
     pub to: RouteEnd,
-    /// Time it takes on the grazing orbit.
+    /// Duration of the leg on the grazing orbit.
     pub duration: Dd,
-    /// Whole forcing periods, added to the phase of the far chart.
+    /// Phase to add to that of the far chart: whole forcing periods.
     pub phase_advance: Dd,
 }
 
-/// The itinerary of one period, as places on the grazing orbit.
+/// Itinerary of one period, as legs between places on the grazing orbit.
 #[derive(Clone, Debug)]
 pub struct Routes {
-    /// The passages (indices into [`GrazingOrbit::passages`]) in the order in which they are met.
+    /// Passages (indices into [`GrazingOrbit::passages`]) in the order in which they follow the
+    /// section.
     pub passages: Vec<usize>,
-    /// From the section to the first passage, where that lies elsewhere.
+    /// Leg from the section to the first passage; `None` if the section is at that passage.
     pub before: Option<Route>,
-    /// From each passage to the next, and from the last to the next section point.
+    /// Legs from each passage to the next, and from the last to the next section point.
     pub after: Vec<Route>,
-    /// From the section to the section, one period later.
+    /// Leg from the section to the section one period later.
     pub whole: Route,
 }
 
-/// A place on the grazing orbit: its end of a leg and the time since the section.
+/// A place on the grazing orbit: end of a leg, and time since the section.
 #[derive(Clone, Debug)]
 struct Place {
     end: RouteEnd,
@@ -55,7 +56,7 @@ struct Place {
 }
 
 impl Routes {
-    /// The itinerary of a scene's section along its grazing orbit.
+    /// Itinerary of a scene's section along its grazing orbit.
     pub fn of(scene: &Scene, orbit: &GrazingOrbit) -> Self {
         let met = orbit.passages_after_section(scene);
         let about = met.iter().position(|passage| passage.place == 0);
@@ -94,8 +95,7 @@ impl Routes {
     }
 }
 
-/// The chart in which the contact of a passage acts: the scene's section, through the grazing
-/// point.
+/// Chart in which the contact of a passage acts: the scene's section, through the grazing point.
 fn grazing_chart(orbit: &GrazingOrbit, passage: usize) -> SectionChart {
     let graze = &orbit.passages[passage];
     SectionChart { section: graze.section.clone(), point: graze.state.clone() }
@@ -108,7 +108,7 @@ fn route(scene: &Scene, orbit: &GrazingOrbit, from: &Place, to: &Place) -> Route
         let phase = scene.model.dimension() - 1;
         let all = clock.period * Dd::from(scene.grazing.periods as f64);
         let flown = all * duration / orbit.period;
-        // The charts' own phases already differ by the advance, up to whole periods.
+        // The phases of the charts already differ by the advance, up to whole periods.
         let turns =
             (flown - (to.end.chart.point[phase] - from.end.chart.point[phase])) / clock.period;
         clock.period * (turns + Dd::from(0.5)).floor()
@@ -119,14 +119,14 @@ fn route(scene: &Scene, orbit: &GrazingOrbit, from: &Place, to: &Place) -> Route
 /// A chart of a section about a point of the orbit.
 #[derive(Clone, Debug)]
 pub struct SectionChart {
-    /// Which section, and which components of the full state are its coordinates.
+    /// The section and its coordinates.
     pub section: PoincareSection,
     /// Full state at the origin of the chart.
     pub point: Vec<Dd>,
 }
 
 impl SectionChart {
-    /// The full state as jets: coordinate `i` is `point + variable first_variable + i`.
+    /// Full state as jets: coordinate `i` is `point + variable first_variable + i`.
     ///
     /// On a tangency section the eliminated component solves `h' = 0`.
     ///
@@ -164,7 +164,7 @@ impl SectionChart {
     }
 }
 
-/// The component `eliminated` as a jet that makes `h'` vanish, the other components given.
+/// Solves `h' = 0` for the component `eliminated` as a jet, with the other components given.
 fn solve_tangency<S: Real>(
     passage: &Passage,
     state: &[Jet<S>],
@@ -186,9 +186,9 @@ fn solve_tangency<S: Real>(
 pub struct Graze {
     /// The surface, its contact law and the free field.
     pub passage: Passage,
-    /// The chart in which the contact acts.
+    /// Chart in which the contact acts.
     pub chart: SectionChart,
-    /// The variables of that chart.
+    /// Variables of that chart.
     pub variables: Variables,
 }
 

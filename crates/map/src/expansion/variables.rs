@@ -8,7 +8,7 @@ use crate::model::{MapOrders, Orders, Scene};
 use crate::numeric::Scalar;
 use crate::orbit::PoincareSection;
 
-/// Weight of a state or parameter deviation where the scene names none; `y` has weight 1.
+/// Weight of a state or parameter deviation if the scene names none; `y` has weight 1.
 pub const DEVIATION_WEIGHT: u32 = 2;
 
 /// The variables (coordinates; active parameters) of an expansion, with their weights.
@@ -18,7 +18,7 @@ pub struct Variables {
     pub names: Vec<String>,
     /// Weights, in the same order.
     pub weights: Vec<u32>,
-    /// How many of them are coordinates.
+    /// Number of variables that are coordinates.
     pub coordinates: usize,
 }
 
@@ -28,15 +28,15 @@ impl Variables {
         self.weights.len()
     }
 
-    /// Whether there is none (a section of dimension 0).
+    /// Whether there are no variables (a section of dimension 0).
     pub fn is_empty(&self) -> bool {
         self.weights.is_empty()
     }
 
-    /// Monomials in (coordinates; parameters) up to a weight.
+    /// Space of the monomials in (coordinates; parameters) up to a weight.
     ///
-    /// All weights are divided by their common divisor: with every variable of weight 2, the space
-    /// up to the weight `2N` is that of total degree `N`.
+    /// All weights are divided by their common divisor: if every variable has weight 2, the space
+    /// up to weight `2N` is that of total degree `N`.
     ///
     /// # Errors
     ///
@@ -47,13 +47,13 @@ impl Variables {
         Ok(JetSpace::new(&weights, (weight / divisor) as usize)?)
     }
 
-    /// The common divisor of the weights: the unit of weights in a
+    /// Common divisor of the weights: the unit of weights in a
     /// [`smooth_space`](Self::smooth_space).
     pub(super) fn divisor(&self) -> u32 {
         self.weights.iter().fold(0, |a, &b| gcd(a, b)).max(1)
     }
 
-    /// Monomials in `(y; coordinates; parameters)` up to a weight.
+    /// Space of the monomials in `(y; coordinates; parameters)` up to a weight.
     ///
     /// # Errors
     ///
@@ -62,7 +62,7 @@ impl Variables {
         Ok(JetSpace::new(&self.contact_weights(), weight as usize)?)
     }
 
-    /// Whether [`contact_space`](Self::contact_space) would be built; nothing is allocated.
+    /// Checks that [`contact_space`](Self::contact_space) can be built; nothing is allocated.
     ///
     /// # Errors
     ///
@@ -81,22 +81,22 @@ fn gcd(a: u32, b: u32) -> u32 {
     if b == 0 { a } else { gcd(b, a % b) }
 }
 
-/// Most coefficient products of one product of two series at the orders that a scene names: a map
-/// of an oscillator with a forcing takes seconds then.
+/// Largest number of coefficient products in one product of two series at the orders that a scene
+/// states: a map of a forced oscillator then takes seconds.
 const MOST_PRODUCTS: u128 = 10_000_000;
 
-/// Refuses the orders that a scene names if its map would take minutes, before anything is
+/// Refuses the orders that a scene states if its map would take minutes, before anything is
 /// computed.
 ///
 /// # Errors
 ///
-/// [`ExpansionError::TooMuchWork`] with the highest order that is not refused.
+/// [`ExpansionError::TooMuchWork`] with the highest order that is allowed.
 pub fn check_orders(scene: &Scene) -> Result<(), ExpansionError> {
     let Orders::Fixed(orders) = scene.expansion.orders else {
         return Ok(());
     };
     let names = scene.model.full_state_names();
-    // Which component the section eliminates is known with the orbit; weights may differ.
+    // The component that the section eliminates is known only with the orbit; weights may differ.
     let sections = (0..names.len()).map(|eliminated| {
         let mut coordinates = names.clone();
         coordinates.remove(eliminated);
@@ -132,7 +132,7 @@ impl Variables {
         Ok(())
     }
 
-    /// Products of coefficients in a product of two series of the smooth and of the contact order.
+    /// Products of coefficients in a product of two series, of the smooth and of the contact order.
     fn products(&self, orders: MapOrders) -> [u128; 2] {
         let divisor = self.divisor();
         let smooth: Vec<u32> = self.weights.iter().map(|own| own / divisor).collect();
@@ -141,7 +141,7 @@ impl Variables {
         [JetSpace::size(&smooth, order).1, JetSpace::size(&self.contact_weights(), weight).1]
     }
 
-    /// The highest orders, none above these, with at most so many products; at least 1.
+    /// Highest orders, none above the given ones, with at most `most` products; at least 1.
     pub(super) fn within(&self, orders: MapOrders, most: u128) -> MapOrders {
         let highest = |order: u32, place: usize| {
             let products = |order: u32| self.products(MapOrders::new(order, order))[place];
@@ -151,12 +151,12 @@ impl Variables {
     }
 }
 
-/// The variables (coordinates of a section; active parameters) with the scene's weights.
+/// Variables (coordinates of a section; active parameters) with the scene's weights.
 pub(super) fn variables(scene: &Scene, section: &PoincareSection) -> Variables {
     named(scene, &section.coordinate_names(&scene.model))
 }
 
-/// The variables (these coordinates; active parameters) with the scene's weights.
+/// Variables (given coordinates; active parameters) with the scene's weights.
 fn named(scene: &Scene, coordinates: &[&str]) -> Variables {
     let active = scene.expansion.active.iter();
     let parameters = active.map(|&parameter| scene.model.parameters[parameter].name.as_str());
@@ -173,12 +173,12 @@ pub(super) fn lift<S: Scalar>(jet: &Jet<S>, contact_space: &Arc<JetSpace>) -> Je
     rebase(jet, contact_space, |exponents, target| target[1..].copy_from_slice(exponents))
 }
 
-/// The same polynomial in another space of the same variables, cut at that space's order.
+/// Converts a jet to another space of the same variables, cut at that space's order.
 pub(super) fn respace<S: Scalar>(jet: &Jet<S>, space: &Arc<JetSpace>) -> Jet<S> {
     rebase(jet, space, |exponents, target| target.copy_from_slice(exponents))
 }
 
-/// The coefficient of `y^power` of a jet in `(y; coordinates; parameters)`.
+/// Coefficient of `y^power` of a jet in `(y; coordinates; parameters)`.
 pub(super) fn coefficient_of_depth_power<S: Scalar>(
     jet: &Jet<S>,
     power: u8,
@@ -191,8 +191,8 @@ pub(super) fn coefficient_of_depth_power<S: Scalar>(
     result
 }
 
-/// `Σ_k d_{first+2k} depth^k`, where `d_j` is the coefficient of `y^j`: what multiplies `y^first`
-/// once `y² = depth` has been used.
+/// Factor of `y^first` after the substitution `y² = depth`: `Σ_k d_{first+2k} depth^k`, with `d_j`
+/// the coefficient of `y^j`.
 pub(super) fn fold_depth_powers<S: Scalar>(
     correction: &Jet<S>,
     first: u8,
@@ -207,7 +207,7 @@ pub(super) fn fold_depth_powers<S: Scalar>(
     power_series_at(&coefficients, &depth)
 }
 
-/// The jet times `y^power`; for a negative power its terms in lower powers of `y` are dropped.
+/// Multiplies a jet by `y^power`; for a negative power, terms in lower powers of `y` are dropped.
 pub(super) fn shift_depth_power<S: Scalar>(jet: &Jet<S>, power: i32) -> Jet<S> {
     let mut result = Jet::zero(jet.space());
     let mut target = vec![0; jet.space().variables()];
@@ -270,7 +270,7 @@ mod tests {
         let Err(ExpansionError::TooMuchWork { key, products, highest, .. }) = refused else {
             panic!("{refused:?}");
         };
-        // Pairs of monomials in 4 variables of at most 30 factors together: 38 over 8.
+        // Number of pairs of monomials in 4 variables of at most 30 factors together: 38 over 8.
         assert_eq!((key, products, highest), ("smooth_order", 48_903_492, 23));
         assert!(variables.check_orders(MapOrders::new(5, 64)).is_err());
     }

@@ -1,4 +1,4 @@
-//! Maps of the catalogue's crate of emitted code.
+//! Maps in the crate of code emitted for the catalogue.
 
 use grazemap_generated::{CatalogueMap, find};
 
@@ -36,7 +36,7 @@ impl CompiledMap {
         (self.map.window_state, self.map.window_parameters)
     }
 
-    /// Runs `call` with memory for the depths and reports what happened.
+    /// Runs `call` with memory for the depths and returns the step data.
     fn run(
         &self,
         image: &mut [f64],

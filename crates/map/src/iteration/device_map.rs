@@ -1,8 +1,8 @@
-//! Orbits on another processor, which runs one kernel on many points at once.
+//! Orbits on another processor, such as a GPU, which runs one kernel on many points at once.
 //!
-//! One idea: the kernel iterates, and nothing else: kept states, depths and the growth of tangent
-//! vectors come back as they are, so that periods, contacts and exponents are found by the text
-//! that finds those of every other orbit, from the same bits.
+//! The kernel only iterates: kept states, depths and the growth of tangent vectors come back
+//! unprocessed. Periods, contacts and exponents are then found from the same bits by the same code
+//! as for every other orbit.
 
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -13,17 +13,17 @@ use super::orbit::{MapOrbit, OrbitEnd, OrbitRequest};
 use super::parallel::locked;
 use crate::expansion::MapWindow;
 
-/// A processor with the kernel `*_orbits` of a map that was emitted in CUDA, which says what
-/// settings, inputs, constants, numbers and words are.
+/// A processor that runs the kernel `*_orbits` of a map emitted in CUDA. The emitted code defines
+/// the settings, inputs, constants, numbers and words.
 pub trait PointKernel: std::fmt::Debug + Send + Sync {
-    /// What people call the processor.
+    /// Name of the processor, for users.
     fn name(&self) -> &str;
 
-    /// Runs the kernel on points; `take` is given what it wrote, piece by piece, in order.
+    /// Runs the kernel on points; `take` receives its output, piece by piece, in order.
     ///
     /// # Errors
     ///
-    /// What the processor said.
+    /// The processor's error message.
     fn run(
         &self,
         points: &KernelPoints<'_>,
@@ -36,29 +36,29 @@ pub trait PointKernel: std::fmt::Debug + Send + Sync {
 pub struct KernelPoints<'a> {
     /// Number of points.
     pub count: usize,
-    /// Iterates dropped, iterates kept, iterates in which a tangent vector turns.
+    /// Numbers of iterates: dropped, kept, and dropped for the direction of the tangent vector.
     pub settings: [i64; 3],
     /// Coordinates and parameters, point after point.
     pub inputs: &'a [f64],
-    /// Bounds that all points have in common.
+    /// Bounds shared by all points.
     pub constants: &'a [f64],
-    /// Numbers that are written for each point.
+    /// Number of outputs of each point.
     pub numbers: usize,
 }
 
-/// What a kernel wrote for some points: one number after another, of all points each.
+/// Output of a kernel for some points, row by row: one value of each point per row.
 #[derive(Clone, Copy, Debug)]
 pub struct KernelPiece<'a> {
     /// Number of points.
     pub count: usize,
-    /// The numbers.
+    /// Rows of numbers.
     pub numbers: &'a [f64],
-    /// The words, [`WORDS`](Self::WORDS) of each point.
+    /// Rows of words, [`WORDS`](Self::WORDS) per point: end, iterate, code of the exponent.
     pub words: &'a [i64],
 }
 
 impl KernelPiece<'_> {
-    /// Words of a point.
+    /// Number of words per point.
     pub const WORDS: usize = 3;
 }
 
@@ -74,26 +74,26 @@ pub struct DeviceMap {
     failure: Mutex<Option<String>>,
 }
 
-/// What a [`DeviceMap`] did.
+/// Counts of a [`DeviceMap`], and its failure if there was one.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct DeviceReport {
-    /// What people call the processor.
+    /// Name of the processor, for users.
     pub name: String,
-    /// Orbits that were made there.
+    /// Number of orbits computed there.
     pub made: u64,
-    /// Orbits that left the window there, or began outside, and were handed back.
+    /// Number of orbits handed back because they left the window or began outside.
     pub handed_back: u64,
-    /// Whether direct simulation was asked for, which is not there.
+    /// Whether direct simulation was requested, which the device does not offer.
     pub left_direct: bool,
-    /// What the processor said when it failed; everything from there on was made without it.
+    /// The processor's error message; after it the device is not used.
     pub failure: Option<String>,
 }
 
-/// An orbit that another processor made, with its largest Lyapunov exponent.
+/// An orbit computed by another processor, with its largest Lyapunov exponent.
 pub type DeviceOrbit = (MapOrbit, Option<LyapunovExponent>);
 
 impl DeviceMap {
-    /// A map of so many coordinates and passages, by its kernel.
+    /// A map with its kernel and its numbers of coordinates and passages.
     pub fn new(kernel: Box<dyn PointKernel>, dimension: usize, passages: usize) -> Self {
         Self {
             kernel,
@@ -106,7 +106,7 @@ impl DeviceMap {
         }
     }
 
-    /// What it did so far.
+    /// Counts and failure so far.
     pub fn report(&self) -> DeviceReport {
         DeviceReport {
             name: self.kernel.name().to_owned(),
@@ -117,27 +117,27 @@ impl DeviceMap {
         }
     }
 
-    /// Notes that direct simulation was asked for.
+    /// Notes that direct simulation was requested.
     pub(crate) fn leave_direct(&self) {
         self.left_direct.store(true, Ordering::Relaxed);
     }
 
-    /// Whether the processor failed: it is not asked again.
+    /// Whether the processor has failed; it is not used again.
     pub(crate) fn has_failed(&self) -> bool {
         locked(&self.failure).is_some()
     }
 
-    /// Numbers that come back for each orbit.
+    /// Number of outputs for each orbit that keeps this many states.
     pub fn numbers(&self, keep: usize) -> usize {
         2 * self.dimension + keep * (self.dimension + self.passages + 1)
     }
 
-    /// The orbits from some states at parameters of their own, with the exponents of those that
-    /// were completed after `turning` iterates of their tangent vectors; the very orbits of
-    /// [`FrozenLanes`](super::FrozenLanes).
+    /// Orbits from given states, each at its own parameters, with the exponents of completed
+    /// orbits; the tangent vector first turns for `turning` iterates. Equal to those of
+    /// [`FrozenLanes`](super::FrozenLanes) bit for bit.
     ///
-    /// `None` for an orbit that leaves the window, if one is given; `None` for all where the
-    /// processor fails, which the [report](Self::report) says.
+    /// An element is `None` if the orbit leaves the window; the result is `None` if the processor
+    /// fails, and the [report](Self::report) then holds its message.
     pub fn orbits(
         &self,
         starts: &[[&[f64]; 2]],
@@ -176,7 +176,8 @@ impl DeviceMap {
         )
     }
 
-    /// Half-widths of the window and its depth, sizes of escape, a component of a unit vector.
+    /// Half-widths of the window, its depth, bounds of an escape, component of the unit tangent
+    /// vector.
     fn constants(&self, request: &OrbitRequest, window: Option<&MapWindow>) -> Vec<f64> {
         let unbounded = vec![f64::INFINITY; self.dimension];
         let widths = window.map_or(&unbounded, |window| &window.state);
@@ -185,7 +186,7 @@ impl DeviceMap {
         [&widths[..], &[depth], &request.escape, &[unit]].concat()
     }
 
-    /// What came back for a point of a piece; `None` if its orbit left the window.
+    /// Orbit and exponent of a point of a piece; `None` if the orbit left the window.
     fn orbit(
         &self,
         piece: KernelPiece<'_>,

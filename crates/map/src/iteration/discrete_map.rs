@@ -1,5 +1,5 @@
 //! The contract of every map that can be iterated, the contacts of a step, and the names of
-//! periodic orbits by them: how often an orbit hits each surface, in how many periods.
+//! periodic orbits: hits at each surface, and forcing periods.
 
 use serde::{Deserialize, Serialize};
 
@@ -14,16 +14,16 @@ pub trait DiscreteMap: Sync {
     /// Number of parameters.
     fn parameters(&self) -> usize;
 
-    /// The coordinate that is a phase, where the map's images are points of a circle in it: within
-    /// half a period of 0. A polynomial knows of none.
+    /// Coordinate that is a phase: images lie within half a period of 0 in it. None for a
+    /// polynomial map.
     fn circle(&self) -> PhaseCircle {
         PhaseCircle::none()
     }
 
     /// One step: writes the image of `state` (length [`dimension`](Self::dimension)) to `image`.
     ///
-    /// A step never panics on finite input; where it has no image, [`StepInfo::valid`] is `false`
-    /// and the image is not a number.
+    /// A step never panics on finite input. Without an image, [`StepInfo::valid`] is `false` and
+    /// the image is NaN.
     fn step(&self, state: &[f64], parameters: &[f64], image: &mut [f64]) -> StepInfo;
 
     /// One step with the Jacobian `∂x⁺_i/∂x_j`, row by row, into `jacobian` (length `dimension²`).
@@ -35,7 +35,7 @@ pub trait DiscreteMap: Sync {
         jacobian: &mut [f64],
     ) -> StepInfo;
 
-    /// One step of a state and of a tangent vector there: the image, and the Jacobian times the
+    /// One step of a state and of a tangent vector at it: the image, and the Jacobian times the
     /// vector.
     fn step_tangent(
         &self,
@@ -53,7 +53,7 @@ pub trait DiscreteMap: Sync {
     }
 }
 
-/// A map whose image has derivatives by its parameters too.
+/// A map that also has derivatives by its parameters.
 pub trait DifferentiableMap: DiscreteMap + Send {
     /// One step with the derivatives of the image by the coordinates and then by the parameters,
     /// row by row, into `derivatives` (length `dimension × (dimension + parameters)`).
@@ -66,7 +66,7 @@ pub trait DifferentiableMap: DiscreteMap + Send {
     ) -> StepInfo;
 }
 
-/// A reference to a map is a map.
+/// Forwards to the map behind a reference.
 impl<M: DifferentiableMap + ?Sized> DifferentiableMap for &M {
     fn step_derivatives(
         &self,
@@ -79,7 +79,7 @@ impl<M: DifferentiableMap + ?Sized> DifferentiableMap for &M {
     }
 }
 
-/// What happened in one step.
+/// Contacts, depth and validity of one step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct StepInfo {
     /// Grazing passages that made contact, numbered in the order in which they follow the section.
@@ -88,20 +88,20 @@ pub struct StepInfo {
     pub depth: f64,
     /// Whether the image exists and is finite.
     pub valid: bool,
-    /// Whether the image is one of direct simulation.
+    /// Whether the image was computed by direct simulation.
     pub simulated: bool,
-    /// Whole periods of the phase that the step took beyond the nominal ones, negative where it
-    /// took fewer: taken off the image by [`PhaseCircle::reduce`].
+    /// Whole periods of the phase that the step took beyond the nominal ones, negative if it took
+    /// fewer. [`PhaseCircle::reduce`] has removed them from the image.
     pub turns: i32,
 }
 
 impl StepInfo {
-    /// Grazing passages that made contact: how many.
+    /// Number of grazing passages that made contact.
     pub fn contacts(&self) -> u32 {
         self.passages.len() as u32
     }
 
-    /// Takes in the depth of a passage, numbered from 0.
+    /// Records the depth of a passage, numbered from 0; contact is made if it is positive.
     pub fn add_passage(&mut self, passage: usize, depth: f64) {
         if depth > 0.0 {
             self.passages.insert(passage);
@@ -109,13 +109,13 @@ impl StepInfo {
         }
     }
 
-    /// The same with [`valid`](Self::valid) set: whether every number of the image is finite.
+    /// Sets [`valid`](Self::valid): whether every number of the image is finite.
     pub fn checked(self, image: &[f64]) -> Self {
         Self { valid: image.iter().all(|value| value.is_finite()), ..self }
     }
 }
 
-/// A reference to a map is a map.
+/// Forwards to the map behind a reference.
 impl<M: DiscreteMap + ?Sized> DiscreteMap for &M {
     fn dimension(&self) -> usize {
         (**self).dimension()
@@ -155,8 +155,8 @@ impl<M: DiscreteMap + ?Sized> DiscreteMap for &M {
 
 /// A set of passages, by their numbers in one return, from 0.
 ///
-/// In files it is the list of their numbers. It holds [`CAPACITY`](Self::CAPACITY) passages, as
-/// many as a scene may name; higher numbers are not kept.
+/// Serialized as the list of their numbers. At most [`CAPACITY`](Self::CAPACITY) passages, as many
+/// as a scene may name; larger numbers are dropped.
 ///
 /// ```
 /// use grazemap_map::iteration::PassageSet;
@@ -176,7 +176,7 @@ impl PassageSet {
     /// Most passages of a set.
     pub const CAPACITY: usize = 64;
 
-    /// No passage.
+    /// The empty set.
     pub const NONE: Self = Self { mask: 0 };
 
     /// Adds a passage.
@@ -199,12 +199,12 @@ impl PassageSet {
         self.mask == 0
     }
 
-    /// The passages in the set, increasing.
+    /// Passages in the set, in increasing order.
     pub fn iter(self) -> impl Iterator<Item = usize> {
         (0..Self::CAPACITY).filter(move |&passage| self.contains(passage))
     }
 
-    /// The bit of a passage; 0 beyond the last.
+    /// Bit of a passage; 0 for a number beyond the capacity.
     fn bit(passage: usize) -> u64 {
         u32::try_from(passage).ok().and_then(|passage| 1u64.checked_shl(passage)).unwrap_or(0)
     }
@@ -230,8 +230,8 @@ impl From<Vec<usize>> for PassageSet {
     }
 }
 
-/// The grazing passages of one return of a map: which surface each meets, and what one return
-/// counts for.
+/// Grazing passages of one return of a map: the surface of each, and the forcing periods of the
+/// return.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Itinerary {
     /// Names of the surfaces that graze, in the order in which the model declares them.
@@ -258,12 +258,12 @@ pub struct Itinerary {
 pub struct OrbitName {
     /// Hits at each surface, in the order of [`Itinerary::surfaces`].
     pub hits: Vec<u32>,
-    /// Periods.
+    /// Forcing periods.
     pub periods: usize,
 }
 
 impl Itinerary {
-    /// Hits per surface of the passages that made contact.
+    /// Number of hits per surface, given the passages that made contact.
     pub fn hits(&self, made: PassageSet) -> Vec<u32> {
         let mut hits = vec![0; self.surfaces.len()];
         let contacts = self.passages.iter().enumerate();
@@ -275,8 +275,8 @@ impl Itinerary {
         hits
     }
 
-    /// The name of an orbit from the hits of each return in one of its periods, and the whole
-    /// periods of the phase that all of them took beyond the nominal ones.
+    /// Name of an orbit, from the hits of each return in one of its periods and the whole periods
+    /// of the phase that these returns took beyond the nominal ones.
     pub fn name(&self, returns: impl IntoIterator<Item = Vec<u32>>, turns: i32) -> OrbitName {
         let (mut hits, mut count) = (vec![0; self.surfaces.len()], 0);
         for own in returns {
@@ -286,13 +286,14 @@ impl Itinerary {
         OrbitName { hits, periods: self.periods_of(count, turns) }
     }
 
-    /// Forcing periods of so many returns that took whole periods beyond the nominal ones.
+    /// Forcing periods of a number of returns that took `turns` whole periods beyond the nominal
+    /// ones.
     pub fn periods_of(&self, returns: usize, turns: i32) -> usize {
         (self.periods * returns).saturating_add_signed(turns as isize)
     }
 
-    /// The period of an orbit of so many forcing periods, in nominal returns: after so many the
-    /// orbit is where it was, on any section.
+    /// Period, in nominal returns, of an orbit of `periods` forcing periods: after that many the
+    /// orbit is at the same state on any section.
     pub fn nominal_returns(&self, periods: usize) -> usize {
         let (mut divisor, mut rest) = (self.periods, periods);
         while rest > 0 {
@@ -324,7 +325,7 @@ mod tests {
         assert!(!set.contains(64) && PassageSet::default().is_empty());
     }
 
-    /// Right, left, right in two forcing periods; the model declares the left stop first.
+    /// Passages right, left, right in two forcing periods; the model declares the left stop first.
     fn itinerary() -> Itinerary {
         Itinerary {
             surfaces: ["left", "right"].map(str::to_owned).to_vec(),
@@ -342,7 +343,7 @@ mod tests {
 
     #[test]
     fn a_period_in_nominal_returns_is_that_of_a_stroboscopic_section() {
-        // Returns of two forcing periods: an orbit of three is where it was after three of them.
+        // Returns of two forcing periods: an orbit of period three repeats after three of them.
         let returns = [2, 3, 4, 6, 1].map(|periods| itinerary().nominal_returns(periods));
         assert_eq!(returns, [1, 3, 2, 3, 1]);
     }

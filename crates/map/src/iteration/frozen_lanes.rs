@@ -1,5 +1,5 @@
-//! The kernels of one map, whole and split for freezing, and the map at fixed parameters, other
-//! ones in every lane.
+//! The kernels of one map, whole and split for freezing, and the map frozen at different parameters
+//! in every lane.
 
 use std::sync::{Arc, OnceLock};
 
@@ -13,23 +13,23 @@ use crate::jet::kernel::{
 };
 use crate::numeric::{self, Lanes, widest};
 
-/// A local map with other parameters folded in in every lane, made by
+/// A local map with the parameters of each lane folded in, made by
 /// [`HornerMap::freeze_lanes`](super::HornerMap::freeze_lanes).
 ///
-/// Orbits of independent states run in step, with the widest registers of the machine, and each is
-/// that of the [`FrozenMap`](super::FrozenMap) at its parameters to the last bit.
+/// Independent orbits run in lockstep, in the widest registers of the machine. Each equals that of
+/// the [`FrozenMap`](super::FrozenMap) at its parameters to the last bit.
 #[derive(Clone, Debug)]
 pub struct FrozenLanes<const N: usize> {
     forms: Arc<Forms>,
-    /// Of every lane in use.
+    /// Parameters of every lane in use.
     parameters: Vec<Vec<f64>>,
-    /// Of every lane in use.
+    /// Coefficients of every lane in use.
     coefficients: Vec<Vec<f64>>,
     step: LaneInterpreter<Lanes<N>>,
 }
 
-/// What takes the place of a map outside its window: steps of the lanes that are flagged, from
-/// their states, one after another; it writes their images and what happened.
+/// A replacement of a map outside its window: given the flags of the lanes to step and the states
+/// of all lanes, one after another, it writes the images of the flagged lanes and their step data.
 pub type Substitute<'a> = dyn FnMut(&[bool], &[f64], &mut [f64], &mut [StepInfo]) + 'a;
 
 impl<const N: usize> FrozenLanes<N> {
@@ -43,17 +43,18 @@ impl<const N: usize> FrozenLanes<N> {
         Self { step: freezer.in_lanes(&coefficients), parameters, coefficients, forms }
     }
 
-    /// Iterates a state in every lane, as [`MapOrbit::of`] does one.
+    /// Iterates one state in every lane, as [`MapOrbit::of`] does for one map.
     ///
     /// # Panics
     ///
-    /// If there is not one state for every lane, or states and scales have not the map's lengths.
+    /// If there is not one state for every lane, or the lengths of states or scales are not the
+    /// map's.
     pub fn orbits(&mut self, initial: &[&[f64]], request: &OrbitRequest) -> Vec<MapOrbit> {
         self.iterate(initial, request, None)
     }
 
-    /// The same, the map left to a substitute wherever a state, its parameters or the depths of its
-    /// step lie outside a window.
+    /// Iterates as [`orbits`](Self::orbits) does; a step is taken by the substitute if its state,
+    /// its parameters or its depths lie outside the window.
     ///
     /// # Panics
     ///
@@ -100,8 +101,8 @@ impl<const N: usize> FrozenLanes<N> {
         orbits
     }
 
-    /// Largest Lyapunov exponent of every lane, as
-    /// [`largest_lyapunov_exponent`](super::largest_lyapunov_exponent) gives that of one map.
+    /// Largest Lyapunov exponent of every lane, computed as in
+    /// [`largest_lyapunov_exponent`](super::largest_lyapunov_exponent).
     ///
     /// # Panics
     ///
@@ -115,7 +116,7 @@ impl<const N: usize> FrozenLanes<N> {
         self.exponents(initial, transient, iterates, None)
     }
 
-    /// The same; `None` in the lanes whose orbits come to lie outside a window.
+    /// Largest Lyapunov exponent of every lane; `None` also in lanes whose orbits leave the window.
     ///
     /// # Panics
     ///
@@ -148,8 +149,8 @@ impl<const N: usize> FrozenLanes<N> {
         exponents[..self.coefficients.len()].to_vec()
     }
 
-    /// The window of every lane: nothing where the parameters lie outside, everything in lanes that
-    /// are not in use.
+    /// Window of every lane: empty if the parameters of the lane lie outside, unbounded in lanes
+    /// that are not in use.
     fn bounds(&self, window: &MapWindow) -> LaneWindow<N> {
         let bound = |bound: f64| {
             Lanes::from_fn(|lane| match self.parameters.get(lane) {
@@ -164,7 +165,7 @@ impl<const N: usize> FrozenLanes<N> {
         }
     }
 
-    /// Lanes beyond those in use repeat the first.
+    /// Gathers one state per lane; lanes not in use repeat the first.
     fn gather(&self, states: &[&[f64]]) -> Vec<Lanes<N>> {
         let lanes = self.coefficients.len();
         assert_eq!(states.len(), lanes, "one state for every lane");
@@ -175,7 +176,7 @@ impl<const N: usize> FrozenLanes<N> {
     }
 }
 
-/// The window of a map, in lanes.
+/// Window of a map, in lanes.
 #[derive(Clone, Debug)]
 struct LaneWindow<const N: usize> {
     /// Half-width of every coordinate.
@@ -185,8 +186,8 @@ struct LaneWindow<const N: usize> {
 }
 
 impl<const N: usize> LaneWindow<N> {
-    /// How far the states, or the depths of their steps, lie outside, if further than `least`:
-    /// positive where they do.
+    /// Largest amount by which states, or the depths of their steps, exceed the window, but at
+    /// least `least`; positive if any lies outside.
     #[inline(always)]
     fn excess<'l>(
         &self,
@@ -208,7 +209,7 @@ impl<const N: usize> LaneWindow<N> {
         excess
     }
 
-    /// Whether no depth lies outside in any lane.
+    /// Whether the depths of all lanes lie inside.
     #[inline(always)]
     fn holds_depths<'l>(&self, depths: impl Iterator<Item = &'l Lanes<N>>) -> bool {
         let mut holds = true;
@@ -220,14 +221,14 @@ impl<const N: usize> LaneWindow<N> {
         holds
     }
 
-    /// Everything lies inside from now on.
+    /// Removes all bounds of a lane.
     fn open(&mut self, lane: usize) {
         self.state.iter_mut().for_each(|width| width[lane] = f64::INFINITY);
         self.depth[lane] = f64::INFINITY;
     }
 }
 
-/// Whether the sizes of all numbers are within their bounds in every lane.
+/// Whether all numbers are within their bounds in absolute value, in every lane.
 #[inline(always)]
 fn within<const N: usize>(values: &[Lanes<N>], bounds: &[Lanes<N>]) -> bool {
     let mut within = true;
@@ -239,7 +240,7 @@ fn within<const N: usize>(values: &[Lanes<N>], bounds: &[Lanes<N>]) -> bool {
     within
 }
 
-/// The larger of two numbers in one instruction; the first where the second is not a number.
+/// Larger of two numbers in one instruction; the first if the second is NaN.
 #[inline(always)]
 fn larger(a: f64, b: f64) -> f64 {
     if b > a { b } else { a }
@@ -255,21 +256,21 @@ fn any_positive<const N: usize>(values: &Lanes<N>) -> bool {
     any
 }
 
-/// What leaves the map to a substitute outside its window.
+/// The window of a map and the substitute used outside it.
 ///
-/// One comparison of an image with the smaller of two bounds tells that its orbit goes on and that
-/// its next step begins inside the window; which of the bounds it exceeds is asked only where it
-/// does.
+/// One comparison of an image with the smaller of two bounds shows that its orbit goes on and that
+/// its next step begins inside the window. The two bounds are told apart only if the comparison
+/// fails.
 struct Guard<'a, const N: usize> {
     window: LaneWindow<N>,
-    /// The smaller of the window's half-width and the size of an escape, of every coordinate.
+    /// Smaller of the window's half-width and the bound of an escape, for every coordinate.
     near: Vec<Lanes<N>>,
     /// Whether the states of all lanes are known to lie inside the window.
     begins_inside: bool,
     substitute: &'a mut Substitute<'a>,
-    /// Lanes whose last step was not the map's.
+    /// Lanes whose last step was taken by the substitute.
     outside: Vec<bool>,
-    /// All states, their images, and what happened.
+    /// States of all lanes; below, their images and step data.
     states: Vec<f64>,
     images: Vec<f64>,
     steps: Vec<StepInfo>,
@@ -292,16 +293,16 @@ impl<'a, const N: usize> Guard<'a, N> {
     }
 }
 
-/// Orbits in step.
+/// Iteration of the orbits of all lanes in lockstep.
 struct Iterating<'a, 'g, const N: usize> {
     map: &'a mut LaneInterpreter<Lanes<N>>,
     request: &'a OrbitRequest,
-    /// Sizes at which a coordinate has escaped; infinite once it has.
+    /// Largest allowed size of each coordinate; infinite once the orbit has ended.
     limits: Vec<Lanes<N>>,
     /// Images of all lanes.
     images: Vec<Lanes<N>>,
     guard: Option<Guard<'g, N>>,
-    /// Room for the image of a lane.
+    /// Buffer for the image of a lane.
     image: Vec<f64>,
     orbits: &'a mut [MapOrbit],
 }
@@ -337,7 +338,7 @@ impl<const N: usize> numeric::Kernel for Iterating<'_, '_, N> {
 }
 
 impl<const N: usize> Iterating<'_, '_, N> {
-    /// Takes the images of the lanes outside the window from the substitute.
+    /// Replaces the images of the lanes outside the window by the substitute's.
     #[inline(always)]
     fn guard(&mut self) {
         let Some(guard) = &mut self.guard else { return };
@@ -378,7 +379,7 @@ impl<const N: usize> Iterating<'_, '_, N> {
         }
     }
 
-    /// What happened in the last step of a lane.
+    /// Contacts and depth of the last step of a lane, by the map or by the substitute.
     fn step(&self, lane: usize) -> StepInfo {
         match &self.guard {
             Some(guard) if guard.outside[lane] => guard.steps[lane],
@@ -398,7 +399,8 @@ impl<const N: usize> Iterating<'_, '_, N> {
         within(&self.images, &self.limits)
     }
 
-    /// Tells the orbits that go on where they are, all of them within their limits.
+    /// Appends the images to the kept states of the orbits that go on; all images are within their
+    /// limits.
     fn keep(&mut self, iterate: usize) {
         for lane in 0..self.orbits.len() {
             if self.orbits[lane].end != OrbitEnd::Completed {
@@ -413,7 +415,7 @@ impl<const N: usize> Iterating<'_, '_, N> {
         }
     }
 
-    /// Tells the orbits that go on where they came from and where they are, which may end them.
+    /// Passes states and images to the orbits that go on; an image may end its orbit.
     fn arrive(&mut self, iterate: usize) {
         for lane in 0..self.orbits.len() {
             if self.orbits[lane].end != OrbitEnd::Completed {
@@ -429,7 +431,7 @@ impl<const N: usize> Iterating<'_, '_, N> {
         }
     }
 
-    /// Lets the lanes whose orbits have ended, and those in no use, rest at the origin.
+    /// Sets the lanes whose orbits have ended, and those not in use, to the origin without bounds.
     fn retire(&mut self) {
         for lane in 0..N {
             let ended = |orbit: &MapOrbit| orbit.end != OrbitEnd::Completed;
@@ -447,7 +449,7 @@ impl<const N: usize> Iterating<'_, '_, N> {
     }
 }
 
-/// What happened in the last step of a lane by the map, to a finite image.
+/// Contacts and depth of the last step of a lane by the map; the image is taken to be finite.
 fn info<const N: usize>(
     map: &LaneInterpreter<Lanes<N>>,
     dimension: usize,
@@ -460,10 +462,10 @@ fn info<const N: usize>(
     info
 }
 
-/// Tangent vectors carried along orbits in step.
+/// Iteration of tangent vectors along the orbits of all lanes in lockstep.
 struct Stretching<const N: usize> {
     map: LaneInterpreter<Dual<Lanes<N>>>,
-    /// The window that orbits are to stay in.
+    /// Window that the orbits must not leave.
     bounds: Option<LaneWindow<N>>,
     transient: usize,
     iterates: usize,
@@ -476,10 +478,10 @@ impl<const N: usize> numeric::Kernel for Stretching<N> {
     fn run(mut self) -> Self::Output {
         let dimension = self.map.inputs().len();
         let mut sum = Growth::new(Lanes::splat(0.0), self.iterates);
-        // Lanes whose tangent vector was annihilated.
+        // Lanes whose tangent vector became zero.
         let mut annihilated = [false; N];
         let mut finite = [true; N];
-        // Furthest that each lane came to lie outside.
+        // Largest excess of each lane over the window so far.
         let mut furthest = Lanes::splat(f64::NEG_INFINITY);
         for iterate in 0..self.transient + self.iterates {
             check_at(iterate);
@@ -495,7 +497,7 @@ impl<const N: usize> numeric::Kernel for Stretching<N> {
             let mut square = Lanes::splat(0.0);
             for coordinate in &*point {
                 for lane in 0..N {
-                    // What follows an annihilation does not count.
+                    // Values after a zero tangent vector do not count.
                     finite[lane] &= coordinate.value[lane].is_finite() | annihilated[lane];
                 }
                 square += coordinate.slope * coordinate.slope;
@@ -523,10 +525,9 @@ impl<const N: usize> numeric::Kernel for Stretching<N> {
     }
 }
 
-/// Everything that a map's kernel is lowered to, shared by the map and by all that is frozen from
-/// it.
+/// All forms of a map's kernel, shared by the map and by the maps frozen from it.
 ///
-/// What not every user of a map needs is made when first asked for.
+/// Forms that not every user needs are made at their first use.
 #[derive(Debug)]
 pub(super) struct Forms {
     pub(super) lowered: MapKernel,
@@ -553,32 +554,33 @@ impl Forms {
         }
     }
 
-    /// Image, depths.
+    /// Kernel with the outputs image, depths.
     pub(super) fn step(&self) -> &Interpreter {
         let make = || Interpreter::new(&self.lowered.kernel);
         self.step.get_or_init(make)
     }
 
-    /// Image, depths, Jacobian.
+    /// Kernel with the outputs image, depths, Jacobian.
     pub(super) fn jacobian(&self) -> &Interpreter {
         let make = || Interpreter::new(&self.lowered.with_jacobian());
         self.jacobian.get_or_init(make)
     }
 
-    /// Image, depths, derivatives of the image by coordinates and parameters.
+    /// Kernel with the outputs image, depths, derivatives of the image by coordinates and
+    /// parameters.
     pub(super) fn derivatives(&self) -> &Interpreter {
         let make = || Interpreter::new(&self.lowered.with_derivatives());
         self.derivatives.get_or_init(make)
     }
 
-    /// Image, depths, Jacobian, for freezing.
+    /// Kernel with the outputs image, depths, Jacobian, split for freezing.
     pub(super) fn frozen_jacobian(&self) -> &Freezer {
         let make = || Freezer::new(&self.lowered.with_jacobian(), self.lowered.dimension);
         self.frozen_jacobian.get_or_init(make)
     }
 
-    /// Image, depths and, if asked for, the derivatives of the image by coordinates and parameters;
-    /// for freezing, or with parameters of its own for each point.
+    /// Kernel with the outputs image, depths and, if `derivatives`, the derivatives of the image by
+    /// coordinates and parameters. Parameters are frozen, or inputs of each point if `each`.
     pub(super) fn batch(&self, derivatives: bool, each: bool) -> &Freezer {
         let MapKernel { dimension, parameters, kernel, .. } = &self.lowered;
         let free = if each { dimension + parameters } else { *dimension };
@@ -589,7 +591,7 @@ impl Forms {
         self.batch[2 * usize::from(derivatives) + usize::from(each)].get_or_init(make)
     }
 
-    /// The depth of the first passage alone; for freezing.
+    /// Kernel with the depth of the first passage as its output, split for freezing.
     pub(super) fn frozen_depth(&self) -> &Freezer {
         let make = || Freezer::new(&first_depth(&self.lowered), self.lowered.dimension);
         self.frozen_depth.get_or_init(make)
@@ -603,7 +605,7 @@ fn first_depth(map: &MapKernel) -> Kernel {
     kernel.without_dead_operations()
 }
 
-/// A kernel split into what is computed when freezing and what is left to each step.
+/// A kernel split into a part computed when freezing and a part computed in each step.
 #[derive(Debug)]
 pub(super) struct Freezer {
     prepare: Interpreter,
@@ -626,7 +628,7 @@ impl Freezer {
         self.run.outputs()
     }
 
-    /// The coefficients at some parameters.
+    /// Coefficients at given parameters.
     pub(super) fn coefficients(&self, parameters: &[f64]) -> Vec<f64> {
         self.prepare.evaluate(parameters)
     }
@@ -635,8 +637,7 @@ impl Freezer {
         self.run.set(&self.coefficients(parameters))
     }
 
-    /// The kernel with the coefficients of every lane; lanes beyond those given have those of the
-    /// first.
+    /// Kernel with the coefficients of every lane; further lanes repeat those of the first.
     pub(super) fn in_lanes<const N: usize, T: Number<Known = Lanes<N>>>(
         &self,
         coefficients: &[Vec<f64>],

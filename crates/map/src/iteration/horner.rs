@@ -1,5 +1,6 @@
 //! The map lowered to nested Horner schemes and run in process: in double precision, at fixed
-//! parameters, in single precision, and at many independent points: sixteen in step, on all cores.
+//! parameters, in single precision, and at many independent points, sixteen in lockstep, on all
+//! cores.
 
 use std::sync::{Arc, OnceLock};
 
@@ -10,21 +11,21 @@ use crate::iteration::parallel;
 use crate::jet::kernel::{Dual, Interpreted, Interpreter, LaneInterpreter, OperationCount};
 use crate::numeric::{self, FloatFormat, Lanes, Real, widest};
 
-/// A local map as a straight-line kernel: the operations of the emitted code, interpreted.
+/// A local map as a straight-line kernel: the same operations as the emitted code, interpreted.
 ///
-/// [`freeze`](Self::freeze) it where many steps are made at the same parameters.
+/// Use [`freeze`](Self::freeze) for many steps at the same parameters.
 #[derive(Clone, Debug)]
 pub struct HornerMap {
     forms: Arc<Forms>,
 }
 
 impl HornerMap {
-    /// The map stage by stage.
+    /// Lowers the map stage by stage.
     pub fn new(map: &LocalMap) -> Self {
         Self::of_kernel(MapKernel::factored(map))
     }
 
-    /// The map in one polynomial pass.
+    /// Lowers the map in one polynomial pass.
     pub fn composed(map: &LocalMap, composed: &ComposedMap) -> Self {
         Self::of_kernel(MapKernel::composed(map, composed))
     }
@@ -33,7 +34,7 @@ impl HornerMap {
         Self { forms: Arc::new(Forms::new(lowered)) }
     }
 
-    /// The same operations in single precision.
+    /// The map with every operation in single precision.
     pub fn in_single(&self) -> SingleMap {
         SingleMap {
             step: Interpreter::new(&self.forms.lowered.kernel),
@@ -42,7 +43,7 @@ impl HornerMap {
         }
     }
 
-    /// The same operations in the numbers in which they are to be run.
+    /// The map with every operation in a given floating-point format.
     pub fn in_format(&self, format: FloatFormat) -> Box<dyn DiscreteMap> {
         match format {
             FloatFormat::F32 => Box::new(self.in_single()),
@@ -64,7 +65,7 @@ impl HornerMap {
     ///
     /// # Panics
     ///
-    /// If their number is not the map's.
+    /// If the number of parameters is not the map's.
     pub fn freeze(&self, parameters: &[f64]) -> FrozenMap {
         FrozenMap {
             step: self.forms.frozen_step.freeze(parameters),
@@ -74,8 +75,8 @@ impl HornerMap {
         }
     }
 
-    /// Depth `−h_min` of the first passage (negative without contact) at states of one parameter
-    /// value: the very depths that steps from these states would find.
+    /// Depths `−h_min` of the first passage (negative without contact) at states of one parameter
+    /// value, bit for bit those of a step.
     ///
     /// # Panics
     ///
@@ -93,11 +94,11 @@ impl HornerMap {
         depths
     }
 
-    /// The map at other parameters in every lane.
+    /// The map at different parameters in every lane.
     ///
     /// # Panics
     ///
-    /// If there are none or more than `N`, or if their number is not the map's.
+    /// If there are no lanes or more than `N`, or if a number of parameters is not the map's.
     pub fn freeze_lanes<const N: usize>(&self, parameters: &[&[f64]]) -> FrozenLanes<N> {
         FrozenLanes::new(self.forms.clone(), parameters)
     }
@@ -139,7 +140,7 @@ impl DifferentiableMap for HornerMap {
     }
 }
 
-/// Runs a map's kernel: the image, the depths of the passages, and then the derivatives asked for.
+/// Runs a map's kernel; its outputs are the image, the depths of the passages, and the derivatives.
 fn run<T: Interpreted<Known = T> + Real>(
     interpreter: &Interpreter<T>,
     inputs: &[&[T]],
@@ -160,8 +161,8 @@ fn run<T: Interpreted<Known = T> + Real>(
 /// [`HornerMap::freeze`](super::HornerMap::freeze): a map without parameters that evaluates
 /// polynomials in the coordinates alone.
 ///
-/// It does the very operations that the unfrozen map does on the coordinates, so the images agree
-/// bit for bit.
+/// Operations on the coordinates are exactly those of the unfrozen map, so images agree bit for
+/// bit.
 #[derive(Clone, Debug)]
 pub struct FrozenMap {
     forms: Arc<Forms>,
@@ -218,11 +219,11 @@ impl DiscreteMap for FrozenMap {
     }
 }
 
-/// A local map in single precision, made by [`HornerMap::in_single`]: the operations of the code
-/// that is emitted in `f32`, interpreted.
+/// A local map in single precision, made by [`HornerMap::in_single`]: the same operations as the
+/// code emitted in `f32`, interpreted.
 ///
-/// State and parameters are rounded on the way in, as a caller of that code has to; coefficients
-/// and every operation are in single precision, and the image is handed out as it is.
+/// State and parameters are rounded to `f32` first, as a caller of that code has to do.
+/// Coefficients and every operation are in single precision; the image is returned unchanged.
 #[derive(Clone, Debug)]
 pub struct SingleMap {
     map: HornerMap,
@@ -256,7 +257,7 @@ impl DiscreteMap for SingleMap {
     }
 }
 
-/// Runs a map's kernel on rounded inputs.
+/// Runs a map's kernel on inputs rounded to single precision.
 fn rounded_run(
     interpreter: &Interpreter<f32>,
     state: &[f64],
@@ -269,26 +270,26 @@ fn rounded_run(
     run(interpreter, &[&inputs], image, derivatives)
 }
 
-/// Points in step.
+/// Points evaluated in lockstep.
 const LANES: usize = 16;
 
-/// Points that one task takes: what handing it over costs is nothing beside it.
+/// Points per task: enough that the cost of handing it over is negligible.
 const TASK: usize = 4096;
 
-/// What a map gives at many points.
+/// Images, depths and derivatives of a map at many points.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Batch {
-    /// Rows of numbers, one for every point: those of the image, the depths `−h_min` of the
-    /// passages (negative without contact), and the derivatives, if asked for, of every coordinate
-    /// of the image by the coordinates and then by the parameters.
+    /// One row per point: the image, the depths `−h_min` of the passages (negative without
+    /// contact), and, on request, the derivatives of every coordinate of the image by the
+    /// coordinates and then by the parameters.
     pub rows: Vec<f64>,
-    /// Numbers of a row.
+    /// Length of a row.
     pub width: usize,
 }
 
 impl HornerMap {
-    /// Images of many states, at one row of parameters for all or at a row for each: the numbers
-    /// that single steps give, to the last bit.
+    /// Images of many states, with one row of parameters for all or one for each; equal to single
+    /// steps to the last bit.
     ///
     /// ```
     /// use grazemap_map::expansion::{Expander, MapOrders};
@@ -310,8 +311,8 @@ impl HornerMap {
     ///
     /// # Panics
     ///
-    /// If the states are no rows of the map's length, or the parameters neither one row nor a row
-    /// for every state.
+    /// If the states are not whole rows of the map's dimension, or the parameters are neither one
+    /// row nor one row for every state.
     pub fn batch(&self, states: &[f64], parameters: &[f64], derivatives: bool) -> Batch {
         let MapKernel { dimension, parameters: count, .. } = self.forms.lowered;
         let points = states.len() / dimension;
@@ -333,8 +334,8 @@ impl HornerMap {
     }
 }
 
-/// Runs a kernel with one set of coefficients at many points: of each, the numbers of its own from
-/// every one of the inputs (rows, and how long they are), then a row of outputs.
+/// Runs a kernel with one set of coefficients at many points. Each input is a list of rows, one for
+/// each point, with their length; one row of outputs is written for each point.
 pub(super) fn fill(
     freezer: &Freezer,
     coefficients: &[f64],
@@ -407,7 +408,7 @@ mod tests {
                 map.step_jacobian(&states[2 * point..][..2], own, &mut image, &mut jacobian);
                 let row = &batch.rows[point * batch.width..][..batch.width];
                 assert_eq!(row[..2], image);
-                // Of the derivatives those by the coordinates.
+                // Derivatives by the coordinates only.
                 assert_eq!([row[3], row[4], row[7], row[8]], jacobian);
             }
         }

@@ -1,5 +1,5 @@
-//! The map evaluated from its jets, term by term: the reference for every other form.
-//! Derivatives of flown contacts are carried along by the arithmetic of [`Tangents`].
+//! The map evaluated from its jets, term by term: the reference for every other form. [`Tangents`]
+//! is the arithmetic that carries derivatives through flown contacts.
 
 use std::marker::PhantomData;
 
@@ -10,7 +10,7 @@ use crate::expansion::{Arithmetic, Contact, FlownContact, Leg, LocalMap, Stage};
 use crate::jet::Jet;
 use crate::numeric::Real;
 
-/// A local map read off its jets, stage by stage, without lowering: slow and plainly right.
+/// A local map evaluated from its jets, stage by stage, without lowering: slow and simple.
 #[derive(Clone, Debug)]
 pub struct InterpretedMap {
     dimension: usize,
@@ -19,7 +19,7 @@ pub struct InterpretedMap {
 }
 
 impl InterpretedMap {
-    /// The map of these stages.
+    /// The map of all stages of `map`.
     pub fn new(map: &LocalMap) -> Self {
         Self {
             dimension: map.dimension(),
@@ -28,8 +28,8 @@ impl InterpretedMap {
         }
     }
 
-    /// Runs all stages on `point` (coordinates; parameters); with a tangent (`∂x_i/∂x_j`), that
-    /// too.
+    /// Runs all stages on `point` (coordinates, then parameters), and on the tangent (`∂x_i/∂x_j`)
+    /// if there is one.
     fn run(&self, point: &mut [f64], mut tangent: Option<&mut DMatrix<f64>>) -> StepInfo {
         let mut info = StepInfo::default();
         let mut passages = 0;
@@ -118,8 +118,8 @@ fn leg_step(leg: &Leg, point: &[f64], dimension: usize) -> (Vec<f64>, Vec<f64>) 
     (next, jacobian)
 }
 
-/// The depth, `x_i + y l_i + y² q_i` and its rows `δ_ij + y' (l_i + 2 y q_i) + y l_i' + y² q_i'`,
-/// `y' = depth'/(2y)`.
+/// Depth, image `x_i + y l_i + y² q_i` and Jacobian rows
+/// `δ_ij + y' (l_i + 2 y q_i) + y l_i' + y² q_i'`, with `y' = depth'/(2y)`.
 fn contact_step(contact: &Contact, point: &[f64], dimension: usize) -> (f64, Vec<f64>, Vec<f64>) {
     let (depth, depth_gradient) = expand(&contact.depth, point);
     let y = depth.max(0.0).sqrt();
@@ -138,7 +138,7 @@ fn contact_step(contact: &Contact, point: &[f64], dimension: usize) -> (f64, Vec
     (depth, next, jacobian)
 }
 
-/// The image and its rows of derivatives, carried along operation by operation.
+/// Depth, image and Jacobian rows, with derivatives carried along operation by operation.
 fn flown_step(flown: &FlownContact, point: &[f64], dimension: usize) -> (f64, Vec<f64>, Vec<f64>) {
     let mut tangents = Tangents::new(dimension);
     let point = tangents.variables(point);
@@ -147,7 +147,7 @@ fn flown_step(flown: &FlownContact, point: &[f64], dimension: usize) -> (f64, Ve
     (depth.value, image.iter().map(|value| value.value).collect(), jacobian.collect())
 }
 
-/// The arithmetic of values with derivatives by a number of variables.
+/// Arithmetic of values with derivatives by a number of variables.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Tangents<S = f64> {
     directions: usize,
@@ -159,7 +159,7 @@ pub(crate) struct Tangents<S = f64> {
 pub(crate) struct Tangent<S = f64> {
     /// The value.
     pub(crate) value: S,
-    /// Its derivatives.
+    /// Derivatives of the value by each variable.
     pub(crate) tangent: Vec<S>,
 }
 
@@ -169,12 +169,12 @@ impl<S: Real> Tangents<S> {
         Self { directions, scalar: PhantomData }
     }
 
-    /// A point whose first components are the variables.
+    /// A point whose first components are the variables; the others are constants.
     pub(crate) fn variables(&self, point: &[S]) -> Vec<Tangent<S>> {
         point.iter().enumerate().map(|(number, &value)| self.variable(number, value)).collect()
     }
 
-    /// One variable, by its number; a constant where there are not so many.
+    /// The variable of a number; a constant if the number is beyond the variables.
     pub(crate) fn variable(&self, number: usize, value: S) -> Tangent<S> {
         let unit = |direction: usize| if direction == number { S::one() } else { S::zero() };
         Tangent { value, tangent: (0..self.directions).map(unit).collect() }

@@ -1,5 +1,5 @@
-//! The largest Lyapunov exponent of an orbit: of a periodic one by its multipliers, of any other
-//! the mean growth of a tangent vector, with its standard error.
+//! The largest Lyapunov exponent of an orbit: from the multipliers if it is periodic, otherwise the
+//! mean growth of a tangent vector, with its standard error.
 
 use std::ops::AddAssign;
 
@@ -13,26 +13,26 @@ use crate::numeric::linear::eigenvalues;
 /// The largest Lyapunov exponent of an orbit, per iterate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LyapunovExponent {
-    /// The exponent; minus infinity where a tangent vector is annihilated.
+    /// The exponent; minus infinity if a tangent vector becomes zero.
     pub value: f64,
-    /// Standard error of a mean over iterates, infinite where these are fewer than four; `None` of
-    /// a periodic orbit, whose multipliers give the exponent.
+    /// Standard error of a mean over iterates, infinite below four iterates; `None` for a periodic
+    /// orbit, whose exponent follows from its multipliers.
     pub error: Option<f64>,
 }
 
 /// Largest Lyapunov exponent per iterate, from the derivative along the orbit.
 ///
-/// A tangent vector is carried along and renormalised at every iterate; the exponent is the mean of
+/// A tangent vector is carried along and normalised at every iterate. The exponent is the mean of
 /// the logarithms of its growth over `iterates` steps after `transient` steps (Benettin et al.
-/// 1980), the error that of the mean of eight stretches of them. Near grazing the Jacobian is
-/// unbounded, `O(1/y)`, but integrably so.
+/// 1980); the error is that of the mean of eight stretches. Near grazing the Jacobian is unbounded,
+/// `O(1/y)`, but its logarithm is integrable.
 ///
-/// `None` if the orbit leaves the finite numbers; minus infinity if the tangent vector is
-/// annihilated.
+/// `None` if the orbit leaves the finite numbers; minus infinity if the tangent vector becomes
+/// zero.
 ///
 /// # Panics
 ///
-/// If the state or the parameters have not the map's lengths.
+/// If the length of the state or of the parameters is not the map's.
 pub fn largest_lyapunov_exponent(
     map: &(impl DiscreteMap + ?Sized),
     initial: &[f64],
@@ -63,14 +63,14 @@ pub fn largest_lyapunov_exponent(
     growth.exponent(|sum| sum)
 }
 
-/// Largest Lyapunov exponent per iterate of a periodic orbit: the logarithm of its largest
-/// multiplier over its period.
+/// Largest Lyapunov exponent per iterate of a periodic orbit: logarithm of the modulus of its
+/// largest multiplier, divided by its period.
 ///
-/// `None` without a period, or where the map has no derivative at one of its points.
+/// `None` without a period, or if the map has no finite derivative at one of its points.
 ///
 /// # Panics
 ///
-/// If the parameters have not the map's length.
+/// If the length of the parameters is not the map's.
 pub fn periodic_lyapunov_exponent(
     map: &(impl DiscreteMap + ?Sized),
     orbit: &MapOrbit,
@@ -89,11 +89,11 @@ pub fn periodic_lyapunov_exponent(
 }
 
 impl LyapunovExponent {
-    /// Exponent of a tangent vector that is annihilated.
+    /// Exponent of a tangent vector that becomes zero.
     pub(super) const ANNIHILATED: Self = Self { value: f64::NEG_INFINITY, error: Some(0.0) };
 }
 
-/// Stretches of the iterates whose means tell the error of the mean of all.
+/// Number of stretches of iterates, whose means give the error of the overall mean.
 const STRETCHES: usize = 8;
 
 /// Logarithms of the growth of a tangent vector, one for every iterate, summed.
@@ -102,22 +102,22 @@ pub(super) struct Growth<T> {
     iterates: usize,
     made: usize,
     sum: T,
-    /// The sums at the ends of the stretches.
+    /// Sums at the ends of the stretches.
     ends: Vec<T>,
 }
 
 impl<T: Copy + AddAssign> Growth<T> {
-    /// Sums over so many iterates.
+    /// An empty sum over `iterates` iterates.
     pub(super) fn new(zero: T, iterates: usize) -> Self {
         Self { iterates, made: 0, sum: zero, ends: Vec::with_capacity(STRETCHES) }
     }
 
-    /// Stretches: of two iterates at least.
+    /// Number of stretches, each of at least two iterates.
     fn stretches(&self) -> usize {
         (self.iterates / 2).min(STRETCHES)
     }
 
-    /// Takes in the logarithm of the growth at the next iterate.
+    /// Adds the logarithm of the growth at the next iterate.
     #[inline(always)]
     pub(super) fn add(&mut self, logarithm: T) {
         self.sum += logarithm;
@@ -127,7 +127,7 @@ impl<T: Copy + AddAssign> Growth<T> {
         }
     }
 
-    /// The exponent of one of what is summed; `None` where it is not finite.
+    /// Exponent of the component that `of` selects; `None` if it is not finite.
     pub(super) fn exponent(&self, of: impl Fn(T) -> f64) -> Option<LyapunovExponent> {
         let mean = of(self.sum) / self.iterates as f64;
         let count = self.ends.len();
@@ -146,7 +146,7 @@ impl<T: Copy + AddAssign> Growth<T> {
     }
 }
 
-/// Writes the direction of a vector; its length.
+/// Writes the direction of a vector and returns its length.
 fn normalise(vector: &[f64], direction: &mut [f64]) -> f64 {
     let length = vector.iter().map(|part| part * part).sum::<f64>().sqrt();
     for (target, part) in direction.iter_mut().zip(vector) {
@@ -186,7 +186,7 @@ mod tests {
         }
     }
 
-    /// `x ↦ x/p` below `p`, `(1 − x)/(1 − p)` above: slopes are independent, `1/p` with the
+    /// `x ↦ x/p` below `p`, `(1 − x)/(1 − p)` above: slopes are independent, and `1/p` has the
     /// probability `p`.
     struct SkewTent;
 

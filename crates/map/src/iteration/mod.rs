@@ -1,7 +1,7 @@
-//! Maps that can be iterated, and what their orbits do: periods, contacts, Lyapunov exponents.
+//! Maps that can be iterated, and their orbits: periods, contacts, Lyapunov exponents.
 //!
-//! One contract, [`DiscreteMap`], for every way to evaluate a map. Deliberately absent: where a map
-//! came from.
+//! One contract, [`DiscreteMap`], for every way to evaluate a map. Deliberately absent: the origin
+//! of a map.
 
 #[cfg(feature = "compiled-maps")]
 mod compiled;

@@ -7,33 +7,33 @@ use super::discrete_map::{DiscreteMap, StepInfo};
 use super::phase_circle::PhaseCircle;
 use crate::interruption::check_at;
 
-/// What is asked of an orbit.
+/// Settings of an orbit: its length, its bounds and the tolerances of its period.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OrbitRequest {
     /// Iterates dropped first.
     pub transient: usize,
     /// Iterates kept.
     pub keep: usize,
-    /// Half-width of the window per coordinate: the scale in which states are compared, where the
-    /// orbit itself is not larger.
+    /// Half-width of the window per coordinate. States are compared in these units, or in the
+    /// extent of the orbit where that is larger.
     pub scales: Vec<f64>,
-    /// The orbit has escaped where a coordinate exceeds its bound, one per coordinate.
+    /// Largest allowed size of each coordinate; an orbit that exceeds one has escaped.
     pub escape: Vec<f64>,
-    /// The phase among the coordinates, in which states a period apart are one.
+    /// Coordinate that is a phase: values a period apart are the same.
     pub circle: PhaseCircle,
-    /// States agree if every coordinate agrees to this many half-widths.
+    /// States agree if they differ by at most this many half-widths in every coordinate.
     pub period_tolerance: f64,
-    /// Largest difference of states one period apart that come closer along the orbit, which then
-    /// still approaches that period; 0 where it has to be there.
+    /// An orbit that still approaches a period has that period if states a period apart differ by
+    /// at most this, in half-widths, and come closer along the orbit; 0 turns this rule off.
     pub approach_tolerance: f64,
 }
 
 impl OrbitRequest {
     /// A request with the defaults: escape at 1000 half-widths, periods to 1e-8 of them.
     ///
-    /// Half-widths that are not finite and positive count as 1. What an oscillator settles on may
-    /// be much larger than the window of its map: [`escaping_at`](Self::escaping_at) sets bounds
-    /// in another scale.
+    /// Half-widths that are not finite and positive count as 1. The attractor of an oscillator may
+    /// be much larger than the window of its map: [`escaping_at`](Self::escaping_at) sets bounds in
+    /// another scale.
     pub fn new(transient: usize, keep: usize, scales: &[f64]) -> Self {
         let scale = |&scale: &f64| {
             if scale.is_finite() && scale > 0.0 { scale } else { 1.0 }
@@ -50,36 +50,37 @@ impl OrbitRequest {
         }
     }
 
-    /// The same where an orbit that still approaches a period has it: nearer to it than 1e-5.
+    /// Accepts a period that the orbit still approaches, once states a period apart are within
+    /// 1e-5.
     pub fn approaching(self) -> Self {
         Self { approach_tolerance: 1e-5, ..self }
     }
 
-    /// Request for a polynomial, of which nothing is to be expected far from the window: the bounds
-    /// are at most 1000 half-widths, and a phase goes on without end.
+    /// Request for an orbit of the polynomial map, which means nothing far from the window: bounds
+    /// are at most 1000 half-widths, and the phase is not reduced.
     pub fn near_the_window(&self) -> Self {
         let pairs = self.escape.iter().zip(&self.scales);
         let escape = pairs.map(|(bound, scale)| bound.min(1e3 * scale)).collect();
         Self { escape, circle: PhaseCircle::none(), ..self.clone() }
     }
 
-    /// The same, so many times as long.
+    /// Multiplies the numbers of dropped and of kept iterates.
     pub(crate) fn longer(&self, times: usize) -> Self {
         Self { transient: times * self.transient, keep: times * self.keep, ..self.clone() }
     }
 
-    /// Request on a section with this phase.
+    /// Sets the phase of the section.
     pub fn on_circle(self, circle: PhaseCircle) -> Self {
         Self { circle, ..self }
     }
 
-    /// The same with other bounds, one per coordinate.
+    /// Sets the bounds of an escape, one per coordinate.
     pub fn escaping_at(self, escape: &[f64]) -> Self {
         Self { escape: escape.to_vec(), ..self }
     }
 }
 
-/// How an orbit ended.
+/// Reason why an orbit ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum OrbitEnd {
@@ -87,12 +88,12 @@ pub enum OrbitEnd {
     Completed,
     /// A coordinate exceeded its bound.
     Escaped {
-        /// Iterate at which it had, counted from the initial state.
+        /// Number of the iterate that exceeded it, counted from the initial state.
         iterate: usize,
     },
-    /// The map has no finite image.
+    /// An iterate has no finite image.
     NoImage {
-        /// Iterate that could not be made.
+        /// Number of the iterate that could not be computed.
         iterate: usize,
     },
 }
@@ -103,18 +104,18 @@ pub struct MapOrbit {
     dimension: usize,
     circle: PhaseCircle,
     states: Vec<f64>,
-    /// The state from which the first kept one was reached; empty where none was kept.
+    /// State before the first kept one; empty where none was kept.
     entry: Vec<f64>,
-    /// What happened in the step that led to each kept state.
+    /// Contacts, depth and turns of the step that led to each kept state.
     pub steps: Vec<StepInfo>,
-    /// Last state reached (finite): where a sweep carries on.
+    /// Last state reached (finite), from which a sweep continues.
     pub last: Vec<f64>,
-    /// How the orbit ended.
+    /// Reason why the orbit ended.
     pub end: OrbitEnd,
     /// Period of the kept states.
     pub period: Period,
-    /// Whether they have none yet and come nearer to one, where an approach counts
-    /// ([`OrbitRequest::approach_tolerance`]).
+    /// Whether the kept states have no period yet but come steadily nearer to one; always `false`
+    /// if [`OrbitRequest::approach_tolerance`] is 0.
     pub converges: bool,
 }
 
@@ -123,7 +124,7 @@ impl MapOrbit {
     ///
     /// # Panics
     ///
-    /// If the state, the parameters or the scales have not the map's lengths.
+    /// If the lengths of the state, the parameters or the scales are not the map's.
     pub fn of(
         map: &(impl DiscreteMap + ?Sized),
         initial: &[f64],
@@ -150,9 +151,9 @@ impl MapOrbit {
         orbit
     }
 
-    /// Iterates several maps in step, each from its own state.
+    /// Iterates several maps in lockstep, each from its own state.
     ///
-    /// `step` gets the flags of the orbits that continue and all states, one after another; it
+    /// `step` receives the flags of the orbits that continue and all states, one after another; it
     /// writes the images of those orbits and the information on each step.
     pub fn in_step(
         initial: &[&[f64]],
@@ -201,7 +202,7 @@ impl MapOrbit {
         }
     }
 
-    /// Takes in an image of the last state, unless it ends the orbit.
+    /// Appends an image of the last state, unless it ends the orbit.
     pub(super) fn arrive(
         &mut self,
         image: &[f64],
@@ -222,19 +223,19 @@ impl MapOrbit {
         }
     }
 
-    /// Remembers the state from which the first kept one is reached.
+    /// Stores the state before the first kept one.
     pub(super) fn enter(&mut self, state: impl Iterator<Item = f64>) {
         self.entry.extend(state);
     }
 
-    /// Keeps an image of a state.
+    /// Appends an image to the kept states.
     pub(super) fn keep(&mut self, image: impl Iterator<Item = f64>, info: StepInfo) {
         self.states.extend(image);
         self.steps.push(info);
     }
 
-    /// Finds the period of an orbit that was completed: in half-widths of the window, or in the
-    /// orbit's own extent where that is larger.
+    /// Finds the period of a completed orbit. States are compared in half-widths of the window, or
+    /// in the orbit's own extent where that is larger.
     pub(super) fn settle(&mut self, request: &OrbitRequest) {
         if self.end == OrbitEnd::Completed {
             let pairs = self.extent().into_iter().zip(&request.scales);
@@ -250,14 +251,15 @@ impl MapOrbit {
         }
     }
 
-    /// Least and greatest value of every coordinate over the kept states, which are finite; of a
-    /// phase the ends of the shortest arc that holds it, the first within half a period of 0.
+    /// Least and greatest value of every coordinate over the kept states, which are finite. For a
+    /// phase, the ends of the shortest arc that holds all values; the first end lies within half a
+    /// period of 0.
     pub fn extent(&self) -> Vec<[f64; 2]> {
         const NOTHING: [f64; 2] = [f64::INFINITY, f64::NEG_INFINITY];
         let wider = |[least, greatest]: [f64; 2], [low, high]: [f64; 2]| {
             [if low < least { low } else { least }, if high > greatest { high } else { greatest }]
         };
-        // Four extents in turn, for each state waits for the one before in the same.
+        // Four partial extents in turn: with one, each state would wait for the one before.
         let mut parts = vec![[NOTHING; 4]; self.dimension];
         for (number, state) in self.states().enumerate() {
             for (parts, &value) in parts.iter_mut().zip(state) {
@@ -272,13 +274,13 @@ impl MapOrbit {
         parts.into_iter().enumerate().map(whole).collect()
     }
 
-    /// The phase among the coordinates, in which states a period apart are one.
+    /// Coordinate that is a phase: values a period apart are the same.
     pub fn circle(&self) -> PhaseCircle {
         self.circle
     }
 
-    /// Whole periods of the phase that one period of the orbit takes beyond the nominal ones; 0
-    /// without a period.
+    /// Whole periods of the phase in one period of the orbit, beyond the nominal ones; 0 without a
+    /// period.
     pub fn turns(&self) -> i32 {
         match self.period {
             // The step to the first state belongs to the period before.
@@ -295,7 +297,7 @@ impl MapOrbit {
         self.states.chunks_exact(self.dimension.max(1))
     }
 
-    /// The states from which the kept ones were reached, in order.
+    /// States from which the kept ones were reached, in order.
     pub fn origins(&self) -> impl Iterator<Item = &[f64]> {
         let first = (!self.entry.is_empty()).then_some(&self.entry[..]);
         first.into_iter().chain(self.states()).take(self.steps.len())
@@ -307,7 +309,7 @@ impl MapOrbit {
     }
 }
 
-/// Whether an image ends the orbit.
+/// End of an orbit at an image that is not finite or out of bounds; `None` if the orbit goes on.
 fn leaves(
     image: &[f64],
     info: StepInfo,
@@ -336,24 +338,24 @@ impl Period {
     ///
     /// States agree if every coordinate agrees to `tolerance` times its scale. A period is accepted
     /// if *all* states agree with those a period later, and the run holds it at least twice. An
-    /// orbit that still approaches a period while it turns about it seems to have a multiple of
-    /// that period: twice of it near a multiplier −1, `q` times near a `q`-th root of 1. The least
-    /// part of a period by which states come closer along the run is the period.
+    /// orbit that approaches a period while it turns about it seems to have a multiple of that
+    /// period: twice of it near a multiplier −1, `q` times near a `q`-th root of 1. The result is
+    /// therefore the least divisor of the period by which states come closer along the run.
     pub fn of(states: &[f64], scales: &[f64], tolerance: f64) -> Self {
         Run { states, scales, circle: PhaseCircle::none() }.period(tolerance)
     }
 }
 
-/// Share of its first value below which a distance of states has shrunk.
+/// A distance of states has shrunk if it is below this share of its first value.
 const SHRUNK: f64 = 0.95;
 
-/// Largest distance of states a period apart, in scales, of an orbit that converges.
+/// Largest distance, in scales, of states a period apart in an orbit that converges.
 const NEARBY: f64 = 0.1;
 
-/// Fewest and most parts of a run in which its states come nearer.
+/// Fewest and most parts of a run; the distance of states has to fall from each part to the next.
 const PARTS: [usize; 2] = [4, 8];
 
-/// States one after another, with the scales of their coordinates and the phase among them.
+/// Consecutive states, with the scales of their coordinates and the phase among them.
 struct Run<'a> {
     states: &'a [f64],
     scales: &'a [f64],
@@ -361,7 +363,7 @@ struct Run<'a> {
 }
 
 impl Run<'_> {
-    /// Period of the run, as [`Period::of`] has it.
+    /// Period of the run, by the rules of [`Period::of`].
     fn period(&self, tolerance: f64) -> Period {
         let agree = |shift: usize| {
             let mut states = 0..self.count() - shift;
@@ -370,18 +372,18 @@ impl Run<'_> {
         self.without_approach((1..=self.count() / 2).find(|&shift| agree(shift)))
     }
 
-    /// A period that was found, or the least part of it by which states come closer along the run:
-    /// an approach that turns by a fraction of a circle in that time nearly repeats after as many
-    /// of them, and alternates where the fraction is a half.
+    /// The period found, or its least divisor by which states come closer along the run. An
+    /// approach that turns by `1/q` of a circle in each period nearly repeats after `q` periods
+    /// (two if it alternates).
     fn without_approach(&self, found: Option<usize>) -> Period {
         let Some(period) = found else { return Period::NotFound };
         let is_approached = |&part: &usize| period % part == 0 && self.comes_closer(part, period);
         Period::Periodic((1..period).find(is_approached).unwrap_or(period))
     }
 
-    /// The period that a run of states approaches: those a period apart agree to `tolerance` and
-    /// come closer from the first half of the run to the second, which hold it once at least. A
-    /// part of it that is approached is the period, as in [`period`](Self::period).
+    /// Period that the run approaches. States a period apart agree to `tolerance` and come closer
+    /// from the first half of the run to the second; each half holds the period at least once. A
+    /// divisor of the period that is approached too is the period, as in [`period`](Self::period).
     fn approached(&self, tolerance: f64) -> Period {
         let approaches = |&shift: &usize| {
             let pairs = self.count() - shift;
@@ -391,8 +393,8 @@ impl Run<'_> {
         self.without_approach((1..=self.count() / 3).find(approaches))
     }
 
-    /// Whether states a period apart, by any period, come nearer to each other all along the run:
-    /// in every one of four to eight parts of it than in the one before.
+    /// Whether the distance of states some period apart falls along the whole run: in each of four
+    /// to eight parts it is less than in the part before.
     fn converges(&self) -> bool {
         let comes_nearer = |&shift: &usize| {
             let pairs = self.count() - shift;
@@ -411,7 +413,7 @@ impl Run<'_> {
         self.states.len() / self.scales.len().max(1)
     }
 
-    /// Distance, in scales, of a state from the one `shift` later; NaN if a coordinate is.
+    /// Distance, in scales, of a state from the one `shift` later; NaN if a coordinate is NaN.
     fn apart(&self, number: usize, shift: usize) -> f64 {
         let dimension = self.scales.len();
         let state = |number: usize| &self.states[number * dimension..(number + 1) * dimension];
@@ -423,8 +425,8 @@ impl Run<'_> {
         states.map(|number| self.apart(number, shift)).fold(0.0, f64::max)
     }
 
-    /// Whether states this part of a period apart come closer from the first period of the run to
-    /// the last.
+    /// Whether states `part` iterates apart come closer from the first period of the run to the
+    /// last.
     fn comes_closer(&self, part: usize, period: usize) -> bool {
         let count = self.count();
         if count < part + 2 * period {
@@ -436,7 +438,7 @@ impl Run<'_> {
     }
 }
 
-/// Contacts in one period: printed `contacts/period`, for instance `1/3`.
+/// Contacts in one period, printed `contacts/period`, for instance `1/3`.
 #[derive(
     Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize,
 )]
@@ -565,15 +567,15 @@ mod tests {
         };
         assert_eq!(approached(&states, 1e-5), Period::Periodic(3));
         assert_eq!(approached(&states, 0.0), Period::NotFound);
-        // What does not come closer has no period, however small it is.
+        // States that do not come closer have no period, however small their distance is.
         let turns: Vec<f64> = (0..64).map(|n| 1e-6 * (1.3 * f64::from(n)).cos()).collect();
         assert_eq!(approached(&turns, 1e-5), Period::NotFound);
     }
 
     #[test]
     fn an_approach_that_turns_has_the_period_it_approaches() {
-        // By a factor of 0.98 and a part of a turn in every period: states as many periods apart
-        // as the turn takes differ by at most 1e-5, those one period apart by 1e-4.
+        // The distance falls by 0.98 in every period, with a part of a turn: states as many periods
+        // apart as the turn takes differ by at most 1e-5, those one period apart by 1e-4.
         let turn = |n: i32, turns: i32| {
             let angle = std::f64::consts::TAU / f64::from(turns);
             1e-4 * 0.98_f64.powi(n) * (angle * f64::from(n)).cos()
@@ -587,7 +589,7 @@ mod tests {
             };
             let approached = run(&|n| turn(n, turns));
             assert_eq!(approached, [Period::Periodic(period as usize); 2], "{period} {turns}");
-            // An orbit of as many periods does not come closer to one.
+            // An orbit of that multiple of the period does not come closer to the period itself.
             let multiple = run(&|n| 1e-3 * f64::from(n % turns) + 1e-6 * 0.9_f64.powi(n));
             let whole = (turns * period) as usize;
             assert_eq!(multiple[1], Period::Periodic(whole), "{period} {turns}");
@@ -596,13 +598,13 @@ mod tests {
 
     #[test]
     fn an_orbit_near_a_flip_converges_and_a_chaotic_one_does_not() {
-        // The logistic map doubles its period at p = 3, where its orbits come nearer as n^(-1/2).
+        // The logistic map doubles its period at p = 3, where orbits approach it as n^(-1/2).
         let request = OrbitRequest::new(400, 64, &[1.0]).approaching();
         let orbit = |p: f64| MapOrbit::of(&Logistic, &[0.3], &[p], &request);
         for p in [2.995, 3.0] {
             assert_eq!((orbit(p).period, orbit(p).converges), (Period::NotFound, true), "{p}");
         }
-        // From 3.5699 on there are bands of chaos, at first so many that they are narrow.
+        // Bands of chaos exist from 3.5699 on; at first they are many and narrow.
         let chaotic = (0..200).map(|number| 3.572 + 0.002 * f64::from(number)).map(orbit);
         let taken = chaotic.filter(|orbit| orbit.period == Period::NotFound);
         let taken: Vec<bool> = taken.map(|orbit| orbit.converges).collect();

@@ -1,8 +1,8 @@
-//! What is computed side by side, on all threads of the pool of this process.
+//! Parallel computation on all threads of the pool of this process.
 //!
-//! One function asks the pool, so that its code is compiled once and not for every closure. What
-//! threads of the pool do belongs to the computation that asked for it: one
-//! [`Interruption`](crate::interruption::Interruption) ends it all.
+//! A single function uses the pool, so that its code is compiled once and not for every closure.
+//! The pool's threads work on behalf of the computation that called them: one
+//! [`Interruption`](crate::interruption::Interruption) ends them all.
 
 use std::env;
 use std::num::NonZero;
@@ -19,16 +19,16 @@ use crate::interruption::{Work, check};
 /// The threads of a process.
 struct Pool {
     process: u32,
-    /// None where the system gives no threads: then one does all.
+    /// `None` if the system provides no threads: then the caller's thread does all work.
     threads: Option<ThreadPool>,
-    /// The pool of a process that this one forked into: a fork has none of its parent's threads.
+    /// Pool of a process forked from this one: a fork has none of its parent's threads.
     forked: OnceLock<Box<Pool>>,
 }
 
 static FIRST: OnceLock<Pool> = OnceLock::new();
 
 impl Pool {
-    /// A pool of so many threads, at most one for each core: more would wait for each other.
+    /// A pool of so many threads, at most one for each core: more would only wait for each other.
     fn new(threads: usize) -> Self {
         let threads = ThreadPoolBuilder::new().num_threads(threads.clamp(1, cores())).build().ok();
         Self { process: process::id(), threads, forked: OnceLock::new() }
@@ -50,25 +50,25 @@ fn cores() -> usize {
     available_parallelism().map_or(1, NonZero::get)
 }
 
-/// What the environment allows of threads.
+/// Number of threads in `RAYON_NUM_THREADS`; unlimited if it is not a positive number.
 fn threads_of_environment() -> usize {
     let stated = env::var("RAYON_NUM_THREADS").ok().and_then(|number| number.parse().ok());
     stated.filter(|&threads: &usize| threads > 0).unwrap_or(usize::MAX)
 }
 
-/// Starts the pool of this process with so many threads, at most one for each core; whether it did:
-/// a pool that is at work stays.
+/// Starts the pool of this process, with at most one thread for each core. Returns `false` if a
+/// pool exists already, which is kept.
 pub fn start(threads: usize) -> bool {
     FIRST.set(Pool::new(threads)).is_ok()
 }
 
-/// Threads among which work is shared.
+/// Number of threads that share work.
 pub fn threads() -> usize {
     in_pool(|shared| if shared { rayon::current_num_threads() } else { 1 })
 }
 
-/// Does work on a thread of the pool, or of another pool that this thread belongs to; on this
-/// thread alone, which the work is told, where there are no others.
+/// Runs work on a thread of the pool, or of another pool that this thread belongs to. Without a
+/// pool it runs on this thread; the argument of `work` says whether there is a pool.
 fn in_pool<T: Send>(work: impl FnOnce(bool) -> T + Send) -> T {
     if rayon::current_thread_index().is_some() {
         return work(true);
@@ -79,7 +79,7 @@ fn in_pool<T: Send>(work: impl FnOnce(bool) -> T + Send) -> T {
     }
 }
 
-/// The values of items, in the items' order.
+/// Maps items to values in parallel; values are in the items' order.
 ///
 /// ```
 /// use grazemap_map::iteration::parallel;
@@ -94,7 +94,8 @@ pub fn map<I: Send, T: Send>(
     map_with(items, || (), |(), item| value(item))
 }
 
-/// The values of items, in the items' order, computed with a state that one thread at a time holds.
+/// Maps items to values in parallel, in order, with a reusable state that one thread at a time
+/// holds.
 pub fn map_with<I: Send, S: Send, T: Send>(
     items: impl IntoIterator<Item = I>,
     state: impl Fn() -> S + Sync,
@@ -115,11 +116,11 @@ pub fn map_with<I: Send, S: Send, T: Send>(
     values.filter_map(|value| value.into_inner().unwrap_or_else(PoisonError::into_inner)).collect()
 }
 
-/// The values of items, in the items' order.
+/// Maps items to values in parallel; values are in the items' order.
 ///
 /// # Errors
 ///
-/// That of the first item, among those computed, that has one: after an error no other item is
+/// The first error, in the items' order, among those computed: after an error no other item is
 /// begun.
 pub fn try_map<I: Send, T: Send, E: Send>(
     items: impl IntoIterator<Item = I>,
@@ -128,7 +129,8 @@ pub fn try_map<I: Send, T: Send, E: Send>(
     try_map_with(items, || (), |(), item| value(item))
 }
 
-/// The values of items, in the items' order, computed with a state that one thread at a time holds.
+/// Maps items to values in parallel, in order, with a reusable state that one thread at a time
+/// holds.
 ///
 /// # Errors
 ///
@@ -150,7 +152,7 @@ pub fn try_map_with<I: Send, S: Send, T: Send, E: Send>(
     values.into_iter().flatten().collect()
 }
 
-/// The values of two functions.
+/// Runs two functions in parallel.
 pub fn join<A: Send, B: Send>(
     one: impl FnOnce() -> A + Send,
     other: impl FnOnce() -> B + Send,
@@ -162,7 +164,7 @@ pub fn join<A: Send, B: Send>(
     })
 }
 
-/// Does the work of every number below a count.
+/// Does the work of every number below `count`.
 fn each(count: usize, work: &(dyn Fn(usize) + Sync)) {
     let whole = Work::current();
     let part = |number| {
@@ -177,7 +179,7 @@ fn each(count: usize, work: &(dyn Fn(usize) + Sync)) {
     });
 }
 
-/// What a mutex holds, also after a panic of another thread.
+/// Locks a mutex, also after a panic of another thread.
 pub(crate) fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

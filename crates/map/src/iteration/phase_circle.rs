@@ -1,15 +1,15 @@
 //! The phase of a section point: a coordinate on a circle.
 //!
-//! One idea: values of the phase a period apart are one point. Offsets are kept within half a
-//! period of the section's origin, the periods taken off are counted, and points are compared by
-//! differences of at most half a period.
+//! Values of the phase a period apart are one point. Offsets are kept within half a period of the
+//! section's origin, the periods removed are counted, and points are compared by differences of at
+//! most half a period.
 
 use serde::{Deserialize, Serialize};
 
 use crate::numeric::Real;
 
-/// The coordinate of a section that is a phase, with its period; none on a stroboscopic section
-/// and of an autonomous system.
+/// The coordinate of a section that is a phase, with its period. Stroboscopic sections and
+/// autonomous systems have none.
 ///
 /// ```
 /// use grazemap_map::iteration::PhaseCircle;
@@ -26,34 +26,34 @@ pub struct PhaseCircle<S = f64> {
 }
 
 impl<S: Real> PhaseCircle<S> {
-    /// No coordinate is a phase.
+    /// A circle of no coordinate.
     pub fn none() -> Self {
         Self { phase: None }
     }
 
-    /// The coordinate of this number is a phase.
+    /// The circle of a coordinate, given by its number and its period.
     pub fn new(coordinate: usize, period: S) -> Self {
         Self { phase: Some((coordinate, period)) }
     }
 
-    /// The number of the phase among the coordinates, and its period.
+    /// Number of the phase among the coordinates, and its period.
     pub fn phase(&self) -> Option<(usize, S)> {
         self.phase
     }
 
-    /// The period of a coordinate, if it is the phase.
+    /// Period of a coordinate, if it is the phase.
     fn period(&self, coordinate: usize) -> Option<S> {
         self.phase.filter(|(phase, _)| *phase == coordinate).map(|(_, period)| period)
     }
 
-    /// The difference of two values of a coordinate: of the phase that of at most half a period.
+    /// Difference of two values of a coordinate; of a phase, reduced to at most half a period.
     pub fn shortest(&self, coordinate: usize, difference: S) -> S {
         let period = self.period(coordinate);
         period.map_or(difference, |period| without(period, difference).0)
     }
 
-    /// A value of a coordinate, that of the phase moved by whole periods to within half a period of
-    /// another.
+    /// Value of a coordinate; of a phase, moved by whole periods to within half a period of
+    /// `other`.
     pub fn near(&self, coordinate: usize, value: S, other: S) -> S {
         let period = self.period(coordinate);
         period.map_or(value, |period| {
@@ -62,8 +62,8 @@ impl<S: Real> PhaseCircle<S> {
         })
     }
 
-    /// Takes whole periods off the phase of a section point, which then lies within half a period
-    /// of the origin; how many.
+    /// Removes whole periods from the phase of a section point, which then lies within half a
+    /// period of the origin; returns their number.
     pub fn reduce(&self, offsets: &mut [S]) -> i32 {
         let Some((phase, period)) = self.phase else { return 0 };
         let (reduced, turns) = without(period, offsets[phase]);
@@ -71,15 +71,15 @@ impl<S: Real> PhaseCircle<S> {
         turns
     }
 
-    /// Adds whole periods to the phase of a section point: undoes [`reduce`](Self::reduce).
+    /// Adds whole periods to the phase of a section point; inverse of [`reduce`](Self::reduce).
     pub fn lift(&self, offsets: &mut [S], turns: i32) {
         if let Some((phase, period)) = self.phase.filter(|_| turns != 0) {
             offsets[phase] += period * S::from_f64(turns.into());
         }
     }
 
-    /// Takes whole periods off the phase of a section point, which then lies within half a period
-    /// of another; how many.
+    /// Removes whole periods from the phase of a section point, which then lies within half a
+    /// period of `other`; returns their number.
     pub fn bring_near(&self, offsets: &mut [S], other: &[S]) -> i32 {
         let Some((phase, period)) = self.phase else { return 0 };
         let (_, turns) = without(period, offsets[phase] - other[phase]);
@@ -89,7 +89,7 @@ impl<S: Real> PhaseCircle<S> {
 }
 
 impl PhaseCircle {
-    /// Largest difference of a coordinate of two points, in the scales; NaN if one is.
+    /// Largest difference of a coordinate of two points, in units of the scales; NaN if one is NaN.
     pub fn apart(&self, a: &[f64], b: &[f64], scales: &[f64]) -> f64 {
         let pairs = a.iter().zip(b).zip(scales).enumerate();
         let scaled =
@@ -97,8 +97,8 @@ impl PhaseCircle {
         scaled.fold(0.0, |largest, value| if value <= largest { largest } else { value })
     }
 
-    /// The shortest interval that holds all values of a coordinate, from their least and greatest:
-    /// of the phase an arc, which begins within half a period of the origin.
+    /// Shortest interval that holds all values of a coordinate, given their least and greatest. For
+    /// a phase it is an arc that begins within half a period of the origin.
     pub(super) fn arc(
         &self,
         coordinate: usize,
@@ -112,7 +112,7 @@ impl PhaseCircle {
         let mut sorted: Vec<f64> = values.map(|value| without(period, value).0).collect();
         sorted.sort_by(f64::total_cmp);
         let gaps = sorted.windows(2).map(|pair| [pair[0], pair[1]]);
-        // The arc is what the widest gap leaves; at first the one through the cut.
+        // The arc is the complement of the widest gap; the first gap is the one through the cut.
         let [first, last] = [sorted[0], sorted[sorted.len() - 1]];
         let (_, arc) = gaps.fold((first + period - last, [first, last]), |widest, [end, begin]| {
             if begin - end > widest.0 { (begin - end, [begin, end + period]) } else { widest }
@@ -121,17 +121,17 @@ impl PhaseCircle {
     }
 }
 
-/// A difference of phases without whole periods, and how many these are; 0 of what is not finite.
+/// Difference of phases without whole periods, and their number; 0 if the difference is not finite.
 fn without<S: Real>(period: S, difference: S) -> (S, i32) {
     let turns = (difference / period).to_f64().round();
-    // Farther away a point has escaped, and rounding leaves no digits of its phase.
+    // A point farther away has escaped, and rounding leaves no digits of its phase.
     match turns != 0.0 && turns.abs() < MOST_TURNS {
         true => (difference - period * S::from_f64(turns), turns as i32),
         false => (difference, 0),
     }
 }
 
-/// Whole periods of the phase that are taken off, at most.
+/// Largest number of whole periods that is removed from a phase.
 const MOST_TURNS: f64 = 1e6;
 
 #[cfg(test)]

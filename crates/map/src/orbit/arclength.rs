@@ -1,7 +1,7 @@
-//! Pseudo-arclength: points of a solution curve on planes across it, and its tangents.
+//! Pseudo-arclength continuation: points of a solution curve on planes across it, and its tangents.
 //!
-//! A system of one equation fewer than unknowns has curves of solutions. A plane across a curve is
-//! the equation that is left.
+//! A system of one equation fewer than unknowns has curves of solutions. A plane across the curve
+//! supplies the missing equation.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -9,7 +9,8 @@ use super::newton::{Equations, Scaled};
 use super::outcome::OrbitError;
 use crate::numeric::Real;
 
-/// A system of one equation fewer than unknowns, on the plane through `origin` across `normal`.
+/// A system of one equation fewer than unknowns, on the plane through `origin` with normal
+/// `normal`.
 pub(super) struct Bordered<'a, E> {
     pub(super) system: Scaled<'a, E>,
     pub(super) origin: &'a [f64],
@@ -39,7 +40,7 @@ impl<E> Bordered<'_, E> {
     }
 }
 
-/// A Jacobian with one more row.
+/// Appends a row to a Jacobian.
 pub(super) fn bordered(jacobian: &DMatrix<f64>, normal: &[f64]) -> DMatrix<f64> {
     let rows = jacobian.nrows();
     let mut matrix = jacobian.clone().insert_row(rows, 0.0);
@@ -49,7 +50,7 @@ pub(super) fn bordered(jacobian: &DMatrix<f64>, normal: &[f64]) -> DMatrix<f64> 
     matrix
 }
 
-/// The unit tangent of a curve with this Jacobian, on the side of `along`; `None` where it is not
+/// Unit tangent of a curve with this Jacobian, on the side of `along`; `None` if it is not
 /// determined.
 pub(super) fn tangent(jacobian: &DMatrix<f64>, along: &[f64]) -> Option<Vec<f64>> {
     let mut right = DVector::zeros(along.len());
@@ -60,16 +61,16 @@ pub(super) fn tangent(jacobian: &DMatrix<f64>, along: &[f64]) -> Option<Vec<f64>
     is_finite.then(|| direction.iter().map(|value| value / length).collect())
 }
 
-/// Cosine of the largest turn of the tangent in one step.
+/// Smallest cosine of the angle by which the tangent turns in one step.
 pub(super) const STRAIGHT: f64 = 0.98;
 
 /// Largest correction of a step, relative to its length.
 pub(super) const CORRECTION: f64 = 0.3;
 
-/// Growth of the next step.
+/// Growth factor of the next step.
 pub(super) const GROWTH: f64 = 1.3;
 
-/// Product of two vectors.
+/// Scalar product of two vectors.
 pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }

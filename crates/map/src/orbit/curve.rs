@@ -1,5 +1,5 @@
 //! Pseudo-arclength continuation of a grazing orbit in a second parameter: steps, points, and the
-//! special points between them, which are zeros of functions along the curve.
+//! special points between them, which are zeros of test functions along the curve.
 
 use std::array::from_fn;
 
@@ -20,17 +20,17 @@ use crate::flow::Field;
 use crate::model::Scene;
 use crate::numeric::{Bracket, Real, converted};
 
-/// Continues the grazing orbit of a scene in a second parameter, `with`, from one value of it to
-/// another.
+/// Continues the grazing orbit of a scene in a second parameter, `with`, from the value `from` to
+/// the value `to`.
 ///
-/// The orbit is located at the scene's own parameters and followed to `from` first. Steps are of
-/// pseudo-arclength, so the curve is followed round folds; points where a `xi_n` vanishes, a
+/// The orbit is located at the scene's own parameters and first followed to `from`. Steps are of
+/// pseudo-arclength, so the curve is followed round folds. Points at which a `xi_n` vanishes, a
 /// parameter turns or multipliers change between real and complex are refined in double-double.
 ///
 /// # Errors
 ///
-/// [`OrbitError`] as [`locate`], and [`OrbitError::SecondParameter`] for a second
-/// parameter that does not exist or is already adjusted.
+/// [`OrbitError`] as from [`locate`], and [`OrbitError::SecondParameter`] for a second parameter
+/// that does not exist or is already adjusted.
 pub fn curve(
     scene: &Scene,
     with: usize,
@@ -41,8 +41,8 @@ pub fn curve(
     watched_curve(scene, with, [from, to], options, &|_| {})
 }
 
-/// As [`curve`], between two values of the second parameter, telling the share done, from 0 to 1:
-/// of the range or of the most work, whichever is more.
+/// Computes [`curve`] between two values of the second parameter and reports the share done, from 0
+/// to 1: of the range or of the work limit, whichever is larger.
 ///
 /// # Errors
 ///
@@ -71,7 +71,7 @@ pub fn watched_curve(
     let lead = pass(0)?;
     let mut start = lead.context.start(&orbit);
     if here != from {
-        // On the way to the start no condition is followed.
+        // No condition is followed on the way to the start.
         let (lead, last) = lead.trace(&start, from)?;
         if lead.end != CurveEnd::Reached {
             return Ok(CurveOutcome::StartNotReached(lead));
@@ -81,8 +81,9 @@ pub fn watched_curve(
     Ok(CurveOutcome::Traced(pass(options.xi_count)?.trace(&start, to)?.0))
 }
 
-/// The curve of a grazing orbit in a second parameter from its own value of it towards another, as
-/// far as a distance may become less than on the way, with the points at which it is stationary.
+/// Curve of a grazing orbit from its own value of the second parameter towards another. The curve
+/// ends where no point beyond can be nearer than the nearest one known; stationary points of the
+/// distance are special points.
 pub(super) fn curve_towards(
     (scene, orbit): (&Scene, &GrazingOrbit),
     (with, to): (usize, f64),
@@ -103,41 +104,43 @@ struct PseudoArclength<'a> {
     context: CurveContext<'a>,
     options: &'a CurveOptions,
     effort: &'a Effort,
-    /// Told the share done.
+    /// Called with the share done.
     watch: &'a dyn Fn(f64),
 }
 
-/// A step with its points and their places in it, the first of them left out.
+/// A step: its points and their places in `(0, 1]`.
 struct CurveStep {
     points: Vec<(f64, TestedPoint)>,
     resolution: Resolution,
 }
 
-/// What the samples of a step say about the zeros of all functions along it.
+/// Information on the zeros of all functions along a step, from their samples.
 #[derive(Default)]
 struct Resolution {
-    /// Places between those sampled that part the zeros.
+    /// Places between the sample places that separate the zeros.
     parting: Vec<f64>,
-    /// What may have more zeros than the points show, and where; everywhere without a place.
+    /// Kinds of special points of which more may exist, each with its place; `None` is the whole
+    /// step.
     unresolved: Vec<(SpecialKind, Option<f64>)>,
-    /// Whether a shorter step would show more.
+    /// Whether a shorter step would resolve more.
     too_long: bool,
 }
 
-/// Length of a stretch along which work is limited, relative to the range, and the part of all work
-/// that it is limited to.
+/// Length of a stretch with a work limit of its own, relative to the range, and that limit as a
+/// fraction `1/STRETCH_SHARE` of the whole.
 const STRETCH: f64 = 0.01;
 const STRETCH_SHARE: u64 = 15;
 
-/// Smallest step, relative to the range, where the range is shorter than the steps asked for.
+/// Smallest step, relative to the range, if the range is shorter than the steps requested.
 const SHORTEST: f64 = 1e-6;
 
-/// The largest unknown, in its unit, beyond which the largest step grows with it: as large as one
-/// may be where a curve begins.
+/// The largest step grows with the largest scaled unknown beyond this size, which no unknown
+/// exceeds at the beginning of a curve.
 const FAR: f64 = 32.0;
 
 impl PseudoArclength<'_> {
-    /// Follows the curve until the second parameter is `to`; also the last unknowns.
+    /// Follows the curve until the second parameter is `to`; returns the curve and the last
+    /// unknowns.
     fn trace(&self, start: &[f64], to: f64) -> Result<(GrazingCurve, Vec<f64>), OrbitError> {
         let mut curve = GrazingCurve {
             free: self.context.system().free.clone(),
@@ -151,7 +154,7 @@ impl PseudoArclength<'_> {
         curve.end = match settled(followed) {
             Ok(Ok(())) => CurveEnd::StepLimit,
             Ok(Err(CurveEnd::Reached)) => CurveEnd::Reached,
-            // Where nothing more may be computed, no other reason counts.
+            // A failure that the work limit caused is no reason of its own.
             Ok(Err(_)) | Err(OrbitError::SearchTooLong) if self.effort.is_spent() => {
                 self.work_limit(&curve)
             }
@@ -160,13 +163,13 @@ impl PseudoArclength<'_> {
         Ok((curve, unknowns))
     }
 
-    /// The end of a curve whose continuation has computed as much as it may.
+    /// The end of a curve that exceeded the work limit.
     fn work_limit(&self, curve: &GrazingCurve) -> CurveEnd {
         let period = curve.points.last().map_or(f64::NAN, |point| point.period);
         CurveEnd::WorkLimit { period, steps: self.effort.steps(period) }
     }
 
-    /// Adds points to a curve until it ends; nothing stops it after the most steps.
+    /// Adds points to a curve until it ends; returns normally after the largest number of steps.
     fn follow(
         &self,
         curve: &mut GrazingCurve,
@@ -185,7 +188,7 @@ impl PseudoArclength<'_> {
         let ds_max = self.options.ds_max.min(range);
         let ds_min = self.options.ds_min.min(range * SHORTEST);
         let mut ds = self.options.ds.min(ds_max);
-        // Arclength over the range, and what had been computed, since the last stretch ended.
+        // Arclength over the range, and work, since the last stretch ended.
         let (mut covered, mut spent) = (0.0, self.effort.spent());
         for _ in 0..self.options.max_steps {
             let (step, taken) = self.step(&here, (ds_min, ds), to)?;
@@ -230,8 +233,8 @@ impl PseudoArclength<'_> {
         Ok(())
     }
 
-    /// The next step and its length. Where no step is short enough for everything to be known, it
-    /// is the longest that Newton's method makes.
+    /// The next step and its length. If no step is short enough to resolve everything, the longest
+    /// one for which Newton's method converges.
     fn step(
         &self,
         here: &TestedPoint,
@@ -254,7 +257,7 @@ impl PseudoArclength<'_> {
         longest.ok_or(Stop::Ended(end))
     }
 
-    /// A step of a length; `None` where the curve is not followed that far.
+    /// A step of a given length; `None` if the curve cannot be followed that far.
     fn try_step(
         &self,
         here: &TestedPoint,
@@ -305,7 +308,7 @@ impl PseudoArclength<'_> {
         Ok(Some(CurveStep { points, resolution }))
     }
 
-    /// What samples of a step say about its zeros.
+    /// Separating places and unresolved functions of a step, from the samples at its first points.
     fn resolution(&self, points: &[(f64, TestedPoint)], to: f64) -> Resolution {
         let mut found = Resolution::default();
         let mut look = |samples: [f64; SAMPLES], noise: f64, kind: Option<SpecialKind>| {
@@ -314,7 +317,7 @@ impl PseudoArclength<'_> {
                 Zeros::Rounding(places) if !places.is_empty() => {
                     places.into_iter().map(Some).collect()
                 }
-                // A parameter that does not vary does not turn.
+                // A parameter that does not vary has no fold.
                 Zeros::Rounding(_) if matches!(kind, Some(SpecialKind::Fold { .. })) => Vec::new(),
                 Zeros::Rounding(_) => vec![None],
                 Zeros::TooLong => {
@@ -339,8 +342,8 @@ impl PseudoArclength<'_> {
         found
     }
 
-    /// The point between two where the second parameter has a value; none where no orbit is found.
-    /// The curve ends where its orbit has a corner.
+    /// The point between two others at which the second parameter is `to`; `None` if no orbit is
+    /// found. If the orbit has a corner there, the curve ends.
     fn at_value(
         &self,
         here: &TestedPoint,
@@ -366,18 +369,18 @@ impl PseudoArclength<'_> {
     }
 }
 
-/// An argument of this size, relative to those it lies between, has passed 0.
+/// A corner's argument has passed zero if it is below this, relative to its values at the ends.
 const VANISHED: f64 = 1e-6;
-/// Length along the chord, and value of the function relative to those it lies between, at which
-/// the search for a zero ends.
+/// The search for a zero ends at this length along the chord, or at this value of the function
+/// relative to its values at the ends.
 const ENOUGH: f64 = 1e-14;
 /// Step of a difference quotient, relative to the unknown.
 const DIFFERENCE: f64 = 1e-7;
 /// Largest residual of a point refined in double-double.
 const REFINED: f64 = 1e-22;
 
-/// Special points after a point, up to another, in order along the curve; at the first point of the
-/// curve, too, where nothing lies before it.
+/// Special points after `here` and up to `next`, in order along the curve. A special point at
+/// `here` itself is included only at the first point of the curve.
 fn special_between(
     context: &CurveContext<'_>,
     here: &TestedPoint,
@@ -411,7 +414,7 @@ fn special_between(
     Ok(found.into_iter().map(|(_, special)| special).collect())
 }
 
-/// The end of a curve at the first corner that an argument at a graze passes between two points.
+/// End of a curve at the first corner that an argument at a graze passes between two points.
 fn corner_between(
     context: &CurveContext<'_>,
     here: &TestedPoint,
@@ -424,7 +427,7 @@ fn corner_between(
         if a * b < 0.0
             && let Some((share, unknowns)) = Chord::new(here, next).zero(context, [a, b], value)?
             && let Some((value, end)) = near(&unknowns)?
-            // An argument may change its sign by a jump, where the phase begins anew.
+            // The sign of an argument may also change by a jump, when the phase is reduced.
             && value.abs() <= VANISHED * a.abs().max(b.abs())
             && first.as_ref().is_none_or(|(before, _)| share < *before)
         {
@@ -455,8 +458,8 @@ impl<'a> Chord<'a> {
         ends.map(|(a, b)| a + share * (b - a)).collect()
     }
 
-    /// The unknowns of the curve across a share of the chord; Newton's method starts from the cubic
-    /// with the tangents at the ends.
+    /// Unknowns of the curve on the plane across a share of the chord; Newton's method starts from
+    /// the cubic with the tangents at the ends.
     fn unknowns(
         &self,
         context: &CurveContext<'_>,
@@ -472,7 +475,8 @@ impl<'a> Chord<'a> {
         context.correct(&start, &origin, &self.normal)
     }
 
-    /// The point of the curve across a share of the chord; `None` where Newton's method finds none.
+    /// Point of the curve on the plane across a share of the chord; `None` if Newton's method
+    /// fails.
     pub(super) fn point(
         &self,
         context: &CurveContext<'_>,
@@ -484,8 +488,9 @@ impl<'a> Chord<'a> {
         }
     }
 
-    /// The zero of one function of which the values at the ends are given, in the share of the
-    /// chord, every trial corrected onto the curve: the trial nearest to it.
+    /// Zero of a function with given values at the ends, as a share of the chord, with its
+    /// unknowns. Every trial is corrected onto the curve; the trial with the smallest value is
+    /// returned.
     fn zero(
         &self,
         context: &CurveContext<'_>,
@@ -526,8 +531,8 @@ impl<'a> Chord<'a> {
     }
 }
 
-/// A special point to the roundoff of double-double: a condition's zero itself, of other functions
-/// the point of the curve on the plane through `origin` across `normal`.
+/// A special point to the roundoff of double-double: the zero itself for a condition; for other
+/// functions, the point of the curve on the plane through `origin` with normal `normal`.
 fn refined(
     context: &CurveContext<'_>,
     &TestValue { kind, size, .. }: &TestValue,
@@ -548,7 +553,7 @@ fn refined(
     Ok(Some(SpecialPoint { kind, parameters: context.parameters(&unknowns), point }))
 }
 
-/// The extended system with one condition, relative to a size, required to vanish.
+/// The extended system with one condition, divided by `size`, required to vanish.
 struct Zero<'a> {
     context: &'a CurveContext<'a>,
     from: usize,
@@ -565,7 +570,7 @@ impl Zero<'_> {
 }
 
 impl Equations for Zero<'_> {
-    /// The condition's row by differences: a correction needs few digits.
+    /// The condition's row is a difference quotient: a correction needs few digits.
     fn linearised(&self, unknowns: &[f64]) -> Result<(Vec<f64>, DMatrix<f64>), OrbitError> {
         let (mut residual, jacobian) = self.context.equations().linearised(unknowns)?;
         let value = self.condition(unknowns)?;

@@ -1,5 +1,5 @@
 //! Points of a grazing curve, by pseudo-arclength continuation of the extended system, with the
-//! functions whose zeros are its special points.
+//! test functions whose zeros are its special points.
 
 use nalgebra::DMatrix;
 
@@ -17,9 +17,10 @@ use super::system::{ExtendedSystem, Matching};
 use crate::model::Scene;
 use crate::numeric::{Dd, Real, converted};
 
-/// What every point of a curve shares: the scene, its equations, and how grazes are stretched.
+/// Data shared by all points of a curve: the scene, its equations, and the causes of `β` at its
+/// grazes.
 ///
-/// Unknowns are in units of their own everywhere but in the orbits described, so that steps and
+/// Unknowns are scaled by their units everywhere except in described orbits, so that steps and
 /// tolerances mean the same at every size.
 pub(super) struct CurveContext<'a> {
     scene: &'a Scene,
@@ -27,52 +28,52 @@ pub(super) struct CurveContext<'a> {
     systems: [ExtendedSystem; 2],
     units: Vec<f64>,
     residual_unit: f64,
-    /// How far each component of the full state goes from the graze along the orbit.
+    /// Largest distance of each component of the full state from the graze along the orbit.
     reach: Vec<f64>,
-    /// How many conditions are followed from every passage to every other.
+    /// Number of conditions followed between every two passages.
     count: usize,
     stretches: Vec<Stretch>,
     corners: Option<Corners<'a>>,
     nearest: Option<Distance>,
 }
 
-/// A distance from values of the free parameters, each in a scale of its own.
+/// A distance from given values of the free parameters, each in its own scale.
 #[derive(Clone, Debug)]
 pub(super) struct Distance {
     pub(super) from: Vec<f64>,
     pub(super) scales: Vec<f64>,
-    /// The least that is known.
+    /// Smallest distance found so far.
     pub(super) least: f64,
 }
 
 impl Distance {
-    /// Differences in the scales.
+    /// Differences from the given values, each over its scale.
     pub(super) fn scaled(&self, values: impl Iterator<Item = f64>) -> Vec<f64> {
         let from = self.from.iter().zip(&self.scales);
         values.zip(from).map(|(value, (from, scale))| (value - from) / scale).collect()
     }
 }
 
-/// A function along the curve whose zeros are special points, at one point.
+/// Value of a test function at one point of the curve; its zeros are special points.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct TestValue {
     pub(super) kind: SpecialKind,
     pub(super) value: f64,
-    /// What the rounding of the value is relative to.
+    /// Scale of the rounding of the value.
     pub(super) size: f64,
 }
 
-/// Rounding of a function along the curve, relative to its size.
+/// Rounding of a test function, relative to its size.
 pub(super) const NOISE: f64 = 1e-11;
 
 impl TestValue {
-    /// The value, or 0 where it is rounding.
+    /// The value, or 0 if it is rounding.
     pub(super) fn beyond_rounding(&self) -> f64 {
         if self.value.abs() <= NOISE * self.size { 0.0 } else { self.value }
     }
 }
 
-/// A point of the curve with its test functions, whose zeros are special points.
+/// A point of the curve with the values of its test functions.
 #[derive(Clone, Debug)]
 pub(super) struct TestedPoint {
     pub(super) unknowns: Vec<f64>,
@@ -83,17 +84,17 @@ pub(super) struct TestedPoint {
     pub(super) point: CurvePoint,
 }
 
-/// The orbit at a point.
+/// Description of the orbit at a point.
 pub(super) struct Described {
     pub(super) point: CurvePoint,
-    /// What the rounding of the conditions is relative to.
+    /// Scale of the rounding of each condition.
     sizes: Vec<GrazingConditions<f64>>,
-    /// Discriminant of the two multipliers with its size, where there are two.
+    /// Discriminant of the two multipliers and its size; `None` unless there are two.
     discriminant: Option<[f64; 2]>,
     corners: Vec<f64>,
 }
 
-/// The passages of an orbit with the flow between them.
+/// The passages of an orbit, with the derivatives of the flow between them.
 struct Passed<S> {
     parameters: Vec<S>,
     period: S,
@@ -101,13 +102,13 @@ struct Passed<S> {
     legs: Vec<DMatrix<S>>,
 }
 
-/// Largest `|h|` of a passage that no equation holds, relative to the range of `h`: the roundoff of
-/// an `f64` root.
+/// Largest `|h|` of a passage without an equation, relative to the range of `h`: the roundoff of an
+/// `f64` root.
 const TOUCHING: f64 = 1e-8;
 
 impl<'a> CurveContext<'a> {
-    /// The curve through an orbit, in the parameters it was adjusted in and `with`, which comes to
-    /// values of this size; all that is computed counts together.
+    /// The curve through an orbit in its adjusted parameters and `with`, whose values are of this
+    /// size. `effort` counts all work together.
     pub(super) fn new(
         scene: &'a Scene,
         orbit: &GrazingOrbit,
@@ -138,7 +139,7 @@ impl<'a> CurveContext<'a> {
         })
     }
 
-    /// The same with the points at which a distance is stationary among the special ones.
+    /// Adds the points at which a distance is stationary to the special points.
     pub(super) fn towards(self, distance: Distance) -> Self {
         Self { nearest: Some(distance), ..self }
     }
@@ -148,14 +149,14 @@ impl<'a> CurveContext<'a> {
         &self.systems[0]
     }
 
-    /// The equations in units, matched at the end and in the middle.
+    /// Scaled equations, matched at the end of the period and in its middle.
     fn scaled(&self) -> [Scaled<'_, ExtendedSystem>; 2] {
         let (units, residual_unit) = (&self.units, self.residual_unit);
         let [end, middle] = &self.systems;
         [end, middle].map(|equations| Scaled { equations, units: units.clone(), residual_unit })
     }
 
-    /// The equations in units, matched at the end of the period.
+    /// Scaled equations, matched at the end of the period.
     pub(super) fn equations(&self) -> Scaled<'_, ExtendedSystem> {
         let [end, _] = self.scaled();
         end
@@ -165,7 +166,7 @@ impl<'a> CurveContext<'a> {
         self.equations().without_units(unknowns)
     }
 
-    /// The second parameter in its unit.
+    /// Value of the second parameter, scaled.
     pub(super) fn in_unit(&self, value: f64) -> f64 {
         value / self.units.last().copied().unwrap_or(1.0)
     }
@@ -175,12 +176,13 @@ impl<'a> CurveContext<'a> {
         self.system().parameters(&self.without_units(unknowns))
     }
 
-    /// Unknowns of a located orbit.
+    /// Scaled unknowns of a located orbit.
     pub(super) fn start(&self, orbit: &GrazingOrbit) -> Vec<f64> {
         self.equations().in_units(&start(self.system(), orbit))
     }
 
-    /// Everything about a point of the curve, or why the curve ends there.
+    /// Point of the curve with its tangent, test functions and orbit; or the reason why the curve
+    /// ends.
     pub(super) fn at(
         &self,
         unknowns: Vec<f64>,
@@ -206,8 +208,8 @@ impl<'a> CurveContext<'a> {
         Ok(TestedPoint { tests, unknowns, tangent, corners, point })
     }
 
-    /// Whether the second parameter alone is farther off at the last of these points than the
-    /// nearest that is known.
+    /// Whether the last of these points is farther off in the second parameter alone than the
+    /// nearest point known.
     pub(super) fn is_beyond(&self, points: &[CurvePoint]) -> bool {
         let Some(distance) = &self.nearest else { return false };
         let offsets = |point: &CurvePoint| {
@@ -220,7 +222,7 @@ impl<'a> CurveContext<'a> {
         last.is_some_and(|last| last.abs() > least)
     }
 
-    /// Half the derivative of the squared distance along the curve.
+    /// Half the derivative of the squared distance along the curve, as a test function.
     fn stationarity(&self, distance: &Distance, unknowns: &[f64], tangent: &[f64]) -> TestValue {
         let first = self.system().first_parameter();
         let values = &self.without_units(unknowns)[first..];
@@ -236,8 +238,7 @@ impl<'a> CurveContext<'a> {
         TestValue { kind: SpecialKind::Nearest, value, size }
     }
 
-    /// The conditions as functions along the curve. Those from mirror images repeat the others and
-    /// are left out.
+    /// Conditions as test functions. Those from mirror images repeat the others and are left out.
     fn codimension2<'c>(
         &self,
         conditions: &'c [GrazingConditions<f64>],
@@ -254,7 +255,7 @@ impl<'a> CurveContext<'a> {
         })
     }
 
-    /// One condition at unknowns near the curve, whether or not every passage touches there.
+    /// One condition at unknowns near the curve, even if not every passage touches there.
     pub(super) fn condition<S: Real>(
         &self,
         unknowns: &[S],
@@ -296,7 +297,7 @@ impl<'a> CurveContext<'a> {
         })
     }
 
-    /// The orbit at a point.
+    /// Description of the orbit at a point.
     pub(super) fn describe(&self, unknowns: &[f64]) -> Result<Described, Stop<CurveEnd>> {
         let passed = self.passed(unknowns, TOUCHING)?;
         if let Some(end) = self.corner(&passed)? {
@@ -342,7 +343,7 @@ impl<'a> CurveContext<'a> {
         })
     }
 
-    /// The end of the curve at an orbit along which the free flow has a corner.
+    /// End of the curve at an orbit along which the free flow has a corner.
     fn corner(&self, passed: &Passed<f64>) -> Result<Option<CurveEnd>, OrbitError> {
         let Some(corners) = &self.corners else {
             return Ok(None);
@@ -358,8 +359,8 @@ impl<'a> CurveContext<'a> {
         }
     }
 
-    /// The argument of a function with a corner at unknowns near the curve, and the end that a
-    /// corner would be there.
+    /// Argument of a function with a corner at unknowns near the curve, and the end of the curve if
+    /// that argument is at its corner.
     pub(super) fn corner_near(
         &self,
         unknowns: &[f64],
@@ -376,14 +377,14 @@ impl<'a> CurveContext<'a> {
 }
 
 impl Passed<f64> {
-    /// The surface and the state of every graze.
+    /// Surface and state of every graze.
     fn grazes(&self) -> Vec<(usize, Vec<f64>)> {
         let touches = self.touches.iter();
         touches.map(|at| (at.surface, at.state.clone())).collect()
     }
 }
 
-/// The end of a curve where a passage ceases to graze, or the free flow has a corner.
+/// End of a curve at which a passage ceases to graze, or the free flow has a corner.
 fn lost(reason: &NotLocated) -> CurveEnd {
     match reason {
         &NotLocated::OutOfOrder { passage, .. }
@@ -397,12 +398,12 @@ fn lost(reason: &NotLocated) -> CurveEnd {
     }
 }
 
-/// Largest residual a corrector may stall at.
+/// Largest residual at which a corrector may stall.
 const TOLERANCE: f64 = 1e-9;
 
 impl CurveContext<'_> {
-    /// The point of the curve on the plane through `origin` across `normal`, from a point near it;
-    /// `None` where Newton's method finds none.
+    /// Point of the curve on the plane through `origin` with normal `normal`, from a point near it;
+    /// `None` if Newton's method fails.
     pub(super) fn correct(
         &self,
         start: &[f64],
@@ -419,7 +420,7 @@ impl CurveContext<'_> {
         Ok(None)
     }
 
-    /// A point found by [`correct`](Self::correct), to the roundoff of double-double.
+    /// Point found by [`correct`](Self::correct), to the roundoff of double-double.
     pub(super) fn correct_dd(&self, point: &[f64], origin: &[f64], normal: &[f64]) -> Solved<Root> {
         let [end, middle] = self.scaled().map(|system| Bordered { system, origin, normal });
         match refine(&end, point, 1e-22) {
@@ -428,7 +429,7 @@ impl CurveContext<'_> {
         }
     }
 
-    /// The unit tangent of the curve at a point, on the side of `along`; `None` where it is not
+    /// Unit tangent of the curve at a point, on the side of `along`; `None` if it is not
     /// determined.
     pub(super) fn tangent(
         &self,
@@ -447,7 +448,7 @@ impl CurveContext<'_> {
     }
 }
 
-/// Unknowns of a located orbit, without units.
+/// Unknowns of a located orbit, not scaled.
 pub(super) fn start(system: &ExtendedSystem, orbit: &GrazingOrbit) -> Vec<f64> {
     let graze = orbit.grazing_point();
     let independent = &orbit.passages[1..system.grazes.independent];
@@ -456,7 +457,8 @@ pub(super) fn start(system: &ExtendedSystem, orbit: &GrazingOrbit) -> Vec<f64> {
     converted(&unknowns)
 }
 
-/// How far each component of the full state goes from the graze along an orbit; 1 where it rests.
+/// Largest distance of each component of the full state from the graze along an orbit; 1 for a
+/// constant component.
 pub(super) fn reach(system: &ExtendedSystem, start: &[f64]) -> Result<Vec<f64>, OrbitError> {
     let graze = &start[..system.dimension];
     let (parameters, period) = (system.parameters(start), system.period(start));

@@ -1,4 +1,4 @@
-//! How much a search has computed, and the most it may.
+//! Work of a search, counted in products of series, and its limit.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -7,59 +7,59 @@ use super::outcome::{NotLocated, OrbitError};
 use crate::flow::{Field, FlowError};
 use crate::numeric::{Dd, Real, Scalar as _};
 
-/// Most products of series that a search forms, in units of one of numbers in `f64`: 2 to 5 s.
+/// Work limit of a search, in products of series in `f64`: 2 to 5 s.
 const MOST_PRODUCTS: u64 = 13_000_000;
 
-/// What a step of jets of degree one costs beside one of numbers; measured, for three to five
+/// Cost of a step of jets of degree one relative to a step of numbers; measured, for three to five
 /// directions.
 const OF_JETS: f64 = 16.0;
 
-/// How many steps jets take where numbers take one; measured.
+/// Number of steps of jets per step of numbers; measured.
 const STEPS_OF_JETS: f64 = 2.5;
 
-/// What a step in double-double costs beside one in `f64`, the longer series counted; measured.
+/// Cost of a step in double-double, with its longer series, relative to a step in `f64`; measured.
 const IN_DOUBLE_DOUBLE: f64 = 20.0;
 
-/// What is carried along a flight.
+/// Quantity carried along a flight.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Flight {
-    /// A state.
+    /// A state only.
     Numbers,
-    /// A state with its derivatives.
+    /// A state with its derivatives, as jets of degree one.
     Jets,
 }
 
-/// The products of series that the flights of a search have formed.
+/// Counter of the products of series that the flights of a search form.
 ///
-/// A flight counts the steps it takes, and takes no more than are left: an iterate of Newton's
-/// method may lead to where the flow is far slower than along the orbit, and derivatives may need
-/// far shorter steps than the state, as those of high powers. Clones count together.
+/// A flight counts its steps and takes no more than are left: an iterate of Newton's method may
+/// lead to a region where the flow is far slower than along the orbit, and derivatives, as of high
+/// powers, may need far shorter steps than the state. Clones share one count.
 #[derive(Clone, Debug)]
 pub(super) struct Effort {
-    /// Products of series in a step.
+    /// Products of series in one step.
     products: u64,
-    /// Most products of all flights.
+    /// Limit on the products of all flights.
     most: u64,
     counts: Arc<Counts>,
 }
 
-/// What is counted.
+/// Counts shared by clones.
 #[derive(Debug, Default)]
 struct Counts {
-    /// Bits of the steps that a unit of time took in the last flight.
+    /// Steps per unit of time in the last flight, as the bits of an `f64`.
     density: AtomicU64,
-    /// Products formed.
+    /// Products formed so far.
     spent: AtomicU64,
 }
 
 impl Effort {
-    /// Nothing computed yet, along a field.
+    /// A counter at zero, for flights along a field.
     pub(super) fn new(field: &Field) -> Self {
         let products = field.time_program().products().max(1) as u64;
         Self { products, most: MOST_PRODUCTS, counts: Arc::default() }
     }
 
-    /// The same with another limit, in products of series.
+    /// Sets the limit, in products of series.
     pub(super) fn within(self, most: u64) -> Self {
         Self { most, ..self }
     }
@@ -69,34 +69,34 @@ impl Effort {
         self.counts.spent.load(Ordering::Relaxed)
     }
 
-    /// The part of all that may be computed that was, from 0 to 1.
+    /// Share of the limit used, from 0 to 1.
     pub(super) fn share(&self) -> f64 {
         (self.spent() as f64 / self.most as f64).min(1.0)
     }
 
-    /// Taylor steps of a duration, as many as the part last flown lets expect.
+    /// Estimated Taylor steps of a duration, from the density of the last flight.
     pub(super) fn steps(&self, duration: f64) -> u64 {
         (self.density() * duration).round() as u64
     }
 
-    /// Most steps of a period: with more, not even one flight with its derivatives could end.
+    /// Largest number of steps of a period: with more, not even one flight with derivatives could
+    /// end.
     pub(super) fn most_steps(&self) -> usize {
         (self.most as f64 / (OF_JETS * STEPS_OF_JETS)) as usize / self.products as usize
     }
 
-    /// Counts a stretch of the flow of numbers whose steps are known.
+    /// Counts a flight of numbers whose steps are known.
     pub(super) fn counted(&self, steps: usize, duration: f64) {
         self.count::<f64>(steps, duration, Flight::Numbers);
     }
 
-    /// What `fly` returns, a flight in at most the steps that it is given, which it lowers by those
-    /// it takes. Where it fails for the want of steps, or nothing is left to begin with, the search
-    /// has computed as much as it may.
+    /// Runs a flight and counts its steps. `fly` receives the number of steps left, lowers it by
+    /// the steps it takes, and may take no more.
     ///
     /// # Errors
     ///
-    /// [`OrbitError::SearchTooLong`] where the search has formed all the products it may; else what
-    /// `fly` returns.
+    /// [`OrbitError::SearchTooLong`] if the limit is reached before the flight or during it;
+    /// otherwise the error of `fly`.
     pub(super) fn fly<S: Real, T>(
         &self,
         duration: f64,
@@ -119,9 +119,11 @@ impl Effort {
         }
     }
 
+    /// Checks the limit.
+    ///
     /// # Errors
     ///
-    /// [`OrbitError::SearchTooLong`] where the search has formed all the products it may.
+    /// [`OrbitError::SearchTooLong`] if the limit is reached.
     pub(super) fn check(&self) -> Result<(), OrbitError> {
         match self.is_spent() {
             true => Err(OrbitError::SearchTooLong),
@@ -129,17 +131,17 @@ impl Effort {
         }
     }
 
-    /// Whether the search has formed all the products it may.
+    /// Whether the limit is reached.
     pub(super) fn is_spent(&self) -> bool {
         self.spent() >= self.most
     }
 
-    /// Forgets what was computed so far.
+    /// Resets the count to zero.
     pub(super) fn renew(&self) {
         self.counts.spent.store(0, Ordering::Relaxed);
     }
 
-    /// Why a search that formed all the products it may ended.
+    /// Reason to report for a search that reached its limit.
     pub(super) fn too_slow(&self, period: f64) -> NotLocated {
         NotLocated::TooSlow { steps: self.steps(period), products: self.products }
     }
@@ -158,7 +160,7 @@ impl Effort {
         self.counts.spent.fetch_add(products as u64, Ordering::Relaxed);
     }
 
-    /// What a step costs, in products of numbers in `f64`.
+    /// Cost of a step, in products of numbers in `f64`.
     fn products_of_step<S: Real>(&self, of: Flight) -> f64 {
         let in_format = if S::ROUNDOFF <= Dd::ROUNDOFF { IN_DOUBLE_DOUBLE } else { 1.0 };
         let of_what = match of {
@@ -181,7 +183,7 @@ mod tests {
         Field::free(&scene.model, &[])
     }
 
-    /// A flight of a number of steps.
+    /// Flies a number of steps.
     fn flight<S: Real>(effort: &Effort, steps: usize, of: Flight) -> Result<(), OrbitError> {
         effort.fly::<S, _>(1.0, of, |steps_left| {
             let (limit, taken) = (*steps_left, steps.min(*steps_left));
@@ -193,7 +195,7 @@ mod tests {
         })
     }
 
-    /// Flights of a hundred steps until the limit.
+    /// Number of flights of a hundred steps before the limit.
     fn flights<S: Real>(of: Flight) -> usize {
         let effort = Effort::new(&mems());
         (0..).take_while(|_| flight::<S>(&effort, 100, of).is_ok()).count()

@@ -1,6 +1,6 @@
-//! What a stretch of the free flow meets: minima of the event functions, and corners.
+//! Minima of the event functions along a stretch of the free flow, and corners on it.
 //!
-//! Where `abs`, `sign`, `min` or `max` change branch an orbit has no Taylor series.
+//! An orbit has no Taylor series at a corner, where `abs`, `sign`, `min` or `max` changes branch.
 
 use std::ops::Range;
 
@@ -12,33 +12,33 @@ use crate::numeric::polynomial::{CrossingDirection, ExtremumKind, crossings, ext
 /// A minimum of an event function.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Minimum {
-    /// The surface.
+    /// Surface of the event function (index).
     pub(super) surface: usize,
     /// Time since the start.
     pub(super) time: f64,
-    /// Full state there.
+    /// Full state at the minimum.
     pub(super) state: Vec<f64>,
-    /// The event function there.
+    /// Event function at the minimum.
     pub(super) event: f64,
 }
 
-/// Minima along a stretch, and the range of the event functions.
+/// Minima along a stretch, and the largest values of the event functions.
 #[derive(Clone, Debug)]
 pub(super) struct Gaps {
-    /// Minima of all surfaces, by time.
+    /// Minima of all surfaces, sorted by time.
     pub(super) minima: Vec<Minimum>,
     /// Largest value of each event function.
     pub(super) largest: Vec<f64>,
-    /// How many Taylor steps the stretch took.
+    /// Number of Taylor steps in the stretch.
     pub(super) steps: usize,
 }
 
-/// Largest value of an event function along an orbit, relative to the lowest, that is rounding at
-/// a touch.
+/// Largest value of an event function along an orbit, relative to the lowest, that counts as a
+/// touch.
 const TOUCH: f64 = 1e-9;
 
 impl Gaps {
-    /// The first surface beyond which the whole stretch lies, touching it at most, with the largest
+    /// The first surface beyond which the whole stretch lies, except for a touch, with the largest
     /// value of its event function.
     pub(super) fn beyond(&self) -> Option<(usize, f64)> {
         let mut surfaces = self.largest.iter().copied().enumerate();
@@ -66,11 +66,11 @@ pub(super) fn watching_field(model: &Model) -> Field {
     Field::free(model, &watched)
 }
 
-/// Minima of every event function on `(0, duration]` along the free flow, `field` being a
+/// Minima of every event function on `(0, duration]` along the free flow; `field` is a
 /// [`watching_field`].
 ///
-/// The event function along a step is a polynomial in time, and every zero of its derivative is
-/// isolated, however many there are in a step.
+/// Along a step the event function is a polynomial in time; all zeros of its derivative are
+/// isolated, whatever their number.
 pub(super) fn gaps(
     field: &Field,
     start: &[f64],
@@ -105,8 +105,8 @@ pub(super) fn gaps(
     Ok(found)
 }
 
-/// Steps along the free flow for a duration, until `look` returns a value. Its arguments are the
-/// time since the start, the length of the step, the state at its start and the step.
+/// Steps along the free flow for a duration, until `look` returns a value. Arguments of `look` are
+/// the time since the start, the length of the step, the state at its start and the step.
 pub(super) fn each_step<T>(
     field: &Field,
     start: &[f64],
@@ -135,15 +135,15 @@ pub(super) fn each_step<T>(
     }))
 }
 
-/// Arguments nearer to a corner than this, relative to how much they vary, lie on it.
+/// An argument within this distance of its corner, relative to its variation, is on the corner.
 const ON_THE_CORNER: f64 = 1e-12;
-/// Decimals of the state at a corner that are said.
+/// Factor to round states in messages to nine decimals.
 const DECIMALS: f64 = 1e9;
 
-/// The operations with a corner in the free field, the event functions and the resets of a scene.
+/// Operations with a corner in the free field, the event functions and the resets of a scene.
 pub(super) struct Corners<'a> {
     scene: &'a Scene,
-    /// The free field; the arguments of the operations are watched.
+    /// Free field that watches the arguments of the operations.
     field: Field,
     operations: Vec<Operation>,
 }
@@ -154,24 +154,24 @@ struct Operation {
     place: Place,
 }
 
-/// The expression that an operation stands in.
+/// Place of an operation in the model.
 #[derive(Clone, Copy)]
 enum Place {
-    /// The rate of a state: all of an orbit depends on it.
+    /// Rate of a state; the whole orbit depends on it.
     Rate(usize),
-    /// The event function of a surface: its minima are looked for along the whole orbit.
+    /// Event function of a surface; its minima are searched along the whole orbit.
     Event(usize),
-    /// A state after the impact with a surface: only its series at a graze of that surface matter.
+    /// State after the impact with a surface; only its series at a graze of that surface matters.
     Reset {
-        /// The surface.
+        /// Index of the surface.
         surface: usize,
-        /// The state.
+        /// Index of the state.
         state: usize,
     },
 }
 
 impl Place {
-    /// The only surface at whose grazes the operation matters; `None`: it matters everywhere.
+    /// Surface at whose grazes alone the operation matters; `None` if it matters everywhere.
     fn surface(self) -> Option<usize> {
         match self {
             Place::Rate(_) | Place::Event(_) => None,
@@ -181,9 +181,8 @@ impl Place {
 }
 
 impl<'a> Corners<'a> {
-    /// The operations whose arguments depend on a state, an adjusted or active parameter, or one of
-    /// `others`;
-    /// `None` without any.
+    /// Operations whose arguments depend on a state, an adjusted or active parameter, or one of
+    /// `others`; `None` if there are none.
     pub(super) fn of(scene: &'a Scene, others: &[usize]) -> Option<Self> {
         let mut graph = scene.model.graph.clone();
         let dimension = scene.model.dimension();
@@ -211,8 +210,8 @@ impl<'a> Corners<'a> {
         })
     }
 
-    /// The first corner at a graze of an orbit, each given by its surface and the state, or along
-    /// it: in a period from the first.
+    /// The first corner at a graze of an orbit or along one period from the first graze. Grazes are
+    /// given by surface and state.
     pub(super) fn of_orbit(
         &self,
         grazes: &[(usize, Vec<f64>)],
@@ -230,7 +229,7 @@ impl<'a> Corners<'a> {
         }
     }
 
-    /// The first corner that lies at a graze of a surface.
+    /// The first corner at a graze of a surface.
     fn at(
         &self,
         surface: usize,
@@ -244,7 +243,7 @@ impl<'a> Corners<'a> {
         Ok(first.map(|number| self.met(number, state)))
     }
 
-    /// The operations that matter at a graze of a surface.
+    /// Indices of the operations that matter at a graze of a surface.
     fn at_grazes_of(&self, surface: usize) -> impl Iterator<Item = usize> {
         let operations = self.operations.iter().enumerate();
         let there =
@@ -252,7 +251,7 @@ impl<'a> Corners<'a> {
         there.map(|(number, _)| number)
     }
 
-    /// The arguments at every graze of the operations that matter there.
+    /// Arguments, at every graze, of the operations that matter there.
     pub(super) fn arguments(
         &self,
         grazes: &[(usize, Vec<f64>)],
@@ -268,7 +267,7 @@ impl<'a> Corners<'a> {
         Ok(arguments)
     }
 
-    /// The corner at which one of these arguments is.
+    /// Description of the corner of an argument, by its index among [`arguments`](Self::arguments).
     pub(super) fn of_argument(
         &self,
         grazes: &[(usize, Vec<f64>)],
@@ -281,7 +280,7 @@ impl<'a> Corners<'a> {
         all.nth(index).map(|(number, state)| self.met(number, state))
     }
 
-    /// The first corner that the free flow crosses in a time from a point.
+    /// The first corner that the free flow crosses within a duration from a point.
     fn along(
         &self,
         start: &[f64],
@@ -327,7 +326,7 @@ impl<'a> Corners<'a> {
     }
 }
 
-/// The expressions that the free flow, its grazes and rigid impacts are made of.
+/// Expressions of the free flow, the event functions and the rigid impacts.
 fn expressions(scene: &Scene) -> impl Iterator<Item = (Place, NodeId)> {
     let model = &scene.model;
     let rates = model.flow.iter().take(model.states.len()).enumerate();
@@ -338,7 +337,7 @@ fn expressions(scene: &Scene) -> impl Iterator<Item = (Place, NodeId)> {
     rates.chain(events).chain(surfaces.flat_map(resets))
 }
 
-/// The states after an impact, where a surface is rigid.
+/// States after an impact; none for a compliant surface.
 fn resets((surface, described): (usize, &Surface)) -> impl Iterator<Item = (Place, NodeId)> {
     let reset = match &described.response {
         Response::Impact { reset } => reset.as_slice(),
@@ -349,18 +348,18 @@ fn resets((surface, described): (usize, &Surface)) -> impl Iterator<Item = (Plac
 }
 
 fn rounded((name, value): (String, f64)) -> (String, f64) {
-    // The sum with 0 takes the sign off a zero.
+    // Adding 0 removes the sign of a zero.
     (name, (value * DECIMALS).round() / DECIMALS + 0.0)
 }
 
-/// Whether a polynomial begins at 0, to rounding of what it is on `[0, length]`.
+/// Whether a polynomial is zero at 0, relative to its terms on `[0, length]`.
 fn begins_at_zero(coefficients: &[f64], length: f64) -> bool {
     let sizes: Vec<f64> = coefficients.iter().map(|value| value.abs()).collect();
     sizes[0] <= ON_THE_CORNER * horner(&sizes, length)
 }
 
-/// The first time in `[0, length]` at which a polynomial has another sign than `sign`; a `sign` of
-/// 0 is unknown and set.
+/// First time in `[0, length]` at which a polynomial has a sign other than `sign`. A `sign` of 0 is
+/// unknown and is set.
 fn first_sign_change(argument: &[f64], length: f64, sign: &mut f64) -> Option<f64> {
     let first = crossings(argument, length).into_iter().next();
     let here = match first.map(|crossing| crossing.direction) {

@@ -4,30 +4,29 @@ use super::grazing_orbit::{GrazingConditions, Penetration};
 use super::outcome::{NamedValues, NotLocated};
 use crate::numeric::Dd;
 
-/// Steps of a continuation, in arclength over its unknowns: the full state at the first graze, the
-/// period where no clock gives it, the times of further independent grazes, and the free
-/// parameters. States and parameters are in units of their own size, powers of 1024. No step is
-/// longer than the range of the second parameter. Where an unknown comes to more than 32 units,
-/// steps grow with it.
+/// Step sizes and limits of a continuation. Steps are arclengths in the unknowns: the full state at
+/// the first graze, the period of an autonomous system, the times of further independent grazes,
+/// and the free parameters. States and parameters are in units of their own size, powers of 1024.
+/// No step is longer than the range of the second parameter. If an unknown exceeds 32 units, the
+/// largest step grows with it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CurveOptions {
-    /// First step.
+    /// Length of the first step.
     pub ds: f64,
-    /// Smallest step before the curve is given up.
+    /// Smallest step; the curve ends if Newton's method fails at it.
     pub ds_min: f64,
-    /// Largest step.
+    /// Length of the largest step.
     pub ds_max: f64,
-    /// Most steps.
+    /// Largest number of steps.
     pub max_steps: usize,
-    /// How many `xi_n` are followed from every passage to every other.
+    /// Number of conditions `xi_n` followed between every two passages.
     pub xi_count: usize,
-    /// Most products of series that are formed, in units of one of numbers in `f64`; on a hundredth
-    /// of the range no more than a fifteenth of them.
+    /// Work limit in products of series, in units of one product in `f64`; at most a fifteenth of
+    /// it may be spent on a hundredth of the range.
     pub most_products: u64,
 }
 
-/// Most products of series that a curve forms where nothing else is said: 1 to 2 minutes, and 5 s
-/// on a hundredth of the range.
+/// Default work limit of a curve: 1 to 2 minutes, and 5 s on a hundredth of the range.
 pub(super) const MOST_PRODUCTS: u64 = 150_000_000;
 
 impl Default for CurveOptions {
@@ -43,7 +42,7 @@ impl Default for CurveOptions {
     }
 }
 
-/// A grazing orbit on a curve.
+/// A grazing orbit at one point of a curve.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CurvePoint {
     /// All parameters of the model.
@@ -52,17 +51,17 @@ pub struct CurvePoint {
     pub state: Vec<f64>,
     /// Duration of one period of the orbit.
     pub period: f64,
-    /// `h''`.
+    /// `h''` at the graze.
     pub normal_acceleration: f64,
-    /// Multipliers, the largest first.
+    /// Multipliers, `[re, im]`, the largest first.
     pub multipliers: Vec<[f64; 2]>,
     /// `xi_1, xi_2, …` from the first passage to itself.
     pub xi: Vec<f64>,
-    /// The same from every passage to every passage, ordered by `from`, then `to`.
+    /// Conditions `xi_n` between every two passages, ordered by `from`, then `to`.
     pub conditions: Vec<GrazingConditions<f64>>,
-    /// Lowest other minimum of any event function.
+    /// Lowest minimum of any event function, grazes excepted.
     pub clearance: Option<f64>,
-    /// The deepest passage through a surface, where there is one.
+    /// Deepest passage through a surface, if there is one.
     pub penetration: Option<Penetration>,
 }
 
@@ -73,93 +72,92 @@ impl CurvePoint {
     }
 }
 
-/// What happens at a special point of a curve.
+/// Kind of a special point of a curve.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SpecialKind {
-    /// `xi_n = 0` between two passages: codimension two. With the half-period symmetry only
-    /// passages that mirror no other stand as `from`.
+    /// `xi_n = 0` between two passages: codimension two. With the half-period symmetry `from` is
+    /// never a mirror image.
     Codimension2 {
-        /// `n`.
+        /// Index `n` of the condition.
         n: usize,
-        /// The passage that stretches.
+        /// Passage that stretches.
         from: usize,
-        /// The passage whose gap neither opens nor closes.
+        /// Passage whose gap neither opens nor closes.
         to: usize,
     },
-    /// The curve turns back in a parameter.
+    /// A parameter turns back along the curve.
     Fold {
-        /// The parameter.
+        /// The parameter (index).
         parameter: usize,
     },
     /// A pair of multipliers changes between real and complex.
     MultiplierSwitch,
-    /// The distance from the scene's own values is stationary: followed by
-    /// [`margin`](super::margin()) alone.
+    /// The distance from the scene's own values is stationary; only [`margin`](super::margin())
+    /// follows it.
     Nearest,
 }
 
 /// A special point of a curve.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SpecialPoint {
-    /// What happens there.
+    /// Kind of the special point.
     pub kind: SpecialKind,
     /// All parameters, in double-double.
     pub parameters: Vec<Dd>,
-    /// The orbit there.
+    /// The orbit at the point.
     pub point: CurvePoint,
 }
 
-/// A stretch of a curve on which not all special points of a kind are known: the function whose
-/// zeros they are is rounding there, or varies faster than the smallest steps follow.
+/// A stretch of a curve that may hold more special points of a kind than were found: their test
+/// function is zero to rounding there, or varies too fast for the smallest steps.
 #[derive(Clone, Debug, PartialEq)]
 pub struct UnresolvedStretch {
     /// The kind of special points.
     pub kind: SpecialKind,
-    /// All parameters at the ends.
+    /// All parameters at the two ends.
     pub ends: [Vec<f64>; 2],
 }
 
-/// How a curve ended.
+/// Reason why a curve ended.
 #[derive(Clone, Debug, PartialEq)]
 pub enum CurveEnd {
-    /// At the parameter value asked for.
+    /// The requested parameter value was reached.
     Reached,
-    /// After the most steps allowed.
+    /// The largest number of steps was made.
     StepLimit,
-    /// Newton's method fails even at the smallest step.
+    /// Newton's method failed even at the smallest step.
     StepTooSmall {
-        /// The step.
+        /// Length of that step.
         ds: f64,
     },
-    /// The graze ceases to be simple: `h''` no longer positive.
+    /// The graze is no longer simple: `h''` is not positive.
     DegenerateGraze {
         /// `h''` at the first such point.
         normal_acceleration: f64,
     },
-    /// A passage that no adjusted parameter is for ceased to graze, or to follow in the order
-    /// named.
+    /// A passage without an adjusted parameter ceased to graze, or to follow in the order named.
     PassageLost {
         /// Number of the passage, from 1.
         passage: usize,
     },
-    /// A function in the free field, an event function or a reset came to its corner: see
+    /// A function in the free field, an event function or a reset reached its corner: see
     /// [`NotLocated::Corner`].
     Corner {
         /// `abs`, `sign`, `min` or `max`.
         function: &'static str,
         /// Key of the expression in the scene.
         key: String,
-        /// The full state there.
+        /// Full state at the corner.
         at: NamedValues,
     },
-    /// The continuation has computed as much as it may.
+    /// The continuation exceeded its work limit.
     WorkLimit {
         /// Duration of a period at the last point.
         period: f64,
-        /// Taylor steps of that period.
+        /// Number of Taylor steps in that period.
         steps: u64,
     },
-    /// The second parameter ran away from the range asked for by more than its width.
+    /// The second parameter left the requested range by more than its width.
     LeftRange,
 }
 
@@ -187,8 +185,8 @@ impl std::fmt::Display for CurveEnd {
             CurveEnd::WorkLimit { period, steps } => {
                 write!(
                     formatter,
-                    "the continuation did the most work it may do on so short a stretch, or at \
-                     all: a period lasts {period:.6} here and takes about {steps} Taylor steps"
+                    "the continuation exceeded its work limit: a period lasts {period:.6} here and \
+                     takes about {steps} Taylor steps"
                 )
             }
             CurveEnd::LeftRange => {
@@ -198,23 +196,23 @@ impl std::fmt::Display for CurveEnd {
     }
 }
 
-/// A grazing curve.
+/// A grazing curve, with its special points and its end.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GrazingCurve {
-    /// The adjusted parameters, then the one continued in.
+    /// The adjusted parameters, then the second parameter.
     pub free: Vec<usize>,
-    /// Points in order.
+    /// Points in order along the curve.
     pub points: Vec<CurvePoint>,
     /// Special points in order.
     pub special: Vec<SpecialPoint>,
-    /// Stretches on which more special points may lie.
+    /// Stretches that may hold more special points.
     pub unresolved: Vec<UnresolvedStretch>,
-    /// How the curve ended.
+    /// Reason why the curve ended.
     pub end: CurveEnd,
 }
 
 impl GrazingCurve {
-    /// Adds a stretch to the unresolved ones, or to the end of the one that it goes on from.
+    /// Adds an unresolved stretch, or extends the known one that ends where it begins.
     pub(super) fn add_unresolved(&mut self, kind: SpecialKind, [from, to]: [&[f64]; 2]) {
         let mut known = self.unresolved.iter_mut();
         match known.find(|stretch| stretch.kind == kind && stretch.ends[1] == from) {
@@ -226,7 +224,7 @@ impl GrazingCurve {
         }
     }
 
-    /// Points where some `xi_n` vanishes, with `n` and the passages from and to which it is.
+    /// Points with `xi_n = 0`, each with `n` and the passages `[from, to]`.
     pub fn codim2(&self) -> impl Iterator<Item = (usize, [usize; 2], &SpecialPoint)> {
         self.special.iter().filter_map(|special| match special.kind {
             SpecialKind::Codimension2 { n, from, to } => Some((n, [from, to], special)),
@@ -234,7 +232,7 @@ impl GrazingCurve {
         })
     }
 
-    /// Points where a parameter turns back, with the parameter.
+    /// Folds, each with the parameter that turns back.
     pub fn folds(&self) -> impl Iterator<Item = (usize, &SpecialPoint)> {
         self.special.iter().filter_map(|special| match special.kind {
             SpecialKind::Fold { parameter } => Some((parameter, special)),
@@ -242,7 +240,7 @@ impl GrazingCurve {
         })
     }
 
-    /// Points where multipliers change between real and complex.
+    /// Points at which multipliers change between real and complex.
     pub fn multiplier_switches(&self) -> impl Iterator<Item = &SpecialPoint> {
         self.special.iter().filter(|special| special.kind == SpecialKind::MultiplierSwitch)
     }
@@ -251,10 +249,10 @@ impl GrazingCurve {
 /// Outcome of a continuation.
 #[derive(Clone, Debug, PartialEq)]
 pub enum CurveOutcome {
-    /// A curve, perhaps not to its end.
+    /// A curve; [`GrazingCurve::end`] says whether it is complete.
     Traced(GrazingCurve),
-    /// No grazing orbit to start from.
+    /// There is no grazing orbit to start from.
     NotLocated(NotLocated),
-    /// From the scene's own parameters the curve did not reach the start asked for.
+    /// The curve from the scene's own parameters did not reach the requested start.
     StartNotReached(GrazingCurve),
 }

@@ -1,7 +1,8 @@
 //! The grazing orbit, as plain data, and its passages in the order in which a section meets them.
 //!
-//! [`Grazes`] says which passages of a period graze, what decides each (an equation, the symmetry,
-//! or nothing), and the half-period symmetry `(x, theta) -> (-x, theta + period/2)`.
+//! [`Grazes`] lists the passages of a period that graze and the condition that determines each (an
+//! equation, the symmetry, or none), and holds the half-period symmetry
+//! `(x, theta) -> (-x, theta + period/2)`.
 
 use serde::{Deserialize, Serialize};
 
@@ -14,7 +15,7 @@ use crate::numeric::{Dd, Real, Scalar};
 /// A point where an orbit of the free flow touches a surface: `h = 0`, `h' = 0`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct GrazingPoint {
-    /// The surface (index into [`Model::surfaces`](crate::model::Model::surfaces)).
+    /// Surface (index into [`Model::surfaces`](crate::model::Model::surfaces)).
     pub surface: usize,
     /// Full state; the phase in `[0, period)`.
     pub state: Vec<Dd>,
@@ -24,7 +25,7 @@ pub struct GrazingPoint {
     pub normal_acceleration: Dd,
     /// Time since the first grazing point of the period, in `[0, period of the orbit)`.
     pub time: Dd,
-    /// The section moved along the orbit to this point: the chart in which its contact acts.
+    /// The section moved along the orbit to this point; the contact acts in its coordinates.
     pub section: PoincareSection,
 }
 
@@ -39,30 +40,30 @@ pub struct GrazingOrbit {
     pub passages: Vec<GrazingPoint>,
     /// Duration of one period of the orbit: `periods · period/rate`, in units of time.
     pub period: Dd,
-    /// Largest residual of closure, `h` and `h'`, in double-double.
+    /// Largest residual of closure, `h` and `h'`, computed in double-double.
     pub residual: f64,
     /// The section and its coordinates.
     pub section: PoincareSection,
-    /// Full state where the orbit meets the section.
+    /// Full state at the intersection of the orbit with the section.
     pub section_point: Vec<Dd>,
-    /// Jacobian of `P_smooth` on the section's coordinates, by rows.
+    /// Jacobian of `P_smooth` in the section's coordinates, by rows.
     pub monodromy: Vec<Vec<Dd>>,
     /// Eigenvalues of the monodromy, `[re, im]`, the largest first.
     pub multipliers: Vec<[f64; 2]>,
     /// `xi_1 … xi_6` from the first passage to itself: `xi_n = h_x · Mⁿ · β`
     /// (docs/mathematics/orbit.md).
     pub xi: Vec<Dd>,
-    /// The same from every passage to every passage, ordered by `from`, then `to`.
+    /// Conditions `xi_n` between every two passages, ordered by `from`, then `to`.
     pub conditions: Vec<GrazingConditions<Dd>>,
-    /// Lowest minimum of any event function along the orbit other than the grazing passages;
-    /// negative where the orbit penetrates a surface and is therefore not one of the
-    /// oscillator with its stops.
+    /// Lowest minimum of any event function along the orbit, grazing passages excepted. Negative if
+    /// the orbit passes through a surface and is therefore no orbit of the oscillator with its
+    /// stops.
     pub clearance: Option<f64>,
-    /// The deepest passage through a surface, where there is one.
+    /// Deepest passage through a surface, if there is one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub penetration: Option<Penetration>,
-    /// The adjusted parameter at the other grazes that the search met along the curve of periodic
-    /// orbits.
+    /// Values of the adjusted parameter at the other grazes that the search met along the curve of
+    /// periodic orbits.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub other_grazes: Vec<f64>,
     /// Distance from the scene's guess in the full state (the phase taken modulo its period).
@@ -72,7 +73,7 @@ pub struct GrazingOrbit {
 /// A passage of an orbit of the free flow through a surface.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Penetration {
-    /// The surface (index into [`Model::surfaces`](crate::model::Model::surfaces)).
+    /// Surface (index into [`Model::surfaces`](crate::model::Model::surfaces)).
     pub surface: usize,
     /// `-h` at the deepest point; positive.
     pub depth: f64,
@@ -86,34 +87,34 @@ pub struct Penetration {
 ///
 /// `xi_n = ∇h_to · M_n · β_from`, with `M_n` the derivative of the free flow from the graze `from`
 /// to the `n`-th graze `to` that follows it, and `β_from` the direction in which `D` stretches
-/// there. From a graze to itself that is after `n` periods, to another after `n − 1` periods and
-/// the way between. Positive: the gap opens; negative: the surface is met again; zero: a point of
-/// codimension two.
+/// there. The time between them is `n` periods from a graze to itself, and `n − 1` periods and a
+/// part of one to another. Positive: the gap opens; negative: the surface is met again; zero: a
+/// point of codimension two.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct GrazingConditions<S> {
-    /// The passage that stretches (index into the orbit's passages).
+    /// Passage that stretches (index into the orbit's passages).
     pub from: usize,
-    /// The passage whose gap opens or closes.
+    /// Passage whose gap opens or closes (index into the orbit's passages).
     pub to: usize,
-    /// `xi_1, xi_2, …`; empty where the contact at `from` is not felt.
+    /// `xi_1, xi_2, …`; empty if contact at `from` has no effect.
     pub values: Vec<S>,
 }
 
-/// How the search for a grazing orbit ended.
+/// Outcome of the search for a grazing orbit.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Location {
     /// A grazing orbit.
     Located(Box<GrazingOrbit>),
-    /// None, and why.
+    /// No grazing orbit, with the reason.
     NotLocated(NotLocated),
 }
 
 impl Location {
-    /// The orbit, or why there is none.
+    /// The orbit, or the reason why there is none.
     ///
     /// # Errors
     ///
-    /// [`NotLocated`] where the search ended without an orbit.
+    /// [`NotLocated`] if the search ended without an orbit.
     pub fn into_result(self) -> Result<GrazingOrbit, NotLocated> {
         match self {
             Location::Located(orbit) => Ok(*orbit),
@@ -138,11 +139,11 @@ impl GrazingOrbit {
         self.clearance.is_none_or(|clearance| clearance >= 0.0)
     }
 
-    /// The orbit, if it is one of the oscillator with its stops.
+    /// The orbit, if it is an orbit of the oscillator with its stops.
     ///
     /// # Errors
     ///
-    /// [`NotLocated::PassesThrough`] where the orbit of the free flow passes through a surface.
+    /// [`NotLocated::PassesThrough`] if the orbit of the free flow passes through a surface.
     pub fn physical(&self, scene: &Scene) -> Result<&Self, NotLocated> {
         match &self.penetration {
             None => Ok(self),
@@ -150,7 +151,7 @@ impl GrazingOrbit {
         }
     }
 
-    /// Names and values of the section's coordinates where the orbit meets it.
+    /// Names and values of the section's coordinates at the section point.
     pub fn section_coordinates<'a>(&self, scene: &'a Scene) -> Vec<(&'a str, Dd)> {
         let names = self.section.coordinate_names(&scene.model);
         let values =
@@ -160,7 +161,7 @@ impl GrazingOrbit {
 }
 
 impl Penetration {
-    /// The deepest of the minima of event functions along an orbit, where it is negative.
+    /// The deepest of the minima of event functions along an orbit, if it is negative.
     pub(super) fn deepest(scene: &Scene, minima: &[Minimum]) -> Option<Self> {
         let deepest = minima.iter().min_by(|a, b| a.event.total_cmp(&b.event));
         deepest.filter(|deepest| deepest.event < 0.0).map(|deepest| Self {
@@ -171,7 +172,7 @@ impl Penetration {
         })
     }
 
-    /// Why the orbit is none of the oscillator with its stops.
+    /// Reason to refuse the orbit: it passes through a surface.
     fn refusal(&self, scene: &Scene, orbit: &GrazingOrbit) -> NotLocated {
         let model = &scene.model;
         let name = |surface: usize| model.surfaces[surface].name.clone();
@@ -202,30 +203,30 @@ pub(super) fn with_reduced_phase<S: Real>(scene: &Scene, mut state: Vec<S>) -> V
     state
 }
 
-/// A passage nearer to the section than this share of the period lies on it.
+/// A passage within this share of the period from the section counts as on it.
 const ON_SECTION: f64 = 1e-24;
 
-/// The largest share of a period.
+/// Largest `f64` below 1, the largest share of a period.
 const BELOW_ONE: f64 = 1.0 - f64::EPSILON / 2.0;
 
-/// A grazing passage as a section sees it.
+/// A grazing passage, seen from the section.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FollowingPassage {
-    /// Its place in [`GrazingOrbit::passages`].
+    /// Index into [`GrazingOrbit::passages`].
     pub place: usize,
-    /// Its surface.
+    /// Surface of the passage (index).
     pub surface: usize,
-    /// Time from the section point to it, in `[0, period of the orbit)`.
+    /// Time from the section point to the passage, in `[0, period of the orbit)`.
     pub time: Dd,
-    /// The same as a share of the period, in `[0, 1)`.
+    /// Time from the section point as a share of the period, in `[0, 1)`.
     pub share: f64,
 }
 
 impl GrazingOrbit {
-    /// The passages of one period in the order in which they follow the section point.
+    /// Passages of one period in the order in which they follow the section point.
     ///
-    /// A section between passages is first followed by the next one, whichever the scene names
-    /// first.
+    /// On a section between passages the list begins with the next passage, even if the scene names
+    /// another one first.
     pub fn passages_after_section(&self, scene: &Scene) -> Vec<FollowingPassage> {
         let until_first = self.time_to_first_passage(scene);
         let passages = self.passages.iter().enumerate();
@@ -258,7 +259,7 @@ impl GrazingOrbit {
     }
 }
 
-/// A time in `[0, period)`; one that misses 0 or the period by rounding is 0.
+/// Time reduced to `[0, period)`; a time within rounding of 0 or of the period becomes 0.
 fn from_section(time: Dd, period: Dd) -> Dd {
     let rest = reduced(time, period);
     let near = period * Dd::from(ON_SECTION);
@@ -267,9 +268,9 @@ fn from_section(time: Dd, period: Dd) -> Dd {
 
 /// The grazing passages of a scene's orbit.
 ///
-/// The first `independent` ones are equations of the orbit, one adjusted parameter each. With the
-/// half-period symmetry the second half of the passages mirrors the first. Passages that are
-/// neither have to touch of themselves.
+/// The first `independent` passages are equations of the orbit, one adjusted parameter each. With
+/// the half-period symmetry the second half of the passages mirrors the first. All other passages
+/// have to touch without an equation.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Grazes {
     /// Surfaces grazed in one period, in order.
@@ -281,11 +282,11 @@ pub(super) struct Grazes {
 }
 
 impl Grazes {
-    /// The grazes a scene asks for.
+    /// The grazes that a scene requests.
     ///
     /// NOTE: an orbit of an even number of forcing periods cannot be its own mirror image. Half of
-    /// it lasts whole periods, and `(x, theta) -> (-x, theta + period/2)` shifts the phase by
-    /// half of one.
+    /// it lasts whole periods, and `(x, theta) -> (-x, theta + period/2)` shifts the phase by half
+    /// a period.
     pub(super) fn of(scene: &Scene) -> Result<Self, OrbitError> {
         let grazing = &scene.grazing;
         let (surfaces, symmetry) = (grazing.passages.clone(), grazing.symmetry);
@@ -307,7 +308,7 @@ impl Grazes {
         Ok(grazes)
     }
 
-    /// Number of passages that mirror no other.
+    /// Number of passages that are not mirror images.
     pub(super) fn unmirrored(&self) -> usize {
         match self.symmetry {
             Symmetry::None => self.surfaces.len(),
@@ -315,12 +316,12 @@ impl Grazes {
         }
     }
 
-    /// The first graze alone.
+    /// Only the first graze.
     pub(super) fn first(&self) -> Self {
         Self { surfaces: self.surfaces[..1].to_vec(), independent: 1, symmetry: self.symmetry }
     }
 
-    /// The part of the period after which the orbit is known: all of it, or half.
+    /// Share of the period that determines the orbit: 1, or 1/2 with the symmetry.
     pub(super) fn share(&self) -> f64 {
         match self.symmetry {
             Symmetry::None => 1.0,
@@ -328,7 +329,7 @@ impl Grazes {
         }
     }
 
-    /// The factor by which the states return after that part: 1, or −1.
+    /// Factor of the states after that share of the period: 1, or −1 with the symmetry.
     pub(super) fn image(&self) -> f64 {
         match self.symmetry {
             Symmetry::None => 1.0,
@@ -336,7 +337,7 @@ impl Grazes {
         }
     }
 
-    /// Phase a forced orbit runs through in a period, from the phase's own period.
+    /// Phase advance of a forced orbit in one of its periods; `None` without a phase.
     pub(super) fn advance(scene: &Scene) -> Option<Dd> {
         let periods = Dd::from(scene.grazing.periods as f64);
         let phase = scene.model.phase.as_ref();
@@ -347,7 +348,7 @@ impl Grazes {
 /// A passage that touches its surface.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Touch<S> {
-    /// The surface.
+    /// Surface that is touched (index).
     pub(super) surface: usize,
     /// Time since the first graze, in `[0, period of the orbit)`.
     pub(super) time: S,
@@ -355,8 +356,8 @@ pub(super) struct Touch<S> {
     pub(super) state: Vec<S>,
 }
 
-/// Largest departure from the symmetry, relative to the largest rate of a state, that is rounding
-/// in double-double.
+/// Largest departure from the symmetry, relative to the largest rate of a state, that counts as
+/// rounding in double-double.
 const ROUNDING: f64 = 1e-24;
 
 /// The mirror image of a full state, its phase in `[0, period)`.

@@ -1,4 +1,4 @@
-//! The grazing orbit of a scene, from its guess or from the steady state, or why there is none.
+//! Locates the grazing orbit of a scene, from its guess or from the steady state.
 
 use std::cell::RefCell;
 
@@ -17,33 +17,32 @@ use crate::numeric::{Dd, converted};
 
 /// Largest residual of an orbit called located, relative to the size of its unknowns.
 const RESIDUAL: f64 = 1e-24;
-/// Distance from the guess, relative to its size, within which Newton's root is taken without
-/// looking further.
+/// Distance from the guess, relative to its size, within which Newton's root is accepted without a
+/// further search.
 const NEAR_GUESS: f64 = 0.5;
-/// Part of a forcing period by which a guess may miss its graze.
+/// Largest error of a guess in the time of its graze, as a part of a forcing period.
 const NEAR_GRAZE: f64 = 0.05;
-/// Most periods away from zero that the phase of the section may lie: 16 digits are left then.
+/// Largest phase of the section, in periods: 16 digits are left then.
 const MOST_PERIODS: f64 = 1e15;
-/// Phases at which the model's symmetry is checked before an orbit is known.
+/// Number of phases at which the model's symmetry is checked before an orbit is known.
 const SYMMETRY_POINTS: usize = 8;
 
-/// Unknowns of an extended system, or why there are none.
+/// Unknowns of an extended system, or the reason why there are none.
 type Found = Result<Vec<f64>, NotLocated>;
 
 /// Locates the grazing orbit of a scene.
 ///
-/// From the scene's guess Newton's method is tried on the extended system at once. Where that fails
-/// or ends far from the guess, or where there is no guess, the steady state of the free flow is
-/// shot to a periodic orbit and followed in the adjusted parameter until it touches; of two orbits
-/// found the one nearer the guess is taken. Of several independent grazes the first is found alone,
-/// and its orbit's minima are where the others start from.
+/// Newton's method on the extended system is tried from the scene's guess. If it fails or ends far
+/// from the guess, or without a guess, the steady state of the free flow is shot to a periodic
+/// orbit and followed in the adjusted parameter until it touches; of two orbits found, the one
+/// nearer the guess is returned. With several independent grazes the first is found alone; the
+/// minima along its orbit are starting points for the others.
 ///
-/// Passages that no adjusted parameter is for must touch to rounding, of themselves or by the
-/// symmetry.
+/// Passages without an adjusted parameter must touch to rounding, by themselves or by the symmetry.
 ///
 /// # Errors
 ///
-/// [`OrbitError`] for a scene that contradicts itself. A search that ends without an orbit is
+/// [`OrbitError`] for an inconsistent scene. A search that ends without an orbit is
 /// [`Location::NotLocated`].
 pub fn locate(scene: &Scene) -> Result<Location, OrbitError> {
     let locator = Locator::new(scene)?;
@@ -59,12 +58,12 @@ struct Locator<'a> {
     scene: &'a Scene,
     system: ExtendedSystem,
     effort: Effort,
-    /// The adjusted parameter at other grazes that the search met.
+    /// Values of the adjusted parameter at other grazes that the search met.
     others: RefCell<Vec<f64>>,
 }
 
 impl<'a> Locator<'a> {
-    /// Checks what a scene asks for and sets up its equations.
+    /// Checks a scene's request and sets up its equations.
     fn new(scene: &'a Scene) -> Result<Self, OrbitError> {
         let grazes = Grazes::of(scene)?;
         let guess = scene.grazing.guess.as_ref();
@@ -94,7 +93,7 @@ impl<'a> Locator<'a> {
         }
     }
 
-    /// A phase of the section of which digits are left modulo its period.
+    /// Checks that digits of the section's phase are left modulo its period.
     fn check_section(&self) -> Result<(), OrbitError> {
         let (Section::Stroboscopic(StroboscopicPhase::At(phase)), Some(clock)) =
             (self.scene.section, &self.scene.model.phase)
@@ -108,7 +107,8 @@ impl<'a> Locator<'a> {
         Ok(())
     }
 
-    /// The symmetry asked for, at the guess and phases spread over the period.
+    /// Checks the requested symmetry at phases spread over the period, with the states of the
+    /// guess.
     fn check_symmetry(&self) -> Result<(), OrbitError> {
         let model = &self.scene.model;
         let (Symmetry::HalfPeriod, Some(clock)) = (self.system.grazes.symmetry, &model.phase)
@@ -130,13 +130,13 @@ impl<'a> Locator<'a> {
         converted(&self.scene.model.parameter_values())
     }
 
-    /// The guess, or rest.
+    /// The guess, or the state of rest.
     fn start(&self) -> Vec<f64> {
         let rest = || vec![0.0; self.scene.model.dimension()];
         self.scene.grazing.guess.clone().unwrap_or_else(rest)
     }
 
-    /// The orbit, or why there is none.
+    /// The orbit, or the reason why there is none.
     fn location(&self) -> Result<Location, OrbitError> {
         self.count_steps()?;
         match self.search()? {
@@ -144,13 +144,13 @@ impl<'a> Locator<'a> {
                 self.effort.renew();
                 self.finish(&unknowns)
             }
-            // A reason that a search gives when it may compute no more is none.
+            // A failure that the work limit caused is no reason of its own.
             Err(_) if self.effort.is_spent() => Err(OrbitError::SearchTooLong),
             Err(reason) => Ok(Location::NotLocated(reason)),
         }
     }
 
-    /// Unknowns of an orbit to the roundoff of `f64`.
+    /// Searches for the unknowns of an orbit, to the roundoff of `f64`.
     fn search(&self) -> Result<Found, OrbitError> {
         let direct = match &self.scene.grazing.guess {
             Some(guess) => Some(self.direct(guess)?),
@@ -188,7 +188,7 @@ impl<'a> Locator<'a> {
         Ok(found)
     }
 
-    /// Counts the steps of a period from the start.
+    /// Counts the steps of one period from the start.
     fn count_steps(&self) -> Result<(), OrbitError> {
         if self.scene.model.phase.is_none() {
             return Ok(());
@@ -200,26 +200,26 @@ impl<'a> Locator<'a> {
                 (steps, flown) = (steps + 1, elapsed);
                 (steps > most).then_some(())
             });
-        // A flow that leaves the finite numbers from here is no reason against another start.
+        // A flow that leaves the finite numbers from here may stay finite from another start.
         let duration = if matches!(whole, Ok(None)) { period } else { flown };
         self.effort.counted(steps, duration);
         self.effort.check()
     }
 
-    /// A full state, parameters and the period where the search begins.
+    /// Full state, parameters and period at the beginning of the search.
     fn first_period(&self) -> (Vec<f64>, Vec<f64>, f64) {
         let (start, parameters) = (self.start(), self.start_parameters());
         let period = self.system.period(&self.system.assemble(&start, 0.0, &[], &parameters));
         (start, parameters, period)
     }
 
-    /// Why the search ended before it found an orbit.
+    /// Reason to report when the search exceeds its work limit.
     fn too_slow(&self) -> NotLocated {
         let (_, _, period) = self.first_period();
         self.effort.too_slow(period)
     }
 
-    /// From the guess: all grazes at once, then one by one.
+    /// Newton's method from the guess: all grazes at once, then one by one.
     fn direct(&self, guess: &[f64]) -> Result<Found, OrbitError> {
         let parameters = self.start_parameters();
         let start = self.start_unknowns(guess)?;
@@ -234,8 +234,7 @@ impl<'a> Locator<'a> {
         })
     }
 
-    /// Unknowns to begin with, from a point near the first graze: the times of the others are not
-    /// known yet.
+    /// Unknowns at a point near the first graze, with the times of the other grazes set to 0.
     fn start_unknowns(&self, guess: &[f64]) -> Result<Vec<f64>, OrbitError> {
         let autonomous = self.scene.model.phase.is_none();
         let period = if autonomous { self.first_return(guess)? } else { 0.0 };
@@ -244,7 +243,7 @@ impl<'a> Locator<'a> {
         Ok(self.system.assemble(guess, period, &unknown_times, &parameters))
     }
 
-    /// All grazes, after the first alone has been found in one of the parameters.
+    /// Finds the first graze alone in one of the parameters, then all grazes.
     fn one_by_one(
         &self,
         first: impl Fn(&ExtendedSystem, usize) -> Result<Found, OrbitError>,
@@ -271,7 +270,7 @@ impl<'a> Locator<'a> {
         })
     }
 
-    /// Newton's method on all grazes from a point near the first.
+    /// Newton's method on all grazes, from a point near the first.
     fn after_first(
         &self,
         state: &[f64],
@@ -303,8 +302,8 @@ impl<'a> Locator<'a> {
     }
 
     /// Times of the lowest minima that follow a point near the first graze in the order named, one
-    /// per further independent graze. The first graze's own minimum, or its mirror's, is left
-    /// out where it is nearer than `missed`.
+    /// for each further independent graze. Minima of the first graze, or of its mirror image,
+    /// within `missed` of the ends are left out.
     fn start_times(
         &self,
         state: &[f64],
@@ -338,8 +337,8 @@ impl<'a> Locator<'a> {
         })
     }
 
-    /// Time from the guess to the next minimum of the event function: the period's guess without a
-    /// clock.
+    /// Time from the guess to the next minimum of the event function, as a first estimate of the
+    /// period without a clock.
     fn first_return(&self, guess: &[f64]) -> Result<f64, OrbitError> {
         let (field, parameters) = (watching_field(&self.scene.model), self.start_parameters());
         let surface = self.system.grazes.surfaces[0];
@@ -355,7 +354,7 @@ impl<'a> Locator<'a> {
         Ok(1.0)
     }
 
-    /// The better of a root of Newton's method and the outcome of a search.
+    /// Chooses between a root of Newton's method and the outcome of a search.
     fn better(&self, direct: Option<Found>, searched: Found) -> Found {
         match (direct, searched) {
             (Some(Ok(a)), Ok(b)) => {
@@ -374,8 +373,8 @@ impl<'a> Locator<'a> {
         }
     }
 
-    /// The location, unless the free flow has a corner: at a graze or along the orbit, or where
-    /// none was found, in a period from where the search began.
+    /// The location, unless the free flow has a corner at a graze or along the orbit; if no orbit
+    /// was located, along one period from the start of the search.
     fn without_corners(&self, location: Location) -> Result<Location, OrbitError> {
         let Some(corners) = Corners::of(self.scene, &[]) else {
             return Ok(location);
@@ -387,7 +386,7 @@ impl<'a> Locator<'a> {
                     passages.map(|graze| (graze.surface, converted(&graze.state))).collect();
                 corners.of_orbit(&grazes, &converted(orbit.parameters()), orbit.period.to_f64())?
             }
-            // A flow that cannot be followed has no corner to show; the reason known stands.
+            // A flow that cannot be followed shows no corner; the known reason stands.
             Location::NotLocated(_) => self.corner_from_start(&corners).unwrap_or(None),
         };
         Ok(met.map_or(location, Location::NotLocated))
@@ -400,7 +399,7 @@ impl<'a> Locator<'a> {
         corners.of_orbit(&[point], &self.start_parameters(), period)
     }
 
-    /// Distance from the guess in state and adjusted parameters, relative to the guess's size.
+    /// Distance from the guess in state and adjusted parameters, relative to the size of each.
     fn relative_distance(&self, unknowns: &[f64]) -> f64 {
         let (start, found) = (self.start_parameters(), self.system.parameters(unknowns));
         let guess = self.scene.grazing.guess.iter().flatten();
@@ -411,7 +410,7 @@ impl<'a> Locator<'a> {
         moved.fold(state, f64::hypot)
     }
 
-    /// Distance of a full state from the guess, the phase modulo its period.
+    /// Distance of a full state from the guess, with the phase taken modulo its period.
     fn guess_distance(&self, unknowns: &[f64]) -> Option<f64> {
         let guess = self.scene.grazing.guess.as_ref()?;
         let states = self.scene.model.states.len();
@@ -451,7 +450,7 @@ impl<'a> Locator<'a> {
         Ok(Location::Located(Box::new(orbit)))
     }
 
-    /// The symmetry asked for, at the grazes and the section point of an orbit.
+    /// Checks the requested symmetry at the grazes and the section point of an orbit.
     fn check_symmetry_of(&self, orbit: &GrazingOrbit) -> Result<(), OrbitError> {
         if self.system.grazes.symmetry == Symmetry::None {
             return Ok(());
@@ -463,12 +462,13 @@ impl<'a> Locator<'a> {
     }
 }
 
-/// `h'' T² / max h` below which a graze is not simple.
+/// A graze is degenerate if `h'' T² / max h` is below this.
 const DEGENERATE: f64 = 1e-6;
-/// The same where Newton's method has stalled, which it does near a degenerate graze.
+/// Bound on `h'' T² / max h` after Newton's method has stalled, which it does near a degenerate
+/// graze.
 const NEARLY_DEGENERATE: f64 = 1e-2;
 
-/// The unknowns of a system, under examination.
+/// Examination of the unknowns of a system.
 struct Diagnosis<'a> {
     scene: &'a Scene,
     system: &'a ExtendedSystem,
@@ -477,17 +477,17 @@ struct Diagnosis<'a> {
 }
 
 impl<'a> Diagnosis<'a> {
-    /// A diagnosis of unknowns of a system.
+    /// Prepares the examination of unknowns of a system.
     pub(super) fn new(scene: &'a Scene, system: &'a ExtendedSystem, unknowns: &'a [f64]) -> Self {
         Self { scene, system, unknowns, parameters: system.parameters(unknowns) }
     }
 
-    /// Why a root is not an orbit of simple grazes.
+    /// Reason why a root is not an orbit of simple grazes, if it is not.
     fn degeneracy(&self) -> Option<NotLocated> {
         self.degenerate_below(DEGENERATE)
     }
 
-    /// Why Newton's method failed here.
+    /// Reason why Newton's method failed at these unknowns.
     pub(super) fn failed(&self, failure: &NewtonFailure) -> NotLocated {
         let last = failure.history.last().copied().unwrap_or(f64::NAN);
         if last < 1e-4
@@ -508,7 +508,7 @@ impl<'a> Diagnosis<'a> {
         }
     }
 
-    /// The adjusted parameters here.
+    /// Names and values of the adjusted parameters.
     pub(super) fn adjusted(&self) -> NamedValues {
         let named = self.system.free.iter().map(|&parameter| {
             let name = self.scene.model.parameters[parameter].name.clone();
@@ -517,7 +517,7 @@ impl<'a> Diagnosis<'a> {
         NamedValues(named.collect())
     }
 
-    /// The first degenerate graze, `h'' T² / max h` being below a bound.
+    /// The first degenerate graze: `h'' T² / max h` is below `bound`.
     fn degenerate_below(&self, bound: f64) -> Option<NotLocated> {
         let start = &self.unknowns[..self.system.dimension];
         let period = self.system.period(self.unknowns);
@@ -548,7 +548,7 @@ impl<'a> Diagnosis<'a> {
         })
     }
 
-    /// Why an orbit that lies beyond a surface is none.
+    /// Reason to refuse an orbit that lies wholly beyond a surface.
     fn wrong_side(&self, (surface, largest): (usize, f64)) -> NotLocated {
         let surface = self.scene.model.surfaces[surface].name.clone();
         NotLocated::WrongSide { surface, at: self.adjusted(), largest }

@@ -1,10 +1,9 @@
 //! The margin of a scene: the smallest change of one or two parameters at which the orbit grazes.
 //!
-//! One idea: of the points of the grazing curve the nearest to the scene's own values is one at
-//! which their distance is stationary, a special point like others. No point of the curve beyond
-//! the distance that is known already needs to be looked at. At the nearest point the equations of
-//! the grazing orbit say how the margin changes with every parameter, and on which side the scene
-//! is.
+//! The point of the grazing curve nearest to the scene's own values is one at which the distance is
+//! stationary, a special point like others. The curve is not followed beyond the smallest distance
+//! known so far. At the nearest point, the equations of the grazing orbit give the derivatives of
+//! the margin in every parameter, and the side on which the scene lies.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -21,7 +20,7 @@ use crate::model::Scene;
 use crate::numeric::{Dd, converted};
 
 /// A sample of the curve that is nearer than every stationary point by more than this, relative to
-/// its distance, is at an end of the curve.
+/// its distance, lies at an end of the curve.
 const NEARER: f64 = 1e-9;
 
 /// The smallest change of parameters at which the orbit of a scene grazes.
@@ -29,47 +28,46 @@ const NEARER: f64 = 1e-9;
 pub struct Margin {
     /// The parameters that change.
     pub parameters: Vec<usize>,
-    /// What a change of each of them by 1 is counted in.
+    /// Scale of each parameter: changes are measured in these units.
     pub scales: Vec<f64>,
     /// All parameters of the nearest graze.
     pub nearest: Vec<Dd>,
     /// Changes of the parameters, from the scene's own values to the nearest graze.
     pub changes: Vec<f64>,
-    /// Euclidean length of the changes in their scales.
+    /// Euclidean length of the changes, each in its scale.
     pub distance: f64,
     /// Derivative of the distance in every parameter of the model.
     pub sensitivities: Vec<f64>,
-    /// Whether the orbit of the free flight stays clear of the surface at the scene's values, to
+    /// Whether the orbit of the free flow stays clear of the surface at the scene's values, to
     /// first order in the change.
     pub clears: bool,
     /// Full state at the graze.
     pub state: Vec<f64>,
-    /// Values of the second parameter between which the curve was followed, and how it ended on
-    /// either side; none of one parameter.
+    /// Ends of the curve on both sides: value of the second parameter, and reason. `None` if no
+    /// curve was followed, as with one parameter.
     pub range: Option<[(f64, CurveEnd); 2]>,
-    /// Whether the distance is stationary there; otherwise it is an end of the curve.
+    /// Whether the distance is stationary at the graze; otherwise the graze is an end of the curve.
     pub stationary: bool,
 }
 
-/// How the search for the smallest change ended.
+/// Outcome of the search for the smallest change.
 #[derive(Clone, Debug, PartialEq)]
 pub enum MarginOutcome {
-    /// With the nearest graze.
+    /// The nearest graze.
     Found(Box<Margin>),
-    /// Without a grazing orbit of the oscillator with its stops, and why: none to start from, or
-    /// every one of the curve passes through a surface.
+    /// The reason why there is no grazing orbit of the oscillator with its stops: none to start
+    /// from, or every one on the curve passes through a surface.
     NotLocated(NotLocated),
 }
 
-/// The smallest change of one or two parameters of a scene at which its orbit grazes, and how it
-/// changes with every parameter.
+/// The smallest change of one or two parameters of a scene at which its orbit grazes, and its
+/// derivatives in every parameter.
 ///
-/// Changes are counted in `scales`, one for each parameter. The orbit that grazes at the scene's
-/// own value of the second parameter is located first; of two parameters the grazing curve through
-/// it is followed to both sides as far as it may be nearer, and the least of all points at which
-/// the distance is stationary is taken, in double-double. Other branches of the curve, which this
-/// one does not reach there, are not looked at; of one parameter the graze is the one that
-/// [`locate`] finds.
+/// Changes are measured in `scales`, one for each parameter. The orbit that grazes at the scene's
+/// own value of the second parameter is located first. With two parameters the grazing curve
+/// through it is followed to both sides as far as a nearer point is possible; the result is the
+/// nearest point with a stationary distance, in double-double. Other branches of the curve are not
+/// searched. With one parameter the graze is the one that [`locate`] finds.
 ///
 /// ```
 /// use grazemap_map::model::{Scene, catalogue};
@@ -91,7 +89,7 @@ pub enum MarginOutcome {
 /// # Errors
 ///
 /// [`OrbitError::MarginParameters`], [`OrbitError::MarginScale`] and [`OrbitError::MarginGrazes`]
-/// for what has no margin; otherwise as [`locate`].
+/// for input without a margin; otherwise as [`locate`].
 pub fn margin(
     scene: &Scene,
     parameters: &[usize],
@@ -100,7 +98,7 @@ pub fn margin(
     watched_margin(scene, parameters, scales, &|_| {})
 }
 
-/// As [`margin()`], telling the share done, from 0 to 1.
+/// Computes [`margin()`] and reports the share done, from 0 to 1.
 ///
 /// # Errors
 ///
@@ -124,7 +122,7 @@ pub fn watched_margin(
     };
     let mut located = locate(&search.scene)?;
     if let (Location::NotLocated(_), [first, second]) = (&located, parameters) {
-        // The curve may turn before it comes to the scene's value of the second parameter.
+        // The curve may turn back before it reaches the scene's value of the second parameter.
         let other = adjusted(*second);
         if let found @ Location::Located(_) = locate(&other)? {
             located = found;
@@ -168,7 +166,7 @@ struct Candidate {
 }
 
 struct Search {
-    /// The scene, adjusted in the first parameter.
+    /// The scene, with the first parameter adjusted.
     scene: Scene,
     parameters: Vec<usize>,
     scales: Vec<f64>,
@@ -185,7 +183,7 @@ impl Search {
         Distance { from, scales: self.scales.clone(), least }
     }
 
-    /// Changes from the scene's own values, exact to rounding.
+    /// Changes from the scene's own values to `parameters`, exact to rounding.
     fn changes(&self, parameters: &[Dd]) -> Vec<f64> {
         let change = |&parameter: &usize| {
             (parameters[parameter] - self.scene.model.parameters[parameter].value).to_f64()
@@ -199,7 +197,7 @@ impl Search {
         Candidate { parameters, state: state.to_vec(), period, distance }
     }
 
-    /// The nearest graze of the curve through an orbit.
+    /// The nearest graze on the curve through an orbit.
     fn from(&self, orbit: &GrazingOrbit, watch: &dyn Fn(f64)) -> Result<MarginOutcome, OrbitError> {
         let graze = orbit.grazing_point();
         let state: Vec<f64> = converted(&graze.state);
@@ -247,13 +245,13 @@ impl Search {
             (Some(point), _, _) => self.found(point, range, true),
             (None, Some(end), _) => self.found(end, range, false),
             (None, None, Some(reason)) => Ok(MarginOutcome::NotLocated(reason)),
-            // The orbit that the curve begins at is one of its points.
+            // The orbit at which the curve begins is one of its points.
             (None, None, None) => self.found(here, range, false),
         }
     }
 
-    /// The signs of changes of the second parameter: first that along which the distance falls, so
-    /// that little is left to be looked at along the other.
+    /// Signs of the change of the second parameter, first the one along which the distance falls,
+    /// so that little of the other side has to be followed.
     fn sides(&self, here: &Candidate) -> Result<[f64; 2], OrbitError> {
         let Slopes { slopes, .. } = self.slopes(here)?;
         let change = self.changes(&here.parameters)[0];
@@ -270,8 +268,7 @@ impl Search {
     ) -> Result<MarginOutcome, OrbitError> {
         let changes = self.changes(&nearest.parameters);
         let Slopes { slopes, gap } = self.slopes(&nearest)?;
-        // The graze is where a function of the parameters vanishes; here its gradient in the
-        // scales.
+        // The graze is a zero of a function of the parameters; its gradient is taken in the scales.
         let named = || self.parameters.iter().zip(&self.scales);
         let length = named().map(|(&p, scale)| (slopes[p] * scale).powi(2)).sum::<f64>().sqrt();
         let along = |&(&parameter, change): &(&usize, &f64)| slopes[parameter] * -change;
@@ -282,7 +279,7 @@ impl Search {
             scales: self.scales.clone(),
             changes,
             distance: nearest.distance,
-            // A slope that is 0 has no sign.
+            // Adding 0 removes the sign of a zero.
             sensitivities: slopes.iter().map(|slope| side * slope / length + 0.0).collect(),
             clears: value * gap >= 0.0,
             nearest: nearest.parameters,
@@ -297,7 +294,7 @@ impl Search {
     }
 }
 
-/// How the lowest gap of the orbit without contact changes with every parameter, at a graze.
+/// Derivative of the lowest gap of the orbit without contact in every parameter, at a graze.
 pub(super) fn gap_slopes(
     scene: &Scene,
     state: &[Dd],
@@ -308,11 +305,11 @@ pub(super) fn gap_slopes(
     Ok(slopes.into_iter().map(|slope| slope / gap + 0.0).collect())
 }
 
-/// The gradient in all parameters of a function that vanishes where the orbit grazes, and by how
-/// much it changes with the gap of the orbit.
+/// Gradient, in all parameters, of a function that vanishes if the orbit grazes, and its derivative
+/// in the gap of the orbit.
 ///
-/// The equations of the graze are one more than the unknowns of its orbit: the combination of them
-/// that the unknowns do not change is that function.
+/// The equations of the graze are one more than the unknowns of its orbit. The function is the
+/// linear combination of equations that the unknowns do not change.
 fn slopes(
     scene: &Scene,
     state: &[Dd],
@@ -335,8 +332,8 @@ struct Slopes {
     gap: f64,
 }
 
-/// The direction that a matrix of one more row than columns does not reach, by Gram and Schmidt,
-/// twice.
+/// Unit vector orthogonal to all columns of a matrix with one more row than columns, by
+/// Gram-Schmidt orthogonalisation, done twice.
 fn left_null(matrix: &DMatrix<f64>) -> DVector<f64> {
     let rows = matrix.nrows();
     let mut basis: Vec<DVector<f64>> = Vec::new();

@@ -1,7 +1,7 @@
 //! Grazing orbits: sections, shooting, the extended system, monodromy, `xi_n`, grazing curves.
 //!
-//! Deliberately absent: the direct simulator. Every orbit here is one of the free flow, surfaces
-//! ignored.
+//! Deliberately absent: the direct simulator. Every orbit here is one of the free flow, which
+//! ignores the surfaces.
 
 mod arclength;
 mod curve;

@@ -13,7 +13,7 @@ use crate::model::{Model, Response};
 use crate::numeric::linear::eigenvalues;
 use crate::numeric::{Dd, Real, Scalar};
 
-/// Derivative of the period's flow in the full state.
+/// Derivative of the flow over one period in the full state.
 pub(super) fn full_monodromy<S: Real>(
     system: &ExtendedSystem,
     state: &[S],
@@ -25,8 +25,8 @@ pub(super) fn full_monodromy<S: Real>(
     Ok(jacobian)
 }
 
-/// The full state where the orbit through `graze` meets a section: the free flow from the graze to
-/// its phase.
+/// Full state at the section point of the orbit through `graze`, by the free flow from the graze to
+/// the section's phase.
 pub(super) fn section_point(
     model: &Model,
     field: &Field,
@@ -82,14 +82,14 @@ pub(super) fn on_section<S: Real>(
     })
 }
 
-/// Eigenvalues, the largest first.
+/// Eigenvalues `[re, im]`, the largest first.
 pub(super) fn multipliers<S: Real>(matrix: &DMatrix<S>) -> Result<Vec<[f64; 2]>, OrbitError> {
     let values = eigenvalues(matrix)?;
     Ok(values.iter().map(|value| [value.re, value.im]).collect())
 }
 
-/// Derivatives of the free flow from every passage to the next, the last one's to the first of the
-/// next period.
+/// Derivatives of the free flow from every passage to the next; the last leg ends at the first
+/// passage of the next period.
 pub(super) fn legs<S: Real>(
     system: &ExtendedSystem,
     touches: &[Touch<S>],
@@ -108,17 +108,17 @@ pub(super) fn legs<S: Real>(
     touches.iter().zip(arrivals).map(leg).collect()
 }
 
-/// The derivative of a period's flow at the first passage.
+/// Derivative of the flow over one period at the first passage: the product of all legs.
 pub(super) fn round<S: Real>(legs: &[DMatrix<S>]) -> DMatrix<S> {
     let whole = legs.iter().skip(1);
     whole.fold(legs[0].clone(), |so_far, leg| leg * so_far)
 }
 
-/// What the conditions `xi_n` between all passages are products of.
+/// Factors of the conditions `xi_n` between all passages.
 pub(super) struct ConditionFactors<S> {
-    /// `∇h` at every passage.
+    /// Gradient `∇h` at every passage.
     slopes: Vec<Vec<S>>,
-    /// `β` at every passage; nothing where the contact is not felt.
+    /// Direction `β` at every passage; `None` if contact has no effect.
     stretches: Vec<Option<Vec<S>>>,
     /// Derivatives of the flow from every passage to the next.
     legs: Vec<DMatrix<S>>,
@@ -143,7 +143,7 @@ impl<S: Real> ConditionFactors<S> {
         Ok(Self { slopes, stretches: directions, legs: legs.to_vec() })
     }
 
-    /// The conditions between all passages, `count` each.
+    /// Conditions between all passages, `count` for each pair.
     pub(super) fn conditions(&self, count: usize) -> Vec<GrazingConditions<S>> {
         let passages = self.slopes.len();
         let mut found = Vec::new();
@@ -165,9 +165,8 @@ impl<S: Real> ConditionFactors<S> {
 }
 
 impl ConditionFactors<f64> {
-    /// What the rounding of the conditions is relative to: the sum of their changes when the
-    /// entries of one leg after another change by the largest of them, states being measured in
-    /// their `reach`.
+    /// Scale of the rounding of each condition: the sum of its changes if the entries of each leg
+    /// in turn change by the leg's largest entry. States are measured in their `reach`.
     pub(super) fn sizes(&self, count: usize, reach: &[f64]) -> Vec<GrazingConditions<f64>> {
         let passages = self.slopes.len();
         let largest: Vec<f64> = self.legs.iter().map(|leg| largest(leg, reach)).collect();
@@ -199,7 +198,7 @@ impl ConditionFactors<f64> {
     }
 }
 
-/// Largest entry of a derivative of the flow, states being measured in their `reach`.
+/// Largest entry of a derivative of the flow, with states measured in their `reach`.
 fn largest(leg: &DMatrix<f64>, reach: &[f64]) -> f64 {
     let columns = leg.column_iter().zip(reach);
     let entries = columns.flat_map(|(column, length)| {
@@ -210,21 +209,21 @@ fn largest(leg: &DMatrix<f64>, reach: &[f64]) -> f64 {
     entries.fold(0.0, f64::max)
 }
 
-/// A difference of contact and free field below this share of either is none.
+/// A difference of contact and free field below this share of either counts as none.
 const NO_JUMP: f64 = 1e-13;
 
-/// The cause of `β` at a graze; decided once per orbit, in double-double.
+/// Cause of `β` at a graze; determined once per orbit, in double-double.
 #[derive(Clone, Debug)]
 pub(super) enum Stretch {
     /// The reset of a rigid surface.
     Reset,
     /// The jump of a contact field that ends at the surface: `D` begins with `y`.
     Jump,
-    /// The first power of time, along the free flow, with which contact and free field differ.
+    /// A difference of contact and free field that begins with a power of time along the free flow.
     Difference {
-        /// The free field, watching the contact field and then itself.
+        /// The free field, with the components of the contact field and of the free field watched.
         watching: Box<Field>,
-        /// The power.
+        /// The first power of time at which they differ.
         power: usize,
     },
     /// Contact and free field do not differ.
@@ -232,7 +231,7 @@ pub(super) enum Stretch {
 }
 
 impl Stretch {
-    /// The stretch of a surface at a grazing point.
+    /// The cause of `β` for a surface at a grazing point.
     pub(super) fn of(
         model: &Model,
         surface: usize,
@@ -252,11 +251,11 @@ impl Stretch {
         Ok(power.map_or(Self::None, |power| Self::Difference { watching, power }))
     }
 
-    /// `β` at a point; nothing where no contact is felt.
+    /// Direction `β` at a point; `None` if contact has no effect.
     ///
-    /// Where `D` begins with `y`, `β = sqrt(h''/2) ∂D/∂y`; else its direction is that of the
-    /// difference's leading power, and its length such that `∇h'·β = h''` (of a contact that
-    /// acts along the surface alone, `h''/|∇h'|`).
+    /// If `D` begins with `y`, `β = sqrt(h''/2) ∂D/∂y`. Otherwise `β` has the direction of the
+    /// leading power of the difference, and a length such that `∇h'·β = h''` (`h''/|∇h'|` if the
+    /// contact acts along the surface only).
     pub(super) fn direction<S: Real>(
         &self,
         local: &LocalGeometry<'_, S>,
@@ -282,7 +281,7 @@ impl Stretch {
     }
 }
 
-/// A vector scaled such that `∇h'·v = 1`, or to the length `1/|∇h'|` where it points along the
+/// A vector scaled such that `∇h'·v = 1`, or to the length `1/|∇h'|` if it points along the
 /// surface.
 fn outwards<S: Real>(local: &LocalGeometry<'_, S>, vector: &[S]) -> Vec<S> {
     let velocity = local.velocity_gradient();
@@ -293,8 +292,8 @@ fn outwards<S: Real>(local: &LocalGeometry<'_, S>, vector: &[S]) -> Vec<S> {
     scaled(vector, S::one() / if along { lengths } else { normal })
 }
 
-/// The first power of time with which the contact field differs from the free one; of those an
-/// `f64` integrator sees.
+/// First power of time at which the contact field differs from the free one, among those that an
+/// `f64` integrator uses; `None` if there is no such power.
 fn first_difference(
     watching: &Field,
     state: &[Dd],
@@ -320,7 +319,7 @@ fn first_difference(
     Ok(None)
 }
 
-/// `β` of a reset with Jacobian `G`: `e − G e` with `∇h·e = 0`, `∇h'·e = 1`.
+/// Direction `β` of a reset with Jacobian `G`: `e − G e` with `∇h·e = 0`, `∇h'·e = 1`.
 fn reset_stretch<S: Real>(local: &LocalGeometry<'_, S>, jacobian: &[Vec<S>]) -> Vec<S> {
     let dimension = local.dimension();
     let (event, velocity) = (local.event_gradient(), local.velocity_gradient());
@@ -343,8 +342,8 @@ fn jump<S: Real>(local: &LocalGeometry<'_, S>) -> Option<(Vec<S>, S)> {
     Some((jump, S::from_f64(2.0) / acceleration))
 }
 
-/// The jump's stretch per unit of approach speed; nothing where the fields agree at the graze, or
-/// the contact does not push.
+/// The jump's stretch per unit of approach speed; `None` if the fields agree at the graze or the
+/// contact does not push.
 fn jump_per_speed(local: &LocalGeometry<'_, Dd>) -> Option<Vec<Dd>> {
     let (jump, time) = jump(local)?;
     let largest = |vector: &[Dd]| vector.iter().fold(0.0_f64, |m, v| m.max(v.magnitude()));

@@ -1,13 +1,12 @@
 //! Newton's method in two stages: damped in `f64`, then refined with residuals in double-double.
 //!
-//! One idea: a correction needs few digits, a residual needs all of them. The `f64` Jacobian
-//! therefore serves both stages; the second is iterative refinement and ends at the roundoff of
-//! double-double.
+//! A correction needs few digits, a residual needs all of them. The `f64` Jacobian therefore serves
+//! both stages; the second is iterative refinement and ends at the roundoff of double-double.
 //!
-//! Tolerances and conditions mean something for numbers of order one. [`Scaled`] equations measure
+//! Tolerances and condition numbers presuppose numbers of order one. [`Scaled`] equations measure
 //! states, their closure and the event functions in a length of the orbit, and each adjusted
-//! parameter in its own size. A unit is a coarse power of two, so that numbers near one keep their
-//! unit and all others are computed with exactly as if they were near one.
+//! parameter in its own size. A unit is a coarse power of two: numbers near one keep their unit,
+//! and all others are scaled without rounding.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -22,22 +21,22 @@ pub(super) trait Equations {
     fn residual<S: Real>(&self, unknowns: &[S]) -> Result<Vec<S>, OrbitError>;
 }
 
-/// How a Newton iteration ended: at a root, or before one.
+/// Result of a Newton iteration: a root, or a failure to find one.
 pub(super) type Solved<T> = Result<Result<T, NewtonFailure>, OrbitError>;
 
-/// Why an iteration found no root.
+/// Record of an iteration that found no root.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct NewtonFailure {
     /// The last iterate.
     pub(super) unknowns: Vec<f64>,
     /// Largest residual at every iterate.
     pub(super) history: Vec<f64>,
-    /// Smallest over largest singular value of the Jacobian with its columns scaled, where it was
-    /// too small.
+    /// Smallest over largest singular value of the Jacobian with scaled columns, if that was too
+    /// small.
     pub(super) singular: Option<f64>,
 }
 
-/// A root with its residual and the Jacobian there.
+/// A root with its residual.
 #[derive(Clone, Debug)]
 pub(super) struct Root {
     /// The unknowns.
@@ -48,25 +47,25 @@ pub(super) struct Root {
 
 const MAX_ITERATIONS: usize = 60;
 const MAX_HALVINGS: usize = 10;
-/// Below this the reciprocal condition of a scaled Jacobian is roundoff.
+/// Reciprocal condition numbers of a scaled Jacobian below this are roundoff.
 const SINGULAR: f64 = 1e-11;
 
-/// A column of a Jacobian smaller than this, relative to its largest entry, is roundoff and is not
+/// A column of a Jacobian smaller than this, relative to the largest entry, is roundoff and is not
 /// scaled up.
 const ROUNDOFF: f64 = 1e-11;
 
-/// Why an iterate has no step.
+/// Reason why no step can be computed at an iterate.
 enum NoStep {
-    /// It is a root.
+    /// The iterate is a root.
     AtRoot,
-    /// Residuals that are not finite, or a singular Jacobian with its reciprocal condition.
+    /// Residuals are not finite, or the Jacobian is singular, with its reciprocal condition number.
     Failed(Option<f64>),
-    /// The equations cannot be set up there.
+    /// The equations cannot be set up at the iterate.
     Error(OrbitError),
 }
 
-/// Damped Newton in `f64`, to a stall below `tolerance`; a step must lower the residual by a
-/// quarter of what a linear system would lose.
+/// Damped Newton in `f64`, to a stall below `tolerance`. A step must lower the residual by at least
+/// a quarter of the decrease that a linear system would show.
 pub(super) fn solve(system: &impl Equations, start: &[f64], tolerance: f64) -> Solved<Vec<f64>> {
     let mut history = Vec::new();
     let step = |unknowns: &Vec<f64>| {
@@ -154,18 +153,17 @@ pub(super) fn refine(system: &impl Equations, start: &[f64], tolerance: f64) -> 
     Ok(Err(NewtonFailure { unknowns, history, singular: None }))
 }
 
-/// `J⁻¹ r`, or the reciprocal condition of `J` where it is singular.
+/// Step `J⁻¹ r`, or the reciprocal condition number of a singular `J`.
 fn newton_step(jacobian: &DMatrix<f64>, residual: &[f64]) -> Result<Vec<f64>, f64> {
     let step = inverse(jacobian)? * DVector::from_column_slice(residual);
     Ok(step.iter().copied().collect())
 }
 
-/// The inverse through a singular value decomposition, or the reciprocal condition where that is
-/// roundoff.
+/// Inverse by singular value decomposition, or the reciprocal condition number if it is roundoff.
 ///
-/// NOTE: columns are scaled (the unknowns have units of their own) unless they are roundoff; rows
-/// are not, for the closure's rows are differences `M − I`, and scaling would blow up a row that is
-/// nothing but their roundoff.
+/// NOTE: columns are scaled (the unknowns have units of their own) unless they are roundoff. Rows
+/// are not: the closure's rows are differences `M − I`, and scaling would blow up a row that
+/// consists of roundoff only.
 fn inverse(jacobian: &DMatrix<f64>) -> Result<DMatrix<f64>, f64> {
     let mut scaled = jacobian.clone();
     let largest = scaled.amax();
@@ -192,45 +190,45 @@ fn inverse(jacobian: &DMatrix<f64>) -> Result<DMatrix<f64>, f64> {
     Ok(inverse)
 }
 
-/// Largest absolute value; NaN where one is.
+/// Largest absolute value; NaN if a value is NaN.
 fn norm<S: Real>(values: &[S]) -> f64 {
     let sizes = values.iter().map(|value| value.magnitude());
     sizes.fold(0.0, |largest: f64, size| if size.is_nan() { f64::NAN } else { largest.max(size) })
 }
 
-/// Units are powers of `2^COARSENESS`.
+/// Exponent step of units, which are powers of `2^COARSENESS`.
 const COARSENESS: i32 = 10;
 
-/// The power of `2^10` nearest to a size; 1 for zero and for what is not finite.
+/// Power of `2^10` nearest to a size; 1 for zero and for sizes that are not finite.
 pub(super) fn unit_of(size: f64) -> f64 {
     if size > 0.0 && size.is_finite() {
         let steps = (size.log2() / f64::from(COARSENESS)).round();
-        // A unit that is not a normal number would not be exact.
+        // A unit outside the normal numbers would not be exact.
         2f64.powi(COARSENESS * steps.clamp(-100.0, 100.0) as i32)
     } else {
         1.0
     }
 }
 
-/// A system of equations whose unknowns and residuals are in units of their own.
+/// A system of equations whose unknowns and residuals are measured in units.
 #[derive(Clone, Debug)]
 pub(super) struct Scaled<'a, E> {
     pub(super) equations: &'a E,
     /// Unit of each unknown.
     pub(super) units: Vec<f64>,
-    /// Unit of all residuals.
+    /// Common unit of all residuals.
     pub(super) residual_unit: f64,
 }
 
 impl<E: Equations> Scaled<'_, E> {
-    /// [`solve`] on the scaled system, from and to the units of the system itself.
+    /// Runs [`solve`] on the scaled system; start and root are in the system's own units.
     pub(super) fn solve(&self, start: &[f64], tolerance: f64) -> Solved<Vec<f64>> {
         let solved = solve(self, &self.in_units(start), tolerance)?;
         let root = solved.map(|root| self.without_units(&root));
         Ok(root.map_err(|failure| self.failure_back(failure)))
     }
 
-    /// As [`solve`](Self::solve), for a refinement to a tolerance relative to the size of the
+    /// Runs [`refine`] on the scaled system, to a tolerance relative to the size of the scaled
     /// unknowns.
     pub(super) fn refine(&self, start: &[f64], tolerance: f64) -> Solved<Root> {
         let unknowns = self.in_units(start);
@@ -242,13 +240,13 @@ impl<E: Equations> Scaled<'_, E> {
         Ok(root.map_err(|failure| self.failure_back(failure)))
     }
 
-    /// Unknowns in their units.
+    /// Divides unknowns by their units.
     pub(super) fn in_units(&self, unknowns: &[f64]) -> Vec<f64> {
         let pairs = unknowns.iter().zip(&self.units);
         pairs.map(|(value, unit)| value / unit).collect()
     }
 
-    /// Unknowns in their units, without them.
+    /// Multiplies scaled unknowns by their units.
     pub(super) fn without_units<S: Real>(&self, unknowns: &[S]) -> Vec<S> {
         let pairs = unknowns.iter().zip(&self.units);
         pairs.map(|(&value, &unit)| value * S::from_f64(unit)).collect()

@@ -1,4 +1,4 @@
-//! Errors of the search for a grazing orbit, and why it ends without one.
+//! Errors of the search for a grazing orbit, and reasons why it ends without one.
 
 use std::fmt;
 
@@ -6,10 +6,10 @@ use crate::flow::FlowError;
 use crate::jet::JetError;
 use crate::numeric::{NumericError, Shown};
 
-/// Why no grazing orbit was found.
+/// Reason why no grazing orbit was found.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum NotLocated {
-    /// The free flow has no periodic orbit that shooting could find.
+    /// Shooting found no periodic orbit of the free flow.
     #[error(
         "no periodic orbit of the free flow found at {parameter} = {}: {}",
         Shown(*value),
@@ -18,14 +18,14 @@ pub enum NotLocated {
     NoPeriodicOrbit {
         /// Name of the adjusted parameter.
         parameter: String,
-        /// Its value.
+        /// Value of the parameter.
         value: f64,
         /// Periods flown to settle.
         periods: usize,
-        /// Change of the state over the last period; NaN where the flow left the finite numbers.
+        /// Change of the state over the last period; NaN if the flow left the finite numbers.
         change: f64,
     },
-    /// No periodic orbit looked at comes to touch the surface.
+    /// None of the periodic orbits tried touches the surface.
     #[error(
         "{} over {tried} orbits, for {parameter} from {} to {}, its closest approach was h = \
          {clearance:.6e}, at {parameter} = {}; where several orbits coexist, another value of \
@@ -40,11 +40,11 @@ pub enum NotLocated {
         surface: String,
         /// Name of the adjusted parameter.
         parameter: String,
-        /// Its value at the closest approach.
+        /// Value of the parameter at the closest approach.
         value: f64,
-        /// Lowest value of the event function there, signed.
+        /// Lowest value of the event function at the closest approach, signed.
         clearance: f64,
-        /// Number of orbits looked at.
+        /// Number of orbits tried.
         tried: usize,
         /// Least and largest value of the parameter.
         range: [f64; 2],
@@ -57,7 +57,7 @@ pub enum NotLocated {
          their units; a `guess` nearer to the grazing point shortens the search"
     )]
     TooSlow {
-        /// Taylor steps of a period, as many as the part last flown lets expect.
+        /// Taylor steps of a period, estimated from the last flight.
         steps: u64,
         /// Products of series in a step.
         products: u64,
@@ -76,7 +76,7 @@ pub enum NotLocated {
         /// Largest value of the event function along the orbit.
         largest: f64,
     },
-    /// The free flow or an event function has no Taylor series where a function changes branch.
+    /// The free flow or an event function has no Taylor series, because a function changes branch.
     #[error(
         "`{function}` in `{key}` is at its corner at {at}: there is no Taylor series there, and no \
          map; write the branch that holds along the orbit in its place, or a smooth function \
@@ -87,7 +87,7 @@ pub enum NotLocated {
         function: &'static str,
         /// Key of the expression in the scene.
         key: String,
-        /// The full state there.
+        /// Full state at the corner.
         at: NamedValues,
     },
     /// The orbit touches the surface without a simple minimum of the event function.
@@ -100,12 +100,12 @@ pub enum NotLocated {
         surface: String,
         /// The adjusted parameters.
         at: NamedValues,
-        /// `h''` at the point.
+        /// `h''` at the degenerate graze.
         normal_acceleration: f64,
         /// `h''` in units of the largest `h` over the squared period.
         relative: f64,
     },
-    /// The orbit cannot be adjusted with these parameters here.
+    /// The orbit cannot be adjusted with these parameters at this point.
     #[error(
         "the equations of the grazing orbit are singular in {} at {at} (reciprocal condition \
          {condition:.3e}); the multiplier nearest 1 is {re:.12} {} {:.12}i",
@@ -123,23 +123,23 @@ pub enum NotLocated {
         /// Imaginary part of the multiplier nearest 1.
         im: f64,
     },
-    /// Newton's method did not end at a root.
+    /// Newton's method did not converge to a root.
     #[error(
         "Newton's method did not converge: residual {first:.3e} at the start, {last:.3e} after {} \
          iterations, at {at}",
         .history.len()
     )]
     NotConverged {
-        /// The adjusted parameters, at their last values.
+        /// The adjusted parameters, at the last iterate.
         at: NamedValues,
         /// First residual.
         first: f64,
         /// Last residual.
         last: f64,
-        /// All residuals.
+        /// Residuals of all iterations.
         history: Vec<f64>,
     },
-    /// The grazes found do not follow each other as the scene names them.
+    /// The grazes found do not follow each other in the order that the scene names.
     #[error(
         "passage {passage} grazes `{surface}` {time:.6} after the first, where the order named \
          wants it between {after:.6} and {before:.6}"
@@ -149,14 +149,14 @@ pub enum NotLocated {
         passage: usize,
         /// Name of its surface.
         surface: String,
-        /// Its time since the first.
+        /// Time of the passage since the first.
         time: f64,
         /// Time of the passage before.
         after: f64,
         /// End of the period, or of its half for a symmetric orbit.
         before: f64,
     },
-    /// A surface the orbit does not approach where the scene names a passage.
+    /// The orbit has no minimum of an event function at a passage that the scene names.
     #[error(
         "the orbit has no minimum of `{surface}`'s event function where passage {passage} is named"
     )]
@@ -166,7 +166,7 @@ pub enum NotLocated {
         /// Name of its surface.
         surface: String,
     },
-    /// A passage that nothing adjusts does not touch.
+    /// A passage without an adjusted parameter does not touch its surface.
     #[error(
         "passage {passage} does not touch `{surface}`: h = {event:.6e} at its minimum, {time:.6} \
          after the first graze; {adjusted} of the grazes are adjusted for, this one needs a \
@@ -179,28 +179,28 @@ pub enum NotLocated {
         surface: String,
         /// Time of the minimum since the first graze.
         time: f64,
-        /// The event function there.
+        /// Event function at the minimum.
         event: f64,
-        /// Number of grazes that are adjusted for.
+        /// Number of grazes with an adjusted parameter.
         adjusted: usize,
     },
-    /// The orbit is a shorter one, run several times.
+    /// The orbit is a shorter orbit, traversed several times.
     #[error(
         "the orbit found repeats after {time:.6}: it is a shorter one, run {times} times, and \
          grazes `{surface}` every time; {}",
         shorter(*times, *periods)
     )]
     Repeats {
-        /// Name of the surface that it grazes first.
+        /// Name of the first surface that the orbit grazes.
         surface: String,
-        /// Time after which it repeats.
+        /// Time after which the orbit repeats.
         time: f64,
-        /// How many times it is run.
+        /// Number of times that the shorter orbit is traversed.
         times: usize,
-        /// Forcing periods asked for; `None` without a forcing phase.
+        /// Forcing periods requested; `None` without a forcing phase.
         periods: Option<usize>,
     },
-    /// The orbit touches a surface where the scene names no passage.
+    /// The orbit touches a surface at a passage that the scene does not name.
     #[error(
         "the orbit found touches `{surface}` once more, {time:.6} after the first graze; name \
          every passage of a period in its order, in the place of `surface`: `passages = [{}]`",
@@ -211,31 +211,31 @@ pub enum NotLocated {
         surface: String,
         /// Time since the first graze.
         time: f64,
-        /// The surfaces that the orbit touches in a period, in order.
+        /// Surfaces that the orbit touches in a period, in order.
         passages: Vec<String>,
     },
     /// The orbit of the free flow passes through a surface.
     #[error(
         "the orbit of the free flow that grazes {} at {at} passes through `{surface}` by \
          {depth:.6} at {place}: it is no orbit of the oscillator with its stops{}; hits beside \
-         grazes are not expressible yet: use direct simulation (`trajectory`, `branch --using \
-         direct`)",
+         grazes are not expressible yet: use direct simulation (`trajectory`, `branch` by the \
+         method `direct`)",
         quoted(grazed),
         same_surface(surface, grazed)
     )]
     PassesThrough {
         /// Name of the surface.
         surface: String,
-        /// How far beyond the surface the orbit goes: `-h`.
+        /// Depth of the orbit beyond the surface, `-h`.
         depth: f64,
-        /// The phase there, or the time since the first graze of an autonomous system.
+        /// Phase at the deepest point, or the time since the first graze in an autonomous system.
         place: NamedValues,
         /// Names of the surfaces grazed, in order.
         grazed: Vec<String>,
         /// The adjusted parameters.
         at: NamedValues,
     },
-    /// The mirror image of a graze is not one.
+    /// The mirror image of a graze is not a graze.
     #[error(
         "passage {passage} is to mirror passage {of}, and at the mirrored state `{surface}` has h \
          = {event:.6e}, h' = {velocity:.6e}"
@@ -245,7 +245,7 @@ pub enum NotLocated {
         passage: usize,
         /// Name of its surface.
         surface: String,
-        /// Number of the passage it mirrors.
+        /// Number of the passage that it mirrors.
         of: usize,
         /// `h` at the mirrored state.
         event: f64,
@@ -254,7 +254,7 @@ pub enum NotLocated {
     },
 }
 
-/// Why a computation returns no value: it ended in an outcome, or it failed.
+/// Reason why a computation returns no value: an outcome, or an error.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Stop<E> {
     /// An outcome.
@@ -270,7 +270,7 @@ impl<E, F: Into<OrbitError>> From<F> for Stop<E> {
 }
 
 impl<E> Stop<E> {
-    /// The same with another outcome.
+    /// Converts the outcome.
     pub(super) fn map<T>(self, convert: impl FnOnce(E) -> T) -> Stop<T> {
         match self {
             Self::Ended(outcome) => Stop::Ended(convert(outcome)),
@@ -279,7 +279,7 @@ impl<E> Stop<E> {
     }
 }
 
-/// The value of a computation, or the outcome that it ended in.
+/// Separates the value of a computation, or its outcome, from an error.
 pub(super) fn settled<T, E>(result: Result<T, Stop<E>>) -> Result<Result<T, E>, OrbitError> {
     match result {
         Ok(value) => Ok(Ok(value)),
@@ -288,7 +288,7 @@ pub(super) fn settled<T, E>(result: Result<T, Stop<E>>) -> Result<Result<T, E>, 
     }
 }
 
-/// What leads to an orbit that does not repeat.
+/// Advice on finding an orbit that does not repeat.
 fn shorter(times: usize, periods: Option<usize>) -> String {
     match periods {
         Some(periods) if periods.is_multiple_of(times) => format!(
@@ -300,7 +300,7 @@ fn shorter(times: usize, periods: Option<usize>) -> String {
     }
 }
 
-/// What a closest approach of this sign says, in words.
+/// Description of a closest approach, by its sign.
 fn untouched(surface: &str, clearance: f64) -> String {
     match clearance < 0.0 {
         true => format!("the periodic orbit always goes beyond `{surface}`, and no graze was met:"),
@@ -314,7 +314,7 @@ fn quoted(names: &[String]) -> String {
     quoted.join(" and ")
 }
 
-/// Advice where an orbit passes through a surface that it grazes elsewhere.
+/// Advice for an orbit that passes through a surface that it grazes elsewhere.
 fn same_surface(surface: &str, grazed: &[String]) -> &'static str {
     match grazed.iter().any(|name| name == surface) {
         true => {
@@ -325,7 +325,7 @@ fn same_surface(surface: &str, grazed: &[String]) -> &'static str {
     }
 }
 
-/// The state of the free flow after the last period, in words.
+/// Description of the state of the free flow after the last period.
 fn unsettled(periods: usize, change: f64) -> String {
     if change.is_finite() {
         format!("after {periods} periods a period still moves the state by {change:.3e}")
@@ -339,7 +339,7 @@ fn unsettled(periods: usize, change: f64) -> String {
 pub struct NamedValues(pub Vec<(String, f64)>);
 
 impl NamedValues {
-    /// The names alone.
+    /// The names only.
     pub fn names(&self) -> String {
         let names: Vec<&str> = self.0.iter().map(|(name, _)| name.as_str()).collect();
         names.join(", ")
@@ -356,10 +356,10 @@ impl fmt::Display for NamedValues {
     }
 }
 
-/// Wrong input to the location of a grazing orbit.
+/// Wrong input to the search for a grazing orbit.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum OrbitError {
-    /// Not one adjusted parameter per independent graze.
+    /// The number of adjusted parameters does not fit the number of independent grazes.
     #[error(
         "one parameter is adjusted for every independent graze: `solve_for` names {named}, and \
          {most} at most are independent"
@@ -367,10 +367,10 @@ pub enum OrbitError {
     AdjustedParameters {
         /// Number of parameters named.
         named: usize,
-        /// Most independent grazes: the passages, or the pairs of mirrored ones.
+        /// Largest number of independent grazes: the passages, or the pairs of mirrored ones.
         most: usize,
     },
-    /// A symmetric orbit with a passage that has no mirror image.
+    /// A symmetric orbit has a passage without a mirror image.
     #[error(
         "with `symmetry = \"half-period\"` the second half of the passages mirrors the first; \
          {passages} cannot be halved"
@@ -379,7 +379,7 @@ pub enum OrbitError {
         /// Number of passages named.
         passages: usize,
     },
-    /// A symmetric orbit of an even number of forcing periods.
+    /// A symmetric orbit has an even number of forcing periods.
     #[error(
         "no orbit of {periods} forcing periods is its own image under (x, theta) -> (-x, theta + \
          period/2): its half lasts whole periods"
@@ -388,88 +388,88 @@ pub enum OrbitError {
         /// Forcing periods of the orbit.
         periods: usize,
     },
-    /// A model that lacks the symmetry asked for.
+    /// The model lacks the requested symmetry.
     #[error(
         "the model lacks the half-period symmetry: at the phase {phase} the rate of `{component}` \
          is {rate:.6e}, at the mirrored state {mirrored:.6e} and not its negative"
     )]
     NotSymmetric {
-        /// The state component.
+        /// Name of the state component.
         component: String,
         /// Phase of the point.
         phase: f64,
-        /// Its rate at the point.
+        /// Rate of the component at the point.
         rate: f64,
-        /// Its rate at the mirror image.
+        /// Rate of the component at the mirror image.
         mirrored: f64,
     },
-    /// A stroboscopic section of an autonomous system.
+    /// A stroboscopic section is requested of an autonomous system.
     #[error("a stroboscopic section needs a forcing phase; the model has none")]
     StroboscopicWithoutPhase,
-    /// A phase of the section that has no digits left modulo its period.
+    /// The phase of the section is so large that no digits are left modulo its period.
     #[error(
         "the phase of the section, {}, is too large to be taken modulo its period, {period}: give \
          one within a period",
         Shown(*phase)
     )]
     SectionPhase {
-        /// The phase.
+        /// Phase of the section.
         phase: f64,
-        /// Its period.
+        /// Period of the phase.
         period: f64,
     },
-    /// An autonomous system whose limit cycle nothing points to.
+    /// No guess is given for the limit cycle of an autonomous system.
     #[error(
         "without a forcing phase the orbit is found from a `guess` of its grazing point; [grazing] \
          gives none"
     )]
     AutonomousWithoutGuess,
-    /// The forcing does not advance.
+    /// The phase does not advance.
     #[error("the phase must advance: its rate is {}", Shown(*rate))]
     PhaseRate {
         /// The rate at the scene's parameters.
         rate: f64,
     },
-    /// A guess of the wrong length.
+    /// The guess has the wrong length.
     #[error("the guess has {found} components, the full state has {expected}")]
     GuessLength {
         /// Components expected.
         expected: usize,
-        /// Components found.
+        /// Number of components found.
         found: usize,
     },
-    /// The second parameter of a curve cannot be one that is already adjusted, or does not exist.
+    /// The second parameter of a curve is already adjusted, or does not exist.
     #[error("parameter {parameter} cannot be the second parameter of a grazing curve")]
     SecondParameter {
-        /// Its index.
+        /// Index of the parameter.
         parameter: usize,
     },
-    /// The smallest change of other than one or two different parameters that the model has.
+    /// A margin is requested in other than one or two different parameters of the model.
     #[error(
         "the smallest change that grazes is that of one or two different parameters of the scene; \
          found {found}"
     )]
     MarginParameters {
-        /// Parameters given, those named twice counted once.
+        /// Number of different parameters given.
         found: usize,
     },
-    /// A scale of a parameter that is no length.
+    /// The scale of a parameter is not positive and finite.
     #[error("the scale of a change must be positive and finite; found {}", Shown(*scale))]
     MarginScale {
-        /// The scale.
+        /// Scale found.
         scale: f64,
     },
-    /// The smallest change for several independent grazes.
+    /// A margin is requested of a scene with several independent grazes.
     #[error(
         "the smallest change that grazes is that of one independent graze; the scene adjusts \
          {found} parameters for as many"
     )]
     MarginGrazes {
-        /// Independent grazes.
+        /// Number of independent grazes.
         found: usize,
     },
-    /// A search has computed as much as it may.
-    #[error("the search for the grazing orbit has computed as much as it may")]
+    /// The search exceeded its work limit.
+    #[error("the search for the grazing orbit exceeded its work limit")]
     SearchTooLong,
     /// The flow could not be computed.
     #[error(transparent)]

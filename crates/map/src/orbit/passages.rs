@@ -1,5 +1,5 @@
-//! All grazing passages of an orbit (those of its equations, those that touch of themselves, and
-//! the mirror images), and the orbit that they describe.
+//! All grazing passages of an orbit (by its equations, by themselves, and by the symmetry), and the
+//! description of the orbit.
 
 use nalgebra::DMatrix;
 
@@ -18,21 +18,21 @@ use crate::flow::Integrator;
 use crate::model::{Scene, Symmetry};
 use crate::numeric::{Dd, Real, converted};
 
-/// The passages of an orbit, and how far those that no equation holds are from touching.
+/// Passages of an orbit, and the largest gap of those without an equation.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Touches<S> {
     pub(super) touches: Vec<Touch<S>>,
-    /// Largest `|h|` of a passage that is not an equation.
+    /// Largest `|h|` of a passage without an equation.
     pub(super) residual: f64,
 }
 
-/// Part of the period within which two minima of one surface are the same.
+/// Minima of one surface within this part of the period are the same.
 pub(super) const SAME: f64 = 1e-6;
 
-/// Newton steps in time to a minimum.
+/// Largest number of Newton steps in time to a minimum.
 const STEPS: usize = 60;
 
-/// The passages at a root of the extended system; those that are not equations must touch to
+/// The passages at a root of the extended system. Passages without an equation must touch to
 /// `tolerance`, relative to the range of `h`.
 pub(super) fn passages<S: Real>(
     scene: &Scene,
@@ -52,7 +52,7 @@ pub(super) fn passages<S: Real>(
     orbit.checked(touches, &gaps, tolerance).map_err(Stop::Ended)
 }
 
-/// Why the grazes of a root do not follow each other as named.
+/// The reason, if there is one, why the grazes of a root are not in the order named.
 pub(super) fn disorder(
     scene: &Scene,
     system: &ExtendedSystem,
@@ -61,7 +61,7 @@ pub(super) fn disorder(
     Orbit::new(scene, system, unknowns).disorder()
 }
 
-/// A periodic orbit of the free flow, from its first graze.
+/// A periodic orbit of the free flow, starting at its first graze.
 struct Orbit<'a, S> {
     scene: &'a Scene,
     system: &'a ExtendedSystem,
@@ -97,7 +97,7 @@ impl<'a, S: Real> Orbit<'a, S> {
         Ok(Touch { surface, time, state })
     }
 
-    /// The first passage whose time is not between that of the one before and the end of the span.
+    /// The first passage that is not between the one before it and the end of the span.
     fn disorder(&self) -> Option<NotLocated> {
         let apart = self.period * S::from_f64(SAME);
         let end = self.span() - apart;
@@ -116,7 +116,7 @@ impl<'a, S: Real> Orbit<'a, S> {
         })
     }
 
-    /// The passages that are equations, in the order named.
+    /// Passages with an equation, in the order named.
     fn independent(&self) -> Result<Vec<Touch<S>>, Stop<NotLocated>> {
         if let Some(reason) = self.disorder() {
             return Err(Stop::Ended(reason));
@@ -133,8 +133,8 @@ impl<'a, S: Real> Orbit<'a, S> {
         gaps(&field, &converted(&self.state), &converted(&self.parameters), period)
     }
 
-    /// Passages that no equation holds: of the minima after the last one that is held, those
-    /// nearest to touching.
+    /// Adds the passages without an equation: of the minima after the last one with an equation,
+    /// those nearest to touching.
     fn extend_by_minima(
         &self,
         touches: &mut Vec<Touch<S>>,
@@ -156,7 +156,7 @@ impl<'a, S: Real> Orbit<'a, S> {
         Ok(())
     }
 
-    /// The time of a minimum: Newton's method on `h'` along the orbit.
+    /// Time of a minimum, by Newton's method on `h'` along the orbit.
     fn settled(&self, passage: usize, minimum: &Minimum) -> Result<S, OrbitError> {
         let mut integrator = Integrator::new(&self.system.field);
         let mut time = S::from_f64(minimum.time);
@@ -194,7 +194,7 @@ impl<'a, S: Real> Orbit<'a, S> {
         }
     }
 
-    /// The passages, if all that are not equations touch.
+    /// The passages, if all of those without an equation touch.
     fn checked(
         &self,
         touches: Vec<Touch<S>>,
@@ -224,7 +224,7 @@ impl<'a, S: Real> Orbit<'a, S> {
         NotLocated::NoMinimum { passage: passage + 1, surface: self.name(passage) }
     }
 
-    /// Why a passage that is not an equation does not touch.
+    /// Reason to report for a passage without an equation that does not touch.
     fn apart(&self, passage: usize, touch: &Touch<S>, event: f64, velocity: f64) -> NotLocated {
         let (surface, time) = (self.name(passage), touch.time.to_f64());
         let unmirrored = self.system.grazes.unmirrored();
@@ -247,14 +247,14 @@ impl<'a, S: Real> Orbit<'a, S> {
     }
 }
 
-/// One minimum for every surface wanted, in the order wanted and of time, of the smallest total
-/// cost; or the number of the first that has none.
+/// One minimum for every wanted surface, increasing in time, of the smallest total cost; or the
+/// index of the first surface without one.
 pub(super) fn in_order<'a>(
     wanted: &[usize],
     minima: &[&'a Minimum],
     cost: impl Fn(&Minimum) -> f64,
 ) -> Result<Vec<&'a Minimum>, usize> {
-    // Choices so far, by the minimum they end with: the total cost, and the choice.
+    // Best choices so far, by their last minimum: total cost, and indices of the minima chosen.
     let mut ending: Vec<(f64, Vec<usize>)> = vec![(0.0, Vec::new())];
     for (number, &surface) in wanted.iter().enumerate() {
         let mut next = Vec::new();
@@ -282,13 +282,13 @@ pub(super) fn in_order<'a>(
     Ok(best.map_or_else(Vec::new, |(_, chosen)| chosen.into_iter().map(|at| minima[at]).collect()))
 }
 
-/// How many `xi_n` are computed from every passage to every other.
+/// Number of conditions `xi_n` computed between every two passages.
 const XI_COUNT: usize = 6;
 
-/// Largest `|h|` of a passage that no equation holds, relative to the range of `h`.
+/// Largest `|h|` of a passage without an equation, relative to the range of `h`.
 const TOUCHING: f64 = 1e-20;
 
-/// The orbit at a root, without its distance from a guess.
+/// Description of the orbit at a root, without its distance from a guess.
 pub(super) fn describe(
     scene: &Scene,
     system: &ExtendedSystem,
@@ -338,7 +338,7 @@ fn rows(matrix: &DMatrix<Dd>) -> Vec<Vec<Dd>> {
     rows.map(|row| row.iter().copied().collect()).collect()
 }
 
-/// The stretch of every passage.
+/// Cause of `β` at every passage.
 pub(super) fn stretches(
     scene: &Scene,
     system: &ExtendedSystem,
@@ -352,7 +352,7 @@ pub(super) fn stretches(
     passages.iter().enumerate().map(stretch).collect()
 }
 
-/// Grazing points from touches.
+/// Grazing points at all touches.
 pub(super) fn points<S: Real>(
     scene: &Scene,
     system: &ExtendedSystem,
@@ -374,13 +374,13 @@ pub(super) fn points<S: Real>(
     touches.iter().enumerate().map(point).collect()
 }
 
-/// Lowest of these minima of event functions.
+/// Lowest of the given minima of event functions.
 pub(super) fn clearance(minima: &[Minimum]) -> Option<f64> {
     minima.iter().map(|minimum| minimum.event).min_by(f64::total_cmp)
 }
 
-/// Why passages are not all grazes of an orbit: it touches a surface elsewhere, or again, run
-/// several times.
+/// Reason why the passages are not all grazes of the orbit: it touches a surface elsewhere, or it
+/// is a shorter orbit traversed several times.
 pub(super) fn further_graze(
     scene: &Scene,
     orbit: &GrazingOrbit,
@@ -406,7 +406,7 @@ pub(super) fn further_graze(
     Ok(Some(NotLocated::Repeats { surface, time, times, periods }))
 }
 
-/// Whether two full states are the same, phases modulo their period.
+/// Whether two full states are equal to rounding, with phases modulo their period.
 fn is_same(scene: &Scene, there: &[f64], here: &[f64]) -> bool {
     let states = scene.model.states.len();
     let mut pairs = there.iter().zip(here).take(states);
@@ -417,7 +417,7 @@ fn is_same(scene: &Scene, there: &[f64], here: &[f64]) -> bool {
     close && apart.min(period - apart) <= SAME * period
 }
 
-/// The minima of the event functions along an orbit but its grazes; a touch to rounding has the
+/// Minima of the event functions along an orbit, except its grazes; a touch to rounding has the
 /// event 0.
 pub(super) fn other_minima(
     scene: &Scene,

@@ -1,47 +1,46 @@
 //! Zeros of a function that is known at the Chebyshev points of a step.
 //!
-//! The one idea: the polynomial through the samples shows by the decay of its Chebyshev
-//! coefficients how far it is from the function (Trefethen 2013, *Approximation Theory and
-//! Approximation Practice*, chapters 3 and 8). Where every extremum of the polynomial is farther
-//! from zero than that, the function has a zero wherever the polynomial changes its sign, and no
-//! other.
+//! The decay of the Chebyshev coefficients of the polynomial through the samples bounds its
+//! distance from the function (Trefethen 2013, *Approximation Theory and Approximation Practice*,
+//! chapters 3 and 8). If every extremum of the polynomial is farther from zero than that bound, the
+//! function has a zero wherever the polynomial changes its sign, and no other.
 
 use std::array::from_fn;
 use std::f64::consts::PI;
 
 use crate::numeric::polynomial::extrema;
 
-/// Degree of the polynomial.
+/// Degree of the interpolating polynomial.
 const DEGREE: usize = 8;
 
-/// How many places of a step are sampled, its ends included.
+/// Number of sample places in a step, its ends included.
 pub(crate) const SAMPLES: usize = DEGREE + 1;
 
-/// The places sampled, in order: the Chebyshev points of `[0, 1]`.
+/// Sample places, in order: the Chebyshev points of `[0, 1]`.
 pub(crate) fn places() -> [f64; SAMPLES] {
     from_fn(|place| 0.5 * (1.0 - (PI * place as f64 / DEGREE as f64).cos()))
 }
 
-/// What the samples of a function say about its zeros.
+/// Information on the zeros of a function, from its samples.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Zeros {
-    /// Every zero is known. Each lies alone between two neighbours of the places sampled and of
-    /// these places between them.
+    /// Every zero is known. These additional places, together with the sample places, separate the
+    /// zeros: at most one lies between neighbours.
     Parted(Vec<f64>),
-    /// The step is too long for as many samples.
+    /// The step is too long to be resolved by this number of samples.
     TooLong,
-    /// The function cannot be told from zero at these places, or, where there are none, anywhere.
+    /// The function is zero to rounding at these places; everywhere if there are none.
     Rounding(Vec<f64>),
 }
 
-/// Largest share of the last coefficients in the largest one. The terms left out are then smaller
+/// Largest share of the last coefficients in the largest one. The omitted terms are then smaller
 /// than the last ones together.
 const DECAYED: f64 = 1e-2;
 
-/// An extremum is told from zero where it is this many times as large as the error.
+/// An extremum counts as nonzero if it is this many times as large as the error.
 const MARGIN: f64 = 4.0;
 
-/// The zeros of a function with these samples, which are known up to `noise`.
+/// Zeros of a function with these samples, which are known up to `noise`.
 pub(crate) fn zeros(samples: &[f64; SAMPLES], noise: f64) -> Zeros {
     let coefficients = chebyshev_coefficients(samples);
     let largest = coefficients.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
@@ -64,7 +63,7 @@ pub(crate) fn zeros(samples: &[f64; SAMPLES], noise: f64) -> Zeros {
     }
 }
 
-/// `c_k` of `Σ c_k T_k(2 t - 1)` through samples at [`places`].
+/// Coefficients `c_k` of the polynomial `Σ c_k T_k(2 t - 1)` through samples at [`places`].
 fn chebyshev_coefficients(samples: &[f64; SAMPLES]) -> [f64; SAMPLES] {
     let halved = |index: usize| if index == 0 || index == DEGREE { 0.5 } else { 1.0 };
     from_fn(|k| {
@@ -75,7 +74,7 @@ fn chebyshev_coefficients(samples: &[f64; SAMPLES]) -> [f64; SAMPLES] {
     })
 }
 
-/// The same polynomial by powers of `2 t - 1`.
+/// Coefficients of the polynomial in powers of `2 t - 1`, from its Chebyshev coefficients.
 fn powers(coefficients: &[f64; SAMPLES]) -> [f64; SAMPLES] {
     let mut sum = [0.0; SAMPLES];
     let (mut before, mut term) = ([0.0; SAMPLES], [0.0; SAMPLES]);
@@ -93,7 +92,7 @@ fn powers(coefficients: &[f64; SAMPLES]) -> [f64; SAMPLES] {
     sum
 }
 
-/// Extrema inside the step, in order: their places and values.
+/// Extrema inside the step, in order: places and values.
 fn turns(powers: &[f64; SAMPLES]) -> Vec<(f64, f64)> {
     let halves = [-1.0, 1.0].into_iter().flat_map(|end| extrema(powers, end));
     let mut turns: Vec<(f64, f64)> =
@@ -102,7 +101,8 @@ fn turns(powers: &[f64; SAMPLES]) -> Vec<(f64, f64)> {
     turns
 }
 
-/// Extrema between neighbouring places between which the function changes its sign more than once.
+/// Extrema in intervals between neighbouring sample places in which the sign changes more than
+/// once.
 fn parting(samples: &[f64; SAMPLES], turns: &[(f64, f64)]) -> Vec<f64> {
     let places = places();
     let mut parting = Vec::new();
@@ -126,7 +126,7 @@ mod tests {
         zeros(&places().map(function), noise)
     }
 
-    /// Sign changes between neighbours of the places sampled and of those that part the zeros.
+    /// Number of sign changes between neighbours among the sample places and the separating places.
     fn counted(function: impl Fn(f64) -> f64) -> Option<usize> {
         let Zeros::Parted(parting) = zeros_of(&function, 1e-15) else { return None };
         let mut all: Vec<f64> = places().into_iter().chain(parting).collect();
@@ -154,7 +154,7 @@ mod tests {
                 known += 1;
             }
         }
-        // The coefficients of 2 π decay far enough, those of 9 do not.
+        // Rates up to 2 π have coefficients that decay far enough, rates of 9 do not.
         assert!((628..900).contains(&known), "{known}");
     }
 

@@ -1,4 +1,4 @@
-//! From a steady state to a graze: settle, shoot, and move the parameter until the orbit touches.
+//! From a steady state to a graze: settle, shoot, and change the parameter until the orbit touches.
 
 use super::arclength::{Bordered, CORRECTION, GROWTH, STRAIGHT, distance, dot, tangent};
 use super::effort::Effort;
@@ -9,7 +9,7 @@ use super::system::{ExtendedSystem, PeriodicFamily, Shooting, solve_either};
 use crate::flow::{Field, Integrator};
 use crate::model::Scene;
 
-/// A search along the periodic orbits of one parameter.
+/// A search for a graze along the periodic orbits in one parameter.
 pub(super) struct Search<'a> {
     scene: &'a Scene,
     system: &'a ExtendedSystem,
@@ -25,15 +25,15 @@ struct Periodic {
     start: Vec<f64>,
     lowest: Minimum,
     largest: f64,
-    /// Whether all of it lies beyond the surface.
+    /// Whether the whole orbit lies beyond the surface.
     beyond: bool,
 }
 
-/// A graze that a search found.
+/// Result of a search: a graze.
 pub(super) struct Met {
     /// Unknowns of the extended system.
     pub(super) unknowns: Vec<f64>,
-    /// The parameter at the other grazes met, in the order in which they were met.
+    /// Values of the parameter at the other grazes met, in the order of the search.
     pub(super) others: Vec<f64>,
 }
 
@@ -41,17 +41,17 @@ pub(super) struct Met {
 struct Graze {
     unknowns: Vec<f64>,
     value: f64,
-    /// Whether its orbit passes through no surface.
+    /// Whether the orbit passes through no surface.
     physical: bool,
 }
 
-/// The orbits that a search looked at.
+/// Summary of the orbits that a search tried.
 struct Looked {
     orbits: usize,
     /// Least and largest value of the parameter.
     range: [f64; 2],
     closest: Periodic,
-    /// The first that lies beyond the surface as a whole.
+    /// First orbit that lies wholly beyond the surface.
     beyond: Option<Periodic>,
 }
 
@@ -77,19 +77,20 @@ impl Looked {
     }
 }
 
-/// Largest residual a corrector may stall at.
+/// Largest residual at which a corrector may stall.
 const TOLERANCE: f64 = 1e-9;
-/// Periods flown to settle.
+/// Largest number of periods flown to settle.
 const SETTLING: usize = 400;
-/// Change of a period, in the unit of the states, of a motion that has settled.
+/// A motion has settled if a period changes the state by less than this, in units of the states.
 const SETTLED: f64 = 1e-10;
-/// Parameter values tried.
+/// Largest number of secant steps.
 const TRIALS: usize = 60;
-/// Part of the range of `h` within which Newton on the extended system is tried.
+/// Newton's method on the extended system is tried if the lowest `h` is within this part of its
+/// range.
 const NEAR: f64 = 0.2;
 
 impl<'a> Search<'a> {
-    /// A search for the graze of a system that has one, in its parameter.
+    /// A search for the graze of a system of one graze, in its parameter.
     pub(super) fn new(scene: &'a Scene, system: &'a ExtendedSystem, parameter: usize) -> Self {
         Self {
             scene,
@@ -100,10 +101,11 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// The graze with `h'' > 0` nearest to the parameter's first value, from a full state there.
+    /// The graze with `h'' > 0` nearest to the initial parameter value, from a full state at that
+    /// value.
     ///
-    /// The parameter is moved by secant steps in the lowest `h` first. Where these find no graze,
-    /// as beyond a fold, the curve of periodic orbits is followed by arclength to both sides.
+    /// The parameter is first moved by secant steps in the lowest `h`. If these find no graze, as
+    /// beyond a fold, the curve of periodic orbits is followed by arclength to both sides.
     pub(super) fn run(&self, start: &[f64], value: f64) -> Result<Met, Stop<NotLocated>> {
         let first = match self.periodic(value, start) {
             Some(orbit) => orbit,
@@ -155,7 +157,7 @@ impl<'a> Search<'a> {
         Ok(None)
     }
 
-    /// The free flow's state after many periods, and how much the last one changed it.
+    /// State of the free flow after many periods, and its change in the last period.
     fn settle(&self, start: &[f64], value: f64) -> (Vec<f64>, f64) {
         let (parameters, states) = (self.parameters(value), self.system.states);
         let period = self.system.period(&self.unknowns(start, value));
@@ -178,7 +180,7 @@ impl<'a> Search<'a> {
         (state, change)
     }
 
-    /// The periodic orbit near a full state, its phase kept.
+    /// Periodic orbit near a full state, with the same phase.
     fn periodic(&self, value: f64, start: &[f64]) -> Option<Periodic> {
         let (states, parameters) = (self.system.states, self.parameters(value));
         let shooting = Shooting::new(self.system, *start.get(states)?, &parameters);
@@ -193,7 +195,7 @@ impl<'a> Search<'a> {
         self.described(value, full)
     }
 
-    /// The periodic orbit through a full state, with its lowest point.
+    /// Periodic orbit through a full state, with its lowest point.
     fn described(&self, value: f64, full: Vec<f64>) -> Option<Periodic> {
         let parameters = self.parameters(value);
         let period = self.system.period(&self.unknowns(&full, value));
@@ -205,7 +207,8 @@ impl<'a> Search<'a> {
         Some(Periodic { value, start: full, lowest, largest: gaps.largest[self.surface], beyond })
     }
 
-    /// Newton on the extended system from an orbit's lowest point, where that is near the surface.
+    /// Newton's method on the extended system from an orbit's lowest point, if that is near the
+    /// surface.
     fn touch(&self, orbit: &Periodic) -> Result<Option<Vec<f64>>, OrbitError> {
         match orbit.lowest.event.abs() > NEAR * (orbit.largest - orbit.lowest.event) {
             true => Ok(None),
@@ -213,7 +216,7 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Newton on the extended system from an orbit's lowest point.
+    /// Newton's method on the extended system from an orbit's lowest point.
     fn touch_from(&self, orbit: &Periodic) -> Result<Option<Vec<f64>>, OrbitError> {
         let Ok(root) =
             solve_either(self.system, &self.unknowns(&orbit.lowest.state, orbit.value), 1e-9)?
@@ -226,7 +229,8 @@ impl<'a> Search<'a> {
         Ok((acceleration > 0.0).then_some(root))
     }
 
-    /// The orbit at the secant's next parameter value, nearer where it cannot be followed that far.
+    /// Orbit at the secant's next parameter value, or at a nearer one if it cannot be followed that
+    /// far.
     fn advance(&self, orbit: &Periodic, previous: Option<&Periodic>) -> Option<Periodic> {
         let scale = orbit.value.abs().max(0.1);
         let slope = previous
@@ -285,44 +289,43 @@ impl<'a> Search<'a> {
     }
 }
 
-/// First and largest step along the curve of periodic orbits, in the units of its unknowns, and
-/// the smallest before it is given up.
+/// First, largest and smallest step along the curve of periodic orbits, in units of its unknowns.
 const STEP: f64 = 0.02;
 const LARGEST_STEP: f64 = 0.25;
 const SMALLEST_STEP: f64 = 1e-6;
-/// Most steps to each side.
+/// Largest number of steps to each side.
 const MOST_STEPS: usize = 250;
-/// Changes of the parameter, relative to its size, up to which the curve is followed: once a graze
-/// is met, and before.
+/// Largest change of the parameter along the curve, relative to its size, once a graze is met; and
+/// before.
 const REACH: f64 = 2.0;
 const FAR: f64 = 10.0;
-/// Halvings of a step in which the lowest `h` changes its sign.
+/// Largest number of halvings of a step in which the lowest `h` changes its sign.
 const HALVINGS: usize = 20;
-/// Lowest `h` relative to the largest that is a touch.
+/// Lowest `h`, relative to the largest, that counts as a touch.
 const TOUCH: f64 = 1e-9;
 
 /// A point of the curve of periodic orbits.
 #[derive(Clone, Debug)]
 struct FamilyPoint {
-    /// The states at the fixed phase and the parameter, in units.
+    /// The states at the fixed phase, then the parameter, scaled.
     unknowns: Vec<f64>,
     tangent: Vec<f64>,
     orbit: Periodic,
 }
 
-/// The curve of periodic orbits through one, with the units of its unknowns.
+/// The curve of periodic orbits through one of them, with the units of its unknowns.
 struct Curve<'a> {
     search: &'a Search<'a>,
     family: PeriodicFamily<'a>,
     units: Vec<f64>,
     length: f64,
-    /// Full state of the orbit that it begins at; the phase is that of all.
+    /// Full state of the initial orbit; all orbits have its phase.
     start: Vec<f64>,
 }
 
 impl Search<'_> {
-    /// The grazes met along the curve of periodic orbits through one, to both sides, as far as the
-    /// work of one search goes.
+    /// Grazes along the curve of periodic orbits through one of them, to both sides, within the
+    /// work limit of one search.
     fn follow(&self, first: &Periodic, looked: &mut Looked) -> Result<Vec<Graze>, OrbitError> {
         let system = self.system.clone().limited(&Effort::new(&self.system.field));
         let search = Search { system: &system, watching: self.watching.clone(), ..*self };
@@ -350,7 +353,7 @@ impl Search<'_> {
     }
 }
 
-/// The size of a parameter's changes.
+/// Scale for changes of a parameter.
 fn scale(value: f64) -> f64 {
     value.abs().max(0.1)
 }
@@ -360,7 +363,7 @@ impl Curve<'_> {
         Scaled { equations: &self.family, units: self.units.clone(), residual_unit: self.length }
     }
 
-    /// Follows one side of the curve; whether it came back to where it began.
+    /// Follows one side of the curve; returns whether the curve closed.
     fn side(
         &self,
         first: &Periodic,
@@ -411,7 +414,7 @@ impl Curve<'_> {
         Ok(false)
     }
 
-    /// The point of the curve on a plane; `None` where Newton's method finds none.
+    /// Point of the curve on a plane; `None` if Newton's method fails.
     fn corrected(
         &self,
         start: &[f64],
@@ -426,7 +429,7 @@ impl Curve<'_> {
         }
     }
 
-    /// A point of the curve with its orbit; `None` where its flow or its tangent is not there.
+    /// Point of the curve with its orbit; `None` if its flow or its tangent cannot be computed.
     fn point(&self, unknowns: Vec<f64>, along: &[f64]) -> Result<Option<FamilyPoint>, OrbitError> {
         let (_, jacobian) = match self.system().linearised(&unknowns) {
             Ok(linearised) => linearised,
@@ -442,7 +445,7 @@ impl Curve<'_> {
         Ok(tangent.zip(orbit).map(|(tangent, orbit)| FamilyPoint { unknowns, tangent, orbit }))
     }
 
-    /// The graze between two points of the curve, between which the lowest `h` changes its sign.
+    /// Graze between two points of the curve at which the lowest `h` has opposite signs.
     fn graze_between(
         &self,
         here: &FamilyPoint,
@@ -478,7 +481,7 @@ fn moved(unknowns: &[f64], direction: &[f64], step: f64) -> Vec<f64> {
 }
 
 impl Search<'_> {
-    /// A graze by its unknowns.
+    /// Graze with these unknowns.
     fn graze(&self, unknowns: Vec<f64>) -> Graze {
         let parameters = self.system.parameters(&unknowns);
         let (start, period) = (&unknowns[..self.system.dimension], self.system.period(&unknowns));

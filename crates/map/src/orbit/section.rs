@@ -7,26 +7,26 @@ use super::outcome::OrbitError;
 use crate::model::{ExpressionGraph, Model, NodeId, Response, Scene, Section, StroboscopicPhase};
 use crate::numeric::{Dd, Scalar};
 
-/// A section of a scene, in coordinates: the full state without one component.
+/// A Poincaré section with its coordinates: the full state without one component.
 ///
-/// On the tangency section `h' = 0` the eliminated component is the one with the largest
-/// `|∂h'/∂x_i|` at the grazing point (the normal velocity; the coordinates of one degree of freedom
-/// are `x, theta`). On a stroboscopic section it is the phase.
+/// On the tangency section `h' = 0` the component with the largest `|∂h'/∂x_i|` at the grazing
+/// point is eliminated (the normal velocity; one degree of freedom has the coordinates `x, theta`).
+/// On a stroboscopic section the phase is eliminated.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PoincareSection {
-    /// Which section.
+    /// Kind of the section.
     pub kind: PoincareSectionKind,
     /// Components of the full state that are coordinates, increasing.
     pub coordinates: Vec<usize>,
-    /// The component of the full state that is not.
+    /// Component of the full state that is eliminated.
     pub eliminated: usize,
 }
 
-/// Which Poincaré section.
+/// Kind of a Poincaré section.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum PoincareSectionKind {
-    /// `h' = 0` near the grazing point.
+    /// Tangency: `h' = 0` near the grazing point.
     Tangency,
     /// A fixed phase.
     Stroboscopic {
@@ -36,12 +36,12 @@ pub enum PoincareSectionKind {
 }
 
 impl PoincareSection {
-    /// The section a scene asks for, through an orbit that grazes `surface` at a full state.
+    /// The section that a scene requests, through an orbit that grazes `surface` at a full state.
     ///
     /// # Errors
     ///
-    /// [`OrbitError::StroboscopicWithoutPhase`] if the scene asks for a phase of a model that has
-    /// none.
+    /// [`OrbitError::StroboscopicWithoutPhase`] if the scene requests a stroboscopic section of a
+    /// model without a phase.
     pub fn of(
         scene: &Scene,
         surface: usize,
@@ -86,13 +86,13 @@ impl PoincareSection {
     }
 }
 
-/// A phase in `[0, period)`.
+/// Phase reduced to `[0, period)`.
 pub(super) fn reduced(phase: Dd, period: Dd) -> Dd {
     let rest = phase - (phase / period).floor() * period;
     if rest < period { rest } else { rest - period }
 }
 
-/// The expressions an orbit needs at a point, each with its derivatives in every input (full state,
+/// Expressions that an orbit needs at a point, with their gradients in the inputs (full state,
 /// parameters).
 #[derive(Clone, Debug)]
 pub(super) struct Geometry {
@@ -104,7 +104,7 @@ pub(super) struct Geometry {
     acceleration: NodeId,
     clock: Option<Sloped>,
     reset: Option<Vec<Sloped>>,
-    /// The contact field of a compliant surface whose contact ends at the surface.
+    /// Contact field of a compliant surface whose contact ends at the surface.
     contact: Option<Vec<NodeId>>,
 }
 
@@ -122,7 +122,7 @@ impl Sloped {
 }
 
 impl Geometry {
-    /// The expressions of a model at one of its surfaces.
+    /// Expressions of a model at one of its surfaces.
     pub(super) fn new(model: &Model, surface: usize) -> Self {
         let mut graph = model.graph.clone();
         let (dimension, inputs) = (model.dimension(), model.dimension() + model.parameters.len());
@@ -152,7 +152,7 @@ impl Geometry {
         }
     }
 
-    /// Every expression at a point.
+    /// Evaluates all expressions at a point.
     pub(super) fn at<S: Scalar>(&self, state: &[S], parameters: &[S]) -> LocalGeometry<'_, S> {
         let inputs: Vec<S> = state.iter().chain(parameters).copied().collect();
         let mut values = Vec::new();
@@ -161,7 +161,7 @@ impl Geometry {
     }
 }
 
-/// The values of a [`Geometry`] at one point.
+/// Values of a [`Geometry`] at one point.
 #[derive(Clone, Debug)]
 pub(super) struct LocalGeometry<'a, S> {
     geometry: &'a Geometry,
@@ -177,22 +177,22 @@ impl<S: Scalar> LocalGeometry<'_, S> {
         nodes.iter().map(|&node| self.value(node)).collect()
     }
 
-    /// The free field.
+    /// Free field at the point.
     pub(super) fn flow(&self) -> Vec<S> {
         self.values(&self.geometry.flow)
     }
 
-    /// `h`.
+    /// Event function `h`.
     pub(super) fn event(&self) -> S {
         self.value(self.geometry.event.node)
     }
 
-    /// `h'`.
+    /// Normal velocity `h'`.
     pub(super) fn velocity(&self) -> S {
         self.value(self.geometry.velocity.node)
     }
 
-    /// `h''`.
+    /// Normal acceleration `h''`.
     pub(super) fn acceleration(&self) -> S {
         self.value(self.geometry.acceleration)
     }
@@ -207,20 +207,20 @@ impl<S: Scalar> LocalGeometry<'_, S> {
         self.values(&self.geometry.velocity.slopes)
     }
 
-    /// Rate of the phase and its gradient, where there is a phase.
+    /// Rate of the phase and its gradient, if there is a phase.
     pub(super) fn clock(&self) -> Option<(S, Vec<S>)> {
         let clock = self.geometry.clock.as_ref()?;
         Some((self.value(clock.node), self.values(&clock.slopes)))
     }
 
-    /// The state after the reset and the reset's Jacobian in the full state, for a rigid surface.
+    /// State after the reset and the reset's Jacobian in the full state, for a rigid surface.
     pub(super) fn reset(&self) -> Option<(Vec<S>, Vec<Vec<S>>)> {
         let reset = self.geometry.reset.as_ref()?;
         let image = reset.iter().map(|component| self.value(component.node)).collect();
         Some((image, reset.iter().map(|component| self.values(&component.slopes)).collect()))
     }
 
-    /// The contact field, for a compliant surface whose contact ends at the surface.
+    /// Contact field, for a compliant surface whose contact ends at the surface.
     pub(super) fn contact(&self) -> Option<Vec<S>> {
         self.geometry.contact.as_ref().map(|field| self.values(field))
     }
@@ -231,7 +231,7 @@ impl<S: Scalar> LocalGeometry<'_, S> {
     }
 }
 
-/// The scalar product.
+/// Scalar product of two vectors.
 pub(super) fn dot<S: Scalar>(a: &[S], b: &[S]) -> S {
     a.iter().zip(b).fold(S::zero(), |sum, (&a, &b)| a.mul_add(b, sum))
 }

@@ -1,10 +1,10 @@
 //! The extended system of a grazing orbit: the orbit closes, and touches its surfaces.
 //!
-//! Unknowns are the full state at the first graze, the period where no clock gives it, the times of
-//! the further independent grazes, and the free parameters; equations `φ_T(X; p) − X = 0` in the
-//! states (the phase closes by itself) and `h = 0`, `h' = 0` at every independent graze. A
+//! Unknowns are the full state at the first graze, the period of an autonomous system, the times of
+//! the further independent grazes, and the free parameters. Equations are `φ_T(X; p) − X = 0` in
+//! the states (the phase closes by itself) and `h = 0`, `h' = 0` at every independent graze. A
 //! symmetric orbit closes after half its period on its mirror image, `φ_{T/2}(X) + X = 0`. Closure
-//! may be asked for at the end or, from both sides, in the middle. See docs/mathematics/orbit.md.
+//! is imposed at the end or, from both sides, in the middle. See docs/mathematics/orbit.md.
 //!
 //! [`Shooting`] is closure without the grazes, from a fixed phase and at fixed parameters.
 
@@ -21,24 +21,24 @@ use crate::flow::{Field, Integrator, flow_with_jacobian, flow_with_jacobian_with
 use crate::model::Scene;
 use crate::numeric::{Dd, Real, converted};
 
-/// Where the two ends of a period are matched.
+/// Point of the period at which its two ends are matched.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Matching {
     /// `φ_T(X) = X`: for strong damping, where the flow backwards is violent.
     AtEnd,
-    /// `φ_{T/2}(X) = φ_{−T/2}(X)`: for strong instability, as each half grows by the square root
-    /// only.
+    /// `φ_{T/2}(X) = φ_{−T/2}(X)`: for strong instability, because each half grows only by the
+    /// square root.
     AtMiddle,
 }
 
-/// Closure and grazes in the unknowns (full state, period of an autonomous system, graze times,
-/// free parameters).
+/// Closure and grazes as equations in the unknowns (full state, period of an autonomous system,
+/// graze times, free parameters).
 #[derive(Clone, Debug)]
 pub(super) struct ExtendedSystem {
     /// The passages of the orbit.
     pub(super) grazes: Grazes,
     pub(super) field: Field,
-    /// One per passage.
+    /// Expressions at the surface of each passage.
     geometries: Vec<Geometry>,
     /// Length of the full state.
     pub(super) dimension: usize,
@@ -46,15 +46,15 @@ pub(super) struct ExtendedSystem {
     pub(super) states: usize,
     phase_advance: Option<Dd>,
     base: Vec<Dd>,
-    /// The free parameters.
+    /// Indices of the free parameters.
     pub(super) free: Vec<usize>,
     matching: Matching,
-    /// What is computed is counted here, and limited.
+    /// Counter and limit of the work, if there is one.
     effort: Option<Effort>,
 }
 
-/// A stretch of the flow with its derivatives in the full state, its duration and all parameters
-/// asked for.
+/// A stretch of the flow with its derivatives in the full state and the requested parameters, and
+/// the velocity at its end.
 struct Stretch {
     state: Vec<f64>,
     jacobian: DMatrix<f64>,
@@ -62,7 +62,7 @@ struct Stretch {
 }
 
 impl ExtendedSystem {
-    /// The system of a scene whose other parameters are `base`.
+    /// The system of a scene, with `base` for the parameters that are not free.
     pub(super) fn new(scene: &Scene, grazes: Grazes, base: &[Dd], free: &[usize]) -> Self {
         let model = &scene.model;
         let surfaces = grazes.surfaces.iter();
@@ -80,7 +80,7 @@ impl ExtendedSystem {
         }
     }
 
-    /// The same equations, whose evaluations count and end at the limit of a search.
+    /// Counts the work of evaluations; they fail at the limit.
     pub(super) fn limited(self, effort: &Effort) -> Self {
         Self { effort: Some(effort.clone()), ..self }
     }
@@ -92,6 +92,8 @@ impl ExtendedSystem {
         }
     }
 
+    /// Checks the work limit.
+    ///
     /// # Errors
     ///
     /// [`OrbitError::SearchTooLong`] at the limit of a search.
@@ -99,7 +101,7 @@ impl ExtendedSystem {
         self.effort.as_ref().map_or(Ok(()), Effort::check)
     }
 
-    /// The state after a duration of either sign along the free flow, counted.
+    /// State after a duration of either sign along the free flow; the work is counted.
     ///
     /// # Errors
     ///
@@ -119,7 +121,7 @@ impl ExtendedSystem {
         }
     }
 
-    /// As [`flow`](Self::flow), with the derivatives in these inputs.
+    /// State as from [`flow`](Self::flow), with its derivatives in the given inputs.
     ///
     /// # Errors
     ///
@@ -140,17 +142,17 @@ impl ExtendedSystem {
         }
     }
 
-    /// The same equations, matched elsewhere.
+    /// Sets the point of matching.
     pub(super) fn matched(&self, matching: Matching) -> Self {
         Self { matching, ..self.clone() }
     }
 
-    /// The same equations with the other parameters and the free ones changed.
+    /// Sets the fixed and the free parameters.
     pub(super) fn with(&self, base: &[Dd], free: &[usize]) -> Self {
         Self { base: base.to_vec(), free: free.to_vec(), ..self.clone() }
     }
 
-    /// Closure and the first graze, with one free parameter.
+    /// Reduces the system to closure and the first graze, with one free parameter.
     pub(super) fn first_graze(&self, parameter: usize) -> Self {
         Self {
             grazes: self.grazes.first(),
@@ -160,7 +162,7 @@ impl ExtendedSystem {
         }
     }
 
-    /// Expressions at the surface of a passage; those of the first give the flow and the clock too.
+    /// Expressions at the surface of a passage; the first also gives the flow and the clock.
     pub(super) fn geometry(&self, passage: usize) -> &Geometry {
         &self.geometries[passage]
     }
@@ -184,8 +186,8 @@ impl ExtendedSystem {
         self.states + 2 * self.grazes.independent
     }
 
-    /// Unknowns from their parts; `period` is used only where no clock gives it, `times` are those
-    /// of the independent grazes after the first.
+    /// Assembles the unknowns from their parts. `period` is used only for an autonomous system;
+    /// `times` are the times of the independent grazes after the first.
     pub(super) fn assemble<S: Real>(
         &self,
         state: &[S],
@@ -208,8 +210,8 @@ impl ExtendedSystem {
         parameters
     }
 
-    /// The unit of the states: of their own size, or of what their rates come to over a period's
-    /// `T/2π`, at a graze where they vanish.
+    /// Unit of the states: from the size of the states and, because states may vanish at a graze,
+    /// of their rates times `T/2π`.
     pub(super) fn length(&self, unknowns: &[f64]) -> f64 {
         let state = &unknowns[..self.dimension];
         let parameters = self.parameters(unknowns);
@@ -220,7 +222,7 @@ impl ExtendedSystem {
         unit_of(sizes.fold(0.0, |size, value| value.abs().max(size)))
     }
 
-    /// The system in units: the states' own size, and that of each adjusted parameter.
+    /// The system in units: that of the states, and the size of each adjusted parameter.
     pub(super) fn scaled(&self, unknowns: &[f64]) -> Scaled<'_, Self> {
         let length = self.length(unknowns);
         let mut units = vec![1.0; self.unknowns()];
@@ -232,7 +234,7 @@ impl ExtendedSystem {
         Scaled { equations: self, units, residual_unit: length }
     }
 
-    /// Times of the independent grazes, the first being 0.
+    /// Times of the independent grazes; the first is 0.
     pub(super) fn times<S: Real>(&self, unknowns: &[S]) -> Vec<S> {
         let later = &unknowns[self.first_time()..self.first_parameter()];
         [S::zero()].iter().chain(later).copied().collect()
@@ -259,7 +261,7 @@ impl ExtendedSystem {
         }
     }
 
-    /// Ends that closure compares, as parts of the period, each with the factor of its states in
+    /// Ends that closure compares: each as a share of the period, with the factor of its states in
     /// the difference.
     fn ends(&self) -> [(f64, f64); 2] {
         let (share, image) = (self.grazes.share(), self.grazes.image());
@@ -269,7 +271,7 @@ impl ExtendedSystem {
         }
     }
 
-    /// Closure in the states, then `h`, `h'` at every independent graze.
+    /// Residuals: closure in the states, then `h`, `h'` at every independent graze.
     pub(super) fn evaluate<S: Real>(&self, unknowns: &[S]) -> Result<Vec<S>, OrbitError> {
         let state = &unknowns[..self.dimension];
         let parameters = self.parameters(unknowns);
@@ -327,7 +329,7 @@ impl ExtendedSystem {
         Ok(Stretch { state, jacobian, velocity })
     }
 
-    /// Adds the derivatives of one end to the closure's rows; the state there.
+    /// Adds the derivatives of one end to the closure's rows; returns the state there.
     fn add_closure(
         &self,
         jacobian: &mut DMatrix<f64>,
@@ -355,7 +357,7 @@ impl ExtendedSystem {
         Ok(end.state)
     }
 
-    /// Fills the two rows of a graze; `h` and `h'` there.
+    /// Fills the two rows of a graze; returns `h` and `h'` there.
     fn fill_touch(
         &self,
         jacobian: &mut DMatrix<f64>,
@@ -401,7 +403,7 @@ impl Equations for ExtendedSystem {
     }
 }
 
-/// Closure of the period in the states.
+/// Closure of the period as equations in the states, at a fixed phase and fixed parameters.
 #[derive(Clone, Debug)]
 pub(super) struct Shooting {
     fixed: ExtendedSystem,
@@ -431,8 +433,9 @@ impl Equations for Shooting {
     }
 }
 
-/// Closure of the period from a fixed phase, in the states and the free parameter of a system of
-/// one graze: one equation fewer than unknowns, whose solutions are the curve of periodic orbits.
+/// Closure of the period from a fixed phase, as equations in the states and the free parameter of a
+/// system of one graze. There is one equation fewer than unknowns; the solutions form the curve of
+/// periodic orbits.
 #[derive(Clone, Debug)]
 pub(super) struct PeriodicFamily<'a> {
     system: &'a ExtendedSystem,
@@ -445,7 +448,7 @@ impl<'a> PeriodicFamily<'a> {
         Self { system, phase }
     }
 
-    /// Unknowns of the system.
+    /// Unknowns of the extended system, with the phase inserted.
     fn full<S: Real>(&self, unknowns: &[S]) -> Vec<S> {
         let (states, parameter) = unknowns.split_at(self.system.states);
         [states, &[S::from_f64(self.phase)], parameter].concat()
@@ -467,8 +470,8 @@ impl Equations for PeriodicFamily<'_> {
     }
 }
 
-/// Newton's method with the period matched at its end, then at its middle; the end's failure if
-/// both fail. The tolerance is one of residuals in the units of the start.
+/// Newton's method with the period matched at its end, then in its middle; if both fail, the
+/// failure at the end is returned. The tolerance is one of residuals in the units of the start.
 pub(super) fn solve_either(
     system: &ExtendedSystem,
     start: &[f64],
@@ -481,8 +484,8 @@ pub(super) fn solve_either(
     }
 }
 
-/// Refinement with the period matched at its end, then at its middle, to a tolerance relative to
-/// the size of the unknowns in units of their own.
+/// Refinement with the period matched at its end, then in its middle, to a tolerance relative to
+/// the size of the scaled unknowns.
 pub(super) fn refine_either(
     system: &ExtendedSystem,
     start: &[f64],

@@ -1,17 +1,17 @@
-//! What the theory of grazing bifurcations says of a graze, to leading order.
+//! Predictions of the theory of grazing bifurcations for a graze, to leading order.
 //!
-//! One idea: everything follows from the multipliers of the orbit without contact and from `xi_n`.
-//! With `κ = sqrt(2/h'')` and the gap `h₀` of that orbit at the next passage, an orbit of `n`
-//! returns whose only contact has the depth variable `y` closes where
+//! All predictions follow from the multipliers of the orbit without contact and from `xi_n`. With
+//! `κ = sqrt(2/h'')` and the gap `h₀` of that orbit at the next passage, an orbit of `n` returns
+//! whose only contact has the depth variable `y` closes if
 //!
 //! ```text
 //! h₀ = −κ y T_n(n) − y²,   T_k(n) = xi_k + xi_{k+n} + xi_{k+2n} + …
 //! ```
 //!
-//! and stays clear at its other passages where `T_k(n) > T_n(n)`, `0 < k < n`. The largest of its
+//! and stays clear at its other passages if `T_k(n) > T_n(n)` for `0 < k < n`. The largest of its
 //! multipliers is `−κ xi_n/(2y)`. For two multipliers these are the `c_n`, `b_nk` and `Λ` of the
-//! literature; here for any number. A stop whose contact begins with a higher power
-//! of `y` has none of that. See docs/mathematics/dynamics.md.
+//! literature; here for any number. None of this holds for a stop whose contact begins with a
+//! higher power of `y`. See docs/mathematics/dynamics.md.
 
 use serde::Serialize;
 
@@ -27,38 +27,38 @@ use crate::flow::Field;
 use crate::model::Scene;
 use crate::numeric::converted;
 
-/// Longest one-contact orbits listed, in returns.
+/// Longest one-contact orbits considered, in returns.
 const LONGEST: usize = 8;
-/// Conditions whose signs are looked at.
+/// Number of conditions whose signs are examined.
 const CONDITIONS: usize = 64;
-/// Conditions smaller than this, relative to the largest, have died out.
+/// Conditions smaller than this, relative to the largest, count as zero.
 const DIED_OUT: f64 = 1e-13;
-/// Most terms of a sum of conditions.
+/// Largest number of terms in a sum of conditions.
 const MOST_TERMS: usize = 100_000;
 
-/// The theory of a graze.
+/// Multipliers and conditions of a graze, and the predictions that follow from them.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct GrazeTheory {
-    /// With which power of the depth variable `y` the contact begins: 1 for a square root of the
-    /// depth; `None` where no contact is felt.
+    /// Leading power of the depth variable `y` in the contact: 1 for a square root of the depth;
+    /// `None` if contact has no effect.
     pub contact_power: Option<usize>,
     /// Magnitude of the largest multiplier of the orbit without contact.
     pub largest_multiplier: f64,
-    /// `xi_1, xi_2, …`, as many as the longest orbit listed has returns.
+    /// `xi_1, xi_2, …`, as many as the longest one-contact orbit considered has returns.
     pub xi: Vec<f64>,
-    /// Magnitude up to which each of them is rounding and has no sign.
+    /// Rounding of each `xi_n`: a value not larger in magnitude has no sign.
     pub noise: Vec<f64>,
-    /// The parameters that unfold a graze of codimension two; none of another graze.
+    /// Parameters that unfold a graze of codimension two; empty for any other graze.
     pub unfolding: Vec<Unfolding>,
     /// Name of the adjusted parameter.
     pub parameter: String,
-    /// How the lowest gap of the orbit without contact changes with it: contact begins on the side
-    /// where the gap falls.
+    /// Derivative, in the adjusted parameter, of the lowest gap of the orbit without contact;
+    /// contact begins on the side where the gap falls.
     pub gap_slope: f64,
-    /// Orbits with one contact in `n` returns that exist near the graze to leading order; of a
-    /// square root alone.
+    /// Orbits with one contact in `n` returns that exist near the graze to leading order; listed
+    /// for a square root only.
     pub orbits: Vec<OneContactOrbit>,
-    /// What is to be expected.
+    /// Predicted behaviour near the graze.
     pub expectation: Expectation,
 }
 
@@ -67,60 +67,63 @@ pub struct GrazeTheory {
 pub struct Unfolding {
     /// Name of the parameter.
     pub parameter: String,
-    /// Derivative of the condition along the grazing curve, the first adjusted parameter following.
+    /// Derivative of the condition along the grazing curve, on which the first adjusted parameter
+    /// follows.
     pub slope: f64,
 }
 
 /// An orbit with one contact in `n` returns, near the graze.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct OneContactOrbit {
-    /// Returns of a period.
+    /// Returns in one period of the orbit.
     pub returns: usize,
     /// `xi_n`.
     pub xi: f64,
-    /// `T_n(n)`: positive where it exists on the side of contact, negative on the other.
+    /// Sum `T_n(n)`: if positive, the orbit exists on the side of contact; if negative, on the
+    /// other.
     pub sum: f64,
-    /// Change of the parameter from the graze at which its largest multiplier has the magnitude 1,
-    /// to leading order: nearer to the graze the orbit is unstable.
+    /// Distance of the parameter from the graze at which the largest multiplier has magnitude 1, to
+    /// leading order; closer to the graze the orbit is unstable.
     pub unstable_within: f64,
 }
 
-/// What is to be expected of a graze.
+/// Predicted behaviour near a graze.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case", tag = "kind")]
 pub enum Expectation {
-    /// Several passages graze in one return: the conditions between them decide.
+    /// Several passages graze in one return; the conditions between them decide.
     SeveralPassages,
-    /// The orbit is unstable without contact: no attractor is born near it.
+    /// The orbit without contact is unstable: no attractor is born near it.
     Unstable,
     /// A multiplier of the orbit without contact has modulus 1 to rounding.
     Neutral,
-    /// Every condition is rounding, and no parameter changes that: contact moves the state along
-    /// the orbit alone, to leading order.
+    /// Every condition is zero to rounding, and no parameter changes that: to leading order,
+    /// contact only moves the state along the orbit.
     Undecided,
-    /// A condition that decides is rounding: codimension two.
+    /// A condition that decides is zero to rounding: codimension two.
     CodimensionTwo {
-        /// The first such condition.
+        /// Index of the first such condition.
         n: usize,
     },
     /// Contact and free flight do not differ at the graze.
     NoContact,
-    /// The contact begins with a power of `y` above 1: the multipliers stay finite, and change at
-    /// once for `y²`, gradually beyond.
+    /// The contact begins with a power of `y` above 1. Multipliers stay finite: they change
+    /// abruptly for `y²`, gradually for higher powers.
     Finite,
     /// A condition is negative: the attractor near the graze is lost, and the motion jumps.
     Jump {
-        /// The first such condition.
+        /// Index of the first such condition.
         n: usize,
     },
     /// All conditions are positive: an attractor near the graze persists.
     Persists {
-        /// What it is, where the multipliers are real and positive.
+        /// Type of the attractor; `None` unless the multipliers are real and positive.
         route: Option<Route>,
     },
 }
 
-/// What is born at a graze of an orbit whose multipliers are real and positive, by the largest.
+/// Attractor born at a graze of an orbit with real and positive multipliers, by the largest of
+/// them.
 ///
 /// Reference: `Chin1994`, for one multiplier much smaller than the other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -134,7 +137,7 @@ pub enum Route {
     Chaos,
 }
 
-/// What theory says of the graze of an orbit.
+/// Theory of the graze of an orbit.
 ///
 /// # Errors
 ///
@@ -196,10 +199,10 @@ pub fn graze_theory(scene: &Scene, orbit: &GrazingOrbit) -> Result<GrazeTheory, 
     Ok(theory)
 }
 
-/// Magnitude up to which each condition of the orbit is rounding.
+/// Rounding of each condition of the orbit: a value not larger in magnitude has no sign.
 ///
-/// The rounding of the flow's derivatives, of the orbit's residual, and of parameters that are
-/// given to as many digits as a double has.
+/// The bound covers the rounding of the flow's derivatives, the orbit's residual, and parameters
+/// given to the precision of a double.
 fn condition_noise(
     system: &ExtendedSystem,
     stretches: &[Stretch],
@@ -222,12 +225,12 @@ fn condition_noise(
 /// Step along a grazing curve, in the units of its unknowns, for the slope of a condition.
 const ALONG: f64 = 1e-4;
 
-/// Change of a condition over the size of a parameter, relative to the condition's size, below
-/// which the parameter does not unfold it.
+/// Smallest change of a condition over the size of a parameter, relative to the condition's size,
+/// for the parameter to count as unfolding it.
 const UNFOLDS: f64 = 1e-5;
 
-/// The parameters along whose grazing curves a condition changes, those that change it most over
-/// their size first.
+/// Parameters along whose grazing curves condition `n` changes, in decreasing order of the change
+/// over the parameter's size.
 fn unfolding(
     scene: &Scene,
     orbit: &GrazingOrbit,
@@ -262,18 +265,18 @@ fn unfolding(
     Ok(found.into_iter().map(|(_, unfolding)| unfolding).collect())
 }
 
-/// All conditions of a stable orbit, by the recurrence that its multipliers give.
+/// Conditions of a stable orbit, continued by the recurrence of its multipliers.
 struct Conditions {
-    /// From `xi_1` on, as far as they have not died out.
+    /// Conditions from `xi_1` on, until they count as zero.
     values: Vec<f64>,
-    /// Magnitude up to which each is rounding.
+    /// Rounding of each condition.
     noise: Vec<f64>,
-    /// How many were computed along the orbit; the others follow by the recurrence.
+    /// Number of conditions computed along the orbit; the others follow by the recurrence.
     computed: usize,
 }
 
 impl Conditions {
-    /// From the first ones, at least as many as there are multipliers, with their noise.
+    /// Extends the first conditions, at least as many as there are multipliers, and their noise.
     fn new(first: &[f64], first_noise: &[f64], multipliers: &[[f64; 2]]) -> Self {
         let recurrence = characteristic(multipliers);
         let [re, im] = multipliers.first().copied().unwrap_or_default();
@@ -287,29 +290,29 @@ impl Conditions {
         }
         let mut noise = first_noise.to_vec();
         while noise.len() < values.len() {
-            // Rounding decays as the largest multiplier does.
+            // Rounding decays at the rate of the largest multiplier.
             noise.push(noise.last().copied().unwrap_or(0.0) * re.hypot(im));
         }
         Self { values, noise, computed: first.len() }
     }
 
-    /// `T_k(n)`.
+    /// Sum `T_k(n)`, with `from = k` and `returns = n`.
     fn sum(&self, from: usize, returns: usize) -> f64 {
         self.values.iter().skip(from - 1).step_by(returns).sum()
     }
 
-    /// Magnitude up to which `T_k(n)` is rounding.
+    /// Rounding of `T_k(n)`.
     fn sum_noise(&self, from: usize, returns: usize) -> f64 {
         self.noise.iter().skip(from - 1).step_by(returns).sum()
     }
 
-    /// Whether `xi_n` is rounding.
+    /// Whether `xi_n` is zero to rounding.
     fn vanishes(&self, n: usize) -> bool {
         self.values[n - 1].abs() <= self.noise[n - 1]
     }
 
-    /// The orbit of one contact in so many returns, if it exists; `scale` is `h''` times the slope
-    /// of the gap.
+    /// Orbit with one contact in a number of returns, if it exists; `scale` is `h''` times the
+    /// slope of the gap.
     fn orbit(&self, returns: usize, scale: f64) -> Option<OneContactOrbit> {
         let (&xi, sum) = (self.values.get(returns - 1)?, self.sum(returns, returns));
         let noise = self.sum_noise(returns, returns);
@@ -347,7 +350,7 @@ impl Conditions {
     }
 }
 
-/// Coefficients of the monic polynomial with these zeros, which come in conjugate pairs, lowest
+/// Coefficients of the monic polynomial with these zeros (conjugate pairs, `[re, im]`), lowest
 /// first, without the leading one.
 fn characteristic(zeros: &[[f64; 2]]) -> Vec<f64> {
     let mut polynomial = vec![1.0];
@@ -418,7 +421,7 @@ mod tests {
                     assert_eq!(found.is_some(), clears, "{n} of {one}, {two}, {sign}");
                     let c =
                         -(one - two) * (power(n)[0] - 1.0) * (power(n)[1] - 1.0) / difference(n);
-                    // After the graze where sign(γ) c_n < 0.
+                    // The orbit exists after the graze if sign(γ) c_n < 0.
                     assert!(found.is_none_or(|orbit| (orbit.sum > 0.0) == (sign * c < 0.0)));
                 }
             }

@@ -1,4 +1,4 @@
-//! Affine fields, recognised from the expression graph, and their exact flow.
+//! Affine fields, recognised in the expression graph, and their exact flow.
 
 mod form;
 mod matrix;

@@ -1,9 +1,9 @@
-//! Corners of a field: places where `abs`, `sign`, `min` or `max` changes its branch, or where
-//! `atan2` meets its cut.
+//! Corners of a field: zeros at which `abs`, `sign`, `min` or `max` changes its branch, or `atan2`
+//! meets its cut.
 //!
-//! A series knows one branch alone. One idea: a step that would pass a corner ends just behind it,
-//! by the rounding of the function whose zero the corner is, so that the next series is that of the
-//! other branch. The wrong branch is followed for that rounding alone.
+//! A series represents one branch only. One idea: a step that would pass a corner ends just behind
+//! it, by the rounding of the function that is zero at the corner, so that the next series is that
+//! of the other branch. The solution follows the wrong branch only for that rounding.
 
 use super::program::{InputKind, Operation, Program, Slot};
 use crate::numeric::polynomial::{crossings, evaluate, size};
@@ -12,13 +12,13 @@ use crate::numeric::{Branched, Mask as _, Scalar};
 /// A corner: the zero of a slot of a program.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Corner {
-    /// The slot whose sign decides.
+    /// Slot whose sign selects the branch.
     argument: Slot,
-    /// A slot that is negative where the corner exists: the `x` of `atan2(y, x)`.
+    /// Slot that must be negative for the corner to exist: the `x` of `atan2(y, x)`.
     beside: Option<Slot>,
 }
 
-/// The corners of a program's operations that a solution may meet; `inputs` as it was lowered with.
+/// Corners of a program's operations that a solution may meet; `inputs` as in the lowering.
 pub(super) fn corners(program: &Program, inputs: &[InputKind]) -> Vec<Corner> {
     let moves = program.moving(inputs);
     let mut found = Vec::new();
@@ -37,17 +37,17 @@ pub(super) fn corners(program: &Program, inputs: &[InputKind]) -> Vec<Corner> {
     found
 }
 
-/// Roundings of an argument within which it is on its corner.
+/// Number of roundings of an argument within which it counts as zero.
 const ROUNDINGS: f64 = 8.0;
 
-/// Most halvings of a step towards the time in which an argument is led by its slope.
+/// Largest number of halvings of a step in the search for the time on which the slope dominates.
 const MOST_HALVES: usize = 100;
 
-/// Largest share of a step by which it ends behind a corner.
+/// Largest distance behind a corner at which a step ends, as a share of the step.
 const BEHIND: f64 = 1e-6;
 
-/// A length of either sign, cut just behind the first of some corners on the way; `series` gives
-/// the coefficients of a slot.
+/// A length of either sign, cut just behind the first corner on the way; `series` gives the
+/// coefficients of a slot.
 pub(super) fn cut<'s, S: Branched>(
     corners: &[Corner],
     series: impl Fn(Slot) -> &'s [S],
@@ -71,12 +71,12 @@ pub(super) fn cut<'s, S: Branched>(
 }
 
 impl Corner {
-    /// The slots that tell where it is.
+    /// Slots that determine the corner.
     pub(super) fn slots(&self) -> impl Iterator<Item = Slot> {
         std::iter::once(self.argument).chain(self.beside)
     }
 
-    /// Time just behind the corner on the way to a time of either sign.
+    /// Time just behind the corner on the way to `end`, which has either sign.
     fn met(&self, series: impl Fn(Slot) -> Vec<f64>, end: f64) -> Option<f64> {
         let argument = series(self.argument);
         let beside = self.beside.map(series);
@@ -85,13 +85,13 @@ impl Corner {
     }
 }
 
-/// The first time on the way to `end` by which a polynomial has another sign than at the start, by
-/// more than its rounding, where the corner exists.
+/// First time on the way to `end` at which the sign of a polynomial differs from that at the start
+/// by more than its rounding, and at which the corner exists.
 fn first_change(coefficients: &[f64], end: f64, exists: impl Fn(f64) -> bool) -> Option<f64> {
     let rounding = ROUNDINGS * f64::EPSILON * size(coefficients, reach(coefficients, end.abs()));
     let mut way = coefficients.to_vec();
     if way[0].abs() <= rounding {
-        // NOTE: 0 at 0, as the operations have it.
+        // NOTE: the sign of 0 is 0, as in the operations.
         let sign = Scalar::signum(way[0]);
         way[0] = 0.0;
         let term = |k: usize| way[k] * end.powi(k as i32);
@@ -107,8 +107,8 @@ fn first_change(coefficients: &[f64], end: f64, exists: impl Fn(f64) -> bool) ->
     Some(time + behind.copysign(end))
 }
 
-/// The longest time, of the halves of another, in which a polynomial is led by its first two
-/// coefficients: a step may be much longer than what its roundings come from.
+/// The longest time, of `longest` and its repeated halves, on which the first two coefficients of a
+/// polynomial dominate. The roundings are judged on this time, because a step may be much longer.
 fn reach(coefficients: &[f64], longest: f64) -> f64 {
     let [value, slope] = [0, 1].map(|k| coefficients.get(k).map_or(0.0, |c| c.abs()));
     if value == 0.0 && slope == 0.0 {
@@ -130,7 +130,7 @@ mod tests {
     #[test]
     fn a_step_ends_just_behind_the_first_zero_in_its_direction() {
         // (t − 1/4)(t − 3/4) and its mirror image.
-        // Twice the rounding, 8 units of 2.2, over the slope, 1/2.
+        // Twice the rounding, 8 units of 2.2, divided by the slope, 1/2.
         let ahead = first_change(&[0.1875, -1.0, 1.0], 1.0, anywhere).unwrap();
         assert!(ahead > 0.25 && ahead < 0.25 + 2e-14, "{ahead}");
         let back = first_change(&[0.1875, 1.0, 1.0], -1.0, anywhere).unwrap();
@@ -141,13 +141,14 @@ mod tests {
 
     #[test]
     fn a_start_on_a_corner_leaves_it_on_the_side_to_which_the_argument_goes() {
-        // Positive there by its sign, and going down: across at once, by its rounding.
+        // The sign at the start is positive, and the value falls: the change is at once, by the
+        // rounding.
         let across = first_change(&[0.0, -1.0], 1.0, anywhere).unwrap();
         assert!(across > 0.0 && across < 1e-14, "{across}");
         assert_eq!(first_change(&[-1e-17, -1.0], 1.0, anywhere), None);
-        // Zero has no sign yet.
+        // A zero at the start has no sign yet.
         assert!(first_change(&[0.0, 1.0], 1.0, anywhere).unwrap() < 1e-14);
-        // At rest on it.
+        // The polynomial rests on the corner.
         assert_eq!(first_change(&[0.0, 0.0, 0.0], 1.0, anywhere), None);
     }
 

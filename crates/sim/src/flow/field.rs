@@ -1,4 +1,4 @@
-//! A smooth vector field and the functions watched along it, and what can go wrong along its flow.
+//! A smooth vector field with watched functions, and the errors of an integration along its flow.
 
 use super::program::{InputKind, Program};
 use super::series::SeriesProgram;
@@ -27,8 +27,8 @@ impl Field {
     /// A field from expressions of a graph: one derivative per state component, then the watched
     /// ones.
     ///
-    /// `parameters` says how each parameter of the graph (input `dimension + i`) enters: bound
-    /// parameters are folded in as numbers, all others are given at every call.
+    /// `parameters` gives the kind of each parameter of the graph (input `dimension + i`): bound
+    /// parameters are folded in as numbers, all others are arguments of every call.
     pub fn new(
         graph: &ExpressionGraph,
         derivatives: &[NodeId],
@@ -55,7 +55,7 @@ impl Field {
         }
     }
 
-    /// The free field of a model, all its parameters given at every call.
+    /// The free field of a model; all parameters are arguments of every call.
     pub fn free(model: &Model, watched: &[NodeId]) -> Self {
         let parameters = vec![InputKind::Variable; model.parameters.len()];
         Self::new(&model.graph, &model.flow, watched, &parameters)
@@ -64,7 +64,7 @@ impl Field {
     /// The free field of a model with every parameter but the `active` ones folded in at its value.
     ///
     /// `values` holds one number per parameter of the model; those of active parameters are not
-    /// used. Calls still take one value per parameter of the model and ignore those of bound
+    /// used. Calls still take one value per parameter of the model and ignore the values of bound
     /// ones.
     pub fn free_bound(model: &Model, watched: &[NodeId], active: &[usize], values: &[Dd]) -> Self {
         Self::new(&model.graph, &model.flow, watched, &bound_but(active, values))
@@ -107,7 +107,7 @@ impl Field {
     }
 }
 
-/// Kinds of all parameters: the `active` ones variable, the rest bound to their values.
+/// Kinds of all parameters: the `active` ones variable, the others bound to their values.
 pub fn bound_but(active: &[usize], values: &[Dd]) -> Vec<InputKind> {
     let kind = |(parameter, &value): (usize, &Dd)| {
         if active.contains(&parameter) { InputKind::Variable } else { InputKind::Bound(value) }
@@ -115,7 +115,7 @@ pub fn bound_but(active: &[usize], values: &[Dd]) -> Vec<InputKind> {
     values.iter().enumerate().map(kind).collect()
 }
 
-/// A state whose rate depends on no state is linear in time: the phase of a forcing.
+/// Kind of a state: linear in time if its rate depends on no state, as for the phase of a forcing.
 fn state_in_time(graph: &ExpressionGraph, rate: NodeId, dimension: usize) -> InputKind {
     let constant_rate = graph.dependencies(rate).iter().all(|&input| input >= dimension);
     if constant_rate { InputKind::LinearInTime } else { InputKind::Variable }
@@ -134,7 +134,7 @@ pub enum FlowError {
     /// The solution or the field left the finite numbers.
     #[error("the vector field is not finite here (Taylor coefficient {degree})")]
     NotFinite {
-        /// Degree of the first Taylor coefficient looked at that is not finite.
+        /// Degree of the first Taylor coefficient found not finite.
         degree: usize,
     },
     /// The step limit was reached.
@@ -142,10 +142,10 @@ pub enum FlowError {
     TooManySteps {
         /// The limit.
         limit: usize,
-        /// Time left.
+        /// Remaining time.
         remaining: f64,
     },
-    /// The space of jets could not be made.
+    /// The space of jets could not be created.
     #[error(transparent)]
     Jet(#[from] JetError),
 }

@@ -1,12 +1,11 @@
-//! Taylor's method: the integrator of every scalar, with dense output, for one solution or for
-//! several side by side, one in each lane.
+//! Taylor's method: the integrator for every scalar type, with dense output, for one solution or
+//! for several, one in each lane.
 //!
 //! Order and step follow Jorba and Zou (2005); see [`step_control`](super::step_control). Narrow
 //! features, which coefficients may not show, shorten the step; see
-//! [`resolution`](super::resolution). In lanes
-//! the coefficients of the solutions are computed in step, whatever their states, parameters and
-//! times; each lane has its own step length and evaluates its polynomials at its own time. Every
-//! lane has the bits of one solution alone.
+//! [`resolution`](super::resolution). In lanes the coefficients of the solutions are computed
+//! together, for any states, parameters and times; each lane has its own step length and evaluates
+//! its polynomials at its own time. Every lane has the bits of a single solution.
 
 use num_traits::Zero as _;
 
@@ -43,27 +42,27 @@ pub struct Step<'s, S: Branched> {
     series: &'s Series<'s, S>,
     margin: f64,
     log2_length: S::Rounded,
-    /// Length of the interval on which the polynomials meet the tolerance, finite; 0 where there
-    /// is none, because a coefficient is not finite.
+    /// Length of the interval on which the polynomials meet the tolerance, finite; 0 if there is
+    /// none, because a coefficient is not finite.
     pub length: S,
 }
 
 /// One Taylor step of each lane.
 pub type LaneStep<'s, const N: usize> = Step<'s, Lanes<N>>;
 
-/// How far solutions were carried.
+/// Result of carrying solutions through durations.
 #[derive(Clone, Copy, Debug)]
 pub struct Carried<S: Branched> {
-    /// Where a coefficient of the solution is not finite.
+    /// Mask: a coefficient of the solution is not finite.
     pub not_finite: S::Mask,
-    /// What is left of the durations.
+    /// Remaining durations.
     pub remaining: S,
-    /// How many steps ended at a corner, of any lane.
+    /// Number of steps that ended at a corner, in any lane.
     pub corners: usize,
 }
 
-/// Compiles flows here, once, for the numbers of the packages above: instances that are never
-/// inlined are shared with dependants.
+/// Compiles flows here, once, for the scalars of other packages: instances that are never inlined
+/// are shared with dependants.
 macro_rules! compile_for {
     ($($instance:ident: $number:ty),*) => {$(
         #[cfg(not(test))]
@@ -79,25 +78,25 @@ macro_rules! compile_for {
 
 compile_for!(IN_F64: f64, IN_DOUBLE_DOUBLE: crate::numeric::Dd);
 
-/// Most steps one flow may take.
+/// Largest number of steps of one flow.
 const MAX_STEPS: usize = 1_000_000;
 
-/// Share of a step below which one that ends at a corner does not lead away from it.
+/// Share of the full step below which a step that ends at a corner does not lead away from it.
 pub(crate) const SLIDES: f64 = 1e-9;
 
-/// Most such steps one after another: more, and the solution slides along the corner.
+/// Largest number of such steps in a row; with more, the solution slides along the corner.
 pub(crate) const MOST_SLIDES: usize = 100;
 
-/// Longest step where nothing was asked: reached only where the solution is a polynomial in time.
+/// Default of the longest step; reached only if the solution is a polynomial in time.
 const DEFAULT_MAX_STEP: f64 = 1e3;
 
 impl<'a, S: Branched> Integrator<'a, S> {
-    /// An integrator with the tolerance of the scalar's own roundoff.
+    /// Integrator whose tolerance is the roundoff of the scalar.
     pub fn new(field: &'a Field) -> Self {
         Self::with_tolerance(field, S::ROUNDOFF)
     }
 
-    /// An integrator with a relative local tolerance, at least the scalar's roundoff.
+    /// Integrator with a relative local tolerance, at least the scalar's roundoff.
     pub fn with_tolerance(field: &'a Field, tolerance: f64) -> Self {
         let tolerance = tolerance.max(S::ROUNDOFF);
         let series = Series::new(field.series(), order_for_numbers::<S>(tolerance));
@@ -109,7 +108,7 @@ impl<'a, S: Branched> Integrator<'a, S> {
         }
     }
 
-    /// The integrator with another longest step, a positive number.
+    /// Sets the longest step, a positive number.
     pub fn with_max_step(self, max_step: f64) -> Self {
         Self { max_step, ..self }
     }
@@ -119,7 +118,7 @@ impl<'a, S: Branched> Integrator<'a, S> {
         self.series.order()
     }
 
-    /// Expands the solutions about states, one component after another; a step of length 0 has
+    /// Expands the solutions about states, given component by component. A step of length 0 has
     /// failed.
     ///
     /// `parameters` holds one value per parameter of the field; those of bound ones are ignored.
@@ -128,7 +127,7 @@ impl<'a, S: Branched> Integrator<'a, S> {
         self.expanded()
     }
 
-    /// The step about the states that were expanded last.
+    /// Step about the states that were expanded last.
     fn expanded(&self) -> Step<'_, S> {
         let (log2_length, length) = S::dispatch(Lengths(self));
         Step {
@@ -140,13 +139,14 @@ impl<'a, S: Branched> Integrator<'a, S> {
         }
     }
 
-    /// Carries states through durations of either sign; those that fail stay where their last step
-    /// began.
+    /// Carries states through durations of either sign. States that fail stay at the start of their
+    /// last step.
     pub fn carry(&mut self, state: &mut [S], parameters: &[S], durations: S) -> Carried<S> {
         self.carry_within(state, parameters, durations, &mut { MAX_STEPS })
     }
 
-    /// As [`carry`](Self::carry), in a number of steps, which those taken lower.
+    /// Carries states like [`carry`](Self::carry), in at most `steps_left` steps; lowers that
+    /// number by the steps taken.
     fn carry_within(
         &mut self,
         state: &mut [S],
@@ -192,8 +192,8 @@ impl<S: Real> Integrator<'_, S> {
     ///
     /// # Errors
     ///
-    /// [`FlowError::NotFinite`] if a coefficient of the solution is not finite, or no step is long
-    /// enough to be a number.
+    /// [`FlowError::NotFinite`] if a coefficient of the solution is not finite, or if the step is
+    /// too short to be a number.
     pub fn step(&mut self, state: &[S], parameters: &[S]) -> Result<Step<'_, S>, FlowError> {
         self.series.expand(state, parameters);
         let step = self.expanded();
@@ -219,11 +219,12 @@ impl<S: Real> Integrator<'_, S> {
         self.flow_within(state, parameters, duration, &mut { MAX_STEPS })
     }
 
-    /// The state after a duration of either sign, in a number of steps, which those taken lower.
+    /// The state after a duration of either sign, in a limited number of steps, which is lowered by
+    /// the steps taken.
     ///
     /// # Errors
     ///
-    /// As [`flow`](Self::flow), [`FlowError::TooManySteps`] after the steps given.
+    /// The errors of [`flow`](Self::flow), with [`FlowError::TooManySteps`] at the given limit.
     pub fn flow_within(
         &mut self,
         state: &[S],
@@ -242,7 +243,8 @@ impl<S: Real> Integrator<'_, S> {
         }
     }
 
-    /// The degree of the first coefficient that is not finite; the order where all are.
+    /// Error with the degree of the first coefficient that is not finite; the order if all are
+    /// finite.
     fn not_finite(&self) -> FlowError {
         let coefficients = |component| self.series.coefficients(component).iter();
         let degree = |component| coefficients(component).position(|value| !value.is_finite());
@@ -262,8 +264,8 @@ impl<S: Branched> Step<'_, S> {
         self.series.coefficients(self.slot_of(watched))
     }
 
-    /// Length on which a watched function's polynomial meets the tolerance as the states' do,
-    /// infinite where it is not shorter than the step.
+    /// Length on which a watched function's polynomial meets the tolerance of the states; infinite
+    /// if it is not shorter than the step.
     pub(crate) fn watched_length(&self, watched: usize) -> S::Rounded {
         if self.field.series().is_combination(self.slot_of(watched)) {
             return S::Rounded::from_f64(f64::INFINITY);
@@ -275,13 +277,13 @@ impl<S: Branched> Step<'_, S> {
         })
     }
 
-    /// A lower bound of a watched function on `[0, length]`.
+    /// Lower bound of a watched function on `[0, length]`.
     #[inline(always)]
     pub(crate) fn watched_lower_bound(&self, watched: usize, length: S::Rounded) -> S::Rounded {
         polynomial::lower_bound(self.watched_coefficients(watched), length)
     }
 
-    /// Puts the wanted states at times since the start of the step.
+    /// Sets the wanted states to their values at times since the start of the step.
     #[inline(always)]
     pub(crate) fn states_at(&self, time: S, wanted: S::Mask, state: &mut [S]) {
         for (component, value) in state.iter_mut().enumerate() {
@@ -301,8 +303,8 @@ impl<S: Branched> Step<'_, S> {
         polynomial::value(self.state_coefficients(component), time)
     }
 
-    /// A length, shortened until every argument of a function that may have a narrow feature keeps
-    /// to its room within it: how far the features are resolved, whatever the step.
+    /// A length, shortened until every argument of a function that may have a narrow feature stays
+    /// within its room: the length on which the features are resolved, independent of the step.
     pub(super) fn resolved(&self, length: S::Rounded) -> S::Rounded {
         self.field.series().arguments().iter().fold(length, |length, argument| {
             argument.resolved(self.series.coefficients(argument.slot()), length)
@@ -322,8 +324,8 @@ impl<S: Real> Step<'_, S> {
     }
 }
 
-/// The binary logarithm of the length of a step that was expanded, infinite where the solution is a
-/// polynomial in time, and the length.
+/// Binary logarithm of the length of an expanded step, infinite if the solution is a polynomial in
+/// time; and the length.
 struct Lengths<'i, 'a, S: Branched>(&'i Integrator<'a, S>);
 
 impl<S: Branched> Kernel for Lengths<'_, '_, S> {
@@ -342,8 +344,8 @@ impl<S: Branched> Kernel for Lengths<'_, '_, S> {
             let own = log2_step(series.coefficients(component), margin);
             log2_length = log2_length.min(own);
         }
-        // NOTE: beside a corner the solution may be a polynomial, and then its zero alone decides
-        // where the step ends.
+        // NOTE: near a corner the solution may be a polynomial, and then only the corner's zero
+        // decides where the step ends.
         for slot in field.series().corners().iter().flat_map(Corner::slots) {
             log2_length = log2_length.min(log2_step(series.coefficients(slot), margin));
         }
@@ -356,7 +358,7 @@ impl<S: Branched> Kernel for Lengths<'_, '_, S> {
     }
 }
 
-/// The length of [`Step::watched_length`].
+/// Length of [`Step::watched_length`].
 struct WatchedLength<'s, S: Branched> {
     coefficients: &'s [S],
     margin: f64,
@@ -378,7 +380,7 @@ impl<S: Branched> Kernel for WatchedLength<'_, S> {
     }
 }
 
-/// The states at times of a step.
+/// States at times of a step.
 struct Advance<'s, S: Branched> {
     step: Step<'s, S>,
     time: S,
@@ -395,7 +397,7 @@ impl<S: Branched> Kernel for Advance<'_, S> {
     }
 }
 
-/// Zeros; NaN where a coefficient is not finite.
+/// Zero; NaN if a coefficient is not finite.
 #[inline(always)]
 fn zeros<S: Branched>(coefficients: &[S]) -> S::Rounded {
     let zero = S::Rounded::zero();
@@ -417,7 +419,7 @@ pub(super) fn are_finite<S: Real>(coefficients: &[S]) -> bool {
     zeros(coefficients) == 0.0
 }
 
-/// Value of a polynomial, coefficients in ascending powers.
+/// Value of a polynomial with coefficients in ascending powers.
 pub fn horner<S: Real>(coefficients: &[S], at: S) -> S {
     coefficients.iter().rev().fold(S::zero(), |sum, &coefficient| sum.mul_add(at, coefficient))
 }
@@ -473,7 +475,7 @@ mod tests {
         assert!(pole_error::<Dd>() < 100.0 * 1024.0 * 2e-32, "{:e}", pole_error::<Dd>());
     }
 
-    /// Change of the pendulum's energy over a time.
+    /// Change of the pendulum's energy during a time.
     fn energy_change<S: Real>(duration: f64) -> f64 {
         let field = samples::pendulum();
         let mut integrator = Integrator::new(&field);

@@ -1,5 +1,5 @@
-//! Expressions lowered to a straight line of recurrences, run degree by degree in any graded
-//! algebra.
+//! Expressions lowered to a straight-line sequence of recurrences, run degree by degree in any
+//! graded algebra.
 //!
 //! One idea: a vector field is evaluated in time series, in jets, or in jets of time series by the
 //! *same* program; only the [`Graded`] algebra differs. Slots of the tape hold one element each.
@@ -21,14 +21,14 @@ use lowering::Lowering;
 
 pub(super) use operation::{Operation, Slot, run};
 
-/// How an input of the graph enters a program.
+/// Kind of an input of a program: the parts that can be nonzero.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum InputKind {
-    /// Any part may be non-zero: a state, or in a jet any active variable.
+    /// Any part may be nonzero: a state, or in a jet any active variable.
     Variable,
-    /// Only the head is non-zero: a parameter in a time series.
+    /// Only the head is nonzero: a parameter in a time series.
     HeadOnly,
-    /// Only the parts of degree 0 and 1 are non-zero, in a series in time: the phase of a forcing.
+    /// Only the parts of degree 0 and 1 in time are nonzero: the phase of a forcing.
     LinearInTime,
     /// A number, folded into the program.
     Bound(Dd),
@@ -45,7 +45,7 @@ pub struct Program {
 }
 
 impl Program {
-    /// Lowers the expressions `outputs` of a graph; `inputs` says how each input enters.
+    /// Lowers the expressions `outputs` of a graph; `inputs` gives the kind of each input.
     ///
     /// Input `i` of the graph is slot `i` of the tape.
     pub fn new(graph: &ExpressionGraph, outputs: &[NodeId], inputs: &[InputKind]) -> Self {
@@ -59,12 +59,12 @@ impl Program {
         Self { operations: lowering.operations, reaching, inputs: inputs.len(), outputs }
     }
 
-    /// Number of slots: a tape holds `slots · element_len` scalars.
+    /// Number of slots; a tape holds `slots · element_len` scalars.
     pub fn slots(&self) -> usize {
         self.operations.len()
     }
 
-    /// Number of inputs: slots `0..inputs`.
+    /// Number of inputs, whose slots are `0..inputs`.
     pub fn inputs(&self) -> usize {
         self.inputs
     }
@@ -79,13 +79,12 @@ impl Program {
         self.outputs[output]
     }
 
-    /// Whether the linear part of a slot in a variable is that of the Euler derivative of a
-    /// function: at degree `k` it carries the factor `k`.
+    /// Whether a slot is an Euler derivative: its part of degree `k` has the factor `k`.
     pub(crate) fn is_euler(&self, slot: usize) -> bool {
         matches!(self.operations[slot], Operation::Euler(_))
     }
 
-    /// Number of products of two full elements per evaluation: the unit of cost.
+    /// Number of products of two full elements per evaluation: the measure of cost.
     pub fn products(&self) -> usize {
         let is_product = |operation: &&Operation| {
             !matches!(
@@ -107,17 +106,17 @@ impl Program {
         self.operations.iter().filter(is_product).count()
     }
 
-    /// The recurrence of a slot.
+    /// Recurrence of a slot.
     pub(super) fn operation(&self, slot: usize) -> &Operation {
         &self.operations[slot]
     }
 
-    /// The slots a slot is computed from.
+    /// Slots from which a slot is computed.
     pub(crate) fn operands(&self, slot: usize) -> impl Iterator<Item = usize> + use<> {
         self.operations[slot].operands()
     }
 
-    /// Whether each slot changes along a solution; `inputs` as the program was lowered with.
+    /// Whether each slot changes along a solution; `inputs` as in the lowering.
     pub(super) fn moving(&self, inputs: &[InputKind]) -> Vec<bool> {
         let is_moving =
             |kind: &InputKind| matches!(kind, InputKind::Variable | InputKind::LinearInTime);
@@ -129,12 +128,13 @@ impl Program {
         moves
     }
 
-    /// Computes the part of one degree of every slot but the inputs'.
+    /// Computes the part of one degree of every slot except the inputs.
     ///
-    /// `tape` holds the slots one after another, each [`Graded::element_len`] scalars; `scratch` at
-    /// least the length of the largest part. Parts of lower degree must have been computed before
-    /// and the inputs' parts of this degree filled in. Parts that vanish whatever the inputs
-    /// (beyond the head of a constant, say) are not written: the tape must be zero there.
+    /// `tape` holds the slots one after another, each [`Graded::element_len`] scalars; `scratch`
+    /// holds at least the length of the largest part. Parts of lower degree must have been computed
+    /// before, and the inputs' parts of this degree must be filled in. Parts that vanish for all
+    /// inputs (such as those of a constant beyond its head) are not written: the tape must be zero
+    /// there.
     pub fn advance<S: Scalar, A: Graded<S>>(
         &self,
         algebra: &A,
@@ -145,7 +145,7 @@ impl Program {
         self.advance_with::<S, A, &A>(|_| algebra, degree, tape, scratch);
     }
 
-    /// As [`advance`](Self::advance), in an algebra chosen for each slot.
+    /// Runs [`advance`](Self::advance) in an algebra chosen for each slot.
     fn advance_with<S: Scalar, A: Graded<S>, R: Borrow<A>>(
         &self,
         algebra_of: impl Fn(usize) -> R,
@@ -164,7 +164,7 @@ impl Program {
     }
 }
 
-/// Values of a program's outputs at jets: one input jet per input of the program, all of `space`.
+/// Values of a program's outputs at jets: one input jet per input of the program, all in `space`.
 ///
 /// Inputs that were lowered as bound are not read.
 pub fn evaluate<S: Scalar>(
@@ -202,13 +202,13 @@ impl Program {
         self.evaluate_values_to(self.slots(), tape);
     }
 
-    /// The same for the first slots alone.
+    /// Computes the values of the first `slots` slots only.
     pub(crate) fn evaluate_values_to<S: Scalar>(&self, slots: usize, tape: &mut [S]) {
         S::dispatch(Values { program: self, slots, tape });
     }
 }
 
-/// Values to be computed.
+/// Kernel that computes values.
 struct Values<'s, S> {
     program: &'s Program,
     slots: usize,
@@ -238,7 +238,7 @@ impl<S: Scalar> Kernel for Values<'_, S> {
                     tape[cosine] = cosine_of_a;
                     sine
                 }
-                // NOTE: its sine comes before it.
+                // NOTE: the sine before it writes it.
                 Operation::Cosine { .. } => tape[slot],
                 ref operation => any_value(operation, slot, tape),
             };

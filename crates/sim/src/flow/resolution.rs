@@ -1,21 +1,21 @@
-//! Lengths on which narrow features of a field are seen.
+//! Lengths on which narrow features of a field are resolved.
 //!
 //! A pulse such as `exp(K (cos θ − 1))` is zero to every digit over most of its period: no Taylor
-//! coefficient at a point far from it tells that it comes. The arguments of such functions do tell,
-//! for they vary slowly. One idea: within a step the argument of each function with a scale of its
-//! own moves no farther than the function shows where the step begins. With the coefficients `a_k`
-//! of an argument
+//! coefficient at a point far from the pulse shows it. The arguments of such functions do, because
+//! they vary slowly. One idea: within a step the argument of each function with a scale of its own
+//! may move only as far as the series of the function is informative at the start of the step. With
+//! the coefficients `a_k` of an argument
 //!
 //! ```text
 //! |a(t) − a_0| ≤ Σ_{k ≥ 1} |a_k| h^k ≤ room(a_0)      for |t| ≤ h, real or complex
 //! ```
 //!
 //! and the room is a share of the distance of `a_0` from the nearest singularity of the function
-//! (`tanh`, quotients, roots), or such that the terms of its series are largest among those
-//! computed (`exp`, high powers). What is too small to be a number, or too flat, leaves more room.
-//! The room is wider than the steps that Taylor coefficients allow where they see the function, so
-//! that it limits steps only beside what they do not see. A field without such functions has no
-//! arguments to look at. See docs/mathematics/flow.md.
+//! (`tanh`, quotients, roots), or is such that the largest term of its series is among those
+//! computed (`exp`, high powers). Where the function is too small to be a number, or too flat, the
+//! room is larger. The room is wider than the steps that Taylor coefficients allow when they show
+//! the function, so that it limits steps only near features that they do not show. A field without
+//! such functions has no arguments to check. See docs/mathematics/flow.md.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -23,67 +23,68 @@ use super::program::{InputKind, Operation, Program, Slot};
 use crate::jet::HeadFunction;
 use crate::numeric::{Branched, Mask, Scalar as _, polynomial};
 
-/// The argument of a function that may have a narrow feature.
+/// Argument of a function that may have a narrow feature.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Argument {
     slot: Slot,
     feature: Feature,
 }
 
-/// Kinds of features, by how far an argument may move from a value.
+/// Kinds of features; each determines how far an argument may move from a value.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Feature {
     /// An exponential function of the argument.
     Exponential,
     /// A hyperbolic sine or cosine.
     Hyperbolic,
-    /// A smooth step or bump at 0, flat beside it: the distance of its poles from 0, and arguments
-    /// beyond which it is flat.
+    /// A smooth step or bump at 0, flat elsewhere: the distance of its poles from 0, and the
+    /// magnitude of the argument beyond which it is flat.
     Step { pole: f64, flat: f64 },
-    /// A singularity where the argument is 0: divisors, roots, logarithms.
+    /// A singularity at argument 0: divisors, roots, logarithms.
     Zero,
-    /// A power that is no whole number: a singularity at 0, where it vanishes.
+    /// A power that is not a whole number: a singularity at 0, where the power vanishes.
     Root(f64),
-    /// A power that is higher, in size, than the series show.
+    /// A power whose exponent is larger in magnitude than the series can show.
     Power(f64),
 }
 
-/// Share of the order that the place of the largest term of an exponential series may reach.
+/// Largest index of the largest term of an exponential series, as a share of the order.
 const SHARE_OF_ORDER: f64 = 0.25;
 
-/// Logarithm below which an exponential function counts as zero: next to the smallest number.
+/// Logarithm below which an exponential function counts as zero: near the smallest number.
 const VANISHING: f64 = -690.0;
 
-/// Share of the distance from the nearest singularity of a smooth step, as of a hyperbolic tangent.
+/// Room of a smooth step such as a hyperbolic tangent, as a share of the distance from the nearest
+/// singularity.
 ///
 /// NOTE: from `a_0` the deviation from ±1 grows to `2 e^{−1.2 a_0}` at the end of the step, and the
-/// term of degree `n` of its series is `2 e^{−2 a_0} (0.8 a_0)^n/n!`: where the first is above
-/// the roundoff of either format, the second is seen.
+/// term of degree `n` of its series is `2 e^{−2 a_0} (0.8 a_0)^n/n!`: if the first is above the
+/// roundoff of either format, the second is visible.
 const SHARE_OF_STEP: f64 = 0.4;
 
-/// A hyperbolic tangent: ±1 beyond the end to the roundoff of double-double, squared.
+/// Hyperbolic tangent: beyond `flat` it is ±1 to the square of double-double's roundoff.
 const TANGENT: Feature = Feature::Step { pole: FRAC_PI_2, flat: 80.0 };
 
-/// A reciprocal of a hyperbolic cosine.
+/// Reciprocal of the hyperbolic cosine.
 const SECH: Feature = Feature::Step { pole: FRAC_PI_2, flat: 160.0 };
 
-/// A logistic function: of half the argument a hyperbolic tangent.
+/// Logistic function: a hyperbolic tangent of half the argument.
 const LOGISTIC: Feature = Feature::Step { pole: PI, flat: 160.0 };
 
-/// Share of the distance from a singularity at 0.
+/// Room as a share of the distance from a singularity at 0.
 const SHARE_OF_ZERO: f64 = 0.9;
 
-/// Least power, in size, that series may not show: about half of their order.
+/// Least magnitude of a power that series may not show: about half of their order.
 const HIGH_POWER: f64 = 16.0;
 
-/// Least power that vanishes in so wide a part of what is beside its zero that a step may pass it.
+/// Least power that vanishes in so wide a neighbourhood of its zero that a step may pass it.
 const LEAST_ROOT: f64 = 8.0;
 
-/// Logarithm of what a high power counts as zero below.
+/// Logarithm below which a high power counts as zero.
 const VANISHING_POWER: f64 = -184.0;
 
 impl Feature {
-    /// The feature that leaves no more room than either of two; `None` where neither does.
+    /// One feature whose room is the smaller of both, if one of the two has it; `None` otherwise.
     fn joined(self, other: Self) -> Option<Self> {
         match (self, other) {
             (Self::Power(one), Self::Power(other)) => {
@@ -94,7 +95,8 @@ impl Feature {
         }
     }
 
-    /// How far an argument may move from a value in a step with series of an order.
+    /// Room: the distance by which an argument may move from a value in a step, for series of an
+    /// order.
     #[inline(always)]
     fn room(self, value: f64, order: usize) -> f64 {
         let growth = SHARE_OF_ORDER * order as f64;
@@ -104,7 +106,7 @@ impl Feature {
             Feature::Step { pole, flat } => {
                 (SHARE_OF_STEP * value.hypot(pole)).max(value.abs() - flat)
             }
-            // NOTE: on the singularity there is no series at all, and no step to be shortened.
+            // NOTE: at the singularity there is no series at all, and no step to be shortened.
             Feature::Zero if value == 0.0 => f64::INFINITY,
             Feature::Zero => SHARE_OF_ZERO * value.abs(),
             Feature::Root(power) => {
@@ -120,7 +122,7 @@ impl Feature {
     }
 }
 
-/// The arguments of a program's operations to be looked at; `inputs` as it was lowered with.
+/// Arguments of a program's operations that need checks; `inputs` as in the lowering.
 pub(super) fn arguments(program: &Program, inputs: &[InputKind]) -> Vec<Argument> {
     let moves = program.moving(inputs);
     let mut powers: Vec<(Slot, u32)> = (0..inputs.len()).map(|slot| (slot, 1)).collect();
@@ -137,9 +139,9 @@ pub(super) fn arguments(program: &Program, inputs: &[InputKind]) -> Vec<Argument
     without_repetition(found)
 }
 
-/// A slot as a power of another one, but for its sign: the base and the exponent.
+/// A slot as a power of another one, up to the sign: the base and the exponent.
 ///
-/// NOTE: not of a multiple of it, which vanishes elsewhere.
+/// NOTE: not a power of a multiple of the base, whose value vanishes elsewhere.
 fn power(operation: Operation, slot: Slot, powers: &[(Slot, u32)]) -> (Slot, u32) {
     match operation {
         Operation::Mul(a, b) if powers[a].0 == powers[b].0 => {
@@ -150,7 +152,7 @@ fn power(operation: Operation, slot: Slot, powers: &[(Slot, u32)]) -> (Slot, u32
     }
 }
 
-/// The base of an operation that is a high power, as a feature.
+/// A high power as a feature of its base.
 fn high_power(program: &Program, slot: Slot, powers: &[(Slot, u32)]) -> Option<(Slot, Feature)> {
     let (base, exponent) = match *program.operation(slot) {
         Operation::Mul(..) => (powers[slot].0, f64::from(powers[slot].1)),
@@ -160,7 +162,7 @@ fn high_power(program: &Program, slot: Slot, powers: &[(Slot, u32)]) -> Option<(
     is_high(exponent).then_some((base, Feature::Power(exponent)))
 }
 
-/// Whether series may not show a power.
+/// Whether a power is so high that series may not show it.
 fn is_high(exponent: f64) -> bool {
     exponent.abs() >= HIGH_POWER
 }
@@ -180,9 +182,9 @@ fn feature(program: &Program, slot: Slot, powers: &[(Slot, u32)]) -> Option<(Slo
             HeadFunction::LogCosh => (a, TANGENT),
             _ => (a, LOGISTIC),
         },
-        // NOTE: exponential functions have no zeros, and their own arguments are looked at.
+        // NOTE: exponential functions have no zeros, and their own arguments are checked.
         Operation::Div(_, b) if !exponential(b) => (b, Feature::Zero),
-        // NOTE: a high power keeps to less room than its zero leaves, but where it vanishes.
+        // NOTE: a high power has less room than its zero allows, except where it vanishes.
         Operation::Power { exponent, .. } if is_high(exponent.to_f64()) => return None,
         Operation::Power { a, exponent, .. } if exponent.to_f64() > LEAST_ROOT => {
             (a, Feature::Root(exponent.to_f64()))
@@ -193,7 +195,7 @@ fn feature(program: &Program, slot: Slot, powers: &[(Slot, u32)]) -> Option<(Slo
     })
 }
 
-/// Arguments once each, of the powers of one base the highest of either sign.
+/// Arguments without repetition; among powers of one base only the highest of either sign.
 fn without_repetition(found: Vec<Argument>) -> Vec<Argument> {
     let mut kept: Vec<Argument> = Vec::new();
     for argument in found {
@@ -206,10 +208,10 @@ fn without_repetition(found: Vec<Argument>) -> Vec<Argument> {
     kept
 }
 
-/// Most times that a length is halved.
+/// Largest number of halvings of a length.
 const MAX_HALVINGS: usize = 80;
 
-/// Excess over its room that an argument may have: rounding.
+/// Factor by which an argument may exceed its room: rounding.
 const EXCESS: f64 = 1.0 + 1e-6;
 
 impl Argument {
@@ -218,10 +220,10 @@ impl Argument {
         self.slot
     }
 
-    /// The length, shortened until the argument keeps to its room within it.
+    /// A length, shortened until the argument stays within its room.
     ///
-    /// The bound is convex in the length and 0 at 0, so that the share of the room in it is a
-    /// factor that suffices.
+    /// The bound is convex in the length and 0 at 0, so that the quotient of room and bound is a
+    /// sufficient factor.
     #[inline(always)]
     pub(super) fn resolved<S: Branched>(
         &self,

@@ -5,7 +5,7 @@ use super::program::InputKind;
 use crate::model::{ExpressionGraph, Unary};
 use crate::numeric::Dd;
 
-/// How the parameters of a sample enter its field.
+/// Kinds of the parameters of a sample field.
 pub(crate) type Parameters<'a> = &'a [InputKind];
 
 /// `x' = v, v' = a cos θ − 2 ζ v − x, θ' = ω`; parameters `(ζ, a, ω)`, watching `x`.

@@ -1,10 +1,10 @@
 //! Taylor coefficients in time of a solution, as numbers: the integrator's inner loop.
 //!
-//! One idea: a field's program is lowered once more, for series in time alone, to few instructions
-//! ([`lowering`]): functions of the parameters are computed when these change,
-//! functions of the phase before the series of the states, watched functions after, and only what
-//! is left goes degree by degree, products four degrees at a time ([`expansion`]).
-//! Any scalar will do; lanes give the bits of single numbers.
+//! One idea: a field's program is lowered once more, for series in time only, to few instructions
+//! ([`lowering`]). Functions of the parameters are computed when these change, functions of the
+//! phase before the series of the states, watched functions afterwards. Only the rest runs degree
+//! by degree, with products four degrees at a time ([`expansion`]). Any scalar will do; lanes give
+//! the bits of single numbers.
 
 mod expansion;
 mod lowering;
@@ -17,68 +17,68 @@ use crate::numeric::{Dd, Scalar};
 
 use expansion::{BLOCK, Block};
 
-/// Most blocks of a series: order 39, which double-double takes.
+/// Largest number of blocks of a series: order 39, which double-double uses.
 ///
-/// NOTE: all series have this room, so that their places are known without a multiplication and a
+/// NOTE: all series have this room, so that their places follow without a multiplication or a
 /// check.
 const MOST_BLOCKS: usize = 10;
 
-/// The blocks of a series.
+/// Blocks of a series.
 type Blocks<S> = [Block<S>; MOST_BLOCKS];
 
 /// A field's program for series in time, with numbers as coefficients.
 #[derive(Clone, Debug)]
 pub(super) struct SeriesProgram {
     dimension: usize,
-    /// States and parameters: the first slots.
+    /// Number of states and parameters, which are the first slots.
     inputs: usize,
     slots: usize,
     /// Factors of linear combinations: sums of products of constants.
     factors: Vec<Vec<Factor>>,
     constants: ConstantSlots,
     tables: Vec<PhaseTable>,
-    /// Groups of instructions that need each other: functions of the phase, then what the
-    /// derivatives need of the states with the integrals of these, then all else.
+    /// Groups of mutually dependent instructions: functions of the phase; then the states'
+    /// derivatives with their operands and integrals; then all others.
     groups: Vec<Vec<Instruction>>,
-    /// The components whose series limit a step.
+    /// Components whose series limit a step.
     limiting: Vec<usize>,
-    /// The arguments of functions that may have narrow features.
+    /// Arguments of functions that may have narrow features.
     arguments: Vec<Argument>,
-    /// The corners that a step ends behind.
+    /// Corners behind which a step ends.
     corners: Vec<Corner>,
     /// Whether each slot of the field's program is a linear combination of inputs.
     combinations: Vec<bool>,
 }
 
 impl SeriesProgram {
-    /// The components whose series limit a step: all but phases and integrals of one of them.
+    /// Components whose series limit a step: all except phases and integrals of one component.
     pub(super) fn limiting(&self) -> &[usize] {
         &self.limiting
     }
 
-    /// The arguments of functions that may have narrow features: they limit a step too.
+    /// Arguments of functions that may have narrow features; they limit a step too.
     pub(super) fn arguments(&self) -> &[Argument] {
         &self.arguments
     }
 
-    /// The corners that a solution may meet.
+    /// Corners that a solution may meet.
     pub(super) fn corners(&self) -> &[Corner] {
         &self.corners
     }
 
-    /// Whether a slot of the field's program is as well resolved as the states are: a linear
-    /// combination of them.
+    /// Whether a slot of the field's program is a linear combination of the states, and so as well
+    /// resolved as these.
     pub(super) fn is_combination(&self, slot: Slot) -> bool {
         self.combinations[slot]
     }
 }
 
-/// Slots of which the parameters and the phases say everything.
+/// Slots that depend on the parameters and the phases only.
 #[derive(Clone, Debug)]
 struct ConstantSlots {
     /// Functions of the parameters.
     heads: Vec<(Slot, Operation)>,
-    /// Phases, and the slots of their rates.
+    /// Phases, with the slots of their rates.
     rates: Vec<(Slot, Slot)>,
     /// Linear functions of the phases.
     linear: Vec<(Slot, Operation)>,
@@ -91,11 +91,11 @@ struct PhaseTable {
     table: Slot,
 }
 
-/// The series of all slots of a program, with the parameters they were computed for.
+/// Series of all slots of a program, with the parameters for which they were computed.
 #[derive(Clone, Debug)]
 pub(super) struct Series<'p, S> {
     program: &'p SeriesProgram,
-    /// Blocks of a series.
+    /// Number of blocks of a series.
     blocks: usize,
     tape: Vec<Blocks<S>>,
     factors: Vec<S>,
@@ -105,7 +105,7 @@ pub(super) struct Series<'p, S> {
 }
 
 impl<'p, S: Scalar> Series<'p, S> {
-    /// Series up to an order at least the one given, or the highest there is.
+    /// Series of at least the given order, or of the highest order possible.
     pub(super) fn new(program: &'p SeriesProgram, order: usize) -> Self {
         let blocks = (order / BLOCK + 1).min(MOST_BLOCKS);
         let inverse = |k: usize| S::one() / S::from_f64((k + 1) as f64);
@@ -121,7 +121,7 @@ impl<'p, S: Scalar> Series<'p, S> {
         }
     }
 
-    /// The highest power of time.
+    /// Highest power of time.
     pub(super) fn order(&self) -> usize {
         self.blocks * BLOCK - 1
     }
@@ -132,7 +132,7 @@ impl<'p, S: Scalar> Series<'p, S> {
         self.tape[slot][..self.blocks].as_flattened()
     }
 
-    /// Computes the coefficients of every slot that is needed, about a state.
+    /// Computes the coefficients of every needed slot, about a state.
     #[inline(never)]
     pub(super) fn expand(&mut self, state: &[S], parameters: &[S]) {
         if self.parameters.as_deref() != Some(parameters) {
@@ -153,7 +153,7 @@ impl<'p, S: Scalar> Series<'p, S> {
         });
     }
 
-    /// Computes what depends on the parameters alone.
+    /// Computes the slots that depend on the parameters only.
     fn set_parameters(&mut self, parameters: &[S]) {
         let program = self.program;
         let kept = self.parameters.get_or_insert_default();
@@ -199,7 +199,7 @@ impl<'p, S: Scalar> Series<'p, S> {
 
 /// A coefficient by the recurrence of any graded algebra.
 ///
-/// NOTE: not inlined, so that the common recurrences stay a few instructions each.
+/// NOTE: not inlined, so that the common recurrences remain a few instructions each.
 #[inline(never)]
 fn any_coefficient<S: Scalar>(
     tape: &[Blocks<S>],
@@ -220,18 +220,18 @@ pub(super) struct Factor {
     pub(super) heads: Vec<Slot>,
 }
 
-/// An operand of which the coefficient of the degree at hand is wanted.
+/// An operand whose coefficient of the current degree is needed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Operand {
     pub(super) slot: Slot,
-    /// Whether that coefficient is what the instruction before this one gave.
+    /// Whether that coefficient is the result of the instruction before this one.
     ///
-    /// NOTE: it then comes in a register: through memory each of the instructions of one degree
+    /// NOTE: the coefficient is then in a register: through memory each instruction of a degree
     /// would wait for the one before.
     pub(super) is_fresh: bool,
 }
 
-/// A factor, by index, and what it multiplies.
+/// A factor, by index, and the operand that it multiplies.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Term {
     pub(super) factor: usize,
@@ -243,7 +243,7 @@ pub(super) struct Term {
 pub(super) enum Terms {
     One(Term),
     Two([Term; 2]),
-    /// Only the last of several terms may be fresh.
+    /// Three terms; only the last of several terms may be fresh.
     Three([Term; 3]),
 }
 
@@ -251,7 +251,7 @@ pub(super) enum Terms {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Sum {
     pub(super) terms: Terms,
-    /// The constant: a factor by its index.
+    /// The constant, a factor by its index.
     pub(super) constant: Option<usize>,
 }
 
@@ -265,7 +265,7 @@ impl Sum {
     }
 }
 
-/// One recurrence: how the coefficients of a slot follow from those of others.
+/// One recurrence: computes the coefficients of a slot from those of others.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Instruction {
     /// A linear combination.
@@ -284,7 +284,7 @@ pub(super) enum Instruction {
         /// Slot of `1/b_0`.
         reciprocal: Slot,
     },
-    /// Sine and cosine of a phase `a = a_0 + a_1 t`, where wanted: `a_1^k/k!`, a table, times the
+    /// Sine and cosine, if needed, of a phase `a = a_0 + a_1 t`: `a_1^k/k!` from a table, times the
     /// derivatives of the functions at `a_0`.
     Phase { a: Slot, table: Slot, sine: Option<Slot>, cosine: Option<Slot> },
     /// Any other operation of the program.
@@ -292,7 +292,7 @@ pub(super) enum Instruction {
 }
 
 impl Instruction {
-    /// The slot whose coefficient it gives last.
+    /// Slot whose coefficient the instruction computes last.
     pub(super) fn out(&self) -> Option<Slot> {
         match *self {
             Instruction::Linear { out, .. }
@@ -305,7 +305,7 @@ impl Instruction {
         }
     }
 
-    /// Whether one of the operands whose newest coefficient is wanted is this slot.
+    /// Whether the instruction reads the newest coefficient of a slot.
     pub(super) fn takes(&self, slot: Slot) -> bool {
         let mut found = false;
         let mut copy = *self;
@@ -313,7 +313,7 @@ impl Instruction {
         found
     }
 
-    /// Marks the operands that the instruction before gives.
+    /// Marks the operand that is the result of the instruction before.
     pub(super) fn take_from(&mut self, before: Slot) {
         if let Instruction::Linear { sum, .. } | Instruction::Integral { sum, .. } = self {
             let terms = sum.terms();
@@ -343,7 +343,7 @@ impl Instruction {
 
 #[cfg(test)]
 mod tests {
-    //! Instructions against the program they come from, run in the algebra of series by the
+    //! Instructions against the program from which they come, run in the algebra of series by the
     //! recurrences of any ring.
 
     use super::*;
@@ -378,14 +378,14 @@ mod tests {
         Field::new(&g, &[y, rate, turn], &[watched, ss], &[InputKind::HeadOnly])
     }
 
-    /// The largest difference of the states' and watched functions' coefficients, relative to the
-    /// largest of this degree or above.
+    /// Largest difference of the coefficients of states and watched functions, relative to the
+    /// largest coefficient of this degree or above.
     fn largest_difference<S: Real>(field: &Field, state: &[f64], parameters: &[f64]) -> f64 {
         let values =
             |values: &[f64]| -> Vec<S> { values.iter().map(|&v| S::from_f64(v)).collect() };
         let (state, parameters) = (values(state), values(parameters));
         let mut series = Series::new(field.series(), 30);
-        // Twice, so that what a first expansion leaves behind is seen.
+        // Twice, so that leftovers of a first expansion would show.
         series.expand(&another_state(&state), &parameters);
         series.expand(&state, &parameters);
         let (order, program) = (series.order(), field.time_program());
@@ -426,7 +426,7 @@ mod tests {
             (samples::quadratic(), &[0.7], &[]),
         ];
         for (index, (field, state, parameters)) in cases.iter().enumerate() {
-            // Roundings of some 30 coefficients of 30 terms each, which later ones inherit.
+            // Roundings of some 30 coefficients of 30 terms each, which later coefficients inherit.
             let double = largest_difference::<f64>(field, state, parameters);
             assert!(double < 1e-12, "{index}: {double:e}");
             let exact = largest_difference::<Dd>(field, state, parameters);

@@ -5,12 +5,12 @@
 //! ‖x_k‖)^{1/k}`. The truncation error is then about `(h/ρ)^n ‖x_0‖ ≤ ε ‖x_0‖`. Three things differ
 //! here:
 //!
-//! * every component is measured against itself, so units do not matter, and one whose last
-//!   coefficients vanish (the phase of a forcing, a polynomial) does not speak;
-//! * it is measured against its largest term, not `x_0` alone, which may vanish (at rest, or the
-//!   parts of a jet that the flow has not filled yet): `h` is the largest step with `|x_k| h^k ≤
-//!   ε_k max_j |x_j| h^j`, `j` in the lower half, where `ε_k = e^{−k(2 + 0.7/(n−1))}`;
-//! * the last three coefficients are looked at, not two, for fields with symmetries.
+//! * every component is compared with itself, so that units do not matter, and a component whose
+//!   last coefficients vanish (the phase of a forcing, a polynomial) sets no limit;
+//! * the reference is its largest term, not `x_0` alone, which may vanish (at rest, or in the parts
+//!   of a jet that the flow has not filled yet): `h` is the largest step with `|x_k| h^k ≤ ε_k
+//!   max_j |x_j| h^j`, with `j` in the lower half and `ε_k = e^{−k(2 + 0.7/(n−1))}`;
+//! * the last three coefficients are examined, not two, for fields with symmetries.
 
 use std::ops::RangeInclusive;
 
@@ -26,20 +26,19 @@ pub(crate) fn order_for(tolerance: f64) -> usize {
 /// Order for a relative tolerance of series with numbers as coefficients: higher than [`order_for`]
 /// by four tenths.
 ///
-/// NOTE: Jorba and Zou's order is best where the products of series are all the cost, which grows
-/// as the square of the order; a series of numbers costs nearly as much for what grows with the
-/// order itself.
+/// NOTE: Jorba and Zou's order is best if products of series, whose cost grows as the square of the
+/// order, are the whole cost. In a series of numbers, work that grows only linearly with the order
+/// costs nearly as much.
 pub(crate) fn order_for_numbers<S: Scalar>(tolerance: f64) -> usize {
     let order = order_for(tolerance);
     if S::ROUNDOFF >= f64::ROUNDOFF { order + 2 * order / 5 } else { order }
 }
 
-/// Natural logarithm, per degree, of the share to which the last term is held where numbers are the
-/// coefficients: that of Jorba and Zou's order, whatever the order taken, and `ε/e` where `ε` is
-/// the roundoff.
+/// Natural logarithm, per degree, of the factor that bounds the last term if the coefficients are
+/// numbers: that of Jorba and Zou's order, for any order taken, and `ε/e` if `ε` is the roundoff.
 ///
-/// NOTE: terms fall by `h/ρ` each, at most 0.3 at the orders taken, so what is then left out is
-/// below `ε/6`, less than rounding.
+/// NOTE: terms fall by `h/ρ` each, at most 0.3 at the orders taken, so that the truncation error is
+/// then below `ε/6`, less than rounding.
 pub(crate) fn margin_for<S: Scalar>(tolerance: f64, order: usize) -> f64 {
     if tolerance <= S::ROUNDOFF {
         return (1.0 - tolerance.ln()) / order as f64;
@@ -53,11 +52,11 @@ pub(crate) fn margin_at(order: usize) -> f64 {
     2.0 + 0.7 / (order - 1) as f64
 }
 
-/// Number of last coefficients looked at.
+/// Number of last coefficients that are examined.
 const TAIL: usize = 3;
 
 /// Longest admissible step of one component from the magnitudes of its Taylor coefficients, with a
-/// margin per degree; infinite if the last ones vanish.
+/// margin per degree; infinite if the last coefficients vanish.
 pub(crate) fn component_step(magnitudes: &[f64], margin: f64) -> f64 {
     log2_step(magnitudes, margin).exp2()
 }
@@ -93,20 +92,20 @@ pub(crate) fn log2_step<S: Branched>(coefficients: &[S], margin: f64) -> S::Roun
     step
 }
 
-/// How many of the first coefficients of a series are looked at, and which of the last.
+/// Number of first coefficients of a series that are examined, and the range of the last ones.
 #[inline(always)]
 fn looked_at(order: usize) -> (usize, RangeInclusive<usize>) {
     let tails = (order + 1).saturating_sub(TAIL).max(1)..=order;
     ((tails.start() / 2 + 1).min(MAX_HEADS), tails)
 }
 
-/// Most of the first coefficients that are looked at.
+/// Largest number of first coefficients that are examined.
 const MAX_HEADS: usize = 16;
 
-/// Highest order whose inverses are listed.
+/// Highest order for which inverses are tabulated.
 const MAX_ORDER: usize = 127;
 
-/// `1/(k − j)` in row `k` and column `j < k`; ones beyond.
+/// `1/(k − j)` in row `k` and column `j < k`; 1 elsewhere.
 static INVERSES: [[f64; MAX_HEADS]; MAX_ORDER + 1] = {
     let mut inverses = [[1.0; MAX_HEADS]; MAX_ORDER + 1];
     let mut k = 1;
@@ -143,11 +142,10 @@ fn larger<R: Branched>(one: R, other: R) -> R {
     R::select(other.is_below(one), one, other)
 }
 
-/// The same by the first term that does not vanish, in the upper half, but for the margin per
-/// degree.
+/// Admissible step, without the margin per degree, from the first nonzero term in the upper half.
 ///
-/// NOTE: there the condition would ask for a tiny step though the component is itself tiny; the
-/// radius of convergence alone decides.
+/// NOTE: there the condition would ask for a tiny step although the component is itself tiny; only
+/// the radius of convergence decides.
 #[cold]
 #[inline(never)]
 fn from_upper_half<S: Branched>(
@@ -169,7 +167,7 @@ fn from_upper_half<S: Branched>(
     steps
 }
 
-/// Binary logarithms of the sizes of numbers, as [`log2_of`].
+/// Binary logarithms of the magnitudes of numbers, as in [`log2_of`].
 #[inline(always)]
 fn log2<S: Branched>(number: S) -> S::Rounded {
     number.mapped(|value| log2_of(value.abs()))
@@ -178,7 +176,7 @@ fn log2<S: Branched>(number: S) -> S::Rounded {
 /// Binary logarithm of a number that is not negative, within 0.09: exponent and mantissa, the
 /// latter linearly and by its first 20 bits; [`OF_ZERO`] at zero.
 ///
-/// NOTE: in a step length the error is divided by the order, so this is good to half a percent.
+/// NOTE: in a step length the error is divided by the order, so that it is half a percent.
 #[inline(always)]
 fn log2_of(value: f64) -> f64 {
     const MANTISSA: f64 = 1_048_576.0;
@@ -186,7 +184,7 @@ fn log2_of(value: f64) -> f64 {
     f64::from(bits) * (1.0 / MANTISSA) + OF_ZERO
 }
 
-/// What [`log2_of`] says of zero: less than of any normal number.
+/// Value of [`log2_of`] at zero: less than at any normal number.
 const OF_ZERO: f64 = -1023.0;
 
 #[cfg(test)]

@@ -1,12 +1,12 @@
-//! A model whose free flight is affine, taken apart for its exact flow.
+//! Exact free flight of a model whose free flow is affine.
 //!
 //! One idea: with all expressions as rows over one extended state (`flow::AffineExpressions`),
-//! flows, gaps, their derivatives and resets are products with it. Free flight goes by exact steps
-//! from event to event (`exact_step`): a test of each gap on each piece of a span (`enclosure`) by
-//! what its control points say (`polygon`), zeros and minima (`zeros`). Shorter steps of the same
-//! flow (`extended`) are for contacts and for what exact steps leave undecided. What is not affine
-//! (a contact's field, a reset) keeps the general way. One text serves one orbit and several in
-//! lanes (`tools`).
+//! flows, gaps, their derivatives and resets are products with that state. Free flight proceeds by
+//! exact steps from event to event (`exact_step`): each gap is tested on each piece of a span
+//! (`enclosure`) by its control points (`polygon`), then zeros and minima are located (`zeros`).
+//! Shorter steps of the same flow (`extended`) serve contacts, and flights that exact steps leave
+//! undecided. Parts that are not affine (a contact's field, a reset) are treated in the general
+//! way. The same code serves one orbit and several in lanes (`tools`).
 
 mod enclosure;
 mod exact_step;

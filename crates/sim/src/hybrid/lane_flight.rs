@@ -1,12 +1,11 @@
-//! Flights of several orbits from one section point to the next:
-//! [`DirectReturn`] in lanes.
+//! Flights of several orbits from one section point to the next: [`DirectReturn`] in lanes.
 //!
 //! One idea: a return is a state machine with few states, and all lanes step at the same time. An
 //! orbit flies to the section's own passage; to its next minimum or contact; behind a contact, to
-//! the minimum that the approach would have had; from a minimum, to see whether another one is
-//! nearer to the nominal return; or through the surface to the section. Sections differ in which
-//! of these states occur, and where a return ends. An orbit that does anything else leaves the
-//! lanes and is flown by the scalar simulator.
+//! the minimum that the approach would have had; from a minimum, to check for a minimum nearer to
+//! the nominal return; or through the surface to the section. Sections differ in the states that
+//! occur, and in the end of a return. An orbit that does anything else leaves the lanes, and the
+//! scalar simulator flies it.
 
 use super::lane_flow::{LaneAsked, LaneFlow, LaneLog, LaneStepEnd};
 use super::motion::{LaneMotion, Sense};
@@ -18,10 +17,10 @@ use super::trajectory::ReturnSection;
 use crate::interruption::check;
 use crate::numeric::{Branched, Kernel, LaneMask, Lanes, Mask, Scalar, wide};
 
-/// Most steps of a return in lanes.
+/// Largest number of steps of a return in lanes.
 const MAX_STEPS: usize = 1000;
 
-/// Returns under way.
+/// Returns in progress.
 #[derive(Clone, Debug)]
 pub(super) struct LaneFlight<F, const N: usize> {
     orbits: LaneOrbits<F, N>,
@@ -30,30 +29,30 @@ pub(super) struct LaneFlight<F, const N: usize> {
     duration: Lanes<N>,
     /// Whole periods by which the phase advances in a return.
     periods: Lanes<N>,
-    /// The section points, and then where the surface was met last.
+    /// Motions at the section points, later those at the last contacts.
     entry: LaneMotion<N>,
-    /// The minimum reached last, and at the end the next section point.
+    /// Motions at the last minima, finally those at the next section points.
     passage: LaneMotion<N>,
-    /// Lanes before the section's own passage, and of them those that fly forward to it.
+    /// Masks: lanes before the section's own passage; among them, lanes that fly forward to it.
     first: LaneMask<N>,
     seeking: LaneMask<N>,
-    /// Lanes at the surface, before the reset.
+    /// Mask: lanes at the surface, before the reset.
     met: LaneMask<N>,
-    /// Lanes that fly behind a contact, or search on from a minimum behind it.
+    /// Mask: lanes that fly behind a contact, or search on from a minimum behind it.
     behind: LaneMask<N>,
-    /// Lanes that search for a nearer minimum, and the times that are left.
+    /// Mask: lanes that search for a nearer minimum; then the remaining times of the return.
     looking: LaneMask<N>,
     early: Lanes<N>,
-    /// Lanes that fly through the surface to the section.
+    /// Mask: lanes that fly through the surface to the section.
     last: LaneMask<N>,
-    /// Lanes at the next section point.
+    /// Mask: lanes at the next section point.
     done: LaneMask<N>,
     /// Times of the last resets.
     changed: Lanes<N>,
 }
 
 impl<F: LaneFlow<N>, const N: usize> LaneFlight<F, N> {
-    /// Of return maps of one kind.
+    /// Flight for return maps of one kind.
     pub(super) fn new(flow: F, scalar: [&DirectReturn<'_, f64>; N]) -> Self {
         let system = scalar[0].simulator.system();
         let (section, itinerary) = (scalar[0].section, &scalar[0].itinerary);
@@ -81,8 +80,8 @@ impl<F: LaneFlow<N>, const N: usize> LaneFlight<F, N> {
         }
     }
 
-    /// Flies the wanted lanes from full states at the section to the next; those that came there,
-    /// none without wide registers.
+    /// Flies the wanted lanes from full states at the section to the next section points. Returns
+    /// the mask of lanes that reached them; no lane does without wide registers.
     pub(super) fn fly(&mut self, states: &[Lanes<N>], wanted: LaneMask<N>) -> LaneMask<N> {
         self.orbits.motion.state.copy_from_slice(states);
         self.orbits.alive = wanted;
@@ -91,12 +90,12 @@ impl<F: LaneFlow<N>, const N: usize> LaneFlight<F, N> {
         self.done
     }
 
-    /// The full states there, the nominal advance of the phase removed.
+    /// Full states at the next section points, with the nominal advance of the phase removed.
     pub(super) fn states(&self) -> &[Lanes<N>] {
         &self.passage.state
     }
 
-    /// The speed at which a passage of a lane met the surface.
+    /// Speed at which a passage of a lane made contact.
     pub(super) fn speed(&self, passage: usize, lane: usize) -> Option<f64> {
         self.orbits.log.speed(passage, lane)
     }
@@ -123,7 +122,7 @@ impl<F: LaneFlow<N>, const N: usize> Kernel for Returning<'_, F, N> {
 }
 
 impl<F: LaneFlow<N>, const N: usize> LaneFlight<F, N> {
-    /// From section points.
+    /// Starts at section points.
     #[inline(always)]
     fn start(&mut self) {
         self.orbits.start();
@@ -142,8 +141,8 @@ impl<F: LaneFlow<N>, const N: usize> LaneFlight<F, N> {
         }
     }
 
-    /// To the minimum nearest to the start, a quarter of the return time at most: those that come
-    /// from it go back at once, the others fly forward.
+    /// Goes to the minimum nearest to the start, at most a quarter of the return time away: lanes
+    /// that come from a minimum go back at once, the others fly forward.
     #[inline(always)]
     fn seek_passage(&mut self) {
         let all = self.orbits.alive;
@@ -160,8 +159,8 @@ impl<F: LaneFlow<N>, const N: usize> LaneFlight<F, N> {
         }
     }
 
-    /// From the section's own passages. Those beyond the surface, which are the answer, are taken
-    /// back to it; the others set out from the section.
+    /// Continues from the section's own passages. Lanes beyond the surface, which are returned as a
+    /// mask, are moved back to the surface; the others start at the section.
     #[inline(always)]
     fn pass(&mut self, wanted: LaneMask<N>) -> LaneMask<N> {
         let beyond = self.orbits.beyond(wanted);
@@ -176,7 +175,7 @@ impl<F: LaneFlow<N>, const N: usize> LaneFlight<F, N> {
         beyond
     }
 
-    /// Flies to the next events, and goes on from each.
+    /// Flies to the next events, and handles each.
     #[inline(always)]
     fn step(&mut self) {
         let first = self.first & !self.seeking & self.orbits.alive;
@@ -206,7 +205,7 @@ impl<F: LaneFlow<N>, const N: usize> LaneFlight<F, N> {
         self.reject(end.minimum & looked);
     }
 
-    /// Until when the present flights go.
+    /// Times at which the present flights end at the latest.
     #[inline(always)]
     fn horizon(&self) -> Lanes<N> {
         let nominal = match self.section {
@@ -216,19 +215,19 @@ impl<F: LaneFlow<N>, const N: usize> LaneFlight<F, N> {
         Lanes::select(self.looking, self.duration + self.early, nominal)
     }
 
-    /// The speeds of gaps whose minima are nearer than the rounding of the time.
+    /// Speeds of gaps whose minima are nearer than the rounding of the time.
     #[inline(always)]
     fn unresolved(&self, sense: &Sense<Lanes<N>>) -> Lanes<N> {
         sense.acceleration * self.duration * Lanes::splat(<f64 as Scalar>::ROUNDOFF)
     }
 
-    /// Time within which the section's own passage is looked for.
+    /// Time within which the section's own passage is searched.
     #[inline(always)]
     fn passage_limit(&self) -> Lanes<N> {
         self.duration * Lanes::splat(0.25)
     }
 
-    /// What is asked of the present flights.
+    /// Goals of the present flights.
     #[inline(always)]
     fn asked(&self, wanted: LaneMask<N>, horizon: Lanes<N>) -> LaneAsked<N> {
         let ignoring = self.behind | self.looking | self.seeking;
@@ -247,7 +246,8 @@ impl<F: LaneFlow<N>, const N: usize> LaneFlight<F, N> {
         }
     }
 
-    /// From contacts: flies on behind them where one may be the last; the others are real.
+    /// Handles contacts: lanes whose contact may be the last fly on behind it; in the others the
+    /// contact is real.
     #[inline(always)]
     fn meet(&mut self, contact: LaneMask<N>) {
         match self.section {
@@ -259,8 +259,8 @@ impl<F: LaneFlow<N>, const N: usize> LaneFlight<F, N> {
         }
     }
 
-    /// From minima: those past the nominal return, and those after which the gap rises for long,
-    /// are the nearest to it; the others search for a nearer one.
+    /// Handles minima: a minimum after the nominal return, or one after which the gap rises long
+    /// enough, is the nearest one; in the other lanes the search for a nearer minimum goes on.
     #[inline(always)]
     fn look_on(&mut self, minimum: LaneMask<N>, rises_for: Lanes<N>) {
         let motion = &self.orbits.motion;
@@ -272,7 +272,7 @@ impl<F: LaneFlow<N>, const N: usize> LaneFlight<F, N> {
         self.accept(past);
     }
 
-    /// The minima reached last are the nearest to the nominal return: section points, or the
+    /// Handles last minima that are nearest to the nominal return: they are section points, or the
     /// contacts before them are flown through.
     #[inline(always)]
     fn accept(&mut self, wanted: LaneMask<N>) {
@@ -286,8 +286,9 @@ impl<F: LaneFlow<N>, const N: usize> LaneFlight<F, N> {
         self.last |= wanted;
     }
 
-    /// From where flights end without an event: at a phase that is the section; a contact whose
-    /// approach has no minimum is real, and without one there is no return.
+    /// Handles flights that end without an event. At a phase, the end is the section point. At a
+    /// tangency section, a contact whose approach has no minimum is real, and without a contact
+    /// there is no return.
     #[inline(always)]
     fn end(&mut self, wanted: LaneMask<N>) {
         if let ReturnSection::Tangency { .. } = self.section {
@@ -301,8 +302,8 @@ impl<F: LaneFlow<N>, const N: usize> LaneFlight<F, N> {
         }
     }
 
-    /// Of those at a section behind a contact that was flown through, those whose way back from
-    /// there is not known to lead to it: the contact is real.
+    /// Mask of lanes at a section behind a contact that was flown through, whose way back is not
+    /// known to lead to that contact: there the contact is real.
     #[inline(always)]
     fn pass_too_early(&mut self, wanted: LaneMask<N>) -> LaneMask<N> {
         if !wanted.any() {
@@ -318,8 +319,8 @@ impl<F: LaneFlow<N>, const N: usize> LaneFlight<F, N> {
         early
     }
 
-    /// Those at a grazing phase on which a reset has acted in the time in which the section's own
-    /// passage is looked for, and which might be taken for one: they leave the lanes.
+    /// Mask of lanes at a grazing phase that could be mistaken for a passage, because a reset acted
+    /// within the time in which the section's own passage is searched. These leave the lanes.
     #[inline(always)]
     fn acted_late(&mut self, wanted: LaneMask<N>) -> LaneMask<N> {
         let ReturnSection::GrazingPhase { .. } = self.section else {
@@ -331,15 +332,15 @@ impl<F: LaneFlow<N>, const N: usize> LaneFlight<F, N> {
         late
     }
 
-    /// At the next section points.
+    /// Ends returns at the next section points.
     #[inline(always)]
     fn finish(&mut self, wanted: LaneMask<N>) {
         self.done |= wanted;
         self.orbits.alive &= !wanted;
     }
 
-    /// The minima reached last, if any, are no section points: on from there, or through the
-    /// contact before.
+    /// Handles last minima, if any, that are not section points: the flight continues from there,
+    /// or with the contact before.
     #[inline(always)]
     fn reject(&mut self, wanted: LaneMask<N>) {
         let (real, orbits) = (wanted & self.behind, &mut self.orbits);
@@ -353,17 +354,17 @@ impl<F: LaneFlow<N>, const N: usize> LaneFlight<F, N> {
     }
 }
 
-/// Orbits on their way, and what they fly by.
+/// Orbits in flight, with their flow.
 #[derive(Clone, Debug)]
 struct LaneOrbits<F, const N: usize> {
     flow: F,
-    /// The phase: its place in a state, its period.
+    /// The phase: its index in a state, and its period.
     phase: Option<(usize, f64)>,
     /// Phases at the start.
     reference: Lanes<N>,
     motion: LaneMotion<N>,
     log: LaneLog<N>,
-    /// Under way: neither at the next section point nor out of the lanes.
+    /// Mask: lanes in flight, neither at the next section point nor out of the lanes.
     alive: LaneMask<N>,
 }
 
@@ -380,7 +381,7 @@ impl<F: LaneFlow<N>, const N: usize> LaneOrbits<F, N> {
         }
     }
 
-    /// Sets out from the states placed in the motions, in free flight.
+    /// Starts free flights at the states in the motions.
     #[inline(always)]
     fn start(&mut self) {
         self.flow.forget();
@@ -394,8 +395,8 @@ impl<F: LaneFlow<N>, const N: usize> LaneOrbits<F, N> {
         }
     }
 
-    /// The states may be at the surface, which they then leave. Those beyond it, or at rest on it,
-    /// leave the lanes.
+    /// Starts at states that may be at the surface, which they then leave. Lanes beyond it, or at
+    /// rest on it, leave the lanes.
     #[inline(always)]
     fn start_anywhere(&mut self) {
         let start = self.sense(self.alive);
@@ -405,21 +406,20 @@ impl<F: LaneFlow<N>, const N: usize> LaneOrbits<F, N> {
         self.motion.rounding = rounding;
     }
 
-    /// The normal motion.
+    /// Normal motions at the surface.
     #[inline(always)]
     fn sense(&mut self, wanted: LaneMask<N>) -> Sense<Lanes<N>> {
         by_itself(Sensing { flow: &mut self.flow, motion: &self.motion, wanted })
     }
 
-    /// Where the state is beyond the surface.
+    /// Mask: the state is beyond the surface.
     #[inline(always)]
     fn beyond(&mut self, wanted: LaneMask<N>) -> LaneMask<N> {
         let [gap, _] = self.flow.approach(&self.motion, wanted);
         wanted & gap.is_below(Lanes::splat(0.0))
     }
 
-    /// Flies to the next events. Those of which nothing is known leave the lanes, and take no part
-    /// in the answer.
+    /// Flies to the next events. Undecided lanes leave the lanes, and do not count in the result.
     #[inline(always)]
     fn step(&mut self, horizon: Lanes<N>, asked: LaneAsked<N>) -> LaneStepEnd<N> {
         let Self { flow, motion, log, .. } = self;
@@ -432,7 +432,8 @@ impl<F: LaneFlow<N>, const N: usize> LaneOrbits<F, N> {
         end
     }
 
-    /// Settles those that have flown: on the surface at a contact, away from it otherwise.
+    /// Completes flights: brings states at a contact onto the surface, and lets the others leave
+    /// it.
     #[inline(always)]
     fn arrive(&mut self, flown: LaneMask<N>, contact: LaneMask<N>) {
         let (flow, motion) = (&mut self.flow, &mut self.motion);
@@ -447,16 +448,16 @@ impl<F: LaneFlow<N>, const N: usize> LaneOrbits<F, N> {
         }
     }
 
-    /// Goes back along the free flow to where the gaps were least, a time at most. Where that is
-    /// not known they leave the lanes.
+    /// Goes back along the free flow to the minima of the gaps, at most a time. Lanes in which the
+    /// way is not known leave the lanes.
     #[inline(always)]
     fn back_to_minimum(&mut self, wanted: LaneMask<N>, longest: Lanes<N>) {
         let known = self.retreat(Back::ToMinimum, wanted, longest);
         self.alive &= !wanted | known;
     }
 
-    /// Goes back along the free flow to the surface, a return time at most. Where that is not known
-    /// they leave the lanes.
+    /// Goes back along the free flow to the surface, at most a return time. Lanes in which the way
+    /// is not known leave the lanes.
     #[inline(always)]
     fn back_to_surface(&mut self, wanted: LaneMask<N>, duration: Lanes<N>) {
         self.motion.lose_headings(wanted);
@@ -468,15 +469,16 @@ impl<F: LaneFlow<N>, const N: usize> LaneOrbits<F, N> {
         self.alive &= !wanted | (known & !stays);
     }
 
-    /// Goes back along the free flow, a time at most; where the way is known.
+    /// Goes back along the free flow, at most a time. Returns the mask of lanes in which the way is
+    /// known.
     #[inline(always)]
     fn retreat(&mut self, goal: Back, wanted: LaneMask<N>, longest: Lanes<N>) -> LaneMask<N> {
         let (flow, motion) = (&mut self.flow, &mut self.motion);
         by_itself(Retreating { flow, motion, goal, wanted, longest })
     }
 
-    /// Applies the reset; `own` says where this is the section's own passage. Those that penetrate,
-    /// chatter or move away already leave the lanes.
+    /// Applies the reset; `own` marks lanes at the section's own passage. Lanes that penetrate,
+    /// chatter, or move away already leave the lanes.
     #[inline(always)]
     fn respond(&mut self, wanted: LaneMask<N>, own: LaneMask<N>) {
         let before = self.sense(wanted);
@@ -497,7 +499,7 @@ impl<F: LaneFlow<N>, const N: usize> LaneOrbits<F, N> {
         self.alive &= !wanted | rebound.flies_on(wanted, flow.time_scale(motion));
     }
 
-    /// The states with a number of whole periods taken off their phases.
+    /// Subtracts a number of whole periods from the phases.
     #[inline(always)]
     fn advance(&self, motion: &mut LaneMotion<N>, periods: Lanes<N>) {
         if let Some((component, period)) = self.phase {
@@ -507,16 +509,16 @@ impl<F: LaneFlow<N>, const N: usize> LaneOrbits<F, N> {
     }
 }
 
-/// Runs a part of a flight that is compiled by itself.
+/// Runs a part of a flight that is compiled separately.
 ///
-/// NOTE: as one function with all that calls them, the parts would take the compiler minutes: what
-/// it does for a loop over lanes grows with the number of such loops in the function.
+/// NOTE: in one function with all callers, the parts would take the compiler minutes: its work on a
+/// loop over lanes grows with the number of such loops in the function.
 #[inline(always)]
 fn by_itself<K: Kernel>(part: K) -> K::Output {
     wide(part).expect("flights in lanes are flown in wide registers alone")
 }
 
-/// A free flight to the first events.
+/// Kernel: free flight to the first events.
 struct Stepping<'t, F, const N: usize> {
     flow: &'t mut F,
     motion: &'t mut LaneMotion<N>,
@@ -534,7 +536,7 @@ impl<F: LaneFlow<N>, const N: usize> Kernel for Stepping<'_, F, N> {
     }
 }
 
-/// A way back along the free flow.
+/// Kernel: flight back along the free flow.
 struct Retreating<'t, F, const N: usize> {
     flow: &'t mut F,
     motion: &'t mut LaneMotion<N>,
@@ -552,7 +554,7 @@ impl<F: LaneFlow<N>, const N: usize> Kernel for Retreating<'_, F, N> {
     }
 }
 
-/// The last step onto the surface.
+/// Kernel: last step onto the surface.
 struct Settling<'t, F, const N: usize> {
     flow: &'t mut F,
     motion: &'t mut LaneMotion<N>,
@@ -568,7 +570,7 @@ impl<F: LaneFlow<N>, const N: usize> Kernel for Settling<'_, F, N> {
     }
 }
 
-/// A look at the normal motion.
+/// Kernel: evaluation of the normal motion.
 struct Sensing<'t, F, const N: usize> {
     flow: &'t mut F,
     motion: &'t LaneMotion<N>,

@@ -1,61 +1,62 @@
-//! What several orbits fly by in lanes, each at its own parameters.
+//! Flow of several orbits in lanes, each at its own parameters.
 //!
-//! One idea: the caller asks for events, and does not depend on how a free flight is computed, by
-//! exact steps or by steps of Taylor's method.
+//! One idea: callers ask for events, and do not depend on how a free flight is computed, by exact
+//! steps or by Taylor steps.
 //!
-//! What is known of the passages of several returns is a [`LaneLog`], in lanes what
-//! [`Log`](super::trajectory::Log) is for one. The event nearest to a passage tells of it, so the
-//! nearest one so far is all that is kept of the events, and nothing grows on the way.
+//! A [`LaneLog`] records the passages of several returns, as [`Log`](super::trajectory::Log) does
+//! for one. The event nearest to a passage decides whether it made contact. Only the nearest event
+//! so far is kept, so that the memory is constant.
 
 use super::motion::{LaneMotion, Sense};
 use super::passage::{Back, MinimumLog};
 use crate::numeric::{Branched, LaneMask, Lanes, Mask, Scalar};
 
-/// What is asked of a step.
+/// Goals of a step.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LaneAsked<const N: usize> {
-    /// The lanes that fly.
+    /// Mask: lanes that fly.
     pub(super) wanted: LaneMask<N>,
-    /// Where contacts are flown through.
+    /// Mask: contacts are flown through.
     pub(super) ignoring: LaneMask<N>,
-    /// Where flights end at minima, which elsewhere are logged and flown through.
+    /// Mask: flights end at minima; in other lanes minima are logged and flown through.
     pub(super) stopping: LaneMask<N>,
-    /// Where nothing is looked for.
+    /// Mask: no events are sought.
     pub(super) blind: LaneMask<N>,
-    /// Where it is of interest only whether there is a minimum.
+    /// Mask: only the existence of a minimum matters.
     pub(super) passing: LaneMask<N>,
-    /// Where the motions at the ends of the longest flights are of use.
+    /// Mask: the motions after the longest flights are needed.
     pub(super) landing: LaneMask<N>,
-    /// The longest flights.
+    /// Longest flights.
     pub(super) longest: Lanes<N>,
 }
 
-/// Where steps end.
+/// Ends of steps.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LaneStepEnd<const N: usize> {
     /// Times flown.
     pub(super) time: Lanes<N>,
-    /// At a contact.
+    /// Mask: the step ends at a contact.
     pub(super) contact: LaneMask<N>,
-    /// At a minimum that ends the flight, from which the gap is known to rise for a time.
+    /// Mask: the step ends at a minimum that stops the flight; then the time for which the gap is
+    /// known to rise from there.
     pub(super) minimum: LaneMask<N>,
     pub(super) rises_for: Lanes<N>,
-    /// Where nothing is known: to be flown by the scalar simulator.
+    /// Mask: nothing is known, and the scalar simulator must fly the lane.
     pub(super) undecided: LaneMask<N>,
 }
 
 /// Free flight, events and reset of `N` orbits at one rigid surface.
 ///
-/// NOTE: all of it is inlined into the kernels of flights.
+/// NOTE: all methods are inlined into the kernels of flights.
 pub(super) trait LaneFlow<const N: usize> {
-    /// To be called where states are placed.
+    /// Forgets earlier motions when states are placed.
     fn forget(&mut self);
 
-    /// The times in which the motions change.
+    /// Time scales of the motions.
     fn time_scale(&self, motion: &LaneMotion<N>) -> Lanes<N>;
 
-    /// Flies freely towards the first events, to a time at most, and takes the motions there where
-    /// that is of use.
+    /// Flies freely towards the first events, at most for the longest times, and moves the motions
+    /// there in lanes that need them.
     fn step(
         &mut self,
         motion: &mut LaneMotion<N>,
@@ -64,8 +65,8 @@ pub(super) trait LaneFlow<const N: usize> {
         log: &mut LaneLog<N>,
     ) -> LaneStepEnd<N>;
 
-    /// Takes motions back along the free flow to where their gaps were zero or least, a time at
-    /// most; where that is known.
+    /// Moves motions back along the free flow to the zeros or minima of their gaps, at most for a
+    /// time. Returns the mask of lanes in which these are known.
     fn retreat(
         &mut self,
         motion: &mut LaneMotion<N>,
@@ -74,26 +75,27 @@ pub(super) trait LaneFlow<const N: usize> {
         longest: Lanes<N>,
     ) -> LaneMask<N>;
 
-    /// The normal motion at the surface, along the free flow.
+    /// Normal motions at the surface, along the free flow.
     fn sense(&mut self, motion: &LaneMotion<N>, wanted: LaneMask<N>) -> Sense<Lanes<N>>;
 
-    /// The gap and its velocity, as [`sense`](Self::sense) tells them.
+    /// Gaps and their velocities, as in [`sense`](Self::sense).
     #[inline(always)]
     fn approach(&mut self, motion: &LaneMotion<N>, wanted: LaneMask<N>) -> [Lanes<N>; 2] {
         let Sense { gap, velocity, .. } = self.sense(motion, wanted);
         [gap, velocity]
     }
 
-    /// The gap.
+    /// Gaps of the surface.
     fn gap(&mut self, motion: &LaneMotion<N>, wanted: LaneMask<N>) -> Lanes<N>;
 
-    /// The states after an impact.
+    /// Applies the reset.
     fn reset(&mut self, motion: &mut LaneMotion<N>, wanted: LaneMask<N>);
 
-    /// Brings states onto the surface that they have landed beside; where they stay beside it.
+    /// Brings states that have landed beside the surface onto it. Returns the mask of lanes that
+    /// stay beside it.
     fn settle(&mut self, motion: &mut LaneMotion<N>, wanted: LaneMask<N>) -> LaneMask<N>;
 
-    /// Lets surfaces be left behind where their gaps are more than rounding.
+    /// Clears the mark of a surface just left in lanes whose gap exceeds rounding.
     #[inline(always)]
     fn leave_behind(&mut self, motion: &mut LaneMotion<N>, wanted: LaneMask<N>) {
         let wanted = wanted & motion.leaving;
@@ -104,31 +106,31 @@ pub(super) trait LaneFlow<const N: usize> {
     }
 }
 
-/// The passages of returns, as far as they are known.
+/// Records of the passages of returns.
 #[derive(Clone, Debug)]
 pub(super) struct LaneLog<const N: usize> {
     /// Nominal return times.
     duration: Lanes<N>,
     passages: Vec<LaneRecord<N>>,
-    /// Whether the first passage is that of the section, known from the flight.
+    /// Whether the first passage is that of the section, which the flight itself determines.
     has_own: bool,
 }
 
-/// One passage.
+/// Record of one passage.
 #[derive(Clone, Copy, Debug)]
 struct LaneRecord<const N: usize> {
-    /// When it is expected: shares of the return times.
+    /// Expected time, as a share of the return time.
     share: Lanes<N>,
-    /// How far the nearest event is from there.
+    /// Distance of the nearest event from there, in return times.
     distance: Lanes<N>,
-    /// Where that is a contact, and at which speed.
+    /// Mask: the nearest event is a contact; then its speed.
     met: LaneMask<N>,
     speed: Lanes<N>,
 }
 
 impl<const N: usize> LaneLog<N> {
-    /// Of returns that take these times, with passages expected at these shares of them; `has_own`
-    /// where the first passage is that of the section.
+    /// Log of returns of these durations, with passages expected at these shares of them; `has_own`
+    /// tells whether the first passage is that of the section.
     pub(super) fn new(duration: Lanes<N>, shares: &[Lanes<N>], has_own: bool) -> Self {
         let zero = Lanes::splat(0.0);
         let record =
@@ -136,25 +138,25 @@ impl<const N: usize> LaneLog<N> {
         Self { duration, passages: shares.iter().map(record).collect(), has_own }
     }
 
-    /// To be called where returns start.
+    /// Clears the records when returns start.
     #[inline(always)]
     pub(super) fn forget(&mut self) {
         for (number, passage) in self.passages.iter_mut().enumerate() {
             passage.met = LaneMask::NONE;
-            // NOTE: no event is nearer than this to the section's own passage, of which events do
-            // not tell.
+            // NOTE: no event is nearer than this to the section's own passage, which events do not
+            // determine.
             let is_own = self.has_own && number == 0;
             passage.distance = Lanes::splat(f64::INFINITY * if is_own { -1.0 } else { 1.0 });
         }
     }
 
-    /// Speed at which a passage of a lane met the surface.
+    /// Speed at which a passage of a lane made contact; `None` without contact.
     pub(super) fn speed(&self, passage: usize, lane: usize) -> Option<f64> {
         let passage = &self.passages[passage];
         passage.met.holds(lane).then(|| passage.speed[lane])
     }
 
-    /// The section's own passages met the surface at these speeds.
+    /// Records contacts of the section's own passages at these speeds.
     #[inline(always)]
     pub(super) fn meet(&mut self, wanted: LaneMask<N>, speed: Lanes<N>) {
         if let Some(own) = self.passages.first_mut() {
@@ -162,8 +164,8 @@ impl<const N: usize> LaneLog<N> {
         }
     }
 
-    /// Contacts at a time with a normal motion: at the minima that their approaches would have had,
-    /// to leading order.
+    /// Records contacts at a time with a normal motion: at the minima that their approaches would
+    /// have had, to leading order.
     #[inline(always)]
     pub(super) fn contact(&mut self, wanted: LaneMask<N>, time: Lanes<N>, sense: &Sense<Lanes<N>>) {
         if !self.asks_events() {
@@ -176,7 +178,7 @@ impl<const N: usize> LaneLog<N> {
         self.put(wanted, time + lead, -sense.velocity, wanted);
     }
 
-    /// Minima without contact.
+    /// Records minima without contact.
     #[inline(always)]
     pub(super) fn miss(&mut self, wanted: LaneMask<N>, time: Lanes<N>) {
         if self.asks_events() && wanted.any() {
@@ -184,13 +186,13 @@ impl<const N: usize> LaneLog<N> {
         }
     }
 
-    /// Whether events tell of any passage.
+    /// Whether events determine any passage.
     #[inline(always)]
     fn asks_events(&self) -> bool {
         self.passages.len() > usize::from(self.has_own)
     }
 
-    /// Events belong to the passages that are nearest to them around the return.
+    /// Records events for the passages that are nearest to them around the return.
     #[inline(always)]
     fn put(&mut self, wanted: LaneMask<N>, time: Lanes<N>, speed: Lanes<N>, contact: LaneMask<N>) {
         let share = time / self.duration;
@@ -210,7 +212,7 @@ impl<const N: usize> LaneLog<N> {
 }
 
 impl<const N: usize> LaneRecord<N> {
-    /// How far shares of the return times are from here.
+    /// Distance of shares of the return time from this passage.
     #[inline(always)]
     fn distance_of(&self, share: Lanes<N>) -> Lanes<N> {
         let difference = share - self.share;
@@ -231,7 +233,7 @@ impl<const N: usize> LaneRecord<N> {
     }
 }
 
-/// Logs the minima of a step that starts at a time.
+/// Log of the minima of a step that starts at a time.
 pub(super) struct LoggedFrom<'t, const N: usize> {
     pub(super) start: Lanes<N>,
     pub(super) log: &'t mut LaneLog<N>,

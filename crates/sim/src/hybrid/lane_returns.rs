@@ -1,11 +1,11 @@
 //! Returns of several orbits in lanes, each at its own parameters.
 //!
-//! One idea: lanes fly what returns have in common; a return that does anything else is flown by a
-//! scalar simulator, from its start. So an image is, to the last bit, that of [`DirectReturn`],
-//! whatever its neighbours do.
+//! One idea: lanes fly the common course of returns; a return that does anything else is flown by a
+//! scalar simulator, from its start. An image is therefore, to the last bit, that of
+//! [`DirectReturn`], independent of its neighbours.
 //!
-//! Steps of Taylor's method of several orbits at one rigid surface ([`LaneTaylor`]): a step forms
-//! the series of all orbits at once; each has its own length, its own event, and lands at its own
+//! Taylor steps of several orbits at one rigid surface ([`LaneTaylor`]): a step computes the series
+//! of all orbits at once; each orbit has its own length and its own event, and lands at its own
 //! time.
 
 use super::affine::{LaneTools, OrbitTables};
@@ -23,12 +23,11 @@ use super::trajectory::ReturnOutcome;
 use crate::flow::{LaneIntegrator, LaneStep};
 use crate::numeric::{Branched, LaneMask, Lanes, Mask, Real, Scalar, is_wide};
 
-/// The return map of a section by direct simulation, other parameters in every lane.
+/// The return map of a section by direct simulation, with its own parameters in every lane.
 ///
-/// It is for systems with one rigid surface, on every section and with any number of grazing
-/// passages. Impacts and near misses are flown in lanes. A return that sticks, chatters or does not
-/// come back, or whose events are not found in lanes, is flown by a scalar simulator, from its
-/// start.
+/// The system must have one rigid surface; every section and any number of grazing passages are
+/// allowed. Impacts and near misses are flown in lanes. A scalar simulator flies returns that
+/// stick, chatter or do not come back, or whose events are not found in lanes, from their start.
 #[derive(Clone, Debug)]
 pub struct LaneReturns<'a, const N: usize> {
     scalar: Vec<DirectReturn<'a, f64>>,
@@ -36,25 +35,25 @@ pub struct LaneReturns<'a, const N: usize> {
     images: LaneImages<N>,
 }
 
-/// The method by which lanes are flown, that of each scalar simulator.
+/// Method by which lanes fly, the same as that of each scalar simulator.
 #[derive(Clone, Debug)]
 enum Flight<'a, const N: usize> {
     Exact(Box<LaneFlight<LaneTools<N>, N>>),
     Taylor(Box<LaneFlight<LaneTaylor<'a, N>, N>>),
 }
 
-/// Images of the states of every lane.
+/// Images of the states of all lanes.
 #[derive(Clone, Debug)]
 pub struct LaneImages<const N: usize> {
-    /// The full states at the next section points, the nominal advance of the phase removed; not
-    /// to be used where none was reached.
+    /// Full states at the next section points, with the nominal advance of the phase removed;
+    /// undefined in lanes that did not return.
     pub state: Vec<Lanes<N>>,
-    /// Speeds at which each passage met the surface, in the order of their numbers; `None` without
+    /// Speeds at which each passage made contact, in the order of the passages; `None` without
     /// contact.
     pub speeds: Vec<[Option<f64>; N]>,
-    /// Whether the section was reached.
+    /// Whether each lane reached the section.
     pub returned: [bool; N],
-    /// Whether the return was flown in lanes.
+    /// Whether each lane was flown together with the others.
     pub together: [bool; N],
 }
 
@@ -69,13 +68,13 @@ static IN_EIGHT_LANES: for<'r> fn(
 ) -> &'r LaneImages<8> = LaneReturns::images;
 
 impl<'a, const N: usize> LaneReturns<'a, N> {
-    /// The return maps of lanes at their parameters; `None` unless all are of one system with one
-    /// rigid surface, on one section and with as many passages, and on machines without wide
+    /// Return maps of lanes at their parameters; `None` unless all are of one system with one rigid
+    /// surface, on one section and with equally many passages, and on machines without wide
     /// registers ([`is_wide`]).
     ///
     /// # Panics
     ///
-    /// If there are none, or more than lanes.
+    /// If there are no return maps, or more than `N`.
     pub fn new(mut scalar: Vec<DirectReturn<'a, f64>>) -> Option<Self> {
         let lanes = scalar.len();
         assert!((1..=N).contains(&lanes), "{lanes} lanes of {N}");
@@ -94,7 +93,7 @@ impl<'a, const N: usize> LaneReturns<'a, N> {
         Some(Self { scalar, flight, images })
     }
 
-    /// The next section points from full states at the section, of the lanes that are wanted.
+    /// Next section points from full states at the section, for the wanted lanes.
     #[inline(never)]
     pub fn images(&mut self, states: &[Lanes<N>], wanted: [bool; N]) -> &LaneImages<N> {
         let used = self.scalar.len();
@@ -109,7 +108,7 @@ impl<'a, const N: usize> LaneReturns<'a, N> {
         &self.images
     }
 
-    /// The image of one lane by its own simulator.
+    /// Image of one lane by its own simulator.
     #[cold]
     fn fly_scalar(&mut self, lane: usize, states: &[Lanes<N>]) {
         let images = &mut self.images;
@@ -129,7 +128,8 @@ impl<'a, const N: usize> LaneReturns<'a, N> {
 }
 
 impl<const N: usize> LaneImages<N> {
-    /// Takes the images of the wanted lanes from a flight; those that it reached.
+    /// Takes the images of the wanted lanes from a flight. Returns the mask of lanes that reached
+    /// the section.
     fn fly<F: LaneFlow<N>>(
         &mut self,
         flight: &mut LaneFlight<F, N>,
@@ -150,7 +150,7 @@ impl<const N: usize> LaneImages<N> {
 }
 
 impl<'a, const N: usize> Flight<'a, N> {
-    /// From the return maps of lanes; lanes without one take the first.
+    /// Builds the flight from the return maps of lanes; lanes without one use the first.
     fn new(scalar: &mut [DirectReturn<'a, f64>]) -> Option<Self> {
         let lanes = scalar.len();
         let own = |lane: usize| if lane < lanes { lane } else { 0 };
@@ -171,7 +171,7 @@ impl<'a, const N: usize> Flight<'a, N> {
 }
 
 impl Simulator<'_, f64> {
-    /// The tables of the orbit's exact steps, where it has them.
+    /// Tables of the orbit's exact steps, if it has any.
     fn orbit_tables(&mut self) -> Option<OrbitTables> {
         let tools = self.affine.as_mut()?;
         tools.orbit_tables(&mut self.motion, &self.parameters)
@@ -179,18 +179,18 @@ impl Simulator<'_, f64> {
 }
 
 impl<S: Real> DirectReturn<'_, S> {
-    /// Whether returns of this kind may be flown in lanes.
+    /// Whether returns of this kind can be flown in lanes.
     pub fn fits_lanes(&self) -> bool {
         let system = self.simulator.system();
         let surfaces = &system.surfaces[..];
-        // NOTE: a corner ends a step in one direction alone, which lanes do not tell apart.
+        // NOTE: a corner ends a step in one direction only, which lanes do not distinguish.
         let is_smooth = !system.free.field.has_corners();
         is_smooth
             && is_wide()
             && matches!(surfaces, [surface] if matches!(surface.law, Law::Rigid { .. }))
     }
 
-    /// Whether returns of both are flown in one way.
+    /// Whether both returns are flown in the same way.
     fn is_like(&self, other: &Self) -> bool {
         std::ptr::eq(self.simulator.system(), other.simulator.system())
             && (self.section, self.periods) == (other.section, other.periods)
@@ -198,10 +198,10 @@ impl<S: Real> DirectReturn<'_, S> {
     }
 }
 
-/// The surface at which orbits are flown in lanes, the only watched one.
+/// The surface at which lanes fly, the only watched one.
 const SURFACE: usize = 0;
 
-/// What steps of several orbits are taken with, each at its own parameters.
+/// Taylor steps of several orbits, each at its own parameters.
 #[derive(Clone, Debug)]
 struct LaneTaylor<'a, const N: usize> {
     parameters: Vec<Lanes<N>>,
@@ -210,12 +210,12 @@ struct LaneTaylor<'a, const N: usize> {
     contact: Evaluator<'a, Lanes<N>>,
     reset: Evaluator<'a, Lanes<N>>,
     points: StationaryPoints<Lanes<N>>,
-    /// Gaps and their slopes in reversed time.
+    /// Gaps and their slopes, in reversed time.
     reversed: (Vec<Lanes<N>>, Vec<Lanes<N>>),
 }
 
 impl<'a, const N: usize> LaneTaylor<'a, N> {
-    /// At the parameters of every lane; `None` unless the system has one rigid surface.
+    /// Steps at the parameters of every lane; `None` unless the system has one rigid surface.
     pub(super) fn new(system: &'a HybridSystem, parameters: [&[f64]; N]) -> Option<Self> {
         let [surface] = &system.surfaces[..] else {
             return None;
@@ -308,7 +308,7 @@ impl<const N: usize> LaneFlow<N> for LaneTaylor<'_, N> {
         }
     }
 
-    /// NOTE: by one step; an orbit that needs more is left to the scalar simulator.
+    /// NOTE: by one step; the scalar simulator flies an orbit that needs more.
     #[inline(always)]
     fn retreat(
         &mut self,
@@ -378,8 +378,8 @@ impl<const N: usize> LaneFlow<N> for LaneTaylor<'_, N> {
     }
 }
 
-/// The lengths on which states and gaps meet the tolerance, which are those in which the motions
-/// change; where there are none.
+/// Lengths on which states and gaps meet the tolerance, which are also the time scales of the
+/// motions; and the mask of lanes in which they exist.
 #[inline(always)]
 fn admissible<const N: usize>(
     step: &LaneStep<'_, N>,

@@ -1,12 +1,12 @@
 //! Direct event-driven simulation: impacts, contact phases, chattering, sticking.
 //!
-//! The ground truth every expansion is measured against, and a competitor in earnest: exact steps
-//! where free flight is affine, Taylor steps elsewhere, whose polynomials of the gap are searched
-//! for *every* crossing and *every* local minimum, so that no low-velocity impact is missed, in
-//! `f64` and in double-double.
+//! Direct simulation is the reference for every expansion, and competitive in speed: exact steps
+//! where free flight is affine, Taylor steps elsewhere. The polynomials of the gap are searched for
+//! *every* crossing and *every* local minimum, so that no low-velocity impact is missed, in `f64`
+//! and in double-double.
 //!
-//! Deliberately absent: Poincaré maps' expansions, orbits, anything truncated.
-//! See docs/mathematics/direct-simulation.md.
+//! Deliberately absent: expansions of Poincaré maps, orbits, truncation. See
+//! docs/mathematics/direct-simulation.md.
 
 mod affine;
 mod lane_flight;

@@ -1,15 +1,14 @@
-//! The moving point: full state, time, regime, and what must be remembered between steps; and the
-//! moving points of several orbits in free flight, in lanes. And what is read at one state: values
-//! of a model's expressions.
+//! The motion: full state, time, regime, and memory between steps; the motions of several orbits in
+//! free flight, in lanes; and the evaluation of a model's expressions at one state.
 
 use super::passage::{Heading, Start};
 use crate::flow::Program;
 use crate::numeric::{Branched, LaneMask, Lanes, Mask, Real, Scalar};
 
-/// Share of the time in which the motion changes within which a minimum is the one reported last.
+/// Share of the motion's time scale within which a minimum is the one reported last.
 pub(super) const SAME_MINIMUM: f64 = 1e-7;
 
-/// What governs the motion.
+/// Regime of the motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Regime {
     /// Free flight.
@@ -19,7 +18,7 @@ pub enum Regime {
         /// The surface.
         surface: usize,
     },
-    /// Lasting contact with a rigid surface.
+    /// Sustained contact with a rigid surface.
     Stick {
         /// The surface.
         surface: usize,
@@ -45,38 +44,37 @@ pub(super) struct Motion<S> {
     pub(super) regime: Regime,
     /// Whole periods removed from the phase.
     pub(super) turns: i64,
-    /// Phase about which the phase is kept: it stays within half a period of it.
+    /// Phase about which the phase is reduced: the phase stays within half a period of it.
     pub(super) reference_phase: S,
     /// Factor that makes the present regime's release function positive; 0 until its first step.
     pub(super) release_sign: S,
-    /// Sign of the release function where the present contact began, by its slope in the speed of
-    /// approach; 0 where it does not depend on that.
+    /// Sign of the release function at the start of the present contact, from its slope with
+    /// respect to the speed of approach; 0 if the function does not depend on that speed.
     pub(super) entry_sign: S,
-    /// Rounding of the release function where the present contact began.
+    /// Rounding of the release function at the start of the present contact.
     pub(super) release_rounding: S,
-    /// Uncertainty of the time at which the surface was met: the gap left there over the speed.
+    /// Uncertainty of the time of contact: the remaining gap divided by the speed.
     pub(super) entry_uncertainty: S,
-    /// Time after which the gap would turn along the free flow from there; infinite where it would
-    /// not.
+    /// Time after the contact at which the gap would turn along the free flow; infinite if the gap
+    /// would not turn.
     pub(super) entry_turn: S,
-    /// Length of the last hop beside a surface on which the present contact has no series; 0 where
-    /// it has.
+    /// Length of the last hop near a surface on which the present contact has no series; 0 if the
+    /// contact has one.
     pub(super) hop: S,
-    /// Hops of the present contact.
+    /// Number of hops of the present contact.
     pub(super) hops: usize,
-    /// Per surface: rounding of its gap if the state has just left it.
+    /// For each surface: rounding of its gap if the state has just left it.
     pub(super) leaving: Vec<Option<S>>,
-    /// Per surface: which way its gap was found to go here, so that a minimum between two steps is
-    /// neither lost nor found twice.
+    /// For each surface: heading of its gap, so that a minimum between two steps is neither lost
+    /// nor found twice.
     pub(super) headings: Vec<Heading>,
-    /// The time in which the motion changed on the last step.
+    /// Time scale of the motion in the last step.
     pub(super) last_step: S,
-    /// Steps one after another that ended at a corner of the field and did not lead away from it.
+    /// Number of successive steps that ended at a corner of the field without leading away from it.
     pub(super) slides: usize,
-    /// Time of the last change of velocity or regime at a surface; before all times where there was
-    /// none.
+    /// Time of the last change of velocity or regime at a surface; −∞ before the first.
     pub(super) changed: S,
-    /// Number of the changes that were noted and led here.
+    /// Number of recorded changes up to this state.
     pub(super) changes: usize,
 }
 
@@ -104,7 +102,7 @@ impl<S: Real> Motion<S> {
         }
     }
 
-    /// Takes over another motion without allocating.
+    /// Copies another motion without allocating.
     pub(super) fn copy_from(&mut self, other: &Self) {
         let mut state = std::mem::take(&mut self.state);
         let mut leaving = std::mem::take(&mut self.leaving);
@@ -115,12 +113,12 @@ impl<S: Real> Motion<S> {
         *self = Self { state, leaving, headings, ..*other };
     }
 
-    /// How the search of a surface's gap starts here.
+    /// Start of the search for a surface's gap.
     pub(super) fn start(&self, surface: usize) -> Start<S> {
         self.start_after(surface, self.headings[surface])
     }
 
-    /// The same where the gap went this way before.
+    /// Start of the search for a surface's gap with a given earlier heading.
     pub(super) fn start_after(&self, surface: usize, before: Heading) -> Start<S> {
         match self.leaving[surface] {
             Some(rounding) => Start::leaving(rounding),
@@ -128,24 +126,24 @@ impl<S: Real> Motion<S> {
         }
     }
 
-    /// A search that starts anywhere, the gap having gone this way before.
+    /// Start of a search anywhere, with a given earlier heading.
     pub(super) fn inside(&self, before: Heading) -> Start<S> {
         Start::inside(before, self.last_step * S::from_f64(SAME_MINIMUM))
     }
 
-    /// Forgets which way the gaps go: the state or the field is another one.
+    /// Forgets the headings of all gaps, because the state or the field has changed.
     pub(super) fn lose_headings(&mut self) {
         self.headings.fill(Heading::Unknown);
     }
 
-    /// Remembers that a surface's gap fell to zero here: if it does not fall any more its minimum
-    /// is here too.
+    /// Records a contact: a surface's gap fell to zero here. If the gap does not fall any more, its
+    /// minimum is here too.
     pub(super) fn set_at_contact(&mut self, surface: usize) {
         self.lose_headings();
         self.headings[surface] = Heading::Falling;
     }
 
-    /// Remembers that a minimum of a surface's gap was reported here.
+    /// Records that a minimum of a surface's gap was reported here.
     pub(super) fn set_at_minimum(&mut self, surface: usize) {
         self.lose_headings();
         self.headings[surface] = Heading::Rising;
@@ -161,21 +159,21 @@ impl<S: Real> Motion<S> {
     }
 }
 
-/// States of free flight of `N` orbits at one surface: [`Motion`] in lanes.
+/// Free-flight states of `N` orbits at one surface: [`Motion`] in lanes.
 #[derive(Clone, Debug)]
 pub(super) struct LaneMotion<const N: usize> {
     pub(super) state: Vec<Lanes<N>>,
     pub(super) time: Lanes<N>,
     /// Whole periods removed from the phase.
     pub(super) turns: Lanes<N>,
-    /// Where the surface has just been left, and the rounding of its gap there.
+    /// Mask: the state has just left the surface; then the rounding of its gap there.
     pub(super) leaving: LaneMask<N>,
     pub(super) rounding: Lanes<N>,
-    /// Where the gap is known to rise.
+    /// Mask: the gap is known to rise.
     pub(super) rises: LaneMask<N>,
-    /// Where the gap is known to fall.
+    /// Mask: the gap is known to fall.
     pub(super) falls: LaneMask<N>,
-    /// The times in which the motions changed on their last steps.
+    /// Time scales of the motions in their last steps.
     pub(super) last_step: Lanes<N>,
 }
 
@@ -194,7 +192,7 @@ impl<const N: usize> LaneMotion<N> {
         }
     }
 
-    /// Takes over other motions where that is wanted.
+    /// Copies other motions in the wanted lanes.
     #[inline(always)]
     pub(super) fn take(&mut self, wanted: LaneMask<N>, other: &Self) {
         if !wanted.any() {
@@ -212,14 +210,14 @@ impl<const N: usize> LaneMotion<N> {
         take(wanted, other.last_step, &mut self.last_step);
     }
 
-    /// Forgets which way the gaps go.
+    /// Forgets the headings of the gaps.
     #[inline(always)]
     pub(super) fn lose_headings(&mut self, wanted: LaneMask<N>) {
         self.rises &= !wanted;
         self.falls &= !wanted;
     }
 
-    /// How searches of the gaps start here.
+    /// Starts of the searches for the gaps.
     #[inline(always)]
     pub(super) fn start(&self) -> Start<Lanes<N>> {
         Start {
@@ -254,7 +252,8 @@ impl<const N: usize> LaneMotion<N> {
     }
 }
 
-// NOTE: no closures, which the compiler may leave out of a kernel, for the least machine.
+// NOTE: no closures, which the compiler may leave out of a kernel and compile for the baseline
+// instruction set.
 #[inline(always)]
 fn take<const N: usize>(wanted: LaneMask<N>, other: Lanes<N>, own: &mut Lanes<N>) {
     *own = Lanes::select(wanted, other, *own);
@@ -265,7 +264,7 @@ fn take_mask<const N: usize>(wanted: LaneMask<N>, other: LaneMask<N>, own: &mut 
     *own = (other & wanted) | (*own & !wanted);
 }
 
-/// A program run at degree 0: the plain values of its outputs.
+/// Evaluator of a program at degree 0: the values of its outputs.
 #[derive(Clone, Debug)]
 pub(super) struct Evaluator<'a, S: Scalar> {
     program: &'a Program,
@@ -275,7 +274,7 @@ pub(super) struct Evaluator<'a, S: Scalar> {
 }
 
 impl<'a, S: Scalar> Evaluator<'a, S> {
-    /// `outputs`: number of outputs of the program.
+    /// `outputs` is the number of outputs of the program.
     pub(super) fn new(program: &'a Program, outputs: usize) -> Self {
         Self {
             program,
@@ -285,7 +284,7 @@ impl<'a, S: Scalar> Evaluator<'a, S> {
         }
     }
 
-    /// Values of the first outputs, without what they do not need.
+    /// Values of the first outputs, without computing the others.
     pub(super) fn first<const M: usize>(&mut self, state: &[S], parameters: &[S]) -> [S; M] {
         let slots: [usize; M] = std::array::from_fn(|output| self.program.output(output));
         self.take(state, parameters);
@@ -294,7 +293,7 @@ impl<'a, S: Scalar> Evaluator<'a, S> {
         slots.map(|slot| self.tape[slot])
     }
 
-    /// Values of the outputs.
+    /// Values of all outputs.
     pub(super) fn evaluate(&mut self, state: &[S], parameters: &[S]) -> &[S] {
         self.take(state, parameters);
         self.program.evaluate_values(&mut self.tape);
@@ -326,7 +325,7 @@ pub(super) struct Sense<S> {
 }
 
 impl<S: Branched> Sense<S> {
-    /// Where a state on a rigid surface is at rest there: it is pressed against the surface, and a
+    /// Mask: the state rests on the rigid surface. The state is pressed against the surface, and a
     /// bounce at its speed stays within the rounding of the gap.
     #[inline(always)]
     pub(super) fn rests(&self) -> S::Mask {
@@ -338,15 +337,14 @@ impl<S: Branched> Sense<S> {
 }
 
 impl<S: Real> Sense<S> {
-    /// Whether a state on a surface moves into it, at a speed that the rounding of the gap tells
-    /// from rest.
+    /// Whether a state on a surface moves into it, at a speed that exceeds the rounding of the gap.
     pub(super) fn approaches(&self) -> bool {
         let bounce = self.velocity * self.velocity;
         self.velocity < S::zero() && bounce > self.acceleration.abs() * self.rounding
     }
 }
 
-/// Reads the normal motion at a surface.
+/// Sensor of the normal motion at a surface.
 #[derive(Clone, Debug)]
 pub(super) struct Sensor<'a, S: Scalar>(Evaluator<'a, S>);
 
@@ -355,7 +353,7 @@ impl<'a, S: Scalar> Sensor<'a, S> {
         Self(Evaluator::new(program, 4 + dimension))
     }
 
-    /// The gap and its velocity.
+    /// Gap and its velocity.
     pub(super) fn approach(&mut self, state: &[S], parameters: &[S]) -> [S; 2] {
         self.0.first(state, parameters)
     }
@@ -379,7 +377,7 @@ pub(super) struct Clearance<S> {
     pub(super) rounding: S,
 }
 
-/// Roundings of a gap by which a state may lie beyond a surface.
+/// Number of roundings of a gap by which a state may lie beyond a surface.
 const PENETRATES: f64 = 64.0;
 
 impl<S: Real> Clearance<S> {

@@ -1,44 +1,44 @@
-//! What flights and searches of gaps are asked, and why flights stop: where a step starts, what is
-//! looked for, where minima at which no flight stops are logged, where a flight lands. For one gap
-//! or for one in every lane. And one step along a field, as the search of events sees it.
+//! Starts, goals and ends of flights and of the searches of gaps, for one gap or for one in every
+//! lane; the log of minima at which a flight does not stop; and one step along a field, as the
+//! search sees it.
 
 use crate::flow::Step;
 use crate::numeric::{Branched, Real};
 
-/// Which way a gap goes.
+/// Direction in which a gap changes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Heading {
-    /// Its slope is negative.
+    /// The slope is negative.
     Falling,
-    /// Its slope is not negative.
+    /// The slope is not negative.
     Rising,
-    /// Not known, and of no interest.
+    /// The direction is unknown, and not needed.
     Unknown,
 }
 
-/// Where steps start.
+/// Starts of steps.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Start<S: Branched> {
-    /// Where the gap rose before, or fell, as far as its minima were searched.
+    /// Masks: the gap rose before; the gap fell before. Both as far as its minima were searched.
     pub(super) rose: S::Mask,
     pub(super) fell: S::Mask,
-    /// Times within which a minimum is the one that the step before ended with.
+    /// Times within which a minimum is the one at the end of the previous step.
     pub(super) within: S,
-    /// Where the surface has just been left, and the rounding of its gap there: dips within it are
-    /// not events.
+    /// Mask: the state has just left the surface; then the rounding of its gap there. Dips within
+    /// it are not events.
     pub(super) leaving: S::Mask,
     pub(super) rounding: S,
 }
 
-/// What is looked for.
+/// Goals of a search.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Goal<S: Branched> {
-    /// Where minima of any depth are, and crossings are flown through; elsewhere minima with a gap
-    /// of at least 0 and at most `near`, and the first crossing.
+    /// Mask: minima of any depth are sought, and crossings are flown through. In other lanes the
+    /// goals are minima with a gap from 0 to `near`, and the first crossing.
     pub(super) minima: S::Mask,
-    /// Where minima end the search.
+    /// Mask: minima end the search.
     pub(super) stopping: S::Mask,
-    /// Largest gap of a minimum that is looked for.
+    /// Largest gap of a minimum that is sought.
     pub(super) near: S,
 }
 
@@ -68,30 +68,29 @@ impl Ignored {
     }
 }
 
-/// Why a flight stopped.
+/// Reason why a flight stopped.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Stop<S> {
-    /// The time asked for.
+    /// The time asked for was reached.
     Horizon,
-    /// A surface is met; its response is not yet applied.
+    /// Contact with a surface, whose response is not yet applied.
     Contact { surface: usize },
-    /// A minimum of the gap of [`Approach::stop_at`], which is known to rise for a time from there
-    /// on.
+    /// Minimum of the gap of [`Approach::stop_at`]; the gap is known to rise from there for a time.
     Minimum { gap: S, rises_for: S },
-    /// The present contact or sticking ends; not yet applied.
+    /// End of the present contact or sticking, not yet applied.
     Release,
 }
 
-/// Where a backward flight ends.
+/// Goal of a backward flight.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Back {
-    /// At the first local minimum of the gap, whatever its depth.
+    /// First local minimum of the gap, of any depth.
     ToMinimum,
-    /// Where the gap, negative at the start, rises through zero.
+    /// Zero at which the gap, negative at the start, becomes positive.
     ToSurface,
 }
 
-/// The function that is zero where a flight has landed.
+/// Function whose zero ends a flight.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Landing {
     /// The gap of a surface.
@@ -106,15 +105,14 @@ pub(super) enum Landing {
     },
 }
 
-/// Share of itself to which a step of Newton's method must reduce a distance that is more than
-/// rounding.
+/// Factor by which a Newton step must reduce a distance that exceeds rounding.
 pub(super) const REDUCED: f64 = 0.5;
 
-/// Where a step of Newton's method ends short of where the function turns, by its second
-/// derivative: `|g g''| < g'²`.
+/// Mask: a Newton step ends before the function turns, judged by its second derivative:
+/// `|g g''| < g'²`.
 ///
-/// NOTE: of a distance that is rounding itself the step may leave nothing, however far it leads;
-/// then only this tells.
+/// NOTE: if the distance is itself rounding, a step may reduce it to nothing, however far it leads;
+/// then only this test decides.
 #[inline(always)]
 pub(super) fn ends_before_turn<S: Branched>(value: S, slope: S, curvature: S) -> S::Mask {
     (value * curvature).abs().is_below(slope * slope)
@@ -122,22 +120,22 @@ pub(super) fn ends_before_turn<S: Branched>(value: S, slope: S, curvature: S) ->
 
 /// Log of the minima at which the flight does not stop.
 pub(super) trait MinimumLog<S: Branched> {
-    /// Takes a minimum of the gap of a surface, at a time of the step.
+    /// Records a minimum of a surface's gap, at a time of the step.
     fn miss(&mut self, wanted: S::Mask, surface: usize, time: S, gap: S);
 }
 
-/// For searches that end at every minimum.
+/// Log of searches that end at every minimum.
 pub(super) struct NoLog;
 
 impl Heading {
-    /// Falling or rising.
+    /// Heading from the sign of the slope.
     pub(super) fn falling(falls: bool) -> Self {
         if falls { Self::Falling } else { Self::Rising }
     }
 }
 
 impl<S: Real> Start<S> {
-    /// Anywhere, the gap having gone this way before.
+    /// Start anywhere, with a given earlier heading.
     pub(super) fn inside(before: Heading, within: S) -> Self {
         Self {
             rose: before == Heading::Rising,
@@ -148,14 +146,14 @@ impl<S: Real> Start<S> {
         }
     }
 
-    /// On the zero of the gap, just left.
+    /// Start on a zero of the gap that was just left.
     pub(super) fn leaving(rounding: S) -> Self {
         Self { leaving: true, rounding, ..Self::inside(Heading::Unknown, S::zero()) }
     }
 }
 
 impl<S: Branched> Goal<S> {
-    /// Where minima with these gaps are looked for.
+    /// Mask: minima with these gaps are sought.
     #[inline(always)]
     pub(super) fn admits(&self, gap: S) -> S::Mask {
         self.minima | (S::zero().is_at_most(gap) & gap.is_at_most(self.near))
@@ -167,7 +165,7 @@ impl<S: Branched> MinimumLog<S> for NoLog {
     fn miss(&mut self, _: S::Mask, _: usize, _: S, _: S) {}
 }
 
-/// Time of the step, surface, gap.
+/// Records the time of the step, the surface, and the gap.
 impl<S: Real> MinimumLog<S> for &mut Vec<(S, usize, S)> {
     #[inline(always)]
     fn miss(&mut self, wanted: bool, surface: usize, time: S, gap: S) {
@@ -182,7 +180,7 @@ pub(super) trait Flight<S: Real> {
     /// Length of the step.
     fn length(&self) -> S;
 
-    /// The time in which the motion changes.
+    /// Time scale of the motion.
     fn time_scale(&self) -> S;
 
     /// Whether the step ends at a corner of the field.
@@ -190,7 +188,7 @@ pub(super) trait Flight<S: Real> {
         false
     }
 
-    /// What is known beforehand of a watched function on `[0, length]`.
+    /// Knowledge of a watched function on `[0, length]` before the search.
     fn outlook(&mut self, watch: usize, length: S, goal: &Goal<S>) -> Outlook;
 
     /// Taylor coefficients of a watched function and of its derivative.
@@ -200,12 +198,12 @@ pub(super) trait Flight<S: Real> {
     fn land(&mut self, time: S, state: &mut [S]) -> bool;
 }
 
-/// What is known of a watched function before its events are searched.
+/// Knowledge of a watched function before its events are searched.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Outlook {
-    /// No event, and no minimum that is looked for.
+    /// There is no event, and no minimum that is sought.
     NoEvent,
-    /// Nothing.
+    /// Nothing is known.
     Undecided,
 }
 
@@ -213,15 +211,15 @@ pub(super) enum Outlook {
 pub(super) struct TaylorFlight<'s, S: Real> {
     step: Step<'s, S>,
     length: S,
-    /// The length that the step has but for corners of the field.
+    /// Length of the step before it was cut at corners of the field.
     whole: S,
 }
 
 impl<'s, S: Real> TaylorFlight<'s, S> {
-    /// `watches`: number of watched functions; `direction`: 1, or −1 for a flight back.
+    /// `watches` is the number of watched functions; `direction` is 1, or −1 for a backward flight.
     ///
-    /// NOTE: a state at rest on a surface is a polynomial of any length while the force that will
-    /// release it is not, so the watched functions limit the step as well.
+    /// NOTE: the watched functions limit the step as well: a state at rest on a surface is a
+    /// polynomial of any length, while the force that will release it is not.
     pub(super) fn new(step: Step<'s, S>, watches: usize, direction: f64) -> Self {
         let length = (0..watches)
             .fold(step.length.to_f64(), |length, watch| length.min(step.watched_length(2 * watch)));

@@ -1,10 +1,10 @@
-//! What happens at a surface: reset, completed chatter, sticking, contact, release.
+//! Response at a surface: reset, completed chatter, sticking, contact, release.
 //!
-//! A chatter, infinitely many impacts in finite time, is completed by their sum. Nordmark and
-//! Piiroinen (2009). The normal motion between impacts is `h = v t − α t²/2 + j t³/6` with `α =
-//! −h'' > 0` (pressing) and `j = h'''`, both along the free flow. One flight takes `τ = 2v/α + 4 j
-//! v²/(3 α³)` and meets the surface at the speed `v − 2 j v²/(3 α²)`; with the restitution `r` the
-//! next flight starts at `r` times that and `α − j τ`. Summing,
+//! A chatter, infinitely many impacts in finite time, is completed by its sum (Nordmark and
+//! Piiroinen 2009). The normal motion between impacts is `h = v t − α t²/2 + j t³/6` with
+//! `α = −h'' > 0` (pressing) and `j = h'''`, both along the free flow. One flight takes
+//! `τ = 2v/α + 4 j v²/(3 α³)` and ends with the speed `v − 2 j v²/(3 α²)`; with the restitution `r`
+//! the next flight starts with `r` times that speed and `α − j τ`. The sum is
 //!
 //! ```text
 //! T = T₀ (1 + j T₀ / (3 α)),   T₀ = 2 v / (α (1 − r)),
@@ -19,7 +19,7 @@ use super::trajectory::{Event, EventKind, Outcome};
 use super::variation::{Change, ChangeKind};
 use crate::numeric::{Branched, Mask, Real};
 
-/// Share of the speed of an impact at which a state still moving on has passed the surface.
+/// Share of an impact's speed with which a state that still moves inwards has passed the surface.
 pub(super) const PASSES: f64 = 1e-6;
 
 impl<S: Real> Simulator<'_, S> {
@@ -59,8 +59,8 @@ impl<S: Real> Simulator<'_, S> {
         }
     }
 
-    /// Leaves a surface that was met within rounding of where its gap turned, and behind that: a
-    /// miss.
+    /// Leaves a surface without a response, because the contact lies within rounding of the gap's
+    /// minimum, and behind it: a miss.
     fn pass(&mut self, surface: usize, sense: Sense<S>, record: &mut dyn FnMut(Event<S>)) {
         let gap = sense.gap.max(S::zero());
         if gap <= self.near_miss {
@@ -71,8 +71,8 @@ impl<S: Real> Simulator<'_, S> {
         self.motion.regime = regime;
     }
 
-    /// Fails if the state rests on a compliant surface, pressed on by the free flow and pushed off
-    /// by the contact at once: neither field keeps it there.
+    /// Fails if the state rests on a compliant surface onto which the free flow presses it and from
+    /// which the contact pushes it at once: neither field keeps it there.
     fn check_held(&mut self, surface: usize, sense: &Sense<S>) -> Result<(), Outcome<S>> {
         let rests = sense.velocity == S::zero() && sense.acceleration < S::zero();
         let push = rests.then(|| self.contact_acceleration(surface)).flatten();
@@ -82,7 +82,7 @@ impl<S: Real> Simulator<'_, S> {
         }
     }
 
-    /// Fails if another surface holds the state already: no regime stands for both.
+    /// Fails if another surface holds the state already: no regime describes both.
     fn check_alone(&self, surface: usize) -> Result<(), Outcome<S>> {
         match self.motion.regime.surface() {
             Some(other) if other != surface => {
@@ -93,7 +93,7 @@ impl<S: Real> Simulator<'_, S> {
         }
     }
 
-    /// Fails if two surfaces hold the state where it was placed.
+    /// Fails if two surfaces hold the state at its start.
     pub(super) fn check_placed(&self) -> Result<(), Outcome<S>> {
         match self.held_twice {
             Some(surfaces) => Err(Outcome::HeldTwice { surfaces, time: self.motion.time }),
@@ -101,8 +101,8 @@ impl<S: Real> Simulator<'_, S> {
         }
     }
 
-    /// Fails if another rigid surface is met at the instant of an impact whose reset does not
-    /// commute with its own; `next` holds the state before.
+    /// Fails if another rigid surface is met at the same instant and the two resets do not commute;
+    /// `next` holds the state before.
     fn check_order(&mut self, surface: usize) -> Result<(), Outcome<S>> {
         for other in 0..self.surfaces.len() {
             if other != surface && self.is_close(other) && !self.resets_commute(surface, other) {
@@ -127,8 +127,8 @@ impl<S: Real> Simulator<'_, S> {
             && self.sense(surface).approaches()
     }
 
-    /// Whether the state behind the resets of two surfaces, both met in the state `next`, is the
-    /// same in either order.
+    /// Whether the resets of two surfaces, both met in the state `next`, give the same state in
+    /// either order.
     #[cold]
     fn resets_commute(&mut self, surface: usize, other: usize) -> bool {
         let before = self.work.next.clone();
@@ -141,7 +141,7 @@ impl<S: Real> Simulator<'_, S> {
         largest_difference(&after, &second) <= size * S::from_f64(64.0 * S::ROUNDOFF)
     }
 
-    /// The state behind a rigid surface, if a state on it moves into it.
+    /// State after the reset of a rigid surface, if a state on it moves into it.
     fn hit(&mut self, surface: usize, state: &[S]) -> Option<Vec<S>> {
         let tools = &mut self.surfaces[surface];
         let reset = tools.reset.as_mut()?;
@@ -170,7 +170,7 @@ impl<S: Real> Simulator<'_, S> {
         Ok(())
     }
 
-    /// The gap of a surface.
+    /// The gap of a surface, with its rounding.
     #[inline(always)]
     pub(super) fn clearance(&mut self, surface: usize) -> Clearance<S> {
         if let Some(tools) = &mut self.affine
@@ -182,7 +182,7 @@ impl<S: Real> Simulator<'_, S> {
         Clearance { gap, rounding }
     }
 
-    /// The normal motion at a surface.
+    /// Normal motion at a surface.
     pub(super) fn sense(&mut self, surface: usize) -> Sense<S> {
         let exact = self
             .affine
@@ -193,8 +193,8 @@ impl<S: Real> Simulator<'_, S> {
         })
     }
 
-    /// Notes what has happened at a surface, where that is asked for; `next` holds the state before
-    /// an impact.
+    /// Records a change at a surface, if changes are recorded; `next` holds the state before an
+    /// impact.
     fn note(&mut self, kind: ChangeKind, surface: usize, before: Regime) {
         let Self { changes: Some(changes), motion, work, .. } = self else { return };
         changes.truncate(motion.changes);
@@ -210,7 +210,7 @@ impl<S: Real> Simulator<'_, S> {
         motion.changes = changes.len();
     }
 
-    /// Whether the change noted last is the beginning of a contact with this surface.
+    /// Whether the last recorded change is the beginning of a contact with this surface.
     fn has_just_begun(&self, surface: usize) -> bool {
         let last = self.changes.as_ref().zip(self.motion.changes.checked_sub(1));
         let last = last.and_then(|(changes, last)| changes.get(last));
@@ -247,8 +247,8 @@ impl<S: Real> Simulator<'_, S> {
         self.check_penetration(Some(surface))
     }
 
-    /// Applies the reset of a rigid surface; the normal motion after it. `next` holds the state
-    /// before.
+    /// Applies the reset of a rigid surface; returns the normal motion after it. `next` holds the
+    /// state before.
     fn reset(&mut self, surface: usize) -> Sense<S> {
         self.work.next.copy_from_slice(&self.motion.state);
         let exact = self
@@ -262,8 +262,8 @@ impl<S: Real> Simulator<'_, S> {
         self.sense(surface)
     }
 
-    /// Rests on the rigid surfaces on which the state was placed without a speed that its rounding
-    /// would tell, and which press against it.
+    /// Lets the state rest on rigid surfaces on which it was placed, if its speed is within
+    /// rounding and it presses against them.
     pub(super) fn rest_where_placed(&mut self) -> Result<(), Outcome<S>> {
         for surface in 0..self.surfaces.len() {
             if self.motion.leaving[surface].is_some()
@@ -280,9 +280,9 @@ impl<S: Real> Simulator<'_, S> {
         Ok(())
     }
 
-    /// Whether the state, placed anew, would be held by a surface where it is held now, and free
-    /// where it is free; where the state of a passage has to be free, it tells nothing beyond the
-    /// surface.
+    /// Whether placing the state anew would reproduce its regime at a surface: held where it is
+    /// held now, and free where it is free. At a passage the state must be free, and beyond the
+    /// surface the answer is no.
     pub(super) fn tells_hold(&mut self, surface: usize, is_passage: bool) -> bool {
         let is_held = self.motion.regime.surface() == Some(surface);
         let Clearance { gap, rounding } = self.clearance(surface);
@@ -299,7 +299,7 @@ impl<S: Real> Simulator<'_, S> {
         is_held == (self.contact_beyond(surface) != Some(Contact::Released))
     }
 
-    /// Free flight from a surface, whose gap there is zero up to a residual.
+    /// Starts free flight from a surface whose gap is zero up to a residual.
     fn leave(&mut self, surface: usize, sense: Sense<S>, residual: S) {
         self.motion.regime = Regime::Free;
         self.motion.changed = self.motion.time;
@@ -307,10 +307,10 @@ impl<S: Real> Simulator<'_, S> {
         self.motion.leaving[surface] = Some(sense.rounding.max(residual));
     }
 
-    /// Goes to the stick field; `next` holds the state before the last impact.
+    /// Enters the stick field; `next` holds the state before the last impact.
     ///
-    /// A reset that moves a state at rest on the surface (a tangential restitution) would have to
-    /// act on and on: no field stands for it.
+    /// A reset that moves a state at rest on the surface (a tangential restitution) would act on
+    /// and on; no field describes this.
     fn stick(
         &mut self,
         surface: usize,
@@ -340,7 +340,7 @@ impl<S: Real> Simulator<'_, S> {
     /// before it.
     ///
     /// The kick changes the normal velocity from `-speed` to `rebound`; a second, corrected share
-    /// removes what rounding and a curved reset leave.
+    /// removes the remainder due to rounding and a curved reset.
     fn remove_normal_velocity(&mut self, surface: usize, speed: S, rebound: S) {
         let total = speed + rebound;
         if total == S::zero() {
@@ -379,7 +379,8 @@ impl<S: Real> Simulator<'_, S> {
         };
         self.record(surface, kind, record);
         let residual = match self.motion.regime {
-            // NOTE: over at once; the approach may still go on, to a depth that is rounding.
+            // NOTE: a contact that ends at once; the approach may still go on, to a depth within
+            // rounding.
             Regime::Contact { .. } if sense.velocity < S::zero() => {
                 residual(&sense) + approach_depth(&sense)
             }
@@ -398,7 +399,7 @@ impl<S: Real> Simulator<'_, S> {
     }
 }
 
-/// Twice the depth to which an approach goes on along the free flow; 0 where that does not turn.
+/// Twice the depth to which an approach goes on along the free flow; 0 if that flow does not turn.
 fn approach_depth<S: Real>(sense: &Sense<S>) -> S {
     if sense.acceleration > S::zero() {
         sense.velocity * sense.velocity / sense.acceleration
@@ -407,12 +408,12 @@ fn approach_depth<S: Real>(sense: &Sense<S>) -> S {
     }
 }
 
-/// What the gap of a state on a surface may be off zero.
+/// Allowed deviation from zero of the gap of a state on a surface.
 fn residual<S: Real>(sense: &Sense<S>) -> S {
     sense.gap.abs() * S::from_f64(4.0)
 }
 
-/// Share of an impact's kick up to which a reset leaves a state at rest in place.
+/// Share of an impact's kick by which a reset may move a state at rest.
 const AT_REST: f64 = 1e-6;
 
 fn largest_difference<S: Real>(a: &[S], b: &[S]) -> S {
@@ -423,9 +424,9 @@ fn largest_difference<S: Real>(a: &[S], b: &[S]) -> S {
 /// Normal motion just after an impact.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Rebound<S> {
-    /// Speed at which the surface was met.
+    /// Speed before the impact.
     pub(crate) speed: S,
-    /// Speed at which it is left.
+    /// Speed after the impact.
     pub(crate) rebound: S,
     /// `h''` along the free flow.
     pub(crate) acceleration: S,
@@ -433,12 +434,12 @@ pub(crate) struct Rebound<S> {
     pub(crate) jerk: S,
 }
 
-/// What follows an impact.
+/// Continuation after an impact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum AfterImpact<S> {
     /// A free flight.
     Flight,
-    /// The remaining impacts are summed; contact is lasting after this duration.
+    /// The remaining impacts are summed; the contact is sustained after this duration.
     Complete {
         /// Sum of the remaining flights.
         duration: S,
@@ -446,17 +447,17 @@ pub(super) enum AfterImpact<S> {
 }
 
 impl<S: Branched> Rebound<S> {
-    /// Of an impact at this speed, from the normal motion after it.
+    /// Rebound of an impact at this speed, from the normal motion after it.
     #[inline(always)]
     pub(crate) fn new(speed: S, after: &Sense<S>) -> Self {
         Self { speed, rebound: after.velocity, acceleration: after.acceleration, jerk: after.jerk }
     }
 
-    /// Where a free flight follows: elsewhere the chatter's leading duration is below `ε^(1/4)` of
-    /// the time scale on which the normal acceleration changes.
+    /// Mask: a free flight follows. In other lanes the chatter's leading duration is below
+    /// `ε^(1/4)` of the time scale on which the normal acceleration changes.
     ///
-    /// The series' error, `T₀³`, and the error of the impacts' times from rounding of the position,
-    /// about `ε/T₀`, are then equal.
+    /// At that duration the series' error, `T₀³`, equals the error of the impacts' times due to
+    /// rounding of the position, about `ε/T₀`.
     #[inline(always)]
     pub(crate) fn flies_on(&self, wanted: S::Mask, time_scale: S) -> S::Mask {
         let zero = S::zero();
@@ -473,7 +474,7 @@ impl<S: Branched> Rebound<S> {
         wanted & (!pressed | (lasts & !self.rebound.is_at_most(zero)))
     }
 
-    /// `T₀`.
+    /// Leading duration `T₀` of the chatter.
     #[inline(always)]
     fn leading(&self) -> S {
         let restitution = self.rebound / self.speed;
@@ -482,7 +483,7 @@ impl<S: Branched> Rebound<S> {
 }
 
 impl<S: Real> Rebound<S> {
-    /// Completes the chatter where no [free flight](Self::flies_on) follows.
+    /// Completes the chatter if no [free flight](Self::flies_on) follows.
     #[inline(always)]
     pub(crate) fn follow(&self, time_scale: S) -> AfterImpact<S> {
         if self.flies_on(true, time_scale) {
@@ -501,7 +502,7 @@ impl<S: Real> Rebound<S> {
 mod tests {
     use super::*;
 
-    /// Impacts one by one, each flight's end found by Newton's method.
+    /// Duration of impacts one by one, with the end of each flight found by Newton's method.
     fn summed(mut v: f64, mut alpha: f64, j: f64, r: f64) -> f64 {
         let mut total = 0.0;
         while v > 1e-18 {

@@ -1,10 +1,10 @@
-//! The return map by simulation: the section map that local maps are measured against.
+//! The return map by simulation: the section map with which local maps are compared.
 //!
-//! A point of a tangency section is a local minimum of the gap along the *free* flow, whatever its
-//! depth. A point beyond the surface is virtual: it is taken back along the free flow to the
-//! surface, goes through the contact and all that follows, and the last approach to the section is
-//! again flown with the surface ignored. A stroboscopic section at the grazing phase is treated
-//! alike, with the passage nearest to the section in place of the section point.
+//! A point of a tangency section is a local minimum of the gap along the *free* flow, of any depth.
+//! A point beyond the surface is virtual: it is moved back along the free flow to the surface, then
+//! the contact and the following flight are simulated; on the last approach to the section the
+//! surface is again ignored. A stroboscopic section at the grazing phase is treated in the same
+//! way, with the passage nearest to the section in place of the section point.
 
 use super::HybridError;
 use super::motion::{Clearance, Motion, Regime, Sense};
@@ -32,10 +32,10 @@ pub struct DirectReturn<'a, S: Real> {
     passage: Motion<S>,
 }
 
-/// Nominal return times within which an orbit comes back to a tangency section.
+/// Longest return to a tangency section, in nominal return times.
 ///
-/// NOTE: an orbit that comes back every few periods takes as many of them, to rounding; none of
-/// these is the border.
+/// NOTE: an orbit that comes back every few periods takes a whole number of them, to rounding; the
+/// limit is not a whole number.
 pub(super) const LONGEST: f64 = 16.5;
 
 /// A minimum of a gap behind surfaces that were flown through.
@@ -47,10 +47,10 @@ struct PassedMinimum<S> {
     ignored: Ignored,
 }
 
-/// Compiles returns here, once, for the numbers of the packages above.
+/// Compiles returns here, once, for the scalars of other packages.
 ///
 /// NOTE: instances of generic functions that are never inlined are shared with dependants, which
-/// would else compile the whole simulator again. Steps and responses, which other entries reach
+/// would otherwise compile the whole simulator again. Steps and responses, which have other callers
 /// too, are never inlined for that reason.
 macro_rules! compile_for {
     ($($instances:ident: $number:ty),*) => {$(
@@ -69,8 +69,8 @@ type ReturnOf<S> = Result<Return<S>, HybridError>;
 compile_for!(IN_F64: f64, IN_DOUBLE_DOUBLE: crate::numeric::Dd);
 
 impl<'a, S: Real> DirectReturn<'a, S> {
-    /// The return map of a section; `duration` is the nominal return time, `periods` the whole
-    /// periods by which the phase advances in it (0 for an autonomous system).
+    /// The return map of a section; `duration` is the nominal return time, `periods` the number of
+    /// whole periods by which the phase advances in it (0 for an autonomous system).
     ///
     /// # Errors
     ///
@@ -105,7 +105,7 @@ impl<'a, S: Real> DirectReturn<'a, S> {
     ///
     /// # Errors
     ///
-    /// As [`new`](Self::new), and [`HybridError::NoPhase`], [`HybridError::PhaseRate`].
+    /// The errors of [`new`](Self::new), and [`HybridError::NoPhase`], [`HybridError::PhaseRate`].
     pub fn over_periods(
         system: &'a HybridSystem,
         parameters: &[S],
@@ -116,11 +116,10 @@ impl<'a, S: Real> DirectReturn<'a, S> {
         Self::new(system, parameters, section, period * S::from_f64(periods as f64), periods)
     }
 
-    /// The same with all grazing passages of the nominal return, so that [`Return::passages`] tells
-    /// of each.
+    /// Sets all grazing passages of the nominal return, which [`Return::passages`] then reports.
     ///
-    /// The first passage of a tangency section and of one at a grazing phase is that of the section
-    /// itself, at time 0 and known without being named; a section between passages has none
+    /// The first passage of a tangency section, and of a section at a grazing phase, is that of the
+    /// section itself, at time 0 and known without being named. A section between passages has none
     /// until they are named.
     ///
     /// # Errors
@@ -134,7 +133,7 @@ impl<'a, S: Real> DirectReturn<'a, S> {
         Ok(self)
     }
 
-    /// Changes the parameters and the nominal return time, in which the passages keep their shares.
+    /// Changes the parameters and the nominal return time; passages keep their shares of it.
     ///
     /// # Errors
     ///
@@ -151,7 +150,8 @@ impl<'a, S: Real> DirectReturn<'a, S> {
         self.simulator.set_step_limit(limit);
     }
 
-    /// Steps that the last return took, those back to the surface from a start beyond it left out.
+    /// Number of steps of the last return, without those back to the surface from a start beyond
+    /// it.
     pub fn steps(&self) -> usize {
         self.simulator.steps
     }
@@ -170,8 +170,8 @@ impl<'a, S: Real> DirectReturn<'a, S> {
     }
 
     /// The gap at the first passage of a full state at the section, along the free flow with the
-    /// surface ignored: `−y²` of a contact. `None` where there is none, or another surface acts
-    /// before.
+    /// surface ignored: `−y²` of a contact. `None` if there is no passage, or if another surface
+    /// acts before.
     ///
     /// # Errors
     ///
@@ -193,7 +193,7 @@ impl<'a, S: Real> DirectReturn<'a, S> {
         Ok(found.then(|| self.simulator.sense(surface).gap))
     }
 
-    /// A section point in contact with a surface as a point of the free flow.
+    /// Turns a section point in contact with a surface into a point of the free flow.
     fn leave_contact(&mut self, surface: usize) {
         if self.simulator.regime() == (Regime::Contact { surface }) {
             self.simulator.motion.regime = Regime::Free;
@@ -201,8 +201,8 @@ impl<'a, S: Real> DirectReturn<'a, S> {
         }
     }
 
-    /// Flies with the surface ignored to the minimum of its gap that is nearest to a time; whether
-    /// there is one within half of the return time, before which nothing acts.
+    /// Flies with the surface ignored to the minimum of its gap that is nearest to a time. Returns
+    /// whether there is one within half of the return time, before which no surface acts.
     fn reach_passage_at(&mut self, surface: usize, time: S) -> bool {
         self.simulator.motion.leaving[surface] = None;
         self.entry.copy_from(&self.simulator.motion);
@@ -231,8 +231,8 @@ impl<'a, S: Real> DirectReturn<'a, S> {
         }
     }
 
-    /// The tangency section: from one local minimum of the gap to the one nearest in time to the
-    /// nominal return.
+    /// Return of a tangency section: from one local minimum of the gap to the one nearest in time
+    /// to the nominal return.
     fn tangency(
         &mut self,
         surface: usize,
@@ -283,7 +283,8 @@ impl<'a, S: Real> DirectReturn<'a, S> {
         }
     }
 
-    /// The grazing phase: from the section to the same phase, exactly the nominal duration later.
+    /// Return of a grazing phase: from the section to the same phase, exactly the nominal duration
+    /// later.
     fn grazing_phase(
         &mut self,
         surface: usize,
@@ -320,11 +321,12 @@ impl<'a, S: Real> DirectReturn<'a, S> {
         Ok(self.returned())
     }
 
-    /// Whether the section is reached behind the contact that the simulator has come to, with the
-    /// surface ignored, which leaves it there; on any other answer it stands anywhere.
+    /// Whether the section is reached behind the contact at which the simulator stands, with the
+    /// surface ignored. If so the simulator is left at the section; otherwise its state is
+    /// undefined.
     ///
-    /// The contact's minimum, along the flight, is the one nearest to the section, where the gap
-    /// rises, so that the way back from there leads to it.
+    /// The contact's minimum must be the one nearest to the section along the flight, and the gap
+    /// must rise at the section, so that the way back from there leads to that minimum.
     fn approach_is_last(&mut self, surface: usize, log: &mut Log<S>) -> bool {
         let logged = log.events.len();
         let mut early = S::zero();
@@ -358,7 +360,7 @@ impl<'a, S: Real> DirectReturn<'a, S> {
         is_free && is_near
     }
 
-    /// Everything simulated for the nominal duration.
+    /// Return of any other phase: everything is simulated for the nominal duration.
     fn whole_period(&mut self, log: &mut Log<S>) -> Result<ReturnOutcome<S>, Outcome<S>> {
         self.simulator.check_placed()?;
         self.simulator.check_penetration(None)?;
@@ -366,10 +368,10 @@ impl<'a, S: Real> DirectReturn<'a, S> {
         Ok(self.returned())
     }
 
-    /// At a section point behind a contact with the surface, which was flown through.
+    /// Outcome at a section point behind a contact with the surface, which was flown through.
     ///
-    /// A return from a point of the tangency section places the state where the contact begins, any
-    /// other return at the section.
+    /// A return that starts at a point of the tangency section places the state where the contact
+    /// begins, any other return at the section.
     fn returned_through(&mut self, surface: usize) -> ReturnOutcome<S> {
         if self.flew_freely_from(&self.entry) {
             let is_phase = matches!(self.section, ReturnSection::GrazingPhase { .. });
@@ -386,13 +388,13 @@ impl<'a, S: Real> DirectReturn<'a, S> {
         ReturnOutcome::Ambiguous { surface: holding }
     }
 
-    /// At a section point, everything before simulated.
+    /// Outcome at a section point if everything before was simulated.
     fn returned(&mut self) -> ReturnOutcome<S> {
         self.told_but(None)
     }
 
-    /// Whether the state, placed anew, would go on as it does: whether it tells which surfaces hold
-    /// it, but for the one behind which a section point lies.
+    /// Outcome at a section point: ambiguous if placing the state anew would not reproduce which
+    /// surfaces hold it. The surface `passed`, behind which the section point lies, is not checked.
     fn told_but(&mut self, passed: Option<usize>) -> ReturnOutcome<S> {
         if self.simulator.motion.changed == S::from_f64(f64::NEG_INFINITY) {
             return ReturnOutcome::Returned;
@@ -405,36 +407,36 @@ impl<'a, S: Real> DirectReturn<'a, S> {
         untold.map_or(ReturnOutcome::Returned, |surface| ReturnOutcome::Ambiguous { surface })
     }
 
-    /// Whether no surface has acted since, then or now.
+    /// Whether no surface has acted since an earlier motion, or acts now.
     fn flew_freely_from(&self, earlier: &Motion<S>) -> bool {
         let motion = &self.simulator.motion;
         (earlier.regime, motion.regime) == (Regime::Free, Regime::Free)
             && earlier.changed == motion.changed
     }
 
-    /// Whether the state rests on another surface than this.
+    /// Whether the state rests on a surface other than this one.
     fn rests_elsewhere(&self, surface: usize) -> bool {
         matches!(self.simulator.regime(), Regime::Stick { surface: other } if other != surface)
     }
 
-    /// Another surface than this that holds the state.
+    /// Surface other than this one that holds the state.
     fn held_elsewhere(&self, surface: usize) -> Option<usize> {
         self.simulator.regime().surface().filter(|&other| other != surface)
     }
 
-    /// The speed of a gap whose minimum is nearer than the rounding of the time: it cannot be flown
-    /// to, and need not be.
+    /// Speed of a gap whose minimum is nearer than the rounding of the time: such a minimum cannot
+    /// be flown to, and need not be.
     fn unresolved(&self, sense: &Sense<S>) -> S {
         sense.acceleration * self.duration * S::from_f64(S::ROUNDOFF)
     }
 
-    /// Time within which the section's own passage is looked for: a quarter of the return time.
+    /// Time within which the section's own passage is searched: a quarter of the return time.
     fn passage_limit(&self) -> S {
         self.duration * S::from_f64(0.25)
     }
 
-    /// Whether a state at the section, everything before simulated, would be taken for one behind
-    /// a contact that there was not: one that a surface has acted on since.
+    /// Whether a simulated state at the section could be mistaken for one behind a contact that did
+    /// not happen, because a surface acted shortly before.
     fn looks_like_passage(&mut self, surface: usize) -> bool {
         let acted = self.simulator.motion.changed;
         if acted <= self.simulator.time() - self.passage_limit()
@@ -447,8 +449,8 @@ impl<'a, S: Real> DirectReturn<'a, S> {
         found
     }
 
-    /// Takes a section point, placed before, to where a trajectory may start: back to the surface
-    /// where it is beyond it, by more than rounding; that surface, if so.
+    /// Moves a section point, placed before, to the start of a trajectory: back to the surface if
+    /// it lies beyond it by more than rounding. Returns that surface, if so.
     pub(super) fn physical_start(&mut self) -> Result<Option<usize>, Outcome<S>> {
         let placed = self.simulator.check_placed();
         self.simulator.rest_where_placed()?;
@@ -477,8 +479,8 @@ impl<'a, S: Real> DirectReturn<'a, S> {
         Ok(None)
     }
 
-    /// From a virtual section point back to the surface, and through the contact; how the return
-    /// ends where another surface holds the state.
+    /// Moves a virtual section point back to the surface, and through the contact. Returns the
+    /// outcome if another surface holds the state.
     fn enter(
         &mut self,
         surface: usize,
@@ -495,8 +497,8 @@ impl<'a, S: Real> DirectReturn<'a, S> {
         Ok(None)
     }
 
-    /// From a virtual section point back to the surface, along the free flow of all surfaces: as
-    /// far as a return may have flown beyond it to its section point.
+    /// Moves a virtual section point back to the surface along the free flow of all surfaces, as
+    /// far as a return may have flown beyond the surface to its section point.
     fn back_to_surface(&mut self, surface: usize) -> Result<(), Outcome<S>> {
         self.simulator.motion.regime = Regime::Free;
         self.simulator.motion.lose_headings();
@@ -512,11 +514,11 @@ impl<'a, S: Real> DirectReturn<'a, S> {
         Err(Outcome::Penetrating { surface, time: self.simulator.time(), gap })
     }
 
-    /// Flies to the local minimum of the gap nearest to the present state, which `entry` takes
-    /// over, forward or backward, at most a quarter of the return time, and stays where there is
-    /// none; whether it lies beyond the surface.
+    /// Flies to the local minimum of the gap nearest to the present state, forward or backward, at
+    /// most a quarter of the return time; stays if there is none. `entry` keeps the present state.
+    /// Returns whether the state lies beyond the surface.
     ///
-    /// Where another surface holds the state, acts on the way or lies on it, there is none.
+    /// There is no minimum if another surface holds the state, acts on the way, or lies on the way.
     fn reach_first_passage(&mut self, surface: usize) -> bool {
         if !self.find_first_passage(surface) {
             self.simulator.motion.copy_from(&self.entry);
@@ -524,7 +526,8 @@ impl<'a, S: Real> DirectReturn<'a, S> {
         self.simulator.sense(surface).gap < S::zero()
     }
 
-    /// The same, anywhere where there is none; whether there is one.
+    /// Flies like [`reach_first_passage`](Self::reach_first_passage), but ends anywhere if there is
+    /// no minimum; returns whether there is one.
     fn find_first_passage(&mut self, surface: usize) -> bool {
         let is_stuck = self.simulator.regime() == Regime::Stick { surface };
         if !is_stuck {
@@ -555,8 +558,8 @@ impl<'a, S: Real> DirectReturn<'a, S> {
         }
     }
 
-    /// Whether the state, at a minimum of the gap of a surface, is beyond no other one, or beyond
-    /// some that are met at the instant at which it is.
+    /// Whether the state, at a minimum of a surface's gap, is beyond no other surface, or only
+    /// beyond surfaces that are met at the same instant as that one.
     fn is_clear_of_others(&mut self, surface: usize) -> bool {
         let beyond: Vec<usize> = self.others(surface).filter(|&o| self.is_beyond(o)).collect();
         if beyond.is_empty() {
@@ -580,30 +583,31 @@ impl<'a, S: Real> DirectReturn<'a, S> {
         gap < -rounding
     }
 
-    /// The other surfaces.
+    /// All surfaces except this one.
     fn others(&self, surface: usize) -> impl Iterator<Item = usize> + use<S> {
         (0..self.simulator.system().surfaces()).filter(move |&other| other != surface)
     }
 
-    /// Whether a surface is met where another one is, or is the one.
+    /// Whether `surface` is met together with the surface `met`, or is that surface.
     fn meets(&mut self, surface: usize, met: usize) -> bool {
         met == surface || self.simulator.is_met(surface)
     }
 
-    /// Whether other surfaces are met where this one is.
+    /// Whether other surfaces are met at the present state.
     fn meets_others(&mut self, surface: usize) -> bool {
         self.others(surface).any(|other| self.simulator.is_met(other))
     }
 
-    /// From the section point, which `entry` holds.
+    /// Restarts from the section point in `entry`.
     fn restart(&mut self) {
         let last_step = self.simulator.motion.last_step;
         self.simulator.motion.copy_from(&self.entry);
         self.simulator.motion.last_step = last_step;
     }
 
-    /// Flies with surfaces ignored, this one at least, to the next minimum of its gap, and for how
-    /// long that is known to rise from there; `None` if the horizon came first.
+    /// Flies to the next minimum of a surface's gap with surfaces ignored, including this one.
+    /// Returns the time for which the gap is known to rise from there; `None` if the horizon came
+    /// first.
     fn reach_minimum(
         &mut self,
         surface: usize,
@@ -621,8 +625,8 @@ impl<'a, S: Real> DirectReturn<'a, S> {
         }
     }
 
-    /// Flies through a surface that is met, and any that is met behind it, to the minimum of its
-    /// gap; `None` if the horizon came first.
+    /// Flies through a surface that is met, and through any surface met behind it, to the minimum
+    /// of its gap; `None` if the horizon came first.
     fn pass_through(
         &mut self,
         surface: usize,
@@ -642,7 +646,7 @@ impl<'a, S: Real> DirectReturn<'a, S> {
         }
     }
 
-    /// Flies to the end.
+    /// Flies to the nominal return time.
     fn fly(&mut self, approach: Approach, log: &mut Log<S>) -> Result<(), Outcome<S>> {
         loop {
             match self.next_stop(self.duration, approach, log)? {
@@ -653,12 +657,12 @@ impl<'a, S: Real> DirectReturn<'a, S> {
         }
     }
 
-    /// Whether the minimum the simulator stands at is nearer to the nominal return than the next
-    /// one would be.
+    /// Whether the minimum at which the simulator stands is nearer to the nominal return than the
+    /// next one.
     ///
-    /// The next one, along the free flow, is looked for as far beyond the nominal return as the
-    /// present one lies before it, unless the gap is known to rise for so long. The simulator
-    /// stands where it stood afterwards.
+    /// The next minimum, along the free flow, is searched as far beyond the nominal return as the
+    /// present one lies before it, unless the gap is known to rise for so long. The simulator is
+    /// then put back.
     fn is_final(&mut self, surface: usize, ignored: Ignored, rises_for: S) -> bool {
         let early = self.duration - self.simulator.time();
         if early + early <= rises_for {
@@ -680,8 +684,8 @@ impl<'a, S: Real> DirectReturn<'a, S> {
         self.simulator.next_stop(horizon, approach, &mut log.recorder())
     }
 
-    /// Applies a surface's response; the contact is logged at the minimum its approach would have
-    /// had.
+    /// Applies a surface's response; the contact is logged at the time of the minimum that its
+    /// approach would have had.
     fn respond(&mut self, surface: usize, log: &mut Log<S>) -> Result<(), Outcome<S>> {
         let lead = self.lead(surface);
         let contact = log.events.len();
@@ -693,7 +697,7 @@ impl<'a, S: Real> DirectReturn<'a, S> {
     }
 
     /// Time from the surface to the minimum of its gap along the free flow, to leading order, at
-    /// most a quarter of the return time; 0 where the flow does not turn.
+    /// most a quarter of the return time; 0 if the flow does not turn.
     fn lead(&mut self, surface: usize) -> S {
         let sense = self.simulator.sense(surface);
         if sense.acceleration <= S::zero() {

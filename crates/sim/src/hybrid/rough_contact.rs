@@ -1,32 +1,32 @@
-//! Contacts whose field or release function is not analytic on the surface: a force that is a power
-//! of the depth which is not whole (Hertz's), a root, a corner.
+//! Contacts whose field or release function is not analytic on the surface: a force that is a
+//! non-integer power of the depth (such as Hertz's), a root, a corner.
 //!
-//! Such a law has no Taylor series where the contact begins and where it ends, and series beside
-//! the surface reach only as far as the surface is; very near to it their coefficients leave the
-//! numbers. Hops of the midpoint rule lead away from the surface and to it, and the last one at a
-//! constant rate onto it, so short that their errors are rounding:
+//! Such a law has no Taylor series at the beginning and at the end of the contact. Near the surface
+//! a series reaches only as far as the surface is, and very near to it the coefficients overflow.
+//! Hops of the midpoint rule lead away from the surface and to it, and the last one at a constant
+//! rate onto it. The hops are so short that their errors are rounding:
 //!
 //! ```text
 //! |f(x + τ f) − f(x)| τ ≤ ε |x|
 //! ```
 //!
-//! In between the steps of Taylor's method grow, and shrink, with the depth. That is enough in
-//! double precision; to twice the digits hops would be too many, and the simulation diverges.
+//! In between, Taylor steps grow and shrink with the depth. This is sufficient in double precision;
+//! with twice the digits there would be too many hops, and the simulation diverges.
 
 use super::motion::Regime;
 use super::passage::{Landing, Stop};
 use super::simulator::Simulator;
 use crate::numeric::Real;
 
-/// Most times that a hop is halved.
+/// Largest number of halvings of a hop.
 const HALVINGS: usize = 200;
 
-/// Most hops of a contact.
+/// Largest number of hops of a contact.
 const MOST_HOPS: usize = 1000;
 
 impl<S: Real> Simulator<'_, S> {
-    /// Hops away from the surface where a contact begins that has no series there, or back onto it:
-    /// why the flight stops, if it does. `None` where a step of Taylor's method is to be taken.
+    /// Hops away from the surface at the beginning of a contact that has no series there, or back
+    /// onto it. Returns the stop of the flight, if any; `None` if a Taylor step is to be taken.
     pub(super) fn hop(&mut self, horizon: S) -> Option<Option<Stop<S>>> {
         let Regime::Contact { surface } = self.motion.regime else {
             return None;
@@ -38,7 +38,7 @@ impl<S: Real> Simulator<'_, S> {
         self.hop_back(surface, horizon).then_some(Some(Stop::Release))
     }
 
-    /// Hops on in a contact in which a step of Taylor's method failed; whether it did.
+    /// Makes another hop in a contact in which a Taylor step failed; returns whether it succeeded.
     pub(super) fn hop_on(&mut self, horizon: S) -> bool {
         let Regime::Contact { surface } = self.motion.regime else {
             return false;
@@ -46,7 +46,7 @@ impl<S: Real> Simulator<'_, S> {
         self.creep(surface, self.motion.hop + self.motion.hop, horizon)
     }
 
-    /// Away from the surface, where a series reaches no farther; whether it did.
+    /// Hops away from the surface, if a series is not longer than the hop; returns whether it did.
     fn hop_away(&mut self, surface: usize, horizon: S) -> bool {
         let longest = self.motion.last_step * S::from_f64(S::ROUNDOFF.sqrt());
         let Self { motion, parameters, surfaces, .. } = &mut *self;
@@ -57,10 +57,11 @@ impl<S: Real> Simulator<'_, S> {
         !reach.is_some_and(|reach| reach > longest) && self.creep(surface, longest, horizon)
     }
 
-    /// One hop of the midpoint rule, as long as it may be; whether there is one.
+    /// Makes one hop of the midpoint rule, as long as the error is rounding; returns whether there
+    /// is one.
     ///
-    /// NOTE: the first half is flown freely: beside the surface, by rounding, the contact's force
-    /// may not be defined.
+    /// NOTE: the first half is flown freely: near the surface, because of rounding, the contact's
+    /// force may not be defined.
     fn creep(&mut self, surface: usize, longest: S, horizon: S) -> bool {
         let mut time = longest.min(horizon - self.motion.time);
         if time <= S::zero() || self.motion.hops >= MOST_HOPS {
@@ -88,8 +89,8 @@ impl<S: Real> Simulator<'_, S> {
         false
     }
 
-    /// Back onto the zero of the release function, if that is no farther than the last hop led;
-    /// whether it was.
+    /// Hops back onto the zero of the release function, if it is not farther than the last hop;
+    /// returns whether it did.
     fn hop_back(&mut self, surface: usize, horizon: S) -> bool {
         let longest = self.motion.hop.min(horizon - self.motion.time);
         if longest <= S::zero() || self.motion.release_sign == S::zero() {
@@ -124,8 +125,8 @@ impl<S: Real> Simulator<'_, S> {
         rates.map_or_else(Vec::new, |rates| rates.evaluate(state, &self.parameters).to_vec())
     }
 
-    /// Whether the release function has the sign at a state that it has in contact; a force that is
-    /// not defined behind the surface has none.
+    /// Whether the release function at a state has the sign that it has in contact; false for a
+    /// force that is not defined behind the surface.
     fn is_held(&mut self, surface: usize, state: &[S]) -> bool {
         let release = self.surfaces[surface].release.as_mut();
         let value = release.map(|release| release.first::<1>(state, &self.parameters)[0]);
@@ -133,12 +134,12 @@ impl<S: Real> Simulator<'_, S> {
     }
 }
 
-/// A state after a time at constant rates.
+/// State after a time at constant rates.
 fn moved<S: Real>(state: &[S], rates: &[S], time: S) -> Vec<S> {
     state.iter().zip(rates).map(|(&state, &rate)| rate.mul_add(time, state)).collect()
 }
 
-/// Whether the rates change by no more over a time than moves the state by rounding.
+/// Whether the change of the rates over a time moves the state by no more than rounding.
 fn is_rounding<S: Real>(state: &[S], before: &[S], after: &[S], time: S) -> bool {
     let size = state.iter().fold(S::one(), |size, x| size.max(x.abs()));
     let rounding = size * S::from_f64(S::ROUNDOFF);

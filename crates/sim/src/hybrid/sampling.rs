@@ -1,8 +1,8 @@
-//! A trajectory moment by moment: its state at evenly spaced times, before and after impacts, where
-//! contacts begin and end, and at minima of the gaps.
+//! A trajectory moment by moment: its state at evenly spaced times, before and after impacts, at
+//! the beginning and end of contacts, and at minima of the gaps.
 //!
-//! One idea: flights are cut at the times asked for and nowhere else. What happened on the way
-//! without stopping the flight is flown to afterwards, from the start of that piece.
+//! One idea: flights are cut only at the requested times. Events on the way that do not stop the
+//! flight are flown to afterwards, from the start of that piece.
 
 use super::HybridError;
 use super::motion::Motion;
@@ -19,16 +19,16 @@ pub struct Moment<'m, S> {
     pub time: S,
     /// The full state.
     pub state: &'m [S],
-    /// What happens here, and at which surface; the state is that before it.
+    /// Event at this moment, and its surface; the state is the one before the event.
     pub event: Option<(MomentEvent, usize)>,
 }
 
-/// What happens at a moment.
+/// Event at a moment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MomentEvent {
-    /// A rigid impact: the next moment, at the same time, is behind it.
+    /// A rigid impact; the next moment, at the same time, has the state after it.
     Impact,
-    /// A compliant contact begins, or the state stays on a rigid surface from here.
+    /// A compliant contact begins, or the state sticks to a rigid surface from here.
     Contact,
     /// The contact ends.
     Release,
@@ -36,12 +36,12 @@ pub enum MomentEvent {
     Minimum,
 }
 
-/// Takes the moments of a trajectory in order of time.
+/// Function that is called with the moments of a trajectory in order of time.
 pub type Recorder<'r, S> = &'r mut dyn FnMut(Moment<'_, S>);
 
 impl<S: Real> Simulator<'_, S> {
-    /// Simulates for a duration and hands on the state at the start, at so many evenly spaced
-    /// times, the last at the end, and at every event.
+    /// Simulates for a duration. Calls `record` with the state at the start, at evenly spaced
+    /// times, the last of which is the end, and at every event.
     ///
     /// # Errors
     ///
@@ -63,8 +63,8 @@ impl<S: Real> Simulator<'_, S> {
 impl<S: Real> DirectReturn<'_, S> {
     /// Simulates for a duration from a full state at the section, as [`Simulator::sample`] does.
     ///
-    /// A section point beyond the surface is taken back along the free flow to the surface, where
-    /// the trajectory starts, at a negative time; from there on everything is simulated.
+    /// A section point beyond the surface is moved back along the free flow to the surface, where
+    /// the trajectory starts, at a negative time; everything is simulated from there.
     ///
     /// # Errors
     ///
@@ -85,13 +85,13 @@ impl<S: Real> DirectReturn<'_, S> {
     }
 }
 
-/// A simulator with what is remembered of the piece that is flown.
+/// A simulator with the memory of the piece that is flown.
 struct Sampling<'s, 'a, S: Real> {
     simulator: &'s mut Simulator<'a, S>,
-    /// The motion at the start of the piece, and at its end.
+    /// Motions at the start of the piece, and at its end.
     before: Motion<S>,
     after: Motion<S>,
-    /// What happened on the way.
+    /// Events of the piece.
     events: Vec<Event<S>>,
 }
 
@@ -101,7 +101,7 @@ impl<'s, 'a, S: Real> Sampling<'s, 'a, S> {
         Self { simulator, before: motion.clone(), after: motion, events: Vec::new() }
     }
 
-    /// From the present time, in contact with a surface that is met there, to the end.
+    /// Runs from the present time, with a contact at a surface that is met there, to the end.
     fn run(
         &mut self,
         contact: Option<usize>,
@@ -142,7 +142,7 @@ impl<'s, 'a, S: Real> Sampling<'s, 'a, S> {
         }
     }
 
-    /// Hands on the states at what happened in the piece flown last.
+    /// Records the states at the events of the last piece.
     fn visit_events(&mut self, record: Recorder<'_, S>) {
         if self.events.is_empty() {
             return;
@@ -190,7 +190,7 @@ impl<'s, 'a, S: Real> Sampling<'s, 'a, S> {
 }
 
 impl MomentEvent {
-    /// `impact`, `contact`, `release` or `minimum`.
+    /// Word for the event: `impact`, `contact`, `release` or `minimum`.
     pub fn word(self) -> &'static str {
         match self {
             Self::Impact => "impact",
@@ -200,7 +200,7 @@ impl MomentEvent {
         }
     }
 
-    /// The moment of an event; none of the end of a chatter, whose impacts are not simulated.
+    /// Moment of an event; `None` for the end of a chatter, whose impacts are not simulated.
     fn of<S>(kind: EventKind<S>) -> Option<Self> {
         match kind {
             EventKind::Impact { .. } => Some(Self::Impact),

@@ -2,10 +2,10 @@
 //! in every lane.
 //!
 //! A gap `g > 0` is a polynomial on the step `[0, L]`, its slope another. All stationary points are
-//! isolated first (bisection with a bound on the second derivative, in `f64`) and polished in the
-//! scalar; between them the gap is monotone, so one sign comparison per piece finds a crossing. Two
-//! crossings within one step, the quick dip of a near graze, cannot be missed: they have a minimum
-//! between them.
+//! isolated first (bisection with a bound on the second derivative, in `f64`) and refined in the
+//! scalar type. Between them the gap is monotone, so that one comparison of signs per piece finds a
+//! crossing. Two crossings within one step, the quick dip of a near graze, cannot be missed,
+//! because there is a minimum between them.
 
 use num_traits::Zero as _;
 
@@ -22,21 +22,21 @@ pub(super) struct Gap<'p, S> {
     pub(super) slope: &'p [S],
     /// Factor of both, 1 or −1, that makes the gap positive.
     pub(super) sign: S,
-    /// The surface whose gap it is.
+    /// Surface of the gap.
     pub(super) surface: usize,
 }
 
-/// The first events of steps that end the search.
+/// First events of steps, which end the search.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SearchEnd<S: Branched> {
-    /// When; the length of the step where there is none.
+    /// Time of the event; the length of the step if there is none.
     pub(super) time: S,
-    /// Where that is a minimum, and its gap.
+    /// Mask: the event is a minimum; then its gap.
     pub(super) minimum: S::Mask,
     pub(super) gap: S,
-    /// Where the gap falls through zero.
+    /// Mask: the gap falls through zero.
     pub(super) crossing: S::Mask,
-    /// Where the gap falls at the end of a step without an event.
+    /// Mask: the gap falls at the end of a step without an event.
     pub(super) falls: S::Mask,
 }
 
@@ -46,8 +46,8 @@ impl<S: Branched> Gap<'_, S> {
         self.sign * polynomial::value(self.value, time)
     }
 
-    /// For how long after a minimum a gap is convex, by its second derivative there and a bound of
-    /// the third, its series being good up to a length.
+    /// Time for which a gap is convex after a minimum, from its second derivative there and a bound
+    /// on the third; its series is accurate up to `length`.
     #[inline(always)]
     pub(super) fn rises_for(&self, time: S, length: S) -> S {
         let curvature = self.slope_and_curvature(time).1;
@@ -60,21 +60,21 @@ impl<S: Branched> Gap<'_, S> {
         S::select(S::zero().is_below(curvature), convex, S::zero())
     }
 
-    /// Value and slope.
+    /// Value and slope of the gap.
     #[inline(always)]
     fn value_and_slope(&self, time: S) -> (S, S) {
         let (value, slope) = polynomial::value_and_slope(self.value, time);
         (self.sign * value, self.sign * slope)
     }
 
-    /// Value of the slope and of its derivative.
+    /// Slope of the gap and its derivative.
     #[inline(always)]
     fn slope_and_curvature(&self, time: S) -> (S, S) {
         let (slope, curvature) = polynomial::value_and_slope(self.slope, time);
         (self.sign * slope, self.sign * curvature)
     }
 
-    /// Times of stationary points good to `f64`, polished by Newton's method on the slope.
+    /// Refines times of stationary points, accurate to `f64`, by Newton's method on the slope.
     #[inline(always)]
     fn polish(&self, mut time: S, length: S, wanted: S::Mask) -> S {
         if S::ROUNDOFF >= f64::ROUNDOFF {
@@ -108,13 +108,13 @@ impl<S: Branched> Gap<'_, S> {
 }
 
 impl<S: Real> Gap<'_, S> {
-    /// Which way it goes at a time.
+    /// Heading of the gap at a time.
     pub(super) fn heading(&self, time: S) -> Heading {
         Heading::falling(self.sign * polynomial::value(self.slope, time) < S::zero())
     }
 }
 
-/// The search of one gap.
+/// Search of one gap.
 pub(super) fn search_scalar<S: Real>(
     points: &mut StationaryPoints<f64>,
     gap: Gap<'_, S>,
@@ -126,8 +126,8 @@ pub(super) fn search_scalar<S: Real>(
     search(points, gap, length, start, goal, true, log)
 }
 
-/// Looks for the first event on `[0, length]` that ends the search; minima before it that do not
-/// are put to `log`, in order of time.
+/// Finds the first event on `[0, length]` that ends the search. Minima before it that do not end
+/// the search are passed to `log`, in order of time.
 ///
 /// A gap that fell before the step and does not fall at its start has its minimum there, between
 /// two steps and inside neither.
@@ -182,14 +182,14 @@ pub(super) fn search<S: Branched>(
 }
 
 impl<S: Branched> SearchEnd<S> {
-    /// Without an event on steps of these lengths.
+    /// No event on steps of these lengths.
     #[inline(always)]
     pub(super) fn none(length: S) -> Self {
         let none = S::Mask::NONE;
         Self { time: length, minimum: none, gap: length, crossing: none, falls: none }
     }
 
-    /// Ends the search at minima, given as time and gap, or puts them to `log`.
+    /// Ends the search at minima, given by time and gap, or passes them to `log`.
     #[inline(always)]
     fn meet_minima(
         &mut self,
@@ -218,7 +218,7 @@ struct Piece<S> {
 }
 
 impl<S: Branched> Piece<S> {
-    /// The same where a mask is true, another piece elsewhere.
+    /// Selects this piece where a mask is true, the other piece elsewhere.
     #[inline(always)]
     fn or(&self, mask: S::Mask, other: &Self) -> Self {
         Self {
@@ -233,15 +233,15 @@ impl<S: Branched> Piece<S> {
         }
     }
 
-    /// Where the gap falls below zero.
+    /// Mask: the gap falls below zero.
     #[inline(always)]
     fn crosses(&self) -> S::Mask {
         let (left, right) = (self.left.1, self.right.1);
         right.is_below(S::zero()) & right.is_below(left)
     }
 
-    /// Where the fall is no event: rounding on the zero just left, or the minimum that the step
-    /// before ended with. `turns`: where the piece ends at a stationary point.
+    /// Mask: the fall is not an event, but rounding at the zero just left, or the minimum at the
+    /// end of the previous step. `turns` marks pieces that end at a stationary point.
     #[inline(always)]
     fn is_rounding(&self, turns: S::Mask, start: &Start<S>) -> S::Mask {
         let (left, right) = (self.left.1, self.right.1);
@@ -252,8 +252,8 @@ impl<S: Branched> Piece<S> {
 
     /// Times at which gaps fall through zero, by Newton's method.
     ///
-    /// After a step `Δ` the error is about `Δ² |h''/2h'|`; `h''` is taken from the last two slopes,
-    /// and twice as large.
+    /// After a step `Δ` the error is about `Δ² |h''/2h'|`; `h''` is estimated from the last two
+    /// slopes and doubled.
     #[inline(always)]
     fn fall(&self, gap: &Gap<'_, S>, length: S, wanted: S::Mask) -> S {
         let ((start, left), (end, _)) = (self.left, self.right);
@@ -297,8 +297,8 @@ impl<S: Branched> Piece<S> {
         times
     }
 
-    /// Start of the iteration: a parabola about the minimum the piece ends at, or about the maximum
-    /// it starts at, whichever is nearer to the zero; a chord otherwise.
+    /// Start of the iteration: the zero of a parabola about the minimum at the end of the piece, or
+    /// about the maximum at its start, whichever is nearer; a chord otherwise.
     #[inline(always)]
     fn guess(&self, gap: &Gap<'_, S>) -> S {
         let ((start, left), (end, right)) = (self.left, self.right);
@@ -315,10 +315,10 @@ impl<S: Branched> Piece<S> {
     }
 }
 
-/// Most Newton and bisection steps to a crossing.
+/// Largest number of Newton and bisection steps to a crossing.
 const MAX_NEWTON: usize = 200;
 
-/// Steps after which the rounding of the gap may end the iteration.
+/// Number of steps after which the rounding of the gap may end the iteration.
 const SETTLED: usize = 5;
 
 #[cfg(test)]

@@ -1,16 +1,16 @@
 //! The event-driven simulator.
 //!
-//! Taylor steps of the present regime's field; on each the watched gaps are searched
-//! ([`search`](super::search)), the state is taken at the first event and the surface's response
-//! applied.
+//! Taylor steps of the present regime's field. On each step the watched gaps are searched
+//! ([`search`](super::search)), the state is moved to the first event, and the surface's response
+//! is applied.
 //!
-//! Its way through time is by durations, by forcing periods, from stop to stop: a caller asks for a
-//! time and gets what happens up to it; responses and releases on the way are applied.
+//! The simulator advances by durations, by forcing periods, or from stop to stop; responses and
+//! releases on the way are applied.
 //!
-//! A state is brought onto the surface it was flown to. The time of an event is a root of a
-//! polynomial and the state there the value of others: it lies beside the surface by the rounding
-//! of its largest component, and a stiff contact multiplies that distance by its acceleration. One
-//! step of Newton's method along the *free* flow,
+//! A state is brought onto the surface to which it was flown. The time of an event is the root of a
+//! polynomial, and the state there is the value of others: it lies beside the surface by the
+//! rounding of its largest component, and a stiff contact multiplies that distance by its
+//! acceleration. One Newton step along the *free* flow,
 //!
 //! ```text
 //! x += f s,   t += s,   s = −g(x) / L_f g(x),
@@ -33,26 +33,26 @@ use crate::numeric::Real;
 
 /// Direct simulation of a [`HybridSystem`] over `f64` or double-double.
 ///
-/// Memory is taken once: stepping allocates nothing.
+/// Memory is allocated once: stepping allocates nothing.
 #[derive(Clone, Debug)]
 pub struct Simulator<'a, S: Real> {
     pub(super) system: &'a HybridSystem,
     pub(super) parameters: Vec<S>,
     pub(super) motion: Motion<S>,
     pub(super) free: Integrator<'a, S>,
-    /// The exact flow, where free flight is affine.
+    /// The exact flow, if free flight is affine.
     pub(super) affine: Option<AffineTools<'a, S>>,
     pub(super) work: Work<S>,
-    /// A gap and its slope in reversed time.
+    /// A gap and its slope, in reversed time.
     pub(super) reversed: (Vec<S>, Vec<S>),
     pub(super) surfaces: Vec<SurfaceTools<'a, S>>,
     pub(super) near_miss: S,
     step_limit: usize,
-    /// Steps since the state was placed, or since the call began that advances it.
+    /// Number of steps since the state was placed, or since the start of the call that advances it.
     pub(super) steps: usize,
-    /// Two surfaces that hold the state where it was placed: no regime stands for them.
+    /// Two surfaces that hold the state at its start: no regime describes both.
     pub(super) held_twice: Option<[usize; 2]>,
-    /// Changes at surfaces, where they are noted; see [`Motion::changes`].
+    /// Changes at surfaces, if they are recorded; see [`Motion::changes`].
     pub(super) changes: Option<Vec<Change<S>>>,
 }
 
@@ -60,9 +60,10 @@ pub struct Simulator<'a, S: Real> {
 #[derive(Clone, Debug)]
 pub(super) struct Work<S> {
     pub(super) points: StationaryPoints<f64>,
-    /// The state after a step, or before an impact.
+    /// State after a step, or before an impact.
     pub(super) next: Vec<S>,
-    /// Value and slope of what is zero where a flight lands, and the rates of the free flow there.
+    /// Value and slope of the function whose zero ends a flight, and the rates of the free flow
+    /// there.
     pub(super) landing: Vec<S>,
     /// Minima without contact: time in the step, surface, gap.
     pub(super) misses: Vec<(S, usize, S)>,
@@ -72,11 +73,11 @@ pub(super) struct Work<S> {
 #[derive(Clone, Debug)]
 pub(super) struct SurfaceTools<'a, S: Real> {
     pub(super) sensor: Sensor<'a, S>,
-    /// The gap where a contact begins.
+    /// The gap at the beginning of a contact.
     pub(super) contact: Evaluator<'a, S>,
     pub(super) reset: Option<Evaluator<'a, S>>,
-    /// A compliant surface's release function where a contact ends, followed by the sizes of its
-    /// terms.
+    /// Release function of a compliant surface at the end of a contact, followed by the sizes of
+    /// its terms.
     pub(super) release: Option<Evaluator<'a, S>>,
     pub(super) release_slopes: Option<SlopeTools<'a, S>>,
     /// Rates of a contact field that may have no series on the surface.
@@ -92,25 +93,25 @@ pub(super) struct SlopeTools<'a, S: Real> {
     evaluator: Evaluator<'a, S>,
 }
 
-/// A compliant contact, told from a state beyond its surface.
+/// Regime of a compliant contact for a state beyond its surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Contact<S> {
-    /// It is over: the state flies freely, though the gap is negative.
+    /// The contact is over: the state flies freely, although the gap is negative.
     Released,
-    /// It lasts until the release function, multiplied by this, falls to zero.
+    /// The contact lasts until the release function, multiplied by `release_sign`, falls to zero.
     Lasting {
-        /// 0 where the first step is to find it.
+        /// Sign, or 0 if the first step has to find it.
         release_sign: S,
     },
 }
 
-/// Default limit on steps.
+/// Default limit on the number of steps.
 const STEP_LIMIT: usize = 10_000_000;
 
 impl<'a, S: Real> Simulator<'a, S> {
     /// A simulator at the full state zero; see [`set_state`](Self::set_state).
     ///
-    /// `parameters`: the model's full parameter vector.
+    /// `parameters` is the model's full parameter vector.
     ///
     /// # Errors
     ///
@@ -163,19 +164,18 @@ impl<'a, S: Real> Simulator<'a, S> {
         Ok(())
     }
 
-    /// Reports near misses with a gap of at most this (default: every local minimum of a gap).
+    /// Limits reported near misses to gaps of at most this (default: every local minimum of a gap).
     pub fn set_near_miss_limit(&mut self, gap: S) {
         self.near_miss = gap;
     }
 
-    /// Limits the steps of one call, or of all from where a state is placed to where it returns
-    /// (default: ten million).
+    /// Limits the number of steps of one call, or of a whole return (default: ten million).
     pub fn set_step_limit(&mut self, limit: usize) {
         self.step_limit = limit;
     }
 
-    /// Places the full state at time 0, in free flight, or in contact where it is beyond a
-    /// compliant surface that its release function says is not released.
+    /// Places the full state at time 0: in free flight, or in contact if it lies beyond a compliant
+    /// surface whose release function shows no release.
     ///
     /// # Errors
     ///
@@ -208,8 +208,8 @@ impl<'a, S: Real> Simulator<'a, S> {
         Ok(())
     }
 
-    /// Places the state anew at all surfaces but one, on which it is: it may meet others at the
-    /// same instant, and lie beyond them by rounding.
+    /// Places the state anew at all surfaces except the one on which it is: it may meet others at
+    /// the same instant, and lie beyond them by rounding.
     pub(super) fn place_at_others(&mut self, surface: usize) {
         self.held_twice = None;
         for other in (0..self.surfaces.len()).filter(|&other| other != surface) {
@@ -218,8 +218,8 @@ impl<'a, S: Real> Simulator<'a, S> {
         }
     }
 
-    /// Places the state at a surface: leaving it, or in contact where it is beyond it by more than
-    /// a distance.
+    /// Places the state at a surface: leaving it, or in contact if it lies beyond it by more than a
+    /// distance.
     fn place_at(&mut self, surface: usize, Clearance { gap, rounding }: Clearance<S>, beyond: S) {
         self.motion.leaving[surface] = (gap.abs() <= rounding).then_some(rounding);
         if gap < -beyond
@@ -243,10 +243,10 @@ impl<'a, S: Real> Simulator<'a, S> {
         }
     }
 
-    /// Whether the contact with a compliant surface, beyond which the state is, is over; `None`
-    /// for a rigid surface.
+    /// Regime of the contact with a compliant surface beyond which the state lies; `None` for a
+    /// rigid surface.
     ///
-    /// The release function keeps the sign that it has where the contact begins until the release.
+    /// From the beginning of a contact to the release, the release function keeps its sign.
     pub(super) fn contact_beyond(&mut self, surface: usize) -> Option<Contact<S>> {
         let gap = self.clearance(surface).gap;
         let dimension = self.system.dimension;
@@ -257,7 +257,7 @@ impl<'a, S: Real> Simulator<'a, S> {
         let sign = tools.release_slopes.as_mut()?.sign_beyond(gap, entry, parameters);
         let values = tools.release.as_mut()?.evaluate(&motion.state, parameters);
         let (value, rounding) = (values[0] * sign, rounding_of(&values[2 + dimension..]));
-        // NOTE: a force that is zero to rounding tells by its slope which way it goes.
+        // NOTE: if the force is zero to rounding, its slope gives the sign that it will have.
         let force = if value.abs() <= rounding { values[1] * sign } else { value };
         Some(if force < S::zero() {
             Contact::Released
@@ -273,8 +273,8 @@ impl<'a, S: Real> Simulator<'a, S> {
         Some(slopes.evaluator.evaluate(&motion.state, parameters)[3])
     }
 
-    /// Goes to the contact field of a compliant surface, met at a time known up to an uncertainty,
-    /// a time before the gap would turn.
+    /// Enters the contact field of a compliant surface. The time of contact has an uncertainty;
+    /// `turn` is the time after which the gap would turn.
     pub(super) fn begin_contact(&mut self, surface: usize, uncertainty: S, turn: S) {
         let dimension = self.system.dimension;
         let Self { motion, parameters, surfaces, .. } = self;
@@ -295,7 +295,7 @@ impl<'a, S: Real> Simulator<'a, S> {
         motion.entry_sign = sign.unwrap_or(S::zero());
     }
 
-    /// The full state; the phase within half a period of the one it was placed at.
+    /// The full state; its phase is within half a period of the initial one.
     pub fn state(&self) -> &[S] {
         &self.motion.state
     }
@@ -310,7 +310,7 @@ impl<'a, S: Real> Simulator<'a, S> {
         self.motion.turns
     }
 
-    /// The full state with a number of whole periods taken off its phase.
+    /// The full state with a number of whole periods subtracted from its phase.
     pub(super) fn state_after_advance(&self, periods: i64) -> Vec<S> {
         let mut state = self.motion.state.clone();
         if let Some(phase) = &self.system.phase {
@@ -320,17 +320,17 @@ impl<'a, S: Real> Simulator<'a, S> {
         state
     }
 
-    /// What governs the motion now.
+    /// The present regime.
     pub fn regime(&self) -> Regime {
         self.motion.regime
     }
 
-    /// The system simulated.
+    /// The simulated system.
     pub fn system(&self) -> &'a HybridSystem {
         self.system
     }
 
-    /// The forcing period, in time.
+    /// The forcing period, in units of time.
     ///
     /// # Errors
     ///
@@ -348,7 +348,7 @@ impl<'a, S: Real> Simulator<'a, S> {
 }
 
 impl<S: Real> Simulator<'_, S> {
-    /// Simulates for a duration and collects what happens.
+    /// Simulates for a duration and collects the events.
     ///
     /// # Errors
     ///
@@ -359,7 +359,7 @@ impl<S: Real> Simulator<'_, S> {
         Ok(Trajectory { events, state: self.motion.state.clone(), time: self.motion.time, outcome })
     }
 
-    /// Simulates for a duration, handing every event to `record`; allocates nothing.
+    /// Simulates for a duration and calls `record` with every event; allocates nothing.
     ///
     /// # Errors
     ///
@@ -374,7 +374,7 @@ impl<S: Real> Simulator<'_, S> {
         Ok(self.advance_to(horizon, record).err().unwrap_or(Outcome::Completed))
     }
 
-    /// Simulates one forcing period; the phase is exactly where it was.
+    /// Simulates one forcing period; afterwards the phase is exactly the initial one.
     ///
     /// `period` is [`forcing_period`](Self::forcing_period), computed once per parameter vector.
     /// Time is measured from the start of the period.
@@ -440,11 +440,11 @@ impl<S: Real> Simulator<'_, S> {
         Err(Outcome::StepLimit { limit: self.step_limit, time: self.motion.time })
     }
 
-    /// Flies the contact with a compliant surface from a full state on it: the state at the release
-    /// and the time since. A rigid surface applies its reset, in no time.
+    /// Flies the contact with a compliant surface from a full state on it. Returns the state at the
+    /// release and the time since. A rigid surface applies its reset, in no time.
     ///
-    /// `None` where the contact has not ended after `longest`, where another surface is met before,
-    /// or where the simulation ends otherwise.
+    /// `None` if the contact has not ended after `longest`, if another surface is met before, or if
+    /// the simulation ends otherwise.
     ///
     /// # Errors
     ///
@@ -466,7 +466,8 @@ impl<S: Real> Simulator<'_, S> {
         Ok(released.then(|| (self.motion.state.clone(), self.motion.time)))
     }
 
-    /// Applies the response and flies on until it is over; whether it was before `horizon`.
+    /// Applies the response and flies until the contact is over; returns whether it was before
+    /// `horizon`.
     fn fly_to_release(&mut self, surface: usize, horizon: S) -> Result<bool, Outcome<S>> {
         self.respond(surface, &mut |_| {})?;
         while self.steps < self.step_limit {
@@ -487,11 +488,12 @@ impl<S: Real> Simulator<'_, S> {
         Ok(false)
     }
 
-    /// Brings the state onto the zero it has landed beside, where it meets it transversally.
+    /// Brings the state onto the zero beside which it has landed, if the flow crosses that zero
+    /// transversally.
     ///
-    /// NOTE: where the step does not halve the distance or leads to where `g` turns, `|g g''| ≥
-    /// g'²`, the depth of the approach is itself within the rounding of `g`: nothing is known
-    /// that a correction could restore, and the state stays where it is.
+    /// NOTE: if the step does not halve the distance, or leads to the turn of `g`, `|g g''| ≥ g'²`,
+    /// then the depth of the approach is within the rounding of `g`. A correction could restore
+    /// nothing, and the state stays.
     #[inline(never)]
     pub(super) fn settle_on(&mut self, landing: Landing) {
         let falling = match landing {
@@ -528,15 +530,16 @@ impl<S: Real> Simulator<'_, S> {
         }
     }
 
-    /// The same at the end of a compliant contact; a resting contact ends where nothing jumps.
+    /// Brings the state onto the zero at the end of a compliant contact; at the end of a resting
+    /// contact nothing jumps.
     pub(super) fn settle_on_release(&mut self) {
         if let Regime::Contact { surface } = self.motion.regime {
             self.settle_on(Landing::Release { surface });
         }
     }
 
-    /// Value and slope of the function at the present state, put to the working memory with the
-    /// rates of the free flow; `None` for a surface that has none.
+    /// Value and slope of the function at the present state, also written to the working memory
+    /// with the rates of the free flow; `None` for a surface that has no such function.
     #[inline(never)]
     pub(super) fn read_landing(&mut self, landing: Landing) -> Option<(S, S)> {
         let Self { affine, motion, parameters, work, surfaces, .. } = self;
@@ -581,8 +584,8 @@ impl<'a, S: Real> SurfaceTools<'a, S> {
 }
 
 impl<S: Real> SlopeTools<'_, S> {
-    /// Sign of the release function at a state on the surface, met at a speed `−h' > 0`, where it
-    /// is zero at a graze; `None` where it is zero on the whole surface.
+    /// Sign of the release function at a state on the surface with a speed `−h' > 0`, for a
+    /// function that is zero at a graze; `None` if the function is zero on the whole surface.
     ///
     /// ```text
     /// ρ = h' ∂ρ/∂h' + O(h'²)   on   h = 0
@@ -596,9 +599,9 @@ impl<S: Real> SlopeTools<'_, S> {
         (slope.abs() > rounding).then(|| -slope.signum())
     }
 
-    /// Sign of the release function where a contact begins, from a state beyond the surface, which
-    /// is moved onto it: that by the speed of approach, or that just after, `−∂ρ/∂h`; 0 where the
-    /// function depends on neither.
+    /// Sign of the release function at the beginning of a contact, from a state beyond the surface,
+    /// which is moved onto it: the sign due to the speed of approach, or that just after contact,
+    /// `−∂ρ/∂h`; 0 if the function depends on neither.
     fn sign_beyond(&mut self, gap: S, state: &mut [S], parameters: &[S]) -> S {
         if let Some(component) = self.slopes.gap_component {
             let moves = self.evaluator.evaluate(state, parameters)[2];
@@ -611,7 +614,7 @@ impl<S: Real> SlopeTools<'_, S> {
     }
 }
 
-/// Fails at the first number that is not finite; `offset` is the position of the first one.
+/// Fails at the first number that is not finite; `offset` is the position of the first number.
 pub(super) fn check_finite<S: Real>(values: &[S], offset: usize) -> Result<(), HybridError> {
     match values.iter().position(|value| !value.is_finite()) {
         Some(position) => Err(HybridError::NotFinite { component: offset + position }),

@@ -1,53 +1,54 @@
 //! Isolation of every stationary point of a gap in a step: all zeros of its slope, in `f64`, for
 //! one gap or for one in every lane.
 //!
-//! First the control points of its first sixteen terms `q` are asked, where all are larger than
-//! `r`, a bound of the terms left out: without a change of sign there is no zero; with one, `q`
-//! takes each value in `[−r, r]` once, and where it crosses them steeply the whole has one zero as
-//! well; with two, twice at most, and there is a zero on either side of a point between them where
-//! the slope has the sign of the control points there. A slope that starts at zero, at a minimum or
-//! a maximum, is that of the other control points, one change of sign at most among them. What they
-//! leave undecided is halved, one gap after another: an interval of half-width `w` about `m` holds
-//! no zero of `p` if `|p(m)| > w (|p'(m)| + B w/2)` and at most one if `|p'(m)| > B w`, where `B`
-//! bounds `|p''|` on it.
+//! First the control points of the slope's first sixteen terms `q` are examined. They decide if all
+//! of them exceed `r`, a bound on the remaining terms. Without a change of sign there is no zero.
+//! With one change, `q` takes each value in `[−r, r]` once; if it crosses them steeply, the whole
+//! slope has one zero as well. With two changes, `q` takes each value at most twice, and there is a
+//! zero on either side of a point between them at which the slope has the sign of the control
+//! points there. A slope that is zero at the start, at a minimum or a maximum, is judged by the
+//! other control points, with at most one change of sign among them. Undecided slopes are halved,
+//! one gap after another: an interval of half-width `w` about `m` has no zero of `p` if
+//! `|p(m)| > w (|p'(m)| + B w/2)`, and at most one if `|p'(m)| > B w`, where `B` bounds `|p''|` on
+//! it.
 
 use crate::numeric::polynomial::{TERMS, control_points, sizes};
 use crate::numeric::{Bracket, Branched, Mask, NewtonSteps, polynomial};
 
-/// Zeros of slopes, and the memory to find them. `R` is the kind of number in `f64`.
+/// Zeros of slopes, with the memory to find them. `R` is the number type in `f64`.
 #[derive(Clone, Debug)]
 pub(super) struct StationaryPoints<R: Branched> {
-    /// The zeros in units of the steps, increasing.
+    /// Zeros in units of the steps, increasing.
     pub(super) turns: Vec<Turn<R>>,
-    /// The slopes' coefficients in units of the steps.
+    /// Coefficients of the slopes in units of the steps.
     scaled: Vec<R>,
-    /// Those of their second derivatives.
+    /// Coefficients of the second derivatives of the slopes.
     bends: Vec<R>,
     halving: Halving,
 }
 
-/// The next zeros of slopes.
+/// The next zeros of slopes, one for each lane.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Turn<R: Branched> {
-    /// Where there is one; all zeros before it exist there.
+    /// Mask: there is a zero; then all earlier zeros exist too.
     pub(super) exists: R::Mask,
-    /// The zero, in units of the step.
+    /// Zero, in units of the step.
     pub(super) place: R,
 }
 
-/// Where the control points of slopes change sign.
+/// Changes of sign in the control points of slopes.
 struct Signs<R: Branched> {
-    /// Where the first is zero, and counts for nothing.
+    /// Mask: the first control point is zero and is skipped when signs are counted.
     ///
-    /// NOTE: the others are those of a polynomial times the time, `(i/15) c_{i−1}`, so that
-    /// `|c_i|` is above the bound too. The slope changes its sign there if it is negative
-    /// after it, for at the start it counts as not negative.
+    /// NOTE: the other points are those of a polynomial times the time, `(i/15) c_{i−1}`, so that
+    /// `|c_i|` is above the bound too. The slope changes its sign at the start if it is negative
+    /// after it, because its sign at the start counts as not negative.
     from_zero: R::Mask,
-    /// Where the first that counts is positive.
+    /// Mask: the first counted point is positive.
     positive: R::Mask,
-    /// The changes of sign.
+    /// Changes of sign.
     changes: [Change<R>; 2],
-    /// Where all points have a sign, and there are no more changes.
+    /// Mask: all counted points have a sign, and there are no further changes.
     known: R::Mask,
     points: [R; TERMS],
 }
@@ -56,29 +57,29 @@ struct Signs<R: Branched> {
 #[derive(Clone, Copy)]
 struct Change<R: Branched> {
     exists: R::Mask,
-    /// The number of the second of the points, and both.
+    /// Number of the second of the two points; then both points.
     number: R,
     last: R,
     next: R,
 }
 
-/// Zeros of slopes between ends, from points inside; the slopes' slopes there.
+/// Zeros of slopes between ends, from starts inside; and the derivatives of the slopes there.
 struct Refined<R: Branched> {
     place: R,
     steepness: R,
     found: R::Mask,
 }
 
-/// Most steps of Newton's method and of bisection to a zero.
+/// Largest number of Newton and bisection steps to a zero.
 const MAX_NEWTON: usize = 400;
-/// Intervals examined per step before the rest is given up; a step of an analytic field needs tens.
+/// Largest number of intervals examined per step before the search gives up; a step of an analytic
+/// field needs tens.
 const MAX_INTERVALS: usize = 100_000;
 /// Half-width, relative to the step, below which a multiple zero of the slope is not resolved.
 const SMALLEST_HALF: f64 = 1e-9;
-/// Share of the size of its terms within which a control point has no sign.
+/// Rounding of a control point, as a share of the size of its terms: a smaller point has no sign.
 const ROUNDING: f64 = 64.0 * f64::EPSILON;
-/// Share of the interval below which a step of Newton's method, whose error is its square, is the
-/// last.
+/// Share of the interval below which a Newton step, whose error is its square, is the last.
 const LAST_STEP: f64 = 1e-9;
 
 impl<R: Branched<Rounded = R>> StationaryPoints<R> {
@@ -113,8 +114,8 @@ impl<R: Branched<Rounded = R>> StationaryPoints<R> {
         }
     }
 
-    /// Fills the coefficients in units of the steps, zeros for the last ones where they are below
-    /// `negligible`; how many are left.
+    /// Computes the coefficients in units of the steps, with zeros for the last ones that are below
+    /// `negligible`. Returns the number of the others.
     #[inline(always)]
     fn scale<S: Branched<Rounded = R>>(&mut self, slope: &[S], length: R, negligible: R) -> R {
         let (zero, square) = (R::zero(), length * length);
@@ -148,8 +149,8 @@ impl<R: Branched<Rounded = R>> StationaryPoints<R> {
         count
     }
 
-    /// Fills in the zeros where the control points tell that there are two at most, and where;
-    /// where they do not.
+    /// Adds the zeros of slopes whose control points show that there are at most two. Returns the
+    /// mask of undecided slopes.
     #[inline(always)]
     fn solve_by_control_points(&mut self, size: R, count: R, wanted: R::Mask) -> R::Mask {
         let (zero, one) = (R::zero(), R::one());
@@ -201,7 +202,7 @@ impl<R: Branched<Rounded = R>> StationaryPoints<R> {
         wanted & !known
     }
 
-    /// Adds further zeros, larger ones.
+    /// Adds zeros that are larger than those before.
     #[inline(always)]
     fn put(&mut self, wanted: R::Mask, place: R) {
         let mut left = wanted;
@@ -217,8 +218,8 @@ impl<R: Branched<Rounded = R>> StationaryPoints<R> {
         }
     }
 
-    /// Zeros between ends from points inside; `falling` where the slopes are positive at the first
-    /// ends.
+    /// Zeros between ends from starts inside; `falling` marks slopes that are positive at the first
+    /// end.
     #[inline(always)]
     fn refine(&self, ends: [R; 2], start: R, falling: R::Mask, wanted: R::Mask) -> Refined<R> {
         let tolerance = R::from_f64(LAST_STEP) * ends[1];
@@ -241,7 +242,7 @@ impl<R: Branched<Rounded = R>> StationaryPoints<R> {
         refined
     }
 
-    /// Fills the coefficients of the second derivatives.
+    /// Computes the coefficients of the second derivatives.
     #[inline(always)]
     fn bend(&mut self) {
         let coefficients = self.scaled.get(2..).unwrap_or_default();
@@ -273,12 +274,13 @@ impl<R: Branched<Rounded = R>> StationaryPoints<R> {
     }
 }
 
-/// Whether zeros with these slopes have no others beside them, whatever terms up to a bound add to
-/// the first ones; `bound` is that of the second derivatives.
+/// Mask: a zero with this slope has no others beside it, for all remaining terms up to a bound;
+/// `bound` is that of the second derivative.
 ///
-/// NOTE: where `|p''| ≤ B` the slope is above `s/2` within `s/2B` of the zero, and so within
-/// what the terms left out can move it by if `4 B r < s²`; they have less than a quarter of
-/// it themselves if `4 n r < s`, with `n` terms in all. Both are asked for twice over.
+/// NOTE: with `|p''| ≤ B` the slope is above `s/2` within `s/2B` of the zero. This includes the
+/// distance by which the remaining terms can move the zero, if `4 B r < s²`. The slope of these
+/// terms is below a quarter of `s` if `4 n r < s`, with `n` terms in all. Both conditions are
+/// required with a factor of two.
 #[inline(always)]
 fn is_steep<R: Branched>(slope: R, bound: R, left_out: R, count: R) -> R::Mask {
     let eight = R::from_f64(8.0);
@@ -286,7 +288,7 @@ fn is_steep<R: Branched>(slope: R, bound: R, left_out: R, count: R) -> R::Mask {
 }
 
 impl<R: Branched> Signs<R> {
-    /// Of control points that count where they are above a bound.
+    /// Signs of control points, which count if they are above a bound.
     #[inline(always)]
     fn new(points: [R; TERMS], bound: R) -> Self {
         let (zero, none) = (R::zero(), R::Mask::NONE);
@@ -316,7 +318,8 @@ impl<R: Branched> Signs<R> {
         signs
     }
 
-    /// Where the control points between two zeros are largest, the start being one.
+    /// Place of the control point of largest magnitude between two zeros, one of which may be the
+    /// start.
     #[inline(always)]
     fn middle(&self) -> R {
         let [first, second] = &self.changes;
@@ -335,7 +338,7 @@ impl<R: Branched> Signs<R> {
 }
 
 impl<R: Branched> Change<R> {
-    // NOTE: a further change after two makes what they hold of no use.
+    // NOTE: further changes after the second are overwritten; the result is then not used.
     #[inline(always)]
     fn take(&mut self, wanted: R::Mask, index: usize, [last, next]: [R; 2]) {
         self.exists |= wanted;
@@ -344,7 +347,7 @@ impl<R: Branched> Change<R> {
         self.next = R::select(wanted, next, self.next);
     }
 
-    /// About where the polynomial is zero.
+    /// Approximate zero of the polynomial.
     #[inline(always)]
     fn place(&self) -> R {
         let place = self.number - self.next / (self.next - self.last);
@@ -355,17 +358,17 @@ impl<R: Branched> Change<R> {
 /// Isolation of all zeros of one slope by halving.
 #[derive(Clone, Debug, Default)]
 struct Halving {
-    /// The zeros in units of the step, increasing.
+    /// Zeros in units of the step, increasing.
     roots: Vec<f64>,
-    /// The slope's coefficients in units of the step.
+    /// Coefficients of the slope in units of the step.
     scaled: Vec<f64>,
-    /// Those of its second derivative.
+    /// Coefficients of the second derivative of the slope.
     bends: Vec<f64>,
     pending: Vec<(f64, f64)>,
 }
 
 impl Halving {
-    /// Takes over a slope.
+    /// Sets the slope.
     fn set(&mut self, coefficients: impl Iterator<Item = f64>) {
         self.scaled.clear();
         self.scaled.extend(coefficients);
@@ -406,7 +409,7 @@ impl Halving {
         self.pending.push((a, middle));
     }
 
-    /// The zero between two points at which the values differ in sign.
+    /// Zero between two points at which the values differ in sign.
     fn root_between(&self, [a, b]: [f64; 2], left: f64, right: f64) -> Option<f64> {
         let bracket = Bracket::new(a, b, left, right).ok()?;
         let value_and_slope = |at: f64| polynomial::value_and_slope(&self.scaled, at);
@@ -452,7 +455,7 @@ mod tests {
 
     #[test]
     fn zeros_on_the_ends_of_halves_are_found_to_the_last_bits() {
-        // sin(t − c): no coefficient vanishes, and c is where the intervals are divided.
+        // sin(t − c): no coefficient vanishes, and the intervals are divided at c.
         for (share, length) in [(0.125, 1.6), (0.25, 1.6), (0.5, 0.9), (0.5, 1.6), (0.75, 1.6)] {
             let zero: f64 = share * length;
             let derivatives = [-zero.sin(), zero.cos(), zero.sin(), -zero.cos()];
@@ -469,7 +472,7 @@ mod tests {
 
     #[test]
     fn two_zeros_that_control_points_tell_are_those_of_halving() {
-        // (t − a)(b − t) e^(−t), by its series; from zero, the zero at the start counts where the
+        // (t − a)(b − t) e^(−t), by its series; for a = 0, the zero at the start counts if the
         // slope falls from it.
         for (sign, [a, b], expected) in [
             (1.0, [0.1, 0.7], &[0.1, 0.7][..]),
@@ -491,7 +494,7 @@ mod tests {
             assert!(!points.solve_by_control_points(size, count, true));
             let told = places(&points);
             let halved = halved(&series, 1.0);
-            // NOTE: halving does not tell a zero at the start from none.
+            // NOTE: halving does not distinguish a zero at the start from none.
             let halved = halved.iter().filter(|&&zero| zero > 1e-9);
             let inside = expected.iter().filter(|&&zero| zero > 0.0);
             assert_eq!(told.len(), expected.len(), "{sign} {a} {b}");

@@ -1,5 +1,6 @@
-//! One step of the simulator, forward or back: expand, search every watched gap, take the state at
-//! the first event. Back it flies freely, to the minimum of a gap or to the surface itself.
+//! One step of the simulator, forward or backward: expand, search every watched gap, move to the
+//! first event. The backward step is a free flight, to the minimum of a gap or to the surface
+//! itself.
 
 use std::cmp::Ordering;
 
@@ -61,8 +62,8 @@ impl<S: Real> Simulator<'_, S> {
         Ok(stop)
     }
 
-    /// Flies freely over many steps, up to the first event, where free flight is affine; `None`
-    /// where a step is needed, to which the flight has come.
+    /// Flies freely over many steps, up to the first event, if free flight is affine; `None` if a
+    /// general step is needed from the state reached.
     pub(super) fn exact_step(
         &mut self,
         horizon: S,
@@ -97,8 +98,8 @@ impl<S: Real> Simulator<'_, S> {
         end
     }
 
-    /// Updates what is remembered after a step: surfaces left behind, but for one that is met, and
-    /// the phase.
+    /// Updates the memory after a step: surfaces that were left, except one that is met, and the
+    /// phase.
     fn tidy(&mut self, stop: Option<Stop<S>>) {
         for surface in 0..self.surfaces.len() {
             if let Some(rounding) = self.motion.leaving[surface]
@@ -115,7 +116,7 @@ impl<S: Real> Simulator<'_, S> {
     }
 }
 
-/// One step to be flown: from where, and what is looked for.
+/// One step to be flown: its start and its goals.
 struct Leg<'s, S: Real> {
     motion: &'s mut Motion<S>,
     work: &'s mut Work<S>,
@@ -126,8 +127,7 @@ struct Leg<'s, S: Real> {
 }
 
 impl<S: Real> Leg<'_, S> {
-    /// Searches every watched gap and takes the state at the first event, or at the end of the
-    /// step.
+    /// Searches every watched gap and moves to the first event, or to the end of the step.
     #[inline(never)]
     fn fly<F: Flight<S>>(
         &mut self,
@@ -205,9 +205,9 @@ impl<S: Real> Leg<'_, S> {
         Ok(stop)
     }
 
-    /// Which way the gaps go where the flight stops at a minimum, before the end up to which they
-    /// were searched; for how long the gap that has the minimum is known to rise, where no
-    /// other event can come between.
+    /// Sets the headings of the gaps at a minimum at which the flight stops, before the end up to
+    /// which they were searched. Returns the time for which the gap with the minimum is known to
+    /// rise, if no other event can come between.
     fn turn_at<F: Flight<S>>(&mut self, flight: &mut F, time: S) -> S {
         let length = flight.length();
         let mut rises_for = S::zero();
@@ -229,8 +229,8 @@ impl<S: Real> Leg<'_, S> {
     }
 }
 
-/// Reports the minima without contact up to a time, in order, from the time at which they were
-/// counted.
+/// Reports the minima without contact up to a time, in order; `start` is the time from which they
+/// are counted.
 fn report<S: Real>(
     misses: &mut [(S, usize, S)],
     until: S,
@@ -246,15 +246,15 @@ fn report<S: Real>(
     }
 }
 
-/// The first event of a step so far.
+/// First event of a step so far.
 struct First<S> {
-    /// Its time; the end of the step where there is none.
+    /// Time of the event; the end of the step if there is none.
     length: S,
     stop: Option<Stop<S>>,
 }
 
 impl<S: Real> First<S> {
-    /// Takes over the event of one watch, if it has one, before `length`.
+    /// Takes the event of one watch, if it has one before `length`.
     fn take(&mut self, watch: Watch, end: &SearchEnd<S>) {
         let stop = match watch {
             Watch::Gap { surface } if end.crossing => Stop::Contact { surface },
@@ -269,7 +269,7 @@ impl<S: Real> First<S> {
     }
 }
 
-/// The present integrator and what is watched along it.
+/// The present integrator and its watches.
 fn present<'s, 'a, S: Real>(
     system: &'a HybridSystem,
     regime: Regime,
@@ -293,7 +293,7 @@ fn gap<S: Real, F: Flight<S>>(flight: &mut F, watch: usize, surface: usize) -> G
     Gap { value, slope, sign: S::one(), surface }
 }
 
-/// What is looked for at a surface; `None` where that is nothing.
+/// Goal of the search at a surface; `None` if nothing is sought.
 fn goal<S: Real>(surface: usize, approach: Approach, near_miss: S) -> Option<Goal<S>> {
     let stopping = approach.stop_at == Some(surface);
     let minima = approach.ignored.holds(surface);
@@ -305,15 +305,15 @@ fn goal<S: Real>(surface: usize, approach: Approach, near_miss: S) -> Option<Goa
     (stopping || !minima).then_some(goal)
 }
 
-/// How the search of a release function starts; its sign is found on the regime's first step.
-/// `None` for a contact whose depth is within rounding, which is over at once.
+/// Start of the search for a zero of the release function, whose sign is found on the regime's
+/// first step. `None` for a contact whose depth is within rounding, which is over at once.
 ///
-/// The sign is that of the first that is known of: the value where the contact begins; there, by
-/// its slope in the speed of approach, what rounding leaves of the value; the slope along the
-/// contact flow.
+/// The sign is that of the first known of these: the value at the beginning of the contact; its
+/// slope with respect to the speed of approach, if the value is within rounding; the slope along
+/// the contact flow.
 ///
-/// NOTE: a value that is rounding and whose sign by the speed is not that of its slope falls to
-/// zero at once: so a damper lets go of an approach that its spring does not yet resist.
+/// NOTE: a value within rounding whose sign by the speed differs from that of its slope falls to
+/// zero at once: a damper lets go of an approach that its spring does not yet resist.
 fn release_start<S: Real>(
     motion: &mut Motion<S>,
     value: &[S],
@@ -342,7 +342,7 @@ fn release_start<S: Real>(
     Some(Start::leaving(rounding))
 }
 
-/// Most backward steps.
+/// Largest number of backward steps.
 const MAX_STEPS: usize = 10_000;
 
 impl<S: Real> Simulator<'_, S> {
@@ -379,7 +379,7 @@ impl<S: Real> Simulator<'_, S> {
         }
     }
 
-    /// Takes the state back where the exact flow knows the way; the time it took.
+    /// Moves the state back if the exact flow knows the way; returns the time.
     fn retreat(&mut self, surface: usize, goal: Back, longest: S) -> Option<S> {
         if self.motion.leaving[surface].is_some() {
             return None;
@@ -388,7 +388,7 @@ impl<S: Real> Simulator<'_, S> {
         tools.retreat(surface, goal, &mut self.motion, &self.parameters, longest)
     }
 
-    /// `heading`: which way the gap goes, backward in time, from one step to the next.
+    /// `heading` is the direction of the gap, backward in time, from one step to the next.
     #[inline(never)]
     fn step_back(
         &mut self,
@@ -415,17 +415,17 @@ impl<S: Real> Simulator<'_, S> {
 struct BackwardLeg<'s, S: Real> {
     motion: &'s mut Motion<S>,
     work: &'s mut Work<S>,
-    /// The gap and its slope in reversed time.
+    /// The gap and its slope, in reversed time.
     reversed: &'s mut (Vec<S>, Vec<S>),
     surface: usize,
     goal: Back,
     remaining: S,
-    /// Which way the gap goes, backward in time.
+    /// Direction of the gap, backward in time.
     heading: &'s mut Heading,
 }
 
 impl<S: Real> BackwardLeg<'_, S> {
-    /// Flies to the goal, or to the end of the step; whether the goal was reached.
+    /// Flies to the goal, or to the end of the step; returns whether the goal was reached.
     #[inline(never)]
     fn fly<F: Flight<S>>(&mut self, flight: &mut F) -> Result<bool, Outcome<S>> {
         self.motion.last_step = flight.time_scale();
@@ -445,10 +445,10 @@ impl<S: Real> BackwardLeg<'_, S> {
     }
 }
 
-/// A gap in reversed time, and what is looked for.
+/// A gap in reversed time, and the goal of its search.
 ///
-/// In `s = −t` the gap is `Σ g_k (−s)^k`, its slope `−g'(−s)`; the surface is where `−gap` falls
-/// through 0.
+/// In `s = −t` the gap is `Σ g_k (−s)^k`, its slope `−g'(−s)`; at the surface `−gap` falls through
+/// 0.
 #[inline(always)]
 pub(super) fn reversed_gap<'r, S: Branched>(
     value: &[S],

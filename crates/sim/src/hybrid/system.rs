@@ -11,8 +11,8 @@ use crate::numeric::Dd;
 /// A model compiled for direct simulation, shared by any number of
 /// [`Simulator`](super::Simulator)s.
 ///
-/// Fields are lowered once: the free field, per compliant surface its contact field, per rigid
-/// surface its stick field, each with the functions that must be watched along it.
+/// Fields are lowered once: the free field, the contact field of each compliant surface, the stick
+/// field of each rigid surface, each with the functions that are watched along it.
 #[derive(Clone, Debug)]
 pub struct HybridSystem {
     pub(super) dimension: usize,
@@ -20,24 +20,24 @@ pub struct HybridSystem {
     pub(super) phase: Option<PhaseClock>,
     pub(super) free: RegimeField,
     pub(super) surfaces: Vec<SurfaceLaw>,
-    /// The affine expressions, where free flight is affine.
+    /// The affine expressions, if free flight is affine.
     pub(super) affine: Option<AffineSystem>,
     model: Box<Model>,
-    /// Lowered where it is first asked for.
+    /// Lowered when first needed.
     linearisation: OnceLock<Box<Linearisation>>,
 }
 
-/// How a system is flown.
+/// Method by which a system is flown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FlowMethod {
-    /// By the exact flow of its affine fields; a resting contact and a contact with another law by
+    /// The exact flow of affine fields; a resting contact, and a contact with another law, by
     /// Taylor's method.
     ExactAffine,
-    /// By Taylor's method.
+    /// Taylor's method.
     Taylor,
 }
 
-/// The forcing phase: where it stands in the full state, its period, and its rate.
+/// The forcing phase: its index in the full state, its period, and its rate.
 #[derive(Clone, Debug)]
 pub(super) struct PhaseClock {
     pub(super) component: usize,
@@ -58,11 +58,11 @@ pub(super) struct SurfaceLaw {
 /// The response at a surface, lowered.
 #[derive(Clone, Debug)]
 pub(super) enum Law {
-    /// Reset, and the stick field where there is one.
+    /// Reset, and the stick field if there is one.
     Rigid { reset: Program, stick: Option<RegimeField> },
     /// Contact field, and the release function: `ρ` and its derivative along the free flow, the
-    /// rates of the free flow, `x_i ∂ρ/∂x_i`, the size of its terms; its slopes; the rates of a
-    /// contact that may have no series on the surface.
+    /// rates of the free flow, and `x_i ∂ρ/∂x_i`, the size of its terms; then its slopes, and the
+    /// rates of a contact that may have no series on the surface.
     Compliant {
         contact: RegimeField,
         release: Program,
@@ -71,12 +71,12 @@ pub(super) enum Law {
     },
 }
 
-/// Slopes of a release function `ρ`, which tell its sign where a contact begins.
+/// Slopes of a release function `ρ`, which give its sign at the beginning of a contact.
 #[derive(Clone, Debug)]
 pub(super) struct ReleaseSlopes {
-    /// `∂ρ/∂h'`, `∂ρ/∂h`, `∂h/∂x_j` with the component `j` that moves the gap, the derivative of
-    /// `h'` along the contact field, then `x_i ∂/∂x_i (∂ρ/∂h')`, the size of the terms of the
-    /// first.
+    /// `∂ρ/∂h'`, `∂ρ/∂h`, `∂h/∂x_j` for the component `j` that moves the gap, the derivative of
+    /// `h'` along the contact field, then `x_i ∂/∂x_i (∂ρ/∂h')`, the size of the terms of the first
+    /// slope.
     pub(super) program: Program,
     /// Whether `ρ` depends on `h'`.
     pub(super) by_velocity: bool,
@@ -91,24 +91,24 @@ pub(super) struct RegimeField {
     pub(super) watches: Vec<Watch>,
 }
 
-/// What a watched function's zero means.
+/// Meaning of the zero of a watched function.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Watch {
-    /// The gap of a surface: contact begins.
+    /// Gap of a surface: contact begins.
     Gap { surface: usize },
-    /// The present contact or sticking ends.
+    /// Release function: the present contact or sticking ends.
     Release,
 }
 
 impl HybridSystem {
-    /// Lowers a model. Where its free flight and its event functions are affine in the states, with
-    /// a force trigonometric in the phase, it is flown exactly.
+    /// Lowers a model. If its free flight and its event functions are affine in the states, with a
+    /// force trigonometric in the phase, the flight is exact.
     pub fn new(model: &Model) -> Self {
         Self { affine: AffineSystem::new(model), ..Self::without_exact_flow(model) }
     }
 
-    /// Lowers a model that is flown by Taylor's method, whatever its fields: slower where they are
-    /// affine, and an independent check there.
+    /// Lowers a model that is flown by Taylor's method, for all fields: slower for affine ones, for
+    /// which it is an independent check.
     pub fn without_exact_flow(model: &Model) -> Self {
         let mut lowering = Lowering { graph: model.graph.clone(), model };
         let surfaces: Vec<_> =
@@ -137,7 +137,7 @@ impl HybridSystem {
         self.linearisation.get_or_init(|| Box::new(Linearisation::new(&self.model)))
     }
 
-    /// How free flight is computed.
+    /// Method by which free flight is computed.
     pub fn method(&self) -> FlowMethod {
         match self.affine {
             Some(_) => FlowMethod::ExactAffine,
@@ -161,7 +161,7 @@ impl HybridSystem {
     }
 }
 
-/// A model and the copy of its graph that new expressions are added to.
+/// A model with a copy of its graph, to which new expressions are added.
 struct Lowering<'m> {
     graph: ExpressionGraph,
     model: &'m Model,
@@ -214,14 +214,14 @@ impl Lowering<'_> {
         self.program(&outputs)
     }
 
-    /// A function, its derivative along the free flow, and the rates of that.
+    /// A function, its derivative along the free flow, and the rates of that flow.
     fn landing(&mut self, function: NodeId) -> Vec<NodeId> {
         let flow = &self.model.flow;
         let slope = self.graph.lie_derivative(function, flow);
         [function, slope].iter().chain(flow).copied().collect()
     }
 
-    /// `x_i ∂u/∂x_i` of a function: the size of its terms.
+    /// `x_i ∂u/∂x_i` of a function `u`: the sizes of its terms.
     fn terms(&mut self, function: NodeId) -> Vec<NodeId> {
         let term = |component| {
             let slope = self.graph.derivative(function, component);
@@ -231,8 +231,8 @@ impl Lowering<'_> {
         (0..self.model.dimension()).map(term).collect()
     }
 
-    /// Slopes of a release function, along a component that moves `h'` alone and along one that
-    /// moves `h`; 0 where there is none.
+    /// Slopes of a release function along a component that moves only `h'`, and along one that
+    /// moves `h`; 0 if there is none.
     fn release_slopes(
         &mut self,
         surface: &Surface,
@@ -294,12 +294,12 @@ impl Lowering<'_> {
     }
 }
 
-/// The stick field of a rigid surface; `None` where no coordinate moves `h'` without moving `h`, or
+/// The stick field of a rigid surface; `None` if no coordinate moves `h'` without moving `h`, or if
 /// the reset's impulse does not act on `h'`.
 ///
-/// A reset `g` is the identity where the surface is met with no speed, so on `h = 0`
-/// `g(x) − x = h' b + O(h'²)`: `b` is the direction of the contact's impulse. It follows by
-/// differentiating along a coordinate `x_j` that moves `h'` and not `h`,
+/// A reset `g` is the identity for contact at zero speed, so that on `h = 0`
+/// `g(x) − x = h' b + O(h'²)`, where `b` is the direction of the contact's impulse. Differentiation
+/// along a coordinate `x_j` that moves `h'` and not `h` gives
 ///
 /// ```text
 /// b ∝ ∂_j (g − x),      f_stick = f + λ b,      λ = − h'' / (∇h' · b),
@@ -333,8 +333,8 @@ fn stick_field(
 
 /// `−λ b`, per component; `None` if the impulse does not act on `h'`.
 ///
-/// NOTE: where the impulse acts on one component, its size cancels and is left out: the contact
-/// force then balances the free one to the last digit, and a long rest does not drift.
+/// NOTE: if the impulse acts on one component only, its size cancels and is left out: the contact
+/// force then balances the free force to the last digit, and a long rest does not drift.
 fn pushes(
     graph: &mut ExpressionGraph,
     surface: &Surface,
@@ -366,7 +366,8 @@ fn pushes(
     Some(pushes)
 }
 
-/// Whether an operation under expressions is not analytic for all arguments that it is defined for.
+/// Whether an operation in some expressions is not analytic for all arguments for which it is
+/// defined.
 fn has_branch_point(graph: &ExpressionGraph, outputs: &[NodeId]) -> bool {
     let operations = graph.nodes().iter().zip(graph.needed_by(outputs));
     operations.filter(|(_, needed)| *needed).any(|(node, _)| match node {

@@ -1,17 +1,16 @@
-//! What a simulation and a return map hand up: events in time, the final state, how it ended, what
-//! was expected of a return, passage by passage, and what can be wrong with what is asked.
+//! Results of a simulation and of a return map: events in time, the final state, the outcome, the
+//! expected passages of a return, and the errors of wrong input.
 
 use crate::numeric::Real;
 
-/// Something that happened on a trajectory.
+/// An event on a trajectory.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Event<S> {
     /// Time since the start of the simulation.
     pub time: S,
-    /// The surface it happened at: an index into
-    /// [`Model::surfaces`](crate::model::Model::surfaces).
+    /// Surface of the event: an index into [`Model::surfaces`](crate::model::Model::surfaces).
     pub surface: usize,
-    /// What happened.
+    /// Kind of the event.
     pub kind: EventKind<S>,
 }
 
@@ -20,50 +19,50 @@ pub struct Event<S> {
 pub enum EventKind<S> {
     /// A rigid impact.
     Impact {
-        /// Normal speed at which the surface was met.
+        /// Normal speed before the impact.
         speed: S,
-        /// Normal speed at which it was left.
+        /// Normal speed after the impact.
         rebound: S,
     },
     /// A local minimum of the gap without contact.
     NearMiss {
-        /// The gap there, at least 0.
+        /// The gap at the minimum, at least 0.
         gap: S,
     },
-    /// Infinitely many impacts were completed by their geometric series.
+    /// The end of a chatter: infinitely many impacts, summed by their geometric series.
     ChatterEnd {
-        /// Time the completed impacts took.
+        /// Duration of the summed impacts.
         duration: S,
     },
-    /// The state stays on a rigid surface from here.
+    /// The state sticks to a rigid surface from here on.
     Stick,
-    /// It leaves the rigid surface it stuck to.
+    /// The state leaves the rigid surface to which it stuck.
     Release,
     /// A compliant contact begins.
     ContactBegin {
-        /// Normal speed at which the surface was met.
+        /// Normal speed at the beginning of the contact.
         speed: S,
     },
     /// A compliant contact ends.
     ContactEnd {
-        /// Normal speed at which it was left.
+        /// Normal speed at the end of the contact.
         speed: S,
     },
 }
 
-/// How a simulation ended.
+/// Outcome of a simulation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Outcome<S> {
-    /// The time asked for was reached.
+    /// The requested time was reached.
     Completed,
-    /// The solution left the finite numbers, or its steps became too short to advance time (a
+    /// The solution is no longer finite, or its steps became too short to advance time (a
     /// singularity).
     Diverged {
         /// Time reached.
         time: S,
     },
-    /// The reset of a rigid surface leaves the state moving into it, as a restitution below zero
-    /// does: the model has no impact there.
+    /// The reset of a rigid surface leaves the state moving into the surface, as a restitution
+    /// below zero does: the model has no impact there.
     GoesThrough {
         /// The surface.
         surface: usize,
@@ -80,14 +79,14 @@ pub enum Outcome<S> {
         /// The gap, negative.
         gap: S,
     },
-    /// Two surfaces hold the state at once: no field of the model stands for both.
+    /// Two surfaces hold the state at once: no field of the model describes both.
     HeldTwice {
         /// The surfaces.
         surfaces: [usize; 2],
         /// Time reached.
         time: S,
     },
-    /// Two rigid surfaces are met at the same instant, and the state behind depends on which of
+    /// Two rigid surfaces are met at the same instant, and the state after both depends on which of
     /// them acts first.
     HitTogether {
         /// The surfaces.
@@ -96,16 +95,16 @@ pub enum Outcome<S> {
         time: S,
     },
     /// The state must stay on a rigid surface whose reset defines no direction of a contact force,
-    /// or moves a state at rest there (a tangential restitution); or on a compliant one, between
-    /// the free flow, which presses it on, and a contact that pushes it off at once.
+    /// or moves a state at rest there (a tangential restitution); or on a compliant surface,
+    /// between the free flow, which presses it on, and a contact that pushes it off at once.
     NoStickingField {
         /// The surface.
         surface: usize,
         /// Time reached.
         time: S,
     },
-    /// The field presses the state from both sides onto a corner (a zero of `sign`, as of dry
-    /// friction): no field of the model stands for the sliding along it.
+    /// The field presses the state from both sides onto a corner (a zero of `sign`, as in dry
+    /// friction): no field of the model describes the sliding along it.
     Slides {
         /// Time reached.
         time: S,
@@ -126,9 +125,9 @@ pub struct Trajectory<S> {
     pub events: Vec<Event<S>>,
     /// The full state at the end; the phase is reduced modulo its period.
     pub state: Vec<S>,
-    /// Time simulated.
+    /// Simulated time.
     pub time: S,
-    /// How it ended.
+    /// Outcome of the simulation.
     pub outcome: Outcome<S>,
 }
 
@@ -138,19 +137,19 @@ impl<S: Real> Trajectory<S> {
         self.events.iter().filter(|event| event.kind.is_contact()).count()
     }
 
-    /// Speeds at which surfaces were met, in order.
+    /// Normal speeds of all contacts at their beginning, in order.
     pub fn contact_speeds(&self) -> impl Iterator<Item = S> + '_ {
         self.events.iter().filter_map(|event| event.kind.contact_speed())
     }
 }
 
 impl<S: Real> EventKind<S> {
-    /// Whether a contact begins here.
+    /// Whether the event is the beginning of a contact.
     pub fn is_contact(&self) -> bool {
         self.contact_speed().is_some()
     }
 
-    /// The speed at which the surface is met, where a contact begins here.
+    /// Normal speed at the beginning of a contact; `None` for other events.
     pub fn contact_speed(&self) -> Option<S> {
         match *self {
             EventKind::Impact { speed, .. } | EventKind::ContactBegin { speed } => Some(speed),
@@ -162,7 +161,7 @@ impl<S: Real> EventKind<S> {
 /// Wrong input to a direct simulation.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum HybridError {
-    /// The state has another length than the model's full state.
+    /// A state whose length is not that of the model's full state.
     #[error("the full state has {expected} components, {found} were given")]
     StateLength {
         /// Components of the full state.
@@ -170,7 +169,7 @@ pub enum HybridError {
         /// Components given.
         found: usize,
     },
-    /// The parameter vector has another length than the model's.
+    /// A parameter vector whose length is not that of the model's.
     #[error("the model has {expected} parameters, {found} were given")]
     ParameterLength {
         /// Parameters of the model.
@@ -178,43 +177,43 @@ pub enum HybridError {
         /// Parameters given.
         found: usize,
     },
-    /// A component of the state, a parameter or a duration is not finite.
+    /// A component of the state, a parameter or a duration that is not finite.
     #[error("component {component} of the input is not a finite number")]
     NotFinite {
         /// Position in the input: the full state, then the parameters.
         component: usize,
     },
-    /// No such surface.
+    /// An index that is not a surface of the model.
     #[error("surface {surface} does not exist: the model has {surfaces}")]
     NoSuchSurface {
-        /// Index asked for.
+        /// Requested index.
         surface: usize,
-        /// Surfaces of the model.
+        /// Number of surfaces of the model.
         surfaces: usize,
     },
-    /// The first passage of a return from a passage is not the one it starts at.
+    /// The first passage of a return that starts at a passage is not that passage.
     #[error("the first passage must be that of the section: at surface {surface}, at time 0")]
     FirstPassage {
         /// Surface of the section.
         surface: usize,
     },
-    /// A passage is not within the return.
+    /// A passage outside of the return.
     #[error("passage {passage} at time {time:e} is not within a return that takes {duration:e}")]
     PassageTime {
         /// Number of the passage, from 0.
         passage: usize,
-        /// Its nominal time.
+        /// Nominal time of the passage.
         time: f64,
         /// Nominal return time.
         duration: f64,
     },
-    /// The system has no forcing phase, so it has no forcing period.
+    /// A system without a forcing phase, and therefore without a forcing period.
     #[error("the model has no forcing phase, so no forcing period")]
     NoPhase,
-    /// The phase does not advance.
+    /// A phase that does not advance.
     #[error("the phase advances at the rate {rate:e}; a positive rate is needed")]
     PhaseRate {
-        /// Its rate.
+        /// Rate of the phase.
         rate: f64,
     },
 }
@@ -227,8 +226,8 @@ pub enum ReturnSection {
         /// The surface.
         surface: usize,
     },
-    /// The forcing phase of a graze: the passage nearest to the start comes first, that nearest to
-    /// the end is flown with the surface ignored.
+    /// The forcing phase of a graze: the passage nearest to the start comes first, and on the
+    /// passage nearest to the end the surface is ignored.
     GrazingPhase {
         /// The surface.
         surface: usize,
@@ -240,39 +239,39 @@ pub enum ReturnSection {
 /// One image of a section point.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Return<S> {
-    /// The full state at the next section point, the nominal advance of the phase removed.
+    /// Full state at the next section point, with the nominal advance of the phase removed.
     pub state: Vec<S>,
     /// Time from one section point to the next.
     pub elapsed: S,
-    /// Speed at which each passage of the itinerary met its surface, in their order; `None`
-    /// without contact.
+    /// Normal speed of each passage of the itinerary at contact, in the order of the passages;
+    /// `None` without contact.
     pub passages: Vec<Option<S>>,
-    /// Passages that made contact.
+    /// Number of passages that made contact.
     pub contacts: usize,
-    /// Contacts beyond one per passage, and those at surfaces without a passage.
+    /// Number of contacts beyond one per passage, and at surfaces without a passage.
     pub extra_contacts: usize,
-    /// All contacts per surface of the model.
+    /// Number of all contacts per surface of the model.
     pub hits: Vec<usize>,
-    /// Normal speeds at which surfaces were met, in order.
+    /// Normal speeds at contact, in order of time.
     pub impact_speeds: Vec<S>,
-    /// Gaps of local minima without contact on the way, in order.
+    /// Gaps at local minima without contact on the way, in order.
     pub near_misses: Vec<S>,
-    /// How it ended.
+    /// Outcome of the return.
     pub outcome: ReturnOutcome<S>,
 }
 
-/// How a return ended.
+/// Outcome of a return.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ReturnOutcome<S> {
-    /// At the section.
+    /// The section was reached.
     Returned,
-    /// No section point within sixteen nominal return times.
+    /// There is no section point within sixteen nominal return times.
     NoReturn {
         /// Time reached.
         time: S,
     },
-    /// The section falls inside a contact with a surface, or on the way through it, that the
-    /// coordinates of the section do not tell: the return has no image that they could hold.
+    /// The section lies inside a contact with a surface, or on the way through it, and the
+    /// coordinates of the section cannot represent this: the return has no image.
     Ambiguous {
         /// The surface.
         surface: usize,
@@ -282,7 +281,7 @@ pub enum ReturnOutcome<S> {
 }
 
 impl ReturnSection {
-    /// The surface whose passage the section itself is; none for a phase between passages.
+    /// Surface of the section's own passage; `None` for a phase between passages.
     pub fn surface(self) -> Option<usize> {
         match self {
             ReturnSection::Tangency { surface } | ReturnSection::GrazingPhase { surface } => {
@@ -295,7 +294,7 @@ impl ReturnSection {
 
 /// A grazing passage of the nominal return.
 ///
-/// Its time says which event is that passage and nothing more, so double precision is enough.
+/// The time only identifies which event is the passage, so that double precision is enough.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NominalPassage {
     /// The surface.
@@ -304,7 +303,7 @@ pub struct NominalPassage {
     pub time: f64,
 }
 
-/// The passages of one return, in the order of their numbers.
+/// Passages of one return, in the order of their numbers.
 #[derive(Clone, Debug)]
 pub(super) struct Itinerary {
     passages: Vec<ExpectedPassage>,
@@ -312,7 +311,7 @@ pub(super) struct Itinerary {
     starts_at_passage: bool,
 }
 
-/// A surface, and when it is expected: a share of the return time in `[0, 1)`.
+/// A surface, and the expected time of its passage: a share of the return time in `[0, 1)`.
 #[derive(Clone, Copy, Debug)]
 struct ExpectedPassage {
     surface: usize,
@@ -320,14 +319,14 @@ struct ExpectedPassage {
 }
 
 impl Itinerary {
-    /// The section's own passage, where it has one.
+    /// The section's own passage, if it has one.
     pub(super) fn of_section(section: ReturnSection) -> Self {
         let own = section.surface();
         let passage = |surface| ExpectedPassage { surface, share: 0.0 };
         Self { passages: own.map(passage).into_iter().collect(), starts_at_passage: own.is_some() }
     }
 
-    /// These passages of a return that nominally takes `duration`.
+    /// Itinerary with these passages, for a return of nominal duration `duration`.
     pub(super) fn new(
         section: ReturnSection,
         passages: &[NominalPassage],
@@ -361,21 +360,21 @@ impl Itinerary {
         self.passages.len()
     }
 
-    /// The surface of the first passage, and the share of the return time at which it is expected.
+    /// Surface of the first passage, and the expected share of the return time.
     pub(super) fn first(&self) -> Option<(usize, f64)> {
         self.passages.first().map(|first| (first.surface, first.share))
     }
 
-    /// The share of the return time at which a passage is expected.
+    /// Expected share of the return time of a passage.
     pub(super) fn share(&self, passage: usize) -> f64 {
         self.passages[passage].share
     }
 
-    /// Per passage the speed at which its surface was met; `None` without contact.
+    /// Speed of each passage at contact; `None` without contact.
     ///
-    /// An event belongs to the passage of its surface whose nominal time is nearest around the
-    /// return; of the events of a passage, contacts and near misses alike, the nearest says
-    /// whether it made contact. The section's own passage is known from the flight.
+    /// An event belongs to the passage of its surface with the nearest nominal time around the
+    /// return. Among the events of a passage, contacts and near misses alike, the nearest one
+    /// decides whether it made contact. The flight itself determines the section's own passage.
     pub(super) fn speeds<S: Real>(&self, log: &Log<S>, duration: f64) -> Vec<Option<S>> {
         let mut nearest: Vec<Option<(f64, Option<S>)>> = vec![None; self.passages.len()];
         for event in &log.events {
@@ -394,7 +393,7 @@ impl Itinerary {
         speeds
     }
 
-    /// The passage of a surface nearest to a share of the return, and how far it is.
+    /// Passage of a surface nearest to a share of the return, and its distance.
     fn nearest(&self, surface: usize, share: f64) -> Option<(usize, f64)> {
         let of_surface = self.passages.iter().enumerate();
         let distances = of_surface.filter(|(_, passage)| passage.surface == surface).map(
@@ -407,12 +406,12 @@ impl Itinerary {
     }
 }
 
-/// What is counted on the way.
+/// Events counted during a return.
 #[derive(Clone, Debug)]
 pub(super) struct Log<S> {
-    /// Near misses, and contacts at the time of the minimum that their approach would have had.
+    /// Near misses, and contacts at the times of the minima that their approaches would have had.
     pub(super) events: Vec<Event<S>>,
-    /// Speed at which the section's own passage met its surface.
+    /// Normal speed of the section's own passage at contact.
     pub(super) own: Option<S>,
 }
 
@@ -429,7 +428,7 @@ impl<S: Real> Log<S> {
         }
     }
 
-    /// Contacts per surface.
+    /// Number of contacts per surface.
     pub(super) fn hits(&self, surfaces: usize) -> Vec<usize> {
         let mut hits = vec![0; surfaces];
         for event in self.events.iter().filter(|event| event.kind.is_contact()) {

@@ -1,24 +1,26 @@
-//! First variations along a trajectory, through events, by the state and by parameters.
+//! First variations along a trajectory, through events, with respect to the state and to
+//! parameters.
 //!
 //! One idea: between events a variation follows the linearised field of the regime. An event acts
-//! on it through the time at which it happens: where `g` is zero there, `R` is the reset (the
-//! identity where only the field changes), and `f⁻`, `f⁺` are the fields before and after,
+//! on the variation through the time at which it happens. With `g` the function that is zero at the
+//! event, `R` the reset (the identity if only the field changes), and `f⁻`, `f⁺` the fields before
+//! and after,
 //!
 //! ```text
 //! δt = −δg(δx, δp) / δg(f⁻, 0),     δx⁺ = δR(δx + f⁻ δt, δp) − f⁺ δt
 //! ```
 //!
-//! (the saltation matrix). Nothing is differenced, so derivatives have the digits of the return
-//! itself however small the orbit is. Parameters are components of rate zero here: one field serves
-//! variations by states and by parameters.
+//! (the saltation matrix). No difference quotients are used, so that derivatives have the digits of
+//! the return itself for orbits of any size. Here parameters are components with rate zero: one
+//! field serves variations with respect to states and to parameters.
 
 use super::motion::{Evaluator, Regime};
 use crate::flow::{Field, InputKind, Integrator, Program};
 use crate::model::{Binary, ExpressionGraph, Model, Node, NodeId, Response, Unary};
 use crate::numeric::Real;
 
-/// A direction in which a section point and the parameters are varied, or a variation that
-/// followed from one.
+/// A direction in which a section point and the parameters are varied, or the variation that
+/// follows from it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Variation<S> {
     /// Variation of the full state.
@@ -33,7 +35,7 @@ pub(super) struct Change<S> {
     pub(super) kind: ChangeKind,
     pub(super) surface: usize,
     pub(super) time: S,
-    /// The states just before and just after.
+    /// States just before and just after the event.
     pub(super) states: [Vec<S>; 2],
     pub(super) regimes: [Regime; 2],
 }
@@ -41,13 +43,13 @@ pub(super) struct Change<S> {
 /// Kinds of changes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum ChangeKind {
-    /// A reset where the gap is zero.
+    /// Impact: a reset, when the gap is zero.
     Impact,
-    /// A compliant contact begins where the gap is zero.
+    /// Beginning of a compliant contact, when the gap is zero.
     Begin,
-    /// A compliant contact ends where its release function is zero.
+    /// End of a compliant contact, when its release function is zero.
     Release,
-    /// A chatter is completed, a rest begins or ends: no variation is known.
+    /// Completion of a chatter, or beginning or end of a rest: no variation is known.
     Rest,
 }
 
@@ -61,7 +63,7 @@ pub(super) struct Linearisation {
     pub(super) surfaces: Vec<VariedSurface>,
 }
 
-/// A field with its variation, its rates alone, and their variation.
+/// A field with its variation, the rates alone, and the variation of the rates.
 #[derive(Clone, Debug)]
 pub(super) struct VariedField {
     flow: Field,
@@ -81,7 +83,7 @@ pub(super) struct VariedSurface {
     pub(super) contact: Option<(VariedField, Program)>,
 }
 
-/// The expressions of a model and of its variations: inputs are the state, the parameters, and the
+/// Expressions of a model and of its variations: inputs are the state, the parameters, and the
 /// variations of both.
 struct Lowering<'m> {
     graph: ExpressionGraph,
@@ -158,7 +160,7 @@ impl Linearisation {
         }
     }
 
-    /// The field of a regime; `None` for a rest.
+    /// Field of a regime; `None` for a rest.
     pub(super) fn field(&self, regime: Regime) -> Option<&VariedField> {
         match regime {
             Regime::Free => Some(&self.free),
@@ -168,8 +170,8 @@ impl Linearisation {
     }
 }
 
-/// Whether expressions may jump where an operation changes its branch: `sign` and the cut of
-/// `atan2`; `abs`, `min` and `max` have corners alone.
+/// Whether expressions may jump when an operation changes its branch: `sign` and the cut of `atan2`
+/// may; `abs`, `min` and `max` have corners only.
 fn may_jump(graph: &ExpressionGraph, rates: &[NodeId]) -> bool {
     let operations = graph.nodes().iter().zip(graph.needed_by(rates));
     operations.filter(|(_, needed)| *needed).any(|(node, _)| {
@@ -193,7 +195,7 @@ impl<S: Real> At<'_, S> {
         self.values(program, state, change)[0]
     }
 
-    /// A change of the state alone.
+    /// Variation of the state only.
     pub(super) fn of_state(&self, state: Vec<S>) -> Variation<S> {
         Variation { state, parameters: vec![S::zero(); self.of.parameters] }
     }
@@ -227,7 +229,7 @@ impl<S: Real> At<'_, S> {
         Some(())
     }
 
-    /// Moves variations along the field to where a function is zero, and the time that takes.
+    /// Moves variations along the field to the zero of a function; returns the time that takes.
     pub(super) fn meet(
         &self,
         function: &Program,
@@ -249,7 +251,7 @@ impl<S: Real> At<'_, S> {
         }
     }
 
-    /// Takes variations through an event; `None` where none are known.
+    /// Carries variations through an event; `None` if no variation is known there.
     pub(super) fn pass(&self, event: &Change<S>, changes: &mut [Variation<S>]) -> Option<()> {
         let surface = &self.of.surfaces[event.surface];
         let function = match event.kind {

@@ -1,4 +1,5 @@
-//! A return with its first variations: its derivatives by the section point and by parameters.
+//! A return with its first variations: its derivatives with respect to the section point and to
+//! parameters.
 
 use super::HybridError;
 use super::return_map::DirectReturn;
@@ -6,7 +7,7 @@ use super::trajectory::{Return, ReturnOutcome, ReturnSection};
 use super::variation::{At, Change, Variation};
 use crate::numeric::Real;
 
-/// Compiles variations here, once, for the numbers of the packages above.
+/// Compiles variations here, once, for the scalars of other packages.
 macro_rules! compile_for {
     ($($instances:ident: $number:ty),*) => {$(
         #[cfg(not(test))]
@@ -28,17 +29,17 @@ macro_rules! compile_for {
 
 compile_for!(IN_F64: f64, IN_DOUBLE_DOUBLE: crate::numeric::Dd);
 
-/// A return with the variations of its end, one for each direction; none where there is no return
-/// or where it rests on a rigid surface.
+/// A return with the variations of its end, one for each direction; `None` if there is no return,
+/// or if it rests on a rigid surface.
 pub type VariedReturn<S> = (Return<S>, Option<Vec<Variation<S>>>);
 
 impl<S: Real> DirectReturn<'_, S> {
-    /// The next section point with its variations in some directions along the section, the time
-    /// of the return included.
+    /// The next section point with its variations in some directions along the section, including
+    /// the change of the return time.
     ///
     /// # Errors
     ///
-    /// As [`image`](Self::image).
+    /// The errors of [`image`](Self::image).
     #[inline(never)]
     pub fn varied(
         &mut self,
@@ -94,12 +95,11 @@ impl<S: Real> DirectReturn<'_, S> {
         values.all(|value| value.is_finite()).then_some(changes)
     }
 
-    /// Variations of [`first_gap`](Self::first_gap) in some directions; `None` where there is no
-    /// gap.
+    /// Variations of [`first_gap`](Self::first_gap) in some directions; `None` if there is no gap.
     ///
     /// # Errors
     ///
-    /// As [`first_gap`](Self::first_gap).
+    /// The errors of [`first_gap`](Self::first_gap).
     #[inline(never)]
     pub fn varied_gap(
         &mut self,
@@ -126,7 +126,7 @@ impl<S: Real> DirectReturn<'_, S> {
         Ok(Some(changes.iter().map(|change| at.value(gap, there, change)).collect()))
     }
 
-    /// Changes a component of directions so that they lie along a tangency section, `δh' = 0`.
+    /// Changes one component of directions so that they lie along a tangency section, `δh' = 0`.
     pub fn onto_section(&self, state: &[S], component: usize, directions: &mut [Variation<S>]) {
         let ReturnSection::Tangency { surface } = self.section else { return };
         let simulator = &self.simulator;
@@ -153,8 +153,8 @@ impl<S: Real> DirectReturn<'_, S> {
         Ok(self.simulator.sense(surface).acceleration)
     }
 
-    /// The largest rate of a component by the free field, and the largest change of one where a
-    /// compliant contact of this surface begins; `None` for a rigid surface.
+    /// Largest rate of a component in the free field, and largest change of a rate at the beginning
+    /// of a compliant contact with this surface; `None` for a rigid surface.
     pub fn change_at_contact(&self, surface: usize, state: &[S]) -> Option<[S; 2]> {
         let simulator = &self.simulator;
         let at = At { of: simulator.system.linearisation(), parameters: &simulator.parameters };
@@ -166,7 +166,7 @@ impl<S: Real> DirectReturn<'_, S> {
         Some([rate, change])
     }
 
-    /// The rates of the free field at a state, and their variations in some directions.
+    /// Rates of the free field at a state, and their variations in some directions.
     pub fn free_rates(&self, state: &[S], directions: &[Variation<S>]) -> (Vec<S>, Vec<Vec<S>>) {
         let simulator = &self.simulator;
         let at = At { of: simulator.system.linearisation(), parameters: &simulator.parameters };

@@ -1,4 +1,4 @@
-//! The catalogue: one scene per system of the literature, built into the program.
+//! The catalogue of scenes: one for each system of the literature, built into the program.
 
 /// A scene of the catalogue.
 struct Entry {
@@ -7,7 +7,7 @@ struct Entry {
     text: &'static str,
 }
 
-/// An entry whose text is the file of that name under `scenes/`.
+/// An entry whose text is the file `scenes/NAME.toml`.
 macro_rules! entry {
     ($name:literal, $summary:literal) => {
         Entry {
@@ -18,7 +18,7 @@ macro_rules! entry {
     };
 }
 
-/// Every scene of the catalogue, the first being the one the program runs when none is named.
+/// Every scene of the catalogue; the program runs the first if no scene is named.
 const ENTRIES: &[Entry] = &[
     entry!("linear", "linear oscillator, omega = 1.8 (Thota, Zhao, Dankowicz 2006)"),
     entry!("linear_codim2", "linear oscillator where xi_1 = 0 (Thota, Zhao, Dankowicz 2006)"),
@@ -66,12 +66,12 @@ pub fn names() -> impl Iterator<Item = &'static str> {
     ENTRIES.iter().map(|entry| entry.name)
 }
 
-/// The text of a scene, or `None` if the catalogue holds none of this name.
+/// Text of a scene; `None` if the catalogue has no scene of this name.
 pub fn text(name: &str) -> Option<&'static str> {
     find(name).map(|entry| entry.text)
 }
 
-/// One line on a scene of the catalogue.
+/// One-line summary of a scene.
 pub fn summary(name: &str) -> Option<&'static str> {
     find(name).map(|entry| entry.summary)
 }

@@ -10,12 +10,12 @@ use super::expression::ExpressionError;
 use super::fraction::in_pi;
 use super::snippet::Snippet;
 
-/// A fault of a scene, pointing into its file where it has a place there.
+/// A fault of a scene, with its place in the file if there is one.
 ///
 /// Its `Display` is one line, `file:line:column: message (label)`. As a [`miette::Diagnostic`] it
-/// carries the lines of the file about the fault, cut to a screen, and the labelled bytes;
-/// [`headline`](SceneError::headline) is the same diagnostic under a plain message, for graphical
-/// rendering.
+/// contains the lines of the file around the fault, cut to the width of a screen, and the labelled
+/// bytes; [`headline`](SceneError::headline) is the same diagnostic under a plain message, for
+/// graphical rendering.
 #[derive(Clone, Debug)]
 pub struct SceneError(Box<Located>);
 
@@ -31,14 +31,14 @@ struct Located {
 #[error("{}", .0.problem())]
 pub struct SceneHeadline(SceneError);
 
-/// A fault with its bytes in the text, the file not yet named.
+/// A fault with its bytes in the text, before the name of the file is known.
 #[derive(Clone, Debug)]
 pub(super) struct Fault {
     pub(super) problem: Box<SceneProblem>,
     pub(super) span: Option<Range<usize>>,
 }
 
-/// The outcome of reading a part of a scene.
+/// Result of reading a part of a scene.
 pub(super) type Checked<T> = Result<T, Fault>;
 
 impl Fault {
@@ -52,7 +52,7 @@ impl Fault {
         Self { problem: Box::new(problem), span: None }
     }
 
-    /// The error once the file is known.
+    /// Error in a file of this name with this text.
     pub(super) fn in_file(self, file_name: &str, text: &str) -> SceneError {
         let place = self.span.map(|span| Snippet::new(file_name, text, span));
         SceneError(Box::new(Located {
@@ -64,7 +64,7 @@ impl Fault {
 }
 
 impl SceneError {
-    /// What is wrong.
+    /// The problem, with its numbers.
     pub fn problem(&self) -> &SceneProblem {
         &self.0.problem
     }
@@ -79,7 +79,7 @@ impl SceneError {
         self.0.place.as_ref().map(Snippet::position)
     }
 
-    /// The same diagnostic under the message alone, the place being drawn below it.
+    /// The diagnostic with the message alone as `Display`; the place is drawn below it.
     pub fn headline(self) -> SceneHeadline {
         SceneHeadline(self)
     }
@@ -123,55 +123,55 @@ impl Diagnostic for SceneHeadline {
     }
 }
 
-/// What is wrong with a scene.
+/// Problem of a scene.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum SceneProblem {
     /// The file could not be read.
     #[error("cannot read the scene: {reason}")]
     Unreadable {
-        /// As the system says it.
+        /// Message of the operating system.
         reason: String,
     },
     /// The text is longer than any scene.
     #[error("scene of more than {limit} bytes, the most that are read")]
     TooLong {
-        /// Longest accepted.
+        /// Largest number of bytes accepted.
         limit: usize,
     },
     /// The text is not TOML.
     #[error("{reason}")]
     Toml {
-        /// As the TOML reader says it.
+        /// Message of the TOML reader.
         reason: String,
     },
-    /// An override that names no place of the scene.
+    /// An override whose key is not a place of the scene.
     #[error("cannot set `{key}`: `{part}` {reason}{}", in_brackets(.nearest))]
     Override {
         /// The whole key.
         key: String,
-        /// The part that failed.
+        /// The part of the key that failed.
         part: String,
-        /// Why.
+        /// Reason of the failure.
         reason: OverrideReason,
-        /// The nearest parameter, where none has the name.
+        /// The nearest parameter name, if no parameter has this name.
         nearest: Option<String>,
     },
     /// A fault inside an expression.
     #[error(transparent)]
     Expression(#[from] ExpressionError),
-    /// A name where only numbers may stand.
+    /// A name in an expression that must be constant.
     #[error("`{name}` cannot stand here: `{key}` is an expression of numbers alone")]
     NotConstant {
         /// The name.
         name: String,
-        /// The key it stands under.
+        /// The key of the expression.
         key: String,
     },
-    /// A key the table does not have.
+    /// A key that the table does not have.
     #[error("unknown key `{key}` in {table}")]
     UnknownKey {
-        /// As written.
+        /// The key as written.
         key: String,
         /// The table.
         table: String,
@@ -186,7 +186,7 @@ pub enum SceneProblem {
         /// The table.
         table: String,
     },
-    /// No surface that grazes is named, and the model has several.
+    /// Several surfaces in the model, and no choice of the one that grazes.
     #[error(
         "missing key `surface` in [grazing]: the surface that is grazed, one of {surfaces}; or \
          `passages`, a list of surfaces in the order in which one period grazes them"
@@ -200,51 +200,51 @@ pub enum SceneProblem {
     WrongType {
         /// The key.
         key: String,
-        /// What belongs there.
+        /// Kind of value expected.
         expected: &'static str,
-        /// The kind found.
+        /// Kind of value found.
         found: &'static str,
     },
-    /// A word that is none of the choices.
+    /// A word that is not among the choices.
     #[error("`{key}` cannot be \"{found}\"")]
     UnknownWord {
         /// The key.
         key: String,
-        /// As written.
+        /// The word as written.
         found: String,
-        /// What may stand there.
+        /// The accepted choices.
         choices: &'static str,
         /// The nearest choice.
         nearest: Option<String>,
     },
-    /// Text that is no name.
+    /// A text that is not a name.
     #[error("`{name}` is not a name")]
     NotAName {
-        /// As written, escaped.
+        /// The text as written, escaped.
         name: String,
     },
-    /// A name of the language.
+    /// A name that belongs to the expression language.
     #[error("`{name}` is a word of the expression language and cannot name a {kind}")]
     Reserved {
         /// The name.
         name: String,
-        /// What it was to name.
+        /// Kind of thing to be named.
         kind: &'static str,
     },
-    /// A word of Rust, where the emitted code could not use it.
+    /// A keyword of Rust, which emitted code cannot use as a name.
     #[error("`{name}` is a word of Rust and cannot name a {kind}: names stand in emitted code")]
     RustWord {
         /// The name.
         name: String,
-        /// What it was to name.
+        /// Kind of thing to be named.
         kind: &'static str,
     },
-    /// One name for two things of a kind.
+    /// One name for two things of the same kind.
     #[error("two of the {kind}s are named `{name}`")]
     SameName {
         /// The name.
         name: String,
-        /// What both are.
+        /// Kind of both things.
         kind: &'static str,
     },
     /// One name for two things.
@@ -252,12 +252,12 @@ pub enum SceneProblem {
     DuplicateName {
         /// The name.
         name: String,
-        /// What it named first.
+        /// Kind of the first thing of this name.
         first: &'static str,
-        /// What it names again.
+        /// Kind of the second thing of this name.
         second: &'static str,
     },
-    /// The same entry twice in a list.
+    /// A repeated entry of a list.
     #[error("`{name}` stands twice in `{key}`")]
     Repeated {
         /// The entry.
@@ -265,17 +265,17 @@ pub enum SceneProblem {
         /// The list.
         key: String,
     },
-    /// A name that should be known.
+    /// A name that is not known.
     #[error("unknown {kind} `{name}`")]
     UnknownName {
-        /// As written.
+        /// The name as written.
         name: String,
-        /// What it should be.
+        /// Kind of thing expected.
         kind: &'static str,
-        /// The nearest known one.
+        /// The nearest known name.
         nearest: Option<String>,
     },
-    /// The phase where only a state can stand.
+    /// The phase in a place for states only.
     #[error("the phase `{name}` cannot stand in {table}: its rate is `model.phase.rate`")]
     PhaseInLaw {
         /// The phase.
@@ -304,14 +304,15 @@ pub enum SceneProblem {
         phase: String,
         /// The period that the scene states.
         period: f64,
-        /// A phase at which the expression departs from it.
+        /// Phase at which the values differ.
         from: f64,
-        /// Change of the expression from there to one period later.
+        /// Change of the expression from that phase to one period later.
         change: f64,
-        /// Period of its oscillations.
+        /// Period of the oscillations in the expressions.
         repeats: Repeats,
     },
-    /// A model that repeats after the period of its phase at one value of a parameter that varies.
+    /// A model that repeats after the period of its phase only for one value of a parameter that
+    /// varies.
     #[error(
         "`{key}` repeats after the period {} of the phase `{phase}` only where `{parameter}` is \
          {value}, and `{parameter}` varies",
@@ -326,22 +327,22 @@ pub enum SceneProblem {
         period: f64,
         /// The parameter.
         parameter: String,
-        /// Its value in the scene.
+        /// Value of the parameter in the scene.
         value: f64,
     },
-    /// A state without its equation.
+    /// A state without an equation.
     #[error("no equation for state `{state}` in [model.flow]")]
     MissingFlow {
         /// The state.
         state: String,
     },
-    /// Named expressions that need each other.
+    /// Named expressions that depend on each other.
     #[error("`let` goes round in a circle: {}", .names.join(" -> "))]
     Circular {
-        /// The circle, its first name repeated at the end.
+        /// Names of the cycle; the first name is repeated at the end.
         names: Vec<String>,
     },
-    /// An expression that depends on what it must not.
+    /// An expression that depends on a forbidden name.
     #[error("`{key}` must not depend on `{name}`")]
     Dependence {
         /// The key.
@@ -349,7 +350,7 @@ pub enum SceneProblem {
         /// The name.
         name: String,
     },
-    /// A list that must not be empty.
+    /// A list that is empty but must not be.
     #[error("`{key}` is empty")]
     Empty {
         /// The list.
@@ -360,7 +361,7 @@ pub enum SceneProblem {
     TooMany {
         /// The list.
         key: String,
-        /// Longest accepted.
+        /// Largest number of entries accepted.
         most: usize,
         /// Entries found.
         found: usize,
@@ -370,15 +371,15 @@ pub enum SceneProblem {
     NotFinite {
         /// The key.
         key: String,
-        /// As written.
+        /// The number as written.
         found: String,
     },
-    /// A number that must be positive.
+    /// A number that is not positive but must be.
     #[error("`{key}` must be positive, found {value}")]
     NotPositive {
         /// The key.
         key: String,
-        /// As found.
+        /// The number found.
         value: f64,
     },
     /// A whole number out of its range.
@@ -386,7 +387,7 @@ pub enum SceneProblem {
     Count {
         /// The key.
         key: String,
-        /// As written.
+        /// The number as written.
         found: String,
         /// Smallest accepted.
         least: u64,
@@ -398,12 +399,12 @@ pub enum SceneProblem {
     Range {
         /// The key.
         key: String,
-        /// First.
+        /// First value.
         first: f64,
-        /// Last.
+        /// Last value.
         last: f64,
     },
-    /// Logarithmic values on both sides of 0, or at it.
+    /// A logarithmic range that contains 0 or has ends of different signs.
     #[error(
         "a logarithmic scale needs both ends of `{key}` on one side of 0, found {first:e} to \
          {last:e}"
@@ -411,9 +412,9 @@ pub enum SceneProblem {
     LogarithmicRange {
         /// The key.
         key: String,
-        /// First.
+        /// First value.
         first: f64,
-        /// Last.
+        /// Last value.
         last: f64,
     },
     /// A list of the wrong length.
@@ -431,36 +432,36 @@ pub enum SceneProblem {
     ChartCells {
         /// The key.
         key: String,
-        /// Cells asked for.
+        /// Number of cells requested.
         found: u64,
-        /// Most accepted.
+        /// Largest number of cells accepted.
         most: u64,
     },
-    /// A diagram that keeps more values than fit into memory.
+    /// A diagram with more values than fit into memory.
     #[error("`{key}` asks for {found} iterates at all points together, at most {most} are kept")]
     DiagramValues {
         /// The key.
         key: String,
-        /// Values asked for.
+        /// Number of values requested.
         found: u64,
-        /// Most accepted.
+        /// Largest number of values accepted.
         most: u64,
     },
-    /// A restitution that gains energy or passes through.
+    /// A coefficient of restitution outside `[0, 1]`.
     #[error("restitution {value} of surface `{surface}` is outside [0, 1]")]
     Restitution {
         /// The surface.
         surface: String,
-        /// Normal velocity after over that before, the sign changed.
+        /// Coefficient of restitution: minus the normal velocity after the impact over that before.
         value: f64,
     },
-    /// Neither of the two responses.
+    /// A surface without a response.
     #[error("surface `{surface}` must have either `impact` or `contact`")]
     Response {
         /// The surface.
         surface: String,
     },
-    /// Both of the two responses.
+    /// A surface with both responses.
     #[error(
         "surface `{surface}` has both `impact` and `contact`: a stop is rigid or compliant; \
          leave one of them out"
@@ -469,7 +470,7 @@ pub enum SceneProblem {
         /// The surface.
         surface: String,
     },
-    /// A reset that is not the identity where a state only touches.
+    /// A reset that moves states that touch the surface with zero normal velocity.
     #[error(
         "the impact with surface `{surface}` moves `{component}` by {displacement:.3e} where a \
          state touches with zero normal velocity: an orbit that grazes would jump; expected an \
@@ -478,12 +479,12 @@ pub enum SceneProblem {
     MovesTangentState {
         /// The surface.
         surface: String,
-        /// The component of the state that is moved farthest.
+        /// The component that moves farthest.
         component: String,
-        /// How far, at the first state tried.
+        /// Displacement at the first state tried.
         displacement: f64,
     },
-    /// A parameter that the map does not keep, where one of its variables is expected.
+    /// A parameter that is not a variable of the map, where a variable is expected.
     #[error(
         "`{key}` names `{name}`, which the map has no variable for: add it to \
          `expansion.active`, or leave it out here"
@@ -494,13 +495,13 @@ pub enum SceneProblem {
         /// The parameter.
         name: String,
     },
-    /// A release without a contact.
+    /// A release function without a contact field.
     #[error("`release` of surface `{surface}` has a meaning only beside `contact`")]
     ReleaseWithoutContact {
         /// The surface.
         surface: String,
     },
-    /// An event that the flow does not change.
+    /// An event function that is constant along the flow.
     #[error("the event of surface `{surface}` does not depend on any state")]
     ConstantEvent {
         /// The surface.
@@ -509,47 +510,47 @@ pub enum SceneProblem {
     /// Two keys that exclude each other.
     #[error("`{first}` and `{second}` exclude each other")]
     Exclusive {
-        /// One.
+        /// One of the keys.
         first: &'static str,
-        /// The other.
+        /// The other key.
         second: &'static str,
     },
-    /// A precision that is chosen by a tolerance, and none named.
+    /// A precision to be chosen by a tolerance, without a tolerance.
     #[error(
         "`emit.precision` can be \"any\" only where `expansion.tolerance` decides between \"f32\" \
          and \"f64\""
     )]
     NeedsTolerance,
-    /// A guess that leaves a component out.
+    /// A guess that lacks a component.
     #[error("`guess` has no value for `{component}`")]
     IncompleteGuess {
         /// The component.
         component: String,
     },
-    /// More conditions than grazes.
+    /// More parameters to solve for than grazing passages.
     #[error("`solve_for` names {parameters} parameters for {passages} grazing passage(s)")]
     TooManyUnknowns {
-        /// Parameters named.
+        /// Number of parameters.
         parameters: usize,
-        /// Passages named.
+        /// Number of passages.
         passages: usize,
     },
-    /// A parameter to be solved for that changes nothing.
+    /// A parameter to be solved for on which nothing depends.
     #[error("`solve_for` names `{name}`, and nothing in the model depends on it")]
     IdleUnknown {
         /// The parameter.
         name: String,
     },
-    /// The cheapest section of no tolerance.
+    /// A choice of the cheapest section without a tolerance.
     #[error(
         "`kind = \"any\"` is the section with the cheapest map for a tolerance: expected \
          `tolerance` in [expansion], found orders"
     )]
     AnySectionWithoutTolerance,
-    /// Something that needs a forcing phase.
+    /// A feature that needs a forcing phase, in a model without one.
     #[error("{what} needs a forcing phase, and the model has no [model.phase]")]
     NeedsPhase {
-        /// What needs it.
+        /// The feature.
         what: &'static str,
     },
 }
@@ -557,28 +558,28 @@ pub enum SceneProblem {
 /// Period of the oscillations in a model.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Repeats {
-    /// All of them repeat after this.
+    /// Common period of all oscillations.
     After {
         /// The period.
         period: f64,
-        /// The parameter that multiplies the phase in each of them, where the phase is time.
+        /// The parameter that multiplies the phase in each of them, if the phase is time.
         rate: Option<String>,
     },
-    /// Two of them have frequencies in an irrational ratio.
+    /// Two oscillations with frequencies in an irrational ratio.
     Never {
         /// The ratio.
         ratio: f64,
-        /// Numerator and denominator of a fraction near it.
+        /// Numerator and denominator of a nearby fraction.
         near: (u64, u64),
-        /// Period of two oscillations in that ratio.
+        /// Common period of two oscillations with the ratio of that fraction.
         period: f64,
     },
-    /// No oscillation repeats: the phase stands outside of sines, cosines and tangents.
+    /// No oscillation: the phase occurs outside of sines, cosines and tangents.
     Unknown,
 }
 
 impl Repeats {
-    /// A remedy, in a few words.
+    /// A remedy, in a few words; `phase` is the name of the phase.
     fn remedy(&self, phase: &str) -> String {
         match self {
             Self::After { period, rate: None } => {
@@ -602,31 +603,31 @@ impl Repeats {
     }
 }
 
-/// The nearest known name, in brackets.
+/// The nearest known name, in parentheses.
 fn in_brackets(nearest: &Option<String>) -> String {
     let meant = nearest.as_ref();
     meant.map_or(String::new(), |name| format!(" (did you mean `{name}`?)"))
 }
 
-/// Why an override cannot be applied.
+/// Reason why an override cannot be applied.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum OverrideReason {
     /// No parameter has this name.
     #[error("is not a parameter of the scene")]
     UnknownParameter,
-    /// The part before it is a value, not a table or a list.
+    /// The preceding part is a value, not a table or a list.
     #[error("is not inside a table")]
     NotATable,
-    /// A list is asked for an entry it does not have.
+    /// The list has no entry of this number.
     #[error("is not an entry of the list")]
     NotAnEntry,
-    /// An empty part.
+    /// The part is empty.
     #[error("is empty")]
     Empty,
 }
 
 impl SceneProblem {
-    /// A few words for the place in the text, where there is something to add.
+    /// A few words at the place in the text; `None` if there is nothing to add.
     pub(super) fn label(&self) -> Option<String> {
         let meant = |nearest: &Option<String>| {
             nearest.as_ref().map(|name| format!("did you mean `{name}`?"))

@@ -1,8 +1,8 @@
-//! The expression language: text in, a node of the graph out.
+//! The expression language: parses a text into a node of the graph.
 //!
-//! A Pratt parser that builds the graph as it reads, so that there is no tree whose depth a hostile
-//! text could choose. Grammar, loosest first: `+ -`, `* /`, unary `-` `+`, `^` (to the right, so
-//! `-x^2 = -(x^2)` and `2^-1` is a half), then numbers, names, `pi`, function calls and
+//! The Pratt parser builds the graph while reading. There is no syntax tree, whose depth a hostile
+//! text could choose. Grammar, loosest first: `+ -`, `* /`, unary `-` `+`, `^` (right-associative,
+//! so that `-x^2 = -(x^2)` and `2^-1` is a half), then numbers, names, `pi`, function calls and
 //! parentheses.
 
 use std::ops::Range;
@@ -14,12 +14,12 @@ use crate::model::graph::{Binary, ExpressionGraph, Node, NodeId};
 use crate::model::names::{self, Function};
 use crate::numeric::Dd;
 
-/// A fault and where it stands.
+/// A fault and its place.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Spanned<T> {
     /// The fault.
     pub(super) value: T,
-    /// Bytes of the text it stands at.
+    /// Bytes of the fault in the text.
     pub(super) span: Range<usize>,
 }
 
@@ -34,54 +34,54 @@ impl<T> Spanned<T> {
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum ExpressionError {
-    /// No expression at all.
+    /// An empty expression.
     #[error("empty expression")]
     Empty,
-    /// Longer than any model needs.
+    /// An expression longer than the limit.
     #[error("expression of {length} bytes, at most {limit} are read")]
     TooLong {
-        /// Length found.
+        /// Length found, in bytes.
         length: usize,
-        /// Longest accepted.
+        /// Largest length accepted, in bytes.
         limit: usize,
     },
-    /// Nested deeper than any model needs.
+    /// An expression nested deeper than the limit.
     #[error("expression nested deeper than {limit} levels")]
     TooDeep {
-        /// Deepest accepted.
+        /// Largest depth accepted.
         limit: usize,
     },
-    /// A character the language does not have.
+    /// A character that the language does not have.
     #[error("unexpected character `{found}` in an expression")]
     Character {
-        /// The character, escaped where it cannot be printed.
+        /// The character, escaped if it cannot be printed.
         found: String,
     },
-    /// The power operator of other languages.
+    /// The power operator of other languages, `**`.
     #[error("`**` is not an operator")]
     DoubleStar,
     /// A malformed number.
     #[error("malformed number `{text}`")]
     Number {
-        /// As written.
+        /// The number as written.
         text: String,
     },
-    /// A number or a constant operation that is not finite.
+    /// A number, or an operation on constants, that is not finite.
     #[error("`{text}` is not a finite number")]
     NotFinite {
-        /// As written.
+        /// The text as written.
         text: String,
     },
-    /// Something else stood where an operand belongs.
+    /// Another token where an operand is expected.
     #[error("expected a number, a name or `(`, found {found}")]
     ExpectedOperand {
-        /// What stood there.
+        /// The token found, in words.
         found: String,
     },
-    /// Something else stood where an operator belongs.
+    /// Another token where an operator is expected.
     #[error("expected an operator, found {found}")]
     ExpectedOperator {
-        /// What stood there.
+        /// The token found, in words.
         found: String,
     },
     /// A parenthesis that is not closed.
@@ -98,23 +98,23 @@ pub enum ExpressionError {
     ArgumentCount {
         /// The function.
         name: String,
-        /// Arguments it takes.
+        /// Number of arguments that the function takes.
         expected: usize,
-        /// Arguments found.
+        /// Number of arguments found.
         found: usize,
     },
-    /// A call of something that is no function.
+    /// A call of an unknown function.
     #[error("unknown function `{name}`")]
     UnknownFunction {
-        /// As written.
+        /// The name as written.
         name: String,
         /// The nearest known name.
         nearest: Option<String>,
     },
-    /// A name that means nothing here.
+    /// An unknown name.
     #[error("unknown variable `{name}`")]
     UnknownVariable {
-        /// As written.
+        /// The name as written.
         name: String,
         /// The nearest known name.
         nearest: Option<String>,
@@ -125,7 +125,7 @@ pub enum ExpressionError {
 }
 
 impl ExpressionError {
-    /// A few words for the place in the text, where there is something to add.
+    /// A few words at the place in the text; `None` if there is nothing to add.
     pub(super) fn label(&self) -> Option<String> {
         let meant = |nearest: &Option<String>, otherwise: &str| match nearest {
             Some(name) => format!("did you mean `{name}`?"),
@@ -152,13 +152,13 @@ impl ExpressionError {
     }
 }
 
-/// Whether a text is a number with a name glued to it.
+/// Whether a text is a number followed by a name without an operator, such as `2x`.
 fn is_product(text: &str) -> bool {
     let end = text.find(|letter: char| letter.is_ascii_alphabetic() || letter == '_');
     end.is_some_and(|end| text[..end].parse::<f64>().is_ok() && names::is_name(&text[end..]))
 }
 
-/// Longest expression read, in bytes.
+/// Longest expression accepted, in bytes.
 const LONGEST: usize = 1 << 16;
 
 /// A token.
@@ -174,7 +174,7 @@ pub(super) enum Token {
     End,
 }
 
-/// The tokens of a text, the last being [`Token::End`].
+/// Tokens of a text; the last is [`Token::End`].
 pub(super) fn tokens(text: &str) -> Result<Vec<(Token, Range<usize>)>, Spanned<ExpressionError>> {
     if text.len() > LONGEST {
         let error = ExpressionError::TooLong { length: text.len(), limit: LONGEST };
@@ -211,20 +211,20 @@ pub(super) fn tokens(text: &str) -> Result<Vec<(Token, Range<usize>)>, Spanned<E
     Ok(tokens)
 }
 
-/// The names a text uses, in order; nothing where it cannot be read (its own parse says why).
+/// Names in a text, in order; empty if the text has no valid tokens (its own parse reports why).
 pub(super) fn names_in(text: &str) -> Vec<&str> {
     let tokens = tokens(text).unwrap_or_default();
     let names = tokens.into_iter().filter(|(token, _)| *token == Token::Name);
     names.map(|(_, span)| &text[span]).collect()
 }
 
-/// Where the bytes that satisfy `accept` end.
+/// Index after the run of bytes from `from` on that satisfy `accept`.
 fn skip(bytes: &[u8], from: usize, accept: impl Fn(u8) -> bool) -> usize {
     let rest = bytes[from..].iter().position(|&byte| !accept(byte));
     rest.map_or(bytes.len(), |length| from + length)
 }
 
-/// Where a number ends: digits and points, an exponent with its sign, and anything glued to it.
+/// Index after a number: digits and points, an exponent with its sign, and letters attached to it.
 fn number_end(bytes: &[u8], from: usize) -> usize {
     let mut at = skip(bytes, from, |byte| byte.is_ascii_digit() || byte == b'.');
     if matches!(bytes.get(at), Some(b'e' | b'E')) {
@@ -236,7 +236,7 @@ fn number_end(bytes: &[u8], from: usize) -> usize {
     skip(bytes, at, |byte| byte.is_ascii_alphanumeric() || byte == b'_' || byte == b'.')
 }
 
-/// Refuses what is not `digits[.digits][e[±]digits]`.
+/// Refuses numbers that do not have the form `digits[.digits][e[±]digits]`.
 fn check_number(text: &str, span: Range<usize>) -> Result<(), Spanned<ExpressionError>> {
     let number = &text[span.clone()];
     let plain = number
@@ -249,35 +249,35 @@ fn check_number(text: &str, span: Range<usize>) -> Result<(), Spanned<Expression
     }
 }
 
-/// The fault of a character that begins no token.
+/// Error for a character that begins no token.
 fn unexpected_character(text: &str, at: usize) -> Spanned<ExpressionError> {
     let found = text[at..].chars().next().unwrap_or_default();
     let error = ExpressionError::Character { found: found.escape_debug().to_string() };
     Spanned::new(error, at..at + found.len_utf8())
 }
 
-/// Deepest nesting read.
+/// Deepest nesting accepted.
 const DEEPEST: usize = 128;
 
 /// Binding power of unary minus: looser than `^`, tighter than `*`.
 const UNARY: u8 = 5;
 
-/// What a name means.
+/// Meaning of a name.
 #[derive(Clone, Debug)]
 pub(super) enum Resolved {
-    /// A node.
+    /// The name stands for a node.
     Node(NodeId),
-    /// Nothing; the nearest known name.
+    /// The name is unknown; the nearest known name.
     Unknown(Option<String>),
 }
 
 type Outcome<T> = Result<T, Spanned<ExpressionError>>;
 
-/// Reads `text` into `graph`; `resolve` says what a name means.
+/// Parses `text` into `graph`; `resolve` gives the meaning of a name.
 ///
 /// # Errors
 ///
-/// The first fault, with its bytes in `text`.
+/// The first error, with its bytes in `text`.
 pub(super) fn parse(
     text: &str,
     graph: &mut ExpressionGraph,
@@ -308,7 +308,7 @@ struct Parser<'a> {
 }
 
 impl Parser<'_> {
-    /// An expression whose operators bind at least as tightly as `least`.
+    /// Parses an expression whose operators bind at least as tightly as `least`.
     fn expression(&mut self, least: u8) -> Outcome<(NodeId, Range<usize>)> {
         self.depth += 1;
         if self.depth > DEEPEST {
@@ -332,7 +332,7 @@ impl Parser<'_> {
         Ok((left, span))
     }
 
-    /// A number, a name, a call, a parenthesis, or a sign before an expression.
+    /// Parses a number, a name, a call, a parenthesis, or a sign before an expression.
     fn operand(&mut self) -> Outcome<(NodeId, Range<usize>)> {
         let (token, span) = self.peek();
         self.at += usize::from(token != Token::End);
@@ -400,7 +400,7 @@ impl Parser<'_> {
         }
     }
 
-    /// The arguments of a function, its name already read.
+    /// Parses the arguments of a function whose name was already read.
     fn call(&mut self, function: Function, name: Range<usize>) -> Outcome<(NodeId, Range<usize>)> {
         let (_, open) = self.peek();
         self.at += 1;
@@ -447,7 +447,7 @@ impl Parser<'_> {
         Ok(node)
     }
 
-    /// Refuses an operation on numbers that gave none, and a division by zero.
+    /// Refuses an operation on constants whose value is not finite, and a division by zero.
     fn finite(&self, node: NodeId, operands: &[NodeId], span: &Range<usize>) -> Outcome<()> {
         let constant = |id: &NodeId| self.graph.constant_value(*id).is_some();
         let by_zero = match self.graph.node(node) {
@@ -463,7 +463,7 @@ impl Parser<'_> {
         Ok(())
     }
 
-    /// Reads the parenthesis that closes the one at `open`; where it ends.
+    /// Reads the parenthesis that closes the one at `open`; returns the index after it.
     fn close(&mut self, open: Range<usize>) -> Outcome<usize> {
         match self.peek() {
             (Token::Symbol(b')'), span) => {
@@ -482,7 +482,7 @@ impl Parser<'_> {
         self.tokens[self.at].clone()
     }
 
-    /// What stands at `span`, in words.
+    /// Text at `span`, in words.
     fn found(&self, span: &Range<usize>) -> String {
         match &self.text[span.clone()] {
             "" => "the end of the expression".to_owned(),
@@ -491,7 +491,8 @@ impl Parser<'_> {
     }
 }
 
-/// Binding power of an infix operator, and the least its right operand's operators must have.
+/// Binding power of an infix operator, and the least binding power of operators in its right
+/// operand.
 fn binding(symbol: u8) -> Option<(u8, u8)> {
     match symbol {
         b'+' | b'-' => Some((1, 2)),
@@ -501,7 +502,7 @@ fn binding(symbol: u8) -> Option<(u8, u8)> {
     }
 }
 
-/// The finite number of a decimal literal, to the digits of [`Dd`].
+/// Finite number of a decimal literal, to the digits of [`Dd`].
 pub(super) fn decimal(text: &str) -> Option<Dd> {
     let value = Dd::from_decimal(text).ok()?;
     value.is_finite().then_some(value)

@@ -14,11 +14,11 @@ pub(super) struct Fraction {
 impl Fraction {
     /// One.
     pub(super) const ONE: Self = Self { over: 1, under: 1 };
-    /// Largest denominator of a fraction that is simple.
+    /// Largest denominator of a simple fraction.
     pub(super) const LARGEST: u64 = 1000;
 
-    /// The first convergent within a relative distance of a positive number; none with a
-    /// denominator above `largest`.
+    /// First convergent within a relative distance of a positive number; `None` if its denominator
+    /// exceeds `largest`.
     pub(super) fn near(number: f64, distance: f64, largest: u64) -> Option<Self> {
         let (mut last, mut now) = ([1.0_f64, 0.0], [number.floor(), 1.0]);
         let mut rest = number - number.floor();
@@ -34,7 +34,7 @@ impl Fraction {
         inside.then_some(Self { over: now[0] as u64, under: now[1] as u64 })
     }
 
-    /// The largest fraction of which both are whole multiples; `None` where its terms are too
+    /// Largest fraction of which both fractions are whole multiples; `None` if its terms are too
     /// large.
     pub(super) fn common(self, other: Self) -> Option<Self> {
         let left = self.over.checked_mul(other.under)?;
@@ -44,7 +44,7 @@ impl Fraction {
         Some(Self { over: over / shared, under: under / shared })
     }
 
-    /// Its value.
+    /// Value of the fraction.
     pub(super) fn value(self) -> f64 {
         self.over as f64 / self.under as f64
     }
@@ -55,7 +55,7 @@ fn divisor(a: u64, b: u64) -> u64 {
     if b == 0 { a } else { divisor(b, a % b) }
 }
 
-/// A number as a scene may state it: a multiple of pi where it is a simple one.
+/// A number in the notation of scenes: a multiple of pi if it is a simple one.
 pub(super) fn in_pi(number: f64) -> String {
     let Some(Fraction { over, under }) = Fraction::near(number / PI, 1e-13, Fraction::LARGEST)
     else {

@@ -1,7 +1,7 @@
 //! The expression graph: every expression of a scene as one directed acyclic graph.
 //!
-//! Nodes are stored in evaluation order (an operand's index is smaller than its user's) and are
-//! hash-consed, so a common subexpression stands once.
+//! Nodes are stored in evaluation order (an operand has a smaller index than its user) and are
+//! hash-consed, so that a common subexpression is stored once.
 
 mod derivative;
 
@@ -87,7 +87,7 @@ pub enum Binary {
 pub enum Node {
     /// A number, exact to 32 digits (decimal literals are read in double-double).
     Constant(Dd),
-    /// An input: the full state first (states, then the phase where there is one), then the
+    /// An input: the full state first (states, then the phase if there is one), then the
     /// parameters.
     Input(usize),
     /// Negation.
@@ -118,12 +118,12 @@ impl Node {
 
 /// Every expression of a model, as operations in evaluation order.
 ///
-/// An operand's index is smaller than its user's, and equal operations stand once. Constructors
-/// ([`add`](ExpressionGraph::add), [`unary`](ExpressionGraph::unary), ...) simplify where that is
-/// exact: `0 + x`, `1 x`, `0 x`, `x - x`, `--x`, `x^1`, and operations on constants, which are done
-/// in [`Dd`]. Quotients by exponential functions, as `1/(1 + exp(x))` or `1/cosh(x)`, and
-/// logarithms of them are functions of their own: numbers where the exponential function itself is
-/// none.
+/// An operand has a smaller index than its user, and equal operations are stored once. Constructors
+/// ([`add`](ExpressionGraph::add), [`unary`](ExpressionGraph::unary), ...) make exact
+/// simplifications: `0 + x`, `1 x`, `0 x`, `x - x`, `--x`, `x^1`, and operations on constants,
+/// which are done in [`Dd`]. Reciprocals of exponential functions, such as `1/(1 + exp(x))` or
+/// `1/cosh(x)`, and logarithms of them become functions of their own, which stay finite where the
+/// exponential function overflows.
 ///
 /// ```
 /// use grazemap_sim::model::ExpressionGraph;
@@ -149,7 +149,7 @@ impl ExpressionGraph {
         Self::default()
     }
 
-    /// Every operation, operands before their users.
+    /// All operations, operands before their users.
     pub fn nodes(&self) -> &[Node] {
         &self.nodes
     }
@@ -159,7 +159,7 @@ impl ExpressionGraph {
         self.nodes[id.index()]
     }
 
-    /// The value of a node that is a constant.
+    /// Value of a node if it is a constant.
     pub fn constant_value(&self, id: NodeId) -> Option<Dd> {
         match self.node(id) {
             Node::Constant(value) => Some(value),
@@ -167,7 +167,7 @@ impl ExpressionGraph {
         }
     }
 
-    /// Numbers of the inputs a node depends on, increasing.
+    /// Numbers of the inputs that a node depends on, in increasing order.
     pub fn dependencies(&self, node: NodeId) -> Vec<usize> {
         let needed = self.needed_by(&[node]);
         let mut inputs: Vec<usize> = (self.nodes.iter().zip(&needed))
@@ -180,7 +180,7 @@ impl ExpressionGraph {
         inputs
     }
 
-    /// Which nodes, up to the last of some outputs, these are computed from (themselves included).
+    /// For each node up to the last output: whether the outputs depend on it (or are it).
     pub fn needed_by(&self, outputs: &[NodeId]) -> Vec<bool> {
         let last = outputs.iter().map(|output| output.index() + 1).max();
         let mut needed = vec![false; last.unwrap_or(0)];
@@ -203,12 +203,12 @@ impl ExpressionGraph {
 pub struct CornerOperation {
     /// `abs`, `sign`, `min` or `max`.
     pub function: &'static str,
-    /// Its argument; of `min` and `max` the difference of both.
+    /// Argument of `abs` or `sign`; for `min` and `max` the difference of both arguments.
     pub argument: NodeId,
 }
 
 impl ExpressionGraph {
-    /// The operations with a corner that a node is computed from, operands first.
+    /// Operations with a corner on which a node depends, operands first.
     ///
     /// ```
     /// use grazemap_sim::model::{ExpressionGraph, Unary};
@@ -270,7 +270,7 @@ impl ExpressionGraph {
     }
 }
 
-/// `aⁿ` by repeated squaring; a negative exponent is the reciprocal of the positive one.
+/// `aⁿ` by repeated squaring; for a negative exponent the reciprocal of the positive power.
 fn power<S: Scalar>(base: S, exponent: i32) -> S {
     let mut result = S::one();
     let mut square = base;
@@ -287,7 +287,7 @@ fn power<S: Scalar>(base: S, exponent: i32) -> S {
     if exponent < 0 { S::one() / result } else { result }
 }
 
-/// A function of one argument.
+/// Value of a function of one argument.
 fn unary<S: Scalar>(function: Unary, a: S) -> S {
     match function {
         Unary::Sqrt => a.sqrt(),
@@ -314,7 +314,7 @@ fn unary<S: Scalar>(function: Unary, a: S) -> S {
     }
 }
 
-/// A function of two arguments.
+/// Value of a function of two arguments.
 fn binary<S: Scalar>(function: Binary, a: S, b: S) -> S {
     match function {
         Binary::Add => a + b,
@@ -443,8 +443,8 @@ impl ExpressionGraph {
         }
     }
 
-    /// `a^c` for a real constant `c`; where `c` is an integer this is
-    /// [`power_integer`](Self::power_integer), where it is one half, a square root.
+    /// `a^c` for a real constant `c`: [`power_integer`](Self::power_integer) if `c` is an integer,
+    /// a square root if `c` is one half.
     pub fn power_real(&mut self, a: NodeId, exponent: Dd) -> NodeId {
         if let Some(integer) = as_integer(exponent) {
             self.power_integer(a, integer)
@@ -496,8 +496,8 @@ impl ExpressionGraph {
         })
     }
 
-    /// The reciprocal of an exponential function, by a function that is a number where that is
-    /// none; `None` of another expression.
+    /// Reciprocal of an exponential function, in a form that stays finite where that function
+    /// overflows; `None` for other expressions.
     fn reciprocal(&mut self, a: NodeId) -> Option<NodeId> {
         match self.node(a) {
             Node::Unary(Unary::Exp, exponent) => {
@@ -521,7 +521,7 @@ impl ExpressionGraph {
         }
     }
 
-    /// `e^a/(1 + e^a)^n`, by functions that are numbers whatever `a` is.
+    /// `e^a/(1 + e^a)^n`, in a form that is finite for every `a`; `None` for other quotients.
     fn logistic_of(&mut self, numerator: Node, divisor: NodeId) -> Option<NodeId> {
         let Node::Unary(Unary::Exp, exponent) = numerator else { return None };
         let (base, power) = match self.node(divisor) {
@@ -552,7 +552,7 @@ impl ExpressionGraph {
         }
     }
 
-    /// The node of an operation: a constant where its operands are and the value is finite.
+    /// Node of an operation: a constant if its operands are constants and its value is finite.
     fn fold_or_insert(&mut self, node: Node) -> NodeId {
         match self.folded(&node) {
             Some(value) => self.constant(value),
@@ -560,7 +560,7 @@ impl ExpressionGraph {
         }
     }
 
-    /// The finite value of an operation on constants.
+    /// Finite value of an operation on constants; `None` otherwise.
     fn folded(&self, node: &Node) -> Option<Dd> {
         let mut operands = [Dd::zero(); 2];
         for (slot, operand) in operands.iter_mut().zip(node.operands()) {
@@ -577,7 +577,7 @@ impl ExpressionGraph {
         value.is_finite().then_some(value)
     }
 
-    /// The node of an operation, entered once.
+    /// Node of an operation; an equal operation that is there already is reused.
     fn insert(&mut self, node: Node) -> NodeId {
         let nodes = &mut self.nodes;
         *self.known.entry(key(&node)).or_insert_with(|| {
@@ -595,14 +595,14 @@ fn is_zero(node: Node) -> bool {
     matches!(node, Node::Constant(value) if value == Dd::zero())
 }
 
-/// The integer a constant is, if it is one that fits.
+/// Integer value of a constant, if it is an `i32`.
 fn as_integer(value: Dd) -> Option<i32> {
     let limit = f64::from(i32::MAX);
     let integer = value.lo == 0.0 && value.hi.fract() == 0.0 && value.hi.abs() <= limit;
     integer.then_some(value.hi as i32)
 }
 
-/// Three words that are equal exactly for equal operations.
+/// Key of an operation: three words that are equal for equal operations only.
 fn key(node: &Node) -> [u64; 3] {
     let pair = |tag: u64, a: NodeId, b: u64| [tag, u64::from(a.0), b];
     match *node {

@@ -1,6 +1,6 @@
 //! The scene language: TOML and expressions in, a checked [`Model`] and [`Scene`] out.
 //!
-//! Deliberately absent: any one scalar type of a computation (constants are kept to 32 digits).
+//! Deliberately absent: a fixed scalar type (constants are kept to 32 digits).
 
 pub mod catalogue;
 mod error;

@@ -1,4 +1,4 @@
-//! Names a scene may use, and the nearest known name to a mistyped one.
+//! Names allowed in a scene, and the known name nearest to a mistyped one.
 
 use super::graph::{Binary, Unary};
 
@@ -48,10 +48,10 @@ const FUNCTIONS: [(&str, Function); 17] = [
 /// The constant of the language.
 pub(super) const PI: &str = "pi";
 
-/// The name that stands for a component's free-flight expression in a contact law.
+/// Name of a component's free-flight expression in a contact law.
 pub(super) const FREE: &str = "free";
 
-/// The function of a name.
+/// Function with a given name.
 pub(super) fn function(name: &str) -> Option<Function> {
     FUNCTIONS.iter().find(|(known, _)| *known == name).map(|&(_, function)| function)
 }
@@ -68,7 +68,7 @@ const SWITCH: &str = "a law that switches at a surface is a `[[model.surface]]` 
 /// Remedy for a function that is not analytic.
 const STEPS: &str = "no such function is analytic; `tanh(k*sin(theta))` is a square wave";
 
-/// Names and characters of other languages, with the spelling of this one.
+/// Names and characters of other languages, with their spelling in this one.
 const SPELLINGS: &[(&[&str], &str)] = &[
     (&["heaviside", "h", "step", "unitstep", "u"], SWITCH),
     (&["if", "ifelse", "iif", "where", "piecewise", "select"], SWITCH),
@@ -105,15 +105,15 @@ const SPELLINGS: &[(&[&str], &str)] = &[
     (&["[", "]", "{", "}"], "brackets are `(` and `)`"),
 ];
 
-/// The spelling here of a name or character of another language.
+/// Spelling in this language of a name or character of another language.
 pub(super) fn spelling(foreign: &str) -> Option<&'static str> {
     let lower = foreign.to_lowercase();
     let known = SPELLINGS.iter().find(|(names, _)| names.contains(&&*lower));
     known.map(|&(_, spelling)| spelling)
 }
 
-/// Whether a name belongs to the language: a function, `pi` or `free`; or to numbers, as `nan` and
-/// `inf` do, which no table of results could tell from values.
+/// Whether a name is reserved: a function, `pi` or `free`, or a number such as `nan` and `inf`,
+/// which a table of results could not tell from a value.
 pub(super) fn is_reserved(name: &str) -> bool {
     name == PI || name == FREE || function(name).is_some() || name.parse::<f64>().is_ok()
 }
@@ -126,7 +126,7 @@ pub(super) fn is_name(text: &str) -> bool {
         && text.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'_')
 }
 
-/// The known name nearest to `name`, if one is near enough to be what was meant.
+/// The known name nearest to `name`; `None` if none is near enough to be a misspelling.
 pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<String> {
     if name.len() > LONGEST_NAME {
         return None;
@@ -143,7 +143,7 @@ pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Opti
         .map(|(_, candidate)| candidate.to_owned())
 }
 
-/// Words of Rust that cannot name a module or a variable.
+/// Keywords of Rust that cannot name a module or a variable.
 const KEYWORDS: [&str; 51] = [
     "abstract", "as", "async", "await", "become", "box", "break", "const", "continue", "crate",
     "do", "dyn", "else", "enum", "extern", "false", "final", "fn", "for", "gen", "if", "impl",
@@ -152,16 +152,16 @@ const KEYWORDS: [&str; 51] = [
     "unsafe", "unsized", "use", "virtual", "where", "while", "yield",
 ];
 
-/// Files that a crate of Rust has for itself.
+/// Names of files that every Rust crate has.
 const CRATE_FILES: [&str; 2] = ["lib", "main"];
 
-/// Whether a name cannot stand in Rust code.
+/// Whether a name is a keyword of Rust.
 pub(super) fn is_rust_word(name: &str) -> bool {
     name == "_" || name == "Self" || KEYWORDS.contains(&name)
 }
 
-/// The identifier of a scene from its file's name: lower case, `[a-z][a-z0-9_]*`, never a word of
-/// Rust nor the name of a crate's own file.
+/// Identifier of a scene from the name of its file: lower case, `[a-z][a-z0-9_]*`, never a keyword
+/// of Rust nor the name of a file that every crate has.
 pub(super) fn identifier(file_name: &str) -> String {
     let base = file_name.rsplit(['/', '\\']).next().unwrap_or_default();
     let stem = base.strip_suffix(".toml").unwrap_or(base);

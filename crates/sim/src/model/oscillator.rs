@@ -5,13 +5,13 @@ use crate::numeric::Dd;
 
 /// An oscillator with its surfaces, every expression resolved into one [`ExpressionGraph`].
 ///
-/// The *full state* is `states` followed by the phase where there is one; its length is
+/// The *full state* is `states` followed by the phase if there is one; its length is
 /// [`dimension`](Model::dimension). Inputs of the graph are the full state, then the parameters.
 #[derive(Clone, Debug)]
 pub struct Model {
-    /// Name from the scene.
+    /// Name of the model.
     pub name: String,
-    /// Where the model comes from.
+    /// Source of the model, such as a publication.
     pub source: Option<String>,
     /// Names of the states, without the phase.
     pub states: Vec<String>,
@@ -21,7 +21,7 @@ pub struct Model {
     pub parameters: Vec<Parameter>,
     /// Every expression of the model.
     pub graph: ExpressionGraph,
-    /// Time derivative of each full-state component in free flight (the phase's rate last).
+    /// Time derivative of each component of the full state in free flight (the phase's rate last).
     pub flow: Vec<NodeId>,
     /// The stops.
     pub surfaces: Vec<Surface>,
@@ -32,13 +32,13 @@ pub struct Model {
 pub struct Phase {
     /// Name of the phase.
     pub name: String,
-    /// Its rate, an expression of parameters alone.
+    /// Rate of the phase, an expression of parameters only.
     pub rate: NodeId,
-    /// Its period, a positive number.
+    /// Period of the phase, a positive number.
     pub period: Dd,
 }
 
-/// A parameter and its value in the scene, exact to the decimal literal the user wrote.
+/// A parameter and its value in the scene, exactly the decimal literal in the file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Parameter {
     /// Name.
@@ -47,10 +47,10 @@ pub struct Parameter {
     pub value: Dd,
 }
 
-/// A stop: `event > 0` in free flight, `event = 0` touching.
+/// A stop: its event function is positive in free flight and 0 at contact.
 #[derive(Clone, Debug)]
 pub struct Surface {
-    /// Name from the scene.
+    /// Name of the surface.
     pub name: String,
     /// The event function `h(x, p)`.
     pub event: NodeId,
@@ -58,19 +58,19 @@ pub struct Surface {
     pub normal_velocity: NodeId,
     /// Normal acceleration `h'' = L_f² h` along the free flow.
     pub normal_acceleration: NodeId,
-    /// What happens at the surface.
+    /// Response of the oscillator at the surface.
     pub response: Response,
 }
 
-/// What happens at a surface.
+/// Response of an oscillator at a surface.
 #[derive(Clone, Debug)]
 pub enum Response {
-    /// Rigid: the full state jumps to these values.
+    /// Rigid stop: the full state jumps to these values.
     Impact {
-        /// State after the impact, one node per full-state component (unnamed ones are unchanged).
+        /// State after the impact, one node per component of the full state (others are unchanged).
         reset: Vec<NodeId>,
     },
-    /// Compliant: the full state follows this field until `release` vanishes on its way out.
+    /// Compliant stop: the full state follows this field until `release` vanishes on the way out.
     Contact {
         /// Time derivative of each full-state component in contact.
         field: Vec<NodeId>,
@@ -80,7 +80,7 @@ pub enum Response {
 }
 
 impl Model {
-    /// Length of the full state: the states, and the phase where there is one.
+    /// Length of the full state: the states, and the phase if there is one.
     pub fn dimension(&self) -> usize {
         self.states.len() + usize::from(self.phase.is_some())
     }

@@ -1,4 +1,4 @@
-//! A checked scene: a model and what is asked of it.
+//! A checked scene: a model and the requested results.
 
 mod diagram;
 mod document;
@@ -16,57 +16,57 @@ use super::graph::NodeId;
 use super::oscillator::Model;
 use crate::numeric::{Dd, FloatFormat, unbounded, unbounded_number};
 
-/// One task: the model, which passage grazes, which parameters are active, where and how
-/// accurately.
+/// One task: the model, the passage that grazes, the active parameters, the window, and the
+/// accuracy.
 #[derive(Clone, Debug)]
 pub struct Scene {
     /// Name of the file as it was given, for messages.
     pub file_name: String,
     /// Identifier for file and module names: the file's stem, checked (`[a-z][a-z0-9_]*`).
     pub identifier: String,
-    /// The scene's text after overrides: what the scene is read from again.
+    /// Text of the scene after overrides, from which it can be read again.
     pub text: Arc<str>,
-    /// Digest of that text, as it stands in every output.
+    /// Digest of that text, which every output repeats.
     pub digest: Digest,
     /// The oscillator.
     pub model: Model,
-    /// Which orbit grazes and what is adjusted so that it does.
+    /// The grazing passages, and the parameters adjusted for the graze.
     pub grazing: Grazing,
-    /// The section that the window is stated on, and that the map is taken on unless
-    /// [any](SectionRule::Any) will do.
+    /// Section on which the window is stated. The map is taken on it too, unless
+    /// [any](SectionRule::Any) section is allowed.
     pub section: Section,
-    /// Which sections the map may be taken on.
+    /// Choice of the section of the map.
     pub section_rule: SectionRule,
     /// Active parameters and orders.
     pub expansion: Expansion,
-    /// Where the map is to be trusted.
+    /// Window in which the map is used.
     pub window: Window,
-    /// The shape of the emitted code.
+    /// Shape and precision of the emitted code.
     pub emit: Emit,
-    /// What orbits are given up by.
+    /// Settings of direct simulation.
     pub direct: Direct,
-    /// Bifurcation diagrams asked for.
+    /// Requested bifurcation diagrams.
     pub diagrams: Vec<DiagramRequest>,
-    /// Two-parameter charts asked for.
+    /// Requested two-parameter charts.
     pub charts: Vec<ChartRequest>,
-    /// Basins of attraction asked for.
+    /// Requested basins of attraction.
     pub basins: Vec<BasinPlan>,
     /// Warnings, one line each.
     pub warnings: Vec<String>,
 }
 
-/// FNV-1a digest (64 bits) of a text or of bytes; as text it is 16 hexadecimal digits.
+/// FNV-1a digest (64 bits) of a text or of bytes; written as 16 hexadecimal digits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(into = "String", try_from = "String")]
 pub struct Digest(pub u64);
 
 impl Digest {
-    /// Of a text.
+    /// Digest of a text.
     pub fn of(text: &str) -> Self {
         Self::of_bytes(text.as_bytes())
     }
 
-    /// Of bytes.
+    /// Digest of bytes.
     pub fn of_bytes(bytes: &[u8]) -> Self {
         let step =
             |hash: u64, &byte: &u8| (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3);
@@ -104,8 +104,8 @@ pub struct Grazing {
     pub solve_for: Vec<usize>,
     /// Forcing periods of the orbit.
     pub periods: usize,
-    /// Guess of the first grazing point, per full-state component; `None`: found from the steady
-    /// state.
+    /// Guess of the first grazing point, per component of the full state; `None`: start from the
+    /// steady state.
     pub guess: Option<Vec<f64>>,
     /// Symmetry of the orbit.
     pub symmetry: Symmetry,
@@ -114,7 +114,7 @@ pub struct Grazing {
 /// Symmetry of a periodic orbit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Symmetry {
-    /// None assumed.
+    /// No symmetry is assumed.
     None,
     /// `(x, theta) -> (-x, theta + period/2)`.
     HalfPeriod,
@@ -130,15 +130,15 @@ pub enum Section {
     Stroboscopic(StroboscopicPhase),
 }
 
-/// Which sections a map may be taken on.
+/// Choice of the section on which a map is taken.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum SectionRule {
-    /// The one that the scene names.
+    /// The section that the scene names.
     #[default]
     Named,
-    /// The one whose map for the tolerance costs least; until that is known, the scene is on its
-    /// tangency section.
+    /// The section on which the map for the tolerance costs least; the scene is on its tangency
+    /// section until that section is known.
     Any,
 }
 
@@ -148,7 +148,7 @@ pub enum SectionRule {
 pub enum StroboscopicPhase {
     /// The phase of the (first) grazing point.
     Grazing,
-    /// This phase.
+    /// A given phase.
     At(Dd),
 }
 
@@ -157,19 +157,19 @@ pub enum StroboscopicPhase {
 pub struct Expansion {
     /// Parameters kept as variables (indices into [`Model::parameters`]).
     pub active: Vec<usize>,
-    /// Truncation orders, or the tolerance they are chosen for.
+    /// Truncation orders, or the tolerance for which they are chosen.
     pub orders: Orders,
-    /// Weights that differ from the default (a state or parameter deviation has weight 2), by
-    /// name.
+    /// Weights that differ from the default (the deviation of a state or parameter has weight 2),
+    /// by name.
     pub weights: Vec<(String, u32)>,
 }
 
-/// How a scene names the truncation orders of its map.
+/// Truncation orders in a scene: given, or chosen for a tolerance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Orders {
     /// Given orders.
     Fixed(MapOrders),
-    /// The cheapest orders whose error on the window is at most this.
+    /// The cheapest orders whose error on the window is at most this tolerance.
     Tolerance(f64),
 }
 
@@ -188,27 +188,27 @@ impl MapOrders {
         Self { smooth_order, contact_weight }
     }
 
-    /// The larger of each order.
+    /// Componentwise maximum.
     pub fn max(self, other: Self) -> Self {
         self.zip(other, u32::max)
     }
 
-    /// The smaller of each order.
+    /// Componentwise minimum.
     pub fn min(self, other: Self) -> Self {
         self.zip(other, u32::min)
     }
 
-    /// The sum of each order.
+    /// Componentwise sum.
     pub fn plus(self, other: Self) -> Self {
         self.zip(other, u32::saturating_add)
     }
 
-    /// Whether neither order is below the other's.
+    /// Whether neither order is below the other pair's order.
     pub fn reaches(self, other: Self) -> bool {
         self.max(other) == self
     }
 
-    /// Every pair of orders from `(1, 1)` up to this one.
+    /// All pairs of orders from `(1, 1)` up to this one.
     pub fn pairs(self) -> impl Iterator<Item = Self> {
         (1..=self.smooth_order)
             .flat_map(move |n| (1..=self.contact_weight).map(move |w| Self::new(n, w)))
@@ -223,7 +223,7 @@ impl MapOrders {
 }
 
 impl fmt::Display for MapOrders {
-    /// `(N, W)`.
+    /// Writes `(N, W)`.
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(formatter, "({}, {})", self.smooth_order, self.contact_weight)
     }
@@ -231,35 +231,34 @@ impl fmt::Display for MapOrders {
 
 /// `[window]`: half-widths about the grazing point, in offsets.
 ///
-/// What the scene does not name is infinite: such a bound is open, and measured once there is a
-/// map.
+/// Bounds that the scene does not name are infinite: such a bound is open, and is measured when
+/// there is a map.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Window {
-    /// Largest `y²` (infinite where the scene names none).
+    /// Largest `y²` (infinite if the scene does not name it).
     #[serde(with = "unbounded_number")]
     pub depth: f64,
-    /// Half-width per full-state component (infinite where the scene names none).
+    /// Half-width per component of the full state (infinite if the scene does not name it).
     #[serde(with = "unbounded")]
     pub state: Vec<f64>,
-    /// Half-width per parameter (infinite where the scene names none).
+    /// Half-width per parameter (infinite if the scene does not name it).
     #[serde(with = "unbounded")]
     pub parameter: Vec<f64>,
 }
 
 impl Window {
-    /// Largest `y²`, taken to be 1e-3 where the scene names none: the depth for which orders are
-    /// chosen and flights are planned before the window of a map is measured.
+    /// Largest `y²`, or 1e-3 if the scene does not name it: the depth for which orders are chosen
+    /// and flights are planned before the window of a map is measured.
     pub fn assumed_depth(&self) -> f64 {
         if self.depth.is_finite() { self.depth } else { 1e-3 }
     }
 }
 
-/// `[direct]`: what holds for orbits that are simulated, alone or where a map does not reach.
+/// `[direct]`: settings of direct simulation, alone or outside the window of a map.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Direct {
-    /// An orbit has escaped where a coordinate of the section is farther from the section point
-    /// than this many times the extent of the grazing orbit in that coordinate; 100 where the scene
-    /// names no number.
+    /// An orbit has escaped if a coordinate of the section is farther from the section point than
+    /// this many times the extent of the grazing orbit in that coordinate. The default is 100.
     pub escape: f64,
 }
 
@@ -268,18 +267,18 @@ pub struct Direct {
 pub struct Emit {
     /// Shape of the step.
     pub shape: Shape,
-    /// Numbers that it is run in.
+    /// Precision of the step.
     pub precision: EmitPrecision,
-    /// Points per call of the lane kernel, where the scene names them.
+    /// Points per call of the lane kernel, if the scene names them.
     pub lanes: Option<usize>,
-    /// Error of an image that the window is measured and judged by, absolute and per coordinate,
-    /// where the scene names orders and this.
+    /// Largest error of an image, absolute and per coordinate, for measuring and judging the
+    /// window, if the scene names both orders and this tolerance.
     pub tolerance: Option<f64>,
 }
 
 impl Emit {
-    /// Points per call of the lane kernel: 64 bytes of numbers where the scene names none, 8
-    /// doubles or 16 singles.
+    /// Points per call of the lane kernel. The default is 64 bytes of numbers: 8 doubles or 16
+    /// singles.
     pub fn lanes(&self, precision: FloatFormat) -> usize {
         self.lanes.unwrap_or(match precision {
             FloatFormat::F32 => 16,
@@ -288,17 +287,17 @@ impl Emit {
     }
 }
 
-/// Numbers that an emitted map is run in.
+/// Precision in which an emitted map is run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum EmitPrecision {
-    /// These numbers.
+    /// A given precision.
     Given(FloatFormat),
-    /// Single precision where it holds the scene's tolerance, double precision elsewhere.
+    /// Single precision if it meets the scene's tolerance, double precision otherwise.
     Any,
 }
 
 impl EmitPrecision {
-    /// The numbers that are tried first.
+    /// Precision that is tried first.
     pub fn first(self) -> FloatFormat {
         match self {
             Self::Given(format) => format,
@@ -311,13 +310,13 @@ impl EmitPrecision {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Shape {
-    /// Decided by the number of coefficients.
+    /// Chosen by the number of coefficients.
     Auto,
     /// `P_smooth ∘ D`, stage by stage.
     Factored,
     /// One polynomial pass.
     Composed,
-    /// Stage by stage, every compliant contact flown exactly.
+    /// Stage by stage, with every compliant contact flown exactly.
     Flown,
 }
 
@@ -330,24 +329,24 @@ pub struct DiagramRequest {
     pub range: [f64; 2],
     /// Number of parameter values.
     pub points: usize,
-    /// How the values are spread over the range.
+    /// Distribution of the values over the range.
     pub spacing: Spacing,
-    /// Where sweeps start.
+    /// Starts of the sweeps.
     pub starts: Starts,
-    /// Iterates dropped at each value.
+    /// Number of iterates dropped at each value.
     pub transient: usize,
-    /// Iterates kept at each value.
+    /// Number of iterates kept at each value.
     pub keep: usize,
-    /// Observable that is drawn.
+    /// Observable on the vertical axis.
     pub observe: Observable,
     /// Direction of the sweep.
     pub direction: SweepDirection,
-    /// Computed by each of these.
+    /// Methods; the diagram is computed with each.
     pub with: Vec<Method>,
 }
 
 impl DiagramRequest {
-    /// Every offset of the swept parameter, increasing; both ends of the range are met exactly.
+    /// All offsets of the swept parameter, in increasing order; both ends of the range are exact.
     pub fn offsets(&self) -> Vec<f64> {
         let [first, last] = self.range;
         match &self.spacing {
@@ -355,7 +354,7 @@ impl DiagramRequest {
             Spacing::Listed(values) => values.clone(),
             Spacing::Logarithmic => {
                 let places = even_offsets([0.0, logarithm(last, first)], self.points);
-                // Twice the root: a power alone may be larger than any number.
+                // Twice the square root: the power alone may overflow.
                 let inner = |&place: &f64| match place.exp() {
                     power if power.is_finite() => first * power,
                     _ => first * (0.5 * place).exp() * (0.5 * place).exp(),
@@ -370,14 +369,14 @@ impl DiagramRequest {
     }
 }
 
-/// Logarithm of a quotient of two numbers of one sign, though it be larger than any number.
+/// Logarithm of the quotient of two numbers of one sign, also if the quotient overflows.
 fn logarithm(over: f64, under: f64) -> f64 {
     let quotient = over / under;
     let is_normal = quotient.is_finite() && quotient > 0.0;
     if is_normal { quotient.ln() } else { over.abs().ln() - under.abs().ln() }
 }
 
-/// Evenly spaced offsets, increasing; both ends are met exactly.
+/// Evenly spaced offsets, in increasing order; both ends are exact.
 pub fn even_offsets([first, last]: [f64; 2], points: usize) -> Vec<f64> {
     let offset = |index: usize| {
         if index + 1 == points && points > 1 {
@@ -390,7 +389,7 @@ pub fn even_offsets([first, last]: [f64; 2], points: usize) -> Vec<f64> {
     (0..points).map(offset).collect()
 }
 
-/// How the values of a diagram are spread over its range.
+/// Distribution of the values of a diagram over its range.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum Spacing {
     /// Equal differences.
@@ -398,25 +397,25 @@ pub enum Spacing {
     Even,
     /// Equal ratios; both ends have one sign.
     Logarithmic,
-    /// These offsets, increasing.
+    /// Given offsets, in increasing order.
     Listed(Vec<f64>),
 }
 
-/// Where the orbits of a diagram or chart start.
+/// Starts of the orbits of a diagram or chart.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum Starts {
-    /// Beside the fixed point of `P_smooth`.
+    /// Starts near the fixed point of `P_smooth`.
     #[default]
     Smooth,
-    /// At offsets by full-state component, `None` where the scene names none: several starts are
+    /// Offsets by component of the full state, `None` if the scene names none. Several starts give
     /// several sweeps or charts.
     Given(Vec<Vec<Option<f64>>>),
-    /// At so many states, spread evenly over the window.
+    /// Number of starts, spread evenly over the window.
     Spread(usize),
 }
 
 impl Starts {
-    /// How many there are.
+    /// Number of starts.
     pub fn count(&self) -> usize {
         match self {
             Self::Smooth => 1,
@@ -431,18 +430,18 @@ impl Starts {
 pub enum Observable {
     /// The event function of the first passage's surface at the section.
     EventFunction,
-    /// Speed at which the surface is met (0 without contact).
+    /// Speed at contact (0 without contact).
     ImpactSpeed,
     /// An expression of states and parameters.
     Expression {
-        /// As the user wrote it: the axis label.
+        /// Expression as written: the label of the axis.
         text: String,
-        /// Its node in the model's graph.
+        /// Node of the expression in the model's graph.
         node: NodeId,
     },
 }
 
-/// Direction of a sweep; the last state is always carried.
+/// Direction of a sweep; each value starts from the last state of the one before.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SweepDirection {
     /// Increasing parameter.
@@ -470,35 +469,36 @@ pub enum Method {
 pub struct ChartRequest {
     /// The two parameters, horizontal first.
     pub parameters: [usize; 2],
-    /// First and last offset of each.
+    /// First and last offset of each parameter.
     pub ranges: [[f64; 2]; 2],
-    /// Points along each.
+    /// Number of points along each axis.
     pub points: [usize; 2],
-    /// Whether every cell is computed, and not only those along borders.
+    /// Whether every cell is computed, or only those along borders.
     pub every_cell: bool,
-    /// Where the orbits of the cells start.
+    /// Starts of the orbits of the cells.
     pub starts: Starts,
-    /// Most attractors of a cell. With 1 every start has a chart of its own; with more the starts
-    /// are taken together, and a cell has the attractors that they lead to.
+    /// Largest number of attractors in a cell. With 1, every start has a chart of its own. With
+    /// more, the starts are combined, and a cell lists the attractors that they reach.
     pub attractors: usize,
-    /// Iterates dropped.
+    /// Number of iterates dropped.
     pub transient: usize,
-    /// Longest period looked for.
+    /// Longest period that is detected.
     pub keep: usize,
-    /// What is shown.
+    /// Observable of the cells.
     pub observe: ChartObservable,
-    /// One chart for each method.
+    /// Methods, with one chart for each.
     pub with: Vec<Method>,
-    /// Curves that are laid over the chart.
+    /// Curves drawn over the chart.
     pub overlay: Vec<ChartOverlay>,
-    /// Itineraries of the orbits whose loci are laid over it, in digits; none for all of the
-    /// shortest.
+    /// Itineraries, in digits, of the orbits whose loci are drawn; empty for all of the shortest
+    /// ones.
     pub itineraries: Vec<String>,
 }
 
 impl ChartRequest {
-    /// A chart with what a scene gets that names parameters and ranges alone: 200 points along
-    /// each axis, cells computed along borders, 1000 iterates dropped, periods up to 32, guarded.
+    /// A chart with the defaults of a scene that names only parameters and ranges: 200 points along
+    /// each axis, cells computed along borders, 1000 iterates dropped, periods up to 32, guarded
+    /// iteration.
     pub fn new(parameters: [usize; 2], ranges: [[f64; 2]; 2]) -> Self {
         Self {
             parameters,
@@ -516,39 +516,38 @@ impl ChartRequest {
         }
     }
 
-    /// Charts that are made: one for each method, and for each start where these are not taken
-    /// together.
+    /// Number of charts: one for each method, and for each start unless the starts are combined.
     pub fn count(&self) -> usize {
         let starts = if self.attractors > 1 { 1 } else { self.starts.count() };
         self.with.len() * starts
     }
 }
 
-/// What a chart shows.
+/// Observable of a chart.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum ChartObservable {
     /// The period.
     Period,
-    /// Which passages make contact, return by return.
+    /// The itinerary: the passages with contact, return by return.
     Itinerary,
     /// The largest Lyapunov exponent.
     Lyapunov,
-    /// How many attractors there are.
+    /// The number of attractors.
     Attractors,
 }
 
-/// Curves laid over a chart.
+/// Curves drawn over a chart.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum ChartOverlay {
-    /// Where the orbit of the scene grazes.
+    /// Grazing curve of the scene's orbit.
     Graze,
-    /// Where periodic orbits graze, fold, flip or lose stability to a torus.
+    /// Loci at which periodic orbits graze, fold, flip or lose stability to a torus.
     Loci,
 }
 
-/// `[[basin]]`: what a scene says of it; the rest follows from the map.
+/// `[[basin]]`: the settings in the scene; the others follow from the map.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BasinPlan {
     /// Names of the two coordinates of the section that span the plane, the horizontal one first.
@@ -557,12 +556,12 @@ pub struct BasinPlan {
     pub ranges: Option<[[f64; 2]; 2]>,
     /// Cells along each axis.
     pub points: Option<[usize; 2]>,
-    /// Offsets of parameters, those not named 0: their numbers in the model.
+    /// Offsets of parameters by number in the model; others are 0.
     pub at: Vec<(usize, f64)>,
-    /// Offsets of coordinates that are no axes, those not named 0, by name.
+    /// Offsets of the coordinates that are not axes, by name; others are 0.
     pub start: Vec<(String, f64)>,
     /// Longest period of the saddles whose manifolds are drawn; `None` for no manifolds.
     pub manifolds: Option<usize>,
-    /// One basin for each method.
+    /// Methods, with one basin for each.
     pub with: Vec<Method>,
 }

@@ -1,17 +1,17 @@
-//! The lines of a text about a fault, cut to what a screen shows.
+//! Lines of a text around a fault, cut to the width of a screen.
 
 use std::ops::Range;
 
 use miette::{MietteError, MietteSpanContents, SourceCode, SourceSpan, SpanContents};
 
-/// Characters of a line that are kept.
+/// Largest number of characters kept of a line.
 const WIDTH: usize = 100;
-/// Characters kept before a fault that is farther to the right than a line is wide.
+/// Characters kept before a fault that lies beyond the width of a line.
 const BEFORE: usize = 40;
-/// Where a line is cut.
+/// Mark at a cut end of a line.
 const CUT: char = '…';
 
-/// The line before a fault, the lines of the fault, and the line after it.
+/// The line before a fault, the first line of the fault, and the line after it.
 #[derive(Clone, Debug)]
 pub(super) struct Snippet {
     file_name: String,
@@ -25,7 +25,7 @@ pub(super) struct Snippet {
 }
 
 impl Snippet {
-    /// About these bytes of a text; of a fault over several lines its first line is shown.
+    /// Snippet for these bytes of a text; for a fault over several lines its first line is shown.
     pub(super) fn new(file_name: &str, text: &str, span: Range<usize>) -> Self {
         let start = boundary(text, span.start);
         let line_start = text[..start].rfind('\n').map_or(0, |newline| newline + 1);
@@ -71,7 +71,7 @@ impl Snippet {
     }
 }
 
-/// The character boundary at or before a byte.
+/// Last character boundary at or before a byte.
 fn boundary(text: &str, byte: usize) -> usize {
     let mut byte = byte.min(text.len());
     while !text.is_char_boundary(byte) {
@@ -80,7 +80,8 @@ fn boundary(text: &str, byte: usize) -> usize {
     byte
 }
 
-/// A line from a character on, as wide as a screen; what is left out at either end is marked.
+/// A line from a character on, cut to the width of a screen; a mark replaces what is cut at either
+/// end.
 fn cut(line: &str, from: usize) -> String {
     let line = line.strip_suffix('\r').unwrap_or(line);
     let mut characters = line.chars().skip(from);

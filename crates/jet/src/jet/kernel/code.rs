@@ -1,9 +1,8 @@
 //! A kernel prepared for running: operands are places in one memory, and Horner schemes are single
 //! instructions.
 //!
-//! The one idea: values known before a run that are only added in schemes, the coefficients of
-//! polynomials, are not looked up in memory but read one after another, in the order in which they
-//! are needed.
+//! The one idea: values known before a run that schemes only add, the coefficients of polynomials,
+//! are not looked up in memory but read in sequence, in the order in which they are needed.
 
 use std::collections::HashMap;
 
@@ -19,13 +18,13 @@ pub(super) struct Code {
     rows: Vec<u32>,
     /// Places of the values of all other schemes.
     places: Vec<u32>,
-    /// Known values that are looked up, which stand at the end of memory.
+    /// Known values that are looked up, stored at the end of memory.
     pub(super) kept: Vec<Known>,
     /// Known values in the order in which schemes read them.
     pub(super) read: Vec<Known>,
     /// Number of inputs.
     inputs: usize,
-    /// Number of results, which stand after the inputs.
+    /// Number of results, stored after the inputs.
     results: usize,
     outputs: Vec<u32>,
 }
@@ -41,7 +40,7 @@ enum Instruction {
         first: u32,
         end: u32,
     },
-    /// Two of them, their values in turn.
+    /// Two schemes, their values interleaved.
     TwoChains {
         factor: u32,
         first: u32,
@@ -53,7 +52,7 @@ enum Instruction {
         first: u32,
         end: u32,
     },
-    /// Two of them, their values in turn.
+    /// Two polynomials, their values interleaved.
     TwoPolynomials {
         factors: [u32; 2],
         first: u32,
@@ -158,18 +157,18 @@ impl Code {
         self.inputs
     }
 
-    /// Fills a memory of inputs up with room for results, and known values.
+    /// Extends a memory of inputs by room for results and by the known values that are looked up.
     pub(super) fn complete<T: Number>(&self, memory: &mut Vec<T>, kept: &[T::Known]) {
         memory.resize(self.inputs + self.results, T::ZERO);
         memory.extend(kept.iter().map(|&known| T::of(known)));
     }
 
-    /// The known values that are looked up.
+    /// Values of the known operands that are looked up.
     pub(super) fn kept<T: Copy>(&self, set: &[T], constants: &[T]) -> Vec<T> {
         self.kept.iter().map(|known| known.of(set, constants)).collect()
     }
 
-    /// The known values that are read.
+    /// Values of the known operands that are read in sequence.
     pub(super) fn read<T: Copy>(&self, set: &[T], constants: &[T]) -> Vec<T> {
         self.read.iter().map(|known| known.of(set, constants)).collect()
     }
@@ -185,10 +184,11 @@ impl Code {
         &memory[self.outputs[number] as usize]
     }
 
-    /// Runs on a memory of inputs, results and known values, and the known values to be read.
+    /// Runs on a memory of inputs, results and known values; `read` holds the known values that are
+    /// read in sequence.
     ///
-    /// It is inlined so that a [`numeric::Kernel`](crate::numeric::Kernel) that calls it runs with
-    /// the widest registers.
+    /// The function is inlined so that a [`numeric::Kernel`](crate::numeric::Kernel) that calls it
+    /// runs with the widest registers.
     #[inline(always)]
     pub(super) fn run<T: Number>(&self, mut read: &[T::Known], memory: &mut [T]) {
         let mut place = self.inputs;
@@ -242,7 +242,7 @@ fn instruction(operation: Operation, places: &mut Places) -> Instruction {
     }
 }
 
-/// A scheme of values at these places.
+/// Value of a scheme of values at these places.
 #[inline(always)]
 fn chain<T: Number>(factor: T, places: &[u32], memory: &[T]) -> T {
     let mut sum = memory[places[0] as usize];
@@ -252,7 +252,7 @@ fn chain<T: Number>(factor: T, places: &[u32], memory: &[T]) -> T {
     sum
 }
 
-/// Two of them.
+/// Values of two schemes whose places are interleaved.
 #[inline(always)]
 fn two_chains<T: Number>(factor: T, places: &[u32], memory: &[T]) -> [T; 2] {
     let (pairs, _) = places.as_chunks::<2>();
@@ -264,7 +264,7 @@ fn two_chains<T: Number>(factor: T, places: &[u32], memory: &[T]) -> [T; 2] {
     [one, two]
 }
 
-/// A scheme with rows of these lengths.
+/// Value of a scheme with rows of these lengths.
 #[inline(always)]
 fn polynomial<T: Number>([factor, inner]: [T; 2], rows: &[u32], read: &mut &[T::Known]) -> T {
     let mut sum = row(inner, rows[0], read);
@@ -285,7 +285,7 @@ fn row<T: Number>(factor: T, len: u32, read: &mut &[T::Known]) -> T {
     sum
 }
 
-/// Two of them.
+/// Values of two schemes of known values that are interleaved.
 #[inline(always)]
 fn two_polynomials<T: Number>(
     [factor, inner]: [T; 2],
@@ -314,7 +314,7 @@ fn two_rows<T: Number>(factor: T, len: u32, read: &mut &[T::Known]) -> [T; 2] {
     [one, two]
 }
 
-/// A value that is known before a run.
+/// An operand that is known before a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Known {
     /// An input with a fixed value, by its number among the fixed inputs.
@@ -324,7 +324,7 @@ pub(super) enum Known {
 }
 
 impl Known {
-    /// Its value, from the values of all fixed inputs and all constants.
+    /// Value of the operand, from the values of all fixed inputs and all constants.
     pub(super) fn of<T: Copy>(self, set: &[T], constants: &[T]) -> T {
         match self {
             Self::Input(number) => set[number as usize],
@@ -333,17 +333,17 @@ impl Known {
     }
 }
 
-/// Places in a memory of inputs, results and known values; only those known values have one that
-/// are looked up.
+/// Places in a memory of inputs, results and known values. Only known values that are looked up
+/// have a place.
 #[derive(Debug)]
 struct Places {
     free: usize,
-    /// Which of the results is an operation's.
+    /// Position among the results, by the number of the operation.
     of_operations: HashMap<usize, usize>,
-    /// Results that are copies of inputs, after the others.
+    /// Number of results that are copies of inputs; they come after the others.
     copies: usize,
     known: HashMap<Known, u32>,
-    /// The known values in the order of their places.
+    /// Known values in the order of their places.
     pub(super) kept: Vec<Known>,
 }
 
@@ -368,12 +368,12 @@ impl Places {
         self.of_operations.len() + self.copies
     }
 
-    /// Whether a value is an input, not known before a run.
+    /// Whether a value is an input that is not known before a run.
     fn is_input(&self, value: Value) -> bool {
         matches!(value, Value::Input(number) if (number as usize) < self.free)
     }
 
-    /// Places of outputs, those that are inputs in the places of their copies.
+    /// Places of outputs; an output that is an input has the place of its copy.
     fn of_outputs(&mut self, outputs: &[Value]) -> Vec<u32> {
         let mut copy = self.free + self.of_operations.len();
         let mut place = |&value: &Value| {
@@ -386,7 +386,7 @@ impl Places {
         outputs.iter().map(&mut place).collect()
     }
 
-    /// A value's place; a known one gets it when first asked for.
+    /// Place of a value; a known value gets its place when it is first looked up.
     pub(super) fn of(&mut self, value: Value) -> u32 {
         let first_known = self.free + self.results();
         match (value, self.known(value)) {
@@ -401,7 +401,7 @@ impl Places {
         }
     }
 
-    /// The known value that stands behind an operand, if it is known.
+    /// Known operand of a value, if the value is known before a run.
     pub(super) fn known(&self, value: Value) -> Option<Known> {
         match value {
             Value::Input(number) => number.checked_sub(self.free as u32).map(Known::Input),
@@ -413,13 +413,13 @@ impl Places {
 
 /// Numbers on which the operations of a kernel act.
 pub trait Number: Copy {
-    /// Numbers that are known before a run: without derivative, where these have one.
+    /// Type of numbers that are known before a run; they have no derivative.
     type Known: Copy;
 
     /// 0.
     const ZERO: Self;
 
-    /// A known number as one of these.
+    /// Conversion of a known number.
     fn of(known: Self::Known) -> Self;
     /// `a + b`.
     fn plus(self, b: Self) -> Self;
@@ -496,7 +496,7 @@ number! {
 
 /// A value with its derivative along a tangent vector.
 ///
-/// A kernel that runs on these carries the vector along, by the rules of
+/// A kernel that runs on dual numbers propagates the vector by the rules of
 /// [`Kernel::with_jacobian`](super::Kernel::with_jacobian).
 ///
 /// ```
@@ -509,7 +509,7 @@ number! {
 pub struct Dual<T> {
     /// The value.
     pub value: T,
-    /// Its derivative.
+    /// Derivative along the tangent vector.
     pub slope: T,
 }
 
@@ -578,7 +578,7 @@ mod tests {
     use super::*;
     use crate::jet::kernel::KernelBuilder;
 
-    /// The memory after a run.
+    /// Code of a kernel, and its memory after a run.
     fn run(kernel: &Kernel, inputs: &[f64]) -> (Code, Vec<f64>) {
         let code = Code::new(kernel, kernel.inputs);
         let mut memory = inputs.to_vec();

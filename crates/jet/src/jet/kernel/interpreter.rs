@@ -7,10 +7,10 @@ use super::code::Code;
 use super::{Dual, Kernel, Number};
 use crate::numeric::{Lanes, Real};
 
-/// Numbers in which kernels are interpreted one point at a time: `f64`, `f32` as emitted code in
-/// single precision rounds, and [`Dual`] numbers.
+/// Numbers in which kernels are interpreted one point at a time: `f64`, `f32` with the rounding of
+/// emitted code in single precision, and [`Dual`] numbers.
 pub trait Interpreted: Number {
-    /// Hands the memory of the thread to `work`.
+    /// Lends the memory of the thread to `work`.
     fn with_memory<R>(work: impl FnOnce(&mut Vec<Self>) -> R) -> R;
 }
 
@@ -31,8 +31,8 @@ interpreted!(f64, f32, Dual<f64>);
 
 /// A kernel prepared for running.
 ///
-/// The memory of a run belongs to the thread, so that threads can share an interpreter and a
-/// run allocates nothing.
+/// Each thread has its own memory for runs, so that threads can share an interpreter and a run
+/// allocates nothing.
 #[derive(Clone, Debug)]
 pub struct Interpreter<T = f64> {
     code: Arc<Code>,
@@ -43,7 +43,7 @@ pub struct Interpreter<T = f64> {
 }
 
 impl<T: Real> Interpreter<T> {
-    /// Prepares a kernel, its constants rounded to the numbers it is to run in.
+    /// Prepares a kernel; its constants are rounded to the type of the run.
     pub fn new(kernel: &Kernel) -> Self {
         let constants = kernel.constants.iter();
         let constants: Vec<T> = constants.map(|&value| T::from_f64(value)).collect();
@@ -69,7 +69,7 @@ impl<T: Real> Interpreter<T> {
     ///
     /// # Panics
     ///
-    /// If the input slices together have not the kernel's number of inputs.
+    /// If the lengths of the input slices do not sum to the kernel's number of inputs.
     pub fn run<N: Interpreted<Known = T>>(
         &self,
         inputs: &[&[N]],
@@ -95,8 +95,8 @@ impl<T: Real> Interpreter<T> {
     }
 }
 
-/// A kernel prepared for running once its last inputs, the coefficients of a frozen map, are set
-/// for good.
+/// A kernel prepared for running whose last inputs, the coefficients of a frozen map, are still to
+/// be set.
 #[derive(Clone, Debug)]
 pub struct Unset {
     code: Arc<Code>,
@@ -120,18 +120,18 @@ impl Unset {
         self.code.outputs()
     }
 
-    /// The interpreter with these values of the last inputs.
+    /// The interpreter with fixed values of the last inputs.
     ///
     /// # Panics
     ///
-    /// If their number is not that of the inputs to be set.
+    /// If there is not one value for every input to be set.
     pub fn set(&self, values: &[f64]) -> Interpreter {
         assert_eq!(values.len(), self.unset, "a value for every input to set");
         Interpreter::with_known(self.code.clone(), values, &self.constants)
     }
 
-    /// The interpreter for `N` points at once, with other values of the last inputs in every lane;
-    /// lanes beyond those given have the values of the first.
+    /// The interpreter for `N` points at once, with its own values of the last inputs in every
+    /// lane. Lanes beyond those given have the values of the first.
     ///
     /// # Panics
     ///
@@ -156,7 +156,7 @@ impl Unset {
 /// A kernel prepared for running on several points in step, each with known inputs of its own, on
 /// [`Lanes`] or [`Dual`] numbers of lanes.
 ///
-/// One instruction is read for all of them, since reading takes most of the time; the
+/// Each instruction is read once for all points, since reading takes most of the time. The
 /// operations of a lane are those of [`Interpreter`], to the last bit.
 #[derive(Clone, Debug)]
 pub struct LaneInterpreter<T: Number> {
@@ -185,13 +185,13 @@ impl<T: Number> LaneInterpreter<T> {
         &self.memory[..self.code.inputs()]
     }
 
-    /// The inputs of the next run, to be set.
+    /// Mutable inputs of the next run.
     #[inline(always)]
     pub fn inputs_mut(&mut self) -> &mut [T] {
         &mut self.memory[..self.code.inputs()]
     }
 
-    /// Makes the first outputs the first inputs.
+    /// Copies the first `count` outputs to the first inputs.
     #[inline(always)]
     pub fn feed_back(&mut self, count: usize) {
         for number in 0..count {
@@ -201,8 +201,8 @@ impl<T: Number> LaneInterpreter<T> {
 
     /// Runs the kernel; [`output`](Self::output) then returns its results.
     ///
-    /// It is inlined so that a [`numeric::Kernel`](crate::numeric::Kernel) that calls it runs with
-    /// the widest registers.
+    /// The function is inlined so that a [`numeric::Kernel`](crate::numeric::Kernel) that calls it
+    /// runs with the widest registers.
     #[inline(always)]
     pub fn run(&mut self) {
         self.code.run(&self.read, &mut self.memory);
@@ -235,7 +235,7 @@ mod tests {
         let parameters: Vec<Vec<f64>> = (0..3).map(|lane| vec![f64::from(lane) - 0.7]).collect();
         let mut lanes = Unset::new(&kernel, 2).set_lanes::<4, Lanes<4>>(&parameters);
         assert_eq!((lanes.inputs().len(), lanes.outputs()), (2, 4));
-        // One lane of each sign of the root's argument; the last lane has no parameters of its own.
+        // Arguments of the root of both signs; the last lane has no parameters of its own.
         let (x, y) = (Lanes([0.1, -2.0, 3.3, 1.0]), Lanes([0.7, 5.0, 1.1, 2.0]));
         lanes.inputs_mut().copy_from_slice(&[x, y]);
         lanes.run();

@@ -1,12 +1,11 @@
 //! Horner schemes in a kernel, and the order in which they run.
 //!
-//! The one idea: a multiply-add whose result is used only by the next one needs no place in
-//! memory. Multiply-adds with one factor make a chain; a chain whose addends are chains in another
-//! factor, all of known values, is a polynomial in two variables. Its values are read one after
-//! another, in the order in which they are needed. The longest chain of dependent operations runs
-//! first, and
-//! of that one shape after another: two schemes of one shape run at once, and a processor guesses
-//! rightly what comes next.
+//! The one idea: a multiply-add whose result is used only by the next one needs no place in memory.
+//! Multiply-adds with one factor make a chain; a chain whose addends are chains in another factor,
+//! all of known values, is a polynomial in two variables. Its values are read in sequence, in the
+//! order in which they are needed. The longest chain of dependent operations runs first, and
+//! schemes of one shape run together: two schemes of one shape run at once, and the processor's
+//! branch prediction is right.
 
 use std::cmp::Reverse;
 
@@ -24,21 +23,21 @@ pub(super) struct Scheme {
 pub(super) enum Rows {
     /// Any values.
     Values(Vec<Value>),
-    /// Chains of known values in another factor, each a start and what is added to it.
+    /// Chains of known values in another factor: the start of each chain, then its addends.
     Known(Value, Vec<Vec<Value>>),
 }
 
 /// Operations that run at once.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Step {
-    /// An operation that is no multiply-add, and its number.
+    /// An operation that is not a multiply-add, and its number.
     Operation(usize, Operation),
-    /// A scheme and the operation whose result it gives; or two with the same factors and lengths,
-    /// neither of which needs the other.
+    /// A scheme and the operation whose result it gives; or two such pairs with the same factors
+    /// and lengths, neither of which needs the result of the other.
     Schemes(Vec<(usize, Scheme)>),
 }
 
-/// All that a kernel does, in an order in which everything needed has been done.
+/// All steps of a kernel, each after the steps whose results it needs.
 ///
 /// Inputs from number `free` on are known, as constants are.
 pub(super) fn schedule(kernel: &Kernel, free: usize) -> Vec<Step> {
@@ -58,7 +57,7 @@ pub(super) fn schedule(kernel: &Kernel, free: usize) -> Vec<Step> {
             Part::Scheme(scheme) => scheme,
         };
         match steps.last_mut() {
-            // Of two parts of one height neither needs the other.
+            // Two parts of the same height do not depend on each other.
             Some(Step::Schemes(last))
                 if last.len() == 1
                     && heights[last[0].0] == heights[number]
@@ -73,7 +72,7 @@ pub(super) fn schedule(kernel: &Kernel, free: usize) -> Vec<Step> {
 }
 
 impl Step {
-    /// The operations whose results it gives.
+    /// Numbers of the operations whose results the step gives.
     pub(super) fn numbers(&self) -> Vec<usize> {
         match self {
             Self::Operation(number, _) => vec![*number],
@@ -97,7 +96,7 @@ impl Part {
         }
     }
 
-    /// That of a scheme.
+    /// Shape of a scheme; `None` for an operation.
     fn shape(&self) -> Option<Shape> {
         match self {
             Self::Operation(_) => None,
@@ -105,7 +104,7 @@ impl Part {
         }
     }
 
-    /// About how many multiply-adds it takes as long as.
+    /// Approximate duration, in multiply-adds.
     fn latency(&self) -> usize {
         match self {
             Self::Operation(Operation::RootOfPositivePart(_) | Operation::HalfReciprocal(_)) => 4,
@@ -123,7 +122,7 @@ impl Scheme {
         }
     }
 
-    /// Its values, unless they are known.
+    /// Values of the scheme; empty if they are known.
     pub(super) fn values(&self) -> &[Value] {
         match &self.rows {
             Rows::Values(values) => values,
@@ -131,7 +130,7 @@ impl Scheme {
         }
     }
 
-    /// Its rows of known values.
+    /// Rows of known values; empty for a scheme of other values.
     pub(super) fn rows(&self) -> &[Vec<Value>] {
         match &self.rows {
             Rows::Values(_) => &[],
@@ -146,7 +145,7 @@ impl Scheme {
         }
     }
 
-    /// The values of a chain of known ones.
+    /// Known values of the scheme as one chain, if every row has one value.
     fn row(&self) -> Option<Vec<Value>> {
         match &self.rows {
             Rows::Known(_, rows) if rows.iter().all(|row| row.len() == 1) => Some(rows.concat()),
@@ -166,14 +165,14 @@ impl Scheme {
 /// The factors and lengths that two schemes must share to run at once.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Shape {
-    /// The number of values, or the lengths of rows.
+    /// Number of values, or lengths of the rows.
     lengths: Vec<usize>,
     factor: Value,
-    /// The factor of rows.
+    /// Factor of the rows.
     inner: Option<Value>,
 }
 
-/// The part that computes each result of a kernel; `None` where that is inside a scheme.
+/// The part that computes each result of a kernel; `None` for a result inside a scheme.
 struct Parts(Vec<Option<Part>>);
 
 impl Parts {
@@ -197,7 +196,8 @@ impl Parts {
         parts
     }
 
-    /// Rows of known values, if these values are that or used by this chain alone, in one factor.
+    /// Rows of known values, if each value is known or is the result of a scheme of known values in
+    /// one factor that is used by this chain only.
     fn nested(
         &mut self,
         factor: Value,
@@ -236,7 +236,7 @@ impl Parts {
         Some(Rows::Known(inner.unwrap_or(factor), rows))
     }
 
-    /// The least time that each result and the operations that wait for it take.
+    /// Length of the longest chain of dependent operations from each result on, in multiply-adds.
     fn heights(&self) -> Vec<usize> {
         let mut heights = vec![0; self.0.len()];
         for (number, part) in self.0.iter().enumerate().rev() {
@@ -254,14 +254,14 @@ impl Parts {
     }
 }
 
-/// Sum, factor and addend of every multiply-add: of what is multiplied, the sum is what is used
-/// nowhere else.
+/// Sum, factor and addend of every multiply-add. The sum is the first operand of the product,
+/// unless only the second is used nowhere else.
 fn links(kernel: &Kernel, uses: &[usize]) -> Vec<Option<[Value; 3]>> {
     let once = |value: Value| matches!(value, Value::Result(number) if uses[number as usize] == 1);
     kernel.operations.iter().map(|operation| link(operation, once)).collect()
 }
 
-/// Sum, factor and addend of a multiply-add; `once` says what is used nowhere else.
+/// Sum, factor and addend of a multiply-add; `once` tells whether a value is used nowhere else.
 fn link(operation: &Operation, once: impl Fn(Value) -> bool) -> Option<[Value; 3]> {
     match *operation {
         Operation::MultiplyAdd(a, b, c) if once(b) && !once(a) => Some([b, a, c]),
@@ -290,7 +290,7 @@ fn chain(
     Some((factor, values))
 }
 
-/// How often each result is used.
+/// Number of uses of each result, as an operand or an output.
 pub(super) fn uses(kernel: &Kernel) -> Vec<usize> {
     let mut uses = vec![0; kernel.operations.len()];
     let operands = kernel.operations.iter().flat_map(Operation::operands);
@@ -302,8 +302,8 @@ pub(super) fn uses(kernel: &Kernel) -> Vec<usize> {
     uses
 }
 
-/// Which operations are multiply-adds whose result is used once, as the sum that a multiply-add
-/// with the same factor goes on from.
+/// Marks multiply-adds whose result is used once, as the sum of a multiply-add with the same
+/// factor.
 fn absorbed(links: &[Option<[Value; 3]>], uses: &[usize]) -> Vec<bool> {
     let mut absorbed = vec![false; links.len()];
     for link in links.iter().flatten() {
@@ -316,15 +316,15 @@ fn absorbed(links: &[Option<[Value; 3]>], uses: &[usize]) -> Vec<bool> {
     absorbed
 }
 
-/// The derivatives of an input by every direction.
+/// Derivatives of an input in every direction.
 type Seed<'a> = &'a dyn Fn(&mut KernelBuilder, u32) -> Vec<Value>;
 
-/// Whether a direction takes the factors of a multiply-add in turn.
+/// Whether a direction exchanges the factors of a multiply-add, by operation and direction.
 type Turned<'a> = &'a dyn Fn(usize, usize) -> bool;
 
 impl Kernel {
-    /// The kernel that returns this kernel's outputs, and then the derivative of each of the
-    /// first `rows` outputs by each of the first `columns` inputs, row by row.
+    /// The kernel that returns this kernel's outputs, and then the derivative of each of the first
+    /// `rows` outputs by each of the first `columns` inputs, row by row.
     ///
     /// The rules, with `a'` the derivative of `a`:
     ///
@@ -334,9 +334,9 @@ impl Kernel {
     /// (1/(2a))' = −2 (1/(2a))² a'
     /// ```
     ///
-    /// Held values have no derivative, and are no operations of their own any more.
+    /// Held values have no derivative, and the new kernel has no operations for them.
     ///
-    /// Derivatives that are 0 or 1 whatever the inputs cost nothing.
+    /// Derivatives that are 0 or 1 for all inputs cost nothing.
     pub fn with_jacobian(&self, rows: usize, columns: usize) -> Self {
         let seed = |builder: &mut KernelBuilder, input| {
             let one = |column| builder.constant(f64::from(u8::from(input as usize == column)));
@@ -345,10 +345,11 @@ impl Kernel {
         self.differentiated(rows, &seed, &|_, _| false)
     }
 
-    /// The same, and after the derivatives of each of the first `rows` outputs that along a tangent
-    /// vector, whose components are `columns` further inputs after the first `columns`.
+    /// The kernel of [`with_jacobian`](Self::with_jacobian), which then returns the derivative of
+    /// each of the first `rows` outputs along a tangent vector. The components of the vector are
+    /// `columns` further inputs after the first `columns`.
     ///
-    /// It rounds as a kernel does that runs on [`Dual`](super::Dual) numbers.
+    /// The kernel rounds exactly as one that runs on [`Dual`](super::Dual) numbers.
     pub fn with_tangent(&self, rows: usize, columns: usize) -> Self {
         let first = columns as u32;
         let shift = |value: Value| match value {
@@ -386,8 +387,8 @@ impl Kernel {
         })
     }
 
-    /// The kernel with the derivatives of the first `rows` outputs by every direction of the seeds;
-    /// `turned` says of which multiply-adds a direction takes the factors in turn.
+    /// The kernel with the derivatives of the first `rows` outputs in every direction of the seeds;
+    /// `turned` tells for which multiply-adds a direction exchanges the factors.
     fn differentiated(&self, rows: usize, seed: Seed<'_>, turned: Turned<'_>) -> Self {
         let mut builder = KernelBuilder::new(self.inputs);
         let seeds: Vec<Vec<Value>> =
@@ -435,7 +436,7 @@ impl Kernel {
     }
 }
 
-/// The derivative of one operation's result; `slope(operand)` gives its operands'.
+/// Derivative of one operation's result; `slope(operand)` gives the derivatives of the operands.
 fn differentiate(
     builder: &mut KernelBuilder,
     operation: Operation,
@@ -540,7 +541,7 @@ mod tests {
         let sum = builder.add(root, aside);
         let steps = schedule(&builder.finish(vec![sum]), 1);
         let numbers: Vec<usize> = steps.iter().flat_map(Step::numbers).collect();
-        // The square, the root, what was lowered before it, the sum.
+        // The square, the root, an operation lowered before it, the sum.
         assert_eq!(numbers, [0, 2, 1, 3]);
     }
 }

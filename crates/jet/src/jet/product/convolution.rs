@@ -1,8 +1,8 @@
-//! Sums of products of coefficients, a run of the result at a time.
+//! Sums of products of coefficients, one run of the result at a time.
 //!
-//! One idea: the coefficients of a run are summed side by side, in registers where the run is
-//! short. Each is one chain of sums, its terms in the order of the table whatever the scalar, so
-//! that lanes give the bits of single numbers.
+//! One idea: the coefficients of a run are summed side by side, in registers if the run is short.
+//! Each sum is one chain, its terms in the order of the table for every scalar type, so that lanes
+//! give the bits of single numbers.
 
 use super::table::{Family, Pair, Pairs, ProductTable, Run};
 use crate::jet::{Selection, Span};
@@ -13,7 +13,7 @@ const LONGEST_IN_REGISTERS: usize = 8;
 /// Longest run that is summed without an allocation.
 const LONGEST_ON_STACK: usize = 16;
 
-/// A factor of which the coefficients before `first`, the first of a degree, are known to vanish.
+/// A factor whose coefficients before number `first`, the first of a degree, are known to vanish.
 #[derive(Clone, Copy)]
 pub(super) struct Factor<'a, S> {
     pub(super) coefficients: &'a [S],
@@ -26,29 +26,29 @@ impl<'a, S> Factor<'a, S> {
         Self { coefficients, first: 0 }
     }
 
-    /// The same, its head left out or not.
+    /// The factor without its head, if `leaves_head`.
     #[inline(always)]
     fn from(self, leaves_head: bool) -> Self {
         Self { first: self.first.max(u32::from(leaves_head)), ..self }
     }
 }
 
-/// How a sum of products is stored.
+/// Operation that stores a sum of products in the result.
 #[derive(Clone, Copy)]
 pub(super) enum Finish<'a, S> {
-    /// It is the coefficient.
+    /// The sum replaces the coefficient.
     Set,
-    /// It is added to the coefficient there is.
+    /// The sum is added to the coefficient.
     Add,
-    /// It is multiplied by a factor.
+    /// The sum times a factor replaces the coefficient.
     Scale(S),
-    /// It is subtracted from the coefficient of an element, and the difference multiplied by a
-    /// factor.
+    /// The coefficient becomes `factor` times the difference of the element's coefficient and the
+    /// sum.
     Subtract { from: &'a [S], factor: S },
 }
 
 impl<S: Scalar> Finish<'_, S> {
-    /// Stores the sums of some monomials, the first of them given.
+    /// Stores the sums of neighbouring monomials; `first` is the number of the first.
     #[inline(always)]
     fn store<const LEN: usize>(&self, first: usize, sums: [S; LEN], out: &mut [S; LEN]) {
         match *self {
@@ -82,23 +82,22 @@ impl<S: Scalar> Finish<'_, S> {
 /// A product, or its part in some runs.
 pub(super) struct Convolution<'a, S> {
     pub(super) table: &'a ProductTable,
-    /// Neighbouring runs, whose coefficients `out` holds.
+    /// Neighbouring runs, whose coefficients are in `out`.
     pub(super) runs: &'a [Run],
     pub(super) span: Span,
     pub(super) a: Factor<'a, S>,
     pub(super) b: Factor<'a, S>,
     pub(super) finish: Finish<'a, S>,
     pub(super) out: &'a mut [S],
-    /// The runs whose sums can differ from zero, if not all.
+    /// Runs whose sums can differ from zero; `None` for all.
     pub(super) selection: Option<Selection<'a>>,
 }
 
 impl<S: Scalar> Convolution<'_, S> {
     /// Forms the product.
     ///
-    /// NOTE: the one place of the program where the loops are compiled, once per scalar and
-    /// instruction set, and apart for the common kinds: a sum with no choice in it stays in
-    /// registers.
+    /// NOTE: the loops are compiled at this place only, once per scalar and instruction set, and
+    /// separately for the common kinds of terms: a sum without branches stays in registers.
     #[inline(never)]
     pub(super) fn form(self) {
         let is_square = self.is_square();
@@ -113,15 +112,14 @@ impl<S: Scalar> Convolution<'_, S> {
         }
     }
 
-    /// Whether it is the square of an element, of which half the products are formed.
+    /// Whether the product is the square of an element; then half of the products are formed.
     #[inline(always)]
     fn is_square(&self) -> bool {
         std::ptr::eq(self.a.coefficients, self.b.coefficients)
             && matches!(self.span, Span::Full | Span::Interior)
     }
 
-    /// Adds to every run that is asked for; `UNROLLED` where all sums of a run are to be kept in
-    /// registers if it is not too long.
+    /// Adds to every selected run; with `UNROLLED` all sums of a short run are kept in registers.
     #[inline(always)]
     fn add<const UNROLLED: bool>(self, terms: Terms) {
         let first = self.runs.first().map_or(0, |run| run.monomials.start);
@@ -146,7 +144,7 @@ impl<S: Scalar> Convolution<'_, S> {
         }
     }
 
-    /// The same for all kinds of products, in little code.
+    /// Adds to every selected run, with one small piece of code for all kinds of products.
     #[inline(never)]
     fn add_compactly(self) {
         let terms = Terms::nonzero(self.is_square());
@@ -171,14 +169,14 @@ impl<S: Scalar> Kernel for Formed<'_, S> {
     }
 }
 
-/// Which terms a sum has; a constant wherever sums are kept in registers.
+/// Kind of the terms of a sum; a constant wherever sums are kept in registers.
 #[derive(Clone, Copy)]
 pub(super) struct Terms {
-    /// Whether those of the head of the left factor are left out.
+    /// Whether products with the head of the left factor are left out.
     leave_head: bool,
     /// Whether the factors are the same element: each product of two different runs is formed once.
     are_square: bool,
-    /// Whether factors may vanish in low degrees, whose terms are passed over.
+    /// Whether factors may vanish in low degrees, whose terms are skipped.
     may_vanish: bool,
 }
 
@@ -205,8 +203,8 @@ pub(super) struct RunSums<'a, S> {
 }
 
 impl<'a, S: Scalar> RunSums<'a, S> {
-    /// Forms the sums and stores them; of runs of more than three monomials in registers only if
-    /// `UNROLLED`.
+    /// Forms the sums and stores them. Runs of more than three monomials are summed in registers
+    /// only if `UNROLLED`.
     #[inline(always)]
     pub(super) fn add<const UNROLLED: bool>(&self, terms: Terms, out: &mut [S]) {
         if !UNROLLED {
@@ -230,15 +228,16 @@ impl<'a, S: Scalar> RunSums<'a, S> {
         }
     }
 
-    /// The pairs of which products are formed, and of a square the family that is multiplied with
-    /// itself.
+    /// The pairs of families whose products are formed; for a square also the pair of a family with
+    /// itself, if there is one.
     #[inline(always)]
     fn pairs(&self, square: bool) -> (Pairs<'a>, Option<Pair<'a>>) {
         let pairs = self.table.pairs_of_run(self.run);
         if square { pairs.half() } else { (pairs, None) }
     }
 
-    /// Whether a left run of a length and the right one that goes with it can differ from zero.
+    /// Whether the product of a left run of this length with the matching right run can differ from
+    /// zero.
     #[inline(always)]
     fn counts(&self, pair: Pair<'_>, left: usize, len: usize) -> bool {
         pair.left[left - 1] >= self.a.first && pair.right[len - left] >= self.b.first
@@ -279,8 +278,8 @@ impl<'a, S: Scalar> RunSums<'a, S> {
         self.finish.store(self.run.monomials.start, sums, out);
     }
 
-    /// Products of the runs of two families, the left ones of lengths in a range that is known in
-    /// advance.
+    /// Adds the products of the runs of two families, for a range of lengths of the left runs that
+    /// is known at compile time.
     #[inline(always)]
     fn add_blocks<const LEN: usize>(
         &self,
@@ -309,7 +308,7 @@ impl<'a, S: Scalar> RunSums<'a, S> {
         self.add_block::<LONGEST_IN_REGISTERS, LEN>(pair, takes(LONGEST_IN_REGISTERS), sums);
     }
 
-    /// The product of a run of `LEFT` coefficients with one of `LEN + 1 − LEFT`.
+    /// Adds the product of a run of `LEFT` coefficients with one of `LEN + 1 − LEFT`.
     #[inline(always)]
     fn add_block<const LEFT: usize, const LEN: usize>(
         &self,
@@ -384,13 +383,13 @@ impl<'a, S: Scalar> RunSums<'a, S> {
     }
 }
 
-/// Most runs of a family that are summed at once: fifteen sums.
+/// Largest number of runs of a family that are summed at once: fifteen sums.
 ///
-/// NOTE: with one more the sums and what is multiplied have too few registers, and all is half as
-/// fast again.
+/// NOTE: with one run more there are too few registers for the sums and the factors, and the
+/// product is slower by about half.
 const MOST_RUNS: usize = 5;
 
-/// All of the product of two elements, which an element becomes (`SET`) or to which it is added.
+/// The full product of two elements, which replaces `out` (`SET`) or is added to it.
 pub(super) struct FullProduct<'a, S, const SET: bool> {
     pub(super) table: &'a ProductTable,
     pub(super) a: &'a [S],
@@ -459,11 +458,12 @@ impl<'a, S: Scalar, const SET: bool> FullProduct<'a, S, SET> {
         Some([runs(self.a, left)?, runs(self.b, right)?])
     }
 
-    /// The coefficients of the shortest runs of a family, `COUNT` in all.
+    /// Adds to the shortest runs of a family, `COUNT` coefficients in all.
     #[inline(always)]
     fn add_family<const RUNS: usize, const COUNT: usize>(&mut self, family: &Family) {
         let mut sums = [S::zero(); COUNT];
-        // Those of the last left factor, which is the family: its right one is the constant's.
+        // The starts of the last left factor, which is the family itself: its right factor is the
+        // constant.
         let mut starts: &[u32] = &[];
         for pair in self.table.pairs_of(family).iter() {
             let Some([a, b]) = self.factors::<RUNS>(pair) else {
@@ -503,12 +503,12 @@ fn runs<'a, S, const RUNS: usize>(
     Some(runs)
 }
 
-/// Place of the sums of a run among those of its family.
+/// Index of a run's first sum among the sums of its family.
 const fn place(len: usize) -> usize {
     len * (len - 1) / 2
 }
 
-/// Products that belong to one run.
+/// Adds the products that belong to one run.
 #[inline(always)]
 fn add_run<S: Scalar, const LEN: usize, const RUNS: usize, const COUNT: usize>(
     a: &[&[S]; RUNS],
@@ -522,7 +522,7 @@ fn add_run<S: Scalar, const LEN: usize, const RUNS: usize, const COUNT: usize>(
     add_block::<S, MOST_RUNS, LEN, RUNS, COUNT>(a, b, sums);
 }
 
-/// The product of a run of `LEFT` coefficients with one of `LEN + 1 − LEFT`.
+/// Adds the product of a run of `LEFT` coefficients with one of `LEN + 1 − LEFT`.
 #[inline(always)]
 fn add_block<
     S: Scalar,

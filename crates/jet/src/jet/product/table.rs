@@ -1,16 +1,17 @@
-//! Which products of coefficients a product of jets sums, by pairs of families.
+//! Product table of a space of jets: the products of coefficients in a product, by pairs of
+//! families.
 //!
 //! One idea: monomials of one degree that differ in their last two variables only are neighbours, a
 //! *run*, and the runs with the same other exponents are a *family*, one run of every length. A run
-//! of the result is the sum over the pairs of families that multiply to its own of the products of
-//! their runs, whose lengths add up to one more than its own: polynomials in one variable, whose
-//! coefficients are summed in registers. One entry of the table stands for all of these products,
-//! for every run of a family; it says where the runs begin, so that a visit to a pair reads nothing
-//! else of the table.
+//! of the result is a sum over the pairs of families whose product is its family. The terms are
+//! products of two runs whose lengths sum to the length of the result plus one: products of
+//! polynomials in one variable, whose coefficients are summed in registers. One entry of the table
+//! covers all these products, for every run of a family; it holds the first monomials of the runs,
+//! so that a visit to a pair reads nothing else of the table.
 //!
-//! In small spaces products are straight lines of code. One idea: where a product sums a few dozen
-//! terms, finding out which takes longer than summing them; in one variable, and up to the second
-//! order in any number, that is known without a table.
+//! In small spaces products are straight-line code. One idea: if a product sums a few dozen terms,
+//! selecting them takes longer than summing them; in one variable, and up to the second order in
+//! any number of variables, they are known without a table.
 
 use std::ops::Range;
 
@@ -21,18 +22,18 @@ use crate::numeric::{Kernel, Scalar};
 #[derive(Debug)]
 pub(in crate::jet) struct ProductTable {
     runs: Vec<Run>,
-    /// First run of every degree, and the number of runs.
+    /// Number of the first run of every degree, then the number of all runs.
     degree_starts: Vec<usize>,
     families: Vec<Family>,
-    /// Of every pair of families the first monomials of the left runs and of the right ones, by
-    /// ascending length, as many of each as their product has runs.
+    /// For every pair of families the first monomials of the left and right runs, by ascending
+    /// length, as many of each as their product has runs.
     pairs: Vec<u32>,
 }
 
 /// Neighbouring monomials of one degree with the same exponents in all variables but the last two.
 #[derive(Clone, Debug)]
 pub(in crate::jet) struct Run {
-    /// The monomials.
+    /// Numbers of the monomials.
     pub(in crate::jet) monomials: Range<usize>,
     family: Family,
 }
@@ -45,24 +46,24 @@ pub(in crate::jet) struct Family {
 }
 
 impl Family {
-    /// Number of runs, which is the length of the longest.
+    /// Number of runs, equal to the length of the longest.
     #[inline(always)]
     pub(in crate::jet) fn runs(&self) -> usize {
         self.runs
     }
 }
 
-/// The pairs of families that multiply to one family, by ascending left ones; the first begins with
-/// the constant, the last ends with it.
+/// The pairs of families whose product is one family, by ascending left family. In the first pair
+/// the left family is that of the constant, in the last pair the right one.
 #[derive(Clone, Copy)]
 pub(in crate::jet) struct Pairs<'a> {
     firsts: &'a [u32],
-    /// Runs of the product.
+    /// Number of runs of the product.
     runs: usize,
 }
 
-/// The first monomials of the runs of two families, by ascending length, as many of each as their
-/// product has.
+/// First monomials of the runs of two families, by ascending length, as many of each as their
+/// product has runs.
 #[derive(Clone, Copy)]
 pub(in crate::jet) struct Pair<'a> {
     pub(in crate::jet) left: &'a [u32],
@@ -70,7 +71,7 @@ pub(in crate::jet) struct Pair<'a> {
 }
 
 impl<'a> Pair<'a> {
-    /// The shortest runs of both, as many as asked for; `None` if there are fewer.
+    /// The `RUNS` shortest runs of both families; `None` if there are fewer.
     #[inline(always)]
     pub(in crate::jet) fn shortest<const RUNS: usize>(self) -> Option<[&'a [u32; RUNS]; 2]> {
         Some([self.left.first_chunk()?, self.right.first_chunk()?])
@@ -87,7 +88,7 @@ impl<'a> Pairs<'a> {
         self.firsts.chunks_exact(2 * self.runs).map(pair)
     }
 
-    /// The first half of the pairs, and the one in the middle if their number is odd.
+    /// The first half of the pairs, and the middle pair if their number is odd.
     #[inline(always)]
     pub(in crate::jet) fn half(self) -> (Self, Option<Pair<'a>>) {
         let entry = 2 * self.runs;
@@ -107,7 +108,7 @@ impl<'a> Pairs<'a> {
     }
 }
 
-/// Exponents and weights, as a table is built from them.
+/// Exponents and weights from which a table is built.
 pub(in crate::jet) struct Monomials<'a> {
     pub(in crate::jet) weights: &'a [u32],
     pub(in crate::jet) exponents: &'a [u8],
@@ -121,7 +122,7 @@ impl Monomials<'_> {
         &self.exponents[monomial * variables..(monomial + 1) * variables]
     }
 
-    /// Number of monomials in the run that begins with a monomial: one where the last two weights
+    /// Number of monomials in the run that begins with monomial `first`; 1 if the last two weights
     /// differ.
     fn run_length(&self, first: usize) -> usize {
         match (self.weights, self.exponents(first)) {
@@ -130,7 +131,7 @@ impl Monomials<'_> {
         }
     }
 
-    /// The first monomials of the runs of the family whose shortest run is a monomial.
+    /// First monomials of the runs of the family whose shortest run is the monomial `shortest`.
     fn family(&self, shortest: usize) -> impl Iterator<Item = u32> {
         let mut exponents = self.exponents(shortest).to_vec();
         let grows = matches!(self.weights, [.., a, b] if a == b);
@@ -144,7 +145,7 @@ impl Monomials<'_> {
         std::iter::once(shortest as u32).chain(std::iter::from_fn(longer))
     }
 
-    /// The pairs `(i, j)` of monomials whose product is a given one, by ascending `i`.
+    /// Lists the pairs `(i, j)` of monomials with product `product`, by ascending `i`.
     fn list_pairs(&self, product: usize, pairs: &mut Vec<(u32, u32)>) {
         pairs.clear();
         let bound = self.exponents(product);
@@ -174,8 +175,8 @@ impl ProductTable {
             families: Vec::new(),
             pairs: Vec::new(),
         };
-        // The first monomials of all runs, family by family; of the first monomial of every run its
-        // family and the place of that.
+        // `starts`: the first monomials of all runs, family by family. `families`: for the first
+        // monomial of every run its family, and the index of that family's first run in `starts`.
         let mut starts: Vec<u32> = Vec::with_capacity(count);
         let mut families = vec![(0, 0); count];
         let mut products = Vec::new();
@@ -229,19 +230,19 @@ impl ProductTable {
         &self.families
     }
 
-    /// The pairs of families that multiply to a family.
+    /// The pairs of families whose product is a family.
     #[inline(always)]
     pub(in crate::jet) fn pairs_of(&self, family: &Family) -> Pairs<'_> {
         Pairs { firsts: &self.pairs[family.pairs.clone()], runs: family.runs }
     }
 
-    /// The pairs of families that multiply to that of a run.
+    /// The pairs of families whose product is the family of a run.
     #[inline(always)]
     pub(in crate::jet) fn pairs_of_run(&self, run: &Run) -> Pairs<'_> {
         self.pairs_of(&run.family)
     }
 
-    /// The pairs of monomials whose product is a given one, in the order of the sums.
+    /// The pairs of monomials whose product is a given one, in the order of summation.
     pub(in crate::jet) fn pairs(&self, monomial: usize) -> Vec<(usize, usize)> {
         let after = self.runs.partition_point(|run| run.monomials.start <= monomial);
         let run = &self.runs[after - 1];
@@ -260,19 +261,19 @@ impl ProductTable {
     }
 }
 
-/// Most coefficients of a jet in one variable here.
+/// Largest number of coefficients of a small space of one variable.
 const LONGEST: usize = 8;
-/// Most variables of a jet of the second order here.
+/// Largest number of variables of a small space of the second order.
 const MOST_VARIABLES: usize = 6;
 
-/// A space whose products are written down.
+/// A space with straight-line code for its products.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::jet) enum SmallSpace {
-    /// One variable: so many powers.
+    /// One variable, with this number of powers.
     OneVariable(usize),
     /// Constants and linear terms.
     Linear,
-    /// Quadratic terms too, in so many variables.
+    /// Constants, linear and quadratic terms in this number of variables.
     Quadratic(usize),
 }
 
@@ -291,7 +292,7 @@ impl SmallSpace {
     }
 }
 
-/// The product of two elements, which an element becomes (`SET`) or to which it is added.
+/// The product of two elements, which replaces `out` (`SET`) or is added to it.
 pub(in crate::jet) struct SmallProduct<'a, S, const SET: bool> {
     pub(in crate::jet) space: SmallSpace,
     pub(in crate::jet) a: &'a [S],
@@ -347,9 +348,9 @@ impl<S: Scalar, const SET: bool> SmallProduct<'_, S, SET> {
         }
     }
 
-    /// The coefficient of `x_i x_j` is `a_0 b_ij + a_i b_j + a_j b_i + a_ij b_0`, the two in the
-    /// middle the other way round where `x_j` alone is one of the last two variables: the order
-    /// of the table.
+    /// The coefficient of `x_i x_j` is `a_0 b_ij + a_i b_j + a_j b_i + a_ij b_0`. The two middle
+    /// terms are exchanged if `x_j` alone is one of the last two variables, to keep the order of
+    /// the table.
     #[inline(always)]
     fn quadratic(self, variables: usize) {
         let linear = 1 + variables;
@@ -400,7 +401,7 @@ mod tests {
         (0..len).map(value).collect()
     }
 
-    /// The sum over the pairs of the table, in their order.
+    /// Product as a sum over the pairs of the table, in their order.
     fn by_pairs<S: Scalar>(space: &JetSpace, a: &[S], b: &[S]) -> Vec<S> {
         let sum = |monomial: usize| {
             let pairs = space.pairs(monomial);

@@ -20,7 +20,7 @@ const LARGEST_EXPONENT: i64 = 400;
 /// Significant digits tried, in turn, for a text that reads back as the same number.
 const ROUND_TRIP_DIGITS: [usize; 8] = [17, 33, 34, 36, 50, 100, 300, 1100];
 
-/// Why a text is not read as a [`Dd`].
+/// Reason why a text is not a [`Dd`].
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ParseDdError {
     /// The text has no digit.
@@ -29,12 +29,12 @@ pub enum ParseDdError {
         /// The text.
         text: String,
     },
-    /// The text holds a character that no decimal literal has there.
+    /// The text holds a character that a decimal literal cannot have there.
     #[error("expected a decimal number, found `{found}` at character {position} of `{text}`")]
     UnexpectedCharacter {
-        /// The first character out of place.
+        /// First character out of place.
         found: char,
-        /// Its place, counted in characters from 1.
+        /// Position of the character, counted in characters from 1.
         position: usize,
         /// The text.
         text: String,
@@ -55,8 +55,8 @@ impl Dd {
     ///
     /// # Errors
     ///
-    /// [`ParseDdError`] if the text is no decimal literal (`inf` and `NaN` are none) or exceeds the
-    /// range.
+    /// [`ParseDdError`] if the text is not a decimal literal (`inf` and `NaN` are not) or exceeds
+    /// the range.
     ///
     /// ```
     /// use grazemap_jet::numeric::Dd;
@@ -71,8 +71,8 @@ impl Dd {
         Ok(if literal.is_negative { -magnitude } else { magnitude })
     }
 
-    /// Writes so many significant digits (at least one) in scientific notation, rounded half to
-    /// even: `-3.16556500000000000e-9`.
+    /// Decimal text with `digits` significant digits (at least one) in scientific notation, rounded
+    /// half to even: `-3.16556500000000000e-9`.
     pub fn to_decimal(self, digits: usize) -> String {
         if !self.is_finite() {
             return self.hi.to_string();
@@ -84,7 +84,7 @@ impl Dd {
         format!("{sign}{first}{point}{rest}e{exponent}")
     }
 
-    /// The shortest of a few lengths of text that reads back as the same number.
+    /// The shortest text, of a few lengths, that reads back as the same number.
     fn to_round_trip_decimal(self) -> String {
         ROUND_TRIP_DIGITS
             .iter()
@@ -94,7 +94,7 @@ impl Dd {
     }
 }
 
-/// 32 significant digits, or one more than the precision asked for: `{:.3}` writes four.
+/// Writes 32 significant digits, or one more than the requested precision: `{:.3}` writes four.
 impl fmt::Display for Dd {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         let digits = formatter.precision().map_or(32, |places| places + 1);
@@ -110,7 +110,7 @@ impl FromStr for Dd {
     }
 }
 
-/// A decimal string that reads back exactly; `inf`, `-inf` and `NaN` as these words.
+/// Serializes as a decimal string that reads back exactly; `inf`, `-inf` and `NaN` as these words.
 impl Serialize for Dd {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.serialize_str(&self.to_round_trip_decimal())
@@ -129,7 +129,7 @@ impl<'de> Deserialize<'de> for Dd {
     }
 }
 
-/// A literal taken apart: `±digits * 10^exponent`.
+/// A parsed literal: `±digits * 10^exponent`.
 struct Literal {
     is_negative: bool,
     digits: String,
@@ -137,11 +137,11 @@ struct Literal {
 }
 
 impl Literal {
-    /// Takes a text apart.
+    /// Parses a text.
     ///
     /// # Errors
     ///
-    /// [`ParseDdError`] where the text is no decimal literal.
+    /// [`ParseDdError`] if the text is not a decimal literal.
     fn read(text: &str) -> Result<Literal, ParseDdError> {
         let mut rest = text;
         let is_negative = take_sign(&mut rest);
@@ -184,7 +184,7 @@ impl Literal {
     }
 }
 
-/// Reads a sign, if there is one; whether it is `-`.
+/// Reads an optional sign; returns whether it is `-`.
 fn take_sign(rest: &mut &str) -> bool {
     let is_negative = rest.starts_with('-');
     *rest = rest.strip_prefix(['-', '+']).unwrap_or(rest);
@@ -199,7 +199,7 @@ fn take_digits<'a>(rest: &mut &'a str) -> &'a str {
     digits
 }
 
-/// The exponent after `e` or `E`, saturated; leaves the text alone if no digit follows.
+/// Reads the exponent after `e` or `E`, saturated; does not change the text if no digit follows.
 fn take_exponent(rest: &mut &str) -> Option<i64> {
     let mut after = rest.strip_prefix(['e', 'E'])?;
     let is_negative = take_sign(&mut after);
@@ -239,7 +239,7 @@ fn significant_digits(magnitude: Dd, digits: usize) -> (String, i64) {
     }
 }
 
-/// `(n, e)` with `n 2^e` the number, which is finite and positive.
+/// `(n, e)` with `n 2^e` equal to the number, which is finite and positive.
 fn as_natural(magnitude: Dd) -> (BigUint, i64) {
     let (hi, hi_exponent) = integer_mantissa(magnitude.hi);
     let (lo, lo_exponent) = integer_mantissa(magnitude.lo);
@@ -250,7 +250,7 @@ fn as_natural(magnitude: Dd) -> (BigUint, i64) {
     (number, exponent)
 }
 
-/// The text without the zeros that end its fraction.
+/// The text without trailing zeros of its fraction.
 fn without_trailing_zeros(text: &str) -> String {
     match text.split_once('e') {
         Some((mantissa, exponent)) if mantissa.contains('.') => {
@@ -301,7 +301,7 @@ impl Ratio {
         }
     }
 
-    /// The double nearest to the number, and the double nearest to the rest.
+    /// The double nearest to the number, and the double nearest to the remainder.
     fn nearest_dd(mut self) -> Dd {
         let hi = self.nearest();
         if !hi.is_finite() {
@@ -322,8 +322,8 @@ impl Ratio {
         if self.numerator.is_zero() {
             return 0.0;
         }
-        // NOTE: 65 bits, the last of which stands for all that follow, are rounded to 53 as the
-        // number itself.
+        // NOTE: 65 bits, the last of which represents all bits that follow, are rounded to 53 like
+        // the number itself.
         let shift = 65 + self.denominator.bits() as i64 - self.numerator.bits() as i64;
         let (numerator, denominator) = if shift < 0 {
             (self.numerator.clone(), &self.denominator << -shift)

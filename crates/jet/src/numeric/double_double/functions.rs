@@ -1,7 +1,7 @@
 //! Exponential, logarithm, powers, hyperbolic and circular functions of [`Dd`] and their inverses.
 //!
-//! Each reduces its argument exactly enough (constants as sums of three or four doubles) that a
-//! short Taylor series finishes to about `1e-31` relative.
+//! Each function reduces its argument exactly enough (constants as sums of three or four doubles)
+//! for a short Taylor series to reach about `1e-31` relative accuracy.
 //!
 //! The tables of the series and of the argument reductions hold digits from a 600-bit computation:
 //! each entry is `hi + lo` with `hi` the constant rounded to `f64` and `lo` the remainder rounded
@@ -12,7 +12,7 @@ use super::{Dd, binary_exponent, two_product};
 impl Dd {
     /// Natural exponential; infinity above about `709.78`, zero below about `-745.13`.
     ///
-    /// With `x = k ln 2 + 16 r` and `|r| < 0.022`, `e^x = 2^k (e^r)^16`, where the squarings run on
+    /// With `x = k ln 2 + 16 r` and `|r| < 0.022`, `e^x = 2^k (e^r)^16`. The squarings run on
     /// `e^r - 1`, which keeps its leading digits.
     pub fn exp(self) -> Dd {
         if self.is_nan() {
@@ -79,8 +79,8 @@ impl Dd {
             let sinh = self * horner(square, INVERSE_FACTORIAL[1..26].iter().step_by(2));
             return (sinh, (Dd::ONE + sinh * sinh).sqrt());
         }
-        // NOTE: half of the exponential is a number where the exponential itself is none, up to
-        // 710.47.
+        // NOTE: half of the exponential is still finite where the exponential itself overflows, up
+        // to 710.47.
         let growing = if self.hi.abs() < 700.0 {
             self.abs().exp().scaled_exactly(0.5)
         } else {
@@ -112,7 +112,7 @@ impl Dd {
         Dd { hi: self.hi * factor, lo: self.lo * factor }
     }
 
-    /// `(m, k)` with `self = 2^k m` and `m` in about `[1/sqrt 2, sqrt 2]`, for normal positive
+    /// `(m, k)` with `self = 2^k m` and `m` in about `[1/sqrt 2, sqrt 2]`, for positive normal
     /// numbers.
     fn near_one(self) -> (Dd, i32) {
         let exponent = binary_exponent(self.hi);
@@ -231,7 +231,7 @@ fn taylor_sin_cos(r: Dd) -> (Dd, Dd) {
     (sin, cos)
 }
 
-/// A multiple of `pi/4` that the `f64` angle rounds, to full precision; NaN stays NaN.
+/// The multiple of `pi/4` nearest to the `f64` angle, to full precision; NaN stays NaN.
 fn nearest_axis_or_diagonal(angle: f64) -> Dd {
     Dd::FRAC_PI_4.times_f64((angle / std::f64::consts::FRAC_PI_4).round())
 }
@@ -331,9 +331,8 @@ pub(super) mod tests {
     use super::*;
     use crate::numeric::fixed_samples;
 
-    /// Asserts that a function maps each argument to its value, of digits computed elsewhere
-    /// (mpmath
-    /// 1.3, 60 digits), within the relative tolerance.
+    /// Asserts that a function maps each argument to its value, given by digits computed with
+    /// mpmath 1.3 (60 digits), within the relative tolerance.
     pub(in super::super) fn assert_agrees(
         function: impl Fn(Dd) -> Dd,
         digits: &[(&str, &str)],

@@ -1,8 +1,9 @@
 //! Values of polynomials in four interleaved chains.
 //!
 //! One idea: `p(t) = P_0(q) + t P_1(q) + t² P_2(q) + t³ P_3(q)` with `q = t⁴`: four short chains of
-//! dependent operations that run side by side, in place of one long one. Twelve coefficients, the
-//! series of leaps in `f64`, have code without loops, whose sums stay in registers.
+//! dependent operations run side by side, in place of one long chain. Polynomials of twelve
+//! coefficients, the series of exact flight in `f64`, have code without loops, whose sums stay in
+//! registers.
 
 use num_traits::Zero;
 
@@ -62,13 +63,13 @@ pub fn value_and_slope<S: Scalar>(coefficients: &[S], time: S) -> (S, S) {
     (join(&chains, time, square), within + along)
 }
 
-/// `Σ_k |c_k| end^k`: a bound of the polynomial with these ascending coefficients on `[−end, end]`.
+/// `Σ_k |c_k| end^k`: a bound on the polynomial with these ascending coefficients on `[−end, end]`.
 #[inline]
 pub fn size<S: Real>(coefficients: &[S], end: f64) -> f64 {
     sizes(coefficients, end)
 }
 
-/// The same, lane by lane.
+/// [`size`] lane by lane.
 #[inline(always)]
 pub fn sizes<S: Branched>(coefficients: &[S], end: S::Rounded) -> S::Rounded {
     let square = end * end;
@@ -84,7 +85,7 @@ pub fn sizes<S: Branched>(coefficients: &[S], end: S::Rounded) -> S::Rounded {
     join(&chains, end, square)
 }
 
-/// A lower bound on `[0, end]`: the least value of the first three terms, less the sizes of the
+/// A lower bound on `[0, end]`: the least value of the first three terms, minus the sizes of the
 /// others.
 #[inline(always)]
 pub fn lower_bound<S: Branched>(coefficients: &[S], end: S::Rounded) -> S::Rounded {
@@ -99,7 +100,7 @@ pub fn lower_bound<S: Branched>(coefficients: &[S], end: S::Rounded) -> S::Round
     a.min(at(end)).min(at_turn) - sizes(rest, end) * end * end * end
 }
 
-/// One step of all chains.
+/// One Horner step of all chains.
 #[inline(always)]
 fn continued<S: Scalar>(chains: &[S; CHAINS], quartic: S, next: &[S; CHAINS]) -> [S; CHAINS] {
     let mut sums = *next;
@@ -109,7 +110,7 @@ fn continued<S: Scalar>(chains: &[S; CHAINS], quartic: S, next: &[S; CHAINS]) ->
     sums
 }
 
-/// The coefficients above the whole chunks.
+/// Starts of the chains: the coefficients above the whole chunks.
 #[inline(always)]
 fn start<S: Scalar>(rest: &[S]) -> [S; CHAINS] {
     std::array::from_fn(|lane| rest.get(lane).copied().unwrap_or(S::zero()))
@@ -122,7 +123,7 @@ fn join<S: Scalar>(chains: &[S; CHAINS], time: S, square: S) -> S {
     high.mul_add(square, low)
 }
 
-/// Number of terms and of control points.
+/// Number of coefficients, and of control points.
 pub const TERMS: usize = 16;
 
 /// `C(i, k)/C(15, k)` in row `k` and column `i`.
@@ -160,7 +161,8 @@ static COLUMNS: [[f64; TERMS]; TERMS] = {
 pub fn control_points<S: Scalar>(coefficients: &[S; TERMS]) -> [S; TERMS] {
     let mut points = [S::zero(); TERMS];
     if size_of::<S>() > size_of::<f64>() {
-        // NOTE: lanes fill the registers by themselves; a point's sum then stays in one.
+        // NOTE: lanes fill the registers by themselves; the sum of a point then stays in one
+        // register.
         for (i, point) in points.iter_mut().enumerate() {
             for (&coefficient, column) in coefficients[..=i].iter().zip(&COLUMNS) {
                 *point += coefficient * S::from_f64(column[i]);

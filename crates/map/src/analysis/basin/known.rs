@@ -1,11 +1,11 @@
-//! An attractor once it has been found: the periodic orbit itself, or the cells that an orbit
-//! without a period visits, and the states from which it is known to be reached.
+//! Attractors that were found: a periodic orbit, or the cells visited by an orbit without a period,
+//! with states known to be attracted.
 //!
-//! One idea: about every point of a periodic orbit the norm in which its derivative contracts makes
-//! ellipsoids, and as many of them, from the smallest, are taken as the map was seen to send into
-//! themselves. An orbit that enters one of them need not be followed further. An attractor
-//! without a period is known by the cells of a grid over its own extent (`DatserisWagemakers2022`):
-//! an orbit that stays in them is on it.
+//! One idea: about every point of a periodic orbit, the norm in which the derivative contracts
+//! defines ellipsoids. Ellipsoids are tried from the smallest up, as long as the map is seen to
+//! send them into themselves; an orbit that enters one need not be followed further. An attractor
+//! without a period is known by the cells of a grid over its extent (`DatserisWagemakers2022`): an
+//! orbit that stays in them is on it.
 
 use std::collections::HashSet;
 
@@ -15,40 +15,42 @@ use crate::analysis::diagram::low_discrepancy;
 use crate::iteration::{DiscreteMap, MapOrbit, PhaseCircle};
 use crate::numeric::linear::eigenvalues;
 
-/// Newton steps to the points of a periodic orbit.
+/// Most Newton steps to the points of a periodic orbit.
 const NEWTON_STEPS: usize = 12;
-/// How far Newton's method may move a point, in scales: what is reached is the same orbit.
+/// Largest distance, in scales, that Newton's method may move a point and still be at the same
+/// orbit.
 const NEARBY: f64 = 1e-3;
-/// Size of the last step, in scales.
+/// Largest last Newton step, in scales.
 const CONVERGED: f64 = 1e-11;
-/// Points nearer than this, in scales, are one.
+/// Points nearer than this, in scales, count as equal.
 const ONE_POINT: f64 = 1e-7;
 
-/// Radius of the smallest ellipsoid, in scales, and by how much each is larger than the one before.
+/// Radius of the smallest ellipsoid, in scales, and the ratio of successive radii.
 const SMALLEST: f64 = 1e-7;
 const GROWTH: f64 = 1.4;
-/// Ellipsoids tried: the largest has some ten thousand scales.
+/// Number of ellipsoids tried: the largest has a radius of some ten thousand scales.
 const ELLIPSOIDS: usize = 75;
-/// Points tried on each.
+/// Number of points tried on each.
 const DIRECTIONS: usize = 48;
-/// Share of the largest radius that was seen to contract which is used.
+/// Fraction of the largest contracting radius that is used.
 const SAFE: f64 = 0.6;
-/// The derivative contracts by the square root of its largest multiplier, in the norm that is made
-/// for it; at most by this.
+/// Largest factor per period in the norm for the derivative; the factor is otherwise the square
+/// root of the largest multiplier.
 const SLOWEST: f64 = 1.0 - 1e-9;
 
-/// Cells along a coordinate of the grid over an attractor without a period, as a power of two.
+/// Binary logarithm of the number of cells along a coordinate, in the grid over an attractor
+/// without a period.
 const CELL_BITS: u32 = 6;
-/// Sides of a cell, in scales, at least: what is flat may still be approached.
+/// Smallest side of a cell, in scales: a flat attractor may still be approached from the side.
 const SMALLEST_CELL: f64 = 1e-6;
 
-/// States about a point of a periodic orbit that its period's map sends nearer to it.
+/// Ellipsoid about a point of a periodic orbit that the map of the period contracts.
 #[derive(Clone, Debug)]
 struct Trap {
     centre: DVector<f64>,
     circle: PhaseCircle,
     form: DMatrix<f64>,
-    /// Largest value of the form.
+    /// Bound of the quadratic form on the ellipsoid.
     largest: f64,
 }
 
@@ -61,19 +63,19 @@ impl Trap {
     }
 }
 
-/// A periodic orbit with its derivative.
+/// A periodic orbit with its multipliers and ellipsoids.
 #[derive(Clone, Debug)]
 pub(super) struct Cycle {
     pub(super) points: Vec<Vec<f64>>,
-    /// Multipliers, largest magnitude first; none where the map has no derivative there.
+    /// Multipliers, largest magnitude first; empty if the orbit was not refined.
     pub(super) multipliers: Vec<Complex<f64>>,
     circle: PhaseCircle,
     traps: Vec<Trap>,
 }
 
 impl Cycle {
-    /// The periodic orbit near these points, which an orbit settled on: refined by Newton's method
-    /// where that stays near and converges, as it is elsewhere.
+    /// Periodic orbit near the points that an orbit settled on: refined by Newton's method if that
+    /// converges nearby, otherwise the points as they are.
     pub(super) fn near(map: &dyn DiscreteMap, settled: &[Vec<f64>], scales: &[f64]) -> Self {
         let refined = refine(map, settled, scales);
         let (points, jacobians) = refined.unwrap_or_else(|| (settled.to_vec(), Vec::new()));
@@ -97,17 +99,17 @@ impl Cycle {
         !self.multipliers.is_empty() && self.largest_multiplier() < SLOWEST
     }
 
-    /// Magnitude of the largest multiplier; 0 where none is known.
+    /// Magnitude of the largest multiplier; 0 if none is known.
     pub(super) fn largest_multiplier(&self) -> f64 {
         self.multipliers.first().map_or(0.0, |multiplier| multiplier.norm())
     }
 
-    /// Whether a state is known to be attracted.
+    /// Whether a state lies in one of the ellipsoids.
     pub(super) fn holds(&self, state: &[f64]) -> bool {
         self.traps.iter().any(|trap| trap.value(state) < trap.largest)
     }
 
-    /// Whether one of these points, each within `tolerance` scales, is one of the orbit's.
+    /// Whether the first of `points` is a point of the orbit, within `tolerance` scales.
     pub(super) fn passes(&self, points: &[Vec<f64>], scales: &[f64], tolerance: f64) -> bool {
         let first = points.first();
         first.is_some_and(|first| {
@@ -115,14 +117,14 @@ impl Cycle {
         })
     }
 
-    /// Whether Newton's method found it.
+    /// Whether Newton's method refined the orbit.
     pub(super) fn is_refined(&self) -> bool {
         !self.multipliers.is_empty()
     }
 }
 
-/// Whether two orbits that settled on a period are on one periodic orbit, which Newton's method
-/// finds from the points of both.
+/// Whether two settled orbits lie on one periodic orbit: Newton's method finds the same orbit from
+/// the points of both.
 pub(in crate::analysis) fn are_one_cycle(
     map: &dyn DiscreteMap,
     settled: [&[Vec<f64>]; 2],
@@ -135,10 +137,10 @@ pub(in crate::analysis) fn are_one_cycle(
     a.len() == b.len() && b.iter().any(is_first)
 }
 
-/// Points of a periodic orbit, and the derivative of the map at each.
+/// Points of a periodic orbit, and the Jacobian at each.
 pub(super) type Refined = (Vec<Vec<f64>>, Vec<DMatrix<f64>>);
 
-/// The derivative of a period's map at one of its points, from those at all of them.
+/// Jacobian of the map of the period at point `first`, from the Jacobians at all points.
 pub(super) fn product_from(jacobians: &[DMatrix<f64>], first: usize) -> DMatrix<f64> {
     let (before, after) = jacobians.split_at(first);
     let dimension = jacobians.first().map_or(0, DMatrix::nrows);
@@ -146,7 +148,7 @@ pub(super) fn product_from(jacobians: &[DMatrix<f64>], first: usize) -> DMatrix<
     after.iter().chain(before).fold(identity, |product, jacobian| jacobian * product)
 }
 
-/// Newton's method for a fixed point of the period's map.
+/// Newton's method for a fixed point of the map of the period.
 pub(super) fn refine(
     map: &dyn DiscreteMap,
     settled: &[Vec<f64>],
@@ -174,7 +176,7 @@ pub(super) fn refine(
     None
 }
 
-/// The points from a start on, the derivatives there, and the last image.
+/// Points from `start` on over a period, the Jacobians there, and the last image.
 fn around(map: &dyn DiscreteMap, start: &[f64], period: usize) -> Option<(Refined, Vec<f64>)> {
     let dimension = start.len();
     let (mut state, mut image) = (start.to_vec(), vec![0.0; dimension]);
@@ -192,7 +194,7 @@ fn around(map: &dyn DiscreteMap, start: &[f64], period: usize) -> Option<(Refine
     Some(((points, jacobians), state))
 }
 
-/// One period, where the points repeat earlier.
+/// Cuts the orbit to its shortest period.
 fn shortest((mut points, mut jacobians): Refined, circle: PhaseCircle, scales: &[f64]) -> Refined {
     let count = points.len();
     let repeats = |&period: &usize| {
@@ -207,8 +209,8 @@ fn shortest((mut points, mut jacobians): Refined, circle: PhaseCircle, scales: &
     (points, jacobians)
 }
 
-/// The largest ellipsoid about a point of which all smaller ones were seen to be sent into
-/// themselves; `None` if not even the smallest is.
+/// Ellipsoid about a point: all smaller ones were seen to be sent into themselves. `None` if not
+/// even the smallest is.
 fn trap(
     map: &dyn DiscreteMap,
     points: &[Vec<f64>],
@@ -237,8 +239,8 @@ fn trap(
     Some(trap)
 }
 
-/// `Σ (Mᵏ/ρᵏ)ᵀ S⁻² (Mᵏ/ρᵏ)` with `ρ` between the spectral radius and 1: a form that falls by `ρ²`
-/// or more under `M`.
+/// `Σ (Mᵏ/ρᵏ)ᵀ S⁻² (Mᵏ/ρᵏ)` with `ρ` between the spectral radius and 1: a quadratic form that
+/// decreases by `ρ²` or more under `M`.
 fn contracted_form(product: &DMatrix<f64>, scales: &[f64]) -> Option<DMatrix<f64>> {
     let radius = eigenvalues(product).ok()?.first()?.norm();
     let slowed = product / radius.sqrt().clamp(0.05, SLOWEST);
@@ -258,7 +260,7 @@ fn contracted_form(product: &DMatrix<f64>, scales: &[f64]) -> Option<DMatrix<f64
     sum.iter().all(|entry| entry.is_finite()).then_some(sum)
 }
 
-/// A direction of unit length, spread evenly.
+/// Unit vector number `number` of an even spread over all directions.
 fn direction(number: usize, dimension: usize) -> DVector<f64> {
     let direction = match dimension {
         1 => DVector::from_element(1, if number.is_multiple_of(2) { 1.0 } else { -1.0 }),
@@ -275,7 +277,7 @@ fn direction(number: usize, dimension: usize) -> DVector<f64> {
     direction / length.max(f64::MIN_POSITIVE)
 }
 
-/// The image of a state after so many steps.
+/// Image of a state after `steps` steps; `None` if a step is not valid.
 fn image(map: &dyn DiscreteMap, start: &[f64], steps: usize) -> Option<Vec<f64>> {
     let (mut state, mut image) = (start.to_vec(), vec![0.0; start.len()]);
     for _ in 0..steps {
@@ -287,10 +289,10 @@ fn image(map: &dyn DiscreteMap, start: &[f64], steps: usize) -> Option<Vec<f64>>
     Some(state)
 }
 
-/// The cells that an orbit without a period visits, of a grid over its extent.
+/// Cells visited by an orbit without a period, in a grid over its extent.
 #[derive(Clone, Debug)]
 pub(super) struct Cells {
-    /// Least value and side of a cell, by coordinate.
+    /// Lower bound of the grid and side of a cell, by coordinate.
     sides: Vec<[f64; 2]>,
     circle: PhaseCircle,
     visited: HashSet<u64>,
@@ -299,7 +301,7 @@ pub(super) struct Cells {
 impl Cells {
     pub(super) fn of(orbit: &MapOrbit, scales: &[f64]) -> Self {
         let count = f64::from(1u32 << CELL_BITS);
-        // The outermost states are in the middle of their cells.
+        // The outermost states lie at the centres of their cells.
         let side = |([least, greatest], scale): ([f64; 2], &f64)| {
             let side = ((greatest - least) / (count - 1.0)).max(SMALLEST_CELL * scale);
             [least - 0.5 * side, side]
@@ -311,7 +313,8 @@ impl Cells {
         cells
     }
 
-    /// The number of the cell of a state, of as many coordinates as it has room for.
+    /// Number of the cell of a state, over as many coordinates as fit into 64 bits; `None` outside
+    /// the grid.
     fn cell(&self, state: &[f64]) -> Option<u64> {
         let room = (u64::BITS / CELL_BITS) as usize;
         let pairs = state.iter().zip(&self.sides).take(room).enumerate();
@@ -334,7 +337,7 @@ mod tests {
     use crate::iteration::{OrbitRequest, StepInfo};
 
     /// `z ↦ m z + c |z|² z` in the plane, `m` a rotation by one radian that shrinks by 0.9: the
-    /// circle at which `0.9 + c r² = 1` bounds the basin of 0.
+    /// basin of 0 is bounded by the circle with `0.9 + c r² = 1`.
     struct Spiral {
         cubic: f64,
     }

@@ -1,8 +1,9 @@
-//! Basins of attraction: where the states of a plane of the section go.
+//! Basins of attraction in a plane of states of the section.
 //!
-//! One idea: the attractors are found as the states of a grid are followed, and a grid is refined
-//! where its cells go to different ones, so that a fine picture costs its borders. States that
-//! leave for good, and those that the map alone takes out of its window, are classes of their own.
+//! One idea: attractors are found while the states of a grid are followed, and the grid is refined
+//! where neighbouring cells go to different attractors, so that the cost of a picture is that of
+//! its borders. States that escape and states that leave the window of a map used alone are
+//! separate classes.
 
 mod known;
 mod manifolds;
@@ -29,37 +30,37 @@ pub use super::refinement::BLOCK;
 pub(super) use known::are_one_cycle;
 pub use manifolds::{ManifoldBranch, ManifoldEnd, ManifoldKind, ManifoldSide, Manifolds, Saddle};
 
-/// Which basins are asked for.
+/// Request of [`basin`].
 ///
 /// States and parameters are offsets from the grazing orbit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BasinRequest {
     /// Offsets of all active parameters.
     pub parameters: Vec<f64>,
-    /// Numbers of the two coordinates of the section that span the plane, the horizontal one first.
+    /// Indices of the two coordinates of the section that span the plane, the horizontal one first.
     pub axes: [usize; 2],
     /// First and last offset along each axis.
     pub ranges: [[f64; 2]; 2],
-    /// Cells along each axis.
+    /// Number of cells along each axis.
     pub points: [usize; 2],
-    /// Offsets of all coordinates; those of the axes are not used.
+    /// Offsets of all coordinates; those of the axes are ignored.
     pub origin: Vec<f64>,
-    /// Iterates after which an orbit that comes to no attractor known has settled.
+    /// Iterates after which an orbit that reached no known attractor counts as settled.
     pub transient: usize,
     /// Longest period looked for.
     pub longest_period: usize,
-    /// What the states are followed by.
+    /// Method that iterates the states.
     pub method: Method,
     /// Longest period of the saddles whose manifolds are asked for; `None` for no manifolds.
     pub manifolds: Option<usize>,
 }
 
 impl BasinRequest {
-    /// Cells along each axis where nothing is said.
+    /// Default number of cells along each axis.
     pub const POINTS: usize = 400;
 
-    /// The first two coordinates over the window of a map, at the grazing parameters, by guarded
-    /// iteration; settled after 1000 iterates, periods up to 32.
+    /// Request for the first two coordinates over the window of a map, at the grazing parameters,
+    /// by guarded iteration; orbits settle in 1000 iterates, periods up to 32.
     pub fn over_the_window(map: &LocalMap) -> Self {
         let empty = Self {
             parameters: vec![0.0; map.parameters.len()],
@@ -75,7 +76,7 @@ impl BasinRequest {
         empty.over([0, 1], map)
     }
 
-    /// What an entry of a scene asks of its map: one request for each method.
+    /// Requests of a basin entry of a scene, one for each method.
     ///
     /// # Errors
     ///
@@ -110,7 +111,7 @@ impl BasinRequest {
         Ok(plan.with.iter().map(by).collect())
     }
 
-    /// The same over other coordinates, in the window of the map.
+    /// Replaces the axes; the ranges become the window of the map.
     #[must_use]
     pub fn over(mut self, axes: [usize; 2], map: &LocalMap) -> Self {
         let widths = &map.window.state;
@@ -122,12 +123,12 @@ impl BasinRequest {
         self
     }
 
-    /// When the orbits of a basin have settled, and when they have escaped.
+    /// Iterates before an orbit counts as settled, and escape bounds.
     fn settling(&self, subject: &SweepSubject<'_>) -> OrbitRequest {
         subject.orbits(self.transient, 2 * self.longest_period)
     }
 
-    /// Checks a request against a map.
+    /// Checks the request against a map.
     fn check(&self, map: &LocalMap) -> Result<(), AnalysisError> {
         let coordinates = &map.section.coordinates;
         check_length("offsets of the parameters", map.parameters.len(), self.parameters.len())?;
@@ -155,7 +156,7 @@ pub struct Basin {
     pub scene: String,
     /// Digest of the scene's text.
     pub digest: Digest,
-    /// What followed the states.
+    /// Method that iterated the states.
     pub method: Method,
     /// The active parameters, in order.
     pub parameters: Vec<BasinParameter>,
@@ -165,53 +166,53 @@ pub struct Basin {
     pub axes: [BasinAxis; 2],
     /// Offsets of all coordinates in the plane; those of the axes vary.
     pub origin: Vec<f64>,
-    /// Names of the surfaces that graze, in the model's order: that of the hits in the names of
-    /// orbits.
+    /// Names of the surfaces that graze, in the model's order, which is the order of the hits in
+    /// names of orbits.
     pub surfaces: Vec<String>,
-    /// Iterates after which an orbit that comes to no attractor known has settled.
+    /// Iterates after which an orbit that reached no known attractor counts as settled.
     pub transient: usize,
     /// Longest period looked for.
     pub longest_period: usize,
-    /// How far the coordinates of the section may go before an orbit has escaped.
+    /// Escape bounds of the section's coordinates.
     pub escape: Vec<EscapeBound>,
-    /// The attractors, that with the largest share first.
+    /// Attractors, the one with the largest share first.
     pub attractors: Vec<BasinAttractor>,
     /// States from which the orbit escapes.
     pub escaped: BasinShare,
-    /// States from which the orbit comes to have no image, such as those beyond a rigid stop.
+    /// States whose orbit ends without an image, such as those beyond a rigid stop.
     #[serde(default)]
     pub no_image: BasinShare,
-    /// States from which the map alone leaves its window.
+    /// States whose orbit leaves the window of a map used alone.
     pub outside: BasinShare,
-    /// States whose orbit stays near one that repels.
+    /// States whose orbit stays near a repelling orbit.
     pub undecided: BasinShare,
-    /// Share of the cells that touch a cell of another class.
+    /// Fraction of the cells that touch a cell of another class.
     pub border: f64,
-    /// How the border fills the plane; `None` where there is none, or too little of it.
+    /// Uncertainty exponent of the border; `None` if there is no border, or too little.
     pub uncertainty: Option<Uncertainty>,
-    /// Cells whose state was followed; the others are as all cells about them.
+    /// Number of cells whose state was followed; the others were filled from their neighbours.
     pub computed: usize,
-    /// Share of all iterates that the map made; the others are direct returns.
+    /// Fraction of all iterates made by the map; the others are direct returns.
     pub by_map: f64,
-    /// Where the state of every cell goes: row by row from the least offset of the second axis,
-    /// each from the least of the first. In files they are a table of their own.
+    /// Class of every cell: rows by increasing offset of the second axis, in a row by increasing
+    /// offset of the first. Files hold them in a separate table.
     #[serde(skip)]
     pub cells: Vec<BasinClass>,
-    /// Stable and unstable manifolds of the saddles, where they were asked for.
+    /// Stable and unstable manifolds of saddles; `None` if not asked for.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub manifolds: Option<Manifolds>,
-    /// How long it took.
+    /// Computing time.
     pub timing: Timing,
 }
 
 /// A parameter of a basin.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct BasinParameter {
-    /// Its name.
+    /// Name of the parameter.
     pub name: String,
     /// Offset from its grazing value.
     pub offset: f64,
-    /// Its value.
+    /// Value of the parameter.
     pub value: f64,
 }
 
@@ -224,52 +225,52 @@ pub struct BasinAxis {
     pub offsets: Vec<f64>,
 }
 
-/// Where a state goes.
+/// Destination of a state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum BasinClass {
-    /// To the attractor of this number, from 0.
+    /// The attractor of this index, from 0.
     Attractor(usize),
-    /// Beyond the bounds.
+    /// Escapes beyond the bounds.
     Escaped,
-    /// To where there is no image: no section point follows, or the state is beyond a rigid stop.
+    /// Ends without an image: no section point follows, or the state is beyond a rigid stop.
     NoImage,
-    /// Out of the window of the map, which is used alone.
+    /// Leaves the window of a map used alone.
     Outside,
-    /// It stays near an orbit that repels.
+    /// Stays near a repelling orbit.
     Undecided,
 }
 
-/// What states go to.
+/// An attractor of the map.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Attractor {
-    /// Period in nominal returns, those of the grazing orbit; [`Period::NotFound`] for a chaotic or
-    /// quasi-periodic attractor, or a period beyond the longest looked for.
+    /// Period in nominal returns (those of the grazing orbit); [`Period::NotFound`] for a chaotic
+    /// or quasi-periodic attractor, or a period longer than the longest looked for.
     pub period: Period,
-    /// Which passages make contact, return by return; `None` without a period.
+    /// Contacts of the passages, return by return; `None` without a period.
     pub itinerary: Option<ContactItinerary>,
     /// Name of the orbit; `None` without a period.
     pub orbit: Option<OrbitName>,
-    /// The points of the orbit, the first that with which the itinerary begins; without a period
-    /// some states on it.
+    /// Points of the orbit, starting where the itinerary starts; without a period a sample of its
+    /// states.
     pub states: Vec<Vec<f64>>,
-    /// Multipliers, real and imaginary parts, largest magnitude first; none without a period, and
+    /// Multipliers as real and imaginary parts, largest magnitude first; empty without a period or
     /// where the map has no derivative.
     pub multipliers: Vec<[f64; 2]>,
-    /// Largest Lyapunov exponent per iterate; `None` where it is not known.
+    /// Largest Lyapunov exponent per iterate; `None` if unknown.
     pub lyapunov: Option<f64>,
     /// Standard error of the exponent of an attractor without a period.
     #[serde(default)]
     pub lyapunov_error: Option<f64>,
 }
 
-/// An attractor and the share of the states that go there.
+/// An attractor and the share of its basin.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct BasinAttractor {
     /// The attractor.
     #[serde(flatten)]
     pub attractor: Attractor,
-    /// The share of its basin.
+    /// Share of its basin.
     #[serde(flatten)]
     pub share: BasinShare,
 }
@@ -277,38 +278,39 @@ pub struct BasinAttractor {
 /// Share of the cells of a class.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct BasinShare {
-    /// Cells of the class.
+    /// Number of cells of the class.
     pub count: usize,
-    /// Their share of the area.
+    /// Fraction of the area.
     pub fraction: f64,
-    /// Half the share of those cells of the class and of others that touch one another: what the
-    /// area is uncertain by, as the border passes through them.
+    /// Half the fraction of cells that lie at a border of the class, on either side: the
+    /// uncertainty of the area, as the border passes through these cells.
     pub boundary: f64,
-    /// Standard deviation of the share if the cells were states taken at random.
+    /// Standard deviation of the fraction if the cells were a random sample of states.
     pub statistical: f64,
 }
 
-/// How the uncertain part of the plane shrinks with the distance of two states: as its power.
+/// Uncertainty exponent: power law for the fraction of pairs of states that go to different
+/// attractors as a function of their distance.
 ///
 /// Reference: `Grebogi1983`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Uncertainty {
-    /// The exponent, 1 for a smooth border; the border's dimension is 2 less it.
+    /// Exponent, 1 for a smooth border; the dimension of the border is 2 minus the exponent.
     pub exponent: f64,
     /// Distances, in cells along an axis.
     pub distances: Vec<usize>,
-    /// Shares of the pairs of cells so far apart that are not of one class.
+    /// Fraction of the pairs of cells at each distance that differ in class.
     pub fractions: Vec<f64>,
 }
 
-/// The basins of attraction of a map in a plane of states.
+/// Computes the basins of attraction of a map in a plane of states.
 ///
-/// Every cell stands for the state in its middle. Attractors are found as states are followed: a
-/// state that comes to none of those known is followed until it settles. A periodic orbit is
-/// refined by Newton's method, and states are its own once they are in an ellipsoid about one of
-/// its points that the map was seen to send into itself; an attractor without a period is known by
-/// the cells that it visits. Cells are computed where their neighbours differ
-/// ([`BLOCK`] says what may be missed).
+/// Every cell represents the state at its centre. Attractors are found on the way: a state that
+/// reaches no known attractor is followed until it settles. A periodic orbit is refined by Newton's
+/// method; a state counts as attracted once it is in an ellipsoid about one of the orbit's points
+/// that the map was seen to send into itself. An attractor without a period is known by the cells
+/// that it visits. Cells are computed where their neighbours differ; regions smaller than a block
+/// may be missed ([`BLOCK`]).
 ///
 /// ```
 /// use grazemap_map::analysis::NoProgress;
@@ -410,9 +412,10 @@ pub fn basin(
     })
 }
 
-/// A share of the cells of [`basin`]: those of some tiles, followed until they come to an attractor
-/// that the first states of all lead to. What borders between tiles ask for, cells that were
-/// followed without an attractor that others found, and manifolds are left to what joins shares.
+/// Computes a share of the cells of [`basin`]: those of some tiles, followed until they reach an
+/// attractor that the first states of the whole grid lead to. Three things are left to the joining
+/// run: cells that borders between tiles need, cells that reach attractors of other shares only,
+/// and manifolds.
 ///
 /// # Errors
 ///
@@ -438,7 +441,7 @@ pub fn basin_share(
     Ok(())
 }
 
-/// Attractors by the number of their cells, the cells named accordingly.
+/// Sorts attractors by their number of cells and renumbers the cells.
 fn ranked(
     attractors: Vec<Attractor>,
     mut classes: Vec<BasinClass>,
@@ -461,7 +464,7 @@ fn ranked(
     (order.into_iter().map(|number| attractors[number].clone()).collect(), classes)
 }
 
-/// The cells of a plane.
+/// The cells of the plane.
 struct Grid<'a> {
     request: &'a BasinRequest,
     offsets: [Vec<f64>; 2],
@@ -473,12 +476,12 @@ impl<'a> Grid<'a> {
         Self { request, offsets: [offsets(0), offsets(1)] }
     }
 
-    /// Columns and rows.
+    /// Numbers of columns and rows.
     fn size(&self) -> [usize; 2] {
         [self.offsets[0].len(), self.offsets[1].len()]
     }
 
-    /// The state of a cell.
+    /// State at the centre of a cell.
     fn state(&self, cell: usize) -> Vec<f64> {
         let [columns, _] = self.size();
         let mut state = self.request.origin.clone();
@@ -487,7 +490,7 @@ impl<'a> Grid<'a> {
         state
     }
 
-    /// Whether each cell touches one of another class.
+    /// Whether each cell touches a cell of another class.
     fn borders(&self, classes: &[BasinClass]) -> Vec<bool> {
         let touches = |cell: usize| {
             let mut others = neighbours(self.size(), cell).into_iter();
@@ -514,9 +517,9 @@ impl<'a> Grid<'a> {
         }
     }
 
-    /// The share of pairs of cells that differ, by their distance, and its power.
+    /// Fits the fraction of pairs of cells that differ in class by a power of their distance.
     fn uncertainty(&self, classes: &[BasinClass]) -> Option<Uncertainty> {
-        /// A distance is at most this share of a side, and there are at least so many.
+        /// Largest distance is the shorter side divided by this; fewest distances for a fit.
         const SIDE: usize = 16;
         const FEWEST: usize = 3;
         let [columns, rows] = self.size();
@@ -553,7 +556,7 @@ impl<'a> Grid<'a> {
 }
 
 impl Basin {
-    /// The cells with their offsets, the horizontal axis' first.
+    /// Cells with their offsets, the horizontal one first.
     pub fn located(&self) -> impl Iterator<Item = ([f64; 2], BasinClass)> {
         let [horizontal, vertical] = &self.axes;
         let grid = vertical
@@ -563,7 +566,7 @@ impl Basin {
         grid.zip(self.cells.iter().copied())
     }
 
-    /// The full start state of a place in the plane.
+    /// Full start state at a place in the plane.
     pub fn state(&self, place: [f64; 2]) -> Vec<f64> {
         let mut state = self.origin.clone();
         for (axis, offset) in self.axes.iter().zip(place) {
@@ -575,7 +578,7 @@ impl Basin {
         state
     }
 
-    /// Takes the times out of the basin, which then is the same from run to run.
+    /// Resets the timing, so that results are equal from run to run.
     pub fn take_timing(&mut self) {
         self.timing = Timing::default();
     }

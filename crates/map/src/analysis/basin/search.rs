@@ -1,10 +1,11 @@
-//! The attractors of a map at fixed parameters, found as states are followed: each state until it
-//! is known where it goes.
+//! Search for the attractors of a map at fixed parameters, while states are followed to their
+//! destinations.
 //!
-//! One idea: attractors are found, not given. A state that comes to none of those known is followed
-//! until it settles, and what it settles on is known from then on. States are taken in rounds: all
-//! of a round are followed side by side against what was known when it began, and what they found
-//! is taken in by their order, so that no result depends on the number of cores.
+//! One idea: attractors are found, not given. A state that reaches no known attractor is followed
+//! until it settles, and the attractor found is known from then on. States are taken in rounds: the
+//! states of a round are followed in parallel against the attractors known at its beginning, and
+//! the findings are then added in the order of the states, so that results do not depend on the
+//! number of cores.
 
 use std::collections::HashMap;
 use std::mem;
@@ -23,58 +24,58 @@ use crate::iteration::{
 };
 use crate::model::Method;
 
-/// Iterates between two looks at where an orbit is.
+/// Iterates between two tests for known attractors.
 const CHUNK: usize = 16;
-/// States of an orbit in a row that are in the cells of an attractor once it is on it.
+/// Consecutive states in the cells of an attractor from which on an orbit counts as on it.
 const STAYED: usize = 3 * CHUNK;
-/// States of the first round, and by how much a round is larger than the one before, and of the
-/// largest.
+/// States of the first round, growth factor of a round, and states of the largest round.
 const FIRST_ROUND: usize = 48;
 const ROUND_GROWTH: usize = 8;
 const LARGEST_ROUND: usize = 1 << 16;
-/// Rounds that every share of a grid makes, to know the attractors.
+/// Rounds that every share of a grid computes, in order to know the attractors.
 const ROUNDS_OF_ALL: usize = 2;
-/// States that one thread follows at a time: as many as make what is prepared for them cheap.
+/// States that one thread follows at a time: enough to make the cost of preparation small.
 const BLOCK: usize = 256;
 
-/// How near an orbit that settled is to the periodic orbit that it settled on, in scales: where
-/// Newton's method found that orbit, and where it did not.
+/// Largest distance, in scales, between a settled orbit and a known periodic orbit for them to
+/// count as one: with both refined by Newton's method, and otherwise.
 const SETTLED: f64 = 1e-6;
 const SETTLED_ROUGHLY: f64 = 1e-4;
-/// Magnitude of a multiplier beyond which an orbit repels.
+/// Magnitude of the largest multiplier above which an orbit counts as repelling.
 const REPELLING: f64 = 1.0 + 1e-6;
-/// How far an orbit is moved off one that repels, in scales, and how often.
+/// Displacement off a repelling orbit, in scales, and most displacements of a state.
 const KICK: f64 = 1e-6;
 const KICKS: usize = 2;
-/// How many times longer an orbit without a period is followed before it is an attractor.
+/// Factor by which an orbit without a period is followed longer before it becomes an attractor.
 const LONGER: usize = 8;
-/// States from which the cells of an attractor without a period are taken, and over which its
-/// exponent is.
+/// States from which the cells of an attractor without a period are taken, and iterates over which
+/// its exponent is.
 const COVERING: usize = 1 << 13;
 const EXPONENT_ITERATES: usize = 1 << 12;
-/// States of an attractor without a period that are shown.
+/// States of an attractor without a period that are kept for output.
 const SHOWN: usize = 2000;
-/// Share of the kept states of an orbit in the cells of an attractor that it is on.
+/// Fraction of the kept states of an orbit in the cells of an attractor from which on the orbit is
+/// on it.
 const SHARED: f64 = 0.5;
 
-/// Where a state goes.
+/// Destination of a state.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 enum Goal {
     Class(BasinClass),
-    /// To none of the attractors known: where it is, its next states, and their period.
+    /// No known attractor: the last states of the orbit, and their period.
     Open {
         states: Vec<f64>,
         period: Period,
     },
 }
 
-/// The number of a state, and the state.
+/// Index and value of a state.
 type Start = (usize, Vec<f64>);
-/// What a share found: under so many attractors known, where states go, by their numbers.
+/// Findings of a share: the number of attractors known, and the destinations of states by index.
 pub(super) type FoundByShare = (usize, Vec<(usize, Followed)>);
 
-/// The places of so many states, round by round: every first round has states from everywhere, so
-/// that most attractors are found in it.
+/// Positions of `count` states, split into rounds. The first round has states from everywhere, so
+/// that it finds most attractors.
 fn rounds(count: usize) -> Vec<Vec<usize>> {
     let stride = (count / FIRST_ROUND).max(1);
     let order: Vec<usize> = (0..stride).flat_map(|first| (first..count).step_by(stride)).collect();
@@ -87,37 +88,37 @@ fn rounds(count: usize) -> Vec<Vec<usize>> {
     rounds
 }
 
-/// What following a state found, and at what price.
+/// Destination of a state, and the iterates it took.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Followed {
     goal: Goal,
     iterates: u64,
-    /// Those of the iterates that the map made.
+    /// Number of iterates made by the map.
     mapped: u64,
 }
 
-/// What an attractor is.
+/// An attractor that was found.
 #[derive(Clone, Debug)]
 enum Known {
     Cycle(Cycle),
-    /// Without a period, and the orbit that its cells are of.
+    /// An attractor without a period: its cells, and the orbit that they are taken from.
     Cells(Cells, MapOrbit),
 }
 
-/// The attractors of a map at some parameters, as far as they are known.
+/// Search for the attractors of a map at fixed parameters.
 pub(super) struct Search<'a> {
     pub(super) map: &'a dyn SweptMap,
     pub(super) parameters: &'a [f64],
     pub(super) window: &'a MapWindow,
-    /// Iterates before an orbit has settled, those kept then, and the bounds.
+    /// Iterates before an orbit counts as settled, states kept then, and escape bounds.
     pub(super) request: OrbitRequest,
     pub(super) progress: &'a dyn Progress,
     fixed: Box<dyn DiscreteMap + Send + 'a>,
     known: Vec<Known>,
-    /// What shares found, by the attractors known and the number of the state.
+    /// Findings of shares, by the number of attractors known and the index of the state.
     found: HashMap<(usize, usize), Followed>,
     rounds: u64,
-    /// Iterates made in rounds, and those of them that the map made.
+    /// Iterates made in rounds, and the number of them made by the map.
     pub(super) iterates: u64,
     pub(super) mapped: u64,
 }
@@ -146,8 +147,8 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// With what shares found: where states go by their numbers, each under so many attractors
-    /// known, which are those of this search.
+    /// Adds findings of shares: destinations of states by index, each for a number of known
+    /// attractors. Those attractors are the first ones of this search too.
     pub(super) fn with_found(mut self, found: impl Iterator<Item = FoundByShare>) -> Self {
         for (known, found) in found {
             let found = found.into_iter().map(|(number, followed)| ((known, number), followed));
@@ -156,7 +157,7 @@ impl<'a> Search<'a> {
         self
     }
 
-    /// Where the states of some numbers go, in their order.
+    /// Classes of the states with the given indices, in their order.
     pub(super) fn classes(
         &mut self,
         numbers: &[usize],
@@ -173,13 +174,13 @@ impl<'a> Search<'a> {
         classes
     }
 
-    /// Follows some states side by side, and takes in what they found.
+    /// Follows states in parallel, and adds the attractors found.
     fn round(&mut self, starts: &[Start]) -> Vec<BasinClass> {
         let found = self.followed(starts, self.progress);
         found.into_iter().map(|followed| self.take(followed, KICKS)).collect()
     }
 
-    /// What following some states side by side finds, a round of its own.
+    /// Follows states in parallel, as a round of its own.
     fn followed(&mut self, starts: &[Start], progress: &dyn Progress) -> Vec<Followed> {
         let round = self.rounds;
         self.rounds += 1;
@@ -195,7 +196,8 @@ impl<'a> Search<'a> {
         parallel::map(starts.chunks(BLOCK).enumerate(), block).concat()
     }
 
-    /// Whether what was found, by whomever, has attractors that are known and states of the map.
+    /// Whether a finding read back is consistent: its attractor is known, or its states fit the
+    /// map.
     fn fits(&self, followed: &Followed) -> bool {
         match &followed.goal {
             Goal::Class(BasinClass::Attractor(number)) => *number < self.known.len(),
@@ -211,7 +213,7 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// What becomes of some states, of which some are known.
+    /// Follows those of the states that no share has followed.
     fn follow_but(&self, starts: &[Start]) -> Vec<Followed> {
         let known = |number: usize| {
             let found = self.found.get(&(self.known.len(), number));
@@ -224,9 +226,9 @@ impl<'a> Search<'a> {
         starts.iter().filter_map(found).collect()
     }
 
-    /// A share of the states of a grid, which is refined as `refine` does it: the first rounds of
-    /// the first states asked for, which tell the attractors, and then what the share's own tiles
-    /// ask for, under those attractors.
+    /// Computes a share of the states of a grid that `refine` refines: first the first rounds of
+    /// the states asked for first, which find the attractors; then the states that the share's own
+    /// tiles need, against those attractors.
     pub(super) fn share(
         &mut self,
         first: &[usize],
@@ -238,7 +240,7 @@ impl<'a> Search<'a> {
             numbers.map(|number| (number, state(number))).collect()
         };
         let mut classes = HashMap::new();
-        // The same of all shares, so that one of them hands it over.
+        // All shares compute the same here; only the first one hands it over.
         let hands_over = shard.share.number() == 1;
         for round in rounds(first.len()).into_iter().take(ROUNDS_OF_ALL) {
             let starts = starts(&mut round.iter().map(|&place| first[place]));
@@ -253,7 +255,7 @@ impl<'a> Search<'a> {
             let new = wanted.iter().copied().filter(|number| !classes.contains_key(number));
             let new = starts(&mut new.collect::<Vec<_>>().into_iter());
             shard.own.expect(new.len() as u64);
-            // Attractors that are new serve to tell cells apart, and to follow no state.
+            // New attractors separate cells; they do not end the orbits of other states.
             let more = self.known.split_off(known);
             let followed = self.followed(&new, shard.own);
             self.known.extend(more);
@@ -266,7 +268,7 @@ impl<'a> Search<'a> {
         shard.give(&(known, found));
     }
 
-    /// What becomes of some states, as many at a time as the map has lanes.
+    /// Follows states, as many at a time as the map has lanes.
     fn follow(&self, starts: &[&[f64]]) -> Vec<Followed> {
         let mut found = Vec::new();
         self.map.side_by_side(self.parameters, &mut |orbits| {
@@ -275,7 +277,7 @@ impl<'a> Search<'a> {
         found
     }
 
-    /// The class of a state, an attractor that is new being known from then on.
+    /// Class of a state that was followed; a new attractor is known from then on.
     fn take(&mut self, followed: Followed, kicks: usize) -> BasinClass {
         self.iterates += followed.iterates;
         self.mapped += followed.mapped;
@@ -297,7 +299,7 @@ impl<'a> Search<'a> {
         states.chunks_exact(self.dimension()).map(<[f64]>::to_vec).collect()
     }
 
-    /// The class of an orbit that settled on a period.
+    /// Class of an orbit that settled on a period.
     fn take_cycle(&mut self, points: &[Vec<f64>], kicks: usize) -> BasinClass {
         let scales = &self.request.scales;
         let find = |points: &[Vec<f64>], refined: bool| {
@@ -318,7 +320,7 @@ impl<'a> Search<'a> {
         BasinClass::Attractor(number.unwrap_or_else(|| self.learn(Known::Cycle(cycle))))
     }
 
-    /// The class of a state beside an orbit that repels.
+    /// Class of a state near a repelling orbit, displaced off it.
     fn take_kicked(&mut self, state: &[f64], kicks: usize) -> BasinClass {
         if kicks == 0 {
             return BasinClass::Undecided;
@@ -329,7 +331,7 @@ impl<'a> Search<'a> {
         followed.map_or(BasinClass::Undecided, |followed| self.take(followed, kicks - 1))
     }
 
-    /// The class of an orbit that has no period yet.
+    /// Class of an orbit that has not settled on a period yet.
     fn take_wanderer(&mut self, states: &[f64], kicks: usize) -> BasinClass {
         let rows = self.rows(states);
         let shares = |known: &Known| match known {
@@ -355,7 +357,7 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// The class of an orbit that goes on without a period.
+    /// Class of an orbit that stays without a period: a new attractor.
     fn take_attractor(&mut self, state: &[f64]) -> BasinClass {
         let request = OrbitRequest { transient: 0, keep: COVERING, ..self.request.clone() };
         let orbit = MapOrbit::of(&*self.fixed, state, &[], &request);
@@ -371,7 +373,7 @@ impl<'a> Search<'a> {
         self.known.len() - 1
     }
 
-    /// The attractors found, in their order.
+    /// Attractors found, in their order.
     pub(super) fn attractors(&self) -> Vec<Attractor> {
         parallel::map(&self.known, |known| self.describe(known))
     }
@@ -400,7 +402,7 @@ impl<'a> Search<'a> {
     fn describe_cycle(&self, cycle: &Cycle) -> Attractor {
         let period = cycle.points.len();
         let request = OrbitRequest { transient: 0, keep: 2 * period, ..self.request.clone() };
-        // From its last point, so that the first state kept is its first point.
+        // Starts from the last point, so that the first state kept is the first point.
         let mut orbit = MapOrbit::of(&*self.fixed, &cycle.points[period - 1], &[], &request);
         orbit.period = Period::Periodic(period);
         let returns = orbit.steps.iter().skip(1).take(period).map(|step| step.passages).collect();
@@ -422,7 +424,7 @@ impl<'a> Search<'a> {
     }
 }
 
-/// The class of an orbit that ended early.
+/// Class of an orbit that ended early.
 fn left(end: OrbitEnd) -> BasinClass {
     match end {
         OrbitEnd::NoImage { .. } => BasinClass::NoImage,
@@ -430,20 +432,20 @@ fn left(end: OrbitEnd) -> BasinClass {
     }
 }
 
-/// The class of a state on its way, and what of it is known.
+/// A state that is being followed.
 struct Slot {
-    /// The number of the state.
+    /// Position of the state among the starts.
     number: usize,
     state: Vec<f64>,
     iterates: usize,
     mapped: u64,
-    /// Whether what is made next is kept.
+    /// Whether the next iterates are kept, to determine where the orbit settled.
     keeps: bool,
-    /// States in a row in the cells of attractors, by attractor.
+    /// Consecutive states in the cells of each attractor.
     stayed: Vec<usize>,
 }
 
-/// States that are followed side by side, new ones in the places of those whose goal is known.
+/// States that are followed side by side; a finished one is replaced by the next.
 struct Follower<'s, 'a> {
     search: &'s Search<'a>,
     starts: &'s [&'s [f64]],
@@ -481,7 +483,7 @@ impl<'s, 'a> Follower<'s, 'a> {
         self.found.into_iter().flatten().collect()
     }
 
-    /// Puts states that were not followed yet into the places that are free.
+    /// Fills free slots with states that were not followed yet.
     fn refill(&mut self) {
         while self.slots.len() < self.search.map.lanes() && self.next < self.starts.len() {
             self.slots.push(Slot {
@@ -496,7 +498,7 @@ impl<'s, 'a> Follower<'s, 'a> {
         }
     }
 
-    /// Takes in what a state did next.
+    /// Updates a slot with the next iterates of its state.
     fn advance(&mut self, mut slot: Slot, orbit: MapOrbit) {
         slot.iterates += orbit.steps.len();
         slot.mapped += orbit.steps.iter().filter(|step| !step.simulated).count() as u64;
@@ -518,7 +520,7 @@ impl<'s, 'a> Follower<'s, 'a> {
         self.slots.push(slot);
     }
 
-    /// Where an orbit goes, if it is known.
+    /// Class of an orbit, if its destination is known.
     fn class(&self, slot: &mut Slot, orbit: &MapOrbit) -> Option<BasinClass> {
         let search = self.search;
         if search.map.method() == Method::Map {
@@ -553,7 +555,7 @@ mod tests {
     use crate::analysis::progress::NoProgress;
     use crate::iteration::{Itinerary, StepInfo};
 
-    /// A map of the plane with its derivative by differences.
+    /// A map of the plane with a Jacobian by differences.
     struct Plane<F>(F);
 
     impl<F: Fn([f64; 2]) -> [f64; 2] + Sync> DiscreteMap for Plane<F> {
@@ -590,7 +592,7 @@ mod tests {
         }
     }
 
-    /// The classes of the states of a square grid about the origin, and the attractors.
+    /// States of a square grid about the origin, their classes, and the attractors.
     fn classes<F: Fn([f64; 2]) -> [f64; 2] + Sync>(
         map: F,
         half_width: f64,
@@ -610,14 +612,14 @@ mod tests {
         (states, classes, search.attractors())
     }
 
-    /// The state after so many iterates.
+    /// State after `count` iterates.
     fn iterated<F: Fn([f64; 2]) -> [f64; 2]>(map: F, state: &[f64], count: usize) -> [f64; 2] {
         (0..count).fold([state[0], state[1]], |state, _| map(state))
     }
 
     #[test]
     fn basins_of_newtons_method_for_three_roots_are_those_of_plain_iteration() {
-        // z ↦ z − (z³ − 1)/(3 z²), whose basins have one border in common.
+        // z ↦ z − (z³ − 1)/(3 z²), whose three basins share one border.
         let newton = |[x, y]: [f64; 2]| {
             let (a, b) = (x * x - y * y, 2.0 * x * y);
             let size = 3.0 * (a * a + b * b);
@@ -670,7 +672,7 @@ mod tests {
 
     #[test]
     fn states_on_a_repelling_orbit_leave_it() {
-        // (0, 0) repels along x, and the rows of x = 0 run into it.
+        // (0, 0) repels along x, and the states with x = 0 run into it.
         let (states, classes, attractors) =
             classes(|[x, y]: [f64; 2]| [1.5 * x - 0.5 * x * x * x, 0.5 * y], 1.2);
         assert_eq!(attractors.len(), 2);

@@ -1,9 +1,9 @@
 //! Branches of the orbits of direct simulation.
 //!
-//! One idea: at the graze itself every branch may begin whose contacts are those of the section's
-//! own passage, without the map being asked for an orbit. Where a later passage makes contact, the
-//! graze is no border of the unknowns: there branches begin at the map's orbits. What simulation
-//! settles on along the range gives the other seeds.
+//! One idea: if all contacts are those of the section's own passage, a branch may begin at the
+//! graze itself, without an orbit of the map. If a later passage makes contact, the graze is no
+//! border of the unknowns, and branches begin at orbits of the map. The other seeds are orbits that
+//! simulation settles on along the range.
 
 use std::collections::{BTreeSet, VecDeque};
 use std::iter::once;
@@ -40,48 +40,50 @@ use crate::numeric::linear::eigenvalues;
 use crate::numeric::{Dd, Real, converted};
 use crate::orbit::GrazingOrbit;
 
-/// Values of the parameter at which orbits are flown, up and down.
+/// Number of parameter values at which orbits are simulated, up and down.
 const VALUES: usize = 16;
-/// Scattered states from which orbits are flown at each, beside those that are carried.
+/// Number of scattered start states at each value, in addition to carried ones.
 const SCATTERED: usize = 2;
-/// Orbits are flown at offsets of the parameter up to so many of its sizes.
+/// Largest offset at which orbits are simulated, relative to the parameter's grazing value.
 const FARTHEST: f64 = 4.0;
-/// Returns flown before any are looked at, at most.
+/// Most returns before section points are recorded.
 const TRANSIENT: usize = 300;
-/// After every so many, whether section points repeat to this, in units, and none more are needed.
+/// Returns between tests for settling, and the distance in units within which settled section
+/// points repeat.
 const SETTLING: usize = 16;
 const SETTLED: f64 = 1e-10;
-/// Returns looked at, at least.
+/// Fewest returns recorded.
 const KEPT: usize = 40;
-/// Section points this near, in units, nearly repeat.
+/// Distance, in units, within which section points nearly repeat.
 const NEARLY_REPEATED: f64 = 0.3;
-/// A variable of a passage up to this is that of a graze, in its unit: next to one, contacts are
-/// not resolved, and the polynomial in their place errs by as much where the unit is large.
+/// Largest variable of a passage, in its unit, that counts as a graze: contacts next to a graze are
+/// not resolved, and the polynomial that replaces them errs by as much if the unit is large.
 const AT_GRAZE: f64 = 1e-6;
-/// Places of the map's orbits from which branches are followed, as shares of those in its window.
+/// Positions of seeds among the map's orbits in its window, as shares of a branch.
 const SEEDED_AT: [f64; 3] = [0.25, 0.5, 0.75];
-/// Largest distance of a multiplier from that of a special point, where the point was found and
+/// Largest distance of a multiplier from its critical value, where a special point was found and
 /// where it is refined.
 const AT_MULTIPLIER: [f64; 2] = [1e-4; 2];
 const REFINED_MULTIPLIER: [f64; 2] = [1e-6; 2];
-/// First step of the parameter towards a Hopf point, in units, and most of them.
+/// First step of the parameter towards a Hopf point, in units, and most steps.
 const HOPF_STEP: f64 = 1e-4;
 const HOPF_STEPS: usize = 30;
-/// Share of the frequency of a pair of eigenvalues by which they grow at a Hopf point.
+/// Largest growth rate of a pair of eigenvalues at a Hopf point, relative to its frequency.
 const AT_HOPF: f64 = 1e-9;
 /// Largest distance of a Hopf point from the end of its branch, in units.
 const NEAR_HOPF: f64 = 1e-2;
-/// Most work of a flight, in products of series.
+/// Most work for a flight, in products of series.
 const FLIGHT_WORK: u64 = 1_000_000;
-/// Share of the largest speed of a contact along a branch up to which it grazes.
+/// Speed below which a contact grazes, relative to its largest speed along the branch.
 const SLOW: f64 = 1e-3;
-/// Halvings towards a graze beside the passages.
+/// Bisection steps towards a graze that belongs to no passage.
 const HALVINGS: usize = 45;
-/// How far from a graze its refinement in double-double may lie: a contact may be too weak for
+/// Largest distance of a graze from its refinement in double-double: a contact may be too weak for
 /// double precision.
 const FAR_AT_GRAZE: f64 = 1e-2;
 
-/// Steps along a branch: where an orbit loses a section point, derivatives fail before images do.
+/// Step control along a branch: where an orbit loses a section point, derivatives fail before
+/// images do.
 const STEPS: StepControl = StepControl { unresolved: 8, ..StepControl::DEFAULT };
 
 type DirectTrace = Trace<DirectOrbit<f64>>;
@@ -92,28 +94,28 @@ type Point = CurvePoint<f64, DirectOrbit<f64>>;
 struct Flight {
     parameter: f64,
     states: Vec<Vec<f64>>,
-    /// The passages that make contact in each return.
+    /// Passages that make contact, for each return.
     returns: Vec<PassageSet>,
 }
 
-/// What seeds are taken from.
+/// Data from which seeds are taken.
 pub(super) struct Sources {
     flights: Vec<Flight>,
-    /// Where the orbit without contact grazes.
+    /// Grazes of the orbit without contact.
     grazing: Vec<GrazeStart>,
-    /// Orbits of the map at which a later passage than the section's own makes contact.
+    /// Orbits of the map with contact at a passage after the section's own.
     by_map: Vec<FoundOrbit>,
 }
 
-/// The branches of direct simulation.
+/// Branches of direct simulation.
 pub(super) struct DirectBranches<'a> {
     image: DirectImage<'a, f64>,
     fine: DirectImage<'a, Dd>,
     units: DirectUnits,
-    /// The size at the graze of the parameter that varies; 0 where that is its value.
+    /// Magnitude of the varied parameter at the graze.
     size: f64,
     depths: DepthEvaluation<f64>,
-    /// The surfaces that graze, in the model's order.
+    /// Indices of the surfaces that graze, in the model's order.
     surfaces: BTreeSet<usize>,
     scene: &'a Scene,
     orbit: &'a GrazingOrbit,
@@ -124,12 +126,11 @@ pub(super) struct DirectBranches<'a> {
     unfinished: Unfinished,
 }
 
-/// Where the orbit without contact grazes: its section point and the value of the parameter that
-/// varies, in offsets.
+/// Graze of the orbit without contact: section point and value of the varied parameter, in offsets.
 pub(in crate::analysis) type GrazeStart = (Vec<f64>, f64);
 
 impl<'a> DirectBranches<'a> {
-    /// Branches of a request, as far as `extent` says.
+    /// Branches of a request within an extent.
     pub(super) fn new(
         system: &'a HybridSystem,
         scene: &'a Scene,
@@ -157,7 +158,7 @@ impl<'a> DirectBranches<'a> {
         })
     }
 
-    /// The branches as they are given out, and the itineraries of which not all was followed.
+    /// Branches in their final form, and the itineraries that were not followed completely.
     pub(super) fn given_out(&self) -> Branches {
         let branches = self.described(&self.all(self.extent.follow));
         let cut = branches.iter().filter(|branch| branch.ends.contains(&BranchEnd::WorkLimit));
@@ -165,8 +166,8 @@ impl<'a> DirectBranches<'a> {
         Branches { branches, unfinished: self.unfinished.listed() }
     }
 
-    /// The orbits of the itineraries asked for at a value of the parameter that varies: where
-    /// branches pass it; and the itineraries of which not all was followed.
+    /// Orbits of the itineraries asked for at a value of the varied parameter, taken from branches
+    /// that pass it; and the itineraries that were not followed completely.
     pub(super) fn orbits(&self, value: f64) -> (Vec<FoundOrbit>, Vec<ContactItinerary>) {
         let found = self.all(self.extent.follow);
         let is_cut = |trace: &DirectTrace| trace.ends.contains(&CourseEnd::WorkLimit);
@@ -184,7 +185,7 @@ impl<'a> DirectBranches<'a> {
         self.equations_of(&self.image, itinerary)
     }
 
-    /// The equations of which an orbit is a solution.
+    /// Equations in the section points that an orbit has.
     fn equations_with(
         &self,
         itinerary: &ContactItinerary,
@@ -204,8 +205,8 @@ impl<'a> DirectBranches<'a> {
         DirectOrbitEquations::new(image, itinerary, &self.units, &[(*along, range)], at)
     }
 
-    /// What simulation settles on along the range: up and down, every flight begun where the last
-    /// one ended, and from scattered states and those asked for.
+    /// Flights of direct simulation along the range: up and down, each started at the end of the
+    /// last one, and from scattered states and the start states of the request.
     fn flights(&self) -> Vec<Flight> {
         let range = self.request.range;
         let [from, to] = match self.size {
@@ -255,13 +256,13 @@ impl<'a> DirectBranches<'a> {
         flights.into_iter().chain(about).flatten().collect()
     }
 
-    /// The returns from a state on, after a transient, as far as there are any.
+    /// Returns from a state after a transient, as many as there are.
     fn fly(&self, image: &mut DirectImage<'a, f64>, start: &[f64], parameter: f64) -> Flight {
         let parameters = self.request.parameters(parameter);
         let kept = KEPT.max(2 * self.request.longest);
         let mut state = start.to_vec();
         let mut flight = Flight { parameter, states: Vec::new(), returns: Vec::new() };
-        // The last section points, as long as the flight may be settled on a period of them.
+        // The latest section points, enough to detect the longest period.
         let mut latest: VecDeque<Vec<f64>> = VecDeque::new();
         let (mut dropped, mut left) = (TRANSIENT, FLIGHT_WORK);
         for number in 0.. {
@@ -272,7 +273,7 @@ impl<'a> DirectBranches<'a> {
                 break;
             };
             left = left.saturating_sub(image.work());
-            // Half of the work is for what is looked at.
+            // Half of the work is reserved for recorded returns.
             if number < dropped && 2 * left < FLIGHT_WORK {
                 dropped = number + 1;
             }
@@ -298,13 +299,13 @@ impl<'a> DirectBranches<'a> {
         flight
     }
 
-    /// Whether a section point is one of the latest.
+    /// Whether a section point equals one of the latest.
     fn repeats(&self, state: &[f64], latest: &VecDeque<Vec<f64>>) -> bool {
         let (circle, units) = (self.image.circle(), &self.units.state);
         latest.iter().any(|other| circle.apart(state, other, units) <= SETTLED)
     }
 
-    /// The kept returns that come nearest to a period of an itinerary.
+    /// Seed at the recorded returns that are nearest to a period of an itinerary.
     fn nearest_period(&self, flight: &Flight, itinerary: &ContactItinerary) -> Option<Seed> {
         let (period, asked) = (itinerary.period(), itinerary.returns());
         let made = |start: &usize| flight.returns[*start..*start + period] == *asked;
@@ -319,8 +320,8 @@ impl<'a> DirectBranches<'a> {
             .then(|| Seed::new(itinerary, states.to_vec(), Vec::new(), flight.parameter))
     }
 
-    /// Where the orbit without contact grazes: its section point and the parameter. It is followed
-    /// from the graze's parameter or from where simulation settles on it.
+    /// Grazes of the orbit without contact. The orbit is followed from the parameters of the graze
+    /// or from where simulation settles on it.
     fn grazing_orbits(&self, flights: &[Flight]) -> Vec<GrazeStart> {
         let origin = vec![0.0; self.image.dimension()];
         let mut others = self.request.at.iter().enumerate();
@@ -342,8 +343,8 @@ impl<'a> DirectBranches<'a> {
         grazing.collect()
     }
 
-    /// Orbits of the map's branches, in its window, of the itineraries with contact at a later
-    /// passage than the section's own: some of each branch.
+    /// Some orbits of each branch of the map inside its window, for itineraries with contact at a
+    /// passage after the section's own.
     fn orbits_of_map(&self) -> Vec<FoundOrbit> {
         let later = |itinerary: &&ContactItinerary| {
             itinerary.returns().iter().any(|made| made.iter().any(|passage| passage > 0))
@@ -370,7 +371,7 @@ impl<'a> DirectBranches<'a> {
         orbits.collect()
     }
 
-    /// The equations in whose section points a seed is followed, and its unknowns.
+    /// Equations in which a seed is followed, and its unknowns.
     fn equations_at(
         &self,
         itinerary: &ContactItinerary,
@@ -383,14 +384,15 @@ impl<'a> DirectBranches<'a> {
         {
             return Some((equations, guess));
         }
-        // Returns without contact may be without the local minimum of the gap that names them.
+        // A return without contact may lack the local minimum of the gap that defines its section
+        // point.
         let mut fewer = equations.at_contacts()?;
         let guess = fewer.unknowns(&seed.states, &parameters)?;
         Some((fewer, guess))
     }
 
-    /// Whether an orbit lies on a branch that is known, begun at any of its points; `alike` asks
-    /// those in the same section points alone.
+    /// Whether an orbit lies on a known branch, from any of its starting points. With `alike` only
+    /// branches in the same section points count.
     fn is_known(
         &self,
         equations: &mut DirectOrbitEquations<'a, f64>,
@@ -415,17 +417,17 @@ impl<'a> DirectBranches<'a> {
         lies_on_one(&mut fewer, &own, at_contacts.into_iter())
     }
 
-    /// The passages without speed or gap where a branch ends.
+    /// Passages with zero speed or gap at the end of a branch.
     fn grazing(&self, equations: &DirectOrbitEquations<'a, f64>, point: &Point) -> Vec<usize> {
         let unknowns = point.unknowns.iter().enumerate();
         let touching = unknowns.filter(|(_, value)| value.abs() <= AT_GRAZE);
         touching.filter_map(|(unknown, _)| equations.passage_of(unknown)).collect()
     }
 
-    /// The same orbit in other section points, from which the branch goes on: without those of
-    /// returns that may have lost theirs, or with them again.
+    /// Seed that continues a branch in other section points: without those of returns without
+    /// contact, which may have lost theirs, or with them again.
     fn other_points(&self, seed: Seed, point: &Point) -> Option<Seed> {
-        // The way of a branch to its end is that of the tangent there.
+        // The tangent at the end points in the direction in which the branch was followed.
         let outward = &point.tangent;
         let mut every = self.equations(&seed.itinerary);
         let fewer = every.clone().at_contacts()?;
@@ -444,9 +446,9 @@ impl<'a> DirectBranches<'a> {
         Some(Seed { at_contacts: false, states, way, ..seed })
     }
 
-    /// Seeds of the same orbit with one more return without contact, at contacts alone, from which
-    /// the branch goes on: on a tangency section an orbit may come to a further local minimum of
-    /// the gap, which parts one of its returns. Equations hold for the return that is parted alone.
+    /// Seeds that continue a branch with one more return without contact, in the section points of
+    /// returns with contact. On a tangency section an orbit may acquire another local minimum of
+    /// the gap, which splits one of its returns; the right one to split is found by solving.
     fn with_another_return(&self, seed: &Seed, point: &Point) -> Vec<Seed> {
         let (itinerary, orbit) = (&seed.itinerary, &point.linearised.extra);
         let returns = itinerary.returns();
@@ -480,8 +482,9 @@ impl<'a> DirectBranches<'a> {
         (0..returns.len()).map(parted).collect()
     }
 
-    /// The graze, between two points of a branch, at which a contact begins or ends that no passage
-    /// accounts for, as of a compliant stop, on which orbits depend smoothly enough: by halving.
+    /// Graze between two points of a branch at which a contact outside the passages begins or ends,
+    /// by bisection. Applies where orbits depend smoothly enough on such contacts, as at a
+    /// compliant stop.
     fn graze_between(
         &self,
         itinerary: &ContactItinerary,
@@ -495,8 +498,8 @@ impl<'a> DirectBranches<'a> {
         let chord: Vec<f64> = from.unknowns.iter().zip(&to.unknowns).map(|(a, b)| b - a).collect();
         let mut at = |share: f64| {
             let start = moved(&from.unknowns, &chord, share);
-            // Derivatives are differences, which would meet both sides of the graze: those of the
-            // first point serve for all.
+            // Derivatives by differences would mix both sides of the graze; those of the first
+            // point are used throughout.
             by_chords(&from.linearised.jacobian, &chord, start, |unknowns| {
                 equations.flown_orbit(unknowns)
             })
@@ -517,7 +520,7 @@ impl<'a> DirectBranches<'a> {
         Some(BranchPoint { orbit, special: Some(special) })
     }
 
-    /// The orbits of a branch at a value of the parameter that varies, in double-double.
+    /// Orbits of a branch at a value of the varied parameter, in double-double.
     fn passing(
         &self,
         itinerary: &ContactItinerary,
@@ -533,7 +536,7 @@ impl<'a> DirectBranches<'a> {
         let guesses = trace.points.windows(2).filter_map(|pair| {
             let [a, b] = [&pair[0].unknowns, &pair[1].unknowns];
             let share = (wanted - a[last]) / (b[last] - a[last]);
-            // A value that is a point's own belongs to one of its two intervals.
+            // A value at a point belongs to one of its two intervals.
             (0.0..1.0).contains(&share).then(|| {
                 let mut guess: Vec<Dd> = converted(&between(a, b, share));
                 guess[last] = Dd::from(value) / Dd::from(self.units.parameters[0]);
@@ -556,7 +559,7 @@ impl<'a> DirectBranches<'a> {
         orbits.collect()
     }
 
-    /// What is special about a point at which these test functions vanish.
+    /// Data of the special point at which the given test functions vanish.
     fn special(
         &self,
         equations: &DirectOrbitEquations<'a, f64>,
@@ -577,7 +580,7 @@ impl<'a> DirectBranches<'a> {
         let multipliers = multipliers.unwrap_or_default();
         let label = match equations.is_repeated(orbit, NEAR) {
             true => BranchLabel::BranchPoint,
-            // Where the parameter turns, the multiplier 1 is that of the turn.
+            // Where the parameter turns, the multiplier 1 belongs to the turn.
             false => label_of(turns, 0, &multipliers, AT_MULTIPLIER)
                 .find(|label| *label != BranchLabel::BranchPoint || !turns.contains(&0))?,
         };
@@ -585,7 +588,7 @@ impl<'a> DirectBranches<'a> {
         Some(Special { label, grazing: Vec::new(), coefficient })
     }
 
-    /// The Hopf point next to an orbit of an autonomous system: the equilibrium at which a pair of
+    /// Hopf point near an orbit of an autonomous system: the equilibrium at which a pair of
     /// eigenvalues crosses the imaginary axis, by secant steps in the parameter.
     fn hopf(&self, itinerary: &ContactItinerary, near: &FoundOrbit) -> Option<BranchPoint> {
         self.units.acceleration?;
@@ -627,8 +630,7 @@ impl<'a> DirectBranches<'a> {
             return None;
         }
         let period = std::f64::consts::TAU / pair.im;
-        // Of the pair's own plane the return has one direction, in which orbits neither grow nor
-        // shrink.
+        // The pair's own plane leaves one direction for the return, with multiplier 1.
         let others = there.eigenvalues.iter().filter(|value| **value != pair);
         let others = others.filter(|value| **value != pair.conj());
         let all = others.map(|value| (value * period).exp()).chain([Complex::new(1.0, 0.0)]);
@@ -655,7 +657,7 @@ impl<'a> DirectBranches<'a> {
         Some(BranchPoint { orbit, special: Some(special) })
     }
 
-    /// The coefficient of the normal form.
+    /// Coefficient of the normal form.
     fn coefficient(
         &self,
         equations: &DirectOrbitEquations<'a, f64>,
@@ -670,7 +672,7 @@ impl<'a> DirectBranches<'a> {
             false => value.abs(),
         });
         let units = &window_scales(&self.map.window)[..self.units.state.len()];
-        // How far the coordinate that is replaced lies from that of a graze, in half-widths.
+        // Distance of the replaced coordinate from its value at a graze, in half-widths.
         let share = self.units.gap.map_or(1.0, |(place, _)| self.units.state[place] / units[place]);
         let mut image = self.fine.clone();
         NormalForm {
@@ -685,7 +687,7 @@ impl<'a> DirectBranches<'a> {
         .of(label)
     }
 
-    /// A special point to the rounding of double-double, where it is a zero of this test function.
+    /// Refines a special point, a zero of test function `test`, to the rounding of double-double.
     fn refined(
         &self,
         itinerary: &ContactItinerary,
@@ -698,8 +700,9 @@ impl<'a> DirectBranches<'a> {
         Some(self.found(&fine, &found, false))
     }
 
-    /// An orbit that grazes to the rounding of double-double, its passages without speed or gap
-    /// held there, and the change of the parameter with the speed of the one contact that begins.
+    /// Refines a grazing orbit to the rounding of double-double, with speed or gap zero held at the
+    /// grazing passages; also returns the derivative of the parameter by the speed of the contact
+    /// that begins, if there is exactly one.
     fn refined_graze(
         &self,
         itinerary: &ContactItinerary,
@@ -722,7 +725,8 @@ impl<'a> DirectBranches<'a> {
         near.then(|| (self.found(&fine, &found, true), slope))
     }
 
-    /// The change of the parameter with the speed of the one contact that begins at a graze.
+    /// Derivative of the parameter by the speed of the contact that begins at a graze; `None`
+    /// unless there is exactly one.
     fn slope(
         &self,
         fine: &mut DirectOrbitEquations<'a, Dd>,
@@ -739,7 +743,8 @@ impl<'a> DirectBranches<'a> {
         slope.is_finite().then_some(slope)
     }
 
-    /// The same of a branch point at which orbits have half their period: there those double.
+    /// Parameters of a branch point whose orbit has half the period, refined as the period-doubling
+    /// point of that orbit.
     fn refined_doubling(&self, itinerary: &ContactItinerary, point: &Point) -> Option<Vec<f64>> {
         let half = halved(itinerary);
         let mut equations = self.equations(&half);
@@ -757,7 +762,8 @@ impl<'a> DirectBranches<'a> {
         Some(self.refined(&half, &point, 1)?.parameters)
     }
 
-    /// The branch through a seed, if it is another than those known. A branch is no point alone.
+    /// Branch through a seed, if it is not among those known. Rejects branches that consist of one
+    /// point.
     fn through(
         &self,
         equations: &mut DirectOrbitEquations<'a, f64>,
@@ -796,12 +802,12 @@ impl<'a> DirectBranches<'a> {
             Way::On(direction) => Trace::onward(equations, &start, direction, &STEPS)?,
             _ => Trace::through(equations, &start, &STEPS)?,
         };
-        // One without orbits beside the graze is not physical on any side of it.
+        // A branch without orbits beside the graze is physical on neither side.
         let beside = |point: &Point| apart(&point.unknowns, &start) > SAME;
         trace.points.iter().any(beside).then_some(trace)
     }
 
-    /// The orbit at a point.
+    /// Orbit at a point of a branch.
     fn found<S: Real>(
         &self,
         equations: &DirectOrbitEquations<'a, S>,
@@ -855,7 +861,7 @@ impl Oracle for DirectBranches<'_> {
         Sources { flights, grazing, by_map: self.orbits_of_map() }
     }
 
-    /// At the graze, at orbits of the map, and at what nearly repeats.
+    /// Seeds at the graze, at orbits of the map, and at nearly periodic flights.
     fn seeds(
         &self,
         itinerary: &ContactItinerary,
@@ -1009,13 +1015,13 @@ impl Oracle for DirectBranches<'_> {
     }
 }
 
-/// A number from −1 to 1 for every pair of numbers: a Kronecker sequence.
+/// Number from −1 to 1 for each pair of indices, by a Kronecker sequence.
 fn scattered(number: usize, component: usize) -> f64 {
     let golden = 0.618_033_988_749_894_9;
     2.0 * ((number + 1) as f64 * (golden / (component + 1) as f64).sqrt()).fract() - 1.0
 }
 
-/// Whether an orbit has the multiplier of its label, as near as that.
+/// Whether an orbit has the critical multiplier of its label, within `near`.
 fn has_multiplier(orbit: &FoundOrbit, label: BranchLabel, near: [f64; 2]) -> bool {
     let test = match label {
         BranchLabel::SaddleNode => 0,
@@ -1027,8 +1033,8 @@ fn has_multiplier(orbit: &FoundOrbit, label: BranchLabel, near: [f64; 2]) -> boo
     label_of(&[test], 0, &multipliers.collect::<Vec<_>>(), near).next().is_some()
 }
 
-/// Whether a contact of an orbit at the end of a branch has all but no speed: one of a later
-/// passage than the section's own, whose graze is no border of the unknowns.
+/// Whether a contact of the orbit at the end of a branch has nearly zero speed: a contact of a
+/// passage after the section's own, whose graze is no border of the unknowns.
 fn ends_at_graze(points: &[BranchPoint], end: usize) -> bool {
     points[end].orbit.contacts.iter().filter(|contact| contact.passage > 0).any(|contact| {
         let same = |other: &&OrbitContact| {
@@ -1040,7 +1046,7 @@ fn ends_at_graze(points: &[BranchPoint], end: usize) -> bool {
     })
 }
 
-/// The equations in the section points of an orbit.
+/// Equations in the section points of an orbit.
 fn in_points_of<'a, S: Real>(
     equations: DirectOrbitEquations<'a, S>,
     orbit: &DirectOrbit<f64>,
@@ -1052,7 +1058,7 @@ fn in_points_of<'a, S: Real>(
     equations.at_contacts().unwrap_or(every)
 }
 
-/// Whether an orbit lies on one of some branches, begun at any of its points.
+/// Whether an orbit lies on one of the branches, from any of its starting points.
 fn lies_on_one<'t>(
     equations: &mut DirectOrbitEquations<'_, f64>,
     unknowns: &[f64],

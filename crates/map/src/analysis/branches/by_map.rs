@@ -25,30 +25,31 @@ use crate::numeric::linear::eigenvalues;
 use crate::numeric::{Real, converted};
 use crate::orbit::GrazingOrbit;
 
-/// Half-widths of the window up to which branches are followed, of coordinates, and depth
-/// variables in that of the window's edge.
+/// Largest coordinates and depth variables along branches: in half-widths of the window, and in the
+/// depth variable of the window's edge.
 const REACH: f64 = 10.0;
 const DEEPEST: f64 = 2.0;
-/// Places in the range at which orbits are looked for, as shares of each side of the graze.
+/// Parameter values at which orbits are looked for, as shares of the range on each side of the
+/// graze.
 const SHARES: [f64; 4] = [0.02, 0.15, 0.5, 0.95];
-/// A value of a graze within this of zero is at it, in the units of the unknowns.
+/// Largest value of a graze function that counts as zero, in the units of the unknowns.
 const AT_GRAZE: f64 = 1e-10;
-/// How near multipliers are to those of a special point, real ones and complex pairs.
+/// Largest distances of real multipliers and of complex pairs from critical values.
 const AT_MULTIPLIER: [f64; 2] = [1e-5, 1e-6];
 
 type Point = CurvePoint<f64, PassagesOfOrbit<f64>>;
 
 type MapTrace = Trace<PassagesOfOrbit<f64>>;
 
-/// What seeds are taken from.
+/// Data from which seeds are taken.
 pub(super) struct Sources {
-    /// What the map settles on, by the value of the parameter.
+    /// Orbits that the map settles on, by parameter value.
     settled: Vec<(f64, Vec<Settled>)>,
-    /// Where the orbit without contact grazes: its point, the parameter, and the passages.
+    /// Grazes of the orbit without contact: point, parameter, and grazing passages.
     grazing: Vec<(Vec<f64>, f64, PassageSet)>,
 }
 
-/// The branches of a map.
+/// Branches of a map.
 pub(super) struct MapBranches<'a> {
     search: ItinerarySearch<'a>,
     by_map: ByMap<'a>,
@@ -74,9 +75,9 @@ impl<'a> MapBranches<'a> {
         })
     }
 
-    /// The branches that are physical somewhere.
+    /// Branches that are physical somewhere.
     pub(super) fn physical(&self, follow: Follow) -> Branches {
-        // A branch that is virtual on both sides of a graze touches what is physical there alone.
+        // A branch that is virtual on both sides of a graze is physical only at that point.
         let of_stretch = |point: &BranchPoint| {
             point.orbit.physical && point.special.is_none() && !point.orbit.multipliers.is_empty()
         };
@@ -103,8 +104,8 @@ impl<'a> MapBranches<'a> {
         if self.search.positive { equations.with_positive_depths() } else { equations }
     }
 
-    /// The values at which orbits are looked for: in the range as far as branches are followed,
-    /// and in the window where that is a small part of it.
+    /// Parameter values at which orbits are looked for: over the followed part of the range, and
+    /// over the window if it is a small part of that.
     fn values(&self) -> Vec<f64> {
         let [a, b] = self.request.range;
         let zero = 0.0_f64.clamp(a.min(b), a.max(b));
@@ -120,13 +121,13 @@ impl<'a> MapBranches<'a> {
         values.collect()
     }
 
-    /// The one of these values that is nearest to the graze.
+    /// The value nearest to the graze.
     fn value_at_graze(&self) -> f64 {
         let values = self.values().into_iter();
         values.min_by(|a, b| a.abs().total_cmp(&b.abs())).unwrap_or_default()
     }
 
-    /// What the map settles on at these values.
+    /// Orbits that the map settles on at these values.
     fn settled(&self) -> Vec<(f64, Vec<Settled>)> {
         let values = self.values();
         let longest = self.request.itineraries.iter().map(ContactItinerary::period).max();
@@ -137,7 +138,7 @@ impl<'a> MapBranches<'a> {
         })
     }
 
-    /// Where the orbit without contact grazes: its point, the parameter, and the passages.
+    /// Grazes of the orbit without contact: point, parameter, and grazing passages.
     fn grazing_orbits(&self) -> Vec<(Vec<f64>, f64, PassageSet)> {
         let passages = self.map.passages();
         let none = ContactItinerary::new(passages, vec![PassageSet::default()]);
@@ -161,7 +162,7 @@ impl<'a> MapBranches<'a> {
         turns.collect()
     }
 
-    /// What is special about a point at which these test functions vanish.
+    /// Data of the special point at which the given test functions vanish.
     fn special(
         &self,
         equations: &MapOrbitEquations<'_, f64>,
@@ -173,7 +174,7 @@ impl<'a> MapBranches<'a> {
         let jacobian = equations.jacobian(&point.linearised);
         let multipliers = jacobian.and_then(|jacobian| eigenvalues(&jacobian).ok());
         let multipliers = multipliers.unwrap_or_default();
-        // Nearer to a graze than rounding nothing is told from a real multiplier.
+        // Within rounding of a graze, real multipliers cannot be distinguished.
         let at_graze = depths_at_graze(equations, point) > 0;
         let told = |label: &BranchLabel| {
             !at_graze || matches!(label, BranchLabel::Graze | BranchLabel::NeimarkSacker)
@@ -192,7 +193,8 @@ impl<'a> MapBranches<'a> {
         Some(Special { label, grazing, coefficient })
     }
 
-    /// The change of the parameter with the speed of the one contact that begins at a graze.
+    /// Derivative of the parameter by the speed of the contact that begins at a graze; `None`
+    /// unless there is exactly one.
     fn slope(
         &self,
         equations: &MapOrbitEquations<'_, f64>,
@@ -213,7 +215,7 @@ impl<'a> MapBranches<'a> {
         slope.is_finite().then_some(slope)
     }
 
-    /// The coefficient of the normal form.
+    /// Coefficient of the normal form.
     fn normal_form(
         &self,
         equations: &MapOrbitEquations<'_, f64>,
@@ -224,7 +226,7 @@ impl<'a> MapBranches<'a> {
         let (state, depths, parameters) = equations.offsets(&point.unknowns);
         let first = equations.first_depth_variable();
         let units = &window_scales(&self.map.window)[..first];
-        // Units of the equations are half-widths, or smaller by one factor.
+        // The units of the equations are half-widths times a common factor of at most 1.
         let smaller = (equations.units()[0] / units[0]).powi(2);
         let depths = depths.iter().zip(&equations.units()[first..]);
         let depths = depths.map(|(y, unit)| smaller * (y / unit).powi(2));
@@ -243,8 +245,8 @@ impl<'a> MapBranches<'a> {
         .of(label)
     }
 
-    /// The parameters of a special point to the rounding of double-double, where it is a zero of
-    /// this test function.
+    /// Parameters of a special point, a zero of test function `test`, to the rounding of
+    /// double-double.
     fn refined(
         &self,
         itinerary: &ContactItinerary,
@@ -256,7 +258,8 @@ impl<'a> MapBranches<'a> {
         Some(converted(&fine.offsets(&found.unknowns).2))
     }
 
-    /// The same of a branch point at which orbits have half their period: there those double.
+    /// Parameters of a branch point whose orbit has half the period, refined as the period-doubling
+    /// point of that orbit.
     fn refined_doubling(&self, itinerary: &ContactItinerary, point: &Point) -> Option<Vec<f64>> {
         let half = halved(itinerary);
         let (state, depths, parameters) = self.equations(itinerary).offsets(&point.unknowns);
@@ -269,7 +272,7 @@ impl<'a> MapBranches<'a> {
         self.refined(&half, &point, 1)
     }
 
-    /// The branch through a seed, if it is another than those known.
+    /// Branch through a seed, if it is not among those known.
     fn through(
         &self,
         itinerary: &ContactItinerary,
@@ -298,7 +301,7 @@ impl<'a> MapBranches<'a> {
         is_new.then(|| Trace::through(&mut equations, &start.0, &StepControl::DEFAULT))?
     }
 
-    /// The orbit at a point.
+    /// Orbit at a point of a branch.
     fn found(
         &self,
         equations: &MapOrbitEquations<'_, f64>,
@@ -435,7 +438,7 @@ impl Oracle for MapBranches<'_> {
             let (_, _, parameters) = equations.offsets(&trace.points[place].unknowns);
             parameters[self.request.along]
         };
-        // Where several contacts graze at once, determinants have zeros of higher order.
+        // Where several contacts graze at once, determinants have multiple zeros.
         let several = |ends: &&[usize; 2]| {
             let places = ends[0]..=ends[1];
             let mut grazing = places.map(|place| &trace.points[place]);
@@ -452,7 +455,7 @@ impl Oracle for MapBranches<'_> {
     }
 }
 
-/// Whether an orbit lies on a branch that is known, begun at any of its points.
+/// Whether an orbit lies on a known branch, from any of its starting points.
 fn is_known(
     equations: &mut MapOrbitEquations<'_, f64>,
     (unknowns, linearised): &Solution<f64, PassagesOfOrbit<f64>>,
@@ -472,7 +475,7 @@ fn is_known(
     lies_on(equations, (&starts, unknowns[unknowns.len() - 1]), &lines, SAME)
 }
 
-/// Whether the map makes the contacts prescribed, where these test functions vanish.
+/// Whether the map makes exactly the prescribed contacts; `vanishing` test functions may be zero.
 fn is_physical(equations: &MapOrbitEquations<'_, f64>, point: &Point, vanishing: &[usize]) -> bool {
     let contacts = equations.itinerary().contacts();
     let first = equations.first_depth_variable();
@@ -488,7 +491,7 @@ fn is_physical(equations: &MapOrbitEquations<'_, f64>, point: &Point, vanishing:
     made.all(|made| made) && free.all(|free| free)
 }
 
-/// The return and passage that graze where a test function vanishes.
+/// Return and passage that graze where a test function vanishes.
 fn grazing_passage(
     equations: &MapOrbitEquations<'_, f64>,
     point: &Point,
@@ -504,14 +507,14 @@ fn grazing_passage(
     Some([number, passage])
 }
 
-/// Contacts without depth.
+/// Number of contacts with depth zero.
 fn depths_at_graze(equations: &MapOrbitEquations<'_, f64>, point: &Point) -> usize {
     let depths = equations.first_depth_variable()..equations.first_parameter();
     point.unknowns[depths].iter().filter(|y| y.abs() <= AT_GRAZE).count()
 }
 
-/// The doubled branch at an orbit with a multiplier −1: the vector of that multiplier, with the
-/// depth variables of the second half the other way.
+/// Seed of the doubled branch at an orbit with multiplier −1: its eigenvector, with opposite depth
+/// variables in the second half.
 fn doubling(equations: &MapOrbitEquations<'_, f64>, point: &Point, seed: Seed) -> Option<Seed> {
     let matrix = equations.shifted(&point.linearised.jacobian, -1.0);
     let vector = null_vector(&matrix)?;
@@ -521,7 +524,7 @@ fn doubling(equations: &MapOrbitEquations<'_, f64>, point: &Point, seed: Seed) -
     Some(seed.doubled(&direction.collect::<Vec<f64>>()))
 }
 
-/// The same orbit with a passage made a contact, of depth zero, or one made none.
+/// Seed with the contact of a passage removed (`contact` is its index), or added with depth zero.
 fn with(mut seed: Seed, number: usize, passage: usize, contact: Option<usize>) -> Seed {
     match contact {
         Some(place) => drop(seed.depth_variables.remove(place)),

@@ -1,61 +1,61 @@
-//! Requests and results of a continuation in one parameter, without their numbers' type.
+//! Requests and results of continuation in one parameter, for any number type.
 
 use serde::{Deserialize, Serialize};
 
 use crate::analysis::periodic::{ContactItinerary, FoundOrbit};
 
-/// What is asked of [`branches`](super::branches()).
+/// Request of [`branches`](super::branches()).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct BranchRequest {
-    /// Itineraries whose orbits are looked for and continued, begun at any return.
+    /// Itineraries whose orbits are looked for and continued, written from any return.
     pub itineraries: Vec<ContactItinerary>,
-    /// Returns of the longest period that is followed where a branch doubles or changes its
+    /// Longest period, in returns, of branches that follow from period-doublings or changes of the
     /// itinerary.
     pub longest: usize,
-    /// The active parameter that varies.
+    /// Index of the varied parameter among the active ones.
     pub along: usize,
-    /// Its offsets, from and to.
+    /// Range of its offsets: first and last value.
     pub range: [f64; 2],
-    /// Offsets of all active parameters; that of the one that varies is not used.
+    /// Offsets of all active parameters; that of the varied one is ignored.
     pub at: Vec<f64>,
-    /// Whether orbits are those of direct simulation, or the map's.
+    /// Whether orbits are those of direct simulation; otherwise those of the map.
     pub direct: bool,
-    /// States from which direct simulation looks for orbits beside those it tries by itself, in
-    /// offsets; the map's orbits are all solved for and need none.
+    /// Additional start states for direct simulation, in offsets; the map needs none, as all its
+    /// orbits are solved for.
     pub starts: Vec<Vec<f64>>,
 }
 
 impl BranchRequest {
-    /// The same with itineraries as they are listed.
+    /// Request with itineraries in the standard form, each listed once.
     pub(super) fn listed(&self) -> Self {
         Self { itineraries: ContactItinerary::listed(&self.itineraries), ..self.clone() }
     }
 
-    /// All active parameters at a value of the one that varies.
+    /// All active parameters at a value of the varied one.
     pub(super) fn parameters(&self, value: f64) -> Vec<f64> {
         let mut parameters = self.at.clone();
         parameters[self.along] = value;
         parameters
     }
 
-    /// The range, its lower end first.
+    /// Range with the smaller end first.
     pub(super) fn ordered_range(&self) -> [f64; 2] {
         let [a, b] = self.range;
         [a.min(b), a.max(b)]
     }
 }
 
-/// What marks a special point of a branch.
+/// Kind of a special point of a branch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum BranchLabel {
-    /// A passage grazes: one that makes contact, with speed zero, or one that does not, with gap
-    /// zero.
+    /// Graze of a passage: of one that makes contact, with speed zero, or of one that does not,
+    /// with gap zero.
     #[serde(rename = "GR")]
     Graze,
-    /// Saddle-node: a multiplier 1, the branch turns back in the parameter.
+    /// Saddle-node: a multiplier is 1, and the branch turns back in the parameter.
     #[serde(rename = "SN")]
     SaddleNode,
-    /// Period-doubling: a multiplier −1.
+    /// Period-doubling: a multiplier is −1.
     #[serde(rename = "PD")]
     PeriodDoubling,
     /// Neimark–Sacker: a complex pair on the unit circle.
@@ -70,7 +70,7 @@ pub enum BranchLabel {
 }
 
 impl BranchLabel {
-    /// Two letters.
+    /// Label of two letters.
     pub fn letters(self) -> &'static str {
         match self {
             Self::Graze => "GR",
@@ -83,77 +83,77 @@ impl BranchLabel {
     }
 }
 
-/// What is known of a special point beside its orbit.
+/// Data of a special point beside its orbit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Special {
-    /// Which.
+    /// Kind of the point.
     pub label: BranchLabel,
-    /// The passages that graze: return and passage, from 0.
+    /// Passages that graze, as return and passage, from 0.
     pub grazing: Vec<[usize; 2]>,
-    /// Of a graze at which one contact begins, the change of the parameter with its speed. Of a
-    /// saddle-node `b` in `ξ ↦ β + ξ + b ξ²`, of a period-doubling `c` in `ξ ↦ −(1 + β) ξ + c ξ³`,
-    /// whose doubled orbits are stable where `c > 0`, of a Neimark–Sacker point the first Lyapunov
-    /// coefficient, at which the closed curve is stable where it is negative; `ξ` is the distance
-    /// along the eigenvector of unit length, coordinates in half-widths of the window. Of a Hopf
-    /// point the angular frequency of the orbits that shrink to it.
+    /// Graze at which one contact begins: derivative of the parameter by the contact's speed.
+    /// Saddle-node: `b` in `ξ ↦ β + ξ + b ξ²`. Period-doubling: `c` in `ξ ↦ −(1 + β) ξ + c ξ³`; the
+    /// doubled orbits are stable if `c > 0`. Neimark–Sacker: first Lyapunov coefficient; the closed
+    /// curve is stable if it is negative. `ξ` is the distance along the eigenvector of unit length,
+    /// with coordinates in half-widths of the window. Hopf: angular frequency of the orbits that
+    /// shrink to the point.
     pub coefficient: Option<f64>,
 }
 
 /// An orbit of a branch.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct BranchPoint {
-    /// The orbit; without multipliers where a contact has speed zero, at which one is infinite.
+    /// The orbit; without multipliers if a contact has speed zero, because one is infinite.
     pub orbit: FoundOrbit,
-    /// What is special about it.
+    /// Data of a special point; `None` at other points.
     pub special: Option<Special>,
 }
 
-/// Why a branch goes no further.
+/// Reason why a branch ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum BranchEnd {
-    /// At the end of the range of the parameter.
+    /// End of the range of the parameter.
     Range,
-    /// Where a coordinate or a depth is as far from the graze as branches are followed.
+    /// A coordinate or a depth is as far from the graze as branches are followed.
     Reach,
-    /// It comes back to where it began.
+    /// The branch returns to its first point.
     Closed,
-    /// On the branch of the orbits of half its period.
+    /// Period-doubling point on the branch of the orbits of half the period.
     Doubling,
-    /// At a graze beyond which it is not defined.
+    /// Graze beyond which the branch is undefined.
     Graze,
-    /// At a Hopf point, where its orbits have shrunk to an equilibrium.
+    /// Hopf point, at which the orbits have shrunk to an equilibrium.
     Hopf,
-    /// It continues another branch of the itinerary, which ends there: with or without the section
-    /// points of its returns without contact.
+    /// Start of a branch that continues another one of the same itinerary, with or without the
+    /// section points of returns without contact.
     Continued,
-    /// No step was short enough.
+    /// No step was short enough to succeed.
     StepTooSmall,
-    /// After the most steps.
+    /// The largest number of steps was reached.
     StepLimit,
-    /// After the most work.
+    /// The bound on work was reached.
     WorkLimit,
 }
 
-/// A branch of periodic orbits of one itinerary, in order along it.
+/// A branch of periodic orbits of one itinerary, in order.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Branch {
-    /// The itinerary of its physical orbits.
+    /// Itinerary of the physical orbits.
     pub itinerary: ContactItinerary,
-    /// Its orbits, special ones among them.
+    /// Orbits, special points included.
     pub points: Vec<BranchPoint>,
-    /// Why it goes no further, at its first and last point.
+    /// Reasons for the ends at the first and at the last point.
     pub ends: [BranchEnd; 2],
-    /// Stretches, by the parameter, in which more special points may lie than were found.
+    /// Intervals of the parameter that may contain more special points than were found.
     pub unresolved: Vec<[f64; 2]>,
 }
 
-/// All that was found.
+/// Result of [`branches`](super::branches()).
 #[derive(Clone, Debug, PartialEq, Default, Serialize, Deserialize)]
 pub struct Branches {
-    /// The branches, by itinerary: shorter periods first.
+    /// Branches by itinerary, shorter periods first.
     pub branches: Vec<Branch>,
-    /// Itineraries for which the work was at its end before all was followed.
+    /// Itineraries that were not followed completely within the bound on work.
     #[serde(default)]
     pub unfinished: Vec<ContactItinerary>,
 }

@@ -1,9 +1,9 @@
 //! Branches of periodic orbits in one parameter, through folds, flips and grazes.
 //!
-//! One idea: an itinerary's orbits are solved for, so a branch needs no stable orbit to begin with.
-//! With the depth variables as unknowns the graze of an orbit is a regular point of its branch;
-//! beyond it the orbit is virtual, and the physical continuation is the branch of the itinerary
-//! with that contact more or less. Both pass through the same point.
+//! One idea: the orbits of an itinerary are solved for, so a branch needs no stable orbit to start
+//! from. With depth variables as unknowns, the graze of an orbit is a regular point of its branch.
+//! Beyond it the orbit is virtual; the physical continuation is the branch of the itinerary with
+//! one contact more or less. Both branches pass through the graze.
 
 mod by_direct;
 mod by_map;
@@ -29,29 +29,29 @@ use crate::hybrid::HybridSystem;
 use crate::model::Scene;
 use crate::orbit::GrazingOrbit;
 
-/// How far branches of direct simulation are followed.
+/// Extent to which branches of direct simulation are followed.
 #[derive(Clone, Debug)]
 pub(super) struct Extent {
-    /// To which others.
+    /// Choice of the branches that other branches lead to.
     pub(super) follow: Follow,
-    /// The graze at which they may begin; none: those that are found.
+    /// Graze at which branches may begin; `None`: the grazes that are found.
     pub(super) graze: Option<GrazeStart>,
-    /// Most work for the seeds of an itinerary in one round, in products of series.
+    /// Most work for the seeds of one itinerary, in products of series.
     pub(super) most_work: u64,
 }
 
 impl Extent {
-    /// From the grazes that are found, with [`MOST_WORK`].
+    /// Extent with a choice of branches, from the grazes that are found, within [`MOST_WORK`].
     pub(super) fn to(follow: Follow) -> Self {
         Self { follow, graze: None, most_work: MOST_WORK }
     }
 }
 
-/// The branches of the itineraries asked for, and of those that they change to where their orbits
-/// graze or double.
+/// Computes the branches of the itineraries asked for, and of the itineraries that these change to
+/// at grazes and period-doublings.
 ///
-/// Special points are solved for in double-double. A branch is given out if a part of it is
-/// physical; virtual stretches are parts of it. No result depends on the number of cores.
+/// Special points are solved for in double-double. Branches are returned if a part of them is
+/// physical, with their virtual parts. Results do not depend on the number of cores.
 ///
 /// # Errors
 ///
@@ -66,8 +66,8 @@ pub fn branches(
     followed(scene, orbit, map, request, Extent::to(Follow::All), progress)
 }
 
-/// A share of the pieces of [`branches`]: the branches of some of the itineraries asked for. Those
-/// that they lead to are left to what joins the shares; what seeds them is found by every share.
+/// Computes a share of [`branches`]: the branches of some of the itineraries asked for. Every share
+/// computes the seeds; the branches that others lead to are left to the joining run.
 ///
 /// # Errors
 ///
@@ -91,7 +91,7 @@ pub fn branches_share(
     Ok(())
 }
 
-/// The branches of the itineraries asked for, as far as they are followed.
+/// Branches of the itineraries asked for, within an extent.
 pub(super) fn followed(
     scene: &Scene,
     orbit: &GrazingOrbit,
@@ -110,9 +110,8 @@ pub(super) fn followed(
     Ok(of.given_out())
 }
 
-/// The orbits of direct simulation where the branches of the itineraries asked for pass a value of
-/// the parameter that varies, solved for in double-double, and the itineraries of which not all was
-/// followed.
+/// Orbits of direct simulation at a value of the varied parameter, on branches of the itineraries
+/// asked for, solved for in double-double; and the itineraries that were not followed completely.
 pub(super) fn direct_orbits(
     scene: &Scene,
     orbit: &GrazingOrbit,
@@ -158,7 +157,7 @@ mod tests {
         let cut = |branch: &Branch| branch.ends.contains(&BranchEnd::WorkLimit);
         let all = found(MOST_WORK);
         assert!(all.unfinished.is_empty() && !all.branches.iter().any(cut), "{:?}", all.branches);
-        // The least power of two with which there is a branch.
+        // The smallest power of two that gives a branch.
         let mut some = (10..26).map(|power| found(1 << power));
         let some = some.find(|some| !some.branches.is_empty()).expect("a branch");
         assert_eq!(some.unfinished, request.itineraries);
@@ -168,7 +167,7 @@ mod tests {
             points.sum::<usize>()
         };
         assert!(points(&some) < points(&all));
-        // What is found are orbits: fixed points of the simulated return.
+        // The results are orbits: fixed points of the simulated return.
         let system = HybridSystem::new(&scene.model);
         let mut image = DirectImage::<f64>::new(&system, &scene, &orbit).expect("parameters");
         for FoundOrbit { states, parameters, .. } in
@@ -176,7 +175,7 @@ mod tests {
         {
             let back = image.image(&states[0], parameters).expect("offsets").offsets;
             let apart = back.iter().zip(&states[0]).map(|(a, b)| (a - b).abs());
-            // At a graze the image is known to the root of rounding.
+            // At a graze the image is accurate to the root of rounding.
             assert!(apart.fold(0.0, f64::max) < 1e-7, "{states:?} {back:?}");
         }
     }

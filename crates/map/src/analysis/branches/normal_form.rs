@@ -1,9 +1,9 @@
 //! Coefficients of the normal forms at folds, flips and Neimark–Sacker points.
 //!
-//! One idea: they need the second and third derivatives of the period's map `F` along a few
-//! directions, and differences in double-double have the digits. Coordinates are in half-widths of
-//! the window, `q` has unit length there, `⟨p, q⟩ = 1` (Kuznetsov, *Elements of Applied Bifurcation
-//! Theory*, 2004, sections 4.3, 4.6 and 5.4):
+//! One idea: the coefficients need second and third derivatives of the map `F` of the period along
+//! a few directions, which differences in double-double give accurately. Coordinates are in
+//! half-widths of the window, `q` has unit length there, `⟨p, q⟩ = 1` (Kuznetsov, *Elements of
+//! Applied Bifurcation Theory*, 2004, sections 4.3, 4.6 and 5.4):
 //!
 //! ```text
 //! SN   b = ½ ⟨p, B(q, q)⟩                                         ξ ↦ β + ξ + b ξ²
@@ -12,7 +12,7 @@
 //!                            + B(q̄, (e^{2iθ} I − A)⁻¹ B(q, q))⟩
 //! ```
 //!
-//! The doubled orbits are stable where `c > 0`, the closed curve where `a < 0`.
+//! The doubled orbits are stable if `c > 0`, the closed curve if `a < 0`.
 
 use nalgebra::{Complex, DMatrix, DVector};
 
@@ -21,7 +21,7 @@ use crate::analysis::periodic::SectionMap;
 use crate::numeric::Dd;
 use crate::numeric::linear::eigenvalues;
 
-/// Steps of differences, as a share of the length on which the map varies.
+/// Step of differences, relative to the length scale of the map.
 const SHARE: f64 = 1e-6;
 
 type ComplexVector = DVector<Complex<f64>>;
@@ -32,18 +32,18 @@ pub(super) struct NormalForm<'a, M: ?Sized> {
     /// First point and all active parameters, in offsets.
     pub(super) state: Vec<Dd>,
     pub(super) parameters: Vec<Dd>,
-    /// Returns of the period.
+    /// Number of returns in the period.
     pub(super) returns: usize,
     /// Half-widths of the window.
     pub(super) units: Vec<f64>,
-    /// The Jacobian of the period's map, in offsets.
+    /// Jacobian of the map of the period, in offsets.
     pub(super) jacobian: DMatrix<f64>,
-    /// The length on which the map varies about the orbit, in half-widths: its depth.
+    /// Length scale of the map about the orbit, in half-widths: its distance from a graze.
     pub(super) length: f64,
 }
 
 impl<M: SectionMap<Dd> + ?Sized> NormalForm<'_, M> {
-    /// The coefficient of a special point; of grazes and branch points none.
+    /// Coefficient of a special point; `None` for grazes, branch points and Hopf points.
     pub(super) fn of(&mut self, label: BranchLabel) -> Option<f64> {
         match label {
             BranchLabel::SaddleNode => self.fold(),
@@ -56,14 +56,14 @@ impl<M: SectionMap<Dd> + ?Sized> NormalForm<'_, M> {
         }
     }
 
-    /// `b` of a fold.
+    /// Coefficient `b` of a fold.
     pub(super) fn fold(&mut self) -> Option<f64> {
         let (q, p) = self.vectors(Complex::new(1.0, 0.0))?;
         let second = self.second(&real(&q))?;
         Some(0.5 * real(&p).dot(&second))
     }
 
-    /// `c` of a flip.
+    /// Coefficient `c` of a flip.
     pub(super) fn flip(&mut self) -> Option<f64> {
         let (q, p) = self.vectors(Complex::new(-1.0, 0.0))?;
         let (q, p) = (real(&q), real(&p));
@@ -74,7 +74,7 @@ impl<M: SectionMap<Dd> + ?Sized> NormalForm<'_, M> {
         Some(p.dot(&(third + 3.0 * mixed)) / 6.0)
     }
 
-    /// `a` of a Neimark–Sacker point with this multiplier.
+    /// Coefficient `a` of a Neimark–Sacker point with the given multiplier.
     pub(super) fn torus(&mut self, multiplier: Complex<f64>) -> Option<f64> {
         let (q, p) = self.vectors(multiplier)?;
         let conjugate = q.map(|value| value.conj());
@@ -91,14 +91,14 @@ impl<M: SectionMap<Dd> + ?Sized> NormalForm<'_, M> {
         Some(0.5 * (p.dotc(&sum) * multiplier.conj()).re)
     }
 
-    /// The Jacobian in half-widths.
+    /// Jacobian in half-widths.
     fn scaled(&self) -> DMatrix<f64> {
         let (jacobian, units) = (&self.jacobian, &self.units);
         DMatrix::from_fn(units.len(), units.len(), |i, j| jacobian[(i, j)] * units[j] / units[i])
     }
 
-    /// The eigenvector of a multiplier, of unit length, and that of the transposed matrix with
-    /// `⟨p, q⟩ = 1`, conjugated in the first place.
+    /// Unit eigenvector `q` of a multiplier, and the eigenvector `p` of the transposed matrix with
+    /// `⟨p, q⟩ = 1`, where `p` is conjugated in the product.
     fn vectors(&self, multiplier: Complex<f64>) -> Option<(ComplexVector, ComplexVector)> {
         let matrix = self.scaled().map(|value| Complex::new(value, 0.0));
         let q = eigenvector(&matrix, multiplier)?;
@@ -108,7 +108,8 @@ impl<M: SectionMap<Dd> + ?Sized> NormalForm<'_, M> {
         p.iter().all(|value| value.re.is_finite() && value.im.is_finite()).then_some((q, p))
     }
 
-    /// The image of the point so far along a direction, in half-widths from the first point.
+    /// Image of the point at a distance along a direction; both in half-widths, relative to the
+    /// first point.
     fn image(&mut self, along: &DVector<f64>, distance: Dd) -> Option<Vec<Dd>> {
         let moved = self.state.iter().zip(along.iter()).zip(&self.units);
         let moved = moved.map(|((&x, &a), &unit)| x + Dd::from(a) * distance * Dd::from(unit));
@@ -120,7 +121,7 @@ impl<M: SectionMap<Dd> + ?Sized> NormalForm<'_, M> {
         Some(pairs.map(|((&end, &start), &unit)| (end - start) / Dd::from(unit)).collect())
     }
 
-    /// `Σ w_k F(x + k h u) / h^order`, for weights at `k = −3 … 3`.
+    /// `Σ w_k F(x + k h u) / h^order` with weights `w_k` at `k = −3 … 3`.
     fn difference(
         &mut self,
         along: &DVector<f64>,
@@ -134,7 +135,7 @@ impl<M: SectionMap<Dd> + ?Sized> NormalForm<'_, M> {
         let step = SHARE * self.length / length;
         let mut sum = vec![Dd::ZERO; along.len()];
         for (k, weight) in (-3..=3).zip(weights).filter(|(_, weight)| *weight != 0.0) {
-            // Places rounded to `f64` would not be evenly spaced.
+            // Offsets rounded to `f64` would not be evenly spaced.
             let image = self.image(along, Dd::from(f64::from(k)) * Dd::from(step))?;
             for (sum, value) in sum.iter_mut().zip(image) {
                 *sum += Dd::from(weight) * value;
@@ -185,7 +186,7 @@ fn real(vector: &ComplexVector) -> DVector<f64> {
     vector.map(|value| value.re)
 }
 
-/// The unit eigenvector of an eigenvalue, by inverse iteration next to it; real ones stay real.
+/// Unit eigenvector of an eigenvalue, by inverse iteration; real for a real eigenvalue.
 fn eigenvector(matrix: &DMatrix<Complex<f64>>, value: Complex<f64>) -> Option<ComplexVector> {
     let size = matrix.nrows();
     let largest = matrix.iter().fold(1.0_f64, |most, entry| most.max(entry.norm()));

@@ -1,4 +1,4 @@
-//! What is observed of the orbits of branches beside their section points, and branches over the
+//! Observables of the orbits of branches beside their section points, and branches drawn over the
 //! iterates of a diagram.
 
 use serde::{Deserialize, Serialize};
@@ -16,28 +16,28 @@ use crate::iteration::parallel;
 use crate::model::{DiagramRequest, Method, Scene, Spacing};
 use crate::orbit::GrazingOrbit;
 
-/// States per return from which an amplitude is taken.
+/// States per return from which an amplitude is computed.
 const SAMPLES: usize = 400;
-/// Most values of the parameter at which iterates are drawn under branches.
+/// Most parameter values at which iterates are drawn behind branches.
 const MOST_VALUES: usize = 400;
 
-/// A number for every orbit of a branch.
+/// Scalar observable of an orbit of a branch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum BranchObservable {
-    /// The event function of the section's surface at the first section point: `−y²` of a contact.
+    /// Event function of the section's surface at the first section point: `−y²` of a contact.
     #[serde(rename = "h")]
     Gap,
-    /// The largest speed at which a passage meets its surface; 0 without contact.
+    /// Largest speed at which a passage meets its surface; 0 without contact.
     ImpactSpeed,
     /// Time in contact with compliant surfaces per period of the orbit.
     ContactTime,
-    /// Half of the range of the gap of the section's surface along the orbit.
+    /// Half the range of the gap of the section's surface along the orbit.
     Amplitude,
 }
 
 impl BranchObservable {
-    /// Its name in tables and options.
+    /// Name in tables and options.
     pub fn name(self) -> &'static str {
         match self {
             Self::Gap => "h",
@@ -48,9 +48,9 @@ impl BranchObservable {
     }
 }
 
-/// An observable of all orbits: by branch and point. The orbits are flown for contact times and
-/// amplitudes, by direct simulation whatever they were found by; NaN where that ends early, and of
-/// virtual orbits but for the gap.
+/// Values of an observable by branch and point. Contact times and amplitudes are computed by direct
+/// simulation of the orbits, whatever method found them. NaN if the simulation ends early, and for
+/// virtual orbits except for the gap.
 ///
 /// # Errors
 ///
@@ -72,7 +72,7 @@ fn of_orbit(
     observable: BranchObservable,
 ) -> Result<f64, AnalysisError> {
     let found = &point.orbit;
-    // A virtual orbit is none of the oscillator's: nothing flies it.
+    // Virtual orbits are not motions of the oscillator and cannot be simulated.
     if !found.physical && observable != BranchObservable::Gap {
         return Ok(f64::NAN);
     }
@@ -108,8 +108,8 @@ fn of_orbit(
     })
 }
 
-/// Times from contacts to their releases. A contact that goes on at the end of the period is the
-/// one with which it began.
+/// Total time from contacts to their releases. A contact that goes on at the end of the period is
+/// the one that the period began with.
 fn contact_time(points: &[SeriesPoint]) -> f64 {
     let mut since: Vec<(usize, f64)> = Vec::new();
     let mut total = 0.0;
@@ -128,8 +128,8 @@ fn contact_time(points: &[SeriesPoint]) -> f64 {
     total
 }
 
-/// The largest value, or the least where the sign is negative: where a parabola through three rows
-/// has it, if they are evenly spaced.
+/// Largest value, or smallest for a negative sign: the extremum of the parabola through three rows
+/// if they are evenly spaced.
 fn largest(rows: &[(f64, f64)], sign: f64) -> f64 {
     let signed = |place: usize| sign * rows[place].1;
     let Some(at) = (0..rows.len()).max_by(|&a, &b| signed(a).total_cmp(&signed(b))) else {
@@ -147,17 +147,17 @@ fn largest(rows: &[(f64, f64)], sign: f64) -> f64 {
     }
 }
 
-/// What a diagram draws, of the orbits of branches and of iterates over the same range.
+/// Branches and iterates over the same range, for one drawing.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BranchDiagram {
-    /// The guarded iterates over the range of the branches.
+    /// Guarded iterates over the range of the branches.
     pub diagram: Diagram,
-    /// The observable: by branch, point and return.
+    /// Observable by branch, point and return.
     pub values: Vec<Vec<Vec<f64>>>,
 }
 
-/// The first diagram of a scene over the parameter of the branches, over their range; `None` where
-/// there is none, or other parameters are not at the graze.
+/// First diagram of a scene over the varied parameter, recomputed over the range of the branches;
+/// `None` if there is none, or if another parameter is away from the graze.
 ///
 /// # Errors
 ///
@@ -220,7 +220,7 @@ mod tests {
             row(1.0, None),
             row(1.5, Some(MomentEvent::Contact)),
             row(1.75, Some(MomentEvent::Release)),
-            // The first one, a period later.
+            // The first contact, a period later.
             row(1.9, Some(MomentEvent::Contact)),
         ];
         assert!((contact_time(&rows) - 0.55).abs() < 1e-15);
@@ -233,7 +233,7 @@ mod tests {
         let rows: Vec<(f64, f64)> =
             (0..=400).map(|number| (time(number), 3.0 + 2.0 * time(number).sin())).collect();
         let half = 0.5 * (largest(&rows, 1.0) - largest(&rows, -1.0));
-        // The fourth power of the spacing; samples alone err by 1e-4.
+        // Error of the fourth power of the spacing; samples alone err by 1e-4.
         assert!((half - 2.0).abs() < 1e-8, "{half}");
     }
 }

@@ -1,7 +1,8 @@
-//! A branch as it is followed, and which branches are, whatever their orbits are of.
+//! Tracing of branches and the choice of branches to follow, for a map or direct simulation.
 //!
-//! One idea: an [`Oracle`] finds seeds, follows a branch through each and describes it; which seeds
-//! are followed, in what order, and where branches lead to others is written once.
+//! One idea: an [`Oracle`] finds seeds, follows a branch through each and describes it. The choice
+//! and order of the seeds, and the branches that branches lead to, are handled once for all
+//! oracles.
 
 use std::collections::HashSet;
 
@@ -20,52 +21,51 @@ use crate::iteration::{PhaseCircle, parallel};
 use crate::numeric::linear::solve;
 use crate::numeric::{Dd, converted};
 
-/// Special points nearer than this are one, in the units of the unknowns.
+/// Special points nearer than this count as one, in the units of the unknowns.
 const ONE: f64 = 1e-10;
-/// Rounding of a component of a unit tangent, by derivatives that are differences in
-/// double-double.
+/// Rounding of a component of a unit tangent from derivatives by differences in double-double.
 const ROUNDING: f64 = 1e-9;
-/// Section points are the same where they agree to this share of themselves, and orbits where all
-/// their variables do.
+/// Relative difference up to which section points count as equal; orbits are equal if all their
+/// variables are.
 pub(super) const SAME: f64 = 1e-6;
-/// Orbits this near to those of half their period are where a branch doubles.
+/// Distance to the orbits of half the period below which a branch point is a period-doubling.
 pub(super) const NEAR: f64 = 1e-3;
-/// How far from a special point its refinement in double-double may lie.
+/// Largest distance of a special point from its refinement in double-double.
 const FAR: f64 = 1e-5;
-/// Largest residual of an orbit that is known to be one.
+/// Largest residual of a guess that counts as a solution.
 const KNOWN: f64 = 1e-11;
-/// Distances from the orbit that doubles at which the doubled branch begins.
+/// Distances from the period-doubling point at which the doubled branch is started.
 const DOUBLED: [f64; 3] = [1e-2, 1e-3, 1e-4];
-/// Rounds in which branches lead to others.
+/// Most rounds in which branches lead to other branches.
 const ROUNDS: usize = 8;
 
-/// An orbit from which a branch is followed.
+/// Start of a branch: an orbit.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct Seed {
     pub(super) itinerary: ContactItinerary,
-    /// Its section points, or the first one alone.
+    /// Section points, all or the first one only.
     pub(super) states: Vec<Vec<f64>>,
-    /// The depth variable of each contact by a map; none by direct simulation.
+    /// Depth variables of the contacts for a map; empty for direct simulation.
     pub(super) depth_variables: Vec<f64>,
     pub(super) parameter: f64,
-    /// Whether section points are those at contacts alone, as they may be by direct simulation.
+    /// Whether only the section points of returns with contact are variables, in direct simulation.
     pub(super) at_contacts: bool,
     pub(super) way: Way,
 }
 
-/// Where the branch of a seed goes.
+/// Direction in which the branch of a seed is followed.
 #[derive(Clone, Debug, Serialize)]
 pub(super) enum Way {
-    /// Through it.
+    /// Both ways through the seed.
     Through,
-    /// In this direction of the unknowns, from the branch of half the period.
+    /// Direction of the unknowns, from the branch of half the period.
     Doubled(Vec<f64>),
-    /// On in this direction, from the end of a branch in other section points.
+    /// Direction of the unknowns, from the end of a branch with other section points.
     On(Vec<f64>),
 }
 
 impl Seed {
-    /// An orbit through which a branch is followed.
+    /// Seed of a branch that is followed both ways.
     pub(super) fn new(
         itinerary: &ContactItinerary,
         states: Vec<Vec<f64>>,
@@ -77,8 +77,8 @@ impl Seed {
         Self { itinerary, states, depth_variables, parameter, at_contacts: false, way }
     }
 
-    /// Seed of the same orbit, of its shortest period and begun where its itinerary is the largest;
-    /// `circle` is the phase among its coordinates.
+    /// Seed of the same orbit with its shortest period and its largest rotation of the itinerary;
+    /// `circle` is the phase among the coordinates.
     pub(super) fn in_standard_form(mut self, circle: PhaseCircle) -> Self {
         let (standard, period, by) = standard_form(&self.itinerary, &self.states, circle);
         if !self.depth_variables.is_empty() {
@@ -92,7 +92,7 @@ impl Seed {
         self
     }
 
-    /// The same orbit gone through twice, from which a branch goes in a direction of its unknowns.
+    /// Seed of the orbit traversed twice, for a branch in a direction of the unknowns.
     pub(super) fn doubled(self, direction: &[f64]) -> Self {
         let returns = self.itinerary.returns().repeat(2);
         Self {
@@ -105,7 +105,7 @@ impl Seed {
     }
 }
 
-/// A branch from its one end to the other.
+/// A branch from end to end.
 #[derive(Serialize, Deserialize)]
 #[serde(bound(serialize = "X: Serialize", deserialize = "X: Deserialize<'de>"))]
 pub(super) struct Trace<X> {
@@ -113,12 +113,12 @@ pub(super) struct Trace<X> {
     pub(super) turns: Vec<Turn>,
     pub(super) unresolved: Vec<[usize; 2]>,
     pub(super) ends: [CourseEnd; 2],
-    /// Whether it begins where another ends.
+    /// Whether the branch starts at the end of another one.
     pub(super) continues: bool,
 }
 
 impl<X: Clone> Trace<X> {
-    /// The branch through an orbit, both ways.
+    /// Branch through an orbit, followed both ways.
     pub(super) fn through<C: CurveEquations<f64, Extra = X>>(
         equations: &mut C,
         start: &[f64],
@@ -132,7 +132,7 @@ impl<X: Clone> Trace<X> {
         }
         match follow(equations, start, &against, control) {
             Some(back) => Some(Self::joined(back, on)),
-            // What was found before the work was done is what there is.
+            // The bound on work keeps the part found so far.
             None if equations.is_spent() => {
                 let ends = [CourseEnd::WorkLimit, on.end];
                 Some(Self { ends, ..Self::of(on, false) })
@@ -141,7 +141,7 @@ impl<X: Clone> Trace<X> {
         }
     }
 
-    /// The branch from an orbit on, on the side of `along`.
+    /// Branch from an orbit on, on the side of `along`.
     pub(super) fn onward<C: CurveEquations<f64, Extra = X>>(
         equations: &mut C,
         start: &[f64],
@@ -152,19 +152,19 @@ impl<X: Clone> Trace<X> {
         Some(Self::of(follow(equations, start, &tangent, control)?, true))
     }
 
-    /// One course alone.
+    /// Branch of a single course.
     fn of(course: Course<f64, X>, continues: bool) -> Self {
         let Course { points, turns, unresolved, end } = course;
         let unresolved = unresolved.into_iter().map(|(_, ends)| ends).collect();
         Self { points, turns, unresolved, ends: [end; 2], continues }
     }
 
-    /// Two courses from one point, the first backwards.
+    /// Branch of two courses from one point, the first one reversed.
     fn joined(back: Course<f64, X>, on: Course<f64, X>) -> Self {
         let last = back.points.len() - 1;
         let ends = [back.end, on.end];
         let turned = back.turns.iter().rev().map(|turn| Turn { point: last - turn.point, ..*turn });
-        // Those of the first point are among both.
+        // Turns at the shared first point belong to both courses.
         let later = on.turns.iter().filter(|turn| turn.point > 0);
         let moved = later.map(|turn| Turn { point: last + turn.point, ..*turn });
         let turns = turned.chain(moved).collect();
@@ -175,8 +175,8 @@ impl<X: Clone> Trace<X> {
         Self { points, turns, unresolved, ends, continues: false }
     }
 
-    /// The places of the points that are given out, with the test functions that vanish at each:
-    /// special points that agree to rounding are one.
+    /// Indices of the points that are returned, with the test functions that vanish at each:
+    /// special points that agree to rounding are merged.
     pub(super) fn orbits(&self) -> Vec<(usize, Vec<usize>)> {
         let mut orbits: Vec<(usize, Vec<usize>)> = Vec::with_capacity(self.points.len());
         for place in 0..self.points.len() {
@@ -197,7 +197,7 @@ impl<X: Clone> Trace<X> {
         orbits
     }
 
-    /// Why it ends, where the unknown of a border is given a meaning.
+    /// Reasons for the ends; `border` translates the unknown that reached its border.
     pub(super) fn ends(&self, border: impl Fn(usize) -> BranchEnd) -> [BranchEnd; 2] {
         let ends = self.ends.map(|end| match end {
             CourseEnd::Border { unknown } => border(unknown),
@@ -216,47 +216,47 @@ impl<X: Clone> Trace<X> {
 #[serde(bound(serialize = "X: Serialize", deserialize = "X: Deserialize<'de>"))]
 pub(super) struct Searched<X> {
     pub(super) trace: Option<Trace<X>>,
-    /// The work that it took.
+    /// Work needed.
     pub(super) work: u64,
 }
 
-/// The kinds of pieces that are kept of branches.
+/// Kinds of kept pieces of branches.
 #[derive(Clone, Copy)]
 pub(super) enum Piece {
-    /// What is found through a seed.
+    /// Result of the search from a seed.
     Trace,
-    /// A branch as it is given out, by what was followed.
+    /// A branch in its final form.
     Branch,
-    /// What simulation settles on.
+    /// Flights of direct simulation.
     Flights,
 }
 
-/// Which branches are followed that others lead to.
+/// Choice of branches that others lead to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::analysis) enum Follow {
-    /// Those of every itinerary.
+    /// Branches of every itinerary.
     All,
-    /// Those of the itineraries asked for.
+    /// Branches of the itineraries asked for.
     Asked,
 }
 
-/// The branches of itineraries.
+/// Branches by itinerary.
 pub(super) type Traces<X> = Vec<(ContactItinerary, Vec<Trace<X>>)>;
 
-/// What finds the orbits of branches and describes them: a map, or direct simulation.
+/// Finds and describes the orbits of branches: implemented by a map and by direct simulation.
 pub(super) trait Oracle: Sync {
-    /// What is known of an orbit beside its equations.
+    /// Data of an orbit beside its equations.
     type Orbit: Clone + Serialize + DeserializeOwned + Send + Sync;
-    /// What seeds are taken from, of all itineraries.
+    /// Data shared by the seeds of all itineraries.
     type Sources: Sync;
 
-    /// What is asked for, and who hears how far it is.
+    /// Request, and receiver of progress.
     fn asked(&self) -> (&BranchRequest, &dyn Progress);
     fn sources(&self) -> Self::Sources;
-    /// Where branches of an itinerary may be found.
+    /// Seeds for the branches of an itinerary.
     fn seeds(&self, itinerary: &ContactItinerary, sources: &Self::Sources) -> Vec<Seed>;
-    /// The branch of an itinerary through a seed, if it is another than those known, with so much
-    /// work at most.
+    /// Branch of an itinerary through a seed, if it is not among those known, with at most `most`
+    /// work.
     fn trace(
         &self,
         itinerary: &ContactItinerary,
@@ -268,19 +268,19 @@ pub(super) trait Oracle: Sync {
     fn most_work(&self) -> u64 {
         u64::MAX
     }
-    /// Takes note of an itinerary of which not all was followed.
+    /// Notes an itinerary that was not followed completely.
     fn cut_short(&self, _: &ContactItinerary) {}
-    /// Where the branches begin that a branch leads to: with a contact more or less where an orbit
-    /// of it grazes, of the doubled period where it flips.
+    /// Seeds of the branches that a branch leads to: with one contact more or less at a graze, with
+    /// the doubled period at a flip.
     fn led_to(&self, itinerary: &ContactItinerary, trace: &Trace<Self::Orbit>) -> Vec<Seed>;
-    /// A branch as it is given out, its special points solved for.
+    /// Branch in its final form, with special points solved for.
     fn branch(&self, itinerary: &ContactItinerary, trace: &Trace<Self::Orbit>) -> Branch;
 
-    /// The branches of an itinerary through these seeds, beside those known, with the work that is
-    /// left for it.
+    /// Adds the branches of an itinerary through seeds to those known, within the work left for the
+    /// itinerary.
     ///
-    /// The same seeds come in the same order, so that a seed, the number of branches known and the
-    /// work that is left decide what is found.
+    /// Seeds always come in the same order, so that a seed, the number of branches known and the
+    /// work left determine the result.
     fn traces(
         &self,
         itinerary: &ContactItinerary,
@@ -290,7 +290,7 @@ pub(super) trait Oracle: Sync {
         let (_, progress) = self.asked();
         let mut looked_at = HashSet::new();
         for seed in seeds {
-            // An equal seed finds no other branch.
+            // An equal seed finds no new branch.
             if !looked_at.insert(place_of(Piece::Trace as u64, &(traces.len(), &seed))) {
                 continue;
             }
@@ -307,7 +307,7 @@ pub(super) trait Oracle: Sync {
         traces
     }
 
-    /// The branches of some of the itineraries asked for, and the work that is left for each.
+    /// Branches of the itineraries in `own`, and the work left for each.
     fn first(&self, own: &[&ContactItinerary]) -> (Traces<Self::Orbit>, Vec<u64>) {
         let (_, progress) = self.asked();
         progress.expect(own.len() as u64);
@@ -321,7 +321,7 @@ pub(super) trait Oracle: Sync {
         found.into_iter().unzip()
     }
 
-    /// All branches, with those that they lead to, and so on.
+    /// All branches, with those that they lead to, repeatedly.
     fn all(&self, follow: Follow) -> Traces<Self::Orbit> {
         let asked = &self.asked().0.itineraries;
         let (mut found, mut left) = self.first(&asked.iter().collect::<Vec<_>>());
@@ -357,7 +357,7 @@ pub(super) trait Oracle: Sync {
         found
     }
 
-    /// The branches as they are given out.
+    /// Branches in their final form.
     fn described(&self, found: &Traces<Self::Orbit>) -> Vec<Branch> {
         let traces = found.iter().flat_map(|(of, traces)| traces.iter().map(move |t| (of, t)));
         let (_, progress) = self.asked();
@@ -370,13 +370,13 @@ pub(super) trait Oracle: Sync {
         })
     }
 
-    /// Finds a share of the branches of the itineraries asked for.
+    /// Computes a share of the branches of the itineraries asked for.
     fn find_share(&self, shard: &Shard<'_>) {
         self.described(&self.first(&shard.own_of(&self.asked().0.itineraries)).0);
     }
 }
 
-/// The orbit at the parameter of a guess, or the guess where it is one.
+/// Orbit at the parameter of a guess; the guess itself if it is a solution.
 pub(super) fn solved<C: CurveEquations<f64>>(
     equations: &mut C,
     guess: &[f64],
@@ -388,8 +388,8 @@ pub(super) fn solved<C: CurveEquations<f64>>(
     }
 }
 
-/// The first orbit of a branch of doubled orbits, in a direction from the orbit that doubles;
-/// `is_repeated` tells whether an orbit is one of half the period.
+/// First orbit of a doubled branch, in a direction from the period-doubling point; `is_repeated`
+/// tells whether an orbit has half the period.
 pub(super) fn first_doubled<C: CurveEquations<f64>>(
     equations: &mut C,
     origin: &[f64],
@@ -403,8 +403,9 @@ pub(super) fn first_doubled<C: CurveEquations<f64>>(
     })
 }
 
-/// Whether an orbit lies on one of some lines of points, to a share of their distances and `slack`.
-/// It has these first variables, begun at one of its points or another, and a parameter.
+/// Whether an orbit lies on one of several polylines, within a multiple of the local distances plus
+/// `slack`. The orbit is given by its first variables, from each possible starting point, and its
+/// parameter.
 pub(super) fn lies_on<C: CurveEquations<f64>>(
     equations: &mut C,
     (starts, parameter): (&[Vec<f64>], f64),
@@ -436,7 +437,7 @@ pub(super) fn lies_on<C: CurveEquations<f64>>(
     })
 }
 
-/// A special point to the rounding of double-double, where it is a zero of this test function.
+/// Refines a special point, a zero of test function `test`, to the rounding of double-double.
 pub(super) fn refined<X, C: CurveEquations<Dd>>(
     fine: &mut C,
     point: &CurvePoint<f64, X>,
@@ -447,9 +448,10 @@ pub(super) fn refined<X, C: CurveEquations<Dd>>(
     (apart(&converted(&found.unknowns), &point.unknowns) < FAR).then_some(found)
 }
 
-/// What a point is at which these test functions vanish, by its multipliers and how near to those
-/// of a special point they are, `near` real ones and `on_circle` complex pairs. Test functions are
-/// a turn, a flip, so many grazes, a branch point, and after one more reciprocal multipliers.
+/// Labels of a point at which the test functions `turns` vanish. `near` and `on_circle` are the
+/// largest distances of real multipliers and of complex pairs from their critical values. The test
+/// functions are, in order: a turn, a flip, `grazes` grazes, a branch point, and after one more the
+/// reciprocal multipliers.
 pub(super) fn label_of(
     turns: &[usize],
     grazes: usize,
@@ -471,14 +473,14 @@ pub(super) fn label_of(
     })
 }
 
-/// The first half of an itinerary that repeats after it.
+/// First half of an itinerary that consists of two equal halves.
 pub(super) fn halved(itinerary: &ContactItinerary) -> ContactItinerary {
     let returns = itinerary.returns()[..itinerary.period() / 2].to_vec();
     ContactItinerary::new(itinerary.passages(), returns)
 }
 
-/// The points of a branch with each branch point told once: where a branch doubles its parameter
-/// turns too, and both zeros are found to half the digits.
+/// Removes duplicate branch points: at a period-doubling the parameter of the doubled branch turns
+/// too, and both zeros are found with half the digits.
 pub(super) fn each_once(mut points: Vec<BranchPoint>) -> Vec<BranchPoint> {
     let is_branch_point = |point: &BranchPoint| {
         point.special.as_ref().is_some_and(|special| special.label == BranchLabel::BranchPoint)
@@ -491,8 +493,8 @@ pub(super) fn each_once(mut points: Vec<BranchPoint>) -> Vec<BranchPoint> {
     points
 }
 
-/// The standard form of the itinerary of an orbit with these section points: how many returns of
-/// it are its shortest period, and how many of those come before the first one.
+/// Standard form of the itinerary of an orbit with the given section points; then the number of
+/// returns in its shortest period, and the number of them before its first return.
 fn standard_form(
     itinerary: &ContactItinerary,
     states: &[Vec<f64>],
@@ -516,7 +518,7 @@ fn standard_form(
     (standard, shortest, by)
 }
 
-/// An itinerary with the contact of a passage made or left out.
+/// Adds the contact of a passage to an itinerary, or removes it.
 pub(super) fn toggled(
     itinerary: &ContactItinerary,
     number: usize,
@@ -528,7 +530,7 @@ pub(super) fn toggled(
     }
 }
 
-/// The unit vector that a nearly singular matrix takes to the least length, by inverse iteration.
+/// Unit vector that a nearly singular matrix shortens most, by inverse iteration.
 pub(super) fn null_vector(matrix: &DMatrix<f64>) -> Option<Vec<f64>> {
     let size = matrix.nrows();
     let shift = 1e-14 * matrix.amax();
@@ -543,8 +545,8 @@ pub(super) fn null_vector(matrix: &DMatrix<f64>) -> Option<Vec<f64>> {
     vector.iter().all(|value| value.is_finite()).then(|| vector.iter().copied().collect())
 }
 
-/// A component of a unit tangent, or 0 where it is rounding: a parameter that changes with the
-/// square of a speed does not change with it.
+/// Component of a unit tangent, or 0 if it is within rounding: a parameter that depends on the
+/// square of a speed has derivative 0.
 pub(super) fn exact_or_zero(component: f64) -> f64 {
     if component.abs() <= ROUNDING { 0.0 } else { component }
 }

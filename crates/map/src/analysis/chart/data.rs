@@ -16,39 +16,41 @@ pub struct Chart {
     pub scene: String,
     /// Digest of the scene's text.
     pub digest: Digest,
-    /// What computed it.
+    /// Method that computed the chart.
     pub method: Method,
     /// The two parameters, the horizontal one first.
     pub axes: [ChartAxis; 2],
-    /// Names of the surfaces that graze, in the model's order: that of the hits in the names of
-    /// orbits.
+    /// Names of the surfaces that graze, in the model's order, which is the order of the hits in
+    /// names of orbits.
     pub surfaces: Vec<String>,
-    /// What is shown.
+    /// Quantity shown.
     pub observe: ChartObservable,
-    /// Where every cell started, in offsets of the section's coordinates; `None` beside the fixed
-    /// point of `P_smooth` at the cell's parameters, and where several starts were taken together.
+    /// Start of every cell, as offsets of the section's coordinates; `None` for a start beside the
+    /// fixed point of `P_smooth` at the cell's parameters, and if several starts are taken
+    /// together.
     pub start: Option<Vec<f64>>,
-    /// The starts that were taken together.
+    /// Starts that are taken together.
     pub starts: Vec<Vec<f64>>,
-    /// Most attractors of a cell.
+    /// Largest number of attractors of a cell.
     pub attractors: usize,
     /// Iterates dropped in each cell.
     pub transient: usize,
     /// Longest period looked for; twice as many iterates are kept.
     pub longest_period: usize,
-    /// How far the coordinates of the section may go before an orbit has escaped.
+    /// Escape bounds of the section's coordinates.
     pub escape: Vec<EscapeBound>,
-    /// Row by row from the least offset of the second parameter, each from the least of the first.
+    /// Cells: rows by increasing offset of the second parameter, in a row by increasing offset of
+    /// the first.
     pub cells: Vec<ChartCell>,
-    /// How many of them were computed.
+    /// Number of cells computed.
     pub computed: usize,
-    /// Curves laid over them.
+    /// Curves laid over the cells.
     pub overlay: Vec<Overlay>,
-    /// Share of the kept iterates that the map made, the mean of all attractors that were computed.
+    /// Fraction of the kept iterates made by the map, as the mean over all computed attractors.
     pub by_map: f64,
-    /// Share of the kept iterates outside the window, the mean of the same.
+    /// Fraction of the kept iterates outside the window, as the mean over all computed attractors.
     pub outside: f64,
-    /// How long it took.
+    /// Computing time.
     pub timing: Timing,
 }
 
@@ -57,77 +59,78 @@ pub struct Chart {
 pub struct ChartAxis {
     /// Name of the parameter.
     pub parameter: String,
-    /// Its grazing value, from which the offsets count.
+    /// Grazing value of the parameter, to which offsets are relative.
     pub grazing_value: f64,
     /// Offsets of the columns or rows, increasing.
     pub offsets: Vec<f64>,
 }
 
-/// What the map settles on at two parameter values.
+/// Attractors of the map at two parameter values.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ChartCell {
-    /// That of the first start from which the orbit stays; of the last if from none.
+    /// Attractor of the first start whose orbit stays; if none stays, the last orbit.
     #[serde(flatten)]
     pub attractor: ChartAttractor,
-    /// Other attractors, to which other starts lead.
+    /// Other attractors, reached from other starts.
     pub others: Vec<ChartAttractor>,
-    /// Whether orbits of this very cell were followed. Otherwise it stands among computed cells
-    /// that are alike, and has what one of them has.
+    /// Whether orbits of this cell were computed. Otherwise the cell lies among computed cells of
+    /// one class and copies one of them.
     pub computed: bool,
 }
 
 /// Curves of one kind laid over a chart.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Overlay {
-    /// What they are.
+    /// Kind of the curves.
     pub what: ChartOverlay,
-    /// The curves, in offsets of the chart's parameters; none where none was found.
+    /// Curves, in offsets of the chart's parameters; empty if none was found.
     pub curves: Vec<PlaneCurve>,
 }
 
-/// What an orbit settles on.
+/// Attractor that an orbit settles on.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ChartAttractor {
-    /// Period in nominal returns, those of the grazing orbit: forcing periods over theirs.
+    /// Period in nominal returns (those of the grazing orbit): forcing periods of the orbit over
+    /// those of the grazing orbit.
     pub period: Period,
-    /// Whether the orbit has no period yet and still comes nearer to one.
+    /// Whether the orbit has no period yet but still converges to one.
     #[serde(default)]
     pub converging: bool,
-    /// Which passages make contact, return by return; `None` without a period, and where nothing
-    /// but itineraries is shown.
+    /// Contacts of the passages, return by return; `None` without a period, or if the chart does
+    /// not show itineraries.
     pub itinerary: Option<ContactItinerary>,
-    /// Name of the orbit, `None` without a period; its hits count every contact at a surface that
+    /// Name of the orbit; `None` without a period. Its hits count every contact at a surface that
     /// grazes.
     pub orbit: Option<OrbitName>,
-    /// Contacts over all kept iterates.
+    /// Number of contacts over all kept iterates.
     pub kept_contacts: u32,
-    /// Largest Lyapunov exponent per iterate, of a periodic orbit by its multipliers, else over as
-    /// many iterates as were kept; `None` where the orbit ended early, in a cell that was not
-    /// computed and, unless exponents are shown, where direct simulation made an iterate.
+    /// Largest Lyapunov exponent per iterate: from the multipliers for a periodic orbit, otherwise
+    /// over as many iterates as were kept. `None` after an early end, in a cell that was not
+    /// computed, and if direct simulation made an iterate (unless exponents are shown).
     pub lyapunov: Option<f64>,
     /// Standard error of the exponent of an orbit without a period.
     #[serde(default)]
     pub lyapunov_error: Option<f64>,
-    /// How the orbit ended.
+    /// End of the orbit.
     pub end: OrbitEnd,
-    /// Share of the kept iterates that the map made; the others are direct returns.
+    /// Fraction of the kept iterates made by the map; the others are direct returns.
     pub by_map: f64,
-    /// Share of the kept iterates outside the window in which the map is to be trusted.
+    /// Fraction of the kept iterates outside the window in which the map is trusted.
     pub outside: f64,
 }
 
-/// What a chart of periods tells apart.
+/// Classes of attractors in a chart of periods.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum ChartClass {
-    /// One return, without contact at a surface that grazes.
+    /// Period one without contact at a surface that grazes.
     WithoutContact,
-    /// A period in nominal returns, with contacts.
+    /// Period in nominal returns, with contacts.
     Period(usize),
-    /// Not settled yet: the orbit still comes nearer to a period.
+    /// Orbit that still converges to a period.
     Converging,
     /// No period up to the longest looked for.
     NoPeriod,
-    /// The map alone, beyond its window: also where it left every bound.
+    /// The map, used alone, left its window or every bound.
     Outside,
     /// The orbit escaped or has no image.
     Escaped,
@@ -160,7 +163,7 @@ impl ChartCell {
 }
 
 impl Chart {
-    /// The cells with their offsets, the horizontal parameter's first.
+    /// Cells with their offsets, the horizontal parameter's first.
     pub fn located(&self) -> impl Iterator<Item = ([f64; 2], &ChartCell)> {
         let [horizontal, vertical] = &self.axes;
         let grid = vertical
@@ -170,17 +173,17 @@ impl Chart {
         grid.zip(&self.cells)
     }
 
-    /// What an attractor of the chart counts as.
+    /// Class of an attractor of the chart.
     pub fn class(&self, attractor: &ChartAttractor) -> ChartClass {
         ChartClass::of(self.method, attractor)
     }
 
-    /// Cells whose first attractor counts as this.
+    /// Number of cells whose first attractor has the given class.
     pub fn count(&self, class: ChartClass) -> usize {
         self.cells.iter().filter(|cell| self.class(&cell.attractor) == class).count()
     }
 
-    /// The chart without its times: equal for equal requests on every machine.
+    /// The chart with its times reset: equal for equal requests on every machine.
     pub fn without_timing(&self) -> Self {
         Self { timing: Timing::default(), ..self.clone() }
     }

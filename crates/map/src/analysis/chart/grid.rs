@@ -1,4 +1,4 @@
-//! The cells of a chart: where each starts, what its orbits settle on, and which are computed.
+//! Cells of a chart: starts, attractors, and the choice of cells to compute.
 
 use std::collections::HashMap;
 
@@ -16,34 +16,34 @@ use crate::iteration::parallel;
 use crate::iteration::{OrbitEnd, OrbitRequest, Period};
 use crate::model::{ChartObservable, ChartRequest};
 
-/// How many times longer an orbit without a period is followed where attractors are told apart.
+/// Factor by which an orbit without a period is followed longer where attractors are compared.
 const LONGER: usize = 8;
 
-/// The attractors of a cell, and the iterates that they took.
+/// Attractors of a cell, and the iterates needed to find them.
 type CellFound = (Vec<ChartAttractor>, u64);
-/// What is known of cells, by their numbers.
+/// Cells already computed, by index.
 type Known = HashMap<usize, CellFound>;
 
-/// Whether a cell has an attractor, as every cell that was computed has.
+/// Whether a cell has an attractor, as every computed cell has.
 fn is_found((attractors, _): &CellFound) -> bool {
     !attractors.is_empty()
 }
 
-/// The cells to be computed.
+/// The cells of a chart.
 pub(super) struct Grid<'a> {
     pub(super) map: &'a dyn SweptMap,
     pub(super) axes: &'a [ChartAxis; 2],
-    /// Positions of the axes' parameters among the map's; the others stay at 0.
+    /// Indices of the axes' parameters among the map's; the others stay at 0.
     pub(super) places: [usize; 2],
     pub(super) orbit: OrbitRequest,
     pub(super) window: &'a MapWindow,
-    /// Where every cell starts; `None` beside the map's own start.
+    /// Start states of every cell; `None` for the map's own start.
     pub(super) starts: &'a [Option<Vec<f64>>],
     pub(super) request: &'a ChartRequest,
 }
 
 impl Grid<'_> {
-    /// All cells and the iterates that they took; those that shares found are not computed again.
+    /// All cells and the iterates needed; cells found by shares are not computed again.
     pub(super) fn cells(&self, progress: &dyn Progress) -> (Vec<ChartCell>, u64) {
         let size = self.size();
         let known = given::<Vec<(usize, CellFound)>>(progress).flatten();
@@ -68,7 +68,7 @@ impl Grid<'_> {
         (cells, iterates)
     }
 
-    /// A share of the cells.
+    /// Computes a share of the cells.
     pub(super) fn share(&self, shard: &Shard<'_>) {
         let (size, mut round, mut all) = (self.size(), 0, Vec::new());
         let mut compute = |wanted: &[usize]| {
@@ -88,17 +88,17 @@ impl Grid<'_> {
         shard.give(&all);
     }
 
-    /// Columns and rows.
+    /// Numbers of columns and rows.
     fn size(&self) -> [usize; 2] {
         [0, 1].map(|axis| self.axes[axis].offsets.len())
     }
 
-    /// Exponents have no borders.
+    /// Whether all cells are computed: exponents have no borders.
     fn computes_all(&self) -> bool {
         self.request.every_cell || self.request.observe == ChartObservable::Lyapunov
     }
 
-    /// Whether two cells have the same attractors as far as the chart tells them apart.
+    /// Whether two cells have the same attractors, by their classes and itineraries.
     fn are_alike(&self, a: &ChartCell, b: &ChartCell) -> bool {
         let classes = |cell: &ChartCell| {
             let mut classes: Vec<_> = cell.attractors().map(|one| self.class(one)).collect();
@@ -118,7 +118,7 @@ impl Grid<'_> {
         ChartClass::of(self.map.method(), attractor)
     }
 
-    /// What is found in some cells, as many at a time as the map has lanes, on all cores.
+    /// Attractors of `wanted` cells, as many at a time as the map has lanes, on all cores.
     fn round(
         &self,
         round: u64,
@@ -129,7 +129,7 @@ impl Grid<'_> {
         progress.expect(wanted.len() as u64);
         let lanes = self.map.lanes();
         let block = |(number, cells): (usize, &[usize])| {
-            // NOTE: blocks of another device have other lengths.
+            // NOTE: blocks have other lengths on another device.
             let (units, place) = (cells.len() as u64, [round, number as u64, lanes as u64]);
             let fits =
                 |found: &Vec<CellFound>| found.len() == cells.len() && found.iter().all(is_found);
@@ -140,7 +140,7 @@ impl Grid<'_> {
         parallel::map(wanted.chunks(lanes).enumerate(), block).into_iter().flatten().collect()
     }
 
-    /// What is found in some cells, of which some are known.
+    /// Attractors of cells, of which some are known.
     fn block_but(&self, cells: &[usize], known: &Known) -> Vec<CellFound> {
         let others: Vec<usize> =
             cells.iter().copied().filter(|cell| !known.contains_key(cell)).collect();
@@ -149,7 +149,7 @@ impl Grid<'_> {
         cells.iter().filter_map(found).collect()
     }
 
-    /// The attractors of each of some cells, and the iterates that they took.
+    /// Attractors of cells, and the iterates needed.
     fn block(&self, cells: &[usize]) -> Vec<CellFound> {
         if cells.is_empty() {
             return Vec::new();
@@ -172,7 +172,7 @@ impl Grid<'_> {
         attractors.collect()
     }
 
-    /// Where a cell starts.
+    /// Parameters of a cell.
     fn entry(&self, cell: usize) -> Entry {
         let [horizontal, vertical] = self.axes;
         let (row, column) = (cell / horizontal.offsets.len(), cell % horizontal.offsets.len());
@@ -182,15 +182,15 @@ impl Grid<'_> {
         Entry { parameters, carried: None }
     }
 
-    /// Takes in what a start of a cell leads to, where it is not known yet; the iterates that it
-    /// took to find out.
+    /// Adds the attractor that a start of a cell leads to, if it is new; returns the iterates
+    /// needed to decide.
     fn take(&self, known: &mut Vec<Settled>, mut settled: Settled, parameters: &[f64]) -> u64 {
         let stays = |settled: &Settled| settled.orbit.end == OrbitEnd::Completed;
         if self.starts.len() == 1 {
             known.push(settled);
             return 0;
         }
-        // An orbit that left is no attractor, but stands for the cell until one is found.
+        // An orbit that left is no attractor, but represents the cell until one is found.
         known.retain(stays);
         if !stays(&settled) {
             if known.is_empty() {
@@ -214,8 +214,8 @@ impl Grid<'_> {
         iterates
     }
 
-    /// Whether two orbits settled on one attractor: over the same extent, or on two approaches of
-    /// one periodic orbit, which Newton's method finds.
+    /// Whether two orbits settled on one attractor: they have the same extent, or Newton's method
+    /// finds the same periodic orbit from both.
     fn are_one(&self, a: &Settled, b: &Settled, parameters: &[f64]) -> bool {
         if agree(&a.orbit, &b.orbit) {
             return true;
@@ -263,7 +263,7 @@ impl Grid<'_> {
     }
 }
 
-/// A cell that was computed.
+/// Cell with the attractors computed for it.
 fn cell(mut attractors: Vec<ChartAttractor>) -> ChartCell {
     ChartCell { attractor: attractors.remove(0), others: attractors, computed: true }
 }

@@ -1,9 +1,9 @@
-//! Two-parameter charts: what the map settles on, cell by cell of a grid of parameters.
+//! Two-parameter charts: attractors of the map in each cell of a grid of parameters.
 //!
-//! One idea: every cell starts from states of its own, so that no cell knows of another: as many
-//! are iterated in step as the map has lanes, on all cores, and no result depends on either. Only
-//! cells along the borders of what is shown are computed, unless all are asked for. Over them are
-//! laid curves: where the orbit of the scene grazes, and loci of periodic orbits.
+//! One idea: every cell has its own starts and depends on no other cell: cells are iterated in
+//! step, as many as the map has lanes, on all cores, and results do not depend on either. Only
+//! cells at the borders between classes are computed, unless all are asked for. Curves are laid
+//! over the cells: the graze of the scene's orbit, and loci of periodic orbits.
 
 mod data;
 mod grid;
@@ -24,31 +24,32 @@ use grid::Grid;
 
 pub use data::{Chart, ChartAttractor, ChartAxis, ChartCell, ChartClass, Overlay};
 
-/// A map and where the cells of one chart of it start.
+/// A map and the starts of the cells of one chart.
 type Swept<'s> = (&'s dyn SweptMap, &'s [Option<Vec<f64>>]);
 
-/// The charts that a scene asks for: one for each method, and for each start where these are not
-/// taken together.
+/// Computes the charts of a request: one for each method, and one for each start unless the starts
+/// are taken together.
 ///
 /// Every cell starts at one state, or beside the fixed point of `P_smooth` at its parameters, a
-/// billionth of the window's half-widths to one side and, where that orbit escapes, to the other
-/// and further off, as a sweep does.
-/// A chart shows one attractor where there are several, unless several are asked for, to which its
-/// starts lead then; a diagram that carries its state shows others. Periods that repel are left by
-/// a kick, as in [`diagram`](super::diagram::diagram).
+/// billionth of the window's half-widths to one side, or to the other side if that orbit escapes;
+/// if both escape, farther away, as a sweep does. A cell shows one attractor even if there are
+/// several, unless several are asked for, which are those that its starts lead to; a diagram, which
+/// carries its state, may show others. Repelling periods are left by a displacement, as in
+/// [`diagram`](super::diagram::diagram).
 ///
-/// Cells are computed where their neighbours differ in what is shown
-/// ([`BLOCK`](super::basin::BLOCK) says what may be missed), or all of them, as the request says;
-/// exponents differ from cell to cell, so that all are computed where they are shown.
+/// Cells are computed where the quantity shown differs between neighbours (regions smaller than
+/// [`BLOCK`](super::basin::BLOCK) may be missed), or all of them on request; charts of exponents
+/// always compute all cells, because exponents vary from cell to cell.
 ///
-/// With a `device` its processor makes the orbits of the map, and no bit of the chart changes.
+/// With a `device` its processor computes the orbits of the map; the chart is the same to the last
+/// bit.
 ///
 /// # Errors
 ///
 /// [`AnalysisError::NotActive`] if a parameter is no variable of the map;
-/// [`AnalysisError::NotACoordinate`], [`AnalysisError::NoWidth`] for starts that the section or the
-/// window does not know; [`AnalysisError::Itinerary`] for loci of an itinerary that cannot be read;
-/// [`AnalysisError::Hybrid`] if the simulator refuses the model.
+/// [`AnalysisError::NotACoordinate`], [`AnalysisError::NoWidth`] for starts that do not fit the
+/// section or the window; [`AnalysisError::Itinerary`] for loci of an itinerary that cannot be
+/// read; [`AnalysisError::Hybrid`] if the simulator refuses the model.
 pub fn chart(
     scene: &Scene,
     orbit: &GrazingOrbit,
@@ -100,8 +101,8 @@ pub fn chart(
     })
 }
 
-/// A share of the cells of [`chart`]: those of some tiles. What borders between tiles ask for is
-/// left to what joins the shares, as are the loci.
+/// Computes a share of the cells of [`chart`]: those of some tiles. Cells needed by borders between
+/// tiles, and loci, are left to the joining run.
 ///
 /// # Errors
 ///
@@ -120,7 +121,7 @@ pub fn chart_share(
     .map(drop)
 }
 
-/// What is made of the grid of each chart.
+/// Calls `make` with the grid of each chart.
 fn grids<T>(
     (scene, orbit, map): (&Scene, &GrazingOrbit, &LocalMap),
     device: Option<&DeviceMap>,
@@ -160,7 +161,7 @@ fn grids<T>(
     Ok(asked.enumerate().map(made).collect())
 }
 
-/// The axes of a chart, and the positions of their parameters among the map's.
+/// Axes of a chart, and indices of their parameters among the map's.
 fn axes(
     scene: &Scene,
     orbit: &GrazingOrbit,
@@ -181,23 +182,23 @@ fn axes(
     Ok((axes, places))
 }
 
-/// Passages of the longest period whose loci are looked for where no itinerary is named.
+/// Number of passages in the longest itineraries whose loci are computed by default.
 const DEFAULT_PASSAGES: usize = 2;
 
-/// What the curves of a chart are of.
+/// Scene, axes and parameters for the curves of a chart.
 pub(super) struct Plane<'a> {
     pub(super) scene: &'a Scene,
     pub(super) orbit: &'a GrazingOrbit,
     pub(super) map: &'a LocalMap,
     pub(super) request: &'a ChartRequest,
     pub(super) axes: &'a [ChartAxis; 2],
-    /// Positions of the axes' parameters among the map's.
+    /// Indices of the axes' parameters among the map's.
     pub(super) places: [usize; 2],
 }
 
 impl Plane<'_> {
-    /// The curves that are asked for, those of direct simulation over a chart of direct simulation
-    /// and those of the map inside its window over others.
+    /// Curves that are asked for: by direct simulation over a chart of direct simulation, otherwise
+    /// by the map inside its window.
     fn overlays(&self, method: Method) -> Result<Vec<Overlay>, AnalysisError> {
         let overlay = |&what: &ChartOverlay| {
             let curves = match what {
@@ -209,8 +210,8 @@ impl Plane<'_> {
         self.request.overlay.iter().map(overlay).collect()
     }
 
-    /// The grazing curve through the orbit of the scene, as far as it can be followed over the
-    /// chart; `None` where there is none in its plane.
+    /// Grazing curve through the scene's orbit, as far as it can be followed over the chart; `None`
+    /// if there is none in the chart's plane.
     fn grazing_curve(&self) -> Option<PlaneCurve> {
         let mut scene = self.scene.clone();
         for (parameter, &value) in scene.model.parameters.iter_mut().zip(self.orbit.parameters()) {
@@ -264,7 +265,7 @@ impl Plane<'_> {
         }
     }
 
-    /// The physical parts of loci, by the map inside its window only.
+    /// Physical parts of loci; those of the map only inside its window.
     fn loci(&self, direct: bool) -> Result<Vec<PlaneCurve>, AnalysisError> {
         let passages = self.map.passages();
         let named = &self.request.itineraries;
@@ -290,7 +291,7 @@ impl Plane<'_> {
         Ok(others.flat_map(|locus| self.stretches(locus, direct)).collect())
     }
 
-    /// The stretches of a locus that are drawn.
+    /// Parts of a locus that are drawn.
     fn stretches(&self, locus: &Locus, direct: bool) -> Vec<PlaneCurve> {
         let mut stretches = Vec::new();
         let drawn = |point: &&[_]| point.len() > 1;

@@ -1,5 +1,4 @@
-//! A curve followed from a point on: steps, the points of each, the zeros of test functions between
-//! them.
+//! Tracing of a curve from a point on: steps, their points, and the zeros of test functions.
 
 use std::array::from_fn;
 
@@ -11,63 +10,63 @@ use super::vectors::{dot, moved, norm};
 use crate::numeric::Real;
 use crate::orbit::sampled::{SAMPLES, Zeros, places, zeros};
 
-/// A stretch of a curve.
+/// A piece of a curve.
 #[derive(Clone, Debug)]
 pub struct Course<S, X = ()> {
-    /// Points in order, special ones among them.
+    /// Points in order, special ones included.
     pub points: Vec<CurvePoint<S, X>>,
-    /// The special points.
+    /// Special points.
     pub turns: Vec<Turn>,
-    /// Pairs of places in `points` between which a test function may have more zeros than were
-    /// found, with its number.
+    /// Pairs of indices in `points` between which a test function may have more zeros than were
+    /// found, with the index of the test function.
     pub unresolved: Vec<(usize, [usize; 2])>,
-    /// Why it ends.
+    /// Reason for the end.
     pub end: CourseEnd,
 }
 
 /// A zero of a test function.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Turn {
-    /// Its place in [`Course::points`].
+    /// Index of the point in [`Course::points`].
     pub point: usize,
-    /// The number of the test function.
+    /// Index of the test function.
     pub test: usize,
 }
 
-/// Why a curve ends.
+/// Reason why a curve ends.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum CourseEnd {
     /// An unknown is at the border of its range.
     Border {
-        /// The unknown.
+        /// Index of the unknown.
         unknown: usize,
     },
-    /// It comes back to its first point.
+    /// The curve returns to its first point.
     Closed,
-    /// The equations have it end here ([`CurveEquations::is_last`]).
+    /// The equations end the curve here ([`CurveEquations::is_last`]).
     Last,
-    /// No step is short enough, or none of many after each other was.
+    /// No step succeeds, or too many consecutive steps left zeros unresolved.
     StepTooSmall,
-    /// After the most steps.
+    /// The largest number of steps was reached.
     StepLimit,
-    /// After the most work ([`CurveEquations::is_spent`]).
+    /// The bound on work was reached ([`CurveEquations::is_spent`]).
     WorkLimit,
 }
 
-/// Cosine of the largest turn of the tangent in one step.
+/// Cosine of the largest angle between the tangents of a step.
 const STRAIGHT: f64 = 0.97;
-/// Growth of the next step.
+/// Ratio of the next step's length to the last.
 const GROWTH: f64 = 1.5;
-/// Rounding of a test function, relative to its size, in units of the roundoff.
+/// Rounding of a test function relative to its size, in units of the roundoff.
 const NOISE: f64 = 64.0;
-/// A point this near to a border is on it.
+/// Largest distance from a border at which a point counts as on it.
 const AT_BORDER: f64 = 1e-10;
-/// Share of a step to which a curve that closes comes back to its first point.
+/// Largest distance, relative to the step, at which a curve has closed at its first point.
 const CLOSED: f64 = 1e-4;
 
 /// Follows a curve from a point near it, on the side of `along`.
 ///
-/// `None` where Newton's method finds no point of the curve from the start on the plane across
+/// `None` if Newton's method finds no point of the curve on the plane through `start` normal to
 /// `along`, or no tangent there.
 pub fn follow<S: Real, C: CurveEquations<S> + ?Sized>(
     curve: &mut C,
@@ -99,17 +98,18 @@ struct Way<'a, S, C: ?Sized, X> {
     course: Course<S, X>,
 }
 
-/// Where a point lies.
+/// Position of a point relative to the range of the unknowns.
 enum Within<S, X> {
-    /// In the range.
+    /// Inside.
     Range(CurvePoint<S, X>),
-    /// Beyond the border of an unknown, where the curve has this point.
+    /// Outside, beyond the border of an unknown; the point is where the curve crosses the border.
     Border(CurvePoint<S, X>, usize),
-    /// Beyond the border of an unknown, at which the curve is already, or where it was not found.
+    /// Outside without a crossing: the curve was on the border of an unknown already (`Some`), or
+    /// the crossing was not found (`None`).
     Beyond(Option<usize>),
 }
 
-/// The points of a step but its first, and the test functions that may have more zeros.
+/// Points of a step without its first, and indices of test functions that may have more zeros.
 struct Step<S, X> {
     points: Vec<CurvePoint<S, X>>,
     unresolved: Vec<usize>,
@@ -148,7 +148,7 @@ impl<S: Real, X: Clone, C: CurveEquations<S, Extra = X> + ?Sized> Way<'_, S, C, 
         CourseEnd::StepLimit
     }
 
-    /// Why there is no next point.
+    /// Reason why there is no next point.
     fn no_step(&self) -> CourseEnd {
         match self.curve.is_spent() {
             true => CourseEnd::WorkLimit,
@@ -156,8 +156,8 @@ impl<S: Real, X: Clone, C: CurveEquations<S, Extra = X> + ?Sized> Way<'_, S, C, 
         }
     }
 
-    /// The next step and its length; where none is short enough for all zeros to be known, the
-    /// longest that the corrector makes.
+    /// Next step and its length. If no step is short enough for all zeros to be known, the longest
+    /// that the corrector can take.
     fn step(&mut self, here: &CurvePoint<S, X>, mut length: f64) -> Option<(Step<S, X>, f64)> {
         let mut longest = None;
         while length >= self.control.shortest && !self.curve.is_spent() {
@@ -197,7 +197,7 @@ impl<S: Real, X: Clone, C: CurveEquations<S, Extra = X> + ?Sized> Way<'_, S, C, 
         Some(Step { points, unresolved, too_long })
     }
 
-    /// Adds a point with the zeros before it; the end of the curve, where it is one.
+    /// Adds a point and the zeros before it; returns the reason if the curve ends there.
     fn add(&mut self, next: CurvePoint<S, X>) -> Option<CourseEnd> {
         let here = self.course.points[self.course.points.len() - 1].clone();
         let (next, border) = match self.within(&here, next) {
@@ -246,7 +246,7 @@ impl<S: Real, X: Clone, C: CurveEquations<S, Extra = X> + ?Sized> Way<'_, S, C, 
             .or(last.then_some(CourseEnd::Last))
     }
 
-    /// The point, or that on the border which the curve passes first before it.
+    /// The point, or the first point before it at which the curve crosses a border.
     fn within(&mut self, here: &CurvePoint<S, X>, next: CurvePoint<S, X>) -> Within<S, X> {
         let mut first: Option<(S, CurvePoint<S, X>, usize)> = None;
         for unknown in 0..next.unknowns.len() {
@@ -276,7 +276,7 @@ impl<S: Real, X: Clone, C: CurveEquations<S, Extra = X> + ?Sized> Way<'_, S, C, 
         }
     }
 
-    /// Whether the first point of the curve lies between two later ones.
+    /// Whether the first point of the curve lies between two later points.
     fn closes(&mut self, here: &CurvePoint<S, X>, next: &CurvePoint<S, X>) -> bool {
         if self.course.points.len() <= SAMPLES {
             return false;
@@ -299,8 +299,9 @@ impl<S: Real, X: Clone, C: CurveEquations<S, Extra = X> + ?Sized> Way<'_, S, C, 
     }
 }
 
-/// What samples say about the zeros of the test functions of a step: places that part them, the
-/// functions that may have more, and whether a shorter step would show them.
+/// Resolution of the zeros of test functions by the samples of a step: places that separate zeros,
+/// indices of the functions that may have more zeros, and whether a shorter step would resolve
+/// them.
 fn resolution<S: Real, X>(points: &[(f64, CurvePoint<S, X>)]) -> (Vec<f64>, Vec<usize>, bool) {
     let (mut parting, mut unresolved, mut too_long) = (Vec::new(), Vec::new(), false);
     for test in 0..points[0].1.tests.len() {
@@ -320,12 +321,12 @@ fn resolution<S: Real, X>(points: &[(f64, CurvePoint<S, X>)]) -> (Vec<f64>, Vec<
     (parting, unresolved, too_long)
 }
 
-/// The Euclidean distance of two points.
+/// Euclidean distance of two points.
 fn distance<S: Real>(a: &[S], b: &[S]) -> f64 {
     norm(&a.iter().zip(b).map(|(&a, &b)| a - b).collect::<Vec<_>>()).to_f64()
 }
 
-/// The value of a test function, or 0 where it is rounding.
+/// Value of a test function; 0 if it is within rounding.
 fn beyond_rounding<S: Real>(test: &super::TestValue<S>) -> S {
     match test.value.magnitude() <= NOISE * S::ROUNDOFF * test.size {
         true => S::zero(),
@@ -344,7 +345,7 @@ mod tests {
     /// The circle `x² + y² = 1`, with tests `x − 1/2` and the turn of `y`.
     struct Circle {
         upper: f64,
-        /// Evaluations that may be made.
+        /// Number of evaluations left.
         left: usize,
     }
 
@@ -382,7 +383,7 @@ mod tests {
         let course: Course<f64> = course.expect("a circle");
         assert_eq!(course.end, CourseEnd::WorkLimit);
         let points: Vec<&Vec<f64>> = course.points.iter().map(|point| &point.unknowns).collect();
-        // Some way from the start, and on the circle to where the corrector's steps end.
+        // More points than the start, all on the circle to the tolerance of the corrector.
         assert!(points.len() > 2, "{points:?}");
         for point in points {
             assert!((point[0].hypot(point[1]) - 1.0).abs() < 1e-11, "{point:?}");

@@ -1,20 +1,19 @@
-//! Pseudo-arclength continuation of the solutions of one equation fewer than unknowns.
+//! Pseudo-arclength continuation of solution curves: one equation less than unknowns.
 //!
 //! One idea: a curve is followed along its tangent, so that no unknown is special and folds are
-//! regular points. What is followed says three things ([`CurveEquations`]): its residuals with
-//! their Jacobian, the test functions whose zeros are special points, and the range in which it is
-//! of interest. All unknowns are in units in which they are of order one.
+//! regular points. A problem supplies three things ([`CurveEquations`]): residuals with their
+//! Jacobian, test functions whose zeros are special points, and the range of the unknowns. All
+//! unknowns are scaled to be of order one.
 //!
 //! ```text
 //! F: Rⁿ⁺¹ → Rⁿ,  F(u) = 0,   tangent t: F' t = 0, |t| = 1
 //! predictor u + ds t,  corrector F = 0 and t · (u' − u − ds t) = 0
 //! ```
 //!
-//! Orbits of an itinerary in one parameter are such equations by the map
-//! (`periodic::MapOrbitEquations`); a locus in two parameters has one
-//! more unknown and one more residual: a test function of the orbits that is required to vanish.
-//! Every step is sampled at the Chebyshev points, so that the number of zeros in a step is known
-//! or said not to be. Numbers are `f64` or double-double.
+//! Examples: orbits of an itinerary in one parameter, by the map (`periodic::MapOrbitEquations`); a
+//! locus in two parameters, which has one more unknown and one more residual, a test function of
+//! the orbits that must vanish. Every step is sampled at the Chebyshev points, so that the number
+//! of zeros in a step is either known or reported as unknown. Numbers are `f64` or double-double.
 
 mod course;
 mod step;
@@ -38,36 +37,37 @@ use crate::numeric::Real;
 
 /// Equations whose solutions form a curve.
 pub trait CurveEquations<S: Real> {
-    /// What is computed beside the residuals and that the test functions need: nothing, or values
-    /// at passages, derivatives of them.
+    /// Data computed with the residuals that the test functions need, such as values at passages
+    /// and their derivatives.
     type Extra: Clone;
 
-    /// Residuals, `n` of them, and their Jacobian, `n × (n + 1)`; `None` where the equations are
-    /// not defined.
+    /// Residuals (`n`) and their Jacobian (`n × (n + 1)`); `None` where the equations are
+    /// undefined.
     fn linearised(&mut self, unknowns: &[S]) -> Option<Linearised<S, Self::Extra>>;
 
-    /// The residuals alone, where they cost less.
+    /// Residuals alone, if they are cheaper.
     fn residual(&mut self, unknowns: &[S]) -> Option<DVector<S>> {
         self.linearised(unknowns).map(|there| there.residual)
     }
 
     /// Test functions at a point of the curve, as many and in the same order at every point. They
-    /// are smooth along the curve; a turn of an unknown is [`TestValue::turn`].
+    /// are smooth along the curve; [`TestValue::turn`] is the one for a turn of an unknown.
     fn tests(&self, point: &CurvePoint<S, Self::Extra>) -> Vec<TestValue<S>>;
 
-    /// The range of every unknown: the curve ends where one leaves it, solved for on the border.
+    /// Range of an unknown: the curve ends where an unknown leaves its range, at a point solved for
+    /// on the border.
     fn range(&self, unknown: usize) -> [f64; 2];
 
-    /// Moves unknowns that are phases by whole periods, to within half a period of those of another
-    /// point, which may lack the last unknowns: points a period apart are one.
+    /// Shifts unknowns that are phases by whole periods to within half a period of another point,
+    /// which may lack the last unknowns.
     fn bring_near(&self, _unknowns: &mut [S], _other: &[S]) {}
 
-    /// Whether the work that may be done is done: nothing is found any more.
+    /// Whether the bound on work is reached; no more points are found then.
     fn is_spent(&self) -> bool {
         false
     }
 
-    /// Whether the curve is not followed beyond a point, which is then its last.
+    /// Whether the curve ends at a point.
     fn is_last(&self, _point: &CurvePoint<S, Self::Extra>) -> bool {
         false
     }
@@ -86,12 +86,12 @@ pub struct Linearised<S, X = ()> {
     /// `F'(u)`.
     #[serde(with = "saved")]
     pub jacobian: DMatrix<S>,
-    /// What test functions need beside them.
+    /// Data for the test functions.
     pub extra: X,
 }
 
-/// The determinant of the Jacobian with the tangent as its last row: zero where another branch
-/// passes through the point.
+/// Determinant of the Jacobian with the tangent as its last row: zero where another branch passes
+/// through the point.
 pub fn bordered<S: Real>(jacobian: &DMatrix<S>, tangent: &[S]) -> TestValue<S> {
     let size = tangent.len();
     let entry = |i, j| if i + 1 < size { jacobian[(i, j)] } else { tangent[j] };
@@ -101,19 +101,19 @@ pub fn bordered<S: Real>(jacobian: &DMatrix<S>, tangent: &[S]) -> TestValue<S> {
 /// A test function at a point of a curve.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TestValue<S> {
-    /// Its value.
+    /// Value.
     pub value: S,
-    /// What the rounding of the value is relative to.
+    /// Magnitude that the rounding of the value is relative to.
     pub size: f64,
 }
 
 impl<S: Real> TestValue<S> {
-    /// The component of the tangent along an unknown: zero where that unknown turns back.
+    /// Component of the tangent along an unknown: zero where that unknown turns back.
     pub fn turn<X>(point: &CurvePoint<S, X>, unknown: usize) -> Self {
         Self { value: point.tangent[unknown], size: 1.0 }
     }
 
-    /// `det M`, its rounding relative to the product of the rows' largest entries.
+    /// `det M`, with rounding relative to the product of the rows' largest entries.
     pub fn determinant(matrix: &DMatrix<S>) -> Self {
         let rows = matrix.row_iter();
         let largest = rows.map(|row| row.iter().fold(0.0, |most: f64, a| most.max(a.magnitude())));
@@ -122,19 +122,19 @@ impl<S: Real> TestValue<S> {
     }
 }
 
-/// Matrices in kept pieces, for `#[serde(with)]`: their shape, and their entries column by column.
+/// Serialisation of matrices in kept pieces, for `#[serde(with)]`: shape, and entries by columns.
 pub(in crate::analysis) mod saved {
     use nalgebra::{DMatrix, DVector};
     use serde::de::{DeserializeOwned, Error};
     use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-    /// What is written in another form.
+    /// A type that is serialised in another form.
     pub(in crate::analysis) trait Saved: Sized {
         type Form: Serialize + DeserializeOwned;
 
         fn form(&self) -> Self::Form;
 
-        /// `None` for a form of no value.
+        /// Value of a form; `None` if the form is invalid.
         fn of(form: Self::Form) -> Option<Self>;
     }
 

@@ -1,4 +1,4 @@
-//! Points of a curve: the corrector, the tangent, and zeros of test functions between two points.
+//! Points of a curve: corrector, tangent, and zeros of test functions between two points.
 
 use nalgebra::{DMatrix, DVector};
 use serde::de::DeserializeOwned;
@@ -16,52 +16,53 @@ use crate::numeric::{Bracket, NewtonOutcome, NumericError, Real, damped_newton};
     deserialize = "S: Real + Serialize + DeserializeOwned, X: Deserialize<'de>"
 ))]
 pub struct CurvePoint<S, X = ()> {
-    /// The unknowns.
+    /// Unknowns at the point.
     pub unknowns: Vec<S>,
-    /// The unit tangent.
+    /// Unit tangent.
     pub tangent: Vec<S>,
-    /// Residuals and derivatives there.
+    /// Residuals and derivatives.
     pub linearised: Linearised<S, X>,
-    /// The test functions.
+    /// Values of the test functions.
     pub tests: Vec<TestValue<S>>,
 }
 
 /// Unknowns that solve the equations, with the residuals and derivatives there.
 pub type Solution<S, X> = (Vec<S>, Linearised<S, X>);
 
-/// Lengths of steps, in the units of the unknowns.
+/// Lengths of steps, in units of the scaled unknowns.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StepControl {
-    /// The first step.
+    /// First step.
     pub first: f64,
-    /// The longest.
+    /// Longest step.
     pub longest: f64,
-    /// The shortest.
+    /// Shortest step.
     pub shortest: f64,
-    /// Most steps.
+    /// Largest number of steps.
     pub most: usize,
-    /// Most steps one after the other of which none was short enough for the zeros of its test
-    /// functions to be known.
+    /// Most consecutive steps in which the zeros of test functions are not all known, even with the
+    /// shortest step.
     pub unresolved: usize,
 }
 
 impl StepControl {
-    /// Steps that suit most curves.
+    /// Step lengths that suit most curves.
     pub const DEFAULT: Self =
         Self { first: 0.02, longest: 0.4, shortest: 1e-9, most: 400, unresolved: 400 };
 }
 
-/// Newton steps of a corrector at most.
+/// Most Newton steps of a corrector.
 const STEPS: usize = 8;
-/// The same with one Jacobian for all steps.
+/// Most steps with one Jacobian for all.
 const CHORDS: usize = 60;
-/// Largest residual that may be left where steps no longer shrink, relative to the first step.
+/// Least ratio of successive steps, below the root of the roundoff, that counts as stalled.
 const STALLED: f64 = 0.25;
 
-/// The solution on the plane through `origin` across `normal`, by Newton's method from a start
-/// near it; `None` where it does not converge.
+/// Solution on the plane through `origin` normal to `normal`, by Newton's method from a start near
+/// it; `None` if it does not converge.
 ///
-/// Steps below `ε^(3/4)` end it, or steps of the size of rounding that no longer shrink.
+/// Iteration ends at a step below `ε^(3/4)`, or when steps of the size of rounding no longer
+/// shrink.
 pub fn corrected<S: Real, C: CurveEquations<S> + ?Sized>(
     curve: &mut C,
     start: &[S],
@@ -97,9 +98,9 @@ pub fn corrected<S: Real, C: CurveEquations<S> + ?Sized>(
     None
 }
 
-/// The point on the plane through `start` across `normal`, by Newton's steps with this Jacobian for
-/// all of them: where derivatives at the point itself are not to be had. `residual` gives what it
-/// found besides, which comes back with the last residual.
+/// Solution on the plane through `unknowns` normal to `normal`, by Newton steps with one given
+/// Jacobian: for points without derivatives of their own. `residual` returns additional data, which
+/// is returned with the last residual.
 pub fn by_chords<S: Real, X>(
     jacobian: &DMatrix<S>,
     normal: &[S],
@@ -127,23 +128,24 @@ pub fn by_chords<S: Real, X>(
     None
 }
 
-/// Unknowns at which steps have converged, or stalled.
+/// Solution at unknowns at which steps converged or stalled; `None` for a stall with a large
+/// residual.
 fn solved<S: Real, C: CurveEquations<S> + ?Sized>(
     curve: &mut C,
     unknowns: Vec<S>,
     converged: bool,
 ) -> Option<Solution<S, C::Extra>> {
     let there = curve.linearised(&unknowns)?;
-    // Steps stall at the rounding of the residual, or where it is no smooth function.
+    // Steps stall at the rounding of the residual, or where the residual is not smooth.
     let rest = largest(&there.residual);
     (converged || rest <= S::ROUNDOFF.sqrt()).then_some((unknowns, there))
 }
 
-/// Factor by which steps with a Jacobian that is not the point's own shrink, at least.
+/// Largest ratio of successive steps with a Jacobian from another point.
 const SHRINKING: f64 = 0.1;
 
-/// The same with a Jacobian from near the solution, in steps that take the residuals alone. Where
-/// they do not shrink fast Newton's method goes on.
+/// Solution as by [`corrected`], with a Jacobian from near the solution, so that steps need
+/// residuals only. Falls back to Newton's method if steps do not shrink fast.
 fn corrected_with<S: Real, C: CurveEquations<S> + ?Sized>(
     curve: &mut C,
     start: &[S],
@@ -174,17 +176,17 @@ fn corrected_with<S: Real, C: CurveEquations<S> + ?Sized>(
     corrected(curve, start, origin, normal)
 }
 
-/// How far a point lies from the plane through `origin` across `normal`.
+/// Signed distance of a point from the plane through `origin` normal to `normal`.
 fn offset<S: Real>(unknowns: &[S], origin: &[S], normal: &[S]) -> S {
     let pairs = unknowns.iter().zip(origin).zip(normal);
     pairs.map(|((&u, &o), &n)| (u - o) * n).sum()
 }
 
-/// Newton steps of a search at most, and halvings of each.
+/// Most Newton steps of a search, and most halvings of each.
 const SEARCHED: [usize; 2] = [40, 12];
 
-/// The solution with one unknown held, by damped Newton steps from a start that may be far; `None`
-/// where they do not converge.
+/// Solution with one unknown held fixed, by damped Newton steps from a start that may be far;
+/// `None` if they do not converge.
 pub fn searched<S: Real, C: CurveEquations<S> + ?Sized>(
     curve: &mut C,
     start: &[S],
@@ -218,13 +220,13 @@ pub fn searched<S: Real, C: CurveEquations<S> + ?Sized>(
         },
     );
     match outcome {
-        // Steps stall at the rounding of the residual, or where it is no smooth function.
+        // Steps stall at the rounding of the residual, or where the residual is not smooth.
         NewtonOutcome::Root(found) if size(&found.1) <= S::ROUNDOFF.sqrt() => Some(found),
         _ => None,
     }
 }
 
-/// The unit tangent at a point, on the side of `along`; `None` where it is not determined.
+/// Unit tangent with a positive component along `along`; `None` if it is not determined.
 pub fn tangent_at<S: Real>(jacobian: &DMatrix<S>, along: &[S]) -> Option<Vec<S>> {
     let size = along.len();
     let mut right = DVector::from_element(size, S::zero());
@@ -235,19 +237,21 @@ pub fn tangent_at<S: Real>(jacobian: &DMatrix<S>, along: &[S]) -> Option<Vec<S>>
     unit.iter().all(|value| value.is_finite()).then_some(unit)
 }
 
-/// The unit tangent at a point, on the side where the last unknown grows, or else one before it.
+/// Unit tangent along which the last unknown grows, or if that is impossible the one before it, and
+/// so on.
 pub(in crate::analysis) fn any_tangent(jacobian: &DMatrix<f64>) -> Option<Vec<f64>> {
     let size = jacobian.ncols();
     (0..size).rev().find_map(|place| tangent_at(jacobian, &unit_vector(size, place)))
 }
 
-/// A matrix with one more row.
+/// Appends a row to a matrix.
 fn bordered<S: Real>(jacobian: &DMatrix<S>, row: &[S]) -> DMatrix<S> {
     let size = row.len();
     DMatrix::from_fn(size, size, |i, j| if i + 1 < size { jacobian[(i, j)] } else { row[j] })
 }
 
-/// The point on the plane through `origin` across `normal`, its tangent on the side of `along`.
+/// Point of the curve on the plane through `origin` normal to `normal`, with its tangent on the
+/// side of `along`.
 pub(super) fn point_on<S: Real, C: CurveEquations<S> + ?Sized>(
     curve: &mut C,
     start: &[S],
@@ -258,7 +262,7 @@ pub(super) fn point_on<S: Real, C: CurveEquations<S> + ?Sized>(
     point_of(curve, found, along)
 }
 
-/// A solution as a point of a curve.
+/// Completes a solution to a point of the curve.
 fn point_of<S: Real, C: CurveEquations<S> + ?Sized>(
     curve: &mut C,
     (unknowns, linearised): Solution<S, C::Extra>,
@@ -271,7 +275,7 @@ fn point_of<S: Real, C: CurveEquations<S> + ?Sized>(
     finite.then_some(point)
 }
 
-/// The chord between two points of a curve, with planes across it.
+/// Chord between two points of a curve, used with planes normal to it.
 pub(super) struct Chord<'a, S, X> {
     ends: [&'a CurvePoint<S, X>; 2],
     length: S,
@@ -287,14 +291,14 @@ impl<'a, S: Real, X: Clone> Chord<'a, S, X> {
         (length > S::zero()).then_some(Self { ends, length, normal })
     }
 
-    /// The share of the chord across which a point lies.
+    /// Fraction of the chord at which the normal plane through a point lies.
     pub(super) fn share_of(&self, unknowns: &[S]) -> S {
         let pairs = unknowns.iter().zip(&self.ends[0].unknowns).zip(&self.normal);
         pairs.map(|((&u, &a), &n)| (u - a) * n).sum::<S>() / self.length
     }
 
-    /// The point of the curve across a share of the chord, begun at the cubic with the tangents at
-    /// the ends.
+    /// Point of the curve on the normal plane at a fraction of the chord; the start is the cubic
+    /// with the tangents at the ends.
     pub(super) fn point<C: CurveEquations<S, Extra = X> + ?Sized>(
         &self,
         curve: &mut C,
@@ -315,8 +319,8 @@ impl<'a, S: Real, X: Clone> Chord<'a, S, X> {
     }
 }
 
-/// The point between two at which a function of points vanishes, to the rounding of the numbers;
-/// `None` where it has the same sign at both, or no curve is found in between.
+/// Zero of a function of points between two points of a curve, to rounding; `None` if the function
+/// has the same sign at both or no curve is found in between.
 pub fn zero_between<S: Real, C: CurveEquations<S> + ?Sized>(
     curve: &mut C,
     ends: [&CurvePoint<S, C::Extra>; 2],
@@ -343,11 +347,11 @@ pub fn zero_between<S: Real, C: CurveEquations<S> + ?Sized>(
     best.map(|(_, point)| point)
 }
 
-/// Secant steps onto a zero at most.
+/// Most secant steps to a zero.
 const SECANTS: usize = 12;
 
-/// The zero of a function of points next to a point of a curve, by secant steps along its tangent,
-/// to the rounding of the numbers: how a zero found in `f64` is refined in double-double.
+/// Zero of a function of points near a point of a curve, by secant steps along its tangent, to
+/// rounding: refines a zero found in `f64` in double-double.
 pub fn zero_near<S: Real, C: CurveEquations<S> + ?Sized>(
     curve: &mut C,
     unknowns: &[S],

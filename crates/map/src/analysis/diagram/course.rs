@@ -1,12 +1,11 @@
-//! One sweep: parameter values in order, the last state carried along.
+//! One sweep: parameter values in order, with the last state carried from value to value.
 //!
-//! A state that is carried from value to value leaves nothing to do side by side. A sweep is
-//! therefore cut into segments, which run side by side: a coarse run, with few values and few
-//! iterates at each, guesses the state that is carried into every segment. Then the starts are
-//! corrected: from the true last state of the segment before, the values of a segment are visited
-//! again until the map settles on what was found there already. What changes up to a segment's end
-//! is carried into the next. The cuts depend on the number of values alone, so that no result
-//! depends on the number of cores.
+//! A carried state makes a sweep sequential. A sweep is therefore cut into segments, which run in
+//! parallel: a coarse run, with few values and few iterates at each, guesses the state carried into
+//! every segment. The starts are then corrected: from the true last state of the segment before,
+//! the values of a segment are visited again until the map settles on the attractor already found
+//! there. A change that reaches a segment's end is carried into the next segment. The cuts depend
+//! on the number of values alone, so that results do not depend on the number of cores.
 
 use std::ops::Range;
 use std::time::Instant;
@@ -20,12 +19,12 @@ use crate::iteration::{MapOrbit, OrbitEnd, OrbitRequest};
 
 /// Fewest values of a segment.
 const SHORTEST: usize = 8;
-/// Values of each segment that the coarse run visits.
+/// Values of each segment in the coarse run.
 const COARSE_VALUES: usize = 4;
-/// Iterates of the coarse run at each.
+/// Iterates at each value in the coarse run.
 const COARSE_ITERATES: usize = 16;
 
-/// Runs one sweep, from a state or from beside the map's start at its first parameter value.
+/// Runs one sweep, from a state or from beside the map's start at the first parameter value.
 pub(super) fn sweep(
     map: &dyn SweptMap,
     request: &SweepRequest,
@@ -49,7 +48,8 @@ pub(super) fn sweep(
     Sweep { method: map.method(), heading, start, points, by_map, outside, timing }
 }
 
-/// A share of a sweep: some segments, and their corrections as far as they follow from these alone.
+/// Computes a share of a sweep: some segments, and their corrections as far as these segments
+/// determine them.
 pub(super) fn sweep_share(
     map: &dyn SweptMap,
     request: &SweepRequest,
@@ -72,36 +72,36 @@ struct Course<'a> {
     start: Option<&'a [f64]>,
     offsets: Vec<f64>,
     segments: Vec<Range<usize>>,
-    /// What was found at every value, in order.
+    /// Visits of all values, in order.
     visits: Vec<Option<Visit>>,
     iterates: u64,
 }
 
-/// How far a segment has come.
+/// Position of the visits in a segment.
 #[derive(Clone)]
 struct Front {
     segment: usize,
-    /// The value to visit next.
+    /// Index of the next value to visit.
     value: usize,
-    /// The state that is carried there.
+    /// State carried to that value.
     carried: Option<Vec<f64>>,
-    /// Whether that state is a guess, which no orbit confirmed.
+    /// Whether that state is a guess that no orbit has confirmed.
     guessed: bool,
 }
 
-/// What fronts find on their way.
+/// Visits of a group of fronts.
 #[derive(Default)]
 struct Found {
-    /// By the number of the value.
+    /// Visits with the index of the value.
     visits: Vec<(usize, Visit)>,
-    /// Segments whose end was visited.
+    /// Segments whose last value was visited.
     changed: Vec<usize>,
     iterates: u64,
 }
 
-/// The visits of one round of fronts, which pass every value at most once.
+/// Kept visits of one round of fronts, which pass every value at most once.
 struct Pieces<'a> {
-    /// 0 from guessed starts, then the number of the correction.
+    /// 0 for guessed starts, then the number of the correction.
     round: usize,
     /// Length of a state.
     dimension: usize,
@@ -113,7 +113,7 @@ impl Pieces<'_> {
         [self.round as u64, value as u64]
     }
 
-    /// The visit of a value in an earlier run.
+    /// Visit of a value in an earlier run.
     fn recall(&self, value: usize) -> Option<Visit> {
         recalled(self.progress, &self.place(value), |visit: &Visit| {
             let carried = visit.carried.as_ref();
@@ -125,7 +125,7 @@ impl Pieces<'_> {
         keep(self.progress, &self.place(value), visit);
     }
 
-    /// Corrections are no part of what was said to come.
+    /// Reports visits; corrections are not part of the announced work.
     fn advance(&self, visits: u64) {
         if self.round == 0 {
             self.progress.advance(visits);
@@ -155,7 +155,7 @@ impl<'a> Course<'a> {
         }
     }
 
-    /// Some segments side by side, from the states of the coarse run.
+    /// Runs some segments in parallel, from the states of the coarse run.
     fn run(&mut self, segments: Range<usize>, progress: &dyn Progress) {
         let starts = self.coarse_run();
         let fronts = starts.into_iter().zip(&self.segments).enumerate();
@@ -170,8 +170,8 @@ impl<'a> Course<'a> {
         self.advance(&fronts.collect::<Vec<_>>(), &pieces);
     }
 
-    /// Carries the last state of every segment into the next until nothing changes; of some
-    /// segments as far as it does not depend on those before them.
+    /// Carries the last state of every segment into the next until nothing changes; for a share of
+    /// the segments, as far as the result does not depend on earlier segments.
     fn correct(&mut self, segments: Range<usize>, progress: &dyn Progress) {
         let mut changed: Vec<usize> = segments.clone().skip(1).collect();
         let mut pieces = Pieces { round: 0, dimension: self.request.orbit.scales.len(), progress };
@@ -180,13 +180,14 @@ impl<'a> Course<'a> {
             let corrected = changed.iter().map(|&segment| self.corrected(segment));
             changed = self.advance(&corrected.collect::<Vec<_>>(), &pieces);
             changed.iter_mut().for_each(|segment| *segment += 1);
-            // Of segments in the middle every round leaves one more open, which waits for its past.
+            // In a share that starts later, each round leaves one more segment open, which depends
+            // on earlier shares.
             let open = if segments.start == 0 { 0 } else { segments.start + pieces.round };
             changed.retain(|segment| (open + 1..segments.end).contains(segment));
         }
     }
 
-    /// A segment entered from the end of the one before.
+    /// Front at the start of a segment, with the state carried from the end of the segment before.
     fn corrected(&self, segment: usize) -> Front {
         let value = self.segments[segment].start;
         let before = self.visits[value - 1].as_ref();
@@ -194,8 +195,8 @@ impl<'a> Course<'a> {
         Front { segment, value, carried, guessed: false }
     }
 
-    /// Takes fronts to the ends of their segments or to where nothing changes, as many at a time as
-    /// the map has lanes, on all cores; the segments whose ends were changed.
+    /// Moves fronts to the ends of their segments or to where nothing changes, as many at a time as
+    /// the map has lanes, on all cores; returns the segments whose ends changed.
     fn advance(&mut self, fronts: &[Front], pieces: &Pieces<'_>) -> Vec<usize> {
         let share = fronts.len().div_ceil(parallel::threads());
         let blocks = fronts.chunks(share.clamp(1, self.map.lanes()));
@@ -211,7 +212,7 @@ impl<'a> Course<'a> {
         changed
     }
 
-    /// What some fronts find on their way, in step, from where an earlier run left them.
+    /// Visits of some fronts, in step, after those that an earlier run kept.
     fn follow(&self, mut fronts: Vec<Front>, pieces: &Pieces<'_>) -> Found {
         let mut found = Found::default();
         fronts.retain_mut(|front| {
@@ -238,10 +239,10 @@ impl<'a> Course<'a> {
         found
     }
 
-    /// Keeps a visit if it changes anything; whether the front continues.
+    /// Keeps a visit if it changes anything; returns whether the front continues.
     fn keep(&self, front: &mut Front, mut visit: Visit, found: &mut Found) -> bool {
         found.iterates += visit.iterates;
-        // From a guess that escaped nothing is carried on.
+        // A guess that escaped is not carried on.
         visit.carried = visit.carried.filter(|_| !front.guessed || visit.attractor.completed);
         front.guessed = false;
         let known = self.visits[front.value].as_ref();
@@ -258,12 +259,12 @@ impl<'a> Course<'a> {
         continues
     }
 
-    /// The states that are carried into the segments, roughly.
+    /// Approximate states carried into the segments.
     fn coarse_run(&self) -> Vec<Option<Vec<f64>>> {
         let request =
             OrbitRequest { transient: COARSE_ITERATES, keep: 0, ..self.request.orbit.clone() };
         let stops = self.coarse_values();
-        // What depends on a value only is prepared on all cores.
+        // Maps at fixed values are prepared on all cores.
         let prepare = |&stop: &usize| {
             let parameters = self.request.parameters(self.map, self.offsets[stop]);
             (self.map.at(&parameters), parameters)
@@ -288,7 +289,7 @@ impl<'a> Course<'a> {
         entered
     }
 
-    /// The values that the coarse run visits: in every segment but the last.
+    /// Indices of the values that the coarse run visits: in every segment but the last.
     fn coarse_values(&self) -> Vec<usize> {
         let segments = self.segments.split_last().map_or(&[][..], |(_, rest)| rest);
         let stops = |segment: &Range<usize>| {
@@ -335,13 +336,13 @@ mod tests {
         }
     }
 
-    /// Sweeps it, with a coarse run that is right or always ends on the wrong side.
+    /// Sweeps `Hysteresis`, with a coarse run that is right or always ends on the wrong side.
     struct Swept {
         misled: bool,
         itinerary: Itinerary,
     }
 
-    /// The map at a parameter, or one that throws every state to the upper side.
+    /// The map at a parameter value, or one that sends every state to the upper side.
     struct At {
         parameter: f64,
         misled: bool,

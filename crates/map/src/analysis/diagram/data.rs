@@ -10,7 +10,7 @@ use crate::iteration::parallel;
 use crate::iteration::{ContactsPerPeriod, MapOrbit, OrbitEnd, OrbitName, Period};
 use crate::model::{Digest, Method};
 
-/// A bifurcation diagram: every sweep that was asked for, by every method.
+/// A bifurcation diagram: all sweeps of a request.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Diagram {
     /// Identifier of the scene.
@@ -19,58 +19,58 @@ pub struct Diagram {
     pub digest: Digest,
     /// Name of the swept parameter.
     pub parameter: String,
-    /// Its grazing value, from which the offsets count.
+    /// Grazing value of the parameter, to which offsets are relative.
     pub grazing_value: f64,
-    /// Whether the values have equal ratios, so that the parameter's axis is logarithmic.
+    /// Whether the values have equal ratios, for a logarithmic axis.
     pub is_logarithmic: bool,
-    /// What is drawn: `h`, `impact_speed`, or an expression.
+    /// Observable: `h`, `impact_speed`, or an expression.
     pub observable: String,
-    /// Names of the surfaces that graze, in the model's order: that of the hits in the names of
-    /// orbits.
+    /// Names of the surfaces that graze, in the model's order, which is the order of the hits in
+    /// names of orbits.
     pub surfaces: Vec<String>,
     /// Iterates dropped at each parameter value.
     pub transient: usize,
     /// Iterates kept at each parameter value.
     pub keep: usize,
-    /// How far the coordinates of the section may go before an orbit has escaped.
+    /// Escape bounds of the section's coordinates.
     pub escape: Vec<EscapeBound>,
-    /// One sweep per method and direction.
+    /// One sweep per method, start and direction.
     pub sweeps: Vec<Sweep>,
-    /// Time of one iterate by direct simulation over that by the map, where both were run.
+    /// Time of one iterate by direct simulation over that by the map; `None` unless both were run.
     pub speed_ratio: Option<f64>,
 }
 
 /// One sweep along the parameter, the last state carried from value to value.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Sweep {
-    /// What computed it.
+    /// Method that computed the sweep.
     pub method: Method,
-    /// Which way it went.
+    /// Direction of the sweep.
     pub heading: SweepHeading,
-    /// Where it started, in offsets of the section's coordinates; `None` beside the fixed point of
-    /// `P_smooth`.
+    /// Start state as offsets of the section's coordinates; `None` for a start beside the fixed
+    /// point of `P_smooth`.
     pub start: Option<Vec<f64>>,
-    /// One entry per parameter value, in the order in which they were visited.
+    /// One entry per parameter value, in the order of the sweep.
     pub points: Vec<DiagramPoint>,
-    /// Share of all kept iterates that the map made; the others are direct returns.
+    /// Fraction of all kept iterates made by the map; the others are direct returns.
     pub by_map: f64,
-    /// Share of all kept iterates outside the window.
+    /// Fraction of all kept iterates outside the window.
     pub outside: f64,
-    /// How long it took.
+    /// Computing time.
     pub timing: Timing,
 }
 
-/// Shares of kept iterates, 0 of none.
+/// Fractions of the kept iterates; 0 if there are none.
 #[derive(Clone, Copy, Debug, Default)]
 pub(in crate::analysis) struct Shares {
-    /// Share that the map made.
+    /// Fraction made by the map.
     pub(in crate::analysis) by_map: f64,
-    /// Share outside the window.
+    /// Fraction outside the window.
     pub(in crate::analysis) outside: f64,
 }
 
 impl Shares {
-    /// Of the kept iterates of an orbit.
+    /// Fractions for the kept iterates of one orbit.
     pub(in crate::analysis) fn of(
         method: Method,
         orbit: &MapOrbit,
@@ -87,7 +87,7 @@ impl Shares {
         Self { by_map: share(mapped), outside: share(outside.count()) }
     }
 
-    /// Of all kept iterates, from the shares and numbers of parts of them.
+    /// Mean over parts, weighted by the numbers of kept iterates.
     pub(in crate::analysis) fn mean(parts: impl Iterator<Item = (Self, usize)>) -> Self {
         let sum = |(all, kept): (Self, f64), (part, count): (Self, usize)| {
             let weight = count as f64;
@@ -102,18 +102,18 @@ impl Shares {
 }
 
 impl Sweep {
-    /// Whether the map alone was used beyond its window at one of the points.
+    /// Whether the map was used alone and beyond its window at a point.
     pub fn is_outside(&self, point: &DiagramPoint) -> bool {
         self.method == Method::Map && point.outside > 0.0
     }
 
-    /// Points at which the map alone was used beyond its window.
+    /// Number of points at which the map was used alone and beyond its window.
     pub fn outside(&self) -> usize {
         self.points.iter().filter(|point| self.is_outside(point)).count()
     }
 }
 
-/// Which way a sweep goes.
+/// Direction of a sweep.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum SweepHeading {
@@ -123,81 +123,81 @@ pub enum SweepHeading {
     Down,
 }
 
-/// What a map settles on at one parameter value.
+/// Attractor of a map at one parameter value.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DiagramPoint {
     /// Offset of the parameter from its grazing value.
     pub offset: f64,
-    /// The observable at the kept iterates, in order: all of them, or the first few where these
-    /// repeat bit for bit. NaN where there is none: `null` in a document.
+    /// Observable at the kept iterates, in order: all values, or one period if they repeat bit for
+    /// bit. NaN (`null` in a document) where it is undefined.
     #[serde(deserialize_with = "crate::analysis::numbers_or_nan")]
     pub values: Vec<f64>,
-    /// Iterates kept; fewer than asked for where the orbit ended early.
+    /// Number of iterates kept; fewer than asked for after an early end.
     pub kept: usize,
-    /// Period in nominal returns, those of the grazing orbit: forcing periods over theirs.
+    /// Period in nominal returns (those of the grazing orbit): forcing periods of the orbit over
+    /// those of the grazing orbit.
     pub period: Period,
     /// Returns to the section in one period of the orbit, after which `values` repeat; `None`
-    /// without a period. Orbits that do not come back once in a nominal return have others than
-    /// `period`.
+    /// without a period. Differs from `period` for orbits that do not make one return per nominal
+    /// return.
     #[serde(default)]
     pub returns: Option<usize>,
     /// Contacts per period; `None` without a period.
     pub contacts: Option<ContactsPerPeriod>,
-    /// Name of the orbit, `None` without a period; its hits count every contact at a surface that
+    /// Name of the orbit; `None` without a period. Its hits count every contact at a surface that
     /// grazes.
     pub orbit: Option<OrbitName>,
-    /// Contacts over all kept iterates.
+    /// Number of contacts over all kept iterates.
     pub kept_contacts: u32,
-    /// Largest Lyapunov exponent per iterate, of a periodic orbit by its multipliers; `None` for
-    /// direct simulation or where the orbit ended early.
+    /// Largest Lyapunov exponent per iterate, from the multipliers for a periodic orbit; `None` for
+    /// direct simulation or after an early end.
     pub lyapunov: Option<f64>,
-    /// Standard error of the exponent of an orbit without a period, a mean over its iterates.
+    /// Standard error of the exponent of an orbit without a period, which is a mean over iterates.
     #[serde(default)]
     pub lyapunov_error: Option<f64>,
-    /// How the orbit ended. After an early end the sweep goes on from the last state that stayed.
+    /// End of the orbit. After an early end the sweep continues from the last state that stayed.
     pub end: OrbitEnd,
-    /// Share of the kept iterates that the map made; the others are direct returns.
+    /// Fraction of the kept iterates made by the map; the others are direct returns.
     pub by_map: f64,
-    /// Share of the kept iterates outside the window in which the map is to be trusted: where the
-    /// point that was mapped lies beyond the half-width of a coordinate or a parameter, or has a
-    /// passage deeper than the window.
+    /// Fraction of the kept iterates outside the window in which the map is trusted: an iterate is
+    /// outside if its start exceeds the half-width of a coordinate or a parameter, or has a passage
+    /// deeper than the window.
     pub outside: f64,
 }
 
-/// Time spent in a sweep or a chart, by the clock.
+/// Wall-clock time of a sweep or a chart.
 ///
-/// Differs from run to run: everything else does not.
+/// The only part of a result that differs from run to run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Timing {
-    /// Iterates made.
+    /// Number of iterates.
     pub iterates: u64,
-    /// Seconds by the clock, from the first start to the last observable.
+    /// Seconds from the first start to the last observable.
     pub seconds: f64,
-    /// Threads that shared the work.
+    /// Number of threads that shared the work.
     pub threads: usize,
 }
 
 impl Timing {
-    /// The time since a start.
+    /// Time since a start.
     pub(in crate::analysis) fn since(start: Instant, iterates: u64) -> Self {
         Self { iterates, seconds: start.elapsed().as_secs_f64(), threads: parallel::threads() }
     }
 
-    /// Nanoseconds by the clock per iterate; NaN before the first.
+    /// Nanoseconds per iterate; NaN without iterates.
     pub fn nanoseconds_per_iterate(&self) -> f64 {
         1e9 * self.seconds / self.iterates as f64
     }
 }
 
 impl DiagramPoint {
-    /// The observable at every kept iterate.
+    /// Observable at every kept iterate.
     pub fn kept_values(&self) -> impl Iterator<Item = f64> + Clone {
         self.values.iter().copied().cycle().take(self.kept)
     }
 }
 
-/// The values up to where they begin to repeat, bit for bit and to the end; all of them where they
-/// do not do so twice.
+/// Values cut to one period, if they repeat bit for bit to the end at least twice; otherwise all.
 pub(super) fn one_period(mut values: Vec<f64>) -> Vec<f64> {
     let repeats = |&period: &usize| {
         let mut pairs = values.iter().zip(&values[period..]);
@@ -210,14 +210,14 @@ pub(super) fn one_period(mut values: Vec<f64>) -> Vec<f64> {
 }
 
 impl Diagram {
-    /// The diagram without its times: equal for equal requests on every machine.
+    /// The diagram with its times reset: equal for equal requests on every machine.
     pub fn without_timing(&self) -> Self {
         let mut diagram = self.clone();
         diagram.take_timing();
         diagram
     }
 
-    /// Takes the times out of the diagram.
+    /// Resets the times of the diagram.
     pub fn take_timing(&mut self) {
         self.speed_ratio = None;
         self.sweeps.iter_mut().for_each(|sweep| sweep.timing = Timing::default());

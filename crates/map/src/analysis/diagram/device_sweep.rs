@@ -1,8 +1,8 @@
-//! A map whose orbits another processor makes, as many as are asked for at once.
+//! A map whose orbits are computed by another processor, many at once.
 //!
-//! One idea: the bits are the same on both, so that any orbit may be made on either. What the other
-//! processor is not to be troubled with, what leaves the window there, and all where it fails, is
-//! left to the map that stands behind.
+//! One idea: both processors produce the same bits, so that any orbit can be computed on either.
+//! Small batches, orbits that leave the window on the device, and everything after a device failure
+//! are computed by the underlying map on this processor.
 
 use super::swept_map::{Settled, SideBySide, Start, SweptMap, TANGENT_TRANSIENT, by_multipliers};
 use crate::expansion::MapWindow;
@@ -10,28 +10,29 @@ use crate::iteration::parallel;
 use crate::iteration::{DeviceMap, DiscreteMap, Itinerary, MapOrbit, OrbitRequest, Period};
 use crate::model::Method;
 
-/// Fewest orbits that are worth a launch.
+/// Fewest orbits for a launch.
 const FEWEST: usize = 128;
 
-/// Most orbits of a launch: enough for several at once to fill the other processor, and few enough
-/// that all cores judge what comes back.
+/// Most orbits of a launch: several at once fill the device, and there are enough launches for all
+/// cores to process the results.
 const LANES: usize = 2048;
 
-/// Most bytes that come back from a launch.
+/// Most bytes returned by a launch.
 const BYTES: usize = 1 << 25;
 
-/// A map by another processor, guarded or alone, with the same map on this one behind it.
+/// A map on another processor, guarded or alone, with the same map on this processor as its
+/// fallback.
 pub(in crate::analysis) struct DeviceSweep<'a> {
     map: Box<dyn SweptMap + 'a>,
     device: &'a DeviceMap,
-    /// Where the map is trusted, if direct simulation takes its place elsewhere.
+    /// Window of the map, if direct simulation replaces it outside.
     window: Option<&'a MapWindow>,
     lanes: usize,
 }
 
 impl<'a> DeviceSweep<'a> {
-    /// The map on another processor for orbits of so many kept iterates; direct simulation stays
-    /// where it is.
+    /// Moves a map to another processor, for orbits of `keep` kept iterates; a direct simulation
+    /// stays on this one.
     pub(in crate::analysis) fn of(
         map: Box<dyn SweptMap + 'a>,
         device: &'a DeviceMap,
@@ -51,7 +52,7 @@ impl<'a> DeviceSweep<'a> {
         Box::new(Self { map, device, window, lanes })
     }
 
-    /// Orbits by the map behind, on all cores.
+    /// Orbits by the underlying map, on all cores.
     fn behind(&self, starts: &[Start], request: &OrbitRequest) -> Vec<Settled> {
         let chunks = starts.chunks(self.map.lanes());
         parallel::map(chunks, |starts| self.map.settle(starts, request))
@@ -82,7 +83,7 @@ impl SweptMap for DeviceSweep<'_> {
         if starts.len() < FEWEST || self.device.has_failed() {
             return self.behind(starts, request);
         }
-        // As the map alone has it on this processor.
+        // Same request as the map alone uses on this processor.
         let own = match self.window {
             None => &request.near_the_window(),
             Some(_) => request,

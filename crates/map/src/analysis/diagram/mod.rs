@@ -1,7 +1,7 @@
-//! Bifurcation diagrams: what a map settles on, parameter by parameter, the last state carried
-//! along; and what it settles on beside the graze.
+//! Bifurcation diagrams: attractors of a map as a parameter varies, with the last state carried
+//! from value to value; and attractors near the graze.
 //!
-//! One idea: a sweep knows a map only as a [`SweptMap`], so that the local map, direct simulation
+//! One idea: a sweep uses a map only through [`SweptMap`], so that the local map, direct simulation
 //! and a map written by hand are swept, observed and timed by the same code.
 
 mod course;
@@ -36,35 +36,34 @@ pub use swept_map::{
 };
 pub(super) use swept_map::{SweepSubject, exponent};
 
-/// A diagram with its maps and requests worked out, ready to run.
+/// A diagram with its maps and request prepared, ready to run.
 pub struct DiagramPlan<'a> {
     /// One map per method.
     pub maps: Vec<Box<dyn SweptMap + 'a>>,
     /// Directions of the sweeps.
     pub direction: SweepDirection,
-    /// What every sweep does.
+    /// Request of every sweep.
     pub request: SweepRequest,
 }
 
-/// The bifurcation diagram that a scene asks for.
+/// Computes a bifurcation diagram of a scene.
 ///
 /// Every sweep carries its last state from value to value. It starts at the states that the scene
-/// names, one sweep for each, or beside the fixed point of `P_smooth`, a billionth of the window's
-/// half-widths to one side and, where that orbit escapes, to the other, and then at eight points
-/// each within a tenth and a hundredth of the half-widths about the graze. Where the carried state
-/// escapes, the value is tried from the start too, and the sweep goes on from the last state that
-/// stayed. An orbit whose multipliers repel is kicked off by a thousandth of the half-widths and
-/// followed once more, so that no orbit is shown that the map does not come back to. Segments of a
-/// sweep run side by side, and their starts are corrected: no result depends on the number of
-/// cores.
+/// names, one sweep for each. Otherwise it starts beside the fixed point of `P_smooth`, a billionth
+/// of the window's half-widths to one side, or to the other side if that orbit escapes. If both
+/// escape, it starts at eight points each within a tenth and a hundredth of the half-widths about
+/// the graze. If the carried state escapes, the start is tried at that value too, and the sweep
+/// continues from the last state that stayed. An orbit with repelling multipliers is displaced by a
+/// thousandth of the half-widths and followed once more, so that only attractors are shown.
+/// Segments of a sweep run in parallel, and their starts are corrected: results do not depend on
+/// the number of cores.
 ///
 /// # Errors
 ///
 /// [`AnalysisError::NotActive`] if the swept parameter is no variable of the map;
-/// [`AnalysisError::NotACoordinate`], [`AnalysisError::NoWidth`] for starts that the section or the
-/// window does not know;
-/// [`AnalysisError::Hybrid`] if the simulator refuses the model; [`AnalysisError::Expansion`] if
-/// the impact speed is drawn and cannot be expanded.
+/// [`AnalysisError::NotACoordinate`], [`AnalysisError::NoWidth`] for starts that do not fit the
+/// section or the window; [`AnalysisError::Hybrid`] if the simulator refuses the model;
+/// [`AnalysisError::Expansion`] if the impact speed is observed and cannot be expanded.
 pub fn diagram(
     scene: &Scene,
     orbit: &GrazingOrbit,
@@ -89,8 +88,8 @@ pub fn diagram(
     })
 }
 
-/// A share of the pieces of [`diagram`]: of every sweep some segments, and their corrections as far
-/// as these segments alone decide them. The others are left to what joins the shares.
+/// Computes a share of [`diagram`]: some segments of every sweep, and their corrections as far as
+/// these segments determine them. The joining run computes the rest.
 ///
 /// # Errors
 ///
@@ -111,7 +110,7 @@ pub fn diagram_share(
     .map(drop)
 }
 
-/// The plan of a diagram, for what is made of it.
+/// Prepares the plan of a diagram and passes it to `make`.
 fn planned<T>(
     scene: &Scene,
     orbit: &GrazingOrbit,
@@ -145,7 +144,7 @@ pub fn run_plan(plan: &DiagramPlan<'_>, progress: &dyn Progress) -> Vec<Sweep> {
     run_sweeps(plan, plan.request.offsets.len(), progress, run)
 }
 
-/// Makes something of each sweep of a plan, which visits so many values.
+/// Runs `run` on each sweep of a plan; a sweep visits `values` values.
 fn run_sweeps<T>(
     plan: &DiagramPlan<'_>,
     values: usize,
@@ -168,7 +167,8 @@ fn run_sweeps<T>(
         .maps
         .iter()
         .flat_map(|map| ways.iter().map(move |&(start, heading)| (&**map, start, heading)));
-    // NOTE: one after another, so that the time of each is its own; segments fill the cores.
+    // NOTE: sweeps run one after another, so that each is timed alone; their segments fill the
+    // cores.
     sweeps.enumerate().map(|(number, sweep)| run(number, sweep)).collect()
 }
 
@@ -187,41 +187,41 @@ fn speed_ratio(sweeps: &[Sweep]) -> Option<f64> {
     Some(mean(Method::Direct)? / mean(Method::Map)?)
 }
 
-/// Shares of the parameter's half-width at which is measured, on both sides.
+/// Offsets measured, as shares of the parameter's half-width.
 const SHARES: [f64; 4] = [-0.1, -0.01, 0.01, 0.1];
-/// By how much an attractor near the graze may be larger at ten times the offset: by a square root
-/// it grows by 3.2, and by less where its period is shorter there.
+/// Largest growth of an attractor near the graze at ten times the offset: a square root grows by
+/// 3.2, less if the period is shorter there.
 const GROWTH: f64 = 5.0;
-/// Iterates before an orbit has settled, and those kept.
+/// Iterates before an orbit counts as settled, and iterates kept.
 const TRANSIENT: usize = 3000;
 const KEPT: usize = 256;
 
-/// What a map settles on at an offset of a parameter from the graze.
+/// Attractor of a map at an offset of a parameter from the graze.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct MeasuredSide {
-    /// The offset.
+    /// Offset of the parameter.
     pub offset: f64,
     /// Period in nominal returns.
     pub period: Period,
     /// Name of the orbit; `None` without a period.
     pub orbit: Option<OrbitName>,
-    /// Whether it makes contact.
+    /// Whether the orbit makes contact.
     pub contact: bool,
-    /// Largest Lyapunov exponent per return, where the map made all of it.
+    /// Largest Lyapunov exponent per return; `None` if direct simulation made an iterate.
     pub lyapunov: Option<f64>,
     /// Standard error of the exponent of an orbit without a period.
     pub lyapunov_error: Option<f64>,
-    /// Whether it is near the graze: in the window of the map, or, at the larger offset, not much
-    /// larger than one that is at the smaller offset.
+    /// Whether the attractor is near the graze: inside the window of the map; or, at the larger
+    /// offset, not much larger than a near one at the smaller offset.
     pub near: bool,
     /// Largest distance of a coordinate from the graze, in half-widths of the window.
     pub size: f64,
-    /// How the orbit ended.
+    /// End of the orbit.
     pub end: OrbitEnd,
 }
 
-/// What guarded iteration settles on at a tenth and a hundredth of the window's half-width of a
-/// parameter to both sides of the graze, from beside the orbit without contact.
+/// Attractors by guarded iteration at a tenth and a hundredth of a parameter's half-width of the
+/// window on both sides of the graze; orbits start beside the orbit without contact.
 ///
 /// # Errors
 ///
@@ -271,7 +271,7 @@ pub fn measure_graze(
     Ok(sides)
 }
 
-/// Whether an orbit meets a surface that grazes in a kept return, at a passage or elsewhere.
+/// Whether an orbit meets a grazing surface in a kept return, at a passage or elsewhere.
 fn makes_contact(map: &dyn SweptMap, orbit: &MapOrbit, parameters: &[f64]) -> bool {
     let mut others = 0..orbit.steps.len().saturating_sub(1);
     let hits = |number: usize| map.hits(orbit, number, parameters).iter().any(|&hits| hits > 0);

@@ -1,4 +1,4 @@
-//! What a diagram draws, at a state of the section.
+//! Observables of a diagram, evaluated at states of the section.
 
 use std::sync::Mutex;
 
@@ -24,13 +24,13 @@ pub struct Observer {
     depths: DepthEvaluation<f64>,
     tangency: bool,
     arrival: MapEvaluation<f64>,
-    /// The speed by the map; `None` where it is not drawn or contacts are not expanded.
+    /// Impact speed by the map; `None` if it is not observed or contacts are not expanded.
     speed: Option<ImpactSpeed>,
-    /// The frame and the expression; locked, because evaluating them needs working memory.
+    /// Frame and expression; locked because evaluation needs working memory.
     expression: Mutex<(SectionFrame<f64>, Values<f64>)>,
 }
 
-/// The axis label of an observable: `h`, `impact_speed`, or the expression as the user wrote it.
+/// Axis label of an observable: `h`, `impact_speed`, or the expression as the user wrote it.
 pub(super) fn label(observable: &Observable) -> &str {
     match observable {
         Observable::EventFunction => "h",
@@ -47,11 +47,11 @@ enum Kind {
 }
 
 impl Observer {
-    /// The observer of a map of a scene.
+    /// Observer for a map of a scene.
     ///
     /// # Errors
     ///
-    /// [`AnalysisError::Expansion`] if the impact speed is drawn and cannot be expanded.
+    /// [`AnalysisError::Expansion`] if the impact speed is observed and cannot be expanded.
     pub fn new(
         scene: &Scene,
         orbit: &GrazingOrbit,
@@ -82,12 +82,12 @@ impl Observer {
         })
     }
 
-    /// Whether it is `−depth` of the first passage at a state of the map.
+    /// Whether the observable is `−depth` of the first passage at a state of the map.
     pub fn is_depth_of_map(&self) -> bool {
         self.kind == Kind::EventFunction && self.tangency
     }
 
-    /// The observable at a state of the map.
+    /// Observable at a state of the map.
     pub fn by_map(&self, state: &[f64], parameters: &[f64]) -> f64 {
         match self.kind {
             Kind::EventFunction if self.is_depth_of_map() => -self.depth(state, parameters),
@@ -96,7 +96,7 @@ impl Observer {
         }
     }
 
-    /// The observable at a state of a direct simulation.
+    /// Observable at a state of a direct simulation.
     pub fn by_simulation(&self, map: &DirectMap<'_>, state: &[f64], parameters: &[f64]) -> f64 {
         match self.kind {
             Kind::ImpactSpeed => map.impact_speed(state, parameters),
@@ -112,7 +112,7 @@ impl Observer {
         speed.map_or(f64::NAN, |speed| speed.at(y, &point))
     }
 
-    /// Depth of the first passage after the section.
+    /// Depth of the first passage after the section; `−∞` without one.
     fn depth(&self, state: &[f64], parameters: &[f64]) -> f64 {
         let depths = self.depths.at(state, parameters);
         depths.first().copied().unwrap_or(f64::NEG_INFINITY)

@@ -1,10 +1,9 @@
-//! What a sweep asks for, where its orbits start (at states that a scene names, spread over the
-//! window, or beside a fixed point), what it finds at one parameter value, and whether two runs
-//! have settled on the same thing.
+//! Sweeps at one parameter value: requests, starts of orbits (at states named by a scene, spread
+//! over the window, or beside a fixed point), results, and comparison of attractors.
 //!
-//! One idea: an orbit is what a map settles on only if the map comes back to it. A fixed point that
-//! repels is a fixed point of rounding too, so that no orbit starts on one, and an orbit that was
-//! found to repel is left by a kick and followed once more.
+//! One idea: only attracting orbits are shown. A repelling fixed point is also fixed in floating
+//! point, so no orbit starts exactly on it, and an orbit found to be repelling is displaced and
+//! followed once more.
 
 use std::collections::VecDeque;
 
@@ -20,24 +19,24 @@ use crate::iteration::{
 };
 use crate::model::{Scene, Starts};
 
-/// What is asked of a sweep.
+/// Request of a sweep.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SweepRequest {
-    /// Position of the swept parameter among the map's parameters; the others stay at 0.
+    /// Index of the swept parameter among the map's parameters; the others stay at 0.
     pub parameter: usize,
     /// Offsets of the swept parameter, increasing.
     pub offsets: Vec<f64>,
-    /// States at which sweeps start, a sweep for each; none for one sweep that starts beside the
-    /// map's own start.
+    /// Start states, one sweep for each; empty for one sweep that starts beside the map's own
+    /// start.
     pub starts: Vec<Vec<f64>>,
-    /// Iterates at each value, and when an orbit has escaped.
+    /// Iterates at each value, and escape bounds.
     pub orbit: OrbitRequest,
-    /// The window, to count iterates outside.
+    /// Window in which the map is trusted; iterates outside are counted.
     pub window: MapWindow,
 }
 
 impl SweepRequest {
-    /// The map's parameters at an offset of the swept one.
+    /// Parameters of the map at an offset of the swept one.
     pub(super) fn parameters(&self, map: &dyn SweptMap, offset: f64) -> Vec<f64> {
         let mut parameters = vec![0.0; map.parameters()];
         parameters[self.parameter] = offset;
@@ -54,23 +53,23 @@ impl SweepRequest {
     }
 }
 
-/// How far beside a fixed point an orbit starts, in half-widths of the window: less than the
-/// tolerance of periods, so that no transient is needed where the fixed point attracts.
+/// Distance from a fixed point at which an orbit starts, in half-widths of the window: below the
+/// tolerance of periods, so that no transient is needed if the fixed point attracts.
 const BESIDE: f64 = 1e-9;
 
-/// How far an orbit is kicked off a period that repels, in half-widths.
+/// Displacement of an orbit off a repelling period, in half-widths.
 const KICK: f64 = 1e-3;
 
-/// Magnitude of a multiplier beyond which a period repels; what is nearer to 1 is that of rounding.
+/// Magnitude of a multiplier above which a period repels; the margin above 1 is for rounding.
 const REPELLING: f64 = 1.0 + 1e-6;
 
-/// The states, in offsets of the section's coordinates, at which a scene asks orbits to start; none
-/// where they start beside the fixed point of `P_smooth`.
+/// Start states of a scene, as offsets of the section's coordinates; empty if orbits start beside
+/// the fixed point of `P_smooth`.
 ///
 /// # Errors
 ///
 /// [`AnalysisError::NotACoordinate`] for a component that is no coordinate of the section,
-/// [`AnalysisError::NoWidth`] where starts are to be spread over a window without bound.
+/// [`AnalysisError::NoWidth`] if starts are to be spread over a window without bound.
 pub(in crate::analysis) fn states(
     starts: &Starts,
     scene: &Scene,
@@ -108,7 +107,7 @@ pub(in crate::analysis) fn states(
 /// Point of the additive sequence of the generalised golden ratio: `frac(1/2 + n/φ^k)`, `φ^(d+1) =
 /// φ + 1`.
 ///
-/// Any stretch of it covers the unit cube evenly.
+/// Any consecutive points of it cover the unit cube evenly.
 pub(crate) fn low_discrepancy(index: usize, dimension: usize) -> Vec<f64> {
     let mut ratio: f64 = 1.5;
     for _ in 0..60 {
@@ -121,17 +120,17 @@ pub(crate) fn low_discrepancy(index: usize, dimension: usize) -> Vec<f64> {
     (1..=dimension).map(|k| (0.5 + (index + 1) as f64 * ratio.powi(-(k as i32))).fract()).collect()
 }
 
-/// Where an orbit starts.
+/// Start of an orbit.
 #[derive(Clone, Debug, PartialEq)]
 pub(in crate::analysis) struct Entry {
     /// All parameters of the map.
     pub(in crate::analysis) parameters: Vec<f64>,
-    /// The state that is carried there; tried first.
+    /// State carried over from the value before, which is tried first.
     pub(in crate::analysis) carried: Option<Vec<f64>>,
 }
 
-/// Where an orbit may start, within a reach: at the state given, or on both sides of the map's own
-/// start; and about the section's origin, where contact begins.
+/// Start states of an orbit within a reach: the state given, or both sides of the map's own start;
+/// or states about the section's origin, where contact begins.
 pub(super) fn starts(
     map: &dyn SweptMap,
     given: Option<&[f64]>,
@@ -147,20 +146,20 @@ pub(super) fn starts(
     }
 }
 
-/// Where orbits may start.
+/// Region of start states.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Reach {
-    /// Beside the map's start.
+    /// States beside the map's start.
     Beside,
-    /// About the section's origin.
+    /// States about the section's origin.
     Around,
 }
 
-/// Shares of the half-widths within which an attractor is looked for that no orbit beside the start
-/// leads to.
+/// Shares of the half-widths within which starts are tried if no orbit from beside the map's start
+/// stays.
 const AROUND: [f64; 2] = [0.1, 0.01];
 
-/// States for each of them.
+/// Number of start states for each share.
 const DIRECTIONS: usize = 8;
 
 /// States spread over a share of the half-widths about the section's origin.
@@ -172,7 +171,7 @@ fn around(scales: &[f64], share: f64) -> Vec<Vec<f64>> {
     (0..DIRECTIONS).map(spread).collect()
 }
 
-/// A state moved by a share of the half-width of every coordinate, to both sides.
+/// State displaced to both sides by a share of the half-width of every coordinate.
 fn beside(state: &[f64], scales: &[f64], share: f64) -> [Vec<f64>; 2] {
     [share, -share].map(|share| {
         let pairs = state.iter().zip(scales);
@@ -180,32 +179,32 @@ fn beside(state: &[f64], scales: &[f64], share: f64) -> [Vec<f64>; 2] {
     })
 }
 
-/// What a map settles on at some parameters, and the iterates that it took.
+/// Attractor of a map at some parameters, and the iterates needed to find it.
 #[derive(Clone, Debug)]
 pub(in crate::analysis) struct Found {
     pub(in crate::analysis) settled: Settled,
     pub(in crate::analysis) iterates: u64,
 }
 
-/// A state from which an orbit is followed.
+/// A state to start an orbit from.
 struct Candidate {
     state: Vec<f64>,
-    /// Whether it is a kick away from a period that repels.
+    /// Whether the state was displaced off a repelling period.
     kicked: bool,
 }
 
-/// An orbit that is looked for.
+/// Search for the attractor of one entry.
 struct Search {
     parameters: Vec<f64>,
     candidates: VecDeque<Candidate>,
-    /// Which starts are still to be tried, in order.
+    /// Regions of start states that are still to be tried, in order.
     reaches: &'static [Reach],
     found: Option<Found>,
 }
 
-/// What a map settles on, side by side for at most as many entries as it has lanes: from the
-/// carried state or else from the start, the first orbit that stays. From a period that repels it
-/// goes on after a kick.
+/// Attractors of a map for several entries, in parallel for at most as many as the map has lanes:
+/// the first orbit that stays, started from the carried state or else from the start. An orbit on a
+/// repelling period is displaced and followed further.
 pub(in crate::analysis) fn settle(
     map: &dyn SweptMap,
     entries: Vec<Entry>,
@@ -234,7 +233,7 @@ pub(in crate::analysis) fn settle(
 
 impl Search {
     fn new(entry: Entry) -> Self {
-        // Where a state was carried, it is known where orbits stay.
+        // A carried state shows where orbits stay.
         let reaches: &[Reach] = match entry.carried {
             Some(_) => &[Reach::Beside],
             None => &[Reach::Beside, Reach::Around],
@@ -248,7 +247,7 @@ impl Search {
         }
     }
 
-    /// The next state to try.
+    /// Next state to try.
     fn next(
         &mut self,
         map: &dyn SweptMap,
@@ -265,7 +264,7 @@ impl Search {
         self.candidates.pop_front()
     }
 
-    /// Takes in what the orbit of a candidate settled on.
+    /// Processes the orbit of a candidate.
     fn take(&mut self, map: &dyn SweptMap, settled: Settled, kicked: bool, request: &OrbitRequest) {
         let stays = settled.orbit.end == OrbitEnd::Completed;
         if stays && !kicked && repels(map, &settled, &self.parameters) {
@@ -282,7 +281,7 @@ impl Search {
     }
 }
 
-/// Iterates an orbit made.
+/// Number of iterates of an orbit.
 fn made(end: OrbitEnd, request: &OrbitRequest) -> u64 {
     let count = match end {
         OrbitEnd::Completed => request.transient + request.keep,
@@ -299,27 +298,28 @@ fn repels(map: &dyn SweptMap, settled: &Settled, parameters: &[f64]) -> bool {
     exponent.is_some_and(|exponent| exponent.value * period as f64 > REPELLING.ln())
 }
 
-/// What a map settles on at one value, and where the next one starts.
+/// Attractor at one value of a sweep, and the state carried to the next value.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Visit {
     pub(super) point: DiagramPoint,
     pub(super) attractor: Attractor,
-    /// The last state, after an escape that with which the value was entered.
+    /// Last state; after an escape the state with which the value was entered.
     pub(super) carried: Option<Vec<f64>>,
     pub(super) iterates: u64,
 }
 
 impl Visit {
-    /// Whether both settled on the same, so that what follows is the same.
+    /// Whether both visits settled on the same attractor, so that the rest of the sweep is the
+    /// same.
     pub(super) fn agrees(&self, other: &Self) -> bool {
         let carried = self.attractor.completed || self.carried == other.carried;
         carried && self.attractor.agrees(&other.attractor)
     }
 }
 
-/// Visits some values side by side, as many at a time as the map has lanes; each is a state that is
-/// carried there, if any, and a value of the swept parameter. Where the carried state escapes, the
-/// start of the sweep is tried.
+/// Visits values in parallel, as many at a time as the map has lanes; each is a carried state, if
+/// any, and a value of the swept parameter. If the carried state escapes, the start of the sweep is
+/// tried.
 pub(super) fn visit(
     map: &dyn SweptMap,
     request: &SweepRequest,
@@ -373,12 +373,12 @@ fn point(
     }
 }
 
-/// Contacts over all kept iterates.
+/// Number of contacts over all kept iterates.
 pub(in crate::analysis) fn kept_contacts(orbit: &MapOrbit) -> u32 {
     orbit.steps.iter().map(StepInfo::contacts).sum()
 }
 
-/// The period of an orbit in nominal returns, whatever returns it makes on its section.
+/// Period of an orbit in nominal returns, whatever its number of returns to the section.
 pub(in crate::analysis) fn nominal_period(map: &dyn SweptMap, orbit: &MapOrbit) -> Period {
     match orbit.period {
         Period::Periodic(returns) => {
@@ -390,7 +390,7 @@ pub(in crate::analysis) fn nominal_period(map: &dyn SweptMap, orbit: &MapOrbit) 
     }
 }
 
-/// The name of a periodic orbit; `None` without a period.
+/// Name of a periodic orbit; `None` without a period.
 pub(in crate::analysis) fn name(
     map: &dyn SweptMap,
     orbit: &MapOrbit,
@@ -398,7 +398,7 @@ pub(in crate::analysis) fn name(
 ) -> Option<OrbitName> {
     match orbit.period {
         Period::Periodic(period) => {
-            // The orbit holds its period twice, so that there is a next state.
+            // Two periods of the orbit were kept, so that a next state exists.
             let hits = (0..period).map(|number| map.hits(orbit, number, parameters));
             Some(map.itinerary().name(hits, orbit.turns()))
         }
@@ -406,20 +406,21 @@ pub(in crate::analysis) fn name(
     }
 }
 
-/// Extent of an orbit without a period may differ by this part of itself: how far that of a chaotic
-/// attractor wanders from run to run.
+/// Largest relative difference of the extents of orbits without a period that count as equal: the
+/// extent of a chaotic attractor varies that much from run to run.
 const CHAOTIC: f64 = 0.2;
-/// Extent of a periodic orbit may differ by this part of its size: it may still approach.
+/// Largest difference of the extents of equal periodic orbits, relative to their size: an orbit may
+/// still converge.
 const PERIODIC: f64 = 1e-6;
 
-/// What is remembered of an orbit for telling attractors apart.
+/// Summary of an orbit for comparing attractors.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Attractor {
     pub(super) completed: bool,
     period: Period,
-    /// Least and greatest value of every coordinate.
+    /// Smallest and largest value of every coordinate.
     extent: Vec<[f64; 2]>,
-    /// The phase among the coordinates.
+    /// Phase as one of the coordinates, if any.
     circle: PhaseCircle,
 }
 
@@ -433,11 +434,11 @@ impl Attractor {
         }
     }
 
-    /// Whether both ended alike: early; with one period and extent; or without a period, over much
+    /// Whether both ended early; or have the same period and extent; or have no period and about
     /// the same extent.
     ///
-    /// Where it errs by saying no, a sweep does work twice; saying yes of two attractors takes two
-    /// of one period and extent.
+    /// A false no makes a sweep do work twice; a false yes needs two attractors of the same period
+    /// and extent.
     pub(super) fn agrees(&self, other: &Self) -> bool {
         if self.completed != other.completed || !self.completed {
             return self.completed == other.completed;
@@ -455,7 +456,7 @@ impl Attractor {
     }
 }
 
-/// Whether two orbits settled on the same, by the same measure.
+/// Whether two orbits settled on the same attractor, by [`Attractor::agrees`].
 pub(in crate::analysis) fn agree(a: &MapOrbit, b: &MapOrbit) -> bool {
     Attractor::of(a).agrees(&Attractor::of(b))
 }

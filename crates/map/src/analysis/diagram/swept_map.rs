@@ -1,5 +1,5 @@
-//! What a sweep asks of a map: to be fixed at a parameter value, to settle there, to be observed,
-//! and where to start: at the periodic orbit without contact.
+//! Interface of maps that can be swept along a parameter, and its implementations: fixing
+//! parameters, settling, observing, and starting at the periodic orbit without contact.
 
 use std::cell::OnceCell;
 
@@ -19,50 +19,51 @@ use crate::iteration::{
 use crate::model::{Method, Observable, Scene};
 use crate::orbit::GrazingOrbit;
 
-/// Iterates in which the tangent vector of a Lyapunov exponent turns to its direction.
+/// Iterates in which the tangent vector of a Lyapunov exponent aligns.
 pub(super) const TANGENT_TRANSIENT: usize = 20;
 
-/// Lanes of a map that runs in lanes: a step is one long chain of dependent operations, which only
-/// other orbits fill; and the memory of its kernel stays close.
+/// Number of lanes of a map: a step is a long chain of dependent operations, so that only other
+/// orbits keep the processor busy, and the memory of its kernel must stay in cache.
 const LANES: usize = 32;
 
-/// Fewest orbits that are worth the lanes of a map: a step of all takes as long as some single
-/// ones.
+/// Fewest orbits for which the lanes of a map are used: a step of all lanes costs as much as
+/// several single ones.
 const FEWEST_MAP_LANES: usize = 5;
 
-/// Segments of a sweep by a map.
+/// Number of segments of a sweep by a map.
 const MAP_SEGMENTS: usize = 64;
 
-/// Segments of a sweep by direct simulation, where correcting a start costs more.
+/// Number of segments of a sweep by direct simulation, where correcting a start costs more.
 const DIRECT_SEGMENTS: usize = 16;
 
 /// A map that can be swept along a parameter.
 pub trait SweptMap: Sync {
-    /// What it is.
+    /// Method.
     fn method(&self) -> Method;
 
     /// Number of parameters.
     fn parameters(&self) -> usize;
 
-    /// Segments of a sweep that run side by side, where it has values enough.
+    /// Number of segments of a sweep that run in parallel, given enough values.
     fn segments(&self) -> usize;
 
-    /// Orbits that run in step; no result depends on it.
+    /// Number of orbits that run in step; results do not depend on it.
     fn lanes(&self) -> usize {
         1
     }
 
-    /// What the map settles on from some states, at most as many as it has lanes.
+    /// Attractors of the map from `starts`, at most as many as the map has lanes.
     fn settle(&self, starts: &[Start], request: &OrbitRequest) -> Vec<Settled> {
         let single = |start: &Start| settle_single(self, start, request);
         starts.iter().map(single).collect()
     }
 
-    /// The map at fixed parameters, a map without parameters: prepared once per parameter value.
+    /// The map at fixed parameters, without parameters of its own, prepared once per parameter
+    /// value.
     fn at(&self, parameters: &[f64]) -> Box<dyn DiscreteMap + Send + '_>;
 
-    /// Some work with what iterates states side by side at fixed parameters, at most as many as the
-    /// map has lanes: prepared once for all of it.
+    /// Runs `work` with a function that iterates states side by side at fixed parameters, at most
+    /// as many as the map has lanes; it is prepared once.
     fn side_by_side(&self, parameters: &[f64], work: &mut dyn FnMut(&mut SideBySide<'_>)) {
         let fixed = self.at(parameters);
         work(&mut |states, request| {
@@ -71,17 +72,17 @@ pub trait SweptMap: Sync {
         });
     }
 
-    /// Where a sweep starts, and starts again after an escape.
+    /// Start state of a sweep, also after an escape.
     fn start(&self, parameters: &[f64]) -> Vec<f64>;
 
-    /// The observable at every kept state of an orbit.
+    /// Observable at every kept state of an orbit.
     fn observe_all(&self, orbit: &MapOrbit, parameters: &[f64]) -> Vec<f64>;
 
-    /// The surfaces that graze and the passages of one return.
+    /// Grazing surfaces and the passages of one return.
     fn itinerary(&self) -> &Itinerary;
 
-    /// Contacts per surface of the itinerary on the way from a kept state of an orbit, but the
-    /// last, to the next.
+    /// Contacts per surface of the itinerary between a kept state of an orbit (not the last) and
+    /// the next.
     fn hits(&self, orbit: &MapOrbit, number: usize, _parameters: &[f64]) -> Vec<u32> {
         self.itinerary().hits(orbit.steps[number + 1].passages)
     }
@@ -92,11 +93,10 @@ pub trait SweptMap: Sync {
     }
 }
 
-/// The orbits of some states.
+/// Function that returns the orbits of states.
 pub type SideBySide<'a> = dyn FnMut(&[&[f64]], &OrbitRequest) -> Vec<MapOrbit> + 'a;
 
-/// The orbits of some states in lanes that are all to be used: the others start at the section's
-/// origin.
+/// Orbits of states in `N` lanes that must all be used: unused ones start at the section's origin.
 fn padded<const N: usize>(
     states: &[&[f64]],
     orbits: impl FnOnce(&[&[f64]]) -> Vec<MapOrbit>,
@@ -109,27 +109,27 @@ fn padded<const N: usize>(
     found
 }
 
-/// Where an orbit starts.
+/// Start of an orbit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Start {
-    /// The state.
+    /// Start state.
     pub state: Vec<f64>,
     /// All parameters of the map.
     pub parameters: Vec<f64>,
 }
 
-/// The parameters of some starts, and their states.
+/// Parameters and states of starts.
 fn parts(starts: &[Start]) -> (Vec<&[f64]>, Vec<&[f64]>) {
     starts.iter().map(|start| (&start.parameters[..], &start.state[..])).unzip()
 }
 
-/// An orbit and its largest Lyapunov exponent: of a periodic one by its multipliers, of any other
-/// the mean over as many iterates as were kept, onwards from its end.
+/// An orbit and its largest Lyapunov exponent: from the multipliers of a periodic orbit, otherwise
+/// the mean over as many further iterates as were kept.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settled {
     /// The orbit.
     pub orbit: MapOrbit,
-    /// The exponent; `None` where there is no Jacobian or the orbit ended early.
+    /// Exponent; `None` without a Jacobian or after an early end.
     pub lyapunov: Option<LyapunovExponent>,
 }
 
@@ -141,8 +141,8 @@ fn settle_single<M: SweptMap + ?Sized>(map: &M, start: &Start, request: &OrbitRe
     Settled { lyapunov: complete.then(exponent).flatten(), orbit }
 }
 
-/// The largest Lyapunov exponent of an orbit of a map at fixed parameters: by the multipliers of a
-/// periodic one, else onwards from its end over as many iterates as it kept.
+/// Largest Lyapunov exponent of an orbit of a map at fixed parameters: from the multipliers of a
+/// periodic orbit, otherwise over as many further iterates as were kept.
 pub(in crate::analysis) fn exponent(
     fixed: &dyn DiscreteMap,
     orbit: &MapOrbit,
@@ -156,13 +156,13 @@ pub(in crate::analysis) fn exponent(
     }
 }
 
-/// Whether an orbit was completed and goes on without a period.
+/// Whether an orbit was completed without a period.
 fn wanders(orbit: &MapOrbit) -> bool {
     orbit.end == OrbitEnd::Completed && orbit.period == Period::NotFound
 }
 
-/// Orbits with the exponents of those that were completed: `means` are those of all where one
-/// wanders, of periodic ones they are those of their multipliers.
+/// Adds exponents to completed orbits: from the multipliers of a periodic one, otherwise from
+/// `means`, which computes those of all orbits and is called only if needed.
 fn settled(
     map: &(impl SweptMap + ?Sized),
     orbits: Vec<MapOrbit>,
@@ -178,7 +178,7 @@ fn settled(
     settled.collect()
 }
 
-/// The exponent of a periodic orbit that the map makes alone, by its multipliers.
+/// Exponent of a periodic orbit from its multipliers; `None` if direct simulation made an iterate.
 pub(super) fn by_multipliers(
     map: &(impl SweptMap + ?Sized),
     orbit: &MapOrbit,
@@ -189,7 +189,7 @@ pub(super) fn by_multipliers(
     periodic.then(|| periodic_lyapunov_exponent(&*map.at(&start.parameters), orbit, &[])).flatten()
 }
 
-/// Any map with its parameters given at every step.
+/// A map with fixed parameters, passed to it at every step.
 struct Fixed<M> {
     map: M,
     parameters: Vec<f64>,
@@ -230,12 +230,12 @@ fn fixed<'m, M: DiscreteMap + Send + 'm>(
     Box::new(Fixed { map, parameters: parameters.to_vec() })
 }
 
-/// A map written by hand: it starts at 0, and its first coordinate is drawn.
+/// A map written by hand: starts at 0; its first coordinate is drawn.
 #[derive(Clone, Debug)]
 pub struct UnobservedSweep<M> {
     /// The map.
     pub map: M,
-    /// Which surface each of its passages meets.
+    /// Surface that each of its passages meets.
     pub itinerary: Itinerary,
 }
 
@@ -274,11 +274,11 @@ impl<M: DiscreteMap> SweptMap for UnobservedSweep<M> {
 pub struct FrozenSweep {
     /// The map.
     pub map: HornerMap,
-    /// Where it starts.
+    /// Start states.
     pub start: SmoothFixedPoint,
-    /// What is drawn.
+    /// Observable that is drawn.
     pub observer: Observer,
-    /// Which surface each passage meets.
+    /// Surface that each passage meets.
     pub itinerary: Itinerary,
 }
 
@@ -300,7 +300,7 @@ impl SweptMap for FrozenSweep {
     }
 
     fn settle(&self, starts: &[Start], request: &OrbitRequest) -> Vec<Settled> {
-        // A polynomial has nothing to say far from its window, whatever it settles on there.
+        // Far from its window a polynomial is meaningless, whatever it settles on.
         let request = &request.near_the_window();
         if starts.len() < FEWEST_MAP_LANES {
             let single = |start: &Start| settle_single(self, start, request);
@@ -341,16 +341,16 @@ impl SweptMap for FrozenSweep {
     }
 }
 
-/// Direct simulation.
+/// Sweep by direct simulation.
 #[derive(Debug)]
 pub struct DirectSweep<'a> {
     /// The map.
     pub map: DirectMap<'a>,
-    /// Where it starts.
+    /// Start states.
     pub start: SmoothFixedPoint,
-    /// What is drawn.
+    /// Observable that is drawn.
     pub observer: Observer,
-    /// Which surface each passage meets.
+    /// Surface that each passage meets.
     pub itinerary: Itinerary,
 }
 
@@ -379,7 +379,7 @@ impl SweptMap for DirectSweep<'_> {
     }
 
     fn at(&self, parameters: &[f64]) -> Box<dyn DiscreteMap + Send + '_> {
-        // A simulator of its own, so that sweeps side by side do not wait for each other.
+        // Each gets a simulator of its own, so that parallel sweeps do not wait for each other.
         fixed(self.map.clone(), parameters)
     }
 
@@ -415,21 +415,21 @@ impl SweptMap for DirectSweep<'_> {
     }
 }
 
-/// The local map, frozen at each parameter value, inside its window, and direct simulation outside.
+/// The local map, frozen at each parameter value, in its window, and direct simulation outside.
 ///
-/// Lyapunov exponents are those of orbits that stay inside from the end of the kept ones on.
+/// Lyapunov exponents exist for orbits that stay inside the window after the kept iterates.
 #[derive(Debug)]
 pub struct GuardedSweep<'a> {
-    /// The map with what is drawn.
+    /// The map with its observer.
     pub map: FrozenSweep,
-    /// Where it is trusted.
+    /// Window in which the map is trusted.
     pub window: MapWindow,
-    /// What takes its place elsewhere.
+    /// Direct simulation outside the window.
     pub direct: DirectMap<'a>,
 }
 
 impl GuardedSweep<'_> {
-    /// Whether the step from a state is the map's; `drawn` is what the map draws there.
+    /// Whether the map makes the step from a state; `drawn` is its observable there.
     fn is_mapped(&self, state: &[f64], parameters: &[f64], drawn: f64) -> bool {
         let FrozenSweep { map, observer, itinerary, .. } = &self.map;
         let depth = if observer.is_depth_of_map() && itinerary.passages.len() == 1 {
@@ -515,18 +515,18 @@ impl SweptMap for GuardedSweep<'_> {
     }
 }
 
-/// What the maps of a scene's sweeps have in common.
+/// Scene, orbit and map that the sweeps of a scene share.
 pub(in crate::analysis) struct SweepSubject<'a> {
     pub(in crate::analysis) scene: &'a Scene,
     pub(in crate::analysis) orbit: &'a GrazingOrbit,
     pub(in crate::analysis) map: &'a LocalMap,
     pub(in crate::analysis) observe: &'a Observable,
-    /// The scene's model, lowered where direct simulation is asked for.
+    /// The scene's model, lowered when direct simulation is first needed.
     pub(in crate::analysis) system: OnceCell<HybridSystem>,
 }
 
 impl<'a> SweepSubject<'a> {
-    /// The maps of a scene about its grazing orbit; drawn is the event function.
+    /// Sweeps of a scene about its grazing orbit; the event function is observed.
     pub(in crate::analysis) fn new(
         scene: &'a Scene,
         orbit: &'a GrazingOrbit,
@@ -535,7 +535,7 @@ impl<'a> SweepSubject<'a> {
         Self { scene, orbit, map, observe: &Observable::EventFunction, system: OnceCell::new() }
     }
 
-    /// What is asked of orbits: they escape where those of the oscillator do.
+    /// Request for orbits, with the escape bounds of the oscillator.
     pub(in crate::analysis) fn orbits(&self, transient: usize, keep: usize) -> OrbitRequest {
         let escape = escape_bounds(self.scene, self.orbit);
         let bounds: Vec<f64> = escape.iter().map(|bound| bound.offset).collect();
@@ -544,12 +544,12 @@ impl<'a> SweepSubject<'a> {
         request.escaping_at(&bounds).on_circle(phase_circle(self.scene, self.orbit))
     }
 
-    /// The map of a method.
+    /// Map of a method.
     ///
     /// # Errors
     ///
     /// [`AnalysisError::Hybrid`] if the simulator refuses the model; [`AnalysisError::Expansion`]
-    /// if the impact speed is drawn and cannot be expanded; [`AnalysisError::NoContacts`] where the
+    /// if the impact speed is observed and cannot be expanded; [`AnalysisError::NoContacts`] if the
     /// method needs contacts that are not expanded.
     pub(in crate::analysis) fn swept(
         &self,
@@ -588,10 +588,10 @@ impl<'a> SweepSubject<'a> {
     }
 }
 
-/// Newton steps before giving up.
+/// Most Newton steps.
 const NEWTON_STEPS: usize = 30;
 
-/// The fixed point of `P_smooth` as a function of the parameters.
+/// Fixed point of `P_smooth` as a function of the parameters.
 #[derive(Clone, Debug)]
 pub struct SmoothFixedPoint {
     smooth: InterpretedMap,
@@ -605,8 +605,8 @@ impl SmoothFixedPoint {
         Self { smooth: InterpretedMap::new(&legs) }
     }
 
-    /// The fixed point next to the section's origin, by Newton's method from there; the origin
-    /// itself where that does not converge.
+    /// Fixed point near the section's origin, by Newton's method from there; the origin itself if
+    /// that does not converge.
     pub fn at(&self, parameters: &[f64]) -> Vec<f64> {
         let dimension = self.smooth.dimension();
         let mut point = DVector::zeros(dimension);
@@ -616,7 +616,7 @@ impl SmoothFixedPoint {
             };
             let size = step.amax();
             point -= step;
-            // A step this small leaves an error of its square.
+            // The error after a step this small is its square.
             if size <= 1e-9 * point.amax() || size == 0.0 {
                 return point.as_slice().to_vec();
             }

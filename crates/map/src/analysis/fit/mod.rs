@@ -1,19 +1,19 @@
-//! Parameters fitted to measured section points, by least squares.
+//! Least-squares fits of parameters to measured section points.
 //!
-//! One idea: a series of measured points is cut into pieces of a few returns, each with a start of
-//! its own, so that what an orbit stretches does not drown what its parameters do. A piece's start
-//! is eliminated by the QR decomposition of the piece, and what is left of all pieces is a problem
-//! in the parameters alone: the work is that of the pieces, however many there are.
+//! One idea: a series of measured points is cut into pieces of a few returns, each with its own
+//! unknown start, so that the growth of errors along an orbit does not hide the effect of the
+//! parameters. The start of a piece is eliminated by a QR decomposition of the piece, and the
+//! reduced pieces form a problem in the parameters alone: the work grows linearly with the pieces.
 //!
-//! Images and their derivatives are those of guarded iteration: the map's, exact, inside its
-//! window, and those of direct simulation outside. Steps are those of Levenberg and Marquardt, with
-//! the damping of `Nielsen1999`. Without noise that is stated, its size in every coordinate is
-//! that of the residuals, estimated again until it settles (feasible generalised least squares).
+//! Images and derivatives are those of guarded iteration: exact derivatives of the map inside its
+//! window, direct simulation outside. Steps are those of Levenberg and Marquardt, with the damping
+//! of `Nielsen1999`. If the noise is not stated, its size in every coordinate is estimated from the
+//! residuals, repeatedly until it settles (feasible generalised least squares).
 //!
-//! Where a start lies on one side of its graze and its orbit on the other, no derivative says so:
-//! starts near the measurement are tried, on both sides, before each descent.
+//! Derivatives cannot tell that a start lies on the wrong side of its graze. Starts near the
+//! measurement, on both sides, are therefore tried before each descent.
 //!
-//! The orbit is taken to be deterministic: noise is that of the measurement.
+//! Orbits are assumed to be deterministic; all noise is measurement noise.
 
 mod problem;
 
@@ -30,64 +30,63 @@ use crate::model::{Method, Scene};
 use crate::orbit::GrazingOrbit;
 use problem::Problem;
 
-/// What is asked of [`fit()`].
+/// Request of [`fit()`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct FitRequest {
-    /// Numbers, among the active ones, of the parameters that are fitted.
+    /// Indices of the fitted parameters among the active ones.
     pub parameters: Vec<usize>,
-    /// Offsets of all active parameters: those that are fitted begin there.
+    /// Offsets of all active parameters; fitted ones start there.
     pub at: Vec<f64>,
-    /// What was measured.
+    /// Measured series.
     pub series: Vec<MeasuredSeries>,
-    /// Standard deviation of the measurement in every coordinate; `None`: that of the residuals.
+    /// Standard deviation of the measurement in every coordinate; `None`: estimated from the
+    /// residuals.
     pub noise: Option<Vec<f64>>,
-    /// Returns of a piece that has a start of its own; 0: a series is one piece.
+    /// Returns of a piece, which has its own start; 0: each series is one piece.
     pub piece: usize,
-    /// Points at the end of every series that are not fitted but predicted.
+    /// Points at the end of every series that are predicted, not fitted.
     pub withheld: usize,
-    /// What computes images.
+    /// Method that computes images.
     pub method: Method,
 }
 
 impl FitRequest {
-    /// Returns of a piece where none are named.
+    /// Default number of returns of a piece.
     pub const PIECE: usize = 10;
 }
 
-/// Section points of one orbit, return by return.
+/// Section points of one orbit, one per return.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MeasuredSeries {
-    /// What is known to be added to the parameters while it was measured: offsets of all active
-    /// ones.
+    /// Known changes of the parameters during the measurement: offsets of all active parameters.
     pub controls: Vec<f64>,
-    /// Offsets of the coordinates, one point after another; NaN where a coordinate was not
-    /// measured.
+    /// Offsets of the coordinates, one row per point; NaN for a coordinate that was not measured.
     pub points: Vec<Vec<f64>>,
 }
 
-/// How a fit ended.
+/// End of a fit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum FitEnd {
-    /// At a least sum of squares.
+    /// A minimum of the sum of squares was found.
     Converged,
-    /// At a sum of squares more than five standard deviations above what the stated noise makes:
-    /// starts on the wrong side of their graze, more noise, or data of another model.
+    /// The sum of squares is more than five standard deviations above the value expected from the
+    /// stated noise: starts on the wrong side of their graze, more noise, or data of another model.
     Misfit,
-    /// No step lowers the sum of squares, and it is no smooth minimum: the orbits graze there.
+    /// No step lowers the sum of squares, but there is no smooth minimum: the orbits graze there.
     Stalled,
-    /// After the most steps that are taken.
+    /// The largest number of steps was reached.
     Steps,
-    /// The data do not determine all of the parameters.
+    /// The data do not determine all parameters.
     Undetermined,
-    /// An orbit from the data has no image at the parameters that the fit begins with.
+    /// An orbit from the data has no image at the initial parameters.
     NoImage,
     /// An orbit has an image without derivatives.
     NoDerivative,
 }
 
 impl FitEnd {
-    /// What is to be said of it; nothing of a fit that converged.
+    /// Warning for the user; `None` for a fit that converged.
     pub fn words(self) -> Option<&'static str> {
         match self {
             Self::Converged => None,
@@ -114,79 +113,79 @@ impl FitEnd {
 /// A fitted parameter.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FittedParameter {
-    /// Its name.
+    /// Name of the parameter.
     pub parameter: String,
-    /// Its offset from the grazing value.
+    /// Offset from the grazing value.
     pub offset: f64,
-    /// The value itself.
+    /// Value of the parameter.
     pub value: f64,
-    /// Standard error; NaN where the data do not determine it.
+    /// Standard error; NaN if the data do not determine the parameter.
     pub standard_error: f64,
 }
 
-/// How points that were not fitted are predicted.
+/// Quality of the prediction of points that were not fitted.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct WithheldPoints {
-    /// How many.
+    /// Number of points.
     pub points: usize,
-    /// Root of the mean square of prediction less measurement, over the noise, by coordinate: 1
-    /// where predictions are right.
+    /// Root mean square of prediction minus measurement, over the noise, by coordinate: about 1 for
+    /// correct predictions.
     pub error_over_noise: Vec<f64>,
 }
 
-/// Fitted parameters.
+/// Result of [`fit()`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Fit {
-    /// The parameters, in the order in which they were named.
+    /// Fitted parameters, in the order of the request.
     pub parameters: Vec<FittedParameter>,
-    /// Their covariance, row by row.
+    /// Covariance of the parameters, row by row.
     pub covariance: Vec<Vec<f64>>,
     /// Standard deviation of the measurement in every coordinate.
     pub noise: Vec<f64>,
-    /// Whether it was stated; estimated otherwise.
+    /// Whether the noise was stated; otherwise it was estimated.
     pub noise_is_known: bool,
     /// Sum of the squares of the residuals over the noise.
     pub sum_of_squares: f64,
-    /// Numbers measured less unknowns: what the sum of squares is to be near.
+    /// Degrees of freedom: measured numbers minus unknowns, the expected sum of squares.
     pub freedom: usize,
-    /// Numbers that were fitted.
+    /// Number of measured numbers that were fitted.
     pub measured: usize,
-    /// Pieces, each with a start of its own.
+    /// Number of pieces, each with its own start.
     pub pieces: usize,
-    /// Steps of the least squares.
+    /// Number of steps of the least squares.
     pub steps: usize,
-    /// How they ended.
+    /// End of the least squares.
     pub end: FitEnd,
-    /// Share of the images that the map made; the others are direct simulation.
+    /// Fraction of the images computed by the map; the others are direct simulation.
     pub by_map: f64,
-    /// Share of the returns that begin outside the window.
+    /// Fraction of the returns that start outside the window.
     pub outside: f64,
-    /// Points that were predicted; `None` where none were withheld.
+    /// Predicted points; `None` if none were withheld.
     pub withheld: Option<WithheldPoints>,
 }
 
-/// Most steps of the least squares of one round.
+/// Most least-squares steps of one round.
 const STEPS: usize = 100;
-/// Most times that the size of the noise is estimated again.
+/// Most estimates of the size of the noise.
 const ROUNDS: usize = 20;
-/// Most times that starts are tried on both sides of their graze.
+/// Most times that starts on both sides of their graze are tried.
 const SIDES: usize = 20;
-/// Change of the size of the noise, relative to itself, at which it has settled.
+/// Relative change of the size of the noise below which it has settled.
 const SETTLED: f64 = 1e-3;
-/// Step over the unknowns' sizes, and change of the sum of squares over itself, at which the least
-/// squares have converged.
+/// Convergence of the least squares: step relative to the unknowns, or change of the sum of squares
+/// relative to itself.
 const CONVERGED: f64 = 1e-12;
-/// Standard deviations of a sum of squares by which it may be larger than its mean.
+/// Standard deviations above its mean from which on a sum of squares is a misfit.
 const MISFIT: f64 = 5.0;
-/// Largest damping: no step lowers the sum of squares.
+/// Damping at which the descent is given up: no step lowers the sum of squares.
 const MOST_DAMPING: f64 = 1e16;
 
-/// Parameters of a scene fitted to measured section points.
+/// Fits parameters of a scene to measured section points.
 ///
 /// # Errors
 ///
-/// [`AnalysisError::Length`] for points and offsets of another length,
-/// [`AnalysisError::TooFewMeasured`] for fewer numbers than unknowns,
+/// [`AnalysisError::Length`] for points and offsets of a wrong length,
+/// [`AnalysisError::TooFewMeasured`] if there are not more numbers than unknowns,
 /// [`AnalysisError::Unbounded`] for a number beyond 1e100 in size (a coordinate that is NaN was not
 /// measured), [`AnalysisError::NotAStandardDeviation`] for a noise that is not positive; as
 /// [`DirectMap::new`](super::DirectMap::new).
@@ -212,7 +211,7 @@ pub fn fit(
     })
 }
 
-/// The fit with a map that every thread makes for itself.
+/// Fits with a map that every thread creates for itself.
 fn fitted<M: DifferentiableMap>(
     problem: &Problem<'_>,
     map: &(dyn Fn() -> M + Sync),
@@ -258,12 +257,13 @@ fn fitted<M: DifferentiableMap>(
     Fit { steps, end, sum_of_squares: sum, freedom, noise_is_known: known, ..outcome }
 }
 
-/// How far a sum of squares is above its mean, in units of what chance explains; negative below.
+/// Excess of a sum of squares over its mean, in units of five standard deviations: above 1 is a
+/// misfit, negative is below the mean.
 pub fn misfit(sum: f64, freedom: f64) -> f64 {
     (sum - freedom) / (MISFIT * (2.0 * freedom).sqrt())
 }
 
-/// Least squares with a size of the noise.
+/// Least squares for a fixed size of the noise.
 struct Round<'a, M> {
     problem: &'a Problem<'a>,
     map: &'a (dyn Fn() -> M + Sync),
@@ -271,12 +271,12 @@ struct Round<'a, M> {
 }
 
 impl<M: DifferentiableMap> Round<'_, M> {
-    /// The sum of squares; infinite where an orbit has no image.
+    /// Sum of squares; infinite if an orbit has no image.
     fn sum(&self, unknowns: &[f64]) -> f64 {
         self.problem.sum_of_squares(self.map, unknowns, self.noise)
     }
 
-    /// Steps down to the least sum of squares: how many, and how they ended.
+    /// Descends to a minimum of the sum of squares; returns the number of steps and the end.
     fn descend(&self, unknowns: &mut Vec<f64>) -> (usize, FitEnd) {
         let mut sum = self.sum(unknowns);
         if !sum.is_finite() {
@@ -328,7 +328,7 @@ impl<M: DifferentiableMap> Round<'_, M> {
         (STEPS, FitEnd::Steps)
     }
 
-    /// Covariance of the parameters; `None` where the data do not determine them.
+    /// Covariance of the parameters; `None` if the data do not determine them.
     fn covariance(&self, unknowns: &[f64]) -> Option<DMatrix<f64>> {
         let linear = self.problem.linearised(self.map, unknowns, self.noise)?;
         let none = vec![0.0; unknowns.len()];
@@ -344,14 +344,14 @@ fn norm(values: &[f64], scales: &[f64]) -> f64 {
     squares.sum::<f64>().sqrt()
 }
 
-/// The upper triangle of a QR decomposition, square in the columns.
+/// Upper triangular factor of a QR decomposition, square with one row per column.
 fn triangle(matrix: DMatrix<f64>) -> DMatrix<f64> {
     let columns = matrix.ncols();
     let rows = matrix.nrows().max(columns);
     matrix.resize_vertically(rows, 0.0).qr().r()
 }
 
-/// The solution of an upper triangular system; `None` where it is singular.
+/// Solution of an upper triangular system; `None` if it is singular.
 fn solved(triangle: &DMatrix<f64>, right: &DVector<f64>) -> Option<DVector<f64>> {
     let solution = triangle.solve_upper_triangular(right)?;
     solution.iter().all(|value| value.is_finite()).then_some(solution)

@@ -1,6 +1,6 @@
-//! The least squares of a fit: pieces, residuals and their derivatives.
+//! Least-squares problem of a fit: pieces, residuals and their derivatives.
 //!
-//! Unknowns are the parameters, then the start of every piece.
+//! The unknowns are the parameters, followed by the start of every piece.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -9,18 +9,18 @@ use crate::analysis::error::{AnalysisError, check_length};
 use crate::expansion::LocalMap;
 use crate::iteration::{DifferentiableMap, PhaseCircle, parallel};
 
-/// Starts that are tried along a coordinate, and how far from the measurement they go, in standard
-/// deviations of the noise.
+/// Number of starts tried along a coordinate, and their largest distance from the measurement in
+/// standard deviations of the noise.
 const TRIALS: usize = 7;
 const REACH: f64 = 3.0;
-/// Most coordinates that starts are tried in.
+/// Most coordinates in which starts are tried.
 const MOST_TRIED: usize = 3;
-/// Steps of Newton's method from the best of them.
+/// Newton steps from the best start tried.
 const REFINEMENTS: usize = 8;
-/// What a sum of squares has to be lower by, relative to itself.
+/// Smallest relative decrease of a sum of squares that counts.
 const SMALL: f64 = 1e-6;
 
-/// What is fitted, and to what.
+/// Fitted parameters, data and map of a fit.
 pub(super) struct Problem<'a> {
     local: &'a LocalMap,
     request: &'a FitRequest,
@@ -28,33 +28,33 @@ pub(super) struct Problem<'a> {
     dimension: usize,
 }
 
-/// Some returns of a series.
+/// Consecutive returns of a series.
 struct Piece<'a> {
     controls: &'a [f64],
     points: &'a [Vec<f64>],
-    /// Points that follow it and are predicted from it.
+    /// Points after the piece that are predicted from it.
     withheld: &'a [Vec<f64>],
 }
 
-/// An orbit from a piece's start.
+/// An orbit from the start of a piece.
 struct Flight {
-    /// States, that of the start first; fewer than the piece's points where one has no image.
+    /// States, starting with the start; fewer than the piece's points if one has no image.
     states: Vec<Vec<f64>>,
-    /// How many images the map made.
+    /// Number of images computed by the map.
     by_map: usize,
-    /// How many returns begin outside the window.
+    /// Number of returns that start outside the window.
     outside: usize,
 }
 
-/// A piece's derivatives, its start eliminated: the triangle of start, parameters and residual.
+/// Derivatives of a piece with its start eliminated: triangle over start, parameters and residual.
 struct Reduced(DMatrix<f64>);
 
-/// A problem at some unknowns.
+/// The problem linearised at some unknowns.
 pub(super) struct Linearised {
     pieces: Vec<Reduced>,
-    /// Squares of the columns' norms, of every unknown.
+    /// Squared norms of the columns, one per unknown.
     squares: Vec<f64>,
-    /// Half of the gradient of the sum of squares, of every unknown.
+    /// Half the gradient of the sum of squares, one entry per unknown.
     gradient: Vec<f64>,
     parameters: usize,
     dimension: usize,
@@ -98,7 +98,7 @@ impl<'a> Problem<'a> {
         self.parameters() + self.pieces.len() * self.dimension
     }
 
-    /// Numbers that are fitted.
+    /// Number of measured numbers that are fitted.
     fn measured(&self) -> usize {
         (0..self.dimension).map(|coordinate| self.measured_of(coordinate)).sum()
     }
@@ -112,14 +112,14 @@ impl<'a> Problem<'a> {
         self.measured() - self.unknowns()
     }
 
-    /// The unknowns that a fit begins with: starts as they were measured.
+    /// Initial unknowns: starts are as measured.
     pub(super) fn start(&self) -> Vec<f64> {
         let parameters = self.request.parameters.iter().map(|&place| self.request.at[place]);
         let starts = self.pieces.iter().flat_map(|piece| piece.points[0].iter().copied());
         parameters.chain(starts).collect()
     }
 
-    /// Standard deviation of what was measured in every coordinate; 1 where it is 0.
+    /// Standard deviation of the measured values in every coordinate; 1 if it is 0.
     pub(super) fn spread(&self) -> Vec<f64> {
         let spread = |coordinate: usize| {
             let values = || {
@@ -134,7 +134,7 @@ impl<'a> Problem<'a> {
         (0..self.dimension).map(spread).collect()
     }
 
-    /// All active parameters of a piece.
+    /// Offsets of all active parameters during a piece.
     fn offsets(&self, piece: &Piece<'_>, unknowns: &[f64]) -> Vec<f64> {
         let mut offsets = self.request.at.clone();
         for (&place, &value) in self.request.parameters.iter().zip(unknowns) {
@@ -143,12 +143,12 @@ impl<'a> Problem<'a> {
         offsets.iter().zip(piece.controls).map(|(offset, control)| offset + control).collect()
     }
 
-    /// Where the start of a piece stands among the unknowns.
+    /// Index of the start of a piece among the unknowns.
     fn place(&self, number: usize) -> usize {
         self.parameters() + number * self.dimension
     }
 
-    /// The orbit of a piece from its start, and further.
+    /// Orbit of a piece from its start, for `returns` returns.
     fn flight<M: DifferentiableMap>(
         &self,
         map: &M,
@@ -171,8 +171,8 @@ impl<'a> Problem<'a> {
         flight
     }
 
-    /// Residuals of a piece: prediction less measurement, where something was measured. `None`
-    /// without an image.
+    /// Residuals of a piece, prediction minus measurement, for the numbers measured, each with its
+    /// coordinate; `None` without an image.
     fn residuals<M: DifferentiableMap>(
         &self,
         map: &M,
@@ -184,7 +184,7 @@ impl<'a> Problem<'a> {
             .then(|| differences(&flight.states, piece.points, map.circle()).collect())
     }
 
-    /// The sum of the squares of a piece's residuals over the noise; infinite without an image.
+    /// Sum of the squared residuals of a piece over the noise; infinite without an image.
     fn piece_sum<M: DifferentiableMap>(
         &self,
         map: &M,
@@ -198,10 +198,11 @@ impl<'a> Problem<'a> {
         })
     }
 
-    /// A better start of a piece at the parameters as they are, if one is near its measurement.
+    /// Start of a piece with a lower sum of squares at the same parameters, if one is near its
+    /// measurement.
     ///
-    /// A start without contact says nothing of the other side of its graze, where the sum of
-    /// squares may be less: starts are tried on a grid about the measurement.
+    /// A start without contact has no information about the other side of its graze, where the sum
+    /// of squares may be lower: starts on a grid about the measurement are tried.
     fn better_start<M: DifferentiableMap>(
         &self,
         map: &M,
@@ -249,7 +250,7 @@ impl<'a> Problem<'a> {
         (best.0 < now * (1.0 - SMALL)).then_some(best.1)
     }
 
-    /// Takes better starts where there are some near the measurements; whether there were any.
+    /// Replaces starts by better ones near the measurements; returns whether there were any.
     pub(super) fn try_starts<M: DifferentiableMap>(
         &self,
         map: &(dyn Fn() -> M + Sync),
@@ -270,8 +271,8 @@ impl<'a> Problem<'a> {
         any
     }
 
-    /// Of every piece in its order, with its start and its parameters, on all cores, with a map for
-    /// every thread.
+    /// Runs `work` on every piece, with its start and parameters, on all cores, with one map per
+    /// thread; results are in the order of the pieces.
     fn each<M: DifferentiableMap, R: Send>(
         &self,
         map: &(dyn Fn() -> M + Sync),
@@ -285,7 +286,7 @@ impl<'a> Problem<'a> {
         parallel::map_with(self.pieces.iter().enumerate(), map, of_piece)
     }
 
-    /// The sum of the squares of the residuals over the noise; infinite where one has no image.
+    /// Sum of the squared residuals over the noise; infinite if an orbit has no image.
     pub(super) fn sum_of_squares<M: DifferentiableMap>(
         &self,
         map: &(dyn Fn() -> M + Sync),
@@ -298,8 +299,8 @@ impl<'a> Problem<'a> {
         self.each(map, unknowns, sum).iter().sum()
     }
 
-    /// Standard deviation of the residuals in every coordinate, what the unknowns take off them
-    /// shared out evenly.
+    /// Standard deviation of the residuals in every coordinate, corrected for the number of
+    /// unknowns by the same factor in all coordinates.
     pub(super) fn noise<M: DifferentiableMap>(
         &self,
         map: &(dyn Fn() -> M + Sync),
@@ -315,14 +316,14 @@ impl<'a> Problem<'a> {
         let deviation = |(coordinate, sum): (usize, f64)| {
             let count = self.measured_of(coordinate) as f64 * share;
             let deviation = (sum / count).sqrt();
-            // Of data without noise, or without this coordinate, nothing is to be learned.
+            // Data without noise, or without this coordinate, give no estimate.
             let floor = 1e-15 * noise[coordinate];
             if deviation > floor { deviation } else { floor.max(f64::MIN_POSITIVE) }
         };
         sums.into_iter().enumerate().map(deviation).collect()
     }
 
-    /// Residuals and their derivatives, every piece's start eliminated; `None` where an image has
+    /// Residuals and derivatives, with the start of every piece eliminated; `None` if an image has
     /// no derivatives.
     pub(super) fn linearised<M: DifferentiableMap>(
         &self,
@@ -354,7 +355,7 @@ impl<'a> Problem<'a> {
         Some(linear)
     }
 
-    /// Rows of a piece: derivatives by its start and by the parameters, then the residual.
+    /// Rows of a piece: derivatives by its start, by the parameters, and the residual.
     fn rows<M: DifferentiableMap>(
         &self,
         map: &M,
@@ -394,7 +395,7 @@ impl<'a> Problem<'a> {
         Some(DMatrix::from_row_slice(rows.len() / (d + q + 1), d + q + 1, &rows))
     }
 
-    /// What is said of a fit at its end.
+    /// Results of a fit at its final unknowns.
     pub(super) fn outcome<M: DifferentiableMap>(
         &self,
         map: &(dyn Fn() -> M + Sync),
@@ -450,7 +451,7 @@ impl<'a> Problem<'a> {
         for (piece, flight) in self.pieces.iter().zip(flights) {
             let states = flight.states.get(piece.points.len()..).unwrap_or_default();
             points += piece.withheld.len();
-            // A point that an orbit does not come to is infinitely far.
+            // A point that the orbit does not reach counts as infinitely far.
             let lost = piece.withheld.len() - states.len();
             for (place, difference) in differences(states, piece.withheld, circle) {
                 sums[place] += (difference / noise[place]).powi(2);
@@ -477,7 +478,8 @@ fn check_numbers(what: &'static str, numbers: &[f64]) -> Result<(), AnalysisErro
     beyond.map_or(Ok(()), |&found| Err(AnalysisError::Unbounded { what, found, largest: LARGEST }))
 }
 
-/// Pieces of so many returns, each beginning at a point that was measured in all coordinates.
+/// Cuts a series into pieces of `returns` returns; each starts at a point with all coordinates
+/// measured.
 fn cut<'a>(
     fitted: &'a [Vec<f64>],
     withheld: &'a [Vec<f64>],
@@ -490,7 +492,7 @@ fn cut<'a>(
     while let Some(first) = rest.iter().position(is_whole) {
         rest = &rest[first..];
         let (points, after) = rest.split_at(length.min(rest.len()));
-        // What is left over at the end of a series is too short to say anything by itself.
+        // A single point left at the end of a series joins the piece before it.
         let points = if after.len() == 1 { rest } else { points };
         rest = if after.len() == 1 { &[] } else { after };
         if points.len() > 1 {
@@ -503,7 +505,7 @@ fn cut<'a>(
     pieces
 }
 
-/// Prediction less measurement with its coordinate, where something was measured.
+/// Prediction minus measurement with its coordinate, for the numbers measured.
 fn differences<'a>(
     states: &'a [Vec<f64>],
     points: &'a [Vec<f64>],
@@ -519,14 +521,14 @@ fn differences<'a>(
 }
 
 impl Linearised {
-    /// Takes the norms of the columns into the scales of the unknowns, which never shrink.
+    /// Raises the scales of the unknowns to the norms of their columns; scales never shrink.
     pub(super) fn widen(&self, scales: &mut [f64]) {
         for (scale, square) in scales.iter_mut().zip(&self.squares) {
             *scale = scale.max(square.sqrt());
         }
     }
 
-    /// The triangle of the parameters, and its right side.
+    /// Triangular matrix of the parameters, and its right-hand side.
     pub(super) fn parameters(&self, damping: f64, scales: &[f64]) -> (DMatrix<f64>, DVector<f64>) {
         let (d, q) = (self.dimension, self.parameters);
         let damped = self.pieces.iter().enumerate();
@@ -544,7 +546,7 @@ impl Linearised {
         (all.view((0, 0), (q, q)).into(), -all.view((0, q), (q, 1)).column(0))
     }
 
-    /// A piece's triangle with the damping of its start.
+    /// Triangle of a piece with the damping of its start.
     fn damped(
         &self,
         number: usize,
@@ -561,7 +563,7 @@ impl Linearised {
         triangle(rows)
     }
 
-    /// The damped step; `None` where the problem is singular.
+    /// Damped step; `None` if the problem is singular.
     pub(super) fn step(&self, damping: f64, scales: &[f64]) -> Option<Vec<f64>> {
         let (d, q) = (self.dimension, self.parameters);
         let (matrix, right) = self.parameters(damping, scales);
@@ -576,7 +578,7 @@ impl Linearised {
         Some(change)
     }
 
-    /// By how much a damped step lowers the sum of squares of the linear problem.
+    /// Decrease of the linearised problem's sum of squares by a damped step.
     pub(super) fn expected(&self, change: &[f64], damping: f64, scales: &[f64]) -> f64 {
         let terms = change.iter().zip(&self.gradient).zip(scales);
         let term = |((&change, &gradient), &scale): ((&f64, &f64), &f64)| {

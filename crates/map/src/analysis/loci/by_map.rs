@@ -1,4 +1,4 @@
-//! Loci of a map: all parts, virtual ones too.
+//! Loci of a map, virtual parts included.
 
 use std::collections::BTreeMap;
 
@@ -24,20 +24,20 @@ use crate::iteration::PassageSet;
 use crate::numeric::linear::eigenvalues;
 use crate::numeric::{Dd, Real, converted};
 
-/// Most work for the loci of a kind and an itinerary, in coefficients evaluated: some 20 s.
+/// Most work for the loci of one kind and itinerary, in coefficients evaluated: about 20 s.
 const MOST_WORK: u64 = 1_000_000_000;
-/// Depth variables, and states, are followed up to this many of their units.
+/// Largest depth variables and states along loci, in their units.
 const REACH: f64 = 2.0;
 const FARTHEST: f64 = 20.0;
-/// Offsets of the second parameter at which orbits with several contacts are looked for, in
+/// Values of the second parameter at which orbits with several contacts are looked for, in
 /// half-widths.
 const LOOKED_AT: [f64; 4] = [-0.5, -0.1, 0.1, 0.5];
-/// Distances from a point of codimension two, in units, to which a tangency is fitted: the largest,
-/// and its shares.
+/// Distances from a codimension-two point at which a tangency is fitted: the largest, in units, and
+/// the shares of it that are used.
 const FITTED: f64 = 0.02;
 const FITTED_AT: [f64; 4] = [1.0, 0.5, 0.25, 0.125];
 
-/// The loci of a map.
+/// Loci of a map.
 pub(super) struct MapLoci<'a> {
     map: &'a LocalMap,
     rounded: MapEvaluation<f64>,
@@ -45,13 +45,13 @@ pub(super) struct MapLoci<'a> {
     search: ItinerarySearch<'a>,
     request: &'a LociRequest,
     progress: &'a dyn Progress,
-    /// By how much more than the window is followed.
+    /// Factor by which the range exceeds the window.
     wider: f64,
     free: [(usize, [f64; 2]); 2],
     unfinished: Unfinished,
 }
 
-/// Loci that were found, and the work that is left for those of a kind and an itinerary.
+/// Loci found, and the work left for each kind and itinerary.
 #[derive(Default)]
 struct Found {
     traces: Vec<Trace>,
@@ -78,7 +78,7 @@ impl<'a> MapLoci<'a> {
         }
     }
 
-    /// Itineraries of which not all was followed.
+    /// Itineraries that were not followed completely.
     pub(super) fn unfinished(&self) -> Vec<ContactItinerary> {
         self.unfinished.listed()
     }
@@ -150,8 +150,8 @@ impl<'a> MapLoci<'a> {
         found.traces
     }
 
-    /// Folds and flips of a one-impact orbit begin where `ξ_n = 0` on the graze of the orbit
-    /// without contact.
+    /// Seeds of folds and flips of orbits with one contact, at the points `ξ_n = 0` on the graze of
+    /// the orbit without contact.
     fn seeds_at_conditions(&self, grazes: &[Trace], itinerary: &ContactItinerary) -> Vec<Seed> {
         let first = itinerary.returns()[0];
         let of_passage = grazes.iter().filter(|graze| graze.itinerary.returns()[0] == first);
@@ -167,8 +167,8 @@ impl<'a> MapLoci<'a> {
         seeds.collect()
     }
 
-    /// Orbits at a value of the first parameter from which the branches of an itinerary are
-    /// followed in the second, in units.
+    /// Orbits at a value of the first parameter, in units, from which the branches of an itinerary
+    /// in the second parameter are followed.
     fn starts(
         &self,
         grazes: &[Trace],
@@ -210,7 +210,7 @@ impl<'a> MapLoci<'a> {
         starts
     }
 
-    /// The seeds along the branches of an itinerary at a value of the first parameter.
+    /// Seeds on the branches of an itinerary at a value of the first parameter.
     fn seeds_at(&self, grazes: &[Trace], itinerary: &ContactItinerary, value: f64) -> Vec<Seed> {
         let [first, second] = self.request.plane;
         let mut at = self.request.at.clone();
@@ -239,7 +239,7 @@ impl<'a> MapLoci<'a> {
         seeds
     }
 
-    /// What a special point of a branch is a seed of.
+    /// Seed at a special point of a branch.
     fn seed(
         &self,
         itinerary: &ContactItinerary,
@@ -279,8 +279,8 @@ impl<'a> MapLoci<'a> {
         }
     }
 
-    /// The seed of a graze, the itinerary begun with the grazing return and, in it, the passage
-    /// known by its depth variable.
+    /// Seed of a graze: the itinerary starts with the grazing return, and the depth variable of the
+    /// grazing passage is 0.
     fn grazing(
         &self,
         itinerary: &ContactItinerary,
@@ -326,7 +326,7 @@ impl<'a> MapLoci<'a> {
         self.progress.advance(1);
     }
 
-    /// Follows a seed unless it lies on a locus that is known, with so much work at most.
+    /// Locus through a seed, unless it is known, with at most `most` work.
     fn searched(&self, known: &[Trace], seed: &Seed, most: u64) -> Searched {
         let condition = condition(seed);
         let conditions = self.request.conditions(seed.kind, &seed.itinerary);
@@ -342,7 +342,7 @@ impl<'a> MapLoci<'a> {
         (trace, orbits.orbits.work())
     }
 
-    /// The passages whose contact begins without a kick.
+    /// Indices of the passages whose contact begins without a kick.
     pub(super) fn without_kick(&self, traces: &[Trace]) -> Vec<usize> {
         let place = self.map.dimension();
         let simple = traces.iter().filter(|trace| trace.itinerary.contacts() == 1);
@@ -356,7 +356,7 @@ impl<'a> MapLoci<'a> {
         smooth.collect()
     }
 
-    /// How folds and flips leave the grazes at their points of codimension two.
+    /// Tangencies of folds and flips with the grazing curves at their points of codimension two.
     pub(super) fn tangencies(&self, traces: &[Trace]) -> Vec<Tangency> {
         resumed(self.progress, &[Piece::Tangencies as u64], || self.tangencies_of(traces))
     }
@@ -436,7 +436,7 @@ impl<'a> MapLoci<'a> {
         })
     }
 
-    /// Loci in offsets.
+    /// All loci in offsets.
     pub(super) fn all_described(&self, traces: &[Trace]) -> Vec<Locus> {
         let traces = traces.iter().enumerate();
         let described = traces.map(|(number, trace)| {
@@ -450,7 +450,7 @@ impl<'a> MapLoci<'a> {
     fn described(&self, trace: &Trace) -> Locus {
         let mut points: Vec<LocusPoint> =
             trace.points.iter().filter_map(|point| self.point(trace, point)).collect();
-        // Where multipliers are not determined, at a graze, they are those next to it.
+        // Where multipliers are undefined, at a graze, the stability of the next point is used.
         for place in 0..points.len() {
             if points[place].multipliers.is_empty() {
                 let near = if place > 0 { place - 1 } else { (place + 1).min(points.len() - 1) };
@@ -460,12 +460,12 @@ impl<'a> MapLoci<'a> {
         trace.described(points, self.grazing_passage(trace))
     }
 
-    /// The passage that grazes along a locus of grazes.
+    /// Passage that grazes along a locus of grazes.
     fn grazing_passage(&self, trace: &Trace) -> usize {
         trace.itinerary.returns()[0].iter().nth(self.grazing_contact(trace)).unwrap_or(0)
     }
 
-    /// The place among the contacts of the one that grazes along a locus of grazes.
+    /// Index of the grazing contact among the contacts of a locus of grazes.
     fn grazing_contact(&self, trace: &Trace) -> usize {
         let d = self.map.dimension();
         let zero =
@@ -549,7 +549,7 @@ impl ClosedOrbits for MapOrbitEquations<'_, f64> {
     }
 }
 
-/// The point of a curve where an unknown is this far beyond a point of it.
+/// Point of a curve at which an unknown differs by `by` from that of another point.
 fn beyond<C: CurveEquations<Dd>>(
     equations: &mut C,
     from: &[Dd],
@@ -562,7 +562,7 @@ fn beyond<C: CurveEquations<Dd>>(
     Some(corrected(equations, &origin, &origin, &normal)?.0)
 }
 
-/// The value at 0 of the polynomial through points.
+/// Value at 0 of the interpolation polynomial through points.
 fn at_zero(points: &[(Dd, Dd)]) -> Dd {
     let weight = |t: Dd| {
         let others = points.iter().filter(|(other, _)| *other != t);
@@ -584,7 +584,7 @@ fn condition(seed: &Seed) -> Condition {
     }
 }
 
-/// A branch in one parameter from a start, on one side.
+/// Branch in one parameter from a start, on one side.
 fn followed(
     equations: &mut MapOrbitEquations<'_, f64>,
     start: &[f64],
@@ -595,7 +595,7 @@ fn followed(
     follow(equations, start, &along, &StepControl::DEFAULT)
 }
 
-/// Whether a point lies nearly on a line through others.
+/// Whether a point lies near a polyline.
 fn is_near(line: &[Vec<f64>], point: &[f64]) -> bool {
     line.windows(2).any(|pair| {
         let (share, apart, _) = beside(&pair[0], &pair[1], point);

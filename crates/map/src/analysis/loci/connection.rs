@@ -1,10 +1,10 @@
-//! Orbits from a saddle back to it: solutions of as many equations as unknowns.
+//! Orbits from a saddle back to it, as solutions of as many equations as unknowns.
 //!
 //! One idea: an orbit on both manifolds of a saddle leaves it along the unstable direction and
-//! comes back along the stable one, so that all its section points but the first and the last are
-//! linked by returns, and these two by one condition each. Where the manifolds touch, the equations
-//! are singular; where they touch at a corner, the image of a graze, a depth variable is 0. Both
-//! are conditions that loci of periodic orbits have. Reference: `BeynKleinkauf1997`.
+//! returns along the stable one. All its section points are linked by returns, and the first and
+//! the last satisfy one linear condition each. Where the manifolds are tangent, the equations are
+//! singular; where they touch at a corner, the image of a graze, a depth variable is 0. Loci of
+//! periodic orbits have the same two conditions. Reference: `BeynKleinkauf1997`.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -20,25 +20,25 @@ use crate::numeric::linear::inverse;
 /// P(s_k) = s_{k+1}, s_n = s_0;    P(x_k) = x_{k+1};    x_0 − s_0 ∥ v,    ℓ (P(x_N) − s_e) = 0
 /// ```
 ///
-/// with `v` the unstable direction at `s_0` and `ℓ` the left eigenvector at `s_e`. The linear
-/// conditions err by the squares of the distances of both ends from the saddle.
+/// where `v` is the unstable direction at `s_0` and `ℓ` the left eigenvector at `s_e`. The error of
+/// the linear conditions is of second order in the distances of both ends from the saddle.
 #[derive(Clone, Debug)]
 pub(super) struct Connection<R> {
     pub(super) returns: R,
-    /// Returns of the saddle, which come first.
+    /// Number of returns of the saddle, which come first.
     pub(super) period: usize,
 }
 
-/// What is known of a connection beside its equations.
+/// Data of a connection beside its equations.
 #[derive(Clone, Debug)]
 pub(super) struct ConnectionPoints<S> {
     /// All returns, the saddle's first.
     pub(super) returns: Vec<PrescribedReturn<S>>,
-    /// The unstable multiplier.
+    /// Unstable multiplier.
     pub(super) multiplier: S,
 }
 
-/// The unstable direction of a saddle and the left eigenvector, for which `left · right = 1`.
+/// Unstable direction of a saddle and the left eigenvector, with `left · right = 1`.
 pub(super) struct Unstable<S> {
     pub(super) multiplier: S,
     pub(super) right: [S; 2],
@@ -46,7 +46,7 @@ pub(super) struct Unstable<S> {
 }
 
 impl<S: Real> Unstable<S> {
-    /// Of a matrix of two rows; `None` where its largest multiplier is not real.
+    /// Eigenvectors of a 2 × 2 matrix for its largest multiplier; `None` if that is not real.
     pub(super) fn of(matrix: &DMatrix<S>) -> Option<Self> {
         let [a, b, c, d] = [matrix[(0, 0)], matrix[(0, 1)], matrix[(1, 0)], matrix[(1, 1)]];
         let half = S::from_f64(0.5) * (a + d);
@@ -55,7 +55,7 @@ impl<S: Real> Unstable<S> {
         if !multiplier.is_finite() {
             return None;
         }
-        // Of two rows whose kernels are the same, the larger is the better known.
+        // Both rows have the same kernel; the larger row gives it more accurately.
         let larger = |x: [S; 2], y: [S; 2]| {
             let size = |v: [S; 2]| v[0].magnitude().max(v[1].magnitude());
             if size(x) >= size(y) { x } else { y }
@@ -76,7 +76,7 @@ impl<S: Real> Unstable<S> {
     }
 }
 
-/// The Jacobian of a return by its section point.
+/// Jacobian of a return by its section point.
 pub(super) fn jacobian<S: Real>(
     flown: &PrescribedReturn<S>,
     dimension: usize,
@@ -90,8 +90,8 @@ pub(super) fn jacobian<S: Real>(
     Some(flown.slopes.view((d, 0), (d, own)) * by_point)
 }
 
-/// A share of a component of a return in a row of the equations: of its section point, then its
-/// image, then what its depths lack.
+/// Term of a residual: a share of a component of a return. Components are the section point, then
+/// its image, then the depth residuals.
 struct Term<S> {
     row: usize,
     share: S,
@@ -99,18 +99,18 @@ struct Term<S> {
     part: usize,
 }
 
-/// The conditions of both ends.
+/// Conditions at both ends.
 pub(super) struct Ends<S> {
-    /// The unstable multiplier.
+    /// Unstable multiplier.
     pub(super) multiplier: S,
-    /// Across the unstable direction at the saddle's first point.
+    /// Normal to the unstable direction at the saddle's first point.
     across: [S; 2],
-    /// The left eigenvector at the saddle's point that the last image is compared with.
+    /// Left eigenvector at the saddle's point that the last image is compared with.
     left: [S; 2],
 }
 
 impl Ends<f64> {
-    /// The same in other numbers.
+    /// Conditions converted to another number type.
     pub(super) fn converted<S: Real>(&self) -> Ends<S> {
         Ends {
             multiplier: S::from_f64(self.multiplier),
@@ -121,7 +121,7 @@ impl Ends<f64> {
 }
 
 impl<R> Connection<R> {
-    /// The conditions of both ends of a connection.
+    /// Conditions at both ends of a connection.
     pub(super) fn ends<S: Real>(&self, flown: &[PrescribedReturn<S>]) -> Option<Ends<S>> {
         let n = self.period;
         let from = Self::unstable(&flown[..n], 0)?;
@@ -130,7 +130,7 @@ impl<R> Connection<R> {
         Some(Ends { multiplier: from.multiplier, across, left: to.left })
     }
 
-    /// All terms of the residuals, `lacking` depth variables of each return.
+    /// All terms of the residuals; `lacking` has the number of depth residuals of each return.
     fn terms<S: Real>(&self, d: usize, lacking: &[usize], ends: &Ends<S>) -> Vec<Term<S>> {
         let (n, last) = (self.period, lacking.len() - 1);
         let end = (last + 1 - n) % n;
@@ -162,7 +162,7 @@ impl<R> Connection<R> {
         terms
     }
 
-    /// The residuals of returns without their slopes.
+    /// Residuals of returns, without slopes.
     pub(super) fn residual<S: Real>(
         &self,
         flown: &[PrescribedReturn<S>],
@@ -179,7 +179,7 @@ impl<R> Connection<R> {
         residual
     }
 
-    /// The multiplier and directions of the saddle, begun at one of its points.
+    /// Multiplier and directions of the saddle at one of its points.
     fn unstable<S: Real>(returns: &[PrescribedReturn<S>], from: usize) -> Option<Unstable<S>> {
         let n = returns.len();
         let mut product = jacobian(&returns[from % n], 2)?;
@@ -189,7 +189,7 @@ impl<R> Connection<R> {
         Unstable::of(&product)
     }
 
-    /// The first unknown of a return.
+    /// Index of the first unknown of a return.
     pub(super) fn first<S: Real>(&self, number: usize) -> usize
     where
         R: PrescribedReturns<S>,
@@ -233,7 +233,7 @@ impl<S: Real, R: PrescribedReturns<S>> CurveEquations<S> for Connection<R> {
         finite.then_some(Linearised { residual, jacobian, extra })
     }
 
-    /// A connection is followed with a condition, whose test functions it has.
+    /// Returns none: the condition with which a connection is followed has the test functions.
     fn tests(&self, _: &CurvePoint<S, Self::Extra>) -> Vec<TestValue<S>> {
         Vec::new()
     }

@@ -1,10 +1,10 @@
-//! Crises: where an attractor touches the stable manifold of a saddle.
+//! Crises: parameters at which an attractor touches the stable manifold of a saddle.
 //!
-//! One idea: the attractor is where the unstable manifold of the saddle goes, so a crisis is the
-//! first touch of both manifolds (`GrebogiOttYorke1983`). Near a graze the unstable manifold comes
-//! furthest at a corner, an image of its first meeting with the graze. Where an image of that comes
-//! to lie on the stable manifold in one parameter is looked for by iteration, solved for as an
-//! orbit from the saddle back to it, and followed in two.
+//! One idea: the attractor lies on the closure of the unstable manifold of the saddle, so a crisis
+//! is the first contact of both manifolds (`GrebogiOttYorke1983`). Near a graze the unstable
+//! manifold reaches farthest at a corner, an image of the point where it first meets the graze. The
+//! parameter at which an image of the corner lies on the stable manifold is found by iteration,
+//! solved for as an orbit from the saddle back to it, and followed in two parameters.
 
 use serde::{Deserialize, Serialize};
 
@@ -27,35 +27,36 @@ use crate::numeric::linear::determinant;
 const SEEDED_AT: [f64; 3] = [0.5, 0.15, 0.85];
 /// Values of the second parameter, over its window, at which manifolds are followed.
 const SCANNED: usize = 161;
-/// Those at which saddles are looked for, as shares of the window.
+/// Values of the second parameter at which saddles are looked for, as shares of the window.
 const LOOKED_AT: [f64; 6] = [-0.6, -0.3, -0.1, 0.1, 0.3, 0.6];
-/// Points of the unstable manifold on a piece from which all of it comes.
+/// Points on the first piece of the unstable manifold, from which all of it is generated.
 const PIECE: usize = 64;
-/// Distance of that piece from the saddle, over the length on which the map bends there.
+/// Distance of that piece from the saddle, relative to the length scale of the map there.
 const BESIDE: f64 = 1e-6;
-/// Periods of the saddle that an excursion takes at most.
+/// Most periods of the saddle in an excursion.
 const PERIODS: usize = 4;
-/// Returns of an orbit that is asked for at most.
+/// Most returns of an orbit of the unstable manifold.
 const MOST: usize = 400;
-/// How far both ends of a connection may be from the saddle, over the length on which it bends.
+/// Largest distance of both ends of a connection from the saddle, relative to the length scale
+/// there.
 const NEAR: f64 = 1e-7;
-/// Returns that are added to a connection for that at most.
+/// Most returns added to a connection to come that near.
 const TAIL: usize = 60;
-/// How far from the scan's value the second parameter of a crisis may be, in its half-width.
+/// Largest change of the second parameter from the scan to the solution, in half-widths.
 const FOUND: f64 = 1e-4;
-/// Orbits, and returns of each, of which none passes the saddle on one side of a crisis; how far
-/// beside it, in the half-width of the second parameter.
+/// Orbits, returns of each, and distance from the crisis in half-widths of the second parameter, of
+/// the test that no orbit passes the saddle on one side of the crisis.
 const ORBITS: usize = 32;
 const RETURNS: usize = 4000;
 const BESIDE_IT: f64 = 1e-4;
-/// To which of its half-widths the second parameter is bisected.
+/// Resolution of the bisection in the second parameter, in half-widths.
 const RESOLVED: f64 = 1e-12;
-/// A depth below this, in the window's, may be that of the corner.
+/// Largest depth that may be that of the corner, relative to the window's.
 const CORNER: f64 = 1e-3;
-/// Beyond so many half-widths an orbit has left for good.
+/// Distance, in half-widths, beyond which an orbit has left for good.
 const GONE: f64 = 1e3;
 
-/// A crisis with what direct simulation begins with.
+/// A crisis with the data for direct simulation.
 #[derive(Serialize, Deserialize)]
 pub(super) struct Crisis {
     pub(super) locus: Locus,
@@ -63,64 +64,64 @@ pub(super) struct Crisis {
     pub(super) saddles: Vec<Vec<Vec<f64>>>,
     /// Contacts of all returns, the saddle's first.
     pub(super) made: Vec<PassageSet>,
-    /// The return and the passage that graze, of all returns.
+    /// Return and passage that graze, counted over all returns.
     pub(super) corner: Option<(usize, usize)>,
 }
 
-/// Steps along a crisis: no special points are looked for on it.
+/// Step control along a crisis; no special points are looked for.
 const STEPS: StepControl = StepControl { first: 0.05, longest: 1.0, ..StepControl::DEFAULT };
 
-/// The crises of a map.
+/// Crises of a map.
 pub(super) struct MapCrises<'a> {
     map: &'a LocalMap,
     rounded: MapEvaluation<f64>,
     horner: HornerMap,
     search: ItinerarySearch<'a>,
     request: &'a LociRequest,
-    /// By how much more than the window is followed.
+    /// Factor by which the range exceeds the window.
     wider: f64,
 }
 
 /// A saddle with one unstable direction, in units.
 struct Saddle {
-    /// The unknowns of its equations in the second parameter.
+    /// Unknowns of its equations in the second parameter.
     unknowns: Vec<f64>,
     parameters: Vec<f64>,
     states: Vec<[f64; 2]>,
     unstable: Unstable<f64>,
-    /// Magnitude of the other multiplier.
+    /// Magnitude of the stable multiplier.
     contraction: f64,
-    /// The length on which the map bends beside it.
+    /// Length scale of the map near the saddle.
     bend: f64,
 }
 
-/// The point at which an unstable manifold first meets a graze.
+/// Point at which an unstable manifold first meets a graze.
 struct Corner {
-    /// The orbit through it, from beside the saddle on.
+    /// Orbit through it, starting near the saddle.
     path: Vec<[f64; 2]>,
-    /// Its place on the orbit.
+    /// Index of the point on the orbit.
     at: usize,
-    /// The coordinates across the stable manifold of it and of its images.
+    /// Coordinates across the stable manifold of the point and its images.
     across: Vec<f64>,
 }
 
-/// A section point and the depth variables of the contacts that follow.
+/// A section point and the depth variables of the contacts of its return.
 type PointOfReturn = (Vec<f64>, Vec<f64>);
 
-/// A touch of both manifolds near a value of the second parameter.
+/// Contact of both manifolds near a value of the second parameter.
 struct Touch {
     saddle: Saddle,
     path: Vec<[f64; 2]>,
 }
 
 impl Saddle {
-    /// How far beside it an orbit of the unstable manifold begins, at a share of the piece from
-    /// which all of a side comes.
+    /// Distance from the saddle of the start of an orbit of the unstable manifold, at a share of
+    /// the piece that generates one side.
     fn beside(&self, side: f64, share: f64) -> f64 {
         side * BESIDE * self.bend * (share * self.unstable.multiplier.ln()).exp()
     }
 
-    /// The coordinate of a point across the stable manifold, positive on a side.
+    /// Coordinate of a point across the stable manifold, positive on the given side.
     fn across(&self, side: f64, state: &[f64; 2]) -> f64 {
         let start = self.states[0];
         side * self.unstable.along([0, 1].map(|axis| state[axis] - start[axis]))
@@ -139,7 +140,7 @@ impl<'a> MapCrises<'a> {
         }
     }
 
-    /// The crises of all itineraries asked for.
+    /// Crises of all itineraries asked for.
     pub(super) fn all(&self, progress: &dyn Progress) -> Vec<Crisis> {
         let mut loci = Vec::new();
         progress.expect((self.request.itineraries.len() * SEEDED_AT.len()) as u64);
@@ -172,7 +173,7 @@ impl<'a> MapCrises<'a> {
         MapReturns::new(&self.rounded, made, window, &free, at, reach)
     }
 
-    /// Touches at a value of the first parameter.
+    /// Contacts of manifolds at a value of the first parameter.
     fn touches(&self, itinerary: &ContactItinerary, value: f64) -> Vec<Touch> {
         let [first, second] = self.request.plane;
         let width = self.map.window.parameter[second];
@@ -231,7 +232,7 @@ impl<'a> MapCrises<'a> {
         touches
     }
 
-    /// The saddle at the second parameter of a start near it.
+    /// Saddle at the second parameter of a nearby start.
     fn saddle_near(
         &self,
         itinerary: &ContactItinerary,
@@ -242,8 +243,8 @@ impl<'a> MapCrises<'a> {
         self.saddle(itinerary, equations, unknowns)
     }
 
-    /// An orbit of the itinerary with what its manifolds begin with; `None` where it is virtual or
-    /// no saddle whose unstable multiplier is positive.
+    /// Saddle with the data of its manifolds; `None` if the orbit is virtual, or no saddle with a
+    /// positive unstable multiplier.
     fn saddle(
         &self,
         itinerary: &ContactItinerary,
@@ -294,8 +295,8 @@ impl<'a> MapCrises<'a> {
         })
     }
 
-    /// Where an image of a corner comes to lie on the stable manifold along a branch of saddles, if
-    /// no orbit passes it on one side of that.
+    /// Parameters along a branch of saddles at which an image of a corner lies on the stable
+    /// manifold, if on one side of that parameter no orbit passes the manifold.
     fn scan(
         &self,
         itinerary: &ContactItinerary,
@@ -313,8 +314,8 @@ impl<'a> MapCrises<'a> {
             let (Some(first), Some(second)) = (&branch[number - 1], &branch[number]) else {
                 continue;
             };
-            // Phase by phase, an attractor of as many bands as the saddle has points is on one side
-            // of it.
+            // An attractor with as many bands as the saddle has points lies on one side of it in
+            // each phase.
             let images = a.across.len().min(b.across.len());
             for later in (n - a.at % n..images).step_by(n) {
                 if a.at % n != b.at % n || (a.across[later] > 0.0) == (b.across[later] > 0.0) {
@@ -346,7 +347,7 @@ impl<'a> MapCrises<'a> {
                 };
                 let [below, above] = [holds(-BESIDE_IT), holds(BESIDE_IT)];
                 if below != above {
-                    // The first of those that lie closer together than can be told.
+                    // Of contacts too close together to separate, the first is kept.
                     let at = |saddle: &Saddle| {
                         let offset = saddle.unknowns[held];
                         if above { offset } else { -offset }
@@ -369,15 +370,14 @@ impl<'a> MapCrises<'a> {
         touches
     }
 
-    /// Returns from the beginning of the unstable manifold on.
+    /// Number of returns of an orbit of the unstable manifold.
     fn returns_of(&self, itinerary: &ContactItinerary, saddle: &Saddle) -> usize {
         let leaving = -BESIDE.ln() / saddle.unstable.multiplier.ln();
         let periods = leaving.ceil() as usize + PERIODS;
         (periods * itinerary.period()).min(MOST)
     }
 
-    /// The orbit that begins this far along the unstable direction, and the contacts of its
-    /// returns.
+    /// Orbit from a distance along the unstable direction, and the contacts of its returns.
     fn orbit(
         &self,
         frozen: &FrozenMap,
@@ -403,15 +403,15 @@ impl<'a> MapCrises<'a> {
         (path, made)
     }
 
-    /// The first corner of a side of the unstable manifold: the point at which it first meets a
-    /// graze, and the coordinates across the stable manifold of its images.
+    /// First corner on one side of the unstable manifold: the point at which it first meets a
+    /// graze, and the coordinates of its images across the stable manifold.
     fn corner(&self, itinerary: &ContactItinerary, saddle: &Saddle, side: f64) -> Option<Corner> {
         let frozen = self.horner.freeze(&saddle.parameters);
         let count = self.returns_of(itinerary, saddle);
         let length = |share: f64| saddle.beside(side, share);
         let share = |number: usize| number as f64 / (PIECE - 1) as f64;
         let made = |share: f64, count: usize| self.orbit(&frozen, saddle, length(share), count).1;
-        // What leaves comes to the first graze a period later at most.
+        // An orbit that leaves the saddle meets the first graze within one more period.
         let leaving = count.saturating_sub((PERIODS - 1) * itinerary.period());
         let all: Vec<Vec<PassageSet>> =
             (0..PIECE).map(|number| made(share(number), leaving)).collect();
@@ -432,7 +432,7 @@ impl<'a> MapCrises<'a> {
             let is_first = made(middle, at + 1).get(at) == Some(&first);
             ends[usize::from(!is_first)] = middle;
         }
-        // The image of a graze is that without the contact, which the root does not magnify.
+        // The corner is taken without the contact, so that the root does not magnify errors.
         let contacts = ends.map(|end| made(end, at + 1).get(at).map_or(0, |made| made.len()));
         let without = usize::from(contacts[0] > contacts[1]);
         let (path, _) = self.orbit(&frozen, saddle, length(ends[without]), count);
@@ -440,8 +440,8 @@ impl<'a> MapCrises<'a> {
         Some(Corner { at, across: across.collect(), path })
     }
 
-    /// Whether every orbit of the unstable manifold stays on its side of the saddle, seen at each
-    /// period of that.
+    /// Whether every orbit of the unstable manifold stays on its side of the saddle, seen once per
+    /// period of the saddle.
     fn holds(&self, itinerary: &ContactItinerary, saddle: &Saddle, side: f64) -> bool {
         let frozen = self.horner.freeze(&saddle.parameters);
         (0..ORBITS).all(|number| {
@@ -452,7 +452,7 @@ impl<'a> MapCrises<'a> {
         })
     }
 
-    /// A touch solved for and followed in both parameters, unless it is known.
+    /// Solves for a contact of manifolds and follows it in both parameters; `None` if it is known.
     fn followed(
         &self,
         itinerary: &ContactItinerary,
@@ -462,7 +462,7 @@ impl<'a> MapCrises<'a> {
         let saddle = &touch.saddle;
         let (n, scales) = (itinerary.period(), &self.map.window.state);
         let offsets = |state: &[f64; 2]| [0, 1].map(|axis| state[axis] * scales[axis]).to_vec();
-        // The orbit and, from where it comes back on, the saddle.
+        // The orbit, followed by points of the saddle after its return.
         let mut states: Vec<[f64; 2]> = touch.path.clone();
         let end = states.len() - 1;
         let apart = |state: [f64; 2]| {
@@ -523,8 +523,7 @@ impl<'a> MapCrises<'a> {
         None
     }
 
-    /// The locus through a guess of an orbit, with its corner or without one; `Some(None)` where it
-    /// is known.
+    /// Locus through an approximate orbit, with or without its corner; `Some(None)` if it is known.
     fn traced(
         &self,
         itinerary: &ContactItinerary,

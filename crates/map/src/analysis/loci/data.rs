@@ -1,4 +1,4 @@
-//! Requests and results of loci, without their numbers' type.
+//! Requests and results of loci, for any number type.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,48 +6,49 @@ use super::equations::CodimensionTwo;
 use crate::analysis::continuation::CourseEnd;
 use crate::analysis::periodic::ContactItinerary;
 
-/// What is asked of [`loci`](super::loci).
+/// Request of [`loci`](super::loci).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LociRequest {
-    /// The two parameters, as numbers of active ones.
+    /// Indices of the two parameters among the active ones.
     pub plane: [usize; 2],
-    /// First and last offset of the first of them.
+    /// Range of the first of them: first and last offset.
     pub range: [f64; 2],
-    /// Offsets of all active parameters; of those two no value matters.
+    /// Offsets of all active parameters; those of the two are ignored.
     pub at: Vec<f64>,
-    /// Which loci.
+    /// Kinds of loci.
     pub kinds: Vec<LocusKind>,
-    /// Whose orbits, begun at any return.
+    /// Itineraries of the orbits, written from any return.
     pub itineraries: Vec<ContactItinerary>,
-    /// Whether they are those of direct simulation.
+    /// Whether loci are those of direct simulation; otherwise those of the map.
     pub direct: bool,
 }
 
-/// The second parameter is followed over this many times the share of its window that the first is.
+/// Ratio of the second parameter's followed range to the first's, each in windows.
 const WIDER: f64 = 4.0;
 
 impl LociRequest {
-    /// The first parameter at a share of its range.
+    /// Value of the first parameter at a share of its range.
     pub(super) fn value(&self, share: f64) -> f64 {
         let [from, to] = self.range;
         from + share * (to - from)
     }
 
-    /// By how much more than a window of this half-width in the first parameter is followed.
+    /// Factor, at least 1, by which the range of the first parameter exceeds a window of this
+    /// half-width.
     pub(super) fn wider(&self, width: f64) -> f64 {
         let asked = self.range.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
         if width.is_finite() { (asked / width).max(1.0) } else { 1.0 }
     }
 
-    /// Both parameters with their ranges, where the window has these half-widths.
+    /// Both parameters with their ranges, for a window with these half-widths.
     pub(super) fn free(&self, [width, other]: [f64; 2]) -> [(usize, [f64; 2]); 2] {
         let ([first, second], [from, to]) = (self.plane, self.range);
         let reach = other * WIDER * self.wider(width);
         [(first, [from.min(to), from.max(to)]), (second, [-reach, reach])]
     }
 
-    /// Conditions `ξ_n` that are followed along a locus: those of all periods on a graze of orbits
-    /// without another contact.
+    /// Number of conditions `ξ_n` evaluated along a locus: up to the longest period on a graze of
+    /// orbits without another contact; otherwise 0.
     pub(super) fn conditions(&self, kind: LocusKind, itinerary: &ContactItinerary) -> usize {
         match kind {
             LocusKind::Graze if itinerary.contacts() == 1 => {
@@ -58,55 +59,55 @@ impl LociRequest {
     }
 }
 
-/// A curve as it is drawn over the plane of two parameters.
+/// A curve drawn in the plane of two parameters.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PlaneCurve {
-    /// What happens along it.
+    /// Kind of the locus.
     pub kind: LocusKind,
-    /// The contacts of its orbits, in digits; of a graze, those beside the grazing one.
+    /// Contacts of its orbits as digits; for a graze without the grazing one.
     pub itinerary: String,
-    /// Its points, in order along it.
+    /// Points in order.
     pub points: Vec<PlanePoint>,
-    /// Whether it was followed as far as it was asked for, or is closed.
+    /// Whether the curve is closed or was followed as far as asked for.
     pub whole: bool,
 }
 
-/// A point of a curve as it is drawn.
+/// A point of a drawn curve.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PlanePoint {
     /// Offsets of the two parameters.
     pub at: [f64; 2],
-    /// Whether all multipliers but those of the locus lie inside the unit circle.
+    /// Whether all multipliers but the critical ones lie inside the unit circle.
     pub stable: bool,
     /// Whether the orbit makes the contacts of the itinerary and no other.
     pub physical: bool,
-    /// The label of a point of codimension two.
+    /// Label of a point of codimension two.
     pub label: Option<String>,
 }
 
-/// What happens to an orbit along a locus.
+/// Kind of locus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum LocusKind {
-    /// It grazes.
+    /// Graze of an orbit.
     Graze,
-    /// Saddle-node: a multiplier 1.
+    /// Saddle-node: a multiplier is 1.
     Fold,
-    /// Period-doubling: a multiplier −1.
+    /// Period-doubling: a multiplier is −1.
     Flip,
-    /// Neimark–Sacker: two multipliers `exp(±iθ)`.
+    /// Neimark–Sacker: a pair of multipliers is `exp(±iθ)`.
     Torus,
-    /// The unstable manifold of a saddle touches its stable one, and an attractor with it.
+    /// Crisis: the unstable manifold of a saddle, and an attractor with it, touches the stable one.
     Crisis,
 }
 
 impl LocusKind {
-    /// All of them.
+    /// All kinds.
     pub const ALL: [Self; 5] = [Self::Graze, Self::Fold, Self::Flip, Self::Torus, Self::Crisis];
-    /// Those that a periodic orbit tells by itself.
+    /// Kinds that concern a single periodic orbit.
     pub const LOCAL: [Self; 4] = [Self::Graze, Self::Fold, Self::Flip, Self::Torus];
 
-    /// `graze`, `fold`, `flip`, `torus` or `crisis`.
+    /// Name: `graze`, `fold`, `flip`, `torus` or `crisis`.
     pub fn word(self) -> &'static str {
         match self {
             Self::Graze => "graze",
@@ -121,65 +122,66 @@ impl LocusKind {
 /// A curve in the plane of two parameters.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Locus {
-    /// What happens along it.
+    /// Kind of the locus.
     pub kind: LocusKind,
-    /// The contacts of its orbits; of a graze, those beside the grazing one; of a crisis, those of
-    /// the saddle.
+    /// Contacts of its orbits; for a graze without the grazing one; for a crisis those of the
+    /// saddle.
     pub itinerary: ContactItinerary,
-    /// The return and the passage that graze, from 0. Of a crisis they are of the excursion; `None`
-    /// where the manifolds touch without a graze.
+    /// Return and passage that graze, from 0; for a crisis in the excursion. `None` if nothing
+    /// grazes along the locus.
     pub grazing: Option<[usize; 2]>,
-    /// Of a crisis, the contacts from the saddle back to it, a grazing one included, and nothing of
-    /// other loci.
+    /// Contacts of a crisis from the saddle back to it, a grazing one included; `None` for other
+    /// loci.
     pub excursion: Option<ContactItinerary>,
-    /// Its points, in order along it.
+    /// Points in order.
     pub points: Vec<LocusPoint>,
-    /// Why it ends at its first and at its last point.
+    /// Reasons for the ends at the first and at the last point.
     pub ends: [LocusEnd; 2],
 }
 
-/// An orbit on a locus; everything in offsets.
+/// An orbit on a locus; all values are offsets.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LocusPoint {
     /// All active parameters.
     pub parameters: Vec<f64>,
-    /// Its section points, in order; of a crisis, those of the excursion.
+    /// Section points, in order; for a crisis those of the excursion.
     pub states: Vec<Vec<f64>>,
-    /// The depth variable `y` of each contact, the grazing one included; by direct simulation the
-    /// speeds. Negative on the other branch of the root.
+    /// Depth variable `y` of each contact, the grazing one included, negative on the other branch
+    /// of the root; in direct simulation the speeds.
     pub depth_variables: Vec<f64>,
-    /// Multipliers, `[re, im]`, the largest first; of a graze those without the grazing contact.
+    /// Multipliers as `[re, im]`, largest first; for a graze those of the orbit without the grazing
+    /// contact.
     pub multipliers: Vec<[f64; 2]>,
-    /// Whether all multipliers but those of the locus lie inside the unit circle.
+    /// Whether all multipliers but the critical ones lie inside the unit circle.
     pub stable: bool,
     /// Whether the orbit makes the contacts of the itinerary and no other.
     pub physical: bool,
-    /// Whether it lies in the window.
+    /// Whether the orbit lies in the window.
     pub inside: bool,
-    /// What of codimension two happens there.
+    /// Kind of codimension-two point; `None` at other points.
     pub label: Option<CodimensionTwo>,
 }
 
-/// Why a locus ends.
+/// Reason why a locus ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum LocusEnd {
     /// A parameter is at the end of its range, or a state or depth as far out as loci are followed.
     Border,
-    /// Where another passage grazes, beyond which direct simulation has no such orbit.
+    /// Graze of another passage, beyond which direct simulation has no such orbit.
     Graze,
-    /// It is closed.
+    /// The locus is closed.
     Closed,
-    /// No step is short enough.
+    /// No step was short enough to succeed.
     Lost,
-    /// After the most steps.
+    /// The largest number of steps was reached.
     StepLimit,
-    /// After the most work.
+    /// The bound on work was reached.
     WorkLimit,
 }
 
 impl LocusEnd {
-    /// Whether the locus may go on where it was no longer followed.
+    /// Whether the locus may continue beyond its end.
     pub fn is_early(self) -> bool {
         matches!(self, Self::Lost | Self::StepLimit | Self::WorkLimit)
     }
@@ -195,43 +197,44 @@ impl LocusEnd {
     }
 }
 
-/// All that was found.
+/// Result of [`loci`](super::loci).
 #[derive(Clone, Debug, PartialEq, Default, Serialize, Deserialize)]
 pub struct Loci {
-    /// Grazes first, then folds, flips and Neimark–Sacker points.
+    /// Loci: grazes first, then folds, flips and Neimark–Sacker points.
     pub loci: Vec<Locus>,
-    /// How folds and flips leave the grazing curves at points of codimension two.
+    /// Tangencies of folds and flips with grazing curves at points of codimension two.
     pub tangencies: Vec<Tangency>,
-    /// The passages whose contact begins without a kick, as those of compliant stops do: their
-    /// grazing curves have no `ξ_n = 0` at which loci end, and no tangencies.
+    /// Indices of the passages whose contact begins without a kick, as at compliant stops: their
+    /// grazing curves have no points `ξ_n = 0` at which loci end, and no tangencies.
     pub without_kick: Vec<usize>,
-    /// Itineraries of which direct simulation did not follow all: the work was at its bound
+    /// Itineraries that were not followed completely within the bound on work
     /// ([`MOST_WORK`](crate::analysis::MOST_WORK)).
     #[serde(default)]
     pub unfinished: Vec<ContactItinerary>,
 }
 
-/// The quadratic tangency of a locus with a grazing curve: with `t` the first parameter's distance
-/// from the point,
+/// Quadratic tangency of a locus with a grazing curve. With `t` the first parameter's distance from
+/// the point:
 ///
 /// ```text
 /// Q − Q_graze = coefficient t² + O(t³),    y = slope t + O(t²)
 /// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Tangency {
-    /// Fold or flip.
+    /// Kind of the locus: fold or flip.
     pub kind: LocusKind,
-    /// The contacts of its orbits, the grazing one included.
+    /// Contacts of its orbits, the grazing one included.
     pub itinerary: ContactItinerary,
-    /// What the point is on the grazing curve.
+    /// Kind of the codimension-two point on the grazing curve.
     pub label: CodimensionTwo,
-    /// All active parameters there.
+    /// All active parameters at the point.
     pub parameters: Vec<f64>,
-    /// The coefficient, from the jets of the map at the point.
+    /// Coefficient, from the jets of the map at the point.
     pub coefficient: f64,
-    /// The same, fitted to points of both curves on the physical side.
+    /// Coefficient fitted to points of both curves on the physical side; `None` if a point was not
+    /// found.
     pub fitted: Option<f64>,
-    /// How fast the depth variable of the grazing contact grows; the locus is physical where
-    /// `slope t` is positive.
+    /// Growth of the grazing contact's depth variable with the first parameter; the locus is
+    /// physical where `slope t` is positive.
     pub slope: f64,
 }

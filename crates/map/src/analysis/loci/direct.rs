@@ -1,10 +1,10 @@
 //! Loci by direct simulation: the physical parts, followed as far as the orbits make their
 //! contacts.
 //!
-//! One idea: on the section of a graze the contact of a return is a coordinate of its first point,
-//! so a locus reaches the graze of its orbits exactly, and the graze of any orbit is that
-//! coordinate at 0. Orbits that simulation settles on, and those that begin at the graze, are where
-//! loci are looked for; no map is asked.
+//! One idea: on the tangency section of a graze the contact of a return is a coordinate of its
+//! first point. A locus therefore reaches the graze of its orbits exactly, and a graze is that
+//! coordinate at 0. Seeds are orbits that simulation settles on and orbits that begin at the graze;
+//! the map is not needed.
 
 use std::iter::once;
 
@@ -38,18 +38,18 @@ use crate::numeric::linear::{eigenvalues, inverse};
 use crate::numeric::{Dd, Real, converted};
 use crate::orbit::GrazingOrbit;
 
-/// Most work for the loci of a kind and an itinerary, and for the orbits of a locus that are solved
-/// for in double-double.
+/// Most work for the loci of one kind and itinerary, and for solving for the orbits of a locus in
+/// double-double.
 const LOCI_WORK: u64 = 10 * MOST_WORK;
-/// Orbits of a locus, beside special ones, that are solved for in double-double: at most, and at
-/// least where their work would be more than that of following it.
+/// Largest number of ordinary points of a locus that are solved for in double-double, and the
+/// number kept even if they cost more than following the locus.
 const POINTS: usize = 96;
 const FEWEST: usize = 8;
-/// Depth variables, in the window's, of the map's orbits from which loci are followed.
+/// Smallest depth variables, relative to the window's, of the map's orbits used as seeds.
 const DEEP: f64 = 1e-2;
-/// A variable of a passage below this is next to a graze.
+/// Largest variable of a passage that counts as next to a graze.
 const NEAR: f64 = 1e-3;
-/// How far from its first guess a point in double-double may lie, in units.
+/// Largest distance of a point in double-double from its first guess, in units.
 const FAR: f64 = 1e-5;
 
 impl<S: Real> OrbitEquations<S> for DirectOrbitEquations<'_, S> {
@@ -61,12 +61,12 @@ impl<S: Real> OrbitEquations<S> for DirectOrbitEquations<'_, S> {
         self.variables() + 2
     }
 
-    /// The variable of the own passage of each return.
+    /// Variables of the own passage of each return.
     fn depth_variables(&self) -> Vec<usize> {
         (0..self.variables()).filter(|&unknown| self.passage_of(unknown).is_some()).collect()
     }
 
-    /// Grazes are borders.
+    /// Returns none: grazes are borders of the range.
     fn grazes(&self, _: &[S], _: &DirectOrbit<S>) -> Vec<(Option<usize>, S)> {
         Vec::new()
     }
@@ -141,7 +141,7 @@ pub(super) struct DirectPlane<'a> {
 }
 
 impl<'a> DirectPlane<'a> {
-    /// Both parameters vary within `free`, the others are those of the request.
+    /// Both parameters vary within `free`; the others are fixed by the request.
     pub(super) fn new(
         system: &'a HybridSystem,
         scene: &Scene,
@@ -161,7 +161,7 @@ impl<'a> DirectPlane<'a> {
         })
     }
 
-    /// The equations of an itinerary.
+    /// Equations of an itinerary.
     pub(super) fn equations<S: Real>(
         &self,
         image: &DirectImage<'a, S>,
@@ -170,7 +170,7 @@ impl<'a> DirectPlane<'a> {
         DirectOrbitEquations::new(image.clone(), itinerary, &self.units, &self.free, self.at)
     }
 
-    /// Whether section points lie in the window of the map.
+    /// Whether all section points lie in the window of the map.
     pub(super) fn holds(&self, states: &[Vec<f64>], parameters: &[f64]) -> bool {
         let window = &self.map.window;
         let depths = |state: &[f64]| self.depths.at(state, parameters);
@@ -178,7 +178,7 @@ impl<'a> DirectPlane<'a> {
     }
 }
 
-/// The loci of direct simulation.
+/// Loci of direct simulation.
 pub(super) struct DirectLoci<'a> {
     scene: &'a Scene,
     orbit: &'a GrazingOrbit,
@@ -211,8 +211,8 @@ impl<'a> DirectLoci<'a> {
         self.plane.equations(&self.plane.exact, itinerary)
     }
 
-    /// All loci asked for, and the itineraries of which not all was followed; those of a map may be
-    /// where some begin.
+    /// All loci asked for, and the itineraries that were not followed completely. Loci of the map
+    /// provide further seeds.
     pub(super) fn all(
         &self,
         by_map: &[Locus],
@@ -230,7 +230,7 @@ impl<'a> DirectLoci<'a> {
         seeds.extend(found?.into_iter().flatten());
         seeds.extend(by_map.iter().flat_map(|locus| self.seeds_of(locus)));
         seeds.retain(|seed| self.request.kinds.contains(&seed.kind));
-        // Seeds of one locus have one kind and one itinerary.
+        // Seeds of one locus share kind and itinerary.
         let mut groups: Vec<Vec<Seed>> = Vec::new();
         for seed in seeds {
             let same = |group: &&mut Vec<Seed>| {
@@ -263,7 +263,8 @@ impl<'a> DirectLoci<'a> {
         Ok((all.collect(), self.unfinished.listed()))
     }
 
-    /// The locus of grazes of the orbit without contact; none where returns have no passage.
+    /// Locus of grazes of the orbit without contact; `None` if returns have no passage of their
+    /// own.
     fn graze(&self) -> Option<Trace> {
         self.plane.units.gap?;
         let itinerary = self.one_contact();
@@ -271,14 +272,14 @@ impl<'a> DirectLoci<'a> {
         self.traces(&[Seed { kind: LocusKind::Graze, itinerary, unknowns }], Vec::new()).pop()
     }
 
-    /// One return with the contact of its own passage.
+    /// Itinerary of one return with the contact of its own passage.
     fn one_contact(&self) -> ContactItinerary {
         let made: PassageSet = [0].into_iter().collect();
         ContactItinerary::new(self.map.passages(), vec![made])
     }
 
-    /// Folds and flips of an orbit with one contact begin where `ξ_n = 0` on the graze of the orbit
-    /// without.
+    /// Seeds of folds and flips of orbits with one contact, at the points `ξ_n = 0` on the graze of
+    /// the orbit without contact.
     fn seeds_at_conditions(&self, grazes: &[Trace]) -> Vec<Seed> {
         let own = self.one_contact();
         let mut seeds = Vec::new();
@@ -302,8 +303,8 @@ impl<'a> DirectLoci<'a> {
         seeds
     }
 
-    /// The special points of the branches in the second parameter at a value of the first, which
-    /// has this number.
+    /// Seeds at the special points of the branches in the second parameter, at value `number` of
+    /// the first.
     fn seeds_at(
         &self,
         grazes: &[Trace],
@@ -337,7 +338,7 @@ impl<'a> DirectLoci<'a> {
         Ok(points.filter_map(|point| self.seed(point)).collect())
     }
 
-    /// Where a locus of grazes passes a value of the first parameter: its section point and the
+    /// Point at which a locus of grazes passes a value of the first parameter: section point and
     /// second parameter, in offsets.
     fn graze_at(&self, graze: &Trace, value: f64) -> Option<(Vec<f64>, f64)> {
         let mut equations = self.rounded(&graze.itinerary);
@@ -358,10 +359,10 @@ impl<'a> DirectLoci<'a> {
         Some((state, equations.parameters(&found)[self.request.plane[1]]))
     }
 
-    /// What a special point of a branch is a seed of.
+    /// Seed at a special point of a branch.
     fn seed(&self, point: &BranchPoint) -> Option<Seed> {
         let (special, orbit) = (point.special.as_ref()?, &point.orbit);
-        // Loci are followed in the section points of all returns.
+        // Loci are followed with the section points of all returns.
         if orbit.states.len() < orbit.itinerary.period() {
             return None;
         }
@@ -381,7 +382,7 @@ impl<'a> DirectLoci<'a> {
                 itinerary = itinerary.with_contact(number, 0).begun_at(number);
                 states.rotate_left(number);
                 is_asked |= asked(&itinerary);
-                // That of the orbit without contact is known.
+                // The graze of the orbit without contact is known.
                 (itinerary.contacts() > 1).then_some((LocusKind::Graze, None))?
             }
             BranchLabel::BranchPoint | BranchLabel::Hopf => return None,
@@ -394,12 +395,12 @@ impl<'a> DirectLoci<'a> {
         is_asked.then_some(Seed { kind, itinerary, unknowns })
     }
 
-    /// An orbit of each physical stretch of a locus of the map, away from the graze.
+    /// Seeds from the map's locus: one orbit of each physical part, away from the graze.
     fn seeds_of(&self, locus: &Locus) -> Vec<Seed> {
         let mut itinerary = locus.itinerary.clone();
         if let Some([number, passage]) = locus.grazing {
             itinerary = itinerary.with_contact(number, passage);
-            // A graze of another passage is no coordinate of the section.
+            // The graze of another passage is no coordinate of the section.
             if passage != 0 || itinerary.contacts() < 2 {
                 return Vec::new();
             }
@@ -424,7 +425,7 @@ impl<'a> DirectLoci<'a> {
         seeds.collect()
     }
 
-    /// The loci through seeds, beside those known.
+    /// Loci through seeds, added to those known.
     fn traces(&self, seeds: &[Seed], mut traces: Vec<Trace>) -> Vec<Trace> {
         self.progress.expect(seeds.len() as u64);
         let mut left = LOCI_WORK;
@@ -444,7 +445,7 @@ impl<'a> DirectLoci<'a> {
         traces
     }
 
-    /// The locus through a seed, unless it is known, with so much work at most.
+    /// Locus through a seed, unless it is known, with at most `most` work.
     fn searched(&self, seed: &Seed, known: &[Trace], most: u64) -> Searched {
         let mut orbits = self.rounded(&seed.itinerary);
         orbits.limit_work(most);
@@ -466,12 +467,12 @@ impl<'a> DirectLoci<'a> {
         let exact = self.exact(itinerary);
         let mut fine = LocusEquations::new(exact, locus.condition, locus.conditions);
         let (mut points, ends) = through(seed, known, locus, &mut fine, 0)?;
-        // One without orbits beside its first is not physical on any side of it.
+        // A locus without orbits beside its first is physical on neither side.
         let first = &points.first()?.unknowns;
         if points.iter().all(|point| farthest(&point.unknowns, first) < SAME) {
             return None;
         }
-        // Where a contact grazes multipliers are not determined, and a double one is none.
+        // At a graze multipliers are undefined, so that double ones are dropped.
         use CodimensionTwo as C;
         for point in &mut points {
             let double = matches!(point.label, Some(C::Cusp | C::R1 | C::R2));
@@ -503,7 +504,7 @@ impl<'a> DirectLoci<'a> {
         Some(Trace { kind: *kind, itinerary: itinerary.clone(), points, ends })
     }
 
-    /// A locus with its orbits solved for in double-double; those that are not are left out.
+    /// The locus with orbits solved for in double-double; orbits that fail are left out.
     fn described(&self, trace: &Trace) -> Option<Locus> {
         let typical = trace.points.iter().find(|point| point.label.is_none());
         let (_, work) = self.point(trace, typical.or(trace.points.first())?);
@@ -520,7 +521,7 @@ impl<'a> DirectLoci<'a> {
         (!points.is_empty()).then(|| trace.described(points, 0))
     }
 
-    /// A point of a locus, and the work that it took.
+    /// A point of a locus, and the work it took.
     fn point(&self, trace: &Trace, point: &TracePoint) -> (Option<LocusPoint>, u64) {
         let condition = condition_of(trace.kind);
         let mut locus = LocusEquations::new(self.exact(&trace.itinerary), condition, 0);
@@ -536,7 +537,7 @@ impl<'a> DirectLoci<'a> {
     ) -> Option<LocusPoint> {
         let at: Vec<Dd> = converted(&point.unknowns);
         let found = match point.label {
-            // Solved for already.
+            // Labelled points are solved for already.
             Some(_) => at,
             None => {
                 let (found, _) = corrected(locus, &at, &at, &converted::<_, Dd>(&point.tangent))?;
@@ -579,7 +580,7 @@ impl<'a> DirectLoci<'a> {
     }
 }
 
-/// What the end of a locus at a graze is.
+/// Kind of codimension-two point at which a locus ends at a graze.
 fn at_graze(kind: LocusKind) -> CodimensionTwo {
     match kind {
         LocusKind::Graze | LocusKind::Crisis => CodimensionTwo::DoubleGraze,
@@ -589,8 +590,8 @@ fn at_graze(kind: LocusKind) -> CodimensionTwo {
     }
 }
 
-/// The orbit of a locus at which a variable of a passage is 0, solved for in double-double from one
-/// near it; `None` where the variable of another passage is negative there.
+/// Orbit of a locus at which a variable of a passage is 0, solved for in double-double from a
+/// nearby one; `None` if the variable of another passage is negative there.
 fn grazing<O: OrbitEquations<Dd>>(
     near: &TracePoint,
     unknown: usize,
@@ -606,7 +607,7 @@ fn grazing<O: OrbitEquations<Dd>>(
     (is_orbit && is_near).then(|| TracePoint { unknowns, ..near.clone() })
 }
 
-/// The angle of the pair of multipliers nearest to the unit circle.
+/// Angle of the pair of multipliers nearest to the unit circle.
 fn angle(multipliers: &[[f64; 2]]) -> Option<f64> {
     let pairs = multipliers.iter().map(|[re, im]| Complex::new(*re, *im));
     let pairs = pairs.filter(|value| value.im > 0.0);

@@ -1,7 +1,7 @@
-//! Crises by direct simulation: the map's, solved for again return by return.
+//! Crises by direct simulation, solved for from the map's crises.
 //!
-//! One idea: a crisis is an orbit from a saddle back to it, and the map's is near enough to begin
-//! Newton's method of direct simulation with. Residuals are of double-double, slopes of `f64`.
+//! One idea: a crisis is an orbit from a saddle back to it, and the map's orbit is near enough to
+//! start Newton's method. Residuals are computed in double-double, slopes in `f64`.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -21,14 +21,14 @@ use crate::numeric::linear::factorize;
 use crate::numeric::{Dd, converted};
 use crate::orbit::GrazingOrbit;
 
-/// Points of a crisis.
+/// Most points of a crisis.
 const POINTS: usize = 9;
-/// Newton steps at most, with slopes of their own and then with the last slopes.
+/// Most Newton steps with fresh slopes, then most with the last slopes.
 const STEPS: usize = 8;
 const MORE: usize = 12;
-/// A step at which slopes are kept.
+/// Length of a step from which on slopes are reused.
 const NEAR: f64 = 1e-7;
-/// The last step, and how large one that no longer shrinks may be.
+/// Length of the last step, and the largest length of a last step that no longer shrinks.
 const LAST: f64 = 1e-20;
 const STALLED: f64 = 1e-14;
 
@@ -45,13 +45,13 @@ impl<'a> DirectCrises<'a> {
         map: &'a LocalMap,
         request: &'a LociRequest,
     ) -> Result<Self, AnalysisError> {
-        // Units of the order of the window, where the manifolds are.
+        // Units are of the order of the window, where the manifolds lie.
         let widths = request.plane.map(|place| map.window.parameter[place]);
         let free = [0, 1].map(|at| (request.plane[at], [-widths[at], widths[at]]));
         Ok(Self { plane: DirectPlane::new(system, scene, orbit, map, (request, free))? })
     }
 
-    /// The map's crises with corners by direct simulation, at some of their physical points; none
+    /// Crises by direct simulation at some physical points of the map's crises with a corner; empty
     /// on stroboscopic sections.
     pub(super) fn all(&self, by_map: &[Crisis], progress: &dyn Progress) -> Vec<Locus> {
         let with_corner = by_map.iter().filter(|crisis| crisis.corner.is_some());
@@ -79,7 +79,7 @@ impl<'a> DirectCrises<'a> {
         (!points.is_empty()).then(|| Locus { points, ..crisis.locus.clone() })
     }
 
-    /// The crisis at the first parameter of a point of the map's.
+    /// Crisis at the first parameter of a point of the map's crisis.
     fn point(
         &self,
         crisis: &Crisis,
@@ -98,7 +98,7 @@ impl<'a> DirectCrises<'a> {
         let grazing = corner * near.returns.dimension() + replaced;
         let (size, held) = (unknowns.len(), unknowns.len() - 2);
         unknowns[grazing] = 0.0;
-        // Both conditions hold at the start and keep to it.
+        // Both conditions hold at the start; the steps preserve them.
         let squared = |jacobian: &DMatrix<f64>| {
             let mut matrix = jacobian.clone().resize(size, size, 0.0);
             matrix[(size - 2, grazing)] = 1.0;
@@ -129,7 +129,7 @@ impl<'a> DirectCrises<'a> {
             let all = returns.map(|number| fine.returns.return_at(number, &found, false));
             flown = all.collect::<Option<Vec<_>>>()?;
             let residual = fine.residual(&flown, &ends);
-            // Solved in the numbers of the slopes, scaled to keep small residuals.
+            // Solved in `f64`, scaled so that small residuals keep their digits.
             let largest = largest(&residual);
             let scale = if largest > 0.0 { largest } else { 1.0 };
             let scaled = residual.iter().map(|&r| -(r / Dd::from(scale)).to_f64());
@@ -166,7 +166,7 @@ impl<'a> DirectCrises<'a> {
         })
     }
 
-    /// The speed of each contact of an excursion, 0 where it grazes.
+    /// Speed of each contact of an excursion; 0 for the grazing one.
     fn speeds(&self, states: &[Vec<f64>], parameters: &[f64], grazing: usize) -> Option<Vec<f64>> {
         let mut image = self.plane.rounded.clone();
         let mut speeds = Vec::new();

@@ -1,9 +1,9 @@
-//! The defining systems of loci: the equations of an itinerary's orbits in two parameters, and one
-//! condition more.
+//! Defining systems of loci: the equations of an itinerary's orbits in two parameters, with one
+//! additional condition.
 //!
 //! One idea: a multiplier `s` makes `K(s) = F_z + (1 − s) E` singular, with `E` the derivative of
-//! the section point that the period closes on, which a bordered linear system tells without a
-//! determinant; its null vectors give the condition's gradient from both derivatives at two
+//! the section point on which the period closes. A bordered linear system detects that without a
+//! determinant; its null vectors give the gradient of the condition from derivatives at two
 //! neighbouring points. See docs/mathematics/loci.md.
 
 use nalgebra::{DMatrix, DVector};
@@ -15,52 +15,53 @@ use crate::analysis::periodic::MapOrbitEquations;
 use crate::numeric::Real;
 use crate::numeric::linear::{factorize, inverse};
 
-/// The equations of an itinerary's orbits with two free parameters, by the map or by direct
-/// simulation: `u = (z, p)`, `F(u) = 0`, as many equations as `z` has components.
+/// Equations of an itinerary's orbits with two free parameters, by the map or by direct simulation:
+/// `u = (z, p)`, `F(u) = 0`, as many equations as `z` has components.
 pub(super) trait OrbitEquations<S: Real>: CurveEquations<S> {
     /// Derivatives of the first section point by all unknowns, in the rows that close the period.
     fn first_point(&self, there: &Linearised<S, Self::Extra>) -> DMatrix<S>;
-    /// Whether the orbits close. One that does not has no multipliers.
+    /// Whether the orbits are closed; others have no multipliers.
     fn closes(&self) -> bool {
         true
     }
-    /// How many unknowns there are, both parameters included.
+    /// Number of unknowns, both parameters included.
     fn count(&self) -> usize;
-    /// The unknowns that vanish where a contact begins, by its number.
+    /// Indices of the unknowns that vanish where a contact begins, in the order of the contacts.
     fn depth_variables(&self) -> Vec<usize>;
-    /// What changes its sign at a graze, with the contact that each is of: depth variables, depths
-    /// of the passages without contact; nothing where a graze is the border of the range.
+    /// Functions that change sign at a graze, each with its contact if it has one: depth variables,
+    /// and depths of passages without contact. Empty if a graze is the border of the range.
     fn grazes(&self, unknowns: &[S], extra: &Self::Extra) -> Vec<(Option<usize>, S)>;
-    /// `F_z` and `E` of the orbit that lacks a contact, where that grazes.
+    /// `F_z` and `E` of the orbit without a contact, at the graze of that contact.
     fn without(
         &mut self,
         unknowns: &[S],
         there: &Linearised<S, Self::Extra>,
         contact: usize,
     ) -> Option<[DMatrix<S>; 2]>;
-    /// The factors of `ξ_n` where the orbit without contact grazes.
+    /// Factors of `ξ_n` at a graze of the orbit without contact.
     fn unfolding(
         &mut self,
         unknowns: &[S],
         there: &Linearised<S, Self::Extra>,
     ) -> Option<Unfolding<S>>;
-    /// Rounding of the Jacobian over that of the numbers.
+    /// Rounding of the Jacobian relative to that of the number type.
     fn rounding() -> f64;
 }
 
-/// The factors of `ξ_n ∝ ∇d · Mⁿ⁻¹ (M c)`.
+/// Factors of `ξ_n ∝ ∇d · Mⁿ⁻¹ (M c)`.
 pub(super) struct Unfolding<S> {
-    /// `M`.
+    /// Monodromy matrix `M`.
     pub(super) period: DMatrix<S>,
-    /// `M c`: how the depth variable moves the image.
+    /// Derivative `M c` of the image by the depth variable.
     pub(super) kick: DVector<S>,
-    /// `∇d`.
+    /// Gradient `∇d` of the depth.
     pub(super) depth: DVector<S>,
 }
 
 impl<S: Real> Unfolding<S> {
-    /// `ξ_n` for `n = 1 …`, over the sizes of its factors; 1 where a contact begins without a kick,
-    /// at a compliant stop: orbits then unfold with the depth, at no point more than at another.
+    /// Conditions `ξ_n` for `n = 1 …`, relative to the sizes of their factors. They are 1 if a
+    /// contact begins without a kick, as at a compliant stop: orbits then unfold with the depth
+    /// everywhere alike.
     fn conditions(&self, count: usize, rounding: f64) -> Vec<TestValue<S>> {
         let mut kicked = self.kick.clone();
         let is_smooth = length(&kicked).magnitude() <= (rounding * S::ROUNDOFF).sqrt();
@@ -129,14 +130,14 @@ impl<S: Real> OrbitEquations<S> for MapOrbitEquations<'_, S> {
     }
 }
 
-/// The condition that makes a curve of the orbits.
+/// Condition that defines a locus.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Condition {
     /// A multiplier is 1 or −1.
     Multiplier(f64),
     /// A pair of multipliers is `exp(±iθ)`; `θ` is one more unknown, the last.
     Pair,
-    /// The depth variable of a contact, by its place among them, is 0.
+    /// The depth variable of the contact with this index is 0.
     Graze(usize),
 }
 
@@ -145,13 +146,13 @@ pub(super) enum Condition {
 pub(super) struct LocusEquations<O, S> {
     pub(super) orbits: O,
     pub(super) condition: Condition,
-    /// Conditions `ξ_n` that are followed along a graze of orbits without another contact.
+    /// Number of conditions `ξ_n` evaluated along a graze of orbits without another contact.
     pub(super) conditions: usize,
-    /// Right and left border, the null vectors found last.
+    /// Right and left border: the last null vectors.
     borders: Option<[DVector<S>; 2]>,
 }
 
-/// Residuals and Jacobian at a point of a locus, with the test functions there.
+/// Residuals and Jacobian at a point of a locus, with the test functions.
 type Tested<S> = Linearised<S, Vec<TestValue<S>>>;
 
 /// A test function of a locus, whose zeros are points of codimension two.
@@ -181,7 +182,7 @@ pub enum CodimensionTwo {
 }
 
 impl CodimensionTwo {
-    /// The label of the field.
+    /// Label used in the literature.
     pub fn label(self) -> String {
         match self {
             Self::Xi(n) => return format!("xi_{n}"),
@@ -199,30 +200,29 @@ impl CodimensionTwo {
     }
 }
 
-/// The bordered system of a condition: its value, null vectors, and the gradient.
+/// Solution of the bordered system: value of the condition, null vectors, gradient.
 struct Singular<S> {
     value: S,
     gradient: Vec<S>,
-    /// `wᵀ F_zz v v`, of unit vectors.
+    /// `wᵀ F_zz v v` with unit vectors.
     bend: S,
-    /// `wᵀ E v`, of unit vectors: 0 where the multiplier is a double one.
+    /// `wᵀ E v` with unit vectors: 0 at a double multiplier.
     rate: S,
 }
 
-/// Length of the step of a derivative along a null vector: central differences lose a third of the
-/// digits.
+/// Step of central differences along a null vector, which lose a third of the digits.
 fn step<S: Real>() -> f64 {
     S::ROUNDOFF.cbrt()
 }
 
 impl<S: Real, O: OrbitEquations<S>> LocusEquations<O, S> {
-    /// The locus of a condition.
+    /// Locus of a condition.
     pub(super) fn new(orbits: O, condition: Condition, conditions: usize) -> Self {
         Self { orbits, condition, conditions, borders: None }
     }
 
-    /// The derivatives along a direction of the orbit's unknowns of the Jacobian and of the first
-    /// section point's.
+    /// Derivatives, along a direction of the orbit's unknowns, of the Jacobian and of the
+    /// derivatives of the first section point.
     fn bent(&mut self, unknowns: &[S], direction: &DVector<S>) -> Option<[DMatrix<S>; 2]> {
         let step = S::from_f64(step::<S>());
         let mut side = |sign: f64| {
@@ -238,13 +238,13 @@ impl<S: Real, O: OrbitEquations<S>> LocusEquations<O, S> {
         Some([(up - down) / (step + step), (first_up - first_down) / (step + step)])
     }
 
-    /// The borders found last, or those of a matrix.
+    /// Last borders, or null vectors of a matrix if there are none of its size.
     fn borders_of(&mut self, matrix: &DMatrix<S>) -> Option<[DVector<S>; 2]> {
         let last = self.borders.take().filter(|[right, _]| right.len() == matrix.nrows());
         last.or_else(|| null_vectors(matrix))
     }
 
-    /// The condition of a real multiplier.
+    /// Condition of a real multiplier, with its gradient.
     fn singular(
         &mut self,
         unknowns: &[S],
@@ -277,7 +277,7 @@ impl<S: Real, O: OrbitEquations<S>> LocusEquations<O, S> {
         let found = self.singular(unknowns, [&orbit.jacobian, &first], multiplier)?;
         let mut tests = Vec::new();
         if multiplier > 0.0 {
-            // A difference of what is rounded so; of a polynomial it is exact to its terms.
+            // A difference of rounded derivatives; for a polynomial map it is nearly exact.
             let size = if O::rounding() > 1.0 { O::rounding() / step::<S>() } else { 1.0 };
             tests.push(TestValue { value: found.bend, size });
         }
@@ -288,7 +288,8 @@ impl<S: Real, O: OrbitEquations<S>> LocusEquations<O, S> {
         Some(with_condition(orbit, found.value, &found.gradient, tests))
     }
 
-    /// Depth variables but that of a contact, and the depths of passages without contact.
+    /// Graze functions except that of one contact: other depth variables, and depths of passages
+    /// without contact.
     fn grazes(
         &self,
         unknowns: &[S],
@@ -389,7 +390,7 @@ impl<S: Real, O: OrbitEquations<S>> LocusEquations<O, S> {
         Some(Linearised { residual, jacobian, extra: tests })
     }
 
-    /// What the zeros of the test functions are, in their order; `contacts` of them are grazes.
+    /// Kinds of the zeros of the test functions, in order; `contacts` of them are grazes.
     pub(super) fn kinds(&self, contacts: usize) -> Vec<CodimensionTwo> {
         use CodimensionTwo as Kind;
         let repeated = |kind: Kind, count: usize| std::iter::repeat_n(kind, count);
@@ -442,7 +443,7 @@ impl<S: Real, O: OrbitEquations<S>> CurveEquations<S> for LocusEquations<O, S> {
 
     fn range(&self, unknown: usize) -> [f64; 2] {
         match self.condition {
-            // Held at 0, which may be the end of its range.
+            // The variable is held at 0, which may be the end of its range.
             Condition::Graze(contact) if unknown == self.orbits.depth_variables()[contact] => {
                 [-1.0, 1.0]
             }
@@ -454,16 +455,17 @@ impl<S: Real, O: OrbitEquations<S>> CurveEquations<S> for LocusEquations<O, S> {
     }
 }
 
-/// How near to 0 and π the angle of a pair is followed: at them the pair is a double multiplier.
+/// Smallest distance of the angle of a pair from 0 and π, where the pair becomes a double
+/// multiplier.
 const ANGLE: f64 = 1e-3;
 
-/// Whether the depth variable of a contact that grazes changes nothing to first order: contacts of
-/// compliant stops begin so, and multipliers are then those without the contact.
+/// Whether the depth variable of a grazing contact has no effect to first order, as at compliant
+/// stops: multipliers then equal those without the contact.
 pub(super) fn begins_smoothly<S: Real>(jacobian: &DMatrix<S>, place: usize, rounding: f64) -> bool {
     length(&jacobian.column(place).into_owned()).magnitude() <= (rounding * S::ROUNDOFF).sqrt()
 }
 
-/// The orbit's equations with one more.
+/// Appends a condition to the orbit's equations.
 fn with_condition<S: Real, X: Clone>(
     orbit: Linearised<S, X>,
     value: S,
@@ -479,8 +481,8 @@ fn with_condition<S: Real, X: Clone>(
     Linearised { residual, jacobian, extra: tests }
 }
 
-/// Solves `[K B; C 0] (v; g) = (0; 1, 0 …)`, the columns of `B` and the rows of `C` given: `g`
-/// vanishes where `K` is singular, and `v` is then its null vector.
+/// Solves `[K B; C 0] (v; g) = (0; 1, 0 …)` for given columns of `B` and rows of `C`: `g` vanishes
+/// where `K` is singular, and `v` is its null vector there.
 fn bordered<S: Real, const N: usize>(
     matrix: &DMatrix<S>,
     columns: [&DVector<S>; N],
@@ -501,7 +503,7 @@ fn bordered<S: Real, const N: usize>(
     finite.then(|| (values, found.rows(0, size).into_owned()))
 }
 
-/// The same of a complex matrix written as a real one, with a column and a row that is the
+/// Solution as by [`bordered`] for a complex matrix written as a real one; the border row is the
 /// conjugate transpose of a vector.
 fn bordered_complex<S: Real>(
     matrix: &DMatrix<S>,
@@ -519,11 +521,11 @@ fn bordered_complex<S: Real>(
     bordered(matrix, [column, &turned(column)], [row, &turned(row)])
 }
 
-/// Right and left vectors of nearly the smallest singular value, by inverse iteration.
+/// Right and left singular vectors of nearly the smallest singular value, by inverse iteration.
 pub(super) fn null_vectors<S: Real>(matrix: &DMatrix<S>) -> Option<[DVector<S>; 2]> {
     let size = matrix.nrows();
-    // A shift of rounding keeps a matrix that is singular within its digits invertible. Entries are
-    // of order one where they do not all vanish.
+    // A shift of the size of rounding keeps a numerically singular matrix invertible. Entries are
+    // of order one unless all vanish.
     let largest = matrix.iter().fold(1.0, |most: f64, entry| most.max(entry.magnitude()));
     let shift = DMatrix::identity(size, size) * S::from_f64(largest * S::ROUNDOFF.sqrt());
     let iterated = |matrix: &DMatrix<S>| {
@@ -543,7 +545,7 @@ fn length<S: Real>(vector: &DVector<S>) -> S {
     vector.dot(vector).sqrt()
 }
 
-/// Steps of inverse iteration: borders need not be exact.
+/// Number of inverse iterations: borders need not be exact.
 const ITERATIONS: usize = 6;
 
 #[cfg(test)]
@@ -551,8 +553,8 @@ mod tests {
     use super::*;
     use crate::analysis::continuation::{StepControl, Turn, follow};
 
-    /// A map of one or two coordinates in two parameters, without contacts: its image and the
-    /// derivatives by coordinates and parameters, in rows.
+    /// A map of one or two coordinates in two parameters, without contacts: returns the image, and
+    /// the derivatives by coordinates and parameters as rows.
     type Plain = fn(&[f64]) -> (Vec<f64>, Vec<Vec<f64>>);
 
     struct Smooth {
@@ -619,15 +621,14 @@ mod tests {
         }
     }
 
-    /// `(x, y) ↦ (y, a y − b x + x y)`: at the origin multipliers have the sum `a` and the product
-    /// `b`.
+    /// `(x, y) ↦ (y, a y − b x + x y)`: multipliers at the origin have sum `a` and product `b`.
     fn delayed(u: &[f64]) -> (Vec<f64>, Vec<Vec<f64>>) {
         let [x, y, a, b] = [u[0], u[1], u[2], u[3]];
         let slopes = vec![vec![0.0, 1.0, 0.0, 0.0], vec![y - b, a + x, y, -x]];
         (vec![y, a * y - b * x + x * y], slopes)
     }
 
-    /// The zeros of the test functions along a locus, by kind, with their parameters.
+    /// Zeros of the test functions along a locus: kinds and parameters.
     fn special(
         map: Plain,
         condition: Condition,

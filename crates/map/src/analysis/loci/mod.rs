@@ -1,8 +1,8 @@
-//! Loci in two parameters: saddle-nodes, flips, Neimark–Sacker points and the grazes of periodic
-//! orbits of any itinerary, with their points of codimension two, and crises.
+//! Loci in two parameters: saddle-nodes, flips, Neimark–Sacker points and grazes of periodic orbits
+//! of any itinerary, with their points of codimension two; and crises.
 //!
-//! One idea: the orbits of an itinerary with one condition more are a curve, regular where the
-//! curve meets a graze, for the depth variables are among its unknowns. See
+//! One idea: the orbits of an itinerary with one additional condition form a curve. The curve is
+//! regular where it meets a graze, because the depth variables are among its unknowns. See
 //! docs/mathematics/loci.md.
 
 mod by_map;
@@ -32,24 +32,24 @@ use crisis::MapCrises;
 use direct::DirectLoci;
 use direct_crisis::DirectCrises;
 
-/// Half-widths of the window in which loci of the map are looked for where those of direct
-/// simulation are asked for.
+/// Range in half-widths of the window in which loci of the map are computed as starts for those of
+/// direct simulation.
 const NEAR: f64 = 2.0;
 
-/// The loci asked for.
+/// Computes the loci of a request.
 ///
-/// By the map all parts of every locus, virtual ones too. By direct simulation, in double-double,
-/// the physical parts, followed as far as the orbits make their contacts: looked for along branches
-/// of direct simulation at some values of the first parameter, and at the map's loci where its
-/// contacts are [expanded](LocalMap::has_contacts). Grazes by
-/// direct simulation are those of the passage that a tangency section is of. Tangencies are the
-/// map's. Crises by direct simulation are solved for at some points of the map's.
+/// With the map, all parts of every locus are followed, virtual ones too. With direct simulation,
+/// in double-double, the physical parts are followed as far as the orbits make their contacts.
+/// Their seeds are branches of direct simulation at some values of the first parameter, and the
+/// map's loci if its contacts are [expanded](LocalMap::has_contacts). Grazes by direct simulation
+/// are those of the tangency section's own passage. Tangencies are always the map's. Crises by
+/// direct simulation are solved for at some points of the map's crises.
 ///
 /// # Errors
 ///
 /// [`AnalysisError::Hybrid`] if the simulator refuses the parameters, [`AnalysisError::NotPlanar`]
-/// for crises on a section of other than two coordinates, [`AnalysisError::NoContacts`] for crises
-/// where the map's contacts are not expanded.
+/// for crises on a section without exactly two coordinates, [`AnalysisError::NoContacts`] for
+/// crises if the map's contacts are not expanded.
 pub fn loci(
     scene: &Scene,
     orbit: &GrazingOrbit,
@@ -61,7 +61,7 @@ pub fn loci(
     let request = &LociRequest { itineraries, ..request.clone() };
     let mut near = request.clone();
     if request.direct {
-        // The map is where simulation begins: it need not reach as far.
+        // The map only provides starts for simulation, so it need not reach as far.
         let most = NEAR * map.window.parameter[request.plane[0]];
         near.range = request.range.map(|end| end.clamp(-most, most));
     }

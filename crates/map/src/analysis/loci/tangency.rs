@@ -1,9 +1,9 @@
-//! The quadratic tangency of folds and flips with the grazing curve at a point of codimension two,
-//! from the jets of the map.
+//! Quadratic tangency of folds and flips with the grazing curve at a point of codimension two, from
+//! the jets of the map.
 //!
-//! One idea: near the point the depth variable `η` of the grazing contact and the first parameter
-//! `τ` tell an orbit, for all else is an analytic function of them; a locus is a line `η = m τ`,
-//! and it leaves the grazing curve `η = 0` with `κ τ²`. See docs/mathematics/loci.md.
+//! One idea: near the point an orbit is determined by the depth variable `η` of the grazing contact
+//! and the first parameter `τ`; all else is analytic in them. A locus is a line `η = m τ` to first
+//! order, and leaves the grazing curve `η = 0` by `κ τ²`. See docs/mathematics/loci.md.
 
 use std::sync::Arc;
 
@@ -16,10 +16,10 @@ use crate::expansion::Arithmetic;
 use crate::jet::{Jet, JetSpace, implicit_roots, substitute_all};
 use crate::numeric::{Real, Scalar};
 
-/// What is left of a singular matrix, relative to its slopes.
+/// Largest value of a singular form, relative to its slopes.
 const SINGULAR: f64 = 1e-6;
 
-/// Values with their derivatives to the order of a space.
+/// Numbers with their derivatives to the order of a space.
 struct JetNumbers<S: Scalar> {
     space: Arc<JetSpace>,
     scalar: std::marker::PhantomData<S>,
@@ -59,7 +59,8 @@ impl<S: Real> Arithmetic for JetNumbers<S> {
         }
     }
 
-    /// Derivatives are kept: the steps of a solver then have the higher derivatives of its root.
+    /// Keeps derivatives, so that the steps of a solver determine the higher derivatives of its
+    /// root.
     fn held(&mut self, a: &Jet<S>) -> Jet<S> {
         a.clone()
     }
@@ -74,19 +75,19 @@ impl<S: Real> Arithmetic for JetNumbers<S> {
 #[derive(Clone, Debug)]
 pub(super) struct TangencyPoint<'a, S> {
     pub(super) itinerary: &'a ContactItinerary,
-    /// The first section point.
+    /// First section point.
     pub(super) state: Vec<S>,
-    /// The depth variables of the contacts.
+    /// Depth variables of the contacts.
     pub(super) depth_variables: Vec<S>,
-    /// The contact that grazes.
+    /// Index of the grazing contact.
     pub(super) grazing: usize,
     /// All active parameters.
     pub(super) parameters: Vec<S>,
-    /// The two of the plane.
+    /// Indices of the two parameters of the plane.
     pub(super) plane: [usize; 2],
 }
 
-/// How a locus leaves the grazing curve: `y = slope τ + …`, `Q − Q_G = coefficient τ² + …`.
+/// Departure of a locus from the grazing curve: `y = slope τ + …`, `Q − Q_G = coefficient τ² + …`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Leaving<S> {
     pub(super) slope: S,
@@ -94,10 +95,10 @@ pub(super) struct Leaving<S> {
 }
 
 impl<S: Real> TangencyPoint<'_, S> {
-    /// How the locus of a multiplier, 1 or −1, leaves the grazing curve; `None` where the point is
-    /// degenerate, and at compliant stops, where multipliers pass a graze without a jump.
+    /// Departure of the locus of a multiplier, 1 or −1, from the grazing curve; `None` at a
+    /// degenerate point, and at compliant stops, where multipliers do not jump at a graze.
     ///
-    /// `units` are lengths of the unknowns: coordinates, depth variables, both parameters.
+    /// `units` are the lengths of the unknowns: coordinates, depth variables, both parameters.
     pub(super) fn leaving(
         &self,
         map: &MapEvaluation<S>,
@@ -108,7 +109,7 @@ impl<S: Real> TangencyPoint<'_, S> {
         let rows = d + contacts;
         let equations = self.equations(map, units)?;
         let plane = JetSpace::uniform(2, 2).ok()?;
-        // All unknowns but y of the grazing contact and the first parameter.
+        // All unknowns except y of the grazing contact and the first parameter.
         let solved: Vec<usize> =
             (0..rows + 2).filter(|&u| u != d + self.grazing && u != rows).collect();
         let along = |roots: &[Jet<S>]| -> Vec<Jet<S>> {
@@ -129,8 +130,8 @@ impl<S: Real> TangencyPoint<'_, S> {
             .iter()
             .map(|jet| (0..rows + 2).map(|variable| jet.derivative(variable)).collect())
             .collect();
-        // NOTE: roots settle relative to their own size, which at the point is rounding: they
-        // are solved for as 1 more.
+        // NOTE: roots converge relative to their size, which is rounding at the point itself; they
+        // are therefore solved for with 1 added.
         let start = vec![Jet::constant(&plane, S::one()); solved.len()];
         let roots = implicit_roots(&start, |roots| {
             let point = along(roots);
@@ -158,7 +159,7 @@ impl<S: Real> TangencyPoint<'_, S> {
             singular[(place, place)] += S::from_f64(1.0 - multiplier);
         }
         let [v, w]: [DVector<S>; 2] = null_vectors(&singular)?;
-        // Where no multiplier of the locus is at the point, it does not come here.
+        // If no multiplier of the locus is critical here, the locus does not reach the point.
         let left = w.dot(&(&singular * &v)).magnitude();
         let along_depth = w.dot(&(part(&[1, 0]) * &v));
         let along_parameter = w.dot(&(part(&[0, 1]) * &v));
@@ -174,7 +175,7 @@ impl<S: Real> TangencyPoint<'_, S> {
         (is_there && found.slope.is_finite() && found.coefficient.is_finite()).then_some(found)
     }
 
-    /// The equations of the orbit as jets of degree 2 in all unknowns, over their units.
+    /// Equations of the orbit as jets of degree 2 in all unknowns, over their units.
     fn equations(&self, map: &MapEvaluation<S>, units: &[f64]) -> Option<Vec<Jet<S>>> {
         let (d, contacts) = (self.state.len(), self.depth_variables.len());
         let rows = d + contacts;

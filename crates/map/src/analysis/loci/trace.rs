@@ -1,7 +1,7 @@
-//! Loci followed from seeds, whatever their orbits are of: orbits at which a branch in one
-//! parameter turns, flips or grazes.
+//! Tracing of loci from seeds, for the map and direct simulation. Seeds are orbits at which a
+//! branch in one parameter turns, flips or grazes.
 //!
-//! One idea: a seed on a known locus is not followed again, and every locus is followed both ways.
+//! One idea: a seed on a known locus is skipped, and every locus is followed both ways.
 
 use std::f64::consts::PI;
 
@@ -18,25 +18,24 @@ use crate::analysis::periodic::ContactItinerary;
 use crate::analysis::progress::{Progress, place_of, resumed};
 use crate::numeric::{Dd, Scalar, converted};
 
-/// Values of the first parameter at which branches are looked through for seeds, as shares of its
-/// range.
+/// Values of the first parameter at which branches are searched for seeds, as shares of its range.
 pub(super) const SEEDED_AT: [f64; 5] = [0.1, 0.3, 0.5, 0.7, 0.9];
-/// How near a seed lies to a locus that it is a point of.
+/// Largest distance of a seed from a locus that contains it.
 pub(super) const SAME: f64 = 1e-6;
 
-/// Steps along a locus.
+/// Step control along a locus.
 const STEPS: StepControl = StepControl { first: 0.01, longest: 0.2, ..StepControl::DEFAULT };
 
-/// The kinds of pieces that are kept of loci.
+/// Kinds of kept pieces of loci.
 #[derive(Clone, Copy)]
 pub(super) enum Piece {
     /// The seeds of an itinerary at a value of the first parameter.
     Seeds,
-    /// What is found through a seed.
+    /// Result of the search from a seed.
     Trace,
-    /// A locus as it is given out, by its number.
+    /// A locus in its final form, by its number.
     Locus,
-    /// The tangencies.
+    /// Tangencies.
     Tangencies,
 }
 
@@ -44,13 +43,13 @@ pub(super) enum Piece {
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Seed {
     pub(super) kind: LocusKind,
-    /// Its contacts; of a graze the first return has the grazing one.
+    /// Itinerary; for a graze its first return has the grazing contact.
     pub(super) itinerary: ContactItinerary,
-    /// In units, both parameters included; of a pair of multipliers the angle too.
+    /// Unknowns in units, both parameters included; for a pair of multipliers also the angle.
     pub(super) unknowns: Vec<f64>,
 }
 
-/// A locus in units, point by point, as it is being put together.
+/// A locus in units, point by point.
 #[derive(Serialize, Deserialize)]
 pub(super) struct Trace {
     pub(super) kind: LocusKind,
@@ -67,19 +66,19 @@ pub(super) struct TracePoint {
     pub(super) label: Option<CodimensionTwo>,
 }
 
-/// The equations of orbits that close, with what tells one from another.
+/// Equations of closed orbits, with comparisons of orbits.
 pub(super) trait ClosedOrbits: OrbitEquations<f64> {
-    /// The same orbit begun at its other returns with the same contacts to come.
+    /// Unknowns of the orbit started at its other returns that have the same contacts to come.
     fn begun_later(&mut self, unknowns: &[f64]) -> Vec<Vec<f64>>;
-    /// Whether an orbit is one of a shorter period, gone through several times.
+    /// Whether an orbit has a shorter period, traversed several times.
     fn is_several(&mut self, unknowns: &[f64]) -> bool;
 }
 
-/// The locus through a seed, if it is another than those known, and the work that it took.
+/// Locus through a seed, if it is not among those known, and the work it took.
 pub(super) type Searched = (Option<Trace>, u64);
 
-/// The locus through a seed, beside so many that are known and with so much work left, unless an
-/// earlier run kept it: the same seeds come in the same order, so that these numbers decide it.
+/// Locus through a seed, recalled from an earlier run or computed by `follow`. Seeds always come in
+/// the same order, so that the number of known loci, the work left and the seed determine it.
 pub(super) fn through_seed(
     progress: &dyn Progress,
     (known, left): (usize, u64),
@@ -89,11 +88,11 @@ pub(super) fn through_seed(
     resumed(progress, &place_of(Piece::Trace as u64, &(known, left, seed)), follow)
 }
 
-/// The points of the locus through a seed and its ends, beside known ones, special points solved
-/// for in double-double; `grazes` test functions are those of grazes.
+/// Points of the locus through a seed, with special points solved for in double-double, and its
+/// ends; `grazes` is the number of test functions for grazes.
 ///
-/// `None` where it is known, also begun at another return, or of orbits of a shorter period, or of
-/// fewer contacts, of which another grazes all along.
+/// `None` if the locus is known (also from another return), if its orbits have a shorter period, or
+/// if another contact grazes all along it, so that it is a locus of fewer contacts.
 pub(super) fn through<O: ClosedOrbits, E: OrbitEquations<Dd>>(
     seed: &Seed,
     known: &[Trace],
@@ -124,7 +123,7 @@ pub(super) fn through<O: ClosedOrbits, E: OrbitEquations<Dd>>(
     (!several).then_some((points, ends))
 }
 
-/// The condition of a kind; of a graze, that of the first contact.
+/// Condition of a kind of locus; for a graze that of the first contact.
 pub(super) fn condition_of(kind: LocusKind) -> Condition {
     match kind {
         LocusKind::Graze => Condition::Graze(0),
@@ -134,7 +133,7 @@ pub(super) fn condition_of(kind: LocusKind) -> Condition {
     }
 }
 
-/// Whether all multipliers but those that a locus is about lie inside the unit circle.
+/// Whether all multipliers but the critical ones of a locus lie inside the unit circle.
 pub(super) fn is_stable(kind: LocusKind, multipliers: &[Complex<f64>], angle: Option<f64>) -> bool {
     let mut others = multipliers.to_vec();
     let mut leave_out = |critical: Complex<f64>| {
@@ -156,10 +155,10 @@ pub(super) fn is_stable(kind: LocusKind, multipliers: &[Complex<f64>], angle: Op
     !multipliers.is_empty() && others.iter().all(|value| value.norm() < 1.0)
 }
 
-/// Largest rest of a test function at a point where it vanishes.
+/// Largest value of a test function, relative to its size, that counts as zero.
 const VANISHES: f64 = 1e-14;
 
-/// A special point solved for in double-double; without its label where that does not converge.
+/// Solves for a special point in double-double; the label is left out if that fails.
 fn labelled<O: OrbitEquations<Dd>>(
     point: TracePoint,
     test: usize,
@@ -170,7 +169,7 @@ fn labelled<O: OrbitEquations<Dd>>(
     let zero = zero_near(fine, &at, &along, |point| point.tests[test].value);
     let zero = zero.filter(|zero| {
         let found = zero.tests[test];
-        // Where all contacts graze, loci of fewer contacts cross: the place is not determined.
+        // Where all contacts graze, loci of fewer contacts cross and the point is not determined.
         let mut depths = fine.orbits.depth_variables().into_iter();
         let crossing = kinds[test] == CodimensionTwo::DoubleGraze
             && depths.all(|place| zero.unknowns[place].magnitude() < SAME);
@@ -186,9 +185,8 @@ fn labelled<O: OrbitEquations<Dd>>(
     }
 }
 
-/// The points of a locus with those of codimension two that lie at one place made one: functions
-/// vanish together there. Where it is a graze, multipliers are not determined, and a double one is
-/// none.
+/// Merges points of codimension two at one place, where several functions vanish together. At a
+/// graze multipliers are undefined, so that double ones are dropped.
 fn each_once(points: Vec<TracePoint>) -> Vec<TracePoint> {
     let mut kept: Vec<TracePoint> = Vec::with_capacity(points.len());
     for point in points {
@@ -211,22 +209,22 @@ fn each_once(points: Vec<TracePoint>) -> Vec<TracePoint> {
     kept
 }
 
-/// Points at one place, in units, and how many places back they may lie.
+/// Largest distance of points at one place, in units, and how many points back they may lie.
 const ONE_PLACE: f64 = 1e-9;
 const NEIGHBOURS: usize = 6;
 
-/// The points of a locus in order, each with the test function that vanishes there, and its ends.
+/// Points of a locus in order, each with the test function that vanishes there, and its ends.
 type Joined = (Vec<(TracePoint, Option<usize>)>, [CourseEnd; 2]);
 
-/// A locus through a point near it, followed both ways; `None` where the point lies on a locus that
-/// is known, or no locus is found.
+/// Locus through a point near it, followed both ways; `None` if the point lies on a known locus or
+/// no locus is found.
 pub(super) fn joined<'t, C: CurveEquations<f64>>(
     equations: &mut C,
     start: &[f64],
     mut known: impl Iterator<Item = &'t Trace>,
     steps: &StepControl,
 ) -> Option<Joined> {
-    // The side along which most of the tangent lies is the surest.
+    // The unknown with the largest tangent component is best to hold.
     let along = any_tangent(&equations.linearised(start)?.jacobian)?;
     let (start, _) = corrected(equations, start, start, &along)?;
     if known.any(|trace| trace.holds(equations, &start)) {
@@ -253,7 +251,7 @@ pub(super) fn joined<'t, C: CurveEquations<f64>>(
         });
         let mut points: Vec<(TracePoint, Option<usize>)> =
             points.map(|point| (point, None)).collect();
-        // Functions that vanish at one point make as many points of it.
+        // A point at which several functions vanish is listed once for each.
         turns.sort_by(|a, b| b.cmp(a));
         for (place, test) in turns {
             match points[place].1 {
@@ -269,22 +267,22 @@ pub(super) fn joined<'t, C: CurveEquations<f64>>(
     let ((back, first), on) = (way(-1.0)?, way(1.0));
     let (on, last) = match on {
         Some(on) => on,
-        // What was found before the work was done is what there is.
+        // The bound on work keeps the part found so far.
         None if equations.is_spent() => (vec![back[0].clone()], CourseEnd::WorkLimit),
         None => return None,
     };
-    // The start is in both.
+    // The start belongs to both courses.
     let at_start = back.iter().take_while(|(point, _)| point.unknowns == back[0].0.unknowns);
     let shared = at_start.count();
     let points = back.into_iter().skip(shared).rev().chain(on).collect();
     Some((points, [first, last]))
 }
 
-/// Rounding of a test function at the start of a locus.
+/// Largest value of a test function, relative to its size, that counts as zero at the start.
 const AT_START: f64 = 1e-9;
 
-/// The share of a segment beside which a point lies, its distance from it and the segment's
-/// length.
+/// Position of a point relative to a segment: share along it, distance from it, and the length of
+/// the segment.
 pub(super) fn beside(a: &[f64], b: &[f64], point: &[f64]) -> (f64, f64, f64) {
     let [a, b, point] = [a, b, point].map(DVector::from_column_slice);
     let (chord, offset) = (&b - &a, point - &a);
@@ -293,12 +291,12 @@ pub(super) fn beside(a: &[f64], b: &[f64], point: &[f64]) -> (f64, f64, f64) {
     (share, (offset - share * chord).norm(), length)
 }
 
-/// Distance from 0 or π of the angle of a pair whose locus is begun at a double multiplier.
+/// Distance from 0 or π of the angle at which a locus of pairs is started at a double multiplier.
 const FROM_DOUBLE: f64 = 0.05;
 
 impl Trace {
-    /// Seeds of loci of pairs on it: at a double multiplier 1 of a fold, a double −1 of a flip.
-    /// An orbit whose pair has a small angle lies nearer to it by the square of that.
+    /// Seeds of loci of pairs on this locus: at a double multiplier 1 of a fold or −1 of a flip. An
+    /// orbit whose pair has a small angle is within about the square of that angle.
     pub(super) fn double_multipliers(&self) -> Vec<Seed> {
         let (label, angle) = match self.kind {
             LocusKind::Fold => (CodimensionTwo::R1, FROM_DOUBLE),
@@ -330,8 +328,8 @@ impl Trace {
         })
     }
 
-    /// The locus of these points, the contact of a passage of the first return a grazing one where
-    /// it is of grazes.
+    /// The locus with these points; for a locus of grazes the contact of `passage` in the first
+    /// return is the grazing one.
     pub(super) fn described(&self, points: Vec<LocusPoint>, passage: usize) -> Locus {
         let (itinerary, grazing) = match self.kind {
             LocusKind::Graze => (self.itinerary.without_contact(0, passage), Some([0, passage])),

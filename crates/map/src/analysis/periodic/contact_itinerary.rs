@@ -1,7 +1,7 @@
-//! Itineraries of periodic orbits: which passages make contact, return by return.
+//! Itineraries of periodic orbits: the passages that make contact, return by return.
 //!
-//! One idea: written in digits, 1 for a contact and 0 for none, itineraries that differ by where
-//! the period begins are one orbit's, and the largest of them as a number stands for all.
+//! One idea: an itinerary is written in digits, 1 for a contact and 0 for none. Itineraries that
+//! differ by a rotation belong to one orbit; the largest of them as a number represents all.
 
 use std::fmt;
 
@@ -9,15 +9,16 @@ use serde::{Deserialize, Serialize};
 
 use crate::iteration::PassageSet;
 
-/// Most passages of a period whose itineraries are listed: 352 of twelve with one passage a return.
+/// Most passages of a period for which all itineraries are listed: 352 for twelve with one passage
+/// a return.
 const MOST_LISTED: usize = 12;
-/// Most passages of an itinerary that is written out.
+/// Most digits of an itinerary that is parsed.
 const LONGEST: usize = 64;
 
-/// Which passages of a periodic orbit make contact, return by return.
+/// Passages of a periodic orbit that make contact, return by return.
 ///
-/// Printed as one digit for each passage in the order in which they follow the section, 1 where it
-/// makes contact; returns of more than one passage are parted by points.
+/// Printed as one digit for each passage in the order in which they follow the section, 1 if it
+/// makes contact; returns of several passages are separated by points.
 ///
 /// ```
 /// use grazemap_map::analysis::periodic::ContactItinerary;
@@ -28,7 +29,7 @@ const LONGEST: usize = 64;
 /// # Ok::<(), grazemap_map::analysis::periodic::ItineraryError>(())
 /// ```
 ///
-/// In files it is that text, with a point after a return of several passages that stands alone.
+/// In files it is the same text, with a point after a single return of several passages.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(into = "String", try_from = "String")]
 pub struct ContactItinerary {
@@ -36,64 +37,64 @@ pub struct ContactItinerary {
     returns: Vec<PassageSet>,
 }
 
-/// What is wrong with an itinerary, or with the list of all.
+/// Error in an itinerary, or in a request for all itineraries.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ItineraryError {
-    /// Neither digit nor separator.
+    /// A character is neither a digit nor a separator.
     #[error(
         "itinerary `{}`: found `{}` where 1 (contact) or 0 (none) was \
             expected", .text.escape_default(), .found.escape_default()
     )]
     NotADigit {
-        /// The itinerary.
+        /// Text of the itinerary.
         text: String,
-        /// The character.
+        /// Offending character.
         found: char,
     },
-    /// No whole number of returns.
+    /// The digits do not form whole returns.
     #[error(
         "itinerary `{text}` has {found} digits; a return has {passages}, one for each grazing \
             passage"
     )]
     NotWholeReturns {
-        /// The itinerary.
+        /// Text of the itinerary.
         text: String,
-        /// Its digits.
+        /// Number of digits.
         found: usize,
         /// Passages of a return.
         passages: usize,
     },
-    /// Too many digits.
+    /// There are too many digits.
     #[error("an itinerary of {found} digits; at most {limit} are expected")]
     TooLong {
-        /// Digits.
+        /// Number of digits.
         found: usize,
-        /// Most.
+        /// Largest number.
         limit: usize,
     },
-    /// Too many itineraries to list them.
+    /// There are too many itineraries to list.
     #[error(
         "a period of {period} returns has {found} passages; all itineraries are tried up to \
             {limit} passages: \
          ask for a shorter --period, or name some with --itinerary"
     )]
     TooMany {
-        /// Returns of the longest period.
+        /// Longest period, in returns.
         period: usize,
-        /// Its passages.
+        /// Number of its passages.
         found: usize,
-        /// Most.
+        /// Largest number.
         limit: usize,
     },
 }
 
 impl ContactItinerary {
-    /// The itinerary of an orbit of a map with so many passages a return.
+    /// Itinerary of an orbit of a map with `passages` passages a return.
     pub fn new(passages: usize, returns: Vec<PassageSet>) -> Self {
         Self { passages, returns }
     }
 
-    /// Reads digits; spaces, commas, points and dashes between them are skipped.
+    /// Parses digits; spaces, commas, points and dashes between them are skipped.
     ///
     /// # Errors
     ///
@@ -118,16 +119,16 @@ impl ContactItinerary {
         Ok(Self::of_digits(passages, &digits))
     }
 
-    /// All itineraries of periods up to this many returns, shorter ones first, each once and
-    /// beginning with contacts; of those without any contact, which are orbits of `P_smooth`,
-    /// the shortest alone.
+    /// All itineraries of periods up to `longest` returns, each in its largest rotation and once,
+    /// shorter periods first. Of the itineraries without contact, which are orbits of `P_smooth`,
+    /// only the shortest is listed.
     ///
-    /// Those that repeat a shorter one are among them: an orbit may go through the same contacts
-    /// twice at different depths, as one does that a flip has doubled.
+    /// Itineraries that repeat a shorter one are included: an orbit may make the same contacts
+    /// twice at different depths, as after a flip.
     ///
     /// # Errors
     ///
-    /// [`ItineraryError::TooMany`] beyond twelve passages.
+    /// [`ItineraryError::TooMany`] for more than twelve passages.
     pub fn all(passages: usize, longest: usize) -> Result<Vec<Self>, ItineraryError> {
         let found = passages.saturating_mul(longest);
         if found > MOST_LISTED {
@@ -156,12 +157,12 @@ impl ContactItinerary {
         Self { passages, returns: digits.chunks(passages).map(made).collect() }
     }
 
-    /// Passages of a return.
+    /// Number of passages in a return.
     pub fn passages(&self) -> usize {
         self.passages
     }
 
-    /// Returns of a period.
+    /// Number of returns in a period.
     pub fn period(&self) -> usize {
         self.returns.len()
     }
@@ -171,17 +172,17 @@ impl ContactItinerary {
         &self.returns
     }
 
-    /// Contacts of a period.
+    /// Number of contacts in a period.
     pub fn contacts(&self) -> usize {
         self.returns.iter().map(|made| made.len()).sum()
     }
 
-    /// Whether it is the same, begun after so many returns.
+    /// Whether a rotation by `returns` returns leaves the itinerary unchanged.
     pub fn repeats_after(&self, returns: usize) -> bool {
         self.begun_after(returns % self.period()) == self.returns
     }
 
-    /// The same begun where it is the largest as a number, and after how many returns that is.
+    /// Rotation that is the largest as a number, and the number of returns it starts later.
     pub fn largest_rotation(&self) -> (Self, usize) {
         let digits = |returns: &[PassageSet]| -> Vec<bool> {
             let made = |made: &PassageSet| {
@@ -190,13 +191,13 @@ impl ContactItinerary {
             };
             returns.iter().flat_map(made).collect()
         };
-        // The first of those that are equal.
+        // Of equal rotations the first is taken.
         let largest = (0..self.period()).rev().max_by_key(|&by| digits(&self.begun_after(by)));
         let by = largest.unwrap_or(0);
         (self.begun_at(by), by)
     }
 
-    /// Itineraries as they are listed: each begun where it is the largest, those of one orbit once.
+    /// Itineraries in their largest rotation, without duplicates.
     pub fn listed(itineraries: &[Self]) -> Vec<Self> {
         let mut listed: Vec<Self> = Vec::new();
         for (largest, _) in itineraries.iter().map(Self::largest_rotation) {
@@ -207,20 +208,20 @@ impl ContactItinerary {
         listed
     }
 
-    /// By how many returns it would have to begin later to be the other; `None` where it is another
-    /// orbit's.
+    /// Number of returns by which this itinerary must start later to equal the other; `None` if it
+    /// is no rotation of it.
     pub fn rotation_to(&self, other: &Self) -> Option<usize> {
         (0..self.period()).find(|&by| self.begun_after(by) == other.returns)
     }
 
-    /// The same with a contact of a passage of a return.
+    /// Itinerary with the contact of a passage of a return added.
     pub(in crate::analysis) fn with_contact(&self, number: usize, passage: usize) -> Self {
         let mut with = self.clone();
         with.returns[number].insert(passage);
         with
     }
 
-    /// The same without a contact of a passage of a return.
+    /// Itinerary with the contact of a passage of a return removed.
     pub(in crate::analysis) fn without_contact(&self, number: usize, passage: usize) -> Self {
         let mut without = self.clone();
         let made = self.returns[number].iter();
@@ -228,12 +229,12 @@ impl ContactItinerary {
         without
     }
 
-    /// The same begun after so many returns.
+    /// Itinerary started after a number of returns.
     pub(in crate::analysis) fn begun_at(&self, returns: usize) -> Self {
         Self { returns: self.begun_after(returns), ..*self }
     }
 
-    /// The returns, begun after so many of them.
+    /// Returns, rotated to start after a number of returns.
     fn begun_after(&self, returns: usize) -> Vec<PassageSet> {
         let mut begun = self.returns.clone();
         begun.rotate_left(returns);
@@ -292,7 +293,7 @@ mod tests {
                 "10.00", "01.01", "01.00"
             ]
         );
-        // Necklaces of two colours and twelve beads, and of fewer; but one without contact.
+        // Necklaces of two colours with up to twelve beads; only one without contact.
         assert_eq!(listed(1, 12).len(), 801 - 11);
     }
 

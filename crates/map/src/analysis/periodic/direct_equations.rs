@@ -1,15 +1,14 @@
-//! The orbits of an itinerary of direct simulation as equations to be continued.
+//! Equations of an itinerary's orbits of direct simulation, for continuation.
 //!
-//! One idea: the contact of a return is a coordinate of its first point, whose gap at the passage
-//! is known from the free flow: on a tangency section it is that of the point itself. With
-//! `y = √(−h)` in the place of one coordinate where a return begins with contact, and the gap `h`
-//! where it does not, the images of all section points are smooth up to the graze, which is the
-//! border of their range and is reached exactly.
+//! One idea: the contact of a return corresponds to a coordinate of its first point, whose gap at
+//! the passage follows from the free flow (on a tangency section it is the gap of the point
+//! itself). A return that begins with contact has `y = √(−h)` in place of one coordinate, any other
+//! the gap `h`. The images of all section points are then smooth up to the graze, which is the
+//! border of the range and is reached exactly.
 //!
-//! A contact that begins without a jump of the field has an image with a derivative by the depth
-//! `y²` too. By `y` that derivative vanishes at the graze, and with it every determinant; test
-//! functions and multipliers take derivatives by `y²` there, so that they go on through the graze
-//! without a zero that is none.
+//! If a contact begins without a jump of the field, the image is differentiable by the depth `y²`.
+//! Its derivative by `y` vanishes at the graze, and with it every determinant; test functions and
+//! multipliers therefore use derivatives by `y²`, which have no spurious zero at the graze.
 
 use nalgebra::{DMatrix, DVector};
 use serde::de::DeserializeOwned;
@@ -30,53 +29,54 @@ use crate::numeric::Real;
 use crate::numeric::linear::{determinant, inverse};
 use crate::orbit::GrazingOrbit;
 
-/// The orbits of an itinerary by direct simulation, in one parameter or more:
+/// Equations of the orbits of an itinerary by direct simulation, in one parameter or more:
 ///
 /// ```text
 /// u = (w_0, …, w_{n−1}, p):   P(x(w_k, p), p) − x(w_{k+1}, p) = 0,   w_n = w_0
 /// ```
 ///
-/// where `w` is a section point with the variable of its own passage in the place of the
-/// coordinate that the gap depends on most.
+/// where `w` is a section point in which the variable of its own passage replaces the coordinate
+/// that the gap depends on most.
 #[derive(Clone, Debug)]
 pub struct DirectOrbitEquations<'a, S: Real> {
     image: DirectImage<'a, S>,
     itinerary: ContactItinerary,
     flights: Vec<Flight<'a, S>>,
     units: DirectUnits,
-    /// The parameters that vary, with their ranges in units.
+    /// Indices of the free parameters, with their ranges in units.
     free: Vec<(usize, [f64; 2])>,
     at: Vec<S>,
-    /// Variables are followed up to so many units.
+    /// Bound of the variables, in units.
     reach: f64,
-    /// Work done and most of it, in products of series.
+    /// Work done and its bound, in products of series.
     work: u64,
     most_work: u64,
 }
 
-/// One flight from a section point to the next.
+/// Flight from one section point to the next.
 #[derive(Clone, Debug)]
 struct Flight<'a, S: Real> {
-    /// The first of its returns.
+    /// Index of its first return.
     first: usize,
-    /// The passages that make contact, of all its returns in order.
+    /// Passages that make contact, over all its returns in order.
     made: PassageSet,
     image: DirectImage<'a, S>,
 }
 
-/// What lengths are measured in.
+/// Units of length of the unknowns.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DirectUnits {
-    /// Of each coordinate.
+    /// Unit of each coordinate.
     pub state: Vec<f64>,
-    /// Of each parameter that varies.
+    /// Unit of each free parameter.
     pub parameters: Vec<f64>,
-    /// The coordinate that is replaced by a variable of the passage, and the unit of the gap; none
-    /// where nothing passes the surface in free flight.
+    /// Index of the coordinate that a passage variable replaces, and the unit of the gap; `None` if
+    /// the free flow passes no surface.
     pub gap: Option<(usize, f64)>,
     /// Whether the contact of the own passage begins without a jump of the field.
     pub smooth: bool,
-    /// `h''` at the graze of an autonomous system, where orbits may shrink to an equilibrium.
+    /// Acceleration `h''` at the graze of an autonomous system, whose orbits may shrink to an
+    /// equilibrium; `None` with forcing.
     pub acceleration: Option<f64>,
 }
 
@@ -84,28 +84,28 @@ pub struct DirectUnits {
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(bound = "S: Real + Serialize + DeserializeOwned")]
 pub struct DirectOrbit<S> {
-    /// The section points, in offsets.
+    /// Section points, in offsets.
     pub states: Vec<Vec<S>>,
-    /// The return that each of them begins.
+    /// Index of the return that starts at each section point.
     pub returns: Vec<usize>,
-    /// Return, passage and speed of each contact.
+    /// Contacts: return, passage and speed.
     pub speeds: Vec<(usize, usize, S)>,
-    /// Contacts that no passage accounts for.
+    /// Contacts beyond one per passage, or at other surfaces.
     pub extra_contacts: usize,
-    /// All contacts at each surface of the model.
+    /// Number of contacts at each surface of the model.
     pub hits: Vec<usize>,
-    /// Whole periods of the phase that the orbit takes beyond the nominal ones of its returns.
+    /// Whole periods of the phase beyond the nominal ones of the returns.
     pub turns: i32,
-    /// Derivatives of each section point and its image by the variables of the point, by `y²`
-    /// where the contact begins without a jump.
+    /// Derivatives of each section point and of its image by the point's variables; by `y²` if the
+    /// contact begins without a jump.
     #[serde(with = "saved")]
     blocks: Vec<[DMatrix<S>; 2]>,
-    /// The derivative of what `blocks` are taken by, by each unknown: `2y`, or 1.
+    /// Derivative of the variable used in `blocks` by each unknown: `2y`, or 1.
     stretches: Vec<S>,
-    /// The Jacobian of the equations, taken as `blocks` are.
+    /// Jacobian of the equations by the variables used in `blocks`.
     #[serde(with = "saved")]
     regular: DMatrix<S>,
-    /// Derivatives of the first section point by the parameters that vary.
+    /// Derivatives of the first section point by the free parameters.
     #[serde(with = "saved")]
     by_parameters: Vec<DVector<S>>,
 }
@@ -117,33 +117,33 @@ struct Flown<S> {
     speeds: Vec<Option<S>>,
     extra_contacts: usize,
     hits: Vec<usize>,
-    /// Derivatives of both by the variables and the free parameters, as [`DirectOrbit::blocks`],
-    /// where they are asked for and known.
+    /// Derivatives of both by the variables and the free parameters, as in [`DirectOrbit::blocks`],
+    /// if asked for and known.
     slopes: Option<[DMatrix<S>; 2]>,
 }
 
-/// Variables are followed up to so many units, or farther where an orbit lies there.
+/// Default bound of the variables, in units.
 const REACH: f64 = 30.0;
-/// Times a difference is shortened where it meets other contacts, and by how much.
+/// Most reductions of a difference that meets other contacts, and the factor of each.
 const SHORTENINGS: usize = 3;
 const SHORTENED: f64 = 1e-2;
-/// Twelve times the weights, over their distance, of four evenly spaced values on one side in the
-/// derivative of fourth order; that of the value itself is −25.
+/// One-sided derivative of fourth order: twelve times the weights of four evenly spaced values,
+/// over their spacing; the weight of the value itself is −25.
 const AHEAD: [f64; 4] = [48.0, -36.0, 16.0, -3.0];
-/// Orbits before a graze through which its neighbourhood is a polynomial.
+/// Number of interpolation nodes used to extrapolate through the graze.
 const NODES: usize = 5;
 /// Cost of a variation, in flights.
 const VARIED: u64 = 2;
-/// Least stretch of a variable with which a tangent is carried over.
+/// Least stretch of a variable for which a tangent is transformed.
 const LEAST_STRETCH: f64 = 1e-6;
-/// Share of the acceleration at the graze below which an orbit has shrunk to an equilibrium.
+/// Acceleration, relative to that at the graze, below which an orbit has shrunk to an equilibrium.
 const AT_REST: f64 = 1e-3;
-/// Newton steps for a gap at most.
+/// Most secant steps for a gap.
 const STEPS: usize = 30;
-/// Section points that agree to this share of their offsets are one.
+/// Relative difference up to which section points count as equal.
 const REPEATED: f64 = 1e-4;
 
-/// The sum of images of the same contacts with these weights.
+/// Weighted sum of images with the same contacts; `None` if their extra contacts differ.
 fn weighted<S: Real>(nodes: &[(S, Flown<S>)]) -> Option<Flown<S>> {
     let (_, first) = nodes.first()?;
     let sum = |of: &dyn Fn(&Flown<S>) -> S| nodes.iter().map(|(w, node)| *w * of(node)).sum::<S>();
@@ -169,7 +169,7 @@ fn weighted<S: Real>(nodes: &[(S, Flown<S>)]) -> Option<Flown<S>> {
     })
 }
 
-/// A matrix with its columns multiplied.
+/// Matrix with its columns multiplied by factors.
 fn stretched<S: Real>(mut matrix: DMatrix<S>, stretches: &[S]) -> DMatrix<S> {
     for (mut column, &stretch) in matrix.column_iter_mut().zip(stretches) {
         column *= stretch;
@@ -177,7 +177,7 @@ fn stretched<S: Real>(mut matrix: DMatrix<S>, stretches: &[S]) -> DMatrix<S> {
     matrix
 }
 
-/// A flight for every return.
+/// Flights of one return each.
 fn flights_of<'a, S: Real>(
     image: &DirectImage<'a, S>,
     itinerary: &ContactItinerary,
@@ -187,13 +187,13 @@ fn flights_of<'a, S: Real>(
 }
 
 impl DirectUnits {
-    /// Lengths of the grazing orbit, smaller where the parameters vary little; the gap in the place
-    /// of the coordinate that it depends on most. Parameters vary within `free`, the others are at
-    /// the offsets `at`.
+    /// Units from the extents of the grazing orbit, smaller if the parameters vary little; the gap
+    /// replaces the coordinate that it depends on most. Parameters in `free` vary within their
+    /// ranges, the others are fixed at the offsets `at`.
     ///
     /// # Errors
     ///
-    /// [`AnalysisError::Length`] for as many offsets as there are no parameters.
+    /// [`AnalysisError::Length`] for a wrong number of offsets.
     pub fn measured(
         scene: &Scene,
         orbit: &GrazingOrbit,
@@ -238,8 +238,8 @@ impl DirectUnits {
 }
 
 impl<'a, S: Real> DirectOrbitEquations<'a, S> {
-    /// The equations of an itinerary with some parameters free, each within a range of offsets, the
-    /// others at the offsets `at`.
+    /// Equations of an itinerary. The parameters in `free` vary within ranges of offsets, the
+    /// others are fixed at the offsets `at`.
     pub fn new(
         image: DirectImage<'a, S>,
         itinerary: &ContactItinerary,
@@ -262,38 +262,38 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
         }
     }
 
-    /// Lets variables go twice as far as an orbit lies.
+    /// Extends the bound of the variables to twice the distance of an orbit.
     pub fn reach_beyond(&mut self, unknowns: &[S]) {
         let variables = unknowns[..self.variables()].iter();
         let farthest = variables.fold(0.0_f64, |most, value| most.max(value.to_f64().abs()));
         self.reach = self.reach.max(2.0 * farthest);
     }
 
-    /// Limits the work: nothing is flown any more where so much has been done.
+    /// Bounds the work; nothing more is simulated once it is used up.
     pub fn limit_work(&mut self, most: u64) {
         self.most_work = most;
     }
 
-    /// Work done so far, in products of series.
+    /// Work so far, in products of series.
     pub fn work(&self) -> u64 {
         self.work
     }
 
-    /// Counts the work of equations that were cloned from these.
+    /// Takes over the work of equations that were cloned from these.
     pub(in crate::analysis) fn take_work(&mut self, of: &Self) {
         self.work = of.work;
     }
 
-    /// The same with other contacts.
+    /// Equations of the same orbits with another itinerary.
     pub fn with_itinerary(&self, itinerary: &ContactItinerary) -> Self {
         let flights = flights_of(&self.image, itinerary);
         Self { itinerary: itinerary.clone(), flights, ..self.clone() }
     }
 
-    /// The same with section points at contacts alone: on a tangency section a return without
-    /// contact begins at a local minimum of the gap, which an orbit may lose.
+    /// Equations with section points only at returns with contact: on a tangency section a return
+    /// without contact begins at a local minimum of the gap, which an orbit may lose.
     ///
-    /// `None` where the itinerary does not begin with contact, or every return of it does.
+    /// `None` if the itinerary does not begin with contact, or if all its returns do.
     pub fn at_contacts(mut self) -> Option<Self> {
         let (returns, passages) = (self.itinerary.returns(), self.itinerary.passages());
         let begins = |number: &usize| returns[*number].contains(0);
@@ -318,17 +318,17 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
         self.dimension() * self.flights.len()
     }
 
-    /// Coordinates of a section point.
+    /// Number of coordinates of a section point.
     pub fn dimension(&self) -> usize {
         self.units.state.len()
     }
 
-    /// The itinerary.
+    /// Itinerary of the orbits.
     pub fn itinerary(&self) -> &ContactItinerary {
         &self.itinerary
     }
 
-    /// All active parameters.
+    /// Offsets of all active parameters.
     pub fn parameters(&self, unknowns: &[S]) -> Vec<S> {
         let mut parameters = self.at.clone();
         let values = unknowns[self.variables()..].iter().zip(&self.units.parameters);
@@ -338,12 +338,12 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
         parameters
     }
 
-    /// Whether a return begins with contact.
+    /// Whether a flight begins with contact.
     fn begins_with_contact(&self, number: usize) -> bool {
         self.flights[number].made.contains(0)
     }
 
-    /// The return whose own passage an unknown is the variable of.
+    /// Return whose own passage has the given unknown as its variable; `None` for other unknowns.
     pub fn passage_of(&self, unknown: usize) -> Option<usize> {
         let (replaced, _) = self.units.gap?;
         let number = unknown / self.dimension();
@@ -352,13 +352,13 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
         flight.map(|flight| flight.first)
     }
 
-    /// Whether an unknown is the variable of a contact with which a return begins.
+    /// Whether an unknown is the variable of a contact at the start of a return.
     pub fn begins_with_contact_at(&self, unknown: usize) -> bool {
         self.passage_of(unknown).is_some() && self.begins_with_contact(unknown / self.dimension())
     }
 
-    /// Unknowns of section points, those of all returns or the equations' own, and the parameters
-    /// that vary, in offsets.
+    /// Unknowns for section points and parameters, in offsets. The points are those of all returns,
+    /// or of these equations' returns only.
     pub fn unknowns(&mut self, states: &[Vec<S>], parameters: &[S]) -> Option<Vec<S>> {
         let mut unknowns = Vec::new();
         for number in 0..self.flights.len() {
@@ -384,7 +384,7 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
         Some(unknowns)
     }
 
-    /// The section point of a return's variables.
+    /// Section point for the variables of a flight.
     fn point(&mut self, number: usize, variables: &[S], parameters: &[S]) -> Option<Vec<S>> {
         let units = self.units.state.iter();
         let mut point: Vec<S> =
@@ -399,7 +399,7 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
         };
         let wanted = wanted * S::from_f64(unit);
         let scale = S::from_f64(self.units.state[replaced]);
-        // Secant steps, the first slope by a difference: exact at once where the gap is affine.
+        // Secant steps, the first slope by a difference: exact after one step if the gap is affine.
         point[replaced] = S::zero();
         let mut lacking = self.image.gap(&point, parameters).ok()? - wanted;
         let mut step = scale * S::from_f64(1e-3);
@@ -410,7 +410,7 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
             let slope = (lacking - before) / step;
             let next = -(lacking / slope);
             let small = S::from_f64(4.0 * S::ROUNDOFF) * scale;
-            // Rounding of the gap, where it is flown to, keeps steps from shrinking further.
+            // Rounding of a gap that needs a flight keeps steps from shrinking further.
             let stalls = next.abs() >= step.abs() && step.abs() <= S::from_f64(1e-6) * scale;
             if lacking == S::zero() || !next.is_finite() || next.abs() <= small || stalls {
                 break;
@@ -420,7 +420,7 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
         (point[replaced].is_finite() && lacking.is_finite()).then_some(point)
     }
 
-    /// A section point with its image; `None` where the return does not make the contacts of the
+    /// Section point with its image; `None` if the flight does not make the contacts of the
     /// itinerary.
     fn flown(&mut self, number: usize, unknowns: &[S], varied: bool) -> Option<Flown<S>> {
         let size = self.dimension();
@@ -429,8 +429,8 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
         let Some((replaced, _)) = self.units.gap else {
             return self.flown_at(number, variables, parameters, varied);
         };
-        // Next to the graze contacts are not resolved, and beyond it nothing flies: there it is the
-        // polynomial through orbits before it.
+        // Next to the graze contacts are not resolved, and beyond it there is no flight: both are
+        // replaced by the polynomial through orbits before the graze.
         let own = variables[replaced];
         let mut spacing = S::ROUNDOFF.powf(0.2);
         for _ in 0..SHORTENINGS {
@@ -455,7 +455,8 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
         None
     }
 
-    /// A section point with its image, however near to the graze; as [`flown`](Self::flown).
+    /// Section point with its image without extrapolation near the graze; as
+    /// [`flown`](Self::flown).
     fn flown_at(
         &mut self,
         number: usize,
@@ -506,8 +507,8 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
     }
 
     /// Derivatives of a section point and of its image by the variables and the free parameters,
-    /// from those of the image and of the gap by the coordinates and the parameters; `None` where
-    /// the gap does not determine the point.
+    /// from those of the image and of the gap by the coordinates and the parameters; `None` if the
+    /// gap does not determine the point.
     fn by_variables(
         &self,
         number: usize,
@@ -547,7 +548,7 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
         all.then_some([point, image_slopes])
     }
 
-    /// The derivative of what slopes are taken by, by an unknown; see [`DirectOrbit`].
+    /// Derivative, by an unknown, of the variable that slopes are taken by; see [`DirectOrbit`].
     fn stretch(&self, unknown: usize, value: S) -> S {
         match self.units.smooth && self.begins_with_contact_at(unknown) {
             true => value + value,
@@ -555,8 +556,8 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
         }
     }
 
-    /// Derivatives of a section point and of its image by one variable, or by a parameter, which
-    /// are numbered after the variables.
+    /// Derivatives of a section point and of its image by one variable, or by a parameter (numbered
+    /// after the variables).
     fn slopes(
         &mut self,
         number: usize,
@@ -576,7 +577,7 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
                 let flown = self.flown(number, &moved, false)?;
                 (flown.extra_contacts == centre.extra_contacts).then_some(flown)
             };
-            // One-sided next to the graze, beyond which nothing flies.
+            // One-sided next to the graze, beyond which there is no flight.
             let weights: &[(f64, f64)] = match own && at < 2.0 * length {
                 true => &[
                     (1.0, AHEAD[0]),
@@ -605,9 +606,9 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
         None
     }
 
-    /// A return with the derivatives of its section point and of its image by its variables and
-    /// the parameters that vary, as [`DirectOrbit::blocks`]: by first variations, and by
-    /// differences where it rests on a rigid surface.
+    /// Flight with derivatives of its section point and of its image by its variables and the free
+    /// parameters, as in [`DirectOrbit::blocks`]: by first variations, or by differences if it
+    /// rests on a rigid surface.
     fn with_slopes(
         &mut self,
         number: usize,
@@ -631,8 +632,8 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
         Some((centre, both))
     }
 
-    /// How fast the impact speed grows with the variable of a return that begins with contact,
-    /// where that is zero: by a difference on the side on which contact is made.
+    /// Derivative of the impact speed by the variable of a return that begins with contact, at
+    /// zero, by a one-sided difference.
     pub fn speed_by_variable(&mut self, unknowns: &[S], unknown: usize) -> Option<S> {
         let (number, size) = (unknown / self.dimension(), self.dimension());
         let parameters = self.parameters(unknowns);
@@ -648,8 +649,8 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
         Some(terms.sum::<Option<S>>()? / S::from_f64(12.0 * length))
     }
 
-    /// A return in units; without its slopes these are 0. `None` where it does not make the
-    /// contacts of the itinerary and no other.
+    /// Return in units; slopes are 0 unless `with_slopes`. `None` if it does not make exactly the
+    /// contacts of the itinerary.
     pub(in crate::analysis) fn return_at(
         &mut self,
         number: usize,
@@ -686,12 +687,12 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
         })
     }
 
-    /// The rounding of derivatives, which may be differences, over that of the numbers.
+    /// Rounding of derivatives (which may be differences) relative to that of the number type.
     pub fn rounding() -> f64 {
         S::ROUNDOFF.powf(0.8) / S::ROUNDOFF
     }
 
-    /// The Jacobian of the period's map at its first point; `None` at a graze.
+    /// Jacobian of the map of the period at its first point; `None` at a graze.
     pub fn jacobian(&self, orbit: &DirectOrbit<S>) -> Option<DMatrix<S>> {
         let size = self.dimension();
         let unit = DMatrix::from_fn(size, size, |i, j| if i == j { S::one() } else { S::zero() });
@@ -701,14 +702,14 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
         product.iter().all(|entry| entry.is_finite()).then_some(product)
     }
 
-    /// The square Jacobian with the last image's sign turned, taken as [`DirectOrbit`] says:
-    /// singular where −1 is a multiplier.
+    /// Square Jacobian with the sign of the last image changed, by the variables of
+    /// [`DirectOrbit`]: singular if −1 is a multiplier.
     fn doubling(&self, orbit: &DirectOrbit<S>) -> DMatrix<S> {
         let matrix = &orbit.regular + self.first_point_regular(orbit) * S::from_f64(2.0);
         matrix.columns(0, self.variables()).into_owned()
     }
 
-    /// The direction of the unknowns in which orbits double at a flip; `None` at a graze.
+    /// Direction of the unknowns in which orbits double at a flip; `None` at a graze.
     pub fn doubling_direction(
         &self,
         orbit: &DirectOrbit<S>,
@@ -741,21 +742,21 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
         matrix
     }
 
-    /// The tangent of a curve of orbits in one parameter, taken as [`DirectOrbit`] says.
+    /// Tangent of a curve of orbits in one parameter, in the variables of [`DirectOrbit`].
     fn regular_tangent(&self, point: &CurvePoint<S, DirectOrbit<S>>) -> Option<Vec<S>> {
         let orbit = &point.linearised.extra;
         if orbit.stretches.iter().all(|&stretch| stretch == S::one()) {
             return Some(point.tangent.clone());
         }
-        // At a graze the tangent is along the variable of the contact alone: so is what it is
-        // sought next to.
+        // At a graze the tangent is along the variable of the contact alone, as is the direction
+        // next to which it is sought.
         let least = S::from_f64(LEAST_STRETCH);
         let along = point.tangent.iter().zip(&orbit.stretches);
         let along: Vec<S> = along.map(|(&value, &stretch)| value * stretch.max(least)).collect();
         tangent_at(&orbit.regular, &along)
     }
 
-    /// Whether the orbit is one of a shorter period, to this share of the offsets.
+    /// Whether the orbit has a shorter period, to a relative tolerance of its offsets.
     pub fn is_repeated(&self, orbit: &DirectOrbit<S>, tolerance: f64) -> bool {
         let count = orbit.states.len();
         let circle = self.image.circle();
@@ -770,15 +771,15 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
         })
     }
 
-    /// Whether an orbit of an autonomous system is an equilibrium, or so near to one that it ends
-    /// there: by the acceleration of the gap at its first point.
+    /// Whether an orbit of an autonomous system is an equilibrium or ends near one, by the
+    /// acceleration of the gap at its first point.
     pub fn is_at_rest(&mut self, orbit: &DirectOrbit<S>, parameters: &[S]) -> bool {
         let Some(nominal) = self.units.acceleration else { return false };
         let here = self.image.normal_acceleration(&orbit.states[0], parameters);
         here.is_ok_and(|here| here.to_f64() <= AT_REST * nominal)
     }
 
-    /// The components of a vector of unknowns of all returns that belong to these equations.
+    /// Components of a vector of unknowns of all returns that belong to these equations.
     pub fn own(&self, all: &[S]) -> Vec<S> {
         let size = self.dimension();
         let places = self.flights.iter().map(|flight| flight.first * size);
@@ -786,8 +787,8 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
         own.chain(&all[size * self.itinerary.period()..]).copied().collect()
     }
 
-    /// The section points of all returns of an orbit with some; `None` where a return comes to
-    /// none.
+    /// Section points of all returns of an orbit that has only some of them; `None` if a return has
+    /// no image.
     pub fn every_point(&mut self, orbit: &DirectOrbit<S>, parameters: &[S]) -> Option<Vec<Vec<S>>> {
         let mut states: Vec<Vec<S>> = Vec::new();
         for number in 0..self.itinerary.period() {
@@ -803,15 +804,15 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
         Some(states)
     }
 
-    /// By how many section points the orbit may be begun later so that its itinerary is the same.
+    /// Numbers of section points after which the orbit can be started with the same itinerary.
     pub fn rotations(&self) -> impl Iterator<Item = usize> {
         let firsts = self.flights.iter().enumerate();
         let same = firsts.filter(|(_, flight)| self.itinerary.repeats_after(flight.first));
         same.map(|(number, _)| number)
     }
 
-    /// The difference of the first points of both halves of a period, of itineraries that repeat
-    /// after half of it.
+    /// Test function for half the period: difference of the first points of both halves, if the
+    /// itinerary consists of two equal halves.
     fn halves(&self, unknowns: &[S]) -> TestValue<S> {
         let half = self.flights.len() / 2;
         let doubled = self.flights.len() == 2 * half && repeats_after_half(&self.itinerary);
@@ -819,7 +820,7 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
         halves(&unknowns[place..], half * self.dimension(), doubled)
     }
 
-    /// Zero where two multipliers are each other's reciprocal, smooth up to the graze.
+    /// Test function for reciprocal multipliers, smooth up to the graze.
     fn reciprocity(&self, orbit: &DirectOrbit<S>) -> Option<TestValue<S>> {
         if self.dimension() < 2 {
             return None;
@@ -840,8 +841,8 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
 }
 
 impl<S: Real> DirectOrbitEquations<'_, S> {
-    /// The orbit of these unknowns without derivatives, and the residuals; `None` where a return
-    /// does not make the contacts of the itinerary.
+    /// Orbit without derivatives, and the residuals; `None` if a return does not make the contacts
+    /// of the itinerary.
     pub fn flown_orbit(&mut self, unknowns: &[S]) -> Option<(DirectOrbit<S>, DVector<S>)> {
         let (mut orbit, mut residual) = self.begun();
         for number in 0..self.flights.len() {
@@ -852,7 +853,7 @@ impl<S: Real> DirectOrbitEquations<'_, S> {
         Some((orbit, residual))
     }
 
-    /// An orbit and residuals to which no return has been added.
+    /// Orbit and residuals before any return is added.
     fn begun(&self) -> (DirectOrbit<S>, DVector<S>) {
         let orbit = DirectOrbit {
             states: Vec::new(),
@@ -869,13 +870,14 @@ impl<S: Real> DirectOrbitEquations<'_, S> {
         (orbit, DVector::from_element(self.variables(), S::zero()))
     }
 
-    /// The first row of a point's own equation and that of the return that leads to it.
+    /// First row of a point's own equation, and first row of the equation of the return that leads
+    /// to it.
     fn rows(&self, number: usize) -> (usize, usize) {
         let (size, count) = (self.dimension(), self.flights.len());
         (number * size, (number + count - 1) % count * size)
     }
 
-    /// Adds a return to an orbit, and its section point and image to the residuals.
+    /// Adds a flight to an orbit, and its section point and image to the residuals.
     fn add_to(
         &self,
         orbit: &mut DirectOrbit<S>,
@@ -900,7 +902,7 @@ impl<S: Real> DirectOrbitEquations<'_, S> {
         orbit.states.push(flown.point);
     }
 
-    /// Takes whole periods of the phase off the residuals: points a period apart are one.
+    /// Removes whole periods of the phase from the residuals.
     fn close(&self, orbit: &mut DirectOrbit<S>, residual: &mut DVector<S>) {
         let circle = self.circle();
         for rows in residual.as_mut_slice().chunks_exact_mut(self.dimension()) {
@@ -908,7 +910,7 @@ impl<S: Real> DirectOrbitEquations<'_, S> {
         }
     }
 
-    /// The phase among the coordinates in their units, where it is one.
+    /// Phase among the coordinates in their units, if it is one.
     fn circle(&self) -> PhaseCircle<S> {
         let circle = self.image.circle().phase().map(|(phase, period)| {
             PhaseCircle::new(phase, period / S::from_f64(self.units.state[phase]))
@@ -916,7 +918,7 @@ impl<S: Real> DirectOrbitEquations<'_, S> {
         circle.unwrap_or_else(PhaseCircle::none)
     }
 
-    /// Residuals and their Jacobian by all unknowns, with the orbit; `None` where a return does not
+    /// Residuals and their Jacobian by all unknowns, with the orbit; `None` if a return does not
     /// make the contacts of the itinerary.
     pub fn orbit_at(&mut self, unknowns: &[S]) -> Option<Linearised<S, DirectOrbit<S>>> {
         let (size, count) = (self.dimension(), self.flights.len());
@@ -952,8 +954,9 @@ impl<S: Real> DirectOrbitEquations<'_, S> {
     }
 }
 
-/// The turn of the parameter (a fold), a multiplier −1 (a flip), the determinant with the tangent
-/// (a branch point), both halves of a period alike, reciprocal multipliers. Grazes are borders.
+/// Test functions: the turn of the parameter (a fold), a multiplier −1 (a flip), the determinant
+/// with the tangent (a branch point), the difference of both halves of a period, reciprocal
+/// multipliers. Grazes are borders.
 impl<S: Real> CurveEquations<S> for DirectOrbitEquations<'_, S> {
     type Extra = DirectOrbit<S>;
 
@@ -976,7 +979,7 @@ impl<S: Real> CurveEquations<S> for DirectOrbitEquations<'_, S> {
             self.halves(&point.unknowns),
         ];
         tests.extend(self.reciprocity(orbit));
-        // Derivatives are differences: of their rounding, not that of the numbers.
+        // Derivatives may be differences, with larger rounding than the number type.
         let rounding = Self::rounding();
         tests.iter_mut().for_each(|test| test.size *= rounding);
         tests
@@ -993,7 +996,7 @@ impl<S: Real> CurveEquations<S> for DirectOrbitEquations<'_, S> {
 
     fn bring_near(&self, unknowns: &mut [S], other: &[S]) {
         let (circle, size, variables) = (self.circle(), self.dimension(), self.variables());
-        // The variable of a passage in the place of the phase is on no circle.
+        // The variable of a passage that replaces the phase is not periodic.
         let replaced = self.units.gap.map(|(replaced, _)| replaced);
         if circle.phase().is_some_and(|(phase, _)| Some(phase) != replaced) {
             let points = unknowns[..variables].chunks_exact_mut(size);

@@ -1,4 +1,4 @@
-//! A periodic orbit as it is given out, whatever it was found by.
+//! Periodic orbits in their final form, for any method.
 
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
@@ -15,57 +15,57 @@ use crate::numeric::linear::eigenvalues;
 use crate::numeric::{Real, converted};
 use crate::orbit::GrazingOrbit;
 
-/// A periodic orbit that was found; everything in offsets.
+/// A periodic orbit that was found; all values are offsets.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FoundOrbit {
-    /// Its itinerary.
+    /// Itinerary.
     pub itinerary: ContactItinerary,
     /// All active parameters.
     pub parameters: Vec<f64>,
-    /// Its points, in order.
+    /// Points in order.
     pub states: Vec<Vec<f64>>,
-    /// Multipliers, `[re, im]`, the largest first.
+    /// Multipliers as `[re, im]`, largest first.
     pub multipliers: Vec<[f64; 2]>,
-    /// Whether all of them lie inside the unit circle.
+    /// Whether all multipliers lie inside the unit circle.
     pub stable: bool,
-    /// Its contacts, in order.
+    /// Contacts in order.
     pub contacts: Vec<OrbitContact>,
-    /// Whether map or simulation make the contacts of the itinerary and no other; on branches of
-    /// direct simulation always, where further contacts are counted in `hits`.
+    /// Whether the map or simulation makes exactly the contacts of the itinerary. Always true on
+    /// branches of direct simulation, where `hits` counts further contacts.
     pub physical: bool,
-    /// Whether its points, depths and parameters lie in the window.
+    /// Whether points, depths and parameters lie in the window.
     pub inside: bool,
-    /// Contacts that no passage accounts for, by direct simulation.
+    /// Contacts beyond one per passage, or at other surfaces, by direct simulation.
     pub extra_contacts: usize,
-    /// All contacts at each surface that grazes, in the model's order, on branches of direct
+    /// Contacts at each grazing surface, in the model's order; only on branches of direct
     /// simulation.
     pub hits: Option<Vec<u32>>,
-    /// Whole periods of the phase that it takes beyond the nominal ones of its returns.
+    /// Whole periods of the phase beyond the nominal ones of the returns.
     #[serde(default)]
     pub turns: i32,
-    /// Largest difference of a coordinate of the last image and the first point, in half-widths of
-    /// the window.
+    /// Largest difference of a coordinate between the last image and the first point, in
+    /// half-widths of the window.
     pub residual: f64,
 }
 
 /// A contact of a periodic orbit.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct OrbitContact {
-    /// The return that it belongs to, from 0.
+    /// Index of the return, from 0.
     #[serde(rename = "return")]
     pub number: usize,
-    /// The passage, from 0.
+    /// Index of the passage, from 0.
     pub passage: usize,
-    /// Speed at which the surface is met; negative on the other branch of the root.
+    /// Impact speed; negative on the other branch of the root.
     pub speed: f64,
 }
 
-/// Part of their size to which coordinates of one orbit agree.
+/// Relative difference up to which coordinates count as equal.
 const SAME: f64 = 1e-9;
 
 impl FoundOrbit {
-    /// Whether another orbit of the same itinerary and parameters is this one, begun at any of its
-    /// points on a section with this phase.
+    /// Whether another orbit of the same itinerary is this one, at the same parameters and from any
+    /// of its points; `circle` is the phase of the section.
     pub(in crate::analysis) fn is_same_as(&self, other: &Self, circle: PhaseCircle) -> bool {
         let near = |a: &[f64], b: &[f64], circle: PhaseCircle| {
             let mut pairs = a.iter().zip(b).enumerate();
@@ -78,8 +78,8 @@ impl FoundOrbit {
             && self.states.iter().any(|state| near(state, &other.states[0], circle))
     }
 
-    /// An orbit of a branch, of these section points and all parameters; its contacts and whether
-    /// it lies in the window are left to tell. It has no multipliers without a Jacobian.
+    /// Orbit of a branch with the given section points and parameters. Contacts and `inside` are
+    /// set by the caller; there are no multipliers without a Jacobian.
     pub(in crate::analysis) fn on_branch<S: Real>(
         itinerary: &ContactItinerary,
         (states, parameters): (&[Vec<S>], &[S]),
@@ -104,7 +104,7 @@ impl FoundOrbit {
         }
     }
 
-    /// An orbit with its contacts; `None` where its multipliers are not numbers.
+    /// Orbit with its contacts; `None` if its multipliers are not numbers.
     pub(in crate::analysis) fn of<S: Real>(
         itinerary: &ContactItinerary,
         orbit: &PeriodicOrbit<S>,
@@ -137,7 +137,7 @@ pub(in crate::analysis) struct ByMap<'a> {
 }
 
 impl<'a> ByMap<'a> {
-    /// The expansions of all passages, to the weight of the map's contacts.
+    /// Speeds from the expansions of all passages, to the weight of the map's contacts.
     pub(in crate::analysis) fn new(
         scene: &Scene,
         orbit: &GrazingOrbit,
@@ -149,13 +149,13 @@ impl<'a> ByMap<'a> {
         Ok(Self { speeds: speeds.collect::<Result<_, _>>()?, window: &map.window })
     }
 
-    /// The speed of a contact of a passage of depth variable `y`, reached at a point (coordinates;
+    /// Speed of a contact of a passage with depth variable `y`, reached at a point (coordinates;
     /// parameters).
     pub(in crate::analysis) fn speed(&self, passage: usize, y: f64, point: &[f64]) -> f64 {
         self.speeds[passage].at(y, point)
     }
 
-    /// An orbit of the map as it is given out.
+    /// Orbit of the map in its final form; `None` if its multipliers are not numbers.
     pub(in crate::analysis) fn found<S: Real>(
         &self,
         itinerary: &ContactItinerary,

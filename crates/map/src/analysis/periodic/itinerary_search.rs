@@ -1,15 +1,15 @@
-//! The periodic orbits of an itinerary at given parameters: fixed points of a map without a root,
-//! looked for from many starts.
+//! Search for the periodic orbits of an itinerary at given parameters, as fixed points of a map
+//! without a root, from many starts.
 //!
-//! One idea: with the contacts of a period prescribed and their depth variables as further
-//! coordinates, a local map is a polynomial, `y² = depth` one more equation for each contact, and
-//! Newton's method meets neither the root nor the graze. Whether the map itself makes these
+//! One idea: with the contacts of a period prescribed and their depth variables as additional
+//! coordinates, a local map is a polynomial, with one more equation `y² = depth` for each contact.
+//! Newton's method then meets neither the root nor the graze. Whether the map itself makes these
 //! contacts is checked on the orbit found. See docs/mathematics/dynamics.md.
 //!
-//! Near a graze these equations are quadratic in each depth variable, so a start beyond every
-//! choice of signs leads Newton's method to the solution on that side; smaller starts, starts
-//! scattered over positive depth variables, and the orbits that the map settles on add those that
-//! higher orders bring. None of it proves that there is no other.
+//! Near a graze these equations are quadratic in each depth variable, so that for each choice of
+//! signs a start far out leads Newton's method to the solution on that side. Smaller starts, starts
+//! scattered over positive depth variables, and orbits that the map settles on find solutions due
+//! to higher orders. The search does not prove that there are no others.
 
 use nalgebra::DMatrix;
 
@@ -25,27 +25,27 @@ use crate::iteration::{InterpretedMap, MapOrbit, OrbitRequest, PassageSet, Perio
 use crate::numeric::linear::inverse;
 use crate::numeric::{Dd, Real, converted};
 
-/// Depth variables up to this times that of the window's edge are looked for.
+/// Largest depth variables searched, relative to the window's edge.
 const REACH: f64 = 2.0;
-/// Offsets of states and parameters up to this many half-widths of the window.
+/// Largest offsets of states and parameters, in half-widths of the window.
 const FARTHEST: f64 = 100.0;
-/// Sizes of starts, in the window's depth variable.
+/// Sizes of starts, relative to the window's depth variable.
 const SIZES: [f64; 2] = [1.0, 0.1];
-/// Contacts up to which every choice of signs is tried; of more all of one sign.
+/// Most contacts for which every choice of signs is tried; with more, only equal signs.
 const ALL_SIGNS: usize = 4;
-/// Starts scattered over positive depth variables.
+/// Number of starts scattered over positive depth variables.
 const SCATTERED: usize = 8;
-/// Iterates after which a map has settled, and how many half-widths from the fixed point of
-/// `P_smooth` it starts.
+/// Iterates before a map counts as settled, and starts of these orbits as distances from the fixed
+/// point of `P_smooth` in half-widths.
 const TRANSIENT: usize = 1000;
 const SETTLE_FROM: [f64; 3] = [0.0, 0.3, -0.3];
-/// Orbits are the same where all coordinates agree to this share of their scales.
+/// Difference, in scales, up to which coordinates of orbits count as equal.
 pub(super) const SAME: f64 = 1e-7;
 
-/// Looks for periodic orbits of a local map by itinerary.
+/// Search for periodic orbits of a local map by itinerary.
 ///
-/// Found are orbits with depth variables up to twice that of the window's edge; those of contacts
-/// that are flown with positive depth variables alone, which is where flying is defined.
+/// Finds orbits with depth variables up to twice that of the window's edge. With flown contacts,
+/// which are defined for positive depth variables only, these must be positive.
 #[derive(Clone, Debug)]
 pub struct ItinerarySearch<'a> {
     pub(in crate::analysis) map: MapEvaluation<f64>,
@@ -58,21 +58,21 @@ pub struct ItinerarySearch<'a> {
     pub(in crate::analysis) positive: bool,
 }
 
-/// A start: the first point, and the depth variable of each contact.
+/// Start of a search: the first point, and the depth variable of each contact.
 pub(in crate::analysis) struct Start {
     pub(in crate::analysis) state: Vec<f64>,
     pub(in crate::analysis) depth_variables: Vec<f64>,
 }
 
-/// What a map settled on.
+/// A periodic orbit that a map settled on.
 pub(in crate::analysis) struct Settled {
     itinerary: ContactItinerary,
-    /// Points of a period with the depth variables of the contacts that follow each.
+    /// Points of the period, each with the depth variables of the contacts that follow it.
     points: Vec<(Vec<f64>, Vec<f64>)>,
 }
 
 impl<'a> ItinerarySearch<'a> {
-    /// The search in a map.
+    /// Search in a map.
     pub fn new(map: &'a LocalMap) -> Self {
         Self {
             map: MapEvaluation::new(map),
@@ -86,10 +86,10 @@ impl<'a> ItinerarySearch<'a> {
         }
     }
 
-    /// The orbits of an itinerary at these parameters: physical ones first, each once; those that
-    /// repeat a shorter one are left to its itinerary.
+    /// Orbits of an itinerary at these parameters, each once, physical ones first. Orbits that
+    /// repeat a shorter one are left out.
     ///
-    /// Solved for in double precision, then in double-double.
+    /// Orbits are solved for in double precision, then in double-double.
     pub fn orbits(
         &self,
         itinerary: &ContactItinerary,
@@ -118,7 +118,7 @@ impl<'a> ItinerarySearch<'a> {
         orbits
     }
 
-    /// The orbit near a guess at its parameters.
+    /// Orbit near a guess, at its parameters.
     fn solved<S: Real>(
         &self,
         map: &MapEvaluation<S>,
@@ -148,7 +148,7 @@ impl<'a> ItinerarySearch<'a> {
         self.is_near(orbit) && !shorter && !found.iter().any(same)
     }
 
-    /// Whether an orbit is where the map may say anything.
+    /// Whether an orbit is within the range of the search.
     fn is_near(&self, orbit: &ItineraryOrbit<f64>) -> bool {
         let within = |values: &[f64], widths: &[f64]| {
             let mut pairs = values.iter().zip(widths);
@@ -162,26 +162,26 @@ impl<'a> ItinerarySearch<'a> {
             && within(&orbit.orbit.parameters, &self.window.parameter)
     }
 
-    /// `y` at the window's edge; 1 where it has none.
+    /// Depth variable `y` at the window's edge; 1 if it is unbounded.
     pub(super) fn unit(&self) -> f64 {
         finite_or_one(self.window.depth.sqrt())
     }
 
-    /// Half-widths of the window, 1 where it is unbounded.
+    /// Half-widths of the window; 1 if unbounded.
     pub(super) fn scales(&self) -> Vec<f64> {
         let widths = self.window.state.iter();
         widths.map(|&width| finite_or_one(width)).collect()
     }
 
-    /// Where Newton's method begins.
+    /// Starts of Newton's method.
     fn starts(&self, itinerary: &ContactItinerary, parameters: &[f64]) -> Vec<Start> {
         let settled = self.settled(parameters, itinerary.period());
         let settled = settled.iter().filter_map(|settled| settled.begun_as(itinerary));
         self.starts_about(itinerary, parameters).into_iter().chain(settled).collect()
     }
 
-    /// Starts at the fixed point of `P_smooth`, the depth variables on every side of zero and
-    /// scattered.
+    /// Starts at the fixed point of `P_smooth`, with depth variables on both sides of zero and
+    /// scattered ones.
     pub(in crate::analysis) fn starts_about(
         &self,
         itinerary: &ContactItinerary,
@@ -193,7 +193,7 @@ impl<'a> ItinerarySearch<'a> {
         about.map(|depth_variables| Start { state: state.clone(), depth_variables }).collect()
     }
 
-    /// Depth variables beyond the solutions, on every side of zero.
+    /// Depth variables beyond the solutions, for the choices of signs.
     pub(super) fn sides(&self, contacts: usize) -> Vec<Vec<f64>> {
         let of = |signs: usize, size: f64| {
             let sign = |place: usize| if (signs >> place) & 1 == 0 { 1.0 } else { -1.0 };
@@ -210,7 +210,7 @@ impl<'a> ItinerarySearch<'a> {
         sides.map(|(signs, size)| of(signs, size)).collect()
     }
 
-    /// Positive depth variables by a Kronecker sequence, denser towards zero.
+    /// Positive depth variables from a Kronecker sequence, denser towards zero.
     fn scattered(&self, contacts: usize) -> Vec<Vec<f64>> {
         let count = if contacts > 1 { SCATTERED } else { 0 };
         // The steps of the generalised golden ratio: x^(m+1) = x + 1.
@@ -223,7 +223,7 @@ impl<'a> ItinerarySearch<'a> {
         (1..=count).map(point).collect()
     }
 
-    /// Periodic orbits of periods up to the longest that the map settles on.
+    /// Periodic orbits that the map settles on, with periods up to the longest.
     pub(in crate::analysis) fn settled(&self, parameters: &[f64], longest: usize) -> Vec<Settled> {
         let (fixed, scales) = (self.smooth.at(parameters), self.scales());
         let request = OrbitRequest::new(TRANSIENT, 2 * longest, &scales);
@@ -241,7 +241,7 @@ impl<'a> ItinerarySearch<'a> {
         from.collect()
     }
 
-    /// A period of the map from a point on.
+    /// One period of the map from a point.
     fn followed(&self, start: Vec<f64>, parameters: &[f64], period: usize) -> Settled {
         let (mut state, mut points, mut returns) = (start, Vec::new(), Vec::new());
         for _ in 0..period {
@@ -256,7 +256,7 @@ impl<'a> ItinerarySearch<'a> {
 }
 
 impl Settled {
-    /// The start of the same orbit at the point from which on it has an itinerary.
+    /// Start on this orbit from which it has the given itinerary; `None` if it has another.
     pub(in crate::analysis) fn begun_as(&self, itinerary: &ContactItinerary) -> Option<Start> {
         let by = self.itinerary.rotation_to(itinerary)?;
         let points = self.points.iter().cycle().skip(by).take(self.points.len());
@@ -265,7 +265,7 @@ impl Settled {
     }
 }
 
-/// A whole period of a map with given contacts, in the coordinates of the section and the depth
+/// Map of a whole period with given contacts, in the coordinates of the section and the depth
 /// variables of the contacts:
 ///
 /// ```text
@@ -273,19 +273,20 @@ impl Settled {
 /// y_j ↦ y_j + (depth_j(x; y) − y_j²)/Y,   Y² the depth of the window
 /// ```
 ///
-/// Its fixed points are the periodic orbits of the itinerary, each contact on either branch of its
-/// root.
+/// Its fixed points are the periodic orbits of the itinerary, with each contact on either branch of
+/// its root.
 #[derive(Clone, Debug)]
 pub struct DepthVariableMap<'a, S: Real> {
     map: &'a MapEvaluation<S>,
     itinerary: &'a ContactItinerary,
     dimension: usize,
-    /// `Y`.
+    /// Depth variable `Y` of the window.
     unit: S,
 }
 
 impl<'a, S: Real> DepthVariableMap<'a, S> {
-    /// The map of an itinerary; `dimension` coordinates, depth variables of the size `unit`.
+    /// Map of an itinerary; `dimension` is the number of coordinates, `unit` the size of depth
+    /// variables.
     pub fn new(
         map: &'a MapEvaluation<S>,
         itinerary: &'a ContactItinerary,
@@ -295,12 +296,12 @@ impl<'a, S: Real> DepthVariableMap<'a, S> {
         Self { map, itinerary, dimension, unit: S::from_f64(unit) }
     }
 
-    /// The first depth variable among the coordinates.
+    /// Index of the first depth variable among the coordinates.
     pub fn first_depth_variable(&self) -> usize {
         self.dimension
     }
 
-    /// The search for its fixed points with one parameter free.
+    /// Search problem for fixed points with one free parameter.
     pub fn problem(&self, window: &MapWindow, free: usize) -> PeriodicProblem {
         let mut scales = window_scales(window);
         let depths = std::iter::repeat_n(self.unit.to_f64(), self.itinerary.contacts());
@@ -308,8 +309,8 @@ impl<'a, S: Real> DepthVariableMap<'a, S> {
         PeriodicProblem { returns: 1, free, itinerary: None, scales }
     }
 
-    /// The orbit of the map that a fixed point is; `None` where a depth variable vanishes, and
-    /// multipliers with it.
+    /// Orbit of the map for a fixed point; `None` if a depth variable vanishes, where multipliers
+    /// are undefined.
     pub fn orbit(&self, fixed: &PeriodicOrbit<S>) -> Option<ItineraryOrbit<S>> {
         let Guess { state, parameters } = fixed.guess();
         let (start, roots) = state.split_at(self.dimension);
@@ -344,8 +345,8 @@ impl<'a, S: Real> DepthVariableMap<'a, S> {
         })
     }
 
-    /// Derivative of the period's map by the section's coordinates, the depth variables following
-    /// them:
+    /// Derivative of the map of the period by the section's coordinates, with the depth variables
+    /// eliminated:
     ///
     /// ```text
     /// dx⁺ = A dx + B dy,   0 = C dx + E dy:   J = A − B E⁻¹ C
@@ -367,8 +368,8 @@ impl<'a, S: Real> DepthVariableMap<'a, S> {
         jacobian.iter().all(|entry| entry.is_finite()).then_some(jacobian)
     }
 
-    /// The end of a period and the difference of each depth and its `y²`; `arrive` is called at
-    /// every passage with its depth variable, `returned` with every image.
+    /// End of a period, and the differences of each depth and its `y²`. Calls `arrive` at every
+    /// passage with its depth variable, and `returned` with every image.
     fn period(
         &self,
         state: &[S],
@@ -411,39 +412,38 @@ impl<S: Real> SectionMap<S> for DepthVariableMap<'_, S> {
 /// A periodic orbit with prescribed contacts.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ItineraryOrbit<S> {
-    /// The orbit, its itinerary the one prescribed.
+    /// Orbit with the prescribed itinerary.
     pub orbit: PeriodicOrbit<S>,
-    /// `y` of each contact, in order; negative on the other branch of the root.
+    /// Depth variable `y` of each contact, in order; negative on the other branch of the root.
     pub depth_variables: Vec<S>,
-    /// Largest depth of the passages without contact; `None` where all make contact.
+    /// Largest depth of the passages without contact; `None` if all make contact.
     pub free_depth: Option<S>,
-    /// Every contact: its return and its passage, from 0, and the point (coordinates; parameters)
-    /// with which it is reached.
+    /// Return, passage (from 0) and point of arrival (coordinates; parameters) of each contact.
     pub arrivals: Vec<(usize, usize, Vec<S>)>,
 }
 
 impl<S: Real> ItineraryOrbit<S> {
-    /// Whether the map makes the contacts prescribed: contact at positive `y`, none where no depth
-    /// is positive. Other orbits are *virtual*: what the branches of the root continue to where the
-    /// map takes another.
+    /// Whether the map makes the prescribed contacts: positive `y` at each contact, no positive
+    /// depth at other passages. Other orbits are *virtual*: they lie on branches of the root that
+    /// the map does not take there.
     pub fn is_physical(&self) -> bool {
         let contact = self.depth_variables.iter().all(|&y| y > S::zero());
         contact && self.free_depth.is_none_or(|depth| depth <= S::zero())
     }
 
-    /// Whether all points, the parameters and the depths lie in a window.
+    /// Whether all points, parameters and depths lie in a window.
     pub fn is_within(&self, window: &MapWindow) -> bool {
         let depths: Vec<S> = self.depth_variables.iter().map(|&y| y * y).collect();
         let mut states = self.orbit.states.iter();
         states.all(|state| window.holds(state, &self.orbit.parameters, &depths))
     }
 
-    /// Whether it goes through the same points after so many returns, to this share of the scales.
+    /// Whether the orbit repeats after `returns` returns, to a tolerance in the scales.
     pub(super) fn repeats_after(&self, returns: usize, scales: &[f64], tolerance: f64) -> bool {
         self.is_same_as(self, returns, scales, tolerance)
     }
 
-    /// Whether its points are those of another orbit that begins so many returns later.
+    /// Whether another orbit, started `later` returns later, has the same points.
     pub(super) fn is_same_as(
         &self,
         other: &Self,

@@ -1,7 +1,7 @@
-//! The orbits of an itinerary of a map as equations to be continued.
+//! Equations of an itinerary's orbits of a map, for continuation.
 //!
 //! One idea: with the depth variable `y` of each contact among the unknowns, a map is a polynomial
-//! with exact derivatives, and a branch of orbits passes its graze `y = 0` as any other point. See
+//! with exact derivatives, and a branch of orbits passes a graze `y = 0` like any other point. See
 //! docs/mathematics/dynamics.md.
 
 use nalgebra::{DMatrix, DVector};
@@ -16,55 +16,55 @@ use crate::iteration::{Tangent, Tangents};
 use crate::numeric::Real;
 use crate::numeric::linear::inverse;
 
-/// The orbits of an itinerary, in one or two parameters:
+/// Equations of the orbits of an itinerary, in one or two parameters:
 ///
 /// ```text
 /// u = (x/X, y/Y, p/P):   (P_n(… P_1(x; y, p) …) − x)/X = 0,   (depth_j − y_j²)/Y² = 0
 /// ```
 ///
 /// with `x` the first section point, `y` the depth variables of the contacts, in order, `p` the
-/// free parameters, and the half-widths of the window as units. `d + m` equations for `d`
+/// free parameters, and the half-widths of the window as units. There are `d + m` equations for `d`
 /// coordinates and `m` contacts.
 #[derive(Clone, Debug)]
 pub struct MapOrbitEquations<'a, S: Real> {
     map: &'a MapEvaluation<S>,
     itinerary: &'a ContactItinerary,
     dimension: usize,
-    /// Active parameters that are unknowns.
+    /// Indices of the active parameters that are unknowns.
     free: Vec<usize>,
-    /// All active parameters; the free ones are not used.
+    /// Offsets of all active parameters; those of the free ones are ignored.
     at: Vec<S>,
-    /// `Y`.
+    /// Unit `Y` of the depth variables.
     depth_unit: f64,
     units: Vec<f64>,
     ranges: Vec<[f64; 2]>,
-    /// Work done and most of it, in coefficients evaluated.
+    /// Work done and its bound, in coefficients evaluated.
     work: u64,
     most_work: u64,
 }
 
-/// What is known of an orbit beside its equations.
+/// Data of an orbit beside its equations.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct PassagesOfOrbit<S> {
-    /// The section points of the period, as offsets.
+    /// Section points of the period, in offsets.
     pub states: Vec<Vec<S>>,
-    /// Depth over `Y²` of each passage without contact, in order: return, passage, value.
+    /// Passages without contact, in order: return, passage, and depth over `Y²`.
     pub free: Vec<(usize, usize, S)>,
-    /// Return, passage and the point (coordinates; parameters) that each contact is reached with.
+    /// Contacts, in order: return, passage, and point of arrival (coordinates; parameters).
     pub arrivals: Vec<(usize, usize, Vec<S>)>,
 }
 
-/// Offsets this near are one, in the unit of the coordinate.
+/// Difference of offsets that counts as rounding, in the unit of the coordinate.
 const ROUNDING: f64 = 1e-13;
-/// Points of an orbit that agree to this share of their offsets are one.
+/// Relative difference up to which points of an orbit count as equal.
 const REPEATED: f64 = 1e-5;
 
 impl<'a, S: Real> MapOrbitEquations<'a, S> {
-    /// The equations of an itinerary with the parameters `free` among the unknowns and the others
-    /// at the offsets `at`.
+    /// Equations of an itinerary; the parameters in `free` are unknowns, the others are fixed at
+    /// the offsets `at`.
     ///
-    /// Coordinates and depth variables are followed up to `reach` of their units, parameters as far
-    /// as [`with_range`](Self::with_range) says, and without bound until then.
+    /// `reach` bounds coordinates and depth variables, in their units. Parameters are unbounded
+    /// until [`with_range`](Self::with_range) bounds them.
     pub fn new(
         map: &'a MapEvaluation<S>,
         itinerary: &'a ContactItinerary,
@@ -100,7 +100,7 @@ impl<'a, S: Real> MapOrbitEquations<'a, S> {
         }
     }
 
-    /// The same with a free parameter (its place among the free ones) within a range of offsets.
+    /// Bounds a free parameter, given by its index among the free ones, to a range of offsets.
     #[must_use]
     pub fn with_range(mut self, place: usize, range: [f64; 2]) -> Self {
         let unknown = self.first_parameter() + place;
@@ -108,8 +108,8 @@ impl<'a, S: Real> MapOrbitEquations<'a, S> {
         self
     }
 
-    /// The same with a free parameter's range, and lengths that suit it: parameters vary with the
-    /// square of depth variables, so that these and the coordinates have units smaller by the root.
+    /// Bounds a free parameter and adapts the units to its range: parameters vary with the square
+    /// of depth variables, so these and the coordinates get units smaller by the root.
     #[must_use]
     pub fn in_units_of(mut self, place: usize, range: [f64; 2]) -> Self {
         let first = self.first_parameter();
@@ -129,7 +129,7 @@ impl<'a, S: Real> MapOrbitEquations<'a, S> {
         self.with_range(place, range)
     }
 
-    /// The same with depth variables that are not followed below zero: of contacts that are flown.
+    /// Bounds depth variables below by zero, as flown contacts require.
     #[must_use]
     pub fn with_positive_depths(mut self) -> Self {
         for unknown in self.dimension..self.first_parameter() {
@@ -138,54 +138,53 @@ impl<'a, S: Real> MapOrbitEquations<'a, S> {
         self
     }
 
-    /// The same with a limit of its work: nothing is evaluated any more where so much has been
-    /// done.
+    /// Bounds the work; nothing more is evaluated once it is used up.
     #[must_use]
     pub fn within_work(mut self, most: u64) -> Self {
         self.most_work = most;
         self
     }
 
-    /// Work done so far, in coefficients evaluated.
+    /// Work so far, in coefficients evaluated.
     pub fn work(&self) -> u64 {
         self.work
     }
 
-    /// Counts an evaluation; `None` where no more work may be done.
+    /// Counts an evaluation; `None` if the bound on work is reached.
     fn counted(&mut self) -> Option<()> {
         let is_spent = <Self as CurveEquations<S>>::is_spent(self);
         self.work += self.map.terms() * self.itinerary.period() as u64;
         (!is_spent).then_some(())
     }
 
-    /// The first depth variable among the unknowns.
+    /// Index of the first depth variable among the unknowns.
     pub fn first_depth_variable(&self) -> usize {
         self.dimension
     }
 
-    /// The first free parameter among the unknowns.
+    /// Index of the first free parameter among the unknowns.
     pub fn first_parameter(&self) -> usize {
         self.dimension + self.itinerary.contacts()
     }
 
-    /// The itinerary.
+    /// Itinerary of the orbits.
     pub fn itinerary(&self) -> &ContactItinerary {
         self.itinerary
     }
 
-    /// The unit of each unknown.
+    /// Unit of each unknown.
     pub fn units(&self) -> &[f64] {
         &self.units
     }
 
-    /// Unknowns of a first point, depth variables and all active parameters, in offsets.
+    /// Unknowns from a first point, depth variables and all active parameters, in offsets.
     pub fn unknowns(&self, state: &[S], depth_variables: &[S], parameters: &[S]) -> Vec<S> {
         let free = self.free.iter().map(|&place| parameters[place]);
         let values = state.iter().chain(depth_variables).copied().chain(free);
         values.zip(&self.units).map(|(value, &unit)| value / S::from_f64(unit)).collect()
     }
 
-    /// The first point, the depth variables and all active parameters, in offsets.
+    /// First point, depth variables and all active parameters, in offsets, from unknowns.
     pub fn offsets(&self, unknowns: &[S]) -> (Vec<S>, Vec<S>, Vec<S>) {
         let values = unknowns.iter().zip(&self.units);
         let values: Vec<S> = values.map(|(&value, &unit)| value * S::from_f64(unit)).collect();
@@ -198,7 +197,7 @@ impl<'a, S: Real> MapOrbitEquations<'a, S> {
         (state.to_vec(), depth_variables.to_vec(), parameters)
     }
 
-    /// Residuals and Jacobian by all unknowns: `d + m` rows.
+    /// Residuals and Jacobian by all unknowns, with `d + m` rows; `None` if they are not finite.
     pub fn at(&self, unknowns: &[S]) -> Option<Linearised<S, PassagesOfOrbit<S>>> {
         let mut there = self.evaluated(unknowns, unknowns.len());
         for (column, &unit) in self.units.iter().enumerate() {
@@ -209,7 +208,7 @@ impl<'a, S: Real> MapOrbitEquations<'a, S> {
         finite.then_some(there)
     }
 
-    /// Residuals with derivatives by the offsets of all unknowns or of none: in `size` directions.
+    /// Residuals with derivatives by the offsets of all unknowns (`size` of them) or of none (0).
     fn evaluated(&self, unknowns: &[S], size: usize) -> Linearised<S, PassagesOfOrbit<S>> {
         let (state, depth_variables, parameters) = self.offsets(unknowns);
         let rows = self.first_parameter();
@@ -263,8 +262,8 @@ impl<'a, S: Real> MapOrbitEquations<'a, S> {
         Linearised { residual, jacobian, extra }
     }
 
-    /// `det(J − s I) Π(−2 y_j)`, as a determinant without the root: it vanishes where `s` is a
-    /// multiplier, and is smooth through the graze.
+    /// Test function `det(J − s I) Π(−2 y_j)` as a determinant without the root: it vanishes if `s`
+    /// is a multiplier, and is smooth through a graze.
     ///
     /// ```text
     /// [A − s I   B]      x⁺ = A dx + B dy
@@ -278,8 +277,7 @@ impl<'a, S: Real> MapOrbitEquations<'a, S> {
         TestValue::determinant(&self.shifted(&linearised.jacobian, multiplier))
     }
 
-    /// Whether the orbit goes through the same points after so many returns, to this share of
-    /// their offsets.
+    /// Whether the orbit repeats after `returns` returns, to a relative tolerance of its offsets.
     pub fn repeats_after(
         &self,
         orbit: &PassagesOfOrbit<S>,
@@ -295,14 +293,14 @@ impl<'a, S: Real> MapOrbitEquations<'a, S> {
         orbit.states.iter().enumerate().all(near)
     }
 
-    /// Whether the orbit is one of a shorter period.
+    /// Whether the orbit has a shorter period.
     pub fn is_repeated(&self, orbit: &PassagesOfOrbit<S>, tolerance: f64) -> bool {
         let later = (1..self.itinerary.period()).filter(|&by| self.itinerary.repeats_after(by));
         { later }.any(|later| self.repeats_after(orbit, later, tolerance))
     }
 
-    /// The square Jacobian by coordinates and depth variables with `x⁺ − s x` for `x⁺ − x`: it is
-    /// singular where `s` is a multiplier.
+    /// Square Jacobian by coordinates and depth variables of the equations with `x⁺ − s x` in place
+    /// of `x⁺ − x`: singular if `s` is a multiplier.
     pub fn shifted(&self, jacobian: &DMatrix<S>, multiplier: f64) -> DMatrix<S> {
         let rows = self.first_parameter();
         let mut matrix = jacobian.columns(0, rows).into_owned();
@@ -312,8 +310,8 @@ impl<'a, S: Real> MapOrbitEquations<'a, S> {
         matrix
     }
 
-    /// A function that vanishes where two multipliers are each other's reciprocal, smooth through
-    /// the graze: a Neimark–Sacker point where they are complex. `None` of maps of one coordinate.
+    /// Test function that vanishes where two multipliers are reciprocal, smooth through a graze; a
+    /// zero with complex multipliers is a Neimark–Sacker point. `None` for maps of one coordinate.
     ///
     /// ```text
     /// Π_{i<j} (μ_i μ_j − 1) · (Π 2 y_j/Y)^(d−1)
@@ -334,8 +332,8 @@ impl<'a, S: Real> MapOrbitEquations<'a, S> {
         Some(reciprocal_pairs(self.jacobian(&point.linearised), product))
     }
 
-    /// The Jacobian of the period's map by the section's coordinates, the depth variables
-    /// following them: `A − B E⁻¹ C`; `None` where a depth variable vanishes.
+    /// Jacobian `A − B E⁻¹ C` of the map of the period by the section's coordinates, with the depth
+    /// variables eliminated; `None` if a depth variable vanishes.
     pub fn jacobian<X>(&self, linearised: &Linearised<S, X>) -> Option<DMatrix<S>> {
         let (d, rows) = (self.dimension, self.first_parameter());
         let matrix = self.shifted(&linearised.jacobian, 0.0);
@@ -355,9 +353,9 @@ impl<'a, S: Real> MapOrbitEquations<'a, S> {
     }
 }
 
-/// In one free parameter: the turn of the parameter (a fold), `det(J + I)` (a flip), each depth
-/// variable and each depth of a passage without contact (grazes), the determinant with the tangent
-/// (a branch point), and reciprocal multipliers.
+/// Test functions in one free parameter: the turn of the parameter (a fold), `det(J + I)` (a flip),
+/// depth variables and depths of passages without contact (grazes), the determinant with the
+/// tangent (a branch point), the difference of both halves of a period, and reciprocal multipliers.
 impl<S: Real> CurveEquations<S> for MapOrbitEquations<'_, S> {
     type Extra = PassagesOfOrbit<S>;
 
@@ -395,35 +393,34 @@ impl<S: Real> CurveEquations<S> for MapOrbitEquations<'_, S> {
         self.work >= self.most_work
     }
 
-    /// A branch of doubled orbits ends on that of the orbits that double, and would go on as the
-    /// same orbits begun later.
+    /// Whether the orbit has half the period: a branch of doubled orbits ends there, as it would
+    /// continue with the same orbits started half a period later.
     fn is_last(&self, point: &CurvePoint<S, Self::Extra>) -> bool {
         self.is_repeated(&point.linearised.extra, REPEATED)
     }
 }
 
-/// Whether two offsets agree to a share of themselves and of their unit, or to rounding in it.
+/// Whether two offsets agree to a share of their size (at most of their unit), or to rounding.
 pub(super) fn is_same<S: Real>([a, b]: [S; 2], unit: f64, share: f64) -> bool {
     let size = a.magnitude().max(b.magnitude()).min(unit);
     (a - b).magnitude() <= share * size + ROUNDING * unit
 }
 
-/// Whether an itinerary repeats after half a period.
+/// Whether an itinerary consists of two equal halves.
 pub(super) fn repeats_after_half(itinerary: &ContactItinerary) -> bool {
     let half = itinerary.period() / 2;
     itinerary.period() == 2 * half && itinerary.repeats_after(half)
 }
 
-/// The difference of the first of some variables and that half a period later: it vanishes on the
-/// orbits of half the period. 1 of orbits that are not `doubled` ones.
+/// Test function that vanishes on orbits of half the period: the difference of the first variable
+/// and that half a period later. 1 unless the itinerary is `doubled`.
 pub(super) fn halves<S: Real>(variables: &[S], half: usize, doubled: bool) -> TestValue<S> {
     let value = if doubled { variables[0] - variables[half] } else { S::one() };
     TestValue { value, size: 1.0 }
 }
 
-/// A function that vanishes where two multipliers are each other's reciprocal, by the Jacobian of
-/// the period's map, which is singular where `product` vanishes; without a Jacobian nothing is
-/// told.
+/// Test function that vanishes where two multipliers are reciprocal, from the Jacobian of the map
+/// of the period, which is singular where `product` vanishes. Without a Jacobian its size is 0.
 pub(super) fn reciprocal_pairs<S: Real>(jacobian: Option<DMatrix<S>>, product: S) -> TestValue<S> {
     let Some(jacobian) = jacobian else {
         return TestValue { value: S::zero(), size: 0.0 };
@@ -437,8 +434,8 @@ pub(super) fn reciprocal_pairs<S: Real>(jacobian: Option<DMatrix<S>>, product: S
     TestValue { value: test.value * power, size: test.size * power.magnitude() }
 }
 
-/// The matrix of all minors of two rows and two columns: its eigenvalues are the products of two
-/// of the matrix's.
+/// Second compound matrix: all minors of two rows and two columns. Its eigenvalues are the products
+/// of pairs of eigenvalues.
 fn second_compound<S: Real>(matrix: &DMatrix<S>) -> DMatrix<S> {
     let size = matrix.nrows();
     let pairs: Vec<(usize, usize)> =

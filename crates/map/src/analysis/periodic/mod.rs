@@ -1,13 +1,12 @@
-//! Periodic orbits near a graze and their multipliers: the same code on a local map and on direct
-//! simulation.
+//! Periodic orbits near a graze and their multipliers, with the same code for a local map and for
+//! direct simulation.
 //!
-//! A [`SectionMap`] is all that is asked of a map, so what differs between two results is the map
-//! and nothing else. Near a graze a state depends on the parameter through a root, while the
-//! parameter is a smooth function of the states on the orbit; so an orbit is solved for with the
-//! parameter or a coordinate [`Held`] (`Foale1994`, whose `alpha(y)²` is a branch in the speed for
-//! the linear oscillator). With the depth variables themselves as coordinates an itinerary's
-//! orbits are fixed points of a map without a root ([`DepthVariableMap`]). See
-//! docs/mathematics/dynamics.md.
+//! Maps are used only through [`SectionMap`], so that two results differ by the map alone. Near a
+//! graze a state depends on the parameter through a root, while the parameter is a smooth function
+//! of the states on the orbit; orbits are therefore solved for with either the parameter or a
+//! coordinate [`Held`] (`Foale1994`, whose `alpha(y)²` is a branch in the speed for the linear
+//! oscillator). With the depth variables as additional coordinates, an itinerary's orbits are fixed
+//! points of a map without a root ([`DepthVariableMap`]). See docs/mathematics/dynamics.md.
 
 mod contact_itinerary;
 mod direct_equations;

@@ -1,4 +1,4 @@
-//! A periodic orbit: the problem to solve, its multipliers, and Newton's method for it.
+//! Periodic orbits: problem, multipliers, and solution by Newton's method.
 
 use nalgebra::{Complex, DMatrix, DVector};
 
@@ -8,29 +8,29 @@ use crate::iteration::PassageSet;
 use crate::numeric::linear::{determinant, eigenvalues, solve};
 use crate::numeric::{NewtonOutcome, NumericError, Real, damped_newton};
 
-/// Which periodic orbit is looked for.
+/// Specification of a periodic orbit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PeriodicProblem {
-    /// Returns of the map to one period of the orbit.
+    /// Returns of the map in one period of the orbit.
     pub returns: usize,
-    /// The parameter that may vary, among the active ones.
+    /// Index of the parameter that may vary, among the active ones.
     pub free: usize,
-    /// Passages that make contact, return by return; `None` accepts any.
+    /// Passages that make contact, return by return; `None` accepts any contacts.
     pub itinerary: Option<Vec<PassageSet>>,
-    /// Lengths on which the map varies: of the coordinates, then of the active parameters.
+    /// Length scales of the map: of the coordinates, then of the active parameters.
     pub scales: Vec<f64>,
 }
 
-/// The variable that keeps its value while the others are solved for.
+/// Variable that is held fixed while the others are solved for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Held {
-    /// The free parameter: the orbit at that parameter.
+    /// The free parameter: finds the orbit at that parameter.
     Parameter,
-    /// A coordinate of the first point: the parameter at which the orbit passes there.
+    /// A coordinate of the first point: finds the parameter at which the orbit has that coordinate.
     Coordinate(usize),
 }
 
-/// Where a search begins: the first point of an orbit and all active parameters, in offsets.
+/// Start of a search: the first point of an orbit and all active parameters, in offsets.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Guess<S> {
     /// One offset per coordinate.
@@ -39,26 +39,26 @@ pub struct Guess<S> {
     pub parameters: Vec<S>,
 }
 
-/// How a search ended.
+/// Outcome of a search.
 #[derive(Clone, Debug, PartialEq)]
 pub enum PeriodicOutcome<S> {
-    /// An orbit of the itinerary asked for.
+    /// An orbit with the itinerary asked for.
     Found(PeriodicOrbit<S>),
-    /// An orbit of the map that makes other contacts: the one asked for does not exist there.
+    /// An orbit with other contacts: the one asked for does not exist there.
     OtherItinerary(PeriodicOrbit<S>),
-    /// The map has no image, or no derivative, on the way.
+    /// An iterate of the search has no image or no derivative.
     NoImage {
-        /// Newton steps made.
+        /// Newton steps taken.
         steps: usize,
     },
-    /// The equations are singular: a fold at a held parameter.
+    /// The equations are singular: a fold, if the parameter is held.
     Singular {
-        /// Newton steps made.
+        /// Newton steps taken.
         steps: usize,
     },
-    /// No step led nearer, or the steps did not shrink.
+    /// No step came nearer, or the steps did not shrink.
     NotConverged {
-        /// Length of the last one, in the scales.
+        /// Length of the last step, in the scales.
         last_step: f64,
     },
 }
@@ -73,35 +73,35 @@ impl<S> PeriodicOutcome<S> {
     }
 }
 
-/// Lengths on which a map varies: the half-widths of its window, 1 where it is unbounded.
+/// Length scales of a map: half-widths of its window, 1 if unbounded.
 pub fn window_scales(window: &MapWindow) -> Vec<f64> {
     let widths = window.state.iter().chain(&window.parameter);
     widths.map(|&width| finite_or_one(width)).collect()
 }
 
-/// A half-width of a window, 1 where it is unbounded.
+/// Half-width of a window; 1 if unbounded.
 pub(in crate::analysis) fn finite_or_one(width: f64) -> f64 {
     if width.is_finite() { width } else { 1.0 }
 }
 
-/// A periodic orbit, its first point held or solved for.
+/// A periodic orbit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PeriodicOrbit<S> {
-    /// The points, in order, in offsets.
+    /// Points in order, in offsets.
     pub states: Vec<Vec<S>>,
     /// All active parameters, in offsets.
     pub parameters: Vec<S>,
     /// Passages that made contact, return by return.
     pub itinerary: Vec<PassageSet>,
-    /// Contacts of the whole period that no passage accounts for; an orbit with some is not the
-    /// one that a local map has.
+    /// Contacts of the period beyond one per passage, or at other surfaces; an orbit that makes any
+    /// is not an orbit of the local map.
     pub extra_contacts: usize,
-    /// Whole periods of the phase that it takes beyond the nominal ones of its returns.
+    /// Whole periods of the phase beyond the nominal ones of the returns.
     pub turns: i32,
-    /// Jacobian of the period's map at the first point.
+    /// Jacobian of the map of the period at the first point.
     pub jacobian: DMatrix<S>,
-    /// Largest difference of a coordinate of the image of the last point and the first, in the
-    /// scales.
+    /// Largest difference of a coordinate between the image of the last point and the first point,
+    /// in the scales.
     pub residual: f64,
 }
 
@@ -125,12 +125,12 @@ impl<S: Real> PeriodicOrbit<S> {
         Ok(multipliers.iter().all(|multiplier| multiplier.norm() < 1.0))
     }
 
-    /// `tr J`.
+    /// Trace of the Jacobian.
     pub fn trace(&self) -> S {
         self.jacobian.trace()
     }
 
-    /// `det J`.
+    /// Determinant of the Jacobian.
     ///
     /// # Errors
     ///
@@ -139,7 +139,7 @@ impl<S: Real> PeriodicOrbit<S> {
         determinant(&self.jacobian)
     }
 
-    /// `det(J − s I)`, which vanishes where `s` is a multiplier.
+    /// `det(J − s I)`, zero if `s` is a multiplier.
     ///
     /// # Errors
     ///
@@ -152,27 +152,27 @@ impl<S: Real> PeriodicOrbit<S> {
         determinant(&shifted)
     }
 
-    /// Where a neighbouring orbit is looked for: here.
+    /// Start for the search of a neighbouring orbit: this orbit.
     pub fn guess(&self) -> Guess<S> {
         Guess { state: self.states[0].clone(), parameters: self.parameters.clone() }
     }
 }
 
-/// Newton steps made at most.
+/// Most Newton steps.
 const STEPS: usize = 60;
 /// Most halvings of a step that does not reduce the residual.
 const HALVINGS: usize = 19;
 
-/// The periodic orbit of a map near a guess, one variable held.
+/// Periodic orbit of a map near a guess, with one variable held.
 ///
-/// Newton's method for `Pⁿ(x, p) = x` with all variables but the held one unknown. A step is halved
-/// while the orbit of its end has no image, or no derivative, loses the contacts asked for where
-/// the start had them, or misses the first point by more. Steps below `ε^(3/4)` of the scales end
-/// it: the method squares them.
+/// Newton's method for `Pⁿ(x, p) = x` with all variables unknown except the held one. A step is
+/// halved if the orbit at its end has no image or no derivative, loses contacts asked for that it
+/// had before, or closes less well. Iteration ends at a step below `ε^(3/4)` of the scales, because
+/// the next step would be of the size of its square.
 ///
 /// # Panics
 ///
-/// If the guess, the scales or the itinerary have not the lengths of the map and the problem.
+/// If the lengths of guess, scales or itinerary do not fit the map and the problem.
 pub fn periodic_orbit<S: Real>(
     map: &mut (impl SectionMap<S> + ?Sized),
     problem: &PeriodicProblem,
@@ -196,8 +196,8 @@ pub fn periodic_orbit<S: Real>(
             let length = problem.length(&step);
             Ok((step, length))
         },
-        // A share of a step, unless its period does not exist, loses the contacts asked for or
-        // misses its start by more.
+        // Accepts a share of a step if the period exists there, keeps the contacts asked for, and
+        // closes better.
         |from, (step, length), share| {
             let next = from.moved(step, S::from_f64(share), problem.free);
             let next = Period::of(map, problem, &next)?;
@@ -208,7 +208,7 @@ pub fn periodic_orbit<S: Real>(
             ((!keeps || next.itinerary == from.itinerary) && nearer).then_some(next)
         },
         |_, &(_, length)| {
-            // At the resolution of the numbers steps no longer shrink.
+            // At the resolution of the number type steps no longer shrink.
             let rounding = length >= last_step && length <= S::ROUNDOFF.sqrt();
             last_step = length;
             length <= S::ROUNDOFF.powf(0.75) || rounding
@@ -228,12 +228,12 @@ pub fn periodic_orbit<S: Real>(
 }
 
 impl PeriodicProblem {
-    /// The scale of a variable: a coordinate, or after all of them the free parameter.
+    /// Scale of a variable: a coordinate, or after all coordinates the free parameter.
     fn scale(&self, number: usize, dimension: usize) -> f64 {
         self.scales[if number < dimension { number } else { dimension + self.free }]
     }
 
-    /// Largest component of a step, in the scales; the last one is that of the free parameter.
+    /// Largest component of a step, in the scales; the last one is the free parameter.
     fn length<S: Real>(&self, step: &DVector<S>) -> f64 {
         let components = step.iter().enumerate();
         let components = components
@@ -242,7 +242,7 @@ impl PeriodicProblem {
     }
 }
 
-/// One period from a point on that need not be periodic.
+/// One period of the map from a point that need not be periodic.
 struct Period<S> {
     states: Vec<Vec<S>>,
     image: Vec<S>,
@@ -255,8 +255,8 @@ struct Period<S> {
 }
 
 impl<S: Real> Period<S> {
-    /// The points from a guess on, with the derivatives of the last image by the first point and
-    /// the parameter.
+    /// Points of a period from a guess, with derivatives of the last image by the first point and
+    /// by the parameter.
     fn of(
         map: &mut (impl SectionMap<S> + ?Sized),
         problem: &PeriodicProblem,
@@ -277,7 +277,7 @@ impl<S: Real> Period<S> {
             extra_contacts += here.step.extra_contacts;
             states.push(std::mem::replace(&mut state, here.step.offsets));
         }
-        // Points a period of the phase apart are one.
+        // Points whose phases differ by a period are the same.
         let turns = map.circle().bring_near(&mut state, &guess.state);
         Some(Self {
             states,
@@ -291,7 +291,7 @@ impl<S: Real> Period<S> {
         })
     }
 
-    /// The step of all coordinates and, last, of the free parameter.
+    /// Newton step of all coordinates and, last, of the free parameter.
     fn newton_step(
         &self,
         problem: &PeriodicProblem,
@@ -314,7 +314,7 @@ impl<S: Real> Period<S> {
             Held::Coordinate(coordinate) => coordinate,
         };
         matrix[(dimension, kept)] = S::one();
-        // Columns in units of the scales: pivots are then compared like with like.
+        // Columns in units of the scales, so that pivots are comparable.
         let scale = |column| S::from_f64(problem.scale(column, dimension));
         for column in 0..size {
             matrix.column_mut(column).iter_mut().for_each(|entry| *entry *= scale(column));
@@ -336,7 +336,8 @@ impl<S: Real> Period<S> {
         Guess { state, parameters }
     }
 
-    /// Largest difference of a coordinate of the last image and the first point, in the scales.
+    /// Largest difference of a coordinate between the last image and the first point, in the
+    /// scales.
     fn residual(&self, problem: &PeriodicProblem) -> f64 {
         let gaps = self.image.iter().zip(&self.states[0]).zip(&problem.scales);
         let gaps = gaps.map(|((&image, &first), scale)| (image - first).magnitude() / scale);
@@ -366,8 +367,8 @@ mod tests {
     use super::*;
     use crate::numeric::Dd;
 
-    /// `x ↦ p + x/2` without contact, `x ↦ p − k √x` with: the one-dimensional square-root map, `k
-    /// = 3/10`.
+    /// One-dimensional square-root map: `x ↦ p + x/2` without contact, `x ↦ p − k √x` with contact,
+    /// `k = 3/10`.
     struct SquareRoot;
 
     const KICK: f64 = 0.3;
@@ -398,7 +399,7 @@ mod tests {
         Guess { state: vec![S::from_f64(state)], parameters: vec![S::from_f64(parameter)] }
     }
 
-    /// The orbit with contact has `x + k √x = p` and the multiplier `−k/(2√x)`.
+    /// The orbit with contact satisfies `x + k √x = p` and has the multiplier `−k/(2√x)`.
     #[test]
     fn the_orbit_of_the_square_root_map_is_where_algebra_has_it() {
         let x = 0.04;
@@ -407,13 +408,13 @@ mod tests {
         let orbit: PeriodicOrbit<f64> = found.found().expect("an orbit");
         assert!((orbit.parameters[0] - (x + KICK * x.sqrt())).abs() < 1e-13, "{orbit:?}");
         let multiplier = orbit.multipliers().expect("a number")[0].re;
-        // In double precision derivatives keep twelve digits.
+        // In double precision derivatives have twelve digits.
         assert!((multiplier + KICK / (2.0 * x.sqrt())).abs() < 1e-10, "{multiplier}");
     }
 
     #[test]
     fn an_orbit_of_other_contacts_is_not_the_one_asked_for() {
-        // Without contact x = 2p: for p > 0 it would be beyond the stop.
+        // Without contact x = 2p, which is beyond the stop for p > 0.
         let held = Held::Parameter;
         let found = periodic_orbit(&mut SquareRoot, &problem(false), held, &guess(0.3, 0.2));
         let PeriodicOutcome::<f64>::OtherItinerary(orbit) = &found else {

@@ -1,7 +1,6 @@
-//! Returns one by one, their contacts prescribed: what orbits that do not close are put together
-//! from.
+//! Single returns with prescribed contacts, the parts of orbits that do not close.
 //!
-//! One idea: every return has variables of its own, so that an orbit of any length is as well
+//! One idea: every return has its own variables, so that an orbit of any length is as well
 //! conditioned as one return.
 
 use nalgebra::DMatrix;
@@ -14,52 +13,52 @@ use crate::expansion::MapWindow;
 use crate::iteration::{PassageSet, Tangent, Tangents};
 use crate::numeric::Real;
 
-/// A return in the units of its coordinates.
+/// A return in units of its coordinates.
 #[derive(Clone, Debug)]
 pub(in crate::analysis) struct PrescribedReturn<S> {
-    /// The section point.
+    /// Section point.
     pub(in crate::analysis) point: Vec<S>,
-    /// Its image.
+    /// Image of the section point.
     pub(in crate::analysis) image: Vec<S>,
-    /// What the depths lack to the squares of the depth variables, where these are variables.
+    /// Residuals `depth − y²`, one per contact; empty if there are no depth variables.
     pub(in crate::analysis) lacking: Vec<S>,
-    /// Derivatives of the three, row by row, by the variables of the return and the free
-    /// parameters.
+    /// Derivatives of the section point, the image and the residuals, as rows, by the variables of
+    /// the return and the free parameters.
     pub(in crate::analysis) slopes: DMatrix<S>,
-    /// Depths of the passages without contact, where these are known.
+    /// Depths of the passages without contact, if known.
     pub(in crate::analysis) free: Vec<S>,
 }
 
 impl<S: Real> PrescribedReturn<S> {
-    /// A component: of the section point, then the image, then what the depths lack.
+    /// Component of the section point, the image or the residuals, numbered in this order.
     pub(in crate::analysis) fn value(&self, part: usize) -> S {
         let all = self.point.iter().chain(&self.image).chain(&self.lacking);
         all.copied().nth(part).unwrap_or(S::zero())
     }
 }
 
-/// A number of returns with contacts prescribed: each has its own variables, and free parameters
-/// follow those of all.
+/// Returns with prescribed contacts: each has its own variables; the free parameters follow those
+/// of all returns.
 pub(in crate::analysis) trait PrescribedReturns<S: Real> {
-    /// Coordinates of a section point.
+    /// Number of coordinates of a section point.
     fn dimension(&self) -> usize;
     /// Number of returns.
     fn returns(&self) -> usize;
     /// Number of variables of a return.
     fn variables(&self, number: usize) -> usize;
-    /// The variables of a return that vanish where one of its contacts begins, by passage.
+    /// Variables of a return that vanish where one of its contacts begins, as (passage, variable).
     fn depth_variables(&self, number: usize) -> Vec<(usize, usize)>;
-    /// A return from the unknowns of all; `first` is the first of its own.
+    /// Return `number` from the unknowns of all; `first` is the index of its first unknown.
     fn at(&mut self, number: usize, first: usize, unknowns: &[S]) -> Option<PrescribedReturn<S>>;
-    /// The range of a variable of a return.
+    /// Range of a variable of a return.
     fn range(&self, number: usize, variable: usize) -> [f64; 2];
-    /// The range of a free parameter.
+    /// Range of a free parameter.
     fn parameter_range(&self, place: usize) -> [f64; 2];
-    /// Rounding of the derivatives over that of the numbers.
+    /// Rounding of derivatives relative to that of the number type.
     fn rounding() -> f64;
 }
 
-/// Returns of a map. The variables are the coordinates and the depth variable of each contact, in
+/// Returns of a map. Variables are the coordinates and the depth variables of the contacts, in
 /// half-widths of the window.
 #[derive(Clone, Debug)]
 pub(in crate::analysis) struct MapReturns<'a, S: Real> {
@@ -75,8 +74,9 @@ pub(in crate::analysis) struct MapReturns<'a, S: Real> {
 }
 
 impl<'a, S: Real> MapReturns<'a, S> {
-    /// Returns with these contacts, the parameters `free` within ranges of offsets, the others at
-    /// the offsets `at`; coordinates and depth variables are followed up to `reach` of their units.
+    /// Returns with given contacts. The parameters in `free` vary within ranges of offsets, the
+    /// others are fixed at the offsets `at`; `reach` bounds coordinates and depth variables, in
+    /// their units.
     pub(in crate::analysis) fn new(
         map: &'a MapEvaluation<S>,
         returns: Vec<PassageSet>,
@@ -112,7 +112,7 @@ impl<'a, S: Real> MapReturns<'a, S> {
         parameters
     }
 
-    /// The unknowns of section points with the depth variables of each return and of parameters,
+    /// Unknowns for section points with the depth variables of each return, and for parameters,
     /// from offsets.
     pub(in crate::analysis) fn unknowns(
         &self,
@@ -132,7 +132,7 @@ impl<'a, S: Real> MapReturns<'a, S> {
         unknowns
     }
 
-    /// Unit of the coordinates, and of the depth variables.
+    /// Units of the coordinates, and unit of the depth variables.
     pub(in crate::analysis) fn units(&self) -> (&[f64], f64) {
         (&self.scales[..self.dimension], self.depth_unit)
     }
@@ -236,8 +236,8 @@ impl<S: Real> PrescribedReturns<S> for MapReturns<'_, S> {
     }
 }
 
-/// Returns of direct simulation. The variables are those of the orbits' equations: with the square
-/// root of the gap in the place of a coordinate where a return begins with contact.
+/// Returns of direct simulation. Variables are those of the orbit equations: where a return begins
+/// with contact, the root of the gap replaces a coordinate.
 impl<S: Real> PrescribedReturns<S> for DirectOrbitEquations<'_, S> {
     fn dimension(&self) -> usize {
         Self::dimension(self)

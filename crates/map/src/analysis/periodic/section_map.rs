@@ -1,5 +1,5 @@
-//! A section map over any number type and implementation, and its derivatives: those that it has
-//! itself, or differences that never leave a branch of its root.
+//! Section maps over any number type, and their derivatives: exact ones where a map has them,
+//! otherwise differences within one branch of the root.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -10,17 +10,18 @@ use crate::numeric::Real;
 
 /// A map `(x, p) ↦ x⁺` in offsets, in double precision or in double-double.
 pub trait SectionMap<S: Real> {
-    /// The phase among the coordinates, where points a period apart are one.
+    /// Phase as one of the coordinates, if any: points whose phases differ by a period are the
+    /// same.
     fn circle(&self) -> PhaseCircle<S> {
         PhaseCircle::none()
     }
 
-    /// The image of a point, on which it depends continuously: of a phase with all its periods.
-    /// `None` where there is none.
+    /// Image of a point, a continuous function of it: a phase keeps its whole periods. `None` if
+    /// there is no image.
     fn image(&mut self, state: &[S], parameters: &[S]) -> Option<SectionStep<S>>;
 
-    /// The image with its derivatives by the coordinates and then by some parameters, where the map
-    /// has them without differences.
+    /// Image with its derivatives by the coordinates and then by the parameters in `free`, if the
+    /// map has them without differences.
     fn varied(
         &mut self,
         _state: &[S],
@@ -31,20 +32,20 @@ pub trait SectionMap<S: Real> {
     }
 }
 
-/// One image.
+/// Image of a point.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SectionStep<S> {
     /// Offsets of the image.
     pub offsets: Vec<S>,
     /// Passages that made contact, in the order in which they follow the section.
     pub contacts: PassageSet,
-    /// Smallest of their depths (the largest for [`Stepped`] maps), in units in which it goes with
-    /// `y²`; 0 without contact.
+    /// Smallest depth of these passages (the largest for [`Stepped`] maps), in units proportional
+    /// to `y²`; 0 without contact.
     ///
-    /// How near the point is to where the map has no derivative. It is `y²` for a local map, the
-    /// square of the impact speed for direct simulation.
+    /// Measures the distance to points without a derivative. It is `y²` for a local map, the square
+    /// of the impact speed for direct simulation.
     pub depth: S,
-    /// Contacts that no passage accounts for; 0 of a local map, which knows none.
+    /// Contacts beyond one per passage, or at other surfaces; 0 for a local map, which has none.
     pub extra_contacts: usize,
 }
 
@@ -66,7 +67,7 @@ impl<S: Real> SectionStep<S> {
         finite.then_some(step)
     }
 
-    /// The image by direct simulation; `None` where there is none.
+    /// Image by direct simulation; `None` if there is none.
     fn simulated(image: SectionImage<S>) -> Option<Self> {
         if image.end != DirectEnd::Returned {
             return None;
@@ -106,7 +107,7 @@ impl<S: Real> SectionMap<S> for DirectImage<'_, S> {
     }
 }
 
-/// A map that is iterated in double precision, as a section map: compiled, frozen, interpreted, or
+/// A map iterated in double precision as a section map: compiled, frozen, interpreted, or
 /// simulated.
 #[derive(Clone, Copy, Debug)]
 pub struct Stepped<M>(pub M);
@@ -129,7 +130,7 @@ impl<M: DiscreteMap> SectionMap<f64> for Stepped<M> {
     }
 }
 
-/// A reference to a map is a map.
+/// Forwards to the map referred to.
 impl<S: Real, M: SectionMap<S> + ?Sized> SectionMap<S> for &mut M {
     fn circle(&self) -> PhaseCircle<S> {
         (**self).circle()
@@ -149,32 +150,32 @@ impl<S: Real, M: SectionMap<S> + ?Sized> SectionMap<S> for &mut M {
     }
 }
 
-/// Times a step is shortened before a derivative is given up.
+/// Most reductions of a step before a derivative is given up.
 const SHORTENINGS: usize = 24;
-/// Factor by which a step is shortened that meets other contacts than its centre.
+/// Factor by which a step that meets other contacts is shortened.
 const OTHER_CONTACTS: f64 = 1e-2;
 
 /// An image with its derivatives.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Linearisation<S> {
-    /// The image.
+    /// Image.
     pub step: SectionStep<S>,
     /// `∂x⁺/∂x`.
     pub by_state: DMatrix<S>,
-    /// `∂x⁺/∂p` by the parameter that is free.
+    /// `∂x⁺/∂p` by the free parameter.
     pub by_parameter: DVector<S>,
 }
 
-/// The image of a point with its derivatives by the state and by one parameter: those of the map
+/// Image of a point with its derivatives by the state and by one parameter: those of the map
 /// itself, first variations of direct simulation, or central differences of fourth order.
 ///
-/// A depth variable `y` varies on the scale of the depth itself, so every step of a difference is
-/// shortened until the depth changes by no more than a share `ρ = ε^(1/5)` of itself and both sides
-/// make the contacts of the centre: truncation and rounding both leave an error of about `ε^(4/5)`
-/// of an entry. `scales` are lengths on which the map varies, of the coordinates and of the
-/// parameters.
+/// A depth variable `y` varies on the scale of the depth itself. A step of a difference is
+/// therefore shortened until it changes the depth by at most a share `ρ = ε^(1/5)` of itself and
+/// both sides make the contacts of the centre: truncation and rounding then both leave an error of
+/// about `ε^(4/5)` of an entry. `scales` are length scales of the map, of the coordinates and of
+/// the parameters.
 ///
-/// `None` where the map has no image, or is at a corner.
+/// `None` if the map has no image or is at a corner.
 pub fn linearise<S: Real>(
     map: &mut (impl SectionMap<S> + ?Sized),
     state: &[S],
@@ -188,8 +189,8 @@ pub fn linearise<S: Real>(
     Some(Linearisation { step, by_state, by_parameter })
 }
 
-/// The derivatives by the coordinates and then by some of the parameters, as [`linearise`] has
-/// them.
+/// Derivatives by the coordinates and then by the parameters in `free`, computed as by
+/// [`linearise`].
 pub(in crate::analysis) fn derivatives<S: Real>(
     map: &mut (impl SectionMap<S> + ?Sized),
     state: &[S],
@@ -208,7 +209,7 @@ pub(in crate::analysis) fn derivatives<S: Real>(
     Some((step, DMatrix::from_columns(&columns)))
 }
 
-/// Where derivatives are taken.
+/// Point at which derivatives are taken.
 struct Point<S> {
     variables: Vec<S>,
     dimension: usize,
@@ -235,7 +236,7 @@ impl<S: Real> Point<S> {
                     let inner = self.pair(map, centre, variable, length).ok()?.0;
                     return Some(fourth_order(&inner, &outer, length));
                 }
-                // A step of half the change allowed is safely within it.
+                // A step with half of the allowed change is safely within it.
                 Ok((_, change)) => length *= (share / change).max(1e-12),
                 Err(OtherBranch) => length *= OTHER_CONTACTS,
             }
@@ -243,7 +244,7 @@ impl<S: Real> Point<S> {
         None
     }
 
-    /// The difference of the images on both sides, and the change of the depth relative to itself.
+    /// Difference of the images on both sides, and the relative change of the depth.
     fn pair(
         &mut self,
         map: &mut (impl SectionMap<S> + ?Sized),
@@ -271,10 +272,10 @@ impl<S: Real> Point<S> {
     }
 }
 
-/// A step that met no image, or other contacts than its centre.
+/// Reason to shorten a step: no image, or other contacts than at the centre.
 struct OtherBranch;
 
-/// `(8 Δ(h) − Δ(2h)) / 12h`.
+/// Derivative of fourth order `(8 Δ(h) − Δ(2h)) / 12h`.
 fn fourth_order<S: Real>(inner: &DVector<S>, outer: &DVector<S>, length: f64) -> DVector<S> {
     let (eight, step) = (S::from_f64(8.0), S::from_f64(12.0) * S::from_f64(length));
     inner.zip_map(outer, |inner, outer| (eight * inner - outer) / step)

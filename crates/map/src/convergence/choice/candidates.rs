@@ -14,26 +14,26 @@ use crate::jet::{Jet, JetSpace};
 /// Weights of a parameter that are tried.
 const WEIGHTS: [u32; 3] = [2, 4, 6];
 
-/// Parameters that are given weights one by one; more of them are given the same one.
+/// Largest number of parameters with weights of their own; more parameters share one weight.
 const ALONE: usize = 2;
 
-/// Orders and weights that may meet the tolerance.
+/// Orders and weights of a map that may meet the tolerance.
 #[derive(Clone, Debug)]
 pub(super) struct Candidate {
     /// Truncation orders.
     pub(super) orders: MapOrders,
-    /// Weights of parameters, by name, where they differ from the scene's.
+    /// Weights of parameters, by name, if they differ from the scene's.
     pub(super) weights: BTreeMap<String, u32>,
     /// Weights of all active parameters.
     parameters: Vec<u32>,
-    /// Terms of a step once the parameters are folded in, then all terms.
+    /// Number of terms of a step with the parameters folded in, and number of all terms.
     pub(super) cost: (usize, usize),
-    /// What truncation is forecast to leave out.
+    /// Forecast truncation error.
     pub(super) forecast: f64,
 }
 
 impl Candidate {
-    /// Its map, out of the family it was found in.
+    /// The candidate's map, from the family it was found in.
     pub(super) fn map(&self, family: &MapFamily<'_>) -> Result<LocalMap, ConvergenceError> {
         Ok(family.weighted_map(self.orders, &self.parameters)?)
     }
@@ -64,7 +64,7 @@ pub(super) fn candidates(family: &MapFamily<'_>, forecaster: &Forecaster) -> Vec
     found
 }
 
-/// Weights of the parameters: the scene's, and heavier ones where it names none.
+/// Weights of the parameters that are tried: the scene's, and heavier ones if it states none.
 fn parameter_weights(base: &[u32]) -> Vec<Vec<u32>> {
     if base.iter().any(|&weight| weight != WEIGHTS[0]) {
         return vec![base.to_vec()];
@@ -80,13 +80,13 @@ fn parameter_weights(base: &[u32]) -> Vec<Vec<u32>> {
     base.iter().fold(vec![Vec::new()], |all, _| grow(all))
 }
 
-/// Terms that each cut keeps: with the parameters folded in (monomials in the coordinates), then
-/// all of them.
+/// Number of terms that each cut keeps: with the parameters folded in (monomials in the
+/// coordinates), and in all.
 #[derive(Debug)]
 struct Costs {
-    /// Of the legs, by degree.
+    /// Terms of the legs, by degree.
     legs: Vec<(usize, usize)>,
-    /// Of the contacts, by weight.
+    /// Terms of the contacts, by weight.
     contacts: Vec<(usize, usize)>,
 }
 
@@ -126,7 +126,7 @@ impl Costs {
     }
 }
 
-/// Weighted degrees of a polynomial's terms, and the lowest of those that share their powers of the
+/// Weighted degrees of a polynomial's terms, and the lowest degree for each set of powers of the
 /// coordinates.
 struct Kept {
     all: Vec<usize>,
@@ -150,7 +150,7 @@ impl Kept {
         }
     }
 
-    /// Adds the terms up to the weighted degree that each order is cut at.
+    /// Adds the number of terms up to the weighted degree at which each order is cut.
     fn add(&self, costs: &mut [(usize, usize)], cut: impl Fn(usize) -> Option<usize>) {
         for (order, cost) in costs.iter_mut().enumerate() {
             if let Some(highest) = cut(order) {
@@ -163,32 +163,32 @@ impl Kept {
     }
 }
 
-/// Most monomials of a leg, of the depth, and of a contact while its depth variable stands in the
-/// place of a coordinate: a whole product of two such series has up to ten million terms.
+/// Largest number of monomials of a leg, of the depth, and of a contact whose depth variable
+/// replaces a coordinate: a full product of two such series has up to ten million terms.
 const MONOMIALS: u128 = 20_000;
 
-/// Highest orders of a first search, however few the variables.
+/// Highest orders of a first search, for any number of variables.
 const HIGHEST: MapOrders = MapOrders::new(14, 20);
 
-/// Highest orders of all: where no lower ones serve and terms do fall.
+/// Highest orders of all, if no lower ones meet the tolerance and terms fall.
 const DEEPEST: MapOrders = MapOrders::new(14, 40);
 
-/// Most monomials of a fit.
+/// Largest number of monomials of a fit.
 const FITTED: usize = 800;
 
-/// One expansion with what it forecasts.
+/// One expansion with its forecasts.
 pub(super) struct Level<'a> {
     pub(super) family: MapFamily<'a>,
-    /// Every truncation, cheapest first.
+    /// All truncations, cheapest first.
     pub(super) candidates: Vec<Candidate>,
-    /// How its terms fall.
+    /// Decay of the terms.
     pub(super) rule: OrderRule,
     map: LocalMap,
     economiser: OnceCell<Option<Economiser>>,
 }
 
 impl<'a> Level<'a> {
-    /// `points` are those that forecasts are made at.
+    /// An expansion with forecasts at `points`.
     pub(super) fn new(
         family: MapFamily<'a>,
         points: &[SamplePoint],
@@ -205,13 +205,13 @@ impl<'a> Level<'a> {
         })
     }
 
-    /// What every truncation leaves out, and this expansion as well.
+    /// Truncation error of the expansion itself, which every truncation has.
     pub(super) fn remainder(&self) -> f64 {
         self.rule.error(self.family.highest())
     }
 
-    /// About how many products of coefficients the composition of a candidate takes: of the spaces
-    /// in which stages are substituted, for every monomial in the coordinates.
+    /// Estimated number of products of coefficients in the composition of a candidate: those of one
+    /// product in the space of substitution, times the number of monomials in the coordinates.
     pub(super) fn products(&self, candidate: &Candidate) -> u128 {
         let coordinates = self.map.dimension();
         let MapOrders { smooth_order, contact_weight } = candidate.orders;
@@ -231,8 +231,7 @@ impl<'a> Level<'a> {
         product.map_or(u128::MAX, |product| product as u128 * (legs + contacts))
     }
 
-    /// Fits to the highest orders; `None` where they would take too long or the window has no
-    /// points.
+    /// Fits to the highest orders; `None` if they would take too long or the window has no points.
     pub(super) fn economiser(&self) -> Option<&Economiser> {
         let made = || {
             let small = Economiser::size(&self.map) <= FITTED;
@@ -242,7 +241,7 @@ impl<'a> Level<'a> {
     }
 }
 
-/// The highest orders that are expanded, first and where those do not serve.
+/// Highest orders that are expanded: in a first search, and if that fails.
 pub(super) fn highest_orders(variables: &Variables) -> [MapOrders; 2] {
     let leg = |degree: u32| JetSpace::count(&variables.weights, DEVIATION_WEIGHT * degree);
     let contact = |weight: u32| {
@@ -284,9 +283,9 @@ mod tests {
             let pair = |orders: MapOrders| (orders.smooth_order, orders.contact_weight);
             (pair(first), pair(deepest))
         });
-        // C(14 + 4, 4) = 3060, C(12 + 6, 6) = 18 564, C(8 + 8, 8) = 12 870 monomials of a leg; with
-        // y for one of the variables 19 481, 16 016 and 19 305 of a contact to weights 40,
-        // 21 and 16.
+        // C(14 + 4, 4) = 3060, C(12 + 6, 6) = 18 564, C(8 + 8, 8) = 12 870 monomials of a leg. With
+        // y in place of one of the variables there are 19 481, 16 016 and 19 305 monomials of a
+        // contact to weights 40, 21 and 16.
         let expected = [((14, 20), (14, 40)), ((12, 20), (12, 21)), ((8, 16), (8, 16))];
         assert_eq!(orders, expected);
     }

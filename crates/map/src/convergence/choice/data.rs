@@ -1,4 +1,4 @@
-//! A chosen map: which it is, what it costs and errs, and the polynomials that it stands for.
+//! A chosen map: its identity, its cost and error, and its polynomials.
 
 use std::collections::BTreeMap;
 
@@ -17,89 +17,90 @@ use crate::orbit::GrazingOrbit;
 /// The cheapest map for a tolerance, or the most accurate one tried.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Choice {
-    /// Tolerance asked, in the units of the offsets.
+    /// Requested tolerance, in the units of the offsets.
     pub tolerance: f64,
-    /// Whether the error stays below the tolerance, on the sample and on fresh points.
+    /// Whether the error stays within the tolerance on the sample and on fresh points.
     pub met: bool,
-    /// What the map is run in: coefficients, input and every operation. Errors are those of these
-    /// numbers.
+    /// Precision in which the map runs: coefficients, input and every operation. Errors are those
+    /// in this precision.
     #[serde(default)]
     pub precision: FloatFormat,
-    /// Its truncation orders.
+    /// Truncation orders of the map.
     #[serde(flatten)]
     pub orders: MapOrders,
-    /// Shape.
+    /// Shape of the map.
     pub shape: Shape,
-    /// Weights of parameters, by name, where they are heavier than the scene's.
+    /// Weights of parameters, by name, if they are heavier than the scene's.
     pub weights: BTreeMap<String, u32>,
-    /// Which monomials it has.
+    /// Set of monomials of the map.
     pub monomials: Monomials,
-    /// The error of which those that it lacks were allowed a tenth, by their bound on the window;
-    /// `None` where it has all.
+    /// Error by which monomials were dropped: those dropped may use a tenth of it, by their bound
+    /// on the window. `None` if all are kept.
     pub drop_within: Option<f64>,
-    /// Whose coefficients it has.
+    /// Origin of the coefficients.
     pub polynomials: Polynomials,
     /// Orders of the map that economised coefficients were fitted to.
     pub fitted_to: Option<MapOrders>,
     /// Largest error on the sample.
     pub error: Option<f64>,
-    /// Largest error on fresh points; `None` where it failed on the sample already.
+    /// Largest error on fresh points; `None` if the map failed on the sample.
     pub fresh_error: Option<f64>,
-    /// Fresh points compared.
+    /// Number of fresh points compared.
     pub fresh_points: usize,
-    /// Largest error on fresh points of the same map in single precision, for information; `None`
-    /// where it is run in that.
+    /// Largest error, on fresh points, of the same map in single precision, for information; `None`
+    /// if the map runs in single precision.
     pub single_precision_error: Option<f64>,
-    /// Operations of one step, parameters frozen.
+    /// Operations of one step with the parameters frozen.
     pub operations: usize,
-    /// Coefficients other than zero, parameters not frozen.
+    /// Nonzero coefficients, with the parameters not frozen.
     pub coefficients: usize,
     /// Orders that the rule predicts for the tolerance; see docs/mathematics/orders.md.
     pub predicted: MapOrders,
-    /// Orders that no choice goes below, where `xi_1` is near 0 on the window.
+    /// Lowest orders allowed, if `xi_1` is near 0 on the window.
     #[serde(default)]
     pub least_orders: Option<LeastOrders>,
-    /// Why no map meets the tolerance, where none does.
+    /// Reason why no map meets the tolerance, if none does.
     pub limit: Option<Limit>,
     /// Seconds that the choice took.
     #[serde(deserialize_with = "crate::analysis::number_or_nan")]
     pub seconds: f64,
 }
 
-/// Whose coefficients a map has.
+/// Origin of the coefficients of a map.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Polynomials {
-    /// Those of the Taylor series.
+    /// Coefficients of the Taylor series.
     Taylor,
-    /// Those fitted to a map of higher orders on the window.
+    /// Coefficients fitted to a map of higher orders on the window.
     Economised,
 }
 
-/// What keeps maps from meeting a tolerance.
+/// Reason why no map meets a tolerance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Limit {
-    /// The highest orders that are expanded for so many variables leave out more.
+    /// The truncation error exceeds the tolerance even at the highest orders expanded for this
+    /// number of variables.
     Orders,
-    /// Terms do not fall, or hardly, on the window: it reaches to the radius of convergence.
+    /// Terms fall hardly or not at all on the window: it reaches the radius of convergence.
     Radius,
-    /// Rounding: what truncation leaves out is within the tolerance, and higher orders bring the
-    /// error down no more.
+    /// Rounding: the truncation error is within the tolerance, and higher orders do not reduce the
+    /// error.
     Rounding,
 }
 
-/// Which monomials of a truncation a map has.
+/// Set of monomials of a truncation that a map has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Monomials {
-    /// All of them.
+    /// All monomials.
     All,
-    /// Those that the tolerance needs.
+    /// Monomials that the tolerance needs.
     Needed,
 }
 
-/// The map that was chosen: as it is expanded, and as it is run.
+/// The chosen map, as it is expanded and as it runs.
 ///
 /// # Errors
 ///
@@ -117,15 +118,15 @@ pub fn chosen_map(
 }
 
 impl Choice {
-    /// The scene with the weights chosen: what is expanded at the [`orders`](Self::orders).
+    /// The scene with the chosen weights, which is expanded at the [`orders`](Self::orders).
     pub fn weighted(&self, scene: &Scene) -> Scene {
         weighted(scene, &self.weights)
     }
 
-    /// The map before anything is dropped of it, with what an economised one lacks dropped already:
-    /// coefficients are fitted to the monomials that are left.
+    /// The map before monomials are dropped. An economised factored map has them dropped already,
+    /// because its coefficients are fitted to the remaining monomials.
     ///
-    /// `scene` has the [weights](Self::weighted) chosen.
+    /// `scene` has the chosen [weights](Self::weighted).
     ///
     /// # Errors
     ///
@@ -153,15 +154,15 @@ impl Choice {
         Ok(Economiser::new(family.map(exact)?)?.economise(map))
     }
 
-    /// The error of which monomials dropped of [`local_map`](Self::local_map) may use a tenth;
-    /// `None` where none are to be dropped any more.
+    /// Error of which monomials dropped from [`local_map`](Self::local_map) may use a tenth; `None`
+    /// if none remain to be dropped.
     pub fn drop_after(&self) -> Option<f64> {
         let dropped = self.polynomials == Polynomials::Economised && self.shape == Shape::Factored;
         self.drop_within.filter(|_| !dropped)
     }
 }
 
-/// The scene without weights of its own for these parameters.
+/// The scene without its own weights for these parameters.
 fn unweighted(scene: &Scene, weights: &BTreeMap<String, u32>) -> Scene {
     let mut scene = scene.clone();
     scene.expansion.weights.retain(|(name, _)| !weights.contains_key(name));
@@ -177,17 +178,17 @@ pub(super) fn weighted(scene: &Scene, weights: &BTreeMap<String, u32>) -> Scene 
     scene
 }
 
-/// A map in the shape in which it is run.
+/// A map in the shape in which it runs.
 #[derive(Clone)]
 pub(in crate::convergence) struct Form {
-    /// As it is expanded.
+    /// The map as expanded.
     pub(in crate::convergence) map: LocalMap,
-    /// Its composed form, where that is the shape.
+    /// Composed form, if the shape is composed.
     pub(in crate::convergence) composed: Option<ComposedMap>,
 }
 
 impl Form {
-    /// The composed form is cut by the weights of the scene.
+    /// A map in a shape; the composed form is cut by the weights of the scene.
     pub(super) fn new(
         scene: &Scene,
         orbit: &GrazingOrbit,
@@ -201,7 +202,7 @@ impl Form {
         Ok(Self { map, composed })
     }
 
-    /// Without the monomials that an error does not need; `None` keeps them all.
+    /// Drops the monomials that an error does not need; `None` keeps all.
     pub(super) fn without(&self, error: Option<f64>) -> Self {
         match (error, &self.composed) {
             (None, _) => self.clone(),
@@ -213,7 +214,7 @@ impl Form {
         }
     }
 
-    /// The operations that are run.
+    /// The operations to run.
     pub(in crate::convergence) fn lowered(&self) -> HornerMap {
         match &self.composed {
             Some(composed) => HornerMap::composed(&self.map, composed),

@@ -1,12 +1,12 @@
-//! Economised maps: the coefficients of a truncated map moved so that its error on the window is
+//! Economised maps: truncated maps with coefficients adjusted so that the error on the window is
 //! smaller.
 //!
-//! One idea: a Taylor polynomial is best at the graze and worst at the window's edge. With the same
+//! A Taylor polynomial is best at the graze and worst at the window's edge. With the same
 //! monomials, and so at the same cost of a step, least squares on points of the window (Chebyshev's
-//! density along every axis) spread what was cut off over the whole of it. What was cut off is
-//! known term by term, so that one matrix of inner products of the monomials serves
-//! every truncation. The grazing point stays fixed: no constant term enters, and the coefficient of
-//! `y` there is kept. See docs/mathematics/convergence.md.
+//! density along every axis) distribute the truncation error over the whole window. The truncated
+//! terms are known one by one, so one matrix of inner products of the monomials serves every
+//! truncation. The grazing point stays fixed: no constant term enters, and the coefficient of `y`
+//! there is kept. See docs/mathematics/convergence.md.
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 
@@ -18,33 +18,34 @@ use crate::expansion::{Contact, Leg, LocalMap, MapOrders, Stage};
 use crate::jet::{Jet, JetSpace};
 use crate::numeric::Scalar;
 
-/// Points for every monomial of a fit.
+/// Number of points per monomial of a fit.
 const POINTS_PER_MONOMIAL: usize = 4;
 
-/// Fewest points of a fit.
+/// Smallest number of points of a fit.
 const FEWEST_POINTS: usize = 400;
 
-/// Points tried for one that is kept.
+/// Number of points tried per point kept.
 const TRIALS: usize = 40;
 
-/// Below this share of the window's largest depth variable an error of the depth counts as at it.
+/// Errors of the depth at depth variables below this share of the window's largest are weighted as
+/// at this share.
 const LEAST_DEPTH_VARIABLE: f64 = 1e-2;
 
-/// What is added to the diagonal of the matrix of inner products, all ones: dependent monomials
-/// then move no coefficient. Where rounding still leaves the matrix indefinite, a hundred times as
-/// much, and so on.
+/// Number added to the diagonal of the matrix of inner products, which is all ones, so that
+/// dependent monomials change no coefficient. If rounding still leaves the matrix indefinite, it is
+/// multiplied by a hundred, and so on.
 const RIDGE: f64 = 1e-13;
 
-/// How often.
+/// Largest number of such trials.
 const RIDGES: i32 = 4;
 
 impl MapFamily<'_> {
-    /// The map at lower orders with its coefficients fitted to the map of the highest ones on its
-    /// window.
+    /// The map at lower orders, with its coefficients fitted to the map of the highest orders on
+    /// its window.
     ///
     /// The monomials are those of [`map`](Self::map) whose coefficients are not zero; infinite
-    /// half-widths count as the window's depth. Each stage is fitted where the stages before it
-    /// put the points of the window.
+    /// half-widths count as the window's depth. Each stage is fitted at the images of the window's
+    /// points by the stages before it.
     ///
     /// ```
     /// use grazemap_map::convergence::MapFamily;
@@ -72,19 +73,19 @@ impl MapFamily<'_> {
     }
 }
 
-/// Moves the coefficients of truncations of one map.
+/// Fits the coefficients of truncations of one map.
 #[derive(Debug)]
 pub(super) struct Economiser {
     exact: LocalMap,
     fits: Vec<StageFit>,
 }
 
-/// The inner products of a stage's monomials.
+/// Inner products of the monomials of a stage.
 #[derive(Debug)]
 enum StageFit {
     Leg(Fit),
-    /// Of the depth, and of the correction: `y` times the monomials of its linear part, then `y²`
-    /// times those of the quadratic one.
+    /// Fits of the depth and of the correction; columns of the latter are `y` times the monomials
+    /// of its linear part, then `y²` times those of the quadratic part.
     Contact(Fit, Fit),
     None,
 }
@@ -99,7 +100,7 @@ impl Economiser {
             fits.push(match stage {
                 Stage::Leg(leg) => leg_fit(leg, &points),
                 Stage::Contact(contact) => contact_fit(contact, &points, deepest),
-                // A family's maps are series.
+                // Maps of a family are series.
                 Stage::Flown(_) => StageFit::None,
             });
             let stage = MapEvaluation::stages(&exact, number..number + 1);
@@ -111,12 +112,12 @@ impl Economiser {
         Ok(Self { exact, fits })
     }
 
-    /// Monomials of the largest fit of a map; its time grows as their square.
+    /// Number of monomials in the largest fit of a map; the time of a fit grows as its square.
     pub(super) fn size(exact: &LocalMap) -> usize {
         exact.stages.iter().map(stage_size).max().unwrap_or(0)
     }
 
-    /// A truncation of the map with its remaining coefficients fitted.
+    /// Fits the remaining coefficients of a truncation of the map.
     pub(super) fn economise(&self, mut map: LocalMap) -> LocalMap {
         let stages = map.stages.iter_mut().zip(&self.exact.stages);
         for ((stage, exact), fit) in stages.zip(&self.fits) {
@@ -139,7 +140,7 @@ impl Economiser {
                         correction.apply(&mut [linear, quadratic], &[exact.0, exact.1]);
                     }
                 }
-                // Both maps are cut from one expansion: their stages are of the same kinds.
+                // Both maps are cut from one expansion, so their stages are of the same kinds.
                 _ => {}
             }
         }
@@ -148,12 +149,12 @@ impl Economiser {
     }
 }
 
-/// Points that determine the largest of a map's fits.
+/// Number of points that determine the largest fit of a map.
 fn wanted(map: &LocalMap) -> usize {
     FEWEST_POINTS.max(POINTS_PER_MONOMIAL * Economiser::size(map))
 }
 
-/// Monomials of the largest fit of a stage.
+/// Number of monomials in the largest fit of a stage.
 fn stage_size(stage: &Stage) -> usize {
     let length = |jet: Option<&Jet<f64>>| jet.map_or(0, |jet| jet.coefficients().len());
     match stage {
@@ -166,7 +167,7 @@ fn stage_size(stage: &Stage) -> usize {
     }
 }
 
-/// The fit of a leg.
+/// Fit of a leg.
 fn leg_fit(leg: &Leg, points: &[Vec<f64>]) -> StageFit {
     let space = leg.image.first().map(Jet::space);
     let rows = space.map_or(Vec::new(), |space| {
@@ -176,8 +177,8 @@ fn leg_fit(leg: &Leg, points: &[Vec<f64>]) -> StageFit {
     StageFit::Leg(Fit::new(rows))
 }
 
-/// The fits of a contact: of the depth such that the depth variable `y` errs
-/// little, `δy = δ(y²)/2y`; of the correction on the points that touch.
+/// Fits of a contact: of the depth, weighted such that the error of the depth variable is small,
+/// `δy = δ(y²)/2y`; of the correction, at the points in contact.
 fn contact_fit(contact: &Contact, points: &[Vec<f64>], deepest: f64) -> StageFit {
     let depth = |point: &Vec<f64>| contact.depth.evaluate(point);
     let depths: Vec<f64> = points.iter().map(depth).collect();
@@ -199,7 +200,7 @@ fn contact_fit(contact: &Contact, points: &[Vec<f64>], deepest: f64) -> StageFit
     StageFit::Contact(depth_fit, Fit::new(correction.collect()))
 }
 
-/// The monomials of a space at a point, times a factor.
+/// Monomials of a space at a point, times a factor.
 fn monomials(space: &JetSpace, point: &[f64], factor: f64) -> Vec<f64> {
     let mut values = Vec::with_capacity(space.len());
     space.monomials_at(point, &mut values);
@@ -207,7 +208,7 @@ fn monomials(space: &JetSpace, point: &[f64], factor: f64) -> Vec<f64> {
     values
 }
 
-/// Points (coordinates; parameters) of the window whose passages are no deeper than it allows.
+/// Points (coordinates; parameters) of the window at which no passage is deeper than the window.
 fn window_points(map: &LocalMap, wanted: usize) -> Result<Vec<Vec<f64>>, ConvergenceError> {
     let sample = WindowSample::new(map);
     let widths = sample.widths();
@@ -231,7 +232,7 @@ fn window_points(map: &LocalMap, wanted: usize) -> Result<Vec<Vec<f64>>, Converg
     Ok(points)
 }
 
-/// Inner products of monomials over points, every monomial scaled to that with itself 1.
+/// Inner products of monomials over points; every monomial is scaled to norm 1.
 #[derive(Debug)]
 struct Fit {
     products: DMatrix<f64>,
@@ -249,11 +250,11 @@ impl Fit {
         Self { products: &transposed * transposed.transpose(), scales }
     }
 
-    /// Moves the coefficients of polynomials (their columns one after another in this fit) that are
-    /// not zero, but for the very first, to where what they lack of the exact polynomials is
-    /// least.
+    /// Adjusts the nonzero coefficients of polynomials, except the very first, so that the
+    /// difference from the exact polynomials is least. The columns of the polynomials follow each
+    /// other in this fit.
     fn apply(&self, jets: &mut [&mut Jet<f64>], exact: &[&Jet<f64>]) {
-        // No point of the window to fit at: a contact that none of them makes.
+        // No point of the window makes this contact, so there is nothing to fit.
         if self.scales.is_empty() {
             return;
         }
@@ -283,7 +284,7 @@ impl Fit {
     }
 }
 
-/// The solution of the normal equations; no change where they have none.
+/// Solution of the normal equations; zero change if there is none.
 fn solve(products: DMatrix<f64>, right: &DVector<f64>) -> Vec<f64> {
     let ridged = (0..RIDGES).find_map(|power| {
         let mut ridged = products.clone();

@@ -1,51 +1,51 @@
-//! What truncation leaves out, forecast from one expansion of higher order, and the orders that a
-//! tolerance needs, predicted from it.
+//! Truncation errors forecast from one expansion of higher order, and the orders predicted from it
+//! for a tolerance.
 //!
-//! At a point of the sample the stages act one after another. Where a monomial `m` of a stage lies
-//! beyond a cut, `c m(x)` at the stage's own input is what the cut leaves out there, and the
-//! Jacobian of the stages that follow carries it to the image. Monomials are summed by weighted
-//! degree, so that one pass forecasts every cut. On the window the terms of each degree of the
-//! legs, and of each weight of the contacts, fall as a power; where the tails of both reach half a
-//! tolerance is what to expand to. See docs/mathematics/orders.md.
+//! At a point of the sample the stages act one after another. If a monomial `m` of a stage lies
+//! beyond a cut, the truncation error is `c m(x)` at the input of the stage, and the Jacobian of
+//! the following stages carries it to the image. Monomials are summed by weighted degree, so that
+//! one pass forecasts every cut. On the window the terms of each degree of the legs, and of each
+//! weight of the contacts, fall as a power; the predicted orders are those at which the tails of
+//! both reach half the tolerance. See docs/mathematics/orders.md.
 
 use crate::analysis::MapEvaluation;
 use crate::convergence::sample::SamplePoint;
 use crate::expansion::{Contact, DEVIATION_WEIGHT, LocalMap, MapOrders, Stage};
 use crate::jet::Jet;
 
-/// Difference quotients are taken over this part of the state: less than what a second contact on
-/// its verge leaves.
+/// Step of a difference quotient, relative to the state: less than the margin of a second contact
+/// on its verge.
 const STEP: f64 = 1e-9;
 
-/// A map followed stage by stage from sample points: forecasts for any weights are made from
-/// it.
+/// A map followed stage by stage from sample points, from which forecasts for any weights are made.
 #[derive(Clone, Debug)]
 pub(super) struct Forecaster {
-    /// The map that is followed.
+    /// The map of higher order.
     pub(super) map: LocalMap,
-    /// By point, then by stage.
+    /// Inputs of the stages, by point, then by stage.
     routes: Vec<Vec<StageInput>>,
 }
 
-/// A stage on the way of a point.
+/// Input of a stage on the path of a point, and its effect on the image.
 #[derive(Clone, Debug)]
 struct StageInput {
-    /// Input: coordinates and parameters.
+    /// Input of the stage: coordinates and parameters.
     here: Vec<f64>,
-    /// Jacobian of the stages that follow, row by row.
+    /// Jacobian of the following stages, row by row.
     jacobian: Vec<Vec<f64>>,
 }
 
-/// Forecasts for one choice of weights: at each point, what each cut leaves out of the image.
+/// Forecasts for one choice of weights: at each point, the truncation error of each cut in the
+/// image.
 #[derive(Clone, Debug)]
 pub(super) struct Forecast {
-    /// By point, then by degree from 1: effects of the legs.
+    /// Effects of the legs, by point, then by degree from 1.
     smooth: Vec<Effects>,
-    /// By point, then by weight from 1: effects of the contacts.
+    /// Effects of the contacts, by point, then by weight from 1.
     contact: Vec<Effects>,
 }
 
-/// By cut, then by coordinate of the image.
+/// Truncation errors by cut, then by coordinate of the image.
 type Effects = Vec<Vec<f64>>;
 
 impl Forecaster {
@@ -59,7 +59,7 @@ impl Forecaster {
         Self { map, routes }
     }
 
-    /// The forecast with the weights of (coordinates; parameters).
+    /// Forecast with given weights of (coordinates; parameters).
     pub(super) fn forecast(&self, weights: &[u32]) -> Forecast {
         let degrees: Vec<_> = self.map.stages.iter().map(|s| degrees(s, weights)).collect();
         let of = |route: &Vec<StageInput>| at_point(&self.map, route, &degrees);
@@ -69,8 +69,8 @@ impl Forecaster {
 }
 
 impl Forecast {
-    /// Largest coordinate of what a pair of orders leaves out, over the points: no bound, as higher
-    /// terms are missing.
+    /// Largest truncation error of a coordinate at a pair of orders, over the points. It is no
+    /// bound, because higher terms are missing.
     pub(super) fn error(&self, orders: MapOrders) -> f64 {
         let (n, w) = (orders.smooth_order as usize - 1, orders.contact_weight as usize - 1);
         let pairs = self.smooth.iter().zip(&self.contact);
@@ -82,8 +82,8 @@ impl Forecast {
     }
 }
 
-/// What the terms of each degree of the legs, or of each weight of the contacts, from 2, contribute
-/// to the image: the largest over points and coordinates of what lies between a cut and the one
+/// Contribution to the image of the terms of each degree of the legs, or of each weight of the
+/// contacts, from 2: the largest difference, over points and coordinates, between a cut and the one
 /// before it.
 fn sizes(effects: &[Effects]) -> Vec<f64> {
     let cuts = effects.first().map_or(0, Vec::len);
@@ -97,7 +97,8 @@ fn sizes(effects: &[Effects]) -> Vec<f64> {
     (1..cuts).map(size).collect()
 }
 
-/// The inputs of all stages on the way of a point; `parts` are each stage and those that follow it.
+/// Inputs of all stages on the path of a point; `parts` holds each stage and the stages that follow
+/// it.
 fn route(point: &SamplePoint, parts: &[[MapEvaluation<f64>; 2]]) -> Vec<StageInput> {
     let mut here = [point.state.as_slice(), &point.parameters].concat();
     let mut inputs = Vec::with_capacity(parts.len());
@@ -112,8 +113,8 @@ fn route(point: &SamplePoint, parts: &[[MapEvaluation<f64>; 2]]) -> Vec<StageInp
     inputs
 }
 
-/// Weighted degrees of the monomials of a stage's spaces: of a leg, or of a depth and the two parts
-/// of a correction.
+/// Weighted degrees of the monomials in the spaces of a stage: of a leg, or of a depth and the two
+/// parts of a correction.
 fn degrees(stage: &Stage, weights: &[u32]) -> Vec<Vec<usize>> {
     let of = |jet: Option<&Jet<f64>>| jet.map_or(Vec::new(), |jet| weighted_degrees(jet, weights));
     match stage {
@@ -125,7 +126,7 @@ fn degrees(stage: &Stage, weights: &[u32]) -> Vec<Vec<usize>> {
     }
 }
 
-/// The weighted degree of every monomial of a jet's space.
+/// Weighted degree of every monomial of a jet's space.
 pub(super) fn weighted_degrees(jet: &Jet<f64>, weights: &[u32]) -> Vec<usize> {
     let degree = |(exponents, _): (&[u8], f64)| {
         let pairs = exponents.iter().zip(weights);
@@ -168,8 +169,8 @@ fn at_point(
     (smooth, contact)
 }
 
-/// What each weight leaves out of a contact `x + y B + y² C`: the terms of `B` and `C` beyond the
-/// cut, and those of the depth through `δy = δ(y²)/2y`.
+/// Truncation error of a contact `x + y B + y² C` at each weight: the terms of `B` and `C` beyond
+/// the cut, and those of the depth through `δy = δ(y²)/2y`.
 fn contact_cuts(law: &Contact, degrees: &[Vec<usize>], here: &[f64], count: usize) -> Effects {
     let depths = &all_sums(std::slice::from_ref(&law.depth), &degrees[0], here)[0];
     let depth = depths.total();
@@ -198,7 +199,7 @@ fn contact_cuts(law: &Contact, degrees: &[Vec<usize>], here: &[f64], count: usiz
 #[derive(Debug, Default)]
 struct Sums(Vec<f64>);
 
-/// The sums of polynomials of one space.
+/// Sums of each of several polynomials of one space.
 fn all_sums(jets: &[Jet<f64>], degrees: &[usize], here: &[f64]) -> Vec<Sums> {
     let mut monomials = Vec::with_capacity(degrees.len());
     if let Some(jet) = jets.first() {
@@ -224,7 +225,7 @@ impl Sums {
     }
 }
 
-/// The Jacobian of the stages that follow, row by row.
+/// Jacobian of the following stages, row by row.
 fn jacobian(rest: &MapEvaluation<f64>, state: &[f64], parameters: &[f64]) -> Vec<Vec<f64>> {
     let size = state.iter().fold(0.0f64, |max, value| max.max(value.abs()));
     let step = STEP * if size > 0.0 { size } else { 1.0 };
@@ -243,40 +244,40 @@ fn jacobian(rest: &MapEvaluation<f64>, state: &[f64], parameters: &[f64]) -> Vec
     rows
 }
 
-/// Orders of a block of the legs, and of the contacts.
+/// Number of orders in a block of the legs, and of the contacts.
 const LEG_PERIOD: usize = 1;
 const CONTACT_PERIOD: usize = 4;
 
-/// Ratios of blocks that are averaged, the last ones.
+/// Number of ratios of blocks that are averaged, the last ones.
 const AVERAGED: usize = 3;
 
-/// Largest ratio of successive terms that is believed to converge.
+/// Largest ratio of successive terms that counts as convergence.
 const SLOWEST: f64 = 0.95;
 
-/// Orders beyond which nothing is predicted.
+/// Highest order that is predicted.
 const HIGHEST: u32 = 40;
 
-/// How the terms of a map fall on its window.
+/// Decay of the terms of a map on its window.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OrderRule {
-    /// Of the legs, by degree.
+    /// Decay of the legs, by degree.
     pub legs: Decay,
-    /// Of the contacts, by weight.
+    /// Decay of the contacts, by weight.
     pub contacts: Decay,
 }
 
-/// Sizes of terms by order: those known, and beyond them each over that of `period` orders before
-/// by the same factor.
+/// Sizes of terms by order. Beyond the known orders, each size is that of `period` orders before
+/// times a fixed factor.
 ///
-/// With deviations of weight 2 of which even powers matter more than odd ones, the terms of a
+/// If deviations have weight 2 and their even powers matter more than odd ones, the terms of a
 /// contact come in blocks of four weights.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Decay {
-    /// What the terms of each order from 2 contribute to an image, in the units of the offsets.
+    /// Contribution of the terms of each order from 2 to an image, in the units of the offsets.
     pub sizes: Vec<f64>,
-    /// Orders of a block.
+    /// Number of orders in a block.
     pub period: usize,
-    /// Factor from an order to the next, in the mean over a block.
+    /// Mean factor from an order to the next, over a block.
     pub ratio: f64,
 }
 
@@ -288,7 +289,7 @@ impl OrderRule {
         }
     }
 
-    /// The least orders whose neglected terms come to at most half a tolerance each.
+    /// Lowest orders whose neglected terms amount to at most half a tolerance each.
     ///
     /// ```
     /// use grazemap_map::convergence::{Decay, OrderRule};
@@ -306,7 +307,7 @@ impl OrderRule {
         }
     }
 
-    /// What orders leave out, by the same power laws.
+    /// Truncation error at given orders, by the same power laws.
     pub fn error(&self, orders: MapOrders) -> f64 {
         self.legs.tail(orders.smooth_order) + self.contacts.tail(orders.contact_weight)
     }
@@ -318,7 +319,7 @@ impl OrderRule {
 }
 
 impl Decay {
-    /// From sizes of the terms of orders 2, 3, …
+    /// Decay from the sizes of the terms of orders 2, 3, …
     fn of(sizes: Vec<f64>, period: usize) -> Self {
         let factors = (period..sizes.len()).map(|at| sizes[at] / sizes[at - period]);
         let known: Vec<f64> =
@@ -332,7 +333,7 @@ impl Decay {
         Self { sizes, period, ratio }
     }
 
-    /// What the terms beyond an order contribute.
+    /// Contribution of the terms beyond an order.
     fn tail(&self, order: u32) -> f64 {
         let factor = self.ratio.min(SLOWEST).powi(self.period as i32);
         let size = |order: usize| match self.sizes.get(order - 2) {
@@ -351,7 +352,7 @@ impl Decay {
         known + block / (1.0 - factor)
     }
 
-    /// The least order whose tail is within a bound.
+    /// Lowest order whose tail is within a bound.
     fn order(&self, bound: f64) -> u32 {
         let orders = 1..HIGHEST;
         orders.into_iter().find(|&order| self.tail(order) <= bound).unwrap_or(HIGHEST)

@@ -1,4 +1,4 @@
-//! Candidates for a tolerance: measured on a sample and, where they hold there, on fresh points.
+//! Candidates for a tolerance, measured on a sample and, if they meet it there, on fresh points.
 
 use std::collections::BTreeMap;
 
@@ -17,54 +17,53 @@ use crate::model::{Scene, Shape};
 use crate::numeric::FloatFormat;
 use crate::orbit::GrazingOrbit;
 
-/// Points by which maps are chosen, in addition to the corners.
+/// Number of points by which maps are chosen, in addition to the corners.
 const POINTS: usize = 128;
 
-/// Points that forecasts are made at, of the sample and of those with two contacts.
+/// Number of points for forecasts, from the sample and from the joint points each.
 const FORECAST_POINTS: usize = 24;
 
-/// Multiples of the tolerance whose tenth monomials may be dropped within, by their bound on the
-/// window; the bound is rarely reached, and the error is measured.
+/// Multiples of the tolerance; monomials are dropped within a tenth of each, by their bound on the
+/// window. The bound is rarely reached, and the error is measured.
 const DROPS: [f64; 6] = [300.0, 100.0, 30.0, 10.0, 3.0, 1.0];
 
-/// What every candidate is measured on.
+/// Data on which every candidate is measured.
 pub(super) struct Bench<'a> {
     pub(super) scene: &'a Scene,
     orbit: &'a GrazingOrbit,
     system: HybridSystem,
-    /// The window.
+    /// Sample of the window.
     pub(super) sample: WindowSample,
     truth: ExactImages,
-    /// Points at which truncation is forecast: the first of the sample and of those with two
-    /// contacts.
+    /// Points at which truncation is forecast: the first of the sample and of the joint points.
     pub(super) forecast_points: Vec<SamplePoint>,
-    /// Where `xi_1` is near 0 on the window.
+    /// Required effect on the next depth, if `xi_1` is near 0 on the window.
     next_depth: Option<NextDepth>,
     fresh_points: Vec<SamplePoint>,
     fresh: Option<ExactImages>,
-    /// Keeps what is measured of candidates, or gives it as an earlier run kept it.
+    /// Store for measurements of candidates, including those that an earlier run kept.
     pub(super) progress: &'a dyn Progress,
 }
 
-/// The candidates for one tolerance, run in one kind of numbers: the cheapest that meets it and the
-/// nearest of the others.
+/// Candidates for one tolerance, in one precision: the cheapest that meets it, and the nearest of
+/// the others.
 #[derive(Debug)]
 pub(super) struct Trial {
     pub(super) tolerance: f64,
-    /// What candidates are run and judged in.
+    /// Precision in which candidates run and are judged.
     pub(super) precision: FloatFormat,
     found: Option<Choice>,
     nearest: Option<Choice>,
-    /// One within the tolerance that does not move the next depth as contacts do: named where
-    /// there is nothing else.
+    /// A candidate within the tolerance with a wrong effect on the next depth; returned only if
+    /// there is no other.
     misleading: Option<Choice>,
 }
 
-/// A candidate measured.
+/// A measured candidate.
 #[derive(Debug, Serialize, Deserialize)]
 struct Measured {
     choice: Choice,
-    /// Within the tolerance, but does not move the next depth as contacts do.
+    /// Whether the candidate is within the tolerance but has a wrong effect on the next depth.
     misleads: bool,
 }
 
@@ -73,12 +72,13 @@ impl Trial {
         Self { tolerance, precision, found: None, nearest: None, misleading: None }
     }
 
-    /// Enters a candidate and what was dropped of it; whether the whole of it meets the tolerance.
+    /// Enters a candidate and its versions with monomials dropped; returns whether the whole
+    /// candidate meets the tolerance.
     fn enter(&mut self, measured: Vec<Measured>) -> bool {
         let met = measured.first().is_some_and(|first| first.choice.met);
         for Measured { choice, misleads } in measured {
             match misleads {
-                // It may not be chosen at any error.
+                // Such a candidate may not be chosen at any error.
                 true => self.misleading = Some(choice),
                 false => self.add(choice),
             }
@@ -97,7 +97,7 @@ impl Trial {
         self.found.as_ref()
     }
 
-    /// Error of the nearest of those that fail.
+    /// Error of the nearest candidate that fails.
     pub(super) fn nearest_error(&self) -> f64 {
         self.nearest.as_ref().map_or(f64::INFINITY, Choice::size)
     }
@@ -108,7 +108,8 @@ impl Trial {
 }
 
 impl Choice {
-    /// Cheaper where both meet the tolerance, more accurate where neither does.
+    /// Whether this choice is cheaper, if both meet the tolerance, or more accurate, if neither
+    /// does.
     fn beats(&self, other: &Self) -> bool {
         if self.met {
             (self.operations, self.coefficients) < (other.operations, other.coefficients)
@@ -117,7 +118,7 @@ impl Choice {
         }
     }
 
-    /// The largest error measured; infinite where an image was not finite.
+    /// Largest error measured; infinite if an image was not finite.
     fn size(&self) -> f64 {
         let errors = [self.error, self.fresh_error].into_iter().flatten();
         let largest = errors.fold(f64::NAN, f64::max);
@@ -126,8 +127,8 @@ impl Choice {
 }
 
 impl<'a> Bench<'a> {
-    /// Simulates the points that maps are chosen by; `map` has the window, and `fresh` is the
-    /// number of points on which a map has to hold too.
+    /// Simulates the points that maps are chosen by. `map` has the window; `fresh` is the number of
+    /// points on which a map also has to meet the tolerance.
     pub(super) fn new(
         scene: &'a Scene,
         orbit: &'a GrazingOrbit,
@@ -161,19 +162,20 @@ impl<'a> Bench<'a> {
         })
     }
 
-    /// Orders that no choice goes below.
+    /// Lowest orders that may be chosen, if there is such a limit.
     pub(super) fn least_orders(&self) -> Option<LeastOrders> {
         self.next_depth.as_ref().map(|next| next.least)
     }
 
-    /// What rounding an image can come to.
+    /// Bound on the rounding error of an image.
     pub(super) fn rounding(&self, precision: FloatFormat) -> f64 {
         let offsets = self.truth.images.iter().flatten();
         let largest = offsets.map(|offset| offset.to_f64().abs()).fold(0.0, f64::max);
         2.0 * precision.roundoff() * largest
     }
 
-    /// Measures a candidate with as few monomials as the tolerance needs; whether it meets it.
+    /// Measures a candidate with as few monomials as the tolerance needs; returns whether it meets
+    /// the tolerance.
     pub(super) fn judge(
         &mut self,
         level: &Level<'_>,
@@ -192,7 +194,7 @@ impl<'a> Bench<'a> {
         Ok(trial.enter(measured?))
     }
 
-    /// What [`judge`](Self::judge) measures.
+    /// Measurements for [`judge`](Self::judge).
     fn measured(
         &mut self,
         level: &Level<'_>,
@@ -214,7 +216,7 @@ impl<'a> Bench<'a> {
             Some(economiser) => economiser.economise(map),
             None => map,
         };
-        // Coefficients of a factored map are fitted to the monomials that are left.
+        // Coefficients of a factored map are fitted to the remaining monomials.
         let first = economiser.is_some() && shape != Shape::Composed;
         let whole = Form::new(&scene, self.orbit, fitted(map.clone()), shape)?;
         let pruned = |error: f64| match first {
@@ -238,8 +240,8 @@ impl<'a> Bench<'a> {
         Ok(trial.enter(measured))
     }
 
-    /// Measures a map and, where it meets the tolerance, the same with ever more of its monomials
-    /// until one does with fewest of them.
+    /// Measures a map and, if it meets the tolerance, versions with increasing numbers of monomials
+    /// until one meets it, which then has the fewest.
     fn fewest(
         &mut self,
         whole: &Form,
@@ -262,7 +264,7 @@ impl<'a> Bench<'a> {
         Ok(measured)
     }
 
-    /// Measures a map.
+    /// Measures one map on the sample and, if it meets the tolerance there, on fresh points.
     fn measure(
         &mut self,
         form: &Form,

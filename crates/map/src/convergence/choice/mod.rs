@@ -1,9 +1,9 @@
 //! The map, and the section, chosen for a tolerance: the one with the fewest operations that meets
 //! it.
 //!
-//! The cost of a map is known from its coefficients and its error is forecast from one expansion of
-//! higher order, so that only maps that may be the answer are measured. What is expanded and
-//! simulated once serves all tolerances. See docs/mathematics/convergence.md.
+//! The cost of a map is known from its coefficients, and its error is forecast from one expansion
+//! of higher order. Only maps that may be the answer are measured. One expansion and one simulation
+//! serve all tolerances. See docs/mathematics/convergence.md.
 
 mod candidates;
 mod data;
@@ -32,26 +32,27 @@ pub use forecast::{Decay, OrderRule};
 pub use next_depth::LeastOrders;
 pub use sections::{SectionChoice, SectionVerdict, SettledScene, choose_sections, settle_section};
 
-/// What is asked of a choice.
+/// Settings of a choice.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ChoiceOptions {
     /// Largest error of a coordinate of one image on the window, in the units of the offsets.
     pub tolerance: f64,
-    /// Fresh points on which a map has to hold too.
+    /// Number of fresh points on which a map also has to meet the tolerance.
     pub fresh: usize,
 }
 
 impl ChoiceOptions {
-    /// A tolerance, tried on a thousand fresh points.
+    /// A tolerance, checked on a thousand fresh points.
     pub fn new(tolerance: f64) -> Self {
         Self { tolerance, fresh: 1000 }
     }
 }
 
 /// The cheapest map whose error on the window is at most `tolerance`, checked on a thousand fresh
-/// points; the most accurate one tried, and [`Choice::met`] `false`, where none is.
+/// points. If there is none, the result is the most accurate map tried, and [`Choice::met`] is
+/// `false`.
 ///
-/// This is what a scene with `expansion.tolerance` gets.
+/// A scene with `expansion.tolerance` uses this choice.
 ///
 /// # Errors
 ///
@@ -64,7 +65,7 @@ pub fn choose_orders(
     choose(scene, orbit, &ChoiceOptions::new(tolerance))
 }
 
-/// [`choose_orders`] with the number of fresh points named.
+/// Chooses as [`choose_orders`], with a given number of fresh points.
 ///
 /// # Errors
 ///
@@ -77,30 +78,30 @@ pub fn choose(
     Chooser::new(scene, orbit, options.fresh)?.choose(options.tolerance)
 }
 
-/// Degrees and weights that an expansion has beyond the predicted ones: orders can be exchanged for
-/// one another, and forecasts and fits need terms beyond what they cut.
+/// Degrees and weights of an expansion beyond the predicted ones: orders can be exchanged for one
+/// another, and forecasts and fits need terms beyond the truncation.
 const MARGIN: MapOrders = MapOrders::new(1, 2);
 
-/// By how much an expansion grows that was not high enough.
+/// Step by which the orders of an insufficient expansion grow.
 const STEP: MapOrders = MapOrders::new(2, 3);
 
-/// An error that falls by less from one expansion to the next has come to its end.
+/// An error that falls by a smaller factor from one expansion to the next has reached its limit.
 const FALLS: f64 = 0.5;
 
-/// An error of which truncation is forecast to be less than this share is rounding.
+/// An error is rounding if the forecast truncation error is less than this share of it.
 const TRUNCATION: f64 = 0.1;
 
-/// And one of so many roundings of the image.
+/// An error is also rounding if it is within this number of roundings of the image.
 const ROUNDINGS: f64 = 32.0;
 
-/// A tolerance that is a smaller share of a rounding of the largest image is met by no map in these
-/// numbers: the largest of many roundings comes near to a quarter of it at least.
+/// A tolerance below this share of the rounding of the largest image is met by no map in that
+/// precision: the largest of many roundings is at least about a quarter of it.
 const HOPELESS: f64 = 0.1;
 
-/// A search for the cheapest map that is run in some numbers.
+/// A search for the cheapest map that runs in a given precision.
 struct Search {
     trial: Trial,
-    /// Why the series that were tried do not serve.
+    /// Reason why the series that were tried do not meet the tolerance.
     limit: Option<Limit>,
 }
 
@@ -109,7 +110,7 @@ impl Search {
         Self { trial: Trial::new(tolerance, precision), limit: None }
     }
 
-    /// The map found, or the nearest to the tolerance with what keeps it from it.
+    /// The map found, or the one nearest to the tolerance with the reason why none meets it.
     fn end(self) -> Result<Choice, ConvergenceError> {
         let best = self.trial.best();
         let mut choice = best.ok_or(ConvergenceError::NoTruth { tried: 0 })?;
@@ -118,7 +119,7 @@ impl Search {
     }
 }
 
-/// Chooses maps of one scene.
+/// Chooses maps of one scene for any tolerance.
 ///
 /// ```
 /// use grazemap_map::convergence::Chooser;
@@ -139,16 +140,16 @@ pub struct Chooser<'a> {
     bench: Bench<'a>,
     /// Highest orders of the first search.
     limit: MapOrders,
-    /// Highest orders where these do not serve.
+    /// Highest orders of a second search, if the first fails.
     deepest: MapOrders,
     levels: Vec<Level<'a>>,
-    /// Whether contacts are flown where no series serves.
+    /// Whether contacts are flown if no series meets the tolerance.
     flies: bool,
 }
 
 impl<'a> Chooser<'a> {
     /// Expands to low orders and simulates the points that maps are chosen by; `fresh` is the
-    /// number of points on which a map has to hold too.
+    /// number of points on which a map also has to meet the tolerance.
     ///
     /// # Errors
     ///
@@ -166,7 +167,7 @@ impl<'a> Chooser<'a> {
         Ok(Self { scene, orbit, bench, limit, deepest, levels: vec![probe], flies: true })
     }
 
-    /// The same with orders limited, and contacts flown only if the scene asks for it.
+    /// Limits the orders; contacts are flown only if the scene requests it.
     fn within(mut self, orders: MapOrders) -> Self {
         self.limit = self.limit.min(orders);
         self.deepest = self.limit;
@@ -174,33 +175,31 @@ impl<'a> Chooser<'a> {
         self
     }
 
-    /// The same, keeping what is measured of candidates; what an earlier run kept is not measured
-    /// again.
+    /// Keeps measurements of candidates, and reuses those that an earlier run kept.
     pub(super) fn resuming(mut self, progress: &'a dyn Progress) -> Self {
         self.bench.progress = progress;
         self
     }
 
-    /// The rule that searches begin with.
+    /// Rule with which searches begin.
     pub fn rule(&self) -> OrderRule {
         self.levels[0].rule.clone()
     }
 
-    /// Points of the window, from a number of the sequence on: nothing is chosen by those beyond
-    /// the first 128 and as many fresh ones as were asked for.
+    /// Points of the window, from a number of the sequence on. Points beyond the first 128 and the
+    /// requested number of fresh ones are not used for any choice.
     pub fn points(&self, first: usize, count: usize) -> Vec<SamplePoint> {
         self.bench.sample.points(first, count)
     }
 
-    /// Points at which two passages in a row make contact; see
+    /// Joint points of two passages in a row; see
     /// [`WindowSample::joint_points`](super::WindowSample::joint_points).
     pub fn joint_points(&self, first: usize, count: usize) -> Vec<SamplePoint> {
         self.bench.sample.joint_points(first, count)
     }
 
-    /// The cheapest map for a tolerance: see [`choose_orders`]. It is judged
-    /// in the numbers in which the scene has it run; where that is left open, in single
-    /// precision first.
+    /// Cheapest map for a tolerance; see [`choose_orders`]. The map is judged in the precision that
+    /// the scene states; if it states none, in single precision first.
     ///
     /// # Errors
     ///
@@ -221,7 +220,7 @@ impl<'a> Chooser<'a> {
             if searches.iter().any(found) {
                 break;
             }
-            // Series to the highest orders, where those of the first search were too low.
+            // Series to the highest orders, if those of the first search were too low.
             let search = &mut searches[at];
             if search.limit == Some(Limit::Orders) {
                 search.limit = self.choose_deeper(&mut search.trial)?;
@@ -235,7 +234,7 @@ impl<'a> Chooser<'a> {
         Ok(choice)
     }
 
-    /// The numbers in which a map may be run, the cheapest first; at least one.
+    /// Precisions in which a map may run, the cheapest first; at least one.
     fn precisions(&self, tolerance: f64) -> Vec<FloatFormat> {
         let hopeless = HOPELESS * self.bench.rounding(FloatFormat::F32);
         match self.scene.emit.precision {
@@ -245,7 +244,7 @@ impl<'a> Chooser<'a> {
         }
     }
 
-    /// Series, and contacts that are flown, to the orders of a first search.
+    /// Tries series, and contacts that are flown, up to the orders of a first search.
     fn search(&mut self, search: &mut Search) -> Result<(), ConvergenceError> {
         let shape = self.scene.emit.shape;
         if shape != Shape::Flown {
@@ -259,7 +258,8 @@ impl<'a> Chooser<'a> {
         }
     }
 
-    /// Expansions from the predicted orders on until a map meets the tolerance; why none does.
+    /// Expands from the predicted orders on until a map meets the tolerance; returns the reason if
+    /// none does.
     fn choose_series(&mut self, trial: &mut Trial) -> Result<Option<Limit>, ConvergenceError> {
         let rounding = self.bench.rounding(trial.precision);
         let reachable = trial.tolerance.max(rounding);
@@ -274,7 +274,7 @@ impl<'a> Chooser<'a> {
         let mut last = f64::INFINITY;
         loop {
             let Some(at) = self.finite_level(highest)? else {
-                // The probe stands for the orders before.
+                // The probe replaces the expansion that overflowed.
                 try_level(&mut self.bench, &self.levels[0], trial)?;
                 return Ok(Some(Limit::Orders).filter(|_| trial.found().is_none()));
             };
@@ -302,10 +302,10 @@ impl<'a> Chooser<'a> {
         }
     }
 
-    /// Expansions beyond the limit of the first search, from the highest one made on, until a map
-    /// meets the tolerance; why none does.
+    /// Expands beyond the limit of the first search, from the highest expansion made, until a map
+    /// meets the tolerance; returns the reason if none does.
     ///
-    /// The error of the most accurate map is taken to fall as the terms of the contacts do.
+    /// The error of the most accurate map is assumed to fall as the terms of the contacts do.
     fn choose_deeper(&mut self, trial: &mut Trial) -> Result<Option<Limit>, ConvergenceError> {
         let reachable = trial.tolerance.max(self.bench.rounding(trial.precision));
         let weight = |level: &&Level<'_>| level.family.highest().contact_weight;
@@ -336,8 +336,8 @@ impl<'a> Chooser<'a> {
         Ok(Some(Limit::Orders))
     }
 
-    /// The orders of the next expansion: one step towards those that this one predicts, or of both
-    /// factors where it predicts no higher ones.
+    /// Orders of the next expansion: one step towards those that this expansion predicts, or a step
+    /// of both factors if it predicts no higher ones.
     fn next(&self, level: &Level<'_>, tolerance: f64) -> MapOrders {
         let here = level.family.highest();
         let predicted = level.rule.orders(tolerance);
@@ -350,12 +350,12 @@ impl<'a> Chooser<'a> {
         })
     }
 
-    /// Within the highest orders; at least 2, so that terms can be seen to fall.
+    /// Clamps orders to the highest ones; at least 2, so that terms can be seen to fall.
     fn clamped(&self, orders: MapOrders) -> MapOrders {
         orders.min(self.limit).max(MapOrders::new(2, 4))
     }
 
-    /// The expansion to some orders; `None` where its coefficients overflow, which ends a search.
+    /// The expansion to some orders; `None` if its coefficients overflow, which ends a search.
     fn finite_level(&mut self, highest: MapOrders) -> Result<Option<usize>, ConvergenceError> {
         match self.level(highest) {
             Err(error) if error.is_overflow() => Ok(None),
@@ -363,7 +363,7 @@ impl<'a> Chooser<'a> {
         }
     }
 
-    /// The expansion to some orders, made once.
+    /// Number of the expansion to some orders, which is made once.
     fn level(&mut self, highest: MapOrders) -> Result<usize, ConvergenceError> {
         let made = |level: &Level<'_>| level.family.highest() == highest;
         if let Some(at) = self.levels.iter().position(made) {
@@ -376,8 +376,9 @@ impl<'a> Chooser<'a> {
         Ok(self.levels.len() - 1)
     }
 
-    /// Maps with flown contacts, no series forecasting what their truncation leaves out: the least
-    /// weight that serves with a degree as high, by bisection, then the least degree.
+    /// Tries maps with flown contacts, whose truncation error no series forecasts: finds by
+    /// bisection the lowest weight that meets the tolerance with a degree as high, then lowers the
+    /// degree and the weight separately.
     fn choose_flown(&mut self, trial: &mut Trial) -> Result<(), ConvergenceError> {
         let top = self.limit.smooth_order.min(self.limit.contact_weight);
         let orders = MapOrders::new;
@@ -387,8 +388,7 @@ impl<'a> Chooser<'a> {
             at => at?,
         };
         let family = &self.levels[at].family;
-        // A law that cannot be flown has no flown map to offer; a scene that asks for one gets
-        // the error.
+        // A law that cannot be flown has no flown map; a scene that requests one gets the error.
         match family.flown_map(orders(1, 2)) {
             Err(error) if !asked && error.is_not_flown() => return Ok(()),
             map => map?,
@@ -434,34 +434,36 @@ impl<'a> Chooser<'a> {
     }
 }
 
-/// A map is measured where its forecast is within this many times the tolerance.
+/// A map is measured if its forecast is within this multiple of the tolerance.
 const SLACK: f64 = 2.0;
 
-/// Further ones are tried where the forecast of their stages is within this many times the
-/// tolerance: folding can leave out less than they do.
+/// Composed maps are also tried if the forecast of their stages is within this multiple of the
+/// tolerance: composition can have a smaller truncation error than its stages.
 const COMPOSED_SLACK: f64 = 100.0;
 
-/// An economised one where that of its truncation is: fits gain a factor of 2 to 20.
+/// An economised map is tried if the forecast of its truncation is within this multiple of the
+/// tolerance: fits gain a factor of 2 to 20.
 const GAIN: f64 = 20.0;
 
-/// Maps tried after the first that meets the tolerance: of a dearer one more monomials may be
-/// dropped.
+/// Number of maps tried after the first that meets the tolerance: more monomials may be dropped
+/// from a more expensive one.
 const FURTHER: usize = 3;
 
-/// Maps within the slack whose composed form is tried, from the cheapest.
+/// Number of maps within the slack, from the cheapest, whose composed form is tried.
 const FEW: usize = 8;
 
-/// So many of them, and of economised maps, from the least forecast.
+/// Number of composed and of economised maps tried, from the lowest forecast.
 const LIKELIEST: usize = 24;
 
-/// Most products of coefficients of a composition that is tried where a map serves already: some
-/// tenths of a second, and thirty are.
+/// Largest number of products of coefficients in a composition that is tried once a map meets the
+/// tolerance: some tenths of a second each, for thirty of them.
 const COMPOSED_PRODUCTS: u128 = 100_000_000;
 
-/// The same where none does.
+/// Largest number of products of coefficients in a composition that is tried while no map meets the
+/// tolerance.
 const LAST_PRODUCTS: u128 = 1_000_000_000;
 
-/// The maps of one expansion that may be the answer: Taylor maps, factored and composed, then
+/// Tries the maps of one expansion that may be the answer: Taylor maps, factored and composed, then
 /// economised ones that are cheaper than the cheapest of them.
 fn try_level(
     bench: &mut Bench<'_>,
@@ -513,7 +515,7 @@ fn try_level(
     Ok(())
 }
 
-/// Of candidates no dearer than one that serves, those of the least forecast.
+/// Candidates with the lowest forecasts, among those no more expensive than `most`.
 fn likeliest<'c>(
     candidates: impl Iterator<Item = &'c Candidate>,
     most: (usize, usize),
@@ -525,7 +527,8 @@ fn likeliest<'c>(
     cheaper
 }
 
-/// Tries candidates until a few after the first that meets the tolerance; the cost of that one.
+/// Tries candidates until a few after the first that meets the tolerance; returns the cost of that
+/// one.
 fn try_all(
     candidates: &[&Candidate],
     mut judge: impl FnMut(&Candidate) -> Result<bool, ConvergenceError>,

@@ -1,8 +1,8 @@
-//! What a contact does to the depth of the next one, where `xi_1` is near 0.
+//! Effect of a contact on the depth of the next one, if `xi_1` is near 0.
 //!
-//! One idea: a tolerance bounds one step and does not see `xi_1`. A contact of depth `y²` moves the
-//! next depth by `−ξ y + η y²`; where the first term does not prevail on the window a map decides
-//! wrongly about stability unless it has the second, whatever its error is. See
+//! A tolerance bounds the error of one step and does not involve `xi_1`. A contact of depth `y²`
+//! moves the next depth by `−ξ y + η y²`. If the first term does not dominate on the window, a map
+//! without the second term gives wrong stability, however small its error is. See
 //! docs/mathematics/orders.md.
 
 use serde::{Deserialize, Serialize};
@@ -13,57 +13,59 @@ use crate::expansion::{LocalMap, MapOrders, Stage};
 use crate::iteration::DiscreteMap;
 use crate::numeric::Scalar;
 
-/// Lowest orders that have the terms of second order in `y` of the next depth.
+/// Lowest orders that contain the terms of second order in `y` of the next depth.
 const LEAST: MapOrders = MapOrders::new(2, 3);
 
-/// Depth variables at which the effect of a contact is compared, over the window's largest.
+/// Depth variables at which the effect of a contact is compared, relative to the window's largest.
 const SHARES: [f64; 5] = [1.0, 0.3, 0.1, 0.03, 0.01];
 
-/// Depth variables from which the terms in `y` and `y²` are found.
+/// Depth variables from which the terms in `y` and `y²` are determined, relative to the window's
+/// largest.
 const SMALL: [f64; 2] = [0.01, 0.02];
 
-/// The part of the effect of a contact by which a map may be off near the graze, and what is added
-/// to it up to the window's edge: a slope that is off by a constant is so at all depths, truncation
-/// only at the edge.
+/// Allowed relative error of the effect of a contact near the graze, and its increase up to the
+/// window's edge: an error of the slope is the same at all depths, a truncation error appears only
+/// at the edge.
 const PART: [f64; 2] = [0.01, 0.09];
 
-/// A point without contact is short of it by this share of a depth.
+/// The point without contact is short of contact by this share of a depth.
 const SHORT: f64 = 1e-6;
 
-/// A stretch below this is none: the law has no square root.
+/// A stretch below this counts as zero: the law has no square root.
 const NO_STRETCH: f64 = 1e-10;
 
-/// Lowest orders of the maps that are chosen from, and why: on the window a contact of depth `y²`
-/// moves the next depth by `linear y + quadratic y²`, and the first term, that of `xi_1`, is less
-/// than twice the second somewhere.
+/// Lowest orders of the maps that are chosen from, with the reason: on the window a contact of
+/// depth `y²` moves the next depth by `linear y + quadratic y²`, and the first term, which belongs
+/// to `xi_1`, is somewhere less than twice the second.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LeastOrders {
-    /// The orders.
+    /// Lowest truncation orders.
     #[serde(flatten)]
     pub orders: MapOrders,
     /// Coefficient of `y` at `p*`, proportional to `xi_1`.
     pub linear: f64,
-    /// By how much it changes over the half-widths of the parameters.
+    /// Change of that coefficient over the half-widths of the parameters.
     pub spread: f64,
-    /// Coefficient of `y²`.
+    /// Coefficient of `y²` in the next depth.
     pub quadratic: f64,
     /// Largest depth variable of the window.
     pub largest: f64,
 }
 
 impl LeastOrders {
-    /// Whether orders are as high.
+    /// Whether orders are at least as high as these.
     pub(super) fn allow(&self, orders: MapOrders) -> bool {
         orders.reaches(self.orders)
     }
 
-    /// Orders raised to these.
+    /// Orders raised to at least these.
     pub(super) fn raised(&self, orders: MapOrders) -> MapOrders {
         orders.max(self.orders)
     }
 }
 
-/// How contacts of the last passage of a return move the depth of the first one of the next return.
+/// Effect of contacts at the last passage of a return on the depth of the first passage of the next
+/// return.
 #[derive(Clone, Debug)]
 pub(super) struct NextDepth {
     pub(super) least: LeastOrders,
@@ -71,19 +73,19 @@ pub(super) struct NextDepth {
     demands: Vec<Demand>,
 }
 
-/// What a contact does at a point, and how well a map is to know it.
+/// Effect of a contact at a point, and its allowed error in a map.
 #[derive(Clone, Debug)]
 struct Demand {
     pair: Pair,
-    /// By how much the contact moves the next depth.
+    /// Change of the next depth by the contact.
     effect: f64,
-    /// By how much a map may be off.
+    /// Largest allowed error of that change.
     allowed: f64,
 }
 
 impl NextDepth {
-    /// By a map of orders above the least ones; `None` where the term of `xi_1` prevails on the
-    /// window, or the law has none.
+    /// Effects computed by a map of orders above the lowest; `None` if the term of `xi_1` dominates
+    /// on the window, or the law has no square root.
     pub(super) fn new(map: &LocalMap, sample: &WindowSample) -> Option<Self> {
         let law = map.stages.iter().rev().find_map(|stage| match stage {
             Stage::Contact(contact) => Some(contact),
@@ -109,8 +111,8 @@ impl NextDepth {
         };
         let found: Vec<[f64; 2]> = ends.iter().map(terms).collect::<Option<_>>()?;
         let [linear, quadratic] = found[0];
-        // Both ends of each parameter in turn: a zero of the first term lies within what they come
-        // to together.
+        // Both ends of each parameter in turn: a zero of the first term lies within the sum of the
+        // changes.
         let change = |pair: &[[f64; 2]]| {
             let sizes = pair.iter().map(|terms| (terms[0] - linear).abs());
             sizes.fold(0.0, f64::max)
@@ -135,8 +137,8 @@ impl NextDepth {
         })
     }
 
-    /// Whether a map moves the next depth as contacts do: to a hundredth near the graze, to a tenth
-    /// at the window's edge.
+    /// Whether a map has the right effect on the next depth: to a hundredth near the graze, to a
+    /// tenth at the window's edge.
     pub(super) fn keeps(&self, map: &dyn DiscreteMap) -> bool {
         let image = |state: &[f64], parameters: &[f64]| {
             let mut image = vec![0.0; map.dimension()];
@@ -150,7 +152,7 @@ impl NextDepth {
     }
 }
 
-/// A point at a depth of the last passage, and one just short of contact.
+/// A point at a depth of the last passage, and a point just short of contact.
 #[derive(Clone, Debug)]
 struct Pair {
     touching: Vec<f64>,
@@ -170,7 +172,7 @@ impl Pair {
         })
     }
 
-    /// Difference of the next depths.
+    /// Difference of the next depths of the two points.
     fn effect(&self, sample: &WindowSample, image: &impl Fn(&[f64], &[f64]) -> Vec<f64>) -> f64 {
         let next = |state: &[f64]| {
             let image = image(state, &self.parameters);
@@ -180,7 +182,7 @@ impl Pair {
     }
 }
 
-/// No offset of the parameters, then each at both of its half-widths.
+/// Zero offsets of the parameters, then each parameter at both of its half-widths.
 fn parameter_ends(sample: &WindowSample, parameters: usize) -> Vec<Vec<f64>> {
     let widths = sample.widths();
     let widths = &widths[widths.len() - parameters..];

@@ -1,8 +1,8 @@
-//! The cheapest map of every section for one tolerance, and the section that a scene takes where
-//! any will do.
+//! The cheapest map of every section for one tolerance, and the section chosen for a scene that
+//! accepts any.
 //!
-//! One idea: the window is carried along the free flow to the other section, so that all are asked
-//! for the same orbits; what a map promises there, it promises on the smallest box about them. See
+//! The window is carried along the free flow to the other section, so that all sections are
+//! compared on the same orbits. The window there is the smallest box about the carried points. See
 //! docs/mathematics/convergence.md.
 
 use std::mem;
@@ -22,73 +22,73 @@ use crate::model::{Orders, Scene, Section, SectionRule, StroboscopicPhase};
 use crate::numeric::{Dd, decimal_above};
 use crate::orbit::{GrazingOrbit, PoincareSectionKind, locate};
 
-/// How long before the first passage stroboscopic sections are taken, over the period of the orbit.
+/// Times of stroboscopic sections before the first passage, in periods of the orbit.
 const AHEAD: [f64; 4] = [0.0, 0.125, 0.25, 0.5];
 
-/// By how much the orders of a map of another section may exceed those of the scene's own: it would
-/// not be cheaper.
+/// Largest excess of the orders of another section's map over those of the scene's own section:
+/// beyond it the map would not be cheaper.
 const BEYOND: MapOrders = MapOrders::new(2, 4);
 
-/// Sections nearer than this share of a period are the same.
+/// Sections within this share of a period are the same.
 const SAME: f64 = 1e-6;
 
-/// Points of a window that are carried, in addition to its corners: half-widths are then found to
-/// about a hundredth.
+/// Number of points of a window that are carried, in addition to its corners; half-widths are then
+/// accurate to about a hundredth.
 const CARRIED: usize = 1000;
 
-/// Digits of a carried half-width, rounded up.
+/// Number of digits of a carried half-width, rounded up.
 const DIGITS: u32 = 3;
 
 /// The cheapest map of one section.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SectionChoice {
-    /// How long before the first passage a stroboscopic section is, over the period; `None` for
+    /// Time of a stroboscopic section before the first passage, in periods of the orbit; `None` for
     /// the tangency section.
     pub ahead: Option<f64>,
     /// Phase of a stroboscopic section.
     pub phase: Option<f64>,
-    /// Its cheapest map; `None` where the section has none.
+    /// Cheapest map of the section; `None` if it has none.
     pub choice: Option<Choice>,
-    /// Why it has none.
+    /// Reason why the section has no map.
     pub problem: Option<String>,
 }
 
-/// Which section was taken of several, and what the others cost.
+/// The section chosen of several, and the costs of the others.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SectionVerdict {
-    /// The section whose map costs least; the tangency section where it costs no more than others,
-    /// or no section has a map within the tolerance.
+    /// Section with the cheapest map; the tangency section if its map costs no more than others, or
+    /// if no section has a map within the tolerance.
     pub taken: SectionChoice,
-    /// The others.
+    /// Cheapest maps of the other sections.
     pub others: Vec<SectionChoice>,
 }
 
-/// A scene on the section that its map is taken on.
+/// A scene on the section on which its map is taken.
 #[derive(Clone, Debug)]
 pub struct SettledScene {
-    /// The scene, its section named, its window stated on that section.
+    /// The scene, with its section named and its window stated on that section.
     pub scene: Scene,
-    /// Its orbit, on that section.
+    /// The orbit of the scene on that section.
     pub orbit: GrazingOrbit,
-    /// What decided it; `None` where the scene names its section.
+    /// Comparison of the sections; `None` if the scene names its section.
     pub verdict: Option<SectionVerdict>,
 }
 
 impl SettledScene {
-    /// The cheapest map on the section, where that decided it.
+    /// Cheapest map on the section, if sections were compared.
     pub fn choice(&self) -> Option<&Choice> {
         self.verdict.as_ref()?.taken.choice.as_ref()
     }
 }
 
-/// The scene on the section that its map is taken on: the one that it names or, where any will do,
-/// the one whose cheapest map for the tolerance has the fewest operations.
+/// The scene on the section on which its map is taken: the section that it names or, if it accepts
+/// any, the one whose cheapest map for the tolerance has the fewest operations.
 ///
-/// A scene of any section states its window on the tangency section, and `orbit` is its orbit
-/// there. Tried are that section and stroboscopic ones at the graze and an eighth, a quarter and
-/// half a period before it. On each the window is the smallest box about what the free flow makes
-/// of the scene's, half-widths rounded up to three digits; errors are in the offsets of each
-/// section.
+/// A scene that accepts any section states its window on the tangency section, and `orbit` is its
+/// orbit there. Sections tried are that one and stroboscopic ones at the graze and an eighth, a
+/// quarter and half a period before it. On each, the window is the smallest box about the scene's
+/// window carried by the free flow, with half-widths rounded up to three digits. Errors are in the
+/// offsets of each section.
 ///
 /// # Errors
 ///
@@ -111,14 +111,14 @@ pub fn settle_section(
     let mut settled = cheapest((scene, orbit, tangency), trials);
     if let Some(verdict) = settled.verdict.as_mut().filter(|verdict| verdict.taken.ahead.is_some())
     {
-        // What is run is what the section would get by name: trials have no orders far beyond those
-        // of the tangency section.
+        // The final choice is the one that the section would get by name: trials have no orders far
+        // beyond those of the tangency section.
         verdict.taken.choice = Some(choose(&settled.scene, &settled.orbit, &options)?);
     }
     Ok(settled)
 }
 
-/// The first of the sections whose maps have the fewest operations.
+/// Chooses the first of the sections whose maps have the fewest operations.
 fn cheapest(
     (mut scene, mut orbit, mut taken): (Scene, GrazingOrbit, SectionChoice),
     trials: Vec<TriedSection>,
@@ -133,16 +133,16 @@ fn cheapest(
             _ => trial.choice,
         });
     }
-    // The tangency section first, the nearest to the graze next: as they were tried.
+    // The tangency section first, the nearest to the graze next: the order of the trials.
     let order = |section: &SectionChoice| section.ahead.unwrap_or(-1.0);
     others.sort_by(|a, b| order(a).total_cmp(&order(b)));
     SettledScene { scene, orbit, verdict: Some(SectionVerdict { taken, others }) }
 }
 
-/// The cheapest maps of the tangency section and of stroboscopic ones at the graze and an eighth, a
-/// quarter and half a period before it, without the scene's own.
+/// Cheapest maps of the tangency section and of stroboscopic sections at the graze and an eighth, a
+/// quarter and half a period before it, except the scene's own section.
 ///
-/// Windows and errors are those of [`settle_section`]. `own` is the choice on the scene's section:
+/// Windows and errors are as for [`settle_section`]. `own` is the choice on the scene's section:
 /// maps of orders far beyond its own are not tried.
 ///
 /// # Errors
@@ -168,11 +168,11 @@ pub fn choose_sections(
 /// A section that was tried.
 struct TriedSection {
     choice: SectionChoice,
-    /// The scene and its orbit on it, where it has a map.
+    /// The scene and its orbit on the section, if it has a map.
     place: Option<(Scene, GrazingOrbit)>,
 }
 
-/// What other sections are tried with.
+/// Data for trials of other sections.
 struct Trial<'a> {
     scene: &'a Scene,
     orbit: &'a GrazingOrbit,
@@ -184,7 +184,7 @@ struct Trial<'a> {
 }
 
 impl<'a> Trial<'a> {
-    /// Trials of a scene whose own section has this choice.
+    /// Trials for a scene whose own section has this choice.
     fn new(
         scene: &'a Scene,
         orbit: &'a GrazingOrbit,
@@ -196,7 +196,7 @@ impl<'a> Trial<'a> {
         Self { scene, orbit, options, limit, points }
     }
 
-    /// A section, on which the window is that of the same orbits.
+    /// Tries a section; its window contains the same orbits.
     fn of(
         &self,
         (ahead, section): (Option<f64>, Section),
@@ -219,7 +219,7 @@ impl<'a> Trial<'a> {
     }
 }
 
-/// Other sections, with how long they are before the first passage.
+/// Other sections, with their times before the first passage in periods of the orbit.
 fn others(scene: &Scene, orbit: &GrazingOrbit) -> Vec<(Option<f64>, Section)> {
     let tangency = orbit.section.kind == PoincareSectionKind::Tangency;
     let mut others = Vec::new();
@@ -245,8 +245,8 @@ fn others(scene: &Scene, orbit: &GrazingOrbit) -> Vec<(Option<f64>, Section)> {
     others
 }
 
-/// The scene and its orbit on another section, with the smallest window there that holds these
-/// points; why there is none.
+/// The scene and its orbit on another section, with the smallest window there that contains these
+/// points; or the reason why there is none.
 fn moved(
     scene: &Scene,
     orbit: &GrazingOrbit,
@@ -275,7 +275,7 @@ fn moved(
     Ok((other, moved))
 }
 
-/// Phase of a stroboscopic section.
+/// Phase of a stroboscopic section; `None` for a tangency section.
 fn phase(orbit: &GrazingOrbit) -> Option<f64> {
     match orbit.section.kind {
         PoincareSectionKind::Tangency => None,
@@ -284,13 +284,14 @@ fn phase(orbit: &GrazingOrbit) -> Option<f64> {
 }
 
 impl SectionChoice {
-    /// Operations of a step, where its map meets the tolerance.
+    /// Operations of a step, if the section's map meets the tolerance.
     pub fn operations(&self) -> Option<usize> {
         let met = self.choice.as_ref().filter(|choice| choice.met);
         met.map(|choice| choice.operations)
     }
 
-    /// By operations; a map that meets the tolerance costs less than none.
+    /// Whether this section costs fewer operations; a map that meets the tolerance costs less than
+    /// none.
     fn costs_less_than(&self, other: &Self) -> bool {
         let cost = |section: &Self| section.operations().unwrap_or(usize::MAX);
         cost(self) < cost(other)

@@ -1,5 +1,5 @@
-//! Truncation orders against direct simulation: one expansion, one sample, one truth, and every
-//! pair of orders measured on it.
+//! Comparison of truncation orders with direct simulation: every pair of orders is measured with
+//! one expansion, one sample and one set of exact images.
 
 mod rates;
 mod reach;
@@ -29,41 +29,40 @@ use crate::orbit::GrazingOrbit;
 use rates::{ExactFactors, LazyFactors, ScaledPoints, discontinuity_rates, smooth_rates};
 use reach::depth_accuracy;
 
-/// How far maps of every order are from direct simulation, and how fast they are.
+/// Errors and times of maps of every pair of orders, compared with direct simulation.
 ///
-/// Errors are largest errors of a coordinate of one image, in the units of the offsets.
+/// An error is the largest error of a coordinate of one image, in the units of the offsets.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ConvergenceStudy {
     /// Identifier of the scene.
     pub scene: String,
     /// Digest of the scene's text.
     pub digest: Digest,
-    /// The sample of the window.
+    /// Numbers of points in the sample of the window.
     pub sample: SampleSummary,
-    /// One entry per pair of orders and shape.
+    /// Results, one per pair of orders and shape.
     pub orders: Vec<OrderResult>,
-    /// `D` alone, cut at each weight: its error against `y`.
+    /// Rates of `D` only, cut at each weight: its error against `y`.
     pub discontinuity_rates: Vec<FactorRate>,
-    /// `P_smooth` alone, cut at each degree: its error against the distance.
+    /// Rates of `P_smooth` only, cut at each degree: its error against the distance.
     pub smooth_rates: Vec<FactorRate>,
-    /// The cheapest map for the tolerance, or the most accurate one tried.
+    /// Cheapest map for the tolerance, or the most accurate one tried.
     pub chosen: Choice,
-    /// The cheapest maps of other sections for the same tolerance; none where they were not asked
-    /// for.
+    /// Cheapest maps of other sections for the same tolerance; empty unless requested.
     #[serde(default)]
     pub sections: Vec<SectionChoice>,
-    /// What its contacts leave out at the largest depth of the window, by passage; none where
-    /// their series end or are flown.
+    /// Truncation errors of the chosen map's contacts at the largest depth of the window, by
+    /// passage; empty if their series end or they are flown.
     pub window_edges: Vec<WindowEdge>,
-    /// The largest window on which the chosen map meets the tolerance.
+    /// Largest window on which the chosen map meets the tolerance.
     pub validity: Validity,
-    /// The chosen map and direct simulation in double precision as the window shrinks.
+    /// Errors of the chosen map and of direct simulation in double precision as the window shrinks.
     pub accuracy: DepthAccuracy,
     /// Maps of the sweep that no other one beats in both time and error, and direct simulation.
     pub pareto: Vec<ParetoPoint>,
-    /// Direct simulation.
+    /// Cost and accuracy of direct simulation.
     pub direct: DirectSummary,
-    /// The same by Taylor's method, where `direct` is by the exact flow of affine fields.
+    /// Direct simulation by Taylor's method, if `direct` uses the exact flow of affine fields.
     #[serde(default)]
     pub direct_by_taylor: Option<DirectSummary>,
     /// Nanoseconds of one multiply-add, measured in the same run.
@@ -71,10 +70,10 @@ pub struct ConvergenceStudy {
     pub multiply_add_ns: f64,
 }
 
-/// One map of the sweep.
+/// Result of one map of the sweep.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct OrderResult {
-    /// Its truncation orders.
+    /// Truncation orders of the map.
     #[serde(flatten)]
     pub orders: MapOrders,
     /// Shape of the map.
@@ -83,65 +82,65 @@ pub struct OrderResult {
     pub error: ErrorSummary,
     /// Exponent with which the error falls when deviations are scaled as `y²`.
     pub rate: Rate,
-    /// Nanoseconds of one step, parameters frozen, interpreted.
+    /// Nanoseconds of one interpreted step with the parameters frozen.
     #[serde(deserialize_with = "crate::analysis::number_or_nan")]
     pub step_ns: f64,
-    /// Nanoseconds that the step's multiply-adds alone would take.
+    /// Nanoseconds that the multiply-adds of the step alone would take.
     #[serde(deserialize_with = "crate::analysis::number_or_nan")]
     pub floor_ns: f64,
-    /// Operations of one step, parameters frozen.
+    /// Operations of one step with the parameters frozen.
     pub operations: usize,
-    /// Coefficients other than zero, parameters not frozen.
+    /// Nonzero coefficients, with the parameters not frozen.
     pub coefficients: usize,
 }
 
-/// What direct simulation costs and how accurate it is.
+/// Cost and accuracy of direct simulation.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DirectSummary {
-    /// The method: `exact affine flow` or `Taylor`.
+    /// Name of the method: `exact affine flow` or `Taylor`.
     pub method: String,
-    /// Nanoseconds of one return to the section, in double precision, the parameters being those
-    /// of the one before.
+    /// Nanoseconds of one return to the section in double precision, at the same parameters as the
+    /// return before.
     #[serde(deserialize_with = "crate::analysis::number_or_nan")]
     pub period_ns: f64,
-    /// Largest error of double precision against double-double, over the sample.
+    /// Largest error of double precision against double-double over the sample.
     pub error_estimate: f64,
 }
 
-/// Tolerance where the scene names none.
+/// Tolerance if the scene states none.
 const TOLERANCE: f64 = 1e-8;
 
 /// Highest degree and weight of the factors whose rates are measured.
 const RATES: MapOrders = MapOrders::new(6, 8);
 
-/// What a study measures.
+/// Settings of a study.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ConvergenceOptions {
-    /// Highest degree of `P_smooth` and weight of `D`: all lower ones are swept; `None` for a
+    /// Highest degree of `P_smooth` and weight of `D`; all lower ones are swept. `None` for a
     /// degree and two weights beyond the chosen ones.
     pub highest: Option<MapOrders>,
-    /// Shapes swept.
+    /// Shapes to sweep.
     pub shapes: Vec<Shape>,
-    /// Points of the window.
+    /// Number of points in the window.
     pub points: usize,
     /// Tolerance for which a map is chosen, in the units of the offsets.
     pub tolerance: f64,
-    /// Fresh points on which the chosen map has to hold.
+    /// Number of fresh points on which the chosen map has to meet the tolerance.
     pub fresh: usize,
     /// Whether maps of other sections are chosen too.
     pub sections: bool,
-    /// The map chosen for the tolerance on so many fresh points, where it is known already.
+    /// Map chosen for the tolerance with this number of fresh points, if it is already known.
     pub chosen: Option<Choice>,
-    /// Highest weight of `D` whose rate is measured (its coefficients in double-double).
+    /// Highest weight of `D` whose rate is measured (with coefficients in double-double).
     pub discontinuity_rates: u32,
-    /// Highest degree of `P_smooth` whose rate is measured (its coefficients in double-double, by
+    /// Highest degree of `P_smooth` whose rate is measured (with coefficients in double-double, by
     /// Taylor's method: seconds at degree 6 for a nonlinear field).
     pub smooth_rates: u32,
 }
 
 impl ConvergenceOptions {
-    /// A scene's orders and a little beyond, its tolerance or `1e-8`; both shapes of series, or the
-    /// flown one where the scene asks for it.
+    /// Defaults: orders slightly beyond the scene's, its tolerance or `1e-8`, and both shapes of
+    /// series, or the flown shape if the scene requests it.
     pub fn of(scene: &Scene) -> Self {
         let (highest, tolerance) = match scene.expansion.orders {
             Orders::Fixed(orders) => (Some(beyond(orders)), TOLERANCE),
@@ -164,7 +163,8 @@ impl ConvergenceOptions {
     }
 }
 
-/// A degree and two weights more: where the next orders of both factors lead.
+/// Orders raised by a degree and two weights, to show the effect of the next orders of both
+/// factors.
 fn beyond(orders: MapOrders) -> MapOrders {
     orders.plus(MapOrders::new(1, 2))
 }
@@ -194,7 +194,7 @@ pub fn converge(
     let part = Part::new(progress, Stage::Orders as usize);
     let known: Option<Vec<OrderResult>> = kept(&part, &[0]);
     let (chosen, highest, factors) = match options.highest {
-        // Then factors do not wait for the choice.
+        // With orders given, the factors need not wait for the choice.
         Some(highest) => {
             let factors = factors(highest);
             let made = || if known.is_none() { factors.get().map(drop) } else { Ok(()) };
@@ -258,14 +258,14 @@ enum Stage {
     Candidates,
 }
 
-/// What is measured of maps of every order and of their factors.
+/// Measured errors, rates and times of maps of every order and of their factors.
 struct Measured {
     orders: Vec<OrderResult>,
     discontinuity_rates: Vec<FactorRate>,
     smooth_rates: Vec<FactorRate>,
 }
 
-/// What the contacts of a chosen map leave out at the edge of the window.
+/// Truncation errors of a chosen map's contacts at the edge of the window.
 fn window_edges(
     family: &MapFamily<'_>,
     chosen: &Choice,
@@ -280,7 +280,7 @@ fn window_edges(
     Ok(edges.into_iter().flatten().collect())
 }
 
-/// One study under way.
+/// Data of one study.
 pub(super) struct Sweep<'a> {
     scene: &'a Scene,
     orbit: &'a GrazingOrbit,
@@ -312,7 +312,7 @@ impl<'a> Sweep<'a> {
         Ok(Self { scene, orbit, options: options.clone(), highest, system, family, sample, truth })
     }
 
-    /// Errors, rates and times of all maps, rates of their factors.
+    /// Errors, rates and times of all maps, and rates of their factors.
     fn measured(
         &self,
         known: Option<Vec<OrderResult>>,
@@ -341,7 +341,7 @@ impl<'a> Sweep<'a> {
         Ok(Measured { orders, discontinuity_rates, smooth_rates })
     }
 
-    /// Every pair of orders in every shape.
+    /// Maps of every pair of orders in every shape.
     fn maps(&self, progress: &dyn Progress) -> Result<Vec<SweptOrders>, ConvergenceError> {
         let tasks: Vec<_> = self
             .highest
@@ -369,7 +369,7 @@ impl<'a> Sweep<'a> {
         Ok(SweptOrders { orders, shape, run: form.lowered(), form })
     }
 
-    /// The error of a map; its rate and its times are still to come.
+    /// Error of a map; its rate and times are added later.
     fn measure(&self, map: &SweptOrders) -> OrderResult {
         let orders = map.orders;
         OrderResult {
@@ -406,7 +406,7 @@ impl<'a> Sweep<'a> {
         parallel::try_map(results.iter_mut().zip(maps), add).map(drop)
     }
 
-    /// Times are taken one after another: side by side they would disturb each other.
+    /// Times are measured serially: in parallel they would disturb each other.
     fn add_times(&self, maps: &[SweptOrders], results: &mut [OrderResult], multiply_add_ns: f64) {
         for (result, map) in results.iter_mut().zip(maps) {
             result.step_ns = step_ns(&map.run, &self.truth.points[0]);
@@ -428,7 +428,7 @@ impl<'a> Sweep<'a> {
         })
     }
 
-    /// Direct simulation without the exact flow, where there is one.
+    /// Direct simulation by Taylor's method, if the exact flow is available.
     fn direct_by_taylor(&self) -> Result<Option<DirectSummary>, ConvergenceError> {
         if self.system.method() == FlowMethod::Taylor {
             return Ok(None);
@@ -443,12 +443,12 @@ struct SweptOrders {
     orders: MapOrders,
     shape: Shape,
     form: Form,
-    /// The map as it is run.
+    /// The map lowered for running.
     run: HornerMap,
 }
 
 impl SweptOrders {
-    /// The map with its coefficients as exactly as they are known, and their rounding.
+    /// The map with its coefficients as exact as they are known, and their rounding.
     fn evaluation(
         &self,
         factors: &ExactFactors<'_, '_>,
@@ -467,12 +467,12 @@ impl SweptOrders {
     }
 }
 
-/// One method on the front.
+/// One method on the Pareto front.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ParetoPoint {
-    /// The map; `None` for direct simulation in double precision.
+    /// Orders and shape of the map; `None` for direct simulation in double precision.
     pub map: Option<ParetoMap>,
-    /// The method of direct simulation; `None` for a map.
+    /// Method of direct simulation; `None` for a map.
     #[serde(default)]
     pub direct: Option<String>,
     /// Nanoseconds of one step, or of one return.
@@ -482,17 +482,17 @@ pub struct ParetoPoint {
     pub error: f64,
 }
 
-/// Which map a point of the front is.
+/// Orders and shape of a map on the front.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ParetoMap {
-    /// Its truncation orders.
+    /// Truncation orders of the map.
     #[serde(flatten)]
     pub orders: MapOrders,
-    /// Shape.
+    /// Shape of the map.
     pub shape: Shape,
 }
 
-/// The front, fastest first, direct simulation last by every method whether beaten or not.
+/// Pareto front, fastest first. Every method of direct simulation comes last, even if beaten.
 fn pareto<'d>(
     orders: &[OrderResult],
     direct: impl IntoIterator<Item = &'d DirectSummary>,

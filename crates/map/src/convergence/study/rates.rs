@@ -1,5 +1,5 @@
-//! How fast errors fall with the size of the deviations: of the map, of `D` alone, of `P_smooth`
-//! alone.
+//! Rates at which errors fall with the size of the deviations: of the map, of `D` only, of
+//! `P_smooth` only.
 
 use std::sync::OnceLock;
 
@@ -20,49 +20,48 @@ use crate::orbit::GrazingOrbit;
 /// A measured exponent and the expected one.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Rate {
-    /// Slope of the error in logarithms; `None` where rounding leaves too short a range.
+    /// Slope of the error in logarithms; `None` if rounding leaves too short a range.
     pub measured: Option<f64>,
     /// Standard error of the slope.
     pub uncertainty: Option<f64>,
-    /// What truncation alone would give.
+    /// Exponent that truncation alone would give.
     pub expected: f64,
     /// Range of the small variable used, in units of the window's edge.
     pub range: Option<[f64; 2]>,
 }
 
-/// The rate of one factor of the map.
+/// Rate of one factor of the map.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FactorRate {
-    /// Its truncation order: a weight of `D`, a degree of `P_smooth`.
+    /// Truncation order: a weight of `D`, a degree of `P_smooth`.
     pub order: u32,
-    /// Its rate.
+    /// Rate of the factor.
     pub rate: Rate,
-    /// What it was measured from: sizes in units of the window's edge, and root-mean-square
-    /// errors.
+    /// Data of the fit: sizes in units of the window's edge, and root-mean-square errors.
     pub errors: Vec<[f64; 2]>,
 }
 
-/// Directions in which deviations are scaled.
+/// Number of directions in which deviations are scaled.
 const DIRECTIONS: usize = 4;
 
-/// Sizes per direction: a factor of √2 apart.
+/// Number of sizes per direction, a factor of √2 apart.
 const SIZES: usize = 24;
 
 /// Largest size, in units of the window's edge.
 const LARGEST: f64 = 2.0;
 
-/// Points of the sample among which directions are looked for.
+/// Number of points of the sample among which directions are sought.
 const CANDIDATES: usize = 1000;
 
-/// Share of the window's depth from which a point counts as deep.
+/// A point counts as deep from this share of the window's depth.
 const DEEP: f64 = 0.1;
 
-/// An error is truncation if it exceeds the rounding of the coefficients by this factor.
+/// An error counts as truncation if it exceeds the rounding of the coefficients by this factor.
 const CLEAR: f64 = 1e3;
 
-/// Deviations of one size in several directions, with their exact images.
+/// Deviations of several sizes in several directions, with their exact images.
 pub(super) struct ScaledPoints {
-    /// Size, in units of the window's edge, and the points of that size.
+    /// Each size, in units of the window's edge, with the points of that size.
     sizes: Vec<(f64, Vec<ScaledPoint>)>,
 }
 
@@ -73,12 +72,11 @@ struct ScaledPoint {
     image: Vec<Dd>,
 }
 
-/// Something measured on scaled points: its exact images, `None` where there is none to compare
-/// with.
+/// Exact image of a factor at a state and parameters; `None` if there is none to compare with.
 type Exact<'f> = dyn FnMut(&[Dd], &[Dd]) -> Result<Option<Vec<Dd>>, ConvergenceError> + 'f;
 
 impl ScaledPoints {
-    /// Points whose variable `i` is `scale(size, i)` times its share of a direction.
+    /// Points whose variable `i` is `scale(size, i)` times its component of a direction.
     fn new(
         directions: &[Vec<f64>],
         coordinates: usize,
@@ -109,9 +107,9 @@ impl ScaledPoints {
         Ok(Self { sizes })
     }
 
-    /// The rate of a map on these points, and the errors it was measured from: size and error;
-    /// `rounding` is that of its coefficients, relative to the image. The truth itself errs by the
-    /// rounding of the depth, `1/y` of which is that of the kick.
+    /// Rate of a map on these points, and the sizes and errors of the fit; `rounding` is that of
+    /// its coefficients, relative to the image. The exact images have an error too: the rounding of
+    /// the depth, which moves the kick by `1/y` of it.
     fn rate_and_errors(
         &self,
         map: &MapEvaluation<Dd>,
@@ -138,7 +136,7 @@ impl ScaledPoints {
         (rate, errors)
     }
 
-    /// The rates of a factor cut at every order up to the highest.
+    /// Rates of a factor cut at every order up to the highest.
     fn factor_rates(
         &self,
         highest: u32,
@@ -168,9 +166,9 @@ fn root_mean_square(values: impl ExactSizeIterator<Item = f64>) -> f64 {
     (values.map(|value| value * value).sum::<f64>() / count).sqrt()
 }
 
-/// Edge points of the window at which the section's passage makes contact, and does so at every
-/// size: directions in which everything is scaled. A point that only the depth's quadratic terms
-/// take beyond the surface leaves it when scaled down.
+/// Directions in which all variables are scaled: points at the edge of the window at which the
+/// section's passage makes contact, at every size. A point that is beyond the surface only by the
+/// depth's quadratic terms leaves it when scaled down.
 fn contact_directions(sample: &WindowSample, expander: &Expander<'_>) -> Vec<Vec<f64>> {
     let (passage, weights) = (expander.section_passage(), &expander.variables().weights);
     let smallest = size(SIZES - 1);
@@ -195,7 +193,8 @@ fn size(step: usize) -> f64 {
     LARGEST * 0.5f64.powf(0.5 * step as f64)
 }
 
-/// Directions over the whole window, each with its opposite: what is odd in the distance cancels.
+/// Directions over the whole window, each with its opposite, so that odd powers of the distance
+/// cancel.
 fn smooth_directions(sample: &WindowSample) -> Vec<Vec<f64>> {
     let widths = sample.widths();
     let direction = |index: usize| -> Vec<f64> {
@@ -212,7 +211,7 @@ fn smooth_directions(sample: &WindowSample) -> Vec<Vec<f64>> {
 }
 
 impl ScaledPoints {
-    /// Points at which the section's passage makes contact, deviations of weight `w` scaled as
+    /// Points at which the section's passage makes contact; deviations of weight `w` are scaled as
     /// `size^w`, so that `y` is proportional to the size.
     fn in_contact(
         expander: &Expander<'_>,
@@ -224,7 +223,7 @@ impl ScaledPoints {
         Self::new(&contact_directions(sample, expander), variables.coordinates, scale, exact)
     }
 
-    /// The same for whole maps.
+    /// Points in contact, with exact images of the whole map.
     pub(super) fn of_maps(
         expander: &Expander<'_>,
         sample: &WindowSample,
@@ -239,15 +238,15 @@ impl ScaledPoints {
         })
     }
 
-    /// The rate of a map at these orders: after a contact the state is `O(y)`, so that a leg cut at
-    /// degree `N` errs by `y^(N+1)`, and a contact cut at weight `W` by `y^(W+1)`.
+    /// Rate of a map at these orders. After a contact the state is `O(y)`, so that a leg cut at
+    /// degree `N` has an error `y^(N+1)`, and a contact cut at weight `W` an error `y^(W+1)`.
     pub(super) fn rate(&self, map: &MapEvaluation<Dd>, rounding: f64, orders: MapOrders) -> Rate {
         let expected = f64::from(orders.smooth_order.min(orders.contact_weight) + 1);
         self.rate_and_errors(map, rounding, expected).0
     }
 }
 
-/// The factors of a scene, expanded when they are first asked for.
+/// Factors of a scene, expanded at their first use.
 pub(super) struct LazyFactors<'f, 'a> {
     expander: &'f Expander<'a>,
     highest: MapOrders,
@@ -268,7 +267,7 @@ impl<'f, 'a> LazyFactors<'f, 'a> {
     }
 }
 
-/// A scene's factors with coefficients in double-double: rates without the rounding of
+/// Factors of a scene with coefficients in double-double, for rates without the rounding of
 /// coefficients.
 pub(super) struct ExactFactors<'f, 'a> {
     expander: &'f Expander<'a>,
@@ -304,7 +303,8 @@ impl<'f, 'a> ExactFactors<'f, 'a> {
     }
 }
 
-/// Rates of the `D` that the section is about alone, cut at each weight, in double-double.
+/// Rates of the discontinuity mapping at the section's passage only, cut at each weight, in
+/// double-double.
 pub(super) fn discontinuity_rates(
     sample: &WindowSample,
     factors: &ExactFactors<'_, '_>,
@@ -326,7 +326,7 @@ pub(super) fn discontinuity_rates(
     })
 }
 
-/// Rates of `P_smooth` alone, cut at each degree, in double-double.
+/// Rates of `P_smooth` only, cut at each degree, in double-double.
 pub(super) fn smooth_rates(
     sample: &WindowSample,
     factors: &ExactFactors<'_, '_>,
@@ -359,17 +359,17 @@ pub struct SlopeFit {
     pub range: [f64; 2],
 }
 
-/// Fewest points a slope is measured on.
+/// Fewest points for the fit of a slope.
 const FEWEST: usize = 4;
 
-/// Most points a slope is measured on: larger sizes are further from the asymptotic law.
+/// Most points for the fit of a slope: larger sizes are further from the asymptotic law.
 const MOST: usize = 8;
 
 /// Fits `error ≈ c size^slope` by least squares in logarithms.
 ///
 /// `points`: size, error, and the floor that rounding sets to the error, by descending size. Used
-/// are the smallest sizes at which, from the largest size down, the error still exceeds the floor:
-/// at most eight. `None` if these are fewer than four.
+/// are at most eight of the smallest sizes at which, from the largest size down, the error still
+/// exceeds the floor. `None` if there are fewer than four.
 pub fn fit_slope(points: &[(f64, f64, f64)]) -> Option<SlopeFit> {
     let clear = |&&(_, error, floor): &&(f64, f64, f64)| error.is_finite() && error > floor;
     let usable: Vec<_> =

@@ -1,9 +1,9 @@
-//! How far a map holds: the largest window on which its error stays within a tolerance, and the
-//! depth below which it is more accurate than direct simulation in double precision.
+//! Reach of a map: the largest window on which its error stays within a tolerance, and the depth
+//! below which it is more accurate than direct simulation in double precision.
 //!
 //! The sample of the scene's window is scaled until a point of it fails. As the window shrinks, a
-//! map's error falls until only rounding is left, while a root of the gap's minimum taken in double
-//! precision loses digits.
+//! map's error falls until only rounding remains, whereas a root of the gap's minimum loses digits
+//! in double precision.
 
 use std::collections::BTreeMap;
 
@@ -20,47 +20,46 @@ use crate::model::Scene;
 use crate::numeric::{Dd, converted, last_that_holds};
 use crate::orbit::GrazingOrbit;
 
-/// Points at which a window is tried, in addition to its corners.
+/// Number of points at which a window is tried, in addition to its corners.
 const TRIED: usize = 48;
 
-/// Number in the sequence of the first of them: none of those that orders are chosen by.
+/// Sequence number of the first of these points, beyond the points that orders are chosen by.
 const FIRST_TRIED: usize = 20_000;
 
-/// Octaves by which the scene's window is scaled down at most.
+/// Largest number of octaves by which the scene's window is scaled down.
 const DOWN: i32 = 24;
 
-/// Octaves by which a window is scaled up at most.
+/// Largest number of octaves by which a window is scaled up.
 const UP: i32 = 6;
 
-/// Halvings of the last octave: the scale is found to 5 %.
+/// Number of halvings of the last octave: the scale is found to 5 %.
 const HALVINGS: usize = 4;
 
-/// The largest window on which a map meets a tolerance.
+/// Largest window on which a map meets a tolerance.
 ///
-/// A window holds where at every point of a sample direct simulation in double-double returns,
-/// makes no contact but those of the grazing passages, and differs from the map by the tolerance at
-/// most. Sizes are found to 5 %.
+/// A window holds if at every point of a sample direct simulation in double-double returns, makes
+/// no contact other than those of the grazing passages, and differs from the map by at most the
+/// tolerance. Sizes are found to 5 %.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Validity {
     /// The tolerance, in the units of the offsets.
     pub tolerance: f64,
     /// Largest factor of the scene's window (depth and all half-widths alike), between `2^-24` and
-    /// 64; `None` where none holds.
+    /// 64; `None` if no window holds.
     pub scale: Option<f64>,
-    /// Largest depth where the half-widths are those of the scaled window; at most 64 times its
-    /// own.
+    /// Largest depth with the half-widths of the scaled window; at most 64 times the depth of that
+    /// window.
     pub depth: Option<f64>,
-    /// Largest half-width of each coordinate where all else is that of the scaled window; `None`
-    /// for a coordinate that the depth decides.
+    /// Largest half-width of each coordinate, with all other bounds those of the scaled window;
+    /// `None` for a coordinate that is solved for the depth.
     pub state: BTreeMap<String, Option<f64>>,
-    /// Largest half-width of each parameter where all else is that of the scaled window.
+    /// Largest half-width of each parameter, with all other bounds those of the scaled window.
     pub parameter: BTreeMap<String, Option<f64>>,
 }
 
-/// The largest window on which a map, as it is run, meets a tolerance.
+/// Measures the largest window on which a map meets a tolerance.
 ///
-/// `local` names the variables and the window of the scene; `map` is what is run, in any
-/// shape.
+/// `local` gives the variables and the window of the scene; `map` is the map to run, in any shape.
 ///
 /// # Errors
 ///
@@ -106,7 +105,7 @@ pub fn validity(
     })
 }
 
-/// A map held to a tolerance of direct simulation.
+/// A map compared with direct simulation to a tolerance.
 struct MapCheck<'a> {
     map: &'a dyn DiscreteMap,
     direct: DirectImage<'a, Dd>,
@@ -114,7 +113,7 @@ struct MapCheck<'a> {
 }
 
 impl MapCheck<'_> {
-    /// Whether the map meets the tolerance at every point of a sample; the first failure ends it.
+    /// Whether the map meets the tolerance at every point of a sample; stops at the first failure.
     fn holds(&self, sample: &WindowSample) -> bool {
         let points = sample.judging(FIRST_TRIED, TRIED);
         let meets =
@@ -127,7 +126,7 @@ impl MapCheck<'_> {
     }
 }
 
-/// The largest factor that holds, to 5 %, between `2^-down` and `2^6`.
+/// Largest factor that holds, to 5 %, between `2^-down` and `2^6`.
 fn largest(down: i32, mut holds: impl FnMut(f64) -> bool) -> Option<f64> {
     let mut low = 0;
     if holds(1.0) {
@@ -145,37 +144,37 @@ fn largest(down: i32, mut holds: impl FnMut(f64) -> bool) -> Option<f64> {
     Some(octave.exp2())
 }
 
-/// Points in each window.
+/// Number of points in each window.
 const POINTS: usize = 24;
 
-/// Number in the sequence of the first of them.
+/// Sequence number of the first of these points.
 const FIRST: usize = 30_000;
 
-/// Windows, each a quarter of the one before.
+/// Number of windows, each a quarter of the one before.
 const WINDOWS: i32 = 14;
 
 /// Errors of a map and of direct simulation in double precision as the window shrinks.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DepthAccuracy {
-    /// Depth below which the map is the more accurate of the two at every depth measured; `None`
-    /// where it is not even in the smallest window.
+    /// Depth below which the map is more accurate than direct simulation at every depth measured;
+    /// `None` if it is not even in the smallest window.
     pub crossing: Option<f64>,
     /// One entry per window, the scene's own first.
     pub windows: Vec<WindowAccuracy>,
 }
 
-/// Largest errors in one window, whose half-widths are scaled as its depth.
+/// Largest errors in one window, whose half-widths scale with its depth.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct WindowAccuracy {
     /// Depth of the window.
     pub depth: f64,
-    /// Of the map, in double precision.
+    /// Largest error of the map in double precision.
     pub map: f64,
-    /// Of direct simulation in double precision.
+    /// Largest error of direct simulation in double precision.
     pub direct: f64,
 }
 
-/// Measures both on windows that shrink by factors of four.
+/// Measures the map and direct simulation on windows that shrink by factors of four.
 pub(super) fn depth_accuracy(
     system: &HybridSystem,
     scene: &Scene,
@@ -211,7 +210,8 @@ pub(super) fn depth_accuracy(
     Ok(DepthAccuracy { crossing: crossing(&windows), windows })
 }
 
-/// Where the errors cross, both taken as powers of the depth between two windows.
+/// Depth at which the errors cross, with both interpolated as powers of the depth between two
+/// windows.
 fn crossing(windows: &[WindowAccuracy]) -> Option<f64> {
     let excess = |window: &WindowAccuracy| (window.map / window.direct).ln();
     let better = |window: &&WindowAccuracy| window.map <= window.direct;

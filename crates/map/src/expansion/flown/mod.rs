@@ -1,13 +1,12 @@
 //! Contacts flown exactly: passages of a compliant stop whose contact field is affine.
 //!
-//! One idea: what the contact adds to the free flight, `z = x − x_free`, obeys a linear equation
+//! The difference of contact and free flight, `z = x − x_free`, obeys a linear equation
 //! `z' = A z + g(t)` with a force `g` that is smooth on the scale of the free flight. A Taylor
-//! series in time of a fixed number of terms solves it to rounding whatever the stiffness, so the
-//! only truncated series left are those of the free flow. Derivation:
-//! docs/mathematics/flown-contacts.md.
+//! series in time with a fixed number of terms solves it to rounding for any stiffness, so only
+//! series of the free flow are truncated. Derivation: docs/mathematics/flown-contacts.md.
 //!
-//! Here are the contact itself (the polynomials of the free flow about it, its linear law) and the
-//! operations by which it acts, on any [`Arithmetic`].
+//! This module holds the contact itself (the polynomials of the free flow about it, its linear law)
+//! and the operations by which it acts, on any [`Arithmetic`].
 
 mod plan;
 mod smooth;
@@ -30,39 +29,39 @@ pub use plan::{FlightWindow, flown_contact};
 /// x ↦ x + section(back(s, z; x, p); x, p)
 /// ```
 ///
-/// with the free flow's gap, force `g` and release function `ρ` as series in the time `s` from the
-/// minimum. It is the identity, exactly, where `y = 0`.
+/// The free flow's gap, force `g` and release function `ρ` are series in the time `s` from the
+/// minimum. The passage is exactly the identity at `y = 0`.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct FlownContact<S: Scalar = f64> {
-    /// `−h_min`, a polynomial in (coordinates; parameters) without constant term.
+    /// Depth `−h_min`, a polynomial in (coordinates; parameters) without constant term.
     pub depth: Jet<S>,
-    /// `H_2, H_3, …` of the gap `h = −y² + Σ H_k s^k`.
+    /// Coefficients `H_2, H_3, …` of the gap `h = −y² + Σ H_k s^k`.
     gap: Vec<Jet<S>>,
-    /// `σ` to low weight, in `(y; coordinates; parameters)`: where its Newton steps begin.
+    /// Start of the Newton steps for `σ`, to low weight, in `(y; coordinates; parameters)`.
     entry: Jet<S>,
-    /// The contact's linear law.
+    /// Linear law of the contact.
     law: LinearLaw<S>,
-    /// What the contact has added at the time of the minimum, in `(s; z)` or `(s; z; coordinates;
-    /// parameters)`.
+    /// Contribution of the contact, carried back to the time of the minimum, in `(s; z)` or
+    /// `(s; z; coordinates; parameters)`.
     back: Vec<Jet<S>>,
-    /// Correction of each coordinate, in (what was added; coordinates; parameters).
+    /// Correction of each coordinate, in (contribution of the contact; coordinates; parameters).
     section: Vec<Jet<S>>,
-    /// The contact time over `y`, nearly.
+    /// Approximation of the contact time over `y`.
     contact_time: ContactTime<S>,
-    /// Numbers of steps.
+    /// Numbers of steps and powers.
     plan: FlightPlan,
     /// Largest correction of each coordinate over the window, for bounds.
     largest: Vec<f64>,
 }
 
-/// `z' = A z + g`, released where `ρ + r·z = 0`, with `ρ + r·z` rising there.
+/// Law `z' = A z + g`, released at a zero of `ρ + r·z` at which that function rises.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 struct LinearLaw<S: Scalar> {
     matrix: Vec<Vec<S>>,
-    /// The components with a force, and the forces along the free flow.
+    /// Indices of the components with a force, and the forces along the free flow.
     forces: Vec<(usize, Drive<S>)>,
     release_row: Vec<S>,
-    /// The release function along the free flow.
+    /// Release function along the free flow.
     release: Drive<S>,
 }
 
@@ -73,26 +72,25 @@ struct Drive<S: Scalar> {
     constant: S,
     gap: S,
     gap_rate: S,
-    /// Coefficients of the rest in the time from the minimum; empty where the combination says
-    /// all.
+    /// Coefficients of the rest in the time from the minimum; empty if there is no rest.
     rest: Vec<Jet<S>>,
 }
 
-/// `κ(y) = P(y)/Q(y)`, positive; lowest power first.
+/// Rational function `κ(y) = P(y)/Q(y)`, positive; coefficients from the lowest power up.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 struct ContactTime<S> {
     numerator: Vec<S>,
     denominator: Vec<S>,
 }
 
-/// The fixed numbers of steps with which every contact is flown.
+/// Fixed numbers of steps with which every contact is flown.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct FlightPlan {
     /// Newton steps for the entry.
     pub entry: usize,
     /// Taylor steps along the contact.
     pub steps: usize,
-    /// Powers of time in each.
+    /// Powers of time in each Taylor step.
     pub order: usize,
     /// Newton steps for the release.
     pub release: usize,
@@ -104,7 +102,7 @@ impl<S: Scalar> FlownContact<S> {
         self.section.len()
     }
 
-    /// Coefficients of its polynomials, those of the flight once a step.
+    /// Number of coefficients, those used in every Taylor step counted once per step.
     pub(crate) fn terms(&self) -> usize {
         let of = |jets: &[Jet<S>]| jets.iter().map(|jet| jet.coefficients().len()).sum::<usize>();
         let drives = self.law.forces.iter().map(|(_, drive)| drive).chain([&self.law.release]);
@@ -114,18 +112,18 @@ impl<S: Scalar> FlownContact<S> {
         once + self.plan.steps * (self.plan.order + flown)
     }
 
-    /// Steps flown.
+    /// Numbers of steps and powers of the flight.
     pub fn plan(&self) -> FlightPlan {
         self.plan
     }
 
-    /// Largest correction of each coordinate that was met on the window.
+    /// Largest correction of each coordinate on the window.
     pub fn largest_corrections(&self) -> &[f64] {
         &self.largest
     }
 
-    /// The image of a point (coordinates; parameters) by a contact of depth variable `y`, whatever
-    /// the depth there.
+    /// Image of a point (coordinates; parameters) by a contact of depth variable `y`, irrespective
+    /// of the depth at the point.
     pub fn act_at<A: Arithmetic<Scalar = S>>(
         &self,
         arithmetic: &mut A,
@@ -138,7 +136,7 @@ impl<S: Scalar> FlownContact<S> {
         image.collect()
     }
 
-    /// Every polynomial of the passage.
+    /// All polynomials of the passage.
     pub fn polynomials(&self) -> impl Iterator<Item = &Jet<S>> {
         let drives = self.law.forces.iter().map(|(_, force)| force);
         let rests = drives.chain([&self.law.release]).flat_map(|d| &d.rest);
@@ -148,7 +146,7 @@ impl<S: Scalar> FlownContact<S> {
 }
 
 impl FlownContact {
-    /// Whether its parts have the sizes of a map in so many coordinates and parameters.
+    /// Whether its parts have the sizes of a map with so many coordinates and parameters.
     pub fn fits(&self, coordinates: usize, parameters: usize) -> bool {
         let (plain, moved) = (coordinates + parameters, self.law.matrix.len());
         let in_space = |jets: &[Jet<f64>], allowed: &[usize]| {
@@ -173,7 +171,7 @@ impl FlownContact {
 }
 
 impl<S: Scalar> LinearLaw<S> {
-    /// The same law with its release function turned over.
+    /// Changes the sign of the release function.
     fn turned(self) -> Self {
         let release = self.release;
         Self {
@@ -190,7 +188,7 @@ impl<S: Scalar> LinearLaw<S> {
 }
 
 impl<S: Real> FlownContact<S> {
-    /// The same with its numbers as another type.
+    /// Converts the numbers to another type.
     pub fn map_scalars<T: Real>(&self, convert: impl Fn(S) -> T + Copy) -> FlownContact<T> {
         let jets = |jets: &[Jet<S>]| jets.iter().map(|jet| jet.map_scalars(convert)).collect();
         let numbers = |numbers: &[S]| numbers.iter().copied().map(convert).collect();
@@ -231,41 +229,40 @@ impl<S: Real> FlownContact<S> {
     }
 }
 
-/// The arithmetic of a flown contact: numbers, values with tangents, or the operations of a
-/// kernel.
+/// Arithmetic of a flown contact: numbers, values with tangents, or the operations of a kernel.
 ///
-/// One sequence of operations is written once and run on all of them, so that the map read off its
-/// coefficients, the kernel and the emitted code do the same.
+/// The sequence of operations is written once and run on all of them, so that the map evaluated
+/// from its coefficients, the kernel and the emitted code perform the same operations.
 pub trait Arithmetic {
-    /// The numbers of the coefficients.
+    /// Numbers of the coefficients.
     type Scalar: Scalar;
-    /// A value.
+    /// Value of an expression.
     type Value: Clone;
 
-    /// A constant.
+    /// Constant value.
     fn constant(&mut self, value: Self::Scalar) -> Self::Value;
-    /// `a + b`.
+    /// Sum `a + b`.
     fn add(&mut self, a: &Self::Value, b: &Self::Value) -> Self::Value;
-    /// `a b`.
+    /// Product `a b`.
     fn multiply(&mut self, a: &Self::Value, b: &Self::Value) -> Self::Value;
-    /// `a b + c`.
+    /// Product and sum `a b + c`.
     fn multiply_add(&mut self, a: &Self::Value, b: &Self::Value, c: &Self::Value) -> Self::Value;
-    /// `√max(0, a)`.
+    /// Root `√max(0, a)`.
     fn root_of_positive_part(&mut self, a: &Self::Value) -> Self::Value;
-    /// `1/(2a)`, and 0 where `a` is not positive.
+    /// Half of the reciprocal, `1/(2a)`; 0 if `a` is not positive.
     fn half_reciprocal(&mut self, a: &Self::Value) -> Self::Value;
-    /// `a`, a constant to differentiation: a choice on which no result depends.
+    /// Value of `a`, as a constant in differentiation: for choices that no result depends on.
     fn held(&mut self, a: &Self::Value) -> Self::Value;
-    /// A polynomial at a point.
+    /// Value of a polynomial at a point.
     fn polynomial(&mut self, jet: &Jet<Self::Scalar>, point: &[Self::Value]) -> Self::Value;
 }
 
-/// Plain numbers.
+/// Arithmetic of plain numbers.
 #[derive(Clone, Copy, Debug)]
 pub struct Numbers<S>(PhantomData<S>);
 
 impl<S: Real> Numbers<S> {
-    /// Plain numbers.
+    /// Arithmetic of plain numbers.
     pub fn new() -> Self {
         Self(PhantomData)
     }
@@ -314,17 +311,17 @@ impl<S: Real> Arithmetic for Numbers<S> {
     }
 }
 
-/// The free flow seen from the entry.
+/// The free flow about the entry.
 struct Entry<V> {
     /// Time from the minimum of the gap, negative.
     time: V,
     /// Coefficients of each force, in the time since the entry.
     forces: Vec<Vec<V>>,
-    /// Coefficients of the release function along the free flow.
+    /// Coefficients of the release function along the free flow, in the time since the entry.
     release: Vec<V>,
 }
 
-/// One Taylor step: coefficients in the time over the length of the step.
+/// One Taylor step: coefficients in the time divided by the length of the step.
 struct Step<V> {
     /// Series of each moved component.
     states: Vec<Vec<V>>,
@@ -333,7 +330,7 @@ struct Step<V> {
 }
 
 impl<S: Scalar> FlownContact<S> {
-    /// The image of a point (coordinates; parameters), and its depth.
+    /// Image of a point (coordinates; parameters), and its depth.
     pub fn act<A: Arithmetic<Scalar = S>>(
         &self,
         arithmetic: &mut A,
@@ -344,7 +341,7 @@ impl<S: Scalar> FlownContact<S> {
         (self.act_at(arithmetic, &y, point), depth)
     }
 
-    /// The correction of each coordinate by a contact of depth variable `y`.
+    /// Correction of each coordinate by a contact of depth variable `y`.
     fn corrections<A: Arithmetic<Scalar = S>>(
         &self,
         arithmetic: &mut A,
@@ -357,8 +354,8 @@ impl<S: Scalar> FlownContact<S> {
         self.on_section(arithmetic, &time, &added, point)
     }
 
-    /// From the entry to the release: the contact time and what the contact has added to each moved
-    /// component.
+    /// Flies from the entry to the release; returns the contact time and the contribution of the
+    /// contact to each moved component.
     fn fly<A: Arithmetic<Scalar = S>>(
         &self,
         arithmetic: &mut A,
@@ -368,7 +365,7 @@ impl<S: Scalar> FlownContact<S> {
         let contact_time = self.contact_time(arithmetic, y);
         let share = arithmetic.constant(S::one() / S::from_f64(self.plan.steps as f64));
         let length = arithmetic.multiply(&contact_time, &share);
-        // How a flight is cut into steps does not change where it ends.
+        // The division of a flight into steps does not change its end.
         let length = arithmetic.held(&length);
         let step = self.last_step(arithmetic, entry, &length);
         let part = self.release_part(arithmetic, &step.release);
@@ -379,8 +376,8 @@ impl<S: Scalar> FlownContact<S> {
         (arithmetic.multiply(&flown, &length), added)
     }
 
-    /// Corrections of the coordinates from what a contact has added up to the time `s` from the
-    /// minimum.
+    /// Corrections of the coordinates from the contribution of a contact up to the time `s` from
+    /// the minimum.
     fn on_section<A: Arithmetic<Scalar = S>>(
         &self,
         arithmetic: &mut A,
@@ -389,14 +386,14 @@ impl<S: Scalar> FlownContact<S> {
         point: &[A::Value],
     ) -> Vec<A::Value> {
         let mut exit = [std::slice::from_ref(time), added, point].concat();
-        // Where the free field is affine the way back does not depend on the point.
+        // If the free field is affine, the flow back does not depend on the point.
         exit.truncate(self.back.first().map_or(0, |jet| jet.space().variables()));
         let back = all(arithmetic, &self.back, &exit);
         all(arithmetic, &self.section, &[&back, point].concat())
     }
 
-    /// Newton's steps for `σ`, `0 = −1 + σ² Q(−y σ)` with `Q(s) = Σ_{k≥2} H_k s^{k−2}`, and the
-    /// free flow about the entry.
+    /// Newton steps for `σ`, `0 = −1 + σ² Q(−y σ)` with `Q(s) = Σ_{k≥2} H_k s^{k−2}`, and the free
+    /// flow about the entry.
     fn entry<A: Arithmetic<Scalar = S>>(
         &self,
         arithmetic: &mut A,
@@ -410,14 +407,14 @@ impl<S: Scalar> FlownContact<S> {
         let around = [std::slice::from_ref(y), point].concat();
         let mut sigma = arithmetic.polynomial(&self.entry, &around);
         for _ in 0..self.plan.entry {
-            // At a root Newton's step has the root's derivative, whatever the derivative of where
-            // it begins.
+            // At a root Newton's step has the root's derivative, whatever the derivative of its
+            // starting value.
             sigma = arithmetic.held(&sigma);
             let time = arithmetic.multiply(&minus_y, &sigma);
             let (value, slope) = horner_with_slope(arithmetic, &quotient, &time);
             let scaled = arithmetic.multiply(&sigma, &value);
             let residual = arithmetic.multiply_add(&sigma, &scaled, &minus_one);
-            // The derivative: 2 σ Q + s σ Q'.
+            // Derivative: 2 σ Q + s σ Q'.
             let bend = arithmetic.multiply(&time, &slope);
             let bent = arithmetic.multiply(&bend, &sigma);
             let derivative = arithmetic.multiply_add(&two, &scaled, &bent);
@@ -430,7 +427,7 @@ impl<S: Scalar> FlownContact<S> {
         let depth = arithmetic.multiply(&minus_y, y);
         let mut gap = [&[depth, zero.clone()], quotient.as_slice()].concat();
         shift(arithmetic, &mut gap, Some(&time));
-        // The gap vanishes on entry; what rounding leaves of it is not part of the law.
+        // The gap vanishes on entry; its rounding is not part of the law.
         gap[0] = zero;
         let forces = self.law.forces.iter();
         Entry {
@@ -442,7 +439,7 @@ impl<S: Scalar> FlownContact<S> {
         }
     }
 
-    /// `y κ(y)`.
+    /// Contact time `y κ(y)`, approximately.
     fn contact_time<A: Arithmetic<Scalar = S>>(
         &self,
         arithmetic: &mut A,
@@ -459,7 +456,7 @@ impl<S: Scalar> FlownContact<S> {
         arithmetic.multiply(&twice, y)
     }
 
-    /// Flies all steps; the last one.
+    /// Flies all steps; returns the last one.
     fn last_step<A: Arithmetic<Scalar = S>>(
         &self,
         arithmetic: &mut A,
@@ -482,7 +479,8 @@ impl<S: Scalar> FlownContact<S> {
         step
     }
 
-    /// Newton's steps for the part of the last step at which the contact is released, from 1 on.
+    /// Newton steps, beginning at 1, for the part of the last step at which the contact is
+    /// released.
     fn release_part<A: Arithmetic<Scalar = S>>(
         &self,
         arithmetic: &mut A,
@@ -503,7 +501,7 @@ impl<S: Scalar> FlownContact<S> {
 }
 
 impl<S: Scalar> LinearLaw<S> {
-    /// One Taylor step of this length: `Z_{k+1} = length (A Z_k + G_k)/(k + 1)`.
+    /// One Taylor step of a given length: `Z_{k+1} = length (A Z_k + G_k)/(k + 1)`.
     fn step<A: Arithmetic<Scalar = S>>(
         &self,
         arithmetic: &mut A,
@@ -536,7 +534,7 @@ impl<S: Scalar> LinearLaw<S> {
         Step { states, release }
     }
 
-    /// `(A Z_k + G_k)_i`.
+    /// Rate `(A Z_k + G_k)_i` of a component.
     fn rate<A: Arithmetic<Scalar = S>>(
         &self,
         arithmetic: &mut A,
@@ -553,8 +551,8 @@ impl<S: Scalar> LinearLaw<S> {
 }
 
 impl<S: Scalar> Drive<S> {
-    /// Coefficients in the time since the entry; `gap` holds those of the gap, `time` is that of
-    /// the entry.
+    /// Coefficients in the time since the entry; `gap` holds the coefficients of the gap, `time` is
+    /// the time of the entry.
     fn about_entry<A: Arithmetic<Scalar = S>>(
         &self,
         arithmetic: &mut A,
@@ -591,7 +589,7 @@ fn all<A: Arithmetic>(
     jets.iter().map(|jet| arithmetic.polynomial(jet, point)).collect()
 }
 
-/// `base + Σ_i row_i (series_i)_power`.
+/// Sum `base + Σ_i row_i (series_i)_power`.
 fn dot<A: Arithmetic>(
     arithmetic: &mut A,
     row: &[A::Scalar],
@@ -606,7 +604,7 @@ fn dot<A: Arithmetic>(
     })
 }
 
-/// The coefficients of a polynomial in `t` as those of one in `t/length`.
+/// Converts the coefficients of a polynomial in `t` to those in `t/length`.
 fn scaled<A: Arithmetic>(
     arithmetic: &mut A,
     coefficients: &[A::Value],
@@ -621,7 +619,7 @@ fn scaled<A: Arithmetic>(
     coefficients.iter().map(scale).collect()
 }
 
-/// The same for several polynomials.
+/// Converts several polynomials, as [`scaled`] does one.
 fn scaled_all<A: Arithmetic>(
     arithmetic: &mut A,
     polynomials: &[Vec<A::Value>],
@@ -631,7 +629,7 @@ fn scaled_all<A: Arithmetic>(
     polynomials.map(|coefficients| scaled(arithmetic, coefficients, length)).collect()
 }
 
-/// The coefficients about another point (`None`: about 1), by repeated synthetic division.
+/// Shifts a polynomial to another origin (`None`: to 1), by repeated synthetic division.
 fn shift<A: Arithmetic>(arithmetic: &mut A, coefficients: &mut [A::Value], by: Option<&A::Value>) {
     for first in 0..coefficients.len().saturating_sub(1) {
         for place in (first..coefficients.len() - 1).rev() {
@@ -644,7 +642,7 @@ fn shift<A: Arithmetic>(arithmetic: &mut A, coefficients: &mut [A::Value], by: O
     }
 }
 
-/// A polynomial, lowest power first.
+/// Value of a polynomial, coefficients from the lowest power up.
 fn horner<A: Arithmetic>(arithmetic: &mut A, coefficients: &[A::Value], at: &A::Value) -> A::Value {
     let Some((last, lower)) = coefficients.split_last() else {
         return arithmetic.constant(A::Scalar::zero());
@@ -653,7 +651,7 @@ fn horner<A: Arithmetic>(arithmetic: &mut A, coefficients: &[A::Value], at: &A::
     lower.fold(last.clone(), |sum, coefficient| arithmetic.multiply_add(&sum, at, coefficient))
 }
 
-/// A polynomial and its derivative.
+/// Value of a polynomial and of its derivative.
 fn horner_with_slope<A: Arithmetic>(
     arithmetic: &mut A,
     coefficients: &[A::Value],

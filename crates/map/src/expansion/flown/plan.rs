@@ -1,11 +1,11 @@
-//! From a passage to its flown contact: the pieces, the plan, and the check that the plan is
-//! enough.
+//! The flown contact of a passage: its pieces, the plan of its steps, and the check that the plan
+//! is sufficient.
 //!
 //! The plan is checked against contacts of single points that are flown step by step to their first
-//! release. Newton's steps for the release begin at the contact time as a rational function of `y`:
-//! the contact time over `y` falls from one power law to the next where a force takes over from
-//! another, on scales of `y` that may lie decades apart, and a sum of `c_j/(1 + y/y_j)` follows it.
-//! The scales `y_j` are picked one by one.
+//! release. Newton steps for the release begin at the contact time as a rational function of `y`.
+//! The contact time over `y` falls from one power law to the next where another force becomes
+//! dominant, on scales of `y` that may lie decades apart; a sum of `c_j/(1 + y/y_j)` follows it.
+//! The scales `y_j` are selected one by one.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -21,46 +21,47 @@ use crate::numeric::{Dd, Real, Scalar, converted};
 
 /// Smallest depth variable at which contacts are checked: a depth of 1e-32.
 const SHALLOWEST: f64 = 1e-16;
-/// Depth variables per decade at which contacts are checked.
+/// Number of depth variables per decade at which contacts are checked.
 const PER_DECADE: f64 = 5.0;
-/// Depth variables per decade to which the contact time is fitted: none of them is checked.
+/// Number of depth variables per decade to which the contact time is fitted: none of them is
+/// checked.
 const FITTED_PER_DECADE: f64 = 12.0;
-/// Contact times over `y` that differ by less are fitted once.
+/// Contact times over `y` with a relative difference below this are fitted once.
 const DISTINCT: f64 = 2e-3;
-/// Depths are checked a little beyond the window.
+/// Factor by which the depth variables checked exceed the window.
 const MARGIN: f64 = 1.1;
-/// Points of the window besides its middle at which each depth is checked.
+/// Number of points of the window, besides its middle, at which each depth is checked.
 const CORNERS: usize = 6;
-/// Longest step, times the largest eigenvalue: half a period of a stiff stop and a little, where
+/// Longest step, times the largest eigenvalue: slightly more than half a period of a stiff stop;
 /// the terms of a step grow to at most 8 before they fall.
 const LONGEST_STEP: f64 = 3.6;
-/// Most steps of a flight.
+/// Largest number of steps of a flight.
 const MOST_FLOWN_STEPS: usize = 16;
-/// Rounding of a double: what a truncation or a Newton step must be below.
+/// Rounding of a double; a truncation error or Newton step must be smaller.
 const EXACT: f64 = 1e-16;
-/// The same one step earlier: the slope in the last step, and with it the Jacobian, is as exact as
-/// that.
+/// Bound on the error one Newton step earlier: the slope in the last step, and with it the
+/// Jacobian, has that accuracy.
 const NEARLY: f64 = 1e-8;
-/// Relative error of what a contact adds that is still rounding.
+/// Largest relative error of the contribution of a contact that counts as rounding.
 const ROUNDING: f64 = 1e-14;
-/// Most Newton steps.
+/// Largest number of Newton steps.
 const MOST_NEWTON: usize = 8;
 
-/// The window in which contacts are to be flown.
+/// Window in which contacts are flown.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FlightWindow {
-    /// Largest `y²`.
+    /// Largest depth `y²`.
     pub depth: f64,
     /// Half-widths of the coordinates, then of the parameters, in offsets.
     pub half_widths: Vec<f64>,
 }
 
-/// Expands a passage about an exactly flown contact; `None` for a rigid stop.
+/// Expands a passage with an exactly flown contact; `None` for a rigid stop.
 ///
-/// The image errs by weight `weight + 1`, with the constants of the free flow whatever the
-/// stiffness of the contact. What is flown is checked on the window from a depth of 1e-32 on,
-/// contact by contact, against steps that are finer and more: the shape is refused where its fixed
-/// number of steps is not enough.
+/// The image has an error of weight `weight + 1`, with the constants of the free flow, for any
+/// stiffness of the contact. The flight is checked on the window, from a depth of 1e-32 on, contact
+/// by contact, against finer and more steps. It is refused if its fixed number of steps is not
+/// sufficient.
 ///
 /// # Errors
 ///
@@ -114,7 +115,7 @@ fn spectral_radius(affine: &AffineLaw) -> Result<f64, ExpansionError> {
     Ok(largest.max(f64::MIN_POSITIVE))
 }
 
-/// Depth variables from the highest down, so many per decade.
+/// Depth variables in decreasing order from the highest, a given number per decade.
 fn depths(highest: f64, per_decade: f64) -> impl Iterator<Item = f64> {
     let count = ((highest / SHALLOWEST).log10() * per_decade).ceil();
     (0..=count as u32).map(move |number| highest * 0.1_f64.powf(f64::from(number) / per_decade))
@@ -138,18 +139,18 @@ fn samples(window: &FlightWindow) -> Vec<(Dd, Vec<Vec<Dd>>)> {
     depths.map(|(number, y)| (Dd::from(y), points(number))).collect()
 }
 
-/// The highest depth variable at which contacts are checked.
+/// Highest depth variable at which contacts are checked.
 fn highest(window: &FlightWindow) -> f64 {
     MARGIN * window.depth.sqrt()
 }
 
-/// Corners of a box, spread evenly over them.
+/// Sign of a variable at a corner of the window; the corners used are spread evenly.
 fn sign(number: usize, corner: usize, variable: usize) -> f64 {
     let turns = (number * CORNERS + corner + 1) as f64 * (variable as f64 + 2.0).sqrt();
     if turns.fract() < 0.5 { -1.0 } else { 1.0 }
 }
 
-/// Finds the fewest steps that fly every contact of the window.
+/// Search for the smallest numbers of steps that fly every contact of the window.
 struct Planner<'a> {
     surface: &'a str,
     /// Contact time over `y` at small depths.
@@ -161,14 +162,14 @@ struct Planner<'a> {
     middle: Vec<Dd>,
 }
 
-/// A contact flown by the reference.
+/// A contact flown by the reference method.
 struct Checked {
     y: Dd,
     point: Vec<Dd>,
     exact: FlownReference,
 }
 
-/// What the reference finds of a contact.
+/// Result of the reference method for a contact.
 struct FlownReference {
     /// Contact time.
     time: Dd,
@@ -220,7 +221,8 @@ impl Planner<'_> {
             .collect()
     }
 
-    /// The contact of depth variable `y > 0` at a point, flown slowly and surely.
+    /// Flies the contact of depth variable `y > 0` at a point by the slow and safe reference
+    /// method.
     fn reference(
         &self,
         contact: &FlownContact<Dd>,
@@ -259,7 +261,7 @@ impl Planner<'_> {
         })
     }
 
-    /// The contact time along the middle of the window, as a function of `y`.
+    /// Contact time over `y` at the middle of the window, as a function of `y`.
     fn contact_time(&self, contact: &FlownContact<Dd>) -> Result<ContactTime<Dd>, FlightError> {
         let mut samples: Vec<(f64, f64)> = Vec::new();
         for (number, y) in depths(MARGIN * self.highest, FITTED_PER_DECADE).enumerate() {
@@ -289,7 +291,8 @@ impl Planner<'_> {
     }
 }
 
-/// Powers of time after which a step of this length (times the largest eigenvalue) is exact.
+/// Number of powers of time after which a step of this length (times the largest eigenvalue) is
+/// exact.
 fn order(reach: f64) -> usize {
     let mut term = 1.0;
     let mut order = 0;
@@ -300,7 +303,8 @@ fn order(reach: f64) -> usize {
     order + 1
 }
 
-/// The fewest Newton steps whose error is rounding, and that of one step fewer nearly so.
+/// Smallest number of Newton steps whose error is rounding, while that of one step fewer is nearly
+/// so.
 fn fewest(error: impl Fn(usize) -> f64) -> usize {
     let enough = |&steps: &usize| error(steps) <= EXACT && error(steps - 1) <= NEARLY;
     (1..MOST_NEWTON).find(enough).unwrap_or(MOST_NEWTON)
@@ -354,17 +358,17 @@ fn largest_corrections(contact: &FlownContact<Dd>, checked: &[Checked]) -> Vec<f
     coordinates.map(of).collect()
 }
 
-/// Steps within the shorter of the contact time at small depths and the law's own time.
+/// Number of steps within the shorter of the contact time at small depths and the law's own time.
 const STEPS_PER_TIME: f64 = 4.0;
-/// Powers of time in a step: `(1/4)^25/25!` is below the rounding of double-double.
+/// Number of powers of time in a step: `(1/4)^25/25!` is below the rounding of double-double.
 const ORDER: usize = 24;
 /// Part of the first step after which the sign of the release function is not rounding.
 const SETTLED: f64 = 0.125;
-/// Steps after which a contact counts as one without release.
+/// Number of steps after which a contact counts as one without release.
 const MOST_STEPS: usize = 4096;
 
-/// The first point of `[0, 1]` at which a polynomial has another sign than `sign`; an unknown
-/// `sign` is that of the value at [`SETTLED`].
+/// First point of `[0, 1]` at which a polynomial has a sign other than `sign`; an unknown `sign` is
+/// set to that of the value at [`SETTLED`].
 fn first_change(release: &[Dd], sign: &mut Option<f64>) -> Option<Dd> {
     let (sign, from) = match *sign {
         Some(sign) if release[0].to_f64() * sign < 0.0 => return Some(Dd::ZERO),
@@ -385,16 +389,16 @@ fn first_change(release: &[Dd], sign: &mut Option<f64>) -> Option<Dd> {
     first.map(|change| change.time)
 }
 
-/// Scales to choose from, per decade of `y`.
+/// Number of candidate scales per decade of `y`.
 const SCALES_PER_DECADE: f64 = 4.0;
-/// Scales are looked for this far beyond the depths sampled.
+/// Factor by which candidate scales extend beyond the sampled depths.
 const BEYOND: f64 = 100.0;
-/// Most scales picked.
+/// Largest number of scales selected.
 const MOST_SCALES: usize = 10;
-/// Relative error at which no further scale is picked.
+/// Relative error at which no further scale is selected.
 const CLOSE: f64 = 3e-3;
 
-/// Fits `κ` to pairs `(y, κ)`, in relative error.
+/// Fits `κ` to pairs `(y, κ)` with a small relative error.
 fn fit(samples: &[(f64, f64)]) -> ContactTime<f64> {
     let candidates = candidates(samples);
     let mut scales: Vec<f64> = Vec::new();
@@ -420,14 +424,14 @@ fn candidates(samples: &[(f64, f64)]) -> Vec<f64> {
     (0..=count as u32).map(place).collect()
 }
 
-/// `κ ≈ c_0 + Σ c_j/(1 + y/y_j)`.
+/// Approximation `κ ≈ c_0 + Σ c_j/(1 + y/y_j)`.
 struct Fit {
     scales: Vec<f64>,
     factors: Vec<f64>,
     error: f64,
 }
 
-/// Least squares of the relative error.
+/// Least-squares fit of the relative error.
 fn solve(samples: &[(f64, f64)], scales: &[f64]) -> Fit {
     let term = |y: f64, column: usize| match column {
         0 => 1.0,
@@ -450,7 +454,7 @@ fn solve(samples: &[(f64, f64)], scales: &[f64]) -> Fit {
 }
 
 impl Fit {
-    /// The sum over one denominator `Π (1 + y/y_j)`.
+    /// Writes the sum over the common denominator `Π (1 + y/y_j)`.
     fn rational(&self) -> ContactTime<f64> {
         let denominator = product(&self.scales);
         let mut numerator = denominator.iter().map(|d| self.factors[0] * d).collect::<Vec<_>>();
@@ -465,7 +469,7 @@ impl Fit {
     }
 }
 
-/// `Π (1 + y/y_j)`, lowest power first.
+/// Product `Π (1 + y/y_j)`, coefficients from the lowest power up.
 fn product(scales: &[f64]) -> Vec<f64> {
     scales.iter().fold(vec![1.0], |product, scale| {
         let mut next = product.clone();

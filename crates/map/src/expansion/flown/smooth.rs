@@ -1,20 +1,21 @@
 //! The smooth pieces of a flown passage: series of the free flow about its minimum of the gap.
 //!
-//! The impulse of a damper, taken out of a contact law where it is zero at the release.
+//! This module also removes the impulse of a damper from a contact law if it is zero at the
+//! release.
 //!
-//! A force `b h'` adds `O(y²)` on the way in and takes it back on the way out: nothing of it is
-//! left where the contact ends on the surface, and a spring's `O(y³)` is all there is. As a
-//! difference of its own terms that impulse has lost a share `1/y` of its digits, and an error in
-//! the time of the release counts as much again.
+//! A force `b h'` adds `O(y²)` on the way in and removes it on the way out: if the contact ends on
+//! the surface nothing of it remains, only the `O(y³)` of a spring. Computed as a difference of its
+//! own terms, that impulse loses a share `1/y` of its digits, and an error in the time of the
+//! release counts as much again.
 //!
-//! With `ρ` the release function, a multiple `c` of the gap along the free flow, let
+//! Let the release function `ρ` be a multiple `c` of the gap along the free flow, and let
 //!
 //! ```text
 //! u = z − β (ρ(x_f) + r·z),   β = b/c
 //! ```
 //!
-//! It is `z` at the entry and at the release, where the parenthesis vanishes, and obeys a law of
-//! the same form without `b h'`: with `r·β = 0`,
+//! The new variable `u` equals `z` at the entry and at the release, where the parenthesis vanishes,
+//! and obeys a law of the same form without `b h'`: with `r·β = 0`,
 //!
 //! ```text
 //! u' = (I − β rᵀ) A (I + β rᵀ) u + (I − β rᵀ) A β c h + c_0 + a h,   release where ρ(x_f) + r·u =
@@ -36,29 +37,29 @@ use crate::jet::{Jet, JetSpace};
 use crate::numeric::{Dd, Scalar};
 use crate::orbit::PoincareSectionKind;
 
-/// Weight to which the start of the entry's Newton steps is expanded.
+/// Weight to which the starting value of the entry's Newton steps is expanded.
 const ENTRY_WEIGHT: u32 = 3;
-/// Coefficients below this share of the largest of their series are zero: expansions are in
+/// Coefficients below this share of the largest of their series are zero; expansions are in
 /// double-double.
 pub(super) const VANISHING: f64 = 1e-22;
-/// The rest of a force beside a combination of the gap and its rate is rounding below this share of
-/// the force.
+/// The rest of a force, beside a combination of the gap and its rate, is rounding below this share
+/// of the force.
 const SAME: f64 = 1e-20;
 
-/// One passage under expansion.
+/// Expansion of one passage.
 pub(super) struct SmoothExpansion<'a> {
     graze: &'a Graze,
     affine: &'a AffineLaw,
     weight: u32,
     /// Time from the section point to the minimum.
     minimum_time: Jet<Dd>,
-    /// The free flow about the minimum.
+    /// Series of the free flow about the minimum.
     series: LocalSeries<Dd>,
 }
 
 impl<'a> SmoothExpansion<'a> {
-    /// Expands the free flow about its minimum of the gap; the image then errs by weight `weight +
-    /// 1`.
+    /// Expands the free flow about the minimum of the gap; the image then has an error of weight
+    /// `weight + 1`.
     pub(super) fn new(
         graze: &'a Graze,
         affine: &'a AffineLaw,
@@ -74,7 +75,7 @@ impl<'a> SmoothExpansion<'a> {
         Ok(Self { graze, affine, weight, minimum_time, series })
     }
 
-    /// Expands all pieces of a contact, which is to be flown by a plan from nearly these times.
+    /// Expands all pieces of a contact, with an approximate contact time and a plan.
     pub(super) fn contact(
         &self,
         contact_time: ContactTime<Dd>,
@@ -99,7 +100,7 @@ impl<'a> SmoothExpansion<'a> {
         })
     }
 
-    /// A coefficient of the time's `power`, cut at what is left of the weight.
+    /// Coefficient of the time's `power`, truncated at the remaining weight.
     fn cut(&self, jet: &Jet<Dd>, power: usize) -> Result<Jet<Dd>, ExpansionError> {
         let weight = (self.weight + 1).saturating_sub(power as u32);
         Ok(respace(jet, &self.graze.variables.smooth_space(weight)?))
@@ -124,7 +125,7 @@ impl<'a> SmoothExpansion<'a> {
         Ok(law.without_passing_impulse())
     }
 
-    /// A watched function as a combination of 1, the gap and its rate, and what that leaves.
+    /// A watched function as a combination of 1, the gap and its rate, and the rest.
     fn drive(&self, watched: usize) -> Result<Drive<Dd>, ExpansionError> {
         let (series, gap) = (self.series.watched(watched), self.series.watched(0));
         let ([constant, gap, gap_rate], rest) = decomposed(series, gap);
@@ -137,7 +138,7 @@ impl<'a> SmoothExpansion<'a> {
         })
     }
 
-    /// The free flow backwards by `s` from `x_free(s) + z`, less `x_free(0)`.
+    /// Free flow backwards by `s` from `x_free(s) + z`, minus `x_free(0)`.
     fn back(&self) -> Result<Vec<Jet<Dd>>, ExpansionError> {
         let moved = self.affine.components.len();
         let carried = if self.affine.free_is_affine { 0 } else { self.graze.variables.len() };
@@ -170,7 +171,7 @@ impl<'a> SmoothExpansion<'a> {
             .collect())
     }
 
-    /// The corrections of the coordinates, as jets in the state added at the minimum.
+    /// Corrections of the coordinates, as jets in the contribution of the contact at the minimum.
     fn section(&self) -> Result<Vec<Jet<Dd>>, ExpansionError> {
         let moved = self.affine.components.len();
         let weights: Vec<u32> =
@@ -204,13 +205,13 @@ impl<'a> SmoothExpansion<'a> {
             .collect())
     }
 
-    /// Weight of what is added to each moved component: a force acts for a time `O(y)`.
+    /// Weight of the contribution to each moved component: a force acts for a time `O(y)`.
     fn added_weights(&self) -> impl Iterator<Item = u32> {
         self.affine.distances.iter().map(|distance| 1 + distance)
     }
 
-    /// A jet in (coordinates; parameters) in a space where they begin at `first`, or at the graze
-    /// alone.
+    /// Converts a jet in (coordinates; parameters) to a space in which these begin at `first`;
+    /// without carried variables, to its value at the graze.
     fn lift(&self, jet: &Jet<Dd>, space: &Arc<JetSpace>, first: usize, carried: usize) -> Jet<Dd> {
         if carried == 0 {
             return Jet::constant(space, jet.head());
@@ -228,7 +229,7 @@ impl<'a> SmoothExpansion<'a> {
         values.map(|&value| Jet::constant(space, value)).collect()
     }
 
-    /// Adds a variable, from number `first` on, to each moved component.
+    /// Adds a variable to each moved component, numbered from `first` on.
     fn add_variables(&self, state: &mut [Jet<Dd>], space: &Arc<JetSpace>, first: usize) {
         for (position, &component) in self.affine.components.iter().enumerate() {
             state[component] += &Jet::variable(space, first + position, Dd::ZERO);
@@ -236,10 +237,10 @@ impl<'a> SmoothExpansion<'a> {
     }
 }
 
-/// `[c, a, b]`, and what remains of `series = c + a h + b h' + rest` beside them.
+/// Factors `[c, a, b]` and the rest of `series = c + a h + b h' + rest`.
 ///
-/// At the grazing point the rest has no term in `1`, `t` and `t²`: whatever is proportional to the
-/// gap or its rate is not in it, and follows the depth exactly.
+/// At the grazing point the rest has no term in `1`, `t` and `t²`. It contains nothing proportional
+/// to the gap or its rate, and these follow the depth exactly.
 fn decomposed(series: &[Jet<Dd>], gap: &[Jet<Dd>]) -> ([Dd; 3], Vec<Jet<Dd>>) {
     let scale = series.iter().map(Jet::max_abs).fold(0.0, f64::max);
     let clean = |value: Dd| rounded_away(value, VANISHING * scale);
@@ -264,12 +265,12 @@ fn decomposed(series: &[Jet<Dd>], gap: &[Jet<Dd>]) -> ([Dd; 3], Vec<Jet<Dd>>) {
     ([constant, factor, rate], rest)
 }
 
-/// A value, or 0 if it is no larger than rounding.
+/// The value, or 0 if it is no larger than rounding.
 fn rounded_away(value: Dd, rounding: f64) -> Dd {
     if value.magnitude() <= rounding { Dd::ZERO } else { value }
 }
 
-/// The terms of a jet in which one of these variables occurs.
+/// Terms of a jet in which one of these variables occurs.
 fn depending_on(jet: &Jet<Dd>, variables: std::ops::Range<usize>) -> Jet<Dd> {
     let largest = jet.max_abs();
     let mut result = Jet::zero(jet.space());
@@ -284,8 +285,8 @@ fn depending_on(jet: &Jet<Dd>, variables: std::ops::Range<usize>) -> Jet<Dd> {
 }
 
 impl LinearLaw<Dd> {
-    /// The law of `u`; the law itself where it has no such force or its release is another function
-    /// than the gap.
+    /// The law of `u`; unchanged if there is no such force or the release function is not
+    /// proportional to the gap.
     fn without_passing_impulse(mut self) -> Self {
         let Some(share) = self.passing_share() else {
             return self;
@@ -311,7 +312,8 @@ impl LinearLaw<Dd> {
         self
     }
 
-    /// `β`, if a force is proportional to the gap's rate and the release function to the gap.
+    /// Vector `β`, if a force is proportional to the gap's rate and the release function to the
+    /// gap.
     fn passing_share(&self) -> Option<Vec<Dd>> {
         let release = &self.release;
         let by_gap = release.constant.is_zero()
@@ -319,7 +321,7 @@ impl LinearLaw<Dd> {
             && !release.gap.is_zero()
             && release.rest.is_empty();
         let mut forces = self.forces.iter();
-        // A force on the release function itself would move it at once.
+        // A force on the release function itself would change it immediately.
         let apart = forces.all(|&(component, _)| self.release_row[component].is_zero());
         let mut share = vec![Dd::ZERO; self.matrix.len()];
         for (component, force) in &self.forces {
@@ -353,7 +355,7 @@ fn dot(a: &[Dd], b: &[Dd]) -> Dd {
     terms.fold(Dd::ZERO, sum)
 }
 
-/// `a + b`, and 0 where they cancel to rounding: a term that is none costs operations.
+/// Sum `a + b`, and 0 if the terms cancel to rounding: a zero term would cost operations.
 fn sum(a: Dd, b: Dd) -> Dd {
     rounded_away(a + b, VANISHING * a.magnitude().max(b.magnitude()))
 }

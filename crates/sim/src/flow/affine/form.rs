@@ -1,7 +1,8 @@
-//! Expressions taken apart into affine forms: linear in the states, trigonometric in the phase.
+//! Decomposition of expressions into affine forms: linear in the states, trigonometric in the
+//! phase.
 //!
 //! One idea: the terms of such an expression are carried symbolically through sums, products with
-//! constants and products of trigonometric terms, coefficients staying expressions of the
+//! constants and products of trigonometric terms. Coefficients remain expressions of the
 //! parameters.
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -10,29 +11,28 @@ use crate::flow::{InputKind, Program};
 use crate::model::{Binary, ExpressionGraph, Node, NodeId, Unary};
 use crate::numeric::{Dd, Scalar};
 
-/// What a coefficient of a form multiplies.
+/// Factor of a coefficient in a form.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Term {
     /// A state, not the phase.
     State(usize),
     /// The phase itself: only inside a sine or cosine.
     Phase,
-    /// `cos(k θ)`, `k` an expression of the parameters.
+    /// `cos(k θ)`, with `k` an expression of the parameters.
     Cosine(NodeId),
-    /// `sin(k θ)`.
+    /// `sin(k θ)`, with `k` an expression of the parameters.
     Sine(NodeId),
-    /// Nothing.
+    /// The constant 1.
     One,
 }
 
-/// `Σ coefficient · term`, without terms that vanish; coefficients are expressions of the
-/// parameters.
+/// `Σ coefficient · term`, without zero terms; coefficients are expressions of the parameters.
 type Form = BTreeMap<Term, NodeId>;
 
-/// Largest power of a trigonometric expression that is multiplied out.
+/// Largest power of a trigonometric expression that is expanded.
 const LARGEST_POWER: i32 = 16;
 
-/// Takes expressions of a graph apart; new coefficients are added to the graph.
+/// Decomposes expressions of a graph; new coefficients are added to the graph.
 struct Former<'g> {
     graph: &'g mut ExpressionGraph,
     dimension: usize,
@@ -40,13 +40,12 @@ struct Former<'g> {
 }
 
 impl<'g> Former<'g> {
-    /// Inputs `0..dimension` of the graph are the full state, `phase` the phase among them.
+    /// Inputs `0..dimension` of the graph are the full state; `phase` is the number of the phase.
     fn new(graph: &'g mut ExpressionGraph, dimension: usize, phase: Option<usize>) -> Self {
         Self { graph, dimension, phase }
     }
 
-    /// The form of each node up to and including the last of `nodes`; `None` where it has none or
-    /// is not needed.
+    /// Form of each node up to the last of `nodes`; `None` if the node is not affine or not needed.
     fn forms(&mut self, nodes: &[NodeId]) -> Vec<Option<Form>> {
         let needed = self.graph.needed_by(nodes);
         let mut forms: Vec<Option<Form>> = Vec::with_capacity(needed.len());
@@ -140,7 +139,7 @@ impl<'g> Former<'g> {
         sum
     }
 
-    /// The product where it is one: with a constant, or of trigonometric forms.
+    /// Product of two forms, if one is constant or both are trigonometric.
     fn product(&mut self, a: &Form, b: &Form) -> Option<Form> {
         for (constant, other) in [(a, b), (b, a)] {
             if is_constant(constant) {
@@ -160,8 +159,8 @@ impl<'g> Former<'g> {
         Some(product)
     }
 
-    /// Adds `coefficient · left · right`, by `2 cos a cos b = cos(a − b) + cos(a + b)` and its
-    /// like.
+    /// Adds `coefficient · left · right`, by `2 cos a cos b = cos(a − b) + cos(a + b)` and similar
+    /// formulas.
     fn add_product(
         &mut self,
         form: &mut Form,
@@ -215,7 +214,7 @@ impl<'g> Former<'g> {
         Some(self.sum(&same, &other))
     }
 
-    /// `cos(k θ)` or `sin(k θ)`; a number `k` is taken positive.
+    /// `cos(k θ)` or `sin(k θ)`; a constant `k` is made positive.
     fn harmonic(&mut self, multiple: NodeId, function: Circular) -> Form {
         let one = self.graph.number(1.0);
         let value = self.graph.constant_value(multiple);
@@ -251,7 +250,7 @@ fn is_trigonometric(term: Term) -> bool {
     matches!(term, Term::Cosine(_) | Term::Sine(_) | Term::One)
 }
 
-/// Expressions that are affine in the states and trigonometric in the phase, found from a graph.
+/// Expressions of a graph that are affine in the states and trigonometric in the phase.
 ///
 /// Such an expression is a row over the *extended state*
 ///
@@ -265,12 +264,12 @@ pub struct AffineExpressions {
     states: usize,
     phase: Option<usize>,
     harmonics: usize,
-    /// First the multiples `k` of the harmonics, then every entry of every row.
+    /// Outputs: the multiples `k` of the harmonics, then all entries of all rows.
     program: Program,
     rows: Vec<Option<Vec<Entry>>>,
 }
 
-/// A column of a row and the program's output that stands there.
+/// A column of a row and the number of the program's output for its value.
 #[derive(Clone, Copy, Debug)]
 struct Entry {
     column: usize,
@@ -278,8 +277,8 @@ struct Entry {
 }
 
 impl AffineExpressions {
-    /// Takes expressions of a graph apart. Inputs `0..dimension` are the full state, the phase,
-    /// where there is one, the last of them; `parameters` inputs follow.
+    /// Decomposes expressions of a graph. Inputs `0..dimension` are the full state, with the phase,
+    /// if there is one, as the last; `parameters` inputs follow.
     pub fn new(
         graph: &ExpressionGraph,
         nodes: &[NodeId],
@@ -317,12 +316,12 @@ impl AffineExpressions {
         }
     }
 
-    /// Whether an expression, by its number in the list given, is affine.
+    /// Whether an expression, by its number in the given list, is affine.
     pub fn is_affine(&self, expression: usize) -> bool {
         self.rows[expression].is_some()
     }
 
-    /// States without the phase.
+    /// Number of states without the phase.
     pub fn states(&self) -> usize {
         self.states
     }
@@ -342,7 +341,7 @@ impl AffineExpressions {
         self.states + 2 * self.harmonics + 1
     }
 
-    /// The rows at a parameter vector.
+    /// Rows at a parameter vector.
     pub fn at<S: Scalar>(&self, parameters: &[S]) -> AffineRows<S> {
         let mut tape = vec![S::zero(); self.program.slots()];
         let first = self.program.inputs() - parameters.len();
@@ -363,14 +362,15 @@ impl AffineExpressions {
 /// Values of [`AffineExpressions`] at a parameter vector.
 #[derive(Clone, Debug)]
 pub struct AffineRows<S> {
-    /// The multiples `k` of the phase.
+    /// Multiples `k` of the phase.
     pub multiples: Vec<S>,
     columns: usize,
     rows: Vec<S>,
 }
 
 impl<S> AffineRows<S> {
-    /// The row of an expression, by its number in the list given; zeros where it is not affine.
+    /// Row of an expression, by its number in the given list; zeros if the expression is not
+    /// affine.
     pub fn row(&self, expression: usize) -> &[S] {
         &self.rows[expression * self.columns..][..self.columns]
     }

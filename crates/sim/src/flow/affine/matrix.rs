@@ -1,24 +1,24 @@
 //! The exact flow of an affine field at one parameter vector, as tables: the matrix of the linear
 //! field over the extended state, and series of rows along its flow.
 //!
-//! One idea: with the harmonics of the phase and the number 1 as further states the field is
-//! linear, `y' = M y`, and so everything along its flow is linear in the start:
+//! One idea: with the harmonics of the phase and the number 1 as additional states the field is
+//! linear, `y' = M y`, so that every function along its flow is linear in the start:
 //!
 //! ```text
 //! y(t) = exp(M t) y(0),     r(t) = Σ_k t^k (r M^k / k!) y(0)     for any row r.
 //! ```
 //!
-//! Resonance, vanishing damping and defective matrices need no case of their own. The rows `r M^k /
-//! k!` are computed once; a step is a product with the start. See docs/mathematics/affine-flow.md.
+//! Resonance, vanishing damping and defective matrices are not special cases. The rows `r M^k / k!`
+//! are computed once; a step is a product with the start. See docs/mathematics/affine-flow.md.
 
 use super::rows::{RowTable, Rows, padded};
 use crate::numeric::{Real, polynomial};
 
-/// Most terms of a series.
+/// Largest number of terms of a series.
 pub(super) const MAX_TERMS: usize = 96;
-/// Terms for which a series has room from the first.
+/// Number of terms for which memory is reserved at first.
 const USUAL_TERMS: usize = 32;
-/// Squarings of a matrix for its rate.
+/// Number of squarings of a matrix to estimate its rate.
 const SQUARINGS: u32 = 6;
 
 /// An affine field at one parameter vector: rows over the extended state.
@@ -26,27 +26,27 @@ const SQUARINGS: u32 = 6;
 pub struct AffineFieldRows<'r, S> {
     /// Derivative of each state.
     pub derivatives: &'r [&'r [S]],
-    /// Functions watched along the flow.
+    /// Functions evaluated along the flow.
     pub watched: &'r [&'r [S]],
-    /// Rate of the phase; 0 where there is none.
+    /// Rate of the phase; 0 if there is none.
     pub phase_rate: S,
     /// Multiples of the phase in the extended state.
     pub multiples: &'r [S],
 }
 
 impl<S: Real> AffineFieldRows<'_, S> {
-    /// Rows of the function of a row and of its derivatives along the field, `count` in all.
+    /// Rows of a function and of its Lie derivatives along the field, `count` in all.
     pub fn lie_derivatives(&self, row: &[S], count: usize) -> RowTable<S> {
         RowTable::first(&Matrix::new(self).images(row, count), count)
     }
 }
 
-/// `M`: its entries that are not zero.
+/// The nonzero entries of `M`.
 pub(super) struct Matrix<S> {
     pub(super) states: usize,
     pub(super) columns: usize,
     entries: Vec<Entry<S>>,
-    /// The fastest harmonic.
+    /// Angular frequency of the fastest harmonic.
     fastest: f64,
 }
 
@@ -84,7 +84,7 @@ impl<S: Real> Matrix<S> {
         }
     }
 
-    /// The same in `f64`.
+    /// The matrix in `f64`.
     pub(super) fn rounded(&self) -> Matrix<f64> {
         let entry = |entry: &Entry<S>| Entry {
             row: entry.row,
@@ -99,7 +99,7 @@ impl<S: Real> Matrix<S> {
         }
     }
 
-    /// Adds `r M`.
+    /// Adds `r M` to `image`.
     fn apply(&self, row: &[S], image: &mut [S]) {
         for entry in &self.entries {
             let factor = row[entry.row];
@@ -117,7 +117,7 @@ impl<S: Real> Matrix<S> {
         self.apply(&known[end - self.columns..], image);
     }
 
-    /// `r, r M, r M², …`, as many.
+    /// The rows `r, r M, r M², …`, `count` in all.
     pub(super) fn images(&self, row: &[S], count: usize) -> Rows<S> {
         let mut rows = Vec::with_capacity(count * self.columns);
         rows.extend_from_slice(row);
@@ -127,8 +127,8 @@ impl<S: Real> Matrix<S> {
         Rows::new(self.columns, rows)
     }
 
-    /// `r M^k / k!` for as many `k` as the step needs: entry by entry until its terms are below the
-    /// rounding of its largest, so that units do not matter.
+    /// Rows `r M^k / k!` for all `k` that the step needs: each entry until its terms are below the
+    /// rounding of its largest term, so that units do not matter.
     pub(super) fn series(&self, row: &[S], length: f64) -> Option<Rows<S>> {
         let columns = self.columns;
         let mut largest = vec![0.0f64; columns];
@@ -159,7 +159,7 @@ impl<S: Real> Matrix<S> {
         None
     }
 
-    /// The same from the series of the states, whose sum it is for a row without harmonics.
+    /// Series of a row as a sum of the series of the states, if the row has no harmonics.
     pub(super) fn series_from_states(
         &self,
         row: &[S],
@@ -184,7 +184,7 @@ impl<S: Real> Matrix<S> {
         Some(Rows::new(self.columns, sum))
     }
 
-    /// Estimate from above of the largest magnitude of an eigenvalue: `‖A^64‖^(1/64)` of the states
+    /// Upper estimate of the largest magnitude of an eigenvalue: `‖A^64‖^(1/64)` for the states
     /// alone, or the fastest harmonic.
     pub(super) fn rate(&self) -> f64 {
         let states = self.states;
@@ -212,7 +212,7 @@ impl<S: Real> Matrix<S> {
     }
 }
 
-/// The square of a matrix, by rows.
+/// Writes the square of a matrix, row by row.
 fn write_square(matrix: &[f64], columns: usize, square: &mut [f64]) {
     for (row, out) in matrix.chunks(columns).zip(square.chunks_mut(columns)) {
         out.fill(0.0);
@@ -224,7 +224,7 @@ fn write_square(matrix: &[f64], columns: usize, square: &mut [f64]) {
     }
 }
 
-/// How many of the first terms of a series a shorter time needs, by the measure of
+/// Number of the first terms of a series that a shorter time needs, by the criterion of
 /// [`Matrix::series`].
 pub(super) fn terms_within<S: Real>(series: &Rows<S>, length: f64) -> usize {
     let powers = std::iter::successors(Some(1.0), |power| Some(power * length));
@@ -253,7 +253,7 @@ pub(super) fn sum_at<S: Real>(rows: &Rows<S>, time: S) -> Vec<S> {
     sum
 }
 
-/// The largest magnitude in each column.
+/// Largest magnitude in each column.
 pub(super) fn largest(rows: &Rows<f64>) -> Vec<f64> {
     let mut largest = vec![0.0f64; rows.columns()];
     for row in rows.iter() {
@@ -283,14 +283,15 @@ fn control_rows<S: Real>(rows: &Rows<S>, length: f64, len: usize) -> Rows<f64> {
     Rows::new(columns, points)
 }
 
-/// The row of one component.
+/// Row of one component.
 pub(super) fn unit<S: Real>(component: usize, columns: usize) -> Vec<S> {
     let mut row = vec![S::zero(); columns];
     row[component] = S::one();
     row
 }
 
-/// The states whose series are needed: `(i, Some(j))` where `x_i' = x_j` and `x_i` gives both.
+/// States whose series are needed: `(i, Some(j))` if `x_i' = x_j`, so that the series of `x_i`
+/// gives both.
 pub(super) fn leading_states<S: Real>(
     derivatives: &[&[S]],
 ) -> impl Iterator<Item = (usize, Option<usize>)> {
@@ -319,12 +320,12 @@ pub(super) fn leading_states<S: Real>(
 }
 
 /// Longest step in units of the fastest rate of the field: the largest term of a series on it is
-/// about 1.5 times its first ones.
+/// about 1.5 times its first terms.
 const REACH: f64 = 2.4;
-/// Longest step where nothing else limits it: the solution is a polynomial in time.
+/// Longest step if nothing else limits it: the solution is a polynomial in time.
 const MAX_STEP: f64 = 1e3;
 
-/// Tables of one affine field and of the functions watched along it.
+/// Tables of one affine field and of the functions evaluated along it.
 #[derive(Clone, Debug)]
 pub struct AffineFlow<S: Real> {
     states: usize,
@@ -335,19 +336,20 @@ pub struct AffineFlow<S: Real> {
     phase_rate: S,
     /// `exp(M L)` for the states.
     transition: RowTable<S>,
-    /// Cosine and sine of the turn of each harmonic in a step.
+    /// Cosine and sine of the angle through which each harmonic turns in a step.
     turns: Vec<(S, S)>,
-    /// Series of the states that are no other state's derivative, and the state that is theirs.
+    /// State that is not a derivative of another state, its series, and the state that is its
+    /// derivative.
     state_series: Vec<(usize, RowTable<S>, Option<usize>)>,
     watched_series: Vec<RowTable<S>>,
     /// Bernstein coefficients of the watched functions on the step, in `f64`.
     control: Vec<RowTable<f64>>,
-    /// Per watched function the largest Bernstein coefficient of each component.
+    /// For each watched function the largest Bernstein coefficient of each component.
     sizes: Vec<Vec<f64>>,
 }
 
 impl<S: Real> AffineFlow<S> {
-    /// Computes the tables; `None` where a series does not end within the numbers of the type.
+    /// Computes the tables; `None` if a series needs too many terms or overflows.
     pub fn new(field: &AffineFieldRows<'_, S>) -> Option<Self> {
         let matrix = Matrix::new(field);
         let rate = matrix.rate();
@@ -392,8 +394,7 @@ impl<S: Real> AffineFlow<S> {
         self.length
     }
 
-    /// The time in which the field changes: the inverse of its fastest rate, at most the length of
-    /// a step.
+    /// Time scale of the field: the inverse of its fastest rate, at most the length of a step.
     pub fn time_scale(&self) -> f64 {
         self.time_scale.min(self.length.to_f64())
     }
@@ -408,7 +409,7 @@ impl<S: Real> AffineFlow<S> {
         self.phase_rate
     }
 
-    /// The states at a time within `[−length, length]`; `series` holds one series.
+    /// The states at a time within `[−length, length]`; `series` is memory for one series.
     #[inline(never)]
     pub fn states_at(&self, time: S, extended: &[S], series: &mut [S], states: &mut [S]) {
         for (state, row, slope) in &self.state_series {
@@ -422,24 +423,24 @@ impl<S: Real> AffineFlow<S> {
         }
     }
 
-    /// Taylor coefficients of a watched function along the flow, good on `[−length, length]`.
+    /// Taylor coefficients of a watched function along the flow, valid on `[−length, length]`.
     pub fn watched_series(&self, watched: usize, extended: &[S], out: &mut [S]) {
         self.watched_series[watched].combine(extended, out);
     }
 
-    /// Bernstein coefficients of a watched function on `[0, length]`, in `f64`: the function lies
+    /// Bernstein coefficients of a watched function on `[0, length]`, in `f64`. The function lies
     /// within their range, and has no more extrema than they have.
     pub fn control_points(&self, watched: usize, extended: &[f64], out: &mut [f64]) {
         self.control[watched].combine(extended, out);
     }
 
-    /// A bound of the size of the terms of which the control points are sums.
+    /// Bound on the terms whose sums are the control points.
     pub fn size(&self, watched: usize, extended: &[f64]) -> f64 {
         let terms = self.sizes[watched].iter().zip(extended);
         terms.fold(0.0, |sum, (size, y)| sum + size * y.abs())
     }
 
-    /// The extended state a whole step later, but for the last component, which is 1.
+    /// Extended state one step later, without the last component, which is 1.
     pub fn advance(&self, extended: &[S], out: &mut [S]) {
         let extended = &extended[..self.columns];
         self.transition.multiply(extended, &mut out[..self.states]);
@@ -471,8 +472,8 @@ mod tests {
         let states = [0, 1].map(|state| series(&unit(state, 5)));
         let gap = [-2.0, 0.5, 0.0, 0.0, 3.0];
         let sum = matrix.series_from_states(&gap, &states, 0.3).expect("a series");
-        // Each series ends where it may; the rows of power k come from k products with the matrix,
-        // of at most three terms, by either way.
+        // Each series ends by its own criterion; the rows of power k come from k products with the
+        // matrix, of at most three terms, in either way.
         let whole = states.each_ref().map(Rows::len).into_iter().min();
         let direct = series(&gap);
         let rows = sum.iter().zip(direct.iter()).enumerate();

@@ -1,8 +1,8 @@
-//! The flow from the start of a span to each of its nodes, of one orbit and of several in lanes.
+//! The flow from the start of a span to each of its nodes, for one orbit or for several in lanes.
 //!
-//! One idea: in lanes every orbit goes to a node of its own, so that its flow is read alone,
-//! without a branch; what comes of all is then put side by side. This, and what is compiled once
-//! and called, is all in which lanes differ from one orbit: a [`Backend`].
+//! One idea: in lanes every orbit goes to a node of its own, so that its flow is read separately,
+//! without a branch; the results are then put side by side. Besides this, lanes differ from one
+//! orbit only in what is compiled as a separate function; both are in a [`Backend`].
 
 use std::fmt::Debug;
 use std::marker::PhantomData;
@@ -12,37 +12,38 @@ use super::matrix::{AffineFieldRows, sum_at, unit};
 use super::rows::{BLOCK, RowTable, Rows, product};
 use crate::numeric::{Branched, Kernel, Lanes, Real};
 
-/// Pieces of a span.
+/// Number of pieces of a span.
 pub(super) const PIECES: usize = 3;
-/// Nodes of a piece, one of them its start.
+/// Number of nodes of a piece, including its start.
 pub(super) const NODES: usize = 12;
 /// Number of the last node.
 const LAST: f64 = (PIECES * NODES) as f64;
 
 /// Operations of the exact flow that differ between one orbit and several in lanes.
 pub(crate) trait Backend: Clone + Debug {
-    /// What states and times are.
+    /// Type of states and times.
     type Number: Branched;
-    /// The flows to nodes.
+    /// Type of the flows to nodes.
     type Nodes: Clone + Debug;
-    /// The number of a node of every orbit.
+    /// Type of the numbers of a node, one for every orbit.
     ///
-    /// NOTE: an integer for one orbit: what is read by it does not wait for two conversions.
+    /// NOTE: it is an integer for one orbit, so that reads at this index do not wait for two
+    /// conversions.
     type Node: Copy + Debug;
-    /// The number of no node.
+    /// Marker for no node.
     const NOWHERE: Self::Node;
 
-    /// The number of a node from a share of their distance, half a distance added.
+    /// Number of a node, from a time divided by the spacing of nodes, plus a half.
     fn nearest_node(share: RoundedNumber<Self>) -> Self::Node;
 
-    /// The same number.
+    /// Number of a node as a double.
     fn node_number(node: Self::Node) -> RoundedNumber<Self>;
 
-    /// Where two nodes are not the same.
+    /// Mask: two nodes differ.
     fn differ(one: Self::Node, other: Self::Node) -> NumberMask<Self>;
 
-    /// The extended states at nodes, given by their numbers, but for their last components; `out`
-    /// has whole blocks.
+    /// Extended states at nodes, given by their numbers, without their last components; `out` has
+    /// whole blocks.
     fn flow_to_node(
         nodes: &Self::Nodes,
         node: Self::Node,
@@ -50,20 +51,20 @@ pub(crate) trait Backend: Clone + Debug {
         out: &mut [Self::Number],
     );
 
-    /// Runs a part of a kernel that is seldom needed: by a call for one orbit, in place for lanes.
+    /// Runs a part of a kernel that is rarely needed: by a call for one orbit, inlined for lanes.
     fn seldom<K: Kernel>(kernel: K) -> K::Output;
 }
 
-/// The doubles of the numbers of a backend.
+/// Type of doubles with as many lanes as the numbers of a backend.
 pub(crate) type RoundedNumber<B> = <<B as Backend>::Number as Branched>::Rounded;
-/// The truth values of the numbers of a backend.
+/// Type of masks for the numbers of a backend.
 pub(crate) type NumberMask<B> = <<B as Backend>::Number as Branched>::Mask;
 
-/// One orbit.
+/// Backend of one orbit.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Single<S>(PhantomData<S>);
 
-/// Several orbits in lanes, each at its own parameters.
+/// Backend of several orbits in lanes, each at its own parameters.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Batch<const N: usize>;
 
@@ -143,14 +144,14 @@ impl<const N: usize> Backend for Batch<N> {
     }
 }
 
-/// The flows to the nodes of a span but its start; each is formed when it is first asked for.
+/// The flows to the nodes of a span except its start; each is computed when it is first needed.
 ///
-/// A flow is its matrix over the extended state, all rows but that of the number 1.
+/// A flow is its matrix over the extended state, without the row of the number 1.
 #[derive(Clone, Debug)]
 pub(crate) struct Nodes<S>(Vec<OnceLock<RowTable<S>>>);
 
 impl<S: Real> Nodes<S> {
-    /// From the series of the states on the first stretch.
+    /// Flows from the series of the states on the first interval between nodes.
     pub(super) fn new(field: &AffineFieldRows<'_, S>, series: &[Rows<S>], spacing: S) -> Self {
         let states = series.len();
         let columns = states + 2 * field.multiples.len() + 1;
@@ -170,12 +171,12 @@ impl<S: Real> Nodes<S> {
         Self(nodes)
     }
 
-    /// The flow to a node: from the two halves of the way, so that rounding grows with the number
-    /// of digits of a node alone.
+    /// The flow to a node, composed of the two halves of the way, so that rounding grows with the
+    /// number of binary digits of the node's number only.
     ///
     /// # Panics
     ///
-    /// For the start, to which nothing flows.
+    /// For node 0, the start, which has no flow.
     #[inline(always)]
     pub(super) fn get(&self, node: usize) -> &RowTable<S> {
         match self.0[node - 1].get() {
@@ -192,13 +193,13 @@ impl<S: Real> Nodes<S> {
     }
 }
 
-/// The flows to all nodes, that to the start among them, of `N` orbits: of each the rows of its
-/// nodes in blocks, one after another.
+/// The flows to all nodes, including the start, of `N` orbits: for each orbit the blocks of rows of
+/// its nodes, one after another.
 #[derive(Clone, Debug)]
 pub(crate) struct LaneNodes<const N: usize>([Vec<[f64; BLOCK]>; N]);
 
 impl<const N: usize> LaneNodes<N> {
-    /// Those of tables with as many columns.
+    /// Flows of `N` orbits whose tables have `columns` columns each.
     pub(super) fn new(alone: [&Nodes<f64>; N], columns: usize) -> Self {
         let units: Vec<Vec<f64>> = (0..columns - 1).map(|row| unit(row, columns)).collect();
         let start: RowTable<f64> = RowTable::new(units.iter().map(Vec::as_slice), columns);

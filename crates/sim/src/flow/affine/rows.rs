@@ -1,8 +1,8 @@
-//! Rows over the extended state, one by one and as tables that are multiplied with it.
+//! Rows over the extended state, single or as tables that are multiplied with it.
 
 use crate::numeric::{Lanes, Real, Scalar};
 
-/// Rows that are formed together where nothing else is said, for the processor's lanes.
+/// Default number of rows that are computed together, to fill the processor's lanes.
 pub(super) const BLOCK: usize = 4;
 
 /// Rows over the extended state, one after another.
@@ -13,7 +13,7 @@ pub(super) struct Rows<S> {
 }
 
 impl<S: Scalar> Rows<S> {
-    /// From their entries.
+    /// Rows from their entries, row by row.
     pub(super) fn new(columns: usize, values: Vec<S>) -> Self {
         Self { columns, values }
     }
@@ -34,7 +34,7 @@ impl<S: Scalar> Rows<S> {
 /// Rows over the extended state that are multiplied with it together, such as the coefficients of a
 /// power series.
 ///
-/// They stand in blocks, in each block all columns one after another.
+/// Rows are stored in blocks. Each block holds all columns, one after another.
 #[derive(Clone, Debug)]
 pub struct RowTable<S, const N: usize = BLOCK> {
     rows: usize,
@@ -42,17 +42,17 @@ pub struct RowTable<S, const N: usize = BLOCK> {
     blocks: Vec<[S; N]>,
 }
 
-/// Length of series of a degree, whole blocks.
+/// Padded length of a series: whole blocks.
 pub(super) fn padded(coefficients: usize) -> usize {
     coefficients.next_multiple_of(BLOCK)
 }
 
 impl<S: Scalar, const N: usize> RowTable<S, N> {
-    /// From the entries of rows of equal lengths; padded with zeros to whole blocks.
+    /// Table of rows of equal lengths; padded with zeros to whole blocks.
     ///
     /// # Panics
     ///
-    /// If a row is shorter than the columns.
+    /// If a row has fewer entries than `columns`.
     pub fn new<'r>(rows: impl ExactSizeIterator<Item = &'r [S]>, columns: usize) -> Self
     where
         S: 'r,
@@ -71,7 +71,7 @@ impl<S: Scalar, const N: usize> RowTable<S, N> {
         }
     }
 
-    /// The same followed by further rows.
+    /// Appends rows to the table.
     #[must_use]
     pub fn followed_by(mut self, rows: &[&[S]]) -> Self {
         let first = self.rows;
@@ -82,14 +82,14 @@ impl<S: Scalar, const N: usize> RowTable<S, N> {
         self
     }
 
-    /// The first rows of some, padded with zeros to as many and to whole blocks.
+    /// Table of the first `count` rows, padded with zeros to `count` rows and to whole blocks.
     pub(super) fn first(rows: &Rows<S>, count: usize) -> Self {
         let mut table = Self::new(rows.iter().take(count), rows.columns);
         table.pad(count);
         table
     }
 
-    /// From a block for each of as many rows and each column, counted from zero.
+    /// Table from a function that gives the block for a block index and a column, both from 0.
     pub(super) fn from_blocks(
         rows: usize,
         columns: usize,
@@ -116,7 +116,7 @@ impl<S: Scalar, const N: usize> RowTable<S, N> {
         self.columns
     }
 
-    /// Blocks of rows, in each all columns one after another.
+    /// Blocks of rows; each block holds all columns, one after another.
     pub(super) fn blocks(&self) -> &[[S; N]] {
         &self.blocks
     }
@@ -126,14 +126,14 @@ impl<S: Scalar, const N: usize> RowTable<S, N> {
         self.rows
     }
 
-    /// The entries of a column, those of the padding included.
+    /// Entries of a column, including the padding.
     pub(super) fn column(&self, column: usize) -> impl Iterator<Item = S> + '_ {
         let blocks = self.blocks.iter().skip(column).step_by(self.columns);
         blocks.flatten().copied()
     }
 
-    /// The same rows after a flow, their product with its matrix: all its rows but the last, that
-    /// of the number 1.
+    /// The rows after a flow: their product with the flow's matrix, given without its last row,
+    /// that of the number 1.
     pub(super) fn after<const M: usize>(&self, flow: &RowTable<S, M>) -> Self {
         let columns = self.columns;
         Self::from_blocks(self.rows, columns, |block, column| {
@@ -152,7 +152,7 @@ impl<S: Scalar, const N: usize> RowTable<S, N> {
         })
     }
 
-    /// The same in `f64`.
+    /// The table in `f64`.
     pub(super) fn rounded(&self) -> RowTable<f64, N>
     where
         S: Real,
@@ -165,13 +165,13 @@ impl<S: Scalar, const N: usize> RowTable<S, N> {
         }
     }
 
-    /// The product of every row with the extended state, into `out`, of the padded length.
+    /// Products of all rows with the extended state, into `out`, which has the padded length.
     #[inline(always)]
     pub(super) fn combine(&self, extended: &[S], out: &mut [S]) {
         self.combine_as(extended, |&y| y, out);
     }
 
-    /// The same with the components as numbers of the rows.
+    /// Products of all rows with an extended state whose components are converted by `number`.
     #[inline(always)]
     pub(super) fn combine_as<Y>(&self, extended: &[Y], number: impl Fn(&Y) -> S, out: &mut [S]) {
         let (out, _) = out.as_chunks_mut::<N>();
@@ -180,7 +180,7 @@ impl<S: Scalar, const N: usize> RowTable<S, N> {
         });
     }
 
-    /// The products of the first rows with the extended state, as many as `out` holds.
+    /// Products of the first rows with the extended state, as many as fit into `out`.
     #[inline(always)]
     pub fn multiply(&self, extended: &[S], out: &mut [S]) {
         self.products(
@@ -195,10 +195,10 @@ impl<S: Scalar, const N: usize> RowTable<S, N> {
         );
     }
 
-    /// Puts the products of the rows with the extended state to places for blocks.
+    /// Passes the products of the rows with the extended state to `put`, block by block.
     ///
-    /// NOTE: one mass or two under one force have code without loops over columns, half of the
-    /// instructions.
+    /// NOTE: systems of one or two masses under one force have code without loops over columns,
+    /// with half as many instructions.
     #[inline(always)]
     fn products<Y, O>(
         &self,
@@ -231,7 +231,8 @@ impl<S: Scalar, const N: usize> RowTable<S, N> {
 }
 
 impl<const N: usize, const L: usize> RowTable<Lanes<L>, N> {
-    /// The tables of every lane, rows and columns alike, as one, padded with zeros to as many rows.
+    /// One table whose lanes are the given tables, which have equal shapes, padded with zeros to
+    /// `rows` rows.
     pub(crate) fn interleaved(tables: [&RowTable<f64, N>; L], rows: usize) -> Self {
         let columns = tables[0].columns;
         Self::from_blocks(rows, columns, |block, column| {
@@ -244,7 +245,7 @@ impl<const N: usize, const L: usize> RowTable<Lanes<L>, N> {
     }
 }
 
-/// The products of a block's rows with an extended state, whose last component is 1.
+/// Products of a block's rows with an extended state, whose last component is 1.
 #[inline(always)]
 pub(super) fn product<S: Scalar, Y, const N: usize>(
     extended: &[Y],
@@ -261,7 +262,7 @@ pub(super) fn product<S: Scalar, Y, const N: usize>(
     sum
 }
 
-/// Adds a multiple of lanes.
+/// Adds a multiple of some lanes to a sum.
 #[inline(always)]
 pub(super) fn accumulate<S: Scalar, const N: usize>(sum: &mut [S; N], factor: S, lanes: &[S; N]) {
     for lane in 0..N {

@@ -1,23 +1,23 @@
 //! Tables of an affine flow over a span of several steps: the control points of each of its pieces,
-//! and the motion near any time; of one orbit, or of several in lanes.
+//! and the motion near any time; for one orbit, or for several in lanes.
 //!
-//! One idea: a flight to the next event needs no state between. The pieces of the span are tested
-//! one after another, by the control points of the gaps alone; the event, and the state where the
-//! flight ends, then come from a short series about the nearest of a row of nodes. Everything is
-//! linear in the start: nothing is formed that is not asked for. In lanes the rows of all orbits
-//! stand side by side, so that a product with the extended states is the one of a single orbit.
+//! One idea: a flight to the next event needs no states in between. The pieces of the span are
+//! tested one after another by the control points of the gaps alone. The event, and the state where
+//! the flight ends, then come from a short series about the nearest of equally spaced nodes. All
+//! tables are linear in the start, and only results that are needed are computed. In lanes the rows
+//! of all orbits are stored side by side, so that a product with the extended states has the form
+//! of that of one orbit.
 //!
-//! Control points of few numbers stand in place of long series: Lanczos's economisation. A power
-//! series on `[0, 1]` is a sum of shifted Chebyshev polynomials `T_m(2x − 1)`, none of them larger
-//! than 1, so that those whose coefficients are small are left out for an error of the sum of
-//! these. With
+//! A few control points replace long series, by Lanczos's economisation. A power series on `[0, 1]`
+//! is a sum of shifted Chebyshev polynomials `T_m(2x − 1)`, none of them larger than 1. Terms with
+//! small coefficients are left out; the error is at most the sum of these coefficients. With
 //!
 //! ```text
 //! x^k = 2^{1−2k} Σ_m C(2k, k−m) T_m(2x − 1),     half of that for m = 0,
 //! ```
 //!
-//! all is sums with fixed numbers. The control points of `T_m(2x − 1)` of degree `m` are
-//! `(−1)^{m−i} C(2m, 2i)/C(m, i)`; those of a higher degree are means of neighbours.
+//! the conversion consists of sums with fixed coefficients. The control points of `T_m(2x − 1)` of
+//! degree `m` are `(−1)^{m−i} C(2m, 2i)/C(m, i)`; those of a higher degree are means of neighbours.
 
 use std::sync::{LazyLock, OnceLock};
 
@@ -32,12 +32,12 @@ use super::nodes::{
 use super::rows::{RowTable, Rows, accumulate, padded};
 use crate::numeric::{Branched, Lanes, Mask, Real, Scalar, polynomial};
 
-/// Length of a piece in units of the fastest rate: three make a period of a force that is the
-/// fastest.
+/// Length of a piece in units of the fastest rate: three pieces make a period of a force with this
+/// rate.
 const REACH: f64 = 2.1;
-/// How far from a node its series are good, in units of the distance of two.
+/// Radius about a node in which its series are accurate, in units of the distance of two nodes.
 const NEAR: f64 = 0.6;
-/// What control points leave out, as a share of the largest of them: a sixteenth of the margin that
+/// Error of the control points, as a share of the largest of them: a sixteenth of the margin that
 /// signs need.
 const SMALL: f64 = 4.0 * f64::EPSILON;
 
@@ -47,7 +47,8 @@ pub(crate) struct SpanTables<B: Backend> {
     span: B::Number,
     spacing: B::Number,
     inverse_spacing: RoundedNumber<B>,
-    /// How far from a node its series are good: more than half the distance of two.
+    /// Radius about a node in which its series are accurate: more than half the distance of two
+    /// nodes.
     reach: B::Number,
     piece: RoundedNumber<B>,
     phase_rate: B::Number,
@@ -55,29 +56,29 @@ pub(crate) struct SpanTables<B: Backend> {
     columns: usize,
     points: usize,
     terms: usize,
-    /// Per watched function.
+    /// Control points, one table for each watched function.
     control: Vec<ControlTables<RoundedNumber<B>>>,
     watched: Vec<RowTable<B::Number>>,
     states: Vec<LeadingState<B::Number>>,
     nodes: B::Nodes,
 }
 
-/// A state that is no other state's derivative, its series, and the state that is its derivative,
-/// if there is one.
+/// A state that is not a derivative of another state, its series, and the state that is its
+/// derivative, if there is one.
 type LeadingState<S> = (usize, RowTable<S>, Option<usize>);
 
-/// The control points of one watched function, in `f64` whatever the numbers of the flow, or in
-/// lanes of it.
+/// Control points of one watched function, in `f64` for every number type of the flow, or in lanes
+/// of `f64`.
 #[derive(Clone, Debug)]
 struct ControlTables<R> {
     pieces: [RowTable<R, CONTROL_BLOCK>; PIECES],
-    /// The largest control point of each component.
+    /// Largest control point of each component.
     sizes: Vec<R>,
 }
 
 impl<S: Real> SpanTables<Single<S>> {
-    /// Computes the tables; `None` for a field whose flow is a polynomial, or leaves the numbers of
-    /// the type.
+    /// Computes the tables; `None` for a field whose flow is a polynomial, or if the numbers
+    /// overflow.
     pub(crate) fn new(field: &AffineFieldRows<'_, S>) -> Option<Self> {
         let matrix = Matrix::new(field);
         let (rate, columns) = (matrix.rate(), matrix.columns);
@@ -120,7 +121,7 @@ impl<S: Real> SpanTables<Single<S>> {
 }
 
 impl<const N: usize> SpanTables<Batch<N>> {
-    /// From the tables of every lane; `None` where they have other shapes.
+    /// Combines the tables of all lanes; `None` if their shapes differ.
     pub(crate) fn interleaved(alone: [&SpanTables<Single<f64>>; N]) -> Option<Self> {
         let first = alone[0];
         let is_alike = |own: &&SpanTables<Single<f64>>| {
@@ -184,13 +185,14 @@ impl<B: Backend> SpanTables<B> {
         self.piece
     }
 
-    /// How far from a node its series are good: more than half the distance of two.
+    /// Radius about a node in which its series are accurate: more than half the distance of two
+    /// nodes.
     #[inline(always)]
     pub(crate) fn reach(&self) -> B::Number {
         self.reach
     }
 
-    /// The time in which the field changes.
+    /// Time scale of the field.
     #[inline(always)]
     pub(crate) fn time_scale(&self) -> B::Number {
         B::Number::from_rounded(self.time_scale)
@@ -217,7 +219,7 @@ impl<B: Backend> SpanTables<B> {
         self.terms
     }
 
-    /// Length of an extended state at a node, padded.
+    /// Padded length of an extended state at a node.
     pub(crate) fn padded_columns(&self) -> usize {
         padded(self.columns)
     }
@@ -234,7 +236,7 @@ impl<B: Backend> SpanTables<B> {
         self.control[watched].pieces[piece].combine_as(extended, |&y| y.rounded(), out);
     }
 
-    /// A bound of the size of the terms of which the control points of any piece are sums.
+    /// Bound on the terms whose sums are the control points of any piece.
     #[inline(always)]
     pub(crate) fn size(&self, watched: usize, extended: &[B::Number]) -> RoundedNumber<B> {
         let mut sum = RoundedNumber::<B>::zero();
@@ -244,7 +246,7 @@ impl<B: Backend> SpanTables<B> {
         sum
     }
 
-    /// The node nearest to a time of the span, and its time.
+    /// Node nearest to a time of the span, and the time of the node.
     #[inline(always)]
     pub(crate) fn node(&self, time: RoundedNumber<B>) -> (B::Node, B::Number) {
         let half = RoundedNumber::<B>::from_f64(0.5);
@@ -253,8 +255,8 @@ impl<B: Backend> SpanTables<B> {
         (node, self.spacing * number)
     }
 
-    /// The extended state at a node, where that is wanted and not known; `out` has the padded
-    /// length.
+    /// Moves the extended state to a node, in lanes where it is wanted and not known; `out` has the
+    /// padded length.
     #[inline(always)]
     pub(crate) fn go_to(
         &self,
@@ -271,7 +273,7 @@ impl<B: Backend> SpanTables<B> {
         }
     }
 
-    /// Taylor coefficients of a watched function about a node, from the extended state there.
+    /// Taylor coefficients of a watched function about a node, from the extended state at the node.
     #[inline(always)]
     pub(crate) fn watched_series(
         &self,
@@ -282,8 +284,8 @@ impl<B: Backend> SpanTables<B> {
         self.watched[watched].combine(at_node, out);
     }
 
-    /// The states at a time after a node, or before, from the extended state there; `series` holds
-    /// one series.
+    /// The states at a time relative to a node, from the extended state at the node; `series` is
+    /// memory for one series.
     #[inline(always)]
     pub(crate) fn states_at(
         &self,
@@ -305,8 +307,8 @@ impl<B: Backend> SpanTables<B> {
 }
 
 impl ControlTables<f64> {
-    /// Those of every watched function, and the number of points of a piece; `None` where a series
-    /// does not end, or needs too many points.
+    /// Tables of all watched functions, and the number of control points of a piece; `None` if a
+    /// series needs too many terms, or too many points.
     fn all<S: Real>(
         matrix: &Matrix<S>,
         watched: &[&[S]],
@@ -332,7 +334,7 @@ impl ControlTables<f64> {
         Some((tables.collect(), points))
     }
 
-    /// From the points of the first piece and the flows to the starts of all.
+    /// Tables from the points of the first piece and the flows to the starts of the other pieces.
     fn new(first: RowTable<f64, CONTROL_BLOCK>, flows: &[Option<RowTable<f64>>; PIECES]) -> Self {
         let pieces = flows.each_ref().map(|flow| match flow {
             Some(flow) => first.after(flow),
@@ -361,7 +363,7 @@ impl<const N: usize> ControlTables<Lanes<N>> {
     }
 }
 
-/// The coefficients of powers of a share of a length.
+/// Coefficients of a series in the time divided by `length`.
 fn scaled(series: &Rows<f64>, length: f64) -> Rows<f64> {
     let powers = std::iter::successors(Some(1.0), |power| Some(power * length));
     let rows = series.iter().zip(powers);
@@ -369,9 +371,9 @@ fn scaled(series: &Rows<f64>, length: f64) -> Rows<f64> {
     Rows::new(series.columns(), values.collect())
 }
 
-/// Control points that are formed together.
+/// Number of control points that are computed together.
 const CONTROL_BLOCK: usize = 8;
-/// Most control points of a piece.
+/// Largest number of control points of a piece.
 const MAX_POINTS: usize = 64;
 
 /// Coefficients of shifted Chebyshev polynomials, column by column.
@@ -382,7 +384,7 @@ struct ChebyshevSeries {
 }
 
 impl ChebyshevSeries {
-    /// From the coefficients of powers on `[0, 1]`.
+    /// Chebyshev series from the coefficients of powers on `[0, 1]`.
     pub(super) fn new(rows: &Rows<f64>) -> Self {
         let (columns, terms) = (rows.columns(), rows.len());
         let mut values = vec![0.0; columns * terms];
@@ -401,7 +403,7 @@ impl ChebyshevSeries {
         &self.values[column * self.terms..][..self.terms]
     }
 
-    /// How many terms leave an error of at most a share of a size of each column.
+    /// Number of terms that leave an error of at most `share` times the size of each column.
     pub(super) fn needed(&self, sizes: &[f64], share: f64) -> usize {
         let columns = sizes.iter().enumerate().map(|(column, size)| {
             let mut error = 0.0;
@@ -414,7 +416,7 @@ impl ChebyshevSeries {
         columns.max().unwrap_or(0)
     }
 
-    /// The control points on `[0, 1]` of its first terms, as many.
+    /// Control points on `[0, 1]` of the first `points` terms.
     pub(super) fn control_points(&self, points: usize) -> RowTable<f64, CONTROL_BLOCK> {
         let polynomials = control_points_of_polynomials(points);
         RowTable::from_blocks(points, self.columns, |block, column| {
@@ -427,7 +429,7 @@ impl ChebyshevSeries {
     }
 }
 
-/// Per power the shares of the polynomials.
+/// For each power its coefficients of Chebyshev polynomials.
 static POWERS: LazyLock<Vec<Vec<f64>>> = LazyLock::new(|| {
     let of_power = |power: usize| {
         let mut binomial = (1..=power).fold(2.0, |value, k| {
@@ -444,7 +446,7 @@ static POWERS: LazyLock<Vec<Vec<f64>>> = LazyLock::new(|| {
     (0..MAX_TERMS).map(of_power).collect()
 });
 
-/// Per polynomial its control points in blocks, as many as there are polynomials.
+/// For each of `points` polynomials its `points` control points, in blocks.
 fn control_points_of_polynomials(points: usize) -> &'static [Vec<[f64; CONTROL_BLOCK]>] {
     static TABLES: [OnceLock<Vec<Vec<[f64; CONTROL_BLOCK]>>>; MAX_POINTS / CONTROL_BLOCK] =
         [const { OnceLock::new() }; MAX_POINTS / CONTROL_BLOCK];
@@ -454,7 +456,7 @@ fn control_points_of_polynomials(points: usize) -> &'static [Vec<[f64; CONTROL_B
     })
 }
 
-/// The control points of one polynomial, of its own degree.
+/// Control points of the shifted Chebyshev polynomial of a degree, of that same degree.
 fn polynomial(degree: usize) -> Vec<f64> {
     let last = degree as f64;
     let mut points = vec![if degree.is_multiple_of(2) { 1.0 } else { -1.0 }];
@@ -467,7 +469,7 @@ fn polynomial(degree: usize) -> Vec<f64> {
     points
 }
 
-/// The same polynomial by more control points.
+/// Degree elevation: `count` control points of the same polynomial.
 fn elevated(mut points: Vec<f64>, count: usize) -> Vec<f64> {
     while points.len() < count {
         let degree = points.len() as f64;
@@ -486,7 +488,7 @@ fn elevated(mut points: Vec<f64>, count: usize) -> Vec<f64> {
 mod tests {
     use super::*;
 
-    /// A polynomial from its control points, by de Casteljau's repeated means.
+    /// Value of a polynomial from its control points, by de Casteljau's repeated means.
     fn value(points: &[f64], x: f64) -> f64 {
         let mut points = points.to_vec();
         while points.len() > 1 {
@@ -496,7 +498,7 @@ mod tests {
         points[0]
     }
 
-    /// `e^{-x}` on `[0, 1]`; at 0 all its terms are positive.
+    /// Series of `e^{-x}` on `[0, 1]`; at 0 all its terms are positive.
     fn decay() -> ChebyshevSeries {
         let term = |k: i32| (-1f64).powi(k) / (1..=k).map(f64::from).product::<f64>();
         ChebyshevSeries::new(&Rows::new(1, (0..20).map(term).collect()))
@@ -544,7 +546,7 @@ mod tests {
                     let angle = std::f64::consts::PI * f64::from(step) / 40.0;
                     let error =
                         value(&points, 0.5 + 0.5 * angle.cos()) - (degree as f64 * angle).cos();
-                    // Control points of degree 15 are up to 2e4 in size.
+                    // Control points of degree 15 reach 2e4 in size.
                     assert!(error.abs() < 1e-11, "{degree} {count} {error:e}");
                 }
             }

@@ -1,4 +1,4 @@
-//! The solved equations of an element applied to coefficients, several together.
+//! The solved equations of an element, applied to several coefficients together.
 
 use std::hint::black_box;
 use std::ops::Range;
@@ -7,34 +7,35 @@ use super::gauss::{Functionals, NodeValues, ZERO};
 use super::solver::ElementSolver;
 use crate::numeric::{Lanes, Scalar, one_by_one};
 
-/// Coefficients whose node values are solved for together: their sums fit the registers and hide
-/// each other's latency.
+/// Number of coefficients whose node values are solved for together: their sums fit the registers
+/// and hide each other's latency.
 const TOGETHER: usize = 4;
 
-/// Coefficients of one degree: what their node values follow from.
+/// Coefficients of one degree: the data that determine their node values.
 #[derive(Clone, Copy)]
 pub(super) struct Part<'a> {
     /// Initial values of component `c`: `initial[c · stride + m]` for the monomial `m`.
     pub(super) initial: &'a [f64],
     pub(super) stride: usize,
-    /// The first monomial of the remainders.
+    /// Number of the first monomial of the remainders.
     pub(super) first: usize,
-    /// Where the remainders of every component begin among some values, unless they all vanish.
+    /// Index in `remainders` at which the remainders of each component begin; `None` if they
+    /// vanish.
     pub(super) starts: &'a [Option<usize>],
     pub(super) remainders: &'a [NodeValues],
 }
 
-/// Sizes of the coefficients of one degree.
+/// Largest magnitudes in the coefficients of one degree.
 #[derive(Clone, Copy)]
 pub(super) struct Sizes {
-    /// Largest functionals of a rate.
+    /// Largest functionals of the rates.
     pub(super) rates: Functionals,
     /// Largest coefficients at either end.
     pub(super) largest: Lanes<{ 2 * TOGETHER }>,
 }
 
 impl Sizes {
-    /// Those of no coefficients.
+    /// Sizes of no coefficients: zeros.
     pub(super) const NONE: Self =
         Self { rates: Lanes([0.0; 8]), largest: Lanes([0.0; 2 * TOGETHER]) };
 
@@ -55,7 +56,7 @@ impl Sizes {
 }
 
 impl<'a> Part<'a> {
-    /// Initial values of a component, from a monomial on.
+    /// Initial values of a component, from monomial `first` on.
     #[inline(always)]
     fn initial<const COUNT: usize>(&self, component: usize, first: usize) -> [f64; COUNT] {
         let mut values = [0.0; COUNT];
@@ -75,7 +76,7 @@ impl<'a> Part<'a> {
 }
 
 impl ElementSolver {
-    /// Adds to the remainders of a component what it owes to those of a driven one.
+    /// Adds to the remainders of a component the contributions of a driven component's remainders.
     #[inline(always)]
     pub(super) fn pass_on(
         &self,
@@ -97,7 +98,7 @@ impl ElementSolver {
         }
     }
 
-    /// Node values of a state for some monomials.
+    /// Node values of a state for a range of monomials.
     #[inline(always)]
     pub(super) fn states(
         &self,
@@ -108,7 +109,8 @@ impl ElementSolver {
     ) {
         let (len, start) = (monomials.len(), monomials.start);
         let mut done = 0;
-        // NOTE: the last ones are done again with those before them where that makes a whole chunk.
+        // NOTE: the last monomials are computed again, with those before them, if that makes a
+        // whole chunk.
         while done < len {
             if len >= TOGETHER {
                 done = done.min(len - TOGETHER);
@@ -154,10 +156,12 @@ impl ElementSolver {
         sums
     }
 
-    /// Moves the coefficients of some monomials of all states whose rate is that of a component,
-    /// itself no integral, to the end; the changes' modes and the largest coefficients.
+    /// Writes the coefficients at the end of the element, for some monomials of all states that
+    /// integrate the rate of `component` (which is not an integral itself); updates the sizes of
+    /// the functionals and of the coefficients.
     ///
-    /// NOTE: of twice as many together as states, for functionals are half as long as node values.
+    /// NOTE: twice as many monomials together as in `states`, since functionals are half as long as
+    /// node values.
     #[inline(always)]
     pub(super) fn advance(
         &self,
@@ -195,8 +199,8 @@ impl ElementSolver {
         image: &mut [f64],
         sizes: &mut Sizes,
     ) {
-        // NOTE: kept from the compiler, which would spread the sums over registers the way their
-        // first lanes are used.
+        // NOTE: hidden from the compiler, which would otherwise spread the sums over registers in
+        // the way their first lanes are used.
         let functionals = black_box(self.functionals_at::<COUNT>(component, part, first));
         sizes.include_rates(&functionals);
         for state in (0..self.chains.len()).filter(|&state| self.root(state) == component) {
@@ -208,7 +212,7 @@ impl ElementSolver {
         }
     }
 
-    /// Coefficients of a state at the end, from functionals of the rate of its root.
+    /// Coefficients of a state at the end, from the functionals of its root's rate.
     #[inline(always)]
     fn end<const COUNT: usize>(
         &self,
@@ -266,7 +270,7 @@ impl ElementSolver {
     }
 }
 
-/// The larger of two numbers, the first if the second is not a number.
+/// The larger of two numbers; the first if the second is NaN.
 #[inline(always)]
 fn larger(a: f64, b: f64) -> f64 {
     if b > a { b } else { a }

@@ -1,12 +1,12 @@
 //! Jet transport by collocation in time, order by order in the jets' degree.
 //!
-//! One idea: where Taylor's method multiplies jets thousands of times, the Gauss nodes of an
-//! element are lanes, the field's program runs once over them per degree, and one small matrix
-//! solves for every coefficient. See docs/mathematics/flow.md.
+//! One idea: Taylor's method multiplies jets thousands of times. Here the Gauss nodes of an element
+//! are lanes, the field's program runs once over them per degree, and one small matrix solves for
+//! every coefficient. See docs/mathematics/flow.md.
 //!
-//! The element of one transport is kept for the next of the same thread: preparing one costs as
-//! much as computing jets of low order, and asking the system for memory anew as much as a quarter
-//! of those of order 6.
+//! The element of one transport is kept for the next one of the same thread: preparing an element
+//! costs as much as computing jets of low order, and new memory from the system costs as much as a
+//! quarter of those of order 6.
 
 use std::cell::RefCell;
 use std::sync::Arc;
@@ -20,26 +20,26 @@ use crate::flow::{Field, FlowError, Integrator};
 use crate::interruption::check;
 use crate::jet::{Jet, JetSpace};
 
-/// Jets of a flow over a time.
+/// Jets of a flow over a time, with an estimate of their error.
 #[derive(Clone, Debug)]
 pub struct JetFlow {
     /// Jets of the state at the end.
     pub image: Vec<Jet<f64>>,
     /// Number of elements.
     pub elements: usize,
-    /// Estimated error, relative to the largest coefficient of the same degree; roundoff not
+    /// Estimated error, relative to the largest coefficient of the same degree; roundoff is not
     /// included.
     pub error_estimate: f64,
 }
 
-/// Most elements of one transport.
+/// Largest number of elements of one transport.
 const MAX_ELEMENTS: usize = 10_000;
 
-/// Tolerance of a guess within the step of its series.
+/// Tolerance of a guess on the step of its series.
 const GUESS: f64 = 1e-6;
 
-/// Taylor steps that the first element is expected to span, in jets of high and, added to it, of
-/// first order.
+/// Expected number of Taylor steps in the first element: for jets of high order, and the number
+/// added for jets of first order.
 const STEPS_PER_ELEMENT: [f64; 2] = [3.0, 3.0];
 
 /// Jets of the state after a duration of either sign, from jets of the state and of all parameters.
@@ -73,7 +73,7 @@ pub fn jet_transport(
     flow
 }
 
-/// A transport under way.
+/// State of a transport.
 struct Transport<'a> {
     integrator: Integrator<'a, f64>,
     element: Box<Element>,
@@ -81,13 +81,13 @@ struct Transport<'a> {
     tolerance: f64,
     /// Coefficients of every component at the present time, one jet after another.
     jets: Vec<f64>,
-    /// Those at the end of an element.
+    /// Coefficients of every component at the end of the element.
     image: Vec<f64>,
     stride: usize,
-    /// Heads of the jets, and values of the nominal orbit at the nodes.
+    /// Heads of the jets, then values of the nominal orbit at the nodes.
     state: Vec<f64>,
     nodes: Vec<NodeValues>,
-    /// Taylor steps that the next element may span.
+    /// Number of Taylor steps that the next element may span.
     steps: f64,
     elements: usize,
     error: f64,
@@ -162,12 +162,13 @@ impl<'a> Transport<'a> {
         }
     }
 
-    /// Factor of length that would just meet the tolerance: the error goes as its power 32.
+    /// Factor by which the length may change to just meet the tolerance: the error grows as the
+    /// power 32 of the length.
     fn room(&self, resolution: Resolution) -> f64 {
         (self.tolerance / resolution.error.max(f64::MIN_POSITIVE)).powf(1.0 / 32.0)
     }
 
-    /// One element, as long as it may be, the last two alike.
+    /// Computes one element, as long as allowed; the last two are of equal length.
     fn attempt(&mut self, remaining: f64) -> Result<Attempt, FlowError> {
         let heads = self.jets.iter().step_by(self.stride);
         self.state.iter_mut().zip(heads).for_each(|(value, &head)| *value = head);
@@ -201,23 +202,23 @@ impl<'a> Transport<'a> {
     }
 }
 
-/// An element that may be too long.
+/// Result of an element that may be too long.
 struct Attempt {
     length: f64,
-    /// The length in Taylor steps at its start.
+    /// Length in Taylor steps at the start of the element.
     steps: f64,
-    /// `None` if its equations are singular.
+    /// Error estimate; `None` if the equations are singular.
     resolution: Option<Resolution>,
 }
 
-/// Longest tape that is kept: 32 MB.
+/// Largest number of values on a tape that is kept: 32 MB.
 const LONGEST: usize = 1 << 18;
 
 thread_local! {
     static SPARE: RefCell<Option<Box<Element>>> = const { RefCell::new(None) };
 }
 
-/// An element for a field and inputs, its values left from earlier use.
+/// An element for a field and inputs; its memory may come from an earlier one.
 fn spare_element(field: &Field, space: &Arc<JetSpace>, inputs: Inputs) -> Box<Element> {
     match SPARE.take() {
         Some(element) if element.key.is(field, space, &inputs) => element,
@@ -225,39 +226,39 @@ fn spare_element(field: &Field, space: &Arc<JetSpace>, inputs: Inputs) -> Box<El
     }
 }
 
-/// Keeps an element for the next transport.
+/// Keeps an element for the next transport of this thread.
 fn give_back(element: Box<Element>) {
     if element.remainders.tape_len() <= LONGEST {
         SPARE.replace(Some(element));
     }
 }
 
-/// Most Taylor steps in one guess.
+/// Largest number of Taylor steps in one guess.
 const MAX_STEPS: usize = 1000;
 
-/// How far beyond its own step an expansion is used: a few digits are left there, and Newton's
-/// method does the rest.
+/// Factor by which an expansion is used beyond its own step: a few digits remain there, and
+/// Newton's method adds the others.
 const STRETCH: f64 = 3.0;
 
-/// Most lengths on which features are resolved that an element spans, wherever in it they are
-/// asked for: its nodes are then apart by less than half of one.
+/// Largest length of an element in units of the length on which features are resolved, anywhere in
+/// the element: its nodes are then less than half a unit apart.
 const RESOLVED_LENGTHS: f64 = 4.0;
 
-/// How far beyond such a length an expansion is used: not beyond the feature itself.
+/// Factor by which an expansion is used beyond that length, so as not to pass the feature itself.
 const RESOLVED_STRETCH: f64 = 2.0;
 
-/// The element of a guess.
+/// Element of a guess.
 pub(super) struct Guess {
-    /// Its length, of the sign that was asked for.
+    /// Length, of the requested sign.
     pub(super) length: f64,
-    /// The length in Taylor steps at its start.
+    /// Length in Taylor steps at the start of the element.
     pub(super) steps: f64,
 }
 
-/// Fills the nodes of an element with a guess, good to a few digits, of the orbit from a state.
+/// Fills the nodes of an element with a guess of the orbit from a state, accurate to a few digits.
 ///
 /// The element's length, of either sign, is chosen from the length of the first Taylor step. The
-/// element ends before a feature that is narrow beside it.
+/// element ends before a feature that is narrow relative to it.
 pub(super) fn guess_orbit(
     integrator: &mut Integrator<'_, f64>,
     state: &[f64],

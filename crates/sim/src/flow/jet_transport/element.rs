@@ -11,26 +11,27 @@ use super::solver::{ElementSolver, LEAST_SIZE, Resolution, Tail};
 use crate::flow::Program;
 use crate::numeric::{Kernel, Lanes, Scalar, widest};
 
-/// The tape of a field over jets whose coefficients are node values, and the gradients of its
-/// slots.
+/// Tape of a field over jets whose coefficients are node values, and gradients of its slots.
 pub(super) struct Element {
     pub(super) key: CacheKey,
     solver: ElementSolver,
     pub(super) remainders: Remainders,
     first_order: FirstOrderTape,
-    /// Non-zero derivatives by states of the slots whose lower parts recurrences read.
+    /// Nonzero derivatives with respect to states, for the slots whose lower parts recurrences
+    /// read.
     gradients: Vec<Gradient>,
-    /// Whether higher degrees read a state at the nodes.
+    /// Whether higher degrees read each state at the nodes.
     reads_nodes: Vec<bool>,
-    /// Rates of the components on the nominal orbit, and corrections of the orbit and of them.
+    /// Rates of the components on the nominal orbit; corrections of the orbit and of the rates.
     rates: Vec<NodeValues>,
     corrections: [Vec<NodeValues>; 2],
-    /// Remainders of components that owe something to driven ones, one part after another.
+    /// Remainders of the components with the contributions of driven ones, one component after
+    /// another.
     owed: Vec<NodeValues>,
     owed_starts: Vec<Option<usize>>,
 }
 
-/// A derivative of a stored slot by a state at the nodes.
+/// Derivative of a stored slot with respect to a state, at the nodes.
 struct Gradient {
     place: usize,
     state: usize,
@@ -38,7 +39,7 @@ struct Gradient {
 }
 
 impl Element {
-    /// An element for a key, in the memory of another one if there is one.
+    /// An element for a key, in the memory of `other` if there is one.
     pub(super) fn new(key: CacheKey, other: Option<Box<Self>>) -> Self {
         let tape = other.map(|element| element.remainders.into_tape());
         let (program, dimension) = (&key.program, key.dimension);
@@ -56,19 +57,19 @@ impl Element {
         }
     }
 
-    /// Sets the parameters, constant along the orbit, given as coefficients.
+    /// Sets the parameters, constant along the orbit, from their coefficients.
     pub(super) fn set_parameters(&mut self, parameters: &[&[f64]]) {
         self.remainders.set_parameters(parameters);
         let heads = parameters.iter().map(|coefficients| coefficients[0]);
         self.first_order.set_parameters(heads);
     }
 
-    /// Moves jets over an element of a length, from a guess of the nominal orbit at its nodes.
+    /// Carries jets over an element of a length, from a guess of the nominal orbit at its nodes.
     ///
-    /// `jets` and `image` hold the coefficients of every component, one after another; of the image
-    /// those that vanish with all that the jets hold are left alone. Stops at the first degree
-    /// that misses the tolerance. `None`: the equations are singular or have no solution near
-    /// the guess, the element is too long.
+    /// `jets` and `image` hold the coefficients of every component, one after another. Coefficients
+    /// of the image that vanish for the monomials in these jets are not changed. The function stops
+    /// at the first degree that misses the tolerance. `None`: the element is too long, because the
+    /// equations are singular or have no solution near the guess.
     pub(super) fn transport(
         &mut self,
         nominal: &mut [NodeValues],
@@ -90,8 +91,8 @@ impl Element {
         Some(resolution)
     }
 
-    /// Remainders of the components in one degree with what they owe to those of driven components;
-    /// `false` if these have none.
+    /// Computes the remainders of the components in one degree with the contributions of driven
+    /// components; `false` if those have no remainders.
     #[inline(always)]
     fn pass_on(&mut self, degree: usize) -> bool {
         let dimension = self.key.dimension;
@@ -122,8 +123,8 @@ impl Element {
         true
     }
 
-    /// Node values of the states, but for the last degree, and their coefficients at the end; the
-    /// modes of their changes over the largest of them.
+    /// Computes the node values of the states, except in the last degree, and their coefficients at
+    /// the end. Returns the modes of the changes, relative to the largest coefficient.
     #[inline(always)]
     fn solve(&mut self, degree: usize, jets: &[f64], image: &mut [f64]) -> Tail {
         let has_owed = self.pass_on(degree);
@@ -145,7 +146,7 @@ impl Element {
                 self.solver.states(state, part, monomials.clone(), out);
             }
             if self.solver.root(state) == state {
-                // NOTE: an integral of the component has at least its monomials.
+                // NOTE: an integral of the component has all of its monomials, or more.
                 let integrals = (0..tape.supports.len()).filter(|&s| self.solver.root(s) == state);
                 let parts = integrals.map(|state| tape.supports[state].part(degree));
                 let monomials = parts.max_by_key(Range::len).unwrap_or(monomials);
@@ -156,7 +157,7 @@ impl Element {
     }
 }
 
-/// All coefficients of one degree on an element.
+/// Kernel for all coefficients of one degree on an element.
 struct Degree<'e> {
     element: &'e mut Element,
     degree: usize,
@@ -186,8 +187,8 @@ impl Kernel for Degree<'_> {
     }
 }
 
-/// Of each component: the one of which it is the integral, if it is nothing else and that one is
-/// not an integral itself.
+/// For each component the component that it integrates, if its rate is that component alone and
+/// that one is not an integral itself.
 fn chains(program: &Program, dimension: usize) -> Vec<Option<usize>> {
     let rate = |component: usize| program.output(component);
     (0..dimension)
@@ -198,20 +199,20 @@ fn chains(program: &Program, dimension: usize) -> Vec<Option<usize>> {
         .collect()
 }
 
-/// Most of Newton's steps towards a nominal orbit.
+/// Largest number of Newton steps towards a nominal orbit.
 const MAX_CORRECTIONS: usize = 20;
 
-/// Gain of a step with the equations of an earlier one that is not worth another such step.
+/// Ratio of a correction to the one before above which the equations are solved anew.
 const POOR_GAIN: f64 = 0.03;
 
-/// Corrections that end Newton's method: rounding, and what quadratic convergence turns into
-/// rounding.
+/// Size of a correction that ends Newton's method: rounding. If the next correction is expected to
+/// be as small, the equations are solved anew for it.
 const CORRECTED: f64 = 4e-15;
 
-/// Corrections that may no longer shrink.
+/// Size below which corrections may stop shrinking.
 const STAGNANT: f64 = 1e-11;
 
-/// The nominal orbit of an element: its nodes, its end, the equations of all degrees.
+/// Kernel for the nominal orbit of an element: its nodes, its end, the equations of all degrees.
 struct Nominal<'e> {
     element: &'e mut Element,
     nominal: &'e mut [NodeValues],
@@ -255,10 +256,10 @@ impl Kernel for Nominal<'_> {
 }
 
 impl Element {
-    /// Newton's method for the orbit; the solver is that of the last step.
+    /// Newton's method for the orbit; the solver is left with the equations of the last step.
     ///
-    /// The equations are solved anew at the first step, at the last, and where steps with those of
-    /// an earlier one gain too little.
+    /// The equations are solved anew at the first step, at the last, and after steps with earlier
+    /// equations that gain too little.
     #[inline(always)]
     fn correct(&mut self, nominal: &mut [NodeValues], length: f64, start: &[f64]) -> bool {
         self.first_order.fix(&self.key.program, nominal);
@@ -283,7 +284,7 @@ impl Element {
         false
     }
 
-    /// Rates of the components at node values.
+    /// Computes the rates of the components from node values.
     #[inline(always)]
     fn evaluate(&mut self, nominal: &[NodeValues]) {
         let program = &self.key.program;
@@ -293,7 +294,7 @@ impl Element {
         }
     }
 
-    /// Solves the linear equations about the orbit at hand; `false` if they are singular.
+    /// Solves the linear equations about the current orbit; `false` if they are singular.
     #[inline(always)]
     fn factor(&mut self, length: f64) -> bool {
         let program = &self.key.program;
@@ -303,7 +304,7 @@ impl Element {
         self.solver.factor(length, slope)
     }
 
-    /// One step of Newton's method; its relative size.
+    /// Makes one Newton step; returns its relative size.
     #[inline(always)]
     fn step(&mut self, nominal: &mut [NodeValues], start: &[f64]) -> f64 {
         let [corrections, rate_corrections] = &mut self.corrections;
@@ -316,7 +317,7 @@ impl Element {
         size
     }
 
-    /// Heads of the stored slots, and the slopes of those that are read again.
+    /// Sets the heads of the stored slots, and the slopes of slots that are read again.
     #[inline(always)]
     fn prepare_slots(&mut self) {
         let dimension = self.key.dimension;
@@ -342,8 +343,8 @@ impl Element {
     }
 }
 
-/// Largest correction of a component, over the largest value of the component or change of it in
-/// the element.
+/// Largest correction of a component, relative to the largest value of the component or change of
+/// it in the element.
 #[inline(always)]
 fn relative_size(
     corrections: &[NodeValues],

@@ -1,4 +1,5 @@
-//! Values and gradients by the state: the jets of order 1 in which the nominal orbit is found.
+//! Values and gradients with respect to the state: jets of order 1, with which the nominal orbit is
+//! found.
 
 use std::ops::Range;
 
@@ -14,8 +15,8 @@ pub(super) struct FirstOrder {
     pub(super) variables: usize,
 }
 
-/// The slots of a program in these jets: those that follow from the phase and the parameters alone
-/// are computed once for an orbit, the others with every correction of it.
+/// Slots of a program in jets of order 1. Slots that depend on the phase and the parameters only
+/// are computed once for an orbit, the others after every correction.
 pub(super) struct FirstOrderTape {
     algebra: FirstOrder,
     values: Vec<NodeValues>,
@@ -47,8 +48,8 @@ impl FirstOrderTape {
         }
     }
 
-    /// Sets the values of the variables, and computes what follows from those that are linear in
-    /// time.
+    /// Sets the values of the variables, and computes the slots that depend only on variables
+    /// linear in time and on parameters.
     #[inline(always)]
     pub(super) fn fix(&mut self, program: &Program, variables: &[NodeValues]) {
         self.move_to(variables);
@@ -59,7 +60,7 @@ impl FirstOrderTape {
         self.fixed = fixed;
     }
 
-    /// Values of all other slots at values of the variables.
+    /// Computes the values of all other slots from values of the variables.
     #[inline(always)]
     pub(super) fn evaluate(&mut self, program: &Program, variables: &[NodeValues]) {
         self.move_to(variables);
@@ -68,7 +69,7 @@ impl FirstOrderTape {
         self.moving = moving;
     }
 
-    /// Derivatives of all other slots, their values being known.
+    /// Computes the derivatives of all other slots, whose values are known.
     #[inline(always)]
     pub(super) fn differentiate(&mut self, program: &Program) {
         let moving = std::mem::take(&mut self.moving);
@@ -101,15 +102,15 @@ impl FirstOrderTape {
         self.values[slot * (self.algebra.variables + 1)]
     }
 
-    /// Derivative of a slot by a variable.
+    /// Derivative of a slot with respect to a variable.
     #[inline(always)]
     pub(super) fn slope(&self, slot: usize, variable: usize) -> NodeValues {
         self.values[slot * (self.algebra.variables + 1) + 1 + variable]
     }
 }
 
-/// Of each slot, whether it depends on a state that is not linear in time: on one whose rate
-/// depends on a state.
+/// For each slot: whether it depends on a state whose rate depends on a state, that is, on a state
+/// that is not linear in time.
 fn moving_slots(program: &Program, dimension: usize) -> Vec<bool> {
     let depending_on = |is_source: &dyn Fn(usize) -> bool| {
         let mut depends: Vec<_> = (0..program.inputs()).map(is_source).collect();
@@ -181,8 +182,8 @@ impl Graded<NodeValues> for FirstOrder {
 
     #[inline(always)]
     fn head(&self, function: HeadFunction, a: &[NodeValues], out: &mut [NodeValues]) {
-        // NOTE: those two here, in the widest registers; what is not inlined is compiled for the
-        // least machine.
+        // NOTE: sine and cosine are computed here, in the widest registers; a function that is not
+        // inlined is compiled for the baseline instruction set.
         out[0] = match function {
             HeadFunction::Sin => a[0].sin_cos().0,
             HeadFunction::Cos => a[0].sin_cos().1,

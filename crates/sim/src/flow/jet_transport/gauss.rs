@@ -1,4 +1,4 @@
-//! Gauss' collocation on one element: nodes, weights, integration matrix, highest Legendre modes;
+//! Gauss collocation on one element: nodes, weights, integration matrix, highest Legendre modes;
 //! and square blocks over the nodes.
 
 use std::ops::Add;
@@ -15,11 +15,11 @@ pub(super) type NodeValues = Lanes<NODES>;
 /// Zero at every node.
 pub(super) const ZERO: NodeValues = Lanes([0.0; NODES]);
 
-/// Integral, double integral, and the coefficients of the Legendre polynomials of degree 10, 11, 14
-/// and 15; two lanes are idle.
+/// Functionals of a function: integral, double integral, and the coefficients of the Legendre
+/// polynomials of degree 10, 11, 14 and 15; two lanes are idle.
 pub(super) type Functionals = Lanes<8>;
 
-/// The degrees of those polynomials.
+/// Degrees of those Legendre polynomials.
 const MODES: [usize; 4] = [NODES - 6, NODES - 5, NODES - 2, NODES - 1];
 
 /// Gauss-Legendre collocation on `[0, 1]`.
@@ -28,8 +28,8 @@ pub(super) struct Gauss {
     pub(super) nodes: [f64; NODES],
     /// `A_ij = ∫_0^{c_i} ℓ_j`, with `ℓ_j` the Lagrange polynomials of the nodes, and its square.
     pub(super) integration: [Block; 2],
-    /// What is asked of a rate, node by node: `b`, `b A`, the weights of its integral and double
-    /// integral over the element, and modes.
+    /// Weights of the functionals of a rate, node by node: `b` and `b A`, of the integral and
+    /// double integral over the element, and the weights of the modes.
     pub(super) functionals: [Functionals; NODES],
 }
 
@@ -78,7 +78,7 @@ impl Gauss {
         }
     }
 
-    /// The functionals of the function with these node values.
+    /// Functionals of the function with these node values.
     #[inline(always)]
     pub(super) fn functionals_of(&self, values: NodeValues) -> Functionals {
         let terms = self.functionals.iter().zip(&values.0);
@@ -133,12 +133,12 @@ fn legendre_slope(x: Dd) -> Dd {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Block(pub(super) [NodeValues; NODES]);
 
-/// Entries of the natural size of the blocks here, `1 − small`: a diagonal one above it is taken as
-/// pivot.
+/// Magnitude that a diagonal entry must exceed to be the pivot; the natural size of diagonal
+/// entries here is `1 − small`.
 const GOOD_PIVOT: f64 = 0.5;
 
-/// Columns that a product forms together: their sums fit the registers and hide each other's
-/// latency.
+/// Number of columns that a product computes together: their sums fit the registers and hide each
+/// other's latency.
 pub(super) const TOGETHER: usize = 4;
 
 impl Block {
@@ -156,7 +156,7 @@ impl Block {
         identity
     };
 
-    /// Adds the products with some columns to other columns.
+    /// Adds the products with several columns to other columns.
     #[inline(always)]
     pub(super) fn add_products<const COLUMNS: usize>(
         &self,
@@ -170,7 +170,7 @@ impl Block {
         }
     }
 
-    /// The product with a column of node values.
+    /// Product with a column of node values.
     #[inline(always)]
     pub(super) fn apply(&self, values: NodeValues) -> NodeValues {
         let mut sums = [ZERO];
@@ -207,7 +207,7 @@ impl Block {
         block
     }
 
-    /// Becomes another block less `diag(rows) · factor`.
+    /// Sets the block to `from − diag(rows) · factor`.
     #[inline(always)]
     pub(super) fn set_difference(&mut self, from: &Self, rows: NodeValues, factor: &Self) {
         let columns = from.0.iter().zip(&factor.0);
@@ -235,9 +235,10 @@ impl Block {
         }
     }
 
-    /// Inverts it by elimination in place; `false` if it is singular, and spoilt.
+    /// Inverts the block by elimination in place; `false` if it is singular, and then its content
+    /// is lost.
     ///
-    /// NOTE: it eliminates along columns, that is, inverts the transpose.
+    /// NOTE: the elimination runs along columns, which inverts the transpose.
     #[inline(always)]
     pub(super) fn invert(&mut self) -> bool {
         let columns = &mut self.0;
@@ -252,8 +253,8 @@ impl Block {
             if !factor.is_finite() {
                 return false;
             }
-            // NOTE: no lane is written alone: a vector read after it would wait for the write to
-            // reach the cache.
+            // NOTE: no lane is written alone, because a vector read after such a write would wait
+            // until it has reached the cache.
             let (unit, others) = (Self::IDENTITY.0[k], OTHERS[k]);
             let column = (columns[k] * others + unit) * Lanes::splat(factor);
             for (i, target) in columns.iter_mut().enumerate() {
@@ -272,7 +273,7 @@ impl Block {
     }
 }
 
-/// Ones in all lanes but one.
+/// Ones in all lanes except lane `k`.
 const OTHERS: [NodeValues; NODES] = {
     let mut others = [Lanes([1.0; NODES]); NODES];
     let mut lane = 0;
@@ -283,7 +284,7 @@ const OTHERS: [NodeValues; NODES] = {
     others
 };
 
-/// The column from `k` on with the largest entry in row `k`, or `k` itself where its own is large
+/// The column from `k` on with the largest entry in row `k`, or `k` itself if its entry is large
 /// enough.
 #[inline(always)]
 fn pivot(columns: &[NodeValues; NODES], k: usize) -> usize {

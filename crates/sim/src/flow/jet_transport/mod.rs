@@ -1,4 +1,4 @@
-//! Jets of a flow over a time: two methods that share nothing but the field's program.
+//! Jets of a flow over a time: two methods that have only the field's program in common.
 
 mod coefficients;
 mod collocation;

@@ -1,8 +1,9 @@
-//! What must be computed in each degree where the state's own part is left out, decided once.
+//! Plan of the operations of each degree with the state's own part left out, made once.
 //!
-//! One idea: sums and multiples of what vanishes vanish, and a sum with it is the other term, so
-//! that most linear operations need not be run: a slot's part is zero, that of another slot, or its
-//! own. Only slots that own a part, or whose lower parts a recurrence reads, are stored.
+//! One idea: sums and multiples of zero parts are zero, and a sum with a zero part is its other
+//! term, so that most linear operations need not be run. The part of a slot is zero, that of
+//! another slot, or its own. Only slots that own a part, or whose lower parts a recurrence reads,
+//! are stored.
 
 use std::sync::Arc;
 
@@ -10,14 +11,15 @@ use crate::flow::program::Operation;
 use crate::flow::{Field, Program};
 use crate::jet::{JetSpace, VariableSet, variables_of_monomial};
 
-/// One action of a degree; slots are places of the stored ones.
+/// One action of a degree; slots are given by their places among the stored ones.
 #[derive(Clone, Debug)]
 pub(super) enum Action {
-    /// Run an operation whose result is kept in a place.
+    /// Run an operation whose result is stored in a place.
     Run {
         operation: Operation,
         place: usize,
-        /// Whether all it reads is in places before its own, or its own part of a lower degree.
+        /// Whether all operands are in places before its own, or are its own part of a lower
+        /// degree.
         reads_before: bool,
     },
     /// Copy a part from a place to one where recurrences of higher degrees read it.
@@ -29,19 +31,19 @@ pub(super) enum Action {
 /// The actions of all degrees.
 #[derive(Clone, Debug)]
 pub(super) struct Plan {
-    /// The slots that are stored, in the order of their places.
+    /// Stored slots, in the order of their places.
     pub(super) stored: Vec<usize>,
     /// Whether a recurrence reads lower parts of each place.
     pub(super) history: Vec<bool>,
-    /// By degree.
+    /// Actions, by degree.
     pub(super) actions: Vec<Vec<Action>>,
-    /// By degree and component: where the remainder of its rate is; `None` if it vanishes.
+    /// By degree and component: place of the remainder of its rate; `None` if it vanishes.
     pub(super) remainders: Vec<Vec<Option<usize>>>,
 }
 
 impl Plan {
-    /// For degrees up to an order: `reaches(slot, degree)` says whether a slot can have a part at
-    /// all, and whether a parameter has one.
+    /// Plans all degrees up to an order. `reaches(slot, degree)` tells whether a slot can have a
+    /// part of the degree; for an input that is a parameter, whether it has one.
     pub(super) fn new(
         program: &Program,
         dimension: usize,
@@ -76,10 +78,10 @@ impl Plan {
     }
 }
 
-/// The actions of one degree, by slots.
+/// Actions of one degree, on slots.
 struct DegreePlan {
     actions: Vec<Action>,
-    /// Where each slot's part is; `None` if it vanishes.
+    /// Slot that holds each slot's part; `None` if the part vanishes.
     sources: Vec<Option<usize>>,
     owned: Vec<bool>,
 }
@@ -114,7 +116,7 @@ impl DegreePlan {
         plan
     }
 
-    /// Where the part of a slot is, its operation put among the actions if it must be run.
+    /// Slot that holds the part of `slot`; its operation is added to the actions if it must be run.
     fn source(&mut self, operation: Operation, slot: usize) -> Option<usize> {
         let operation = match operation {
             Operation::Constant(_) | Operation::Sign(_) | Operation::Balance(..) => return None,
@@ -145,7 +147,7 @@ impl DegreePlan {
         Some(slot)
     }
 
-    /// The actions with slots renamed to places.
+    /// Actions with slots renamed to places.
     fn actions(&self, place_of: impl Fn(usize) -> usize + Copy) -> Vec<Action> {
         let renamed = |action: &Action| match *action {
             Action::Run { operation, place, reads_before } => Action::Run {
@@ -162,7 +164,8 @@ impl DegreePlan {
     }
 }
 
-/// The monomials in which an element can differ from zero: those of some variables, up to a degree.
+/// Set of monomials in which an element can differ from zero: those of some variables, up to a
+/// degree.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Reach {
     pub(super) variables: VariableSet,
@@ -170,13 +173,13 @@ pub(super) struct Reach {
 }
 
 impl Reach {
-    /// The monomials of both.
+    /// Smallest reach that includes both.
     pub(super) fn or(self, other: Self) -> Self {
         Self { variables: self.variables | other.variables, degree: self.degree.max(other.degree) }
     }
 }
 
-/// A field, a space of jets, and which parts the inputs have.
+/// Key of an element: a field, a space of jets, and the parts that the inputs have.
 pub(super) struct CacheKey {
     pub(super) program: Program,
     pub(super) dimension: usize,
@@ -184,25 +187,26 @@ pub(super) struct CacheKey {
     pub(super) inputs: Inputs,
 }
 
-/// Which coefficients of the inputs, states and parameters, differ from zero.
+/// Coefficients of the inputs, states and parameters that differ from zero.
 #[derive(PartialEq)]
 pub(super) struct Inputs {
     /// Variables that occur in each input.
     variables: Vec<VariableSet>,
-    /// Whether there is a part of each degree, input by input.
+    /// Whether each input has a part of each degree, input by input.
     parts: Vec<bool>,
     degrees: usize,
 }
 
 impl Inputs {
-    /// Those of inputs given as coefficients.
+    /// Nonzero coefficients of inputs that are given as coefficients.
     pub(super) fn new<'a>(space: &JetSpace, inputs: impl Iterator<Item = &'a [f64]>) -> Self {
         let degrees = space.order() + 1;
         let (mut variables, mut parts) = (Vec::new(), Vec::new());
         for coefficients in inputs {
             let mut set = 0;
             for monomials in (0..degrees).map(|degree| space.degree_range(degree)) {
-                // NOTE: most parts vanish, which all at once is seen faster than one by one.
+                // NOTE: most parts vanish, which one test of a whole part finds faster than tests
+                // one by one.
                 let is_present = |value: &f64| *value != 0.0;
                 let part = coefficients[monomials.clone()].iter();
                 let has_part = part.fold(false, |any, value| any | is_present(value));
@@ -218,7 +222,7 @@ impl Inputs {
         Self { variables, parts, degrees }
     }
 
-    /// The monomials in which an input can differ from zero.
+    /// Monomials in which an input can differ from zero.
     pub(super) fn reach(&self, input: usize) -> Reach {
         let degrees = 0..self.degrees;
         let last = degrees.rev().find(|&degree| self.has_part(input, degree));
@@ -232,7 +236,7 @@ impl Inputs {
 }
 
 impl CacheKey {
-    /// That of a field and inputs.
+    /// Key of a field and inputs.
     pub(super) fn new(field: &Field, space: &Arc<JetSpace>, inputs: Inputs) -> Self {
         Self {
             program: field.program().clone(),
@@ -242,13 +246,13 @@ impl CacheKey {
         }
     }
 
-    /// Most factors of a monomial of a degree.
+    /// Largest number of factors of a monomial of a degree.
     pub(super) fn factors(&self, degree: usize) -> usize {
         let weights = self.space.weights().iter();
         degree / weights.min().map_or(1, |&weight| weight as usize)
     }
 
-    /// Whether it is that of a field and inputs.
+    /// Whether the key is that of a field and inputs.
     pub(super) fn is(&self, field: &Field, space: &Arc<JetSpace>, inputs: &Inputs) -> bool {
         self.space.keeps_the_same(space)
             && self.dimension == field.dimension()

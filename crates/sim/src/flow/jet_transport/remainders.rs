@@ -1,5 +1,5 @@
-//! The slots of a field over jets whose coefficients are node values: what they give in one degree
-//! where the state's own part is left out, and the share of the state's part in them.
+//! Slots of a field over jets whose coefficients are node values: their parts of one degree with
+//! the state's own part left out (remainders), and the contributions of the state's part.
 
 use std::rc::Rc;
 use std::sync::Arc;
@@ -14,35 +14,35 @@ use crate::numeric::{Lanes, Scalar, one_by_one};
 /// The stored slots of a program, the states first.
 pub(super) struct Remainders {
     plan: Plan,
-    /// Of every action in each degree, the pairs of its product, if they are few.
+    /// For every action in each degree the pairs of its product, if they are few.
     pairs: Vec<Vec<Option<Pairs>>>,
     space: Arc<JetSpace>,
     dimension: usize,
     monomials: Vec<VariableSet>,
-    /// The monomials of each place.
+    /// Supports (sets of monomials) of each place.
     supports: Vec<Rc<Support>>,
     /// Whether each place holds an Euler derivative.
     is_euler: Vec<bool>,
-    /// By degree: where the remainder of each component begins among the places that are not
-    /// states'; `None` if it vanishes.
+    /// By degree: index at which the remainder of each component begins in the places after the
+    /// states; `None` if it vanishes.
     starts: Vec<Vec<Option<usize>>>,
     tape: Vec<NodeValues>,
     scratch: Vec<NodeValues>,
 }
 
-/// The tape in one degree.
+/// View of the tape in one degree.
 pub(super) struct DegreeOfTape<'a> {
-    /// The elements of the states, and those of all other places.
+    /// Elements of the states, and elements of all other places.
     pub(super) states: &'a mut [NodeValues],
     pub(super) others: &'a [NodeValues],
-    /// Where the remainder of each component begins among the others; `None` if it vanishes.
+    /// Index at which the remainder of each component begins in `others`; `None` if it vanishes.
     pub(super) starts: &'a [Option<usize>],
-    /// The monomials of the states.
+    /// Supports of the states.
     pub(super) supports: &'a [Rc<Support>],
 }
 
 impl Remainders {
-    /// For a key, in the memory of another tape.
+    /// Remainders for a key, in the memory of another tape.
     pub(super) fn new(key: &CacheKey, mut tape: Vec<NodeValues>) -> Self {
         let CacheKey { program, dimension, space, inputs } = key;
         let (monomials, dimension) = (variables_of_monomials(space), *dimension);
@@ -81,7 +81,7 @@ impl Remainders {
         remainders
     }
 
-    /// The tape, to be used again.
+    /// Memory of the tape, for reuse.
     pub(super) fn into_tape(self) -> Vec<NodeValues> {
         self.tape
     }
@@ -91,7 +91,8 @@ impl Remainders {
         self.tape.len()
     }
 
-    /// Sets to zero what no action writes and a recurrence of a slot with more variables reads.
+    /// Sets to zero the coefficients that no action writes but a recurrence of a slot with more
+    /// variables reads.
     fn clear_beyond_supports(&mut self) {
         let elements = self.tape.chunks_exact_mut(self.space.len());
         for (element, support) in elements.zip(&self.supports) {
@@ -103,7 +104,7 @@ impl Remainders {
         }
     }
 
-    /// Sets the parameters, given as coefficients.
+    /// Sets the parameters from their coefficients.
     pub(super) fn set_parameters(&mut self, parameters: &[&[f64]]) {
         let (dimension, len) = (self.dimension, self.space.len());
         let elements = self.tape.chunks_exact_mut(len).zip(&self.supports);
@@ -122,7 +123,7 @@ impl Remainders {
         self.plan.stored.len()
     }
 
-    /// The slot that a place stores.
+    /// Slot that a place stores.
     pub(super) fn slot(&self, place: usize) -> usize {
         self.plan.stored[place]
     }
@@ -150,16 +151,17 @@ impl Remainders {
         }
     }
 
-    /// The remainder of a component in one degree; `None` if it vanishes.
+    /// Remainder of a component in one degree; `None` if it vanishes.
     #[inline(always)]
     pub(super) fn remainder(&self, component: usize, degree: usize) -> Option<&[NodeValues]> {
         let start = self.starts[degree][component]? + self.dimension * self.space.len();
         Some(&self.tape[start..][..self.space.degree_range(degree).len()])
     }
 
-    /// Computes the parts of one degree of all stored slots, those of the states being zero.
+    /// Computes the parts of one degree of all stored slots, with the parts of the states set to
+    /// zero.
     ///
-    /// Parts of lower degree must be complete where recurrences read them.
+    /// Parts of lower degree that recurrences read must be complete.
     #[inline(always)]
     pub(super) fn compute(&mut self, degree: usize) {
         let len = self.space.len();
@@ -197,7 +199,7 @@ impl Remainders {
         }
     }
 
-    /// Adds the share of a state's part of a degree to a place, by its slope.
+    /// Adds to a place its slope times a state's part of a degree.
     #[inline(always)]
     pub(super) fn add_share(
         &mut self,
@@ -219,7 +221,7 @@ impl Remainders {
     }
 }
 
-/// The supports of all slots; slots of the same variables share the work.
+/// Supports of all slots; slots with the same variables share one.
 fn supports(space: &JetSpace, monomials: &[VariableSet], reach: &[Reach]) -> Vec<Rc<Support>> {
     let mut known: Vec<(VariableSet, Rc<Support>)> = Vec::new();
     let mut support = |&Reach { variables, .. }: &Reach| {

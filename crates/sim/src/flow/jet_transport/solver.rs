@@ -1,16 +1,16 @@
 //! The linear equations of collocation on one element, solved once for every coefficient.
 //!
 //! One idea: the part of degree `k` of the state enters its own equation linearly, with the same
-//! matrix whatever the degree and the monomial. The unknowns are the rates `y_c` at the nodes of
-//! the components that are more than the integral of another one; with `x = x(0) + h A y`, or `h²
-//! A²` for such an integral,
+//! matrix for every degree and monomial. The unknowns are the rates `y_c` at the nodes, for the
+//! components that are not merely the integral of another one. With `x = x(0) + h A y`, or `h² A²`
+//! for such an integral,
 //!
 //! ```text
 //! y_c = r_c + Σ_s J_cs x_s,      x_s = i_s + W_s y_root(s)
 //! ```
 //!
-//! so `(I − Σ_s diag(J_cs) W_s) y = r + J i`: entries of the matrix are products of two numbers,
-//! and a forced oscillator of one degree of freedom leaves a single block to invert. See
+//! so that `(I − Σ_s diag(J_cs) W_s) y = r + J i`: entries of the matrix are products of two
+//! numbers, and a forced oscillator of one degree of freedom leaves a single block to invert. See
 //! docs/mathematics/flow.md.
 
 use super::gauss::{Block, Functionals, GAUSS, Gauss, NODES, NodeValues, ZERO};
@@ -19,27 +19,27 @@ use crate::numeric::{Lanes, Scalar};
 /// The equations of one element, ready for any coefficient.
 pub(super) struct ElementSolver {
     gauss: &'static Gauss,
-    /// Of each component: the one of which it is the integral, if it is nothing else.
+    /// For each component the component that it integrates, if its rate is nothing else.
     pub(super) chains: Vec<Option<usize>>,
     pub(super) length: f64,
     /// `h A` and `h² A²`.
     integration: [Block; 2],
     /// `∂f_c/∂x_s` at the nodes, by rows.
     jacobian: Vec<NodeValues>,
-    /// The components whose rates are unknown, and the inverse of their matrix.
+    /// Components whose rates are unknown, and the inverse of their matrix.
     coupled: Vec<usize>,
     rates: BlockMatrix,
     spare: BlockMatrix,
-    /// Responses of states at the nodes: to initial values and to remainders, by rows.
+    /// Responses of states at the nodes to initial values and to remainders, row by row.
     pub(super) to_initial: Vec<Option<NodeValues>>,
     pub(super) to_remainder: Vec<Option<Block>>,
-    /// Responses of the functionals of rates: to initial values and to remainders, by rows.
+    /// Responses of the functionals of rates to initial values and to remainders, row by row.
     pub(super) functionals_to_initial: Vec<Functionals>,
     pub(super) functionals_to_remainder: Vec<Option<[Functionals; NODES]>>,
 }
 
 impl ElementSolver {
-    /// Memory for elements of a field.
+    /// Solver with memory for elements of a field.
     pub(super) fn new(chains: Vec<Option<usize>>) -> Self {
         let entries = chains.len() * chains.len();
         Self {
@@ -59,7 +59,7 @@ impl ElementSolver {
     }
 
     /// Inverts the matrix of the rates on an element of a length, from the Jacobian at the nodes,
-    /// by rows.
+    /// given row by row.
     ///
     /// `false` if a block pivot is singular: the element is too long.
     #[inline(always)]
@@ -118,8 +118,8 @@ impl ElementSolver {
         }
     }
 
-    /// Prepares [`advance`](Self::advance), and [`states`](Self::states) for those whose node
-    /// values are asked for.
+    /// Prepares [`advance`](Self::advance), and [`states`](Self::states) for the states whose node
+    /// values are needed.
     #[inline(always)]
     pub(super) fn expand(&mut self, is_asked_for: impl Fn(usize) -> bool + Copy) {
         let dimension = self.chains.len();
@@ -144,7 +144,7 @@ impl ElementSolver {
         }
     }
 
-    /// Responses that go through the rate of one coupled component.
+    /// Adds the responses that go through the rate of one coupled component.
     #[inline(always)]
     fn expand_rate(&mut self, row: usize, is_asked_for: impl Fn(usize) -> bool) {
         let (dimension, component) = (self.chains.len(), self.coupled[row]);
@@ -199,8 +199,8 @@ impl ElementSolver {
         rate
     }
 
-    /// One step of Newton's method for the nominal orbit: from its node values and its rates `f`
-    /// there, the corrections of the node values and of the rates.
+    /// One Newton step for the nominal orbit: corrections of the node values and of the rates, from
+    /// the node values and the rates `f` there.
     #[inline(always)]
     pub(super) fn correct(
         &self,
@@ -244,7 +244,7 @@ impl ElementSolver {
         self.chains[component].is_none() && !self.coupled.contains(&component)
     }
 
-    /// Modes of the fundamental matrix, relative to each entry: the largest.
+    /// Largest modes of the fundamental matrix, relative to each entry.
     #[inline(always)]
     pub(super) fn fundamental_tail(&self) -> Tail {
         let mut tail = Tail::NONE;
@@ -255,13 +255,13 @@ impl ElementSolver {
         tail
     }
 
-    /// The component whose rate a state integrates, once or twice.
+    /// Component whose rate a state integrates, once or twice.
     #[inline(always)]
     pub(super) fn root(&self, state: usize) -> usize {
         self.chains[state].unwrap_or(state)
     }
 
-    /// `W_s`: from the rate of its root to a state at the nodes.
+    /// `W_s`: the matrix from the rate of a state's root to the state at the nodes.
     #[inline(always)]
     pub(super) fn weight(&self, state: usize) -> &Block {
         &self.integration[usize::from(self.chains[state].is_some())]
@@ -279,14 +279,14 @@ impl ElementSolver {
     }
 }
 
-/// Places without content.
+/// A list of `None`.
 fn absent<T>(count: usize) -> Vec<Option<T>> {
     std::iter::repeat_with(|| None).take(count).collect()
 }
 
-/// Empties places.
+/// Sets all entries to `None`.
 ///
-/// NOTE: filling them with a copy of an empty one would copy all its bytes.
+/// NOTE: filling them with a copy of an empty entry would copy all of its bytes.
 #[inline(always)]
 fn clear<T>(places: &mut [Option<T>]) {
     for place in places {
@@ -294,24 +294,24 @@ fn clear<T>(places: &mut [Option<T>]) {
     }
 }
 
-/// Least size that functions are measured against. Smaller numbers come near those that lose
-/// digits the smaller they are, as the values of a pulse do far from it.
+/// Least size to which functions are compared. Smaller numbers are close to subnormal numbers,
+/// which have fewer digits, such as the values of a pulse far from its centre.
 pub(super) const LEAST_SIZE: f64 = f64::MIN_POSITIVE / (f64::EPSILON * f64::EPSILON);
 
-/// Largest Legendre modes of some functions over their size.
+/// Largest Legendre modes of some functions relative to their size.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Tail {
-    /// Those of degree 10 and 11.
+    /// Modes of degree 10 and 11.
     before: f64,
-    /// Those of degree 14 and 15, the last that the nodes tell apart.
+    /// Modes of degree 14 and 15, the last that the nodes resolve.
     last: f64,
 }
 
 impl Tail {
-    /// That of no function.
+    /// Tail of no function.
     pub(super) const NONE: Self = Self { before: 0.0, last: 0.0 };
 
-    /// That of functions of a size.
+    /// Tail of functions, relative to their size.
     #[inline(always)]
     pub(super) fn new(functionals: Functionals, size: f64) -> Self {
         let largest = |first: usize| {
@@ -321,41 +321,41 @@ impl Tail {
         Self { before: largest(2), last: largest(4) }
     }
 
-    /// The larger of both.
+    /// Componentwise maximum.
     #[inline(always)]
     pub(super) fn larger(self, other: Self) -> Self {
         Self { before: self.before.max(other.before), last: self.last.max(other.last) }
     }
 
-    /// What the first modes that the nodes do not tell apart are expected to be: they fall on as
-    /// those before.
+    /// Expected size of the first modes that the nodes do not resolve, if the modes fall on as
+    /// before.
     fn next(self) -> f64 {
         self.last * (self.last / self.before).sqrt().min(1.0)
     }
 }
 
-/// An estimate of the error of an element: the product of two tails of Legendre modes. See
+/// Error estimate of an element: the product of two tails of Legendre modes. See
 /// docs/mathematics/flow.md.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Resolution {
-    /// Next modes of the fundamental matrix, relative to its entries.
+    /// Expected next modes of the fundamental matrix, relative to its entries.
     fundamental: f64,
-    /// Estimated error at the end, over the largest coefficient of the same degree: the worst
-    /// degree.
+    /// Estimated error at the end, relative to the largest coefficient of the same degree; the
+    /// maximum over all degrees.
     pub(super) error: f64,
-    /// Largest last Legendre mode over the largest coefficient of the same degree.
+    /// Largest last Legendre mode relative to the largest coefficient of the same degree.
     tail: f64,
 }
 
-/// Largest last Legendre mode for which the error estimate, a product of two of them, is believed.
+/// Largest last Legendre mode for which the error estimate, a product of two modes, is valid.
 const RESOLVED: f64 = 1e-4;
 
-/// Share of a product of two modes in the error: one over its norm, 33, times the neighbours that
-/// count as much.
+/// Factor of a product of two modes in the error: one over the norm of the mode, 33, times the
+/// number of neighbours that count as much.
 const SHARE: f64 = 0.25;
 
 impl Resolution {
-    /// That of the fundamental matrix alone.
+    /// Resolution of the fundamental matrix alone.
     pub(super) fn new(fundamental: Tail) -> Self {
         Self {
             fundamental: fundamental.next().max(f64::EPSILON),
@@ -364,31 +364,31 @@ impl Resolution {
         }
     }
 
-    /// Includes a degree with these modes, whose monomials have up to some factors, each of the
-    /// flow or of the defect.
+    /// Includes a degree with these modes, whose monomials have up to `factors` factors, each from
+    /// the flow or the defect.
     pub(super) fn include(&mut self, factors: usize, tail: Tail) {
         let ways = 2.0_f64.powi(factors as i32);
         self.tail = self.tail.max(tail.last);
         self.error = self.error.max(SHARE * ways * tail.next() * self.fundamental);
     }
 
-    /// Whether the estimate is below a tolerance and believed.
+    /// Whether the estimate is valid and below a tolerance.
     pub(super) fn meets(self, tolerance: f64) -> bool {
         self.error <= tolerance && self.tail <= RESOLVED
     }
 }
 
-/// A square matrix of blocks by rows, zero ones absent.
+/// A square matrix of blocks, row by row; zero blocks are absent.
 #[derive(Default)]
 struct BlockMatrix {
     dimension: usize,
     blocks: Vec<Block>,
-    /// Of each block, whether it is there; what is kept of others means nothing.
+    /// Whether each block is present; the content of absent blocks is undefined.
     present: Vec<bool>,
 }
 
 impl BlockMatrix {
-    /// Makes it a zero matrix, keeping its memory.
+    /// Makes the matrix zero and keeps its memory.
     pub(super) fn clear(&mut self, dimension: usize) {
         self.dimension = dimension;
         self.blocks.resize(dimension * dimension, Block::ZERO);
@@ -396,14 +396,14 @@ impl BlockMatrix {
         self.present.resize(dimension * dimension, false);
     }
 
-    /// A block, unless it is zero.
+    /// A block; `None` if it is zero.
     #[inline(always)]
     pub(super) fn get(&self, row: usize, column: usize) -> Option<&Block> {
         let place = row * self.dimension + column;
         self.present[place].then(|| &self.blocks[place])
     }
 
-    /// The place of a block that is there from now on, whatever it holds.
+    /// Makes a block present and returns it, with undefined content.
     #[inline(always)]
     pub(super) fn place(&mut self, row: usize, column: usize) -> &mut Block {
         let place = row * self.dimension + column;
@@ -411,8 +411,8 @@ impl BlockMatrix {
         &mut self.blocks[place]
     }
 
-    /// Inverts it by block elimination along the diagonal, in the memory of both; `false` if a
-    /// pivot is singular.
+    /// Inverts the matrix by block elimination along the diagonal, in the memory of both; `false`
+    /// if a pivot is singular.
     #[inline(always)]
     pub(super) fn invert(&mut self, spare: &mut Self) -> bool {
         if let ([block], [true]) = (self.blocks.as_mut_slice(), self.present.as_slice()) {
@@ -427,7 +427,7 @@ impl BlockMatrix {
         is_regular
     }
 
-    /// Turns itself into the identity and another matrix into its own inverse times that matrix.
+    /// Turns this matrix `A` into the identity and the other matrix `B` into `A⁻¹ B`.
     #[inline(always)]
     fn eliminate(&mut self, other: &mut Self) -> bool {
         for pivot in 0..self.dimension {

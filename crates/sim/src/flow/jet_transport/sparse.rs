@@ -1,11 +1,11 @@
-//! Jets at the nodes of an element, monomials that vanish whatever the orbit left out.
+//! Jets at the nodes of an element, without the monomials that are zero for every orbit.
 //!
 //! One idea: a slot depends on some of the jets' variables only (a forcing on its phase, frequency
 //! and amplitude), up to some degree (a driven phase up to the first), and all other monomials are
 //! zero.
 //!
-//! Products of few coefficients go pair by pair: where a factor has two or three coefficients, or
-//! the degree is low, finding the runs of a product costs more than the product; its pairs of
+//! Products of few coefficients are formed pair by pair: if a factor has two or three coefficients,
+//! or the degree is low, finding the runs of a product costs more than the product; its pairs of
 //! coefficients are listed once.
 
 use std::ops::Range;
@@ -17,7 +17,7 @@ use crate::flow::Program;
 use crate::jet::{Graded, HeadFunction, JetSpace, PartOf, Selection, Span, VariableSet};
 use crate::numeric::{Lanes, Scalar};
 
-/// What each slot can reach at any time, from what the inputs do at the start.
+/// Reach of each slot at any time, from the reach of the inputs at the start.
 pub(super) fn reach_of_slots(
     program: &Program,
     inputs: &Inputs,
@@ -45,14 +45,14 @@ pub(super) fn reach_of_slots(
     }
 }
 
-/// A space of jets as a set of variables sees it: of every degree the least range of monomials that
-/// holds all of these variables, whole runs.
+/// Support of a set of variables in a space of jets: for every degree the least range of monomials
+/// with all monomials of these variables, as whole runs.
 #[derive(Clone, Debug)]
 pub(super) struct Support {
     variables: VariableSet,
-    /// Whether every monomial of the space is one of these variables.
+    /// Whether every monomial of the space has only these variables.
     is_whole: bool,
-    /// The monomials of every degree, and the numbers of their runs.
+    /// Ranges of monomials by degree, and ranges of the numbers of their runs.
     parts: Vec<Range<usize>>,
     runs: Vec<Range<usize>>,
 }
@@ -82,26 +82,26 @@ impl Support {
         }
     }
 
-    /// The monomials of a degree.
+    /// Range of the monomials of a degree.
     #[inline(always)]
     pub(super) fn part(&self, degree: usize) -> Range<usize> {
         self.parts[degree].clone()
     }
 }
 
-/// A space of jets seen by one slot: products are formed for monomials of its variables only, and
-/// neighbours of these.
+/// A space of jets restricted to one slot: products are formed only for monomials of its variables
+/// and for neighbours of these.
 #[derive(Clone, Copy)]
 pub(super) struct SparseSpace<'s> {
     pub(super) space: &'s JetSpace,
     pub(super) monomials: &'s [VariableSet],
     pub(super) support: &'s Support,
-    /// The pairs of the product that is formed, if they are few.
+    /// Pairs of the current product, if they are few.
     pub(super) pairs: Option<&'s Pairs>,
 }
 
 impl SparseSpace<'_> {
-    /// The part of a degree, its runs without a monomial of the variables left out.
+    /// Part of a degree without the runs that have no monomial of the variables.
     #[inline(always)]
     fn part_of<'o>(&'o self, degree: usize, out: &'o mut [NodeValues]) -> PartOf<'o, NodeValues> {
         let selection = Selection { monomials: self.monomials, variables: self.support.variables };
@@ -211,17 +211,17 @@ impl Graded<NodeValues> for SparseSpace<'_> {
     }
 }
 
-/// Highest degree in which a factor that may differ from zero in all monomials is listed.
+/// Highest degree in which pairs are listed for a factor that may be nonzero in all monomials.
 const LOW: usize = 2;
 
-/// The products that the monomials of a part sum.
+/// Pairs of monomials whose products are summed, for each monomial of a part.
 pub(super) struct Pairs {
-    /// Of each monomial, where its pairs end.
+    /// End of the pairs of each monomial.
     ends: Vec<u32>,
     pairs: Vec<(u32, u32)>,
 }
 
-/// Of every action of a plan in each degree, the pairs of its product, if it is one of few.
+/// For every action of a plan in each degree, the pairs of its product, if it has few.
 pub(super) fn pairs_of_actions(
     plan: &Plan,
     space: &JetSpace,
@@ -255,7 +255,7 @@ struct Factors<'a> {
 }
 
 impl Factors<'_> {
-    /// The pairs of the monomials of a part of a degree, if they are few.
+    /// Pairs of the monomials of a part of a degree, if they are few.
     fn pairs(&self, degree: usize, part: Range<usize>) -> Option<Pairs> {
         let is_left_short = self.left.degree <= self.right.degree;
         let short = if is_left_short { self.left } else { self.right };
@@ -284,8 +284,7 @@ impl Factors<'_> {
         Some(pairs)
     }
 
-    /// The monomial whose product with another one is a given one, its exponents put into some
-    /// memory.
+    /// Monomial whose product with `factor` is `product`; `exponents` is scratch memory.
     fn cofactor(&self, product: usize, factor: usize, exponents: &mut Vec<u8>) -> Option<usize> {
         if self.monomials[factor] & !self.monomials[product] != 0 {
             return None;
@@ -316,7 +315,7 @@ impl Factors<'_> {
 }
 
 impl Pairs {
-    /// The sum of the products of a monomial, given by its place in the part.
+    /// Sum of the products of a monomial, given by its place in the part.
     #[inline(always)]
     pub(super) fn sum(&self, place: usize, a: &[NodeValues], b: &[NodeValues]) -> NodeValues {
         let start = place.checked_sub(1).map_or(0, |before| self.ends[before]);
@@ -333,8 +332,8 @@ mod tests {
     use super::*;
     use crate::jet::variables_of_monomials;
 
-    /// The pairs of a degree by the table of the space, those left out that a reach or the span
-    /// leaves out.
+    /// Pairs of a degree from the table of the space, without the pairs that a reach or the span
+    /// excludes.
     fn of_table(factors: &Factors<'_>, degree: usize) -> Vec<Vec<(usize, usize)>> {
         let space = factors.space;
         let reaches = |reach: Reach, monomial: usize| {

@@ -1,12 +1,12 @@
 //! Jet transport by Taylor's method: series in time whose coefficients are jets, their sums at a
 //! jet-valued time, and the flow with its first derivatives as jets of order 1.
 //!
-//! Slow and general: any scalar, so also double-double. The step is controlled on the parts of
-//! every degree of every component.
+//! Slow and general: for any scalar, including double-double. The step is controlled on the parts
+//! of every degree of every component.
 //!
-//! The Taylor coefficients of a solution in time come one power after another: from
-//! `x' = f(x, p)` follows `x_{k+1} = f_k / (k + 1)`, and a program gives `f_k` from
-//! `x_0 … x_k` in any algebra graded by powers of time: numbers or jets as coefficients.
+//! The Taylor coefficients of a solution in time follow one power after another: `x' = f(x, p)`
+//! gives `x_{k+1} = f_k / (k + 1)`, and a program gives `f_k` from `x_0 … x_k` in any algebra
+//! graded by powers of time, with numbers or jets as coefficients.
 
 use nalgebra::DMatrix;
 
@@ -16,7 +16,7 @@ use crate::interruption::check;
 use crate::jet::{Graded, Jet, JetSeries, JetSpace, power_series_at};
 use crate::numeric::{Real, Scalar};
 
-/// Most steps one flow may take.
+/// Largest number of steps of one flow.
 pub(crate) const MAX_STEPS: usize = 100_000;
 
 /// Jets of the state after a duration of either sign, from jets of the state and of all parameters.
@@ -40,7 +40,8 @@ pub fn jet_transport_taylor<S: Real>(
     jet_transport_within(field, initial, parameters, duration, &mut { MAX_STEPS })
 }
 
-/// As [`jet_transport_taylor`], in a number of steps, which those taken lower.
+/// Computes [`jet_transport_taylor`] in a limited number of steps, which is lowered by the steps
+/// taken.
 fn jet_transport_within<S: Real>(
     field: &Field,
     initial: &[Jet<S>],
@@ -73,7 +74,7 @@ fn jet_transport_within<S: Real>(
     Ok(state)
 }
 
-/// The tape of one field over series in time of jets.
+/// Tape of one field over series in time of jets.
 struct JetExpansion<'a, S: Real> {
     field: &'a Field,
     algebra: JetSeries,
@@ -109,7 +110,8 @@ impl<'a, S: Real> JetExpansion<'a, S> {
         &self.tape[slot * len + part.start..slot * len + part.end]
     }
 
-    /// Longest step, at most `limit`, that every part of every component admits.
+    /// Longest step, at most `limit`, that the step control of every part of every component
+    /// allows.
     fn step_length(&self, limit: f64) -> Result<f64, FlowError> {
         let order = Graded::<S>::order(&self.algebra);
         let mut step = limit;
@@ -157,7 +159,7 @@ impl<'a, S: Real> JetExpansion<'a, S> {
 /// Fills the tape of a field with the Taylor coefficients of all its slots up to the algebra's
 /// order.
 ///
-/// The heads of the inputs must be in place, and the inputs of the parameters zero beyond their
+/// The heads of the inputs must be set, and the inputs of the parameters must be zero beyond their
 /// heads.
 pub(crate) fn expand<S: Scalar, A: Graded<S>>(
     field: &Field,
@@ -183,7 +185,7 @@ pub(crate) fn expand<S: Scalar, A: Graded<S>>(
     }
 }
 
-/// The state after a duration of either sign, and its derivative by chosen inputs.
+/// The state after a duration of either sign, and its derivatives with respect to chosen inputs.
 ///
 /// `directions` lists inputs of the field: `0..dimension` are the initial state's components,
 /// `dimension + i` is parameter `i`. The matrix has one row per state component and one column per
@@ -191,8 +193,8 @@ pub(crate) fn expand<S: Scalar, A: Graded<S>>(
 ///
 /// # Errors
 ///
-/// As [`jet_transport_taylor`]; [`FlowError::Jet`] if the jets of the
-/// directions do not fit in memory.
+/// The errors of [`jet_transport_taylor`]; [`FlowError::Jet`] if the jets of the directions do not
+/// fit in memory.
 pub fn flow_with_jacobian<S: Real>(
     field: &Field,
     state: &[S],
@@ -203,13 +205,14 @@ pub fn flow_with_jacobian<S: Real>(
     flow_with_jacobian_within(field, state, parameters, duration, directions, &mut { MAX_STEPS })
 }
 
-/// As [`flow_with_jacobian`], in a number of Taylor steps, which those taken lower.
+/// Computes [`flow_with_jacobian`] in a limited number of Taylor steps, which is lowered by the
+/// steps taken.
 ///
 /// The derivatives may need shorter steps than the state: those of `x^n` grow as `n`.
 ///
 /// # Errors
 ///
-/// As [`flow_with_jacobian`], [`FlowError::TooManySteps`] after the steps given.
+/// The errors of [`flow_with_jacobian`], with [`FlowError::TooManySteps`] at the given limit.
 pub fn flow_with_jacobian_within<S: Real>(
     field: &Field,
     state: &[S],
@@ -253,7 +256,7 @@ impl<S: Real> LocalSeries<S> {
         &self.watched[watched]
     }
 
-    /// The state at a jet-valued time, the series summed as in [`at_series_time`].
+    /// The state at a jet-valued time, with the series summed as in [`at_series_time`].
     pub fn state_at(&self, time: &Jet<S>) -> Vec<Jet<S>> {
         self.states.iter().map(|series| at_series_time(series, time)).collect()
     }
@@ -278,15 +281,16 @@ pub fn local_series<S: Real>(
     local_series_kept_to(field, initial, parameters, vec![degree; order + 1])
 }
 
-/// [`local_series`] with the coefficients of each power of time to a degree of its own; beyond it
-/// they are 0.
+/// [`local_series`] whose coefficient of each power of time is computed to a degree of its own, and
+/// is 0 beyond it.
 ///
-/// What is to be summed at a time of lowest degree `l` is needed to the order less `l` times the
-/// power: a small part of the work.
+/// A series to be summed at a time of lowest degree `l` needs its coefficients to the order minus
+/// `l` times the power only: a small part of the work.
 ///
 /// # Panics
 ///
-/// As [`local_series`], if no power is kept, or a degree exceeds that of a lower power.
+/// If there is no state component, the jets' spaces differ, no power is kept, or a degree exceeds
+/// that of a lower power.
 pub fn local_series_kept_to<S: Real>(
     field: &Field,
     initial: &[Jet<S>],
@@ -316,7 +320,7 @@ pub fn local_series_kept_to<S: Real>(
 /// `Σ_k c_k τ^k` for a time `τ` without constant term, by Horner's rule.
 ///
 /// Exact to the order of the space if `coefficients` reaches the power at which `τ^k` vanishes: the
-/// order over the lowest degree of `τ`.
+/// order divided by the lowest degree of `τ`.
 ///
 /// # Panics
 ///

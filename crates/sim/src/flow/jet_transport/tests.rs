@@ -12,8 +12,8 @@ use crate::jet::{Jet, JetSpace};
 use crate::model::{ExpressionGraph, Unary};
 use crate::numeric::{Dd, Lanes, Real, Scalar};
 
-/// Largest difference of two sets of jets, over the largest coefficient of the same degree: worst
-/// degree.
+/// Largest difference of two sets of jets, relative to the largest coefficient of the same degree;
+/// the maximum over all degrees.
 fn degree_error<S: Real>(value: &[Jet<f64>], exact: &[Jet<S>]) -> f64 {
     let space = Arc::clone(value[0].space());
     let mut worst = 0.0_f64;
@@ -73,8 +73,8 @@ fn the_error_of_an_element_that_is_too_long_is_as_estimated() {
         let exact = jet_transport_taylor(&field, &states, &parameters, length).unwrap();
         let (jets, estimate) = one_element(&field, &states, &parameters, length);
         let error = degree_error(&jets, &exact);
-        // NOTE: at 2.3 the error is 9e-14, far from rounding; the modes 14 and 15 alone would say
-        // 30 to 50 times as much.
+        // NOTE: at 2.3 the error is 9e-14, far from rounding; an estimate from the modes 14 and 15
+        // alone would be 30 to 50 times as large.
         assert!(
             error < 1.5 * estimate && estimate < 10.0 * error,
             "{length}: {error:e}, estimated {estimate:e}"
@@ -101,7 +101,7 @@ fn what_a_thread_keeps_of_one_transport_does_not_change_the_next() {
     }
 }
 
-/// Jets after one element whatever its error, and the estimate of that.
+/// Jets after one element of any error, with the error estimate.
 fn one_element(
     field: &Field,
     states: &[Jet<f64>],

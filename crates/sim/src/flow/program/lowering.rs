@@ -1,7 +1,7 @@
-//! From the nodes of an expression graph to operations.
+//! Lowering of the nodes of an expression graph to operations.
 //!
-//! One idea: of every slot it is known whether it is a number, constant, linear in time or
-//! anything, so that numbers are folded and the cheapest recurrence is chosen.
+//! One idea: for every slot the lowering knows whether it is a number, constant, linear in time or
+//! general, so that numbers are folded and the cheapest recurrence is chosen.
 
 use std::collections::HashMap;
 
@@ -11,7 +11,7 @@ use crate::jet::HeadFunction;
 use crate::model::{Binary, ExpressionGraph, Node, NodeId, Unary};
 use crate::numeric::Dd;
 
-/// What lowering knows of a slot.
+/// Degrees in which a slot can be nonzero, known at lowering.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Support {
     Number(Dd),
@@ -21,7 +21,7 @@ pub(super) enum Support {
 }
 
 impl Support {
-    /// Whether a part of a degree can be non-zero (degree 2 stands for all higher ones).
+    /// Whether a part of a degree can be nonzero (degree 2 represents all higher ones).
     pub(super) fn reaches(self, degree: usize) -> bool {
         match self {
             Support::Number(_) | Support::Head => degree == 0,
@@ -37,7 +37,7 @@ pub(super) struct Lowering<'a> {
     pub(super) operations: Vec<Operation>,
     pub(super) support: Vec<Support>,
     slots: Vec<Option<Slot>>,
-    /// Slots of operations that several nodes share: Euler derivatives, sine and cosine pairs,
+    /// Slots of operations that several nodes share: Euler derivatives, pairs of sine and cosine,
     /// products.
     shared: HashMap<SharedKey, Slot>,
 }
@@ -71,7 +71,7 @@ impl<'a> Lowering<'a> {
         }
     }
 
-    /// Lowers the nodes that some outputs are computed from.
+    /// Lowers the nodes on which some outputs depend.
     pub(super) fn lower_nodes(&mut self, outputs: &[NodeId]) {
         let graph = self.graph;
         for (index, needed) in graph.needed_by(outputs).into_iter().enumerate() {
@@ -137,7 +137,7 @@ impl<'a> Lowering<'a> {
         }
     }
 
-    /// Support of a function of these operands, numbers having been folded before.
+    /// Support of a function of these operands; numbers are folded before.
     fn joint(&self, operands: &[Slot]) -> Support {
         let beyond_head = operands.iter().any(|&slot| self.support[slot].reaches(1));
         if beyond_head { Support::Full } else { Support::Head }
@@ -330,7 +330,7 @@ impl<'a> Lowering<'a> {
         self.push(Operation::Sqrt(product), self.joint(&[product]))
     }
 
-    /// A number that keeps the squares of two slots in the range.
+    /// A number that prevents overflow and underflow of the squares of two slots.
     fn balance(&mut self, a: Slot, b: Slot) -> Slot {
         self.push(Operation::Balance(a, b), Support::Head)
     }
@@ -372,7 +372,7 @@ impl<'a> Lowering<'a> {
         })
     }
 
-    /// Products of the sine and the cosine of one phase `a`, linear in `sin 2a` and `cos 2a`, which
+    /// Products of the sine and the cosine of one phase `a`: linear in `sin 2a` and `cos 2a`, which
     /// need no convolution.
     fn product_of_phase(&mut self, left: Slot, right: Slot) -> Option<Slot> {
         let of_phase = |slot: Slot| match self.operations[slot] {
@@ -409,7 +409,7 @@ impl<'a> Lowering<'a> {
 
     /// The hyperbolic tangent; its derivative `1/cosh²` is the slot after it.
     ///
-    /// NOTE: not as a quotient of the hyperbolic sine and cosine, which overflow.
+    /// NOTE: not a quotient of the hyperbolic sine and cosine, because these overflow.
     fn hyperbolic_tangent(&mut self, a: Slot) -> Slot {
         let euler_a = self.euler(a);
         self.shared(SharedKey::HyperbolicTangent(a), |this| {
@@ -420,7 +420,7 @@ impl<'a> Lowering<'a> {
         })
     }
 
-    /// The reciprocal of the hyperbolic cosine, its product with the tangent after it.
+    /// The reciprocal of the hyperbolic cosine; its product with the tangent is the slot after it.
     fn sech(&mut self, a: Slot) -> Slot {
         let (euler_a, tanh) = (self.euler(a), self.hyperbolic_tangent(a));
         let (sech, support) = (self.operations.len(), self.joint(&[a]));
@@ -430,7 +430,8 @@ impl<'a> Lowering<'a> {
         sech
     }
 
-    /// The logistic function, that of the negative and the product of both after it.
+    /// The logistic function; the logistic function of the negative and the product of both are the
+    /// slots after it.
     fn logistic(&mut self, a: Slot) -> Slot {
         let euler_a = self.euler(a);
         self.shared(SharedKey::Logistic(a), |this| {
@@ -444,7 +445,7 @@ impl<'a> Lowering<'a> {
         })
     }
 
-    /// A function of a slot whose derivative is known.
+    /// A function of a slot whose derivative is the slot `partner`.
     fn integral(&mut self, function: HeadFunction, a: Slot, partner: Slot) -> Slot {
         let euler_a = self.euler(a);
         self.push(Operation::Function { function, a, euler_a, partner }, self.joint(&[a]))

@@ -21,7 +21,7 @@ pub(in crate::flow) enum Operation {
     Neg(Slot),
     Scale(Slot, Dd),
     AddConstant(Slot, Dd),
-    /// Product with a slot of which only the head is non-zero.
+    /// Product with a slot of which only the head is nonzero.
     MulByHead {
         head: Slot,
         factor: Slot,
@@ -43,7 +43,7 @@ pub(in crate::flow) enum Operation {
         euler_a: Slot,
         sine: Slot,
     },
-    /// Sine or cosine of a slot linear in time; its partner is `partner`.
+    /// Sine or cosine of a slot linear in time; `partner` is the slot of the other.
     OfPhase {
         function: HeadFunction,
         a: Slot,
@@ -64,7 +64,8 @@ pub(in crate::flow) enum Operation {
         euler_a: Slot,
         slope: Slot,
     },
-    /// A function whose derivative by the argument is the partner, or minus that.
+    /// A function whose derivative with respect to its argument is the partner, or minus the
+    /// partner.
     Function {
         function: HeadFunction,
         a: Slot,
@@ -97,20 +98,20 @@ pub(in crate::flow) enum Operation {
         w: Slot,
         euler_u: Slot,
     },
-    /// `sign(head of a) · b`, constant sign: `abs` and the corners of `min` and `max`.
+    /// `sign(head of a) · b`, with constant sign: `abs` and the corners of `min` and `max`.
     SignTimes {
         a: Slot,
         b: Slot,
     },
     /// The sign of the head, a constant.
     Sign(Slot),
-    /// A number that keeps the squares of two heads in the range.
+    /// A number that prevents overflow and underflow of the squares of two heads.
     Balance(Slot, Slot),
 }
 
-/// One operation at one degree: reads the tape, writes the part to `out`.
+/// Runs one operation at one degree: reads the tape, writes the part to `out`.
 ///
-/// The tape may end within an element of which higher parts are not read.
+/// The tape may end within an element whose higher parts are not read.
 #[inline(always)]
 pub(in crate::flow) fn run<S: Scalar, A: Graded<S>>(
     operation: &Operation,
@@ -256,7 +257,7 @@ pub(in crate::flow) fn run<S: Scalar, A: Graded<S>>(
     }
 }
 
-/// Part of degree `k` of `u = sin a` or `cos a` where `a = a_0 + a_1`, `c` being the other of the
+/// Part of degree `k` of `u = sin a` or `cos a` for `a = a_0 + a_1`, where `c` is the other of the
 /// two:
 ///
 /// ```text
@@ -303,8 +304,7 @@ fn zip<S: Scalar>(a: &[S], b: &[S], out: &mut [S], f: impl Fn(S, S) -> S) {
 }
 
 impl Operation {
-    /// Slots of which a recurrence reads more than the part of the degree at hand; none for linear
-    /// operations.
+    /// Slots of which a recurrence reads parts of lower degree too; none for linear operations.
     pub(in crate::flow) fn history(&self, slot: Slot) -> Vec<Slot> {
         match *self {
             Operation::Mul(a, b) => vec![a, b],
@@ -339,7 +339,7 @@ impl Operation {
         }
     }
 
-    /// The same operation on slots of other names.
+    /// The operation on renamed slots.
     pub(in crate::flow) fn renamed(mut self, name: impl Fn(Slot) -> Slot) -> Self {
         for slot in self.slots_mut().into_iter().flatten().flatten() {
             *slot = name(*slot);
@@ -347,13 +347,13 @@ impl Operation {
         self
     }
 
-    /// The slots an operation reads, its own left out.
+    /// Slots that an operation reads, except its own.
     pub(in crate::flow) fn operands(&self) -> impl Iterator<Item = Slot> + use<> {
         let [operands, _] = self.slots();
         operands.into_iter().flatten()
     }
 
-    /// All slots an operation reads, those that are computed after it included.
+    /// All slots that an operation reads, including those that are computed after it.
     pub(in crate::flow) fn reads(&self) -> impl Iterator<Item = Slot> + use<> {
         self.slots().into_iter().flatten().flatten()
     }
@@ -362,7 +362,7 @@ impl Operation {
         self.slots_mut().map(|slots| slots.map(|slot| slot.copied()))
     }
 
-    /// The slots an operation reads: its operands, then those that are computed with it or after
+    /// Slots that an operation reads: its operands, then slots that are computed with it or after
     /// it.
     fn slots_mut(&mut self) -> [[Option<&mut Slot>; 3]; 2] {
         let none = || [const { None }; 3];
@@ -403,8 +403,7 @@ impl Operation {
         }
     }
 
-    /// The factors and the terms of the product of which a part consists, if it is one product and
-    /// a factor.
+    /// Factors and terms of a product, if the part is a single product, possibly scaled.
     pub(in crate::flow) fn product(&self, slot: Slot) -> Option<(Slot, Slot, Span)> {
         match *self {
             Operation::Mul(a, b) => Some((a, b, Span::Full)),
@@ -417,8 +416,8 @@ impl Operation {
         }
     }
 
-    /// Highest degree of a part that can differ from zero, up to an order, from those of the slots
-    /// it reads.
+    /// Highest degree, up to an order, of a part that can be nonzero, from the highest degrees of
+    /// the slots it reads.
     pub(in crate::flow) fn highest_degree(
         &self,
         order: usize,

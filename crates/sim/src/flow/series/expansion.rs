@@ -1,4 +1,4 @@
-//! The instructions run, degree by degree; products of series, four degrees at a time.
+//! Runs the instructions, degree by degree; products of series, four degrees at a time.
 //!
 //! One idea: a series in `t` is a series in `t⁴` whose coefficients are polynomials of four terms,
 //! its *blocks*. With `a_q b_r = low + t⁴ high`, block `m` of a product is
@@ -7,21 +7,21 @@
 //! (ab)_m = Σ_{q+r=m} low(a_q, b_r) + Σ_{q+r=m−1} high(a_q, b_r).
 //! ```
 //!
-//! Once all blocks before `m` are known, only `low(a_0, b_m) + low(a_m, b_0)` is left to be added
-//! degree by degree: the rest is done at once for four degrees, in loops of fixed length (relaxed
-//! multiplication: van der Hoeven 2002). Sums have one order, whatever the registers: in 16 chains
-//! over the blocks, then the chains.
+//! When all blocks before `m` are known, only `low(a_0, b_m) + low(a_m, b_0)` is left to be added
+//! degree by degree. The rest is computed at once for four degrees, in loops of fixed length
+//! (relaxed multiplication: van der Hoeven 2002). Sums have one order for all registers: in 16
+//! chains over the blocks, then over the chains.
 
 use super::{Blocks, Instruction, MOST_BLOCKS, Operand, SeriesProgram, Sum, Term, Terms};
 use crate::flow::program::Slot;
 use crate::numeric::{Kernel, Scalar};
 
-/// The series of a step, being computed.
+/// Series of a step, during their computation.
 pub(super) struct Expansion<'s, S> {
     pub(super) program: &'s SeriesProgram,
     pub(super) blocks: usize,
-    /// The slots' series; in the present block of a product that is not yet computed stands what
-    /// earlier blocks add to it.
+    /// Series of the slots. In a product, the block that is not computed yet holds the contribution
+    /// of earlier blocks.
     pub(super) tape: &'s mut [Blocks<S>],
     pub(super) factors: &'s [S],
     pub(super) inverses: &'s Blocks<S>,
@@ -39,7 +39,7 @@ impl<S: Scalar> Kernel for Expansion<'_, S> {
 }
 
 impl<S: Scalar> Expansion<'_, S> {
-    /// Computes slots that need no others but those computed before.
+    /// Computes the series of slots whose operands are complete.
     #[inline(always)]
     fn complete(&mut self, group: &[Instruction]) {
         match *group {
@@ -69,7 +69,7 @@ impl<S: Scalar> Expansion<'_, S> {
         }
     }
 
-    /// Sums the products of coefficients before a block, for its four degrees.
+    /// Sums the products of coefficients of earlier blocks, for the four degrees of a block.
     #[inline(always)]
     fn add_earlier(&mut self, instructions: &[Instruction], block: usize) {
         for instruction in instructions {
@@ -94,7 +94,8 @@ impl<S: Scalar> Expansion<'_, S> {
         }
     }
 
-    /// Runs instructions at the degree `4 block + I`; `last` is what the instruction before gave.
+    /// Runs instructions at the degree `4 block + I`; `last` is the result of the instruction
+    /// before.
     #[inline(always)]
     fn degree<const I: usize>(
         &mut self,
@@ -213,7 +214,7 @@ impl<S: Scalar> Expansion<'_, S> {
         a[0][0].mul_add(newest.1, b[0][0].mul_add(newest.0, sum))
     }
 
-    /// What a quotient's coefficient is but for the division by the head of the denominator.
+    /// Coefficient of a quotient before the division by the head of the denominator.
     #[inline(always)]
     fn dividend<const I: usize>(
         &self,
@@ -241,7 +242,7 @@ impl<S: Scalar> Expansion<'_, S> {
         numerator - u[0][0].mul_add(newest, sum)
     }
 
-    /// A linear combination of complete series.
+    /// Linear combination of complete series.
     #[inline(always)]
     fn linear_series(&mut self, out: Slot, sum: &Sum) {
         let (first, others) = match &sum.terms {
@@ -307,7 +308,7 @@ impl<S: Scalar> Expansion<'_, S> {
         value
     }
 
-    /// Puts a coefficient to the next degree, if there is one.
+    /// Writes a coefficient to the next degree, if there is one.
     #[inline(always)]
     fn put_next<const I: usize>(&mut self, slot: Slot, block: usize, value: S) -> S {
         if I + 1 < BLOCK {
@@ -328,14 +329,14 @@ fn sum_before<S: Scalar, const I: usize>(mut sum: S, first: &Block<S>, present: 
     sum
 }
 
-/// Degrees in a block.
+/// Number of degrees in a block.
 pub(super) const BLOCK: usize = 4;
 
 /// Four neighbouring coefficients.
 pub(super) type Block<S> = [S; BLOCK];
 
-/// What the blocks before the present one, `a` and `b` (equally many, at least one), add to the
-/// present block of the product.
+/// Contribution of the blocks `a` and `b` before the present one (equally many, at least one) to
+/// the present block of the product.
 #[inline(always)]
 fn earlier_product<S: Scalar>(a: &[Block<S>], b: &[Block<S>]) -> Block<S> {
     let last = a.len() - 1;
@@ -344,7 +345,8 @@ fn earlier_product<S: Scalar>(a: &[Block<S>], b: &[Block<S>]) -> Block<S> {
     sum
 }
 
-/// The same for the square of `a`, each pair of factors once.
+/// Contribution of the earlier blocks `a` to the present block of the square, each pair of factors
+/// once.
 #[inline(always)]
 fn earlier_square<S: Scalar>(a: &[Block<S>]) -> Block<S> {
     let (last, middle) = (a.len() - 1, a.len() / 2);
@@ -366,8 +368,8 @@ fn earlier_square<S: Scalar>(a: &[Block<S>]) -> Block<S> {
     sum
 }
 
-/// `Σ_q low(a_q, b_{n−q}) + high(a_q, b_{n−1−q})` over the blocks of `a`, the first of which goes
-/// with the last two of the `b`.
+/// `Σ_q low(a_q, b_{n−q}) + high(a_q, b_{n−1−q})` over the blocks of `a`; the first block of `a` is
+/// multiplied with the last two of `b`.
 #[inline(always)]
 fn both<S: Scalar>(a: &[Block<S>], b: &[Block<S>]) -> Block<S> {
     let mut chains = [[S::zero(); BLOCK]; BLOCK];
@@ -420,7 +422,7 @@ fn high<S: Scalar>(mut sum: Block<S>, a: &Block<S>, b: &Block<S>) -> Block<S> {
 mod tests {
     use super::*;
 
-    /// `Σ_j a_j b_{k−j}` over the terms whose factors both lie before degree `known`.
+    /// `Σ_j a_j b_{k−j}` over the terms in which both factors lie before degree `known`.
     fn terms_before(a: &[f64], b: &[f64], k: usize, known: usize) -> f64 {
         let both_known = |&j: &usize| j < known && k - j < known;
         (0..=k).filter(both_known).map(|j| a[j] * b[k - j]).sum()

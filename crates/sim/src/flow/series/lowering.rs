@@ -1,8 +1,8 @@
-//! From a program to the instructions of its series.
+//! Lowering of a program to the instructions of its series.
 //!
-//! One idea: what does not depend on the states is completed before, what does not feed the
-//! derivatives after the rest; of what is left sums are gathered into one instruction, and each
-//! instruction is put where the one before gives what it waits for.
+//! One idea: slots that do not depend on the states are completed before, slots that the
+//! derivatives do not need afterwards. In the rest, sums are gathered into single instructions, and
+//! each instruction is placed after the one whose result it waits for.
 
 use super::{
     ConstantSlots, Factor, Instruction, Operand, PhaseTable, SeriesProgram, Sum, Term, Terms,
@@ -13,8 +13,8 @@ use crate::flow::resolution::arguments;
 use crate::numeric::Dd;
 
 impl SeriesProgram {
-    /// The series of a field's program whose first outputs are the derivatives of the states;
-    /// `inputs` as it was lowered with.
+    /// Series of a field's program whose first outputs are the derivatives of the states; `inputs`
+    /// as in the lowering.
     pub(in crate::flow) fn new(program: &Program, inputs: &[InputKind], dimension: usize) -> Self {
         let mut lowering = Lowering::new(program, inputs);
         let units = lowering.units();
@@ -55,8 +55,8 @@ impl SeriesProgram {
     }
 }
 
-/// Puts the integrals into the order in which the next instruction waits least, and marks what each
-/// takes from the one before.
+/// Orders the integrals so that the next instruction waits least, and marks the operands that are
+/// results of the instruction before.
 fn chain(during: &mut [Instruction]) {
     let is_integral =
         |instruction: &Instruction| matches!(instruction, Instruction::Integral { .. });
@@ -75,7 +75,7 @@ fn chain(during: &mut [Instruction]) {
         let last = integrals.len() - 1;
         integrals.swap(found + 1, last);
     }
-    // NOTE: an integral gives the next degree, for the first instruction there.
+    // NOTE: an integral gives the next degree, for the first instruction of that degree.
     let mut before = during.last().and_then(Instruction::out);
     for instruction in during {
         if let Some(before) = before {
@@ -85,32 +85,33 @@ fn chain(during: &mut [Instruction]) {
     }
 }
 
-/// What is known of a slot's series before a step.
+/// Kind of a slot's series, known before a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum SlotKind {
     /// A function of the parameters.
     Constant,
-    /// A phase, or linear in phases with constant factors.
+    /// A phase, or a function linear in phases with constant factors.
     Linear,
-    /// Anything.
+    /// Any other series.
     Series,
 }
 
 struct Lowering<'p> {
     program: &'p Program,
     inputs: &'p [InputKind],
-    /// Slots of the program, and those added for reciprocals and tables.
+    /// Number of slots: of the program, and those added for reciprocals and tables.
     slots: usize,
-    /// Slots that depend on a state other than a phase.
+    /// Whether each slot depends on a state other than a phase.
     of_state: Vec<bool>,
     kinds: Vec<SlotKind>,
-    /// How many operations and outputs read a slot.
+    /// Number of operations and outputs that read each slot.
     uses: Vec<usize>,
-    /// Terms of a slot's linear combination where linear operands used only there are dissolved.
+    /// Number of terms of each slot's linear combination, with linear operands used only there
+    /// expanded.
     terms: Vec<usize>,
-    /// Slots the derivatives of the states need.
+    /// Whether the derivatives of the states need each slot.
     feeds: Vec<bool>,
-    /// Slots that instructions or outputs read.
+    /// Whether instructions or outputs read each slot.
     needed: Vec<bool>,
     factors: Vec<Vec<Factor>>,
     tables: Vec<PhaseTable>,
@@ -168,7 +169,7 @@ impl<'p> Lowering<'p> {
         }
     }
 
-    /// The slots beyond the inputs, those that need each other together.
+    /// Slots beyond the inputs, grouped by mutual dependence.
     fn units(&self) -> Vec<Vec<Slot>> {
         let mut units: Vec<Vec<Slot>> = Vec::new();
         let mut open = 0;
@@ -206,7 +207,7 @@ impl<'p> Lowering<'p> {
         self.kinds[slot] == SlotKind::Constant
     }
 
-    /// The states that are not linear in time.
+    /// States that are not linear in time.
     fn integrated(&self, dimension: usize) -> Vec<Slot> {
         let states = (0..dimension).filter(|&state| self.inputs[state] == InputKind::Variable);
         states.collect()
@@ -228,7 +229,7 @@ impl<'p> Lowering<'p> {
         }
     }
 
-    /// Outputs that are to be there as slots: what is watched.
+    /// Marks the outputs that must be slots: the watched functions.
     fn mark_outputs(&mut self, dimension: usize) {
         for output in dimension..self.program.outputs() {
             self.needed[self.program.output(output)] = true;
@@ -240,7 +241,7 @@ impl<'p> Lowering<'p> {
         Instruction::Integral { out: state, sum: self.sum(derivative) }
     }
 
-    /// The instructions of slots that need each other, if any is needed.
+    /// Instructions of mutually dependent slots, if any of these is needed.
     fn unit(&mut self, unit: &[Slot]) -> Option<Vec<Instruction>> {
         let is_done = |&slot: &Slot| self.kinds[slot] != SlotKind::Series;
         if !unit.iter().any(|&slot| self.needed[slot]) || unit.iter().all(is_done) {
@@ -303,11 +304,12 @@ impl<'p> Lowering<'p> {
     }
 }
 
-/// All components but phases and those whose rate is another component `v`, of a rate of its own.
+/// Components that limit the step: all except phases and components whose rate is another component
+/// `v` that is not itself such an integral.
 ///
-/// NOTE: where `x' = v`, `x_{k+1} = v_k/(k + 1)`: if `|v_k| h^k ≤ ε |v_j| h^j`, then `|x_{k+1}|
-/// h^{k+1} ≤ ε (j + 1)/(k + 1) |x_{j+1}| h^{j+1}`, so that the series of `x` is held to less than
-/// that of `v` is.
+/// NOTE: if `x' = v`, then `x_{k+1} = v_k/(k + 1)`: from `|v_k| h^k ≤ ε |v_j| h^j` follows
+/// `|x_{k+1}| h^{k+1} ≤ ε (j + 1)/(k + 1) |x_{j+1}| h^{j+1}`, so that the series of `x` is less
+/// restrictive than that of `v`.
 fn limiting(program: &Program, states: &[InputKind]) -> Vec<usize> {
     let is_state = |component: usize| program.output(component) < states.len();
     let is_integral =
@@ -318,7 +320,7 @@ fn limiting(program: &Program, states: &[InputKind]) -> Vec<usize> {
     (0..states.len()).filter(limits).collect()
 }
 
-/// Whether each slot is a linear combination of inputs and constants, its factors constant in time.
+/// Whether each slot is a linear combination of inputs and constants with factors constant in time.
 fn combinations(program: &Program) -> Vec<bool> {
     let mut are = Vec::with_capacity(program.slots());
     for slot in 0..program.slots() {
@@ -333,7 +335,7 @@ fn combinations(program: &Program) -> Vec<bool> {
     are
 }
 
-/// A linear combination: constants, and factors with the slots they multiply.
+/// A linear combination: constants, and factors with the slots that they multiply.
 #[derive(Clone, Default)]
 struct Form {
     constants: Vec<Factor>,
@@ -381,8 +383,8 @@ impl Lowering<'_> {
         }
     }
 
-    /// Terms of a slot's linear combination with linear operands used only there dissolved; those
-    /// of its operands are known.
+    /// Number of terms of a slot's linear combination, with linear operands used only there
+    /// expanded; those of its operands are known.
     fn gathered_terms(&self, slot: Slot) -> usize {
         let of = |operand: Slot| match () {
             () if self.is_constant(operand) => 0,
@@ -397,8 +399,8 @@ impl Lowering<'_> {
         }
     }
 
-    /// A slot as a linear combination of others; more than three terms are left to the operations
-    /// they come from.
+    /// A slot as a linear combination of others. A combination of more than three terms is left to
+    /// the separate operations.
     pub(super) fn sum(&mut self, slot: Slot) -> Sum {
         let form = if self.is_linear(slot) {
             self.form(slot, self.terms[slot] <= 3)
@@ -425,7 +427,8 @@ impl Lowering<'_> {
         self.factors.len() - 1
     }
 
-    /// A linear operation; `gathers` says whether linear operands used only here are dissolved.
+    /// Linear combination of an operation; `gathers` tells whether linear operands used only here
+    /// are expanded.
     fn form(&self, slot: Slot, gathers: bool) -> Form {
         let of = |operand: Slot| self.form_of_operand(operand, gathers);
         let minus = Dd::from(-1.0);

@@ -1,9 +1,9 @@
-//! What the control points of one gap on one piece of a span tell of its events, of one orbit or of
-//! several in lanes.
+//! Enclosure test: the events of one gap on one piece of a span, from its control points; for one
+//! orbit or for several in lanes.
 //!
-//! One idea: no event, or exactly one zero or one extremum, which is found; anything else is
-//! undecided. The few kinds of an answer are masks: a kind is worked out where any lane has it,
-//! minima and contacts once for all lanes that have them.
+//! One idea: the answer is no event, or exactly one zero or one extremum, which is located;
+//! everything else is undecided. The few kinds of answers are masks: a kind is computed if any lane
+//! has it, minima and contacts once for all lanes that have them.
 
 use num_traits::Zero as _;
 
@@ -12,67 +12,67 @@ use super::zeros::GapCourse;
 use crate::flow::{Backend, NumberMask, RoundedNumber};
 use crate::numeric::{Branched, Mask, Scalar};
 
-/// A gap of which events are asked, and where its flight starts.
+/// A gap to be tested, and the conditions at the start of its flight.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct WatchedGap<S: Branched> {
-    /// Where anything is asked.
+    /// Mask: the gap is tested.
     pub(super) wanted: S::Mask,
-    /// Where contacts are flown through, and minima of any depth are looked for.
+    /// Mask: contacts are flown through, and minima of any depth are sought.
     pub(super) ignoring: S::Mask,
-    /// The largest gap of other minima that are looked for.
+    /// Largest gap at which other minima are sought.
     pub(super) near: S,
-    /// Where the flight stops at its minima.
+    /// Mask: the flight stops at minima of this gap.
     pub(super) stops: S::Mask,
-    /// Where the gap is zero at the start, and to which rounding.
+    /// Mask: the gap is zero at the start, and the state leaves the surface; then the rounding of
+    /// that zero.
     pub(super) leaving: S::Mask,
     pub(super) left_within: S,
-    /// Which way the gap goes: at the start, then at the end.
+    /// Heading of the gap, as two masks: at the start of a piece, after the test at its end.
     pub(super) rises: S::Mask,
     pub(super) falls: S::Mask,
-    /// Time within which a minimum is one that is known already.
+    /// Time within which a minimum is the one already reported.
     pub(super) within: S,
-    /// Rounding of its control points.
+    /// Rounding of the control points.
     pub(super) rounding: S::Rounded,
-    /// What was found of it on the present piece: its course, and the minima that are flown
-    /// through.
+    /// Result on the present piece: the course of the gap, and the minima that are flown through.
     pub(super) course: Course<S>,
     pub(super) passed: S::Mask,
     pub(super) passed_time: S,
     pub(super) passed_gap: S,
 }
 
-/// What is found of a gap on a piece.
+/// Result of the test of a gap on a piece.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Found<S: Branched> {
-    /// Time of the contact or of the minimum, where there is one.
+    /// Time of the contact or of the minimum, if there is one.
     pub(super) time: S,
     pub(super) contact: S::Mask,
     pub(super) minimum: S::Mask,
-    /// The gap at the minimum, and for how long it is known to rise from there.
+    /// Gap at the minimum, and the time for which the gap is known to rise from there.
     pub(super) gap: S,
     pub(super) rises_for: S,
-    /// Where the points are not enough.
+    /// Mask: the control points do not decide.
     pub(super) undecided: S::Mask,
     pub(super) course: Course<S>,
 }
 
-/// Which way a gap goes on a piece.
+/// Course of a gap on a piece.
 ///
-/// NOTE: of three masks, not of four: four truth values that are stored together are first put
-/// together in one register.
+/// NOTE: three masks, not four, because four truth values that are stored together are first
+/// assembled in one register.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Course<S: Branched> {
-    /// Which way it goes at the end.
+    /// Heading at the end.
     pub(super) rises: S::Mask,
     pub(super) falls: S::Mask,
-    /// Where it goes the other way first.
+    /// Mask: the heading at the start is the opposite one.
     pub(super) turns: S::Mask,
-    /// When it turns, where it rises at the end.
+    /// Time of the minimum, if the gap turns and rises at the end.
     pub(super) lowest: S,
 }
 
 impl<S: Branched> WatchedGap<S> {
-    /// Of which nothing is asked.
+    /// A gap that is not tested.
     pub(super) fn unasked() -> Self {
         let (none, zero) = (S::Mask::NONE, S::zero());
         Self {
@@ -102,7 +102,7 @@ impl<S: Branched> Course<S> {
 }
 
 impl<S: Branched> Found<S> {
-    /// No event up to a time, nor which way the gap goes.
+    /// No event up to a time, with unknown course.
     #[inline(always)]
     pub(super) fn nothing(until: S) -> Self {
         let none = S::Mask::NONE;
@@ -118,18 +118,18 @@ impl<S: Branched> Found<S> {
     }
 }
 
-/// A test of one gap on one piece.
+/// Test of one gap on one piece.
 pub(super) struct EnclosureTest<'t, B: Backend> {
     pub(super) polygon: Polygon<'t, RoundedNumber<B>>,
     pub(super) watched: &'t WatchedGap<B::Number>,
     pub(super) gap: GapCourse<'t, B>,
     /// Start of the piece.
     pub(super) from: RoundedNumber<B>,
-    /// The time up to which events are of interest.
+    /// Time up to which events are sought.
     pub(super) until: B::Number,
 }
 
-/// A contact to be found: near which time, and within which.
+/// A contact to be located: near this time, and between the earliest and the latest time.
 struct Sought<S: Branched> {
     wanted: S::Mask,
     near: S::Rounded,
@@ -189,8 +189,8 @@ impl<B: Backend> EnclosureTest<'_, B> {
         found
     }
 
-    /// Where few minima are of interest: where the gap stays above them, and where it has one zero,
-    /// which is to be sought.
+    /// Decides gaps for which few minima are sought: those that stay above the minima sought, and
+    /// those with a single zero, which is then sought. Returns the mask of decided gaps.
     #[inline(always)]
     fn without_extrema(
         &self,
@@ -214,7 +214,7 @@ impl<B: Backend> EnclosureTest<'_, B> {
         above | sought.wanted
     }
 
-    /// The contacts of gaps that fall at the end, where they are not above zero there.
+    /// Seeks the contacts of gaps that fall at the end and are not above zero there.
     #[inline(always)]
     fn falls_at_end(&self, found: &mut Found<B::Number>, sought: &mut Sought<B::Number>) {
         let [_, ends_above] = self.polygon.ends_above();
@@ -234,8 +234,8 @@ impl<B: Backend> EnclosureTest<'_, B> {
         sought.wanted |= wanted;
     }
 
-    /// Leaves out contacts that lie later than is of interest: the motion there is asked for in any
-    /// case.
+    /// Drops contacts after the last time at which events are sought; the gap at that time confirms
+    /// that none comes before.
     #[inline(always)]
     fn leave_out_late(&mut self, sought: &mut Sought<B::Number>) {
         let late = sought.wanted & self.until.rounded().is_below(sought.near);
@@ -245,7 +245,8 @@ impl<B: Backend> EnclosureTest<'_, B> {
         }
     }
 
-    /// Gaps with one extremum, a minimum near a time: that, or the contact before it.
+    /// Decides gaps with one extremum, a minimum near a time: the event is that minimum, or the
+    /// contact before it.
     #[inline(always)]
     fn valley(
         &mut self,
@@ -286,7 +287,7 @@ impl<B: Backend> EnclosureTest<'_, B> {
         }
     }
 
-    /// A time of the span from a share of the piece.
+    /// Time on the span for a share of the piece.
     #[inline(always)]
     fn time(&self, share: RoundedNumber<B>) -> RoundedNumber<B> {
         self.from + share * self.gap.tables.piece()

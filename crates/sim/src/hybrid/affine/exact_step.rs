@@ -1,11 +1,11 @@
-//! Exact steps: free flight to the next event over a span of several Taylor steps, and back to
-//! where a gap was zero or least; of one orbit, or of several in lanes.
+//! Exact steps: free flight to the next event over a span of several Taylor steps, and backward to
+//! the zero or the minimum of a gap; for one orbit, or for several in lanes.
 //!
-//! One idea: the control points of every gap on one piece after another say that there is no event,
-//! or that there is exactly one zero or one extremum, which is found there; what they leave
-//! undecided is left to the general search, from the start of that piece. In lanes it is steps that
-//! are taken together, not times: each lane has its own time and its own event, and where one lane
-//! is done on a piece it waits for the others.
+//! One idea: the control points of every gap, on one piece after another, show that there is no
+//! event, or that there is exactly one zero or one extremum, which is then located. Undecided cases
+//! are left to the general search, from the start of that piece. Lanes share steps, not times: each
+//! lane has its own time and its own event, and a lane that is done on a piece waits for the
+//! others.
 
 use num_traits::Zero as _;
 
@@ -17,26 +17,26 @@ use crate::hybrid::motion::SAME_MINIMUM;
 use crate::hybrid::passage::{Back, MinimumLog, Stop};
 use crate::numeric::{Branched, Kernel, Mask, Real, Scalar};
 
-/// Where an exact step ends: after the longest time asked for, or the whole span where that is
-/// shorter, unless there is an event before.
+/// End of an exact step: the first event, or the longest time asked for, or the end of the span,
+/// whichever comes first.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ExactStep<S: Branched> {
     /// Time flown.
     pub(super) time: S,
-    /// Where it ends with a contact, or at a minimum.
+    /// Masks: the step ends with a contact; the step ends at a minimum.
     pub(super) contact: S::Mask,
     pub(super) minimum: S::Mask,
-    /// The number of the surface.
+    /// Number of the surface.
     pub(super) surface: S::Rounded,
-    /// The gap at the minimum, and for how long it is known to rise from there.
+    /// Gap at the minimum, and the time for which the gap is known to rise from there.
     pub(super) gap: S,
     pub(super) rises_for: S,
-    /// Where nothing happened so far and what follows must be searched.
+    /// Mask: nothing happened so far, and a general search must follow.
     pub(super) undecided: S::Mask,
 }
 
 impl<S: Real> ExactStep<S> {
-    /// The event it ends with.
+    /// Event at the end of the step.
     #[inline(always)]
     pub(super) fn stop(&self) -> Option<Stop<S>> {
         let (surface, gap, rises_for) = (self.surface as usize, self.gap, self.rises_for);
@@ -62,7 +62,7 @@ impl<S: Branched> ExactStep<S> {
         }
     }
 
-    /// Takes over the event of a surface where that is wanted.
+    /// Takes the event of a surface in the wanted lanes.
     #[inline(always)]
     fn take(&mut self, wanted: S::Mask, surface: usize, found: &Found<S>) {
         let surface = S::Rounded::from_f64(surface as f64);
@@ -74,7 +74,7 @@ impl<S: Branched> ExactStep<S> {
         self.rises_for = S::select(wanted, found.rises_for, self.rises_for);
     }
 
-    /// Ends at a time without an event where points were not enough.
+    /// Ends the undecided lanes at a time, without an event.
     #[inline(always)]
     fn leave_undecided(&mut self, undecided: S::Mask, time: S) {
         self.time = S::select(undecided, time, self.time);
@@ -84,12 +84,12 @@ impl<S: Branched> ExactStep<S> {
     }
 }
 
-/// What exact steps work on.
+/// Working memory of exact steps.
 #[derive(Clone, Debug)]
 pub(super) struct StepBuffers<B: Backend> {
     pub(super) visit: NodeVisit<B>,
     control: Vec<RoundedNumber<B>>,
-    /// Per surface.
+    /// One entry per surface.
     pub(super) gaps: Vec<WatchedGap<B::Number>>,
 }
 
@@ -103,15 +103,15 @@ impl<B: Backend> StepBuffers<B> {
     }
 }
 
-/// An exact step to be taken.
+/// An exact step that is about to be taken.
 pub(super) struct Stepper<'t, B: Backend, L> {
     pub(super) tables: &'t SpanTables<B>,
     pub(super) extended: &'t [B::Number],
-    /// Says what is asked of each gap, and which way it goes where the step ends.
+    /// Conditions of the search for each gap; after the step, the headings at its end.
     pub(super) buffers: &'t mut StepBuffers<B>,
-    /// Where it is of interest which way gaps go after the longest time.
+    /// Mask: the headings after the longest time are needed.
     pub(super) going_on: NumberMask<B>,
-    /// The longest flight asked for.
+    /// Longest flight.
     pub(super) longest: B::Number,
     pub(super) log: L,
 }
@@ -147,7 +147,7 @@ impl<B: Backend, L: MinimumLog<B::Number>> Stepper<'_, B, L> {
         step
     }
 
-    /// Where anything is asked.
+    /// Prepares the gaps for a flight; returns the mask of lanes in which a gap is tested.
     #[inline(always)]
     fn start(&mut self) -> NumberMask<B> {
         self.buffers.visit.forget();
@@ -162,8 +162,8 @@ impl<B: Backend, L: MinimumLog<B::Number>> Stepper<'_, B, L> {
         wanted
     }
 
-    /// Puts the first event on a piece to a step that has none so far where it is going on; where
-    /// points are not enough, which overrules an event.
+    /// Enters the first event on a piece into a step that has none so far. Returns the mask of
+    /// undecided lanes, in which the event does not count.
     #[inline(always)]
     fn first_event(
         &mut self,
@@ -197,7 +197,7 @@ impl<B: Backend, L: MinimumLog<B::Number>> Stepper<'_, B, L> {
             let has_none = !(step.contact | step.minimum);
             let is_first =
                 found.time.is_below(step.time) | (has_none & found.time.is_equal(step.time));
-            // NOTE: a branch, so that one orbit does not wait for what says which is first.
+            // NOTE: a branch, so that one orbit does not wait for the comparison of the times.
             let taken = stops & is_first;
             if taken.any() {
                 step.take(taken, surface, &found);
@@ -213,7 +213,7 @@ impl<B: Backend, L: MinimumLog<B::Number>> Stepper<'_, B, L> {
         undecided
     }
 
-    /// What the control points of a gap on a piece tell of its events.
+    /// Tests a gap on a piece by its control points.
     #[inline(always)]
     fn test(
         &mut self,
@@ -236,7 +236,8 @@ impl<B: Backend, L: MinimumLog<B::Number>> Stepper<'_, B, L> {
         test.found(wanted)
     }
 
-    /// Remembers which way the gaps go where a piece ends, or, where the flight ends, at its time.
+    /// Updates the headings of the gaps to those at the end of a piece, or at the time at which the
+    /// flight ends.
     #[inline(always)]
     fn turn(&mut self, flown: NumberMask<B>, ends: NumberMask<B>, time: B::Number) {
         let StepBuffers { visit, gaps, .. } = &mut *self.buffers;
@@ -265,10 +266,10 @@ impl<B: Backend, L: MinimumLog<B::Number>> Stepper<'_, B, L> {
     }
 }
 
-/// A free flight backward to where a gap was zero or least, where it is convex along the way.
+/// Free flight backward to the zero or the minimum of a gap that is convex along the way.
 ///
-/// A convex gap that is negative now was zero once, and one that rises now was least once, as far
-/// back as the series about the present goes.
+/// A convex gap that is negative now was zero before, and one that rises now had a minimum before.
+/// The search goes as far back as the series about the present time is accurate.
 pub(super) struct BackwardStep<'t, B: Backend> {
     pub(super) tables: &'t SpanTables<B>,
     pub(super) extended: &'t [B::Number],
@@ -276,16 +277,17 @@ pub(super) struct BackwardStep<'t, B: Backend> {
     pub(super) surface: usize,
     pub(super) goal: Back,
     pub(super) longest: B::Number,
-    /// Where it is asked for.
+    /// Mask of the lanes that fly.
     pub(super) wanted: NumberMask<B>,
-    /// Where the states go.
+    /// States, overwritten by those at the goal.
     pub(super) states: &'t mut [B::Number],
 }
 
 impl<B: Backend> Kernel for BackwardStep<'_, B> {
     type Output = (B::Number, NumberMask<B>);
 
-    /// The time it takes, and where it is known; the states are those there.
+    /// Returns the time of the flight, and the mask of lanes in which it is known; writes the
+    /// states at the goal.
     #[inline(always)]
     fn run(self) -> (B::Number, NumberMask<B>) {
         let (visit, zero) = (self.visit, B::Number::zero());

@@ -1,5 +1,5 @@
-//! The extended state: the states, the harmonics of the phase, and one; of one orbit, or of several
-//! in lanes; and one step of an affine flight.
+//! The extended state: the states, the harmonics of the phase, and the number 1; for one orbit, or
+//! for several in lanes. Also one step of an affine flight.
 
 use num_traits::{One as _, Zero as _};
 
@@ -8,17 +8,17 @@ use crate::flow::{AffineFlow, Backend, NumberMask, RoundedNumber, Single};
 use crate::hybrid::passage::{Flight, Goal, Outlook};
 use crate::numeric::{Branched, Kernel, Mask, Real, Scalar};
 
-/// The extended state that belongs to a full state, and the phases whose harmonics are known.
+/// Extended state of a full state, with the phases for which harmonics are known.
 #[derive(Clone, Debug)]
 pub(super) struct Extended<B: Backend> {
     states: usize,
     phase: Option<usize>,
     multiples: Vec<B::Number>,
     pub(super) values: Vec<B::Number>,
-    /// Phase of the harmonics in `values`; NaN where it is not known.
+    /// Phase of the harmonics in `values`; NaN if unknown.
     theta: B::Number,
-    /// The phase at which harmonics were first formed, to which periods and returns come back, and
-    /// the harmonics there; NaN where none were formed.
+    /// Phase at which harmonics were first computed, to which the phase comes back after periods
+    /// and returns, and the harmonics there; NaN before the first computation.
     anchor: B::Number,
     anchored: Vec<B::Number>,
 }
@@ -50,14 +50,14 @@ impl<B: Backend> Extended<B> {
         self.forget();
     }
 
-    /// Forgets the harmonics, so that a motion does not depend on the one before.
+    /// Forgets the harmonics, so that a motion does not depend on the previous one.
     #[inline(always)]
     pub(super) fn forget(&mut self) {
         let unknown = B::Number::from_f64(f64::NAN);
         (self.theta, self.anchor) = (unknown, unknown);
     }
 
-    /// Takes full states, and harmonics where they are wanted.
+    /// Sets the states from full states, and the harmonics in the wanted lanes.
     #[inline(always)]
     pub(super) fn take(&mut self, state: &[B::Number], wanted: NumberMask<B>) {
         for (value, &state) in self.values[..self.states].iter_mut().zip(state) {
@@ -72,14 +72,14 @@ impl<B: Backend> Extended<B> {
         }
     }
 
-    /// Takes over the extended state after a step, at a phase.
+    /// Sets the extended state after a step, and its phase.
     pub(super) fn put(&mut self, values: &[B::Number], theta: Option<B::Number>) {
         self.values.copy_from_slice(values);
         self.theta = theta.unwrap_or(B::Number::from_f64(f64::NAN));
     }
 }
 
-/// Harmonics that go to another phase: turned by a small angle, copied, or formed anew.
+/// Moves harmonics to another phase: turned by a small angle, copied, or computed anew.
 struct NewPhase<'t, B: Backend> {
     extended: &'t mut Extended<B>,
     theta: B::Number,
@@ -128,7 +128,7 @@ impl<B: Backend> Kernel for NewPhase<'_, B> {
     }
 }
 
-/// Polynomials of one watched function, and the extended state after a step.
+/// Buffers for the polynomials of one watched function, and for the extended state after a step.
 #[derive(Clone, Debug)]
 pub(super) struct FlightBuffers<S> {
     value: Vec<S>,
@@ -139,7 +139,7 @@ pub(super) struct FlightBuffers<S> {
 }
 
 impl<S: Real> FlightBuffers<S> {
-    /// For extended states of a length.
+    /// Buffers for extended states with this number of columns.
     pub(super) fn new(columns: usize) -> Self {
         Self {
             value: Vec::new(),
@@ -151,8 +151,7 @@ impl<S: Real> FlightBuffers<S> {
     }
 }
 
-/// A step of the exact flow: polynomials of the watched functions are formed when they are asked
-/// for.
+/// A step of the exact flow; polynomials of the watched functions are computed on demand.
 pub(in crate::hybrid) struct AffineFlight<'t, S: Real> {
     flow: &'t AffineFlow<S>,
     extended: &'t mut Extended<Single<S>>,
@@ -245,7 +244,8 @@ mod tests {
     use crate::flow::{Batch, Single};
     use crate::numeric::{LaneMask, Lanes};
 
-    /// Harmonics at phases one after another: formed, turned, formed anew, at home, the last.
+    /// Successive phases: harmonics are computed, turned, computed anew, taken from the anchor; and
+    /// the last.
     const PHASES: [[f64; 5]; 3] = [
         [0.3, 0.3 + 1e-10, 2.0, 0.3, 0.3],
         [-1.0, 0.5, 0.5 + 1e-9, -1.0, 4.0],

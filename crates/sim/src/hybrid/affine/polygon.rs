@@ -1,20 +1,20 @@
-//! What control points tell of a polynomial: the signs of its values and of its slope.
+//! Signs of the values and the slope of a polynomial, from its control points.
 //!
 //! One idea: a polynomial has no more zeros than its control points have changes of sign, no more
-//! extrema than they have turns, and differs from either number by an even one. A run of points
-//! ends, in lanes, for each where it does.
+//! extrema than they have turns, and each number differs by an even number. In lanes, a run of
+//! points ends separately for each lane.
 
 use super::zeros::Turn;
 use crate::numeric::{Branched, Mask};
 
-/// Share of the size of its terms within which a control point has no sign.
+/// Rounding of a control point, as a share of the size of its terms: a smaller point has no sign.
 pub(super) const ROUNDING: f64 = 64.0 * f64::EPSILON;
 
-/// Share of the next difference below which the first is that of a minimum reported already: it
-/// then lies within the first 1e-7 of the time in which the motion changes.
+/// Share of the next difference below which the first difference belongs to a minimum already
+/// reported: the minimum then lies within the first 1e-7 of the motion's time scale.
 pub(super) const SAME_MINIMUM: f64 = 5e-7;
 
-/// Control points of polynomials on `[0, 1]`, and the sizes within which they have no sign.
+/// Control points of polynomials on `[0, 1]`, and the rounding within which they have no sign.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Polygon<'c, R> {
     pub(super) points: &'c [R],
@@ -24,39 +24,39 @@ pub(super) struct Polygon<'c, R> {
 /// A piece of a span.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Piece<R> {
-    /// Its start and its length.
+    /// Start and length.
     pub(super) from: R,
     pub(super) length: R,
-    /// How far from a node its series are good.
+    /// Radius about a node in which its series are accurate.
     pub(super) reach: R,
 }
 
-/// The extrema.
+/// Extrema of polynomials.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Shape<R: Branched> {
-    /// Whether it is known.
+    /// Mask: the shape is known.
     pub(super) known: R::Mask,
-    /// Whether the polynomial falls first.
+    /// Mask: the polynomial falls first.
     pub(super) falls: R::Mask,
-    /// Whether it has one extremum.
+    /// Mask: the polynomial has one extremum.
     pub(super) turns: R::Mask,
-    /// The number of the point at which that is.
+    /// Number of the control point at the extremum.
     turn: R,
 }
 
-/// A fall through a bound.
+/// A fall of polynomials through a bound.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Fall<R: Branched> {
-    /// Whether there is one.
+    /// Mask: there is a fall.
     pub(super) exists: R::Mask,
-    /// The number of the first point that is not above the bound.
+    /// Number of the first control point that is not above the bound.
     point: R,
 }
 
-/// How many of as many places hold before the first that does not.
+/// Number of leading places, out of `$count`, at which a condition holds.
 ///
-/// NOTE: no function of a closure, which the compiler may leave out of a kernel, for the least
-/// machine.
+/// NOTE: a macro, because the compiler may leave a closure out of a kernel and compile it for the
+/// baseline instruction set.
 macro_rules! leading {
     ($number:ty, $count:expr, $place:ident: $holds:expr) => {{
         let (zero, one) = (<$number>::zero(), <$number>::one());
@@ -73,21 +73,21 @@ macro_rules! leading {
 }
 
 impl<R: Branched> Polygon<'_, R> {
-    /// Where the polynomial is above a bound; the first point has no say where the polynomial
-    /// starts on a zero.
+    /// Mask: the polynomial is above a bound; `on_zero` marks polynomials that start on a zero,
+    /// whose first point is ignored.
     #[inline(always)]
     pub(super) fn is_above(&self, bound: R, on_zero: R::Mask) -> R::Mask {
         (bound + self.rounding).is_below(least(self.points, on_zero))
     }
 
-    /// Where the polynomial starts above zero by more than rounding, and where it ends so.
+    /// Masks: the polynomial is above zero by more than rounding at the start, and at the end.
     #[inline(always)]
     pub(super) fn ends_above(&self) -> [R::Mask; 2] {
         let (first, last) = (self.points[0], self.points[self.points.len() - 1]);
         [self.rounding.is_below(first), self.rounding.is_below(last)]
     }
 
-    /// The zero, where there is exactly one, at which the polynomial falls.
+    /// The zero at which the polynomial falls, if it has exactly one zero.
     #[inline(always)]
     pub(super) fn one_fall(&self, on_zero: R::Mask) -> Fall<R> {
         let (points, count) = (self.points, self.points.len());
@@ -101,7 +101,7 @@ impl<R: Branched> Polygon<'_, R> {
         fall
     }
 
-    /// Where points first come down to a bound.
+    /// First fall of the control points to a bound.
     #[inline(always)]
     fn first_fall(&self, bound: R, on_zero: R::Mask) -> Fall<R> {
         let points = self.points;
@@ -116,10 +116,11 @@ impl<R: Branched> Polygon<'_, R> {
         Fall { exists, point }
     }
 
-    /// Where the polynomial falls through zero, from 0 to 1, if its points do: a guess.
+    /// Approximate place, from 0 to 1, at which the polynomial falls through zero, if its control
+    /// points do.
     ///
-    /// Of degree `n` it is near the polygon and `t (1 − t) n Δ²b / 2`, with the second difference
-    /// of the points.
+    /// A polynomial of degree `n` is near its polygon plus `t (1 − t) n Δ²b / 2`, with the second
+    /// difference `Δ²b` of the points.
     #[inline(always)]
     pub(super) fn fall(&self, fall: &Fall<R>) -> R {
         let (number, zero) = (R::from_f64, R::zero());
@@ -137,7 +138,8 @@ impl<R: Branched> Polygon<'_, R> {
         place - within * step
     }
 
-    /// What the points' turns tell; `at_minimum` where the polynomial starts at one that is known.
+    /// Extrema from the turns of the control points; `at_minimum` marks polynomials that start at a
+    /// known minimum.
     #[inline(always)]
     pub(super) fn shape(&self, at_minimum: R::Mask) -> Shape<R> {
         let (points, rounding) = (self.points, self.rounding);
@@ -167,7 +169,7 @@ impl<R: Branched> Polygon<'_, R> {
         Shape { known, falls, turns, turn }
     }
 
-    /// Where the polynomial turns, from 0 to 1, by the parabola through three points: a guess.
+    /// Approximate place of the extremum, from 0 to 1, by the parabola through three points.
     #[inline(always)]
     pub(super) fn turn(&self, shape: &Shape<R>) -> R {
         let [before, at, after] = R::around(self.points, shape.turn);
@@ -176,9 +178,9 @@ impl<R: Branched> Polygon<'_, R> {
         (shape.turn + offset) / self.degree()
     }
 
-    /// The times near which gaps, above zero at the start of a piece, fell through zero before
-    /// minima below it, and where they are known: those of the zeros of the parabolas about the
-    /// minima, or of the points.
+    /// Approximate times at which gaps fall through zero before a minimum below zero, and the mask
+    /// of lanes in which they are known. The gaps are above zero at the start of the piece. The
+    /// times are zeros of the parabola about the minimum, or of the control points.
     #[inline(always)]
     pub(super) fn fall_before<S>(
         &self,
@@ -209,8 +211,8 @@ impl<R: Branched> Polygon<'_, R> {
     }
 }
 
-/// The least of some values, the first left out where it has no say; eight side by side, for it is
-/// asked of every piece.
+/// Smallest of some values; `but_first` marks lanes that ignore the first. Eight values side by
+/// side, for speed: the function runs for every piece.
 #[inline(always)]
 fn least<R: Branched>(values: &[R], but_first: R::Mask) -> R {
     let infinity = R::from_f64(f64::INFINITY);
@@ -283,7 +285,7 @@ mod tests {
             left * (left - 1.0) / 56.0 - 0.25
         });
         let place = first_fall(&points).expect("a fall");
-        // It falls through zero at 1/2; the points alone do at 0.469.
+        // The polynomial falls through zero at 1/2; the points alone do at 0.469.
         assert!((place - 0.5).abs() < 2e-3, "{place}");
     }
 
@@ -302,7 +304,7 @@ mod tests {
 
     #[test]
     fn shapes_with_one_extremum_or_none_are_known_and_no_others() {
-        // Whether it falls first, whether it turns.
+        // Whether the polynomial falls first, and whether it turns.
         let shape = |points: &[f64], at_minimum| {
             let shape = polygon(points).shape(at_minimum);
             shape.known.then_some((shape.falls, shape.turns))
@@ -324,7 +326,7 @@ mod tests {
             assert_eq!(shape(points, at_minimum), Some((true, true)));
             polygon(points).turn(&polygon(points).shape(at_minimum))
         };
-        // The parabola through the first three points is least at 7/12 of the first third.
+        // The parabola through the first three points has its minimum at 7/12 of the first third.
         let place = valley(&[1.0, 0.9, 2.0, 3.0], true);
         assert!((place - 7.0 / 36.0).abs() < 1e-15);
         assert_eq!(valley(&[4.0, 1.0, 0.0, 1.0, 4.0], false), 0.5);

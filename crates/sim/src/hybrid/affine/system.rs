@@ -1,6 +1,5 @@
-//! The affine expressions of a model, read off its graph once, for all parameters, and what the
-//! rows of one surface tell of a state: its gap, the normal motion, what is zero where a
-//! flight lands.
+//! The affine expressions of a model, read from its graph once for all parameters, and the rows of
+//! one surface: the gap, the normal motion, and the function whose zero ends a flight.
 
 use crate::flow::{AffineExpressions, AffineFieldRows, AffineRows, RowTable};
 use crate::hybrid::motion::{Clearance, Sense};
@@ -8,7 +7,8 @@ use crate::hybrid::passage::Landing;
 use crate::model::{Model, NodeId, Response};
 use crate::numeric::{Branched, Lanes, Real};
 
-/// The affine expressions of a model. Numbers are places in their list.
+/// The affine expressions of a model. Numbers in the fields are positions in the list of
+/// expressions.
 #[derive(Clone, Debug)]
 pub(in crate::hybrid) struct AffineSystem {
     pub(super) expressions: AffineExpressions,
@@ -21,7 +21,7 @@ pub(in crate::hybrid) struct AffineSystem {
 #[derive(Clone, Debug)]
 pub(super) struct AffineSurface {
     pub(super) event: usize,
-    /// Each state after an impact, where that is affine and the phase stays.
+    /// Each state after an impact, if the reset is affine and keeps the phase.
     pub(super) reset: Option<Vec<usize>>,
     pub(super) contact: Option<AffineContact>,
 }
@@ -31,12 +31,12 @@ pub(super) struct AffineSurface {
 pub(super) struct AffineContact {
     pub(super) derivatives: Vec<usize>,
     pub(super) release: usize,
-    /// The other surfaces, watched after the release.
+    /// The other surfaces, which are watched after the release.
     pub(super) others: Vec<usize>,
 }
 
 impl AffineSystem {
-    /// Takes a model apart; `None` unless free flight and all events are affine.
+    /// Decomposes a model; `None` unless free flight and all events are affine.
     pub(in crate::hybrid) fn new(model: &Model) -> Option<Self> {
         let mut list = List::default();
         let states = model.states.len();
@@ -74,7 +74,7 @@ impl AffineSystem {
     }
 }
 
-/// Expressions in the order in which they are listed.
+/// Expressions in the order of their positions.
 #[derive(Default)]
 struct List {
     nodes: Vec<NodeId>,
@@ -122,18 +122,18 @@ pub(super) struct SurfaceTables<S> {
     event: EventRow<S>,
     /// `h, h', h'', h'''`.
     normal: RowTable<S>,
-    /// Each state after an impact.
+    /// Row of each state after an impact.
     pub(super) reset: Option<RowTable<S>>,
-    /// `h, h'` and the derivatives of the states.
+    /// Rows `h, h'` and the derivatives of the states.
     pub(super) contact: RowTable<S>,
-    /// The release function, its derivative, and those of the states.
+    /// Rows of the release function, its derivative, and the derivatives of the states.
     release: Option<RowTable<S>>,
 }
 
-/// The row of a gap, without what it has no part in.
+/// Row of a gap, without the columns that are zero.
 #[derive(Clone, Debug)]
 struct EventRow<S> {
-    /// Of the states, and of the harmonics of a surface that moves.
+    /// Factors of the states, and of the harmonics if the surface moves.
     factors: Vec<S>,
     constant: S,
     moves: bool,
@@ -168,7 +168,7 @@ impl<S: Branched> SurfaceTables<S> {
         self.event.moves
     }
 
-    /// The gap; `state` holds the harmonics as well where the surface moves.
+    /// The gap with its rounding; `state` includes the harmonics if the surface moves.
     #[inline(always)]
     pub(super) fn clearance(&self, state: &[S]) -> Clearance<S> {
         let (mut gap, mut size) = (self.event.constant, S::zero());
@@ -181,7 +181,7 @@ impl<S: Branched> SurfaceTables<S> {
         Clearance { gap, rounding }
     }
 
-    /// The normal motion.
+    /// Normal motion.
     #[inline(always)]
     pub(super) fn sense(&self, extended: &[S]) -> Sense<S> {
         let mut motion = [S::zero(); 4];
@@ -196,8 +196,8 @@ impl<S: Branched> SurfaceTables<S> {
         Sense { gap, velocity, acceleration, jerk, rounding }
     }
 
-    /// The function that is zero where a flight lands, its slope, and the derivatives of the
-    /// states.
+    /// Rows of the function that is zero at the end of a flight, of its slope, and of the
+    /// derivatives of the states.
     #[inline(always)]
     pub(super) fn landing(&self, landing: Landing) -> Option<&RowTable<S>> {
         match landing {
@@ -208,8 +208,8 @@ impl<S: Branched> SurfaceTables<S> {
 }
 
 impl<const N: usize> SurfaceTables<Lanes<N>> {
-    /// The tables of a rigid surface in every lane as one; `None` where they have other shapes, or
-    /// no reset.
+    /// Combines the tables of a rigid surface in all lanes; `None` if their shapes differ or there
+    /// is no reset.
     pub(super) fn interleaved(alone: [&SurfaceTables<f64>; N]) -> Option<Self> {
         let first = alone[0].reset.as_ref()?;
         let tables = |table: fn(&SurfaceTables<f64>) -> &RowTable<f64>| {

@@ -1,5 +1,5 @@
-//! Tables of a system's affine flows at one parameter vector, and what they work on:
-//! for one orbit [`AffineTools`], for several in lanes at one rigid surface [`LaneTools`].
+//! Tables of a system's affine flows at one parameter vector, and their working memory:
+//! [`AffineTools`] for one orbit, [`LaneTools`] for several in lanes at one rigid surface.
 
 use super::exact_step::{BackwardStep, StepBuffers, Stepper};
 use super::extended::{AffineFlight, Extended, FlightBuffers};
@@ -10,31 +10,31 @@ use crate::hybrid::motion::{Clearance, LaneMotion, Motion, Regime, Sense};
 use crate::hybrid::passage::{Back, Goal, Heading, Landing, REDUCED, Stop, ends_before_turn};
 use crate::numeric::{Branched, Kernel, LaneMask, Lanes, Mask, Real, Scalar};
 
-/// The affine side of a simulator.
+/// Exact flow of a simulator with affine free flight.
 #[derive(Clone, Debug)]
 pub(in crate::hybrid) struct AffineTools<'a, S: Real> {
     system: &'a AffineSystem,
     extended: Extended<Single<S>>,
     buffers: FlightBuffers<S>,
-    /// Computed when first needed after a change of parameters.
+    /// Tables, computed when first needed after a change of parameters.
     tables: Option<Tables<S>>,
 }
 
 #[derive(Clone, Debug)]
 struct Tables<S: Real> {
-    /// Of free flight, computed when first needed; `None` where a series does not end within the
-    /// numbers of the type.
+    /// Flow of free flight, computed when first needed; `Some(None)` if a series needs too many
+    /// terms or overflows.
     free: Option<Option<AffineFlow<S>>>,
     phase_rate: S,
     rows: AffineRows<S>,
-    /// Of exact steps, and what these work on; likewise.
+    /// Tables of exact steps with their working memory, computed when first needed.
     span: Option<Option<Span<S>>>,
     surfaces: Vec<SurfaceTables<S>>,
-    /// Per surface the flow in contact with it; likewise.
+    /// Flow in contact with each surface, computed when first needed.
     contacts: Vec<Option<Option<AffineFlow<S>>>>,
 }
 
-/// Tables of exact steps, and what these work on.
+/// Tables of exact steps, and their working memory.
 type Span<S> = (SpanTables<Single<S>>, StepBuffers<Single<S>>);
 
 impl<'a, S: Real> AffineTools<'a, S> {
@@ -49,12 +49,13 @@ impl<'a, S: Real> AffineTools<'a, S> {
         }
     }
 
-    /// To be called where the parameters change.
+    /// Drops the tables after a change of parameters.
     pub(in crate::hybrid) fn drop_tables(&mut self) {
         self.tables = None;
     }
 
-    /// To be called where a state is placed: what follows must not depend on what was before.
+    /// Forgets the harmonics when a state is placed, so that later results do not depend on earlier
+    /// ones.
     pub(in crate::hybrid) fn forget(&mut self) {
         self.extended.forget();
     }
@@ -73,7 +74,7 @@ impl<'a, S: Real> AffineTools<'a, S> {
         self.tables = Some(Tables::new(self.system, rows));
     }
 
-    /// The flight of a regime from the present state; `None` where it has no affine flow.
+    /// Flight of a regime from the present state; `None` if the regime has no affine flow.
     pub(in crate::hybrid) fn flight(
         &mut self,
         regime: Regime,
@@ -104,11 +105,11 @@ impl<'a, S: Real> AffineTools<'a, S> {
         ))
     }
 
-    /// Flies freely to the first event, for a time at most, and writes the state where that ends:
-    /// the time flown, and the end; `None` where the field has no tables for it.
+    /// Flies freely to the first event, at most for `longest`, and writes the state at the end.
+    /// Returns the time flown and the end of the step; `None` if the field has no tables.
     ///
-    /// `asked` says of each surface what is looked for; minima at which the flight does not stop
-    /// are put to `misses`.
+    /// `asked` gives the goal of the search at each surface. Minima at which the flight does not
+    /// stop are appended to `misses`.
     #[inline(never)]
     pub(in crate::hybrid) fn exact_step(
         &mut self,
@@ -157,8 +158,8 @@ impl<'a, S: Real> AffineTools<'a, S> {
         Some((time, end))
     }
 
-    /// Takes the state back along the free flow to where the gap was zero, or least; the time that
-    /// took, `None` where it is longer than asked for or not known from one series.
+    /// Moves the state back along the free flow to the zero or the minimum of the gap. Returns the
+    /// time; `None` if it exceeds `longest`, or is not known from one series.
     #[inline(never)]
     pub(in crate::hybrid) fn retreat(
         &mut self,
@@ -189,7 +190,7 @@ impl<'a, S: Real> AffineTools<'a, S> {
         Some(time)
     }
 
-    /// The tables of exact steps with what these work on, and the extended state.
+    /// Tables of exact steps with their working memory, and the extended state.
     fn span(
         &mut self,
         motion: &mut Motion<S>,
@@ -209,7 +210,7 @@ impl<'a, S: Real> AffineTools<'a, S> {
         Some((span, &self.extended))
     }
 
-    /// The gap of a surface.
+    /// The gap of a surface, with its rounding.
     #[inline(always)]
     pub(in crate::hybrid) fn clearance(
         &mut self,
@@ -226,7 +227,7 @@ impl<'a, S: Real> AffineTools<'a, S> {
         Some(table.clearance(&self.extended.values))
     }
 
-    /// The normal motion at a surface, along the free flow.
+    /// Normal motion at a surface, along the free flow.
     pub(in crate::hybrid) fn sense(
         &mut self,
         surface: usize,
@@ -238,8 +239,8 @@ impl<'a, S: Real> AffineTools<'a, S> {
         Some(self.tables.as_ref()?.surfaces[surface].sense(&self.extended.values))
     }
 
-    /// Writes value and slope of the function that is zero where a flight has landed, and the rates
-    /// of the free flow; `false` where there is none.
+    /// Writes value and slope of the function that is zero at the end of a flight, and the rates of
+    /// the free flow; `false` if there is no such function.
     #[inline(never)]
     pub(in crate::hybrid) fn read_landing(
         &mut self,
@@ -263,7 +264,7 @@ impl<'a, S: Real> AffineTools<'a, S> {
         true
     }
 
-    /// Writes the state after an impact; `false` where the reset is not affine.
+    /// Writes the state after an impact; `false` if the reset is not affine.
     pub(in crate::hybrid) fn reset(
         &mut self,
         surface: usize,
@@ -283,8 +284,8 @@ impl<'a, S: Real> AffineTools<'a, S> {
 }
 
 impl AffineTools<'_, f64> {
-    /// What an orbit at one rigid surface flies by; `None` without exact steps, or without an
-    /// affine reset.
+    /// Tables of an orbit at one rigid surface; `None` without exact steps, or without an affine
+    /// reset.
     pub(in crate::hybrid) fn orbit_tables(
         &mut self,
         motion: &mut Motion<f64>,
@@ -302,7 +303,7 @@ impl AffineTools<'_, f64> {
     }
 }
 
-/// What one orbit has at its parameters.
+/// Tables of one orbit at its parameters.
 #[derive(Clone, Debug)]
 pub(in crate::hybrid) struct OrbitTables {
     span: SpanTables<Single<f64>>,
@@ -312,11 +313,11 @@ pub(in crate::hybrid) struct OrbitTables {
     states: usize,
 }
 
-/// The event with which an exact step ends, if there is one; `None` where nothing happened so far
-/// and what follows must be searched.
+/// End of an exact step: `Some` with the event, if any; `None` if nothing happened so far and a
+/// general search must follow.
 pub(in crate::hybrid) type StepEnd<S> = Option<Option<Stop<S>>>;
 
-/// An exact step, and the states where it ends.
+/// Kernel of an exact step that also writes the states at its end.
 struct LandedStep<'t, S: Real> {
     stepper: Stepper<'t, Single<S>, &'t mut Vec<(S, usize, S)>>,
     states: &'t mut [S],
@@ -325,8 +326,8 @@ struct LandedStep<'t, S: Real> {
 impl<S: Real> Kernel for LandedStep<'_, S> {
     type Output = (S, StepEnd<S>);
 
-    /// NOTE: masks stay here: truth values that are stored one by one and read together make one
-    /// orbit wait.
+    /// NOTE: the masks remain in this function: truth values that are stored one by one and read
+    /// together would make one orbit wait.
     #[inline(always)]
     fn run(mut self) -> (S, StepEnd<S>) {
         let step = self.stepper.fly();
@@ -338,7 +339,7 @@ impl<S: Real> Kernel for LandedStep<'_, S> {
 }
 
 impl AffineSystem {
-    /// A field with the harmonics of free flight.
+    /// Rows of a field with the harmonics of free flight.
     fn field<'r, S: Real>(
         &self,
         rows: &'r AffineRows<S>,
@@ -365,7 +366,7 @@ impl AffineSystem {
         tables(&self.field(rows, &free, &events))
     }
 
-    /// The flow in contact with a surface, where that is affine.
+    /// Flow in contact with a surface, if the contact is affine.
     fn contact_flow<S: Real>(&self, surface: usize, rows: &AffineRows<S>) -> Option<AffineFlow<S>> {
         let contact = self.surfaces[surface].contact.as_ref()?;
         let others = contact.others.iter().map(|&other| self.surfaces[other].event);
@@ -394,10 +395,10 @@ impl<S: Real> Tables<S> {
     }
 }
 
-/// The surface at which orbits are flown in lanes, the only one.
+/// The surface at which lanes fly, the only one.
 const SURFACE: usize = 0;
 
-/// Tables of several orbits, and what they work on.
+/// Tables of several orbits, and their working memory.
 #[derive(Clone, Debug)]
 pub(in crate::hybrid) struct LaneTools<const N: usize> {
     tables: SpanTables<Batch<N>>,
@@ -405,14 +406,14 @@ pub(in crate::hybrid) struct LaneTools<const N: usize> {
     extended: Extended<Batch<N>>,
     surface: SurfaceTables<Lanes<N>>,
     phase: Option<usize>,
-    /// States somewhere else.
+    /// States at another time.
     there: Vec<Lanes<N>>,
-    /// Value and slope of the gap and the rates of the states.
+    /// Value and slope of the gap, and the rates of the states.
     landing: Vec<Lanes<N>>,
 }
 
 impl<const N: usize> LaneTools<N> {
-    /// From the tables of every orbit; `None` where they have other shapes.
+    /// Combines the tables of all orbits; `None` if their shapes differ.
     pub(in crate::hybrid) fn new(alone: [OrbitTables; N]) -> Option<Self> {
         let tables = SpanTables::interleaved(alone.each_ref().map(|own| &own.span))?;
         let surface = SurfaceTables::interleaved(alone.each_ref().map(|own| &own.surface))?;
@@ -433,7 +434,7 @@ impl<const N: usize> LaneTools<N> {
         })
     }
 
-    /// Puts motions to the states computed, and their phases on by a time.
+    /// Sets motions to the computed states, and advances their phases by a time.
     #[inline(always)]
     fn take_there(&self, motion: &mut LaneMotion<N>, wanted: LaneMask<N>, time: Lanes<N>) {
         for (state, &there) in motion.state.iter_mut().zip(&self.there) {

@@ -1,56 +1,55 @@
-//! Zeros of a gap and of its slope along a span, on the series about the nearest node: those at
-//! which it falls by parabolas, polished in other numbers, its extrema by Newton's method.
+//! Zeros of a gap and of its slope along a span, on the series about the nearest node: falling
+//! zeros by parabolas, refined in the number type of the flow; extrema by Newton's method.
 //!
-//! One idea: near a graze a gap is a parabola, whose zeros are known, where Newton's method from
-//! far away is slow. All of it is masked: the same operations are those of one orbit and, in lanes,
-//! of several.
+//! One idea: near a graze a gap is a parabola, whose zeros are known, while Newton's method from
+//! far away is slow. All operations are masked, so that one orbit and several in lanes run the same
+//! ones.
 
 use num_traits::Zero as _;
 
 use crate::flow::{Backend, NumberMask, RoundedNumber, SpanTables};
 use crate::numeric::{Branched, Mask, Scalar, polynomial};
 
-/// Most steps of Newton's method, and most changes of the node.
+/// Largest number of Newton steps, and of changes of the node.
 const MAX_NEWTON: usize = 8;
-/// Share of the reach of a node, and of a slope, within which a zero is known when it is to be
-/// polished.
+/// Accuracy at which refinement starts, as a share of the reach of a node, and of a slope.
 const CLOSE: f64 = 1e-4;
 
-/// Where a gap turns.
+/// Extremum of a gap.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Turn<S: Branched> {
     /// Time since the start of the span.
     pub(super) time: S,
-    /// The gap there.
+    /// Gap at the extremum.
     pub(super) gap: S,
-    /// Its second derivative there.
+    /// Second derivative at the extremum.
     pub(super) curvature: S,
-    /// For how long after it the gap is known to rise.
+    /// Time for which the gap is known to rise after the extremum.
     pub(super) rises_for: S,
-    /// Where there is one.
+    /// Mask: there is an extremum.
     pub(super) found: S::Mask,
 }
 
 /// A zero of a gap or of its slope.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Zero<S: Branched> {
-    /// Its time, or where the search left the node.
+    /// Time of the zero, or the time at which the search left the node.
     pub(super) time: S,
-    /// The slope there.
+    /// Slope at that time.
     slope: S,
-    /// Where it is one.
+    /// Mask: the time is a zero.
     pub(super) found: S::Mask,
 }
 
-/// The motion about the node visited last.
+/// Motion about the node visited last.
 #[derive(Clone, Debug)]
 pub(super) struct NodeVisit<B: Backend> {
     node: B::Node,
-    /// The extended state there, padded.
+    /// Extended state at the node, padded.
     values: Vec<B::Number>,
     pub(super) series: Vec<B::Number>,
     slopes: Vec<B::Number>,
-    /// Room for the series in `f64`.
+    /// Memory for the series in `f64`.
     rounded: Vec<RoundedNumber<B>>,
 }
 
@@ -66,13 +65,13 @@ impl<B: Backend> NodeVisit<B> {
         }
     }
 
-    /// To be called where a span starts.
+    /// Forgets the node when a span starts.
     #[inline(always)]
     pub(super) fn forget(&mut self) {
         self.node = B::NOWHERE;
     }
 
-    /// The states at a time of the span.
+    /// Computes the states at a time of the span.
     #[inline(always)]
     pub(super) fn states_at(
         &mut self,
@@ -88,7 +87,7 @@ impl<B: Backend> NodeVisit<B> {
     }
 }
 
-/// The gap of one surface along a span.
+/// Gap of one surface along a span.
 pub(super) struct GapCourse<'t, B: Backend> {
     pub(super) tables: &'t SpanTables<B>,
     pub(super) extended: &'t [B::Number],
@@ -97,7 +96,7 @@ pub(super) struct GapCourse<'t, B: Backend> {
 }
 
 impl<B: Backend> GapCourse<'_, B> {
-    /// The zero near a time at which the gap falls, from that of the parabola about the node.
+    /// Falling zero of the gap near a time, starting from the zero of the parabola about the node.
     #[inline(always)]
     pub(super) fn fall(
         &mut self,
@@ -120,7 +119,7 @@ impl<B: Backend> GapCourse<'_, B> {
         (time, found)
     }
 
-    /// The same about one node, from a guess for where there is no parabola.
+    /// Falling zero about one node, starting from `guess` if the parabola has no zero near it.
     #[inline(always)]
     pub(super) fn fall_about(
         &mut self,
@@ -135,7 +134,7 @@ impl<B: Backend> GapCourse<'_, B> {
         near.polished(series, reach)
     }
 
-    /// The extremum near a time.
+    /// Extremum of the gap near a time.
     #[inline(always)]
     pub(super) fn turn(
         &mut self,
@@ -171,7 +170,7 @@ impl<B: Backend> GapCourse<'_, B> {
         turn
     }
 
-    /// The same about one node, its time counted from there.
+    /// Extremum about one node; times are counted from the node.
     #[inline(always)]
     pub(super) fn turn_about(
         &mut self,
@@ -184,14 +183,14 @@ impl<B: Backend> GapCourse<'_, B> {
         turn(series, slopes, guess, reach, wanted)
     }
 
-    /// The gap at a time.
+    /// Value of the gap at a time.
     #[inline(always)]
     pub(super) fn value(&mut self, time: B::Number, wanted: NumberMask<B>) -> B::Number {
         let (node, start) = self.tables.node(time.rounded());
         polynomial::value(&self.series_about(node, wanted).series, time - start)
     }
 
-    /// The slope at a time.
+    /// Slope of the gap at a time.
     #[inline(always)]
     pub(super) fn slope(&mut self, time: B::Number, wanted: NumberMask<B>) -> B::Number {
         let (node, start) = self.tables.node(time.rounded());
@@ -214,8 +213,9 @@ impl<B: Backend> GapCourse<'_, B> {
     }
 }
 
-/// The extremum of a series within reach of its node, from that of the parabola about the node, or
-/// from a guess where that has none near; `slopes` takes the derivative.
+/// Extremum of a series within reach of its node. The search starts at the extremum of the parabola
+/// about the node, or at a guess if the parabola has none nearby; `slopes` is overwritten by the
+/// derivative.
 #[inline(always)]
 fn turn<S: Branched>(
     series: &[S],
@@ -240,11 +240,11 @@ fn turn<S: Branched>(
     }
 }
 
-/// A zero of a series within reach of its node and the slope there, by Newton's method from a time;
-/// where it went otherwise.
+/// Zero of a series within reach of its node, and the slope there, by Newton's method from `start`;
+/// otherwise the time at which the search left the node.
 ///
-/// After a step `Δ` the error is about `Δ² |p''/2p'|`; `p''` is taken from the last two slopes, and
-/// twice as large.
+/// After a step `Δ` the error is about `Δ² |p''/2p'|`; `p''` is estimated from the last two slopes
+/// and doubled.
 #[inline(always)]
 fn newton<S: Branched>(series: &[S], start: S, reach: S, wanted: S::Mask) -> Zero<S> {
     let rounding = S::from_f64(0.25 * S::ROUNDOFF) * reach;
@@ -277,8 +277,8 @@ fn newton<S: Branched>(series: &[S], start: S, reach: S, wanted: S::Mask) -> Zer
     zero
 }
 
-/// Whether the second derivative is positive up to a distance from where a series starts: it is
-/// larger than the sum of what its further terms can take away.
+/// Whether the second derivative is positive up to a distance from the start of a series: it
+/// exceeds the sum of all amounts by which further terms can reduce it.
 #[inline(always)]
 pub(super) fn is_convex<S: Branched>(series: &[S], reach: S::Rounded) -> S::Mask {
     let number = S::Rounded::from_f64;
@@ -303,28 +303,28 @@ fn differentiate<S: Scalar>(series: &[S], slopes: &mut [S]) {
     }
 }
 
-/// A zero at which a series falls, to `f64`.
+/// A falling zero of a series, to `f64`.
 #[derive(Clone, Copy, Debug)]
 struct NearZero<S: Branched> {
-    /// Its time, or where the search left the node.
+    /// Time of the zero, or the time at which the search left the node.
     time: S,
     slope: S,
     curvature: S,
-    /// A bound of the third derivative.
+    /// Bound on the third derivative.
     third: S,
-    /// A bound of the error of the time.
+    /// Bound on the error of the time.
     error: S,
-    /// Where it is one.
+    /// Mask: the time is a zero.
     found: S::Mask,
 }
 
-/// The zero within reach of a node at which a series falls, by parabolas about one point after
-/// another, first about the node; from a guess where that one has no zero near. Where the search
-/// left the node, if it did.
+/// Falling zero of a series within reach of its node, by parabolas about successive points, first
+/// about the node, or about a guess if the first parabola has no zero nearby; otherwise the time at
+/// which the search left the node.
 ///
-/// With `g`, `g'`, `g''` at a point the next is `s = 2 g / (√(g'² − 2 g g'') − g')` further, with
-/// an error of `g''' s³ / 6` over the speed there: near a graze, where the gap is a parabola, no
-/// more than elsewhere.
+/// With `g`, `g'`, `g''` at a point, the next point is `s = 2 g / (√(g'² − 2 g g'') − g')` further,
+/// with an error of `g''' s³ / 6` divided by the speed there: near a graze, where the gap is a
+/// parabola, the error is no larger than elsewhere.
 #[inline(always)]
 fn falling_zero<S: Branched>(series: &[S], guess: S, reach: S, wanted: S::Mask) -> NearZero<S> {
     let number = S::from_f64;
@@ -373,8 +373,8 @@ fn falling_zero<S: Branched>(series: &[S], guess: S, reach: S, wanted: S::Mask) 
 }
 
 impl<R: Branched<Rounded = R>> NearZero<R> {
-    /// The same to the rounding of other numbers, by Newton's method: a step takes one value, for
-    /// the slope is known.
+    /// Refines the zero to the rounding of another number type, by Newton's method. A step takes
+    /// one value, because the slope is known.
     #[inline(always)]
     fn polished<S>(self, series: &[S], reach: R) -> Zero<S>
     where
@@ -403,8 +403,8 @@ impl<R: Branched<Rounded = R>> NearZero<R> {
     }
 }
 
-/// From a point to where the parabola with this value, slope and curvature falls through zero, and
-/// its speed there.
+/// Distance from a point to the zero at which the parabola with this value, slope and curvature
+/// falls, and its speed there.
 #[inline(always)]
 fn parabola<S: Scalar>(value: S, slope: S, curvature: S) -> (S, S) {
     let two = S::from_f64(2.0);

@@ -1,14 +1,14 @@
-//! Symbolic derivatives: one pass over the operations a node needs, remembered per node and input.
+//! Symbolic derivatives: one pass over the operations under a node, cached by node and input.
 
 use super::{Binary, ExpressionGraph, Node, NodeId, Unary};
 use crate::numeric::{Dd, Scalar};
 
 impl ExpressionGraph {
-    /// `∂node/∂input`.
+    /// Derivative `∂node/∂input`.
     ///
-    /// The corners of `abs`, `sign`, `min` and `max` are ignored: `abs' = sign`, `sign' = 0`,
-    /// and `min`, `max` take the derivative of the chosen argument (the mean of both where they
-    /// are equal).
+    /// The corners of `abs`, `sign`, `min` and `max` are ignored: `abs' = sign`, `sign' = 0`, and
+    /// `min` and `max` have the derivative of the selected argument (the mean of both if the
+    /// arguments are equal).
     pub fn derivative(&mut self, node: NodeId, input: usize) -> NodeId {
         if let Some(&known) = self.derivatives.get(&(node, input)) {
             return known;
@@ -26,7 +26,8 @@ impl ExpressionGraph {
         slopes[node.index()]
     }
 
-    /// `L_f node = Σ_i ∂node/∂x_i f_i`, over the full state: `field` has one node per component.
+    /// Lie derivative `L_f node = Σ_i ∂node/∂x_i f_i` over the full state; `field` has one node per
+    /// component.
     pub fn lie_derivative(&mut self, node: NodeId, field: &[NodeId]) -> NodeId {
         let mut sum = self.number(0.0);
         for (component, &velocity) in field.iter().enumerate() {
@@ -37,7 +38,7 @@ impl ExpressionGraph {
         sum
     }
 
-    /// The derivative of one operation from those of its operands.
+    /// Derivative of one operation, from the derivatives `slopes` of its operands.
     fn chain_rule(&mut self, id: NodeId, input: usize, slopes: &[NodeId]) -> NodeId {
         match self.node(id) {
             Node::Constant(_) => self.number(0.0),
@@ -65,7 +66,7 @@ impl ExpressionGraph {
         self.mul(product, c)
     }
 
-    /// `(function(a))'`, `id` being `function(a)`.
+    /// Derivative of `function(a)`, whose node is `id`.
     fn unary_derivative(
         &mut self,
         function: Unary,
@@ -142,7 +143,7 @@ impl ExpressionGraph {
         self.div(slope, root)
     }
 
-    /// `(function(a, b))'`, `id` being `function(a, b)`.
+    /// Derivative of `function(a, b)`, whose node is `id`.
     fn binary_derivative(
         &mut self,
         function: Binary,
@@ -192,7 +193,7 @@ mod tests {
     use super::*;
     use crate::model::expression::{Resolved, parse};
 
-    /// Nodes of `x = input 0`, `y = input 1` and of `text`.
+    /// Graph and node of the expression `text`, with `x` = input 0 and `y` = input 1.
     fn read(text: &str) -> (ExpressionGraph, NodeId) {
         let mut graph = ExpressionGraph::new();
         let inputs = [graph.input(0), graph.input(1)];

@@ -1,4 +1,4 @@
-//! `[[diagram]]`, `[[chart]]` and `[[basin]]`: the pictures asked for.
+//! `[[diagram]]`, `[[chart]]` and `[[basin]]`: the requested pictures.
 
 use super::document::{Field, Scope, Table};
 use super::tables::{distinct, key_position, parameter, position, refuse_frozen};
@@ -45,41 +45,41 @@ const CHART_KEYS: [&str; 13] = [
 /// Keys of `[[basin]]`.
 const BASIN_KEYS: [&str; 7] = ["axes", "ranges", "points", "at", "start", "manifolds", "with"];
 
-/// Longest period of saddles whose manifolds are drawn.
+/// Longest period allowed for saddles whose manifolds are drawn.
 const LONGEST_SADDLE: u64 = 12;
 
-/// Most points along one axis.
+/// Largest number of points along one axis.
 const MOST_POINTS: u64 = 10_000_000;
 
-/// Most cells of a chart, each of which takes a hundred bytes.
+/// Largest number of cells of a chart; a cell takes a hundred bytes.
 const MOST_CELLS: u64 = 4_000_000;
 
-/// Most values of a sweep, each of which takes tens of bytes until it is written.
+/// Largest number of values of a sweep; a value takes tens of bytes until it is written.
 const MOST_VALUES: u64 = 20_000_000;
 
-/// Most starts.
+/// Largest number of starts.
 const MOST_STARTS: u64 = 1000;
 
-/// Most iterates.
+/// Largest number of iterates.
 const MOST_ITERATES: u64 = 1_000_000_000;
 
-/// Points, transient and iterates kept where the scene names none.
+/// Default numbers of points, of dropped iterates, and of kept iterates.
 const DEFAULTS: [u64; 3] = [1000, 1000, 200];
 
-/// Most cells of a chart all of which are computed where the scene does not say: of so few a good
-/// part lies along borders.
+/// Largest number of cells for which all are computed by default: in so small a chart a large part
+/// of the cells lies along borders.
 const ALL_CELLS: usize = 10_000;
 
-/// States at which every cell starts where attractors are told apart and the scene names none.
+/// Default number of starts of every cell when attractors are distinguished.
 const SPREAD_STARTS: usize = 16;
 
-/// Most attractors of a cell.
+/// Largest number of attractors of a cell.
 const MOST_ATTRACTORS: u64 = 16;
 
-/// Attractors of a cell whose number is observed, where the scene does not say how many.
+/// Default for the largest number of attractors of a cell when their number is observed.
 const COUNTED_ATTRACTORS: u64 = 4;
 
-/// Most itineraries whose loci are laid over a chart.
+/// Largest number of itineraries whose loci are drawn over a chart.
 const MOST_ITINERARIES: usize = 1000;
 
 /// Reads one `[[diagram]]`.
@@ -214,8 +214,8 @@ fn itineraries(field: Option<Field<'_>>) -> Checked<Vec<String>> {
     entries.iter().map(|entry| Ok(entry.text(expected)?.to_owned())).collect()
 }
 
-/// The range of the swept parameter, the number of its values, and how they are spread: from
-/// `values`, or from `range`, `points` and `scale`.
+/// Range of the swept parameter, number of its values, and their distribution: from `values`, or
+/// from `range`, `points` and `scale`.
 fn values(table: &Table<'_>) -> Checked<([f64; 2], usize, Spacing)> {
     if let Some(field) = table.field("values") {
         for first in ["range", "points", "scale"] {
@@ -252,7 +252,7 @@ fn listed(field: &Field<'_>) -> Checked<([f64; 2], usize, Spacing)> {
     Ok((range, values.len(), Spacing::Listed(values)))
 }
 
-/// `start`, a list of offsets by name, or `starts`, how many.
+/// Starts from `start`, a list of offsets by name, or from `starts`, their number.
 fn starts(table: &Table<'_>, model: &Model) -> Checked<Starts> {
     match (table.field("start"), table.field("starts")) {
         (Some(_), Some(count)) => {
@@ -269,7 +269,7 @@ fn starts(table: &Table<'_>, model: &Model) -> Checked<Starts> {
     }
 }
 
-/// Offsets by full-state component.
+/// Offsets by component of the full state.
 fn start(table: &Table<'_>, model: &Model) -> Checked<Vec<Option<f64>>> {
     let names = model.full_state_names();
     let mut offsets = vec![None; names.len()];
@@ -284,7 +284,7 @@ fn count(table: &Table<'_>, key: &str, least: u64, most: u64, default: u64) -> C
     Ok(count as usize)
 }
 
-/// Iterates kept at each of `points` values.
+/// Number of iterates kept at each of `points` values.
 fn kept(table: &Table<'_>, points: usize, default: u64) -> Checked<usize> {
     let keep = count(table, "keep", 1, MOST_ITERATES, default)?;
     let found = points as u64 * keep as u64;
@@ -296,7 +296,7 @@ fn kept(table: &Table<'_>, points: usize, default: u64) -> Checked<usize> {
     Err(Fault::at(span, SceneProblem::DiagramValues { key, found, most: MOST_VALUES }))
 }
 
-/// `h`, `impact_speed`, or an expression.
+/// Observable: `h`, `impact_speed`, or an expression.
 fn observable(field: Option<Field<'_>>, model: &mut Model, scope: &Scope) -> Checked<Observable> {
     let Some(field) = field else {
         return Ok(Observable::EventFunction);
@@ -333,7 +333,7 @@ fn methods(field: Option<Field<'_>>) -> Checked<Vec<Method>> {
     distinct(&entries, |entry| entry.choice(&options, "\"guarded\", \"map\", \"direct\""))
 }
 
-/// One number of points for both axes, or one for each.
+/// Number of points: one for both axes, or one for each.
 fn chart_points(field: &Field<'_>) -> Checked<[usize; 2]> {
     let entries = field.one_or_list("a whole number, or a list of two")?;
     let points: Vec<u64> =
@@ -356,7 +356,7 @@ fn chart_points(field: &Field<'_>) -> Checked<[usize; 2]> {
     Ok(axes.map(|points| points as usize))
 }
 
-/// Two pairs of offsets, the horizontal parameter's first.
+/// Two pairs of offsets, the horizontal parameter's pair first.
 fn chart_ranges(field: &Field<'_>) -> Checked<[[f64; 2]; 2]> {
     let [first, second] = field.entry("a list of two ranges")?.pair("a list of two ranges")?;
     Ok([first.range()?, second.range()?])

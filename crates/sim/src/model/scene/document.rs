@@ -1,8 +1,8 @@
-//! The TOML of a scene as tables and fields that know their place in the text, and the numbers,
-//! counts and words in them.
+//! The TOML of a scene as tables and fields with their places in the text; and the numbers, counts
+//! and words in them.
 //!
-//! The scope holds names of a model and the expressions they stand for, those of `model.let` in any
-//! order, none of which may need itself.
+//! The scope holds the names of a model and their expressions. Those of `model.let` may come in any
+//! order, but must not depend on themselves.
 
 use std::ops::Range;
 
@@ -19,9 +19,9 @@ use crate::numeric::Dd;
 pub(super) struct Table<'a> {
     source: &'a str,
     table: &'a dyn TableLike,
-    /// Dotted name, empty for the root.
+    /// Dotted name; empty for the root.
     path: String,
-    /// Bytes to point at where a key is missing.
+    /// Bytes to report for a missing key.
     span: Range<usize>,
 }
 
@@ -30,7 +30,7 @@ pub(super) struct Table<'a> {
 pub(super) struct Field<'a> {
     source: &'a str,
     item: &'a Item,
-    /// The key alone.
+    /// Key without its table.
     pub(super) key: &'a str,
     /// Dotted name.
     pub(super) path: String,
@@ -43,7 +43,7 @@ pub(super) struct Field<'a> {
 pub(super) struct Entry<'a> {
     pub(super) source: &'a str,
     pub(super) value: &'a Value,
-    /// Dotted name of the key it stands under.
+    /// Dotted name of its key.
     pub(super) path: String,
     /// Bytes of the value.
     pub(super) span: Range<usize>,
@@ -55,7 +55,7 @@ impl<'a> Table<'a> {
         Self { source, table, path: String::new(), span: 0..0 }
     }
 
-    /// The table in words.
+    /// Title of the table, in words.
     pub(super) fn title(&self) -> String {
         if self.path.is_empty() { "the scene".to_owned() } else { format!("[{}]", self.path) }
     }
@@ -80,13 +80,13 @@ impl<'a> Table<'a> {
         Ok(())
     }
 
-    /// Every key with its value, in the order of the text.
+    /// All keys with their values, in the order of the text.
     pub(super) fn fields(&self) -> Vec<Field<'a>> {
         let entries = self.table.iter().filter(|(_, item)| !item.is_none());
         entries.filter_map(|(key, _)| self.field(key)).collect()
     }
 
-    /// A key with its value, if it is there.
+    /// A key with its value, if present.
     pub(super) fn field(&self, key: &str) -> Option<Field<'a>> {
         let (key, item) = self.table.get_key_value(key)?;
         let key_span = key.span().or_else(|| item.span()).unwrap_or_else(|| self.span.clone());
@@ -98,7 +98,7 @@ impl<'a> Table<'a> {
         Some(Field { source: self.source, item, key: key.get(), path, key_span })
     }
 
-    /// A key with its value, which must be there.
+    /// A key with its value; an error if it is missing.
     pub(super) fn require(&self, key: &str) -> Checked<Field<'a>> {
         self.field(key).ok_or_else(|| {
             Fault::at(
@@ -110,7 +110,7 @@ impl<'a> Table<'a> {
 }
 
 impl<'a> Field<'a> {
-    /// Bytes of the value, or of the key where it has none of its own.
+    /// Bytes of the value, or of the key if the value has none of its own.
     pub(super) fn span(&self) -> Range<usize> {
         self.item.span().unwrap_or_else(|| self.key_span.clone())
     }
@@ -167,7 +167,7 @@ impl<'a> Field<'a> {
         entries.collect()
     }
 
-    /// The value alone.
+    /// The value as a single value.
     pub(super) fn entry(&self, expected: &'static str) -> Checked<Entry<'a>> {
         match self.item.as_value() {
             Some(value) if !value.is_inline_table() => Ok(self.entry_of(value)),
@@ -185,7 +185,7 @@ impl<'a> Field<'a> {
         if self.item.is_array() { self.list(expected) } else { Ok(vec![self.entry(expected)?]) }
     }
 
-    /// The fault of a value of another kind.
+    /// Error for a value of another kind.
     fn wrong_type(&self, expected: &'static str) -> Fault {
         let found = match self.item {
             Item::None => "nothing",
@@ -220,12 +220,12 @@ impl<'a> Entry<'a> {
         Ok(list.iter().map(entry).collect())
     }
 
-    /// The value as it stands in the file.
+    /// The value as written in the file.
     pub(super) fn literal(&self) -> &'a str {
         self.source.get(self.span.clone()).unwrap_or_default()
     }
 
-    /// The fault of a value of another kind.
+    /// Error for a value of another kind.
     fn wrong_type(&self, expected: &'static str) -> Fault {
         self.fault(SceneProblem::WrongType {
             key: self.path.clone(),
@@ -239,8 +239,8 @@ impl<'a> Entry<'a> {
         Fault::at(self.span.clone(), problem)
     }
 
-    /// Bytes of the file at which bytes `inner` of the text stand; the whole value where escapes
-    /// moved them.
+    /// Bytes of the file for the bytes `inner` of the text; all bytes of the value if escapes moved
+    /// them.
     pub(super) fn inside(&self, inner: Range<usize>) -> Range<usize> {
         let Some(text) = self.value.as_str() else {
             return self.span.clone();
@@ -253,7 +253,7 @@ impl<'a> Entry<'a> {
     }
 }
 
-/// The kind of a value in words.
+/// Kind of a value, in words.
 fn kind(value: &Value) -> &'static str {
     match value {
         Value::String(_) => "text",
@@ -266,7 +266,7 @@ fn kind(value: &Value) -> &'static str {
     }
 }
 
-/// Text of a user as a message may show it: escaped, and not too long.
+/// Text of a user for a message: escaped and shortened.
 pub(super) fn shown(text: &str) -> String {
     let mut short: String = text.chars().take(names::LONGEST_NAME).collect();
     if short.len() < text.len() {
@@ -275,12 +275,11 @@ pub(super) fn shown(text: &str) -> String {
     short.escape_debug().to_string()
 }
 
-/// The expected value, in messages.
+/// Expected value, for messages.
 const NUMBER: &str = "a number";
 
 impl Entry<'_> {
-    /// A finite number, to the digits of its text: a literal, or a text with an expression of
-    /// numbers.
+    /// A finite number, to the digits of its text: a literal, or a text with a constant expression.
     pub(super) fn number(&self) -> Checked<Dd> {
         if let Some(text) = self.value.as_str() {
             return self.constant(text);
@@ -310,7 +309,7 @@ impl Entry<'_> {
         Ok(self.number()?.hi)
     }
 
-    /// The value of an expression of numbers.
+    /// Value of a constant expression.
     fn constant(&self, text: &str) -> Checked<Dd> {
         let mut graph = ExpressionGraph::new();
         let node = expression::parse(text, &mut graph, &|_| Resolved::Unknown(None));
@@ -356,7 +355,7 @@ impl Field<'_> {
         self.entry("a whole number")?.count(least, most)
     }
 
-    /// Two offsets, the first smaller.
+    /// Two offsets, the smaller one first.
     pub(super) fn range(&self) -> Checked<[f64; 2]> {
         self.entry("a list of two offsets")?.range()
     }
@@ -366,7 +365,7 @@ impl Field<'_> {
         Ok(self.entry("text")?.text("text")?.to_owned())
     }
 
-    /// The choice a word stands for; `choices` as a message lists them.
+    /// The choice for a word; messages list `choices`.
     pub(super) fn choice<T: Clone>(
         &self,
         options: &[(&str, T)],
@@ -386,7 +385,7 @@ impl<'a> Entry<'a> {
         })
     }
 
-    /// Two offsets, the first smaller.
+    /// Two offsets, the smaller one first.
     pub(super) fn range(&self) -> Checked<[f64; 2]> {
         let [first, last] = self.pair("a list of two offsets")?;
         let (first, last) = (first.double()?, last.double()?);
@@ -414,7 +413,7 @@ impl<'a> Entry<'a> {
         })
     }
 
-    /// The choice a word stands for; `choices` as a message lists them.
+    /// The choice for a word; messages list `choices`.
     pub(super) fn choice<T: Clone>(
         &self,
         options: &[(&str, T)],
@@ -448,7 +447,7 @@ pub(super) enum Kind {
 }
 
 impl Kind {
-    /// The kind in words.
+    /// Kind of a name, in words.
     pub(super) fn word(self) -> &'static str {
         match self {
             Kind::State => "state",
@@ -459,7 +458,7 @@ impl Kind {
     }
 }
 
-/// The names of a model, in the order they were declared.
+/// Names of a model, in the order of declaration.
 #[derive(Default)]
 pub(super) struct Scope {
     entries: Vec<(String, Kind)>,
@@ -467,7 +466,7 @@ pub(super) struct Scope {
 }
 
 impl Scope {
-    /// Declares a name; it must have the form of one, be free, and not be a word of the language.
+    /// Declares a name. The name must be valid, unused, and not a word of the language.
     pub(super) fn declare(&mut self, name: &str, kind: Kind, span: Range<usize>) -> Checked<()> {
         if !names::is_name(name) {
             return Err(Fault::at(span, SceneProblem::NotAName { name: shown(name) }));
@@ -494,14 +493,14 @@ impl Scope {
         Ok(())
     }
 
-    /// Gives a declared name its node.
+    /// Sets the node of a declared name.
     pub(super) fn define(&mut self, name: &str, node: NodeId) {
         if let Some(index) = self.entries.iter().position(|(known, _)| known == name) {
             self.nodes[index] = Some(node);
         }
     }
 
-    /// The node of a name, or the nearest name.
+    /// Node of a name, or the nearest known name.
     fn resolve(&self, name: &str) -> Resolved {
         let index = self.entries.iter().position(|(known, _)| known == name);
         match index.and_then(|index| self.nodes[index]) {
@@ -522,7 +521,7 @@ impl Scope {
         self.expression_with_free(entry, graph, None)
     }
 
-    /// Reads an expression in which `free`, where given, stands for a node.
+    /// Reads an expression in which `free`, if given, stands for that node.
     pub(super) fn expression_with_free(
         &self,
         entry: &Entry<'_>,
@@ -545,13 +544,13 @@ impl Scope {
         })
     }
 
-    /// The full state and the parameters, by input number.
+    /// Names of the full state and the parameters, by input number.
     pub(super) fn inputs(&self) -> impl Iterator<Item = &str> {
         self.entries.iter().filter(|(_, kind)| *kind != Kind::Let).map(|(name, _)| name.as_str())
     }
 }
 
-/// How far a named expression has been followed.
+/// State of a named expression in the depth-first search for cycles.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Mark {
     Untouched,
@@ -573,7 +572,7 @@ pub(super) fn define(
     Ok(())
 }
 
-/// The named expressions, those needed before those that need them.
+/// Order of the named expressions in which each comes after those that it needs.
 fn in_order_of_need(fields: &[Field<'_>]) -> Checked<Vec<usize>> {
     let needs: Vec<Vec<usize>> = fields.iter().map(|field| needs(field, fields)).collect();
     let mut marks = vec![Mark::Untouched; fields.len()];
@@ -605,14 +604,14 @@ fn in_order_of_need(fields: &[Field<'_>]) -> Checked<Vec<usize>> {
     Ok(order)
 }
 
-/// The named expressions that the text of one names.
+/// Named expressions that the text of a field uses.
 fn needs(field: &Field<'_>, fields: &[Field<'_>]) -> Vec<usize> {
     let text = field.entry("an expression").ok().and_then(|entry| entry.value.as_str());
     let names = expression::names_in(text.unwrap_or_default());
     names.iter().filter_map(|name| fields.iter().position(|other| other.key == *name)).collect()
 }
 
-/// The fault of a circle that closes at `needed`.
+/// Error for the cycle that closes at `needed`.
 fn circle(fields: &[Field<'_>], path: &[(usize, usize)], needed: usize) -> Fault {
     let circle = path.iter().map(|&(index, _)| index).skip_while(|&index| index != needed);
     let mut names: Vec<String> = circle.map(|index| fields[index].key.to_owned()).collect();

@@ -1,5 +1,5 @@
-//! A scene from a file or a text, with overrides; and faults of a scene that only some commands
-//! mind: sweeps of frozen parameters, and resets that move a state which only touches.
+//! A scene from a file or a text, with overrides; and checks that only some commands make: sweeps
+//! of frozen parameters, and resets that move tangent states.
 
 use std::collections::BTreeSet;
 use std::fs::File;
@@ -34,7 +34,7 @@ const KEYS: [&str; 10] = [
 ];
 
 impl Scene {
-    /// Reads and checks a scene; `file_name` names it in messages and gives it its identifier.
+    /// Reads and checks a scene. `file_name` appears in messages and determines the identifier.
     ///
     /// ```
     /// use grazemap_sim::model::{Scene, catalogue};
@@ -47,15 +47,15 @@ impl Scene {
     ///
     /// # Errors
     ///
-    /// The first fault of the text, with its place in it.
+    /// The first fault of the text, with its place.
     pub fn parse(source: &str, file_name: &str) -> Result<Self, SceneError> {
         Self::parse_with(source, file_name, &[])
     }
 
-    /// As [`parse`](Scene::parse), with overrides `(key, value)` put into the text first.
+    /// Reads and checks a scene, with overrides `(key, value)` applied to the text first.
     ///
-    /// A bare name is a parameter of the model; a dotted key is a place of the scene, list entries
-    /// by number (`expansion.smooth_order`, `diagram.0.points`).
+    /// A bare name is a parameter of the model; a dotted key is a place of the scene, with list
+    /// entries by number (`expansion.smooth_order`, `diagram.0.points`).
     ///
     /// # Errors
     ///
@@ -70,8 +70,8 @@ impl Scene {
         read(&text, file_name).map_err(|fault| fault.in_file(file_name, &text))
     }
 
-    /// The text of a scene with overrides in it, as in [`parse_with`](Scene::parse_with): what the
-    /// digest is of.
+    /// Text of a scene with overrides applied, as in [`parse_with`](Scene::parse_with); the digest
+    /// is that of this text.
     ///
     /// # Errors
     ///
@@ -84,9 +84,8 @@ impl Scene {
         overridden(source, overrides).map_err(|fault| fault.in_file(file_name, source))
     }
 
-    /// The scene with other `[[diagram]]`, `[[chart]]` and `[[basin]]` tables, `tables` a text of
-    /// them. Section and window stay as they were settled; text and digest are those of the new
-    /// scene.
+    /// The scene with other `[[diagram]]`, `[[chart]]` and `[[basin]]` tables, given as text.
+    /// Settled section and window are kept; text and digest are those of the new scene.
     ///
     /// ```
     /// use grazemap_sim::model::{Scene, catalogue};
@@ -100,7 +99,7 @@ impl Scene {
     ///
     /// # Errors
     ///
-    /// The first fault of the tables, its place counted in the new scene's text.
+    /// The first fault of the tables, with its place in the new scene's text.
     pub fn asking(&self, tables: &str) -> Result<Self, SceneError> {
         let name = &self.file_name;
         let kept = without_requests(&self.text).map_err(|fault| fault.in_file(name, &self.text))?;
@@ -119,17 +118,17 @@ impl Scene {
     ///
     /// # Errors
     ///
-    /// [`SceneProblem::Unreadable`] if the file cannot be read as UTF-8 text; otherwise as
-    /// [`parse`](Scene::parse).
+    /// [`SceneProblem::Unreadable`] if the file cannot be read as UTF-8 text; otherwise the errors
+    /// of [`parse`](Scene::parse).
     pub fn load(path: impl AsRef<Path>) -> Result<Self, SceneError> {
         Self::load_with(path.as_ref(), &[])
     }
 
-    /// As [`load`](Scene::load), with overrides as in [`parse_with`](Scene::parse_with).
+    /// Reads and checks a scene file, with overrides as in [`parse_with`](Scene::parse_with).
     ///
     /// # Errors
     ///
-    /// As [`load`](Scene::load) and [`parse_with`](Scene::parse_with).
+    /// The errors of [`load`](Scene::load) and [`parse_with`](Scene::parse_with).
     pub fn load_with(path: &Path, overrides: &[(String, String)]) -> Result<Self, SceneError> {
         let file_name = path.display().to_string();
         let unreadable = |reason: String| {
@@ -146,14 +145,14 @@ impl Scene {
     }
 }
 
-/// Bytes of a file, at most so many: a device may have no end.
+/// Bytes of a file, at most `limit`: a device may have no end.
 fn at_most(limit: usize, path: &Path) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     File::open(path)?.take(limit as u64).read_to_end(&mut bytes)?;
     Ok(bytes)
 }
 
-/// The text of a scene with the overrides in it.
+/// Text of a scene with the overrides applied.
 fn overridden(source: &str, values: &[(String, String)]) -> Checked<String> {
     if source.len() > LONGEST {
         return Err(Fault::nowhere(SceneProblem::TooLong { limit: LONGEST }));
@@ -166,7 +165,7 @@ fn overridden(source: &str, values: &[(String, String)]) -> Checked<String> {
     Ok(document.to_string())
 }
 
-/// The text without what it asks to be drawn.
+/// Text of a scene without its diagrams, charts and basins.
 fn without_requests(text: &str) -> Checked<String> {
     let mut document = parsed(text)?.into_mut();
     for key in ["diagram", "chart", "basin"] {
@@ -236,13 +235,13 @@ fn read(text: &str, file_name: &str) -> Checked<Scene> {
     })
 }
 
-/// Most parts of a dotted key.
+/// Largest number of parts of a dotted key.
 const MOST_PARTS: usize = 16;
 
-/// The document with every override in it.
+/// Applies every override to the document.
 ///
-/// A bare name is a parameter of the model; a dotted key is a place of the scene, list entries by
-/// number. A value that is not TOML is taken as text.
+/// A bare name is a parameter of the model; a dotted key is a place of the scene, with list entries
+/// by number. A value that is not TOML is taken as text.
 pub(super) fn apply(document: &mut DocumentMut, overrides: &[(String, String)]) -> Checked<()> {
     for (key, text) in overrides {
         let value = text.trim().parse::<Value>().unwrap_or_else(|_| Value::from(text.as_str()));
@@ -272,15 +271,14 @@ pub(super) fn apply(document: &mut DocumentMut, overrides: &[(String, String)]) 
     Ok(())
 }
 
-/// Keys of `[expansion]` that exclude each other: a tolerance takes the place of the orders, and
-/// orders that of a tolerance.
+/// Keys of `[expansion]` that exclude each other: a tolerance and orders.
 const ORDER_WAYS: [[&[&str]; 2]; 2] = [
     [&["tolerance"], &["smooth_order", "contact_weight"]],
     [&["smooth_order", "contact_weight"], &["tolerance"]],
 ];
 
-/// Keys of a `[[diagram]]` that exclude each other: listed values and a range, and two ways to say
-/// where orbits start.
+/// Keys of a `[[diagram]]` that exclude each other: listed values and a range, and two kinds of
+/// starts.
 const SWEEP_WAYS: [[&[&str]; 2]; 4] = [
     [&["values"], &["range", "points", "scale"]],
     [&["range"], &["values"]],
@@ -288,7 +286,7 @@ const SWEEP_WAYS: [[&[&str]; 2]; 4] = [
     [&["starts"], &["start"]],
 ];
 
-/// Takes out of the scene what an override excludes, unless that is set too.
+/// Removes keys that an override excludes, unless they are overridden too.
 fn give_way(document: &mut DocumentMut, overrides: &[(String, String)]) {
     if let Some(table) = document.get_mut("expansion").and_then(Item::as_table_like_mut) {
         give_way_in(table, "expansion", &ORDER_WAYS, overrides);
@@ -320,8 +318,8 @@ fn give_way_in(
     }
 }
 
-/// Takes out of `[window]` and of the weights the parameters that an override of
-/// `expansion.active` leaves out, unless they are set too.
+/// Removes from `[window]` and the weights the parameters that an override of `expansion.active`
+/// leaves out, unless they are overridden too.
 fn freeze(document: &mut DocumentMut, overrides: &[(String, String)]) {
     let is_set = |key: &str| overrides.iter().any(|(set, _)| set.trim() == key);
     let active = document.get("expansion").and_then(|expansion| expansion.get("active"));
@@ -346,7 +344,7 @@ fn freeze(document: &mut DocumentMut, overrides: &[(String, String)]) {
     }
 }
 
-/// The parameters that the document names.
+/// Names of the document's parameters.
 fn parameters(document: &DocumentMut) -> impl Iterator<Item = &str> {
     let model = document.get("model").and_then(Item::as_table_like);
     let parameters = model.and_then(|model| model.get("parameters"));
@@ -364,7 +362,8 @@ fn unknown_parameter(document: &DocumentMut, key: &str) -> Fault {
     })
 }
 
-/// Puts `value` at the place `parts` names under `item`; the part that failed and why otherwise.
+/// Sets the value at the place `parts` under `item`; otherwise returns the part that failed and the
+/// reason.
 fn set<'k>(
     item: &mut Item,
     parts: &[&'k str],
@@ -391,7 +390,7 @@ fn set<'k>(
     }
 }
 
-/// As [`set`], for an entry of a list.
+/// Sets a value under an entry of a list, as [`set`].
 fn set_in_list<'k>(
     item: &mut Item,
     part: &'k str,
@@ -419,7 +418,7 @@ fn set_in_list<'k>(
     Ok(())
 }
 
-/// Replaces a value, the space and comment around it kept.
+/// Replaces a value and keeps the space and comment around it.
 fn replace(item: &mut Item, mut value: Value) {
     if let Some(old) = item.as_value() {
         *value.decor_mut() = old.decor().clone();
@@ -427,7 +426,7 @@ fn replace(item: &mut Item, mut value: Value) {
     *item = Item::Value(value);
 }
 
-/// A table whose header is not written where it is empty.
+/// A table whose header is not written if it is empty.
 fn implicit() -> toml_edit::Table {
     let mut table = toml_edit::Table::new();
     table.set_implicit(true);
@@ -435,25 +434,25 @@ fn implicit() -> toml_edit::Table {
 }
 
 impl Scene {
-    /// Refuses diagrams of a parameter that the map does not keep.
+    /// Refuses diagrams of a parameter that is not active.
     ///
     /// # Errors
     ///
-    /// [`SceneProblem::NotActive`] at the first of them.
+    /// [`SceneProblem::NotActive`] for the first such diagram.
     pub fn check_diagrams(&self) -> Result<(), SceneError> {
         self.check_swept("diagram", "parameter")
     }
 
-    /// Refuses charts of parameters that the map does not keep.
+    /// Refuses charts of parameters that are not active.
     ///
     /// # Errors
     ///
-    /// [`SceneProblem::NotActive`] at the first of them.
+    /// [`SceneProblem::NotActive`] for the first such chart.
     pub fn check_charts(&self) -> Result<(), SceneError> {
         self.check_swept("chart", "parameters")
     }
 
-    /// Refuses a parameter that is not active under a key of a list of tables.
+    /// Refuses inactive parameters under a key of a list of tables.
     fn check_swept(&self, list: &str, key: &str) -> Result<(), SceneError> {
         self.located(|root| {
             let tables = root.field(list).map_or(Ok(Vec::new()), |field| field.tables())?;
@@ -471,12 +470,12 @@ impl Scene {
         })
     }
 
-    /// Refuses a model that does not repeat after the period of its phase where these parameters
-    /// vary.
+    /// Refuses a model that does not repeat after the period of its phase while the parameters
+    /// `varied` vary.
     ///
     /// # Errors
     ///
-    /// [`SceneProblem::PeriodOfParameter`] at the first expression that does not repeat.
+    /// [`SceneProblem::PeriodOfParameter`] for the first expression that does not repeat.
     pub fn check_period(&self, varied: &[usize]) -> Result<(), SceneError> {
         let varied = varied.iter().copied().collect();
         self.located(|root| {
@@ -485,8 +484,8 @@ impl Scene {
         })
     }
 
-    /// Refuses an impact at a surface that grazes which moves every state tried that touches with
-    /// zero normal velocity: no orbit has a map near its graze then.
+    /// Refuses an impact at a grazing surface if the reset moves every sampled state that touches
+    /// with zero normal velocity: then no orbit has a map near its graze.
     ///
     /// # Errors
     ///
@@ -512,15 +511,16 @@ impl Scene {
         })
     }
 
-    /// What a check finds in the scene's text.
+    /// Runs a check on the scene's text and adds the file to its fault.
     fn located(&self, check: impl FnOnce(&Table<'_>) -> Checked<()>) -> Result<(), SceneError> {
         let found = parsed(&self.text)
             .and_then(|document| check(&Table::root(&self.text, document.as_table())));
         found.map_err(|fault| fault.in_file(&self.file_name, &self.text))
     }
 
-    /// The component that the reset at a surface moves farthest, and how far, at the first of
-    /// several states that touch with zero normal velocity; `None` unless all of them are moved.
+    /// The component that the reset at a surface moves farthest, and its displacement, at the first
+    /// of several states that touch with zero normal velocity; `None` unless the reset moves all of
+    /// them.
     fn moved(&self, surface: usize) -> Option<(usize, f64)> {
         let surface = &self.model.surfaces[surface];
         let Response::Impact { reset } = &surface.response else {
@@ -544,7 +544,7 @@ impl Scene {
         first.filter(|_| count >= LEAST)
     }
 
-    /// A state to begin from: the guess of the scene, and others about it.
+    /// Start of the search for a touching state: the guess of the scene, or a state near it.
     fn start(&self, sample: usize) -> Vec<f64> {
         let dimension = self.model.dimension();
         let guess = self.grazing.guess.clone().unwrap_or_else(|| vec![0.0; dimension]);
@@ -556,8 +556,8 @@ impl Scene {
         guess.into_iter().enumerate().map(spread).collect()
     }
 
-    /// The state near another at which both conditions vanish: Newton's method of least change,
-    /// derivatives by differences.
+    /// A state near `state` at which both conditions vanish, by Newton's method with steps of least
+    /// norm and difference quotients.
     fn touching(&self, mut state: Vec<f64>, conditions: [NodeId; 2]) -> Option<Vec<f64>> {
         for _ in 0..ITERATIONS {
             let found = self.values(&state, &conditions);
@@ -601,20 +601,20 @@ impl Scene {
     }
 }
 
-/// States tried.
+/// Number of states tried.
 const SAMPLES: usize = 8;
-/// Fewest of them that must be found to touch.
+/// Least number of touching states that must be found.
 const LEAST: usize = 3;
-/// A displacement that is none, relative to the size of the state.
+/// Displacement below which a state counts as not moved, relative to the size of the state.
 const MOVED: f64 = 1e-6;
-/// Where a condition counts as met, relative to the size of the state.
+/// Tolerance of a condition, relative to the size of the state.
 const TOUCHES: f64 = 1e-10;
 /// Step of a difference, relative to the component.
 const DIFFERENCE: f64 = 1e-7;
-/// Most steps of Newton's method.
+/// Largest number of Newton steps.
 const ITERATIONS: usize = 40;
 
-/// The size of a state, at least 1.
+/// Size of a state: its largest component, at least 1.
 fn size(state: &[f64]) -> f64 {
     state.iter().fold(1.0, |size, value| size.max(value.abs()))
 }

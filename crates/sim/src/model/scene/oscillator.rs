@@ -1,5 +1,5 @@
 //! `[model]`: names, parameters, phase, named expressions, the free flow, and the stops with their
-//! event functions and what happens at them.
+//! event functions and responses.
 
 use std::ops::Range;
 
@@ -18,7 +18,7 @@ const KEYS: [&str; 8] =
 /// Most states, parameters or named expressions of a model.
 const MOST_NAMES: usize = 256;
 
-/// A model being read.
+/// A model that is being read.
 struct Draft {
     scope: Scope,
     graph: ExpressionGraph,
@@ -27,7 +27,7 @@ struct Draft {
     phase: Option<String>,
 }
 
-/// Reads `[model]`; `default_name` is the name of a model that gives none.
+/// Reads `[model]`; `default_name` is used if the model has no name.
 pub(super) fn read(table: &Table<'_>, default_name: &str) -> Checked<(Model, Scope)> {
     table.only(&KEYS)?;
     let phase_table = table.field("phase").map(|field| field.table()).transpose()?;
@@ -102,7 +102,7 @@ fn declare_parameters(table: &Table<'_>, scope: &mut Scope) -> Checked<Vec<Param
     Ok(parameters)
 }
 
-/// The fields of a table of the model that may be absent.
+/// Fields of an optional table of the model.
 fn named_fields<'a>(table: &Table<'a>, key: &str) -> Checked<Vec<Field<'a>>> {
     let Some(field) = table.field(key) else {
         return Ok(Vec::new());
@@ -114,7 +114,7 @@ fn named_fields<'a>(table: &Table<'a>, key: &str) -> Checked<Vec<Field<'a>>> {
     Ok(fields)
 }
 
-/// `[model.phase]`, its name already declared.
+/// Reads `[model.phase]`, whose name is already declared.
 fn read_phase(table: &Table<'_>, name: String, draft: &mut Draft) -> Checked<Phase> {
     let entry = table.require("rate")?.entry("an expression")?;
     let rate = draft.scope.expression(&entry, &mut draft.graph)?;
@@ -136,7 +136,7 @@ fn read_phase(table: &Table<'_>, name: String, draft: &mut Draft) -> Checked<Pha
     Ok(Phase { name, rate, period })
 }
 
-/// `[model.flow]`, the phase's rate last.
+/// Reads `[model.flow]`; the phase's rate comes last.
 fn read_flow(table: &Table<'_>, phase: Option<&Phase>, draft: &mut Draft) -> Checked<Vec<NodeId>> {
     let mut flow = Vec::new();
     for (component, state) in draft.components(table, None)?.into_iter().zip(&draft.states) {
@@ -148,10 +148,10 @@ fn read_flow(table: &Table<'_>, phase: Option<&Phase>, draft: &mut Draft) -> Che
 }
 
 impl Draft {
-    /// The expressions of a table with keys among the states: per state, `None` where it has no
+    /// Expressions of a table whose keys are states: one per state, `None` for a state without a
     /// key.
     ///
-    /// `free`, where given, holds the node that `free` stands for in each component.
+    /// `free`, if given, holds the node for which `free` stands in each component.
     fn components(
         &mut self,
         table: &Table<'_>,
@@ -167,7 +167,7 @@ impl Draft {
         Ok(nodes)
     }
 
-    /// The state a key names.
+    /// Number of the state that a key names.
     fn state_of(&self, field: &Field<'_>, table: &Table<'_>) -> Checked<usize> {
         if self.phase.as_deref() == Some(field.key) {
             return Err(field.key_fault(SceneProblem::PhaseInLaw {
@@ -200,7 +200,7 @@ fn read_surfaces(model: &Table<'_>, flow: &[NodeId], draft: &mut Draft) -> Check
     Ok(surfaces)
 }
 
-/// The name of a surface, which no other has.
+/// Name of a surface, different from all others.
 fn name(table: &Table<'_>, others: &[Surface]) -> Checked<String> {
     let entry = table.require("name")?.entry("a name")?;
     let name = entry.text("a name")?;
@@ -250,7 +250,7 @@ fn surface(
     Ok(Surface { name, event, normal_velocity, normal_acceleration, response })
 }
 
-/// The expressions of a law, of which there is at least one.
+/// Expressions of a contact law; there must be at least one.
 fn named_components(
     law: &str,
     table: &Table<'_>,
@@ -265,7 +265,7 @@ fn named_components(
     Ok(named)
 }
 
-/// The state after an impact; components without a key are unchanged.
+/// State after an impact; components without a key are unchanged.
 fn impact_law(table: &Table<'_>, draft: &mut Draft) -> Checked<Vec<NodeId>> {
     let named = named_components("impact", table, None, draft)?;
     let dimension = draft.states.len() + usize::from(draft.phase.is_some());
@@ -299,8 +299,8 @@ fn contact_law(
     Ok(Response::Contact { field, release })
 }
 
-/// Refuses an impact whose restitution, where it is one number at the scene's parameters, is
-/// outside [0, 1].
+/// Refuses an impact whose coefficient of restitution is outside `[0, 1]`, if it is a single number
+/// at the scene's parameters.
 fn check_restitution(
     surface: &str,
     normal_velocity: NodeId,
@@ -318,12 +318,12 @@ fn check_restitution(
     }
 }
 
-/// A number without the last digits of its rounding.
+/// Rounds a number to 13 significant digits.
 fn tidy(value: f64) -> f64 {
     format!("{value:.12e}").parse().unwrap_or(value)
 }
 
-/// `−h'(g(x)) / h'(x)`, if it is the same at several states.
+/// Coefficient of restitution `−h'(g(x)) / h'(x)`, if it is the same at several states.
 fn restitution(normal_velocity: NodeId, reset: &[NodeId], draft: &Draft) -> Option<f64> {
     let parameters: Vec<f64> =
         draft.parameters.iter().map(|parameter| round(parameter.value)).collect();

@@ -1,8 +1,8 @@
 //! Check that a model repeats after the period of its phase.
 //!
-//! Flow, events, resets, contacts and releases are compared at phases one period apart. A pass
-//! over the graph proves most of them equal ([`Shift`]); the others are sampled. Parameters that a
-//! scene varies are moved too, one at a time.
+//! Flow, events, resets, contacts and releases are compared at phases one period apart. A pass over
+//! the graph proves most of them equal ([`Shift`]); the others are sampled. The check is repeated
+//! with each varying parameter changed, one at a time.
 
 use std::collections::BTreeSet;
 use std::f64::consts::TAU;
@@ -16,8 +16,8 @@ use crate::numeric::Dd;
 
 /// Largest distance from a whole number of turns that counts as whole, in turns.
 const WHOLE: f64 = 1e-8;
-/// Largest departure of a sample that counts as none, relative to the variation of the expression
-/// with the phase: what [`WHOLE`] allows a sine.
+/// Largest change of a sample over one period that counts as zero, relative to the variation of the
+/// expression with the phase: the change of a sine that [`WHOLE`] allows.
 const DEPARTURE: f64 = 1e-7;
 /// Rounding of a sample in double-double, relative to the value.
 const ROUNDING: f64 = 1e-20;
@@ -29,7 +29,7 @@ const PHASES: usize = 24;
 const VARIED: f64 = 0.7e-3;
 
 /// Refuses a model that does not repeat after the period of its phase, at the scene's parameters
-/// and beside them in each one of `varied`; states are sampled about `guess`.
+/// and at nearby values of each parameter in `varied`; states are sampled near `guess`.
 pub(super) fn check(
     table: &Table<'_>,
     model: &Model,
@@ -68,13 +68,13 @@ pub(super) fn check(
     Ok(())
 }
 
-/// A value beside another.
+/// A nearby value of a parameter.
 fn moved(value: Dd) -> Dd {
     let size = if value.to_f64() == 0.0 { 1.0 } else { value.to_f64() };
     value + Dd::from(size * VARIED)
 }
 
-/// Every expression that the phase may enter, with its place in the text.
+/// Expressions that may contain the phase, with their fields in the text.
 fn roots<'a>(table: &Table<'a>, model: &Model) -> Checked<Vec<(NodeId, Field<'a>)>> {
     let mut roots = laws(&table.require("flow")?.table()?, model, &model.flow);
     for (surface, table) in model.surfaces.iter().zip(table.require("surface")?.tables()?) {
@@ -92,25 +92,25 @@ fn roots<'a>(table: &Table<'a>, model: &Model) -> Checked<Vec<(NodeId, Field<'a>
     Ok(roots)
 }
 
-/// The expressions of a table with keys among the states.
+/// Expressions of a table whose keys are states.
 fn laws<'a>(table: &Table<'a>, model: &Model, nodes: &[NodeId]) -> Vec<(NodeId, Field<'a>)> {
     let pairs = model.states.iter().zip(nodes);
     pairs.filter_map(|(state, &node)| Some((node, table.field(state)?))).collect()
 }
 
-/// Change of a node where the phase advances by one period.
+/// Change of a node when the phase advances by one period.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Shift {
-    /// Growth by a number, whatever states and phase are; the value repeats where it is 0.
+    /// The node grows by a number for all states and phases; it repeats if the number is 0.
     By(Dd),
-    /// A change of sign.
+    /// The node changes its sign.
     Opposite,
-    /// A change of which nothing is proved.
+    /// Nothing is proved.
     Unknown,
 }
 
 impl Shift {
-    /// The shift of a value that repeats.
+    /// Shift of a node that repeats.
     const NONE: Self = Self::By(Dd { hi: 0.0, lo: 0.0 });
 
     fn plus(self, other: Self) -> Self {
@@ -128,7 +128,7 @@ impl Shift {
         }
     }
 
-    /// The shift of a product or a quotient.
+    /// Shift of a product or a quotient.
     fn times(self, other: Self) -> Self {
         match (self, other) {
             (Self::NONE, Self::NONE) | (Self::Opposite, Self::Opposite) => Self::NONE,
@@ -137,7 +137,7 @@ impl Shift {
         }
     }
 
-    /// The shift of a function of the value.
+    /// Shift of a function of the node, by the parity of the function.
     fn through(self, parity: Parity) -> Self {
         match (self, parity) {
             (Self::NONE, _) | (Self::Opposite, Parity::Even) => Self::NONE,
@@ -176,17 +176,17 @@ impl Parity {
     }
 }
 
-/// Whether an angle is a whole number of turns, `turn` each.
+/// Whether an angle is a whole number of turns, with `turn` the angle of one.
 fn is_whole(angle: Dd, turn: Dd) -> bool {
     let turns = (angle / turn).to_f64();
     (turns - turns.round()).abs() <= WHOLE
 }
 
-/// A departure from the period.
+/// A change of an expression over one period.
 struct Departure {
-    /// Phase at which it was found.
+    /// Phase at which the change was found.
     from: f64,
-    /// Value one period later minus the value there.
+    /// Value one period later minus the value at that phase.
     change: f64,
 }
 
@@ -194,7 +194,7 @@ struct Departure {
 struct Oscillation {
     /// Angular frequency in the phase, positive.
     frequency: f64,
-    /// Its argument.
+    /// Argument of the oscillation.
     argument: NodeId,
 }
 
@@ -205,7 +205,7 @@ struct Check<'a> {
 }
 
 impl Check<'_> {
-    /// The first expression that does not repeat, and its departure.
+    /// First expression that does not repeat, with its change.
     fn first_departure<'r, 'a>(
         &self,
         roots: &'r [(NodeId, Field<'a>)],
@@ -219,14 +219,14 @@ impl Check<'_> {
         Some((&open[number].1, departure))
     }
 
-    /// The shift of every node of the graph.
+    /// Shift of every node of the graph.
     fn shifts(&self, parameters: &[Dd]) -> Vec<Shift> {
         let graph = &self.model.graph;
         let phase = self.model.states.len();
         let mut values = Vec::new();
         graph.evaluate(&inputs(&vec![0.0; phase], Dd::ZERO, parameters), &mut values);
         let mut shifts: Vec<Shift> = Vec::with_capacity(values.len());
-        // Whether a node depends on parameters alone.
+        // For every node: whether it depends on parameters only.
         let mut fixed: Vec<bool> = Vec::with_capacity(values.len());
         for node in graph.nodes() {
             let shift = |a: NodeId| shifts[a.index()];
@@ -270,7 +270,7 @@ impl Check<'_> {
         shifts
     }
 
-    /// The first of some nodes that departs from the period at a sample; samples at which it is
+    /// First of some nodes that changes over one period at a sample; samples at which the node is
     /// not finite are skipped.
     fn sampled_departure(&self, nodes: &[NodeId], parameters: &[Dd]) -> Option<(usize, Departure)> {
         if nodes.is_empty() {
@@ -317,7 +317,7 @@ impl Check<'_> {
         found
     }
 
-    /// A state to sample: the guess of the scene, or rest, and others about it, at three
+    /// A sampled state: the guess of the scene, or rest, or a state near it at one of three
     /// distances.
     fn state(&self, sample: usize) -> Vec<f64> {
         let distance = [1.0, 0.1, 10.0][sample % 3];
@@ -329,7 +329,7 @@ impl Check<'_> {
         (0..self.model.states.len()).map(place).collect()
     }
 
-    /// Period that the oscillations of the model have in common.
+    /// Common period of the oscillations in the model.
     fn repeats(&self, roots: &[(NodeId, Field<'_>)], parameters: &[Dd]) -> Repeats {
         let oscillations = self.oscillations(roots, parameters);
         let Some(first) = oscillations.first() else {
@@ -353,8 +353,7 @@ impl Check<'_> {
         Repeats::After { period: TAU / frequency, rate: self.rate(&oscillations) }
     }
 
-    /// The parameter by which the phase is multiplied in every oscillation, where the phase is
-    /// time.
+    /// Parameter that multiplies the phase in every oscillation, if the phase is time.
     fn rate(&self, oscillations: &[Oscillation]) -> Option<String> {
         let graph = &self.model.graph;
         if graph.constant_value(self.phase.rate)?.to_f64() != 1.0 {
@@ -375,7 +374,7 @@ impl Check<'_> {
         names.into_iter().next()
     }
 
-    /// The oscillations in some expressions, those of equal frequency once.
+    /// Oscillations in some expressions, one of each frequency.
     fn oscillations(&self, roots: &[(NodeId, Field<'_>)], parameters: &[Dd]) -> Vec<Oscillation> {
         let graph = &self.model.graph;
         let shifts = self.shifts(parameters);
@@ -399,7 +398,7 @@ impl Check<'_> {
     }
 }
 
-/// The shift of a function of one argument.
+/// Shift of a function of one argument.
 fn unary_shift(function: Unary, argument: Shift) -> Shift {
     let turns = |turn: Dd| match argument {
         Shift::By(angle) => is_whole(angle, turn),
@@ -413,7 +412,7 @@ fn unary_shift(function: Unary, argument: Shift) -> Shift {
     }
 }
 
-/// Inputs of the graph.
+/// Inputs of the graph for a state, a phase and parameters.
 fn inputs(state: &[f64], phase: Dd, parameters: &[Dd]) -> Vec<Dd> {
     let state = state.iter().map(|&value| Dd::from(value));
     state.chain([phase]).chain(parameters.iter().copied()).collect()
@@ -424,7 +423,7 @@ mod tests {
     use super::super::Scene;
     use crate::model::error::{Repeats, SceneProblem};
 
-    /// Outcome of a scene with this rate of `v`, whose phase `t` is time.
+    /// Result of reading a scene whose state `v` has this rate and whose phase `t` is time.
     fn read(rate: &str, period: &str) -> Result<Scene, SceneProblem> {
         let text = format!(
             "[model]\nstates = [\"x\", \"v\"]\nparameters = {{ A = 0.3, w = 0.8, two = 2.0 }}\n\
@@ -448,10 +447,10 @@ mod tests {
             ("tanh(1000*sin(t - x)) + exp(-500*(1 - cos(t)))", "2*pi"),
             ("max(sin(t), 0) + atan2(sin(t), cos(t)) + sign(sin(t))", "2*pi"),
             ("(1 - cos(2*pi*t))/(2 + sin(2*pi*t)) + 1e9*x", "1"),
-            // Proved by no rule: the cosine is one of 2 t.
+            // No rule proves these: the cosine has the argument 2 t.
             ("cos(t)*cos(t) - cos(t)^2 + log(2 + sin(t/2)*sin(t/2))", "2*pi"),
             ("sqrt(sin(t/2)*sin(t/2)*sin(t/2)^2) - abs(sin(t/2))^2.5", "2*pi"),
-            // Not finite anywhere: nothing is known of it.
+            // Not finite anywhere, so that nothing is known.
             ("sqrt(-1 - x^2)*cos(0.3*t)", "2*pi"),
         ] {
             assert!(read(rate, period).is_ok(), "{rate}: {:?}", read(rate, period).err());

@@ -1,5 +1,5 @@
-//! The tables beside the model: `[grazing]`, `[section]`, `[expansion]`, `[window]`, `[direct]` and
-//! `[emit]`, with the parameters and components of the full state that they name.
+//! The tables other than the model: `[grazing]`, `[section]`, `[expansion]`, `[window]`, `[direct]`
+//! and `[emit]`; and lookups of the parameters and components that they name.
 
 use std::collections::BTreeSet;
 
@@ -17,10 +17,10 @@ use crate::numeric::FloatFormat;
 const GRAZING_KEYS: [&str; 6] =
     ["surface", "passages", "solve_for", "periods", "guess", "symmetry"];
 
-/// Most forcing periods of an orbit.
+/// Largest number of forcing periods of an orbit.
 const MOST_PERIODS: u64 = 1000;
 
-/// Most grazing passages of an orbit.
+/// Largest number of grazing passages of an orbit.
 const MOST_PASSAGES: usize = 64;
 
 /// Reads `[grazing]`.
@@ -34,7 +34,7 @@ pub(super) fn read_grazing(table: &Table<'_>, model: &Model) -> Checked<Grazing>
     Ok(Grazing { passages, solve_for, periods: periods as usize, guess, symmetry })
 }
 
-/// `surface` or `passages`; neither where the model has one surface only.
+/// Surfaces from `surface` or `passages`; both may be absent if the model has one surface only.
 fn passages(table: &Table<'_>, model: &Model) -> Checked<Vec<usize>> {
     let entries = match (table.field("surface"), table.field("passages")) {
         (Some(_), Some(passages)) => {
@@ -57,7 +57,7 @@ fn passages(table: &Table<'_>, model: &Model) -> Checked<Vec<usize>> {
     entries.iter().map(|entry| surface(entry, model)).collect()
 }
 
-/// The surface an entry names.
+/// Number of the surface that an entry names.
 fn surface(entry: &Entry<'_>, model: &Model) -> Checked<usize> {
     let name = entry.text("a surface's name")?;
     let known = model.surfaces.iter().map(|surface| surface.name.as_str());
@@ -77,7 +77,7 @@ fn solve_for(table: &Table<'_>, model: &Model, passages: usize) -> Checked<Vec<u
     Ok(parameters)
 }
 
-/// A value for every component of the full state.
+/// Value for every component of the full state.
 fn guess(table: &Table<'_>, model: &Model) -> Checked<Vec<f64>> {
     let names = model.full_state_names();
     let mut guess = vec![None; names.len()];
@@ -103,7 +103,7 @@ fn symmetry(table: &Table<'_>, model: &Model) -> Checked<Symmetry> {
     Ok(symmetry)
 }
 
-/// The kinds of section.
+/// Kinds of sections.
 #[derive(Clone, Copy)]
 enum Kind {
     Tangency,
@@ -111,7 +111,7 @@ enum Kind {
     Any,
 }
 
-/// Reads `[section]`; without it, the tangency section.
+/// Reads `[section]`; the default is the tangency section.
 pub(super) fn read_section(
     table: Option<&Table<'_>>,
     model: &Model,
@@ -138,7 +138,7 @@ pub(super) fn read_section(
     }
 }
 
-/// The phase of a stroboscopic section; that of the graze where none is named.
+/// Phase of a stroboscopic section; the default is the phase of the graze.
 fn phase(table: &Table<'_>) -> Checked<StroboscopicPhase> {
     let Some(field) = table.field("phase") else {
         return Ok(StroboscopicPhase::Grazing);
@@ -157,11 +157,10 @@ const EXPANSION_KEYS: [&str; 5] =
 /// Highest order or weight.
 const HIGHEST: u64 = 64;
 
-/// Orders where the scene names none.
+/// Default orders.
 const DEFAULT_ORDERS: MapOrders = MapOrders::new(5, 6);
 
-/// Reads `[expansion]`; without it, the parameters solved for are active and the orders are 5 and
-/// 6.
+/// Reads `[expansion]`; by default the parameters solved for are active and the orders are 5 and 6.
 pub(super) fn read_expansion(
     table: Option<&Table<'_>>,
     model: &Model,
@@ -208,7 +207,7 @@ fn orders(table: &Table<'_>) -> Checked<Orders> {
     )))
 }
 
-/// Weights by the name of a full-state component or an active parameter.
+/// Weights, by the name of a component of the full state or of an active parameter.
 fn weights(table: &Table<'_>, model: &Model, active: &[usize]) -> Checked<Vec<(String, u32)>> {
     let known = [model.full_state_names(), model.parameter_names()].concat();
     let weight = |field: &Field<'_>| {
@@ -221,7 +220,7 @@ fn weights(table: &Table<'_>, model: &Model, active: &[usize]) -> Checked<Vec<(S
     table.fields().iter().map(weight).collect()
 }
 
-/// Reads `[window]`; what it does not name is open.
+/// Reads `[window]`; bounds that are not named are open.
 pub(super) fn read_window(
     table: Option<&Table<'_>>,
     model: &Model,
@@ -258,7 +257,7 @@ pub(super) fn read_window(
     Ok(window)
 }
 
-/// Refuses a key that is a parameter which is not active.
+/// Refuses a key that names an inactive parameter.
 pub(super) fn refuse_frozen(field: &Field<'_>, parameter: usize, active: &[usize]) -> Checked<()> {
     if active.contains(&parameter) {
         return Ok(());
@@ -281,10 +280,10 @@ pub(super) fn read_direct(table: Option<&Table<'_>>) -> Checked<Direct> {
 /// Keys of `[emit]`.
 const EMIT_KEYS: [&str; 4] = ["shape", "precision", "lanes", "tolerance"];
 
-/// Most points per call of the lane kernel.
+/// Largest number of points per call of the lane kernel.
 const MOST_LANES: u64 = 64;
 
-/// Reads `[emit]`; without it, the shape is left open and the precision is double.
+/// Reads `[emit]`; by default the shape is chosen later and the precision is double.
 pub(super) fn read_emit(table: Option<&Table<'_>>, orders: Orders) -> Checked<Emit> {
     let mut emit = Emit {
         shape: Shape::Auto,
@@ -328,8 +327,8 @@ pub(super) fn read_emit(table: Option<&Table<'_>>, orders: Orders) -> Checked<Em
     Ok(emit)
 }
 
-/// Refuses a parameter to be solved for that nothing depends on; a warning for every other idle
-/// parameter.
+/// Refuses a parameter to be solved for on which nothing depends; returns a warning for every other
+/// such parameter.
 pub(super) fn idle_parameters(
     table: &Table<'_>,
     model: &Model,
@@ -363,13 +362,13 @@ fn used_inputs(model: &Model) -> BTreeSet<usize> {
     nodes.into_iter().flat_map(|node| model.graph.dependencies(node)).collect()
 }
 
-/// The parameter an entry names.
+/// Number of the parameter that an entry names.
 pub(super) fn parameter(entry: &Entry<'_>, model: &Model) -> Checked<usize> {
     let name = entry.text("a parameter's name")?;
     position("parameter", name, &model.parameter_names()).map_err(|problem| entry.fault(problem))
 }
 
-/// The place of a key among names of a kind.
+/// Index of a key among the names of a kind.
 pub(super) fn key_position(
     kind: &'static str,
     field: &Field<'_>,
@@ -378,7 +377,7 @@ pub(super) fn key_position(
     position(kind, field.key, known).map_err(|problem| field.key_fault(problem))
 }
 
-/// The place of a name among those known of a kind.
+/// Index of a name among the known names of a kind.
 pub(super) fn position(
     kind: &'static str,
     name: &str,
@@ -392,7 +391,7 @@ pub(super) fn position(
     })
 }
 
-/// The values of a list, none of which may stand twice.
+/// Values of a list; an error if one is repeated.
 pub(super) fn distinct<T: PartialEq>(
     entries: &[Entry<'_>],
     read: impl Fn(&Entry<'_>) -> Checked<T>,

@@ -1,9 +1,9 @@
-//! One half of a manifold, point by point.
+//! One branch of a manifold, point by point.
 //!
-//! One idea: a point is named by its generation and its place on the first piece of the curve, as
-//! one number `k + t` with `t` from 0 to 1: it is the `k`-th image of the point at
-//! `δ fᵗ` beside the saddle, `f` the factor by which the curve grows. Steps in that number are cut
-//! until neighbours lie near each other and the curve does not turn too much between them.
+//! One idea: a point is identified by one number `k + t`, its generation `k` and its place `t` from
+//! 0 to 1 on the first piece of the curve: it is the `k`-th image of the point at distance `δ fᵗ`
+//! from the saddle, with `f` the growth factor of the curve. Steps in that number are shortened
+//! until neighbours are near each other and the curve turns little between them.
 
 use std::collections::BTreeMap;
 
@@ -12,48 +12,49 @@ use super::preimage::Returns;
 
 /// Largest distance of neighbours, in half-ranges of the plane.
 const SPACING: f64 = 0.02;
-/// Largest product of the angle by which a curve turns at a point and the distances to its
-/// neighbours, and a distance at which it may turn by any.
+/// Largest product of the angle by which a curve turns at a point and the distance to a neighbour,
+/// and the distance below which any angle is allowed.
 const TURNING: f64 = 5e-4;
 const FINEST: f64 = 1e-4;
-/// Longest curve, in half-ranges, and most places at which a point is looked for.
+/// Greatest length of a curve, in half-ranges, and most points computed for it.
 const LONGEST: f64 = 60.0;
 const MOST_PLACES: usize = 40_000;
-/// Most generations.
+/// Most generations of a curve.
 const GENERATIONS: f64 = 300.0;
-/// Share of the distance expected below which a curve was folded on the way.
+/// Fraction of the expected distance below which a curve is taken to have folded in between.
 const FOLDED: f64 = 0.5;
-/// First and longest step, and the shortest, at which the map is taken to jump.
+/// First step, which is the longest; and the shortest, at which the map is taken to jump.
 const FIRST_STEP: f64 = 1.0 / 16.0;
 const SHORTEST_STEP: f64 = 1e-11;
-/// Halvings of the place where a curve is interrupted.
+/// Bisections of the place where a curve is interrupted.
 const BORDER_HALVINGS: usize = 36;
-/// Neighbours nearer than this, in half-ranges, have a straight curve between them.
+/// Neighbours nearer than this, in half-ranges, are joined by a straight line.
 const STRAIGHT: f64 = 1e-7;
-/// A generation shorter than this, in half-ranges, and than the one before is at rest.
+/// Length of a generation, in half-ranges, below which a curve that shortens is at rest.
 const AT_REST: f64 = 1e-5;
 
-/// First distances from the saddle, in half-ranges: the largest and the smallest, and by how much
-/// they differ; and the largest deviations from growth in proportion: across, and along as a share.
+/// Distances of the first point from the saddle, in half-ranges: largest, smallest, and their ratio
+/// from try to try. Then the largest deviation from linear growth: across the curve, and along it
+/// as a fraction.
 const FARTHEST: f64 = 1e-5;
 const NEAREST: f64 = 1e-10;
 const NEARER: f64 = 0.2;
 const DEVIATION: f64 = 1e-9;
 const DEVIATING: f64 = 1e-2;
 
-/// The first piece of a curve.
+/// First piece of a curve.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Seed {
     saddle: [f64; 2],
-    /// To the first point.
+    /// Offset of the first point from the saddle.
     offset: [f64; 2],
-    /// Growth from generation to generation.
+    /// Growth factor from generation to generation.
     factor: f64,
 }
 
 impl Seed {
-    /// The largest piece beside a saddle on which the curve grows in proportion; `None` if none is
-    /// found. `direction` is one half-range long.
+    /// Largest piece near a saddle on which the curve grows linearly; `None` if there is none.
+    /// `direction` is one half-range long.
     pub(super) fn beside(
         returns: &Returns<'_>,
         saddle: [f64; 2],
@@ -66,7 +67,7 @@ impl Seed {
             let seed = Self { saddle, offset, factor };
             let expected = seed.at(1.0);
             let grown = returns.next(seed.at(0.0), expected);
-            // What it errs by along the curve is of no account.
+            // Errors along the curve matter little.
             let near = |grown: [f64; 2]| {
                 let scaled = |v: [f64; 2]| [0, 1].map(|axis| v[axis] / returns.scales[axis]);
                 let error = scaled([grown[0] - expected[0], grown[1] - expected[1]]);
@@ -83,29 +84,29 @@ impl Seed {
         None
     }
 
-    /// The point of a place on the piece, from 0 to 1.
+    /// Point at a place on the piece, from 0 to 1.
     fn at(&self, place: f64) -> [f64; 2] {
         let length = self.factor.powf(place);
         [0, 1].map(|axis| self.saddle[axis] + length * self.offset[axis])
     }
 }
 
-/// A point, or why there is none.
+/// A point, or the reason why there is none.
 type Node = Result<[f64; 2], ManifoldEnd>;
 
-/// A curve on its way.
+/// A curve under construction.
 pub(super) struct Course<'a> {
     returns: &'a Returns<'a>,
     seed: Seed,
-    /// By the bits of their places, which are not negative.
+    /// Points by the bits of their places, which sort correctly as places are not negative.
     nodes: BTreeMap<u64, Node>,
     pieces: Vec<Vec<[f64; 2]>>,
-    /// The place of the last point, and of that before it in its piece.
+    /// Place of the last point, and of the point before it in its piece.
     place: f64,
     before: Option<f64>,
     step: f64,
     length: f64,
-    /// Places at which a point was looked for.
+    /// Number of points computed.
     tried: usize,
 }
 
@@ -125,7 +126,7 @@ impl<'a> Course<'a> {
         }
     }
 
-    /// The pieces of the curve, and why it ends.
+    /// Pieces of the curve, and the reason why it ends.
     pub(super) fn run(mut self) -> (Vec<Vec<[f64; 2]>>, ManifoldEnd) {
         let end = self.end();
         self.pieces.retain(|piece| piece.len() > 1);
@@ -149,7 +150,7 @@ impl<'a> Course<'a> {
         ManifoldEnd::Length
     }
 
-    /// Takes the next point, or passes an interruption; an error where the curve ends.
+    /// Adds the next point, or passes an interruption; an error ends the curve.
     fn advance(&mut self) -> Result<(), ManifoldEnd> {
         let last = self.last();
         let mut halvings = 0;
@@ -185,8 +186,8 @@ impl<'a> Course<'a> {
         }
     }
 
-    /// Goes on after an interruption: at the first point of the generation before that is sent back
-    /// near the plane.
+    /// Continues after an interruption, at the first point whose parent, a generation before, is
+    /// sent back near the plane.
     fn pass(&mut self, end: ManifoldEnd) -> Result<(), ManifoldEnd> {
         let last = self.last();
         let mut without = self.place + self.step;
@@ -211,7 +212,7 @@ impl<'a> Course<'a> {
                 self.pieces.push(Vec::new());
             }
             self.push(with, found);
-            // Whether it turned on the way is not asked: a step back leads to the interruption.
+            // The turn here is not tested: a step back would lead into the interruption.
             self.before = None;
             self.step = (place - with).clamp(SHORTEST_STEP, FIRST_STEP);
             return Ok(());
@@ -219,13 +220,13 @@ impl<'a> Course<'a> {
         Err(end)
     }
 
-    /// Whether a point is near the last one, and the curve does not turn on the way there.
+    /// Whether a point is near the last one and the curve turns little on the way to it.
     fn is_smooth(&self, next: [f64; 2]) -> bool {
         let distance = self.returns.distance(self.last(), next);
         let speed = self.before.zip(self.second_last()).map(|(place, before)| {
             self.returns.distance(before, self.last()) / (self.place - place)
         });
-        // What goes out and back is longer than it seems.
+        // A curve that goes out and back is longer than the distance of its ends.
         let expected = speed.map_or(0.0, |speed| speed * self.step);
         if expected > FINEST && distance < FOLDED * expected {
             return false;
@@ -233,7 +234,7 @@ impl<'a> Course<'a> {
         distance <= FINEST || (distance <= SPACING && self.turn(next) * distance <= TURNING)
     }
 
-    /// Whether the curve turned on its way to the last point, so that a corner may have been cut.
+    /// Whether the curve turned before the last point, so that a corner may have been cut.
     fn turns_before(&self, next: [f64; 2]) -> bool {
         let (Some(before), Some(end)) = (self.second_last(), self.before) else { return false };
         let distance = self.returns.distance(before, self.last());
@@ -242,7 +243,7 @@ impl<'a> Course<'a> {
         near && divisible && distance > FINEST && self.turn(next) * distance > TURNING
     }
 
-    /// Takes the last point away and goes there in shorter steps.
+    /// Removes the last point and halves the step that led to it.
     fn step_back(&mut self) {
         let (Some(before), Some(end)) = (self.second_last(), self.before.take()) else { return };
         self.length -= self.returns.distance(before, self.last());
@@ -253,7 +254,7 @@ impl<'a> Course<'a> {
         }
     }
 
-    /// The angle by which the curve turns at its last point.
+    /// Angle by which the curve turns at its last point.
     fn turn(&self, next: [f64; 2]) -> f64 {
         let Some(before) = self.second_last() else { return 0.0 };
         let (last, scales) = (self.last(), self.returns.scales);
@@ -264,7 +265,7 @@ impl<'a> Course<'a> {
         (a[0] * b[1] - a[1] * b[0]).atan2(a[0] * b[0] + a[1] * b[1]).abs()
     }
 
-    /// The point before the last one of its piece.
+    /// Point before the last one of its piece.
     fn second_last(&self) -> Option<[f64; 2]> {
         let piece = self.pieces.last()?;
         piece.len().checked_sub(2).map(|place| piece[place])
@@ -288,12 +289,12 @@ impl<'a> Course<'a> {
         }
     }
 
-    /// The point of a place; a preimage is looked for near `guess`.
+    /// Point at a place; a preimage is looked for near `guess`.
     fn point(&mut self, place: f64, guess: [f64; 2]) -> Node {
         self.node(place, |returns, parent| returns.next(parent, guess))
     }
 
-    /// The point of a place, as `next` finds it from that of the generation before.
+    /// Point at a place, found by `next` from its parent in the generation before.
     fn node(&mut self, place: f64, next: impl FnOnce(&Returns<'_>, [f64; 2]) -> Node) -> Node {
         self.tried += 1;
         let node = match place < 1.0 {
@@ -304,7 +305,7 @@ impl<'a> Course<'a> {
         node
     }
 
-    /// The point of a place that the curve has passed.
+    /// Point at a place that the curve has passed.
     fn parent(&mut self, place: f64) -> Node {
         if place < 1.0 {
             return Ok(self.seed.at(place));
@@ -332,7 +333,7 @@ mod tests {
     use super::*;
     use crate::iteration::{DiscreteMap, StepInfo};
 
-    /// A map of the plane and its derivative.
+    /// A map of the plane and its Jacobian.
     struct Plane<F, D>(F, D);
 
     impl<F, D> DiscreteMap for Plane<F, D>
@@ -364,7 +365,7 @@ mod tests {
         }
     }
 
-    /// A curve in a square of a half-range about 0, followed twice as far.
+    /// A branch in a square of the given half-range about 0, followed up to twice that far.
     fn curve(
         map: &dyn DiscreteMap,
         kind: ManifoldKind,
@@ -416,7 +417,7 @@ mod tests {
         }
     }
 
-    /// The distance of a point from the line between two.
+    /// Distance of a point from the segment between two others.
     fn off_segment(point: [f64; 2], pair: &[[f64; 2]]) -> f64 {
         let from = |other: [f64; 2]| [other[0] - pair[0][0], other[1] - pair[0][1]];
         let (leg, to) = (from(pair[1]), from(point));
@@ -451,7 +452,7 @@ mod tests {
             let seed = Seed::beside(&returns, saddle, direction, factor.powi(2));
             Course::new(&returns, seed.expect("a linear saddle")).run().0
         };
-        // Unstable: the line through the saddle to x = 0, and the image of that point is a turn.
+        // Unstable: the line through the saddle to x = 0; the images of that point are corners.
         let pieces = two(&map, ManifoldKind::Unstable, unstable, [unstable, B]);
         let crossing = [0.0, saddle[1] - saddle[0] * B / unstable];
         let mut turn = crossing;
@@ -461,7 +462,7 @@ mod tests {
             let nearest = pairs.map(|pair| off_segment(turn, pair)).fold(f64::INFINITY, f64::min);
             assert!(nearest < 2.0 * TURNING, "the turn {turn:?} is {nearest} off the curve");
         }
-        // Stable: the line to x = 0; beyond, what the left branch sends to that line.
+        // Stable: the line to x = 0; beyond it, the preimage of that line under the left branch.
         let pieces = two(&map, ManifoldKind::Stable, stable, [-stable, -B]);
         let on_line = |[x, y]: [f64; 2]| (y - saddle[1]) - (x - saddle[0]) * B / stable;
         let first = pieces[0].iter().take_while(|point| point[0] > 0.0);
@@ -475,7 +476,7 @@ mod tests {
         }
     }
 
-    /// Nordmark's map with a root, whose derivative has no bound at `x = 0`.
+    /// Nordmark's map with a square root, whose derivative is unbounded at `x = 0`.
     #[test]
     fn the_stable_curve_of_a_map_with_a_root_goes_on_beyond_its_grazes() {
         const RHO: f64 = 0.05;

@@ -1,59 +1,59 @@
-//! What is asked of manifolds, and what was found.
+//! Request and results of manifolds.
 
 use serde::{Deserialize, Serialize};
 
 use crate::analysis::periodic::ContactItinerary;
 use crate::model::Method;
 
-/// Where manifolds are followed.
+/// Plane and parameters at which manifolds are computed.
 pub(in crate::analysis::basin) struct Plane<'a> {
     /// Offsets of all active parameters.
     pub(in crate::analysis::basin) parameters: &'a [f64],
-    /// Numbers of the coordinates along the axes, the horizontal one first.
+    /// Indices of the coordinates along the axes, the horizontal one first.
     pub(in crate::analysis::basin) axes: [usize; 2],
     /// First and last offset along each axis.
     pub(in crate::analysis::basin) ranges: [[f64; 2]; 2],
-    /// What iterates states.
+    /// Method that iterates states.
     pub(in crate::analysis::basin) method: Method,
 }
 
-/// The curves of all saddles that were found.
+/// Manifolds of all saddles that were found.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Manifolds {
     /// Longest period of the saddles looked for.
     pub longest_period: usize,
-    /// The saddles.
+    /// Saddles.
     pub saddles: Vec<Saddle>,
-    /// Their curves.
+    /// Branches of their manifolds.
     pub branches: Vec<ManifoldBranch>,
 }
 
 /// A periodic orbit with one multiplier inside the unit circle and one outside.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Saddle {
-    /// Its itinerary.
+    /// Itinerary of the orbit.
     pub itinerary: ContactItinerary,
-    /// Its points, offsets of the section's coordinates.
+    /// Points of the orbit, as offsets of the section's coordinates.
     pub states: Vec<Vec<f64>>,
-    /// Its multipliers, that of larger magnitude first.
+    /// Multipliers, the one with the larger magnitude first.
     pub multipliers: [f64; 2],
 }
 
-/// Which curve of a saddle.
+/// Kind of manifold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ManifoldKind {
-    /// States that come to the saddle.
+    /// States that converge to the saddle.
     Stable,
-    /// States that come from it.
+    /// States that converge to the saddle backwards in time.
     Unstable,
 }
 
 impl ManifoldKind {
-    /// Both.
+    /// Both kinds.
     pub const ALL: [Self; 2] = [Self::Stable, Self::Unstable];
 
-    /// In one word.
+    /// Name as one word.
     pub fn word(self) -> &'static str {
         match self {
             Self::Stable => "stable",
@@ -62,23 +62,22 @@ impl ManifoldKind {
     }
 }
 
-/// The side of its saddle on which a curve begins: that of larger or of smaller values of the
-/// plane's horizontal coordinate.
+/// Side of the saddle on which a branch starts, by the plane's horizontal coordinate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum ManifoldSide {
-    /// Of larger values.
+    /// Side of larger values.
     #[serde(rename = "+")]
     Upper,
-    /// Of smaller values.
+    /// Side of smaller values.
     #[serde(rename = "-")]
     Lower,
 }
 
 impl ManifoldSide {
-    /// Both.
+    /// Both sides.
     pub const ALL: [Self; 2] = [Self::Upper, Self::Lower];
 
-    /// Its sign, as tables have it.
+    /// Sign for tables.
     pub fn sign(self) -> &'static str {
         match self {
             Self::Upper => "+",
@@ -87,46 +86,46 @@ impl ManifoldSide {
     }
 }
 
-/// Half of a curve: from a point of a saddle on, on one side.
+/// One branch of a manifold: starts at a point of a saddle, on one side.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ManifoldBranch {
     /// Stable or unstable.
     pub kind: ManifoldKind,
-    /// The number of the saddle, from 0.
+    /// Index of the saddle, from 0.
     pub saddle: usize,
-    /// The number of its point, from 0.
+    /// Index of its point, from 0.
     pub point: usize,
-    /// The side.
+    /// Side of the saddle.
     pub side: ManifoldSide,
-    /// Offsets of the section's coordinates, in order along the curve; it is interrupted between
-    /// one piece and the next where it is not followed or the map jumps.
+    /// Offsets of the section's coordinates, in order along the curve; a new piece begins where the
+    /// curve is not followed or the map jumps.
     pub pieces: Vec<Vec<[f64; 2]>>,
-    /// Why it ends.
+    /// Reason why the branch ends.
     pub end: ManifoldEnd,
 }
 
-/// Why a curve ends.
+/// Reason why a branch ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ManifoldEnd {
-    /// It is as long as curves are followed.
+    /// The largest length was reached.
     Length,
-    /// It comes to rest at an attractor, or, against time, at a repeller.
+    /// The curve converges to an attractor (a repeller backwards in time).
     Rest,
-    /// It leaves the surroundings of the plane.
+    /// The curve leaves the neighbourhood of the plane.
     Plane,
-    /// It leaves the window of the map, which is used alone.
+    /// The curve leaves the window of a map used alone.
     Window,
-    /// The map has no image there.
+    /// The map has no image here.
     NoImage,
-    /// No state was found that the map sends there.
+    /// No preimage was found.
     NoPreimage,
-    /// The map is not smooth enough at the saddle for a curve to begin.
+    /// The map is not smooth enough at the saddle to start a curve.
     NotSmooth,
 }
 
 impl ManifoldEnd {
-    /// In words, after "the curve".
+    /// Predicate for a sentence whose subject is "the curve".
     pub fn words(self) -> &'static str {
         match self {
             Self::Length => "is as long as curves are followed",
@@ -141,7 +140,7 @@ impl ManifoldEnd {
 }
 
 impl ManifoldBranch {
-    /// The length of the curve, in units of what a point's coordinates are divided by.
+    /// Length of the curve with coordinates divided by `scales`.
     pub fn length(&self, scales: [f64; 2]) -> f64 {
         self.pieces
             .iter()

@@ -1,10 +1,10 @@
 //! Stable and unstable manifolds of saddles as curves, on sections of two coordinates.
 //!
-//! One idea: every point of an invariant curve is the image, after whole returns, of a point of one
-//! short piece beside the saddle. A curve is followed in the place on that piece and the number of
-//! returns together, so that each of its points is an orbit of its own and no error of the curve
-//! before it is carried along. The unstable curve takes images, the stable one preimages, which
-//! Newton's method on the map itself finds: with whatever contacts they make.
+//! One idea: every point of an invariant curve is the image, after a number of returns, of a point
+//! on a short first piece near the saddle. A curve is parametrised by the place on that piece and
+//! the number of returns together, so that each point is computed from an orbit of its own and
+//! errors do not accumulate along the curve. The unstable manifold takes images, the stable one
+//! preimages, which Newton's method finds on the map itself, with whatever contacts they make.
 //!
 //! Reference: `KrauskopfOsinga1998`, for the control of spacing and turning.
 
@@ -30,22 +30,22 @@ use crate::orbit::GrazingOrbit;
 use course::{Course, Seed};
 use preimage::Returns;
 
-/// How far beyond the plane curves are followed, in half-ranges from its middle.
+/// Largest distance from the plane's centre up to which curves are followed, in half-ranges.
 const SURROUNDINGS: f64 = 4.0;
-/// Points nearer than this, in half-ranges, are one.
+/// Points nearer than this, in half-ranges, count as equal.
 const ONE_POINT: f64 = 1e-7;
-/// Where the pieces of curves are kept, beside those of the cells' rounds.
+/// First number of the places of kept branches; the rounds of cells use smaller ones.
 const KEPT: u64 = u64::MAX;
-/// A curve grows by at least this factor in as many returns as are taken at a time.
+/// Least growth factor of a curve in the returns that are taken at a time.
 const LEAST_GROWTH: f64 = 1.5;
-/// Passes through a saddle's period that are taken at a time, at most.
+/// Most passes through a saddle's period that are taken at a time.
 const MOST_PASSES: f64 = 64.0;
 
-/// The manifolds of the saddles of periods up to some length, by a request's method at its
-/// parameters, on a section of two coordinates.
+/// Manifolds of the saddles up to a period, by the method and at the parameters of a request, on a
+/// section of two coordinates.
 ///
-/// Saddles are the orbits of the orbit search: in the map's window by [`Method::Map`], and those of
-/// direct simulation, near and far, by the other methods.
+/// Saddles are taken from the orbit search: with [`Method::Map`] orbits in the map's window,
+/// otherwise orbits of direct simulation, near and far.
 ///
 /// # Errors
 ///
@@ -103,19 +103,19 @@ pub(super) fn manifolds(
     Ok(Manifolds { longest_period, saddles, branches })
 }
 
-/// A saddle with the derivative of its period's map at each of its points.
+/// A saddle with the Jacobian of the map of its period at each of its points.
 struct Local {
     saddle: Saddle,
     points: Vec<([f64; 2], DMatrix<f64>)>,
 }
 
-/// What follows the curves of one map.
+/// Computes the curves of one map.
 #[derive(Clone, Copy)]
 struct Tracer<'a> {
     request: &'a Plane<'a>,
     local: &'a LocalMap,
     map: &'a dyn DiscreteMap,
-    /// Middle and half-range of the plane, by coordinate.
+    /// Centre and half-range of the plane, by coordinate.
     middle: [f64; 2],
     scales: [f64; 2],
 }
@@ -130,7 +130,7 @@ impl<'a> Tracer<'a> {
         Self { request, local, map, middle, scales }
     }
 
-    /// An orbit found, on the map that is iterated, if it is a saddle near the plane.
+    /// Refines an orbit on the iterated map; `None` unless it is a saddle near the plane.
     fn saddle(&self, found: &FoundOrbit) -> Option<Local> {
         let inside = self.request.method != Method::Map || found.inside;
         if !found.physical || !inside {
@@ -154,7 +154,7 @@ impl<'a> Tracer<'a> {
         Some(Local { saddle: Saddle { itinerary, states, multipliers }, points })
     }
 
-    /// Whether two saddles are one orbit, found twice.
+    /// Whether two saddles are the same orbit, found twice.
     fn is_same(&self, known: &Local, found: &Local) -> bool {
         let first = found.points[0].0;
         let apart = |point: &[f64]| self.map.circle().apart(point, &first, &self.scales);
@@ -166,7 +166,7 @@ impl<'a> Tracer<'a> {
         (0..2).all(|axis| place(axis).abs() <= SURROUNDINGS)
     }
 
-    /// One half of a curve, and why it ends.
+    /// Pieces of one branch, and the reason why it ends.
     fn curve(
         &self,
         local: &Local,
@@ -180,7 +180,7 @@ impl<'a> Tracer<'a> {
             ManifoldKind::Unstable => (large, large),
             ManifoldKind::Stable => (small, 1.0 / small),
         };
-        // What reflects is passed twice, what grows slowly as often as makes it grow.
+        // A reflecting saddle needs two passes; slow growth needs enough passes to grow.
         let reflects = usize::from(factor < 0.0) + 1;
         let growth = factor.abs().ln() * reflects as f64;
         let passes = (LEAST_GROWTH.ln() / growth).ceil().clamp(1.0, MOST_PASSES);
@@ -204,7 +204,7 @@ impl<'a> Tracer<'a> {
         }
     }
 
-    /// The eigenvector on a side, of one half-range.
+    /// Eigenvector on a side, one half-range long.
     fn direction(
         &self,
         derivative: &DMatrix<f64>,
@@ -212,7 +212,7 @@ impl<'a> Tracer<'a> {
         side: ManifoldSide,
     ) -> Option<[f64; 2]> {
         let shifted = derivative - DMatrix::identity(2, 2) * multiplier;
-        // Of the rows, whose kernels are the same, the larger is the better known.
+        // Both rows have the same kernel; the larger row gives it more accurately.
         let kernels = [0, 1].map(|row| [-shifted[(row, 1)], shifted[(row, 0)]]);
         let length = |v: &[f64; 2]| (v[0] / self.scales[0]).hypot(v[1] / self.scales[1]);
         let size = |row: usize| {
@@ -231,12 +231,12 @@ impl<'a> Tracer<'a> {
     }
 }
 
-/// Both eigenvalues of a matrix of two rows, that of larger magnitude first, if they are real.
+/// Eigenvalues of a 2 × 2 matrix, the one with the larger magnitude first; `None` if not real.
 fn real_eigenvalues(matrix: &DMatrix<f64>) -> Option<[f64; 2]> {
     let half = 0.5 * (matrix[(0, 0)] + matrix[(1, 1)]);
     let determinant = matrix[(0, 0)] * matrix[(1, 1)] - matrix[(0, 1)] * matrix[(1, 0)];
     let root = (half * half - determinant).sqrt();
-    // Without cancellation: the smaller one from the product.
+    // Avoids cancellation: the smaller one follows from the product.
     let large = half + root.copysign(half);
     let found = [large, determinant / large];
     found.iter().all(|value| value.is_finite()).then_some(found)

@@ -1,9 +1,9 @@
-//! Images and preimages of a point after some returns.
+//! Images and preimages of a point under a number of returns.
 //!
-//! One idea: flow and impacts can be run backwards wherever the law of contact can be inverted, so
-//! a section map has one preimage there, and Newton's method with the map's own derivative finds it
-//! from the preimage of a point nearby. Where the derivative is not bounded, at a graze, steps that
-//! do not come nearer are halved, and starts beside the first one lie beyond the graze.
+//! One idea: flow and impacts can be reversed wherever the contact law can be inverted. There a
+//! section map has a unique preimage, and Newton's method with the map's own derivative finds it
+//! from the preimage of a nearby point. At a graze the derivative is unbounded: steps that do not
+//! come nearer are halved, and further starts beside the first one lie beyond the graze.
 
 use nalgebra::{Matrix2, Vector2};
 
@@ -11,58 +11,60 @@ use super::data::{ManifoldEnd, ManifoldKind};
 use crate::expansion::MapWindow;
 use crate::iteration::DiscreteMap;
 
-/// Newton steps to a preimage, and a residual and a distance from the plane, in half-ranges, from
-/// which there is none to be found.
+/// Most Newton steps to a preimage, and the residual and distance from the plane, in half-ranges,
+/// beyond which the search is given up.
 const NEWTON_STEPS: usize = 20;
 const DIVERGED: f64 = 1e3;
-/// Steps along a graze, and the distance over which its direction is taken, in half-ranges.
+/// Steps along a graze, and the distance for the difference that gives its direction, in
+/// half-ranges.
 const SLIDES: usize = 4;
 const ASIDE: f64 = 1e-4;
-/// Halvings of a step that does not come nearer.
+/// Most halvings of a step that does not come nearer.
 const HALVINGS: usize = 24;
-/// How far the image of a preimage may be from what it is the preimage of, in half-ranges.
+/// Largest residual of a preimage, in half-ranges.
 const RESIDUAL: f64 = 1e-10;
-/// Distances of further starts from the first one, in half-ranges.
+/// Displacements of further starts from the first one, in half-ranges.
 const FURTHER: [f64; 4] = [1e-5, -1e-5, 1e-2, -1e-2];
-/// A residual at which no further step is taken.
+/// Residual below which no further step is taken.
 const ROUNDING: f64 = 1e-14;
 
-/// How a preimage is looked for.
+/// Effort of a search for a preimage.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Search {
-    /// Next to one that is known, by all means.
+    /// All means, near a known preimage.
     Near,
-    /// From a start of no account, by Newton's method alone.
+    /// Newton's method only, from an arbitrary start.
     Far,
 }
 
-/// Some returns of a map at a time, forwards or backwards.
+/// A number of returns of a map at a time, forwards or backwards.
 pub(super) struct Returns<'a> {
     pub(super) map: &'a dyn DiscreteMap,
     pub(super) kind: ManifoldKind,
-    /// Returns at a time.
+    /// Number of returns at a time.
     pub(super) count: usize,
-    /// Middle and half-ranges of the plane.
+    /// Centre and half-ranges of the plane.
     pub(super) middle: [f64; 2],
     pub(super) scales: [f64; 2],
-    /// The window and the parameters, where the map is used alone.
+    /// The window and the parameters, if the map is used alone.
     pub(super) window: Option<(&'a MapWindow, &'a [f64])>,
-    /// Whether a point is in the surroundings of the plane.
+    /// Whether a point lies in the neighbourhood of the plane.
     pub(super) is_near: &'a dyn Fn([f64; 2]) -> bool,
 }
 
 impl Returns<'_> {
-    /// The distance of two points, in half-ranges.
+    /// Distance of two points, in half-ranges.
     pub(super) fn distance(&self, a: [f64; 2], b: [f64; 2]) -> f64 {
         ((a[0] - b[0]) / self.scales[0]).hypot((a[1] - b[1]) / self.scales[1])
     }
 
-    /// Where a point goes, or comes from: near `guess` then.
+    /// Next point of the curve: the image, or for a stable manifold the preimage near `guess`.
     pub(super) fn next(&self, point: [f64; 2], guess: [f64; 2]) -> Result<[f64; 2], ManifoldEnd> {
         self.followed(point, guess, Search::Near)
     }
 
-    /// The same where no preimage near it is known: looked for about the plane.
+    /// Next point, found as by [`next`](Self::next), with starts all over the plane if there is no
+    /// preimage near `guess`.
     pub(super) fn next_anywhere(
         &self,
         point: [f64; 2],
@@ -93,7 +95,7 @@ impl Returns<'_> {
         if (self.is_near)(next) { Ok(next) } else { Err(ManifoldEnd::Plane) }
     }
 
-    /// Where preimages are looked for that lie near none known.
+    /// Starts for preimages that are not near a known one.
     fn starts(&self) -> Vec<[f64; 2]> {
         const PLACES: [f64; 3] = [0.0, -0.6, 0.6];
         let place = |axis: usize, offset: f64| self.middle[axis] + offset * self.scales[axis];
@@ -101,7 +103,7 @@ impl Returns<'_> {
         rows.flat_map(|row| PLACES.map(|offset| [place(0, offset), row])).collect()
     }
 
-    /// One return.
+    /// Image under one return.
     fn image(&self, point: [f64; 2]) -> Result<[f64; 2], ManifoldEnd> {
         let mut image = [f64::NAN; 2];
         let step = self.map.step(&point, &[], &mut image);
@@ -115,7 +117,7 @@ impl Returns<'_> {
         }
     }
 
-    /// The point that comes here, near a guess.
+    /// Preimage of a point under all returns, near a guess.
     fn source(
         &self,
         point: [f64; 2],
@@ -130,12 +132,12 @@ impl Returns<'_> {
         let found = guesses.into_iter().rev().try_fold(point, |point, guess| {
             self.preimage(point, guess, search).ok_or(ManifoldEnd::NoPreimage)
         })?;
-        // The window is asked at every return: what is outside is not the map's.
+        // The window is checked at every return: points outside do not belong to the map.
         (0..self.count).try_fold(found, |point, _| self.image(point))?;
         Ok(found)
     }
 
-    /// The preimage of one return.
+    /// Preimage under one return.
     fn preimage(&self, target: [f64; 2], guess: [f64; 2], search: Search) -> Option<[f64; 2]> {
         if search == Search::Far {
             return self.newton(target, guess, 1);
@@ -146,17 +148,17 @@ impl Returns<'_> {
             self.newton(target, start, 1)
         };
         let further = FURTHER.into_iter().flat_map(|offset| [(0, offset), (1, offset)]);
-        // Whole steps first: one across a graze comes nearer only with the next.
+        // Full steps first: a step across a graze comes nearer only with the next one.
         let near = [1, HALVINGS].into_iter().find_map(|most| self.newton(target, guess, most));
         let near = near.or_else(|| self.newton(target, self.beyond_graze(target, guess)?, 1));
         near.or_else(|| further.into_iter().find_map(beside))
     }
 
-    /// A start beyond a graze: the preimage without the contact, moved along the graze until the
-    /// image is as near as it comes.
+    /// Start beyond a graze: the preimage without the contact, moved along the graze until its
+    /// image is as near as possible.
     ///
     /// A contact of depth `y²` adds `−c y` to the smooth map, along one direction and mostly along
-    /// the graze. While that is left out Newton's method mistakes `(c y)²` for a depth of its own.
+    /// the graze. Newton's method without that term mistakes `(c y)²` for a depth.
     fn beyond_graze(&self, target: [f64; 2], start: [f64; 2]) -> Option<[f64; 2]> {
         let derivative = self.derivative(start)?;
         let step = derivative.lu().solve(&self.defect(start, target)?)?;
@@ -186,12 +188,12 @@ impl Returns<'_> {
         Some(state)
     }
 
-    /// The depth of the contacts of one return.
+    /// Depth of the contacts of one return.
     fn depth(&self, state: [f64; 2]) -> f64 {
         self.map.step(&state, &[], &mut [0.0; 2]).depth
     }
 
-    /// Newton's method; of whole steps alone, or with steps halved until they come nearer.
+    /// Newton's method with full steps (`tries` = 1), or with steps halved until they come nearer.
     fn newton(&self, target: [f64; 2], start: [f64; 2], tries: usize) -> Option<[f64; 2]> {
         let mut state = start;
         let mut defect = self.defect(state, target)?;
@@ -218,12 +220,12 @@ impl Returns<'_> {
         (defect.norm() <= RESIDUAL).then_some(state)
     }
 
-    /// Whether a search has left all that is near the plane.
+    /// Whether a search has gone far from the plane.
     fn is_lost(&self, state: [f64; 2], defect: Vector2<f64>) -> bool {
         defect.norm() > DIVERGED || self.distance(state, self.middle) > DIVERGED
     }
 
-    /// By how much an image is not what it is to be, in half-ranges.
+    /// Residual: image minus target, in half-ranges; `None` without an image.
     fn defect(&self, state: [f64; 2], target: [f64; 2]) -> Option<Vector2<f64>> {
         let mut image = [f64::NAN; 2];
         let valid = self.map.step(&state, &[], &mut image).valid;
@@ -233,9 +235,9 @@ impl Returns<'_> {
         valid.then(|| Vector2::new(defect(0), defect(1)))
     }
 
-    /// The derivative of one return, in half-ranges; at a graze that of a point beside it.
+    /// Jacobian of one return in half-ranges; at a graze the Jacobian at a point beside it.
     fn derivative(&self, state: [f64; 2]) -> Option<Matrix2<f64>> {
-        /// Places beside a point where the map has no derivative, in half-ranges.
+        /// Displacements to a point with a derivative, in half-ranges.
         const BESIDE: [f64; 3] = [0.0, 1e-9, -1e-9];
         BESIDE.into_iter().find_map(|offset| {
             let state = [0, 1].map(|axis| state[axis] + offset * self.scales[axis]);
