@@ -2,8 +2,8 @@
 //! `crate::floor`, paths by `super` that leave a floor, other packages of the workspace, and
 //! re-exports.
 //!
-//! Change the table on purpose, in the same commit as docs/development/architecture.md, when a better
-//! structure is found.
+//! Change the table on purpose, in the same commit as docs/development/architecture.md, when a
+//! better structure is found.
 
 mod source;
 
