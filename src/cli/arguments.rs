@@ -22,9 +22,7 @@ use grazemap::model::Method;
 use grazemap::pipeline::{Device, OrbitsOf, TrajectoryKeys};
 use grazemap::report::Named;
 
-/// Fast, measured local maps of oscillators that graze a stop.
-///
-/// Without a command, runs the built-in scene `cantilever_3_5_soft` start to finish into ./out.
+/// Bifurcation analysis of oscillators that hit a stop
 #[derive(Debug, Parser)]
 #[command(name = "grazemap", version, args_conflicts_with_subcommands = true, max_term_width = 100)]
 pub(super) struct Arguments {

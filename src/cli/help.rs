@@ -16,8 +16,7 @@ const GROUPS: [(&str, &[&str]); 6] = [
 ];
 
 /// Layout of the help of the program.
-const TEMPLATE: &str = "{about-with-newline}\n{usage-heading} grazemap COMMAND [OPTIONS]\n\n\
-                        {after-help}";
+const TEMPLATE: &str = "{about-with-newline}\n{usage-heading} grazemap COMMAND [OPTIONS]{after-help}";
 
 /// Columns that the name of a command takes.
 const WIDTH: usize = 14;

@@ -75,7 +75,8 @@ pub enum KeyError {
     },
     /// The number of parameters does not fit a plane.
     #[error(
-        "plane takes two parameters; of `orbits` also one, the one that is solved for; found {found}"
+        "plane takes two parameters; of `orbits` also one, the one that is solved for; found \
+         {found}"
     )]
     NotAPlane {
         /// Number of parameters given.

@@ -140,12 +140,12 @@ fn map_of(name: &str) -> Map {
 #[test]
 fn interrupted_branches_go_on_where_they_were_and_end_with_the_same_bits() {
     let map = map_of("cantilever_0_09");
-    for (using, itinerary) in [(OrbitsOf::Map, "10"), (OrbitsOf::Direct, "1")] {
+    for (method, itinerary) in [(OrbitsOf::Map, "10"), (OrbitsOf::Direct, "1")] {
         let keys = BranchKeys {
             along: "beta".to_owned(),
             itineraries: vec![itinerary.to_owned()],
-            using,
-            iterates: using == OrbitsOf::Map,
+            method,
+            iterates: method == OrbitsOf::Map,
             ..BranchKeys::default()
         };
         resumes(|progress| keys.answer(&map, progress).expect("branches").document);

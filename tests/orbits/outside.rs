@@ -264,7 +264,7 @@ fn points_of_a_curve_that_pass_through_another_stop_are_told() {
         assert!((depth - through.max(0.0)).abs() < 1e-11, "{depth} for {through}");
     }
     assert!(counts[0] > 2 && counts[1] > 2, "{counts:?}");
-    let keys = CurveKeys { with: "w".to_owned(), from: 0.7, to: 0.9, xi: 1 };
+    let keys = CurveKeys { along: "w".to_owned(), from: 0.7, to: 0.9, xi: 1 };
     let answer = keys.answer(&scene, &NoProgress).expect("a curve");
     assert!(answer.ended.is_none() && answer.text.contains("passes through `left` by up to"));
 }
@@ -272,7 +272,7 @@ fn points_of_a_curve_that_pass_through_another_stop_are_told() {
 #[test]
 fn curves_and_margins_all_of_whose_orbits_pass_through_a_stop_are_refused() {
     let scene = outside(F07, &NONE);
-    let keys = CurveKeys { with: "w".to_owned(), from: 0.8, to: 0.81, xi: 1 };
+    let keys = CurveKeys { along: "w".to_owned(), from: 0.8, to: 0.81, xi: 1 };
     let answer = keys.answer(&scene, &NoProgress).expect("points");
     let ended = answer.ended.expect("no orbit of the oscillator").to_string();
     assert!(ended.contains("passes through `left` by up to"), "{ended}");

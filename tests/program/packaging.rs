@@ -20,8 +20,8 @@ fn printed(arguments: &[&str]) -> String {
 /// The commands that `--help` lists.
 fn commands() -> Vec<String> {
     let help = printed(&["--help"]);
-    let (_, list) = help.split_once("Commands:\n").expect("a list of commands");
-    let rows = list.lines().take_while(|line| line.starts_with("  "));
+    let (groups, _) = help.split_once("Options:\n").expect("groups of commands, then options");
+    let rows = groups.lines().filter(|line| line.starts_with("  "));
     let names = rows.filter_map(|row| row.split_whitespace().next()).map(str::to_owned);
     let names: Vec<_> = names.filter(|name| name != "help").collect();
     assert!(names.len() > 15, "{names:?}");
