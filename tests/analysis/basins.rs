@@ -11,6 +11,7 @@ use grazemap::numeric::{Dd, Scalar};
 use grazemap::report::{basin_array, basin_rows};
 
 use crate::Case;
+use crate::support::scenes;
 
 /// Half-widths about the graze of a region in which the orbit without contact has its basin, and
 /// the attractor with one contact per period lies far away.
@@ -73,6 +74,27 @@ fn states_on_both_sides_of_the_border_go_where_direct_simulation_takes_them() {
         let (place, class) = located[cell];
         let goal = case.goal(&direct, &basin, &basin.state(place));
         assert_eq!(Some(class), goal.map(BasinClass::Attractor), "{place:?}");
+    }
+}
+
+#[test]
+fn a_basin_beside_a_graze_is_not_lost_where_the_window_is_much_larger() {
+    let keys = [
+        ("window.depth", "1.1e-3"),
+        ("window.state", "{ x = 0.13, theta = 0.012 }"),
+        ("window.parameter", "{ alpha = 1.5e-2 }"),
+    ];
+    let cases = [Case::new("linear"), Case::of(scenes::scene_with("linear", &keys))];
+    for method in [Method::Guarded, Method::Direct] {
+        let [near, far] = cases.each_ref().map(|case| {
+            let basin = case.basin(&case.basin_request([40, 40], method)).expect("a plane");
+            let mut shares: Vec<f64> =
+                basin.attractors.iter().map(|found| found.share.fraction).collect();
+            shares.sort_by(f64::total_cmp);
+            shares
+        });
+        assert_eq!(near, far, "{method:?}");
+        assert!(near[0] > 0.1, "{near:?}");
     }
 }
 

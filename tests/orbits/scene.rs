@@ -168,6 +168,10 @@ fn values_scales_and_starts_of_diagrams_and_charts_are_read() {
     }
     assert_eq!((log[0], log[6]), (1e-8, 1e-2));
     let range = "range = [-1e-3, 1e-3]\n";
+    for name in ["method", "with"] {
+        let methods = diagram(&format!("{range}{name} = [\"direct\", \"map\"]")).with;
+        assert_eq!(methods, [Method::Direct, Method::Map]);
+    }
     assert_eq!(diagram(&format!("{range}starts = 16")).starts, Starts::Spread(16));
     let start =
         diagram(&format!("{range}start = [{{ x = 0.1, theta = 0.2 }}, {{ x = 1 }}]")).starts;
@@ -182,6 +186,8 @@ fn values_scales_and_starts_of_diagrams_and_charts_are_read() {
         ("range = [0, 1]\nstart = [{ x = 1 }]\nstarts = 2", "exclude each other"),
         ("range = [0, 1]\nstart = [{ y = 1 }]", "`y`"),
         ("range = [0, 1]\nstarts = 0", "from 1 to 1000"),
+        ("range = [0, 1]\nmethod = \"map\"\nwith = \"map\"", "exclude each other"),
+        ("range = [0, 1]\nmethod = \"lucky\"", "one of"),
     ] {
         let error = with(keys).expect_err(keys).to_string();
         assert!(error.contains(said), "{keys}: {error}");

@@ -13,4 +13,5 @@ mod gallery;
 mod guide;
 mod packaging;
 mod quickstart;
+mod tutorials;
 mod window_edges;

@@ -3,7 +3,8 @@
 //!
 //! One idea: about every point of a periodic orbit, the norm in which the derivative contracts
 //! defines ellipsoids. Ellipsoids are tried from the smallest up, as long as the map is seen to
-//! send them into themselves; an orbit that enters one need not be followed further. An attractor
+//! send them into themselves with the contacts of the orbit, so that none reaches over a graze into
+//! another basin; an orbit that enters one need not be followed further. An attractor
 //! without a period is known by the cells of a grid over its extent (`DatserisWagemakers2022`): an
 //! orbit that stays in them is on it.
 
@@ -12,7 +13,7 @@ use std::collections::HashSet;
 use nalgebra::{Complex, DMatrix, DVector};
 
 use crate::analysis::diagram::low_discrepancy;
-use crate::iteration::{DiscreteMap, MapOrbit, PhaseCircle};
+use crate::iteration::{DiscreteMap, MapOrbit, PassageSet, PhaseCircle};
 use crate::numeric::linear::eigenvalues;
 
 /// Most Newton steps to the points of a periodic orbit.
@@ -209,8 +210,8 @@ fn shortest((mut points, mut jacobians): Refined, circle: PhaseCircle, scales: &
     (points, jacobians)
 }
 
-/// Ellipsoid about a point: all smaller ones were seen to be sent into themselves. `None` if not
-/// even the smallest is.
+/// Ellipsoid about a point: all smaller ones were seen to be sent into themselves with the contacts
+/// of the orbit. `None` if not even the smallest is.
 fn trap(
     map: &dyn DiscreteMap,
     points: &[Vec<f64>],
@@ -226,11 +227,14 @@ fn trap(
         .filter_map(|number| root.tr_solve_lower_triangular(&direction(number, scales.len())))
         .collect();
     let mut trap = Trap { centre, circle: map.circle(), form, largest: 0.0 };
+    let (_, contacts) = image(map, trap.centre.as_slice(), points.len())?;
     let is_trapped = |radius: f64| {
         sphere.iter().all(|direction| {
             let start = &trap.centre + direction * radius;
             let image = image(map, start.as_slice(), points.len());
-            image.is_some_and(|image| trap.value(&image) < radius * radius)
+            image.is_some_and(|(image, made)| {
+                made == contacts && trap.value(&image) < radius * radius
+            })
         })
     };
     let radii = (0..ELLIPSOIDS).map(|number| SMALLEST * GROWTH.powi(number as i32));
@@ -277,16 +281,24 @@ fn direction(number: usize, dimension: usize) -> DVector<f64> {
     direction / length.max(f64::MIN_POSITIVE)
 }
 
-/// Image of a state after `steps` steps; `None` if a step is not valid.
-fn image(map: &dyn DiscreteMap, start: &[f64], steps: usize) -> Option<Vec<f64>> {
+/// Image of a state after `steps` steps, and the passages that make contact in each; `None` if a
+/// step is not valid.
+fn image(
+    map: &dyn DiscreteMap,
+    start: &[f64],
+    steps: usize,
+) -> Option<(Vec<f64>, Vec<PassageSet>)> {
     let (mut state, mut image) = (start.to_vec(), vec![0.0; start.len()]);
+    let mut contacts = Vec::with_capacity(steps);
     for _ in 0..steps {
-        if !map.step(&state, &[], &mut image).valid {
+        let step = map.step(&state, &[], &mut image);
+        if !step.valid {
             return None;
         }
+        contacts.push(step.passages);
         std::mem::swap(&mut state, &mut image);
     }
-    Some(state)
+    Some((state, contacts))
 }
 
 /// Cells visited by an orbit without a period, in a grid over its extent.

@@ -10,7 +10,7 @@ use crate::model::error::{Checked, Fault, SceneProblem};
 use crate::model::oscillator::Model;
 
 /// Keys of `[[diagram]]`.
-const DIAGRAM_KEYS: [&str; 12] = [
+const DIAGRAM_KEYS: [&str; 13] = [
     "parameter",
     "range",
     "points",
@@ -22,11 +22,12 @@ const DIAGRAM_KEYS: [&str; 12] = [
     "keep",
     "observe",
     "direction",
+    "method",
     "with",
 ];
 
 /// Keys of `[[chart]]`.
-const CHART_KEYS: [&str; 13] = [
+const CHART_KEYS: [&str; 14] = [
     "parameters",
     "ranges",
     "points",
@@ -37,13 +38,15 @@ const CHART_KEYS: [&str; 13] = [
     "transient",
     "keep",
     "observe",
+    "method",
     "with",
     "overlay",
     "itineraries",
 ];
 
 /// Keys of `[[basin]]`.
-const BASIN_KEYS: [&str; 7] = ["axes", "ranges", "points", "at", "start", "manifolds", "with"];
+const BASIN_KEYS: [&str; 8] =
+    ["axes", "ranges", "points", "at", "start", "manifolds", "method", "with"];
 
 /// Longest period allowed for saddles whose manifolds are drawn.
 const LONGEST_SADDLE: u64 = 12;
@@ -100,7 +103,7 @@ pub(super) fn read(table: &Table<'_>, model: &mut Model, scope: &Scope) -> Check
         keep,
         observe: observable(table.field("observe"), model, scope)?,
         direction: direction(table.field("direction"))?,
-        with: methods(table.field("with"))?,
+        with: methods(table)?,
     })
 }
 
@@ -140,7 +143,7 @@ pub(super) fn read_chart(table: &Table<'_>, model: &Model) -> Checked<ChartReque
         transient: count(table, "transient", 0, MOST_ITERATES, transient)?,
         keep: count(table, "keep", 1, MOST_ITERATES, defaults.keep as u64)?,
         observe,
-        with: methods(table.field("with"))?,
+        with: methods(table)?,
         overlay: overlay(table.field("overlay"))?,
         itineraries: itineraries(table.field("itineraries"))?,
         ..defaults
@@ -184,7 +187,7 @@ pub(super) fn read_basin(table: &Table<'_>, model: &Model, active: &[usize]) -> 
         at: at.collect::<Checked<_>>()?,
         start: start.collect::<Checked<_>>()?,
         manifolds: manifolds.transpose()?.map(|period| period as usize),
-        with: methods(table.field("with"))?,
+        with: methods(table)?,
     })
 }
 
@@ -323,9 +326,15 @@ fn direction(field: Option<Field<'_>>) -> Checked<SweepDirection> {
     })
 }
 
-fn methods(field: Option<Field<'_>>) -> Checked<Vec<Method>> {
-    let Some(field) = field else {
-        return Ok(vec![Method::Guarded]);
+/// Methods under `method`, or under its older name `with`.
+fn methods(table: &Table<'_>) -> Checked<Vec<Method>> {
+    let field = match (table.field("method"), table.field("with")) {
+        (Some(_), Some(older)) => {
+            let problem = SceneProblem::Exclusive { first: "method", second: "with" };
+            return Err(older.key_fault(problem));
+        }
+        (Some(field), None) | (None, Some(field)) => field,
+        (None, None) => return Ok(vec![Method::Guarded]),
     };
     let entries = field.one_or_list("a list of \"guarded\", \"map\", \"direct\"")?;
     field.check_length(entries.len(), usize::MAX)?;

@@ -277,13 +277,15 @@ const ORDER_WAYS: [[&[&str]; 2]; 2] = [
     [&["smooth_order", "contact_weight"], &["tolerance"]],
 ];
 
-/// Keys of a `[[diagram]]` that exclude each other: listed values and a range, and two kinds of
-/// starts.
-const SWEEP_WAYS: [[&[&str]; 2]; 4] = [
+/// Keys of a `[[diagram]]` that exclude each other: listed values and a range, two kinds of starts,
+/// and both names of the methods.
+const SWEEP_WAYS: [[&[&str]; 2]; 6] = [
     [&["values"], &["range", "points", "scale"]],
     [&["range"], &["values"]],
     [&["start"], &["starts"]],
     [&["starts"], &["start"]],
+    [&["method"], &["with"]],
+    [&["with"], &["method"]],
 ];
 
 /// Removes keys that an override excludes, unless they are overridden too.
