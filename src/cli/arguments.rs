@@ -47,6 +47,9 @@ pub(super) enum Command {
     Check(SceneOptions),
     /// Find the grazing orbit and predict its bifurcation
     Locate(LocateArguments),
+    /// Tell whether the orbit is clear of the stop, how far parameters may go, and which other
+    /// attractors there are
+    Safe(SafeArguments),
     /// Follow the grazing curve in two parameters, with its codimension-two points
     Curve(CurveArguments),
     /// Expand P_smooth, D and their composition, and print the coefficients
@@ -107,6 +110,7 @@ impl Arguments {
             Some(Command::View(options)) => ("view", options, false),
             Some(Command::Check(options)) => ("check", options, false),
             Some(Command::Locate(options)) => ("locate", &options.scene, false),
+            Some(Command::Safe(options)) => ("safe", &options.scene, true),
             Some(Command::Curve(options)) => ("curve", &options.scene, true),
             Some(Command::Expand(options)) => ("expand", options, true),
             Some(Command::Image(options)) => ("image", &options.scene, true),
@@ -399,6 +403,26 @@ pub(super) struct ConvergeOptions {
         value_parser = clap::value_parser!(u32).range(1..=1_000_000)
     )]
     pub(super) fresh: u32,
+}
+
+/// Options of `safe`.
+#[derive(Clone, Debug, Args)]
+pub(super) struct SafeArguments {
+    #[command(flatten)]
+    pub(super) scene: SceneOptions,
+    /// Tolerances of parameters, relative to their values; a box that is looked at as a whole
+    #[arg(long, value_name = "P=5%,...", value_parser = shares)]
+    pub(super) tolerance: Option<Named<f64>>,
+    /// Number of starts along each axis from which direct simulation looks for other attractors; 0:
+    /// none
+    #[arg(
+        long,
+        value_name = "N",
+        allow_negative_numbers = true,
+        default_value_t = 16,
+        value_parser = clap::value_parser!(u32).range(0..=1000)
+    )]
+    pub(super) points: u32,
 }
 
 /// Options of `curve`.
@@ -1019,6 +1043,17 @@ fn named<T: FromStr<Err = String>>(text: &str) -> Result<Named<T>, String> {
 /// Parses positions by name.
 fn positions(text: &str) -> Result<Named<Position>, String> {
     named(text)
+}
+
+/// Parses shares by name: `name=5%` or `name=0.05`.
+fn shares(text: &str) -> Result<Named<f64>, String> {
+    let share = |pair: &str| {
+        let (name, share) = pair.split_once('=').ok_or("expected NAME=SHARE, as omega=1%")?;
+        let Finite(value) = share.trim().trim_end_matches('%').parse()?;
+        let value = if share.trim().ends_with('%') { value / 100.0 } else { value };
+        Ok((name.trim().to_owned(), value))
+    };
+    text.split(',').map(share).collect::<Result<_, String>>().map(Named)
 }
 
 /// Parses sizes by name.

@@ -8,7 +8,7 @@ use super::arguments::Arguments;
 /// Groups of commands, in the order in which they are shown.
 const GROUPS: [(&str, &[&str]); 6] = [
     ("Scenes", &["new", "check", "demo", "run", "view"]),
-    ("Grazing orbits and maps", &["locate", "curve", "expand", "converge", "emit", "image"]),
+    ("Grazing orbits and maps", &["locate", "safe", "curve", "expand", "converge", "emit", "image"]),
     ("Dynamics", &["diagram", "chart", "basin", "trajectory", "noise"]),
     ("Periodic orbits and bifurcations", &["orbits", "branch", "loci"]),
     ("Measured data, published figures, clusters", &["fit", "gallery", "merge"]),

@@ -102,6 +102,7 @@ fn execute(command: Command) -> Result<(), CliError> {
         Command::New(options) => scenes::new(&options),
         Command::Check(options) => scenes::check(&options),
         Command::Locate(options) => grazes::locate(&options),
+        Command::Safe(options) => grazes::safe(&options),
         Command::Expand(options) => grazes::expand(&options),
         Command::Curve(options) => grazes::curve(&options),
         Command::Image(options) => image::run(&options),

@@ -26,7 +26,7 @@ mod sweeps;
 pub use answer::Answer;
 pub use commands::{
     AskedTrajectory, BranchKeys, Command, ConvergenceKeys, CurveKeys, FitKeys, LociKeys,
-    NearestKeys, NoiseKeys, OrbitsKeys, TrajectoryKeys,
+    NearestKeys, NoiseKeys, OrbitsKeys, SafeKeys, TrajectoryKeys,
 };
 pub use device::Device;
 pub use emit::{EmitRequest, write_emitted};

@@ -238,6 +238,8 @@ pub enum DocumentKind {
     Fit,
     /// Orbits under noise.
     Noise,
+    /// Safety: margins and intervals without contact.
+    Safety,
 }
 
 impl DocumentKind {

@@ -2,13 +2,13 @@
 //! coefficients of `P_smooth`, `D` and their composition.
 
 use super::{map, open, remark_on_window};
-use crate::cli::arguments::{CurveArguments, LocateArguments, SceneOptions};
+use crate::cli::arguments::{CurveArguments, LocateArguments, SafeArguments, SceneOptions};
 use crate::cli::output::{Bar, CliError, Results, deliver};
 use crate::cli::positions::Position;
 use grazemap::convergence::Choice;
 use grazemap::model::Scene;
 use grazemap::numeric::Shown;
-use grazemap::pipeline::{CurveKeys, NearestKeys};
+use grazemap::pipeline::{CurveKeys, NearestKeys, SafeKeys};
 use grazemap::report::{
     ChosenCoefficients, GrazeStudy, MapListing, OrbitListing, ReportError, least_orders_words,
     window_words,
@@ -136,6 +136,19 @@ pub(in crate::cli) fn curve(options: &CurveArguments) -> Result<(), CliError> {
     };
     drop(bar);
     deliver(answer, "curve", &options.scene.common.outlets)
+}
+
+/// Safety of a scene.
+pub(in crate::cli) fn safe(options: &SafeArguments) -> Result<(), CliError> {
+    let source = open(&options.scene)?;
+    let keys = SafeKeys {
+        tolerance: options.tolerance.clone().unwrap_or_default(),
+        points: options.points,
+    };
+    let bar = Bar::new("safe", options.scene.common.outlets.quiet);
+    let answer = keys.answer(source.scene(), &bar)?;
+    drop(bar);
+    deliver(answer, "safe", &options.scene.common.outlets)
 }
 
 /// Value of a parameter in a scene; 0 for another name, which the command refuses.

@@ -8,6 +8,7 @@ mod curve;
 mod direct;
 mod fit;
 mod orbits;
+mod safe;
 
 use serde::Deserialize;
 
@@ -21,6 +22,7 @@ pub use direct::{AskedTrajectory, ConvergenceKeys, TrajectoryKeys};
 pub(super) use direct::{study_answer, trajectory_answer};
 pub use fit::{FitKeys, NoiseKeys};
 pub use orbits::OrbitsKeys;
+pub use safe::SafeKeys;
 
 /// Command with its keys.
 ///
@@ -54,6 +56,8 @@ pub enum Command {
     Nearest(NearestKeys),
     /// Orbits under noise.
     Noise(NoiseKeys),
+    /// `safe`.
+    Safe(SafeKeys),
 }
 
 impl Command {
@@ -94,6 +98,7 @@ impl Command {
             Self::Curve(keys) => keys.answer(source.scene(), progress),
             Self::Nearest(keys) => keys.answer(source.scene(), progress),
             Self::Noise(keys) => keys.answer(&source.map()?, progress),
+            Self::Safe(keys) => keys.answer(source.scene(), progress),
         }
     }
 }

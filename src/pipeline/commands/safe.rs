@@ -1,0 +1,281 @@
+//! `safe`: whether a scene is clear of its stops, how far its parameters may go, and which other
+//! attractors there are.
+
+use serde::{Deserialize, Serialize};
+
+use crate::analysis::basin::{Attractor, BasinRequest};
+use crate::analysis::{NoProgress, Progress};
+use crate::iteration::Period;
+use crate::model::{Method, Scene};
+use crate::numeric::Dd;
+use crate::orbit::{Location, MarginOutcome, locate, margin};
+use crate::pipeline::keys::{KeyError, finite};
+use crate::pipeline::{Answer, Error, Map, Source, parameter_number};
+use crate::report::{
+    Document, DocumentKind, Figure, Named, OtherAttractor, SafeInterval, SafetyListing,
+    ToleranceBox, basin_figure, to_json,
+};
+
+/// Starts along each axis of the plane where none are named.
+const STARTS: u32 = 16;
+
+/// Distances, in units of that to the nearest graze, at which a graze is looked for on the other
+/// side.
+const OTHER_SIDE: [f64; 4] = [1.0, 2.0, 4.0, 8.0];
+
+/// Half-width of the plane of starts, in sizes of a coordinate.
+const REACH: f64 = 1.5;
+
+/// Keys of `safe`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct SafeKeys {
+    /// Tolerances of parameters, relative to their values.
+    pub tolerance: Named<f64>,
+    /// Number of starts along each axis of the section's plane from which direct simulation looks
+    /// for other attractors; 0: none are looked for.
+    pub points: u32,
+}
+
+impl Default for SafeKeys {
+    /// No tolerance; 16 by 16 starts.
+    fn default() -> Self {
+        Self { tolerance: Named::default(), points: STARTS }
+    }
+}
+
+impl SafeKeys {
+    /// Computes the answer: margins, intervals, the box of tolerances, other attractors.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Key`] and [`Error::NoSuchParameter`] for unknown parameters and tolerances that are
+    /// not positive, [`Error::NotLocated`] if no orbit of the scene grazes.
+    pub fn answer(&self, scene: &Scene, progress: &dyn Progress) -> Result<Answer, Error> {
+        let adjusted = scene.grazing.solve_for[0];
+        let mut tolerances = Vec::new();
+        for (name, tolerance) in &self.tolerance.0 {
+            let parameter = parameter_number(scene, name)?;
+            if finite("tolerance", *tolerance)? <= 0.0 {
+                return Err(KeyError::NotPositive { key: "tolerance", value: *tolerance }.into());
+            }
+            tolerances.push((parameter, *tolerance));
+        }
+        let mut listed = scene.expansion.active.clone();
+        listed.extend(std::iter::once(adjusted).chain(tolerances.iter().map(|of| of.0)));
+        listed.sort_unstable();
+        listed.dedup();
+        let corners = corners(scene, &tolerances);
+        progress.expect((listed.len() + corners.len() + 1) as u64);
+        // The verdict is of the orbit that grazes where the scene's own parameter is adjusted.
+        let clears = match margin(scene, &[adjusted], &[1.0])? {
+            MarginOutcome::Found(found) => found.clears,
+            MarginOutcome::NotLocated(reason) => return Err(reason.into()),
+        };
+        let mut intervals = Vec::new();
+        for parameter in listed {
+            intervals.push(interval(scene, parameter)?);
+            progress.advance(1);
+        }
+        let tolerance = match tolerances.is_empty() {
+            true => None,
+            false => Some(tolerance_box(scene, &tolerances, &corners, progress)?),
+        };
+        let (attractors, map) = match self.points {
+            0 => (Vec::new(), None),
+            points => attractors(scene, adjusted, points as usize)?,
+        };
+        progress.advance(1);
+        let surface = &scene.model.surfaces[scene.grazing.passages[0]].name;
+        let listing = SafetyListing {
+            surface: surface.clone(),
+            clears,
+            intervals,
+            tolerance,
+            attractors,
+            starts: self.points * self.points,
+        };
+        let document = to_json(&Document::new(DocumentKind::Safety, scene, &listing))?;
+        let text = listing.text(&scene.identifier);
+        let answer = Answer::new("safe", text, document, listing.table());
+        Ok(match map {
+            Some(figure) => answer.with_figures([("", figure)]),
+            None => answer,
+        })
+    }
+}
+
+/// Values of a parameter at which the orbit of a scene grazes, as far as they are found: those of
+/// the search from the scene's own value, and from values on the other side.
+fn grazes(scene: &Scene, parameter: usize) -> Result<Vec<f64>, Error> {
+    let own = scene.model.parameters[parameter].value;
+    let mut scene = scene.clone();
+    scene.grazing.solve_for = vec![parameter];
+    let mut found = found_from(&scene, parameter)?;
+    let is_below = |value: &f64| *value < own.to_f64();
+    let Some(nearest) = found.first().copied() else { return Ok(found) };
+    let distance = nearest - own.to_f64();
+    for times in OTHER_SIDE {
+        if found.iter().any(|value| is_below(value) != is_below(&nearest)) {
+            break;
+        }
+        let start = own.to_f64() - times * distance;
+        if start * own.to_f64() <= 0.0 || distance == 0.0 {
+            break;
+        }
+        scene.model.parameters[parameter].value = Dd::from(start);
+        found.extend(found_from(&scene, parameter)?);
+    }
+    Ok(found)
+}
+
+/// Grazing values of the search that begins at a scene's value of a parameter, the nearest first;
+/// of orbits that are those of the oscillator.
+fn found_from(scene: &Scene, parameter: usize) -> Result<Vec<f64>, Error> {
+    match locate(scene) {
+        Ok(Location::Located(orbit)) if orbit.physical(scene).is_ok() => {
+            let own = orbit.parameters()[parameter].to_f64();
+            Ok(std::iter::once(own).chain(orbit.other_grazes.iter().copied()).collect())
+        }
+        Ok(_) => Ok(Vec::new()),
+        Err(error) => Err(error.into()),
+    }
+}
+
+/// Interval of a parameter, about the scene's value, in which no graze was found.
+fn interval(scene: &Scene, parameter: usize) -> Result<SafeInterval, Error> {
+    let value = scene.model.parameters[parameter].value.to_f64();
+    let found = grazes(scene, parameter)?;
+    let below = found.iter().copied().filter(|graze| *graze <= value).reduce(f64::max);
+    let above = found.iter().copied().filter(|graze| *graze > value).reduce(f64::min);
+    let name = scene.model.parameters[parameter].name.clone();
+    Ok(SafeInterval { parameter: name, value, below, above })
+}
+
+/// Values of the tolerated parameters but the first: at the scene's values and at every corner.
+fn corners(scene: &Scene, tolerances: &[(usize, f64)]) -> Vec<Vec<(usize, f64)>> {
+    let own = |parameter: usize| scene.model.parameters[parameter].value.to_f64();
+    let rest = tolerances.get(1..).unwrap_or_default();
+    if tolerances.is_empty() {
+        return Vec::new();
+    }
+    let middle: Vec<(usize, f64)> = rest.iter().map(|&(p, _)| (p, own(p))).collect();
+    let corner = |number: usize| {
+        let value = |(place, &(p, share)): (usize, &(usize, f64))| {
+            let sign = if number >> place & 1 == 1 { 1.0 } else { -1.0 };
+            (p, own(p) * (1.0 + sign * share))
+        };
+        rest.iter().enumerate().map(value).collect()
+    };
+    let count = if rest.is_empty() { 0 } else { 1 << rest.len() };
+    std::iter::once(middle).chain((0..count).map(corner)).collect()
+}
+
+/// Whether all of a box of tolerances is clear of the stop: on the edge along its first parameter
+/// at every corner of the others, and through its middle.
+fn tolerance_box(
+    scene: &Scene,
+    tolerances: &[(usize, f64)],
+    corners: &[Vec<(usize, f64)>],
+    progress: &dyn Progress,
+) -> Result<ToleranceBox, Error> {
+    let (first, share) = tolerances[0];
+    let own = scene.model.parameters[first].value.to_f64();
+    let mut ends = [own * (1.0 - share), own * (1.0 + share)];
+    ends.sort_by(f64::total_cmp);
+    let name = |parameter: usize| scene.model.parameters[parameter].name.clone();
+    let mut touched = Vec::new();
+    for corner in corners {
+        let mut scene = scene.clone();
+        for &(parameter, value) in corner {
+            scene.model.parameters[parameter].value = Dd::from(value);
+        }
+        let mut at: Vec<f64> = grazes(&scene, first)?;
+        at.retain(|graze| (ends[0]..=ends[1]).contains(graze));
+        scene.grazing.solve_for = vec![first];
+        let clears = match margin(&scene, &[first], &[1.0])? {
+            MarginOutcome::Found(found) => found.clears,
+            MarginOutcome::NotLocated(_) => true,
+        };
+        if !clears || !at.is_empty() {
+            let graze = at.first().copied().unwrap_or(own);
+            let values = corner.iter().map(|&(parameter, value)| (name(parameter), value));
+            touched.push(Named::new(std::iter::once((name(first), graze)).chain(values)));
+        }
+        progress.advance(1);
+    }
+    let tolerances = tolerances.iter().map(|&(parameter, share)| (name(parameter), share));
+    Ok(ToleranceBox { tolerances: Named::new(tolerances), edges: corners.len(), touched })
+}
+
+/// Attractors at the scene's values, by direct simulation from a grid of states, and their picture.
+fn attractors(
+    scene: &Scene,
+    adjusted: usize,
+    points: usize,
+) -> Result<(Vec<OtherAttractor>, Option<Figure>), Error> {
+    let map = Source::Scene(Box::new(scene.clone())).free_flight()?;
+    let Some(place) = scene.expansion.active.iter().position(|&active| active == adjusted) else {
+        return Ok((Vec::new(), None));
+    };
+    let own = scene.model.parameters[adjusted].value;
+    let offset = (own - map.orbit().parameters()[adjusted]).to_f64();
+    let mut request = BasinRequest::over_the_window(map.local());
+    request.parameters[place] = offset;
+    request.points = [points; 2];
+    request.method = Method::Direct;
+    let coordinates = map.orbit().section_coordinates(scene);
+    let phase = scene.model.phase.as_ref().map(|phase| phase.name.as_str());
+    for (range, &axis) in request.ranges.iter_mut().zip(&request.axes) {
+        let (name, value) = coordinates[axis];
+        let half = match phase == Some(name) {
+            true => std::f64::consts::PI,
+            false => REACH * value.to_f64().abs().max(1e-3),
+        };
+        *range = [-half, half];
+    }
+    let basins = map.basins(std::slice::from_ref(&request), &NoProgress)?;
+    let Some(basin) = basins.first() else { return Ok((Vec::new(), None)) };
+    let found = basin.attractors.iter().map(|found| {
+        let attractor = &found.attractor;
+        let speed = impact_speed(&map, scene, (adjusted, offset), attractor);
+        OtherAttractor {
+            orbit: attractor.orbit.as_ref().map(ToString::to_string),
+            period: match attractor.period {
+                Period::Periodic(period) => Some(period),
+                Period::NotFound => None,
+            },
+            fraction: found.share.fraction,
+            impact_speed: speed,
+            start: Named::new(
+                coordinates.iter().map(|of| of.0).zip(attractor.states[0].iter().copied()),
+            ),
+        }
+    });
+    let found = found.collect();
+    Ok((found, Some(basin_figure(basin))))
+}
+
+/// Largest impact speed over the returns of an attractor, by direct simulation.
+fn impact_speed(
+    map: &Map,
+    scene: &Scene,
+    (parameter, offset): (usize, f64),
+    attractor: &Attractor,
+) -> Option<f64> {
+    let returns = attractor.states.len().clamp(1, 1000);
+    let names = map.local().section.coordinates.iter();
+    let start = names.zip(attractor.states.first()?);
+    let start: Vec<String> = start.map(|(name, value)| format!("{name} = {value:e}")).collect();
+    let table = format!(
+        "[[diagram]]\nparameter = \"{}\"\nvalues = [{offset:e}]\ntransient = 0\nkeep = {returns}\n\
+         observe = \"impact_speed\"\ndirection = \"up\"\nmethod = \"direct\"\n\
+         start = [{{ {} }}]\n",
+        scene.model.parameters[parameter].name,
+        start.join(", ")
+    );
+    let asked = map.asking(&table).ok()?;
+    let diagram = asked.diagram(&asked.scene().diagrams[0]).ok()?;
+    let points = diagram.sweeps.iter().flat_map(|sweep| &sweep.points);
+    points.flat_map(|point| point.values.iter().copied()).reduce(f64::max)
+}
