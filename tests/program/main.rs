@@ -1,4 +1,4 @@
-//! The program as users see it, the pages of the guide, and the architecture.
+//! The program as users see it, README and the pages of the guide, and the architecture.
 
 #[path = "../support/mod.rs"]
 mod support;
@@ -13,4 +13,5 @@ mod gallery;
 mod guide;
 mod packaging;
 mod quickstart;
+mod readme;
 mod window_edges;
