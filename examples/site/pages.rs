@@ -158,12 +158,32 @@ impl Site<'_> {
                     }
                 }
                 Event::Text(_) if commands.is_some() => {}
+                Event::Html(text) => {
+                    events.push(Event::Html(self.embedded(document, &text)?.into()));
+                }
                 other => events.push(other),
             }
         }
         let mut text = String::new();
         html::push_html(&mut text, events.into_iter());
         Ok(text)
+    }
+
+    /// HTML of a page with its pictures embedded.
+    fn embedded(&self, document: &Document, html: &str) -> Result<String, Box<dyn Error>> {
+        let mut html = html.to_owned();
+        for attribute in [" src=\"", " srcset=\""] {
+            let mut parts = html.split(attribute);
+            let mut text = parts.next().unwrap_or_default().to_owned();
+            for part in parts {
+                let (path, rest) = part.split_once('"').ok_or("a path in quotes")?;
+                let place = document.place_of(path).ok_or("a picture of the repository")?;
+                let address = data_address(&self.root.join(place))?;
+                text += &format!("{attribute}{address}\"{rest}");
+            }
+            html = text;
+        }
+        Ok(html)
     }
 
     /// Target of a link in the site: HTML for pages, the same path for other files.

@@ -1,4 +1,4 @@
-//! The program as users see it, the pages of the guide, and the architecture.
+//! The program as users see it, README and the pages of the guide, and the architecture.
 
 #[path = "../support/mod.rs"]
 mod support;
@@ -13,5 +13,6 @@ mod gallery;
 mod guide;
 mod packaging;
 mod quickstart;
+mod readme;
 mod tutorials;
 mod window_edges;
