@@ -14,7 +14,7 @@ use super::live::LiveMap;
 use super::{Cell, Column, Figure, ReportError, Table};
 
 const TEMPLATE: &str = include_str!("../../templates/report.html.tera");
-/// Style of all pages; `examples/site` uses it too.
+/// Style of all pages.
 const STYLE: &str = include_str!("../../templates/style.css");
 const SCRIPT: &str = include_str!("../../templates/page.js");
 const WORKER: &str = include_str!("../../templates/map_worker.js");

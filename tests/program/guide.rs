@@ -1,23 +1,15 @@
-//! Examples of the guide: scenes are checked, and commands run in the order of the page. All links
-//! in the documentation have a target.
+//! Pages of the documentation: the scenes of the reference are checked, the commands of how-to pages
+//! run in the order of the page, every link leads somewhere.
 
-#[path = "../../examples/site/commands.rs"]
-mod commands;
-#[path = "../../examples/site/documents.rs"]
-mod documents;
-#[path = "../../examples/site/pages.rs"]
-mod pages;
-
-use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use grazemap::model::Scene;
-use grazemap_figure::escape_html;
 
-use super::cli::scratch;
-use commands::{RUN, Runner, blocks};
-use documents::{Document, Documents, is_address};
-use pages::{Site, place};
+use super::cli::{grazemap, scratch};
+use super::documents::{Document, Documents};
+
+/// Pages whose `sh` blocks are run, each page in a folder of its own, with the number of commands.
+const RUN: [(&str, usize); 2] = [("docs/how-to/tour.md", 10), ("docs/reference/page.md", 1)];
 
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -28,8 +20,8 @@ fn documents() -> Documents {
 }
 
 #[test]
-fn every_scene_of_the_guide_is_a_good_one_without_warnings() {
-    let mut scenes = blocks(&documents().0["docs/reference/scene.md"]);
+fn every_scene_of_the_reference_is_a_good_one_without_warnings() {
+    let mut scenes = documents().0["docs/reference/scene.md"].blocks();
     scenes.retain(|block| block.language == "toml");
     assert!(!scenes.is_empty());
     for block in scenes {
@@ -38,23 +30,32 @@ fn every_scene_of_the_guide_is_a_good_one_without_warnings() {
     }
 }
 
+/// A CSV block of a page is `states.csv` of the commands below it.
 #[test]
-fn the_commands_of_the_guide_work_and_its_page_shows_what_they_print_and_draw() {
+fn the_commands_of_how_to_pages_work() {
     let documents = documents();
-    for (path, commands) in RUN.into_iter().zip([10, 1]) {
-        let folder = scratch();
-        let runner = Runner::new(env!("CARGO_BIN_EXE_grazemap"), folder.path());
-        let done = runner.page(&documents.0[path]).unwrap_or_else(|fault| panic!("{fault}"));
-        let lines: Vec<String> =
-            done.iter().flatten().map(|done| escape_html(&done.line)).collect();
-        assert!(lines.len() >= commands, "{path}: {lines:?}");
-        let done = [(path.to_owned(), (done, folder.path().to_owned()))].into();
-        let site = Site { root: root(), documents: &documents, done, gallery: false };
-        let page = site.page(&documents.0[path]).expect("a page");
-        for line in lines {
-            assert!(page.contains(&format!("<pre><code>{line}</code></pre>")), "{line}");
+    for (path, least) in RUN {
+        let (folder, mut commands) = (scratch(), 0);
+        for block in documents.0[path].blocks() {
+            match block.language.as_str() {
+                "sh" => {
+                    for line in block.text.lines() {
+                        let words: Vec<&str> = line.split_whitespace().collect();
+                        assert_eq!(words[0], "grazemap", "{path}: {line}");
+                        let output = grazemap(folder.path(), &words[1..]);
+                        let said = String::from_utf8_lossy(&output.stderr);
+                        assert!(output.status.success(), "{path}: {line}: {said}");
+                        commands += 1;
+                    }
+                }
+                "csv" => {
+                    let path = folder.path().join("states.csv");
+                    std::fs::write(path, &block.text).expect("writable");
+                }
+                _ => {}
+            }
         }
-        assert!(page.contains("<img src=\"data:image/svg+xml;base64,"), "{path}");
+        assert!(commands >= least, "{path}: {commands}");
     }
 }
 
@@ -62,41 +63,6 @@ fn the_commands_of_the_guide_work_and_its_page_shows_what_they_print_and_draw() 
 fn every_link_of_the_documentation_leads_somewhere() {
     let faults = documents().faults(root());
     assert!(faults.is_empty(), "{}", faults.join("\n"));
-}
-
-/// Check of the written pages by an independent reader.
-#[test]
-fn every_link_of_the_site_is_to_a_part_of_one_of_its_pages() {
-    let documents = documents();
-    let (done, gallery) = (BTreeMap::new(), false);
-    let site = Site { root: root(), documents: &documents, done, gallery };
-    let written: BTreeMap<String, String> = documents
-        .0
-        .values()
-        .map(|page| (place(&page.path), site.page(page).expect("a page")))
-        .collect();
-    let copied = documents.files();
-    let values = |text: &str, name: &str| -> BTreeSet<String> {
-        let opening = format!(" {name}=\"");
-        let parts = text.split(opening.as_str()).skip(1);
-        parts.filter_map(|part| Some(part.split_once('"')?.0.to_owned())).collect()
-    };
-    for (own, text) in &written {
-        assert!(!text.contains("<script") && text.contains("default-src 'none'"), "{own}");
-        assert!(values(text, "src").iter().all(|src| src.starts_with("data:")), "{own}");
-        for link in values(text, "href").into_iter().filter(|link| !is_address(link)) {
-            let (path, anchor) = link.split_once('#').unwrap_or((&link, ""));
-            let here = Document { path: own.clone(), text: String::new() };
-            let target = here.place_of(path).unwrap_or_else(|| panic!("{own}: `{link}`"));
-            if copied.contains(&target) {
-                continue;
-            }
-            let target = written.get(&target);
-            let target = target.unwrap_or_else(|| panic!("{own}: `{link}` is no page"));
-            let is_named = anchor.is_empty() || values(target, "id").contains(anchor);
-            assert!(is_named, "{own}: `{link}` is no part");
-        }
-    }
 }
 
 /// Anchors of headings as on GitHub, and missing targets.

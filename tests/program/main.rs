@@ -7,6 +7,7 @@ mod architecture;
 mod bad_input;
 mod benchmark;
 mod cli;
+mod documents;
 #[cfg(unix)]
 mod fuzz;
 mod gallery;

@@ -1,11 +1,11 @@
 //! Pages of documentation in the repository: headings with their link anchors, and broken links.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::error::Error;
 use std::fs;
 use std::path::Path;
 
-use pulldown_cmark::{Event, MetadataBlockKind, Options, Parser, Tag, TagEnd};
+use pulldown_cmark::{CodeBlockKind, Event, Options, Parser, Tag, TagEnd};
 
 /// Pages outside `docs/`.
 const BESIDE: [&str; 4] =
@@ -13,29 +13,34 @@ const BESIDE: [&str; 4] =
 
 /// Markdown page.
 #[derive(Debug)]
-pub(crate) struct Document {
+pub(super) struct Document {
     /// Path in the repository, with slashes.
-    pub(crate) path: String,
-    pub(crate) text: String,
+    pub(super) path: String,
+    pub(super) text: String,
 }
 
 /// Heading of a page.
 #[derive(Debug)]
-pub(crate) struct Heading {
-    /// Level, 1 for the title.
-    pub(crate) level: usize,
-    pub(crate) text: String,
+pub(super) struct Heading {
+    pub(super) text: String,
     /// Anchor: the part after `#` in a link to the heading.
-    pub(crate) anchor: String,
+    pub(super) anchor: String,
+}
+
+/// Code block of a page.
+#[derive(Debug)]
+pub(super) struct Block {
+    pub(super) language: String,
+    pub(super) text: String,
 }
 
 /// Pages, by path.
 #[derive(Debug)]
-pub(crate) struct Documents(pub(crate) BTreeMap<String, Document>);
+pub(super) struct Documents(pub(super) BTreeMap<String, Document>);
 
 impl Documents {
     /// Reads the pages of a checkout.
-    pub(crate) fn read(root: &Path) -> Result<Self, Box<dyn Error>> {
+    pub(super) fn read(root: &Path) -> Result<Self, Box<dyn Error>> {
         let mut paths = BESIDE.map(str::to_owned).to_vec();
         let mut folders = vec!["docs".to_owned()];
         while let Some(folder) = folders.pop() {
@@ -56,19 +61,8 @@ impl Documents {
         Ok(Self(paths.into_iter().map(read).collect::<Result<_, _>>()?))
     }
 
-    /// Paths of linked files that are not pages.
-    pub(crate) fn files(&self) -> BTreeSet<String> {
-        let of = |page: &Document| -> Vec<String> {
-            let links = page.links().into_iter().filter(|link| !is_address(link));
-            links.filter_map(|link| page.place_of(link.split('#').next()?)).collect()
-        };
-        let mut files: BTreeSet<String> = self.0.values().flat_map(of).collect();
-        files.retain(|path| !self.0.contains_key(path));
-        files
-    }
-
     /// Faults of the links of all pages, each with page and target.
-    pub(crate) fn faults(&self, root: &Path) -> Vec<String> {
+    pub(super) fn faults(&self, root: &Path) -> Vec<String> {
         let of = |page: &Document| -> Vec<String> {
             let links = page.links().into_iter();
             let fault = |link: String| {
@@ -107,20 +101,39 @@ impl Documents {
 
 impl Document {
     /// Markdown events of the text, with tables as on GitHub.
-    pub(crate) fn events(&self) -> impl Iterator<Item = Event<'_>> {
+    pub(super) fn events(&self) -> impl Iterator<Item = Event<'_>> {
         let options = Options::ENABLE_TABLES | Options::ENABLE_YAML_STYLE_METADATA_BLOCKS;
         Parser::new_ext(&self.text, options)
     }
 
+    /// Code blocks that name a language.
+    pub(super) fn blocks(&self) -> Vec<Block> {
+        let mut blocks: Vec<Block> = Vec::new();
+        let mut is_open = false;
+        for event in self.events() {
+            match event {
+                Event::Start(Tag::CodeBlock(CodeBlockKind::Fenced(language))) => {
+                    blocks.push(Block { language: language.to_string(), text: String::new() });
+                    is_open = true;
+                }
+                Event::Text(text) if is_open => {
+                    blocks.last_mut().expect("a block is open").text.push_str(&text);
+                }
+                Event::End(TagEnd::CodeBlock) => is_open = false,
+                _ => {}
+            }
+        }
+        blocks
+    }
+
     /// Headings, in order.
-    pub(crate) fn headings(&self) -> Vec<Heading> {
+    pub(super) fn headings(&self) -> Vec<Heading> {
         let mut headings: Vec<Heading> = Vec::new();
         let mut open: Option<Heading> = None;
         for event in self.events() {
             match (event, &mut open) {
-                (Event::Start(Tag::Heading { level, .. }), _) => {
-                    let (text, anchor) = (String::new(), String::new());
-                    open = Some(Heading { level: level as usize, text, anchor });
+                (Event::Start(Tag::Heading { .. }), _) => {
+                    open = Some(Heading { text: String::new(), anchor: String::new() });
                 }
                 (Event::Text(words) | Event::Code(words), Some(heading)) => heading.text += &words,
                 (Event::End(TagEnd::Heading(_)), Some(_)) => {
@@ -130,20 +143,6 @@ impl Document {
             }
         }
         headings
-    }
-
-    /// Title: that in the head of the file, the first heading, or the path.
-    pub(crate) fn title(&self) -> String {
-        let mut events = self.events();
-        let head = Event::Start(Tag::MetadataBlock(MetadataBlockKind::YamlStyle));
-        if let (Some(first), Some(Event::Text(head_text))) = (events.next(), events.next())
-            && first == head
-            && let Some(title) = head_text.lines().find_map(|line| line.strip_prefix("title: "))
-        {
-            return title.trim_matches(['\'', '"']).to_owned();
-        }
-        let first = self.headings().into_iter().next();
-        first.map_or_else(|| self.path.clone(), |heading| heading.text)
     }
 
     /// Targets of links and pictures, as written.
@@ -159,7 +158,7 @@ impl Document {
 
     /// Path in the repository of a target on this page (the page's own if empty); `None` outside
     /// the repository.
-    pub(crate) fn place_of(&self, target: &str) -> Option<String> {
+    pub(super) fn place_of(&self, target: &str) -> Option<String> {
         if target.is_empty() {
             return Some(self.path.clone());
         }
@@ -194,6 +193,6 @@ impl Heading {
 }
 
 /// Whether a target is an external address, not a file of the repository.
-pub(crate) fn is_address(target: &str) -> bool {
+pub(super) fn is_address(target: &str) -> bool {
     target.contains("://") || target.starts_with("mailto:")
 }
