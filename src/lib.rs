@@ -1,4 +1,4 @@
-//! Grazemap: fast, measured local maps of oscillators that graze a stop.
+//! Grazemap: bifurcation analysis of oscillators that hit a stop.
 //!
 //! A [`Scene`] describes an impact oscillator. [`graze`](FindGraze::graze) finds the orbit that
 //! just touches the stop, [`map`](Graze::map) expands the Poincaré map near it, and a [`Map`] is
