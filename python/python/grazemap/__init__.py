@@ -25,6 +25,7 @@ from ._commands import (
     noise,
     orbits,
     report,
+    safe,
     trajectory,
 )
 from ._errors import GrazemapError, InputError, NoResult, SceneError, TooLargeError
@@ -42,6 +43,7 @@ from ._table import (
     Nearest,
     Noise,
     Orbits,
+    Safety,
     Study,
     Table,
     Trajectory,
@@ -65,6 +67,7 @@ __all__ = [
     "NoResult",
     "Noise",
     "Orbits",
+    "Safety",
     "Scene",
     "SceneError",
     "Study",
@@ -86,5 +89,6 @@ __all__ = [
     "noise",
     "orbits",
     "report",
+    "safe",
     "trajectory",
 ]

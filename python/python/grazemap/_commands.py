@@ -29,6 +29,7 @@ from ._table import (
     Nearest,
     Noise,
     Orbits,
+    Safety,
     Study,
     Trajectory,
 )
@@ -328,6 +329,27 @@ def nearest(
     """
     keys = {"nearest": parameters, "scale": scale}
     return Nearest(_answered(source, "nearest", keys, progress))
+
+
+def safe(
+    source: Source,
+    tolerance: Mapping[str, float] | None = None,
+    *,
+    points: int = 16,
+    progress: Progress | bool | None = None,
+) -> Safety:
+    """Tell whether the orbit is clear of the stop, and how far parameters may go.
+
+    ``tolerance`` holds tolerances of parameters relative to their values (0.05 is 5 %); the whole
+    box is looked at. Direct simulation looks for other attractors from ``points`` by ``points``
+    states; 0: none. The rows are those of ``grazemap safe``.
+
+    >>> found = safe(Scene.catalogue("linear"), {"alpha": 0.01}, points=0)
+    >>> found.clears, [str(name) for name in found["parameter"]]
+    (False, ['alpha', 'omega'])
+    """
+    keys = {"tolerance": tolerance, "points": points}
+    return Safety(_answered(source, "safe", keys, progress))
 
 
 def trajectory(

@@ -246,6 +246,22 @@ class Nearest(Table):
     command = "curve"
 
 
+class Safety(Table):
+    """Safety of a scene: a row for every parameter, with the grazes below and above its value."""
+
+    command = "safe"
+
+    @property
+    def clears(self) -> bool:
+        """Tell whether the orbit is clear of the stop at the scene's values."""
+        return bool(self.document["clears"])
+
+    @property
+    def attractors(self) -> list[dict[str, Any]]:
+        """Attractors found by direct simulation, the one with the largest share first."""
+        return list(self.document["attractors"])
+
+
 class Trajectory(Table):
     """Time series: a row for every sample and event."""
 

@@ -14,6 +14,7 @@ mod saved;
 mod shards;
 #[cfg(unix)]
 mod view;
+mod vocabulary;
 mod wrong_calls;
 
 use std::fs;

@@ -1,0 +1,191 @@
+//! One vocabulary: names of options with their older spellings, offsets and values, pictures that
+//! options ask for, and the commands in groups.
+
+use super::{grazemap, json, scratch, text};
+
+fn printed(arguments: &[&str]) -> String {
+    let folder = scratch();
+    let output = grazemap(folder.path(), arguments);
+    assert!(output.status.success(), "{arguments:?}: {}", text(&output.stderr));
+    text(&output.stdout)
+}
+
+#[test]
+fn older_spellings_give_the_same_bytes() {
+    let csv = |arguments: &[&str]| printed(&[arguments, &["--csv", "-", "-q"]].concat());
+    let branch = ["branch", "linear", "--along", "alpha", "--from=-1e-4", "--to=1e-4"];
+    let one = ["--itinerary", "1"];
+    let pairs: [[&[&str]; 2]; 3] = [
+        [
+            &[&branch[..], &one, &["--method", "map"]].concat(),
+            &[&branch[..], &one, &["--using", "map"]].concat(),
+        ],
+        [
+            &["loci", "linear", "--plane", "omega,alpha", "--kind", "GR", "--from=-1e-4", "--to=0"],
+            &["loci", "linear", "--in", "omega,alpha", "--kind", "graze", "--from=-1e-4", "--to=0"],
+        ],
+        [
+            &["basin", "linear", "--plane", "x,theta", "--points", "8", "--method", "direct"],
+            &["basin", "linear", "--axes", "x,theta", "--points", "8", "--with", "direct"],
+        ],
+    ];
+    for [newer, older] in pairs {
+        assert_eq!(csv(newer), csv(older), "{newer:?}");
+    }
+}
+
+#[test]
+fn ends_of_a_curve_are_offsets_or_values() {
+    let folder = scratch();
+    let curve = |arguments: &[&str]| {
+        let command = [&["curve", "linear"], arguments, &["--json", "-", "-q"]].concat();
+        json(folder.path(), &command)["points"].clone()
+    };
+    let values = curve(&["--with", "omega", "--from", "1.75", "--to", "2"]);
+    assert_eq!(curve(&["--along", "omega", "--from", "@1.75", "--to", "@2"]), values);
+    let all = ["--along", "omega", "--from", "1.75", "--to", "2", "--values"];
+    assert_eq!(curve(&all), values);
+    let offsets = curve(&["--along", "omega", "--from=-0.05", "--to", "0.2"]);
+    let ends = |points: &serde_json::Value| {
+        let points = points.as_array().expect("a list").clone();
+        [0, points.len() - 1].map(|at| points[at]["parameters"]["omega"].as_f64().expect("omega"))
+    };
+    for (by_value, by_offset) in ends(&values).iter().zip(ends(&offsets)) {
+        assert!((by_value - by_offset).abs() < 1e-12, "{by_value} {by_offset}");
+    }
+}
+
+#[test]
+fn positions_with_an_at_sign_are_values() {
+    let folder = scratch();
+    let orbits = |at: &str| {
+        let command = ["orbits", "linear", "--itinerary", "1", "--at", at, "--json", "-", "-q"];
+        json(folder.path(), &command)["orbits"][0]["parameters"]["alpha"].as_f64().expect("alpha")
+    };
+    let grazing = (1.0_f64 - 1.8 * 1.8).hypot(0.18);
+    let by_value = orbits(&format!("alpha=@{}", grazing - 1e-4));
+    assert!((by_value - orbits("alpha=-1e-4")).abs() < 1e-14, "{by_value}");
+}
+
+#[test]
+fn options_ask_for_diagrams_and_charts_as_tables_do() {
+    let csv = |arguments: &[&str]| printed(&[arguments, &["--csv", "-", "-q"]].concat());
+    let by_options = csv(&[
+        "diagram",
+        "linear",
+        "--along",
+        "alpha",
+        "--from=-1e-4",
+        "--to",
+        "1e-4",
+        "--points",
+        "5",
+        "--keep",
+        "3",
+        "--transient",
+        "20",
+        "--direction",
+        "up",
+        "--method",
+        "map",
+    ]);
+    let by_table = csv(&[
+        "diagram",
+        "linear",
+        "--set",
+        "diagram.0.range=[-1e-4, 1e-4]",
+        "--set",
+        "diagram.0.points=5",
+        "--set",
+        "diagram.0.keep=3",
+        "--set",
+        "diagram.0.transient=20",
+        "--set",
+        "diagram.0.direction=\"up\"",
+        "--set",
+        "diagram.0.with=\"map\"",
+    ]);
+    assert_eq!(by_options, by_table);
+    let chart = csv(&[
+        "chart",
+        "linear",
+        "--plane",
+        "alpha,omega",
+        "--range",
+        "alpha=-1e-4:1e-4,omega=-1e-4:0",
+        "--points",
+        "4,3",
+        "--keep",
+        "8",
+        "--transient",
+        "20",
+    ]);
+    assert_eq!(chart.lines().count(), 1 + 4 * 3, "{chart}");
+    let folder = scratch();
+    let unknown = grazemap(folder.path(), &["diagram", "linear", "--along", "beta"]);
+    assert_eq!(unknown.status.code(), Some(2));
+    assert!(text(&unknown.stderr).contains("beta"), "{}", text(&unknown.stderr));
+}
+
+#[test]
+fn noise_and_fits_are_commands() {
+    let folder = scratch();
+    let noise = ["noise", "linear", "--deviation", "alpha=1e-6", "--orbits", "4", "--keep", "5"];
+    let counted = json(folder.path(), &[&noise[..], &["--json", "-", "-q"]].concat());
+    assert_eq!(counted["document"], "noise");
+    // Returns of direct simulation at an offset of alpha, found again.
+    let states = folder.path().join("states.csv");
+    std::fs::write(&states, "x,theta,alpha\n-2e-6,0,3e-7\n-4e-6,0,3e-7\n").expect("writable");
+    let image = ["image", "linear", "--states", "states.csv", "--iterations", "6"];
+    let images = grazemap(folder.path(), &[&image[..], &["--method", "direct", "-q"]].concat());
+    let images = text(&images.stdout);
+    let mut lines = images.lines().map(|line| line.split(',').collect::<Vec<_>>());
+    let header = lines.next().expect("a header");
+    let place = |name: &str| header.iter().position(|known| *known == name).expect("a column");
+    let [row, x, theta] = ["row", "x", "theta"].map(place);
+    let rows = lines.map(|cells| format!("{},{},{}\n", cells[row], cells[x], cells[theta]));
+    let measured = format!("series,x,theta\n{}", rows.collect::<String>());
+    std::fs::write(folder.path().join("measured.csv"), measured).expect("writable");
+    let fit = ["fit", "linear", "--data", "measured.csv", "--parameters", "alpha", "-q"];
+    let fitted = json(folder.path(), &[&fit[..], &["--json", "-"]].concat());
+    let offset = fitted["parameters"][0]["offset"].as_f64().expect("an offset");
+    assert!((offset - 3e-7).abs() < 1e-9, "{offset:e}");
+}
+
+#[test]
+fn the_program_alone_prints_its_commands_in_groups() {
+    let alone = printed(&[]);
+    assert_eq!(alone, printed(&["--help"]));
+    for heading in ["Scenes:", "Dynamics:", "Program:"] {
+        assert!(alone.contains(heading), "{alone}");
+    }
+}
+
+#[test]
+fn safe_tells_the_sides_of_a_closed_form() {
+    // The steady amplitude is alpha/|1 − ω² + 2iζω| for a gap of 1.
+    let folder = scratch();
+    let grazing = |omega: f64| (1.0 - omega * omega).hypot(0.1 * omega);
+    let safe = |alpha: f64, tolerance: &str| {
+        let alpha = format!("alpha={alpha}");
+        let command =
+            ["safe", "linear", "--set", &alpha, "--tolerance", tolerance, "--points", "0"];
+        json(folder.path(), &[&command[..], &["--json", "-", "-q"]].concat())
+    };
+    let below = safe(2.0, "alpha=5%,omega=1%");
+    assert_eq!(below["clears"], true);
+    let of = |name: &str| {
+        let intervals = below["intervals"].as_array().expect("a list").clone();
+        intervals.into_iter().find(|one| one["parameter"] == name).expect("an interval")
+    };
+    let above = of("alpha")["above"].as_f64().expect("a graze");
+    assert!((above - grazing(1.8)).abs() < 1e-12, "{above}");
+    // 2.1 at the corner omega = 1.782 is below the grazing 2.182.
+    assert_eq!(below["tolerance"]["touched"].as_array().map(Vec::len), Some(0), "{below}");
+    let tight = safe(2.2, "alpha=5%,omega=1%");
+    assert_eq!(tight["clears"], true);
+    assert_ne!(tight["tolerance"]["touched"].as_array().map(Vec::len), Some(0), "{tight}");
+    assert_eq!(safe(2.3, "alpha=1%")["clears"], false);
+    let wrong = grazemap(folder.path(), &["safe", "linear", "--tolerance", "alpha=-5%"]);
+    assert_eq!(wrong.status.code(), Some(2));
+}
