@@ -420,7 +420,7 @@ pub(super) struct SafeArguments {
         value_name = "N",
         allow_negative_numbers = true,
         default_value_t = 16,
-        value_parser = clap::value_parser!(u32).range(0..=1000)
+        value_parser = clap::value_parser!(u32).range(0..=31)
     )]
     pub(super) points: u32,
 }

@@ -8,7 +8,10 @@ use super::arguments::Arguments;
 /// Groups of commands, in the order in which they are shown.
 const GROUPS: [(&str, &[&str]); 6] = [
     ("Scenes", &["new", "check", "demo", "run", "view"]),
-    ("Grazing orbits and maps", &["locate", "safe", "curve", "expand", "converge", "emit", "image"]),
+    (
+        "Grazing orbits and maps",
+        &["locate", "safe", "curve", "expand", "converge", "emit", "image"],
+    ),
     ("Dynamics", &["diagram", "chart", "basin", "trajectory", "noise"]),
     ("Periodic orbits and bifurcations", &["orbits", "branch", "loci"]),
     ("Measured data, published figures, clusters", &["fit", "gallery", "merge"]),
@@ -16,7 +19,8 @@ const GROUPS: [(&str, &[&str]); 6] = [
 ];
 
 /// Layout of the help of the program.
-const TEMPLATE: &str = "{about-with-newline}\n{usage-heading} grazemap COMMAND [OPTIONS]{after-help}";
+const TEMPLATE: &str =
+    "{about-with-newline}\n{usage-heading} grazemap COMMAND [OPTIONS]{after-help}";
 
 /// Columns that the name of a command takes.
 const WIDTH: usize = 14;

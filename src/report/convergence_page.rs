@@ -56,11 +56,11 @@ pub fn convergence_text(study: &ConvergenceStudy) -> Result<String, ReportError>
         words => words + "\n",
     };
     Ok(format!(
-        "{}\n{direct}\n{}\n{sections}{}\n{}\n",
-        convergence_table(study)?.to_text(),
+        "{}\n{direct}\n{sections}{}\n{}\n\n{}",
         chosen_words(study),
         validity_words(&study.validity),
-        accuracy_words(&study.accuracy)
+        accuracy_words(&study.accuracy),
+        convergence_table(study)?.to_text()
     ))
 }
 

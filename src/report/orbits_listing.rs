@@ -326,6 +326,13 @@ impl OrbitsListing {
                 physical.len()
             ));
         }
+        if !self.orbits.is_empty() && self.orbits.iter().all(|orbit| !orbit.physical) {
+            remarks.push(
+                "note: all orbits found are virtual: contacts are missing or in excess, and the \
+                 oscillator has none of them; the method `direct` finds its own"
+                    .to_owned(),
+            );
+        }
         let lost = self.lost.iter().map(|lost| {
             let parameters = lost.parameters.0.iter();
             let parameters: Vec<String> =

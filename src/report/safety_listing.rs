@@ -56,13 +56,11 @@ pub struct ToleranceBox {
 pub struct OtherAttractor {
     /// Name of the orbit, hits and periods; `None` without a period.
     pub orbit: Option<String>,
-    /// Period in nominal returns; `None` without a period.
-    pub period: Option<usize>,
     /// Share of the starts that come to it.
     pub fraction: f64,
     /// Largest impact speed; `None` without an impact.
     pub impact_speed: Option<f64>,
-    /// Section point of the attractor, as offsets from the graze.
+    /// First start found that comes to it, as offsets from the graze.
     pub start: Named<f64>,
 }
 
@@ -81,7 +79,9 @@ impl SafetyListing {
     pub fn text(&self, scene: &str) -> String {
         let surface = &self.surface;
         let mut text = match self.clears {
-            true => format!("`{scene}` is clear of `{surface}`: its periodic orbit does not touch\n"),
+            true => {
+                format!("`{scene}` is clear of `{surface}`: its periodic orbit does not touch\n")
+            }
             false => format!(
                 "`{scene}` is not clear of `{surface}`: without the stop its periodic orbit would \
                  go beyond it\n"
@@ -91,7 +91,10 @@ impl SafetyListing {
             text.push_str(&tolerance.words(surface));
         }
         let heading = if self.clears { "without contact" } else { "between grazes" };
-        text.push_str(&format!("\n{heading}, one parameter at a time:\n\n{}", self.table().to_text()));
+        text.push_str(&format!(
+            "\n{heading}, one parameter at a time:\n\n{}",
+            self.table().to_text()
+        ));
         text.push_str(
             "an empty cell: no graze was found on that side, along the branch of this orbit\n",
         );
@@ -120,16 +123,19 @@ impl SafetyListing {
 impl ToleranceBox {
     /// Verdict on the box.
     fn words(&self, surface: &str) -> String {
-        let pair = |(name, share): &(String, f64)| {
-            format!("{name} ± {} %", significant(100.0 * share, 3))
-        };
+        let pair =
+            |(name, share): &(String, f64)| format!("{name} ± {} %", significant(100.0 * share, 3));
         let sizes: Vec<String> = self.tolerances.0.iter().map(pair).collect();
         let sizes = sizes.join(", ");
         let Some(first) = self.touched.first() else {
-            return format!("clear in all of {sizes}: no graze on {} edges of the box\n", self.edges);
+            return format!(
+                "clear in all of {sizes}: no graze on {} edges of the box\n",
+                self.edges
+            );
         };
         let values = first.0.iter();
-        let values = values.map(|(name, value)| format!("{name} = {}", significant(*value, DIGITS)));
+        let values =
+            values.map(|(name, value)| format!("{name} = {}", significant(*value, DIGITS)));
         format!(
             "not clear in all of {sizes}: it touches `{surface}` at {}; on {} of {} edges of the box\n",
             values.collect::<Vec<_>>().join(", "),

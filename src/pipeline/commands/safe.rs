@@ -1,19 +1,19 @@
 //! `safe`: whether a scene is clear of its stops, how far its parameters may go, and which other
 //! attractors there are.
 
+use std::f64::consts::PI;
+
 use serde::{Deserialize, Serialize};
 
-use crate::analysis::basin::{Attractor, BasinRequest};
-use crate::analysis::{NoProgress, Progress};
-use crate::iteration::Period;
-use crate::model::{Method, Scene};
+use crate::analysis::Progress;
+use crate::model::Scene;
 use crate::numeric::Dd;
 use crate::orbit::{Location, MarginOutcome, locate, margin};
 use crate::pipeline::keys::{KeyError, finite};
-use crate::pipeline::{Answer, Error, Map, Source, parameter_number};
+use crate::pipeline::{Answer, Error, Source, parameter_number};
 use crate::report::{
-    Document, DocumentKind, Figure, Named, OtherAttractor, SafeInterval, SafetyListing,
-    ToleranceBox, basin_figure, to_json,
+    Document, DocumentKind, Named, OtherAttractor, SafeInterval, SafetyListing, ToleranceBox,
+    to_json,
 };
 
 /// Starts along each axis of the plane where none are named.
@@ -23,8 +23,16 @@ const STARTS: u32 = 16;
 /// side.
 const OTHER_SIDE: [f64; 4] = [1.0, 2.0, 4.0, 8.0];
 
-/// Half-width of the plane of starts, in sizes of a coordinate.
+/// Half-width of the plane of starts, in sizes of a coordinate at the graze, and the least size.
 const REACH: f64 = 1.5;
+const LEAST_SIZE: f64 = 1e-3;
+
+/// Returns before an orbit is looked at, and those looked at.
+const TRANSIENT: usize = 1000;
+const KEPT: usize = 64;
+
+/// Difference of impact speeds, relative above 1, within which two orbits of one name are one.
+const SAME_SPEED: f64 = 1e-6;
 
 /// Keys of `safe`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -81,8 +89,8 @@ impl SafeKeys {
             true => None,
             false => Some(tolerance_box(scene, &tolerances, &corners, progress)?),
         };
-        let (attractors, map) = match self.points {
-            0 => (Vec::new(), None),
+        let attractors = match self.points {
+            0 => Vec::new(),
             points => attractors(scene, adjusted, points as usize)?,
         };
         progress.advance(1);
@@ -97,11 +105,7 @@ impl SafeKeys {
         };
         let document = to_json(&Document::new(DocumentKind::Safety, scene, &listing))?;
         let text = listing.text(&scene.identifier);
-        let answer = Answer::new("safe", text, document, listing.table());
-        Ok(match map {
-            Some(figure) => answer.with_figures([("", figure)]),
-            None => answer,
-        })
+        Ok(Answer::new("safe", text, document, listing.table()))
     }
 }
 
@@ -208,74 +212,71 @@ fn tolerance_box(
     Ok(ToleranceBox { tolerances: Named::new(tolerances), edges: corners.len(), touched })
 }
 
-/// Attractors at the scene's values, by direct simulation from a grid of states, and their picture.
-fn attractors(
-    scene: &Scene,
-    adjusted: usize,
-    points: usize,
-) -> Result<(Vec<OtherAttractor>, Option<Figure>), Error> {
+/// Attractors at the scene's values, by direct simulation from every state of a grid.
+fn attractors(scene: &Scene, adjusted: usize, points: usize) -> Result<Vec<OtherAttractor>, Error> {
+    if !scene.expansion.active.contains(&adjusted) {
+        return Ok(Vec::new());
+    }
     let map = Source::Scene(Box::new(scene.clone())).free_flight()?;
-    let Some(place) = scene.expansion.active.iter().position(|&active| active == adjusted) else {
-        return Ok((Vec::new(), None));
-    };
     let own = scene.model.parameters[adjusted].value;
     let offset = (own - map.orbit().parameters()[adjusted]).to_f64();
-    let mut request = BasinRequest::over_the_window(map.local());
-    request.parameters[place] = offset;
-    request.points = [points; 2];
-    request.method = Method::Direct;
     let coordinates = map.orbit().section_coordinates(scene);
     let phase = scene.model.phase.as_ref().map(|phase| phase.name.as_str());
-    for (range, &axis) in request.ranges.iter_mut().zip(&request.axes) {
-        let (name, value) = coordinates[axis];
-        let half = match phase == Some(name) {
-            true => std::f64::consts::PI,
-            false => REACH * value.to_f64().abs().max(1e-3),
-        };
-        *range = [-half, half];
-    }
-    let basins = map.basins(std::slice::from_ref(&request), &NoProgress)?;
-    let Some(basin) = basins.first() else { return Ok((Vec::new(), None)) };
-    let found = basin.attractors.iter().map(|found| {
-        let attractor = &found.attractor;
-        let speed = impact_speed(&map, scene, (adjusted, offset), attractor);
-        OtherAttractor {
-            orbit: attractor.orbit.as_ref().map(ToString::to_string),
-            period: match attractor.period {
-                Period::Periodic(period) => Some(period),
-                Period::NotFound => None,
-            },
-            fraction: found.share.fraction,
-            impact_speed: speed,
-            start: Named::new(
-                coordinates.iter().map(|of| of.0).zip(attractor.states[0].iter().copied()),
-            ),
-        }
-    });
-    let found = found.collect();
-    Ok((found, Some(basin_figure(basin))))
-}
-
-/// Largest impact speed over the returns of an attractor, by direct simulation.
-fn impact_speed(
-    map: &Map,
-    scene: &Scene,
-    (parameter, offset): (usize, f64),
-    attractor: &Attractor,
-) -> Option<f64> {
-    let returns = attractor.states.len().clamp(1, 1000);
-    let names = map.local().section.coordinates.iter();
-    let start = names.zip(attractor.states.first()?);
-    let start: Vec<String> = start.map(|(name, value)| format!("{name} = {value:e}")).collect();
+    let places: Vec<Vec<(&str, f64)>> = coordinates
+        .iter()
+        .take(2)
+        .map(|(name, value)| {
+            let half = match phase == Some(name) {
+                true => PI,
+                false => REACH * value.to_f64().abs().max(LEAST_SIZE),
+            };
+            let place = |number: usize| half * ((2 * number + 1) as f64 / points as f64 - 1.0);
+            (0..points).map(|number| (*name, place(number))).collect()
+        })
+        .collect();
+    let starts: Vec<Vec<(&str, f64)>> = match &places[..] {
+        [one, other] => one.iter().flat_map(|a| other.iter().map(|b| vec![*a, *b])).collect(),
+        _ => places.concat().into_iter().map(|a| vec![a]).collect(),
+    };
+    let words = |start: &Vec<(&str, f64)>| {
+        let pairs: Vec<String> =
+            start.iter().map(|(name, value)| format!("{name} = {value:e}")).collect();
+        format!("{{ {} }}", pairs.join(", "))
+    };
+    let listed: Vec<String> = starts.iter().map(words).collect();
     let table = format!(
-        "[[diagram]]\nparameter = \"{}\"\nvalues = [{offset:e}]\ntransient = 0\nkeep = {returns}\n\
-         observe = \"impact_speed\"\ndirection = \"up\"\nmethod = \"direct\"\n\
-         start = [{{ {} }}]\n",
-        scene.model.parameters[parameter].name,
-        start.join(", ")
+        "[[diagram]]\nparameter = \"{}\"\nvalues = [{offset:e}]\ntransient = {TRANSIENT}\n\
+         keep = {KEPT}\nobserve = \"impact_speed\"\ndirection = \"up\"\nmethod = \"direct\"\n\
+         start = [{}]\n",
+        scene.model.parameters[adjusted].name,
+        listed.join(", ")
     );
-    let asked = map.asking(&table).ok()?;
-    let diagram = asked.diagram(&asked.scene().diagrams[0]).ok()?;
-    let points = diagram.sweeps.iter().flat_map(|sweep| &sweep.points);
-    points.flat_map(|point| point.values.iter().copied()).reduce(f64::max)
+    let asked = map.asking(&table)?;
+    let diagram = asked.diagram(&asked.scene().diagrams[0])?;
+    let mut found: Vec<OtherAttractor> = Vec::new();
+    for (sweep, start) in diagram.sweeps.iter().zip(&starts) {
+        let Some(point) = sweep.points.first().filter(|point| point.kept == KEPT) else {
+            continue;
+        };
+        let speed = point.values.iter().copied().filter(|speed| speed.is_finite());
+        let speed = speed.reduce(f64::max).filter(|speed| *speed > 0.0);
+        let orbit = point.orbit.as_ref().map(ToString::to_string);
+        let is_same = |other: &OtherAttractor| {
+            let speeds = [speed, other.impact_speed].map(Option::unwrap_or_default);
+            let apart = (speeds[0] - speeds[1]).abs();
+            // Attractors without a period are told apart by nothing that is sharp.
+            other.orbit == orbit && (orbit.is_none() || apart <= SAME_SPEED * (1.0 + speeds[0]))
+        };
+        match found.iter_mut().find(|other| is_same(other)) {
+            Some(known) => known.fraction += 1.0 / starts.len() as f64,
+            None => found.push(OtherAttractor {
+                orbit,
+                fraction: 1.0 / starts.len() as f64,
+                impact_speed: speed,
+                start: Named::new(start.iter().copied()),
+            }),
+        }
+    }
+    found.sort_by(|a, b| b.fraction.total_cmp(&a.fraction));
+    Ok(found)
 }
