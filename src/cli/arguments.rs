@@ -47,8 +47,7 @@ pub(super) enum Command {
     Check(SceneOptions),
     /// Find the grazing orbit and predict its bifurcation
     Locate(LocateArguments),
-    /// Tell whether the orbit is clear of the stop, how far parameters may go, and which other
-    /// attractors there are
+    /// Tell whether the orbit is clear of the stop, and how far parameters may go
     Safe(SafeArguments),
     /// Follow the grazing curve in two parameters, with its codimension-two points
     Curve(CurveArguments),

@@ -137,7 +137,8 @@ impl ToleranceBox {
         let values =
             values.map(|(name, value)| format!("{name} = {}", significant(*value, DIGITS)));
         format!(
-            "not clear in all of {sizes}: it touches `{surface}` at {}; on {} of {} edges of the box\n",
+            "not clear in all of {sizes}: it touches `{surface}` at {}; on {} of {} edges of the \
+             box\n",
             values.collect::<Vec<_>>().join(", "),
             self.touched.len(),
             self.edges
