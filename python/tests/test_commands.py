@@ -171,7 +171,7 @@ def test_images_are_those_of_the_program(m: gm.Map, tmp_path: Path) -> None:
         table = gm.image(m, states, parameters, 3, method=using, precision=precision)
         assert_same(table, columns)
         assert table._text == document
-    with pytest.raises(gm.InputError, match="using is one of map, guarded"):
+    with pytest.raises(gm.InputError, match="method is one of map, guarded"):
         gm.image(m, states, method="magic")
 
 

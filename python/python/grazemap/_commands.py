@@ -44,6 +44,23 @@ if TYPE_CHECKING:
 Source: TypeAlias = Scene | Graze | Map
 #: Exit codes of the program.
 _ENDED_OTHERWISE, _WRONG_INPUT = 1, 2
+#: Arguments that are counts, and the first number beyond all of them.
+_COUNTS = {
+    "cells",
+    "fresh",
+    "keep",
+    "orbits",
+    "period",
+    "periods",
+    "piece",
+    "points",
+    "samples",
+    "settle",
+    "transient",
+    "withheld",
+    "xi",
+}
+_MOST = 2**32
 #: First and last offset.
 Range: TypeAlias = tuple[float | None, float | None]
 
@@ -605,6 +622,11 @@ def _answer_share(source: Source, command: str, number: int, of: int) -> bytes:
 def _json(keys: Mapping[str, object], command: str | None = None) -> str:
     """Write keys as JSON, which has no NaN and no infinity; keys that are `None` are omitted."""
     given = {key: value for key, value in keys.items() if value is not None}
+    for key in _COUNTS & given.keys():
+        count = given[key]
+        if isinstance(count, (int, np.integer)) and not 0 <= count < _MOST:
+            message = f"{key}: expected a whole number from 0 to {_MOST - 1}, found {count}"
+            raise InputError(message)
     asked = {command: given} if command else given
     try:
         return json.dumps(asked, default=_plain, allow_nan=False)

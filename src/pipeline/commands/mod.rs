@@ -67,7 +67,12 @@ impl Command {
     ///
     /// [`Error::NoCommand`] for any other text, an unknown key, or a value of the wrong type.
     pub fn from_json(text: &str) -> Result<Self, Error> {
-        serde_json::from_str(text).map_err(|fault| Error::NoCommand { reason: fault.to_string() })
+        serde_json::from_str(text).map_err(|fault| {
+            // The place is of a text that nobody wrote.
+            let words = fault.to_string();
+            let reason = words.split(" at line ").next().unwrap_or_default().to_owned();
+            Error::NoCommand { reason }
+        })
     }
 
     /// Computes a share of the command's pieces. A command without pieces computes nothing here;

@@ -324,7 +324,7 @@ fn doc_comments_name_their_subject() {
                         let rest = words.strip_prefix(*opening);
                         rest.is_some_and(|rest| !rest.starts_with(char::is_alphanumeric))
                     };
-                    if REFUSED_OPENINGS.iter().any(|opening| begins(&opening)) {
+                    if REFUSED_OPENINGS.iter().any(begins) {
                         faults.push(format!("{}:{number}: {words}", path.display()));
                     }
                 }

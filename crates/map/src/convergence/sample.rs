@@ -8,6 +8,7 @@
 
 use crate::analysis::{DepthEvaluation, MapEvaluation, low_discrepancy};
 use crate::expansion::{LocalMap, MapWindow};
+use crate::interruption::check;
 use crate::numeric::Bracket;
 
 /// Smallest depth of a sample, relative to the window's.
@@ -442,6 +443,7 @@ impl WindowSample {
         parameters: &[f64],
         depth: f64,
     ) -> Option<(Vec<f64>, Vec<f64>)> {
+        check();
         let along = (*self.steepest.get(passage)?, 1e-4 * self.deepest);
         let mut offsets = [state.as_slice(), parameters].concat();
         let depths = self.solve(passage, along, &mut offsets, depth)?;

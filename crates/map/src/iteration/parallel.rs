@@ -164,10 +164,27 @@ pub fn join<A: Send, B: Send>(
     })
 }
 
-/// Does the work of every number below `count`.
+/// Flag that is raised where work unwinds.
+struct Unwound<'a>(&'a AtomicBool);
+
+impl Drop for Unwound<'_> {
+    fn drop(&mut self) {
+        if std::thread::panicking() {
+            self.0.store(true, Ordering::Relaxed);
+        }
+    }
+}
+
+/// Does the work of every number below `count`; after work that unwinds, as at an interruption, no
+/// other is begun.
 fn each(count: usize, work: &(dyn Fn(usize) + Sync)) {
     let whole = Work::current();
+    let ended = AtomicBool::new(false);
     let part = |number| {
+        if ended.load(Ordering::Relaxed) {
+            return;
+        }
+        let _unwound = Unwound(&ended);
         whole.resume(|| {
             check();
             work(number);

@@ -474,7 +474,7 @@ const LARGEST: f64 = 1e100;
 
 /// Refuses numbers whose squares may overflow, infinity and NaN.
 fn check_numbers(what: &'static str, numbers: &[f64]) -> Result<(), AnalysisError> {
-    let beyond = numbers.iter().find(|number| !(number.abs() <= LARGEST));
+    let beyond = numbers.iter().find(|number| number.is_nan() || number.abs() > LARGEST);
     beyond.map_or(Ok(()), |&found| Err(AnalysisError::Unbounded { what, found, largest: LARGEST }))
 }
 
