@@ -27,7 +27,17 @@ const FLOORS: [(&str, &[&str]); 15] = [
     ("analysis", &["numeric", "jet", "model", "flow", "hybrid", "orbit", "expansion", "iteration"]),
     (
         "convergence",
-        &["numeric", "jet", "model", "hybrid", "orbit", "expansion", "iteration", "analysis"],
+        &[
+            "interruption",
+            "numeric",
+            "jet",
+            "model",
+            "hybrid",
+            "orbit",
+            "expansion",
+            "iteration",
+            "analysis",
+        ],
     ),
     ("emission", &["numeric", "jet", "model", "expansion"]),
     (
