@@ -40,7 +40,7 @@ LONG: dict[str, Callable[[gm.Map], object]] = {
     "basin": lambda m: gm.basin(m, points=2000, method="direct"),
     "branch": lambda m: gm.branch(m, "alpha", (-1e-3, 2e-2), period=8, method="direct"),
     "chart": lambda m: gm.chart(
-        m, ("alpha", "omega"), ((-1e-4, 1e-4), (-1e-4, 1e-4)), points=2000, method="direct"
+        m, ("alpha", "omega"), ((-1e-4, 1e-4), (-1e-4, 1e-4)), points=1000, method="direct"
     ),
     "converge": lambda m: gm.converge(m, fresh=1_000_000),
     "curve": lambda m: gm.curve(m, "omega", (1.8, 0.01), xi=3),

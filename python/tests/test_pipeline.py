@@ -129,7 +129,7 @@ def test_orbits_are_images_of_images(m: gm.Map) -> None:
         states = m(states, [1e-7, 0.0])
         assert np.array_equal(orbits[:, iterate], states)
     assert m.iterate([1e-6, 0.0], None, 4, method="guarded").shape == (4, 2)
-    with pytest.raises(gm.InputError, match="using is one of map, guarded"):
+    with pytest.raises(gm.InputError, match="method is one of map, guarded"):
         m.iterate(states, method="magic")
 
 
