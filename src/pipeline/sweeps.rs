@@ -191,11 +191,6 @@ pub struct BasinKeys {
 }
 
 impl BasinKeys {
-    /// Whether no key is given.
-    pub fn is_empty(&self) -> bool {
-        *self == Self::default()
-    }
-
     /// Request with numbers in place of names.
     ///
     /// # Errors

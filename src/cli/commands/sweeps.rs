@@ -21,13 +21,11 @@ use grazemap::report::{
 pub(in crate::cli) fn diagram(options: &DiagramArguments) -> Result<(), CliError> {
     let common = &options.sweep.scene.common;
     let (source, outlets) = (open(&options.sweep.scene)?, &common.outlets);
-    let is_direct = |methods: &[Method]| methods.iter().all(|&method| method == Method::Direct);
     let direct = match options.along {
         Some(_) => !options.iterates.method.is_empty() && is_direct(&options.iterates.method),
         None if source.scene().diagrams.is_empty() => return Err(CliError::NoDiagram),
         None => {
-            source.scene().check_diagrams().map_err(Error::from)?;
-            refuse(diagrams_bytes(source.scene()), outlets.quiet)?;
+            check_diagrams(source.scene(), outlets.quiet)?;
             source.scene().diagrams.iter().all(|diagram| is_direct(&diagram.with))
         }
     };
@@ -35,8 +33,7 @@ pub(in crate::cli) fn diagram(options: &DiagramArguments) -> Result<(), CliError
     let map = match tables::diagram(options, &map)? {
         Some(table) => {
             let map = map.asking(&table)?;
-            map.scene().check_diagrams().map_err(Error::from)?;
-            refuse(diagrams_bytes(map.scene()), outlets.quiet)?;
+            check_diagrams(map.scene(), outlets.quiet)?;
             map
         }
         None => map,
@@ -67,7 +64,6 @@ pub(in crate::cli) fn chart(options: &ChartArguments) -> Result<(), CliError> {
     let device = Device::open(&options.device)?;
     let common = &options.sweep.scene.common;
     let (source, outlets) = (open(&options.sweep.scene)?, &common.outlets);
-    let is_direct = |methods: &[Method]| methods.iter().all(|&method| method == Method::Direct);
     let is_asked = !options.plane.is_empty();
     let (direct, with_loci) = match is_asked {
         true => {
@@ -77,8 +73,7 @@ pub(in crate::cli) fn chart(options: &ChartArguments) -> Result<(), CliError> {
         }
         false if source.scene().charts.is_empty() => return Err(CliError::NoChart),
         false => {
-            source.scene().check_charts().map_err(Error::from)?;
-            refuse(charts_bytes(source.scene()), outlets.quiet)?;
+            check_charts(source.scene(), outlets.quiet)?;
             let charts = &source.scene().charts;
             let mut overlays = charts.iter().flat_map(|chart| &chart.overlay);
             let with_loci = overlays.any(|&overlay| overlay == ChartOverlay::Loci);
@@ -91,8 +86,7 @@ pub(in crate::cli) fn chart(options: &ChartArguments) -> Result<(), CliError> {
     let map = match tables::chart(options, &map)? {
         Some(table) => {
             let map = map.asking(&table)?;
-            map.scene().check_charts().map_err(Error::from)?;
-            refuse(charts_bytes(map.scene()), outlets.quiet)?;
+            check_charts(map.scene(), outlets.quiet)?;
             map
         }
         None => map,
@@ -128,7 +122,7 @@ pub(in crate::cli) fn basin(options: &BasinArguments) -> Result<(), CliError> {
     let contacts = basin_contacts(options, source.scene());
     let map = contacts.map(source, outlets.quiet)?;
     let keys = basin_keys(options, &Origin::new(map.settled().graze(), options.counting));
-    let requests = match !keys.is_empty() || map.scene().basins.is_empty() {
+    let requests = match options.names_any() || map.scene().basins.is_empty() {
         true => vec![keys.request(&map).map_err(grazemap::Error::from)?],
         false => map.basin_requests()?,
     };
@@ -163,6 +157,23 @@ pub(in crate::cli) fn basin(options: &BasinArguments) -> Result<(), CliError> {
     }
     resumable.finish();
     outlets.show(&texts.join("\n"))
+}
+
+/// Whether all methods are direct simulation.
+fn is_direct(methods: &[Method]) -> bool {
+    methods.iter().all(|&method| method == Method::Direct)
+}
+
+/// Refuses diagrams of a scene that cannot be computed, or that memory does not hold.
+fn check_diagrams(scene: &Scene, quiet: bool) -> Result<(), CliError> {
+    scene.check_diagrams().map_err(Error::from)?;
+    refuse(diagrams_bytes(scene), quiet)
+}
+
+/// Refuses charts of a scene that cannot be computed, or that memory does not hold.
+fn check_charts(scene: &Scene, quiet: bool) -> Result<(), CliError> {
+    scene.check_charts().map_err(Error::from)?;
+    refuse(charts_bytes(scene), quiet)
 }
 
 /// Role of the map's contacts in the basins asked for.

@@ -6,7 +6,7 @@ use std::f64::consts::PI;
 use serde::{Deserialize, Serialize};
 
 use crate::analysis::Progress;
-use crate::model::Scene;
+use crate::model::{DiagramRequest, Method, Observable, Scene, Spacing, Starts, SweepDirection};
 use crate::numeric::Dd;
 use crate::orbit::{Location, MarginOutcome, locate, margin};
 use crate::pipeline::keys::{KeyError, finite};
@@ -238,21 +238,26 @@ fn attractors(scene: &Scene, adjusted: usize, points: usize) -> Result<Vec<Other
         [one, other] => one.iter().flat_map(|a| other.iter().map(|b| vec![*a, *b])).collect(),
         _ => places.concat().into_iter().map(|a| vec![a]).collect(),
     };
-    let words = |start: &Vec<(&str, f64)>| {
-        let pairs: Vec<String> =
-            start.iter().map(|(name, value)| format!("{name} = {value:e}")).collect();
-        format!("{{ {} }}", pairs.join(", "))
+    let components = &map.orbit().section.coordinates;
+    let full = |start: &Vec<(&str, f64)>| {
+        let mut state = vec![None; scene.model.dimension()];
+        for (&component, &(_, offset)) in components.iter().zip(start) {
+            state[component] = Some(offset);
+        }
+        state
     };
-    let listed: Vec<String> = starts.iter().map(words).collect();
-    let table = format!(
-        "[[diagram]]\nparameter = \"{}\"\nvalues = [{offset:e}]\ntransient = {TRANSIENT}\n\
-         keep = {KEPT}\nobserve = \"impact_speed\"\ndirection = \"up\"\nmethod = \"direct\"\n\
-         start = [{}]\n",
-        scene.model.parameters[adjusted].name,
-        listed.join(", ")
-    );
-    let asked = map.asking(&table)?;
-    let diagram = asked.diagram(&asked.scene().diagrams[0])?;
+    let diagram = map.diagram(&DiagramRequest {
+        parameter: adjusted,
+        range: [offset; 2],
+        points: 1,
+        spacing: Spacing::Listed(vec![offset]),
+        starts: Starts::Given(starts.iter().map(full).collect()),
+        transient: TRANSIENT,
+        keep: KEPT,
+        observe: Observable::ImpactSpeed,
+        direction: SweepDirection::Up,
+        with: vec![Method::Direct],
+    })?;
     let mut found: Vec<OtherAttractor> = Vec::new();
     for (sweep, start) in diagram.sweeps.iter().zip(&starts) {
         let Some(point) = sweep.points.first().filter(|point| point.kept == KEPT) else {
