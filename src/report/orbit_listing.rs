@@ -37,6 +37,9 @@ pub struct OrbitListing {
     pub xi: Vec<f64>,
     /// Grazing passages of a period, in order.
     pub passages: Vec<PassageListing>,
+    /// Hits of a period, in order.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub hits: Vec<HitListing>,
     /// `xi_n` from every passage to every passage.
     pub conditions: Vec<ConditionsListing>,
     /// Largest residual of the equations of the orbit.
@@ -59,6 +62,19 @@ pub struct PassageListing {
     pub state: Named<f64>,
     /// `h''`.
     pub normal_acceleration: f64,
+}
+
+/// Hit of a grazing orbit.
+#[derive(Clone, Debug, Serialize)]
+pub struct HitListing {
+    /// Name of the surface.
+    pub surface: String,
+    /// Time since the first grazing passage.
+    pub time: f64,
+    /// Full state just before the hit.
+    pub state: Named<f64>,
+    /// Normal velocity `|h'|`.
+    pub speed: f64,
 }
 
 /// Conditions from one passage to another.
@@ -90,7 +106,7 @@ impl OrbitListing {
         Self {
             surface: scene.model.surfaces[graze.surface].name.clone(),
             parameters: parameters(scene, graze),
-            state: state(scene, graze),
+            state: state(scene, &graze.state),
             period: orbit.period.to_f64(),
             normal_acceleration: graze.normal_acceleration.to_f64(),
             section: SectionDocument::new(scene, orbit, None),
@@ -103,8 +119,18 @@ impl OrbitListing {
                 .map(|graze| PassageListing {
                     surface: scene.model.surfaces[graze.surface].name.clone(),
                     time: graze.time.to_f64(),
-                    state: state(scene, graze),
+                    state: state(scene, &graze.state),
                     normal_acceleration: graze.normal_acceleration.to_f64(),
+                })
+                .collect(),
+            hits: orbit
+                .hits
+                .iter()
+                .map(|hit| HitListing {
+                    surface: scene.model.surfaces[hit.surface].name.clone(),
+                    time: hit.time.to_f64(),
+                    state: state(scene, &hit.state),
+                    speed: hit.speed.to_f64(),
                 })
                 .collect(),
             conditions: orbit
@@ -215,6 +241,22 @@ impl OrbitListing {
         Ok(table)
     }
 
+    /// Table of the hits, one row each; `None` if the orbit does not hit.
+    pub fn hits_table(&self) -> Option<Table> {
+        if self.hits.is_empty() {
+            return None;
+        }
+        let mut table = Table::of(&self.hits).text("hit", |hit| hit.surface.clone()).number(
+            "time",
+            10,
+            |hit| hit.time,
+        );
+        for (place, (name, _)) in self.state.0.iter().enumerate() {
+            table = table.number(name, 10, move |hit| hit.state.0[place].1);
+        }
+        Some(table.number("speed", 10, |hit| hit.speed).made())
+    }
+
     /// Table of the conditions: one row per pair of passages, one column per `n`.
     ///
     /// # Errors
@@ -250,9 +292,9 @@ fn parameters(scene: &Scene, graze: &GrazingPoint) -> Named<f64> {
     Named::new(names.zip(graze.parameters.iter().map(|value| value.to_f64())))
 }
 
-fn state(scene: &Scene, graze: &GrazingPoint) -> Named<f64> {
+fn state(scene: &Scene, state: &[Dd]) -> Named<f64> {
     let names = scene.model.full_state_names().into_iter();
-    Named::new(names.zip(graze.state.iter().map(|value| value.to_f64())))
+    Named::new(names.zip(state.iter().map(|value| value.to_f64())))
 }
 
 /// Prediction of theory for a graze, with measurements.

@@ -240,6 +240,10 @@ fn orbit_section(run: &RunPage<'_>) -> Result<Section, ReportError> {
     let section = section
         .files(["orbit.json", "trajectory.json", "trajectory.csv"])
         .command(run.command("trajectory"));
+    let section = match orbit.hits_table() {
+        Some(hits) => section.table(hits, "The hits of a period."),
+        None => section,
+    };
     if orbit.passages.len() == 1 {
         return Ok(section);
     }

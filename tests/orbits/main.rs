@@ -6,6 +6,7 @@ mod support;
 mod catalogue;
 mod grazing_curves;
 mod grazing_orbits;
+mod hits;
 mod margins;
 mod model_properties;
 mod narrow_forcing;

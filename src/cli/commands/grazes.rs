@@ -93,7 +93,11 @@ fn verdict_text(
         ));
     }
     text.push_str(&format!("section: {}\n\n", listing.section.words()));
-    Ok(text + &listing.summary_table()?.to_text())
+    text.push_str(&listing.summary_table()?.to_text());
+    if let Some(hits) = listing.hits_table() {
+        text.push_str(&format!("\nhits of a period\n\n{}", hits.to_text()));
+    }
+    Ok(text)
 }
 
 /// All digits of the orbit, its passages and conditions.

@@ -13,6 +13,7 @@ mod double_double;
 mod float;
 mod lanes;
 pub mod linear;
+mod low_discrepancy;
 pub mod polynomial;
 mod scalar;
 
@@ -25,6 +26,7 @@ pub use double_double::{Dd, ParseDdError};
 pub use float::FloatFormat;
 pub use lanes::{LaneMask, Lanes, one_by_one};
 pub use linear::NumericError;
+pub use low_discrepancy::low_discrepancy;
 pub use scalar::{Branched, Mask, Real, Scalar, converted};
 
 /// Sampling of this floor's property tests: `cases` samples, the same in every run, without a

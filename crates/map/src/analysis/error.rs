@@ -4,6 +4,7 @@ use super::periodic::ItineraryError;
 use crate::expansion::{ExpansionError, LocalMap};
 use crate::flow::FlowError;
 use crate::hybrid::HybridError;
+use crate::orbit::OrbitError;
 
 /// Wrong input to an analysis, or a failure in a layer below.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -113,6 +114,9 @@ pub enum AnalysisError {
     /// A free flight failed.
     #[error(transparent)]
     Flow(#[from] FlowError),
+    /// The flow of the grazing orbit through its hits failed.
+    #[error(transparent)]
+    Orbit(#[from] OrbitError),
     /// An expansion failed.
     #[error(transparent)]
     Expansion(#[from] ExpansionError),

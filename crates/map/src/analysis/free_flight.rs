@@ -9,11 +9,10 @@
 
 use super::error::AnalysisError;
 use super::section_frame::{SectionFrame, Values, newton_to_rounding};
-use crate::flow::{Field, Integrator};
 use crate::hybrid::{HybridSystem, Simulator};
 use crate::model::{Response, Scene};
 use crate::numeric::Real;
-use crate::orbit::{GrazingOrbit, PoincareSectionKind};
+use crate::orbit::{GrazingOrbit, PiecewiseFlow, PoincareSectionKind};
 
 /// Most Newton steps in time.
 const NEWTON_STEPS: usize = 60;
@@ -23,7 +22,7 @@ const NEWTON_STEPS: usize = 60;
 pub struct FreeFlight<'a, S: Real> {
     section: SectionFrame<S>,
     graze: SectionFrame<S>,
-    field: Field,
+    flow: PiecewiseFlow,
     /// `h, h', h''`.
     normal: Values<S>,
     response: Flown<'a, S>,
@@ -63,7 +62,7 @@ impl<'a, S: Real> FreeFlight<'a, S> {
         Ok(Self {
             section,
             graze: SectionFrame::at_graze(scene, orbit),
-            field: Field::free(model, &[]),
+            flow: PiecewiseFlow::free(scene, &[]),
             normal: Values::new(model, &model.graph, &normal),
             response,
             phase: model.phase.is_some().then(|| model.dimension() - 1),
@@ -143,9 +142,10 @@ impl<'a, S: Real> FreeFlight<'a, S> {
         offsets.iter().all(|offset| offset.is_finite()).then_some(offsets)
     }
 
-    /// State of the free flow after a time of either sign; `None` if it diverges.
+    /// State after a time of either sign along the flow without contact at the grazes, with the hits
+    /// of the orbit; `None` if it diverges.
     fn fly(&self, state: &[S], parameters: &[S], duration: S) -> Option<Vec<S>> {
-        let end = Integrator::new(&self.field).flow(state, parameters, duration);
+        let end = self.flow.flow(state, parameters, duration);
         end.ok().filter(|state| state.iter().all(|value| value.is_finite()))
     }
 

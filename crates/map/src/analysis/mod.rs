@@ -28,7 +28,6 @@ mod work;
 
 use serde::{Deserialize, Deserializer};
 
-pub(crate) use diagram::low_discrepancy;
 pub use diagram::{MeasuredSide, measure_graze};
 pub(crate) use direct_image::products_of_step;
 pub use direct_image::{DirectEnd, DirectImage, SectionImage, direct_image};

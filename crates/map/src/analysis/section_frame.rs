@@ -5,13 +5,16 @@ use serde::{Deserialize, Serialize};
 
 use super::error::{AnalysisError, check_length};
 use crate::expansion::LocalMap;
-use crate::flow::{Field, InputKind, Integrator, Program};
+use crate::flow::{InputKind, Program};
 use crate::hybrid::{NominalPassage, ReturnSection, Variation};
 use crate::iteration::{Itinerary, PhaseCircle};
 use crate::jet::TimeSeries;
 use crate::model::{ExpressionGraph, Model, NodeId, Scene};
 use crate::numeric::{Dd, Real, Scalar, converted, unbounded_number};
-use crate::orbit::{FollowingPassage, GrazingOrbit, PoincareSection, PoincareSectionKind};
+use crate::orbit::{
+    FollowingHit, FollowingPassage, GrazingOrbit, PiecewiseFlow, PoincareSection,
+    PoincareSectionKind,
+};
 
 /// Most Newton steps onto the tangency section; each doubles the number of correct digits.
 const NEWTON_STEPS: usize = 40;
@@ -29,6 +32,7 @@ pub struct SectionFrame<S: Real> {
     active: Vec<usize>,
     surface: usize,
     passages: Vec<FollowingPassage>,
+    hits: Vec<FollowingHit>,
     tangency: Values<S>,
     gap: Values<S>,
     clock: Option<Clock<S>>,
@@ -67,6 +71,7 @@ impl<S: Real> SectionFrame<S> {
             active: scene.expansion.active.clone(),
             surface,
             passages: orbit.passages_after_section(scene),
+            hits: orbit.hits_after_section(scene),
             tangency: tangency(model, surface, orbit.section.eliminated),
             gap: Values::new(model, &model.graph, &[model.surfaces[surface].event]),
             clock: phase.map(|clock| Clock {
@@ -95,6 +100,11 @@ impl<S: Real> SectionFrame<S> {
         let numbers = 0..returns;
         let passages = numbers.flat_map(|number| passages.iter().map(move |p| later(number, p)));
         self.passages = passages.collect();
+        let hits = (0..returns).flat_map(|number| {
+            let share = move |hit: &FollowingHit| (number as f64 + hit.share) / returns as f64;
+            self.hits.iter().map(move |hit| FollowingHit { share: share(hit), ..*hit })
+        });
+        self.hits = hits.collect();
         self
     }
 
@@ -129,16 +139,17 @@ impl<S: Real> SectionFrame<S> {
         }
     }
 
-    /// Passages of one return of nominal length `duration`, in the order in which they follow the
-    /// section.
+    /// Grazing passages of one return of nominal length `duration`, in the order in which they
+    /// follow the section, then its hits.
     pub fn nominal_passages(&self, duration: S) -> Vec<NominalPassage> {
-        let passages = self.passages.iter();
-        passages
-            .map(|passage| NominalPassage {
-                surface: passage.surface,
-                time: passage.share * duration.to_f64(),
-            })
-            .collect()
+        let passages = self.passages.iter().map(|at| (at.surface, at.share, false));
+        let hits = self.hits.iter().map(|at| (at.surface, at.share, true));
+        let nominal = passages.chain(hits).map(|(surface, share, hit)| NominalPassage {
+            surface,
+            time: share * duration.to_f64(),
+            hit,
+        });
+        nominal.collect()
     }
 
     /// Indices in [`GrazingOrbit::passages`] of these passages.
@@ -412,13 +423,13 @@ const RESOLVED: f64 = 1e-6;
 
 /// Difference of the largest and the smallest value of every coordinate along the grazing orbit.
 pub(super) fn extents(scene: &Scene, orbit: &GrazingOrbit) -> Vec<f64> {
-    let field = Field::free(&scene.model, &[]);
+    let flow = PiecewiseFlow::free(scene, &[]);
     let parameters: Vec<f64> = converted(orbit.parameters());
     let mut state: Vec<f64> = converted(&orbit.section_point);
     let step = orbit.period.to_f64() / SAMPLES as f64;
     let mut ends: Vec<[f64; 2]> = state.iter().map(|&value| [value; 2]).collect();
     for _ in 0..SAMPLES {
-        let Ok(next) = Integrator::new(&field).flow(&state, &parameters, step) else { break };
+        let Ok(next) = flow.flow(&state, &parameters, step) else { break };
         state = next;
         for (ends, &value) in ends.iter_mut().zip(&state) {
             *ends = [ends[0].min(value), ends[1].max(value)];

@@ -7,11 +7,10 @@ use super::error::AnalysisError;
 use super::progress::Progress;
 use super::section_frame::{SectionFrame, Values};
 use super::work::MOST_WORK;
-use crate::flow::{Field, Integrator};
 use crate::hybrid::{DirectReturn, HybridSystem, Moment, MomentEvent, Outcome};
 use crate::model::{Model, Response, Scene};
 use crate::numeric::converted;
-use crate::orbit::GrazingOrbit;
+use crate::orbit::{GrazingOrbit, PiecewiseFlow};
 
 /// Request of [`time_series`] and [`each_moment`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -209,7 +208,7 @@ pub fn each_moment(
     Ok(TimeSeries { parameters, duration, points: Vec::new(), early_end })
 }
 
-/// Records the grazing orbit period by period, each from the section point, by free flight: a
+/// Records the grazing orbit period by period, each from the section point, by its own flow: a
 /// simulation would leave it at the first graze that rounding turns into a contact.
 fn grazing_orbit(
     scene: &Scene,
@@ -227,8 +226,7 @@ fn grazing_orbit(
     shares.extend(passages.iter().map(|passage| passage.share));
     shares.sort_by(f64::total_cmp);
     shares.dedup();
-    let field = Field::free(&scene.model, &[]);
-    let mut flight = Integrator::<f64>::new(&field);
+    let flow = PiecewiseFlow::free(scene, &[]);
     let mut hand_on = |period: usize, share: f64, state: &[f64]| {
         let event = grazes(share).map(|passage| (MomentEvent::Minimum, passage.surface));
         record(Moment { time: duration * (period as f64 + share), state, event });
@@ -236,7 +234,7 @@ fn grazing_orbit(
     for period in 0..request.returns {
         let (mut state, mut reached) = (start.clone(), 0.0);
         for &share in &shares {
-            state = flight.flow(&state, &parameters, duration * (share - reached))?;
+            state = flow.flow(&state, &parameters, duration * (share - reached))?;
             reached = share;
             if let Some(passage) = grazes(share) {
                 state = converted(&orbit.passages[passage.place].state);

@@ -6,10 +6,10 @@
 //! has its largest error `δ`, which moves the image by `δ/2y`; joint points are therefore sought
 //! separately. See docs/mathematics/orders.md.
 
-use crate::analysis::{DepthEvaluation, MapEvaluation, low_discrepancy};
+use crate::analysis::{DepthEvaluation, MapEvaluation};
 use crate::expansion::{LocalMap, MapWindow};
 use crate::interruption::check;
-use crate::numeric::Bracket;
+use crate::numeric::{Bracket, low_discrepancy};
 
 /// Smallest depth of a sample, relative to the window's.
 pub(super) const SHALLOWEST: f64 = 1e-4;

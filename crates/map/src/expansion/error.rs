@@ -5,7 +5,7 @@ use std::fmt;
 use crate::flow::FlowError;
 use crate::jet::JetError;
 use crate::numeric::NumericError;
-use crate::orbit::NotLocated;
+use crate::orbit::{NotLocated, OrbitError};
 
 /// Error of an expansion.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -36,6 +36,9 @@ pub enum ExpansionError {
     /// The flow of an expansion failed.
     #[error(transparent)]
     Flow(#[from] FlowError),
+    /// The flow through the hits of an orbit failed.
+    #[error(transparent)]
+    Orbit(#[from] OrbitError),
     /// The contact law of a compliant surface has no expansion.
     #[error(transparent)]
     ContactLaw(#[from] ContactLawError),

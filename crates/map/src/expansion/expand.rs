@@ -17,12 +17,13 @@ use super::pruning::{Sizes, without_rounding};
 use super::routes::{Graze, Route, Routes};
 use super::variables::{DEVIATION_WEIGHT, Variables};
 use crate::flow::{
-    Field, FlowError, Program, evaluate, jet_transport, jet_transport_taylor, local_series,
+    Field, FlowError, Program, bound_but, evaluate, jet_transport, jet_transport_taylor,
+    local_series,
 };
 use crate::jet::{Jet, JetSpace};
 use crate::model::{MapOrders, Scene};
 use crate::numeric::{Dd, Real, Scalar};
-use crate::orbit::{GrazingOrbit, PoincareSectionKind};
+use crate::orbit::{FlowEvent, GrazingOrbit, PiecewiseFlow, PoincareSectionKind};
 
 /// Highest power of `y` at which a leading law is looked for.
 const LEADING_ORDER: u32 = 8;
@@ -57,6 +58,8 @@ pub struct Expander<'a> {
     routes: Routes,
     /// Rate of the model's phase, as a program over jets.
     rate: Option<Program>,
+    /// Flow of the orbit with its hits, its inactive parameters folded in.
+    flow: PiecewiseFlow,
 }
 
 /// Legs of one period, as polynomials.
@@ -94,7 +97,9 @@ impl<'a> Expander<'a> {
         let clock = scene.model.phase.as_ref().zip(grazes.first());
         let rate =
             clock.map(|(phase, graze)| graze.passage.jet_program(&scene.model, &[phase.rate]));
-        Ok(Self { scene, orbit, grazes, routes, rate })
+        let kinds = bound_but(&scene.expansion.active, orbit.parameters());
+        let flow = PiecewiseFlow::new(scene, &[], &kinds);
+        Ok(Self { scene, orbit, grazes, routes, rate, flow })
     }
 
     /// Number of grazing passages in a period.
@@ -395,9 +400,15 @@ impl<'a> Expander<'a> {
         smooth_order: u32,
     ) -> Result<LegFlight<'f>, ExpansionError> {
         let variables = &self.grazes[route.from.passage].variables;
+        let start = &route.from.chart.point;
+        let events = match self.orbit.hits.is_empty() {
+            true => Vec::new(),
+            false => self.flow.events(start, self.orbit.parameters(), route.duration)?,
+        };
         Ok(LegFlight {
             expander: self,
             route,
+            events,
             space: variables.smooth_space(DEVIATION_WEIGHT * smooth_order)?,
         })
     }
@@ -431,6 +442,8 @@ impl<'a> Expander<'a> {
 struct LegFlight<'a> {
     expander: &'a Expander<'a>,
     route: &'a Route,
+    /// Hits on the way, and ends of contacts.
+    events: Vec<FlowEvent<Dd>>,
     /// Space of (coordinates; parameters) at the near end.
     space: Arc<JetSpace>,
 }
@@ -438,28 +451,34 @@ struct LegFlight<'a> {
 impl LegFlight<'_> {
     /// The leg with jets from collocation, order by order.
     fn by_collocation(&self) -> Result<Leg, ExpansionError> {
-        let duration = self.route.duration.to_f64();
-        self.expand(|start, parameters| {
-            Ok(jet_transport(self.field(), start, parameters, duration, TOLERANCE)?.image)
+        self.expand(|field, start, parameters, duration| {
+            Ok(jet_transport(field, start, parameters, duration, TOLERANCE)?.image)
         })
     }
 
     /// The leg over any scalar, with jets from Taylor's method.
     fn by_taylor<S: Real>(&self) -> Result<Leg<S>, ExpansionError> {
-        let duration = S::from_dd(self.route.duration);
-        self.expand(|start, parameters| {
-            jet_transport_taylor(self.field(), start, parameters, duration)
-        })
+        self.expand(jet_transport_taylor)
     }
 
     fn expand<S: Real>(
         &self,
-        fly: impl Fn(&[Jet<S>], &[Jet<S>]) -> Result<Vec<Jet<S>>, FlowError>,
+        fly: impl Fn(&Field, &[Jet<S>], &[Jet<S>], S) -> Result<Vec<Jet<S>>, FlowError>,
     ) -> Result<Leg<S>, ExpansionError> {
         let Graze { passage, variables, .. } = &self.expander.grazes[self.route.from.passage];
         let start = self.route.from.chart.embed(passage, &self.space, 0)?;
         let parameters = passage.parameter_jets(&self.space, variables.coordinates);
-        let flown = fly(&start, &parameters)?;
+        let duration = S::from_dd(self.route.duration);
+        let flown = match self.events.is_empty() {
+            true => fly(self.field(), &start, &parameters, duration)?,
+            false => {
+                let events: Vec<_> = self.events.iter().map(FlowEvent::converted).collect();
+                let fly = |field: &Field, jets: &[Jet<S>], time| -> Result<_, ExpansionError> {
+                    Ok(fly(field, jets, &parameters, time)?)
+                };
+                self.expander.flow.jets(&start, &parameters, duration, &events, fly)?
+            }
+        };
         let origin = self.origin();
         let state = self.reach(&flown, &parameters, &origin)?;
         let image = self.route.to.chart.offsets(&state, &origin).into_iter();

@@ -57,13 +57,15 @@ pub fn free_flight(scene: &Scene, orbit: &GrazingOrbit) -> Result<LocalMap, Expa
     Ok(map)
 }
 
-/// The scene with stops that change nothing.
+/// The scene with stops that change nothing, those apart that its orbit hits.
 fn with_passing_stops(scene: &Scene) -> Scene {
     let mut scene = scene.clone();
+    let hit = scene.grazing.hits.surfaces.clone();
     let dimension = scene.model.dimension();
     let graph = &mut scene.model.graph;
     let reset: Vec<_> = (0..dimension).map(|component| graph.input(component)).collect();
-    for surface in &mut scene.model.surfaces {
+    let surfaces = scene.model.surfaces.iter_mut().enumerate();
+    for (_, surface) in surfaces.filter(|(number, _)| !hit.contains(number)) {
         surface.response = Response::Impact { reset: reset.clone() };
     }
     scene

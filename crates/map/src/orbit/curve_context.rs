@@ -13,7 +13,7 @@ use super::newton::{Equations, Root, Scaled, Solved, refine, solve, unit_of};
 use super::outcome::{NotLocated, OrbitError, Stop, settled};
 use super::passages::{clearance, other_minima, passages, points, stretches};
 use super::section::PoincareSection;
-use super::system::{ExtendedSystem, Matching};
+use super::system::ExtendedSystem;
 use crate::model::Scene;
 use crate::numeric::{Dd, Real, converted};
 
@@ -129,7 +129,7 @@ impl<'a> CurveContext<'a> {
         Ok(Self {
             scene,
             reach: reach(&system, &start)?,
-            systems: [system.clone(), system.matched(Matching::AtMiddle)],
+            systems: [system.clone(), system.matched(system.other_matching())],
             units,
             residual_unit,
             count,
@@ -149,7 +149,7 @@ impl<'a> CurveContext<'a> {
         &self.systems[0]
     }
 
-    /// Scaled equations, matched at the end of the period and in its middle.
+    /// Scaled equations, matched at the end of the period and, without hits, in its middle.
     fn scaled(&self) -> [Scaled<'_, ExtendedSystem>; 2] {
         let (units, residual_unit) = (&self.units, self.residual_unit);
         let [end, middle] = &self.systems;
@@ -463,7 +463,7 @@ pub(super) fn reach(system: &ExtendedSystem, start: &[f64]) -> Result<Vec<f64>, 
     let graze = &start[..system.dimension];
     let (parameters, period) = (system.parameters(start), system.period(start));
     let mut reach = vec![0.0_f64; graze.len()];
-    each_step(&system.field, graze, &parameters, period, |_, _, state, _| -> Option<()> {
+    each_step(&system.flow, graze, &parameters, period, |_, _, state, _| -> Option<()> {
         for ((reach, value), graze) in reach.iter_mut().zip(state).zip(graze) {
             *reach = reach.max((value - graze).abs());
         }

@@ -101,7 +101,7 @@ impl Effort {
         &self,
         duration: f64,
         of: Flight,
-        fly: impl FnOnce(&mut usize) -> Result<T, FlowError>,
+        fly: impl FnOnce(&mut usize) -> Result<T, OrbitError>,
     ) -> Result<T, OrbitError> {
         self.check()?;
         let most = (self.most - self.spent()) as f64 / self.products_of_step::<S>(of);
@@ -109,13 +109,15 @@ impl Effort {
         let mut steps_left = most;
         let flown = fly(&mut steps_left);
         let flown_time = match &flown {
-            Err(FlowError::TooManySteps { remaining, .. }) => duration.abs() - remaining.abs(),
+            Err(OrbitError::Flow(FlowError::TooManySteps { remaining, .. })) => {
+                duration.abs() - remaining.abs()
+            }
             _ => duration.abs(),
         };
         self.count::<S>(most - steps_left, flown_time, of);
         match flown {
-            Err(FlowError::TooManySteps { .. }) => Err(OrbitError::SearchTooLong),
-            flown => Ok(flown?),
+            Err(OrbitError::Flow(FlowError::TooManySteps { .. })) => Err(OrbitError::SearchTooLong),
+            flown => flown,
         }
     }
 

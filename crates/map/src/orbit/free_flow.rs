@@ -1,12 +1,13 @@
-//! Minima of the event functions along a stretch of the free flow, and corners on it.
+//! Minima of the event functions along a stretch of the flow of an orbit, and corners on it.
 //!
 //! An orbit has no Taylor series at a corner, where `abs`, `sign`, `min` or `max` changes branch.
 
 use std::ops::Range;
 
 use super::outcome::{NamedValues, NotLocated, OrbitError};
-use crate::flow::{Field, FlowError, Integrator, Step, bound_but, horner};
-use crate::model::{Model, NodeId, Response, Scene, Surface};
+use super::piecewise::{Passed, PiecewiseFlow};
+use crate::flow::{Integrator, Step, bound_but, horner};
+use crate::model::{NodeId, Response, Scene, Surface};
 use crate::numeric::polynomial::{CrossingDirection, ExtremumKind, crossings, extrema};
 
 /// A minimum of an event function.
@@ -60,29 +61,48 @@ impl Gaps {
 /// Most steps of a stretch.
 const MAX_STEPS: usize = 1_000_000;
 
-/// A field that watches the event function of every surface.
-pub(super) fn watching_field(model: &Model) -> Field {
-    let watched: Vec<_> = model.surfaces.iter().map(|surface| surface.event).collect();
-    Field::free(model, &watched)
+/// The flow of a scene's orbit, which watches the event function of every surface.
+pub(super) fn watching(scene: &Scene) -> PiecewiseFlow {
+    let surfaces = scene.model.surfaces.iter();
+    let watched: Vec<_> = surfaces.map(|surface| surface.event).collect();
+    PiecewiseFlow::free(scene, &watched)
 }
 
-/// Minima of every event function on `(0, duration]` along the free flow; `field` is a
-/// [`watching_field`].
+/// Minima of every event function on `(0, duration]` along a [`watching`] flow. Where the orbit
+/// hits a surface, it has no minimum of that surface; another surface that it is beyond there has
+/// one.
 ///
 /// Along a step the event function is a polynomial in time; all zeros of its derivative are
 /// isolated, whatever their number.
 pub(super) fn gaps(
-    field: &Field,
+    flow: &PiecewiseFlow,
     start: &[f64],
     parameters: &[f64],
     duration: f64,
 ) -> Result<Gaps, OrbitError> {
-    let largest = vec![f64::NEG_INFINITY; field.watched()];
+    let largest = vec![f64::NEG_INFINITY; flow.watched()];
     let mut found = Gaps { minima: Vec::new(), largest, steps: 0 };
-    each_step(field, start, parameters, duration, |elapsed, length, state, step| -> Option<()> {
+    let mut ends = vec![f64::INFINITY; flow.watched()];
+    let look = |passed: Passed<'_, '_, f64>| -> Option<()> {
+        let (elapsed, length, state, step) = match passed {
+            Passed::Step { elapsed, length, start, step } => (elapsed, length, start, step),
+            Passed::Event { event, .. } => {
+                let beyond = ends.iter().enumerate().filter(|&(surface, &end)| {
+                    end < 0.0 && surface != event.surface && event.meets
+                });
+                found.minima.extend(beyond.map(|(surface, &end)| Minimum {
+                    surface,
+                    time: event.time,
+                    state: event.state.clone(),
+                    event: end,
+                }));
+                return None;
+            }
+        };
         found.steps += 1;
-        for surface in 0..field.watched() {
+        for (surface, end) in ends.iter_mut().enumerate() {
             let event = step.watched_coefficients(surface);
+            *end = horner(event, length);
             found.largest[surface] = found.largest[surface].max(horner(event, 0.0));
             for turn in extrema(event, length) {
                 if turn.kind == ExtremumKind::Maximum {
@@ -100,39 +120,26 @@ pub(super) fn gaps(
             }
         }
         None
-    })?;
+    };
+    flow.each(start, parameters, duration, &mut { MAX_STEPS }, look)?;
     found.minima.sort_by(|a, b| a.time.total_cmp(&b.time));
     Ok(found)
 }
 
-/// Steps along the free flow for a duration, until `look` returns a value. Arguments of `look` are
-/// the time since the start, the length of the step, the state at its start and the step.
+/// Steps along a flow for a duration, until `look` returns a value. Arguments of `look` are the
+/// time since the start, the length of the step, the state at its start and the step.
 pub(super) fn each_step<T>(
-    field: &Field,
+    flow: &PiecewiseFlow,
     start: &[f64],
     parameters: &[f64],
     duration: f64,
     mut look: impl FnMut(f64, f64, &[f64], &Step<'_, f64>) -> Option<T>,
 ) -> Result<Option<T>, OrbitError> {
-    let mut integrator = Integrator::<f64>::new(field);
-    let (mut state, mut elapsed) = (start.to_vec(), 0.0);
-    for _ in 0..MAX_STEPS {
-        if elapsed >= duration {
-            return Ok(None);
-        }
-        let step = integrator.step(&state, parameters)?;
-        let rest = duration - elapsed;
-        let length = step.length.min(rest);
-        if let Some(found) = look(elapsed, length, &state, &step) {
-            return Ok(Some(found));
-        }
-        step.state_at(length, &mut state);
-        elapsed = if length == rest { duration } else { elapsed + length };
-    }
-    Err(OrbitError::Flow(FlowError::TooManySteps {
-        limit: MAX_STEPS,
-        remaining: duration - elapsed,
-    }))
+    let steps = |passed: Passed<'_, '_, f64>| match passed {
+        Passed::Step { elapsed, length, start, step } => look(elapsed, length, start, step),
+        Passed::Event { .. } => None,
+    };
+    flow.each(start, parameters, duration, &mut { MAX_STEPS }, steps)
 }
 
 /// An argument within this distance of its corner, relative to its variation, is on the corner.
@@ -143,8 +150,8 @@ const DECIMALS: f64 = 1e9;
 /// Operations with a corner in the free field, the event functions and the resets of a scene.
 pub(super) struct Corners<'a> {
     scene: &'a Scene,
-    /// Free field that watches the arguments of the operations.
-    field: Field,
+    /// Flow that watches the arguments of the operations.
+    flow: PiecewiseFlow,
     operations: Vec<Operation>,
 }
 
@@ -204,7 +211,7 @@ impl<'a> Corners<'a> {
         let all: Vec<usize> = (0..model.parameters.len()).collect();
         let kinds = bound_but(&all, &model.parameter_values());
         (!operations.is_empty()).then(|| Self {
-            field: Field::new(&graph, &model.flow, &arguments, &kinds),
+            flow: PiecewiseFlow::of_graph(scene, graph, &arguments, &kinds),
             scene,
             operations,
         })
@@ -236,7 +243,7 @@ impl<'a> Corners<'a> {
         state: &[f64],
         parameters: &[f64],
     ) -> Result<Option<NotLocated>, OrbitError> {
-        let mut integrator = Integrator::<f64>::new(&self.field);
+        let mut integrator = Integrator::<f64>::new(self.flow.field());
         let step = integrator.step(state, parameters)?;
         let near = |&number: &usize| begins_at_zero(step.watched_coefficients(number), step.length);
         let first = self.at_grazes_of(surface).find(near);
@@ -257,7 +264,7 @@ impl<'a> Corners<'a> {
         grazes: &[(usize, Vec<f64>)],
         parameters: &[f64],
     ) -> Result<Vec<f64>, OrbitError> {
-        let mut integrator = Integrator::<f64>::new(&self.field);
+        let mut integrator = Integrator::<f64>::new(self.flow.field());
         let mut arguments = Vec::new();
         for (surface, state) in grazes {
             let step = integrator.step(state, parameters)?;
@@ -288,7 +295,7 @@ impl<'a> Corners<'a> {
         duration: f64,
     ) -> Result<Option<NotLocated>, OrbitError> {
         let mut signs = vec![0.0; self.operations.len()];
-        each_step(&self.field, start, parameters, duration, |_, length, state, step| {
+        each_step(&self.flow, start, parameters, duration, |_, length, state, step| {
             let arguments = signs.iter_mut().enumerate();
             let everywhere =
                 arguments.filter(|&(number, _)| self.operations[number].place.surface().is_none());
@@ -402,9 +409,9 @@ guess = { x = 0.01, v = 1.0 }
     #[test]
     fn minima_nearer_to_each_other_than_a_part_of_a_step_are_all_found() {
         let scene = Scene::parse(DOUBLE_WELL, "double_well.toml").expect("a scene");
-        let field = watching_field(&scene.model);
+        let flow = watching(&scene);
         let start = [-0.2_f64.sin(), 0.2_f64.cos()];
-        let found = gaps(&field, &start, &[0.01, 0.1], 0.4).expect("a smooth flow");
+        let found = gaps(&flow, &start, &[0.01, 0.1], 0.4).expect("a smooth flow");
         let expected = [0.2 - 0.01_f64.asin(), 0.2 + 0.01_f64.asin()];
         assert_eq!(found.minima.len(), 2, "{found:?}");
         for (minimum, expected) in found.minima.iter().zip(expected) {

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::free_flow::Minimum;
 use super::outcome::{NamedValues, NotLocated, OrbitError};
 use super::section::{Geometry, PoincareSection, PoincareSectionKind, reduced};
-use crate::model::{Digest, Model, Scene, Symmetry};
+use crate::model::{Digest, Model, OrbitContact, Scene, Symmetry};
 use crate::numeric::{Dd, Real, Scalar};
 
 /// A point where an orbit of the free flow touches a surface: `h = 0`, `h' = 0`.
@@ -29,7 +29,20 @@ pub struct GrazingPoint {
     pub section: PoincareSection,
 }
 
-/// A periodic orbit of the free flow that grazes.
+/// A hit of a grazing orbit: a contact with a normal velocity.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct OrbitHit {
+    /// Surface (index into [`Model::surfaces`](crate::model::Model::surfaces)).
+    pub surface: usize,
+    /// Full state just before the hit; the phase in `[0, period)`.
+    pub state: Vec<Dd>,
+    /// Normal velocity `|h'|` at the hit; positive.
+    pub speed: Dd,
+    /// Time since the first grazing point of the period, in `[0, period of the orbit)`.
+    pub time: Dd,
+}
+
+/// A periodic orbit that grazes: of the free flow, and of the hits that the scene names.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct GrazingOrbit {
     /// Identifier of the scene.
@@ -38,6 +51,9 @@ pub struct GrazingOrbit {
     pub digest: Digest,
     /// Grazing passages of one period, in order; the first starts the orbit.
     pub passages: Vec<GrazingPoint>,
+    /// Hits of one period, in order of time.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub hits: Vec<OrbitHit>,
     /// Duration of one period of the orbit: `periods · period/rate`, in units of time.
     pub period: Dd,
     /// Largest residual of closure, `h` and `h'`, computed in double-double.
@@ -203,6 +219,15 @@ pub(super) fn with_reduced_phase<S: Real>(scene: &Scene, mut state: Vec<S>) -> V
     state
 }
 
+/// A hit, seen from the section.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FollowingHit {
+    /// Surface (index).
+    pub surface: usize,
+    /// Time from the section point as a share of the period, in `[0, 1)`.
+    pub share: f64,
+}
+
 /// A passage within this share of the period from the section counts as on it.
 const ON_SECTION: f64 = 1e-24;
 
@@ -243,6 +268,54 @@ impl GrazingOrbit {
             .collect();
         following.sort_by(|a, b| a.time.to_f64().total_cmp(&b.time.to_f64()));
         following
+    }
+
+    /// Hits of one period, in order from the first graze.
+    pub fn hits_after_section(&self, scene: &Scene) -> Vec<FollowingHit> {
+        let until_first = self.time_to_first_passage(scene);
+        let hits = self.hits.iter().map(|hit| {
+            let time = from_section(until_first + hit.time, self.period);
+            FollowingHit {
+                surface: hit.surface,
+                share: (time / self.period).to_f64().min(BELOW_ONE),
+            }
+        });
+        hits.collect()
+    }
+
+    /// Contacts of one period in order, from the first graze.
+    pub fn contacts(&self) -> Vec<OrbitContact> {
+        let grazes = self.passages.iter().map(|at| (at.time, OrbitContact::Graze(at.surface)));
+        let hits = self.hits.iter().map(|at| (at.time, OrbitContact::Hit(at.surface)));
+        let mut contacts: Vec<(Dd, OrbitContact)> = grazes.chain(hits).collect();
+        contacts.sort_by(|a, b| a.0.to_f64().total_cmp(&b.0.to_f64()));
+        contacts.into_iter().map(|(_, contact)| contact).collect()
+    }
+
+    /// Reason to refuse the orbit, if its hits are not those that the scene names.
+    pub(super) fn other_hits(&self, scene: &Scene) -> Option<NotLocated> {
+        let order = scene.grazing.hits.order.as_ref()?;
+        let found = self.contacts();
+        if found == *order {
+            return None;
+        }
+        let model = &scene.model;
+        let name = |contact: &OrbitContact| {
+            let name = &model.surfaces[contact.surface()].name;
+            match contact {
+                OrbitContact::Graze(_) => format!("{name:?}"),
+                OrbitContact::Hit(_) => format!("{{ hit = {name:?} }}"),
+            }
+        };
+        let adjusted = scene.grazing.solve_for.iter().map(|&parameter| {
+            let value = self.parameters()[parameter].to_f64();
+            (model.parameters[parameter].name.clone(), value)
+        });
+        Some(NotLocated::OtherHits {
+            found: found.iter().map(name).collect(),
+            named: order.iter().map(name).collect(),
+            at: NamedValues(adjusted.collect()),
+        })
     }
 
     /// Time from the section point to the first passage that the scene names; 0 on a tangency

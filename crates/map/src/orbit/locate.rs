@@ -3,7 +3,7 @@
 use std::cell::RefCell;
 
 use super::effort::Effort;
-use super::free_flow::{Corners, Gaps, Minimum, each_step, gaps, watching_field};
+use super::free_flow::{Corners, Gaps, Minimum, each_step, gaps, watching};
 use super::grazing_orbit::{Grazes, GrazingOrbit, Location, check_field};
 use super::monodromy::{full_monodromy, multipliers};
 use super::newton::NewtonFailure;
@@ -11,7 +11,6 @@ use super::outcome::{NamedValues, NotLocated, OrbitError, settled};
 use super::passages::{SAME, describe, disorder, further_graze, in_order};
 use super::search::Search;
 use super::system::{ExtendedSystem, refine_either, solve_either};
-use crate::flow::Integrator;
 use crate::model::{Scene, Section, StroboscopicPhase, Symmetry};
 use crate::numeric::{Dd, converted};
 
@@ -73,7 +72,7 @@ impl<'a> Locator<'a> {
         }
         let (base, free) = (scene.model.parameter_values(), &scene.grazing.solve_for);
         let system = ExtendedSystem::new(scene, grazes, &base, free);
-        let effort = Effort::new(&system.field);
+        let effort = Effort::new(system.flow.field());
         let others = RefCell::default();
         let locator = Self { scene, system: system.limited(&effort), effort, others };
         locator.check_clock()?;
@@ -196,7 +195,7 @@ impl<'a> Locator<'a> {
         let (start, parameters, period) = self.first_period();
         let (mut steps, mut flown, most) = (0, 0.0, self.effort.most_steps());
         let whole =
-            each_step(&self.system.field, &start, &parameters, period, |elapsed, _, _, _| {
+            each_step(&self.system.flow, &start, &parameters, period, |elapsed, _, _, _| {
                 (steps, flown) = (steps + 1, elapsed);
                 (steps > most).then_some(())
             });
@@ -321,7 +320,7 @@ impl<'a> Locator<'a> {
             passage: number + 2,
             surface: self.scene.model.surfaces[wanted[number]].name.clone(),
         };
-        let Ok(gaps) = gaps(&watching_field(&self.scene.model), state, parameters, span) else {
+        let Ok(gaps) = gaps(&watching(self.scene), state, parameters, span) else {
             return Ok(Err(missing(0)));
         };
         let mirror = grazes.surfaces.get(grazes.unmirrored());
@@ -340,11 +339,11 @@ impl<'a> Locator<'a> {
     /// Time from the guess to the next minimum of the event function, as a first estimate of the
     /// period without a clock.
     fn first_return(&self, guess: &[f64]) -> Result<f64, OrbitError> {
-        let (field, parameters) = (watching_field(&self.scene.model), self.start_parameters());
+        let (flow, parameters) = (watching(self.scene), self.start_parameters());
         let surface = self.system.grazes.surfaces[0];
         let mut horizon = 1.0;
         while horizon < 1e5 {
-            let gaps = gaps(&field, guess, &parameters, horizon)?;
+            let gaps = gaps(&flow, guess, &parameters, horizon)?;
             let mut minima = gaps.between(0.1 * horizon..f64::INFINITY);
             if let Some(next) = minima.find(|minimum| minimum.surface == surface) {
                 return Ok(next.time);
@@ -444,6 +443,9 @@ impl<'a> Locator<'a> {
         if let Some(reason) = further_graze(self.scene, &orbit)? {
             return Ok(Location::NotLocated(reason));
         }
+        if let Some(reason) = orbit.other_hits(self.scene) {
+            return Ok(Location::NotLocated(reason));
+        }
         self.check_symmetry_of(&orbit)?;
         orbit.other_grazes = self.others.take();
         orbit.guess_distance = self.guess_distance(&converted(&root.unknowns));
@@ -521,14 +523,13 @@ impl<'a> Diagnosis<'a> {
     fn degenerate_below(&self, bound: f64) -> Option<NotLocated> {
         let start = &self.unknowns[..self.system.dimension];
         let period = self.system.period(self.unknowns);
-        let watching = watching_field(&self.scene.model);
-        let gaps = gaps(&watching, start, &self.parameters, period);
+        let flow = watching(self.scene);
+        let gaps = gaps(&flow, start, &self.parameters, period);
         let beyond = gaps.as_ref().ok().and_then(Gaps::beyond);
         let largest = gaps.as_ref().map(|gaps| &gaps.largest);
-        let mut integrator = Integrator::<f64>::new(&self.system.field);
         let times = self.system.times(self.unknowns);
         times.into_iter().enumerate().find_map(|(passage, time)| {
-            let there = integrator.flow(start, &self.parameters, time);
+            let there = self.system.flow.flow(start, &self.parameters, time);
             let geometry = self.system.geometry(passage);
             let normal_acceleration = there
                 .map_or(f64::NAN, |state| geometry.at(&state, &self.parameters).acceleration());

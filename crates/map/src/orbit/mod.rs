@@ -1,7 +1,7 @@
 //! Grazing orbits: sections, shooting, the extended system, monodromy, `xi_n`, grazing curves.
 //!
 //! Deliberately absent: the direct simulator. Every orbit here is one of the free flow, which
-//! ignores the surfaces.
+//! ignores the surfaces, and of the hits that the scene names.
 
 mod arclength;
 mod curve;
@@ -16,6 +16,7 @@ mod monodromy;
 mod newton;
 mod outcome;
 mod passages;
+mod piecewise;
 pub(crate) mod sampled;
 mod search;
 mod section;
@@ -28,10 +29,12 @@ pub use grazing_curve::{
     UnresolvedStretch,
 };
 pub use grazing_orbit::{
-    FollowingPassage, GrazingConditions, GrazingOrbit, GrazingPoint, Location, Penetration,
+    FollowingHit, FollowingPassage, GrazingConditions, GrazingOrbit, GrazingPoint, Location,
+    OrbitHit, Penetration,
 };
 pub use locate::locate;
 pub use margin::{Margin, MarginOutcome, margin, watched_margin};
 pub use outcome::{NamedValues, NotLocated, OrbitError};
+pub use piecewise::{FlowEvent, PiecewiseFlow};
 pub use section::{PoincareSection, PoincareSectionKind};
 pub use theory::{Expectation, GrazeTheory, OneContactOrbit, Route, Unfolding, graze_theory};

@@ -6,6 +6,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::grazing_orbit::{GrazingConditions, GrazingPoint, Touch};
 use super::outcome::OrbitError;
+use super::piecewise::PiecewiseFlow;
 use super::section::{Geometry, LocalGeometry, PoincareSection, PoincareSectionKind, dot, reduced};
 use super::system::ExtendedSystem;
 use crate::flow::{Field, Integrator};
@@ -25,11 +26,11 @@ pub(super) fn full_monodromy<S: Real>(
     Ok(jacobian)
 }
 
-/// Full state at the section point of the orbit through `graze`, by the free flow from the graze to
+/// Full state at the section point of the orbit through `graze`, by the flow from the graze to
 /// the section's phase.
 pub(super) fn section_point(
     model: &Model,
-    field: &Field,
+    flow: &PiecewiseFlow,
     geometry: &Geometry,
     section: &PoincareSection,
     graze: &GrazingPoint,
@@ -45,7 +46,7 @@ pub(super) fn section_point(
     if advance == Dd::ZERO {
         return Ok(graze.state.clone());
     }
-    let mut state = Integrator::new(field).flow(&graze.state, &graze.parameters, advance / rate)?;
+    let mut state = flow.flow(&graze.state, &graze.parameters, advance / rate)?;
     state[last] = phase;
     Ok(state)
 }
@@ -88,7 +89,7 @@ pub(super) fn multipliers<S: Real>(matrix: &DMatrix<S>) -> Result<Vec<[f64; 2]>,
     Ok(values.iter().map(|value| [value.re, value.im]).collect())
 }
 
-/// Derivatives of the free flow from every passage to the next; the last leg ends at the first
+/// Derivatives of the flow from every passage to the next; the last leg ends at the first
 /// passage of the next period.
 pub(super) fn legs<S: Real>(
     system: &ExtendedSystem,

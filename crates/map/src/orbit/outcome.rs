@@ -217,9 +217,8 @@ pub enum NotLocated {
     /// The orbit of the free flow passes through a surface.
     #[error(
         "the orbit of the free flow that grazes {} at {at} passes through `{surface}` by \
-         {depth:.6} at {place}: it is no orbit of the oscillator with its stops{}; hits beside \
-         grazes are not expressible yet: use direct simulation (`trajectory`, `branch` by the \
-         method `direct`)",
+         {depth:.6} at {place}: it is no orbit of the oscillator with its stops{}; if the orbit \
+         meant hits `{surface}` there, name it in [grazing]: `hits = [{surface:?}]`",
         quoted(grazed),
         same_surface(surface, grazed)
     )]
@@ -234,6 +233,30 @@ pub enum NotLocated {
         grazed: Vec<String>,
         /// The adjusted parameters.
         at: NamedValues,
+    },
+    /// The orbit hits other surfaces, or in another order, than the scene names.
+    #[error(
+        "the orbit found that grazes at {at} has the contacts {}, and the scene names {}; name \
+         what the orbit does, `hits = [...]` for any number of hits, or a `guess` on another orbit",
+        listed(found),
+        listed(named)
+    )]
+    OtherHits {
+        /// Contacts of a period in order, from the first graze, as in `passages`.
+        found: Vec<String>,
+        /// Contacts that the scene names.
+        named: Vec<String>,
+        /// The adjusted parameters.
+        at: NamedValues,
+    },
+    /// The section's phase falls inside a contact with a compliant stop that the orbit hits.
+    #[error(
+        "the section's phase falls inside a contact with `{surface}`, which its coordinates do \
+         not tell: choose another `section.phase`"
+    )]
+    SectionInContact {
+        /// Name of the surface.
+        surface: String,
     },
     /// The mirror image of a graze is not a graze.
     #[error(
@@ -306,6 +329,11 @@ fn untouched(surface: &str, clearance: f64) -> String {
         true => format!("the periodic orbit always goes beyond `{surface}`, and no graze was met:"),
         false => format!("the periodic orbit never touches `{surface}`:"),
     }
+}
+
+/// Contacts as a list of the scene.
+fn listed(contacts: &[String]) -> String {
+    format!("[{}]", contacts.join(", "))
 }
 
 /// Names in quotes, in order.
@@ -467,6 +495,17 @@ pub enum OrbitError {
     MarginGrazes {
         /// Number of independent grazes.
         found: usize,
+    },
+    /// The orbit hits without an end in sight.
+    #[error(
+        "surface number {surface} is hit more than {limit} times in a flight: the motion comes to \
+         rest there, and such an orbit has no map"
+    )]
+    ManyHits {
+        /// Index of the surface.
+        surface: usize,
+        /// Largest number of events of a flight.
+        limit: usize,
     },
     /// The search exceeded its work limit.
     #[error("the search for the grazing orbit exceeded its work limit")]

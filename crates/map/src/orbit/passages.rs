@@ -3,18 +3,18 @@
 
 use nalgebra::DMatrix;
 
-use super::free_flow::{Gaps, Minimum, gaps, watching_field};
+use super::free_flow::{Gaps, Minimum, gaps, watching};
 use super::grazing_orbit::{
-    GrazingOrbit, GrazingPoint, Penetration, Touch, mirrored, with_reduced_phase,
+    GrazingOrbit, GrazingPoint, OrbitHit, Penetration, Touch, mirrored, with_reduced_phase,
 };
 use super::monodromy::{
     ConditionFactors, Stretch, full_monodromy, legs, multipliers, on_section, round, section_point,
 };
 use super::newton::Root;
 use super::outcome::{NotLocated, OrbitError, Stop};
+use super::piecewise::PiecewiseFlow;
 use super::section::PoincareSection;
 use super::system::ExtendedSystem;
-use crate::flow::Integrator;
 use crate::model::{Scene, Symmetry};
 use crate::numeric::{Dd, Real, converted};
 
@@ -91,8 +91,7 @@ impl<'a, S: Real> Orbit<'a, S> {
     }
 
     fn touch(&self, surface: usize, time: S) -> Result<Touch<S>, OrbitError> {
-        let flown =
-            Integrator::new(&self.system.field).flow(&self.state, &self.parameters, time)?;
+        let flown = self.system.flow.flow(&self.state, &self.parameters, time)?;
         let state = with_reduced_phase(self.scene, flown);
         Ok(Touch { surface, time, state })
     }
@@ -129,8 +128,8 @@ impl<'a, S: Real> Orbit<'a, S> {
 
     /// Minima over a whole period.
     fn gaps(&self) -> Result<Gaps, OrbitError> {
-        let (field, period) = (watching_field(&self.scene.model), self.period.to_f64());
-        gaps(&field, &converted(&self.state), &converted(&self.parameters), period)
+        let (flow, period) = (watching(self.scene), self.period.to_f64());
+        gaps(&flow, &converted(&self.state), &converted(&self.parameters), period)
     }
 
     /// Adds the passages without an equation: of the minima after the last one with an equation,
@@ -158,9 +157,9 @@ impl<'a, S: Real> Orbit<'a, S> {
 
     /// Time of a minimum, by Newton's method on `h'` along the orbit.
     fn settled(&self, passage: usize, minimum: &Minimum) -> Result<S, OrbitError> {
-        let mut integrator = Integrator::new(&self.system.field);
+        let flow = &self.system.flow;
         let mut time = S::from_f64(minimum.time);
-        let mut state = integrator.flow(&self.state, &self.parameters, time)?;
+        let mut state = flow.flow(&self.state, &self.parameters, time)?;
         let mut last = f64::INFINITY;
         for _ in 0..STEPS {
             let local = self.system.geometry(passage).at(&state, &self.parameters);
@@ -171,7 +170,7 @@ impl<'a, S: Real> Orbit<'a, S> {
             }
             last = size;
             time += step;
-            state = integrator.flow(&state, &self.parameters, step)?;
+            state = flow.flow(&state, &self.parameters, step)?;
         }
         Ok(time)
     }
@@ -306,7 +305,7 @@ pub(super) fn describe(
     let graze = &passages[0];
     let geometry = system.geometry(0);
     let section = graze.section.clone();
-    let point = section_point(&scene.model, &system.field, geometry, &section, graze)?;
+    let point = section_point(&scene.model, &system.flow, geometry, &section, graze)?;
     let monodromy = if point == graze.state {
         on_section(&round(&legs), &section, &geometry.at(&point, &parameters))
     } else {
@@ -317,6 +316,7 @@ pub(super) fn describe(
     Ok(GrazingOrbit {
         scene: scene.identifier.clone(),
         digest: scene.digest,
+        hits: hits(scene, &system.flow, graze, period)?,
         period,
         residual: root.residual.max(found.residual),
         multipliers: multipliers(&monodromy)?,
@@ -331,6 +331,26 @@ pub(super) fn describe(
         guess_distance: None,
         passages,
     })
+}
+
+/// Hits of an orbit in one period from its first graze.
+fn hits(
+    scene: &Scene,
+    flow: &PiecewiseFlow,
+    graze: &GrazingPoint,
+    period: Dd,
+) -> Result<Vec<OrbitHit>, OrbitError> {
+    if !flow.hits() {
+        return Ok(Vec::new());
+    }
+    let events = flow.events(&graze.state, &graze.parameters, period)?.into_iter();
+    let hits = events.filter(|event| event.meets).map(|event| OrbitHit {
+        surface: event.surface,
+        state: with_reduced_phase(scene, event.state),
+        speed: event.speed,
+        time: event.time,
+    });
+    Ok(hits.collect())
 }
 
 fn rows(matrix: &DMatrix<Dd>) -> Vec<Vec<Dd>> {
@@ -429,7 +449,7 @@ pub(super) fn other_minima(
     };
     let (state, parameters) = (converted(&graze.state), converted(&graze.parameters));
     let period = period.to_f64();
-    let mut gaps = gaps(&watching_field(&scene.model), &state, &parameters, period)?;
+    let mut gaps = gaps(&watching(scene), &state, &parameters, period)?;
     let is_graze = |minimum: &Minimum| {
         let mine = passages.iter().filter(|at| at.surface == minimum.surface);
         let apart = |at: &GrazingPoint| (at.time.to_f64() - minimum.time).rem_euclid(period);

@@ -2,12 +2,13 @@
 
 use super::arclength::{Bordered, CORRECTION, GROWTH, STRAIGHT, distance, dot, tangent};
 use super::effort::Effort;
-use super::free_flow::{Minimum, gaps, watching_field};
+use super::free_flow::{Minimum, each_step, gaps, watching};
 use super::newton::{Equations, Scaled, solve};
 use super::outcome::{NamedValues, NotLocated, OrbitError, Stop};
+use super::piecewise::PiecewiseFlow;
 use super::system::{ExtendedSystem, PeriodicFamily, Shooting, solve_either};
-use crate::flow::{Field, Integrator};
-use crate::model::Scene;
+use crate::model::{OrbitContact, Scene};
+use crate::numeric::low_discrepancy;
 
 /// A search for a graze along the periodic orbits in one parameter.
 pub(super) struct Search<'a> {
@@ -15,7 +16,7 @@ pub(super) struct Search<'a> {
     system: &'a ExtendedSystem,
     surface: usize,
     parameter: usize,
-    watching: Field,
+    watching: PiecewiseFlow,
 }
 
 /// A periodic orbit of the free flow at one value of the parameter.
@@ -83,6 +84,14 @@ const TOLERANCE: f64 = 1e-9;
 const SETTLING: usize = 400;
 /// A motion has settled if a period changes the state by less than this, in units of the states.
 const SETTLED: f64 = 1e-10;
+/// Number of states from which the commonest motion with hits is sought.
+const STARTS: usize = 24;
+/// Size of the box of these states, relative to the settled motion.
+const ENLARGED: f64 = 1.25;
+/// Largest distance of a periodic orbit from the motion that settled on it.
+const NEAR_SETTLED: f64 = 1e-3;
+/// Distance below which two periodic orbits are the same.
+const SAME_ORBIT: f64 = 1e-6;
 /// Largest number of secant steps.
 const TRIALS: usize = 60;
 /// Newton's method on the extended system is tried if the lowest `h` is within this part of its
@@ -97,7 +106,7 @@ impl<'a> Search<'a> {
             system,
             surface: system.grazes.surfaces[0],
             parameter,
-            watching: watching_field(&scene.model),
+            watching: watching(scene),
         }
     }
 
@@ -107,7 +116,11 @@ impl<'a> Search<'a> {
     /// The parameter is first moved by secant steps in the lowest `h`. If these find no graze, as
     /// beyond a fold, the curve of periodic orbits is followed by arclength to both sides.
     pub(super) fn run(&self, start: &[f64], value: f64) -> Result<Met, Stop<NotLocated>> {
-        let first = match self.periodic(value, start) {
+        let near = match self.scene.grazing.guess {
+            None if self.system.flow.hits() => self.commonest(start, value),
+            _ => self.periodic(value, start),
+        };
+        let first = match near {
             Some(orbit) => orbit,
             None => {
                 let (settled, change) = self.settle(start, value);
@@ -164,8 +177,7 @@ impl<'a> Search<'a> {
         let mut state = start.to_vec();
         let mut change = f64::NAN;
         for _ in 0..SETTLING {
-            let mut integrator = Integrator::<f64>::new(&self.watching);
-            let mut next = match self.system.flow(&mut integrator, &state, &parameters, period) {
+            let mut next = match self.system.flow(&state, &parameters, period) {
                 Ok(next) => next,
                 Err(OrbitError::SearchTooLong) => return (state, change),
                 Err(_) => return (state, f64::NAN),
@@ -178,6 +190,76 @@ impl<'a> Search<'a> {
             }
         }
         (state, change)
+    }
+
+    /// Periodic orbit that most states settle on, among those with the hits that the scene names.
+    ///
+    /// States are spread over the box that the motion from `start` visits, enlarged; a motion
+    /// begins at the phase of `start`.
+    fn commonest(&self, start: &[f64], value: f64) -> Option<Periodic> {
+        let (states, parameters) = (self.system.states, self.parameters(value));
+        let period = self.system.period(&self.unknowns(start, value));
+        let (settled, _) = self.settle(start, value);
+        let mut ends = vec![[f64::INFINITY, f64::NEG_INFINITY]; states];
+        each_step(
+            &self.system.flow,
+            &settled,
+            &parameters,
+            period,
+            |_, _, state, _| -> Option<()> {
+                for (ends, &value) in ends.iter_mut().zip(state) {
+                    *ends = [ends[0].min(value), ends[1].max(value)];
+                }
+                None
+            },
+        )
+        .ok()?;
+        let spread = (0..STARTS).map(|number| {
+            let mut state = start.to_vec();
+            let shares = low_discrepancy(number, states);
+            for ((state, share), [least, most]) in state.iter_mut().zip(shares).zip(&ends) {
+                *state = least + (most - least) * (ENLARGED * (share - 0.5) + 0.5);
+            }
+            state
+        });
+        let mut found: Vec<(usize, Periodic)> = Vec::new();
+        for state in [start.to_vec()].into_iter().chain(spread) {
+            let (settled, _) = self.settle(&state, value);
+            let near = |orbit: &Periodic| distance(&orbit.start, &settled) < NEAR_SETTLED;
+            let orbit = self.periodic(value, &settled);
+            let Some(orbit) = orbit.filter(|orbit| near(orbit) && self.hits_as_named(orbit)) else {
+                continue;
+            };
+            let same = |known: &Periodic| distance(&known.start, &orbit.start) < SAME_ORBIT;
+            match found.iter_mut().find(|(_, known)| same(known)) {
+                Some((count, _)) => *count += 1,
+                None => found.push((1, orbit)),
+            }
+        }
+        found.into_iter().rev().max_by_key(|(count, _)| *count).map(|(_, orbit)| orbit)
+    }
+
+    /// Whether an orbit hits the surfaces that the scene names, in that order from any of them.
+    fn hits_as_named(&self, orbit: &Periodic) -> bool {
+        let Some(order) = &self.scene.grazing.hits.order else { return true };
+        let named = order.iter().filter_map(|contact| match contact {
+            OrbitContact::Hit(surface) => Some(*surface),
+            OrbitContact::Graze(_) => None,
+        });
+        let mut named: Vec<usize> = named.collect();
+        let parameters = self.parameters(orbit.value);
+        let period = self.system.period(&self.unknowns(&orbit.start, orbit.value));
+        let Ok(events) = self.system.flow.events(&orbit.start, &parameters, period) else {
+            return false;
+        };
+        let hits: Vec<usize> =
+            events.iter().filter(|event| event.meets).map(|event| event.surface).collect();
+        let turns = 0..named.len();
+        hits.len() == named.len()
+            && turns.into_iter().any(|_| {
+                named.rotate_left(1);
+                named == hits
+            })
     }
 
     /// Periodic orbit near a full state, with the same phase.
@@ -327,7 +409,7 @@ impl Search<'_> {
     /// Grazes along the curve of periodic orbits through one of them, to both sides, within the
     /// work limit of one search.
     fn follow(&self, first: &Periodic, looked: &mut Looked) -> Result<Vec<Graze>, OrbitError> {
-        let system = self.system.clone().limited(&Effort::new(&self.system.field));
+        let system = self.system.clone().limited(&Effort::new(self.system.flow.field()));
         let search = Search { system: &system, watching: self.watching.clone(), ..*self };
         let states = system.states;
         let length = system.length(&search.unknowns(&first.start, first.value));

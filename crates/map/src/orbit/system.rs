@@ -16,8 +16,8 @@ use super::effort::{Effort, Flight};
 use super::grazing_orbit::Grazes;
 use super::newton::{Equations, Root, Scaled, Solved, unit_of};
 use super::outcome::OrbitError;
+use super::piecewise::PiecewiseFlow;
 use super::section::Geometry;
-use crate::flow::{Field, Integrator, flow_with_jacobian, flow_with_jacobian_within};
 use crate::model::Scene;
 use crate::numeric::{Dd, Real, converted};
 
@@ -31,13 +31,16 @@ pub(super) enum Matching {
     AtMiddle,
 }
 
+/// Largest number of steps of a flight whose work is not counted.
+const MAX_STEPS: usize = 100_000;
+
 /// Closure and grazes as equations in the unknowns (full state, period of an autonomous system,
 /// graze times, free parameters).
 #[derive(Clone, Debug)]
 pub(super) struct ExtendedSystem {
     /// The passages of the orbit.
     pub(super) grazes: Grazes,
-    pub(super) field: Field,
+    pub(super) flow: PiecewiseFlow,
     /// Expressions at the surface of each passage.
     geometries: Vec<Geometry>,
     /// Length of the full state.
@@ -69,7 +72,7 @@ impl ExtendedSystem {
         Self {
             geometries: surfaces.map(|&at| Geometry::new(model, at)).collect(),
             grazes,
-            field: Field::free(model, &[]),
+            flow: PiecewiseFlow::free(scene, &[]),
             dimension: model.dimension(),
             states: model.states.len(),
             phase_advance: Grazes::advance(scene),
@@ -101,22 +104,21 @@ impl ExtendedSystem {
         self.effort.as_ref().map_or(Ok(()), Effort::check)
     }
 
-    /// State after a duration of either sign along the free flow; the work is counted.
+    /// State after a duration of either sign along the flow; the work is counted.
     ///
     /// # Errors
     ///
     /// [`OrbitError::SearchTooLong`] at the limit of a search.
     pub(super) fn flow<S: Real>(
         &self,
-        integrator: &mut Integrator<'_, S>,
         state: &[S],
         parameters: &[S],
         duration: S,
     ) -> Result<Vec<S>, OrbitError> {
         match &self.effort {
-            None => Ok(integrator.flow(state, parameters, duration)?),
+            None => self.flow.flow(state, parameters, duration),
             Some(effort) => effort.fly::<S, _>(duration.to_f64(), Flight::Numbers, |steps_left| {
-                integrator.flow_within(state, parameters, duration, steps_left)
+                self.flow.flow_within(state, parameters, duration, steps_left)
             }),
         }
     }
@@ -133,18 +135,27 @@ impl ExtendedSystem {
         duration: S,
         inputs: &[usize],
     ) -> Result<(Vec<S>, DMatrix<S>), OrbitError> {
-        let field = &self.field;
+        let fly = |steps_left: &mut usize| {
+            self.flow.flow_with_jacobian_within(state, parameters, duration, inputs, steps_left)
+        };
         match &self.effort {
-            None => Ok(flow_with_jacobian(field, state, parameters, duration, inputs)?),
-            Some(effort) => effort.fly::<S, _>(duration.to_f64(), Flight::Jets, |steps_left| {
-                flow_with_jacobian_within(field, state, parameters, duration, inputs, steps_left)
-            }),
+            None => fly(&mut { MAX_STEPS }),
+            Some(effort) => effort.fly::<S, _>(duration.to_f64(), Flight::Jets, fly),
         }
     }
 
     /// Sets the point of matching.
     pub(super) fn matched(&self, matching: Matching) -> Self {
         Self { matching, ..self.clone() }
+    }
+
+    /// Point of matching to try where closure at the end fails. Backwards no stop acts, so that an
+    /// orbit with hits closes at its end alone.
+    pub(super) fn other_matching(&self) -> Matching {
+        match self.flow.hits() {
+            true => Matching::AtEnd,
+            false => Matching::AtMiddle,
+        }
     }
 
     /// Sets the fixed and the free parameters.
@@ -276,17 +287,16 @@ impl ExtendedSystem {
         let state = &unknowns[..self.dimension];
         let parameters = self.parameters(unknowns);
         let (period, _) = self.period_and_slopes(unknowns, &parameters);
-        let mut integrator = Integrator::new(&self.field);
         let mut residual = vec![S::zero(); self.states];
         for (share, factor) in self.ends() {
             let duration = period * S::from_f64(share);
-            let end = self.flow(&mut integrator, state, &parameters, duration)?;
+            let end = self.flow(state, &parameters, duration)?;
             for (sum, &component) in residual.iter_mut().zip(&end) {
                 *sum += component * S::from_f64(factor);
             }
         }
         for (time, geometry) in self.times(unknowns).into_iter().zip(&self.geometries) {
-            let there = self.flow(&mut integrator, state, &parameters, time)?;
+            let there = self.flow(state, &parameters, time)?;
             let local = geometry.at(&there, &parameters);
             residual.extend([local.event(), local.velocity()]);
         }
@@ -479,7 +489,7 @@ pub(super) fn solve_either(
 ) -> Solved<Vec<f64>> {
     let matched = |matching| system.matched(matching).scaled(start).solve(start, tolerance);
     match matched(Matching::AtEnd)? {
-        Err(failure) => Ok(matched(Matching::AtMiddle)?.map_err(|_| failure)),
+        Err(failure) => Ok(matched(system.other_matching())?.map_err(|_| failure)),
         root => Ok(root),
     }
 }
@@ -494,6 +504,6 @@ pub(super) fn refine_either(
     let matched = |matching| system.matched(matching).scaled(start).refine(start, tolerance);
     match matched(Matching::AtEnd) {
         Ok(Ok(root)) => Ok(Ok(root)),
-        _ => matched(Matching::AtMiddle),
+        _ => matched(system.other_matching()),
     }
 }

@@ -187,6 +187,7 @@ impl<S: Real> DirectReturn<'_, S> {
         let is_smooth = !system.free.field.has_corners();
         is_smooth
             && is_wide()
+            && !self.itinerary.has_hits()
             && matches!(surfaces, [surface] if matches!(surface.law, Law::Rigid { .. }))
     }
 

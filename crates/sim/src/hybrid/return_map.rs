@@ -116,7 +116,8 @@ impl<'a, S: Real> DirectReturn<'a, S> {
         Self::new(system, parameters, section, period * S::from_f64(periods as f64), periods)
     }
 
-    /// Sets all grazing passages of the nominal return, which [`Return::passages`] then reports.
+    /// Sets all grazing passages and hits of the nominal return; [`Return::passages`] then reports
+    /// the grazing passages.
     ///
     /// The first passage of a tangency section, and of a section at a grazing phase, is that of the
     /// section itself, at time 0 and known without being named. A section between passages has none
@@ -707,15 +708,20 @@ impl<'a, S: Real> DirectReturn<'a, S> {
     }
 
     fn report(&self, log: &Log<S>, outcome: ReturnOutcome<S>) -> Return<S> {
-        let passages = self.itinerary.speeds(log, self.duration.to_f64());
+        let speeds = self.itinerary.speeds(log, self.duration.to_f64());
         let hits = log.hits(self.simulator.system().surfaces());
-        let contacts = passages.iter().flatten().count();
+        let met = speeds.iter().flatten().count();
         let all: usize = hits.iter().sum();
+        let named = speeds.into_iter().zip(self.itinerary.hits());
+        let (expected, grazes): (Vec<_>, Vec<_>) = named.partition(|&(_, hit)| hit);
+        let missed = expected.iter().filter(|(speed, _)| speed.is_none()).count();
+        let passages: Vec<Option<S>> = grazes.into_iter().map(|(speed, _)| speed).collect();
+        let contacts = passages.iter().flatten().count();
         Return {
             state: self.simulator.state_after_advance(self.periods),
             elapsed: self.simulator.time(),
             contacts,
-            extra_contacts: all - contacts.min(all),
+            extra_contacts: all - met.min(all) + missed,
             passages,
             hits,
             impact_speeds: log.contact_speeds(),

@@ -243,12 +243,13 @@ pub struct Return<S> {
     pub state: Vec<S>,
     /// Time from one section point to the next.
     pub elapsed: S,
-    /// Normal speed of each passage of the itinerary at contact, in the order of the passages;
-    /// `None` without contact.
+    /// Normal speed of each grazing passage of the itinerary at contact, in the order of the
+    /// passages; `None` without contact.
     pub passages: Vec<Option<S>>,
-    /// Number of passages that made contact.
+    /// Number of grazing passages that made contact.
     pub contacts: usize,
-    /// Number of contacts beyond one per passage, and at surfaces without a passage.
+    /// Number of contacts beyond one per passage and expected hit, and of expected hits without
+    /// contact.
     pub extra_contacts: usize,
     /// Number of all contacts per surface of the model.
     pub hits: Vec<usize>,
@@ -292,7 +293,7 @@ impl ReturnSection {
     }
 }
 
-/// A grazing passage of the nominal return.
+/// A contact of the nominal return: a grazing passage or a hit.
 ///
 /// The time only identifies which event is the passage, so that double precision is enough.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -301,6 +302,8 @@ pub struct NominalPassage {
     pub surface: usize,
     /// Time after the section point, at least 0 and below the nominal return time.
     pub time: f64,
+    /// Whether the surface is hit; otherwise it is grazed.
+    pub hit: bool,
 }
 
 /// Passages of one return, in the order of their numbers.
@@ -316,13 +319,14 @@ pub(super) struct Itinerary {
 struct ExpectedPassage {
     surface: usize,
     share: f64,
+    hit: bool,
 }
 
 impl Itinerary {
     /// The section's own passage, if it has one.
     pub(super) fn of_section(section: ReturnSection) -> Self {
         let own = section.surface();
-        let passage = |surface| ExpectedPassage { surface, share: 0.0 };
+        let passage = |surface| ExpectedPassage { surface, share: 0.0, hit: false };
         Self { passages: own.map(passage).into_iter().collect(), starts_at_passage: own.is_some() }
     }
 
@@ -340,7 +344,7 @@ impl Itinerary {
         {
             return Err(HybridError::FirstPassage { surface: expected });
         }
-        for (passage, &NominalPassage { surface, time }) in passages.iter().enumerate() {
+        for (passage, &NominalPassage { surface, time, .. }) in passages.iter().enumerate() {
             if surface >= surfaces {
                 return Err(HybridError::NoSuchSurface { surface, surfaces });
             }
@@ -351,8 +355,19 @@ impl Itinerary {
         let expected = passages.iter().map(|passage| ExpectedPassage {
             surface: passage.surface,
             share: passage.time / duration,
+            hit: passage.hit,
         });
         Ok(Self { passages: expected.collect(), starts_at_passage: own.is_some() })
+    }
+
+    /// Whether hits are expected.
+    pub(super) fn has_hits(&self) -> bool {
+        self.passages.iter().any(|passage| passage.hit)
+    }
+
+    /// Whether each contact is an expected hit.
+    pub(super) fn hits(&self) -> impl Iterator<Item = bool> {
+        self.passages.iter().map(|passage| passage.hit)
     }
 
     /// Number of passages.

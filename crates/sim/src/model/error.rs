@@ -195,6 +195,18 @@ pub enum SceneProblem {
         /// The surfaces of the model, in quotes.
         surfaces: String,
     },
+    /// An orbit with hits and no graze.
+    #[error(
+        "`passages` names hits alone: at least one surface is grazed; its name stands alone, as in \
+         `passages = [{{ hit = \"left\" }}, \"right\"]`"
+    )]
+    NoGrazeAmongHits,
+    /// The half-period symmetry requested of an orbit that hits.
+    #[error(
+        "the half-period symmetry is not used for orbits with hits: leave `symmetry` out and name \
+         every graze and hit of a period in `passages`"
+    )]
+    SymmetryWithHits,
     /// A value of the wrong kind.
     #[error("`{key}` must be {expected}, found {found}")]
     WrongType {

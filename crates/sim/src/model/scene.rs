@@ -100,6 +100,8 @@ impl TryFrom<String> for Digest {
 pub struct Grazing {
     /// Surfaces grazed in one period, in order (indices into [`Model::surfaces`]).
     pub passages: Vec<usize>,
+    /// Surfaces that the orbit hits between its grazes.
+    pub hits: Hits,
     /// Parameters adjusted so that the orbit grazes, one per independent graze.
     pub solve_for: Vec<usize>,
     /// Forcing periods of the orbit.
@@ -109,6 +111,33 @@ pub struct Grazing {
     pub guess: Option<Vec<f64>>,
     /// Symmetry of the orbit.
     pub symmetry: Symmetry,
+}
+
+/// Surfaces that a grazing orbit hits, apart from those that it grazes.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Hits {
+    /// The surfaces, each once, increasing.
+    pub surfaces: Vec<usize>,
+    /// Grazes and hits of one period in order, from the first graze; `None`: any number of hits.
+    pub order: Option<Vec<OrbitContact>>,
+}
+
+/// A contact of a grazing orbit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum OrbitContact {
+    /// The orbit touches the surface with zero normal velocity.
+    Graze(usize),
+    /// The orbit meets the surface with a normal velocity.
+    Hit(usize),
+}
+
+impl OrbitContact {
+    /// Index of the surface.
+    pub fn surface(self) -> usize {
+        match self {
+            Self::Graze(surface) | Self::Hit(surface) => surface,
+        }
+    }
 }
 
 /// Symmetry of a periodic orbit.

@@ -8,11 +8,11 @@
 //! without a period is known by the cells of a grid over its extent (`DatserisWagemakers2022`): an
 //! orbit that stays in them is on it.
 
+use crate::numeric::low_discrepancy;
 use std::collections::HashSet;
 
 use nalgebra::{Complex, DMatrix, DVector};
 
-use crate::analysis::diagram::low_discrepancy;
 use crate::iteration::{DiscreteMap, MapOrbit, PassageSet, PhaseCircle};
 use crate::numeric::linear::eigenvalues;
 

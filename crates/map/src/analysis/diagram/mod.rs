@@ -28,7 +28,6 @@ pub use data::{Diagram, DiagramPoint, Sweep, SweepHeading, Timing};
 pub(super) use device_sweep::DeviceSweep;
 pub use observe::Observer;
 pub use sweep::SweepRequest;
-pub(crate) use sweep::low_discrepancy;
 pub(super) use sweep::{Entry, Found, agree, kept_contacts, name, nominal_period, settle, states};
 pub use swept_map::{
     DirectSweep, FrozenSweep, GuardedSweep, Settled, SideBySide, SmoothFixedPoint, Start, SweptMap,

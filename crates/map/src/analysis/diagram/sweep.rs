@@ -5,6 +5,7 @@
 //! point, so no orbit starts exactly on it, and an orbit found to be repelling is displaced and
 //! followed once more.
 
+use crate::numeric::low_discrepancy;
 use std::collections::VecDeque;
 
 use serde::{Deserialize, Serialize};
@@ -102,22 +103,6 @@ pub(in crate::analysis) fn states(
             Ok((0..*count).map(spread).collect())
         }
     }
-}
-
-/// Point of the additive sequence of the generalised golden ratio: `frac(1/2 + n/φ^k)`, `φ^(d+1) =
-/// φ + 1`.
-///
-/// Any consecutive points of it cover the unit cube evenly.
-pub(crate) fn low_discrepancy(index: usize, dimension: usize) -> Vec<f64> {
-    let mut ratio: f64 = 1.5;
-    for _ in 0..60 {
-        let nearer = (1.0 + ratio).powf(1.0 / (dimension as f64 + 1.0));
-        if nearer == ratio {
-            break;
-        }
-        ratio = nearer;
-    }
-    (1..=dimension).map(|k| (0.5 + (index + 1) as f64 * ratio.powi(-(k as i32))).fract()).collect()
 }
 
 /// Start of an orbit.

@@ -10,13 +10,13 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 
-use crate::analysis::{MapEvaluation, low_discrepancy};
+use crate::analysis::MapEvaluation;
 use crate::convergence::ConvergenceError;
 use crate::convergence::family::MapFamily;
 use crate::convergence::sample::WindowSample;
 use crate::expansion::{Contact, Leg, LocalMap, MapOrders, Stage};
 use crate::jet::{Jet, JetSpace};
-use crate::numeric::Scalar;
+use crate::numeric::{Scalar, low_discrepancy};
 
 /// Number of points per monomial of a fit.
 const POINTS_PER_MONOMIAL: usize = 4;

@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 
 use serde::{Deserialize, Serialize};
 
-use crate::analysis::{DirectImage, FreeFlight, MapEvaluation, low_discrepancy};
+use crate::analysis::{DirectImage, FreeFlight, MapEvaluation};
 use crate::convergence::ConvergenceError;
 use crate::convergence::family::{cut_contact, cut_contacts, cut_legs};
 use crate::convergence::sample::WindowSample;
@@ -14,7 +14,7 @@ use crate::expansion::{Contact, Expander, Legs, MapOrders};
 use crate::hybrid::HybridSystem;
 use crate::iteration::parallel;
 use crate::model::Scene;
-use crate::numeric::{Dd, Scalar};
+use crate::numeric::{Dd, Scalar, low_discrepancy};
 use crate::orbit::GrazingOrbit;
 
 /// A measured exponent and the expected one.

@@ -16,7 +16,7 @@ pub use collocation::{JetFlow, jet_transport};
 pub(super) use taylor::expand;
 pub use taylor::{
     LocalSeries, at_series_time, flow_with_jacobian, flow_with_jacobian_within,
-    jet_transport_taylor, local_series, local_series_kept_to,
+    jet_transport_taylor, jet_transport_taylor_within, local_series, local_series_kept_to,
 };
 
 #[cfg(test)]

@@ -37,12 +37,20 @@ pub fn jet_transport_taylor<S: Real>(
     parameters: &[Jet<S>],
     duration: S,
 ) -> Result<Vec<Jet<S>>, FlowError> {
-    jet_transport_within(field, initial, parameters, duration, &mut { MAX_STEPS })
+    jet_transport_taylor_within(field, initial, parameters, duration, &mut { MAX_STEPS })
 }
 
 /// Computes [`jet_transport_taylor`] in a limited number of steps, which is lowered by the steps
 /// taken.
-fn jet_transport_within<S: Real>(
+///
+/// # Errors
+///
+/// The errors of [`jet_transport_taylor`], with [`FlowError::TooManySteps`] at the given limit.
+///
+/// # Panics
+///
+/// If the jets' spaces differ.
+pub fn jet_transport_taylor_within<S: Real>(
     field: &Field,
     initial: &[Jet<S>],
     parameters: &[Jet<S>],
@@ -228,7 +236,7 @@ pub fn flow_with_jacobian_within<S: Real>(
     };
     let inputs: Vec<_> = state.iter().chain(parameters).enumerate().map(jet).collect();
     let (initial, parameters) = inputs.split_at(state.len());
-    let image = jet_transport_within(field, initial, parameters, duration, steps_left)?;
+    let image = jet_transport_taylor_within(field, initial, parameters, duration, steps_left)?;
     let slope = |row: usize, column: usize| {
         space
             .linear_monomial(column)

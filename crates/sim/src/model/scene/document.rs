@@ -208,6 +208,13 @@ impl<'a> Entry<'a> {
         self.value.as_str().ok_or_else(|| self.wrong_type(expected))
     }
 
+    /// The value as a table, if it is one.
+    pub(super) fn table(&self) -> Option<Table<'a>> {
+        let table = self.value.as_inline_table()?;
+        let (path, span) = (self.path.clone(), self.span.clone());
+        Some(Table { source: self.source, table, path, span })
+    }
+
     /// The values of a list.
     pub(super) fn list(&self, expected: &'static str) -> Checked<Vec<Entry<'a>>> {
         let list = self.value.as_array().ok_or_else(|| self.wrong_type(expected))?;

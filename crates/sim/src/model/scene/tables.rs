@@ -5,8 +5,8 @@ use std::collections::BTreeSet;
 
 use super::document::{Entry, Field, Table, shown};
 use super::{
-    Direct, Emit, EmitPrecision, Expansion, Grazing, MapOrders, Orders, Section, SectionRule,
-    Shape, StroboscopicPhase, Symmetry, Window,
+    Direct, Emit, EmitPrecision, Expansion, Grazing, Hits, MapOrders, OrbitContact, Orders,
+    Section, SectionRule, Shape, StroboscopicPhase, Symmetry, Window,
 };
 use crate::model::error::{Checked, SceneProblem};
 use crate::model::names;
@@ -14,8 +14,8 @@ use crate::model::oscillator::{Model, Response};
 use crate::numeric::FloatFormat;
 
 /// Keys of `[grazing]`.
-const GRAZING_KEYS: [&str; 6] =
-    ["surface", "passages", "solve_for", "periods", "guess", "symmetry"];
+const GRAZING_KEYS: [&str; 7] =
+    ["surface", "passages", "hits", "solve_for", "periods", "guess", "symmetry"];
 
 /// Largest number of forcing periods of an orbit.
 const MOST_PERIODS: u64 = 1000;
@@ -26,16 +26,44 @@ const MOST_PASSAGES: usize = 64;
 /// Reads `[grazing]`.
 pub(super) fn read_grazing(table: &Table<'_>, model: &Model) -> Checked<Grazing> {
     table.only(&GRAZING_KEYS)?;
-    let passages = passages(table, model)?;
+    let (passages, hits) = contacts(table, model)?;
     let solve_for = solve_for(table, model, passages.len())?;
     let periods = table.field("periods").map_or(Ok(1), |field| field.count(1, MOST_PERIODS))?;
     let guess = table.field("guess").map(|field| guess(&field.table()?, model)).transpose()?;
-    let symmetry = symmetry(table, model)?;
-    Ok(Grazing { passages, solve_for, periods: periods as usize, guess, symmetry })
+    let symmetry = symmetry(table, model, &hits)?;
+    Ok(Grazing { passages, hits, solve_for, periods: periods as usize, guess, symmetry })
 }
 
-/// Surfaces from `surface` or `passages`; both may be absent if the model has one surface only.
-fn passages(table: &Table<'_>, model: &Model) -> Checked<Vec<usize>> {
+/// Surfaces that are grazed, in order, and those that are hit between the grazes.
+fn contacts(table: &Table<'_>, model: &Model) -> Checked<(Vec<usize>, Hits)> {
+    let mut order = passages(table, model)?;
+    let is_graze = |contact: &OrbitContact| matches!(contact, OrbitContact::Graze(_));
+    let Some(first) = order.iter().position(is_graze) else {
+        let named = table.require("passages")?;
+        return Err(named.fault(SceneProblem::NoGrazeAmongHits));
+    };
+    order.rotate_left(first);
+    let grazes: Vec<usize> =
+        order.iter().filter(|&at| is_graze(at)).map(|at| at.surface()).collect();
+    let hit = |contact: &&OrbitContact| !is_graze(contact);
+    let mut surfaces: Vec<usize> = order.iter().filter(hit).map(|at| at.surface()).collect();
+    let exact = !surfaces.is_empty();
+    if let Some(field) = table.field("hits") {
+        if exact {
+            let problem = SceneProblem::Exclusive { first: "passages` with hits", second: "hits" };
+            return Err(field.key_fault(problem));
+        }
+        let entries = field.one_or_list("a surface's name")?;
+        field.check_length(entries.len(), MOST_PASSAGES)?;
+        surfaces = entries.iter().map(|entry| surface(entry, model)).collect::<Checked<_>>()?;
+    }
+    surfaces.sort_unstable();
+    surfaces.dedup();
+    Ok((grazes, Hits { surfaces, order: exact.then_some(order) }))
+}
+
+/// Contacts from `surface` or `passages`; both may be absent if the model has one surface only.
+fn passages(table: &Table<'_>, model: &Model) -> Checked<Vec<OrbitContact>> {
     let entries = match (table.field("surface"), table.field("passages")) {
         (Some(_), Some(passages)) => {
             let problem = SceneProblem::Exclusive { first: "surface", second: "passages" };
@@ -43,18 +71,28 @@ fn passages(table: &Table<'_>, model: &Model) -> Checked<Vec<usize>> {
         }
         (Some(surface), None) => vec![surface.entry("a surface's name")?],
         (None, Some(passages)) => {
-            let list = passages.list("a list of surfaces")?;
+            let list = passages.list("a list of surfaces, hits as `{ hit = \"name\" }`")?;
             passages.check_length(list.len(), MOST_PASSAGES)?;
             list
         }
-        (None, None) if model.surfaces.len() == 1 => return Ok(vec![0]),
+        (None, None) if model.surfaces.len() == 1 => return Ok(vec![OrbitContact::Graze(0)]),
         (None, None) => {
             let names = model.surfaces.iter().map(|surface| format!("`{}`", surface.name));
             let surfaces = names.collect::<Vec<_>>().join(", ");
             return Err(table.fault(SceneProblem::NoGrazedSurface { surfaces }));
         }
     };
-    entries.iter().map(|entry| surface(entry, model)).collect()
+    entries.iter().map(|entry| contact(entry, model)).collect()
+}
+
+/// A graze, written as a surface's name, or a hit, written as `{ hit = "name" }`.
+fn contact(entry: &Entry<'_>, model: &Model) -> Checked<OrbitContact> {
+    let Some(table) = entry.table() else {
+        return Ok(OrbitContact::Graze(surface(entry, model)?));
+    };
+    table.only(&["hit"])?;
+    let hit = table.require("hit")?.entry("a surface's name")?;
+    Ok(OrbitContact::Hit(surface(&hit, model)?))
 }
 
 /// Number of the surface that an entry names.
@@ -91,7 +129,7 @@ fn guess(table: &Table<'_>, model: &Model) -> Checked<Vec<f64>> {
     values.collect()
 }
 
-fn symmetry(table: &Table<'_>, model: &Model) -> Checked<Symmetry> {
+fn symmetry(table: &Table<'_>, model: &Model, hits: &Hits) -> Checked<Symmetry> {
     let Some(field) = table.field("symmetry") else {
         return Ok(Symmetry::None);
     };
@@ -99,6 +137,9 @@ fn symmetry(table: &Table<'_>, model: &Model) -> Checked<Symmetry> {
     let symmetry = field.choice(&options, "\"none\", \"half-period\"")?;
     if symmetry == Symmetry::HalfPeriod && model.phase.is_none() {
         return Err(field.fault(SceneProblem::NeedsPhase { what: "a half-period symmetry" }));
+    }
+    if symmetry == Symmetry::HalfPeriod && !hits.surfaces.is_empty() {
+        return Err(field.fault(SceneProblem::SymmetryWithHits));
     }
     Ok(symmetry)
 }

@@ -1,0 +1,537 @@
+//! The flow of a grazing orbit: the free flow, interrupted where the orbit hits a stop.
+//!
+//! Between hits the flow is smooth. A hit is transversal: the surface is met with a normal
+//! velocity, so that its time is a smooth function of the start. At a rigid stop the state is
+//! reset; a compliant stop replaces the field until its contact ends. Surfaces that the orbit only
+//! grazes do not act here.
+//!
+//! Jets pass an event with the time of the event as a jet `τ`, the root of `h(φ_τ(x)) = 0`: fly
+//! `τ` along the field before, reset, fly `−τ` along the field after. The event then takes place
+//! at a fixed time, and the result is the saltation matrix of Aizerman and Gantmakher, to any
+//! order. See docs/mathematics/hits.md.
+
+use super::outcome::OrbitError;
+use super::section::Geometry;
+use crate::flow::{
+    Field, FlowError, InputKind, Integrator, Program, Step, evaluate, flow_with_jacobian_within,
+    jet_transport_taylor_within, local_series,
+};
+use crate::jet::{Jet, JetSpace, implicit_root, power_series_with_slope_at};
+use crate::model::{ExpressionGraph, NodeId, Response, Scene};
+use crate::numeric::polynomial::{CrossingDirection, crossings, evaluate as value_and_slope};
+use crate::numeric::{Real, converted};
+use nalgebra::DMatrix;
+
+/// Free flow with the hits of a scene's grazing orbit.
+#[derive(Clone, Debug)]
+pub struct PiecewiseFlow {
+    /// Free flight first, then the contacts with the compliant stops that are hit.
+    modes: Vec<Mode>,
+    graph: ExpressionGraph,
+    /// Number of functions watched for the caller.
+    watched: usize,
+}
+
+/// A smooth field, and the events at which it ends.
+#[derive(Clone, Debug)]
+struct Mode {
+    field: Field,
+    exits: Vec<Exit>,
+}
+
+/// Event that ends a mode.
+#[derive(Clone, Debug)]
+struct Exit {
+    /// Surface that acts (index).
+    surface: usize,
+    /// Number of the event's function among those that the field watches.
+    watched: usize,
+    kind: ExitKind,
+    /// Mode that follows.
+    to: usize,
+}
+
+#[derive(Clone, Debug)]
+enum ExitKind {
+    /// The surface is met from the free side.
+    Hit {
+        /// Stays beyond the surface of at most this duration are those of a graze.
+        brief: f64,
+        /// State after the impact; `None` at a compliant stop.
+        reset: Option<Box<Reset>>,
+    },
+    /// The release function of a contact changes its sign.
+    Release,
+}
+
+/// State after an impact.
+#[derive(Clone, Debug)]
+struct Reset {
+    nodes: Vec<NodeId>,
+    /// The same expressions over jets.
+    program: Program,
+}
+
+/// An event of a piecewise flow.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FlowEvent<S> {
+    /// Time since the start.
+    pub time: S,
+    /// Surface that acts (index).
+    pub surface: usize,
+    /// Full state just before the event.
+    pub state: Vec<S>,
+    /// Whether the surface is met; otherwise its contact ends.
+    pub meets: bool,
+    /// Normal velocity `|h'|` at which the surface is met; 0 where its contact ends.
+    pub speed: S,
+    mode: usize,
+    exit: usize,
+}
+
+impl<S: Real> FlowEvent<S> {
+    /// The event over another scalar.
+    pub fn converted<T: Real>(&self) -> FlowEvent<T> {
+        let Self { time, surface, ref state, meets, speed, mode, exit } = *self;
+        FlowEvent {
+            time: T::from_dd(time.to_dd()),
+            surface,
+            state: converted(state),
+            meets,
+            speed: T::from_dd(speed.to_dd()),
+            mode,
+            exit,
+        }
+    }
+}
+
+/// Flight of a piecewise flow: its end and its events.
+#[derive(Clone, Debug)]
+pub(super) struct Flown<S> {
+    /// Full state at the end.
+    pub(super) state: Vec<S>,
+    pub(super) events: Vec<FlowEvent<S>>,
+}
+
+/// Most events of one flight.
+const MOST_EVENTS: usize = 256;
+/// Longest stay beyond a surface that counts as a graze where the surface is also hit, as a share
+/// of the forcing period.
+const BRIEF: f64 = 0.05;
+
+impl PiecewiseFlow {
+    /// The flow of a scene; its fields watch `watched`, and the kinds of the parameters are given.
+    pub fn new(scene: &Scene, watched: &[NodeId], parameters: &[InputKind]) -> Self {
+        Self::of_graph(scene, scene.model.graph.clone(), watched, parameters)
+    }
+
+    /// The flow of a scene as [`new`](Self::new), with `watched` nodes of a larger graph.
+    pub(super) fn of_graph(
+        scene: &Scene,
+        graph: ExpressionGraph,
+        watched: &[NodeId],
+        parameters: &[InputKind],
+    ) -> Self {
+        let model = &scene.model;
+        let hits = &scene.grazing.hits.surfaces;
+        // Events follow the functions that the caller watches.
+        let event = |number: usize| watched.len() + number;
+        let events = hits.iter().map(|&surface| model.surfaces[surface].event);
+        let all: Vec<NodeId> = watched.iter().copied().chain(events).collect();
+        let brief = brief(scene);
+        let states = (0..model.dimension()).map(|_| InputKind::Variable);
+        let inputs: Vec<InputKind> = states.chain(parameters.iter().copied()).collect();
+        let compliant =
+            |surface: &usize| matches!(model.surfaces[*surface].response, Response::Contact { .. });
+        let contacts: Vec<usize> = hits.iter().copied().filter(compliant).collect();
+        let exits = hits.iter().enumerate().map(|(number, &surface)| {
+            let grazed = scene.grazing.passages.contains(&surface);
+            let brief = if grazed { brief } else { 0.0 };
+            let reset = match &model.surfaces[surface].response {
+                Response::Impact { reset } => Some(Box::new(Reset {
+                    program: Program::new(&graph, reset, &inputs),
+                    nodes: reset.clone(),
+                })),
+                Response::Contact { .. } => None,
+            };
+            let contact = contacts.iter().position(|&at| at == surface);
+            Exit {
+                surface,
+                watched: event(number),
+                kind: ExitKind::Hit { brief, reset },
+                to: contact.map_or(0, |contact| 1 + contact),
+            }
+        });
+        let free = Mode {
+            field: Field::new(&graph, &model.flow, &all, parameters),
+            exits: exits.collect(),
+        };
+        let contact = |&surface: &usize| match &model.surfaces[surface].response {
+            Response::Contact { field, release } => {
+                let watched: Vec<NodeId> = all.iter().copied().chain([*release]).collect();
+                let release = Exit { surface, watched: all.len(), kind: ExitKind::Release, to: 0 };
+                let field = Field::new(&graph, field, &watched, parameters);
+                Some(Mode { field, exits: vec![release] })
+            }
+            Response::Impact { .. } => None,
+        };
+        let contacts: Vec<Mode> = contacts.iter().filter_map(contact).collect();
+        let modes = std::iter::once(free).chain(contacts).collect();
+        Self { modes, graph, watched: watched.len() }
+    }
+
+    /// The flow of a scene with all parameters as arguments.
+    pub fn free(scene: &Scene, watched: &[NodeId]) -> Self {
+        let parameters = vec![InputKind::Variable; scene.model.parameters.len()];
+        Self::new(scene, watched, &parameters)
+    }
+
+    /// The field of free flight.
+    pub(super) fn field(&self) -> &Field {
+        &self.modes[0].field
+    }
+
+    /// Number of functions watched for the caller.
+    pub(super) fn watched(&self) -> usize {
+        self.watched
+    }
+
+    /// Whether the orbit hits a stop.
+    pub(super) fn hits(&self) -> bool {
+        !self.modes[0].exits.is_empty()
+    }
+
+    /// State after a duration. Backwards no stop acts: a negative duration is one without hits.
+    ///
+    /// # Errors
+    ///
+    /// [`OrbitError::Flow`] if the flow fails, [`OrbitError::ManyHits`] if it hits too often.
+    pub fn flow<S: Real>(
+        &self,
+        state: &[S],
+        parameters: &[S],
+        duration: S,
+    ) -> Result<Vec<S>, OrbitError> {
+        if !self.hits() || duration < S::zero() {
+            return Ok(Integrator::new(self.field()).flow(state, parameters, duration)?);
+        }
+        Ok(self.fly(state, parameters, duration, &mut { usize::MAX })?.state)
+    }
+
+    /// Events of a flight.
+    ///
+    /// # Errors
+    ///
+    /// As [`flow`](Self::flow).
+    pub fn events<S: Real>(
+        &self,
+        state: &[S],
+        parameters: &[S],
+        duration: S,
+    ) -> Result<Vec<FlowEvent<S>>, OrbitError> {
+        Ok(self.fly(state, parameters, duration, &mut { usize::MAX })?.events)
+    }
+
+    /// State after a duration, in a limited number of steps, which is lowered by the steps taken.
+    pub(super) fn flow_within<S: Real>(
+        &self,
+        state: &[S],
+        parameters: &[S],
+        duration: S,
+        steps_left: &mut usize,
+    ) -> Result<Vec<S>, OrbitError> {
+        if !self.hits() || duration < S::zero() {
+            let mut integrator = Integrator::new(self.field());
+            return Ok(integrator.flow_within(state, parameters, duration, steps_left)?);
+        }
+        Ok(self.fly(state, parameters, duration, steps_left)?.state)
+    }
+
+    /// State after a duration and its derivatives in the given inputs, as
+    /// [`flow_with_jacobian_within`].
+    pub(super) fn flow_with_jacobian_within<S: Real>(
+        &self,
+        state: &[S],
+        parameters: &[S],
+        duration: S,
+        inputs: &[usize],
+        steps_left: &mut usize,
+    ) -> Result<(Vec<S>, DMatrix<S>), OrbitError> {
+        if !self.hits() || duration < S::zero() {
+            let field = self.field();
+            return Ok(flow_with_jacobian_within(
+                field, state, parameters, duration, inputs, steps_left,
+            )?);
+        }
+        let events = self.fly(state, parameters, duration, steps_left)?.events;
+        let space = JetSpace::uniform(inputs.len(), 1)?;
+        let jet = |(input, &value): (usize, &S)| match inputs.iter().position(|&at| at == input) {
+            Some(variable) => Jet::variable(&space, variable, value),
+            None => Jet::constant(&space, value),
+        };
+        let all: Vec<_> = state.iter().chain(parameters).enumerate().map(jet).collect();
+        let (start, parameters) = all.split_at(state.len());
+        let fly = |field: &Field, jets: &[Jet<S>], duration| -> Result<_, OrbitError> {
+            Ok(jet_transport_taylor_within(field, jets, parameters, duration, steps_left)?)
+        };
+        let end = self.jets(start, parameters, duration, &events, fly)?;
+        let slope = |row: usize, column: usize| {
+            let monomial = space.linear_monomial(column);
+            monomial.map_or(S::zero(), |monomial| end[row].coefficients()[monomial])
+        };
+        let jacobian = DMatrix::from_fn(end.len(), inputs.len(), slope);
+        Ok((end.iter().map(Jet::head).collect(), jacobian))
+    }
+
+    /// Jets of the state after a duration, through the events of the flight of their heads; `fly`
+    /// carries jets along one field.
+    ///
+    /// # Errors
+    ///
+    /// Those of `fly`; [`OrbitError::Jet`] if an event is not transversal.
+    pub fn jets<S: Real, E: From<OrbitError>>(
+        &self,
+        start: &[Jet<S>],
+        parameters: &[Jet<S>],
+        duration: S,
+        events: &[FlowEvent<S>],
+        mut fly: impl FnMut(&Field, &[Jet<S>], S) -> Result<Vec<Jet<S>>, E>,
+    ) -> Result<Vec<Jet<S>>, E> {
+        let heads = |jets: &[Jet<S>]| -> Vec<S> { jets.iter().map(Jet::head).collect() };
+        let mut mode = self.first_mode(&heads(start), &heads(parameters));
+        let (mut jets, mut elapsed) = (start.to_vec(), S::zero());
+        for event in events {
+            jets = fly(&self.modes[mode].field, &jets, event.time - elapsed)?;
+            jets = self.through(event, &jets, parameters)?;
+            (elapsed, mode) = (event.time, self.exit(event).to);
+        }
+        fly(&self.modes[mode].field, &jets, duration - elapsed)
+    }
+
+    fn exit<S>(&self, event: &FlowEvent<S>) -> &Exit {
+        &self.modes[event.mode].exits[event.exit]
+    }
+
+    /// Jets just after an event, moved to the time of the event of their heads.
+    fn through<S: Real>(
+        &self,
+        event: &FlowEvent<S>,
+        jets: &[Jet<S>],
+        parameters: &[Jet<S>],
+    ) -> Result<Vec<Jet<S>>, OrbitError> {
+        let (space, exit) = (jets[0].space(), self.exit(event));
+        let order = (space.order() + 1).max(2);
+        let before = local_series(&self.modes[event.mode].field, jets, parameters, order);
+        let function = before.watched(exit.watched);
+        let time =
+            implicit_root(&Jet::zero(space), |time| power_series_with_slope_at(function, time))?;
+        // The head of the root is the rounding of the event's time.
+        let time = time.add_constant(-time.head());
+        let met = before.state_at(&time);
+        let after = match &exit.kind {
+            ExitKind::Hit { reset: Some(reset), .. } => {
+                let inputs: Vec<_> = met.iter().chain(parameters).cloned().collect();
+                evaluate(&reset.program, space, &inputs)
+            }
+            _ => met,
+        };
+        Ok(local_series(&self.modes[exit.to].field, &after, parameters, order).state_at(&-&time))
+    }
+
+    /// Flies for a duration of at least 0.
+    fn fly<S: Real>(
+        &self,
+        state: &[S],
+        parameters: &[S],
+        duration: S,
+        steps_left: &mut usize,
+    ) -> Result<Flown<S>, OrbitError> {
+        let mut events = Vec::new();
+        let mut end = state.to_vec();
+        let look = |passed: Passed<'_, '_, S>| -> Option<()> {
+            match passed {
+                Passed::Step { length, step, .. } => step.state_at(length, &mut end),
+                Passed::Event { event, after } => {
+                    end.copy_from_slice(after);
+                    events.push(event.clone());
+                }
+            }
+            None
+        };
+        self.each(state, parameters, duration, steps_left, look)?;
+        Ok(Flown { state: end, events })
+    }
+
+    /// Flies for a duration of at least 0 and shows every step and every event until `look`
+    /// returns a value.
+    pub(super) fn each<S: Real, T>(
+        &self,
+        start: &[S],
+        parameters: &[S],
+        duration: S,
+        steps_left: &mut usize,
+        mut look: impl FnMut(Passed<'_, '_, S>) -> Option<T>,
+    ) -> Result<Option<T>, OrbitError> {
+        let limit = *steps_left;
+        let mut flights: Vec<Integrator<'_, S>> =
+            self.modes.iter().map(|mode| Integrator::new(&mode.field)).collect();
+        let (mut state, mut elapsed) = (start.to_vec(), S::zero());
+        let mut mode = self.first_mode(&state, parameters);
+        let (mut sign, mut events) = (None, 0);
+        while elapsed < duration {
+            if *steps_left == 0 {
+                let remaining = (duration - elapsed).to_f64();
+                return Err(FlowError::TooManySteps { limit, remaining }.into());
+            }
+            *steps_left -= 1;
+            let step = flights[mode].step(&state, parameters)?;
+            let rest = duration - elapsed;
+            let whole = if step.length < rest { step.length } else { rest };
+            let met = self.first_exit(mode, &step, whole, &mut sign);
+            let length = met.map_or(whole, |(time, _)| time);
+            if let Some(found) = look(Passed::Step { elapsed, length, start: &state, step: &step })
+            {
+                return Ok(Some(found));
+            }
+            let mut next = state.clone();
+            step.state_at(length, &mut next);
+            let slope = |watched| {
+                let coefficients = step.watched_coefficients(watched);
+                value_and_slope(coefficients, length).1
+            };
+            let speed = met.map(|(_, exit)| slope(self.modes[mode].exits[exit].watched).abs());
+            elapsed = if length == rest { duration } else { elapsed + length };
+            state = next;
+            let Some((_, exit)) = met else { continue };
+            events += 1;
+            let Exit { surface, kind, to, .. } = &self.modes[mode].exits[exit];
+            if events > MOST_EVENTS {
+                let surface = *surface;
+                return Err(OrbitError::ManyHits { surface, limit: MOST_EVENTS });
+            }
+            let meets = matches!(kind, ExitKind::Hit { .. });
+            let event = FlowEvent {
+                time: elapsed,
+                surface: *surface,
+                state: state.clone(),
+                meets,
+                speed: speed.filter(|_| meets).unwrap_or(S::zero()),
+                mode,
+                exit,
+            };
+            if let ExitKind::Hit { reset: Some(reset), .. } = kind {
+                state = self.reset(reset, &state, parameters);
+            }
+            (mode, sign) = (*to, None);
+            if let Some(found) = look(Passed::Event { event: &event, after: &state }) {
+                return Ok(Some(found));
+            }
+        }
+        Ok(None)
+    }
+
+    /// Mode of a flight that starts at a state: a contact if the state is beyond a compliant stop
+    /// that is not grazed.
+    fn first_mode<S: Real>(&self, state: &[S], parameters: &[S]) -> usize {
+        let free = &self.modes[0];
+        let lasting = |exit: &&Exit| {
+            exit.to > 0 && matches!(exit.kind, ExitKind::Hit { brief, .. } if brief == 0.0)
+        };
+        if !free.exits.iter().any(|exit| lasting(&exit)) {
+            return 0;
+        }
+        let mut integrator = Integrator::new(&free.field);
+        let Ok(step) = integrator.step(state, parameters) else { return 0 };
+        let beyond = |exit: &&Exit| step.watched_coefficients(exit.watched)[0] < S::zero();
+        free.exits.iter().filter(lasting).find(beyond).map_or(0, |exit| exit.to)
+    }
+
+    /// First event within a length of a step, as its time and the number of the exit.
+    fn first_exit<S: Real>(
+        &self,
+        mode: usize,
+        step: &Step<'_, S>,
+        length: S,
+        sign: &mut Option<S>,
+    ) -> Option<(S, usize)> {
+        let exits = self.modes[mode].exits.iter().enumerate();
+        let times = exits.filter_map(|(number, exit)| {
+            let function = step.watched_coefficients(exit.watched);
+            let leaves = match exit.kind {
+                ExitKind::Hit { .. } => CrossingDirection::Entering,
+                ExitKind::Release => leaving(function, sign),
+            };
+            let crossings = crossings(function, length).into_iter();
+            let mut there = crossings.filter(|crossing| crossing.direction == leaves);
+            let counts = |time: &S| match exit.kind {
+                ExitKind::Hit { brief, .. } => lasts(function, *time, brief),
+                ExitKind::Release => true,
+            };
+            let time = there.find_map(|crossing| Some(crossing.time).filter(counts))?;
+            Some((time, number))
+        });
+        times.min_by(|a, b| a.0.to_f64().total_cmp(&b.0.to_f64()))
+    }
+
+    fn reset<S: Real>(&self, reset: &Reset, state: &[S], parameters: &[S]) -> Vec<S> {
+        let inputs: Vec<S> = state.iter().chain(parameters).copied().collect();
+        let mut values = Vec::new();
+        self.graph.evaluate(&inputs, &mut values);
+        reset.nodes.iter().map(|node| values[node.index()]).collect()
+    }
+}
+
+/// A step or an event of a flight.
+pub(super) enum Passed<'p, 's, S: Real> {
+    /// A stretch of one smooth field.
+    Step {
+        /// Time since the start at the beginning of the stretch.
+        elapsed: S,
+        length: S,
+        /// Full state at the beginning of the stretch.
+        start: &'p [S],
+        step: &'p Step<'s, S>,
+    },
+    /// A hit, or the end of a contact.
+    Event {
+        event: &'p FlowEvent<S>,
+        /// Full state just after the event.
+        after: &'p [S],
+    },
+}
+
+/// Direction in which a release function leaves the sign that it has in the contact. The sign is
+/// that of its value where the contact begins, or of its slope if it vanishes there.
+fn leaving<S: Real>(function: &[S], sign: &mut Option<S>) -> CrossingDirection {
+    let sign = sign.get_or_insert_with(|| {
+        let size = function.iter().fold(S::zero(), |size, value| size.max(value.abs()));
+        let vanishes = function[0].abs() <= size * S::from_f64(64.0 * S::ROUNDOFF);
+        if vanishes { function[1] } else { function[0] }
+    });
+    match *sign < S::zero() {
+        true => CrossingDirection::Leaving,
+        false => CrossingDirection::Entering,
+    }
+}
+
+/// Whether the stay beyond a surface that begins at a time of a step lasts longer than `brief`, by
+/// the velocity and acceleration there.
+fn lasts<S: Real>(event: &[S], time: S, brief: f64) -> bool {
+    if brief == 0.0 {
+        return true;
+    }
+    let power = |power: usize| S::from_f64(power as f64);
+    let slopes: Vec<S> = (1..event.len()).map(|at| event[at] * power(at)).collect();
+    let (velocity, acceleration) = value_and_slope(&slopes, time);
+    acceleration <= S::zero() || -S::from_f64(2.0) * velocity > acceleration * S::from_f64(brief)
+}
+
+/// Longest stay beyond a surface that counts as a graze; 0 without a phase.
+fn brief(scene: &Scene) -> f64 {
+    let Some(phase) = &scene.model.phase else { return 0.0 };
+    let parameters: Vec<f64> = converted(&scene.model.parameter_values());
+    let state = vec![0.0; scene.model.dimension()];
+    let geometry = Geometry::new(&scene.model, 0);
+    let clock = geometry.at(&state, &parameters).clock();
+    clock.map_or(0.0, |(rate, _)| BRIEF * phase.period.to_f64() / rate)
+}

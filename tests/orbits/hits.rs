@@ -1,0 +1,183 @@
+//! Grazing orbits that hit stops on their way, against the closed form of linear free flight.
+
+use grazemap::numeric::Dd;
+use grazemap::orbit::{GrazingOrbit, Location, NotLocated, OrbitHit, locate};
+
+use crate::support::scenes::{NONE, index, orbit, parsed};
+
+/// An oscillator `x'' + 2 zeta x' + x = a cos(theta)` between stops at `-dl` and `dr`.
+const TWO_SIDED: &str = r#"
+[model]
+name = "oscillator between two rigid stops"
+states = ["x", "v"]
+parameters = { zeta = 0.05, a = 1.0, w = 0.8, dl = 0.5, dr = 2.0, r = 0.7 }
+[model.phase]
+name = "theta"
+rate = "w"
+period = "2*pi"
+[model.flow]
+x = "v"
+v = "a*cos(theta) - 2*zeta*v - x"
+[[model.surface]]
+name = "left"
+event = "x + dl"
+impact = { v = "-r*v" }
+[[model.surface]]
+name = "right"
+event = "dr - x"
+impact = { v = "-r*v" }
+[grazing]
+HITS
+solve_for = "dr"
+"#;
+
+fn two_sided(hits: &str) -> String {
+    TWO_SIDED.replace("HITS", hits)
+}
+
+/// Closed form of the free flight, in double-double.
+struct Linear {
+    zeta: Dd,
+    a: Dd,
+    w: Dd,
+}
+
+impl Linear {
+    /// Position and velocity of the periodic part at a phase.
+    fn forced(&self, theta: Dd) -> [Dd; 2] {
+        let (one, two) = (Dd::ONE, Dd::from(2.0));
+        let (c, d) = (one - self.w * self.w, two * self.zeta * self.w);
+        let size = self.a / (c * c + d * d);
+        let (sin, cos) = theta.sin_cos();
+        [size * (c * cos + d * sin), size * self.w * (d * cos - c * sin)]
+    }
+
+    /// State `[x, v, theta]` after a time.
+    fn fly(&self, state: [Dd; 3], time: Dd) -> [Dd; 3] {
+        let [x, v, theta] = state;
+        let [px, pv] = self.forced(theta);
+        let (x, v) = (x - px, v - pv);
+        let rate = (Dd::ONE - self.zeta * self.zeta).sqrt();
+        let (sin, cos) = (rate * time).sin_cos();
+        let decay = (-(self.zeta * time)).exp();
+        let b = (v + self.zeta * x) / rate;
+        let along = decay * (x * cos + b * sin);
+        let across = decay * rate * (b * cos - x * sin);
+        let theta = theta + self.w * time;
+        let [px, pv] = self.forced(theta);
+        [along + px, across - self.zeta * along + pv, theta]
+    }
+
+    /// Time of the first hit of `x = wall` from the free side before `limit`, by samples and
+    /// bisection.
+    fn hit(&self, state: [Dd; 3], wall: f64, side: f64, limit: Dd) -> Option<Dd> {
+        const SAMPLES: usize = 4000;
+        let gap = |time: Dd| (self.fly(state, time)[0] - Dd::from(wall)) * Dd::from(side);
+        let at = |number: usize| limit * Dd::from(number as f64 / SAMPLES as f64);
+        let place = (1..SAMPLES).find(|&n| gap(at(n)) > Dd::ZERO && gap(at(n + 1)) <= Dd::ZERO)?;
+        let (mut low, mut high) = (at(place), at(place + 1));
+        for _ in 0..110 {
+            let middle = (low + high) * Dd::from(0.5);
+            if gap(middle) > Dd::ZERO { low = middle } else { high = middle }
+        }
+        Some((low + high) * Dd::from(0.5))
+    }
+}
+
+const FLIGHT: fn() -> Linear =
+    || Linear { zeta: "0.05".parse().unwrap(), a: Dd::ONE, w: "0.8".parse().unwrap() };
+
+fn three(state: &[Dd]) -> [Dd; 3] {
+    [state[0], state[1], state[2]]
+}
+
+/// Compares the hits and the closure of an orbit that hits `left` with the closed form.
+fn assert_closed(orbit: &GrazingOrbit) {
+    let (flight, restitution) = (FLIGHT(), "0.7".parse::<Dd>().unwrap());
+    let mut state = three(&orbit.grazing_point().state);
+    let mut elapsed = Dd::ZERO;
+    for OrbitHit { time, speed, .. } in &orbit.hits {
+        let wait = flight.hit(state, -0.5, 1.0, orbit.period - elapsed).expect("a hit");
+        state = flight.fly(state, wait);
+        elapsed = elapsed + wait;
+        assert!((elapsed - *time).to_f64().abs() < 1e-26, "{:e}", (elapsed - *time).to_f64());
+        assert!((state[1] + *speed).to_f64().abs() < 1e-26);
+        state[1] = -(restitution * state[1]);
+    }
+    assert!(flight.hit(state, -0.5, 1.0, orbit.period - elapsed).is_none(), "one hit more");
+    let end = flight.fly(state, orbit.period - elapsed);
+    for (end, start) in end.iter().zip(&orbit.grazing_point().state).take(2) {
+        assert!((*end - *start).to_f64().abs() < 1e-26, "{:e}", (*end - *start).to_f64());
+    }
+}
+
+#[test]
+fn an_orbit_hits_one_stop_twice_and_grazes_the_other() {
+    for hits in [
+        "surface = \"right\"\nhits = \"left\"",
+        "passages = [{ hit = \"left\" }, \"right\", { hit = \"left\" }]",
+    ] {
+        let scene = parsed(&two_sided(hits), "two_sided", &NONE);
+        let orbit = orbit(&scene);
+        let gap = orbit.parameters()[index(&scene, "dr")].to_f64();
+        // The largest x of the attractor, by an exact-flow simulation of others.
+        assert!((gap - 1.805_712_936_6).abs() < 1e-10, "{gap}");
+        let speeds: Vec<f64> = orbit.hits.iter().map(|hit| hit.speed.to_f64()).collect();
+        assert_eq!(speeds.len(), 2, "{speeds:?}");
+        let mut sorted = speeds.clone();
+        sorted.sort_by(f64::total_cmp);
+        assert!((sorted[0] - 0.91502).abs() < 1e-5 && (sorted[1] - 1.88427).abs() < 1e-5);
+        assert!(orbit.is_physical() && orbit.residual < 1e-28);
+        assert_closed(&orbit);
+    }
+}
+
+#[test]
+fn the_monodromy_is_that_of_the_closed_form() {
+    let scene = parsed(&two_sided("surface = \"right\"\nhits = \"left\""), "two_sided", &NONE);
+    let orbit = orbit(&scene);
+    let (flight, restitution) = (FLIGHT(), "0.7".parse::<Dd>().unwrap());
+    // Image of a change of the graze's state over one period, in the full state.
+    let image = |change: [f64; 3]| -> [Dd; 3] {
+        let mut state = three(&orbit.grazing_point().state);
+        state.iter_mut().zip(change).for_each(|(value, change)| *value = *value + Dd::from(change));
+        let mut elapsed = Dd::ZERO;
+        for _ in 0..orbit.hits.len() {
+            let wait = flight.hit(state, -0.5, 1.0, orbit.period - elapsed).expect("a hit");
+            state = flight.fly(state, wait);
+            elapsed = elapsed + wait;
+            state[1] = -(restitution * state[1]);
+        }
+        flight.fly(state, orbit.period - elapsed)
+    };
+    let step = 1e-8;
+    // Determinant of the states' block: contraction of the free flow times r squared at each hit.
+    let columns = [[step, 0.0, 0.0], [0.0, step, 0.0]].map(|change| {
+        let (up, down) = (image(change), image(change.map(|value| -value)));
+        [0, 1].map(|row| ((up[row] - down[row]).to_f64()) / (2.0 * step))
+    });
+    let determinant = columns[0][0] * columns[1][1] - columns[0][1] * columns[1][0];
+    let known = (-0.1 * orbit.period.to_f64()).exp() * 0.7_f64.powi(4);
+    assert!((determinant / known - 1.0).abs() < 1e-10, "{determinant} for {known}");
+    let product =
+        orbit.multipliers.iter().fold([1.0, 0.0], |[a, b], [c, d]| [a * c - b * d, a * d + b * c]);
+    assert!((product[0] / known - 1.0).abs() < 1e-12, "{} for {known}", product[0]);
+    let trace: f64 = orbit.multipliers.iter().map(|[re, _]| re).sum();
+    let differences = columns[0][0] + columns[1][1];
+    assert!((trace - differences).abs() < 1e-10, "{trace} for {differences}");
+}
+
+#[test]
+fn hits_that_the_scene_does_not_name_are_told() {
+    let once = two_sided("passages = [{ hit = \"left\" }, \"right\"]");
+    let scene = parsed(&once, "two_sided", &NONE);
+    let Ok(Location::NotLocated(reason @ NotLocated::OtherHits { .. })) = locate(&scene) else {
+        panic!("one hit is named, two happen");
+    };
+    let text = reason.to_string();
+    assert!(text.contains("[\"right\", { hit = \"left\" }, { hit = \"left\" }]"), "{text}");
+    let scene = parsed(&two_sided("surface = \"right\""), "two_sided", &NONE);
+    let Ok(Location::Located(orbit)) = locate(&scene) else { panic!("an orbit of the free flow") };
+    let reason = orbit.physical(&scene).unwrap_err().to_string();
+    assert!(reason.contains("hits = [\"left\"]"), "{reason}");
+}
