@@ -84,8 +84,10 @@ pub(super) fn gaps(
     let mut found = Gaps { minima: Vec::new(), largest, steps: 0 };
     let mut ends = vec![f64::INFINITY; flow.watched()];
     let look = |passed: Passed<'_, '_, f64>| -> Option<()> {
-        let (elapsed, length, state, step) = match passed {
-            Passed::Step { elapsed, length, start, step } => (elapsed, length, start, step),
+        let (elapsed, length, state, step, contact) = match passed {
+            Passed::Step { elapsed, length, start, step, contact } => {
+                (elapsed, length, start, step, contact)
+            }
             Passed::Event { event, .. } => {
                 let beyond = ends.iter().enumerate().filter(|&(surface, &end)| {
                     end < 0.0 && surface != event.surface && event.meets
@@ -104,6 +106,9 @@ pub(super) fn gaps(
             let event = step.watched_coefficients(surface);
             *end = horner(event, length);
             found.largest[surface] = found.largest[surface].max(horner(event, 0.0));
+            if contact == Some(surface) {
+                continue;
+            }
             for turn in extrema(event, length) {
                 if turn.kind == ExtremumKind::Maximum {
                     found.largest[surface] = found.largest[surface].max(turn.value);
@@ -136,7 +141,7 @@ pub(super) fn each_step<T>(
     mut look: impl FnMut(f64, f64, &[f64], &Step<'_, f64>) -> Option<T>,
 ) -> Result<Option<T>, OrbitError> {
     let steps = |passed: Passed<'_, '_, f64>| match passed {
-        Passed::Step { elapsed, length, start, step } => look(elapsed, length, start, step),
+        Passed::Step { elapsed, length, start, step, .. } => look(elapsed, length, start, step),
         Passed::Event { .. } => None,
     };
     flow.each(start, parameters, duration, &mut { MAX_STEPS }, steps)

@@ -37,6 +37,8 @@ pub struct PiecewiseFlow {
 struct Mode {
     field: Field,
     exits: Vec<Exit>,
+    /// Compliant surface in contact (index).
+    contact: Option<usize>,
 }
 
 /// Event that ends a mode.
@@ -165,13 +167,14 @@ impl PiecewiseFlow {
         let free = Mode {
             field: Field::new(&graph, &model.flow, &all, parameters),
             exits: exits.collect(),
+            contact: None,
         };
         let contact = |&surface: &usize| match &model.surfaces[surface].response {
             Response::Contact { field, release } => {
                 let watched: Vec<NodeId> = all.iter().copied().chain([*release]).collect();
                 let release = Exit { surface, watched: all.len(), kind: ExitKind::Release, to: 0 };
                 let field = Field::new(&graph, field, &watched, parameters);
-                Some(Mode { field, exits: vec![release] })
+                Some(Mode { field, exits: vec![release], contact: Some(surface) })
             }
             Response::Impact { .. } => None,
         };
@@ -389,8 +392,9 @@ impl PiecewiseFlow {
             let whole = if step.length < rest { step.length } else { rest };
             let met = self.first_exit(mode, &step, whole, &mut sign);
             let length = met.map_or(whole, |(time, _)| time);
-            if let Some(found) = look(Passed::Step { elapsed, length, start: &state, step: &step })
-            {
+            let contact = self.modes[mode].contact;
+            let passed = Passed::Step { elapsed, length, start: &state, step: &step, contact };
+            if let Some(found) = look(passed) {
                 return Ok(Some(found));
             }
             let mut next = state.clone();
@@ -491,6 +495,8 @@ pub(super) enum Passed<'p, 's, S: Real> {
         /// Full state at the beginning of the stretch.
         start: &'p [S],
         step: &'p Step<'s, S>,
+        /// Compliant surface in contact (index).
+        contact: Option<usize>,
     },
     /// A hit, or the end of a contact.
     Event {

@@ -3,6 +3,7 @@
 use super::arclength::{Bordered, CORRECTION, GROWTH, STRAIGHT, distance, dot, tangent};
 use super::effort::Effort;
 use super::free_flow::{Minimum, each_step, gaps, watching};
+use super::grazing_orbit::with_reduced_phase;
 use super::newton::{Equations, Scaled, solve};
 use super::outcome::{NamedValues, NotLocated, OrbitError, Stop};
 use super::piecewise::PiecewiseFlow;
@@ -24,6 +25,8 @@ pub(super) struct Search<'a> {
 struct Periodic {
     value: f64,
     start: Vec<f64>,
+    /// Lowest minimum of the event function. Between the hits of an orbit there may be none; its
+    /// value is infinite then.
     lowest: Minimum,
     largest: f64,
     /// Whether the whole orbit lies beyond the surface.
@@ -129,7 +132,10 @@ impl<'a> Search<'a> {
             }
         };
         let mut looked = Looked::at(&first);
-        if let Some(unknowns) = self.by_secants(&first, &mut looked)? {
+        let approaches = first.lowest.event.is_finite();
+        if let Some(unknowns) =
+            if approaches { self.by_secants(&first, &mut looked)? } else { None }
+        {
             return Ok(Met { unknowns, others: Vec::new() });
         }
         if let Some(orbit) = looked.beyond {
@@ -227,7 +233,8 @@ impl<'a> Search<'a> {
             let (settled, _) = self.settle(&state, value);
             let near = |orbit: &Periodic| distance(&orbit.start, &settled) < NEAR_SETTLED;
             let orbit = self.periodic(value, &settled);
-            let Some(orbit) = orbit.filter(|orbit| near(orbit) && self.hits_as_named(orbit)) else {
+            let fits = |orbit: &Periodic| near(orbit) && self.hits_as_named(orbit);
+            let Some(orbit) = orbit.filter(fits) else {
                 continue;
             };
             let same = |known: &Periodic| distance(&known.start, &orbit.start) < SAME_ORBIT;
@@ -236,7 +243,24 @@ impl<'a> Search<'a> {
                 None => found.push((1, orbit)),
             }
         }
-        found.into_iter().rev().max_by_key(|(count, _)| *count).map(|(_, orbit)| orbit)
+        let commonest = found.into_iter().rev().max_by_key(|(count, _)| *count);
+        commonest.and_then(|(_, orbit)| self.between_hits(&orbit))
+    }
+
+    /// The orbit from a start in the middle of its longest stretch without a hit: while the
+    /// parameter changes, no hit then passes the phase of the start soon.
+    fn between_hits(&self, orbit: &Periodic) -> Option<Periodic> {
+        let parameters = self.parameters(orbit.value);
+        let period = self.system.period(&self.unknowns(&orbit.start, orbit.value));
+        let flow = &self.system.flow;
+        let events = flow.events(&orbit.start, &parameters, period).ok()?;
+        let mut times: Vec<f64> = events.iter().map(|event| event.time).collect();
+        let Some(first) = times.first().copied() else { return Some(orbit.clone()) };
+        times.push(first + period);
+        let longest = times.windows(2).max_by(|a, b| (a[1] - a[0]).total_cmp(&(b[1] - b[0])))?;
+        let middle = 0.5 * (longest[0] + longest[1]) % period;
+        let start = flow.flow(&orbit.start, &parameters, middle).ok()?;
+        self.periodic(orbit.value, &with_reduced_phase(self.scene, start))
     }
 
     /// Whether an orbit hits the surfaces that the scene names, in that order from any of them.
@@ -285,7 +309,17 @@ impl<'a> Search<'a> {
         self.system.counted(gaps.steps, period);
         let beyond = gaps.beyond().is_some_and(|(surface, _)| surface == self.surface);
         let mine = gaps.minima.into_iter().filter(|minimum| minimum.surface == self.surface);
-        let lowest = mine.min_by(|a, b| a.event.total_cmp(&b.event))?;
+        let lowest = mine.min_by(|a, b| a.event.total_cmp(&b.event));
+        let none = || Minimum {
+            surface: self.surface,
+            time: 0.0,
+            state: full.clone(),
+            event: f64::INFINITY,
+        };
+        let lowest = match self.system.flow.hits() {
+            true => lowest.unwrap_or_else(none),
+            false => lowest?,
+        };
         Some(Periodic { value, start: full, lowest, largest: gaps.largest[self.surface], beyond })
     }
 
