@@ -219,12 +219,17 @@ pub(super) fn with_reduced_phase<S: Real>(scene: &Scene, mut state: Vec<S>) -> V
     state
 }
 
+/// Longest time from a hit to the minimum that its approach would have had, as a share of the
+/// period; direct simulation uses the same bound.
+const LONGEST_LEAD: f64 = 0.25;
+
 /// A hit, seen from the section.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FollowingHit {
     /// Surface (index).
     pub surface: usize,
-    /// Time from the section point as a share of the period, in `[0, 1)`.
+    /// Time from the section point to the minimum that the approach would have had, as a share of the
+    /// period, in `[0, 1)`.
     pub share: f64,
 }
 
@@ -274,7 +279,13 @@ impl GrazingOrbit {
     pub fn hits_after_section(&self, scene: &Scene) -> Vec<FollowingHit> {
         let until_first = self.time_to_first_passage(scene);
         let hits = self.hits.iter().map(|hit| {
-            let time = from_section(until_first + hit.time, self.period);
+            let geometry = Geometry::new(&scene.model, hit.surface);
+            let acceleration = geometry.at(&hit.state, self.parameters()).acceleration();
+            let longest = self.period * Dd::from(LONGEST_LEAD);
+            let turns = acceleration * longest > hit.speed;
+            let lead = if turns { hit.speed / acceleration } else { Dd::ZERO };
+            let lead = if acceleration > Dd::ZERO && !turns { longest } else { lead };
+            let time = from_section(until_first + hit.time + lead, self.period);
             FollowingHit {
                 surface: hit.surface,
                 share: (time / self.period).to_f64().min(BELOW_ONE),

@@ -261,7 +261,9 @@ impl<'a, S: Real> DirectReturn<'a, S> {
                     let time = self.simulator.time();
                     log.events.push(Event { time, surface, kind: EventKind::NearMiss { gap } });
                 }
-                Stop::Contact { surface: met } if self.meets(surface, met) => {
+                Stop::Contact { surface: met }
+                    if self.meets(surface, met) && !self.is_expected_hit(surface) =>
+                {
                     self.entry.copy_from(&self.simulator.motion);
                     let logged = log.events.len();
                     // NOTE: a deep approach may meet a singularity behind the surface; then its
@@ -302,7 +304,9 @@ impl<'a, S: Real> DirectReturn<'a, S> {
         }
         loop {
             match self.next_stop(self.duration, Approach::default(), log)? {
-                Stop::Contact { surface: met } if self.meets(surface, met) => {
+                Stop::Contact { surface: met }
+                    if self.meets(surface, met) && !self.is_expected_hit(surface) =>
+                {
                     self.entry.copy_from(&self.simulator.motion);
                     let logged = log.events.len();
                     if self.approach_is_last(surface, log) {
@@ -695,6 +699,16 @@ impl<'a, S: Real> DirectReturn<'a, S> {
             contact.time += lead;
         }
         responded
+    }
+
+    /// Whether the contact at which the simulator stands is a hit of the nominal return, and no
+    /// passage.
+    fn is_expected_hit(&mut self, surface: usize) -> bool {
+        if !self.itinerary.has_hits() {
+            return false;
+        }
+        let time = self.simulator.time() + self.lead(surface);
+        self.itinerary.expects_hit(surface, (time / self.duration).to_f64())
     }
 
     /// Time from the surface to the minimum of its gap along the free flow, to leading order, at

@@ -300,7 +300,8 @@ impl ReturnSection {
 pub struct NominalPassage {
     /// The surface.
     pub surface: usize,
-    /// Time after the section point, at least 0 and below the nominal return time.
+    /// Time after the section point, at least 0 and below the nominal return time: of the graze, or
+    /// of the minimum that the approach of a hit would have had.
     pub time: f64,
     /// Whether the surface is hit; otherwise it is grazed.
     pub hit: bool,
@@ -406,6 +407,11 @@ impl Itinerary {
             *own = log.own;
         }
         speeds
+    }
+
+    /// Whether the contact of a surface expected nearest to a share of the return is a hit.
+    pub(super) fn expects_hit(&self, surface: usize, share: f64) -> bool {
+        self.nearest(surface, share).is_some_and(|(number, _)| self.passages[number].hit)
     }
 
     /// Passage of a surface nearest to a share of the return, and its distance.
