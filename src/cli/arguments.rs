@@ -47,6 +47,8 @@ pub(super) enum Command {
     Check(SceneOptions),
     /// Find the grazing orbit and predict its bifurcation
     Locate(LocateArguments),
+    /// Compute the state after hits, with its derivatives by the start and the parameters
+    Derivatives(DerivativesArguments),
     /// Tell whether the orbit is clear of the stop, and how far parameters may go
     Safe(SafeArguments),
     /// Follow the grazing curve in two parameters, with its codimension-two points
@@ -110,6 +112,7 @@ impl Arguments {
             Some(Command::Check(options)) => ("check", options, false),
             Some(Command::Locate(options)) => ("locate", &options.scene, false),
             Some(Command::Safe(options)) => ("safe", &options.scene, true),
+            Some(Command::Derivatives(options)) => ("derivatives", &options.scene, false),
             Some(Command::Curve(options)) => ("curve", &options.scene, true),
             Some(Command::Expand(options)) => ("expand", options, true),
             Some(Command::Image(options)) => ("image", &options.scene, true),
@@ -402,6 +405,40 @@ pub(super) struct ConvergeOptions {
         value_parser = clap::value_parser!(u32).range(1..=1_000_000)
     )]
     pub(super) fresh: u32,
+}
+
+/// Options of `derivatives`.
+#[derive(Clone, Debug, Args)]
+pub(super) struct DerivativesArguments {
+    #[command(flatten)]
+    pub(super) scene: SceneOptions,
+    /// States and phase at the start (0 if not named)
+    #[arg(long, value_name = "NAME=VALUE,...", value_parser = values)]
+    pub(super) start: Option<Named<f64>>,
+    /// Time after which the derivatives are taken
+    #[arg(long, value_name = "T", conflicts_with = "returns")]
+    pub(super) time: Option<Finite>,
+    /// Forcing periods after which the derivatives are taken, those of the return by the phase
+    #[arg(
+        long,
+        value_name = "K",
+        allow_negative_numbers = true,
+        default_value_t = 1,
+        value_parser = clap::value_parser!(u32).range(1..=1_000_000)
+    )]
+    pub(super) returns: u32,
+    /// Parameters by which derivatives are taken. Default: the active ones of the scene
+    #[arg(long, value_name = "P,...", value_delimiter = ',')]
+    pub(super) parameters: Vec<String>,
+    /// Highest order of the derivatives, from 1 to 8
+    #[arg(
+        long,
+        value_name = "N",
+        allow_negative_numbers = true,
+        default_value_t = 1,
+        value_parser = clap::value_parser!(u32).range(1..=8)
+    )]
+    pub(super) order: u32,
 }
 
 /// Options of `safe`.
@@ -822,6 +859,16 @@ pub(super) struct TrajectoryArguments {
         value_parser = clap::value_parser!(u32).range(1..=10_000_000)
     )]
     pub(super) periods: u32,
+    /// Write the derivatives of the state at the end, by the state at the start and the active
+    /// parameters, to this order (1 to 8) in the place of rows
+    #[arg(
+        long,
+        value_name = "N",
+        allow_negative_numbers = true,
+        conflicts_with = "settle",
+        value_parser = clap::value_parser!(u32).range(1..=8)
+    )]
+    pub(super) derivatives: Option<u32>,
     /// Number of rows per return to the section, evenly spaced in time; events add rows
     #[arg(
         long,
@@ -1053,6 +1100,12 @@ fn shares(text: &str) -> Result<Named<f64>, String> {
         Ok((name.trim().to_owned(), value))
     };
     text.split(',').map(share).collect::<Result<_, String>>().map(Named)
+}
+
+/// Parses finite values by name.
+fn values(text: &str) -> Result<Named<f64>, String> {
+    let Named(pairs) = named::<Finite>(text)?;
+    Ok(Named(pairs.into_iter().map(|(name, Finite(value))| (name, value)).collect()))
 }
 
 /// Parses sizes by name.

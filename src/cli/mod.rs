@@ -103,6 +103,7 @@ fn execute(command: Command) -> Result<(), CliError> {
         Command::Check(options) => scenes::check(&options),
         Command::Locate(options) => grazes::locate(&options),
         Command::Safe(options) => grazes::safe(&options),
+        Command::Derivatives(options) => answers::derivatives(&options),
         Command::Expand(options) => grazes::expand(&options),
         Command::Curve(options) => grazes::curve(&options),
         Command::Image(options) => image::run(&options),

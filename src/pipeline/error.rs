@@ -11,7 +11,7 @@ use crate::emission::EmissionError;
 use crate::expansion::ExpansionError;
 use crate::model::{MapOrders, SceneError};
 use crate::numeric::{FloatFormat, Shown};
-use crate::orbit::{CurveEnd, NotLocated, OrbitError};
+use crate::orbit::{CurveEnd, DerivativesError, NotLocated, OrbitError};
 use crate::report::{ReportError, limit_words};
 
 /// Error of a step: wrong input, or a computation that [ended without a
@@ -63,6 +63,9 @@ pub enum Error {
     /// The input of the orbit search is wrong, or the flow failed.
     #[error("{}{}", locating(.0), .0)]
     Orbit(#[from] OrbitError),
+    /// A trajectory has no derivatives.
+    #[error(transparent)]
+    Derivatives(#[from] DerivativesError),
     /// There is no grazing orbit.
     #[error("no grazing orbit: {0}")]
     NotLocated(#[from] NotLocated),
@@ -196,6 +199,7 @@ impl Error {
     pub fn ended_otherwise(&self) -> bool {
         match self {
             Self::NotLocated(_) | Self::Orbit(OrbitError::Flow(_)) => true,
+            Self::Derivatives(error) => error.ended_otherwise(),
             Self::ToleranceNotMet { .. } | Self::Ended(_) => true,
             Self::Analysis(error) => of_analysis(error),
             Self::Expansion(error) => of_expansion(error),

@@ -57,6 +57,16 @@ pub enum KeyError {
         /// Number given.
         value: f64,
     },
+    /// A count is not in its range.
+    #[error("{key} must be from 1 to {most}, found {found}")]
+    Count {
+        /// Key.
+        key: &'static str,
+        /// Number given.
+        found: u64,
+        /// Largest number.
+        most: u64,
+    },
     /// A range does not increase.
     #[error("range of `{name}` does not increase: {from} to {to}")]
     Decreasing {
@@ -122,7 +132,7 @@ impl KeyError {
     pub fn begins_with_key(&self) -> bool {
         match self {
             Self::UnknownName { .. } | Self::NamedTwice { .. } | Self::NotFinite { .. } => true,
-            Self::NotPositive { .. } | Self::NothingNamed { .. } => true,
+            Self::NotPositive { .. } | Self::NothingNamed { .. } | Self::Count { .. } => true,
             Self::NotAPlane { .. } | Self::NoAxis { .. } | Self::NotNearest { .. } => true,
             Self::Decreasing { .. } => true,
             Self::StartsOfMap => true,

@@ -240,6 +240,8 @@ pub enum DocumentKind {
     Noise,
     /// Safety: margins and intervals without contact.
     Safety,
+    /// Derivatives of a trajectory through hits.
+    Derivatives,
 }
 
 impl DocumentKind {

@@ -12,6 +12,7 @@ mod chart_figure;
 mod choice;
 mod convergence_page;
 mod curve_listing;
+mod derivatives_listing;
 mod diagram_figure;
 mod equations;
 mod error;
@@ -52,6 +53,7 @@ pub use curve_listing::{
     Codimension2, CurveListing, CurvePointListing, FoldListing, MarginListing, MarginParameter,
     SwitchListing, UnresolvedListing, curve_figures,
 };
+pub use derivatives_listing::{DerivativesListing, EventListing};
 pub use diagram_figure::{diagram_array, diagram_figures, diagram_rows, diagram_timing_table};
 pub use error::ReportError;
 pub use figure::Figure;

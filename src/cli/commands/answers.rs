@@ -1,4 +1,4 @@
-//! `grazemap orbits`, `branch`, `loci`, `trajectory` and `converge`: turn options into keys of the
+//! `grazemap orbits`, `branch`, `loci`, `trajectory`, `derivatives` and `converge`: turn options into keys of the
 //! pipeline and deliver its answer.
 
 use std::cell::Cell;
@@ -8,18 +8,18 @@ use serde::Serialize;
 use super::points::measured_series;
 use super::{Contacts, open, resumable, settle, shard};
 use crate::cli::arguments::{
-    BranchArguments, ConvergeOptions, FitArguments, LociArguments, NoiseArguments, OrbitsArguments,
-    TrajectoryArguments,
+    BranchArguments, ConvergeOptions, DerivativesArguments, FitArguments, LociArguments,
+    NoiseArguments, OrbitsArguments, TrajectoryArguments,
 };
 use crate::cli::output::{Bar, CliError, Outlets, deliver, note_all};
 use crate::cli::pieces::Resumable;
-use crate::cli::positions::Origin;
+use crate::cli::positions::{Finite, Origin};
 use grazemap::analysis::orbits::BifurcationKind;
-use grazemap::analysis::{Joining, TimeSeriesRequest, each_moment};
+use grazemap::analysis::{Joining, NoProgress, TimeSeriesRequest, each_moment};
 use grazemap::model::Method;
 use grazemap::pipeline::{
-    Answer, BranchKeys, ConvergenceKeys, Ended, FitKeys, LociKeys, NoiseKeys, OrbitsKeys, OrbitsOf,
-    Settled, TrajectoryKeys, is_standard,
+    Answer, BranchKeys, ConvergenceKeys, DerivativesKeys, Ended, FitKeys, LociKeys, NoiseKeys,
+    OrbitsKeys, OrbitsOf, Settled, TrajectoryKeys, is_standard,
 };
 use grazemap::report::{CsvStream, time_series_columns, time_series_row, to_json};
 use grazemap::{Error, Map};
@@ -96,6 +96,20 @@ pub(in crate::cli) fn loci(options: &LociArguments) -> Result<(), CliError> {
     answered(&keys, "loci", &map, outlets, |bar| keys.answer(&map, bar))
 }
 
+/// Derivatives of a state after hits.
+pub(in crate::cli) fn derivatives(options: &DerivativesArguments) -> Result<(), CliError> {
+    let source = open(&options.scene)?;
+    let keys = DerivativesKeys {
+        start: options.start.clone().unwrap_or_default(),
+        at: options.time.map(|Finite(time)| time),
+        returns: options.returns,
+        parameters: options.parameters.clone(),
+        order: options.order,
+    };
+    let answer = keys.answer(source.scene(), &NoProgress)?;
+    deliver(answer, "derivatives", &options.scene.common.outlets)
+}
+
 pub(in crate::cli) fn trajectory(options: &TrajectoryArguments) -> Result<(), CliError> {
     let outlets = &options.scene.common.outlets;
     let settled = settle(open(&options.scene)?, outlets.quiet)?;
@@ -109,6 +123,9 @@ pub(in crate::cli) fn trajectory(options: &TrajectoryArguments) -> Result<(), Cl
         samples: options.samples,
     };
     let bar = Bar::new("trajectory", outlets.quiet);
+    if let Some(order) = options.derivatives {
+        return deliver(keys.derivatives(&settled, order, &bar)?, "trajectory", outlets);
+    }
     if outlets.csv.is_some() && outlets.json.is_none() && outlets.output.is_none() {
         let (request, remarks) = keys.request(&settled, &bar)?;
         note_all(&remarks, outlets.quiet);

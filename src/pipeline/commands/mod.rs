@@ -5,6 +5,7 @@
 
 mod continuation;
 mod curve;
+mod derivatives;
 mod direct;
 mod fit;
 mod orbits;
@@ -18,6 +19,7 @@ use crate::analysis::{Progress, Shard};
 pub(super) use continuation::diagram_branches;
 pub use continuation::{BranchKeys, LociKeys};
 pub use curve::{CurveKeys, NearestKeys};
+pub use derivatives::DerivativesKeys;
 pub use direct::{AskedTrajectory, ConvergenceKeys, TrajectoryKeys};
 pub(super) use direct::{study_answer, trajectory_answer};
 pub use fit::{FitKeys, NoiseKeys};
@@ -58,6 +60,8 @@ pub enum Command {
     Noise(NoiseKeys),
     /// `safe`.
     Safe(SafeKeys),
+    /// `derivatives`.
+    Derivatives(DerivativesKeys),
 }
 
 impl Command {
@@ -104,6 +108,7 @@ impl Command {
             Self::Nearest(keys) => keys.answer(source.scene(), progress),
             Self::Noise(keys) => keys.answer(&source.map()?, progress),
             Self::Safe(keys) => keys.answer(source.scene(), progress),
+            Self::Derivatives(keys) => keys.answer(source.scene(), progress),
         }
     }
 }

@@ -476,7 +476,7 @@ impl LegFlight<'_> {
                 let fly = |field: &Field, jets: &[Jet<S>], time| -> Result<_, ExpansionError> {
                     Ok(fly(field, jets, &parameters, time)?)
                 };
-                self.expander.flow.jets(&start, &parameters, duration, &events, fly)?
+                self.expander.flow.jets(&start, &parameters, duration, &events, fly)?.state
             }
         };
         let origin = self.origin();

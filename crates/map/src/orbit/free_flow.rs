@@ -292,8 +292,8 @@ impl<'a> Corners<'a> {
         all.nth(index).map(|(number, state)| self.met(number, state))
     }
 
-    /// The first corner that the free flow crosses within a duration from a point.
-    fn along(
+    /// The first corner that the flow crosses within a duration from a point.
+    pub(super) fn along(
         &self,
         start: &[f64],
         parameters: &[f64],

@@ -6,6 +6,7 @@
 mod arclength;
 mod curve;
 mod curve_context;
+mod derivatives;
 mod effort;
 mod free_flow;
 mod grazing_curve;
@@ -24,6 +25,7 @@ mod system;
 mod theory;
 
 pub use curve::{curve, watched_curve};
+pub use derivatives::{DerivativesError, EventDerivatives, JetsAlong, jets_along};
 pub use grazing_curve::{
     CurveEnd, CurveOptions, CurveOutcome, CurvePoint, GrazingCurve, SpecialKind, SpecialPoint,
     UnresolvedStretch,
@@ -35,6 +37,6 @@ pub use grazing_orbit::{
 pub use locate::locate;
 pub use margin::{Margin, MarginOutcome, margin, watched_margin};
 pub use outcome::{NamedValues, NotLocated, OrbitError};
-pub use piecewise::{FlowEvent, PiecewiseFlow};
+pub use piecewise::{FlowEvent, JetsThrough, PiecewiseFlow};
 pub use section::{PoincareSection, PoincareSectionKind};
 pub use theory::{Expectation, GrazeTheory, OneContactOrbit, Route, Unfolding, graze_theory};

@@ -91,6 +91,17 @@ pub struct FlowEvent<S> {
     exit: usize,
 }
 
+/// Jets at the end of a flight through events.
+#[derive(Clone, Debug)]
+pub struct JetsThrough<'f, S: Real> {
+    /// Full state.
+    pub state: Vec<Jet<S>>,
+    /// Time of each event.
+    pub times: Vec<Jet<S>>,
+    /// Field at the end.
+    pub(super) field: &'f Field,
+}
+
 impl<S: Real> FlowEvent<S> {
     /// The event over another scalar.
     pub fn converted<T: Real>(&self) -> FlowEvent<T> {
@@ -277,7 +288,7 @@ impl PiecewiseFlow {
         let fly = |field: &Field, jets: &[Jet<S>], duration| -> Result<_, OrbitError> {
             Ok(jet_transport_taylor_within(field, jets, parameters, duration, steps_left)?)
         };
-        let end = self.jets(start, parameters, duration, &events, fly)?;
+        let end = self.jets(start, parameters, duration, &events, fly)?.state;
         let slope = |row: usize, column: usize| {
             let monomial = space.linear_monomial(column);
             monomial.map_or(S::zero(), |monomial| end[row].coefficients()[monomial])
@@ -286,8 +297,8 @@ impl PiecewiseFlow {
         Ok((end.iter().map(Jet::head).collect(), jacobian))
     }
 
-    /// Jets of the state after a duration, through the events of the flight of their heads; `fly`
-    /// carries jets along one field.
+    /// Jets of the state after a duration, through the events of the flight of their heads, and the
+    /// jets of the times of the events; `fly` carries jets along one field.
     ///
     /// # Errors
     ///
@@ -299,29 +310,32 @@ impl PiecewiseFlow {
         duration: S,
         events: &[FlowEvent<S>],
         mut fly: impl FnMut(&Field, &[Jet<S>], S) -> Result<Vec<Jet<S>>, E>,
-    ) -> Result<Vec<Jet<S>>, E> {
+    ) -> Result<JetsThrough<'_, S>, E> {
         let heads = |jets: &[Jet<S>]| -> Vec<S> { jets.iter().map(Jet::head).collect() };
         let mut mode = self.first_mode(&heads(start), &heads(parameters));
-        let (mut jets, mut elapsed) = (start.to_vec(), S::zero());
+        let (mut jets, mut elapsed, mut times) = (start.to_vec(), S::zero(), Vec::new());
         for event in events {
             jets = fly(&self.modes[mode].field, &jets, event.time - elapsed)?;
-            jets = self.through(event, &jets, parameters)?;
-            (elapsed, mode) = (event.time, self.exit(event).to);
+            let (after, time) = self.through(event, &jets, parameters)?;
+            (jets, elapsed, mode) = (after, event.time, self.exit(event).to);
+            times.push(time.add_constant(event.time));
         }
-        fly(&self.modes[mode].field, &jets, duration - elapsed)
+        let state = fly(&self.modes[mode].field, &jets, duration - elapsed)?;
+        Ok(JetsThrough { state, times, field: &self.modes[mode].field })
     }
 
     fn exit<S>(&self, event: &FlowEvent<S>) -> &Exit {
         &self.modes[event.mode].exits[event.exit]
     }
 
-    /// Jets just after an event, moved to the time of the event of their heads.
+    /// Jets just after an event, moved to the time of the event of their heads, and the jet of the
+    /// time from there to the event.
     fn through<S: Real>(
         &self,
         event: &FlowEvent<S>,
         jets: &[Jet<S>],
         parameters: &[Jet<S>],
-    ) -> Result<Vec<Jet<S>>, OrbitError> {
+    ) -> Result<(Vec<Jet<S>>, Jet<S>), OrbitError> {
         let (space, exit) = (jets[0].space(), self.exit(event));
         let order = (space.order() + 1).max(2);
         let before = local_series(&self.modes[event.mode].field, jets, parameters, order);
@@ -338,7 +352,8 @@ impl PiecewiseFlow {
             }
             _ => met,
         };
-        Ok(local_series(&self.modes[exit.to].field, &after, parameters, order).state_at(&-&time))
+        let behind = local_series(&self.modes[exit.to].field, &after, parameters, order);
+        Ok((behind.state_at(&-&time), time))
     }
 
     /// Flies for a duration of at least 0.

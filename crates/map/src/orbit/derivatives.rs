@@ -1,0 +1,289 @@
+//! Derivatives of a trajectory with any hits, by the start and the parameters, of any order.
+//!
+//! The jets are those of a grazing orbit's legs; see docs/mathematics/hits.md. Everything is
+//! computed in double-double, so that a shallow contact, whose derivatives are large, costs digits
+//! that are not missed.
+
+use std::sync::Arc;
+
+use super::free_flow::Corners;
+use super::outcome::{NotLocated, OrbitError};
+use super::piecewise::{FlowEvent, Passed, PiecewiseFlow};
+use super::section::Geometry;
+use crate::flow::{Field, InputKind, Program, evaluate, jet_transport_taylor, local_series};
+use crate::jet::{Jet, JetError, JetSpace};
+use crate::model::{Hits, Scene};
+use crate::numeric::polynomial::{ExtremumKind, extrema};
+use crate::numeric::{Dd, converted};
+
+/// State of a trajectory, with its derivatives by the start and by parameters.
+///
+/// Variables are the components of the full state at the start, then the parameters.
+#[derive(Clone, Debug)]
+pub struct JetsAlong {
+    /// Full state at the end; the phase is not reduced.
+    pub state: Vec<Jet<Dd>>,
+    /// Hits, and ends of contacts, in order of time.
+    pub events: Vec<EventDerivatives>,
+    /// Duration of the trajectory.
+    pub duration: Dd,
+}
+
+/// An event of a trajectory with the derivatives of its time.
+#[derive(Clone, Debug)]
+pub struct EventDerivatives {
+    /// Surface that acts (index).
+    pub surface: usize,
+    /// Whether the surface is met; otherwise its contact ends.
+    pub meets: bool,
+    /// Normal velocity `|h'|` at which it is met; 0 where its contact ends.
+    pub speed: Dd,
+    /// Time since the start.
+    pub time: Jet<Dd>,
+}
+
+/// Reason why a trajectory has no derivatives.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum DerivativesError {
+    /// The trajectory grazes.
+    #[error(
+        "the trajectory grazes `{surface}` at t = {time}: the gap's minimum there is {gap:e}, and \
+         a derivative does not exist; near a graze it grows as the reciprocal of the depth's root"
+    )]
+    Grazes {
+        /// Name of the surface.
+        surface: String,
+        /// Time since the start.
+        time: f64,
+        /// Gap at its minimum; negative at a contact: its depth.
+        gap: f64,
+    },
+    /// Two surfaces act at the same instant.
+    #[error(
+        "`{first}` and `{second}` act at the same instant, t = {time}: which of them is first \
+         depends on the start, and a derivative does not exist"
+    )]
+    Together {
+        /// Name of a surface.
+        first: String,
+        /// Name of the other.
+        second: String,
+        /// Time since the start.
+        time: f64,
+    },
+    /// The start is beyond a rigid surface.
+    #[error("the start is beyond the rigid surface `{surface}`: its gap is {gap:e}")]
+    StartsBeyond {
+        /// Name of the surface.
+        surface: String,
+        /// Gap at the start.
+        gap: f64,
+    },
+    /// The field has a corner on the way.
+    #[error(transparent)]
+    Corner(#[from] Box<NotLocated>),
+    /// The flow failed, or hits without an end.
+    #[error(transparent)]
+    Orbit(#[from] OrbitError),
+    /// The jets do not fit in memory.
+    #[error(transparent)]
+    Jet(#[from] JetError),
+}
+
+impl DerivativesError {
+    /// Whether the input was right, but no derivative exists.
+    pub fn ended_otherwise(&self) -> bool {
+        match self {
+            Self::Grazes { .. } | Self::Together { .. } | Self::Corner(_) => true,
+            Self::Orbit(OrbitError::Flow(_) | OrbitError::ManyHits { .. }) => true,
+            Self::StartsBeyond { .. } | Self::Orbit(_) | Self::Jet(_) => false,
+        }
+    }
+}
+
+/// Depth, relative to the range of the gap, below which a contact or a near miss is a graze.
+const GRAZING: f64 = 1e-16;
+/// Events closer than this share of the duration happen together.
+const TOGETHER: f64 = 1e-13;
+
+/// State after a trajectory from a full state, with derivatives to an order by the full state at
+/// the start and by the parameters `free`.
+///
+/// Every stop acts; the scene's grazing orbit plays no part. A duration of `None` is that of
+/// `periods` forcing periods, which depends on the parameters in the phase's rate; the derivatives
+/// are then those of the return.
+///
+/// # Errors
+///
+/// [`DerivativesError`] if a derivative does not exist or cannot be computed. A motion that comes
+/// to rest against a stop is [`OrbitError::ManyHits`].
+pub fn jets_along(
+    scene: &Scene,
+    start: &[Dd],
+    free: &[usize],
+    span: (Option<Dd>, usize),
+    order: u32,
+) -> Result<JetsAlong, DerivativesError> {
+    let model = &scene.model;
+    let mut scene = scene.clone();
+    scene.grazing.hits = Hits { surfaces: (0..model.surfaces.len()).collect(), order: None };
+    scene.grazing.passages.clear();
+    let parameters = model.parameter_values();
+    let nominal = |periods: usize| {
+        let geometry = Geometry::new(model, 0);
+        let phase = model.phase.as_ref()?;
+        let (rate, _) = geometry.at(start, &parameters).clock()?;
+        Some(phase.period * Dd::from(periods as f64) / rate)
+    };
+    let duration = match span {
+        (Some(time), _) => time,
+        (None, periods) => nominal(periods).ok_or(OrbitError::StroboscopicWithoutPhase)?,
+    };
+    let names = Names(&scene);
+    names.check_start(start, &parameters)?;
+    let rounded: (Vec<f64>, Vec<f64>) = (converted(start), converted(&parameters));
+    if let Some(corners) = Corners::of(&scene, free)
+        && let Some(corner) = corners.along(&rounded.0, &rounded.1, duration.to_f64())?
+    {
+        return Err(DerivativesError::Corner(Box::new(corner)));
+    }
+    let watched: Vec<_> = model.surfaces.iter().map(|surface| surface.event).collect();
+    let kinds: Vec<InputKind> = (0..parameters.len())
+        .map(|at| match free.contains(&at) {
+            true => InputKind::Variable,
+            false => InputKind::Bound(parameters[at]),
+        })
+        .collect();
+    let flow = PiecewiseFlow::new(&scene, &watched, &kinds);
+    let events = names.events(&flow, start, &parameters, duration)?;
+    let space = JetSpace::uniform(start.len() + free.len(), order as usize)?;
+    let (state, parameters) = variables(&space, start, &parameters, free);
+    let fly = |field: &Field, jets: &[Jet<Dd>], time| -> Result<_, OrbitError> {
+        Ok(jet_transport_taylor(field, jets, &parameters, time)?)
+    };
+    let through = flow.jets(&state, &parameters, duration, &events, fly)?;
+    let mut end = through.state;
+    if let ((None, periods), Some(phase)) = (span, &model.phase) {
+        let states = end.iter().map(|_| InputKind::Variable);
+        let inputs: Vec<InputKind> = states.chain(kinds).collect();
+        let rate = Program::new(&model.graph, &[phase.rate], &inputs);
+        let values: Vec<_> = end.iter().chain(&parameters).cloned().collect();
+        let rate = &evaluate(&rate, &space, &values)[0];
+        let advance = Jet::constant(&space, phase.period * Dd::from(periods as f64));
+        let longer = &advance / rate;
+        let longer = longer.add_constant(-longer.head());
+        let powers = (space.order() + 1).max(2);
+        end = local_series(through.field, &end, &parameters, powers).state_at(&longer);
+    }
+    let events = events.into_iter().zip(through.times);
+    let events = events.map(|(event, time)| EventDerivatives {
+        surface: event.surface,
+        meets: event.meets,
+        speed: event.speed,
+        time,
+    });
+    Ok(JetsAlong { state: end, events: events.collect(), duration })
+}
+
+/// The full state and all parameters as jets; the state's components and the parameters `free` are
+/// the variables.
+fn variables(
+    space: &Arc<JetSpace>,
+    start: &[Dd],
+    parameters: &[Dd],
+    free: &[usize],
+) -> (Vec<Jet<Dd>>, Vec<Jet<Dd>>) {
+    let state = start.iter().enumerate().map(|(at, &value)| Jet::variable(space, at, value));
+    let parameter = |(at, &value): (usize, &Dd)| match free.iter().position(|&of| of == at) {
+        Some(number) => Jet::variable(space, start.len() + number, value),
+        None => Jet::constant(space, value),
+    };
+    (state.collect(), parameters.iter().enumerate().map(parameter).collect())
+}
+
+/// Checks of a trajectory, with the names of a scene.
+struct Names<'a>(&'a Scene);
+
+impl Names<'_> {
+    fn surface(&self, surface: usize) -> String {
+        self.0.model.surfaces[surface].name.clone()
+    }
+
+    /// Refuses a start beyond a rigid surface.
+    fn check_start(&self, start: &[Dd], parameters: &[Dd]) -> Result<(), DerivativesError> {
+        let model = &self.0.model;
+        let inputs: Vec<Dd> = start.iter().chain(parameters).copied().collect();
+        let mut values = Vec::new();
+        model.graph.evaluate(&inputs, &mut values);
+        let beyond = model.surfaces.iter().enumerate().find(|(_, surface)| {
+            let rigid = matches!(surface.response, crate::model::Response::Impact { .. });
+            rigid && values[surface.event.index()] < Dd::ZERO
+        });
+        match beyond {
+            None => Ok(()),
+            Some((number, surface)) => Err(DerivativesError::StartsBeyond {
+                surface: self.surface(number),
+                gap: values[surface.event.index()].to_f64(),
+            }),
+        }
+    }
+
+    /// Events of a trajectory, if none is a graze and no two happen together.
+    fn events(
+        &self,
+        flow: &PiecewiseFlow,
+        start: &[Dd],
+        parameters: &[Dd],
+        duration: Dd,
+    ) -> Result<Vec<FlowEvent<Dd>>, DerivativesError> {
+        let surfaces = self.0.model.surfaces.len();
+        let mut largest = vec![0.0_f64; surfaces];
+        // Minima of the gaps: surface, time, value.
+        let mut minima: Vec<(usize, f64, f64)> = Vec::new();
+        let mut events: Vec<FlowEvent<Dd>> = Vec::new();
+        let look = |passed: Passed<'_, '_, Dd>| -> Option<()> {
+            match passed {
+                Passed::Step { elapsed, length, step, contact, .. } => {
+                    for surface in (0..surfaces).filter(|&at| contact != Some(at)) {
+                        let event = step.watched_coefficients(surface);
+                        largest[surface] = largest[surface].max(event[0].to_f64().abs());
+                        let turns = extrema(event, length).into_iter();
+                        let turns = turns.filter(|turn| turn.kind == ExtremumKind::Minimum);
+                        minima.extend(turns.map(|turn| {
+                            (surface, (elapsed + turn.time).to_f64(), turn.value.to_f64())
+                        }));
+                    }
+                }
+                Passed::Event { event, .. } => events.push(event.clone()),
+            }
+            None
+        };
+        flow.each(start, parameters, duration, &mut { usize::MAX }, look)?;
+        // A contact is as deep as the free flow would go beyond the surface.
+        for event in events.iter().filter(|event| event.meets) {
+            let geometry = Geometry::new(&self.0.model, event.surface);
+            let acceleration = geometry.at(&event.state, parameters).acceleration();
+            if acceleration > Dd::ZERO {
+                let depth = event.speed * event.speed / (acceleration + acceleration);
+                minima.push((event.surface, event.time.to_f64(), -depth.to_f64()));
+            }
+        }
+        let grazes =
+            minima.iter().find(|&&(surface, _, gap)| gap.abs() <= GRAZING * largest[surface]);
+        if let Some(&(surface, time, gap)) = grazes {
+            return Err(DerivativesError::Grazes { surface: self.surface(surface), time, gap });
+        }
+        let apart = duration * Dd::from(TOGETHER);
+        let together = events.windows(2).find(|pair| {
+            pair[0].surface != pair[1].surface && pair[1].time - pair[0].time <= apart
+        });
+        match together {
+            None => Ok(events),
+            Some(pair) => Err(DerivativesError::Together {
+                first: self.surface(pair[0].surface),
+                second: self.surface(pair[1].surface),
+                time: pair[0].time.to_f64(),
+            }),
+        }
+    }
+}

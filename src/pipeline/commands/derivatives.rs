@@ -1,0 +1,133 @@
+//! `derivatives`: the state after hits, with its derivatives by the start and the parameters.
+
+use serde::{Deserialize, Serialize};
+
+use super::TrajectoryKeys;
+use crate::analysis::{Progress, SectionFrame};
+use crate::model::Scene;
+use crate::numeric::{Dd, converted};
+use crate::orbit::{JetsAlong, jets_along};
+use crate::pipeline::keys::{KeyError, finite, named_offsets};
+use crate::pipeline::{Answer, Error, Settled, parameter_number};
+use crate::report::{DerivativesListing, Document, DocumentKind, Named, to_json};
+
+/// Names of states in messages.
+const STATES: [&str; 2] = ["state", "states"];
+
+/// Highest order of derivatives.
+const MOST_ORDERS: u32 = 8;
+
+/// Keys of `derivatives`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct DerivativesKeys {
+    /// Components of the full state at the start, 0 if not named.
+    pub start: Named<f64>,
+    /// Time after which derivatives are taken; that of `returns` if not given.
+    pub at: Option<f64>,
+    /// Number of forcing periods after which derivatives are taken.
+    pub returns: u32,
+    /// Parameters by which derivatives are taken; the active ones of the scene if none is named.
+    pub parameters: Vec<String>,
+    /// Highest order, from 1 to 8.
+    pub order: u32,
+}
+
+impl Default for DerivativesKeys {
+    /// Gradient of the return after one forcing period.
+    fn default() -> Self {
+        let start = Named::default();
+        Self { start, at: None, returns: 1, parameters: Vec::new(), order: 1 }
+    }
+}
+
+impl DerivativesKeys {
+    /// Computes the state at the end of the trajectory and its derivatives, in double-double.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Key`] and [`Error::NoSuchParameter`] for unknown names and numbers out of range,
+    /// [`Error::Derivatives`] where a derivative does not exist.
+    pub fn jets(&self, scene: &Scene) -> Result<JetsAlong, Error> {
+        let start = named_offsets("start", STATES, &self.start, &scene.model.full_state_names())?;
+        let at = self.at.map(|at| finite("at", at)).transpose()?;
+        if let Some(value) = at.filter(|at| *at <= 0.0) {
+            return Err(KeyError::NotPositive { key: "at", value }.into());
+        }
+        jets(scene, &converted(&start), &self.free(scene)?, (at, self.returns), self.order)
+    }
+
+    /// Computes the derivatives and lays them out.
+    ///
+    /// # Errors
+    ///
+    /// As [`jets`](Self::jets).
+    pub fn answer(&self, scene: &Scene, _progress: &dyn Progress) -> Result<Answer, Error> {
+        answer(scene, &self.jets(scene)?, &self.free(scene)?, self.order)
+    }
+
+    fn free(&self, scene: &Scene) -> Result<Vec<usize>, Error> {
+        if self.parameters.is_empty() {
+            return Ok(scene.expansion.active.clone());
+        }
+        let number = |name: &String| parameter_number(scene, name);
+        let mut free: Vec<usize> = self.parameters.iter().map(number).collect::<Result<_, _>>()?;
+        free.sort_unstable();
+        free.dedup();
+        Ok(free)
+    }
+}
+
+impl TrajectoryKeys {
+    /// Derivatives of the state at the end of the trajectory, by the full state at its start and
+    /// the active parameters.
+    ///
+    /// # Errors
+    ///
+    /// As [`answer`](Self::answer), and [`Error::Derivatives`] where a derivative does not exist.
+    pub fn derivatives(
+        &self,
+        settled: &Settled,
+        order: u32,
+        progress: &dyn Progress,
+    ) -> Result<Answer, Error> {
+        let (request, remarks) = self.request(settled, progress)?;
+        let mut frame = SectionFrame::<Dd>::new(settled.scene(), settled.orbit());
+        frame.place(&converted(&request.start), &converted(&request.parameters))?;
+        let mut scene = settled.scene().clone();
+        for (parameter, &value) in scene.model.parameters.iter_mut().zip(frame.parameters()) {
+            parameter.value = value;
+        }
+        let free = scene.expansion.active.clone();
+        let duration = (frame.duration() * Dd::from(request.returns as f64)).to_f64();
+        let span = match scene.model.phase {
+            Some(_) => (None, (frame.periods() * request.returns) as u32),
+            None => (Some(duration), 0),
+        };
+        let jets = jets(&scene, frame.state(), &free, span, order)?;
+        Ok(Answer { remarks, ..answer(&scene, &jets, &free, order)? })
+    }
+}
+
+fn jets(
+    scene: &Scene,
+    start: &[Dd],
+    free: &[usize],
+    (at, returns): (Option<f64>, u32),
+    order: u32,
+) -> Result<JetsAlong, Error> {
+    if !(1..=MOST_ORDERS).contains(&order) {
+        let most = u64::from(MOST_ORDERS);
+        return Err(KeyError::Count { key: "order", found: u64::from(order), most }.into());
+    }
+    let span = (at.map(Dd::from), returns as usize);
+    Ok(jets_along(scene, start, free, span, order)?)
+}
+
+fn answer(scene: &Scene, jets: &JetsAlong, free: &[usize], order: u32) -> Result<Answer, Error> {
+    let listing = DerivativesListing::new(scene, jets, free, order as usize);
+    let text = listing.text(&scene.identifier);
+    let table = listing.table();
+    let document = to_json(&Document::new(DocumentKind::Derivatives, scene, &listing))?;
+    Ok(Answer::new("derivatives", text, document, table))
+}
