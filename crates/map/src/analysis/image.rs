@@ -3,7 +3,7 @@
 use super::direct_image::{DirectEnd, DirectImage};
 use super::error::{AnalysisError, check_contacts, check_length};
 use super::evaluation::MapEvaluation;
-use crate::expansion::{LocalMap, WindowBound};
+use crate::expansion::{ExceededBound, LocalMap};
 use crate::hybrid::HybridSystem;
 use crate::iteration::parallel;
 use crate::iteration::{DiscreteMap, HornerMap};
@@ -91,7 +91,7 @@ pub struct ImageRecord {
     /// Passages that made contact.
     pub contacts: usize,
     /// Bounds of the window that the mapped point exceeds.
-    pub exceeded: Vec<WindowBound>,
+    pub exceeded: Vec<ExceededBound>,
     /// Contacts beyond one per passage, and at surfaces that do not graze; `None` for polynomials.
     pub extra_contacts: Option<usize>,
     /// End of a direct simulation; `None` for polynomials.
@@ -245,7 +245,7 @@ fn mapped<S: Real>(
 }
 
 /// Bounds of the window of a map that a point exceeds.
-fn exceeded<S: Real>(map: &LocalMap) -> impl Fn(&[S], &[S]) -> Vec<WindowBound> {
+fn exceeded<S: Real>(map: &LocalMap) -> impl Fn(&[S], &[S]) -> Vec<ExceededBound> {
     let depths = MapEvaluation::<S>::depths(map);
     move |state, parameters| {
         let depths = depths.at(state, parameters);
@@ -265,7 +265,7 @@ struct Image<S> {
 fn iterate<S: Real>(
     row: usize,
     request: &ImageRequest,
-    exceeded: &impl Fn(&[S], &[S]) -> Vec<WindowBound>,
+    exceeded: &impl Fn(&[S], &[S]) -> Vec<ExceededBound>,
     mut step: impl FnMut(&[S], &[S], bool) -> Result<Image<S>, AnalysisError>,
 ) -> Result<Vec<ImageRecord>, AnalysisError> {
     let start = &request.rows[row];
