@@ -34,4 +34,6 @@ pub use locate::locate;
 pub use margin::{Margin, MarginOutcome, margin, watched_margin};
 pub use outcome::{NamedValues, NotLocated, OrbitError};
 pub use section::{PoincareSection, PoincareSectionKind};
-pub use theory::{Expectation, GrazeTheory, OneContactOrbit, Route, Unfolding, graze_theory};
+pub use theory::{
+    AttractorRoute, Expectation, GrazeTheory, OneContactOrbit, Unfolding, graze_theory,
+};
