@@ -211,7 +211,7 @@ pub fn converge(
     };
     let sweep = Sweep::new(scene, orbit, options, highest, progress)?;
     let multiply_add_ns = multiply_add_ns();
-    let Measured { orders, discontinuity_rates, smooth_rates } =
+    let Measurements { orders, discontinuity_rates, smooth_rates } =
         sweep.measured(known, &factors, multiply_add_ns, &part)?;
     let (local, map) = chosen_map(&chosen, scene, orbit)?;
     let map = map.in_format(chosen.precision);
@@ -259,7 +259,7 @@ enum Stage {
 }
 
 /// Measured errors, rates and times of maps of every order and of their factors.
-struct Measured {
+struct Measurements {
     orders: Vec<OrderResult>,
     discontinuity_rates: Vec<FactorRate>,
     smooth_rates: Vec<FactorRate>,
@@ -319,7 +319,7 @@ impl<'a> Sweep<'a> {
         factors: &LazyFactors<'_, '_>,
         multiply_add_ns: f64,
         progress: &Part<'_>,
-    ) -> Result<Measured, ConvergenceError> {
+    ) -> Result<Measurements, ConvergenceError> {
         let (sample, scene, orbit, system) = (&self.sample, self.scene, self.orbit, &self.system);
         let measure = || {
             let (maps, factors) = parallel::join(|| self.maps(progress), || factors.get());
@@ -338,7 +338,7 @@ impl<'a> Sweep<'a> {
         })?;
         let smooth_rates =
             resumed(progress, &[2], || smooth_rates(sample, factors.get()?, system, scene, orbit))?;
-        Ok(Measured { orders, discontinuity_rates, smooth_rates })
+        Ok(Measurements { orders, discontinuity_rates, smooth_rates })
     }
 
     /// Maps of every pair of orders in every shape.
