@@ -6,7 +6,8 @@ use serde::Serialize;
 use super::{Cell, Column, Named, ReportError, SectionDocument, Table};
 use crate::analysis::MOST_WORK;
 use crate::analysis::orbits::{
-    BifurcationKind, DirectReach, FoundOrbit, Locus, LostOrbit, LostReason, Orbits, OrbitsRequest,
+    BifurcationKind, BifurcationLocus, DirectReach, FoundOrbit, LostOrbit, LostReason, Orbits,
+    OrbitsRequest,
 };
 use crate::convergence::MeasuredWindow;
 use crate::expansion::{LocalMap, WindowEdge};
@@ -184,7 +185,7 @@ impl Names<'_> {
         }
     }
 
-    fn locus(&self, locus: &Locus) -> BifurcationsRecord {
+    fn locus(&self, locus: &BifurcationLocus) -> BifurcationsRecord {
         BifurcationsRecord {
             kind: locus.kind,
             itinerary: locus.itinerary.to_string(),

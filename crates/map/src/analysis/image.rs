@@ -158,16 +158,16 @@ fn evaluation<S: Real>(map: &LocalMap, using: Using) -> MapEvaluation<S> {
 }
 
 /// Function from a point to its image at fixed parameters.
-type Step<'a, S> = Box<dyn Fn(&[S]) -> Image<S> + 'a>;
+type ImageFunction<'a, S> = Box<dyn Fn(&[S]) -> Image<S> + 'a>;
 
 /// A method that maps points at fixed parameters.
 trait Mapped<S>: Sync {
     /// The step at the given parameters.
-    fn at<'a>(&'a self, parameters: &'a [S]) -> Step<'a, S>;
+    fn at<'a>(&'a self, parameters: &'a [S]) -> ImageFunction<'a, S>;
 }
 
 impl<S: Real> Mapped<S> for MapEvaluation<S> {
-    fn at<'a>(&'a self, parameters: &'a [S]) -> Step<'a, S> {
+    fn at<'a>(&'a self, parameters: &'a [S]) -> ImageFunction<'a, S> {
         Box::new(move |state| {
             let image = self.image(state, parameters);
             let contacts = image.contacts();
@@ -187,7 +187,7 @@ impl Emitted {
 }
 
 impl Mapped<f64> for Emitted {
-    fn at<'a>(&'a self, parameters: &'a [f64]) -> Step<'a, f64> {
+    fn at<'a>(&'a self, parameters: &'a [f64]) -> ImageFunction<'a, f64> {
         let frozen = self.0.freeze(parameters);
         Box::new(move |state| {
             let mut offsets = vec![0.0; state.len()];

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use super::data::Choice;
 use super::{ChoiceOptions, Chooser, choose};
-use crate::analysis::{NoProgress, Part, Progress, SectionChange};
+use crate::analysis::{NoProgress, Progress, SectionChange, SubProgress};
 use crate::convergence::family::{MapFamily, PROBE};
 use crate::convergence::sample::{SamplePoint, WindowSample};
 use crate::convergence::{ConvergenceError, resumed};
@@ -159,8 +159,8 @@ pub fn choose_sections(
     let window = WindowSample::new(&map);
     let trial = SectionTrial::new(scene, orbit, options, own, &window);
     let chosen = |(number, section): (usize, _)| {
-        let part = Part::new(progress, number);
-        resumed(&part, &[0], || Ok(trial.of(section, &Part::new(&part, 1)).choice))
+        let part = SubProgress::new(progress, number);
+        resumed(&part, &[0], || Ok(trial.of(section, &SubProgress::new(&part, 1)).choice))
     };
     parallel::try_map(others(scene, orbit).into_iter().enumerate(), chosen)
 }

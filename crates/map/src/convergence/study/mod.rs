@@ -19,7 +19,7 @@ use super::truth::{
     truth,
 };
 use super::{ConvergenceError, computed, kept, resumed};
-use crate::analysis::{DirectImage, MapEvaluation, Part, Progress};
+use crate::analysis::{DirectImage, MapEvaluation, Progress, SubProgress};
 use crate::expansion::{Expander, MapOrders, WindowEdge};
 use crate::hybrid::{FlowMethod, HybridSystem};
 use crate::iteration::{HornerMap, parallel};
@@ -184,14 +184,14 @@ pub fn converge(
     let choose = || match &options.chosen {
         Some(chosen) => Ok(chosen.clone()),
         None => resumed(progress, &[Stage::Choice as u64], || {
-            let part = Part::new(progress, Stage::Candidates as usize);
+            let part = SubProgress::new(progress, Stage::Candidates as usize);
             Chooser::new(scene, orbit, choice.fresh)?.resuming(&part).choose(choice.tolerance)
         }),
     };
     let expander = Expander::new(scene, orbit)?;
     let rates = MapOrders::new(options.smooth_rates, options.discontinuity_rates);
     let factors = |highest| LazyFactors::new(&expander, rates.min(highest));
-    let part = Part::new(progress, Stage::Orders as usize);
+    let part = SubProgress::new(progress, Stage::Orders as usize);
     let known: Option<Vec<OrderResult>> = kept(&part, &[0]);
     let (chosen, highest, factors) = match options.highest {
         // With orders given, the factors need not wait for the choice.
@@ -219,7 +219,7 @@ pub fn converge(
     let direct_by_taylor = sweep.direct_by_taylor()?;
     let sections = match options.sections {
         true => {
-            let progress = Part::new(progress, Stage::Sections as usize);
+            let progress = SubProgress::new(progress, Stage::Sections as usize);
             choose_sections(scene, orbit, &choice, &chosen, &progress)?
         }
         false => Vec::new(),
@@ -318,7 +318,7 @@ impl<'a> Sweep<'a> {
         known: Option<Vec<OrderResult>>,
         factors: &LazyFactors<'_, '_>,
         multiply_add_ns: f64,
-        progress: &Part<'_>,
+        progress: &SubProgress<'_>,
     ) -> Result<Measurements, ConvergenceError> {
         let (sample, scene, orbit, system) = (&self.sample, self.scene, self.orbit, &self.system);
         let measure = || {
