@@ -233,7 +233,7 @@ enum List {
 }
 
 /// Orbit of the list (`None`), or of a locus with its kind.
-type Row<'a> = (Option<BifurcationKind>, &'a OrbitRecord);
+type OrbitRow<'a> = (Option<BifurcationKind>, &'a OrbitRecord);
 
 impl OrbitsListing {
     /// Table of the orbits, for people: one row each, only physical ones if there are any.
@@ -356,7 +356,7 @@ impl OrbitsListing {
         self.orbits.iter().any(|orbit| orbit.physical)
     }
 
-    fn rows(&self, list: List) -> Vec<Row<'_>> {
+    fn rows(&self, list: List) -> Vec<OrbitRow<'_>> {
         let loci = self.loci.iter().flatten();
         let points =
             loci.flat_map(|locus| locus.points.iter().map(|point| (Some(locus.kind), point)));
