@@ -15,7 +15,7 @@ use std::sync::Arc;
 
 use crate::jet::{Graded, Jet, JetSpace, TimeSeries};
 use crate::model::{ExpressionGraph, NodeId};
-use crate::numeric::{Dd, Kernel, Scalar};
+use crate::numeric::{Dd, Scalar, Vectorised};
 
 use lowering::Lowering;
 
@@ -208,14 +208,14 @@ impl Program {
     }
 }
 
-/// Kernel that computes values.
+/// Vectorised computation of values.
 struct Values<'s, S> {
     program: &'s Program,
     slots: usize,
     tape: &'s mut [S],
 }
 
-impl<S: Scalar> Kernel for Values<'_, S> {
+impl<S: Scalar> Vectorised for Values<'_, S> {
     type Output = ();
 
     #[inline(always)]

@@ -14,7 +14,7 @@
 
 use super::{Blocks, Instruction, MOST_BLOCKS, Operand, SeriesProgram, Sum, Term, Terms};
 use crate::flow::program::Slot;
-use crate::numeric::{Kernel, Scalar};
+use crate::numeric::{Scalar, Vectorised};
 
 /// Series of a step, during their computation.
 pub(super) struct Expansion<'s, S> {
@@ -27,7 +27,7 @@ pub(super) struct Expansion<'s, S> {
     pub(super) inverses: &'s Blocks<S>,
 }
 
-impl<S: Scalar> Kernel for Expansion<'_, S> {
+impl<S: Scalar> Vectorised for Expansion<'_, S> {
     type Output = ();
 
     #[inline(always)]
