@@ -17,7 +17,7 @@ use crate::jet::{Graded, Jet, JetSpace, TimeSeries};
 use crate::model::{ExpressionGraph, NodeId};
 use crate::numeric::{Dd, Scalar, Vectorised};
 
-use lowering::Lowering;
+use lowering::ProgramLowering;
 
 pub(super) use operation::{Operation, Slot, run};
 
@@ -49,7 +49,7 @@ impl Program {
     ///
     /// Input `i` of the graph is slot `i` of the tape.
     pub fn new(graph: &ExpressionGraph, outputs: &[NodeId], inputs: &[InputKind]) -> Self {
-        let mut lowering = Lowering::new(graph, inputs);
+        let mut lowering = ProgramLowering::new(graph, inputs);
         lowering.lower_nodes(outputs);
         let outputs = outputs.iter().map(|&node| lowering.slot_of(node)).collect();
         let reaching = [0, 1, 2].map(|degree| {

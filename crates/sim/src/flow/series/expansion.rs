@@ -12,7 +12,7 @@
 //! (relaxed multiplication: van der Hoeven 2002). Sums have one order for all registers: in 16
 //! chains over the blocks, then over the chains.
 
-use super::{Blocks, Instruction, MOST_BLOCKS, Operand, SeriesProgram, Sum, Term, Terms};
+use super::{Blocks, Instruction, MOST_BLOCKS, Operand, ScaledOperand, SeriesProgram, Sum, Terms};
 use crate::flow::program::Slot;
 use crate::numeric::{Scalar, Vectorised};
 
@@ -163,7 +163,7 @@ impl<S: Scalar> Expansion<'_, S> {
     }
 
     #[inline(always)]
-    fn scaled<const I: usize>(&self, term: &Term, block: usize) -> S {
+    fn scaled<const I: usize>(&self, term: &ScaledOperand, block: usize) -> S {
         self.at::<I>(term.operand.slot, block) * self.factors[term.factor]
     }
 
