@@ -5,7 +5,7 @@ use std::error::Error;
 use std::fs;
 
 use grazemap::analysis::NoProgress;
-use grazemap::analysis::orbits::{BifurcationKind, LociRequest, OrbitsRequest};
+use grazemap::analysis::orbits::{BifurcationKind, BifurcationRequest, OrbitsRequest};
 use grazemap::analysis::periodic::ContactItinerary;
 use grazemap::model::catalogue;
 use grazemap::prelude::{FindGraze, Scene};
@@ -120,7 +120,7 @@ fn found<'p>(omega: &str, points: &[&'p Point]) -> Result<Vec<(&'p Point, f64)>,
             at: Vec::new(),
             direct: true,
             far: true,
-            loci: Some(LociRequest {
+            loci: Some(BifurcationRequest {
                 kinds: vec![BifurcationKind::Fold, BifurcationKind::Flip],
                 free: 0,
                 stepped: None,

@@ -16,9 +16,9 @@ use crate::analysis::loci::{Loci, LociRequest, loci};
 use crate::analysis::noise::{NoiseRequest, NoisyOrbits, noise};
 use crate::analysis::orbits::{Orbits, OrbitsRequest, orbits};
 use crate::analysis::{
-    ImageRecord, ImageRequest, MeasuredSide, NoProgress, Part, Progress, SectionImage, Shard,
-    basin_bytes, chart_bytes, diagram_bytes, direct_image, guarded, image_bytes, images,
-    measure_graze, noise_bytes,
+    ImageRecord, ImageRequest, MeasuredSide, NoProgress, Progress, SectionImage, Shard,
+    SubProgress, basin_bytes, chart_bytes, diagram_bytes, direct_image, guarded, image_bytes,
+    images, measure_graze, noise_bytes,
 };
 use crate::convergence::{
     Choice, ConvergenceError, ConvergenceStudy, ExactImages, MeasuredWindow, measure_window,
@@ -430,7 +430,8 @@ impl Map {
     /// As [`diagram`](Self::diagram).
     pub fn diagrams(&self, progress: &dyn Progress) -> Result<Vec<Diagram>, Error> {
         let requests = self.scene().diagrams.iter().enumerate();
-        let diagram = |(number, request)| self.diagram_with(request, &Part::new(progress, number));
+        let diagram =
+            |(number, request)| self.diagram_with(request, &SubProgress::new(progress, number));
         requests.map(diagram).collect()
     }
 
@@ -475,7 +476,7 @@ impl Map {
     pub fn charts(&self, progress: &dyn Progress) -> Result<Vec<Chart>, Error> {
         let requests = self.scene().charts.iter().enumerate();
         let charts = requests
-            .map(|(number, request)| self.chart_with(request, &Part::new(progress, number)));
+            .map(|(number, request)| self.chart_with(request, &SubProgress::new(progress, number)));
         Ok(charts.collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect())
     }
 
@@ -536,8 +537,8 @@ impl Map {
         progress: &dyn Progress,
     ) -> Result<Vec<Basin>, Error> {
         let requests = requests.iter().enumerate();
-        let basins =
-            requests.map(|(number, request)| self.basin(request, &Part::new(progress, number)));
+        let basins = requests
+            .map(|(number, request)| self.basin(request, &SubProgress::new(progress, number)));
         basins.collect()
     }
 

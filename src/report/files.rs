@@ -346,8 +346,8 @@ fn create_folder(path: &Path) -> Result<(), ReportError> {
     })
 }
 
-/// Files by their names.
-type Files = Vec<(String, Vec<u8>)>;
+/// Files by name, or by path in a folder.
+pub(super) type Files = Vec<(String, Vec<u8>)>;
 
 /// Draws figures as SVG and PNG, by file name without extension, and returns remarks. A figure that
 /// cannot be drawn yields a remark instead of an error.

@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::{Cell, Column, Named, Rows, SectionDocument};
 use crate::analysis::{DirectEnd, ImageRecord, ImageRequest, Precision, Using};
 use crate::convergence::MeasuredWindow;
-use crate::expansion::{LocalMap, SectionKind, WindowBound, WindowEdge};
+use crate::expansion::{ExceededBound, LocalMap, SectionKind, WindowEdge};
 use crate::numeric::Dd;
 
 /// Significant digits of single, double and double-double precision.
@@ -145,7 +145,7 @@ pub fn image_outside_words(
 
 /// Bounds that points exceed, with the number of points for each, as text.
 fn exceeded(map: &LocalMap, records: &[ImageRecord]) -> String {
-    let mut counts: Vec<(WindowBound, usize)> = Vec::new();
+    let mut counts: Vec<(ExceededBound, usize)> = Vec::new();
     for &bound in records.iter().flat_map(|record| &record.exceeded) {
         match counts.iter_mut().find(|(known, _)| *known == bound) {
             Some((_, count)) => *count += 1,
@@ -155,9 +155,9 @@ fn exceeded(map: &LocalMap, records: &[ImageRecord]) -> String {
     let words = counts.into_iter().map(|(bound, count)| {
         let (name, window) = (bound_name(map, bound), &map.window);
         let (what, limit) = match bound {
-            WindowBound::State(number) => ("the half-width", window.state[number]),
-            WindowBound::Parameter(number) => ("the half-width", window.parameter[number]),
-            WindowBound::Depth(_) => ("the largest", window.depth),
+            ExceededBound::State(number) => ("the half-width", window.state[number]),
+            ExceededBound::Parameter(number) => ("the half-width", window.parameter[number]),
+            ExceededBound::Depth(_) => ("the largest", window.depth),
         };
         format!("{what} {limit:e} of `{name}` ({count})")
     });
@@ -166,11 +166,11 @@ fn exceeded(map: &LocalMap, records: &[ImageRecord]) -> String {
 
 /// Name of a bound: a coordinate, a parameter, or `depth`, with a number if there are several
 /// passages.
-fn bound_name(map: &LocalMap, bound: WindowBound) -> String {
+fn bound_name(map: &LocalMap, bound: ExceededBound) -> String {
     match bound {
-        WindowBound::State(number) => map.section.coordinates[number].clone(),
-        WindowBound::Parameter(number) => map.parameters[number].name.clone(),
-        WindowBound::Depth(_) if map.passages() == 1 => "depth".to_owned(),
-        WindowBound::Depth(passage) => format!("depth{}", passage + 1),
+        ExceededBound::State(number) => map.section.coordinates[number].clone(),
+        ExceededBound::Parameter(number) => map.parameters[number].name.clone(),
+        ExceededBound::Depth(_) if map.passages() == 1 => "depth".to_owned(),
+        ExceededBound::Depth(passage) => format!("depth{}", passage + 1),
     }
 }

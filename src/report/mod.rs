@@ -78,7 +78,7 @@ pub use orbits_listing::{
 };
 pub use page::{LivePane, Page, PageFigure, Picture, Provenance, Section};
 pub use pieces::{
-    Ended, Journal, ShardError, ShardHeader, join_shards, pack_folder, pieces_from_bytes,
+    CommandEnd, Journal, ShardError, ShardHeader, join_shards, pack_folder, pieces_from_bytes,
     pieces_to_bytes, unpack_folder,
 };
 pub use run_page::{CrateSummary, RunPage, StageTime, run_page};

@@ -10,8 +10,8 @@ use crate::iteration::{OrbitEnd, Period};
 use crate::model::Scene;
 use crate::numeric::Dd;
 use crate::orbit::{
-    Expectation, GrazeTheory, GrazingConditions, GrazingOrbit, GrazingPoint, OneContactOrbit,
-    Route, Unfolding,
+    AttractorRoute, Expectation, GrazeTheory, GrazingConditions, GrazingOrbit, GrazingPoint,
+    OneContactOrbit, Unfolding,
 };
 
 /// Grazing orbit by the names of parameters and states, rounded to doubles.
@@ -397,15 +397,15 @@ impl GrazeStudy {
                 "theory: all xi_n are positive: an attractor near the graze persists (continuous \
                  grazing bifurcation){}",
                 route.map_or("", |route| match route {
-                    Route::PeriodAdding => {
+                    AttractorRoute::PeriodAdding => {
                         "; period adding, windows of neighbouring periods overlap (the largest \
                          multiplier is below 1/4)"
                     }
-                    Route::PeriodAddingWithChaos => {
+                    AttractorRoute::PeriodAddingWithChaos => {
                         "; period adding with chaos between the windows (the largest multiplier is \
                          between 1/4 and 2/3)"
                     }
-                    Route::Chaos => {
+                    AttractorRoute::Chaos => {
                         "; chaos at once (the largest multiplier is above 2/3)"
                     }
                 })

@@ -6,7 +6,8 @@ use serde::Serialize;
 use super::{Cell, Column, Named, ReportError, SectionDocument, Table};
 use crate::analysis::MOST_WORK;
 use crate::analysis::orbits::{
-    BifurcationKind, DirectReach, FoundOrbit, Locus, LostOrbit, LostReason, Orbits, OrbitsRequest,
+    BifurcationKind, BifurcationLocus, DirectReach, FoundOrbit, LostOrbit, LostReason, Orbits,
+    OrbitsRequest,
 };
 use crate::convergence::MeasuredWindow;
 use crate::expansion::{LocalMap, WindowEdge};
@@ -184,7 +185,7 @@ impl Names<'_> {
         }
     }
 
-    fn locus(&self, locus: &Locus) -> BifurcationsRecord {
+    fn locus(&self, locus: &BifurcationLocus) -> BifurcationsRecord {
         BifurcationsRecord {
             kind: locus.kind,
             itinerary: locus.itinerary.to_string(),
@@ -232,7 +233,7 @@ enum List {
 }
 
 /// Orbit of the list (`None`), or of a locus with its kind.
-type Row<'a> = (Option<BifurcationKind>, &'a OrbitRecord);
+type OrbitRow<'a> = (Option<BifurcationKind>, &'a OrbitRecord);
 
 impl OrbitsListing {
     /// Table of the orbits, for people: one row each, only physical ones if there are any.
@@ -355,7 +356,7 @@ impl OrbitsListing {
         self.orbits.iter().any(|orbit| orbit.physical)
     }
 
-    fn rows(&self, list: List) -> Vec<Row<'_>> {
+    fn rows(&self, list: List) -> Vec<OrbitRow<'_>> {
         let loci = self.loci.iter().flatten();
         let points =
             loci.flat_map(|locus| locus.points.iter().map(|point| (Some(locus.kind), point)));

@@ -17,7 +17,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use serde::{Deserialize, Serialize};
 
-use super::files::remove_abandoned;
+use super::files::{Files, remove_abandoned};
 use crate::analysis::{Pieces, Share};
 use crate::model::Digest;
 
@@ -375,10 +375,7 @@ pub fn pieces_from_bytes(mut bytes: &[u8]) -> Option<Pieces> {
 }
 
 /// End of a command: the reason if it has no results.
-pub type Ended = Result<(), String>;
-
-/// Files by path in a folder.
-type Files = Vec<(String, Vec<u8>)>;
+pub type CommandEnd = Result<(), String>;
 
 /// Packs the files of a folder, with those of its subfolders, and the end of the command that wrote
 /// them into one piece.
@@ -386,14 +383,14 @@ type Files = Vec<(String, Vec<u8>)>;
 /// # Errors
 ///
 /// Errors of the operating system.
-pub fn pack_folder(folder: &Path, ended: &Ended) -> io::Result<Vec<u8>> {
+pub fn pack_folder(folder: &Path, ended: &CommandEnd) -> io::Result<Vec<u8>> {
     let mut files = Vec::new();
     read_files(folder, "", &mut files)?;
     postcard::to_stdvec(&(ended, files)).map_err(io::Error::other)
 }
 
 /// Reads the content of [`pack_folder`].
-pub fn unpack_folder(piece: &[u8]) -> Option<(Ended, Files)> {
+pub fn unpack_folder(piece: &[u8]) -> Option<(CommandEnd, Files)> {
     postcard::from_bytes(piece).ok()
 }
 

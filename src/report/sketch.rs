@@ -18,7 +18,7 @@ const GRAZING: &str = "#0b63a5";
 const LONGEST: usize = 28;
 
 /// Row of the sketch: a mass in the middle, surfaces to its left and right.
-struct Row {
+struct SketchRow {
     middle: usize,
     left: Vec<usize>,
     right: Vec<usize>,
@@ -38,7 +38,7 @@ fn bodies(model: &Model, surface: usize, point: &[f64]) -> Vec<(usize, f64)> {
     positions.into_iter().zip(changes).filter(|(_, change)| *change != 0.0).collect()
 }
 
-fn rows(model: &Model, point: &[f64]) -> Vec<Row> {
+fn rows(model: &Model, point: &[f64]) -> Vec<SketchRow> {
     let between: Vec<_> =
         (0..model.surfaces.len()).map(|surface| bodies(model, surface, point)).collect();
     let mut rows = Vec::new();
@@ -51,7 +51,7 @@ fn rows(model: &Model, point: &[f64]) -> Vec<Row> {
         };
         if let Some((middle, right)) = pair {
             let other = Some((right, surface));
-            rows.push(Row { middle, left: Vec::new(), right: Vec::new(), other });
+            rows.push(SketchRow { middle, left: Vec::new(), right: Vec::new(), other });
         }
     }
     for (middle, _) in portrait_pairs(model) {
@@ -66,7 +66,7 @@ fn rows(model: &Model, point: &[f64]) -> Vec<Row> {
         let (left, right) = (stops(true), stops(false));
         let paired = between.iter().any(|own| own.len() == 2 && own.iter().any(|b| b.0 == middle));
         if !paired || !left.is_empty() || !right.is_empty() {
-            rows.push(Row { middle, left, right, other: None });
+            rows.push(SketchRow { middle, left, right, other: None });
         }
     }
     rows
@@ -76,7 +76,8 @@ fn rows(model: &Model, point: &[f64]) -> Vec<Row> {
 /// or between masses. `point` holds the full state and the parameters.
 pub(super) fn sketch(model: &Model, point: &[f64], grazing: &[usize]) -> Option<String> {
     let rows = rows(model, point);
-    let has_gap = |row: &Row| row.other.is_some() || !row.left.is_empty() || !row.right.is_empty();
+    let has_gap =
+        |row: &SketchRow| row.other.is_some() || !row.left.is_empty() || !row.right.is_empty();
     if !rows.iter().any(has_gap) {
         return None;
     }
@@ -211,7 +212,7 @@ mod tests {
         let values = model.parameter_values();
         let mut point = vec![0.1; model.dimension()];
         point.extend(values.iter().map(|value| value.to_f64()));
-        let count = |row: Row| {
+        let count = |row: SketchRow| {
             let name = model.states[row.middle].clone();
             (name, row.left.len(), row.right.len(), row.other.is_some())
         };

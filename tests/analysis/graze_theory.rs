@@ -2,7 +2,7 @@
 
 use grazemap::analysis::{AnalysisError, MeasuredSide, measure_graze};
 use grazemap::iteration::Period;
-use grazemap::orbit::{Expectation, GrazeTheory, Route, graze_theory};
+use grazemap::orbit::{AttractorRoute, Expectation, GrazeTheory, graze_theory};
 
 use crate::Case;
 
@@ -46,7 +46,7 @@ fn the_linear_oscillator_jumps_where_its_first_condition_is_negative() {
 #[test]
 fn the_cantilever_adds_periods_as_its_one_contact_orbits_gain_stability() {
     let (theory, measured) = both("cantilever_3_5");
-    let route = Some(Route::PeriodAddingWithChaos);
+    let route = Some(AttractorRoute::PeriodAddingWithChaos);
     assert_eq!(theory.expectation, Expectation::Persists { route });
     assert!(measured.iter().all(|side| side.near), "{measured:?}");
     let unstable_within = |returns: usize| {

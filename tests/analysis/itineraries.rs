@@ -3,7 +3,8 @@
 
 use grazemap::analysis::NoProgress;
 use grazemap::analysis::orbits::{
-    BifurcationKind, FoundOrbit, LociRequest, Orbits, OrbitsRequest, SteppedParameter, orbits,
+    BifurcationKind, BifurcationRequest, FoundOrbit, Orbits, OrbitsRequest, SteppedParameter,
+    orbits,
 };
 use grazemap::analysis::periodic::ContactItinerary;
 use grazemap::expansion::{Expander, LocalMap, MapOrders};
@@ -77,7 +78,7 @@ impl Subject {
             at: Vec::new(),
             direct,
             far: false,
-            loci: Some(LociRequest {
+            loci: Some(BifurcationRequest {
                 kinds: vec![kind],
                 free: 0,
                 stepped: Some(SteppedParameter { parameter: 1, values: offsets.to_vec() }),
@@ -96,7 +97,7 @@ impl Subject {
             at: Vec::new(),
             direct: true,
             far: true,
-            loci: Some(LociRequest {
+            loci: Some(BifurcationRequest {
                 kinds: vec![BifurcationKind::Fold, BifurcationKind::Flip],
                 free: 0,
                 stepped: Some(SteppedParameter { parameter: 1, values: vec![offset] }),

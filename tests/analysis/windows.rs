@@ -5,7 +5,7 @@ use grazemap::analysis::{
     DirectEnd, DirectImage, ImageRecord, ImageRequest, ImageRow, MapEvaluation, Precision, Using,
 };
 use grazemap::convergence::{BoundKind, BoundOrigin, MeasuredWindow, WindowTolerance};
-use grazemap::expansion::{MapWindow, WindowBound};
+use grazemap::expansion::{ExceededBound, MapWindow};
 use grazemap::hybrid::HybridSystem;
 use grazemap::iteration::{DiscreteMap, HornerMap};
 use grazemap::numeric::{Dd, decimal_below};
@@ -192,7 +192,7 @@ fn points_beyond_the_radius_of_the_series_of_a_stiff_stop_are_outside() {
         precision: Precision::F64,
     };
     let images = map.images(&request).expect("images");
-    let beyond = |record: &ImageRecord| record.exceeded.contains(&WindowBound::Depth(0));
+    let beyond = |record: &ImageRecord| record.exceeded.contains(&ExceededBound::Depth(0));
     let found: Vec<bool> = images.iter().map(beyond).collect();
     assert_eq!(found, [false, true, true, true], "radius {radius}");
     assert!(images[1..].iter().all(|record| !record.inside()));

@@ -21,7 +21,7 @@ const CATALOGUE_FOLDER: &str = "generated";
 
 /// Document of `--json`.
 #[derive(Debug, Serialize)]
-struct Summary {
+struct EmitSummary {
     modules: Vec<ModuleSummary>,
     files: Vec<String>,
 }
@@ -216,7 +216,7 @@ fn check(emitted: &EmittedCrate, folder: &Path, quiet: bool) -> Result<(), CliEr
     Err(CliError::NotCurrent { folder: folder.to_owned(), differences: list.concat() })
 }
 
-fn summary(modules: Vec<Emitted>, emitted: &EmittedCrate) -> Summary {
+fn summary(modules: Vec<Emitted>, emitted: &EmittedCrate) -> EmitSummary {
     let module = |(module, window, map): Emitted| ModuleSummary {
         identifier: module.identifier,
         step_multiply_adds: module.step_operations.multiply_adds,
@@ -228,7 +228,7 @@ fn summary(modules: Vec<Emitted>, emitted: &EmittedCrate) -> Summary {
         window_edges: map.window_edges().to_vec(),
         section: map.section(),
     };
-    Summary {
+    EmitSummary {
         modules: modules.into_iter().map(module).collect(),
         files: emitted.files.keys().cloned().collect(),
     }

@@ -16,7 +16,7 @@ use grazemap::report::{Named, OutputFolder, to_json, write_atomically};
 
 /// Contents of a checked scene.
 #[derive(Debug, Serialize)]
-struct Summary<'a> {
+struct SceneSummary<'a> {
     scene: &'a str,
     digest: Digest,
     model: &'a str,
@@ -38,13 +38,13 @@ pub(in crate::cli) fn check(options: &SceneOptions) -> Result<(), CliError> {
     refuse_orders(scene)?;
     let faults = [scene.check_diagrams(), scene.check_charts(), scene.check_tangent_states()];
     faults.into_iter().collect::<Result<(), _>>().map_err(Error::from)?;
-    let (name, summary) = (options.scene.display(), Summary::new(source.scene()));
+    let (name, summary) = (options.scene.display(), SceneSummary::new(source.scene()));
     let text = format!("{name}: no fault found\n{}\n", summary.words());
     let results = Results::named("check", text, to_json(&summary)?, None);
     results.deliver("check", &options.common.outlets)
 }
 
-impl<'a> Summary<'a> {
+impl<'a> SceneSummary<'a> {
     fn new(scene: &'a Scene) -> Self {
         let model = &scene.model;
         let parameter = |&index: &usize| model.parameters[index].name.as_str();

@@ -23,7 +23,7 @@ use grazemap::Error;
 use grazemap::analysis::{Pieces, Progress, Share};
 use grazemap::model::{Digest, catalogue, nearest};
 use grazemap::numeric::Shown;
-use grazemap::report::{Ended, OutputFolder, Picture, counted, pack_folder, unpack_folder};
+use grazemap::report::{CommandEnd, OutputFolder, Picture, counted, pack_folder, unpack_folder};
 
 /// Default folder of the page.
 const FOLDER: &str = "out/gallery";
@@ -189,7 +189,7 @@ struct MadeBy<'a> {
 
 impl MadeBy<'_> {
     /// Runs the computation in a folder. Returns the reason as text if it ended without results.
-    fn execute(&self, computation: &Computation, place: &Path) -> Ended {
+    fn execute(&self, computation: &Computation, place: &Path) -> CommandEnd {
         self.run(computation, place).map_err(|error| error.to_string())
     }
 
@@ -258,7 +258,7 @@ fn empty(folder: &Path) -> Result<(), CliError> {
 }
 
 /// Writes the files of a piece and returns how its computation ended.
-fn unpacked(piece: &[u8], place: &Path) -> Result<Ended, CliError> {
+fn unpacked(piece: &[u8], place: &Path) -> Result<CommandEnd, CliError> {
     let damaged = || CliError::Gallery("a piece cannot be read".to_owned());
     let (ended, files) = unpack_folder(piece).ok_or_else(damaged)?;
     empty(place)?;

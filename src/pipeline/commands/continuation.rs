@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use crate::analysis::branches::{BranchObservable, BranchRequest, Branches};
 use crate::analysis::diagram::Diagram;
 use crate::analysis::loci::{LociRequest, LocusKind};
-use crate::analysis::{NoProgress, Part, Progress, Shard, itinerary};
+use crate::analysis::{NoProgress, Progress, Shard, SubProgress, itinerary};
 use crate::model::{ChartRequest, Method};
 use crate::pipeline::keys::{
     ActiveParameters, COORDINATES, KeyError, OrbitsOf, itineraries, longest_period, named_offsets,
@@ -92,7 +92,7 @@ impl BranchKeys {
     /// [`Error::Key`] as [`request`](Self::request); as [`Map::branches`].
     pub fn answer(&self, map: &Map, progress: &dyn Progress) -> Result<Answer, Error> {
         let request = self.request(map)?;
-        let found = map.branches(&request, &Part::new(progress, 0))?;
+        let found = map.branches(&request, &SubProgress::new(progress, 0))?;
         let listing = listing(map, &request, &found);
         let observed = self
             .observe
@@ -100,7 +100,7 @@ impl BranchKeys {
             .map(|&observable| Ok((observable, map.branch_observable(&found, observable)?)));
         let listing = listing.with_observed(&observed.collect::<Result<Vec<_>, Error>>()?);
         let below = match self.iterates && map.local().has_contacts() {
-            true => map.branch_diagram(&request, &found, &Part::new(progress, 1))?,
+            true => map.branch_diagram(&request, &found, &SubProgress::new(progress, 1))?,
             false => None,
         };
         let document = to_json(&Document::new(DocumentKind::Branch, map.scene(), &listing))?;
@@ -223,13 +223,13 @@ impl LociKeys {
     /// [`Error::Key`] as [`request`](Self::request); as [`Map::loci`].
     pub fn answer(&self, map: &Map, progress: &dyn Progress) -> Result<Answer, Error> {
         let request = self.request(map)?;
-        let found = map.loci(&request, &Part::new(progress, 0))?;
+        let found = map.loci(&request, &SubProgress::new(progress, 0))?;
         let listing =
             LociListing::new(map.section(), map.local(), request.plane, &found, request.direct);
         let document = to_json(&Document::new(DocumentKind::Loci, map.scene(), &listing))?;
         let text = listing.text(&map.scene().identifier)?;
         let below = match self.chart {
-            true => chart_below(map, &listing, &Part::new(progress, 1))?,
+            true => chart_below(map, &listing, &SubProgress::new(progress, 1))?,
             false => None,
         };
         let kinds = || request.kinds.iter().map(|kind| kind.word()).collect::<Vec<_>>();

@@ -2,7 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::analysis::orbits::{BifurcationKind, LociRequest, OrbitsRequest, SteppedParameter};
+use crate::analysis::orbits::{
+    BifurcationKind, BifurcationRequest, OrbitsRequest, SteppedParameter,
+};
 use crate::analysis::{Progress, itinerary};
 use crate::orbit::PoincareSectionKind;
 use crate::pipeline::keys::{ActiveParameters, KeyError, OrbitsOf, itineraries};
@@ -87,7 +89,10 @@ impl OrbitsKeys {
 
     /// Request for folds and flips in one parameter, or in two. Other parameters are at the first
     /// `at`.
-    fn loci(&self, parameters: &ActiveParameters<'_>) -> Result<Option<LociRequest>, KeyError> {
+    fn loci(
+        &self,
+        parameters: &ActiveParameters<'_>,
+    ) -> Result<Option<BifurcationRequest>, KeyError> {
         if self.kind.is_empty() {
             return Ok(None);
         }
@@ -107,7 +112,12 @@ impl OrbitsKeys {
             let values = (0..self.points).map(value).collect();
             Ok::<_, KeyError>(SteppedParameter { parameter, values })
         });
-        Ok(Some(LociRequest { kinds: self.kind.clone(), free, stepped: stepped.transpose()?, at }))
+        Ok(Some(BifurcationRequest {
+            kinds: self.kind.clone(),
+            free,
+            stepped: stepped.transpose()?,
+            at,
+        }))
     }
 
     /// Computes the orbits and lays them out. The table is that of folds and flips if those are

@@ -277,6 +277,31 @@ fn no_floor_has_a_circle_of_more_than_two_files() {
     }
 }
 
+/// Names that stand for several types, with the files: on one floor, or `pub` in one package.
+#[test]
+fn a_type_has_a_name_of_its_own_on_its_floor_and_a_public_one_in_its_package() {
+    let house = house();
+    let places = house.places();
+    let mut files: BTreeMap<(usize, &str, &str), Vec<String>> = BTreeMap::new();
+    for place in &places {
+        let module = house.module(place);
+        let floor = place.path.first().map_or("the root", String::as_str);
+        for (name, is_public) in &module.types {
+            for scope in [Some(floor), is_public.then_some("public")].into_iter().flatten() {
+                let same = files.entry((place.package, scope, name.as_str())).or_default();
+                same.push(module.file.display().to_string());
+            }
+        }
+    }
+    assert!(files.len() > 1000, "{}", files.len());
+    let several = files.iter().filter(|(_, files)| files.len() > 1);
+    let fault = |((_, scope, name), files): (&(usize, &str, &str), &Vec<String>)| {
+        format!("`{name}` ({scope}): {}", files.join(", "))
+    };
+    let faults: Vec<String> = several.map(fault).collect();
+    assert!(faults.is_empty(), "{}", faults.join("\n"));
+}
+
 /// Lines of source files have at most 100 columns.
 #[test]
 fn lines_of_source_files_have_at_most_a_hundred_columns() {
@@ -384,4 +409,16 @@ fn the_reader_sees_what_a_file_names_in_every_form() {
     ];
     assert_eq!(paths, expected);
     assert_eq!(module.children, ["child"]);
+}
+
+/// Types are found at the level of the module alone, and `pub` is told from `pub(crate)`.
+#[test]
+fn the_reader_sees_the_types_of_a_file_and_which_are_public() {
+    let text =
+        "pub struct A<T>(T); pub(crate) enum B {} trait C { type Inner; } pub type D = A<f64>;
+        impl C for B { type Inner = u8; } fn f() { struct Local; }
+        #[cfg(test)] mod tests { struct Unseen; }";
+    let expected = [("A", true), ("B", false), ("C", false), ("D", true)];
+    let types = Module::parse(text).types;
+    assert!(types.iter().map(|(name, is_public)| (&**name, *is_public)).eq(expected), "{types:?}");
 }

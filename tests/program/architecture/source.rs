@@ -47,6 +47,8 @@ pub(super) struct Module {
     /// Single words outside of imports.
     words: BTreeSet<String>,
     defined: BTreeSet<String>,
+    /// Names of the types defined, each with whether it is `pub`.
+    pub(super) types: Vec<(String, bool)>,
 }
 
 /// Package of the workspace to which the rules apply.
@@ -216,6 +218,7 @@ impl Package {
                 root.paths.extend(read.paths);
                 root.words.extend(read.words);
                 root.defined.extend(read.defined);
+                root.types.extend(read.types);
             }
         }
         modules.insert(Vec::new(), root);
@@ -283,7 +286,13 @@ impl Module {
                     at += 2;
                     continue;
                 }
-                "fn" | "struct" | "enum" | "trait" | "type" | "const" | "static" if depth == 0 => {
+                "struct" | "enum" | "trait" | "type" if depth == 0 => {
+                    let is_public = at > 0 && word(at - 1) == Some("pub");
+                    let name = word(at + 1).map(str::to_owned);
+                    module.types.extend(name.clone().map(|name| (name, is_public)));
+                    module.defined.extend(name);
+                }
+                "fn" | "const" | "static" if depth == 0 => {
                     module.defined.extend(word(at + 1).map(str::to_owned));
                 }
                 "macro_rules" => module.defined.extend(word(at + 2).map(str::to_owned)),

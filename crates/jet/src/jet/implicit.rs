@@ -184,7 +184,7 @@ fn pivot_row<S: Scalar>(matrix: &[Vec<Jet<S>>], column: usize) -> Result<usize, 
 /// # Ok::<(), grazemap_jet::jet::JetError>(())
 /// ```
 pub fn power_series_at<S: Scalar>(coefficients: &[Jet<S>], t: &Jet<S>) -> Jet<S> {
-    let (factor, order) = (Factor::of(t), t.space().order());
+    let (factor, order) = (HornerFactor::of(t), t.space().order());
     let mut value = Sum::zero(t);
     for (power, coefficient) in coefficients.iter().enumerate().rev() {
         if let Some(kept) = order.checked_sub(factor.reach(power)) {
@@ -203,7 +203,7 @@ pub fn power_series_with_slope_at<S: Scalar>(
     coefficients: &[Jet<S>],
     t: &Jet<S>,
 ) -> (Jet<S>, Jet<S>) {
-    let (factor, order) = (Factor::of(t), t.space().order());
+    let (factor, order) = (HornerFactor::of(t), t.space().order());
     let (mut value, mut slope) = (Sum::zero(t), Sum::zero(t));
     for (power, coefficient) in coefficients.iter().enumerate().rev() {
         if let Some(kept) = order.checked_sub(factor.reach(power)) {
@@ -219,12 +219,12 @@ pub fn power_series_with_slope_at<S: Scalar>(
 }
 
 /// The factor by which Horner's rule multiplies a sum.
-struct Factor<'a, S: Scalar> {
+struct HornerFactor<'a, S: Scalar> {
     jet: &'a Jet<S>,
     low: usize,
 }
 
-impl<'a, S: Scalar> Factor<'a, S> {
+impl<'a, S: Scalar> HornerFactor<'a, S> {
     fn of(jet: &'a Jet<S>) -> Self {
         Self { jet, low: lowest(jet) }
     }
@@ -247,7 +247,7 @@ impl<S: Scalar> Sum<S> {
     }
 
     /// Product of the sum with a factor, up to a degree.
-    fn times(&self, factor: &Factor<'_, S>, order: usize) -> Self {
+    fn times(&self, factor: &HornerFactor<'_, S>, order: usize) -> Self {
         let space = self.jet.space();
         let mut jet = Jet::zero(space);
         let (left, right) = (self.jet.coefficients(), factor.jet.coefficients());

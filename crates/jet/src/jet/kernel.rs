@@ -304,16 +304,16 @@ impl KernelBuilder {
 #[derive(Clone, Debug, PartialEq)]
 pub struct HornerPlan {
     variables: usize,
-    root: Scheme,
+    root: HornerScheme,
 }
 
 #[derive(Clone, Debug, PartialEq)]
-enum Scheme {
+enum HornerScheme {
     Constant(f64),
     /// Coefficients of powers of one variable, highest power first.
     Powers {
         variable: usize,
-        coefficients: Vec<(u8, Scheme)>,
+        coefficients: Vec<(u8, HornerScheme)>,
     },
 }
 
@@ -340,25 +340,25 @@ impl HornerPlan {
 
 /// The scheme of terms that agree in the exponents before `variable`, sorted by descending
 /// exponents.
-fn scheme(terms: &[(&[u8], f64)], variable: usize, variables: usize) -> Scheme {
+fn scheme(terms: &[(&[u8], f64)], variable: usize, variables: usize) -> HornerScheme {
     if variable == variables || terms.is_empty() {
-        return Scheme::Constant(terms.iter().map(|&(_, coefficient)| coefficient).sum());
+        return HornerScheme::Constant(terms.iter().map(|&(_, coefficient)| coefficient).sum());
     }
     let groups = terms.chunk_by(|(left, _), (right, _)| left[variable] == right[variable]);
-    let coefficients: Vec<(u8, Scheme)> = groups
+    let coefficients: Vec<(u8, HornerScheme)> = groups
         .map(|group| (group[0].0[variable], scheme(group, variable + 1, variables)))
         .collect();
-    match <[(u8, Scheme); 1]>::try_from(coefficients) {
+    match <[(u8, HornerScheme); 1]>::try_from(coefficients) {
         Ok([(0, only)]) => only,
-        Ok(single) => Scheme::Powers { variable, coefficients: single.into() },
-        Err(coefficients) => Scheme::Powers { variable, coefficients },
+        Ok(single) => HornerScheme::Powers { variable, coefficients: single.into() },
+        Err(coefficients) => HornerScheme::Powers { variable, coefficients },
     }
 }
 
-fn lower(scheme: &Scheme, builder: &mut KernelBuilder, point: &[Value]) -> Value {
+fn lower(scheme: &HornerScheme, builder: &mut KernelBuilder, point: &[Value]) -> Value {
     let (variable, coefficients) = match scheme {
-        Scheme::Constant(value) => return builder.constant(*value),
-        Scheme::Powers { variable, coefficients } => (*variable, coefficients),
+        HornerScheme::Constant(value) => return builder.constant(*value),
+        HornerScheme::Powers { variable, coefficients } => (*variable, coefficients),
     };
     let (mut power, first) = (coefficients[0].0, &coefficients[0].1);
     let mut sum = lower(first, builder, point);

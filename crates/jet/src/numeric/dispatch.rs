@@ -1,8 +1,8 @@
 //! One source, compiled for several instruction sets; the machine's widest is chosen at run time.
 //!
-//! The one idea: a kernel is a value whose `run` is inlined into a function that is compiled once
-//! per instruction set. Nothing is fused or reordered, so that every instruction set gives the same
-//! bits.
+//! The one idea: vectorised work is a value whose `run` is inlined into a function that is compiled
+//! once per instruction set. Nothing is fused or reordered, so that every instruction set gives the
+//! same bits.
 
 use std::sync::LazyLock;
 
@@ -41,7 +41,7 @@ fn limit(name: &str) -> Option<Limit> {
     }
 }
 
-/// Instruction set that kernels run with.
+/// Instruction set that vectorised work runs with.
 #[inline(always)]
 fn instructions() -> Arch {
     static CHOSEN: LazyLock<Arch> = LazyLock::new(|| {
@@ -71,7 +71,7 @@ fn chosen(_: Option<Limit>) -> Arch {
 ///
 /// `run` and everything it calls in its loops must be `#[inline(always)]`: functions that are not
 /// inlined are compiled for SSE2.
-pub trait Kernel: Sized {
+pub trait Vectorised: Sized {
     /// The result of the work.
     type Output;
 
@@ -86,15 +86,15 @@ pub trait Kernel: Sized {
     }
 }
 
-/// Runs a kernel with the widest registers of this machine: AVX2 or AVX-512 on x86-64 (the compact
+/// Runs work with the widest registers of this machine: AVX2 or AVX-512 on x86-64 (the compact
 /// form with SSE2 alone), NEON on aarch64; not wider than [`INSTRUCTION_LIMIT`] allows.
 ///
 /// The results are the same to the last bit on each: products and sums are rounded separately.
 ///
 /// ```
-/// use grazemap_jet::numeric::{Kernel, widest};
+/// use grazemap_jet::numeric::{Vectorised, widest};
 /// struct Double<'a>(&'a mut [f64]);
-/// impl Kernel for Double<'_> {
+/// impl Vectorised for Double<'_> {
 ///     type Output = ();
 ///     #[inline(always)]
 ///     fn run(self) {
@@ -106,20 +106,20 @@ pub trait Kernel: Sized {
 /// assert_eq!(values, [2.0, 4.0, 6.0]);
 /// ```
 #[inline(always)]
-pub fn widest<K: Kernel>(kernel: K) -> K::Output {
-    match in_wide_registers(kernel) {
+pub fn widest<W: Vectorised>(work: W) -> W::Output {
+    match in_wide_registers(work) {
         Ok(output) => output,
-        Err(kernel) => kernel.run_compact(),
+        Err(work) => work.run_compact(),
     }
 }
 
-/// Runs a kernel if registers are wider than SSE2, as on any aarch64 machine; `None` otherwise.
+/// Runs work if registers are wider than SSE2, as on any aarch64 machine; `None` otherwise.
 ///
-/// Lanes split into pairs are no faster than single numbers in turn; a large kernel does not need
-/// that code, nor its compilation.
+/// Lanes split into pairs are no faster than single numbers in turn; long code does not need
+/// that form, nor its compilation.
 #[inline(always)]
-pub fn wide<K: Kernel>(kernel: K) -> Option<K::Output> {
-    in_wide_registers(kernel).ok()
+pub fn wide<W: Vectorised>(work: W) -> Option<W::Output> {
+    in_wide_registers(work).ok()
 }
 
 /// Whether registers are wider than SSE2, as on any aarch64 machine. If so, flights run in lanes.
@@ -131,24 +131,24 @@ pub fn is_wide() -> bool {
     is_wide
 }
 
-/// Runs a kernel in registers wider than SSE2, or returns the kernel.
+/// Runs work in registers wider than SSE2, or returns the work.
 #[inline(always)]
-fn in_wide_registers<K: Kernel>(kernel: K) -> Result<K::Output, K> {
+fn in_wide_registers<W: Vectorised>(work: W) -> Result<W::Output, W> {
     match instructions() {
         #[cfg(target_arch = "x86_64")]
-        Arch::V4(simd) => Ok(Simd::vectorize(simd, Inlined(kernel))),
+        Arch::V4(simd) => Ok(Simd::vectorize(simd, Inlined(work))),
         #[cfg(target_arch = "x86_64")]
-        Arch::V3(simd) => Ok(Simd::vectorize(simd, Inlined(kernel))),
+        Arch::V3(simd) => Ok(Simd::vectorize(simd, Inlined(work))),
         #[cfg(target_arch = "x86_64")]
-        _ => Err(kernel),
+        _ => Err(work),
         #[cfg(not(target_arch = "x86_64"))]
-        arch => Ok(arch.dispatch(Inlined(kernel))),
+        arch => Ok(arch.dispatch(Inlined(work))),
     }
 }
 
 struct Inlined<K>(K);
 
-impl<K: Kernel> WithSimd for Inlined<K> {
+impl<K: Vectorised> WithSimd for Inlined<K> {
     type Output = K::Output;
 
     #[inline(always)]

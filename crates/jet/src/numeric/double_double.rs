@@ -18,7 +18,7 @@ use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssi
 use num_traits::{One, Zero};
 
 use super::scalar::inherent;
-use super::{Kernel, Real, Scalar};
+use super::{Real, Scalar, Vectorised};
 
 pub use decimal::ParseDdError;
 
@@ -373,13 +373,13 @@ impl Scalar for Dd {
     }
 
     #[inline(always)]
-    fn dispatch<K: Kernel>(kernel: K) -> K::Output {
-        kernel.run_compact()
+    fn dispatch<W: Vectorised>(work: W) -> W::Output {
+        work.run_compact()
     }
 
     #[inline(always)]
-    fn dispatch_loops<K: Kernel>(kernel: K) -> K::Output {
-        kernel.run_compact()
+    fn dispatch_loops<W: Vectorised>(work: W) -> W::Output {
+        work.run_compact()
     }
 }
 

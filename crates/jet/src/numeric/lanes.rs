@@ -12,7 +12,7 @@ use std::ops::{
 use num_traits::{One, Zero};
 
 use super::float::{Quartered, sin_cos};
-use super::{Branched, Dd, Kernel, Mask, Scalar, widest};
+use super::{Branched, Dd, Mask, Scalar, Vectorised, widest};
 
 /// `N` doubles on which every operation acts lane by lane.
 ///
@@ -255,8 +255,8 @@ impl<const N: usize> Scalar for Lanes<N> {
     }
 
     #[inline(always)]
-    fn dispatch<K: Kernel>(kernel: K) -> K::Output {
-        widest(kernel)
+    fn dispatch<W: Vectorised>(work: W) -> W::Output {
+        widest(work)
     }
 }
 

@@ -21,7 +21,9 @@ pub use bracket::{
     Bracket, BracketOutcome, NewtonOutcome, NewtonStep, NewtonSteps, damped_newton, last_that_holds,
 };
 pub use decimals::{Shown, decimal_above, decimal_below, unbounded, unbounded_number};
-pub use dispatch::{INSTRUCTION_LIMIT, Kernel, is_wide, unknown_instruction_limit, wide, widest};
+pub use dispatch::{
+    INSTRUCTION_LIMIT, Vectorised, is_wide, unknown_instruction_limit, wide, widest,
+};
 pub use double_double::{Dd, ParseDdError};
 pub use float::FloatFormat;
 pub use lanes::{LaneMask, Lanes, one_by_one};

@@ -13,7 +13,7 @@ use std::ops::{
 
 use num_traits::{One, Zero};
 
-use super::{Dd, Kernel, widest};
+use super::{Dd, Vectorised, widest};
 
 /// A field of numbers with the elementary functions: `f64`, `f32`, [`Dd`], or
 /// [`Lanes`](super::Lanes) of `f64`.
@@ -133,18 +133,18 @@ pub trait Scalar:
     #[inline(always)]
     fn carried<V>(_: &mut V) {}
 
-    /// Runs a kernel that treats elements of this type one by one: in the widest registers for
+    /// Runs work that treats elements of this type one by one: in the widest registers for
     /// lanes, in its compact form for double-double. The bits are the same.
     #[inline(always)]
-    fn dispatch<K: Kernel>(kernel: K) -> K::Output {
-        kernel.run()
+    fn dispatch<W: Vectorised>(work: W) -> W::Output {
+        work.run()
     }
 
-    /// Runs a kernel that treats many neighbouring elements of this type alike: in the widest
+    /// Runs work that treats many neighbouring elements of this type alike: in the widest
     /// registers, except for double-double, which does not gain from them. The bits are the same.
     #[inline(always)]
-    fn dispatch_loops<K: Kernel>(kernel: K) -> K::Output {
-        widest(kernel)
+    fn dispatch_loops<W: Vectorised>(work: W) -> W::Output {
+        widest(work)
     }
 }
 

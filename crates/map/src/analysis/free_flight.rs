@@ -25,13 +25,13 @@ pub struct FreeFlight<'a, S: Real> {
     flow: PiecewiseFlow,
     /// `h, h', h''`.
     normal: Values<S>,
-    response: Flown<'a, S>,
+    response: FlownResponse<'a, S>,
     phase: Option<usize>,
 }
 
 /// Response of the surface, ready to be integrated.
 #[derive(Clone, Debug)]
-enum Flown<'a, S: Real> {
+enum FlownResponse<'a, S: Real> {
     /// The reset, which takes no time.
     Reset(Values<S>),
     /// The contact, up to its release.
@@ -54,9 +54,11 @@ impl<'a, S: Real> FreeFlight<'a, S> {
         let normal = [surface.event, surface.normal_velocity, surface.normal_acceleration];
         let section = SectionFrame::new(scene, orbit);
         let response = match &surface.response {
-            Response::Impact { reset } => Flown::Reset(Values::new(model, &model.graph, reset)),
+            Response::Impact { reset } => {
+                FlownResponse::Reset(Values::new(model, &model.graph, reset))
+            }
             Response::Contact { .. } => {
-                Flown::Contact(Box::new(Simulator::new(system, section.parameters())?))
+                FlownResponse::Contact(Box::new(Simulator::new(system, section.parameters())?))
             }
         };
         Ok(Self {
@@ -187,12 +189,12 @@ impl<'a, S: Real> FreeFlight<'a, S> {
         parameters: &[S],
     ) -> Result<Option<(Vec<S>, S)>, AnalysisError> {
         match &mut self.response {
-            Flown::Reset(reset) => {
+            FlownResponse::Reset(reset) => {
                 let values = reset.evaluate(state, parameters);
                 let after = (0..state.len()).map(|component| values.get(component));
                 Ok(Some((after.collect(), S::zero())))
             }
-            Flown::Contact(simulator) => {
+            FlownResponse::Contact(simulator) => {
                 let longest = self.graze.duration();
                 simulator.set_parameters(parameters)?;
                 Ok(simulator.contact_phase(self.graze.surface(), state, longest)?)

@@ -3,7 +3,7 @@
 use super::direct_image::{DirectEnd, DirectImage};
 use super::error::{AnalysisError, check_contacts, check_length};
 use super::evaluation::MapEvaluation;
-use crate::expansion::{LocalMap, WindowBound};
+use crate::expansion::{ExceededBound, LocalMap};
 use crate::hybrid::HybridSystem;
 use crate::iteration::parallel;
 use crate::iteration::{DiscreteMap, HornerMap};
@@ -91,7 +91,7 @@ pub struct ImageRecord {
     /// Passages that made contact.
     pub contacts: usize,
     /// Bounds of the window that the mapped point exceeds.
-    pub exceeded: Vec<WindowBound>,
+    pub exceeded: Vec<ExceededBound>,
     /// Contacts beyond one per passage, and at surfaces that do not graze; `None` for polynomials.
     pub extra_contacts: Option<usize>,
     /// End of a direct simulation; `None` for polynomials.
@@ -158,16 +158,16 @@ fn evaluation<S: Real>(map: &LocalMap, using: Using) -> MapEvaluation<S> {
 }
 
 /// Function from a point to its image at fixed parameters.
-type Step<'a, S> = Box<dyn Fn(&[S]) -> Image<S> + 'a>;
+type ImageFunction<'a, S> = Box<dyn Fn(&[S]) -> Image<S> + 'a>;
 
 /// A method that maps points at fixed parameters.
 trait Mapped<S>: Sync {
     /// The step at the given parameters.
-    fn at<'a>(&'a self, parameters: &'a [S]) -> Step<'a, S>;
+    fn at<'a>(&'a self, parameters: &'a [S]) -> ImageFunction<'a, S>;
 }
 
 impl<S: Real> Mapped<S> for MapEvaluation<S> {
-    fn at<'a>(&'a self, parameters: &'a [S]) -> Step<'a, S> {
+    fn at<'a>(&'a self, parameters: &'a [S]) -> ImageFunction<'a, S> {
         Box::new(move |state| {
             let image = self.image(state, parameters);
             let contacts = image.contacts();
@@ -187,7 +187,7 @@ impl Emitted {
 }
 
 impl Mapped<f64> for Emitted {
-    fn at<'a>(&'a self, parameters: &'a [f64]) -> Step<'a, f64> {
+    fn at<'a>(&'a self, parameters: &'a [f64]) -> ImageFunction<'a, f64> {
         let frozen = self.0.freeze(parameters);
         Box::new(move |state| {
             let mut offsets = vec![0.0; state.len()];
@@ -245,7 +245,7 @@ fn mapped<S: Real>(
 }
 
 /// Bounds of the window of a map that a point exceeds.
-fn exceeded<S: Real>(map: &LocalMap) -> impl Fn(&[S], &[S]) -> Vec<WindowBound> {
+fn exceeded<S: Real>(map: &LocalMap) -> impl Fn(&[S], &[S]) -> Vec<ExceededBound> {
     let depths = MapEvaluation::<S>::depths(map);
     move |state, parameters| {
         let depths = depths.at(state, parameters);
@@ -265,7 +265,7 @@ struct Image<S> {
 fn iterate<S: Real>(
     row: usize,
     request: &ImageRequest,
-    exceeded: &impl Fn(&[S], &[S]) -> Vec<WindowBound>,
+    exceeded: &impl Fn(&[S], &[S]) -> Vec<ExceededBound>,
     mut step: impl FnMut(&[S], &[S], bool) -> Result<Image<S>, AnalysisError>,
 ) -> Result<Vec<ImageRecord>, AnalysisError> {
     let start = &request.rows[row];

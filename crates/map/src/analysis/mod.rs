@@ -41,7 +41,7 @@ pub use memory::{
     noise_bytes, orbit_bytes, series_bytes,
 };
 pub(crate) use progress::place_of;
-pub use progress::{Gathered, Joining, NoProgress, Part, Pieces, Progress, Shard, Share};
+pub use progress::{Gathered, Joining, NoProgress, Pieces, Progress, Shard, Share, SubProgress};
 pub use section_frame::{EscapeBound, SectionFrame, escape_bounds, itinerary};
 pub use time_series::{
     EarlyEnd, SeriesPoint, TimeSeries, TimeSeriesRequest, each_moment, time_series,

@@ -110,7 +110,7 @@ pub fn noise(
     progress.expect((chunks * returns) as u64);
     let part = |chunk: usize| {
         let orbits = chunk * CHUNK..request.orbits.min((chunk + 1) * CHUNK);
-        let mut part = Part::new(map, &run, &direct, request, orbits);
+        let mut part = NoiseChunk::new(map, &run, &direct, request, orbits);
         for number in 0..returns {
             part.step(number >= request.transient);
             progress.advance(1);
@@ -126,7 +126,7 @@ pub fn noise(
 pub(super) const CHUNK: usize = 256;
 
 /// One chunk of the orbits.
-struct Part<'a> {
+struct NoiseChunk<'a> {
     map: &'a LocalMap,
     run: &'a HornerMap,
     direct: DirectMap<'a>,
@@ -137,7 +137,7 @@ struct Part<'a> {
     counts: Counts,
 }
 
-impl<'a> Part<'a> {
+impl<'a> NoiseChunk<'a> {
     fn new(
         map: &'a LocalMap,
         run: &'a HornerMap,

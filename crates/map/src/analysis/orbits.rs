@@ -16,7 +16,7 @@ use super::periodic::{
     ByMap, ContactItinerary, Guess, Held, ItineraryOrbit, ItinerarySearch, PeriodicOrbit,
     PeriodicOutcome, PeriodicProblem, finite_or_one, periodic_orbit, window_scales,
 };
-use super::progress::{Part, Progress};
+use super::progress::{Progress, SubProgress};
 use super::section_frame::phase_circle;
 use super::work::Unfinished;
 use crate::expansion::{LocalMap, MapWindow};
@@ -41,12 +41,12 @@ pub struct OrbitsRequest {
     #[serde(default)]
     pub far: bool,
     /// Folds and flips, where asked for.
-    pub loci: Option<LociRequest>,
+    pub loci: Option<BifurcationRequest>,
 }
 
 /// Request for folds and flips.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct LociRequest {
+pub struct BifurcationRequest {
     /// Kinds to look for.
     pub kinds: Vec<BifurcationKind>,
     /// Index of the active parameter that is solved for.
@@ -96,7 +96,7 @@ impl BifurcationKind {
 
 /// Orbits of one itinerary at one kind of bifurcation, for successive values of a parameter.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Locus {
+pub struct BifurcationLocus {
     /// Kind: fold or flip.
     pub kind: BifurcationKind,
     /// The itinerary.
@@ -132,7 +132,7 @@ pub struct Orbits {
     /// Orbits, ordered by parameters, then by the itineraries asked for.
     pub orbits: Vec<FoundOrbit>,
     /// Folds and flips; `None` if not asked for.
-    pub loci: Option<Vec<Locus>>,
+    pub loci: Option<Vec<BifurcationLocus>>,
     /// Orbits of the map without a counterpart in direct simulation.
     pub lost: Vec<LostOrbit>,
     /// Range of the search by direct simulation alone; `None` if there was none.
@@ -218,9 +218,9 @@ pub fn orbits(
     });
     let far = far.filter(|_| request.far);
     if let (Some(free), None) = (far, &request.loci) {
-        let part = Part::new(progress, Piece::Wide as usize);
+        let part = SubProgress::new(progress, SearchPart::Wide as usize);
         let wide = parallel::try_map(request.at.iter().enumerate(), |(number, at)| {
-            finder.wide_orbits(itineraries, (free, at), &Part::new(&part, number))
+            finder.wide_orbits(itineraries, (free, at), &SubProgress::new(&part, number))
         })?;
         for (known, found) in cases.iter_mut().zip(wide.concat()) {
             add_new(known, found, phase_circle(scene, orbit));
@@ -237,7 +237,7 @@ pub fn orbits(
 
 /// Parts of a search whose pieces are kept.
 #[derive(Clone, Copy)]
-enum Piece {
+enum SearchPart {
     /// Orbits found by direct simulation alone, by the values asked for.
     Wide,
     /// Folds and flips near the graze, by the steps.
@@ -397,20 +397,20 @@ impl Finder<'_> {
     fn loci(
         &self,
         itineraries: &[ContactItinerary],
-        request: &LociRequest,
+        request: &BifurcationRequest,
         [direct, far]: [bool; 2],
         progress: &dyn Progress,
-    ) -> Result<Vec<Locus>, AnalysisError> {
+    ) -> Result<Vec<BifurcationLocus>, AnalysisError> {
         let steps = steps(request);
         progress.expect(steps.len() as u64);
-        let [near, beyond] =
-            [Piece::Near, Piece::Far].map(|piece| Part::new(progress, piece as usize));
+        let [near, beyond] = [SearchPart::Near, SearchPart::Far]
+            .map(|piece| SubProgress::new(progress, piece as usize));
         let at_step = parallel::try_map(steps.iter().enumerate(), |(number, at)| {
             let place = (request.free, &at[..]);
-            let part = Part::new(&near, number);
+            let part = SubProgress::new(&near, number);
             let mut special = self.bifurcations(itineraries, place, [direct, false], &part)?;
             if direct && far {
-                let part = Part::new(&beyond, number);
+                let part = SubProgress::new(&beyond, number);
                 let more = self.bifurcations(itineraries, place, [true; 2], &part)?;
                 let circle = phase_circle(self.scene, self.orbit);
                 add_special(&mut special, more.into_iter(), circle);
@@ -433,7 +433,7 @@ impl Finder<'_> {
                     points.extend(mine);
                 }
                 if !points.is_empty() {
-                    loci.push(Locus { kind, itinerary: itinerary.clone(), points });
+                    loci.push(BifurcationLocus { kind, itinerary: itinerary.clone(), points });
                 }
             }
         }
@@ -442,7 +442,7 @@ impl Finder<'_> {
 }
 
 /// Parameters of every step.
-fn steps(request: &LociRequest) -> Vec<Vec<f64>> {
+fn steps(request: &BifurcationRequest) -> Vec<Vec<f64>> {
     let Some(stepped) = &request.stepped else {
         return vec![request.at.clone()];
     };

@@ -43,12 +43,12 @@ impl Progress for NoProgress {
 }
 
 /// A part of a computation: its number is put before the places of its pieces.
-pub struct Part<'a> {
+pub struct SubProgress<'a> {
     whole: &'a dyn Progress,
     number: u64,
 }
 
-impl<'a> Part<'a> {
+impl<'a> SubProgress<'a> {
     /// Part `number` of a computation.
     pub fn new(whole: &'a dyn Progress, number: usize) -> Self {
         Self { whole, number: number as u64 }
@@ -59,7 +59,7 @@ impl<'a> Part<'a> {
     }
 }
 
-impl Progress for Part<'_> {
+impl Progress for SubProgress<'_> {
     fn expect(&self, total: u64) {
         self.whole.expect(total);
     }
@@ -204,7 +204,8 @@ impl<'a> Shard<'a> {
 
     /// Runs the share of part `number` of the computation.
     pub fn part<T>(&self, number: usize, work: impl FnOnce(&Shard<'_>) -> T) -> T {
-        let (own, joined) = (Part::new(self.own, number), Part::new(self.joined, number));
+        let (own, joined) =
+            (SubProgress::new(self.own, number), SubProgress::new(self.joined, number));
         work(&Shard { share: self.share, own: &own, joined: &joined })
     }
 

@@ -12,11 +12,11 @@ pub const BLOCK: usize = 8;
 
 /// Classes of all cells, row by row.
 #[derive(Clone, Debug)]
-pub(super) struct Refined<C> {
+pub(super) struct RefinedCells<C> {
     cells: Vec<Class<C>>,
 }
 
-impl<C> Refined<C> {
+impl<C> RefinedCells<C> {
     /// Number of cells that were computed; the others were filled from their neighbours.
     pub(super) fn computed(&self) -> usize {
         self.cells.iter().filter(|cell| matches!(cell, Class::Computed(_))).count()
@@ -41,7 +41,7 @@ pub(super) fn refine<C: Clone>(
     size: [usize; 2],
     alike: impl Fn(&C, &C) -> bool,
     compute: impl FnMut(&[usize]) -> Vec<C>,
-) -> Refined<C> {
+) -> RefinedCells<C> {
     refine_share(size, None, alike, compute)
 }
 
@@ -52,9 +52,9 @@ pub(super) fn refine_share<C: Clone>(
     share: Option<Share>,
     alike: impl Fn(&C, &C) -> bool,
     compute: impl FnMut(&[usize]) -> Vec<C>,
-) -> Refined<C> {
+) -> RefinedCells<C> {
     let cells = vec![Class::Unknown; columns * rows];
-    let mut grid = Grid { columns, rows, cells, alike, compute };
+    let mut grid = RefinementGrid { columns, rows, cells, alike, compute };
     let mut blocks = blocks([columns, rows]);
     if let Some(share) = share {
         let tiles = Tiles::of([columns, rows]);
@@ -73,7 +73,7 @@ pub(super) fn refine_share<C: Clone>(
         doubtful.retain(|&cell| grid.is_doubtful(cell));
         doubtful = grid.ask(doubtful).into_iter().flat_map(|cell| grid.neighbours(cell)).collect();
     }
-    Refined { cells: grid.cells }
+    RefinedCells { cells: grid.cells }
 }
 
 /// Cells that [`refine`] computes first, sorted.
@@ -191,7 +191,7 @@ fn corners(blocks: &[Block], columns: usize) -> Vec<usize> {
     blocks.iter().flat_map(|block| block.corners(columns)).collect()
 }
 
-struct Grid<C, A, F> {
+struct RefinementGrid<C, A, F> {
     columns: usize,
     rows: usize,
     cells: Vec<Class<C>>,
@@ -199,7 +199,7 @@ struct Grid<C, A, F> {
     compute: F,
 }
 
-impl<C: Clone, A: Fn(&C, &C) -> bool, F: FnMut(&[usize]) -> Vec<C>> Grid<C, A, F> {
+impl<C: Clone, A: Fn(&C, &C) -> bool, F: FnMut(&[usize]) -> Vec<C>> RefinementGrid<C, A, F> {
     /// Computes the cells of `wanted` that are not computed yet, and returns them.
     fn ask(&mut self, mut wanted: Vec<usize>) -> Vec<usize> {
         wanted.sort_unstable();

@@ -123,7 +123,7 @@ impl Ascents<'_> {
             let bands = self.bands(&self.sample.depths_at(&point.state, &point.parameters));
             (point, bands, errors(self.run, point, image))
         });
-        let measured: Vec<Measured<'_>> = measured.collect();
+        let measured: Vec<MeasuredPoint<'_>> = measured.collect();
         for (_, bands, errors) in &measured {
             largest.add(errors, bands.contains(&Band::Verge));
         }
@@ -163,7 +163,7 @@ impl Ascents<'_> {
     }
 
     /// Worst point of each coordinate among the points whose depths are in the same bands.
-    fn starts(&self, measured: &[Measured<'_>], largest: &[f64]) -> Vec<Start> {
+    fn starts(&self, measured: &[MeasuredPoint<'_>], largest: &[f64]) -> Vec<Start> {
         let mut worst: BTreeMap<(Vec<Band>, usize), usize> = BTreeMap::new();
         for (number, (_, bands, errors)) in measured.iter().enumerate() {
             let verge = bands.contains(&Band::Verge);
@@ -193,7 +193,7 @@ impl Ascents<'_> {
 }
 
 /// A point, the bands of its depths, and its errors.
-type Measured<'a> = (&'a SamplePoint, Vec<Band>, Vec<f64>);
+type MeasuredPoint<'a> = (&'a SamplePoint, Vec<Band>, Vec<f64>);
 
 /// Number of a starting point, and the coordinates whose errors are to be increased from it.
 type Start = (usize, Vec<usize>);

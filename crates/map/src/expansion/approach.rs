@@ -49,7 +49,7 @@ pub(super) struct Approach<S: Real> {
 }
 
 /// State on the surface, as jets in `(y; coordinates; parameters)`.
-pub(super) struct Entry<S: Real> {
+pub(super) struct SurfaceEntry<S: Real> {
     /// Full state.
     pub(super) state: Vec<Jet<S>>,
     /// Time from the section point.
@@ -106,7 +106,7 @@ impl<S: Real> Approach<S> {
     }
 
     /// Goes back from the minimum by `y σ` to the surface.
-    pub(super) fn entry(&self) -> Result<Entry<S>, ExpansionError> {
+    pub(super) fn entry(&self) -> Result<SurfaceEntry<S>, ExpansionError> {
         let y = self.depth_variable();
         let since_minimum = -&(&y * &self.entry_time_over_depth(&y)?);
         let state = self
@@ -114,7 +114,7 @@ impl<S: Real> Approach<S> {
             .iter()
             .map(|coefficients| at_series_time(coefficients, &since_minimum))
             .collect();
-        Ok(Entry { state, time: &self.minimum_time + &since_minimum })
+        Ok(SurfaceEntry { state, time: &self.minimum_time + &since_minimum })
     }
 
     /// Solves for `σ` of the entry time `t_min − y σ`, from the gap at the entry divided by `y²`:

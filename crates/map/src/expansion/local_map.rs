@@ -128,7 +128,7 @@ impl MapWindow {
         state: &[S],
         parameters: &[S],
         depths: &[S],
-    ) -> impl Iterator<Item = WindowBound> {
+    ) -> impl Iterator<Item = ExceededBound> {
         let beyond = |(place, (value, &width)): (usize, (&S, &f64))| {
             let is_within = value.to_f64().abs() <= width;
             (!is_within).then_some(place)
@@ -139,15 +139,15 @@ impl MapWindow {
             let is_within = depth.to_f64() <= self.depth;
             !is_within
         });
-        let depths = deep.map(|(passage, _)| WindowBound::Depth(passage));
-        let states = states.map(WindowBound::State);
-        states.chain(parameters.map(WindowBound::Parameter)).chain(depths)
+        let depths = deep.map(|(passage, _)| ExceededBound::Depth(passage));
+        let states = states.map(ExceededBound::State);
+        states.chain(parameters.map(ExceededBound::Parameter)).chain(depths)
     }
 }
 
 /// A bound of a window.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum WindowBound {
+pub enum ExceededBound {
     /// Half-width of a coordinate, by its number.
     State(usize),
     /// Half-width of an active parameter, by its number.

@@ -28,8 +28,8 @@ pub use expand::{Expander, Legs, RADIUS_ORDER};
 pub use flown::{Arithmetic, FlightPlan, FlightWindow, FlownContact, Numbers, flown_contact};
 pub use free_flight::free_flight;
 pub use local_map::{
-    ActiveParameter, Contact, DepthForm, Leg, LocalMap, MapSection, MapWindow, SectionKind, Stage,
-    WindowBound,
+    ActiveParameter, Contact, DepthForm, ExceededBound, Leg, LocalMap, MapSection, MapWindow,
+    SectionKind, Stage,
 };
 pub use lost_digits::{LostDigits, NaturalWindow};
 pub use lowering::MapKernel;

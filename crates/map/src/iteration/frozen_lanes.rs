@@ -11,7 +11,7 @@ use crate::interruption::check_at;
 use crate::jet::kernel::{
     Dual, Interpreter, Kernel, LaneInterpreter, Number, OperationCount, Unset,
 };
-use crate::numeric::{self, Lanes, widest};
+use crate::numeric::{Lanes, Vectorised, widest};
 
 /// A local map with the parameters of each lane folded in, made by
 /// [`HornerMap::freeze_lanes`](super::HornerMap::freeze_lanes).
@@ -307,7 +307,7 @@ struct Iterating<'a, 'g, const N: usize> {
     orbits: &'a mut [MapOrbit],
 }
 
-impl<const N: usize> numeric::Kernel for Iterating<'_, '_, N> {
+impl<const N: usize> Vectorised for Iterating<'_, '_, N> {
     type Output = ();
 
     #[inline(always)]
@@ -471,7 +471,7 @@ struct Stretching<const N: usize> {
     iterates: usize,
 }
 
-impl<const N: usize> numeric::Kernel for Stretching<N> {
+impl<const N: usize> Vectorised for Stretching<N> {
     type Output = [Option<LyapunovExponent>; N];
 
     #[inline(always)]

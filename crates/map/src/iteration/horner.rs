@@ -9,7 +9,7 @@ use super::frozen_lanes::{Forms, Freezer, FrozenLanes};
 use crate::expansion::{ComposedMap, LocalMap, MapKernel};
 use crate::iteration::parallel;
 use crate::jet::kernel::{Dual, Interpreted, Interpreter, LaneInterpreter, OperationCount};
-use crate::numeric::{self, FloatFormat, Lanes, Real, widest};
+use crate::numeric::{FloatFormat, Lanes, Real, Vectorised, widest};
 
 /// A local map as a straight-line kernel: the same operations as the emitted code, interpreted.
 ///
@@ -351,7 +351,7 @@ struct Points<'a> {
     rows: &'a mut [f64],
 }
 
-impl numeric::Kernel for Points<'_> {
+impl Vectorised for Points<'_> {
     type Output = ();
 
     #[inline(always)]

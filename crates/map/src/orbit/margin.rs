@@ -115,7 +115,7 @@ pub fn watched_margin(
         scene.grazing.solve_for = vec![parameter];
         scene
     };
-    let mut search = Search {
+    let mut search = MarginSearch {
         scene: adjusted(parameters[0]),
         parameters: parameters.to_vec(),
         scales: scales.to_vec(),
@@ -126,7 +126,7 @@ pub fn watched_margin(
         let other = adjusted(*second);
         if let found @ Location::Located(_) = locate(&other)? {
             located = found;
-            search = Search {
+            search = MarginSearch {
                 scene: other,
                 parameters: vec![*second, *first],
                 scales: vec![scales[1], scales[0]],
@@ -165,14 +165,14 @@ struct Candidate {
     distance: f64,
 }
 
-struct Search {
+struct MarginSearch {
     /// The scene, with the first parameter adjusted.
     scene: Scene,
     parameters: Vec<usize>,
     scales: Vec<f64>,
 }
 
-impl Search {
+impl MarginSearch {
     /// The scene's own value of a parameter.
     fn own(&self, parameter: usize) -> f64 {
         self.scene.model.parameters[parameter].value.to_f64()

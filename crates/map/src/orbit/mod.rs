@@ -39,4 +39,6 @@ pub use margin::{Margin, MarginOutcome, margin, watched_margin};
 pub use outcome::{NamedValues, NotLocated, OrbitError};
 pub use piecewise::{FlowEvent, JetsThrough, PiecewiseFlow};
 pub use section::{PoincareSection, PoincareSectionKind};
-pub use theory::{Expectation, GrazeTheory, OneContactOrbit, Route, Unfolding, graze_theory};
+pub use theory::{
+    AttractorRoute, Expectation, GrazeTheory, OneContactOrbit, Unfolding, graze_theory,
+};

@@ -58,7 +58,7 @@ pub(super) struct ExtendedSystem {
 
 /// A stretch of the flow with its derivatives in the full state and the requested parameters, and
 /// the velocity at its end.
-struct Stretch {
+struct FlowStretch {
     state: Vec<f64>,
     jacobian: DMatrix<f64>,
     velocity: Vec<f64>,
@@ -330,13 +330,13 @@ impl ExtendedSystem {
         unknowns: &[f64],
         parameters: &[f64],
         duration: f64,
-    ) -> Result<Stretch, OrbitError> {
+    ) -> Result<FlowStretch, OrbitError> {
         let free = self.free.iter().map(|&parameter| self.dimension + parameter);
         let inputs: Vec<usize> = (0..self.dimension).chain(free).collect();
         let start = &unknowns[..self.dimension];
         let (state, jacobian) = self.flow_with_jacobian(start, parameters, duration, &inputs)?;
         let velocity = self.geometries[0].at(&state, parameters).flow();
-        Ok(Stretch { state, jacobian, velocity })
+        Ok(FlowStretch { state, jacobian, velocity })
     }
 
     /// Adds the derivatives of one end to the closure's rows; returns the state there.

@@ -118,7 +118,7 @@ pub enum Expectation {
     /// All conditions are positive: an attractor near the graze persists.
     Persists {
         /// Type of the attractor; `None` unless the multipliers are real and positive.
-        route: Option<Route>,
+        route: Option<AttractorRoute>,
     },
 }
 
@@ -128,7 +128,7 @@ pub enum Expectation {
 /// Reference: `Chin1994`, for one multiplier much smaller than the other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Route {
+pub enum AttractorRoute {
     /// Below 1/4: period adding, windows of neighbouring periods overlap.
     PeriodAdding,
     /// From 1/4 to 2/3: period adding, chaos between the windows.
@@ -342,9 +342,9 @@ impl Conditions {
         }
         let is_real = multipliers.iter().all(|&[re, im]| im == 0.0 && re > 0.0);
         let route = || match multipliers.first().map_or(0.0, |&[re, _]| re) {
-            largest if largest < 0.25 => Route::PeriodAdding,
-            largest if largest < 2.0 / 3.0 => Route::PeriodAddingWithChaos,
-            _ => Route::Chaos,
+            largest if largest < 0.25 => AttractorRoute::PeriodAdding,
+            largest if largest < 2.0 / 3.0 => AttractorRoute::PeriodAddingWithChaos,
+            _ => AttractorRoute::Chaos,
         };
         Expectation::Persists { route: is_real.then(route) }
     }
@@ -432,9 +432,11 @@ mod tests {
     fn a_condition_that_turns_negative_is_found_and_routes_follow_the_largest_multiplier() {
         let jump = conditions([[1.0, 0.5], [-3.0, 0.4]]);
         assert_eq!(jump.expectation(&[[0.5, 0.0], [0.4, 0.0]]), Expectation::Jump { n: 1 });
-        for (largest, route) in
-            [(0.2, Route::PeriodAdding), (0.5, Route::PeriodAddingWithChaos), (0.7, Route::Chaos)]
-        {
+        for (largest, route) in [
+            (0.2, AttractorRoute::PeriodAdding),
+            (0.5, AttractorRoute::PeriodAddingWithChaos),
+            (0.7, AttractorRoute::Chaos),
+        ] {
             let positive = conditions([[1.0, largest], [-1.0, 0.01]]);
             let expected = Expectation::Persists { route: Some(route) };
             assert_eq!(positive.expectation(&[[largest, 0.0], [0.01, 0.0]]), expected);

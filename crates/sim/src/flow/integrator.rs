@@ -15,7 +15,7 @@ use super::field::Field;
 use super::series::Series;
 use super::step_control::{log2_step, margin_for, order_for_numbers};
 use crate::interruption::check;
-use crate::numeric::{Branched, Kernel, Lanes, Mask, Real, Scalar, polynomial};
+use crate::numeric::{Branched, Lanes, Mask, Real, Scalar, Vectorised, polynomial};
 
 /// Taylor integrator of one field over `f64`, double-double or lanes.
 ///
@@ -328,7 +328,7 @@ impl<S: Real> Step<'_, S> {
 /// time; and the length.
 struct Lengths<'i, 'a, S: Branched>(&'i Integrator<'a, S>);
 
-impl<S: Branched> Kernel for Lengths<'_, '_, S> {
+impl<S: Branched> Vectorised for Lengths<'_, '_, S> {
     type Output = (S::Rounded, S::Rounded);
 
     #[inline(always)]
@@ -365,7 +365,7 @@ struct WatchedLength<'s, S: Branched> {
     longest: S::Rounded,
 }
 
-impl<S: Branched> Kernel for WatchedLength<'_, S> {
+impl<S: Branched> Vectorised for WatchedLength<'_, S> {
     type Output = S::Rounded;
 
     #[inline(always)]
@@ -388,7 +388,7 @@ struct Advance<'s, S: Branched> {
     state: &'s mut [S],
 }
 
-impl<S: Branched> Kernel for Advance<'_, S> {
+impl<S: Branched> Vectorised for Advance<'_, S> {
     type Output = ();
 
     #[inline(always)]

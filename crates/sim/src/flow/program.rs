@@ -15,9 +15,9 @@ use std::sync::Arc;
 
 use crate::jet::{Graded, Jet, JetSpace, TimeSeries};
 use crate::model::{ExpressionGraph, NodeId};
-use crate::numeric::{Dd, Kernel, Scalar};
+use crate::numeric::{Dd, Scalar, Vectorised};
 
-use lowering::Lowering;
+use lowering::ProgramLowering;
 
 pub(super) use operation::{Operation, Slot, run};
 
@@ -49,7 +49,7 @@ impl Program {
     ///
     /// Input `i` of the graph is slot `i` of the tape.
     pub fn new(graph: &ExpressionGraph, outputs: &[NodeId], inputs: &[InputKind]) -> Self {
-        let mut lowering = Lowering::new(graph, inputs);
+        let mut lowering = ProgramLowering::new(graph, inputs);
         lowering.lower_nodes(outputs);
         let outputs = outputs.iter().map(|&node| lowering.slot_of(node)).collect();
         let reaching = [0, 1, 2].map(|degree| {
@@ -208,14 +208,14 @@ impl Program {
     }
 }
 
-/// Kernel that computes values.
+/// Vectorised computation of values.
 struct Values<'s, S> {
     program: &'s Program,
     slots: usize,
     tape: &'s mut [S],
 }
 
-impl<S: Scalar> Kernel for Values<'_, S> {
+impl<S: Scalar> Vectorised for Values<'_, S> {
     type Output = ();
 
     #[inline(always)]

@@ -233,7 +233,7 @@ pub(super) struct Operand {
 
 /// A factor, by index, and the operand that it multiplies.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Term {
+pub(super) struct ScaledOperand {
     pub(super) factor: usize,
     pub(super) operand: Operand,
 }
@@ -241,10 +241,10 @@ pub(super) struct Term {
 /// Terms of a sum.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Terms {
-    One(Term),
-    Two([Term; 2]),
+    One(ScaledOperand),
+    Two([ScaledOperand; 2]),
     /// Three terms; only the last of several terms may be fresh.
-    Three([Term; 3]),
+    Three([ScaledOperand; 3]),
 }
 
 /// `Σ_i factor_i · operand_i`, and a constant.
@@ -256,7 +256,7 @@ pub(super) struct Sum {
 }
 
 impl Sum {
-    fn terms(&mut self) -> &mut [Term] {
+    fn terms(&mut self) -> &mut [ScaledOperand] {
         match &mut self.terms {
             Terms::One(term) => std::slice::from_mut(term),
             Terms::Two(terms) => terms,

@@ -15,7 +15,7 @@ use super::return_map::{DirectReturn, LONGEST};
 use super::system::HybridSystem;
 use super::trajectory::ReturnSection;
 use crate::interruption::check;
-use crate::numeric::{Branched, Kernel, LaneMask, Lanes, Mask, Scalar, wide};
+use crate::numeric::{Branched, LaneMask, Lanes, Mask, Scalar, Vectorised, wide};
 
 /// Largest number of steps of a return in lanes.
 const MAX_STEPS: usize = 1000;
@@ -103,7 +103,7 @@ impl<F: LaneFlow<N>, const N: usize> LaneFlight<F, N> {
 
 struct Returning<'t, F, const N: usize>(&'t mut LaneFlight<F, N>);
 
-impl<F: LaneFlow<N>, const N: usize> Kernel for Returning<'_, F, N> {
+impl<F: LaneFlow<N>, const N: usize> Vectorised for Returning<'_, F, N> {
     type Output = ();
 
     #[inline(always)]
@@ -514,11 +514,11 @@ impl<F: LaneFlow<N>, const N: usize> LaneOrbits<F, N> {
 /// NOTE: in one function with all callers, the parts would take the compiler minutes: its work on a
 /// loop over lanes grows with the number of such loops in the function.
 #[inline(always)]
-fn by_itself<K: Kernel>(part: K) -> K::Output {
+fn by_itself<K: Vectorised>(part: K) -> K::Output {
     wide(part).expect("flights in lanes are flown in wide registers alone")
 }
 
-/// Kernel: free flight to the first events.
+/// Vectorised work: free flight to the first events.
 struct Stepping<'t, F, const N: usize> {
     flow: &'t mut F,
     motion: &'t mut LaneMotion<N>,
@@ -527,7 +527,7 @@ struct Stepping<'t, F, const N: usize> {
     log: &'t mut LaneLog<N>,
 }
 
-impl<F: LaneFlow<N>, const N: usize> Kernel for Stepping<'_, F, N> {
+impl<F: LaneFlow<N>, const N: usize> Vectorised for Stepping<'_, F, N> {
     type Output = LaneStepEnd<N>;
 
     #[inline(always)]
@@ -536,7 +536,7 @@ impl<F: LaneFlow<N>, const N: usize> Kernel for Stepping<'_, F, N> {
     }
 }
 
-/// Kernel: flight back along the free flow.
+/// Vectorised work: flight back along the free flow.
 struct Retreating<'t, F, const N: usize> {
     flow: &'t mut F,
     motion: &'t mut LaneMotion<N>,
@@ -545,7 +545,7 @@ struct Retreating<'t, F, const N: usize> {
     longest: Lanes<N>,
 }
 
-impl<F: LaneFlow<N>, const N: usize> Kernel for Retreating<'_, F, N> {
+impl<F: LaneFlow<N>, const N: usize> Vectorised for Retreating<'_, F, N> {
     type Output = LaneMask<N>;
 
     #[inline(always)]
@@ -554,14 +554,14 @@ impl<F: LaneFlow<N>, const N: usize> Kernel for Retreating<'_, F, N> {
     }
 }
 
-/// Kernel: last step onto the surface.
+/// Vectorised work: last step onto the surface.
 struct Settling<'t, F, const N: usize> {
     flow: &'t mut F,
     motion: &'t mut LaneMotion<N>,
     wanted: LaneMask<N>,
 }
 
-impl<F: LaneFlow<N>, const N: usize> Kernel for Settling<'_, F, N> {
+impl<F: LaneFlow<N>, const N: usize> Vectorised for Settling<'_, F, N> {
     type Output = LaneMask<N>;
 
     #[inline(always)]
@@ -570,14 +570,14 @@ impl<F: LaneFlow<N>, const N: usize> Kernel for Settling<'_, F, N> {
     }
 }
 
-/// Kernel: evaluation of the normal motion.
+/// Vectorised work: evaluation of the normal motion.
 struct Sensing<'t, F, const N: usize> {
     flow: &'t mut F,
     motion: &'t LaneMotion<N>,
     wanted: LaneMask<N>,
 }
 
-impl<F: LaneFlow<N>, const N: usize> Kernel for Sensing<'_, F, N> {
+impl<F: LaneFlow<N>, const N: usize> Vectorised for Sensing<'_, F, N> {
     type Output = Sense<Lanes<N>>;
 
     #[inline(always)]

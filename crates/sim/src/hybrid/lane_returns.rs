@@ -31,13 +31,13 @@ use crate::numeric::{Branched, LaneMask, Lanes, Mask, Real, Scalar, is_wide};
 #[derive(Clone, Debug)]
 pub struct LaneReturns<'a, const N: usize> {
     scalar: Vec<DirectReturn<'a, f64>>,
-    flight: Flight<'a, N>,
+    flight: LaneMethod<'a, N>,
     images: LaneImages<N>,
 }
 
 /// Method by which lanes fly, the same as that of each scalar simulator.
 #[derive(Clone, Debug)]
-enum Flight<'a, const N: usize> {
+enum LaneMethod<'a, const N: usize> {
     Exact(Box<LaneFlight<LaneTools<N>, N>>),
     Taylor(Box<LaneFlight<LaneTaylor<'a, N>, N>>),
 }
@@ -82,7 +82,7 @@ impl<'a, const N: usize> LaneReturns<'a, N> {
         if !scalar.iter().all(fits) {
             return None;
         }
-        let flight = Flight::new(&mut scalar)?;
+        let flight = LaneMethod::new(&mut scalar)?;
         let zero = Lanes::splat(0.0);
         let images = LaneImages {
             state: vec![zero; scalar[0].simulator.system().dimension()],
@@ -99,8 +99,8 @@ impl<'a, const N: usize> LaneReturns<'a, N> {
         let used = self.scalar.len();
         let wanted = LaneMask::from_fn(|lane| wanted[lane] && lane < used);
         let done = match &mut self.flight {
-            Flight::Exact(flight) => self.images.fly(flight, states, wanted),
-            Flight::Taylor(flight) => self.images.fly(flight, states, wanted),
+            LaneMethod::Exact(flight) => self.images.fly(flight, states, wanted),
+            LaneMethod::Taylor(flight) => self.images.fly(flight, states, wanted),
         };
         for lane in (wanted & !done).lanes() {
             self.fly_scalar(lane, states);
@@ -149,7 +149,7 @@ impl<const N: usize> LaneImages<N> {
     }
 }
 
-impl<'a, const N: usize> Flight<'a, N> {
+impl<'a, const N: usize> LaneMethod<'a, N> {
     /// Builds the flight from the return maps of lanes; lanes without one use the first.
     fn new(scalar: &mut [DirectReturn<'a, f64>]) -> Option<Self> {
         let lanes = scalar.len();

@@ -148,7 +148,7 @@ pub(super) fn search<S: Branched>(
     let mut end = SearchEnd::none(length);
     let turned = wanted & start.fell & !falls & goal.admits(left.1);
     end.meet_minima(turned, left, gap.surface, &goal, &mut log);
-    let mut falling = Piece { left, right: left };
+    let mut falling = MonotonePiece { left, right: left };
     let mut exists = wanted;
     for index in 0..=points.turns.len() {
         let going = exists & !end.minimum & !end.crossing;
@@ -162,7 +162,7 @@ pub(super) fn search<S: Branched>(
             time = S::select(turns, gap.polish(place, length, turns), length);
         }
         let right = (time, gap.at(time));
-        let piece = Piece { left, right };
+        let piece = MonotonePiece { left, right };
         let going = going & !piece.is_rounding(turns, &start);
         let crosses = going & piece.crosses() & !goal.minima;
         let lowest = going & !crosses & falls & turns & goal.admits(right.1);
@@ -212,12 +212,12 @@ impl<S: Branched> SearchEnd<S> {
 
 /// A piece of a step on which the gap is monotone: time and gap of its ends.
 #[derive(Clone, Copy)]
-struct Piece<S> {
+struct MonotonePiece<S> {
     left: (S, S),
     right: (S, S),
 }
 
-impl<S: Branched> Piece<S> {
+impl<S: Branched> MonotonePiece<S> {
     /// Selects this piece where a mask is true, the other piece elsewhere.
     #[inline(always)]
     fn or(&self, mask: S::Mask, other: &Self) -> Self {

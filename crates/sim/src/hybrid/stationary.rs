@@ -19,7 +19,7 @@ use crate::numeric::{Bracket, Branched, Mask, NewtonSteps, polynomial};
 #[derive(Clone, Debug)]
 pub(super) struct StationaryPoints<R: Branched> {
     /// Zeros in units of the steps, increasing.
-    pub(super) turns: Vec<Turn<R>>,
+    pub(super) turns: Vec<SlopeZero<R>>,
     /// Coefficients of the slopes in units of the steps.
     scaled: Vec<R>,
     /// Coefficients of the second derivatives of the slopes.
@@ -29,7 +29,7 @@ pub(super) struct StationaryPoints<R: Branched> {
 
 /// The next zeros of slopes, one for each lane.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Turn<R: Branched> {
+pub(super) struct SlopeZero<R: Branched> {
     /// Mask: there is a zero; then all earlier zeros exist too.
     pub(super) exists: R::Mask,
     /// Zero, in units of the step.
@@ -47,7 +47,7 @@ struct Signs<R: Branched> {
     /// Mask: the first counted point is positive.
     positive: R::Mask,
     /// Changes of sign.
-    changes: [Change<R>; 2],
+    changes: [SignChange<R>; 2],
     /// Mask: all counted points have a sign, and there are no further changes.
     known: R::Mask,
     points: [R; TERMS],
@@ -55,7 +55,7 @@ struct Signs<R: Branched> {
 
 /// A change of sign between two control points.
 #[derive(Clone, Copy)]
-struct Change<R: Branched> {
+struct SignChange<R: Branched> {
     exists: R::Mask,
     /// Number of the second of the two points; then both points.
     number: R,
@@ -214,7 +214,7 @@ impl<R: Branched<Rounded = R>> StationaryPoints<R> {
         }
         if left.any() {
             let exists = left;
-            self.turns.push(Turn { exists, place });
+            self.turns.push(SlopeZero { exists, place });
         }
     }
 
@@ -294,7 +294,7 @@ impl<R: Branched> Signs<R> {
         let (zero, none) = (R::zero(), R::Mask::NONE);
         let from_zero = points[0].is_equal(zero);
         let positive = zero.is_below(R::select(from_zero, points[1], points[0]));
-        let change = Change { exists: none, number: zero, last: zero, next: zero };
+        let change = SignChange { exists: none, number: zero, last: zero, next: zero };
         let mut signs = Signs { from_zero, positive, changes: [change; 2], known: !none, points };
         let mut above = positive;
         for (index, &point) in points.iter().enumerate() {
@@ -337,7 +337,7 @@ impl<R: Branched> Signs<R> {
     }
 }
 
-impl<R: Branched> Change<R> {
+impl<R: Branched> SignChange<R> {
     // NOTE: further changes after the second are overwritten; the result is then not used.
     #[inline(always)]
     fn take(&mut self, wanted: R::Mask, index: usize, [last, next]: [R; 2]) {

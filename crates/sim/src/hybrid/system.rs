@@ -110,7 +110,7 @@ impl HybridSystem {
     /// Lowers a model that is flown by Taylor's method, for all fields: slower for affine ones, for
     /// which it is an independent check.
     pub fn without_exact_flow(model: &Model) -> Self {
-        let mut lowering = Lowering { graph: model.graph.clone(), model };
+        let mut lowering = SystemLowering { graph: model.graph.clone(), model };
         let surfaces: Vec<_> =
             (0..model.surfaces.len()).map(|surface| lowering.surface(surface)).collect();
         let free =
@@ -162,12 +162,12 @@ impl HybridSystem {
 }
 
 /// A model with a copy of its graph, to which new expressions are added.
-struct Lowering<'m> {
+struct SystemLowering<'m> {
     graph: ExpressionGraph,
     model: &'m Model,
 }
 
-impl Lowering<'_> {
+impl SystemLowering<'_> {
     fn program(&self, outputs: &[NodeId]) -> Program {
         let inputs =
             vec![InputKind::Variable; self.model.dimension() + self.model.parameters.len()];

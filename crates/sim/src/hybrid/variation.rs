@@ -85,12 +85,12 @@ pub(super) struct VariedSurface {
 
 /// Expressions of a model and of its variations: inputs are the state, the parameters, and the
 /// variations of both.
-struct Lowering<'m> {
+struct VariationLowering<'m> {
     graph: ExpressionGraph,
     model: &'m Model,
 }
 
-impl Lowering<'_> {
+impl VariationLowering<'_> {
     fn inputs(&self) -> usize {
         self.model.dimension() + self.model.parameters.len()
     }
@@ -131,7 +131,7 @@ impl Lowering<'_> {
 
 impl Linearisation {
     pub(super) fn new(model: &Model) -> Self {
-        let mut lowering = Lowering { graph: model.graph.clone(), model };
+        let mut lowering = VariationLowering { graph: model.graph.clone(), model };
         let free = lowering.field(&model.flow);
         let surfaces = model.surfaces.iter().map(|surface| {
             let (reset, contact) = match &surface.response {

@@ -1,7 +1,7 @@
 //! The catalogue of scenes: one for each system of the literature, built into the program.
 
 /// A scene of the catalogue.
-struct Entry {
+struct CatalogueEntry {
     name: &'static str,
     summary: &'static str,
     text: &'static str,
@@ -10,7 +10,7 @@ struct Entry {
 /// An entry whose text is the file `scenes/NAME.toml`.
 macro_rules! entry {
     ($name:literal, $summary:literal) => {
-        Entry {
+        CatalogueEntry {
             name: $name,
             summary: $summary,
             text: include_str!(concat!("../../../../scenes/", $name, ".toml")),
@@ -19,7 +19,7 @@ macro_rules! entry {
 }
 
 /// Every scene of the catalogue; the program runs the first if no scene is named.
-const ENTRIES: &[Entry] = &[
+const ENTRIES: &[CatalogueEntry] = &[
     entry!("linear", "linear oscillator, omega = 1.8 (Thota, Zhao, Dankowicz 2006)"),
     entry!("linear_codim2", "linear oscillator where xi_1 = 0 (Thota, Zhao, Dankowicz 2006)"),
     entry!("foale", "linear oscillator, omega = 1.8 (Foale 1994)"),
@@ -76,6 +76,6 @@ pub fn summary(name: &str) -> Option<&'static str> {
     find(name).map(|entry| entry.summary)
 }
 
-fn find(name: &str) -> Option<&'static Entry> {
+fn find(name: &str) -> Option<&'static CatalogueEntry> {
     ENTRIES.iter().find(|entry| entry.name == name)
 }

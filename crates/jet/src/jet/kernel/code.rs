@@ -187,8 +187,8 @@ impl Code {
     /// Runs on a memory of inputs, results and known values; `read` holds the known values that are
     /// read in sequence.
     ///
-    /// The function is inlined so that a [`numeric::Kernel`](crate::numeric::Kernel) that calls it
-    /// runs with the widest registers.
+    /// The function is inlined so that [`Vectorised`](crate::numeric::Vectorised) work that
+    /// calls it runs with the widest registers.
     #[inline(always)]
     pub(super) fn run<T: Number>(&self, mut read: &[T::Known], memory: &mut [T]) {
         let mut place = self.inputs;

@@ -201,8 +201,8 @@ impl<T: Number> LaneInterpreter<T> {
 
     /// Runs the kernel; [`output`](Self::output) then returns its results.
     ///
-    /// The function is inlined so that a [`numeric::Kernel`](crate::numeric::Kernel) that calls it
-    /// runs with the widest registers.
+    /// The function is inlined so that [`Vectorised`](crate::numeric::Vectorised) work that
+    /// calls it runs with the widest registers.
     #[inline(always)]
     pub fn run(&mut self) {
         self.code.run(&self.read, &mut self.memory);

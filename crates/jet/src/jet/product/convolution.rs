@@ -6,7 +6,7 @@
 
 use super::table::{Family, Pair, Pairs, ProductTable, Run};
 use crate::jet::{Selection, Span};
-use crate::numeric::{Kernel, Scalar, one_by_one};
+use crate::numeric::{Scalar, Vectorised, one_by_one};
 
 /// Longest run that is summed in registers.
 const LONGEST_IN_REGISTERS: usize = 8;
@@ -155,7 +155,7 @@ impl<S: Scalar> Convolution<'_, S> {
 /// A product and the kind of its terms.
 struct Formed<'a, S>(Convolution<'a, S>, Terms);
 
-impl<S: Scalar> Kernel for Formed<'_, S> {
+impl<S: Scalar> Vectorised for Formed<'_, S> {
     type Output = ();
 
     #[inline(always)]
@@ -397,7 +397,7 @@ pub(super) struct FullProduct<'a, S, const SET: bool> {
     pub(super) out: &'a mut [S],
 }
 
-impl<S: Scalar, const SET: bool> Kernel for FullProduct<'_, S, SET> {
+impl<S: Scalar, const SET: bool> Vectorised for FullProduct<'_, S, SET> {
     type Output = ();
 
     #[inline(always)]

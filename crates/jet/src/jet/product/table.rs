@@ -16,7 +16,7 @@
 use std::ops::Range;
 
 use crate::jet::space::{RankTable, next_divisor};
-use crate::numeric::{Kernel, Scalar};
+use crate::numeric::{Scalar, Vectorised};
 
 /// The products of a space, run by run of the result.
 #[derive(Debug)]
@@ -300,7 +300,7 @@ pub(in crate::jet) struct SmallProduct<'a, S, const SET: bool> {
     pub(in crate::jet) out: &'a mut [S],
 }
 
-impl<S: Scalar, const SET: bool> Kernel for SmallProduct<'_, S, SET> {
+impl<S: Scalar, const SET: bool> Vectorised for SmallProduct<'_, S, SET> {
     type Output = ();
 
     #[inline(always)]

@@ -139,7 +139,7 @@ pub(in crate::analysis) fn are_one_cycle(
 }
 
 /// Points of a periodic orbit, and the Jacobian at each.
-pub(super) type Refined = (Vec<Vec<f64>>, Vec<DMatrix<f64>>);
+pub(super) type RefinedOrbit = (Vec<Vec<f64>>, Vec<DMatrix<f64>>);
 
 /// Jacobian of the map of the period at point `first`, from the Jacobians at all points.
 pub(super) fn product_from(jacobians: &[DMatrix<f64>], first: usize) -> DMatrix<f64> {
@@ -154,7 +154,7 @@ pub(super) fn refine(
     map: &dyn DiscreteMap,
     settled: &[Vec<f64>],
     scales: &[f64],
-) -> Option<Refined> {
+) -> Option<RefinedOrbit> {
     let dimension = scales.len();
     let mut start = settled.first()?.clone();
     map.circle().reduce(&mut start);
@@ -178,7 +178,7 @@ pub(super) fn refine(
 }
 
 /// Points from `start` on over a period, the Jacobians there, and the last image.
-fn around(map: &dyn DiscreteMap, start: &[f64], period: usize) -> Option<(Refined, Vec<f64>)> {
+fn around(map: &dyn DiscreteMap, start: &[f64], period: usize) -> Option<(RefinedOrbit, Vec<f64>)> {
     let dimension = start.len();
     let (mut state, mut image) = (start.to_vec(), vec![0.0; dimension]);
     let mut rows = vec![0.0; dimension * dimension];
@@ -196,7 +196,11 @@ fn around(map: &dyn DiscreteMap, start: &[f64], period: usize) -> Option<(Refine
 }
 
 /// Cuts the orbit to its shortest period.
-fn shortest((mut points, mut jacobians): Refined, circle: PhaseCircle, scales: &[f64]) -> Refined {
+fn shortest(
+    (mut points, mut jacobians): RefinedOrbit,
+    circle: PhaseCircle,
+    scales: &[f64],
+) -> RefinedOrbit {
     let count = points.len();
     let repeats = |&period: &usize| {
         count.is_multiple_of(period)

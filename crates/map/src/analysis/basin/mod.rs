@@ -23,8 +23,8 @@ use crate::expansion::LocalMap;
 use crate::iteration::{OrbitName, OrbitRequest, Period};
 use crate::model::{BasinPlan, Digest, Method, Scene, even_offsets};
 use crate::orbit::GrazingOrbit;
-use manifolds::{Plane, manifolds};
-use search::Search;
+use manifolds::{ManifoldPlane, manifolds};
+use search::BasinSearch;
 
 pub use super::refinement::BLOCK;
 pub(super) use known::are_one_cycle;
@@ -356,9 +356,9 @@ pub fn basin(
     let clock = Instant::now();
     let (parameters, window) = (&request.parameters, &map.window);
     let settling = request.settling(&subject);
-    let search = Search::new(&*swept, parameters, window, settling, progress);
+    let search = BasinSearch::new(&*swept, parameters, window, settling, progress);
     let mut search = search.with_found(given(progress));
-    let grid = Grid::new(request);
+    let grid = BasinGrid::new(request);
     let cells = refine(grid.size(), BasinClass::eq, |cells| {
         progress.expect(cells.len() as u64);
         search.classes(cells, |cell| grid.state(cell))
@@ -367,8 +367,12 @@ pub fn basin(
     let (attractors, classes) = ranked(search.attractors(), cells.into_cells(|class| class));
     let borders = grid.borders(&classes);
     let subjects = (scene, orbit, map);
-    let plane =
-        Plane { parameters, axes: request.axes, ranges: request.ranges, method: request.method };
+    let plane = ManifoldPlane {
+        parameters,
+        axes: request.axes,
+        ranges: request.ranges,
+        method: request.method,
+    };
     let curves =
         request.manifolds.map(|longest| manifolds(subjects, &plane, longest, &*swept, progress));
     let share = |class: BasinClass| grid.share(class, &classes, &borders);
@@ -432,8 +436,8 @@ pub fn basin_share(
     let swept = subject.swept(request.method)?;
     let settling = request.settling(&subject);
     let (parameters, window) = (&request.parameters, &map.window);
-    let mut search = Search::new(&*swept, parameters, window, settling, shard.own);
-    let grid = Grid::new(request);
+    let mut search = BasinSearch::new(&*swept, parameters, window, settling, shard.own);
+    let grid = BasinGrid::new(request);
     let refined = |compute: &mut dyn FnMut(&[usize]) -> Vec<BasinClass>| {
         refine_share(grid.size(), Some(shard.share), BasinClass::eq, compute);
     };
@@ -465,12 +469,12 @@ fn ranked(
 }
 
 /// The cells of the plane.
-struct Grid<'a> {
+struct BasinGrid<'a> {
     request: &'a BasinRequest,
     offsets: [Vec<f64>; 2],
 }
 
-impl<'a> Grid<'a> {
+impl<'a> BasinGrid<'a> {
     fn new(request: &'a BasinRequest) -> Self {
         let offsets = |axis: usize| even_offsets(request.ranges[axis], request.points[axis]);
         Self { request, offsets: [offsets(0), offsets(1)] }

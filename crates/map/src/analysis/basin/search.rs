@@ -70,7 +70,7 @@ enum Goal {
 }
 
 /// Index and value of a state.
-type Start = (usize, Vec<f64>);
+type IndexedState = (usize, Vec<f64>);
 /// Findings of a share: the number of attractors known, and the destinations of states by index.
 pub(super) type FoundByShare = (usize, Vec<(usize, Followed)>);
 
@@ -99,14 +99,14 @@ pub(super) struct Followed {
 
 /// An attractor that was found.
 #[derive(Clone, Debug)]
-enum Known {
+enum KnownAttractor {
     Cycle(Cycle),
     /// An attractor without a period: its cells, and the orbit that they are taken from.
     Cells(Cells, MapOrbit),
 }
 
 /// Search for the attractors of a map at fixed parameters.
-pub(super) struct Search<'a> {
+pub(super) struct BasinSearch<'a> {
     pub(super) map: &'a dyn SweptMap,
     pub(super) parameters: &'a [f64],
     pub(super) window: &'a MapWindow,
@@ -114,7 +114,7 @@ pub(super) struct Search<'a> {
     pub(super) request: OrbitRequest,
     pub(super) progress: &'a dyn Progress,
     fixed: Box<dyn DiscreteMap + Send + 'a>,
-    known: Vec<Known>,
+    known: Vec<KnownAttractor>,
     /// Findings of shares, by the number of attractors known and the index of the state.
     found: HashMap<(usize, usize), Followed>,
     rounds: u64,
@@ -123,7 +123,7 @@ pub(super) struct Search<'a> {
     pub(super) mapped: u64,
 }
 
-impl<'a> Search<'a> {
+impl<'a> BasinSearch<'a> {
     pub(super) fn new(
         map: &'a dyn SweptMap,
         parameters: &'a [f64],
@@ -175,16 +175,16 @@ impl<'a> Search<'a> {
     }
 
     /// Follows states in parallel, and adds the attractors found.
-    fn round(&mut self, starts: &[Start]) -> Vec<BasinClass> {
+    fn round(&mut self, starts: &[IndexedState]) -> Vec<BasinClass> {
         let found = self.followed(starts, self.progress);
         found.into_iter().map(|followed| self.take(followed, KICKS)).collect()
     }
 
     /// Follows states in parallel, as a round of its own.
-    fn followed(&mut self, starts: &[Start], progress: &dyn Progress) -> Vec<Followed> {
+    fn followed(&mut self, starts: &[IndexedState], progress: &dyn Progress) -> Vec<Followed> {
         let round = self.rounds;
         self.rounds += 1;
-        let block = |(number, starts): (usize, &[Start])| -> Vec<Followed> {
+        let block = |(number, starts): (usize, &[IndexedState])| -> Vec<Followed> {
             let place = [round, number as u64];
             let fits = |found: &Vec<Followed>| {
                 found.len() == starts.len() && found.iter().all(|followed| self.fits(followed))
@@ -214,7 +214,7 @@ impl<'a> Search<'a> {
     }
 
     /// Follows those of the states that no share has followed.
-    fn follow_but(&self, starts: &[Start]) -> Vec<Followed> {
+    fn follow_but(&self, starts: &[IndexedState]) -> Vec<Followed> {
         let known = |number: usize| {
             let found = self.found.get(&(self.known.len(), number));
             found.filter(|followed| self.fits(followed))
@@ -222,7 +222,7 @@ impl<'a> Search<'a> {
         let others = starts.iter().filter(|(number, _)| known(*number).is_none());
         let others: Vec<&[f64]> = others.map(|(_, state)| &state[..]).collect();
         let mut others = self.follow(&others).into_iter();
-        let found = |(number, _): &Start| known(*number).cloned().or_else(|| others.next());
+        let found = |(number, _): &IndexedState| known(*number).cloned().or_else(|| others.next());
         starts.iter().filter_map(found).collect()
     }
 
@@ -236,7 +236,7 @@ impl<'a> Search<'a> {
         refine: impl FnOnce(&mut dyn FnMut(&[usize]) -> Vec<BasinClass>),
         shard: &Shard<'_>,
     ) {
-        let starts = |numbers: &mut dyn Iterator<Item = usize>| -> Vec<Start> {
+        let starts = |numbers: &mut dyn Iterator<Item = usize>| -> Vec<IndexedState> {
             numbers.map(|number| (number, state(number))).collect()
         };
         let mut classes = HashMap::new();
@@ -304,7 +304,7 @@ impl<'a> Search<'a> {
         let scales = &self.request.scales;
         let find = |points: &[Vec<f64>], refined: bool| {
             self.known.iter().position(|known| {
-                let Known::Cycle(cycle) = known else { return false };
+                let KnownAttractor::Cycle(cycle) = known else { return false };
                 let both = refined && cycle.is_refined();
                 cycle.passes(points, scales, if both { SETTLED } else { SETTLED_ROUGHLY })
             })
@@ -317,7 +317,7 @@ impl<'a> Search<'a> {
             return self.take_kicked(&cycle.points[0], kicks);
         }
         let number = find(&cycle.points, cycle.is_refined());
-        BasinClass::Attractor(number.unwrap_or_else(|| self.learn(Known::Cycle(cycle))))
+        BasinClass::Attractor(number.unwrap_or_else(|| self.learn(KnownAttractor::Cycle(cycle))))
     }
 
     /// Class of a state near a repelling orbit, displaced off it.
@@ -334,9 +334,9 @@ impl<'a> Search<'a> {
     /// Class of an orbit that has not settled on a period yet.
     fn take_wanderer(&mut self, states: &[f64], kicks: usize) -> BasinClass {
         let rows = self.rows(states);
-        let shares = |known: &Known| match known {
-            Known::Cycle(_) => false,
-            Known::Cells(cells, _) => {
+        let shares = |known: &KnownAttractor| match known {
+            KnownAttractor::Cycle(_) => false,
+            KnownAttractor::Cells(cells, _) => {
                 let held = rows.iter().filter(|state| cells.hold(state)).count();
                 held as f64 >= SHARED * rows.len() as f64
             }
@@ -365,10 +365,10 @@ impl<'a> Search<'a> {
             return left(orbit.end);
         }
         let cells = Cells::of(&orbit, &self.request.scales);
-        BasinClass::Attractor(self.learn(Known::Cells(cells, orbit)))
+        BasinClass::Attractor(self.learn(KnownAttractor::Cells(cells, orbit)))
     }
 
-    fn learn(&mut self, known: Known) -> usize {
+    fn learn(&mut self, known: KnownAttractor) -> usize {
         self.known.push(known);
         self.known.len() - 1
     }
@@ -378,10 +378,10 @@ impl<'a> Search<'a> {
         parallel::map(&self.known, |known| self.describe(known))
     }
 
-    fn describe(&self, known: &Known) -> Attractor {
+    fn describe(&self, known: &KnownAttractor) -> Attractor {
         match known {
-            Known::Cycle(cycle) => self.describe_cycle(cycle),
-            Known::Cells(_, orbit) => self.describe_wanderer(orbit),
+            KnownAttractor::Cycle(cycle) => self.describe_cycle(cycle),
+            KnownAttractor::Cells(_, orbit) => self.describe_wanderer(orbit),
         }
     }
 
@@ -447,7 +447,7 @@ struct Slot {
 
 /// States that are followed side by side; a finished one is replaced by the next.
 struct Follower<'s, 'a> {
-    search: &'s Search<'a>,
+    search: &'s BasinSearch<'a>,
     starts: &'s [&'s [f64]],
     next: usize,
     slots: Vec<Slot>,
@@ -455,7 +455,7 @@ struct Follower<'s, 'a> {
 }
 
 impl<'s, 'a> Follower<'s, 'a> {
-    fn new(search: &'s Search<'a>, starts: &'s [&'s [f64]]) -> Self {
+    fn new(search: &'s BasinSearch<'a>, starts: &'s [&'s [f64]]) -> Self {
         Self { search, starts, next: 0, slots: Vec::new(), found: vec![None; starts.len()] }
     }
 
@@ -535,9 +535,9 @@ impl<'s, 'a> Follower<'s, 'a> {
         if orbit.end != OrbitEnd::Completed {
             return Some(left(orbit.end));
         }
-        let reached = |(known, stayed): (&Known, &mut usize)| match known {
-            Known::Cycle(cycle) => cycle.holds(&orbit.last),
-            Known::Cells(cells, _) => {
+        let reached = |(known, stayed): (&KnownAttractor, &mut usize)| match known {
+            KnownAttractor::Cycle(cycle) => cycle.holds(&orbit.last),
+            KnownAttractor::Cells(cells, _) => {
                 let stays = orbit.states().all(|state| cells.hold(state));
                 *stayed = if stays { *stayed + orbit.steps.len() } else { 0 };
                 *stayed >= STAYED
@@ -602,7 +602,7 @@ mod tests {
         let swept = UnobservedSweep { map: Plane(map), itinerary };
         let window = MapWindow { depth: 1.0, state: vec![1e9; 2], parameter: Vec::new() };
         let request = OrbitRequest::new(600, 32, &[1.0; 2]).escaping_at(&[1e12; 2]);
-        let mut search = Search::new(&swept, &[], &window, request, &NoProgress);
+        let mut search = BasinSearch::new(&swept, &[], &window, request, &NoProgress);
         let offset = |number: i32| half_width * f64::from(number) / 20.0;
         let states: Vec<Vec<f64>> = (-20..=20)
             .flat_map(|row| (-20..=20).map(move |column| vec![offset(column), offset(row) + 1e-4]))

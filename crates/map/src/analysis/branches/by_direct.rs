@@ -16,12 +16,13 @@ use super::by_map::MapBranches;
 use super::data::{Branch, BranchEnd, BranchLabel, BranchPoint, BranchRequest, Branches, Special};
 use super::normal_form::NormalForm;
 use super::trace::{
-    Follow, NEAR, Oracle, Piece, SAME, Searched, Seed, Trace, Way, each_once, exact_or_zero,
-    first_doubled, halved, label_of, lies_on, null_vector, refined, solved, toggled,
+    BranchPiece, BranchSeed, BranchSource, Follow, NEAR, SAME, SearchedBranch, SeedKind,
+    TracedBranch, each_once, exact_or_zero, first_doubled, halved, label_of, lies_on, null_vector,
+    refined, solved, toggled,
 };
 use crate::analysis::continuation::{
-    CourseEnd, CurveEquations, CurvePoint, Linearised, StepControl, apart, between, by_chords,
-    corrected, moved, tangent_at, unit_vector,
+    ContinuationEnd, ContinuationPoint, CurveEquations, Linearised, StepControl, apart, between,
+    by_chords, corrected, moved, tangent_at, unit_vector,
 };
 use crate::analysis::direct_image::DirectImage;
 use crate::analysis::error::AnalysisError;
@@ -86,12 +87,12 @@ const FAR_AT_GRAZE: f64 = 1e-2;
 /// images do.
 const STEPS: StepControl = StepControl { unresolved: 8, ..StepControl::DEFAULT };
 
-type DirectTrace = Trace<DirectOrbit<f64>>;
-type Point = CurvePoint<f64, DirectOrbit<f64>>;
+type DirectTrace = TracedBranch<DirectOrbit<f64>>;
+type DirectPoint = ContinuationPoint<f64, DirectOrbit<f64>>;
 
 /// Consecutive section points at one value of the parameter.
 #[derive(Serialize, Deserialize)]
-struct Flight {
+struct RecordedFlight {
     parameter: f64,
     states: Vec<Vec<f64>>,
     /// Passages that make contact, for each return.
@@ -99,8 +100,8 @@ struct Flight {
 }
 
 /// Data from which seeds are taken.
-pub(super) struct Sources {
-    flights: Vec<Flight>,
+pub(super) struct DirectSeedData {
+    flights: Vec<RecordedFlight>,
     /// Grazes of the orbit without contact.
     grazing: Vec<GrazeStart>,
     /// Orbits of the map with contact at a passage after the section's own.
@@ -170,7 +171,7 @@ impl<'a> DirectBranches<'a> {
     /// that pass it; and the itineraries that were not followed completely.
     pub(super) fn orbits(&self, value: f64) -> (Vec<FoundOrbit>, Vec<ContactItinerary>) {
         let found = self.all(self.extent.follow);
-        let is_cut = |trace: &DirectTrace| trace.ends.contains(&CourseEnd::WorkLimit);
+        let is_cut = |trace: &DirectTrace| trace.ends.contains(&ContinuationEnd::WorkLimit);
         let cut = found.iter().filter(|(_, traces)| traces.iter().any(is_cut));
         self.unfinished.extend(cut.map(|(itinerary, _)| itinerary));
         let asked = found.iter().filter(|(known, _)| self.request.itineraries.contains(known));
@@ -207,7 +208,7 @@ impl<'a> DirectBranches<'a> {
 
     /// Flights of direct simulation along the range: up and down, each started at the end of the
     /// last one, and from scattered states and the start states of the request.
-    fn flights(&self) -> Vec<Flight> {
+    fn flights(&self) -> Vec<RecordedFlight> {
         let range = self.request.range;
         let [from, to] = match self.size {
             size if size > 0.0 => range.map(|end| end.clamp(-FARTHEST * size, FARTHEST * size)),
@@ -216,7 +217,7 @@ impl<'a> DirectBranches<'a> {
         let value = |number: usize| from + (to - from) * (number as f64 + 0.5) / VALUES as f64;
         let up: Vec<f64> = (0..VALUES).map(value).collect();
         let down: Vec<f64> = up.iter().rev().copied().collect();
-        let piece = |number: usize| [Piece::Flights as u64, number as u64];
+        let piece = |number: usize| [BranchPiece::Flights as u64, number as u64];
         self.progress.expect(VALUES as u64 + 2);
         let scattered_at = |number: usize, value: f64| {
             let mut image = self.image.clone();
@@ -257,11 +258,16 @@ impl<'a> DirectBranches<'a> {
     }
 
     /// Returns from a state after a transient, as many as there are.
-    fn fly(&self, image: &mut DirectImage<'a, f64>, start: &[f64], parameter: f64) -> Flight {
+    fn fly(
+        &self,
+        image: &mut DirectImage<'a, f64>,
+        start: &[f64],
+        parameter: f64,
+    ) -> RecordedFlight {
         let parameters = self.request.parameters(parameter);
         let kept = KEPT.max(2 * self.request.longest);
         let mut state = start.to_vec();
-        let mut flight = Flight { parameter, states: Vec::new(), returns: Vec::new() };
+        let mut flight = RecordedFlight { parameter, states: Vec::new(), returns: Vec::new() };
         // The latest section points, enough to detect the longest period.
         let mut latest: VecDeque<Vec<f64>> = VecDeque::new();
         let (mut dropped, mut left) = (TRANSIENT, FLIGHT_WORK);
@@ -306,7 +312,11 @@ impl<'a> DirectBranches<'a> {
     }
 
     /// Seed at the recorded returns that are nearest to a period of an itinerary.
-    fn nearest_period(&self, flight: &Flight, itinerary: &ContactItinerary) -> Option<Seed> {
+    fn nearest_period(
+        &self,
+        flight: &RecordedFlight,
+        itinerary: &ContactItinerary,
+    ) -> Option<BranchSeed> {
         let (period, asked) = (itinerary.period(), itinerary.returns());
         let made = |start: &usize| flight.returns[*start..*start + period] == *asked;
         let apart = |start: usize| {
@@ -317,19 +327,19 @@ impl<'a> DirectBranches<'a> {
         let nearest = (0..last).filter(made).min_by(|&a, &b| apart(a).total_cmp(&apart(b)))?;
         let states = &flight.states[nearest..nearest + period];
         (apart(nearest) <= NEARLY_REPEATED)
-            .then(|| Seed::new(itinerary, states.to_vec(), Vec::new(), flight.parameter))
+            .then(|| BranchSeed::new(itinerary, states.to_vec(), Vec::new(), flight.parameter))
     }
 
     /// Grazes of the orbit without contact. The orbit is followed from the parameters of the graze
     /// or from where simulation settles on it.
-    fn grazing_orbits(&self, flights: &[Flight]) -> Vec<GrazeStart> {
+    fn grazing_orbits(&self, flights: &[RecordedFlight]) -> Vec<GrazeStart> {
         let origin = vec![0.0; self.image.dimension()];
         let mut others = self.request.at.iter().enumerate();
         if others.all(|(place, &offset)| place == self.request.along || offset == 0.0) {
             return vec![(origin, 0.0)];
         }
         let none = ContactItinerary::new(self.map.passages(), vec![PassageSet::default()]);
-        let at_graze = Seed::new(&none, vec![origin], Vec::new(), 0.0);
+        let at_graze = BranchSeed::new(&none, vec![origin], Vec::new(), 0.0);
         let free = flights.iter().filter_map(|flight| self.nearest_period(flight, &none));
         let seeds = once(at_graze).chain(free).collect();
         let equations = self.equations(&none);
@@ -375,7 +385,7 @@ impl<'a> DirectBranches<'a> {
     fn equations_at(
         &self,
         itinerary: &ContactItinerary,
-        seed: &Seed,
+        seed: &BranchSeed,
     ) -> Option<(DirectOrbitEquations<'a, f64>, Vec<f64>)> {
         let parameters = self.request.parameters(seed.parameter);
         let mut equations = self.equations(itinerary);
@@ -418,7 +428,11 @@ impl<'a> DirectBranches<'a> {
     }
 
     /// Passages with zero speed or gap at the end of a branch.
-    fn grazing(&self, equations: &DirectOrbitEquations<'a, f64>, point: &Point) -> Vec<usize> {
+    fn grazing(
+        &self,
+        equations: &DirectOrbitEquations<'a, f64>,
+        point: &DirectPoint,
+    ) -> Vec<usize> {
         let unknowns = point.unknowns.iter().enumerate();
         let touching = unknowns.filter(|(_, value)| value.abs() <= AT_GRAZE);
         touching.filter_map(|(unknown, _)| equations.passage_of(unknown)).collect()
@@ -426,14 +440,14 @@ impl<'a> DirectBranches<'a> {
 
     /// Seed that continues a branch in other section points: without those of returns without
     /// contact, which may have lost theirs, or with them again.
-    fn other_points(&self, seed: Seed, point: &Point) -> Option<Seed> {
+    fn other_points(&self, seed: BranchSeed, point: &DirectPoint) -> Option<BranchSeed> {
         // The tangent at the end points in the direction in which the branch was followed.
         let outward = &point.tangent;
         let mut every = self.equations(&seed.itinerary);
         let fewer = every.clone().at_contacts()?;
         if !seed.at_contacts {
-            let way = Way::On(fewer.own(outward));
-            return Some(Seed { at_contacts: true, way, ..seed });
+            let way = SeedKind::On(fewer.own(outward));
+            return Some(BranchSeed { at_contacts: true, way, ..seed });
         }
         let parameters = self.request.parameters(seed.parameter);
         let states = every.every_point(&point.linearised.extra, &parameters)?;
@@ -442,14 +456,14 @@ impl<'a> DirectBranches<'a> {
         let mut along = unit_vector(unknowns.len(), unknowns.len() - 1);
         let ahead = outward[outward.len() - 1];
         along.iter_mut().for_each(|value| *value *= ahead.signum());
-        let way = Way::On(tangent_at(&there.jacobian, &along)?);
-        Some(Seed { at_contacts: false, states, way, ..seed })
+        let way = SeedKind::On(tangent_at(&there.jacobian, &along)?);
+        Some(BranchSeed { at_contacts: false, states, way, ..seed })
     }
 
     /// Seeds that continue a branch with one more return without contact, in the section points of
     /// returns with contact. On a tangency section an orbit may acquire another local minimum of
     /// the gap, which splits one of its returns; the right one to split is found by solving.
-    fn with_another_return(&self, seed: &Seed, point: &Point) -> Vec<Seed> {
+    fn with_another_return(&self, seed: &BranchSeed, point: &DirectPoint) -> Vec<BranchSeed> {
         let (itinerary, orbit) = (&seed.itinerary, &point.linearised.extra);
         let returns = itinerary.returns();
         let begins = |number: usize| returns[number].contains(0);
@@ -471,11 +485,11 @@ impl<'a> DirectBranches<'a> {
             rotated.rotate_left(later);
             let ahead = point.tangent[orbit.returns.len() * size..].iter();
             let way = rotated.iter().flat_map(|(_, way)| way.iter()).chain(ahead).copied();
-            Seed {
+            BranchSeed {
                 itinerary,
                 states: rotated.iter().map(|(state, _)| (*state).clone()).collect(),
                 at_contacts: true,
-                way: Way::On(way.collect()),
+                way: SeedKind::On(way.collect()),
                 ..seed.clone()
             }
         };
@@ -488,7 +502,7 @@ impl<'a> DirectBranches<'a> {
     fn graze_between(
         &self,
         itinerary: &ContactItinerary,
-        [from, to]: [&Point; 2],
+        [from, to]: [&DirectPoint; 2],
     ) -> Option<BranchPoint> {
         let [before, after] = [from, to].map(|point| &point.linearised.extra);
         if before.extra_contacts == after.extra_contacts {
@@ -514,7 +528,7 @@ impl<'a> DirectBranches<'a> {
         let (unknowns, extra, residual) = found?;
         let tangent = vec![0.0; unknowns.len()];
         let linearised = Linearised { residual, extra, ..from.linearised.clone() };
-        let point = Point { unknowns, tangent, linearised, tests: Vec::new() };
+        let point = DirectPoint { unknowns, tangent, linearised, tests: Vec::new() };
         let orbit = self.found(&equations, &point, true);
         let special = Special { label: BranchLabel::Graze, grazing: Vec::new(), coefficient: None };
         Some(BranchPoint { orbit, special: Some(special) })
@@ -546,7 +560,7 @@ impl<'a> DirectBranches<'a> {
         let orbits = guesses.filter_map(|guess| {
             let (unknowns, linearised) = corrected(&mut fine, &guess, &guess, &normal)?;
             let tangent = vec![Dd::ZERO; unknowns.len()];
-            let point = CurvePoint { unknowns, tangent, linearised, tests: Vec::new() };
+            let point = ContinuationPoint { unknowns, tangent, linearised, tests: Vec::new() };
             let mut orbit = self.found(&fine, &point, false);
             orbit.parameters[self.request.along] = value;
             let is_own = point
@@ -563,7 +577,7 @@ impl<'a> DirectBranches<'a> {
     fn special(
         &self,
         equations: &DirectOrbitEquations<'a, f64>,
-        point: &Point,
+        point: &DirectPoint,
         turns: &[usize],
         grazing: Vec<usize>,
     ) -> Option<Special> {
@@ -661,7 +675,7 @@ impl<'a> DirectBranches<'a> {
     fn coefficient(
         &self,
         equations: &DirectOrbitEquations<'a, f64>,
-        point: &Point,
+        point: &DirectPoint,
         label: BranchLabel,
     ) -> Option<f64> {
         let orbit = &point.linearised.extra;
@@ -691,7 +705,7 @@ impl<'a> DirectBranches<'a> {
     fn refined(
         &self,
         itinerary: &ContactItinerary,
-        point: &Point,
+        point: &DirectPoint,
         test: usize,
     ) -> Option<FoundOrbit> {
         let fine = self.equations_of(&self.fine, itinerary);
@@ -706,7 +720,7 @@ impl<'a> DirectBranches<'a> {
     fn refined_graze(
         &self,
         itinerary: &ContactItinerary,
-        point: &Point,
+        point: &DirectPoint,
     ) -> Option<(FoundOrbit, Option<f64>)> {
         let fine = self.equations_of(&self.fine, itinerary);
         let mut fine = in_points_of(fine, &point.linearised.extra);
@@ -721,7 +735,7 @@ impl<'a> DirectBranches<'a> {
         let (unknowns, linearised) = corrected(&mut fine, &at, &at, &normal)?;
         let slope = self.slope(&mut fine, &unknowns, &linearised, &grazing);
         let near = apart(&converted(&unknowns), &point.unknowns) < FAR_AT_GRAZE;
-        let found = CurvePoint { unknowns, tangent: at, linearised, tests: Vec::new() };
+        let found = ContinuationPoint { unknowns, tangent: at, linearised, tests: Vec::new() };
         near.then(|| (self.found(&fine, &found, true), slope))
     }
 
@@ -745,7 +759,11 @@ impl<'a> DirectBranches<'a> {
 
     /// Parameters of a branch point whose orbit has half the period, refined as the period-doubling
     /// point of that orbit.
-    fn refined_doubling(&self, itinerary: &ContactItinerary, point: &Point) -> Option<Vec<f64>> {
+    fn refined_doubling(
+        &self,
+        itinerary: &ContactItinerary,
+        point: &DirectPoint,
+    ) -> Option<Vec<f64>> {
         let half = halved(itinerary);
         let mut equations = self.equations(&half);
         let orbit = &point.linearised.extra;
@@ -758,7 +776,7 @@ impl<'a> DirectBranches<'a> {
         let along = unit_vector(unknowns.len(), variables);
         let (unknowns, linearised) = corrected(&mut equations, &unknowns, &unknowns, &along)?;
         let tangent = tangent_at(&linearised.jacobian, &along)?;
-        let point = Point { unknowns, tangent, linearised, tests: Vec::new() };
+        let point = DirectPoint { unknowns, tangent, linearised, tests: Vec::new() };
         Some(self.refined(&half, &point, 1)?.parameters)
     }
 
@@ -768,16 +786,16 @@ impl<'a> DirectBranches<'a> {
         &self,
         equations: &mut DirectOrbitEquations<'a, f64>,
         guess: &[f64],
-        seed: &Seed,
+        seed: &BranchSeed,
         known: &[DirectTrace],
     ) -> Option<DirectTrace> {
         equations.reach_beyond(guess);
         let start = match &seed.way {
-            Way::Doubled(direction) => {
+            SeedKind::Doubled(direction) => {
                 let is_repeated = DirectOrbitEquations::is_repeated;
                 first_doubled(equations, guess, direction, is_repeated)?.0
             }
-            Way::Through | Way::On(_) => {
+            SeedKind::Through | SeedKind::On(_) => {
                 let (unknowns, there) = solved(equations, guess)?;
                 let is_new = !equations.is_repeated(&there.extra, SAME);
                 is_new.then_some(unknowns)?
@@ -794,16 +812,16 @@ impl<'a> DirectBranches<'a> {
         if equations.is_at_rest(&there.extra, &parameters) {
             return None;
         }
-        let goes_on = matches!(seed.way, Way::On(_));
+        let goes_on = matches!(seed.way, SeedKind::On(_));
         if self.is_known(equations, &start, known, goes_on) {
             return None;
         }
         let trace = match &seed.way {
-            Way::On(direction) => Trace::onward(equations, &start, direction, &STEPS)?,
-            _ => Trace::through(equations, &start, &STEPS)?,
+            SeedKind::On(direction) => TracedBranch::onward(equations, &start, direction, &STEPS)?,
+            _ => TracedBranch::through(equations, &start, &STEPS)?,
         };
         // A branch without orbits beside the graze is physical on neither side.
-        let beside = |point: &Point| apart(&point.unknowns, &start) > SAME;
+        let beside = |point: &DirectPoint| apart(&point.unknowns, &start) > SAME;
         trace.points.iter().any(beside).then_some(trace)
     }
 
@@ -811,7 +829,7 @@ impl<'a> DirectBranches<'a> {
     fn found<S: Real>(
         &self,
         equations: &DirectOrbitEquations<'a, S>,
-        point: &CurvePoint<S, DirectOrbit<S>>,
+        point: &ContinuationPoint<S, DirectOrbit<S>>,
         at_graze: bool,
     ) -> FoundOrbit {
         let orbit = &point.linearised.extra;
@@ -844,38 +862,38 @@ impl<'a> DirectBranches<'a> {
     }
 }
 
-impl Oracle for DirectBranches<'_> {
+impl BranchSource for DirectBranches<'_> {
     type Orbit = DirectOrbit<f64>;
-    type Sources = Sources;
+    type SeedData = DirectSeedData;
 
     fn asked(&self) -> (&BranchRequest, &dyn Progress) {
         (self.request, self.progress)
     }
 
-    fn sources(&self) -> Sources {
+    fn seed_data(&self) -> DirectSeedData {
         let flights = self.flights();
         let grazing = match &self.extent.graze {
             Some(graze) => vec![graze.clone()],
             None => self.grazing_orbits(&flights),
         };
-        Sources { flights, grazing, by_map: self.orbits_of_map() }
+        DirectSeedData { flights, grazing, by_map: self.orbits_of_map() }
     }
 
     /// Seeds at the graze, at orbits of the map, and at nearly periodic flights.
     fn seeds(
         &self,
         itinerary: &ContactItinerary,
-        Sources { flights, grazing, by_map }: &Sources,
-    ) -> Vec<Seed> {
+        DirectSeedData { flights, grazing, by_map }: &DirectSeedData,
+    ) -> Vec<BranchSeed> {
         let mine = flights.iter().filter_map(|flight| self.nearest_period(flight, itinerary));
         let grazing = grazing.iter().map(|(state, parameter)| {
             let states = vec![state.clone(); itinerary.period()];
-            Seed::new(itinerary, states, Vec::new(), *parameter)
+            BranchSeed::new(itinerary, states, Vec::new(), *parameter)
         });
         let by_map = by_map.iter().filter(|orbit| orbit.itinerary == *itinerary);
         let by_map = by_map.map(|orbit| {
             let parameter = orbit.parameters[self.request.along];
-            Seed::new(itinerary, orbit.states.clone(), Vec::new(), parameter)
+            BranchSeed::new(itinerary, orbit.states.clone(), Vec::new(), parameter)
         });
         grazing.chain(by_map).chain(mine).collect()
     }
@@ -883,16 +901,16 @@ impl Oracle for DirectBranches<'_> {
     fn trace(
         &self,
         itinerary: &ContactItinerary,
-        seed: &Seed,
+        seed: &BranchSeed,
         known: &[DirectTrace],
         most: u64,
-    ) -> Searched<DirectOrbit<f64>> {
+    ) -> SearchedBranch<DirectOrbit<f64>> {
         let Some((mut equations, guess)) = self.equations_at(itinerary, seed) else {
-            return Searched { trace: None, work: 0 };
+            return SearchedBranch { trace: None, work: 0 };
         };
         equations.limit_work(most);
         let trace = self.through(&mut equations, &guess, seed, known);
-        Searched { trace, work: equations.work() }
+        SearchedBranch { trace, work: equations.work() }
     }
 
     fn most_work(&self) -> u64 {
@@ -903,14 +921,14 @@ impl Oracle for DirectBranches<'_> {
         self.unfinished.extend([itinerary]);
     }
 
-    fn led_to(&self, itinerary: &ContactItinerary, trace: &DirectTrace) -> Vec<Seed> {
+    fn led_to(&self, itinerary: &ContactItinerary, trace: &DirectTrace) -> Vec<BranchSeed> {
         let mut equations = self.equations_with(itinerary, &trace.points[0].linearised.extra);
-        let seed = |equations: &DirectOrbitEquations<'_, f64>, point: &Point| {
+        let seed = |equations: &DirectOrbitEquations<'_, f64>, point: &DirectPoint| {
             let orbit = &point.linearised.extra;
             let parameter = equations.parameters(&point.unknowns)[self.request.along];
-            Seed {
+            BranchSeed {
                 at_contacts: orbit.returns.len() < itinerary.period(),
-                ..Seed::new(itinerary, orbit.states.clone(), Vec::new(), parameter)
+                ..BranchSeed::new(itinerary, orbit.states.clone(), Vec::new(), parameter)
             }
         };
         let mut seeds = Vec::new();
@@ -918,7 +936,7 @@ impl Oracle for DirectBranches<'_> {
         for (end, point) in ends.skip(usize::from(trace.continues)) {
             let Some(point) = point else { continue };
             match end {
-                CourseEnd::Border { .. } => {
+                ContinuationEnd::Border { .. } => {
                     let [number] = self.grazing(&equations, point)[..] else { continue };
                     let mut seed = seed(&equations, point);
                     if seed.at_contacts {
@@ -930,7 +948,9 @@ impl Oracle for DirectBranches<'_> {
                     seed.itinerary = toggled(itinerary, number, 0);
                     seeds.push(seed.in_standard_form(self.image.circle()));
                 }
-                CourseEnd::StepTooSmall | CourseEnd::StepLimit | CourseEnd::WorkLimit => {
+                ContinuationEnd::StepTooSmall
+                | ContinuationEnd::StepLimit
+                | ContinuationEnd::WorkLimit => {
                     let end = seed(&equations, point);
                     seeds.extend(self.with_another_return(&end, point));
                     seeds.extend(self.other_points(end, point));

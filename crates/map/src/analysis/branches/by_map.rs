@@ -5,17 +5,18 @@ use std::iter::once;
 use super::data::{Branch, BranchEnd, BranchLabel, BranchPoint, BranchRequest, Branches, Special};
 use super::normal_form::NormalForm;
 use super::trace::{
-    Follow, NEAR, Oracle, SAME, Searched, Seed, Trace, Way, each_once, exact_or_zero,
-    first_doubled, halved, label_of, lies_on, null_vector, refined, solved, toggled,
+    BranchSeed, BranchSource, Follow, NEAR, SAME, SearchedBranch, SeedKind, TracedBranch,
+    each_once, exact_or_zero, first_doubled, halved, label_of, lies_on, null_vector, refined,
+    solved, toggled,
 };
 use crate::analysis::continuation::{
-    CurveEquations, CurvePoint, Solution, StepControl, tangent_at, unit_vector,
+    ContinuationPoint, CurveEquations, Solution, StepControl, tangent_at, unit_vector,
 };
 use crate::analysis::error::AnalysisError;
 use crate::analysis::evaluation::MapEvaluation;
 use crate::analysis::periodic::{
     ByMap, ContactItinerary, FoundOrbit, ItinerarySearch, MapOrbitEquations, OrbitContact,
-    PassagesOfOrbit, Settled, finite_or_one, window_scales,
+    PassagesOfOrbit, SettledCycle, finite_or_one, window_scales,
 };
 use crate::analysis::progress::Progress;
 use crate::expansion::LocalMap;
@@ -37,14 +38,14 @@ const AT_GRAZE: f64 = 1e-10;
 /// Largest distances of real multipliers and of complex pairs from critical values.
 const AT_MULTIPLIER: [f64; 2] = [1e-5, 1e-6];
 
-type Point = CurvePoint<f64, PassagesOfOrbit<f64>>;
+type MapPoint = ContinuationPoint<f64, PassagesOfOrbit<f64>>;
 
-type MapTrace = Trace<PassagesOfOrbit<f64>>;
+type MapTrace = TracedBranch<PassagesOfOrbit<f64>>;
 
 /// Data from which seeds are taken.
-pub(super) struct Sources {
+pub(super) struct MapSeedData {
     /// Orbits that the map settles on, by parameter value.
-    settled: Vec<(f64, Vec<Settled>)>,
+    settled: Vec<(f64, Vec<SettledCycle>)>,
     /// Grazes of the orbit without contact: point, parameter, and grazing passages.
     grazing: Vec<(Vec<f64>, f64, PassageSet)>,
 }
@@ -128,7 +129,7 @@ impl<'a> MapBranches<'a> {
     }
 
     /// Orbits that the map settles on at these values.
-    fn settled(&self) -> Vec<(f64, Vec<Settled>)> {
+    fn settled(&self) -> Vec<(f64, Vec<SettledCycle>)> {
         let values = self.values();
         let longest = self.request.itineraries.iter().map(ContactItinerary::period).max();
         parallel::map(values, |value| {
@@ -144,7 +145,7 @@ impl<'a> MapBranches<'a> {
         let none = ContactItinerary::new(passages, vec![PassageSet::default()]);
         let value = self.value_at_graze();
         let state = self.search.smooth.at(&self.request.parameters(value));
-        let seed = Seed::new(&none, vec![state], Vec::new(), value);
+        let seed = BranchSeed::new(&none, vec![state], Vec::new(), value);
         let traces = self.traces(&none, vec![seed], (Vec::new(), &mut self.most_work()));
         let turns = traces.iter().flat_map(|trace| {
             let grazes = trace.turns.iter().filter(|turn| turn.test >= 2);
@@ -166,7 +167,7 @@ impl<'a> MapBranches<'a> {
     fn special(
         &self,
         equations: &MapOrbitEquations<'_, f64>,
-        point: &Point,
+        point: &MapPoint,
         turns: &[usize],
     ) -> Option<Special> {
         let contacts = equations.itinerary().contacts();
@@ -198,7 +199,7 @@ impl<'a> MapBranches<'a> {
     fn slope(
         &self,
         equations: &MapOrbitEquations<'_, f64>,
-        point: &Point,
+        point: &MapPoint,
         turns: &[usize],
     ) -> Option<f64> {
         let contacts = turns.iter().filter_map(|test| test.checked_sub(2));
@@ -219,7 +220,7 @@ impl<'a> MapBranches<'a> {
     fn normal_form(
         &self,
         equations: &MapOrbitEquations<'_, f64>,
-        point: &Point,
+        point: &MapPoint,
         label: BranchLabel,
     ) -> Option<f64> {
         let mut map = self.search.fine.clone();
@@ -250,7 +251,7 @@ impl<'a> MapBranches<'a> {
     fn refined(
         &self,
         itinerary: &ContactItinerary,
-        point: &Point,
+        point: &MapPoint,
         test: usize,
     ) -> Option<Vec<f64>> {
         let mut fine = self.equations_of(&self.search.fine, itinerary);
@@ -260,7 +261,7 @@ impl<'a> MapBranches<'a> {
 
     /// Parameters of a branch point whose orbit has half the period, refined as the period-doubling
     /// point of that orbit.
-    fn refined_doubling(&self, itinerary: &ContactItinerary, point: &Point) -> Option<Vec<f64>> {
+    fn refined_doubling(&self, itinerary: &ContactItinerary, point: &MapPoint) -> Option<Vec<f64>> {
         let half = halved(itinerary);
         let (state, depths, parameters) = self.equations(itinerary).offsets(&point.unknowns);
         let equations = self.equations(&half);
@@ -268,7 +269,7 @@ impl<'a> MapBranches<'a> {
         let linearised = equations.at(&unknowns)?;
         let along = unit_vector(unknowns.len(), unknowns.len() - 1);
         let tangent = tangent_at(&linearised.jacobian, &along)?;
-        let point = Point { unknowns, tangent, linearised, tests: Vec::new() };
+        let point = MapPoint { unknowns, tangent, linearised, tests: Vec::new() };
         self.refined(&half, &point, 1)
     }
 
@@ -276,19 +277,19 @@ impl<'a> MapBranches<'a> {
     fn through(
         &self,
         itinerary: &ContactItinerary,
-        seed: &Seed,
+        seed: &BranchSeed,
         known: &[MapTrace],
     ) -> Option<MapTrace> {
         let mut equations = self.equations(itinerary);
         let parameters = self.request.parameters(seed.parameter);
         let guess = equations.unknowns(&seed.states[0], &seed.depth_variables, &parameters);
         let start = match &seed.way {
-            Way::Doubled(direction) => {
+            SeedKind::Doubled(direction) => {
                 first_doubled(&mut equations, &guess, direction, |equations, orbit, within| {
                     equations.is_repeated(orbit, within)
                 })?
             }
-            Way::Through | Way::On(_) => {
+            SeedKind::Through | SeedKind::On(_) => {
                 let start = solved(&mut equations, &guess)?;
                 let in_range = start.0.iter().enumerate().all(|(unknown, value)| {
                     let [lower, upper] = equations.range(unknown);
@@ -298,14 +299,14 @@ impl<'a> MapBranches<'a> {
             }
         };
         let is_new = !is_known(&mut equations, &start, known);
-        is_new.then(|| Trace::through(&mut equations, &start.0, &StepControl::DEFAULT))?
+        is_new.then(|| TracedBranch::through(&mut equations, &start.0, &StepControl::DEFAULT))?
     }
 
     /// Orbit at a point of a branch.
     fn found(
         &self,
         equations: &MapOrbitEquations<'_, f64>,
-        point: &Point,
+        point: &MapPoint,
         physical: bool,
     ) -> FoundOrbit {
         let (_, depth_variables, parameters) = equations.offsets(&point.unknowns);
@@ -335,26 +336,26 @@ impl<'a> MapBranches<'a> {
     }
 }
 
-impl Oracle for MapBranches<'_> {
+impl BranchSource for MapBranches<'_> {
     type Orbit = PassagesOfOrbit<f64>;
-    type Sources = Sources;
+    type SeedData = MapSeedData;
 
     fn asked(&self) -> (&BranchRequest, &dyn Progress) {
         (self.request, self.progress)
     }
 
-    fn sources(&self) -> Sources {
-        Sources { settled: self.settled(), grazing: self.grazing_orbits() }
+    fn seed_data(&self) -> MapSeedData {
+        MapSeedData { settled: self.settled(), grazing: self.grazing_orbits() }
     }
 
     fn seeds(
         &self,
         itinerary: &ContactItinerary,
-        Sources { settled, grazing }: &Sources,
-    ) -> Vec<Seed> {
+        MapSeedData { settled, grazing }: &MapSeedData,
+    ) -> Vec<BranchSeed> {
         let contacts = itinerary.contacts();
         let seed = |state: Vec<f64>, depth_variables: Vec<f64>, parameter: f64| {
-            Seed::new(itinerary, vec![state], depth_variables, parameter)
+            BranchSeed::new(itinerary, vec![state], depth_variables, parameter)
         };
         let mut seeds = Vec::new();
         for (state, parameter, passages) in grazing {
@@ -377,14 +378,14 @@ impl Oracle for MapBranches<'_> {
     fn trace(
         &self,
         itinerary: &ContactItinerary,
-        seed: &Seed,
+        seed: &BranchSeed,
         known: &[MapTrace],
         _: u64,
-    ) -> Searched<PassagesOfOrbit<f64>> {
-        Searched { trace: self.through(itinerary, seed, known), work: 0 }
+    ) -> SearchedBranch<PassagesOfOrbit<f64>> {
+        SearchedBranch { trace: self.through(itinerary, seed, known), work: 0 }
     }
 
-    fn led_to(&self, itinerary: &ContactItinerary, trace: &MapTrace) -> Vec<Seed> {
+    fn led_to(&self, itinerary: &ContactItinerary, trace: &MapTrace) -> Vec<BranchSeed> {
         let equations = self.equations(itinerary);
         let contacts = itinerary.contacts();
         let mut seeds = Vec::new();
@@ -396,7 +397,7 @@ impl Oracle for MapBranches<'_> {
             }
             let (_, depth_variables, parameters) = equations.offsets(&point.unknowns);
             let parameter = parameters[self.request.along];
-            let seed = Seed::new(itinerary, extra.states.clone(), depth_variables, parameter);
+            let seed = BranchSeed::new(itinerary, extra.states.clone(), depth_variables, parameter);
             match turn.test {
                 1 if 2 * itinerary.period() <= self.request.longest => {
                     seeds.extend(doubling(&equations, point, seed));
@@ -476,7 +477,11 @@ fn is_known(
 }
 
 /// Whether the map makes exactly the prescribed contacts; `vanishing` test functions may be zero.
-fn is_physical(equations: &MapOrbitEquations<'_, f64>, point: &Point, vanishing: &[usize]) -> bool {
+fn is_physical(
+    equations: &MapOrbitEquations<'_, f64>,
+    point: &MapPoint,
+    vanishing: &[usize],
+) -> bool {
     let contacts = equations.itinerary().contacts();
     let first = equations.first_depth_variable();
     let depths = &point.unknowns[first..first + contacts];
@@ -494,7 +499,7 @@ fn is_physical(equations: &MapOrbitEquations<'_, f64>, point: &Point, vanishing:
 /// Return and passage that graze where a test function vanishes.
 fn grazing_passage(
     equations: &MapOrbitEquations<'_, f64>,
-    point: &Point,
+    point: &MapPoint,
     test: usize,
 ) -> Option<[usize; 2]> {
     let contacts = equations.itinerary().contacts();
@@ -508,14 +513,18 @@ fn grazing_passage(
 }
 
 /// Number of contacts with depth zero.
-fn depths_at_graze(equations: &MapOrbitEquations<'_, f64>, point: &Point) -> usize {
+fn depths_at_graze(equations: &MapOrbitEquations<'_, f64>, point: &MapPoint) -> usize {
     let depths = equations.first_depth_variable()..equations.first_parameter();
     point.unknowns[depths].iter().filter(|y| y.abs() <= AT_GRAZE).count()
 }
 
 /// Seed of the doubled branch at an orbit with multiplier −1: its eigenvector, with opposite depth
 /// variables in the second half.
-fn doubling(equations: &MapOrbitEquations<'_, f64>, point: &Point, seed: Seed) -> Option<Seed> {
+fn doubling(
+    equations: &MapOrbitEquations<'_, f64>,
+    point: &MapPoint,
+    seed: BranchSeed,
+) -> Option<BranchSeed> {
     let matrix = equations.shifted(&point.linearised.jacobian, -1.0);
     let vector = null_vector(&matrix)?;
     let (state, depths) = vector.split_at(equations.first_depth_variable());
@@ -525,7 +534,7 @@ fn doubling(equations: &MapOrbitEquations<'_, f64>, point: &Point, seed: Seed) -
 }
 
 /// Seed with the contact of a passage removed (`contact` is its index), or added with depth zero.
-fn with(mut seed: Seed, number: usize, passage: usize, contact: Option<usize>) -> Seed {
+fn with(mut seed: BranchSeed, number: usize, passage: usize, contact: Option<usize>) -> BranchSeed {
     match contact {
         Some(place) => drop(seed.depth_variables.remove(place)),
         None => {

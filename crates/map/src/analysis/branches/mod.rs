@@ -18,7 +18,7 @@ pub(super) use trace::Follow;
 
 use by_direct::{DirectBranches, GrazeStart};
 use by_map::MapBranches;
-use trace::Oracle;
+use trace::BranchSource;
 
 use crate::analysis::error::AnalysisError;
 use crate::analysis::periodic::{ContactItinerary, FoundOrbit};

@@ -1,8 +1,8 @@
 //! Tracing of branches and the choice of branches to follow, for a map or direct simulation.
 //!
-//! One idea: an [`Oracle`] finds seeds, follows a branch through each and describes it. The choice
-//! and order of the seeds, and the branches that branches lead to, are handled once for all
-//! oracles.
+//! One idea: a [`BranchSource`] finds seeds, follows a branch through each and describes it. The
+//! choice and order of the seeds, and the branches that branches lead to, are handled once for all
+//! sources.
 
 use std::collections::HashSet;
 
@@ -12,8 +12,9 @@ use serde::{Deserialize, Serialize};
 
 use super::data::{Branch, BranchEnd, BranchLabel, BranchPoint, BranchRequest};
 use crate::analysis::continuation::{
-    Course, CourseEnd, CurveEquations, CurvePoint, Solution, StepControl, Turn, any_tangent, apart,
-    between, corrected, follow, moved, normalised, searched, tangent_at, unit_vector, zero_near,
+    ContinuationEnd, ContinuationPoint, Curve, CurveEquations, Solution, StepControl, Turn,
+    any_tangent, apart, between, corrected, follow, moved, normalised, searched, tangent_at,
+    unit_vector, zero_near,
 };
 use crate::analysis::periodic::ContactItinerary;
 use crate::analysis::progress::{Progress, Shard, place_of, resumed};
@@ -41,7 +42,7 @@ const ROUNDS: usize = 8;
 
 /// Start of a branch: an orbit.
 #[derive(Clone, Debug, Serialize)]
-pub(super) struct Seed {
+pub(super) struct BranchSeed {
     pub(super) itinerary: ContactItinerary,
     /// Section points, all or the first one only.
     pub(super) states: Vec<Vec<f64>>,
@@ -50,12 +51,12 @@ pub(super) struct Seed {
     pub(super) parameter: f64,
     /// Whether only the section points of returns with contact are variables, in direct simulation.
     pub(super) at_contacts: bool,
-    pub(super) way: Way,
+    pub(super) way: SeedKind,
 }
 
 /// Direction in which the branch of a seed is followed.
 #[derive(Clone, Debug, Serialize)]
-pub(super) enum Way {
+pub(super) enum SeedKind {
     /// Both ways through the seed.
     Through,
     /// Direction of the unknowns, from the branch of half the period.
@@ -64,7 +65,7 @@ pub(super) enum Way {
     On(Vec<f64>),
 }
 
-impl Seed {
+impl BranchSeed {
     /// Seed of a branch that is followed both ways.
     pub(super) fn new(
         itinerary: &ContactItinerary,
@@ -73,7 +74,7 @@ impl Seed {
         parameter: f64,
     ) -> Self {
         let itinerary = itinerary.clone();
-        let way = Way::Through;
+        let way = SeedKind::Through;
         Self { itinerary, states, depth_variables, parameter, at_contacts: false, way }
     }
 
@@ -99,7 +100,7 @@ impl Seed {
             itinerary: ContactItinerary::new(self.itinerary.passages(), returns),
             states: [self.states.clone(), self.states].concat(),
             depth_variables: self.depth_variables.repeat(2),
-            way: Way::Doubled(normalised(direction)),
+            way: SeedKind::Doubled(normalised(direction)),
             ..self
         }
     }
@@ -108,16 +109,16 @@ impl Seed {
 /// A branch from end to end.
 #[derive(Serialize, Deserialize)]
 #[serde(bound(serialize = "X: Serialize", deserialize = "X: Deserialize<'de>"))]
-pub(super) struct Trace<X> {
-    pub(super) points: Vec<CurvePoint<f64, X>>,
+pub(super) struct TracedBranch<X> {
+    pub(super) points: Vec<ContinuationPoint<f64, X>>,
     pub(super) turns: Vec<Turn>,
     pub(super) unresolved: Vec<[usize; 2]>,
-    pub(super) ends: [CourseEnd; 2],
+    pub(super) ends: [ContinuationEnd; 2],
     /// Whether the branch starts at the end of another one.
     pub(super) continues: bool,
 }
 
-impl<X: Clone> Trace<X> {
+impl<X: Clone> TracedBranch<X> {
     /// Branch through an orbit, followed both ways.
     pub(super) fn through<C: CurveEquations<f64, Extra = X>>(
         equations: &mut C,
@@ -127,14 +128,14 @@ impl<X: Clone> Trace<X> {
         let along = any_tangent(&equations.linearised(start)?.jacobian)?;
         let against: Vec<f64> = along.iter().map(|value| -value).collect();
         let on = follow(equations, start, &along, control)?;
-        if on.end == CourseEnd::Closed {
+        if on.end == ContinuationEnd::Closed {
             return Some(Self::of(on, false));
         }
         match follow(equations, start, &against, control) {
             Some(back) => Some(Self::joined(back, on)),
             // The bound on work keeps the part found so far.
             None if equations.is_spent() => {
-                let ends = [CourseEnd::WorkLimit, on.end];
+                let ends = [ContinuationEnd::WorkLimit, on.end];
                 Some(Self { ends, ..Self::of(on, false) })
             }
             None => None,
@@ -152,19 +153,19 @@ impl<X: Clone> Trace<X> {
         Some(Self::of(follow(equations, start, &tangent, control)?, true))
     }
 
-    /// Branch of a single course.
-    fn of(course: Course<f64, X>, continues: bool) -> Self {
-        let Course { points, turns, unresolved, end } = course;
+    /// Branch of a single curve.
+    fn of(curve: Curve<f64, X>, continues: bool) -> Self {
+        let Curve { points, turns, unresolved, end } = curve;
         let unresolved = unresolved.into_iter().map(|(_, ends)| ends).collect();
         Self { points, turns, unresolved, ends: [end; 2], continues }
     }
 
-    /// Branch of two courses from one point, the first one reversed.
-    fn joined(back: Course<f64, X>, on: Course<f64, X>) -> Self {
+    /// Branch of two curves from one point, the first one reversed.
+    fn joined(back: Curve<f64, X>, on: Curve<f64, X>) -> Self {
         let last = back.points.len() - 1;
         let ends = [back.end, on.end];
         let turned = back.turns.iter().rev().map(|turn| Turn { point: last - turn.point, ..*turn });
-        // Turns at the shared first point belong to both courses.
+        // Turns at the shared first point belong to both curves.
         let later = on.turns.iter().filter(|turn| turn.point > 0);
         let moved = later.map(|turn| Turn { point: last + turn.point, ..*turn });
         let turns = turned.chain(moved).collect();
@@ -200,12 +201,12 @@ impl<X: Clone> Trace<X> {
     /// Reasons for the ends; `border` translates the unknown that reached its border.
     pub(super) fn ends(&self, border: impl Fn(usize) -> BranchEnd) -> [BranchEnd; 2] {
         let ends = self.ends.map(|end| match end {
-            CourseEnd::Border { unknown } => border(unknown),
-            CourseEnd::Closed => BranchEnd::Closed,
-            CourseEnd::Last => BranchEnd::Doubling,
-            CourseEnd::StepTooSmall => BranchEnd::StepTooSmall,
-            CourseEnd::StepLimit => BranchEnd::StepLimit,
-            CourseEnd::WorkLimit => BranchEnd::WorkLimit,
+            ContinuationEnd::Border { unknown } => border(unknown),
+            ContinuationEnd::Closed => BranchEnd::Closed,
+            ContinuationEnd::Last => BranchEnd::Doubling,
+            ContinuationEnd::StepTooSmall => BranchEnd::StepTooSmall,
+            ContinuationEnd::StepLimit => BranchEnd::StepLimit,
+            ContinuationEnd::WorkLimit => BranchEnd::WorkLimit,
         });
         if self.continues { [BranchEnd::Continued, ends[1]] } else { ends }
     }
@@ -214,15 +215,15 @@ impl<X: Clone> Trace<X> {
 /// Result of a search from a seed.
 #[derive(Serialize, Deserialize)]
 #[serde(bound(serialize = "X: Serialize", deserialize = "X: Deserialize<'de>"))]
-pub(super) struct Searched<X> {
-    pub(super) trace: Option<Trace<X>>,
+pub(super) struct SearchedBranch<X> {
+    pub(super) trace: Option<TracedBranch<X>>,
     /// Work needed.
     pub(super) work: u64,
 }
 
 /// Kinds of kept pieces of branches.
 #[derive(Clone, Copy)]
-pub(super) enum Piece {
+pub(super) enum BranchPiece {
     /// Result of the search from a seed.
     Trace,
     /// A branch in its final form.
@@ -241,29 +242,29 @@ pub(in crate::analysis) enum Follow {
 }
 
 /// Branches by itinerary.
-pub(super) type Traces<X> = Vec<(ContactItinerary, Vec<Trace<X>>)>;
+pub(super) type Traces<X> = Vec<(ContactItinerary, Vec<TracedBranch<X>>)>;
 
 /// Finds and describes the orbits of branches: implemented by a map and by direct simulation.
-pub(super) trait Oracle: Sync {
+pub(super) trait BranchSource: Sync {
     /// Data of an orbit beside its equations.
     type Orbit: Clone + Serialize + DeserializeOwned + Send + Sync;
     /// Data shared by the seeds of all itineraries.
-    type Sources: Sync;
+    type SeedData: Sync;
 
     /// Request, and receiver of progress.
     fn asked(&self) -> (&BranchRequest, &dyn Progress);
-    fn sources(&self) -> Self::Sources;
+    fn seed_data(&self) -> Self::SeedData;
     /// Seeds for the branches of an itinerary.
-    fn seeds(&self, itinerary: &ContactItinerary, sources: &Self::Sources) -> Vec<Seed>;
+    fn seeds(&self, itinerary: &ContactItinerary, data: &Self::SeedData) -> Vec<BranchSeed>;
     /// Branch of an itinerary through a seed, if it is not among those known, with at most `most`
     /// work.
     fn trace(
         &self,
         itinerary: &ContactItinerary,
-        seed: &Seed,
-        known: &[Trace<Self::Orbit>],
+        seed: &BranchSeed,
+        known: &[TracedBranch<Self::Orbit>],
         most: u64,
-    ) -> Searched<Self::Orbit>;
+    ) -> SearchedBranch<Self::Orbit>;
     /// Most work for the seeds of an itinerary, in all rounds together.
     fn most_work(&self) -> u64 {
         u64::MAX
@@ -272,9 +273,13 @@ pub(super) trait Oracle: Sync {
     fn cut_short(&self, _: &ContactItinerary) {}
     /// Seeds of the branches that a branch leads to: with one contact more or less at a graze, with
     /// the doubled period at a flip.
-    fn led_to(&self, itinerary: &ContactItinerary, trace: &Trace<Self::Orbit>) -> Vec<Seed>;
+    fn led_to(
+        &self,
+        itinerary: &ContactItinerary,
+        trace: &TracedBranch<Self::Orbit>,
+    ) -> Vec<BranchSeed>;
     /// Branch in its final form, with special points solved for.
-    fn branch(&self, itinerary: &ContactItinerary, trace: &Trace<Self::Orbit>) -> Branch;
+    fn branch(&self, itinerary: &ContactItinerary, trace: &TracedBranch<Self::Orbit>) -> Branch;
 
     /// Adds the branches of an itinerary through seeds to those known, within the work left for the
     /// itinerary.
@@ -284,23 +289,24 @@ pub(super) trait Oracle: Sync {
     fn traces(
         &self,
         itinerary: &ContactItinerary,
-        seeds: Vec<Seed>,
-        (mut traces, left): (Vec<Trace<Self::Orbit>>, &mut u64),
-    ) -> Vec<Trace<Self::Orbit>> {
+        seeds: Vec<BranchSeed>,
+        (mut traces, left): (Vec<TracedBranch<Self::Orbit>>, &mut u64),
+    ) -> Vec<TracedBranch<Self::Orbit>> {
         let (_, progress) = self.asked();
         let mut looked_at = HashSet::new();
         for seed in seeds {
             // An equal seed finds no new branch.
-            if !looked_at.insert(place_of(Piece::Trace as u64, &(traces.len(), &seed))) {
+            if !looked_at.insert(place_of(BranchPiece::Trace as u64, &(traces.len(), &seed))) {
                 continue;
             }
             if *left == 0 {
                 self.cut_short(itinerary);
                 break;
             }
-            let place = place_of(Piece::Trace as u64, &(itinerary, traces.len(), &seed, *left));
+            let place =
+                place_of(BranchPiece::Trace as u64, &(itinerary, traces.len(), &seed, *left));
             let search = || self.trace(itinerary, &seed, &traces, *left);
-            let Searched { trace, work } = resumed(progress, &place, search);
+            let SearchedBranch { trace, work } = resumed(progress, &place, search);
             *left = left.saturating_sub(work);
             traces.extend(trace);
         }
@@ -311,9 +317,9 @@ pub(super) trait Oracle: Sync {
     fn first(&self, own: &[&ContactItinerary]) -> (Traces<Self::Orbit>, Vec<u64>) {
         let (_, progress) = self.asked();
         progress.expect(own.len() as u64);
-        let sources = self.sources();
+        let data = self.seed_data();
         let found = parallel::map(own, |&itinerary| {
-            let (seeds, mut left) = (self.seeds(itinerary, &sources), self.most_work());
+            let (seeds, mut left) = (self.seeds(itinerary, &data), self.most_work());
             let traces = self.traces(itinerary, seeds, (Vec::new(), &mut left));
             progress.advance(1);
             ((itinerary.clone(), traces), left)
@@ -327,7 +333,7 @@ pub(super) trait Oracle: Sync {
         let (mut found, mut left) = self.first(&asked.iter().collect::<Vec<_>>());
         let mut looked_at = vec![0; found.len()];
         for _ in 0..ROUNDS {
-            let mut seeds: Vec<Seed> = Vec::new();
+            let mut seeds: Vec<BranchSeed> = Vec::new();
             for ((itinerary, traces), looked_at) in found.iter().zip(&mut looked_at) {
                 let new = traces[*looked_at..].iter();
                 seeds.extend(new.flat_map(|trace| self.led_to(itinerary, trace)));
@@ -363,7 +369,7 @@ pub(super) trait Oracle: Sync {
         let (_, progress) = self.asked();
         progress.expect(traces.clone().count() as u64);
         parallel::map(traces, |(itinerary, trace)| {
-            let place = place_of(Piece::Branch as u64, &(itinerary, trace));
+            let place = place_of(BranchPiece::Branch as u64, &(itinerary, trace));
             let branch = resumed(progress, &place, || self.branch(itinerary, trace));
             progress.advance(1);
             branch
@@ -440,9 +446,9 @@ pub(super) fn lies_on<C: CurveEquations<f64>>(
 /// Refines a special point, a zero of test function `test`, to the rounding of double-double.
 pub(super) fn refined<X, C: CurveEquations<Dd>>(
     fine: &mut C,
-    point: &CurvePoint<f64, X>,
+    point: &ContinuationPoint<f64, X>,
     test: usize,
-) -> Option<CurvePoint<Dd, C::Extra>> {
+) -> Option<ContinuationPoint<Dd, C::Extra>> {
     let (at, tangent) = (converted::<_, Dd>(&point.unknowns), converted::<_, Dd>(&point.tangent));
     let found = zero_near(fine, &at, &tangent, |point| point.tests[test].value)?;
     (apart(&converted(&found.unknowns), &point.unknowns) < FAR).then_some(found)

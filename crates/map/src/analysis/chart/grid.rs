@@ -22,7 +22,7 @@ const LONGER: usize = 8;
 /// Attractors of a cell, and the iterates needed to find them.
 type CellFound = (Vec<ChartAttractor>, u64);
 /// Cells already computed, by index.
-type Known = HashMap<usize, CellFound>;
+type KnownCells = HashMap<usize, CellFound>;
 
 /// Whether a cell has an attractor, as every computed cell has.
 fn is_found((attractors, _): &CellFound) -> bool {
@@ -30,7 +30,7 @@ fn is_found((attractors, _): &CellFound) -> bool {
 }
 
 /// The cells of a chart.
-pub(super) struct Grid<'a> {
+pub(super) struct ChartGrid<'a> {
     pub(super) map: &'a dyn SweptMap,
     pub(super) axes: &'a [ChartAxis; 2],
     /// Indices of the axes' parameters among the map's; the others stay at 0.
@@ -42,12 +42,12 @@ pub(super) struct Grid<'a> {
     pub(super) request: &'a ChartRequest,
 }
 
-impl Grid<'_> {
+impl ChartGrid<'_> {
     /// All cells and the iterates needed; cells found by shares are not computed again.
     pub(super) fn cells(&self, progress: &dyn Progress) -> (Vec<ChartCell>, u64) {
         let size = self.size();
         let known = given::<Vec<(usize, CellFound)>>(progress).flatten();
-        let known: Known = known.filter(|(_, found)| is_found(found)).collect();
+        let known: KnownCells = known.filter(|(_, found)| is_found(found)).collect();
         let (mut round, mut iterates) = (0, 0);
         let mut compute = |wanted: &[usize]| {
             let found = self.round(round, wanted, &known, progress);
@@ -72,7 +72,7 @@ impl Grid<'_> {
     pub(super) fn share(&self, shard: &Shard<'_>) {
         let (size, mut round, mut all) = (self.size(), 0, Vec::new());
         let mut compute = |wanted: &[usize]| {
-            let found = self.round(round, wanted, &Known::new(), shard.own);
+            let found = self.round(round, wanted, &KnownCells::new(), shard.own);
             round += 1;
             let cells = found.iter().map(|(attractors, _)| cell(attractors.clone())).collect();
             all.extend(wanted.iter().copied().zip(found));
@@ -123,7 +123,7 @@ impl Grid<'_> {
         &self,
         round: u64,
         wanted: &[usize],
-        known: &Known,
+        known: &KnownCells,
         progress: &dyn Progress,
     ) -> Vec<CellFound> {
         progress.expect(wanted.len() as u64);
@@ -141,7 +141,7 @@ impl Grid<'_> {
     }
 
     /// Attractors of cells, of which some are known.
-    fn block_but(&self, cells: &[usize], known: &Known) -> Vec<CellFound> {
+    fn block_but(&self, cells: &[usize], known: &KnownCells) -> Vec<CellFound> {
         let others: Vec<usize> =
             cells.iter().copied().filter(|cell| !known.contains_key(cell)).collect();
         let mut others = self.block(&others).into_iter();

@@ -14,13 +14,13 @@ use super::diagram::{DeviceSweep, Shares, SweepSubject, SweptMap, Timing, states
 use super::error::{AnalysisError, active_place};
 use super::loci::{LociRequest, Locus, LocusKind, PlaneCurve, PlanePoint, loci};
 use super::periodic::ContactItinerary;
-use super::progress::{NoProgress, Part, Progress, Shard};
+use super::progress::{NoProgress, Progress, Shard, SubProgress};
 use super::section_frame::{escape_bounds, itinerary};
 use crate::expansion::LocalMap;
 use crate::iteration::{DeviceMap, PassageSet};
 use crate::model::{ChartOverlay, ChartRequest, Method, Scene, even_offsets};
 use crate::orbit::{self, CurveEnd, CurveOptions, CurveOutcome, CurvePoint, GrazingOrbit};
-use grid::Grid;
+use grid::ChartGrid;
 
 pub use data::{Chart, ChartAttractor, ChartAxis, ChartCell, ChartClass, Overlay};
 
@@ -59,7 +59,7 @@ pub fn chart(
     progress: &dyn Progress,
 ) -> Result<Vec<Chart>, AnalysisError> {
     let (axes, places) = axes(scene, orbit, map, request)?;
-    let plane = Plane { scene, orbit, map, request, axes: &axes, places };
+    let plane = ChartPlane { scene, orbit, map, request, axes: &axes, places };
     let overlays = request.with.iter().map(|&method| Ok((method, plane.overlays(method)?)));
     let overlays = overlays.collect::<Result<Vec<_>, AnalysisError>>()?;
     let overlay = |method: Method| {
@@ -68,7 +68,7 @@ pub fn chart(
     };
     grids((scene, orbit, map), device, request, |number, grid| {
         let clock = Instant::now();
-        let (cells, iterates) = grid.cells(&Part::new(progress, number));
+        let (cells, iterates) = grid.cells(&SubProgress::new(progress, number));
         let computed = cells.iter().filter(|cell| cell.computed);
         let shares = |attractor: &ChartAttractor| {
             let ChartAttractor { by_map, outside, .. } = *attractor;
@@ -126,7 +126,7 @@ fn grids<T>(
     (scene, orbit, map): (&Scene, &GrazingOrbit, &LocalMap),
     device: Option<&DeviceMap>,
     request: &ChartRequest,
-    make: impl Fn(usize, Grid<'_>) -> T,
+    make: impl Fn(usize, ChartGrid<'_>) -> T,
 ) -> Result<Vec<T>, AnalysisError> {
     let (axes, places) = axes(scene, orbit, map, request)?;
     let subject = SweepSubject::new(scene, orbit, map);
@@ -147,7 +147,7 @@ fn grids<T>(
     let asked =
         swept.iter().flat_map(|map| starts.chunks(together).map(move |starts| (&**map, starts)));
     let made = |(number, (swept, starts)): (usize, Swept<'_>)| {
-        let grid = Grid {
+        let grid = ChartGrid {
             map: swept,
             axes: &axes,
             places,
@@ -186,7 +186,7 @@ fn axes(
 const DEFAULT_PASSAGES: usize = 2;
 
 /// Scene, axes and parameters for the curves of a chart.
-pub(super) struct Plane<'a> {
+pub(super) struct ChartPlane<'a> {
     pub(super) scene: &'a Scene,
     pub(super) orbit: &'a GrazingOrbit,
     pub(super) map: &'a LocalMap,
@@ -196,7 +196,7 @@ pub(super) struct Plane<'a> {
     pub(super) places: [usize; 2],
 }
 
-impl Plane<'_> {
+impl ChartPlane<'_> {
     /// Curves that are asked for: by direct simulation over a chart of direct simulation, otherwise
     /// by the map inside its window.
     fn overlays(&self, method: Method) -> Result<Vec<Overlay>, AnalysisError> {

@@ -15,15 +15,15 @@
 //! the orbits that must vanish. Every step is sampled at the Chebyshev points, so that the number
 //! of zeros in a step is either known or reported as unknown. Numbers are `f64` or double-double.
 
-mod course;
+mod curve;
 mod step;
 mod vectors;
 
-pub use course::{Course, CourseEnd, Turn, follow};
+pub use curve::{ContinuationEnd, Curve, Turn, follow};
 pub(in crate::analysis) use step::any_tangent;
 pub use step::{
-    CurvePoint, Solution, StepControl, by_chords, corrected, searched, tangent_at, zero_between,
-    zero_near,
+    ContinuationPoint, Solution, StepControl, by_chords, corrected, searched, tangent_at,
+    zero_between, zero_near,
 };
 pub(in crate::analysis) use vectors::{
     apart, between, farthest, largest, moved, normalised, unit_vector,
@@ -52,7 +52,7 @@ pub trait CurveEquations<S: Real> {
 
     /// Test functions at a point of the curve, as many and in the same order at every point. They
     /// are smooth along the curve; [`TestValue::turn`] is the one for a turn of an unknown.
-    fn tests(&self, point: &CurvePoint<S, Self::Extra>) -> Vec<TestValue<S>>;
+    fn tests(&self, point: &ContinuationPoint<S, Self::Extra>) -> Vec<TestValue<S>>;
 
     /// Range of an unknown: the curve ends where an unknown leaves its range, at a point solved for
     /// on the border.
@@ -68,7 +68,7 @@ pub trait CurveEquations<S: Real> {
     }
 
     /// Whether the curve ends at a point.
-    fn is_last(&self, _point: &CurvePoint<S, Self::Extra>) -> bool {
+    fn is_last(&self, _point: &ContinuationPoint<S, Self::Extra>) -> bool {
         false
     }
 }
@@ -109,7 +109,7 @@ pub struct TestValue<S> {
 
 impl<S: Real> TestValue<S> {
     /// Component of the tangent along an unknown: zero where that unknown turns back.
-    pub fn turn<X>(point: &CurvePoint<S, X>, unknown: usize) -> Self {
+    pub fn turn<X>(point: &ContinuationPoint<S, X>, unknown: usize) -> Self {
         Self { value: point.tangent[unknown], size: 1.0 }
     }
 

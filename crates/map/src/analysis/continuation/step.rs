@@ -15,7 +15,7 @@ use crate::numeric::{Bracket, NewtonOutcome, NumericError, Real, damped_newton};
     serialize = "S: Real + Serialize + DeserializeOwned, X: Serialize",
     deserialize = "S: Real + Serialize + DeserializeOwned, X: Deserialize<'de>"
 ))]
-pub struct CurvePoint<S, X = ()> {
+pub struct ContinuationPoint<S, X = ()> {
     /// Unknowns at the point.
     pub unknowns: Vec<S>,
     /// Unit tangent.
@@ -257,7 +257,7 @@ pub(super) fn point_on<S: Real, C: CurveEquations<S> + ?Sized>(
     start: &[S],
     [origin, normal]: [&[S]; 2],
     along: &[S],
-) -> Option<CurvePoint<S, C::Extra>> {
+) -> Option<ContinuationPoint<S, C::Extra>> {
     let found = corrected(curve, start, origin, normal)?;
     point_of(curve, found, along)
 }
@@ -267,9 +267,9 @@ fn point_of<S: Real, C: CurveEquations<S> + ?Sized>(
     curve: &mut C,
     (unknowns, linearised): Solution<S, C::Extra>,
     along: &[S],
-) -> Option<CurvePoint<S, C::Extra>> {
+) -> Option<ContinuationPoint<S, C::Extra>> {
     let tangent = tangent_at(&linearised.jacobian, along)?;
-    let mut point = CurvePoint { unknowns, tangent, linearised, tests: Vec::new() };
+    let mut point = ContinuationPoint { unknowns, tangent, linearised, tests: Vec::new() };
     point.tests = curve.tests(&point);
     let finite = point.tests.iter().all(|test| test.value.is_finite());
     finite.then_some(point)
@@ -277,13 +277,13 @@ fn point_of<S: Real, C: CurveEquations<S> + ?Sized>(
 
 /// Chord between two points of a curve, used with planes normal to it.
 pub(super) struct Chord<'a, S, X> {
-    ends: [&'a CurvePoint<S, X>; 2],
+    ends: [&'a ContinuationPoint<S, X>; 2],
     length: S,
     normal: Vec<S>,
 }
 
 impl<'a, S: Real, X: Clone> Chord<'a, S, X> {
-    pub(super) fn new(ends: [&'a CurvePoint<S, X>; 2]) -> Option<Self> {
+    pub(super) fn new(ends: [&'a ContinuationPoint<S, X>; 2]) -> Option<Self> {
         let pairs = ends[1].unknowns.iter().zip(&ends[0].unknowns);
         let chord: Vec<S> = pairs.map(|(&b, &a)| b - a).collect();
         let length = norm(&chord);
@@ -303,7 +303,7 @@ impl<'a, S: Real, X: Clone> Chord<'a, S, X> {
         &self,
         curve: &mut C,
         share: S,
-    ) -> Option<CurvePoint<S, X>> {
+    ) -> Option<ContinuationPoint<S, X>> {
         let rest = S::one() - share;
         let [a, b] = self.ends;
         let pairs = a.unknowns.iter().zip(&b.unknowns);
@@ -323,16 +323,16 @@ impl<'a, S: Real, X: Clone> Chord<'a, S, X> {
 /// has the same sign at both or no curve is found in between.
 pub fn zero_between<S: Real, C: CurveEquations<S> + ?Sized>(
     curve: &mut C,
-    ends: [&CurvePoint<S, C::Extra>; 2],
-    value: impl Fn(&CurvePoint<S, C::Extra>) -> S,
-) -> Option<CurvePoint<S, C::Extra>> {
+    ends: [&ContinuationPoint<S, C::Extra>; 2],
+    value: impl Fn(&ContinuationPoint<S, C::Extra>) -> S,
+) -> Option<ContinuationPoint<S, C::Extra>> {
     let values = [value(ends[0]), value(ends[1])];
     if values[1] == S::zero() {
         return Some(ends[1].clone());
     }
     let chord = Chord::new(ends)?;
     let bracket = Bracket::new(S::zero(), S::one(), values[0], values[1]).ok()?;
-    let mut best: Option<(f64, CurvePoint<S, C::Extra>)> = None;
+    let mut best: Option<(f64, ContinuationPoint<S, C::Extra>)> = None;
     let tolerance = S::from_f64(0.5 * S::ROUNDOFF) / chord.length;
     bracket.itp((values[0], values[1]), tolerance, |share| {
         let Some(point) = chord.point(curve, share) else {
@@ -356,8 +356,8 @@ pub fn zero_near<S: Real, C: CurveEquations<S> + ?Sized>(
     curve: &mut C,
     unknowns: &[S],
     tangent: &[S],
-    value: impl Fn(&CurvePoint<S, C::Extra>) -> S,
-) -> Option<CurvePoint<S, C::Extra>> {
+    value: impl Fn(&ContinuationPoint<S, C::Extra>) -> S,
+) -> Option<ContinuationPoint<S, C::Extra>> {
     let mut at = |along: S| {
         let origin = moved(unknowns, tangent, along);
         let point = point_on(curve, &origin, [&origin, tangent], tangent)?;

@@ -4,31 +4,33 @@
 //! One idea: a sweep uses a map only through [`SweptMap`], so that the local map, direct simulation
 //! and a map written by hand are swept, observed and timed by the same code.
 
-mod course;
 mod data;
 mod device_sweep;
 mod observe;
 mod sweep;
+mod sweep_run;
 mod swept_map;
 
 use serde::Serialize;
 
 use super::error::{AnalysisError, active_place};
-use super::progress::{Part, Progress, Shard};
+use super::progress::{Progress, Shard, SubProgress};
 use super::section_frame::{escape_bounds, itinerary};
 use crate::expansion::LocalMap;
 use crate::iteration::{MapOrbit, OrbitEnd, OrbitName, Period};
 use crate::model::{DiagramRequest, Method, Scene, Spacing, SweepDirection};
 use crate::orbit::GrazingOrbit;
-use course::{sweep, sweep_share};
 use observe::label;
+use sweep_run::{sweep, sweep_share};
 
 pub(super) use data::Shares;
 pub use data::{Diagram, DiagramPoint, Sweep, SweepHeading, Timing};
 pub(super) use device_sweep::DeviceSweep;
 pub use observe::Observer;
 pub use sweep::SweepRequest;
-pub(super) use sweep::{Entry, Found, agree, kept_contacts, name, nominal_period, settle, states};
+pub(super) use sweep::{
+    Entry, FoundAttractor, agree, kept_contacts, name, nominal_period, settle, states,
+};
 pub use swept_map::{
     DirectSweep, FrozenSweep, GuardedSweep, Settled, SideBySide, SmoothFixedPoint, Start, SweptMap,
     UnobservedSweep,
@@ -138,7 +140,7 @@ fn planned<T>(
 /// Runs all sweeps of a plan: one per map, start and heading, maps in order, up before down.
 pub fn run_plan(plan: &DiagramPlan<'_>, progress: &dyn Progress) -> Vec<Sweep> {
     let run = |number, (map, start, heading): (&dyn SweptMap, Option<&[f64]>, _)| {
-        sweep(map, &plan.request, start, heading, &Part::new(progress, number))
+        sweep(map, &plan.request, start, heading, &SubProgress::new(progress, number))
     };
     run_sweeps(plan, plan.request.offsets.len(), progress, run)
 }
@@ -243,7 +245,7 @@ pub fn measure_graze(
     };
     let entries: Vec<Entry> = SHARES.into_iter().map(entry).collect();
     let found = settle(&*swept, entries.clone(), None, &request);
-    let side = |(found, entry): (Found, Entry)| {
+    let side = |(found, entry): (FoundAttractor, Entry)| {
         let (settled, parameters) = (found.settled, entry.parameters);
         let near = settled.orbit.end == OrbitEnd::Completed
             && settled.orbit.states().all(|state| map.window.holds(state, &parameters, &[]));

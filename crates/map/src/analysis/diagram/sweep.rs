@@ -166,7 +166,7 @@ fn beside(state: &[f64], scales: &[f64], share: f64) -> [Vec<f64>; 2] {
 
 /// Attractor of a map at some parameters, and the iterates needed to find it.
 #[derive(Clone, Debug)]
-pub(in crate::analysis) struct Found {
+pub(in crate::analysis) struct FoundAttractor {
     pub(in crate::analysis) settled: Settled,
     pub(in crate::analysis) iterates: u64,
 }
@@ -179,12 +179,12 @@ struct Candidate {
 }
 
 /// Search for the attractor of one entry.
-struct Search {
+struct AttractorSearch {
     parameters: Vec<f64>,
     candidates: VecDeque<Candidate>,
     /// Regions of start states that are still to be tried, in order.
     reaches: &'static [Reach],
-    found: Option<Found>,
+    found: Option<FoundAttractor>,
 }
 
 /// Attractors of a map for several entries, in parallel for at most as many as the map has lanes:
@@ -195,10 +195,11 @@ pub(in crate::analysis) fn settle(
     entries: Vec<Entry>,
     start: Option<&[f64]>,
     request: &OrbitRequest,
-) -> Vec<Found> {
-    let mut searches: Vec<Search> = entries.into_iter().map(Search::new).collect();
+) -> Vec<FoundAttractor> {
+    let mut searches: Vec<AttractorSearch> =
+        entries.into_iter().map(AttractorSearch::new).collect();
     loop {
-        let next = |(place, search): (usize, &mut Search)| {
+        let next = |(place, search): (usize, &mut AttractorSearch)| {
             let candidate = search.next(map, start, request)?;
             let parameters = search.parameters.clone();
             Some(((place, candidate.kicked), Start { state: candidate.state, parameters }))
@@ -216,7 +217,7 @@ pub(in crate::analysis) fn settle(
     searches.into_iter().filter_map(|search| search.found).collect()
 }
 
-impl Search {
+impl AttractorSearch {
     fn new(entry: Entry) -> Self {
         // A carried state shows where orbits stay.
         let reaches: &[Reach] = match entry.carried {
@@ -262,7 +263,7 @@ impl Search {
         }
         let before = self.found.as_ref().map_or(0, |found| found.iterates);
         let iterates = before + made(settled.orbit.end, request);
-        self.found = Some(Found { settled, iterates });
+        self.found = Some(FoundAttractor { settled, iterates });
     }
 }
 
@@ -287,7 +288,7 @@ fn repels(map: &dyn SweptMap, settled: &Settled, parameters: &[f64]) -> bool {
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Visit {
     pub(super) point: DiagramPoint,
-    pub(super) attractor: Attractor,
+    pub(super) attractor: AttractorSummary,
     /// Last state; after an escape the state with which the value was entered.
     pub(super) carried: Option<Vec<f64>>,
     pub(super) iterates: u64,
@@ -321,7 +322,7 @@ pub(super) fn visit(
         let stayed = settled.orbit.end == OrbitEnd::Completed;
         Visit {
             point: point(map, &parameters, offset, &settled, request),
-            attractor: Attractor::of(&settled.orbit),
+            attractor: AttractorSummary::of(&settled.orbit),
             iterates: found.iterates,
             carried: if stayed { Some(settled.orbit.last) } else { carried },
         }
@@ -400,7 +401,7 @@ const PERIODIC: f64 = 1e-6;
 
 /// Summary of an orbit for comparing attractors.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(super) struct Attractor {
+pub(super) struct AttractorSummary {
     pub(super) completed: bool,
     period: Period,
     /// Smallest and largest value of every coordinate.
@@ -409,7 +410,7 @@ pub(super) struct Attractor {
     circle: PhaseCircle,
 }
 
-impl Attractor {
+impl AttractorSummary {
     pub(super) fn of(orbit: &MapOrbit) -> Self {
         Self {
             completed: orbit.end == OrbitEnd::Completed,
@@ -441,18 +442,18 @@ impl Attractor {
     }
 }
 
-/// Whether two orbits settled on the same attractor, by [`Attractor::agrees`].
+/// Whether two orbits settled on the same attractor, by [`AttractorSummary::agrees`].
 pub(in crate::analysis) fn agree(a: &MapOrbit, b: &MapOrbit) -> bool {
-    Attractor::of(a).agrees(&Attractor::of(b))
+    AttractorSummary::of(a).agrees(&AttractorSummary::of(b))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn attractor(period: Period, extent: [f64; 2]) -> Attractor {
+    fn attractor(period: Period, extent: [f64; 2]) -> AttractorSummary {
         let circle = PhaseCircle::none();
-        Attractor { completed: true, period, extent: vec![extent], circle }
+        AttractorSummary { completed: true, period, extent: vec![extent], circle }
     }
 
     #[test]
@@ -464,7 +465,7 @@ mod tests {
         assert!(chaotic([1.0, 2.0]).agrees(&chaotic([0.9, 2.1])));
         assert!(!chaotic([1.0, 2.0]).agrees(&chaotic([1.0, 3.0])));
         assert!(!chaotic([1.0, 2.0]).agrees(&periodic([1.0, 2.0])));
-        let ended = Attractor { completed: false, ..chaotic([1.0, 2.0]) };
+        let ended = AttractorSummary { completed: false, ..chaotic([1.0, 2.0]) };
         assert!(!ended.agrees(&chaotic([1.0, 2.0])) && ended.agrees(&ended));
     }
 }

@@ -24,12 +24,12 @@ const SMALL: f64 = 1e-6;
 pub(super) struct Problem<'a> {
     local: &'a LocalMap,
     request: &'a FitRequest,
-    pieces: Vec<Piece<'a>>,
+    pieces: Vec<SeriesPiece<'a>>,
     dimension: usize,
 }
 
 /// Consecutive returns of a series.
-struct Piece<'a> {
+struct SeriesPiece<'a> {
     controls: &'a [f64],
     points: &'a [Vec<f64>],
     /// Points after the piece that are predicted from it.
@@ -37,7 +37,7 @@ struct Piece<'a> {
 }
 
 /// An orbit from the start of a piece.
-struct Flight {
+struct PieceOrbit {
     /// States, starting with the start; fewer than the piece's points if one has no image.
     states: Vec<Vec<f64>>,
     /// Number of images computed by the map.
@@ -50,7 +50,7 @@ struct Flight {
 struct Reduced(DMatrix<f64>);
 
 /// The problem linearised at some unknowns.
-pub(super) struct Linearised {
+pub(super) struct LinearisedFit {
     pieces: Vec<Reduced>,
     /// Squared norms of the columns, one per unknown.
     squares: Vec<f64>,
@@ -135,7 +135,7 @@ impl<'a> Problem<'a> {
     }
 
     /// Offsets of all active parameters during a piece.
-    fn offsets(&self, piece: &Piece<'_>, unknowns: &[f64]) -> Vec<f64> {
+    fn offsets(&self, piece: &SeriesPiece<'_>, unknowns: &[f64]) -> Vec<f64> {
         let mut offsets = self.request.at.clone();
         for (&place, &value) in self.request.parameters.iter().zip(unknowns) {
             offsets[place] = value;
@@ -149,26 +149,26 @@ impl<'a> Problem<'a> {
     }
 
     /// Orbit of a piece from its start, for `returns` returns.
-    fn flight<M: DifferentiableMap>(
+    fn orbit<M: DifferentiableMap>(
         &self,
         map: &M,
         (start, offsets): (&[f64], &[f64]),
         returns: usize,
-    ) -> Flight {
-        let mut flight = Flight { states: vec![start.to_vec()], by_map: 0, outside: 0 };
+    ) -> PieceOrbit {
+        let mut orbit = PieceOrbit { states: vec![start.to_vec()], by_map: 0, outside: 0 };
         for place in 0..returns {
             let mut image = vec![0.0; self.dimension];
-            let state = &flight.states[place];
+            let state = &orbit.states[place];
             let info = map.step(state, offsets, &mut image);
             if !info.valid {
                 break;
             }
-            flight.by_map += usize::from(!info.simulated);
+            orbit.by_map += usize::from(!info.simulated);
             let holds = self.local.window.holds(state, offsets, &[info.depth]);
-            flight.outside += usize::from(!holds);
-            flight.states.push(image);
+            orbit.outside += usize::from(!holds);
+            orbit.states.push(image);
         }
-        flight
+        orbit
     }
 
     /// Residuals of a piece, prediction minus measurement, for the numbers measured, each with its
@@ -176,19 +176,19 @@ impl<'a> Problem<'a> {
     fn residuals<M: DifferentiableMap>(
         &self,
         map: &M,
-        piece: &Piece<'_>,
+        piece: &SeriesPiece<'_>,
         point: (&[f64], &[f64]),
     ) -> Option<Vec<(usize, f64)>> {
-        let flight = self.flight(map, point, piece.points.len() - 1);
-        (flight.states.len() == piece.points.len())
-            .then(|| differences(&flight.states, piece.points, map.circle()).collect())
+        let orbit = self.orbit(map, point, piece.points.len() - 1);
+        (orbit.states.len() == piece.points.len())
+            .then(|| differences(&orbit.states, piece.points, map.circle()).collect())
     }
 
     /// Sum of the squared residuals of a piece over the noise; infinite without an image.
     fn piece_sum<M: DifferentiableMap>(
         &self,
         map: &M,
-        piece: &Piece<'_>,
+        piece: &SeriesPiece<'_>,
         point: (&[f64], &[f64]),
         noise: &[f64],
     ) -> f64 {
@@ -206,7 +206,7 @@ impl<'a> Problem<'a> {
     fn better_start<M: DifferentiableMap>(
         &self,
         map: &M,
-        piece: &Piece<'_>,
+        piece: &SeriesPiece<'_>,
         (now, offsets): (&[f64], &[f64]),
         noise: &[f64],
     ) -> Option<Vec<f64>> {
@@ -277,9 +277,9 @@ impl<'a> Problem<'a> {
         &self,
         map: &(dyn Fn() -> M + Sync),
         unknowns: &[f64],
-        work: impl Fn(&M, &Piece<'_>, (&[f64], &[f64])) -> R + Sync,
+        work: impl Fn(&M, &SeriesPiece<'_>, (&[f64], &[f64])) -> R + Sync,
     ) -> Vec<R> {
-        let of_piece = |map: &mut M, (number, piece): (usize, &Piece<'_>)| {
+        let of_piece = |map: &mut M, (number, piece): (usize, &SeriesPiece<'_>)| {
             let start = &unknowns[self.place(number)..][..self.dimension];
             work(map, piece, (start, &self.offsets(piece, unknowns)))
         };
@@ -293,7 +293,7 @@ impl<'a> Problem<'a> {
         unknowns: &[f64],
         noise: &[f64],
     ) -> f64 {
-        let sum = |map: &M, piece: &Piece<'_>, point: (&[f64], &[f64])| {
+        let sum = |map: &M, piece: &SeriesPiece<'_>, point: (&[f64], &[f64])| {
             self.piece_sum(map, piece, point, noise)
         };
         self.each(map, unknowns, sum).iter().sum()
@@ -330,11 +330,11 @@ impl<'a> Problem<'a> {
         map: &(dyn Fn() -> M + Sync),
         unknowns: &[f64],
         noise: &[f64],
-    ) -> Option<Linearised> {
+    ) -> Option<LinearisedFit> {
         let rows =
             self.each(map, unknowns, |map, piece, point| self.rows(map, piece, point, noise));
         let (parameters, dimension) = (self.parameters(), self.dimension);
-        let mut linear = Linearised {
+        let mut linear = LinearisedFit {
             pieces: Vec::with_capacity(rows.len()),
             squares: vec![0.0; unknowns.len()],
             gradient: vec![0.0; unknowns.len()],
@@ -359,7 +359,7 @@ impl<'a> Problem<'a> {
     fn rows<M: DifferentiableMap>(
         &self,
         map: &M,
-        piece: &Piece<'_>,
+        piece: &SeriesPiece<'_>,
         (start, offsets): (&[f64], &[f64]),
         noise: &[f64],
     ) -> Option<DMatrix<f64>> {
@@ -403,8 +403,8 @@ impl<'a> Problem<'a> {
         noise: &[f64],
         covariance: Option<&DMatrix<f64>>,
     ) -> Fit {
-        let flights = self.each(map, unknowns, |map, piece, point| {
-            self.flight(map, point, piece.points.len() - 1 + piece.withheld.len())
+        let orbits = self.each(map, unknowns, |map, piece, point| {
+            self.orbit(map, point, piece.points.len() - 1 + piece.withheld.len())
         });
         let q = self.parameters();
         let entry = |row, column| covariance.map_or(f64::NAN, |matrix| matrix[(row, column)]);
@@ -417,9 +417,9 @@ impl<'a> Problem<'a> {
                 standard_error: entry(number, number).sqrt(),
             }
         };
-        let images: usize = flights.iter().map(|flight| flight.states.len() - 1).sum();
-        let share = |count: fn(&Flight) -> usize| {
-            flights.iter().map(count).sum::<usize>() as f64 / images.max(1) as f64
+        let images: usize = orbits.iter().map(|orbit| orbit.states.len() - 1).sum();
+        let share = |count: fn(&PieceOrbit) -> usize| {
+            orbits.iter().map(count).sum::<usize>() as f64 / images.max(1) as f64
         };
         Fit {
             parameters: self.request.parameters.iter().enumerate().map(parameter).collect(),
@@ -434,22 +434,22 @@ impl<'a> Problem<'a> {
             pieces: self.pieces.len(),
             steps: 0,
             end: FitEnd::Converged,
-            by_map: share(|flight| flight.by_map),
-            outside: share(|flight| flight.outside),
-            withheld: self.predicted(&flights, noise, map().circle()),
+            by_map: share(|orbit| orbit.by_map),
+            outside: share(|orbit| orbit.outside),
+            withheld: self.predicted(&orbits, noise, map().circle()),
         }
     }
 
     fn predicted(
         &self,
-        flights: &[Flight],
+        orbits: &[PieceOrbit],
         noise: &[f64],
         circle: PhaseCircle,
     ) -> Option<WithheldPoints> {
         let (mut sums, mut counts) = (vec![0.0; self.dimension], vec![0usize; self.dimension]);
         let mut points = 0;
-        for (piece, flight) in self.pieces.iter().zip(flights) {
-            let states = flight.states.get(piece.points.len()..).unwrap_or_default();
+        for (piece, orbit) in self.pieces.iter().zip(orbits) {
+            let states = orbit.states.get(piece.points.len()..).unwrap_or_default();
             points += piece.withheld.len();
             // A point that the orbit does not reach counts as infinitely far.
             let lost = piece.withheld.len() - states.len();
@@ -485,7 +485,7 @@ fn cut<'a>(
     withheld: &'a [Vec<f64>],
     controls: &'a [f64],
     returns: usize,
-) -> Vec<Piece<'a>> {
+) -> Vec<SeriesPiece<'a>> {
     let is_whole = |point: &Vec<f64>| point.iter().all(|value| value.is_finite());
     let length = if returns == 0 { usize::MAX } else { returns.saturating_add(1) };
     let (mut pieces, mut rest) = (Vec::new(), fitted);
@@ -496,7 +496,7 @@ fn cut<'a>(
         let points = if after.len() == 1 { rest } else { points };
         rest = if after.len() == 1 { &[] } else { after };
         if points.len() > 1 {
-            pieces.push(Piece { controls, points, withheld: &[] });
+            pieces.push(SeriesPiece { controls, points, withheld: &[] });
         }
     }
     if let Some(last) = pieces.last_mut() {
@@ -520,7 +520,7 @@ fn differences<'a>(
     })
 }
 
-impl Linearised {
+impl LinearisedFit {
     /// Raises the scales of the unknowns to the norms of their columns; scales never shrink.
     pub(super) fn widen(&self, scales: &mut [f64]) {
         for (scale, square) in scales.iter_mut().zip(&self.squares) {

@@ -6,12 +6,12 @@ use super::data::{LociRequest, Locus, LocusEnd, LocusKind, LocusPoint, Tangency}
 use super::equations::{CodimensionTwo, Condition, LocusEquations, begins_smoothly};
 use super::tangency::TangencyPoint;
 use super::trace::{
-    ClosedOrbits, Piece, SAME, SEEDED_AT, Searched, Seed, Trace, TracePoint, beside, condition_of,
-    is_stable, through, through_seed,
+    ClosedOrbits, LocusPiece, LocusSeed, SAME, SEEDED_AT, SearchedLocus, TracePoint, TracedLocus,
+    beside, condition_of, is_stable, through, through_seed,
 };
 use crate::analysis::MapEvaluation;
 use crate::analysis::continuation::{
-    Course, CurveEquations, CurvePoint, StepControl, any_tangent, between, corrected, follow,
+    ContinuationPoint, Curve, CurveEquations, StepControl, any_tangent, between, corrected, follow,
     moved, tangent_at, unit_vector,
 };
 use crate::analysis::periodic::{
@@ -53,8 +53,8 @@ pub(super) struct MapLoci<'a> {
 
 /// Loci found, and the work left for each kind and itinerary.
 #[derive(Default)]
-struct Found {
-    traces: Vec<Trace>,
+struct FoundLoci {
+    traces: Vec<TracedLocus>,
     left: BTreeMap<String, u64>,
 }
 
@@ -114,16 +114,16 @@ impl<'a> MapLoci<'a> {
     }
 
     /// All loci asked for.
-    pub(super) fn all(&self) -> Vec<Trace> {
-        let mut found = Found::default();
+    pub(super) fn all(&self) -> Vec<TracedLocus> {
+        let mut found = FoundLoci::default();
         for passage in 0..self.map.passages() {
             let made: PassageSet = [passage].into_iter().collect();
             let itinerary = ContactItinerary::new(self.map.passages(), vec![made]);
             let unknowns = vec![0.0; self.map.dimension() + 3];
-            self.add(&mut found, Seed { kind: LocusKind::Graze, itinerary, unknowns });
+            self.add(&mut found, LocusSeed { kind: LocusKind::Graze, itinerary, unknowns });
         }
         let simple = found.traces.len();
-        let mut seeds: Vec<Seed> = Vec::new();
+        let mut seeds: Vec<LocusSeed> = Vec::new();
         self.progress.expect((self.request.itineraries.len() * SEEDED_AT.len()) as u64);
         for (number, itinerary) in self.request.itineraries.iter().enumerate() {
             if itinerary.contacts() == 1 {
@@ -131,7 +131,7 @@ impl<'a> MapLoci<'a> {
             }
             for (at, share) in SEEDED_AT.into_iter().enumerate() {
                 let value = self.request.value(share);
-                let place = [Piece::Seeds as u64, number as u64, at as u64];
+                let place = [LocusPiece::Seeds as u64, number as u64, at as u64];
                 let look = || self.seeds_at(&found.traces[..simple], itinerary, value);
                 seeds.extend(resumed(self.progress, &place, look));
                 self.progress.advance(1);
@@ -143,8 +143,8 @@ impl<'a> MapLoci<'a> {
             }
         }
         if self.request.kinds.contains(&LocusKind::Torus) {
-            let seeds = found.traces.iter().flat_map(Trace::double_multipliers);
-            let seeds: Vec<Seed> = seeds.collect();
+            let seeds = found.traces.iter().flat_map(TracedLocus::double_multipliers);
+            let seeds: Vec<LocusSeed> = seeds.collect();
             seeds.into_iter().for_each(|seed| self.add(&mut found, seed));
         }
         found.traces
@@ -152,13 +152,17 @@ impl<'a> MapLoci<'a> {
 
     /// Seeds of folds and flips of orbits with one contact, at the points `ξ_n = 0` on the graze of
     /// the orbit without contact.
-    fn seeds_at_conditions(&self, grazes: &[Trace], itinerary: &ContactItinerary) -> Vec<Seed> {
+    fn seeds_at_conditions(
+        &self,
+        grazes: &[TracedLocus],
+        itinerary: &ContactItinerary,
+    ) -> Vec<LocusSeed> {
         let first = itinerary.returns()[0];
         let of_passage = grazes.iter().filter(|graze| graze.itinerary.returns()[0] == first);
         let at_condition = Some(CodimensionTwo::Xi(itinerary.period()));
         let points = of_passage.flat_map(|graze| &graze.points);
         let seeds = points.filter(|point| point.label == at_condition).flat_map(|point| {
-            [LocusKind::Fold, LocusKind::Flip].map(|kind| Seed {
+            [LocusKind::Fold, LocusKind::Flip].map(|kind| LocusSeed {
                 kind,
                 itinerary: itinerary.clone(),
                 unknowns: point.unknowns.clone(),
@@ -171,7 +175,7 @@ impl<'a> MapLoci<'a> {
     /// in the second parameter are followed.
     fn starts(
         &self,
-        grazes: &[Trace],
+        grazes: &[TracedLocus],
         itinerary: &ContactItinerary,
         equations: &MapOrbitEquations<'_, f64>,
         value: f64,
@@ -211,24 +215,29 @@ impl<'a> MapLoci<'a> {
     }
 
     /// Seeds on the branches of an itinerary at a value of the first parameter.
-    fn seeds_at(&self, grazes: &[Trace], itinerary: &ContactItinerary, value: f64) -> Vec<Seed> {
+    fn seeds_at(
+        &self,
+        grazes: &[TracedLocus],
+        itinerary: &ContactItinerary,
+        value: f64,
+    ) -> Vec<LocusSeed> {
         let [first, second] = self.request.plane;
         let mut at = self.request.at.clone();
         at[first] = value;
         let mut equations = self.equations(&self.rounded, itinerary, &[second], &at);
         let starts = self.starts(grazes, itinerary, &equations, value);
         let mut seeds = Vec::new();
-        let mut courses: Vec<Vec<Vec<f64>>> = Vec::new();
+        let mut curves: Vec<Vec<Vec<f64>>> = Vec::new();
         for start in starts {
-            if courses.iter().any(|course| is_near(course, &start)) {
+            if curves.iter().any(|curve| is_near(curve, &start)) {
                 continue;
             }
             for sign in [1.0, -1.0] {
-                let Some(course) = followed(&mut equations, &start, sign) else { continue };
-                let points = course.points.iter().map(|point| point.unknowns.clone());
-                courses.push(points.collect());
-                for turn in &course.turns {
-                    let point = &course.points[turn.point];
+                let Some(curve) = followed(&mut equations, &start, sign) else { continue };
+                let points = curve.points.iter().map(|point| point.unknowns.clone());
+                curves.push(points.collect());
+                for turn in &curve.turns {
+                    let point = &curve.points[turn.point];
                     let mut unknowns = point.unknowns.clone();
                     let unit = finite_or_one(self.map.window.parameter[first]);
                     unknowns.insert(equations.first_parameter(), value / unit);
@@ -244,13 +253,14 @@ impl<'a> MapLoci<'a> {
         &self,
         itinerary: &ContactItinerary,
         equations: &MapOrbitEquations<'_, f64>,
-        point: &CurvePoint<f64, PassagesOfOrbit<f64>>,
+        point: &ContinuationPoint<f64, PassagesOfOrbit<f64>>,
         test: usize,
         unknowns: Vec<f64>,
-    ) -> Option<Seed> {
+    ) -> Option<LocusSeed> {
         let extra = &point.linearised.extra;
         let (contacts, d) = (itinerary.contacts(), equations.first_depth_variable());
-        let plain = |kind, unknowns| Some(Seed { kind, itinerary: itinerary.clone(), unknowns });
+        let plain =
+            |kind, unknowns| Some(LocusSeed { kind, itinerary: itinerary.clone(), unknowns });
         match test {
             0 => plain(LocusKind::Fold, unknowns),
             1 => plain(LocusKind::Flip, unknowns),
@@ -288,7 +298,7 @@ impl<'a> MapLoci<'a> {
         unknowns: &[f64],
         number: usize,
         passage: usize,
-    ) -> Seed {
+    ) -> LocusSeed {
         let d = self.map.dimension();
         let returns = itinerary.returns();
         let before: usize = returns[..number].iter().map(|made| made.len()).sum();
@@ -301,7 +311,7 @@ impl<'a> MapLoci<'a> {
         let units = self.rounded(itinerary).units().to_vec();
         let state = states[number].iter().zip(&units).map(|(value, unit)| value / unit);
         let parameters = &unknowns[d + itinerary.contacts()..];
-        Seed {
+        LocusSeed {
             kind: LocusKind::Graze,
             itinerary: ContactItinerary::new(itinerary.passages(), rotated),
             unknowns: state.chain(depths).chain(parameters.iter().copied()).collect(),
@@ -309,7 +319,7 @@ impl<'a> MapLoci<'a> {
     }
 
     /// Adds the locus through a seed.
-    fn add(&self, found: &mut Found, seed: Seed) {
+    fn add(&self, found: &mut FoundLoci, seed: LocusSeed) {
         self.progress.expect(1);
         let of = format!("{} {}", seed.kind.word(), seed.itinerary);
         let left = found.left.entry(of).or_insert(MOST_WORK);
@@ -327,7 +337,7 @@ impl<'a> MapLoci<'a> {
     }
 
     /// Locus through a seed, unless it is known, with at most `most` work.
-    fn searched(&self, known: &[Trace], seed: &Seed, most: u64) -> Searched {
+    fn searched(&self, known: &[TracedLocus], seed: &LocusSeed, most: u64) -> SearchedLocus {
         let condition = condition(seed);
         let conditions = self.request.conditions(seed.kind, &seed.itinerary);
         let orbits = self.rounded(&seed.itinerary).within_work(most);
@@ -337,13 +347,13 @@ impl<'a> MapLoci<'a> {
         let found = through(seed, known, &mut orbits, &mut fine, grazes);
         let trace = found.map(|(points, ends)| {
             let (kind, itinerary) = (seed.kind, seed.itinerary.clone());
-            Trace { kind, itinerary, points, ends: ends.map(LocusEnd::of) }
+            TracedLocus { kind, itinerary, points, ends: ends.map(LocusEnd::of) }
         });
         (trace, orbits.orbits.work())
     }
 
     /// Indices of the passages whose contact begins without a kick.
-    pub(super) fn without_kick(&self, traces: &[Trace]) -> Vec<usize> {
+    pub(super) fn without_kick(&self, traces: &[TracedLocus]) -> Vec<usize> {
         let place = self.map.dimension();
         let simple = traces.iter().filter(|trace| trace.itinerary.contacts() == 1);
         let grazes = simple.filter(|trace| trace.kind == LocusKind::Graze);
@@ -357,11 +367,11 @@ impl<'a> MapLoci<'a> {
     }
 
     /// Tangencies of folds and flips with the grazing curves at their points of codimension two.
-    pub(super) fn tangencies(&self, traces: &[Trace]) -> Vec<Tangency> {
-        resumed(self.progress, &[Piece::Tangencies as u64], || self.tangencies_of(traces))
+    pub(super) fn tangencies(&self, traces: &[TracedLocus]) -> Vec<Tangency> {
+        resumed(self.progress, &[LocusPiece::Tangencies as u64], || self.tangencies_of(traces))
     }
 
-    fn tangencies_of(&self, traces: &[Trace]) -> Vec<Tangency> {
+    fn tangencies_of(&self, traces: &[TracedLocus]) -> Vec<Tangency> {
         let grazes = traces.iter().filter(|trace| trace.kind == LocusKind::Graze);
         let mut found = Vec::new();
         for (graze, point) in grazes.flat_map(|graze| graze.points.iter().map(move |p| (graze, p)))
@@ -394,7 +404,7 @@ impl<'a> MapLoci<'a> {
 
     fn tangency(
         &self,
-        graze: &Trace,
+        graze: &TracedLocus,
         point: &TracePoint,
         label: CodimensionTwo,
         itinerary: &ContactItinerary,
@@ -437,17 +447,17 @@ impl<'a> MapLoci<'a> {
     }
 
     /// All loci in offsets.
-    pub(super) fn all_described(&self, traces: &[Trace]) -> Vec<Locus> {
+    pub(super) fn all_described(&self, traces: &[TracedLocus]) -> Vec<Locus> {
         let traces = traces.iter().enumerate();
         let described = traces.map(|(number, trace)| {
-            let place = [Piece::Locus as u64, number as u64];
+            let place = [LocusPiece::Locus as u64, number as u64];
             resumed(self.progress, &place, || self.described(trace))
         });
         described.collect()
     }
 
     /// A locus in offsets.
-    fn described(&self, trace: &Trace) -> Locus {
+    fn described(&self, trace: &TracedLocus) -> Locus {
         let mut points: Vec<LocusPoint> =
             trace.points.iter().filter_map(|point| self.point(trace, point)).collect();
         // Where multipliers are undefined, at a graze, the stability of the next point is used.
@@ -461,19 +471,19 @@ impl<'a> MapLoci<'a> {
     }
 
     /// Passage that grazes along a locus of grazes.
-    fn grazing_passage(&self, trace: &Trace) -> usize {
+    fn grazing_passage(&self, trace: &TracedLocus) -> usize {
         trace.itinerary.returns()[0].iter().nth(self.grazing_contact(trace)).unwrap_or(0)
     }
 
     /// Index of the grazing contact among the contacts of a locus of grazes.
-    fn grazing_contact(&self, trace: &Trace) -> usize {
+    fn grazing_contact(&self, trace: &TracedLocus) -> usize {
         let d = self.map.dimension();
         let zero =
             |place: &usize| trace.points.iter().all(|point| point.unknowns[d + place].abs() < 1e-9);
         (0..trace.itinerary.contacts()).find(zero).unwrap_or(0)
     }
 
-    fn point(&self, trace: &Trace, point: &TracePoint) -> Option<LocusPoint> {
+    fn point(&self, trace: &TracedLocus, point: &TracePoint) -> Option<LocusPoint> {
         let equations = self.rounded(&trace.itinerary);
         let size = equations.units().len();
         let there = equations.at(&point.unknowns[..size])?;
@@ -572,7 +582,7 @@ fn at_zero(points: &[(Dd, Dd)]) -> Dd {
 }
 
 /// The condition of a seed.
-fn condition(seed: &Seed) -> Condition {
+fn condition(seed: &LocusSeed) -> Condition {
     match seed.kind {
         LocusKind::Graze => {
             let contacts = seed.itinerary.contacts();
@@ -589,7 +599,7 @@ fn followed(
     equations: &mut MapOrbitEquations<'_, f64>,
     start: &[f64],
     sign: f64,
-) -> Option<Course<f64, PassagesOfOrbit<f64>>> {
+) -> Option<Curve<f64, PassagesOfOrbit<f64>>> {
     let tangent = any_tangent(&equations.linearised(start)?.jacobian)?;
     let along: Vec<f64> = tangent.iter().map(|value| sign * value).collect();
     follow(equations, start, &along, &StepControl::DEFAULT)

@@ -9,7 +9,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::equations::{OrbitEquations, Unfolding};
-use crate::analysis::continuation::{CurveEquations, CurvePoint, Linearised, TestValue};
+use crate::analysis::continuation::{ContinuationPoint, CurveEquations, Linearised, TestValue};
 use crate::analysis::periodic::{PrescribedReturn, PrescribedReturns};
 use crate::numeric::Real;
 use crate::numeric::linear::inverse;
@@ -234,7 +234,7 @@ impl<S: Real, R: PrescribedReturns<S>> CurveEquations<S> for Connection<R> {
     }
 
     /// Returns none: the condition with which a connection is followed has the test functions.
-    fn tests(&self, _: &CurvePoint<S, Self::Extra>) -> Vec<TestValue<S>> {
+    fn tests(&self, _: &ContinuationPoint<S, Self::Extra>) -> Vec<TestValue<S>> {
         Vec::new()
     }
 

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use super::connection::{Connection, Unstable, jacobian};
 use super::data::{LociRequest, Locus, LocusEnd, LocusKind, LocusPoint};
 use super::equations::{Condition, LocusEquations, OrbitEquations};
-use super::trace::{Trace, joined};
+use super::trace::{TracedLocus, joined};
 use crate::analysis::MapEvaluation;
 use crate::analysis::continuation::{CurveEquations, StepControl, searched};
 use crate::analysis::periodic::{
@@ -83,7 +83,7 @@ pub(super) struct MapCrises<'a> {
 }
 
 /// A saddle with one unstable direction, in units.
-struct Saddle {
+struct CrisisSaddle {
     /// Unknowns of its equations in the second parameter.
     unknowns: Vec<f64>,
     parameters: Vec<f64>,
@@ -110,11 +110,11 @@ type PointOfReturn = (Vec<f64>, Vec<f64>);
 
 /// Contact of both manifolds near a value of the second parameter.
 struct Touch {
-    saddle: Saddle,
+    saddle: CrisisSaddle,
     path: Vec<[f64; 2]>,
 }
 
-impl Saddle {
+impl CrisisSaddle {
     /// Distance from the saddle of the start of an orbit of the unstable manifold, at a share of
     /// the piece that generates one side.
     fn beside(&self, side: f64, share: f64) -> f64 {
@@ -145,7 +145,7 @@ impl<'a> MapCrises<'a> {
         let mut loci = Vec::new();
         progress.expect((self.request.itineraries.len() * SEEDED_AT.len()) as u64);
         for (number, itinerary) in self.request.itineraries.iter().enumerate() {
-            let mut traces: Vec<(Trace, Vec<PassageSet>)> = Vec::new();
+            let mut traces: Vec<(TracedLocus, Vec<PassageSet>)> = Vec::new();
             for (at, share) in SEEDED_AT.into_iter().enumerate() {
                 let value = self.request.value(share);
                 let (found, followed): (Vec<Crisis>, Vec<_>) =
@@ -188,7 +188,7 @@ impl<'a> MapCrises<'a> {
             MapOrbitEquations::new(&self.rounded, itinerary, window, &[second], &at, reach);
         let place = |share: f64| ((share + 1.0) * 0.5 * (SCANNED - 1) as f64).round() as usize;
         let offset = |number: usize| 2.0 * number as f64 / (SCANNED - 1) as f64 - 1.0;
-        let mut known: Vec<Vec<Option<Saddle>>> = Vec::new();
+        let mut known: Vec<Vec<Option<CrisisSaddle>>> = Vec::new();
         for share in LOOKED_AT {
             let start = place(share);
             at[second] = offset(start) * width;
@@ -205,7 +205,7 @@ impl<'a> MapCrises<'a> {
                 if is_known {
                     continue;
                 }
-                let mut branch: Vec<Option<Saddle>> = (0..SCANNED).map(|_| None).collect();
+                let mut branch: Vec<Option<CrisisSaddle>> = (0..SCANNED).map(|_| None).collect();
                 branch[start] = self.saddle(itinerary, &equations, unknowns);
                 let up: Vec<usize> = (start + 1..SCANNED).collect();
                 let down: Vec<usize> = (0..start).rev().collect();
@@ -238,7 +238,7 @@ impl<'a> MapCrises<'a> {
         itinerary: &ContactItinerary,
         equations: &mut MapOrbitEquations<'_, f64>,
         start: &[f64],
-    ) -> Option<Saddle> {
+    ) -> Option<CrisisSaddle> {
         let (unknowns, _) = searched(equations, start, start.len() - 1)?;
         self.saddle(itinerary, equations, unknowns)
     }
@@ -250,7 +250,7 @@ impl<'a> MapCrises<'a> {
         itinerary: &ContactItinerary,
         equations: &MapOrbitEquations<'_, f64>,
         unknowns: Vec<f64>,
-    ) -> Option<Saddle> {
+    ) -> Option<CrisisSaddle> {
         let there = equations.at(&unknowns)?;
         let (_, depths, parameters) = equations.offsets(&unknowns);
         let physical = depths.iter().all(|&y| y > 0.0)
@@ -285,7 +285,7 @@ impl<'a> MapCrises<'a> {
         let (units, _) = returns.units();
         let states = there.extra.states.iter().map(|state| [0, 1].map(|a| state[a] / units[a]));
         let is_saddle = unstable.multiplier > 1.0 && contraction < 1.0;
-        is_saddle.then(|| Saddle {
+        is_saddle.then(|| CrisisSaddle {
             states: states.collect(),
             unknowns,
             parameters,
@@ -301,10 +301,10 @@ impl<'a> MapCrises<'a> {
         &self,
         itinerary: &ContactItinerary,
         equations: &mut MapOrbitEquations<'_, f64>,
-        branch: &[Option<Saddle>],
+        branch: &[Option<CrisisSaddle>],
         side: f64,
     ) -> Vec<Touch> {
-        let corner = |saddle: &Saddle| self.corner(itinerary, saddle, side);
+        let corner = |saddle: &CrisisSaddle| self.corner(itinerary, saddle, side);
         let corners: Vec<Option<Corner>> =
             branch.iter().map(|saddle| corner(saddle.as_ref()?)).collect();
         let n = itinerary.period();
@@ -348,7 +348,7 @@ impl<'a> MapCrises<'a> {
                 let [below, above] = [holds(-BESIDE_IT), holds(BESIDE_IT)];
                 if below != above {
                     // Of contacts too close together to separate, the first is kept.
-                    let at = |saddle: &Saddle| {
+                    let at = |saddle: &CrisisSaddle| {
                         let offset = saddle.unknowns[held];
                         if above { offset } else { -offset }
                     };
@@ -371,7 +371,7 @@ impl<'a> MapCrises<'a> {
     }
 
     /// Number of returns of an orbit of the unstable manifold.
-    fn returns_of(&self, itinerary: &ContactItinerary, saddle: &Saddle) -> usize {
+    fn returns_of(&self, itinerary: &ContactItinerary, saddle: &CrisisSaddle) -> usize {
         let leaving = -BESIDE.ln() / saddle.unstable.multiplier.ln();
         let periods = leaving.ceil() as usize + PERIODS;
         (periods * itinerary.period()).min(MOST)
@@ -381,7 +381,7 @@ impl<'a> MapCrises<'a> {
     fn orbit(
         &self,
         frozen: &FrozenMap,
-        saddle: &Saddle,
+        saddle: &CrisisSaddle,
         length: f64,
         count: usize,
     ) -> (Vec<[f64; 2]>, Vec<PassageSet>) {
@@ -405,7 +405,12 @@ impl<'a> MapCrises<'a> {
 
     /// First corner on one side of the unstable manifold: the point at which it first meets a
     /// graze, and the coordinates of its images across the stable manifold.
-    fn corner(&self, itinerary: &ContactItinerary, saddle: &Saddle, side: f64) -> Option<Corner> {
+    fn corner(
+        &self,
+        itinerary: &ContactItinerary,
+        saddle: &CrisisSaddle,
+        side: f64,
+    ) -> Option<Corner> {
         let frozen = self.horner.freeze(&saddle.parameters);
         let count = self.returns_of(itinerary, saddle);
         let length = |share: f64| saddle.beside(side, share);
@@ -442,7 +447,7 @@ impl<'a> MapCrises<'a> {
 
     /// Whether every orbit of the unstable manifold stays on its side of the saddle, seen once per
     /// period of the saddle.
-    fn holds(&self, itinerary: &ContactItinerary, saddle: &Saddle, side: f64) -> bool {
+    fn holds(&self, itinerary: &ContactItinerary, saddle: &CrisisSaddle, side: f64) -> bool {
         let frozen = self.horner.freeze(&saddle.parameters);
         (0..ORBITS).all(|number| {
             let share = (number as f64 + 0.5) / ORBITS as f64;
@@ -457,7 +462,7 @@ impl<'a> MapCrises<'a> {
         &self,
         itinerary: &ContactItinerary,
         touch: &Touch,
-        known: &mut Vec<(Trace, Vec<PassageSet>)>,
+        known: &mut Vec<(TracedLocus, Vec<PassageSet>)>,
     ) -> Option<Crisis> {
         let saddle = &touch.saddle;
         let (n, scales) = (itinerary.period(), &self.map.window.state);
@@ -527,10 +532,10 @@ impl<'a> MapCrises<'a> {
     fn traced(
         &self,
         itinerary: &ContactItinerary,
-        saddle: &Saddle,
+        saddle: &CrisisSaddle,
         (points, made): (Vec<PointOfReturn>, Vec<PassageSet>),
         corner: Option<(usize, usize)>,
-        known: &mut Vec<(Trace, Vec<PassageSet>)>,
+        known: &mut Vec<(TracedLocus, Vec<PassageSet>)>,
     ) -> Option<Option<Crisis>> {
         let returns = self.returns(made.clone());
         let start = returns.unknowns(&points, &saddle.parameters);
@@ -553,7 +558,7 @@ impl<'a> MapCrises<'a> {
         let Some((points, ends)) = joined(&mut locus, &found, alike, &STEPS) else {
             return Some(None);
         };
-        let trace = Trace {
+        let trace = TracedLocus {
             kind: LocusKind::Crisis,
             itinerary: itinerary.clone(),
             points: points.into_iter().map(|(point, _)| point).collect(),
@@ -567,7 +572,7 @@ impl<'a> MapCrises<'a> {
     /// A crisis in offsets.
     fn described(
         &self,
-        trace: &Trace,
+        trace: &TracedLocus,
         mut orbits: Connection<MapReturns<'_, f64>>,
         made: &[PassageSet],
         corner: Option<(usize, usize)>,

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::equations::CodimensionTwo;
-use crate::analysis::continuation::CourseEnd;
+use crate::analysis::continuation::ContinuationEnd;
 use crate::analysis::periodic::ContactItinerary;
 
 /// Request of [`loci`](super::loci).
@@ -186,13 +186,13 @@ impl LocusEnd {
         matches!(self, Self::Lost | Self::StepLimit | Self::WorkLimit)
     }
 
-    pub(super) fn of(end: CourseEnd) -> Self {
+    pub(super) fn of(end: ContinuationEnd) -> Self {
         match end {
-            CourseEnd::Border { .. } => Self::Border,
-            CourseEnd::Closed => Self::Closed,
-            CourseEnd::Last | CourseEnd::StepTooSmall => Self::Lost,
-            CourseEnd::StepLimit => Self::StepLimit,
-            CourseEnd::WorkLimit => Self::WorkLimit,
+            ContinuationEnd::Border { .. } => Self::Border,
+            ContinuationEnd::Closed => Self::Closed,
+            ContinuationEnd::Last | ContinuationEnd::StepTooSmall => Self::Lost,
+            ContinuationEnd::StepLimit => Self::StepLimit,
+            ContinuationEnd::WorkLimit => Self::WorkLimit,
         }
     }
 }

@@ -13,14 +13,14 @@ use nalgebra::{Complex, DMatrix, DVector};
 use super::data::{LociRequest, Locus, LocusEnd, LocusKind, LocusPoint};
 use super::equations::{CodimensionTwo, Condition, LocusEquations, OrbitEquations, Unfolding};
 use super::trace::{
-    ClosedOrbits, Piece, SAME, SEEDED_AT, Searched, Seed, Trace, TracePoint, condition_of,
-    is_stable, through, through_seed,
+    ClosedOrbits, LocusPiece, LocusSeed, SAME, SEEDED_AT, SearchedLocus, TracePoint, TracedLocus,
+    condition_of, is_stable, through, through_seed,
 };
 use crate::analysis::branches::{
     BranchLabel, BranchPoint, BranchRequest, Extent, Follow, followed,
 };
 use crate::analysis::continuation::{
-    CourseEnd, Linearised, between, corrected, farthest, unit_vector,
+    ContinuationEnd, Linearised, between, corrected, farthest, unit_vector,
 };
 use crate::analysis::direct_image::DirectImage;
 use crate::analysis::error::AnalysisError;
@@ -28,7 +28,7 @@ use crate::analysis::evaluation::{DepthEvaluation, MapEvaluation};
 use crate::analysis::periodic::{
     ContactItinerary, DirectOrbit, DirectOrbitEquations, DirectUnits, finite_or_one,
 };
-use crate::analysis::progress::{Part, Progress, resumed};
+use crate::analysis::progress::{Progress, SubProgress, resumed};
 use crate::analysis::work::{MOST_WORK, Unfinished};
 use crate::expansion::LocalMap;
 use crate::hybrid::HybridSystem;
@@ -219,7 +219,7 @@ impl<'a> DirectLoci<'a> {
     ) -> Result<(Vec<Locus>, Vec<ContactItinerary>), AnalysisError> {
         let progress = self.progress;
         progress.expect(SEEDED_AT.len() as u64 + 1);
-        let grazes: Vec<Trace> = self.graze().into_iter().collect();
+        let grazes: Vec<TracedLocus> = self.graze().into_iter().collect();
         progress.advance(1);
         let found = parallel::try_map(SEEDED_AT.iter().enumerate(), |(number, &share)| {
             let seeds = self.seeds_at(&grazes, self.request.value(share), number);
@@ -231,9 +231,9 @@ impl<'a> DirectLoci<'a> {
         seeds.extend(by_map.iter().flat_map(|locus| self.seeds_of(locus)));
         seeds.retain(|seed| self.request.kinds.contains(&seed.kind));
         // Seeds of one locus share kind and itinerary.
-        let mut groups: Vec<Vec<Seed>> = Vec::new();
+        let mut groups: Vec<Vec<LocusSeed>> = Vec::new();
         for seed in seeds {
-            let same = |group: &&mut Vec<Seed>| {
+            let same = |group: &&mut Vec<LocusSeed>| {
                 group[0].kind == seed.kind && group[0].itinerary == seed.itinerary
             };
             match groups.iter_mut().find(same) {
@@ -244,18 +244,18 @@ impl<'a> DirectLoci<'a> {
         groups.sort_by_key(|group| group[0].kind as usize);
         let mut traces = parallel::map(&groups, |group| self.traces(group, Vec::new()));
         if self.request.kinds.contains(&LocusKind::Torus) {
-            let double = traces.iter().flatten().flat_map(Trace::double_multipliers);
-            let double: Vec<Seed> = double.collect();
-            let is_torus = |trace: &Trace| trace.kind == LocusKind::Torus;
+            let double = traces.iter().flatten().flat_map(TracedLocus::double_multipliers);
+            let double: Vec<LocusSeed> = double.collect();
+            let is_torus = |trace: &TracedLocus| trace.kind == LocusKind::Torus;
             let (known, others) = traces.into_iter().flatten().partition(is_torus);
             traces = vec![others, self.traces(&double, known)];
         }
         let asked = self.request.kinds.contains(&LocusKind::Graze);
-        let mut all: Vec<Trace> = grazes.into_iter().filter(|_| asked).collect();
+        let mut all: Vec<TracedLocus> = grazes.into_iter().filter(|_| asked).collect();
         all.extend(traces.into_iter().flatten());
         progress.expect(all.len() as u64);
         let all = all.iter().enumerate().filter_map(|(number, trace)| {
-            let place = [Piece::Locus as u64, number as u64];
+            let place = [LocusPiece::Locus as u64, number as u64];
             let locus = resumed(progress, &place, || self.described(trace));
             progress.advance(1);
             locus
@@ -265,11 +265,11 @@ impl<'a> DirectLoci<'a> {
 
     /// Locus of grazes of the orbit without contact; `None` if returns have no passage of their
     /// own.
-    fn graze(&self) -> Option<Trace> {
+    fn graze(&self) -> Option<TracedLocus> {
         self.plane.units.gap?;
         let itinerary = self.one_contact();
         let unknowns = vec![0.0; self.rounded(&itinerary).count()];
-        self.traces(&[Seed { kind: LocusKind::Graze, itinerary, unknowns }], Vec::new()).pop()
+        self.traces(&[LocusSeed { kind: LocusKind::Graze, itinerary, unknowns }], Vec::new()).pop()
     }
 
     /// Itinerary of one return with the contact of its own passage.
@@ -280,7 +280,7 @@ impl<'a> DirectLoci<'a> {
 
     /// Seeds of folds and flips of orbits with one contact, at the points `ξ_n = 0` on the graze of
     /// the orbit without contact.
-    fn seeds_at_conditions(&self, grazes: &[Trace]) -> Vec<Seed> {
+    fn seeds_at_conditions(&self, grazes: &[TracedLocus]) -> Vec<LocusSeed> {
         let own = self.one_contact();
         let mut seeds = Vec::new();
         for itinerary in &self.request.itineraries {
@@ -293,7 +293,7 @@ impl<'a> DirectLoci<'a> {
                 let (state, parameters) = point.unknowns.split_at(point.unknowns.len() - 2);
                 let mut unknowns = state.repeat(itinerary.period());
                 unknowns.extend(parameters);
-                seeds.extend([LocusKind::Fold, LocusKind::Flip].map(|kind| Seed {
+                seeds.extend([LocusKind::Fold, LocusKind::Flip].map(|kind| LocusSeed {
                     kind,
                     itinerary: itinerary.clone(),
                     unknowns: unknowns.clone(),
@@ -307,10 +307,10 @@ impl<'a> DirectLoci<'a> {
     /// the first.
     fn seeds_at(
         &self,
-        grazes: &[Trace],
+        grazes: &[TracedLocus],
         value: f64,
         number: usize,
-    ) -> Result<Vec<Seed>, AnalysisError> {
+    ) -> Result<Vec<LocusSeed>, AnalysisError> {
         let [first, second] = self.request.plane;
         let mut at = self.request.at.clone();
         at[first] = value;
@@ -330,8 +330,8 @@ impl<'a> DirectLoci<'a> {
             ..Extent::to(Follow::All)
         };
         let (scene, orbit, map) = (self.scene, self.orbit, self.map);
-        let part = Part::new(self.progress, Piece::Seeds as usize);
-        let part = Part::new(&part, number);
+        let part = SubProgress::new(self.progress, LocusPiece::Seeds as usize);
+        let part = SubProgress::new(&part, number);
         let found = followed(scene, orbit, map, &request, extent, &part)?;
         self.unfinished.extend(&found.unfinished);
         let points = found.branches.iter().flat_map(|branch| &branch.points);
@@ -340,7 +340,7 @@ impl<'a> DirectLoci<'a> {
 
     /// Point at which a locus of grazes passes a value of the first parameter: section point and
     /// second parameter, in offsets.
-    fn graze_at(&self, graze: &Trace, value: f64) -> Option<(Vec<f64>, f64)> {
+    fn graze_at(&self, graze: &TracedLocus, value: f64) -> Option<(Vec<f64>, f64)> {
         let mut equations = self.rounded(&graze.itinerary);
         let place = equations.variables();
         let wanted = value / self.plane.units.parameters[0];
@@ -360,7 +360,7 @@ impl<'a> DirectLoci<'a> {
     }
 
     /// Seed at a special point of a branch.
-    fn seed(&self, point: &BranchPoint) -> Option<Seed> {
+    fn seed(&self, point: &BranchPoint) -> Option<LocusSeed> {
         let (special, orbit) = (point.special.as_ref()?, &point.orbit);
         // Loci are followed with the section points of all returns.
         if orbit.states.len() < orbit.itinerary.period() {
@@ -392,11 +392,11 @@ impl<'a> DirectLoci<'a> {
         }
         let mut unknowns = self.rounded(&itinerary).unknowns(&states, &orbit.parameters)?;
         unknowns.extend(angle);
-        is_asked.then_some(Seed { kind, itinerary, unknowns })
+        is_asked.then_some(LocusSeed { kind, itinerary, unknowns })
     }
 
     /// Seeds from the map's locus: one orbit of each physical part, away from the graze.
-    fn seeds_of(&self, locus: &Locus) -> Vec<Seed> {
+    fn seeds_of(&self, locus: &Locus) -> Vec<LocusSeed> {
         let mut itinerary = locus.itinerary.clone();
         if let Some([number, passage]) = locus.grazing {
             itinerary = itinerary.with_contact(number, passage);
@@ -420,13 +420,13 @@ impl<'a> DirectLoci<'a> {
             if locus.kind == LocusKind::Torus {
                 unknowns.push(angle(&point.multipliers)?);
             }
-            Some(Seed { kind: locus.kind, itinerary: itinerary.clone(), unknowns })
+            Some(LocusSeed { kind: locus.kind, itinerary: itinerary.clone(), unknowns })
         });
         seeds.collect()
     }
 
     /// Loci through seeds, added to those known.
-    fn traces(&self, seeds: &[Seed], mut traces: Vec<Trace>) -> Vec<Trace> {
+    fn traces(&self, seeds: &[LocusSeed], mut traces: Vec<TracedLocus>) -> Vec<TracedLocus> {
         self.progress.expect(seeds.len() as u64);
         let mut left = LOCI_WORK;
         for seed in seeds {
@@ -446,7 +446,7 @@ impl<'a> DirectLoci<'a> {
     }
 
     /// Locus through a seed, unless it is known, with at most `most` work.
-    fn searched(&self, seed: &Seed, known: &[Trace], most: u64) -> Searched {
+    fn searched(&self, seed: &LocusSeed, known: &[TracedLocus], most: u64) -> SearchedLocus {
         let mut orbits = self.rounded(&seed.itinerary);
         orbits.limit_work(most);
         let condition = condition_of(seed.kind);
@@ -458,11 +458,11 @@ impl<'a> DirectLoci<'a> {
 
     fn trace(
         &self,
-        seed: &Seed,
-        known: &[Trace],
+        seed: &LocusSeed,
+        known: &[TracedLocus],
         locus: &mut LocusEquations<DirectOrbitEquations<'a, f64>, f64>,
-    ) -> Option<Trace> {
-        let Seed { kind, itinerary, .. } = seed;
+    ) -> Option<TracedLocus> {
+        let LocusSeed { kind, itinerary, .. } = seed;
         let own = locus.orbits.depth_variables();
         let exact = self.exact(itinerary);
         let mut fine = LocusEquations::new(exact, locus.condition, locus.conditions);
@@ -486,7 +486,7 @@ impl<'a> DirectLoci<'a> {
             let size = |unknown: usize| points[place].unknowns[unknown].abs();
             let nearest = own.iter().copied().min_by(|&a, &b| size(a).total_cmp(&size(b)));
             let unknown = match end {
-                CourseEnd::Border { unknown } => own.contains(&unknown).then_some(unknown),
+                ContinuationEnd::Border { unknown } => own.contains(&unknown).then_some(unknown),
                 // In double precision the last orbits before a graze may not be found.
                 _ => nearest.filter(|&unknown| size(unknown) < NEAR),
             };
@@ -501,11 +501,11 @@ impl<'a> DirectLoci<'a> {
             }
         }
         let ends = found;
-        Some(Trace { kind: *kind, itinerary: itinerary.clone(), points, ends })
+        Some(TracedLocus { kind: *kind, itinerary: itinerary.clone(), points, ends })
     }
 
     /// The locus with orbits solved for in double-double; orbits that fail are left out.
-    fn described(&self, trace: &Trace) -> Option<Locus> {
+    fn described(&self, trace: &TracedLocus) -> Option<Locus> {
         let typical = trace.points.iter().find(|point| point.label.is_none());
         let (_, work) = self.point(trace, typical.or(trace.points.first())?);
         let most = (LOCI_WORK / work.max(1)).clamp(FEWEST as u64, POINTS as u64) as usize;
@@ -522,7 +522,7 @@ impl<'a> DirectLoci<'a> {
     }
 
     /// A point of a locus, and the work it took.
-    fn point(&self, trace: &Trace, point: &TracePoint) -> (Option<LocusPoint>, u64) {
+    fn point(&self, trace: &TracedLocus, point: &TracePoint) -> (Option<LocusPoint>, u64) {
         let condition = condition_of(trace.kind);
         let mut locus = LocusEquations::new(self.exact(&trace.itinerary), condition, 0);
         let found = self.solved_point(trace, point, &mut locus);
@@ -531,7 +531,7 @@ impl<'a> DirectLoci<'a> {
 
     fn solved_point(
         &self,
-        trace: &Trace,
+        trace: &TracedLocus,
         point: &TracePoint,
         locus: &mut LocusEquations<DirectOrbitEquations<'a, Dd>, Dd>,
     ) -> Option<LocusPoint> {

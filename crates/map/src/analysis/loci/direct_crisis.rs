@@ -12,7 +12,7 @@ use super::direct::DirectPlane;
 use crate::analysis::continuation::{CurveEquations, largest};
 use crate::analysis::error::AnalysisError;
 use crate::analysis::periodic::ContactItinerary;
-use crate::analysis::progress::{Part, Progress, resumed};
+use crate::analysis::progress::{Progress, SubProgress, resumed};
 use crate::expansion::LocalMap;
 use crate::hybrid::HybridSystem;
 use crate::iteration::parallel;
@@ -56,7 +56,7 @@ impl<'a> DirectCrises<'a> {
     pub(super) fn all(&self, by_map: &[Crisis], progress: &dyn Progress) -> Vec<Locus> {
         let with_corner = by_map.iter().filter(|crisis| crisis.corner.is_some());
         let loci = with_corner.enumerate();
-        loci.filter_map(|(number, crisis)| self.locus(crisis, &Part::new(progress, number)))
+        loci.filter_map(|(number, crisis)| self.locus(crisis, &SubProgress::new(progress, number)))
             .collect()
     }
 

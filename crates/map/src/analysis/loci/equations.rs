@@ -9,7 +9,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::analysis::continuation::{
-    CurveEquations, CurvePoint, Linearised, TestValue, unit_vector,
+    ContinuationPoint, CurveEquations, Linearised, TestValue, unit_vector,
 };
 use crate::analysis::periodic::MapOrbitEquations;
 use crate::numeric::Real;
@@ -429,7 +429,7 @@ impl<S: Real, O: OrbitEquations<S>> CurveEquations<S> for LocusEquations<O, S> {
         }
     }
 
-    fn tests(&self, point: &CurvePoint<S, Self::Extra>) -> Vec<TestValue<S>> {
+    fn tests(&self, point: &ContinuationPoint<S, Self::Extra>) -> Vec<TestValue<S>> {
         point.linearised.extra.clone()
     }
 
@@ -577,7 +577,7 @@ mod tests {
             Some(Linearised { residual, jacobian, extra: () })
         }
 
-        fn tests(&self, _: &CurvePoint<f64>) -> Vec<TestValue<f64>> {
+        fn tests(&self, _: &ContinuationPoint<f64>) -> Vec<TestValue<f64>> {
             Vec::new()
         }
 
@@ -638,13 +638,13 @@ mod tests {
         let coordinates = start.len() - 2 - usize::from(condition == Condition::Pair);
         let mut equations = LocusEquations::new(Smooth { coordinates, map }, condition, 0);
         let kinds = equations.kinds(0);
-        let course = follow(&mut equations, start, along, &StepControl::DEFAULT);
-        let course = course.expect("a locus");
+        let curve = follow(&mut equations, start, along, &StepControl::DEFAULT);
+        let curve = curve.expect("a locus");
         let of = |turn: &Turn| {
-            let at = &course.points[turn.point].unknowns;
+            let at = &curve.points[turn.point].unknowns;
             (kinds[turn.test], [at[coordinates], at[coordinates + 1]])
         };
-        course.turns.iter().map(of).collect()
+        curve.turns.iter().map(of).collect()
     }
 
     fn assert_at(found: &[(CodimensionTwo, [f64; 2])], kind: CodimensionTwo, at: [f64; 2]) {

@@ -22,7 +22,7 @@ pub use equations::CodimensionTwo;
 
 use crate::analysis::error::{AnalysisError, check_contacts};
 use crate::analysis::periodic::ContactItinerary;
-use crate::analysis::{Part, Progress};
+use crate::analysis::{Progress, SubProgress};
 use crate::expansion::LocalMap;
 use crate::hybrid::HybridSystem;
 use crate::model::Scene;
@@ -67,7 +67,7 @@ pub fn loci(
     }
     let mut found = Loci::default();
     if request.kinds.iter().any(|&kind| kind != LocusKind::Crisis) {
-        let part = Part::new(progress, 0);
+        let part = SubProgress::new(progress, 0);
         if map.has_contacts() {
             let by_map = MapLoci::new(map, &near, &part);
             let traces = by_map.all();
@@ -78,7 +78,7 @@ pub fn loci(
         }
         if request.direct {
             let system = HybridSystem::new(&scene.model);
-            let part = Part::new(progress, 1);
+            let part = SubProgress::new(progress, 1);
             let direct = DirectLoci::new(&system, scene, orbit, map, (request, &part))?;
             let unfinished = std::mem::take(&mut found.unfinished);
             (found.loci, found.unfinished) = direct.all(&found.loci)?;
@@ -93,11 +93,11 @@ pub fn loci(
             return Err(AnalysisError::NotPlanar { dimension: map.dimension() });
         }
         check_contacts(map)?;
-        let crises = MapCrises::new(map, &near).all(&Part::new(progress, 2));
+        let crises = MapCrises::new(map, &near).all(&SubProgress::new(progress, 2));
         if request.direct {
             let system = HybridSystem::new(&scene.model);
             let direct = DirectCrises::new(&system, scene, orbit, map, request)?;
-            found.loci.extend(direct.all(&crises, &Part::new(progress, 3)));
+            found.loci.extend(direct.all(&crises, &SubProgress::new(progress, 3)));
         } else {
             found.loci.extend(crises.into_iter().map(|crisis| crisis.locus));
         }

@@ -11,8 +11,8 @@ use serde::{Deserialize, Serialize};
 use super::data::{Locus, LocusEnd, LocusKind, LocusPoint};
 use super::equations::{CodimensionTwo, Condition, LocusEquations, OrbitEquations};
 use crate::analysis::continuation::{
-    CourseEnd, CurveEquations, StepControl, any_tangent, between, corrected, farthest, follow,
-    zero_near,
+    ContinuationEnd, CurveEquations, StepControl, any_tangent, between, corrected, farthest,
+    follow, zero_near,
 };
 use crate::analysis::periodic::ContactItinerary;
 use crate::analysis::progress::{Progress, place_of, resumed};
@@ -28,7 +28,7 @@ const STEPS: StepControl = StepControl { first: 0.01, longest: 0.2, ..StepContro
 
 /// Kinds of kept pieces of loci.
 #[derive(Clone, Copy)]
-pub(super) enum Piece {
+pub(super) enum LocusPiece {
     /// The seeds of an itinerary at a value of the first parameter.
     Seeds,
     /// Result of the search from a seed.
@@ -41,7 +41,7 @@ pub(super) enum Piece {
 
 /// An orbit near a locus.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub(super) struct Seed {
+pub(super) struct LocusSeed {
     pub(super) kind: LocusKind,
     /// Itinerary; for a graze its first return has the grazing contact.
     pub(super) itinerary: ContactItinerary,
@@ -51,7 +51,7 @@ pub(super) struct Seed {
 
 /// A locus in units, point by point.
 #[derive(Serialize, Deserialize)]
-pub(super) struct Trace {
+pub(super) struct TracedLocus {
     pub(super) kind: LocusKind,
     pub(super) itinerary: ContactItinerary,
     pub(super) points: Vec<TracePoint>,
@@ -75,7 +75,7 @@ pub(super) trait ClosedOrbits: OrbitEquations<f64> {
 }
 
 /// Locus through a seed, if it is not among those known, and the work it took.
-pub(super) type Searched = (Option<Trace>, u64);
+pub(super) type SearchedLocus = (Option<TracedLocus>, u64);
 
 /// Locus through a seed, recalled from an earlier run or computed by `follow`. Seeds always come in
 /// the same order, so that the number of known loci, the work left and the seed determine it.
@@ -83,9 +83,9 @@ pub(super) fn through_seed(
     progress: &dyn Progress,
     (known, left): (usize, u64),
     seed: &impl Serialize,
-    follow: impl FnOnce() -> Searched,
-) -> Searched {
-    resumed(progress, &place_of(Piece::Trace as u64, &(known, left, seed)), follow)
+    follow: impl FnOnce() -> SearchedLocus,
+) -> SearchedLocus {
+    resumed(progress, &place_of(LocusPiece::Trace as u64, &(known, left, seed)), follow)
 }
 
 /// Points of the locus through a seed, with special points solved for in double-double, and its
@@ -94,13 +94,13 @@ pub(super) fn through_seed(
 /// `None` if the locus is known (also from another return), if its orbits have a shorter period, or
 /// if another contact grazes all along it, so that it is a locus of fewer contacts.
 pub(super) fn through<O: ClosedOrbits, E: OrbitEquations<Dd>>(
-    seed: &Seed,
-    known: &[Trace],
+    seed: &LocusSeed,
+    known: &[TracedLocus],
     orbits: &mut LocusEquations<O, f64>,
     fine: &mut LocusEquations<E, Dd>,
     grazes: usize,
-) -> Option<(Vec<TracePoint>, [CourseEnd; 2])> {
-    let alike = |trace: &&Trace| trace.kind == seed.kind && trace.itinerary == seed.itinerary;
+) -> Option<(Vec<TracePoint>, [ContinuationEnd; 2])> {
+    let alike = |trace: &&TracedLocus| trace.kind == seed.kind && trace.itinerary == seed.itinerary;
     let kinds = orbits.kinds(grazes);
     let known = || known.iter().filter(alike);
     let (points, ends) = joined(orbits, &seed.unknowns, known(), &STEPS)?;
@@ -214,14 +214,14 @@ const ONE_PLACE: f64 = 1e-9;
 const NEIGHBOURS: usize = 6;
 
 /// Points of a locus in order, each with the test function that vanishes there, and its ends.
-type Joined = (Vec<(TracePoint, Option<usize>)>, [CourseEnd; 2]);
+type Joined = (Vec<(TracePoint, Option<usize>)>, [ContinuationEnd; 2]);
 
 /// Locus through a point near it, followed both ways; `None` if the point lies on a known locus or
 /// no locus is found.
 pub(super) fn joined<'t, C: CurveEquations<f64>>(
     equations: &mut C,
     start: &[f64],
-    mut known: impl Iterator<Item = &'t Trace>,
+    mut known: impl Iterator<Item = &'t TracedLocus>,
     steps: &StepControl,
 ) -> Option<Joined> {
     // The unknown with the largest tangent component is best to hold.
@@ -232,19 +232,19 @@ pub(super) fn joined<'t, C: CurveEquations<f64>>(
     }
     let mut way = |sign: f64| {
         let along: Vec<f64> = along.iter().map(|value| sign * value).collect();
-        let course = follow(equations, &start, &along, steps)?;
+        let curve = follow(equations, &start, &along, steps)?;
         // A zero at the start has no change of sign after it.
-        let at_start = course.points[0].tests.iter();
+        let at_start = curve.points[0].tests.iter();
         let at_start =
             at_start.enumerate().filter(|(_, test)| test.value.abs() <= AT_START * test.size);
         let mut turns: Vec<(usize, usize)> =
-            course.turns.iter().map(|turn| (turn.point, turn.test)).collect();
+            curve.turns.iter().map(|turn| (turn.point, turn.test)).collect();
         for (test, _) in at_start {
             if !turns.contains(&(0, test)) {
                 turns.push((0, test));
             }
         }
-        let points = course.points.into_iter().map(|point| TracePoint {
+        let points = curve.points.into_iter().map(|point| TracePoint {
             unknowns: point.unknowns,
             tangent: point.tangent,
             label: None,
@@ -262,16 +262,16 @@ pub(super) fn joined<'t, C: CurveEquations<f64>>(
                 }
             }
         }
-        Some((points, course.end))
+        Some((points, curve.end))
     };
     let ((back, first), on) = (way(-1.0)?, way(1.0));
     let (on, last) = match on {
         Some(on) => on,
         // The bound on work keeps the part found so far.
-        None if equations.is_spent() => (vec![back[0].clone()], CourseEnd::WorkLimit),
+        None if equations.is_spent() => (vec![back[0].clone()], ContinuationEnd::WorkLimit),
         None => return None,
     };
-    // The start belongs to both courses.
+    // The start belongs to both curves.
     let at_start = back.iter().take_while(|(point, _)| point.unknowns == back[0].0.unknowns);
     let shared = at_start.count();
     let points = back.into_iter().skip(shared).rev().chain(on).collect();
@@ -294,17 +294,17 @@ pub(super) fn beside(a: &[f64], b: &[f64], point: &[f64]) -> (f64, f64, f64) {
 /// Distance from 0 or π of the angle at which a locus of pairs is started at a double multiplier.
 const FROM_DOUBLE: f64 = 0.05;
 
-impl Trace {
+impl TracedLocus {
     /// Seeds of loci of pairs on this locus: at a double multiplier 1 of a fold or −1 of a flip. An
     /// orbit whose pair has a small angle is within about the square of that angle.
-    pub(super) fn double_multipliers(&self) -> Vec<Seed> {
+    pub(super) fn double_multipliers(&self) -> Vec<LocusSeed> {
         let (label, angle) = match self.kind {
             LocusKind::Fold => (CodimensionTwo::R1, FROM_DOUBLE),
             LocusKind::Flip => (CodimensionTwo::R2, PI - FROM_DOUBLE),
             _ => return Vec::new(),
         };
         let points = self.points.iter().filter(|point| point.label == Some(label));
-        let seed = |point: &TracePoint| Seed {
+        let seed = |point: &TracePoint| LocusSeed {
             kind: LocusKind::Torus,
             itinerary: self.itinerary.clone(),
             unknowns: [&point.unknowns[..], &[angle]].concat(),

@@ -18,7 +18,7 @@ use super::contact_itinerary::ContactItinerary;
 use super::map_equations::{halves, is_same, reciprocal_pairs, repeats_after_half};
 use super::returns::PrescribedReturn;
 use crate::analysis::continuation::{
-    CurveEquations, CurvePoint, Linearised, TestValue, bordered, saved, tangent_at,
+    ContinuationPoint, CurveEquations, Linearised, TestValue, bordered, saved, tangent_at,
 };
 use crate::analysis::direct_image::{DirectEnd, DirectImage, SectionImage};
 use crate::analysis::error::AnalysisError;
@@ -41,7 +41,7 @@ use crate::orbit::GrazingOrbit;
 pub struct DirectOrbitEquations<'a, S: Real> {
     image: DirectImage<'a, S>,
     itinerary: ContactItinerary,
-    flights: Vec<Flight<'a, S>>,
+    flights: Vec<SectionFlight<'a, S>>,
     units: DirectUnits,
     /// Indices of the free parameters, with their ranges in units.
     free: Vec<(usize, [f64; 2])>,
@@ -55,7 +55,7 @@ pub struct DirectOrbitEquations<'a, S: Real> {
 
 /// Flight from one section point to the next.
 #[derive(Clone, Debug)]
-struct Flight<'a, S: Real> {
+struct SectionFlight<'a, S: Real> {
     /// Index of its first return.
     first: usize,
     /// Passages that make contact, over all its returns in order.
@@ -111,7 +111,7 @@ pub struct DirectOrbit<S> {
 }
 
 /// A section point and its image.
-struct Flown<S> {
+struct FlownPoint<S> {
     point: Vec<S>,
     image: Vec<S>,
     speeds: Vec<Option<S>>,
@@ -144,10 +144,11 @@ const STEPS: usize = 30;
 const REPEATED: f64 = 1e-4;
 
 /// Weighted sum of images with the same contacts; `None` if their extra contacts differ.
-fn weighted<S: Real>(nodes: &[(S, Flown<S>)]) -> Option<Flown<S>> {
+fn weighted<S: Real>(nodes: &[(S, FlownPoint<S>)]) -> Option<FlownPoint<S>> {
     let (_, first) = nodes.first()?;
-    let sum = |of: &dyn Fn(&Flown<S>) -> S| nodes.iter().map(|(w, node)| *w * of(node)).sum::<S>();
-    let all = |of: fn(&Flown<S>) -> &Vec<S>| -> Vec<S> {
+    let sum =
+        |of: &dyn Fn(&FlownPoint<S>) -> S| nodes.iter().map(|(w, node)| *w * of(node)).sum::<S>();
+    let all = |of: fn(&FlownPoint<S>) -> &Vec<S>| -> Vec<S> {
         (0..of(first).len()).map(|place| sum(&|node| of(node)[place])).collect()
     };
     let speeds = first.speeds.iter().enumerate().map(|(passage, speed)| {
@@ -159,7 +160,7 @@ fn weighted<S: Real>(nodes: &[(S, Flown<S>)]) -> Option<Flown<S>> {
         parts.reduce(|sum, part| Some(sum? + part?)).flatten()
     });
     let [point, image] = slopes;
-    alike.then(|| Flown {
+    alike.then(|| FlownPoint {
         slopes: point.zip(image).map(|(point, image)| [point, image]),
         point: all(|node| &node.point),
         image: all(|node| &node.image),
@@ -181,8 +182,8 @@ fn stretched<S: Real>(mut matrix: DMatrix<S>, stretches: &[S]) -> DMatrix<S> {
 fn flights_of<'a, S: Real>(
     image: &DirectImage<'a, S>,
     itinerary: &ContactItinerary,
-) -> Vec<Flight<'a, S>> {
-    let flight = |(first, &made)| Flight { first, made, image: image.clone() };
+) -> Vec<SectionFlight<'a, S>> {
+    let flight = |(first, &made)| SectionFlight { first, made, image: image.clone() };
     itinerary.returns().iter().enumerate().map(flight).collect()
 }
 
@@ -307,7 +308,11 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
             let made = made.flat_map(|(later, made)| {
                 made.iter().map(move |passage| later * passages + passage)
             });
-            Some(Flight { first, made: made.collect(), image: self.image.over(end - first).ok()? })
+            Some(SectionFlight {
+                first,
+                made: made.collect(),
+                image: self.image.over(end - first).ok()?,
+            })
         });
         self.flights = flights.collect::<Option<_>>()?;
         Some(self)
@@ -422,7 +427,7 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
 
     /// Section point with its image; `None` if the flight does not make the contacts of the
     /// itinerary.
-    fn flown(&mut self, number: usize, unknowns: &[S], varied: bool) -> Option<Flown<S>> {
+    fn flown(&mut self, number: usize, unknowns: &[S], varied: bool) -> Option<FlownPoint<S>> {
         let size = self.dimension();
         let variables = &unknowns[number * size..(number + 1) * size];
         let parameters = &self.parameters(unknowns);
@@ -463,7 +468,7 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
         variables: &[S],
         parameters: &[S],
         varied: bool,
-    ) -> Option<Flown<S>> {
+    ) -> Option<FlownPoint<S>> {
         if self.is_spent() {
             return None;
         }
@@ -496,7 +501,7 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
             return None;
         }
         let slopes = both.and_then(|(image, gap)| self.by_variables(number, variables, image, gap));
-        Some(Flown {
+        Some(FlownPoint {
             point,
             image: image.offsets,
             speeds: image.passages,
@@ -563,7 +568,7 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
         number: usize,
         unknowns: &[S],
         place: usize,
-        centre: &Flown<S>,
+        centre: &FlownPoint<S>,
     ) -> Option<[DVector<S>; 2]> {
         let size = self.dimension();
         let own = self.units.gap.is_some_and(|(replaced, _)| replaced == place);
@@ -591,7 +596,7 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
             let sides = weights.iter().map(|&(steps, weight)| Some((weight, side(steps)?)));
             if let Some(sides) = sides.collect::<Option<Vec<_>>>() {
                 let factor = S::from_f64(12.0 * length);
-                let of = |part: fn(&Flown<S>) -> &Vec<S>| {
+                let of = |part: fn(&FlownPoint<S>) -> &Vec<S>| {
                     DVector::from_fn(size, |component, _| {
                         let terms = sides
                             .iter()
@@ -613,7 +618,7 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
         &mut self,
         number: usize,
         unknowns: &[S],
-    ) -> Option<(Flown<S>, [DMatrix<S>; 2])> {
+    ) -> Option<(FlownPoint<S>, [DMatrix<S>; 2])> {
         let mut centre = self.flown(number, unknowns, true)?;
         if let Some(slopes) = centre.slopes.take() {
             return Some((centre, slopes));
@@ -743,7 +748,7 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
     }
 
     /// Tangent of a curve of orbits in one parameter, in the variables of [`DirectOrbit`].
-    fn regular_tangent(&self, point: &CurvePoint<S, DirectOrbit<S>>) -> Option<Vec<S>> {
+    fn regular_tangent(&self, point: &ContinuationPoint<S, DirectOrbit<S>>) -> Option<Vec<S>> {
         let orbit = &point.linearised.extra;
         if orbit.stretches.iter().all(|&stretch| stretch == S::one()) {
             return Some(point.tangent.clone());
@@ -883,7 +888,7 @@ impl<S: Real> DirectOrbitEquations<'_, S> {
         orbit: &mut DirectOrbit<S>,
         residual: &mut DVector<S>,
         number: usize,
-        flown: Flown<S>,
+        flown: FlownPoint<S>,
     ) {
         let (own, before) = self.rows(number);
         for (row, &unit) in self.units.state.iter().enumerate() {
@@ -968,7 +973,7 @@ impl<S: Real> CurveEquations<S> for DirectOrbitEquations<'_, S> {
         Some(self.flown_orbit(unknowns)?.1)
     }
 
-    fn tests(&self, point: &CurvePoint<S, DirectOrbit<S>>) -> Vec<TestValue<S>> {
+    fn tests(&self, point: &ContinuationPoint<S, DirectOrbit<S>>) -> Vec<TestValue<S>> {
         let orbit = &point.linearised.extra;
         let unknown = S::from_f64(f64::NAN);
         let tangent = self.regular_tangent(point).unwrap_or(vec![unknown; point.tangent.len()]);
@@ -1010,7 +1015,7 @@ impl<S: Real> CurveEquations<S> for DirectOrbitEquations<'_, S> {
         self.work >= self.most_work
     }
 
-    fn is_last(&self, point: &CurvePoint<S, DirectOrbit<S>>) -> bool {
+    fn is_last(&self, point: &ContinuationPoint<S, DirectOrbit<S>>) -> bool {
         let orbit = &point.linearised.extra;
         let parameters = self.parameters(&point.unknowns);
         let may_rest = self.units.acceleration.is_some();

@@ -59,13 +59,13 @@ pub struct ItinerarySearch<'a> {
 }
 
 /// Start of a search: the first point, and the depth variable of each contact.
-pub(in crate::analysis) struct Start {
+pub(in crate::analysis) struct SearchStart {
     pub(in crate::analysis) state: Vec<f64>,
     pub(in crate::analysis) depth_variables: Vec<f64>,
 }
 
 /// A periodic orbit that a map settled on.
-pub(in crate::analysis) struct Settled {
+pub(in crate::analysis) struct SettledCycle {
     itinerary: ContactItinerary,
     /// Points of the period, each with the depth variables of the contacts that follow it.
     points: Vec<(Vec<f64>, Vec<f64>)>,
@@ -174,7 +174,7 @@ impl<'a> ItinerarySearch<'a> {
     }
 
     /// Starts of Newton's method.
-    fn starts(&self, itinerary: &ContactItinerary, parameters: &[f64]) -> Vec<Start> {
+    fn starts(&self, itinerary: &ContactItinerary, parameters: &[f64]) -> Vec<SearchStart> {
         let settled = self.settled(parameters, itinerary.period());
         let settled = settled.iter().filter_map(|settled| settled.begun_as(itinerary));
         self.starts_about(itinerary, parameters).into_iter().chain(settled).collect()
@@ -186,11 +186,11 @@ impl<'a> ItinerarySearch<'a> {
         &self,
         itinerary: &ContactItinerary,
         parameters: &[f64],
-    ) -> Vec<Start> {
+    ) -> Vec<SearchStart> {
         let state = self.smooth.at(parameters);
         let contacts = itinerary.contacts();
         let about = self.sides(contacts).into_iter().chain(self.scattered(contacts));
-        about.map(|depth_variables| Start { state: state.clone(), depth_variables }).collect()
+        about.map(|depth_variables| SearchStart { state: state.clone(), depth_variables }).collect()
     }
 
     /// Depth variables beyond the solutions, for the choices of signs.
@@ -224,7 +224,11 @@ impl<'a> ItinerarySearch<'a> {
     }
 
     /// Periodic orbits that the map settles on, with periods up to the longest.
-    pub(in crate::analysis) fn settled(&self, parameters: &[f64], longest: usize) -> Vec<Settled> {
+    pub(in crate::analysis) fn settled(
+        &self,
+        parameters: &[f64],
+        longest: usize,
+    ) -> Vec<SettledCycle> {
         let (fixed, scales) = (self.smooth.at(parameters), self.scales());
         let request = OrbitRequest::new(TRANSIENT, 2 * longest, &scales);
         let from = SETTLE_FROM.iter().filter_map(|share| {
@@ -242,7 +246,7 @@ impl<'a> ItinerarySearch<'a> {
     }
 
     /// One period of the map from a point.
-    fn followed(&self, start: Vec<f64>, parameters: &[f64], period: usize) -> Settled {
+    fn followed(&self, start: Vec<f64>, parameters: &[f64], period: usize) -> SettledCycle {
         let (mut state, mut points, mut returns) = (start, Vec::new(), Vec::new());
         for _ in 0..period {
             let image = self.map.image(&state, parameters);
@@ -251,17 +255,20 @@ impl<'a> ItinerarySearch<'a> {
             let depth_variables = made.map(|(_, depth)| depth.sqrt()).collect();
             points.push((std::mem::replace(&mut state, image.offsets), depth_variables));
         }
-        Settled { itinerary: ContactItinerary::new(self.passages, returns), points }
+        SettledCycle { itinerary: ContactItinerary::new(self.passages, returns), points }
     }
 }
 
-impl Settled {
+impl SettledCycle {
     /// Start on this orbit from which it has the given itinerary; `None` if it has another.
-    pub(in crate::analysis) fn begun_as(&self, itinerary: &ContactItinerary) -> Option<Start> {
+    pub(in crate::analysis) fn begun_as(
+        &self,
+        itinerary: &ContactItinerary,
+    ) -> Option<SearchStart> {
         let by = self.itinerary.rotation_to(itinerary)?;
         let points = self.points.iter().cycle().skip(by).take(self.points.len());
         let depth_variables = points.flat_map(|(_, depths)| depths).copied().collect();
-        Some(Start { state: self.points[by].0.clone(), depth_variables })
+        Some(SearchStart { state: self.points[by].0.clone(), depth_variables })
     }
 }
 

@@ -9,7 +9,9 @@ use serde::{Deserialize, Serialize};
 
 use super::contact_itinerary::ContactItinerary;
 use super::orbit::{finite_or_one, window_scales};
-use crate::analysis::continuation::{CurveEquations, CurvePoint, Linearised, TestValue, bordered};
+use crate::analysis::continuation::{
+    ContinuationPoint, CurveEquations, Linearised, TestValue, bordered,
+};
 use crate::analysis::evaluation::MapEvaluation;
 use crate::expansion::MapWindow;
 use crate::iteration::{Tangent, Tangents};
@@ -316,7 +318,7 @@ impl<'a, S: Real> MapOrbitEquations<'a, S> {
     /// ```text
     /// Π_{i<j} (μ_i μ_j − 1) · (Π 2 y_j/Y)^(d−1)
     /// ```
-    pub fn reciprocity<X>(&self, point: &CurvePoint<S, X>) -> Option<TestValue<S>> {
+    pub fn reciprocity<X>(&self, point: &ContinuationPoint<S, X>) -> Option<TestValue<S>> {
         if self.dimension < 2 {
             return None;
         }
@@ -369,7 +371,7 @@ impl<S: Real> CurveEquations<S> for MapOrbitEquations<'_, S> {
         Some(self.evaluated(unknowns, 0).residual)
     }
 
-    fn tests(&self, point: &CurvePoint<S, Self::Extra>) -> Vec<TestValue<S>> {
+    fn tests(&self, point: &ContinuationPoint<S, Self::Extra>) -> Vec<TestValue<S>> {
         let mut tests = vec![
             TestValue::turn(point, self.first_parameter()),
             self.characteristic(&point.linearised, -1.0),
@@ -395,7 +397,7 @@ impl<S: Real> CurveEquations<S> for MapOrbitEquations<'_, S> {
 
     /// Whether the orbit has half the period: a branch of doubled orbits ends there, as it would
     /// continue with the same orbits started half a period later.
-    fn is_last(&self, point: &CurvePoint<S, Self::Extra>) -> bool {
+    fn is_last(&self, point: &ContinuationPoint<S, Self::Extra>) -> bool {
         self.is_repeated(&point.linearised.extra, REPEATED)
     }
 }

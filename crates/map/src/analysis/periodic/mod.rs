@@ -21,7 +21,7 @@ pub use contact_itinerary::{ContactItinerary, ItineraryError};
 pub use direct_equations::{DirectOrbit, DirectOrbitEquations, DirectUnits};
 pub(super) use found_orbit::ByMap;
 pub use found_orbit::{FoundOrbit, OrbitContact};
-pub(super) use itinerary_search::Settled;
+pub(super) use itinerary_search::SettledCycle;
 pub use itinerary_search::{DepthVariableMap, ItineraryOrbit, ItinerarySearch};
 pub use map_equations::{MapOrbitEquations, PassagesOfOrbit};
 pub(super) use orbit::finite_or_one;

@@ -202,7 +202,7 @@ pub(in crate::analysis) fn derivatives<S: Real>(
         return Some(known);
     }
     let step = map.image(state, parameters)?;
-    let mut point = Point::new(state, parameters);
+    let mut point = DifferencePoint::new(state, parameters);
     let variables = (0..state.len()).chain(free.iter().map(|place| state.len() + place));
     let slopes = variables.map(|variable| point.slope(map, &step, variable, scales[variable]));
     let columns: Vec<DVector<S>> = slopes.collect::<Option<_>>()?;
@@ -210,12 +210,12 @@ pub(in crate::analysis) fn derivatives<S: Real>(
 }
 
 /// Point at which derivatives are taken.
-struct Point<S> {
+struct DifferencePoint<S> {
     variables: Vec<S>,
     dimension: usize,
 }
 
-impl<S: Real> Point<S> {
+impl<S: Real> DifferencePoint<S> {
     fn new(state: &[S], parameters: &[S]) -> Self {
         Self { variables: [state, parameters].concat(), dimension: state.len() }
     }

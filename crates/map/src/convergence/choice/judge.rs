@@ -61,7 +61,7 @@ pub(super) struct Trial {
 
 /// A measured candidate.
 #[derive(Debug, Serialize, Deserialize)]
-struct Measured {
+struct MeasuredCandidate {
     choice: Choice,
     /// Whether the candidate is within the tolerance but has a wrong effect on the next depth.
     misleads: bool,
@@ -74,9 +74,9 @@ impl Trial {
 
     /// Enters a candidate and its versions with monomials dropped; returns whether the whole
     /// candidate meets the tolerance.
-    fn enter(&mut self, measured: Vec<Measured>) -> bool {
+    fn enter(&mut self, measured: Vec<MeasuredCandidate>) -> bool {
         let met = measured.first().is_some_and(|first| first.choice.met);
-        for Measured { choice, misleads } in measured {
+        for MeasuredCandidate { choice, misleads } in measured {
             match misleads {
                 // Such a candidate may not be chosen at any error.
                 true => self.misleading = Some(choice),
@@ -202,7 +202,7 @@ impl<'a> Bench<'a> {
         shape: Shape,
         polynomials: Polynomials,
         aim: (f64, FloatFormat),
-    ) -> Result<Vec<Measured>, ConvergenceError> {
+    ) -> Result<Vec<MeasuredCandidate>, ConvergenceError> {
         let map = candidate.map(&level.family)?;
         let scene = weighted(self.scene, &candidate.weights);
         let economiser = match polynomials {
@@ -248,7 +248,7 @@ impl<'a> Bench<'a> {
         pruned: impl Fn(f64) -> Result<Form, ConvergenceError>,
         what: (&BTreeMap<String, u32>, Shape),
         aim: (f64, FloatFormat),
-    ) -> Result<Vec<Measured>, ConvergenceError> {
+    ) -> Result<Vec<MeasuredCandidate>, ConvergenceError> {
         let first = self.measure(whole, what, None, aim)?;
         let met = first.choice.met;
         let mut measured = vec![first];
@@ -271,7 +271,7 @@ impl<'a> Bench<'a> {
         (weights, shape): (&BTreeMap<String, u32>, Shape),
         drop_within: Option<f64>,
         (tolerance, precision): (f64, FloatFormat),
-    ) -> Result<Measured, ConvergenceError> {
+    ) -> Result<MeasuredCandidate, ConvergenceError> {
         let lowered = form.lowered();
         let map = lowered.in_format(precision);
         let error = summarize(&*map, &self.truth).max;
@@ -312,7 +312,7 @@ impl<'a> Bench<'a> {
         let next = self.next_depth.as_ref().filter(|_| choice.met);
         let misleads = next.is_some_and(|next| !next.keeps(&*map));
         choice.met &= !misleads;
-        Ok(Measured { choice, misleads })
+        Ok(MeasuredCandidate { choice, misleads })
     }
 
     fn fresh(&mut self) -> Result<&ExactImages, ConvergenceError> {

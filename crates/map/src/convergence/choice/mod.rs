@@ -99,13 +99,13 @@ const ROUNDINGS: f64 = 32.0;
 const HOPELESS: f64 = 0.1;
 
 /// A search for the cheapest map that runs in a given precision.
-struct Search {
+struct ChoiceSearch {
     trial: Trial,
     /// Reason why the series that were tried do not meet the tolerance.
     limit: Option<Limit>,
 }
 
-impl Search {
+impl ChoiceSearch {
     fn new(tolerance: f64, precision: FloatFormat) -> Self {
         Self { trial: Trial::new(tolerance, precision), limit: None }
     }
@@ -206,10 +206,10 @@ impl<'a> Chooser<'a> {
     /// As [`new`](Self::new).
     pub fn choose(&mut self, tolerance: f64) -> Result<Choice, ConvergenceError> {
         let clock = Instant::now();
-        let found = |search: &Search| search.trial.found().is_some();
+        let found = |search: &ChoiceSearch| search.trial.found().is_some();
         let mut searches = Vec::new();
         for precision in self.precisions(tolerance) {
-            let mut search = Search::new(tolerance, precision);
+            let mut search = ChoiceSearch::new(tolerance, precision);
             self.search(&mut search)?;
             searches.push(search);
             if searches.iter().any(found) {
@@ -245,7 +245,7 @@ impl<'a> Chooser<'a> {
     }
 
     /// Tries series, and contacts that are flown, up to the orders of a first search.
-    fn search(&mut self, search: &mut Search) -> Result<(), ConvergenceError> {
+    fn search(&mut self, search: &mut ChoiceSearch) -> Result<(), ConvergenceError> {
         let shape = self.scene.emit.shape;
         if shape != Shape::Flown {
             search.limit = self.choose_series(&mut search.trial)?;

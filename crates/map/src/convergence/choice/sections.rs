@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use super::data::Choice;
 use super::{ChoiceOptions, Chooser, choose};
-use crate::analysis::{NoProgress, Part, Progress, SectionChange};
+use crate::analysis::{NoProgress, Progress, SectionChange, SubProgress};
 use crate::convergence::family::{MapFamily, PROBE};
 use crate::convergence::sample::{SamplePoint, WindowSample};
 use crate::convergence::{ConvergenceError, resumed};
@@ -105,7 +105,7 @@ pub fn settle_section(
     let options = ChoiceOptions::new(tolerance);
     let mut chooser = Chooser::new(&scene, &orbit, options.fresh)?;
     let own = chooser.choose(tolerance)?;
-    let trial = Trial::new(&scene, &orbit, &options, &own, &chooser.bench.sample);
+    let trial = SectionTrial::new(&scene, &orbit, &options, &own, &chooser.bench.sample);
     let trials = parallel::map(others(&scene, &orbit), |section| trial.of(section, &NoProgress));
     let tangency = SectionChoice { ahead: None, phase: None, choice: Some(own), problem: None };
     let mut settled = cheapest((scene, orbit, tangency), trials);
@@ -157,10 +157,10 @@ pub fn choose_sections(
 ) -> Result<Vec<SectionChoice>, ConvergenceError> {
     let map = MapFamily::new(scene, orbit, PROBE)?.map(PROBE)?;
     let window = WindowSample::new(&map);
-    let trial = Trial::new(scene, orbit, options, own, &window);
+    let trial = SectionTrial::new(scene, orbit, options, own, &window);
     let chosen = |(number, section): (usize, _)| {
-        let part = Part::new(progress, number);
-        resumed(&part, &[0], || Ok(trial.of(section, &Part::new(&part, 1)).choice))
+        let part = SubProgress::new(progress, number);
+        resumed(&part, &[0], || Ok(trial.of(section, &SubProgress::new(&part, 1)).choice))
     };
     parallel::try_map(others(scene, orbit).into_iter().enumerate(), chosen)
 }
@@ -173,7 +173,7 @@ struct TriedSection {
 }
 
 /// Data for trials of other sections.
-struct Trial<'a> {
+struct SectionTrial<'a> {
     scene: &'a Scene,
     orbit: &'a GrazingOrbit,
     options: &'a ChoiceOptions,
@@ -183,7 +183,7 @@ struct Trial<'a> {
     points: Vec<SamplePoint>,
 }
 
-impl<'a> Trial<'a> {
+impl<'a> SectionTrial<'a> {
     /// Trials for a scene whose own section has this choice.
     fn new(
         scene: &'a Scene,

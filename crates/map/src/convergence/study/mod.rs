@@ -19,7 +19,7 @@ use super::truth::{
     truth,
 };
 use super::{ConvergenceError, computed, kept, resumed};
-use crate::analysis::{DirectImage, MapEvaluation, Part, Progress};
+use crate::analysis::{DirectImage, MapEvaluation, Progress, SubProgress};
 use crate::expansion::{Expander, MapOrders, WindowEdge};
 use crate::hybrid::{FlowMethod, HybridSystem};
 use crate::iteration::{HornerMap, parallel};
@@ -184,14 +184,14 @@ pub fn converge(
     let choose = || match &options.chosen {
         Some(chosen) => Ok(chosen.clone()),
         None => resumed(progress, &[Stage::Choice as u64], || {
-            let part = Part::new(progress, Stage::Candidates as usize);
+            let part = SubProgress::new(progress, Stage::Candidates as usize);
             Chooser::new(scene, orbit, choice.fresh)?.resuming(&part).choose(choice.tolerance)
         }),
     };
     let expander = Expander::new(scene, orbit)?;
     let rates = MapOrders::new(options.smooth_rates, options.discontinuity_rates);
     let factors = |highest| LazyFactors::new(&expander, rates.min(highest));
-    let part = Part::new(progress, Stage::Orders as usize);
+    let part = SubProgress::new(progress, Stage::Orders as usize);
     let known: Option<Vec<OrderResult>> = kept(&part, &[0]);
     let (chosen, highest, factors) = match options.highest {
         // With orders given, the factors need not wait for the choice.
@@ -211,7 +211,7 @@ pub fn converge(
     };
     let sweep = Sweep::new(scene, orbit, options, highest, progress)?;
     let multiply_add_ns = multiply_add_ns();
-    let Measured { orders, discontinuity_rates, smooth_rates } =
+    let Measurements { orders, discontinuity_rates, smooth_rates } =
         sweep.measured(known, &factors, multiply_add_ns, &part)?;
     let (local, map) = chosen_map(&chosen, scene, orbit)?;
     let map = map.in_format(chosen.precision);
@@ -219,7 +219,7 @@ pub fn converge(
     let direct_by_taylor = sweep.direct_by_taylor()?;
     let sections = match options.sections {
         true => {
-            let progress = Part::new(progress, Stage::Sections as usize);
+            let progress = SubProgress::new(progress, Stage::Sections as usize);
             choose_sections(scene, orbit, &choice, &chosen, &progress)?
         }
         false => Vec::new(),
@@ -259,7 +259,7 @@ enum Stage {
 }
 
 /// Measured errors, rates and times of maps of every order and of their factors.
-struct Measured {
+struct Measurements {
     orders: Vec<OrderResult>,
     discontinuity_rates: Vec<FactorRate>,
     smooth_rates: Vec<FactorRate>,
@@ -318,8 +318,8 @@ impl<'a> Sweep<'a> {
         known: Option<Vec<OrderResult>>,
         factors: &LazyFactors<'_, '_>,
         multiply_add_ns: f64,
-        progress: &Part<'_>,
-    ) -> Result<Measured, ConvergenceError> {
+        progress: &SubProgress<'_>,
+    ) -> Result<Measurements, ConvergenceError> {
         let (sample, scene, orbit, system) = (&self.sample, self.scene, self.orbit, &self.system);
         let measure = || {
             let (maps, factors) = parallel::join(|| self.maps(progress), || factors.get());
@@ -338,7 +338,7 @@ impl<'a> Sweep<'a> {
         })?;
         let smooth_rates =
             resumed(progress, &[2], || smooth_rates(sample, factors.get()?, system, scene, orbit))?;
-        Ok(Measured { orders, discontinuity_rates, smooth_rates })
+        Ok(Measurements { orders, discontinuity_rates, smooth_rates })
     }
 
     /// Maps of every pair of orders in every shape.

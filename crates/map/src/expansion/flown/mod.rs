@@ -312,7 +312,7 @@ impl<S: Real> Arithmetic for Numbers<S> {
 }
 
 /// The free flow about the entry.
-struct Entry<V> {
+struct EntryFlow<V> {
     /// Time from the minimum of the gap, negative.
     time: V,
     /// Coefficients of each force, in the time since the entry.
@@ -360,7 +360,7 @@ impl<S: Scalar> FlownContact<S> {
         &self,
         arithmetic: &mut A,
         y: &A::Value,
-        entry: &Entry<A::Value>,
+        entry: &EntryFlow<A::Value>,
     ) -> (A::Value, Vec<A::Value>) {
         let contact_time = self.contact_time(arithmetic, y);
         let share = arithmetic.constant(S::one() / S::from_f64(self.plan.steps as f64));
@@ -399,7 +399,7 @@ impl<S: Scalar> FlownContact<S> {
         arithmetic: &mut A,
         y: &A::Value,
         point: &[A::Value],
-    ) -> Entry<A::Value> {
+    ) -> EntryFlow<A::Value> {
         let quotient = all(arithmetic, &self.gap, point);
         let [minus_one, minus_two, two, zero] =
             [-1.0, -2.0, 2.0, 0.0].map(|value| arithmetic.constant(S::from_f64(value)));
@@ -430,7 +430,7 @@ impl<S: Scalar> FlownContact<S> {
         // The gap vanishes on entry; its rounding is not part of the law.
         gap[0] = zero;
         let forces = self.law.forces.iter();
-        Entry {
+        EntryFlow {
             forces: forces
                 .map(|(_, force)| force.about_entry(arithmetic, &gap, &time, point))
                 .collect(),
@@ -460,7 +460,7 @@ impl<S: Scalar> FlownContact<S> {
     fn last_step<A: Arithmetic<Scalar = S>>(
         &self,
         arithmetic: &mut A,
-        entry: &Entry<A::Value>,
+        entry: &EntryFlow<A::Value>,
         length: &A::Value,
     ) -> Step<A::Value> {
         let mut forces = scaled_all(arithmetic, &entry.forces, length);

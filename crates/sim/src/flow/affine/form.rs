@@ -266,12 +266,12 @@ pub struct AffineExpressions {
     harmonics: usize,
     /// Outputs: the multiples `k` of the harmonics, then all entries of all rows.
     program: Program,
-    rows: Vec<Option<Vec<Entry>>>,
+    rows: Vec<Option<Vec<RowEntry>>>,
 }
 
 /// A column of a row and the number of the program's output for its value.
 #[derive(Clone, Copy, Debug)]
-struct Entry {
+struct RowEntry {
     column: usize,
     output: usize,
 }
@@ -301,7 +301,7 @@ impl AffineExpressions {
         let mut row = |form: &Form| {
             let entry = |(&term, &node): (&Term, &NodeId)| {
                 outputs.push(node);
-                Entry { column: column(term), output: outputs.len() - 1 }
+                RowEntry { column: column(term), output: outputs.len() - 1 }
             };
             form.iter().map(entry).collect()
         };

@@ -45,13 +45,13 @@ impl<S: Real> AffineFieldRows<'_, S> {
 pub(super) struct Matrix<S> {
     pub(super) states: usize,
     pub(super) columns: usize,
-    entries: Vec<Entry<S>>,
+    entries: Vec<MatrixEntry<S>>,
     /// Angular frequency of the fastest harmonic.
     fastest: f64,
 }
 
 #[derive(Clone, Copy)]
-struct Entry<S> {
+struct MatrixEntry<S> {
     row: usize,
     column: usize,
     value: S,
@@ -80,13 +80,13 @@ impl<S: Real> Matrix<S> {
 
     fn push(&mut self, row: usize, column: usize, value: S) {
         if value != S::zero() {
-            self.entries.push(Entry { row, column, value });
+            self.entries.push(MatrixEntry { row, column, value });
         }
     }
 
     /// The matrix in `f64`.
     pub(super) fn rounded(&self) -> Matrix<f64> {
-        let entry = |entry: &Entry<S>| Entry {
+        let entry = |entry: &MatrixEntry<S>| MatrixEntry {
             row: entry.row,
             column: entry.column,
             value: entry.value.to_f64(),
@@ -189,7 +189,7 @@ impl<S: Real> Matrix<S> {
     pub(super) fn rate(&self) -> f64 {
         let states = self.states;
         let mut power = vec![0.0; states * states];
-        let within = |entry: &&Entry<S>| entry.row < states && entry.column < states;
+        let within = |entry: &&MatrixEntry<S>| entry.row < states && entry.column < states;
         for entry in self.entries.iter().filter(within) {
             power[entry.row * states + entry.column] = entry.value.to_f64();
         }

@@ -10,7 +10,7 @@ use std::sync::OnceLock;
 
 use super::matrix::{AffineFieldRows, sum_at, unit};
 use super::rows::{BLOCK, RowTable, Rows, product};
-use crate::numeric::{Branched, Kernel, Lanes, Real};
+use crate::numeric::{Branched, Lanes, Real, Vectorised};
 
 /// Number of pieces of a span.
 pub(super) const PIECES: usize = 3;
@@ -51,8 +51,8 @@ pub(crate) trait Backend: Clone + Debug {
         out: &mut [Self::Number],
     );
 
-    /// Runs a part of a kernel that is rarely needed: by a call for one orbit, inlined for lanes.
-    fn seldom<K: Kernel>(kernel: K) -> K::Output;
+    /// Runs a part of the work that is rarely needed: by a call for one orbit, inlined for lanes.
+    fn seldom<W: Vectorised>(work: W) -> W::Output;
 }
 
 /// Type of doubles with as many lanes as the numbers of a backend.
@@ -98,8 +98,8 @@ impl<S: Real> Backend for Single<S> {
     }
 
     #[inline(never)]
-    fn seldom<K: Kernel>(kernel: K) -> K::Output {
-        kernel.run()
+    fn seldom<W: Vectorised>(work: W) -> W::Output {
+        work.run()
     }
 }
 
@@ -139,8 +139,8 @@ impl<const N: usize> Backend for Batch<N> {
     }
 
     #[inline(always)]
-    fn seldom<K: Kernel>(kernel: K) -> K::Output {
-        kernel.run()
+    fn seldom<W: Vectorised>(work: W) -> W::Output {
+        work.run()
     }
 }
 

@@ -9,7 +9,7 @@ use super::plan::CacheKey;
 use super::remainders::Remainders;
 use super::solver::{ElementSolver, LEAST_SIZE, Resolution, Tail};
 use crate::flow::Program;
-use crate::numeric::{Kernel, Lanes, Scalar, widest};
+use crate::numeric::{Lanes, Scalar, Vectorised, widest};
 
 /// Tape of a field over jets whose coefficients are node values, and gradients of its slots.
 pub(super) struct Element {
@@ -157,7 +157,7 @@ impl Element {
     }
 }
 
-/// Kernel for all coefficients of one degree on an element.
+/// Vectorised work for all coefficients of one degree on an element.
 struct Degree<'e> {
     element: &'e mut Element,
     degree: usize,
@@ -165,7 +165,7 @@ struct Degree<'e> {
     image: &'e mut [f64],
 }
 
-impl Kernel for Degree<'_> {
+impl Vectorised for Degree<'_> {
     type Output = Tail;
 
     #[inline(always)]
@@ -212,7 +212,8 @@ const CORRECTED: f64 = 4e-15;
 /// Size below which corrections may stop shrinking.
 const STAGNANT: f64 = 1e-11;
 
-/// Kernel for the nominal orbit of an element: its nodes, its end, the equations of all degrees.
+/// Vectorised work for the nominal orbit of an element: its nodes, its end, the equations of all
+/// degrees.
 struct Nominal<'e> {
     element: &'e mut Element,
     nominal: &'e mut [NodeValues],
@@ -221,7 +222,7 @@ struct Nominal<'e> {
     image: &'e mut [f64],
 }
 
-impl Kernel for Nominal<'_> {
+impl Vectorised for Nominal<'_> {
     type Output = Option<Resolution>;
 
     #[inline(always)]

@@ -27,7 +27,7 @@ pub(super) struct Gauss {
     /// The nodes `c_i`, increasing.
     pub(super) nodes: [f64; NODES],
     /// `A_ij = ∫_0^{c_i} ℓ_j`, with `ℓ_j` the Lagrange polynomials of the nodes, and its square.
-    pub(super) integration: [Block; 2],
+    pub(super) integration: [NodeMatrix; 2],
     /// Weights of the functionals of a rate, node by node: `b` and `b A`, of the integral and
     /// double integral over the element, and the weights of the modes.
     pub(super) functionals: [Functionals; NODES],
@@ -64,7 +64,7 @@ impl Gauss {
         let square = |i: usize, j: usize| sum_over(&|m| matrix[i][m] * matrix[m][j]);
         let double = |j: usize| sum_over(&|i| weights[i] * half * matrix[i][j]);
         let block = |entry: &dyn Fn(usize, usize) -> Dd| {
-            Block(std::array::from_fn(|j| Lanes::from_fn(|i| entry(i, j).to_f64())))
+            NodeMatrix(std::array::from_fn(|j| Lanes::from_fn(|i| entry(i, j).to_f64())))
         };
         let mode = |m: usize, j: usize| weights[j] * legendre[j][m] * Dd::from(m as f64 + 0.5);
         Self {
@@ -88,7 +88,11 @@ impl Gauss {
 
     /// Adds the functionals of every column of a block.
     #[inline(always)]
-    pub(super) fn functionals_of_columns(&self, block: &Block, sums: &mut [Functionals; NODES]) {
+    pub(super) fn functionals_of_columns(
+        &self,
+        block: &NodeMatrix,
+        sums: &mut [Functionals; NODES],
+    ) {
         let (columns, _) = block.0.as_chunks::<TOGETHER>();
         let (sums, _) = sums.as_chunks_mut::<TOGETHER>();
         for (columns, sums) in columns.iter().zip(sums) {
@@ -131,7 +135,7 @@ fn legendre_slope(x: Dd) -> Dd {
 
 /// A matrix over the nodes, by columns.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Block(pub(super) [NodeValues; NODES]);
+pub(super) struct NodeMatrix(pub(super) [NodeValues; NODES]);
 
 /// Magnitude that a diagonal entry must exceed to be the pivot; the natural size of diagonal
 /// entries here is `1 − small`.
@@ -141,7 +145,7 @@ const GOOD_PIVOT: f64 = 0.5;
 /// other's latency.
 pub(super) const TOGETHER: usize = 4;
 
-impl Block {
+impl NodeMatrix {
     /// The zero block.
     pub(super) const ZERO: Self = Self([ZERO; NODES]);
 
@@ -338,11 +342,11 @@ mod tests {
         }
     }
 
-    fn assert_inverts(block: &Block, tolerance: f64) {
+    fn assert_inverts(block: &NodeMatrix, tolerance: f64) {
         let mut inverse = *block;
         assert!(inverse.invert());
         let mut difference = inverse.times(block);
-        difference.subtract(&Block::IDENTITY);
+        difference.subtract(&NodeMatrix::IDENTITY);
         for column in difference.0 {
             assert!(column.0.iter().all(|entry| entry.abs() < tolerance));
         }
@@ -351,7 +355,7 @@ mod tests {
     #[test]
     fn inverse_times_block_is_the_identity() {
         assert_inverts(
-            &Block(std::array::from_fn(|j| {
+            &NodeMatrix(std::array::from_fn(|j| {
                 Lanes::from_fn(|i| {
                     1.0 / (1.0 + (i as f64 - 0.7 * j as f64).powi(2)) + 0.3 * (i == j) as u8 as f64
                 })
@@ -363,11 +367,11 @@ mod tests {
     #[test]
     fn a_block_without_a_diagonal_is_inverted_by_pivots() {
         let cycle = |j: usize| Lanes::from_fn(|i| f64::from(i == (j + 3) % NODES) * (j + 1) as f64);
-        assert_inverts(&Block(std::array::from_fn(cycle)), 1e-15);
+        assert_inverts(&NodeMatrix(std::array::from_fn(cycle)), 1e-15);
     }
 
     #[test]
     fn singular_blocks_have_no_inverse() {
-        assert!(!Block([Lanes([1.0; NODES]); NODES]).invert());
+        assert!(!NodeMatrix([Lanes([1.0; NODES]); NODES]).invert());
     }
 }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use super::gauss::{NodeValues, ZERO};
 use super::plan::{Action, CacheKey, Plan, Reach};
-use super::sparse::{Pairs, SparseSpace, Support, pairs_of_actions, reach_of_slots};
+use super::sparse::{MonomialSupport, Pairs, SparseSpace, pairs_of_actions, reach_of_slots};
 use crate::flow::program::run;
 use crate::jet::{JetSpace, VariableSet, variables_of_monomials};
 use crate::numeric::{Lanes, Scalar, one_by_one};
@@ -20,7 +20,7 @@ pub(super) struct Remainders {
     dimension: usize,
     monomials: Vec<VariableSet>,
     /// Supports (sets of monomials) of each place.
-    supports: Vec<Rc<Support>>,
+    supports: Vec<Rc<MonomialSupport>>,
     /// Whether each place holds an Euler derivative.
     is_euler: Vec<bool>,
     /// By degree: index at which the remainder of each component begins in the places after the
@@ -38,7 +38,7 @@ pub(super) struct DegreeOfTape<'a> {
     /// Index at which the remainder of each component begins in `others`; `None` if it vanishes.
     pub(super) starts: &'a [Option<usize>],
     /// Supports of the states.
-    pub(super) supports: &'a [Rc<Support>],
+    pub(super) supports: &'a [Rc<MonomialSupport>],
 }
 
 impl Remainders {
@@ -222,13 +222,17 @@ impl Remainders {
 }
 
 /// Supports of all slots; slots with the same variables share one.
-fn supports(space: &JetSpace, monomials: &[VariableSet], reach: &[Reach]) -> Vec<Rc<Support>> {
-    let mut known: Vec<(VariableSet, Rc<Support>)> = Vec::new();
+fn supports(
+    space: &JetSpace,
+    monomials: &[VariableSet],
+    reach: &[Reach],
+) -> Vec<Rc<MonomialSupport>> {
+    let mut known: Vec<(VariableSet, Rc<MonomialSupport>)> = Vec::new();
     let mut support = |&Reach { variables, .. }: &Reach| {
         if let Some((_, support)) = known.iter().find(|(set, _)| *set == variables) {
             return Rc::clone(support);
         }
-        let support = Rc::new(Support::new(space, monomials, variables));
+        let support = Rc::new(MonomialSupport::new(space, monomials, variables));
         known.push((variables, Rc::clone(&support)));
         support
     };

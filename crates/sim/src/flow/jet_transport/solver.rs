@@ -13,7 +13,7 @@
 //! numbers, and a forced oscillator of one degree of freedom leaves a single block to invert. See
 //! docs/mathematics/flow.md.
 
-use super::gauss::{Block, Functionals, GAUSS, Gauss, NODES, NodeValues, ZERO};
+use super::gauss::{Functionals, GAUSS, Gauss, NODES, NodeMatrix, NodeValues, ZERO};
 use crate::numeric::{Lanes, Scalar};
 
 /// The equations of one element, ready for any coefficient.
@@ -23,7 +23,7 @@ pub(super) struct ElementSolver {
     pub(super) chains: Vec<Option<usize>>,
     pub(super) length: f64,
     /// `h A` and `h² A²`.
-    integration: [Block; 2],
+    integration: [NodeMatrix; 2],
     /// `∂f_c/∂x_s` at the nodes, by rows.
     jacobian: Vec<NodeValues>,
     /// Components whose rates are unknown, and the inverse of their matrix.
@@ -32,7 +32,7 @@ pub(super) struct ElementSolver {
     spare: BlockMatrix,
     /// Responses of states at the nodes to initial values and to remainders, row by row.
     pub(super) to_initial: Vec<Option<NodeValues>>,
-    pub(super) to_remainder: Vec<Option<Block>>,
+    pub(super) to_remainder: Vec<Option<NodeMatrix>>,
     /// Responses of the functionals of rates to initial values and to remainders, row by row.
     pub(super) functionals_to_initial: Vec<Functionals>,
     pub(super) functionals_to_remainder: Vec<Option<[Functionals; NODES]>>,
@@ -45,7 +45,7 @@ impl ElementSolver {
         Self {
             gauss: &GAUSS,
             length: 0.0,
-            integration: [Block::ZERO; 2],
+            integration: [NodeMatrix::ZERO; 2],
             jacobian: vec![ZERO; entries],
             coupled: Vec::new(),
             rates: BlockMatrix::default(),
@@ -95,7 +95,7 @@ impl ElementSolver {
         self.rates.clear(self.coupled.len());
         for (row, &component) in self.coupled.iter().enumerate() {
             for (column, &root) in self.coupled.iter().enumerate() {
-                let unit = if row == column { &Block::IDENTITY } else { &Block::ZERO };
+                let unit = if row == column { &NodeMatrix::IDENTITY } else { &NodeMatrix::ZERO };
                 let mut is_there = false;
                 for state in 0..self.chains.len() {
                     let slopes = self.slopes(component, state);
@@ -112,7 +112,7 @@ impl ElementSolver {
                     is_there = true;
                 }
                 if row == column && !is_there {
-                    *self.rates.place(row, row) = Block::IDENTITY;
+                    *self.rates.place(row, row) = NodeMatrix::IDENTITY;
                 }
             }
         }
@@ -173,7 +173,7 @@ impl ElementSolver {
                 if self.root(state) == component && is_asked_for(state) {
                     let weight = &self.integration[usize::from(self.chains[state].is_some())];
                     let response = &mut self.to_remainder[state * dimension + source];
-                    weight.add_times(rate, response.get_or_insert(Block::ZERO));
+                    weight.add_times(rate, response.get_or_insert(NodeMatrix::ZERO));
                 }
             }
         }
@@ -263,7 +263,7 @@ impl ElementSolver {
 
     /// `W_s`: the matrix from the rate of a state's root to the state at the nodes.
     #[inline(always)]
-    pub(super) fn weight(&self, state: usize) -> &Block {
+    pub(super) fn weight(&self, state: usize) -> &NodeMatrix {
         &self.integration[usize::from(self.chains[state].is_some())]
     }
 
@@ -382,7 +382,7 @@ impl Resolution {
 #[derive(Default)]
 struct BlockMatrix {
     dimension: usize,
-    blocks: Vec<Block>,
+    blocks: Vec<NodeMatrix>,
     /// Whether each block is present; the content of absent blocks is undefined.
     present: Vec<bool>,
 }
@@ -391,21 +391,21 @@ impl BlockMatrix {
     /// Makes the matrix zero and keeps its memory.
     pub(super) fn clear(&mut self, dimension: usize) {
         self.dimension = dimension;
-        self.blocks.resize(dimension * dimension, Block::ZERO);
+        self.blocks.resize(dimension * dimension, NodeMatrix::ZERO);
         self.present.clear();
         self.present.resize(dimension * dimension, false);
     }
 
     /// A block; `None` if it is zero.
     #[inline(always)]
-    pub(super) fn get(&self, row: usize, column: usize) -> Option<&Block> {
+    pub(super) fn get(&self, row: usize, column: usize) -> Option<&NodeMatrix> {
         let place = row * self.dimension + column;
         self.present[place].then(|| &self.blocks[place])
     }
 
     /// Makes a block present and returns it, with undefined content.
     #[inline(always)]
-    pub(super) fn place(&mut self, row: usize, column: usize) -> &mut Block {
+    pub(super) fn place(&mut self, row: usize, column: usize) -> &mut NodeMatrix {
         let place = row * self.dimension + column;
         self.present[place] = true;
         &mut self.blocks[place]
@@ -420,7 +420,7 @@ impl BlockMatrix {
         }
         spare.clear(self.dimension);
         for row in 0..self.dimension {
-            *spare.place(row, row) = Block::IDENTITY;
+            *spare.place(row, row) = NodeMatrix::IDENTITY;
         }
         let is_regular = self.eliminate(spare);
         std::mem::swap(self, spare);
@@ -451,7 +451,7 @@ impl BlockMatrix {
 
     /// `row = factor · row` in the columns from `first` on.
     #[inline(always)]
-    fn scale_row(&mut self, row: usize, factor: &Block, first: usize) {
+    fn scale_row(&mut self, row: usize, factor: &NodeMatrix, first: usize) {
         for column in first..self.dimension {
             if let Some(product) = self.get(row, column).map(|block| factor.times(block)) {
                 *self.place(row, column) = product;
@@ -461,12 +461,12 @@ impl BlockMatrix {
 
     /// `row −= factor · pivot` in the columns from `first` on.
     #[inline(always)]
-    fn subtract_row(&mut self, row: usize, pivot: usize, factor: &Block, first: usize) {
+    fn subtract_row(&mut self, row: usize, pivot: usize, factor: &NodeMatrix, first: usize) {
         for column in first..self.dimension {
             if let Some(block) = self.get(pivot, column) {
                 let product = factor.times(block);
                 if self.get(row, column).is_none() {
-                    *self.place(row, column) = Block::ZERO;
+                    *self.place(row, column) = NodeMatrix::ZERO;
                 }
                 self.place(row, column).subtract(&product);
             }

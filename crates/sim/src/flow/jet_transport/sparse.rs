@@ -48,7 +48,7 @@ pub(super) fn reach_of_slots(
 /// Support of a set of variables in a space of jets: for every degree the least range of monomials
 /// with all monomials of these variables, as whole runs.
 #[derive(Clone, Debug)]
-pub(super) struct Support {
+pub(super) struct MonomialSupport {
     variables: VariableSet,
     /// Whether every monomial of the space has only these variables.
     is_whole: bool,
@@ -57,7 +57,7 @@ pub(super) struct Support {
     runs: Vec<Range<usize>>,
 }
 
-impl Support {
+impl MonomialSupport {
     pub(super) fn new(space: &JetSpace, monomials: &[VariableSet], variables: VariableSet) -> Self {
         let selection = Selection { monomials, variables };
         let runs = |degree: usize| {
@@ -95,7 +95,7 @@ impl Support {
 pub(super) struct SparseSpace<'s> {
     pub(super) space: &'s JetSpace,
     pub(super) monomials: &'s [VariableSet],
-    pub(super) support: &'s Support,
+    pub(super) support: &'s MonomialSupport,
     /// Pairs of the current product, if they are few.
     pub(super) pairs: Option<&'s Pairs>,
 }
@@ -227,7 +227,7 @@ pub(super) fn pairs_of_actions(
     space: &JetSpace,
     monomials: &[VariableSet],
     reach: &[Reach],
-    supports: &[Rc<Support>],
+    supports: &[Rc<MonomialSupport>],
 ) -> Vec<Vec<Option<Pairs>>> {
     let pairs = |degree: usize, action: &Action| {
         let Action::Run { operation, place, .. } = action else {

@@ -32,7 +32,7 @@ impl Support {
 }
 
 /// The state of a lowering.
-pub(super) struct Lowering<'a> {
+pub(super) struct ProgramLowering<'a> {
     graph: &'a ExpressionGraph,
     pub(super) operations: Vec<Operation>,
     pub(super) support: Vec<Support>,
@@ -54,7 +54,7 @@ enum SharedKey {
     Constant(u64, u64),
 }
 
-impl<'a> Lowering<'a> {
+impl<'a> ProgramLowering<'a> {
     pub(super) fn new(graph: &'a ExpressionGraph, inputs: &[InputKind]) -> Self {
         let support = |kind: &InputKind| match *kind {
             InputKind::Variable => Support::Full,

@@ -12,9 +12,9 @@
 //! (relaxed multiplication: van der Hoeven 2002). Sums have one order for all registers: in 16
 //! chains over the blocks, then over the chains.
 
-use super::{Blocks, Instruction, MOST_BLOCKS, Operand, SeriesProgram, Sum, Term, Terms};
+use super::{Blocks, Instruction, MOST_BLOCKS, Operand, ScaledOperand, SeriesProgram, Sum, Terms};
 use crate::flow::program::Slot;
-use crate::numeric::{Kernel, Scalar};
+use crate::numeric::{Scalar, Vectorised};
 
 /// Series of a step, during their computation.
 pub(super) struct Expansion<'s, S> {
@@ -27,7 +27,7 @@ pub(super) struct Expansion<'s, S> {
     pub(super) inverses: &'s Blocks<S>,
 }
 
-impl<S: Scalar> Kernel for Expansion<'_, S> {
+impl<S: Scalar> Vectorised for Expansion<'_, S> {
     type Output = ();
 
     #[inline(always)]
@@ -163,7 +163,7 @@ impl<S: Scalar> Expansion<'_, S> {
     }
 
     #[inline(always)]
-    fn scaled<const I: usize>(&self, term: &Term, block: usize) -> S {
+    fn scaled<const I: usize>(&self, term: &ScaledOperand, block: usize) -> S {
         self.at::<I>(term.operand.slot, block) * self.factors[term.factor]
     }
 

@@ -5,7 +5,8 @@
 //! each instruction is placed after the one whose result it waits for.
 
 use super::{
-    ConstantSlots, Factor, Instruction, Operand, PhaseTable, SeriesProgram, Sum, Term, Terms,
+    ConstantSlots, Factor, Instruction, Operand, PhaseTable, ScaledOperand, SeriesProgram, Sum,
+    Terms,
 };
 use crate::flow::corners::corners;
 use crate::flow::program::{InputKind, Operation, Program, Slot};
@@ -16,7 +17,7 @@ impl SeriesProgram {
     /// Series of a field's program whose first outputs are the derivatives of the states; `inputs`
     /// as in the lowering.
     pub(in crate::flow) fn new(program: &Program, inputs: &[InputKind], dimension: usize) -> Self {
-        let mut lowering = Lowering::new(program, inputs);
+        let mut lowering = SeriesLowering::new(program, inputs);
         let units = lowering.units();
         lowering.mark_feeding(&units, dimension);
         let constants = lowering.constants(dimension);
@@ -96,7 +97,7 @@ enum SlotKind {
     Series,
 }
 
-struct Lowering<'p> {
+struct SeriesLowering<'p> {
     program: &'p Program,
     inputs: &'p [InputKind],
     /// Number of slots: of the program, and those added for reciprocals and tables.
@@ -117,7 +118,7 @@ struct Lowering<'p> {
     tables: Vec<PhaseTable>,
 }
 
-impl<'p> Lowering<'p> {
+impl<'p> SeriesLowering<'p> {
     fn new(program: &'p Program, inputs: &'p [InputKind]) -> Self {
         let slots = program.slots();
         let mut of_state = vec![false; slots];
@@ -337,12 +338,12 @@ fn combinations(program: &Program) -> Vec<bool> {
 
 /// A linear combination: constants, and factors with the slots that they multiply.
 #[derive(Clone, Default)]
-struct Form {
+struct SlotForm {
     constants: Vec<Factor>,
     terms: Vec<(Factor, Slot)>,
 }
 
-impl Form {
+impl SlotForm {
     fn of_slot(slot: Slot) -> Self {
         Self { constants: Vec::new(), terms: vec![(Factor::one(), slot)] }
     }
@@ -369,7 +370,7 @@ impl Factor {
     }
 }
 
-impl Lowering<'_> {
+impl SeriesLowering<'_> {
     /// Whether an operation is a linear combination with constant factors.
     fn is_linear(&self, slot: Slot) -> bool {
         match *self.program.operation(slot) {
@@ -418,8 +419,8 @@ impl Lowering<'_> {
         Sum { terms, constant }
     }
 
-    fn term(&mut self, (factor, slot): (Factor, Slot)) -> Term {
-        Term { factor: self.factor(vec![factor]), operand: self.operand(slot) }
+    fn term(&mut self, (factor, slot): (Factor, Slot)) -> ScaledOperand {
+        ScaledOperand { factor: self.factor(vec![factor]), operand: self.operand(slot) }
     }
 
     fn factor(&mut self, summands: Vec<Factor>) -> usize {
@@ -429,7 +430,7 @@ impl Lowering<'_> {
 
     /// Linear combination of an operation; `gathers` tells whether linear operands used only here
     /// are expanded.
-    fn form(&self, slot: Slot, gathers: bool) -> Form {
+    fn form(&self, slot: Slot, gathers: bool) -> SlotForm {
         let of = |operand: Slot| self.form_of_operand(operand, gathers);
         let minus = Dd::from(-1.0);
         match *self.program.operation(slot) {
@@ -443,23 +444,23 @@ impl Lowering<'_> {
                 form
             }
             Operation::MulByHead { head, factor } => of(factor).times(Dd::from(1.0), Some(head)),
-            _ => Form::of_slot(slot),
+            _ => SlotForm::of_slot(slot),
         }
     }
 
-    fn form_of_operand(&self, slot: Slot, gathers: bool) -> Form {
+    fn form_of_operand(&self, slot: Slot, gathers: bool) -> SlotForm {
         if let Operation::Constant(number) = *self.program.operation(slot) {
-            let mut form = Form::default();
+            let mut form = SlotForm::default();
             form.constants.push(Factor { number, heads: Vec::new() });
             form
         } else if self.is_constant(slot) {
-            let mut form = Form::default();
+            let mut form = SlotForm::default();
             form.constants.push(Factor { number: Dd::from(1.0), heads: vec![slot] });
             form
         } else if gathers && self.uses[slot] == 1 && self.is_linear(slot) {
             self.form(slot, true)
         } else {
-            Form::of_slot(slot)
+            SlotForm::of_slot(slot)
         }
     }
 }

@@ -7,7 +7,7 @@
 
 use num_traits::Zero as _;
 
-use super::polygon::{Piece, Polygon};
+use super::polygon::{Polygon, SpanPiece};
 use super::zeros::GapCourse;
 use crate::flow::{Backend, NumberMask, RoundedNumber};
 use crate::numeric::{Branched, Mask, Scalar};
@@ -277,7 +277,8 @@ impl<B: Backend> EnclosureTest<'_, B> {
         found.minimum = clear & !below & (ignoring | is_near);
         found.time = select(valley, turn.time, found.time);
         if below.any() {
-            let piece = Piece { from: self.from, length, reach: self.gap.tables.reach().rounded() };
+            let piece =
+                SpanPiece { from: self.from, length, reach: self.gap.tables.reach().rounded() };
             let (near, known) = self.polygon.fall_before(&turn, piece, below);
             found.undecided |= below & !known;
             sought.near = RoundedNumber::<B>::select(below, near, sought.near);

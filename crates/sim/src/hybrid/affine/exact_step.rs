@@ -15,7 +15,7 @@ use super::zeros::{GapCourse, NodeVisit, is_convex};
 use crate::flow::{Backend, NumberMask, RoundedNumber, SpanTables};
 use crate::hybrid::motion::SAME_MINIMUM;
 use crate::hybrid::passage::{Back, MinimumLog, Stop};
-use crate::numeric::{Branched, Kernel, Mask, Real, Scalar};
+use crate::numeric::{Branched, Mask, Real, Scalar, Vectorised};
 
 /// End of an exact step: the first event, or the longest time asked for, or the end of the span,
 /// whichever comes first.
@@ -283,7 +283,7 @@ pub(super) struct BackwardStep<'t, B: Backend> {
     pub(super) states: &'t mut [B::Number],
 }
 
-impl<B: Backend> Kernel for BackwardStep<'_, B> {
+impl<B: Backend> Vectorised for BackwardStep<'_, B> {
     type Output = (B::Number, NumberMask<B>);
 
     /// Returns the time of the flight, and the mask of lanes in which it is known; writes the

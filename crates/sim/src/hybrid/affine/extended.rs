@@ -6,7 +6,7 @@ use num_traits::{One as _, Zero as _};
 use super::polygon::{Polygon, ROUNDING};
 use crate::flow::{AffineFlow, Backend, NumberMask, RoundedNumber, Single};
 use crate::hybrid::passage::{Flight, Goal, Outlook};
-use crate::numeric::{Branched, Kernel, Mask, Real, Scalar};
+use crate::numeric::{Branched, Mask, Real, Scalar, Vectorised};
 
 /// Extended state of a full state, with the phases for which harmonics are known.
 #[derive(Clone, Debug)]
@@ -86,7 +86,7 @@ struct NewPhase<'t, B: Backend> {
     moves: NumberMask<B>,
 }
 
-impl<B: Backend> Kernel for NewPhase<'_, B> {
+impl<B: Backend> Vectorised for NewPhase<'_, B> {
     type Output = ();
 
     #[inline(always)]

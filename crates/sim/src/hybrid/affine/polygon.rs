@@ -4,7 +4,7 @@
 //! extrema than they have turns, and each number differs by an even number. In lanes, a run of
 //! points ends separately for each lane.
 
-use super::zeros::Turn;
+use super::zeros::GapExtremum;
 use crate::numeric::{Branched, Mask};
 
 /// Rounding of a control point, as a share of the size of its terms: a smaller point has no sign.
@@ -23,7 +23,7 @@ pub(super) struct Polygon<'c, R> {
 
 /// A piece of a span.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Piece<R> {
+pub(super) struct SpanPiece<R> {
     /// Start and length.
     pub(super) from: R,
     pub(super) length: R,
@@ -184,8 +184,8 @@ impl<R: Branched> Polygon<'_, R> {
     #[inline(always)]
     pub(super) fn fall_before<S>(
         &self,
-        minimum: &Turn<S>,
-        piece: Piece<R>,
+        minimum: &GapExtremum<S>,
+        piece: SpanPiece<R>,
         wanted: R::Mask,
     ) -> (R, R::Mask)
     where

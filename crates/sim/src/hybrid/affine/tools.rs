@@ -8,7 +8,7 @@ use crate::flow::{AffineFieldRows, AffineFlow, AffineRows, Batch, Single, SpanTa
 use crate::hybrid::lane_flow::{LaneAsked, LaneFlow, LaneLog, LaneStepEnd, LoggedFrom};
 use crate::hybrid::motion::{Clearance, LaneMotion, Motion, Regime, Sense};
 use crate::hybrid::passage::{Back, Goal, Heading, Landing, REDUCED, Stop, ends_before_turn};
-use crate::numeric::{Branched, Kernel, LaneMask, Lanes, Mask, Real, Scalar};
+use crate::numeric::{Branched, LaneMask, Lanes, Mask, Real, Scalar, Vectorised};
 
 /// Exact flow of a simulator with affine free flight.
 #[derive(Clone, Debug)]
@@ -317,13 +317,13 @@ pub(in crate::hybrid) struct OrbitTables {
 /// general search must follow.
 pub(in crate::hybrid) type StepEnd<S> = Option<Option<Stop<S>>>;
 
-/// Kernel of an exact step that also writes the states at its end.
+/// Vectorised work of an exact step that also writes the states at its end.
 struct LandedStep<'t, S: Real> {
     stepper: Stepper<'t, Single<S>, &'t mut Vec<(S, usize, S)>>,
     states: &'t mut [S],
 }
 
-impl<S: Real> Kernel for LandedStep<'_, S> {
+impl<S: Real> Vectorised for LandedStep<'_, S> {
     type Output = (S, StepEnd<S>);
 
     /// NOTE: the masks remain in this function: truth values that are stored one by one and read

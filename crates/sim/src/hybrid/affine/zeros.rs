@@ -17,7 +17,7 @@ const CLOSE: f64 = 1e-4;
 
 /// Extremum of a gap.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Turn<S: Branched> {
+pub(super) struct GapExtremum<S: Branched> {
     /// Time since the start of the span.
     pub(super) time: S,
     /// Gap at the extremum.
@@ -140,9 +140,9 @@ impl<B: Backend> GapCourse<'_, B> {
         &mut self,
         near: RoundedNumber<B>,
         wanted: NumberMask<B>,
-    ) -> Turn<B::Number> {
+    ) -> GapExtremum<B::Number> {
         let time = B::Number::from_rounded(near);
-        let mut turn = Turn {
+        let mut turn = GapExtremum {
             time,
             gap: time,
             curvature: time,
@@ -154,7 +154,7 @@ impl<B: Backend> GapCourse<'_, B> {
             let (node, start) = self.tables.node(turn.time.rounded());
             let next = self.turn_about(node, turn.time - start, going);
             let select = |one, other| B::Number::select(going, one, other);
-            turn = Turn {
+            turn = GapExtremum {
                 time: select(start + next.time, turn.time),
                 gap: select(next.gap, turn.gap),
                 curvature: select(next.curvature, turn.curvature),
@@ -177,7 +177,7 @@ impl<B: Backend> GapCourse<'_, B> {
         node: B::Node,
         guess: B::Number,
         wanted: NumberMask<B>,
-    ) -> Turn<B::Number> {
+    ) -> GapExtremum<B::Number> {
         let reach = self.tables.reach();
         let NodeVisit { series, slopes, .. } = self.series_about(node, wanted);
         turn(series, slopes, guess, reach, wanted)
@@ -223,7 +223,7 @@ fn turn<S: Branched>(
     guess: S,
     reach: S,
     wanted: S::Mask,
-) -> Turn<S> {
+) -> GapExtremum<S> {
     differentiate(series, slopes);
     let chord = -slopes[0] / slopes[1];
     let is_near = chord.abs().is_at_most(reach + reach);
@@ -231,7 +231,7 @@ fn turn<S: Branched>(
     let zero = newton(slopes, guess, reach, wanted);
     let convex = is_convex(series, reach.rounded());
     let rises_for = S::select(convex, reach - zero.time, S::zero());
-    Turn {
+    GapExtremum {
         time: zero.time,
         gap: polynomial::value(series, zero.time),
         curvature: zero.slope,

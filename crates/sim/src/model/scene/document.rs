@@ -442,7 +442,7 @@ impl<'a> Entry<'a> {
 
 /// Kind of a name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(super) enum NameKind {
     /// A state.
     State,
     /// The forcing phase.
@@ -453,14 +453,14 @@ pub(super) enum Kind {
     Let,
 }
 
-impl Kind {
+impl NameKind {
     /// Kind of a name, in words.
     pub(super) fn word(self) -> &'static str {
         match self {
-            Kind::State => "state",
-            Kind::Phase => "phase",
-            Kind::Parameter => "parameter",
-            Kind::Let => "named expression",
+            NameKind::State => "state",
+            NameKind::Phase => "phase",
+            NameKind::Parameter => "parameter",
+            NameKind::Let => "named expression",
         }
     }
 }
@@ -468,13 +468,18 @@ impl Kind {
 /// Names of a model, in the order of declaration.
 #[derive(Default)]
 pub(super) struct Scope {
-    entries: Vec<(String, Kind)>,
+    entries: Vec<(String, NameKind)>,
     nodes: Vec<Option<NodeId>>,
 }
 
 impl Scope {
     /// Declares a name. The name must be valid, unused, and not a word of the language.
-    pub(super) fn declare(&mut self, name: &str, kind: Kind, span: Range<usize>) -> Checked<()> {
+    pub(super) fn declare(
+        &mut self,
+        name: &str,
+        kind: NameKind,
+        span: Range<usize>,
+    ) -> Checked<()> {
         if !names::is_name(name) {
             return Err(Fault::at(span, SceneProblem::NotAName { name: shown(name) }));
         }
@@ -553,7 +558,10 @@ impl Scope {
 
     /// Names of the full state and the parameters, by input number.
     pub(super) fn inputs(&self) -> impl Iterator<Item = &str> {
-        self.entries.iter().filter(|(_, kind)| *kind != Kind::Let).map(|(name, _)| name.as_str())
+        self.entries
+            .iter()
+            .filter(|(_, kind)| *kind != NameKind::Let)
+            .map(|(name, _)| name.as_str())
     }
 }
 

@@ -3,7 +3,7 @@
 
 use std::ops::Range;
 
-use super::document::{Field, Kind, Scope, Table, define, shown};
+use super::document::{Field, NameKind, Scope, Table, define, shown};
 use super::tables::key_position;
 use crate::model::error::{Checked, Fault, SceneProblem};
 use crate::model::graph::{ExpressionGraph, NodeId};
@@ -60,7 +60,7 @@ fn declare(table: &Table<'_>, phase: Option<&Table<'_>>) -> Checked<Draft> {
     let parameters = declare_parameters(table, &mut scope)?;
     let lets = named_fields(table, "let")?;
     for field in &lets {
-        scope.declare(field.key, Kind::Let, field.key_span.clone())?;
+        scope.declare(field.key, NameKind::Let, field.key_span.clone())?;
     }
     let mut graph = ExpressionGraph::new();
     let inputs: Vec<String> = scope.inputs().map(str::to_owned).collect();
@@ -79,7 +79,7 @@ fn declare_states(table: &Table<'_>, scope: &mut Scope) -> Checked<Vec<String>> 
     let mut states = Vec::new();
     for entry in entries {
         let name = entry.text("a list of names")?;
-        scope.declare(name, Kind::State, entry.span.clone())?;
+        scope.declare(name, NameKind::State, entry.span.clone())?;
         states.push(name.to_owned());
     }
     Ok(states)
@@ -89,14 +89,14 @@ fn declare_phase(table: &Table<'_>, scope: &mut Scope) -> Checked<String> {
     table.only(&["name", "rate", "period"])?;
     let entry = table.require("name")?.entry("a name")?;
     let name = entry.text("a name")?;
-    scope.declare(name, Kind::Phase, entry.span.clone())?;
+    scope.declare(name, NameKind::Phase, entry.span.clone())?;
     Ok(name.to_owned())
 }
 
 fn declare_parameters(table: &Table<'_>, scope: &mut Scope) -> Checked<Vec<Parameter>> {
     let mut parameters = Vec::new();
     for field in named_fields(table, "parameters")? {
-        scope.declare(field.key, Kind::Parameter, field.key_span.clone())?;
+        scope.declare(field.key, NameKind::Parameter, field.key_span.clone())?;
         parameters.push(Parameter { name: field.key.to_owned(), value: field.number()? });
     }
     Ok(parameters)

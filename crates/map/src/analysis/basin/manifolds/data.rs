@@ -6,7 +6,7 @@ use crate::analysis::periodic::ContactItinerary;
 use crate::model::Method;
 
 /// Plane and parameters at which manifolds are computed.
-pub(in crate::analysis::basin) struct Plane<'a> {
+pub(in crate::analysis::basin) struct ManifoldPlane<'a> {
     /// Offsets of all active parameters.
     pub(in crate::analysis::basin) parameters: &'a [f64],
     /// Indices of the coordinates along the axes, the horizontal one first.

@@ -8,11 +8,11 @@
 //!
 //! Reference: `KrauskopfOsinga1998`, for the control of spacing and turning.
 
-mod course;
+mod curve;
 mod data;
 mod preimage;
 
-pub(super) use data::Plane;
+pub(super) use data::ManifoldPlane;
 pub use data::{ManifoldBranch, ManifoldEnd, ManifoldKind, ManifoldSide, Manifolds, Saddle};
 
 use nalgebra::DMatrix;
@@ -27,7 +27,7 @@ use crate::expansion::LocalMap;
 use crate::iteration::{DiscreteMap, parallel};
 use crate::model::{Method, Scene};
 use crate::orbit::GrazingOrbit;
-use course::{Course, Seed};
+use curve::{ManifoldCurve, ManifoldSeed};
 use preimage::Returns;
 
 /// Largest distance from the plane's centre up to which curves are followed, in half-ranges.
@@ -53,7 +53,7 @@ const MOST_PASSES: f64 = 64.0;
 /// [`orbits`](crate::analysis::orbits::orbits).
 pub(super) fn manifolds(
     (scene, orbit, map): (&Scene, &GrazingOrbit, &LocalMap),
-    request: &Plane<'_>,
+    request: &ManifoldPlane<'_>,
     longest_period: usize,
     swept: &dyn SweptMap,
     progress: &dyn Progress,
@@ -112,7 +112,7 @@ struct Local {
 /// Computes the curves of one map.
 #[derive(Clone, Copy)]
 struct Tracer<'a> {
-    request: &'a Plane<'a>,
+    request: &'a ManifoldPlane<'a>,
     local: &'a LocalMap,
     map: &'a dyn DiscreteMap,
     /// Centre and half-range of the plane, by coordinate.
@@ -121,7 +121,7 @@ struct Tracer<'a> {
 }
 
 impl<'a> Tracer<'a> {
-    fn new(request: &'a Plane<'a>, local: &'a LocalMap, map: &'a dyn DiscreteMap) -> Self {
+    fn new(request: &'a ManifoldPlane<'a>, local: &'a LocalMap, map: &'a dyn DiscreteMap) -> Self {
         let (mut middle, mut scales) = ([0.0; 2], [1.0; 2]);
         for (&axis, [from, to]) in request.axes.iter().zip(&request.ranges) {
             middle[axis] = 0.5 * (from + to);
@@ -198,8 +198,8 @@ impl<'a> Tracer<'a> {
             is_near: &|point| self.is_near(point),
         };
         let factor = (growth * passes).exp();
-        match Seed::beside(&returns, *at, direction, factor) {
-            Some(seed) => Course::new(&returns, seed).run(),
+        match ManifoldSeed::beside(&returns, *at, direction, factor) {
+            Some(seed) => ManifoldCurve::new(&returns, seed).run(),
             None => (Vec::new(), ManifoldEnd::NotSmooth),
         }
     }

@@ -30,7 +30,7 @@ const ROUNDING: f64 = 1e-14;
 
 /// Effort of a search for a preimage.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Search {
+enum PreimageEffort {
     /// All means, near a known preimage.
     Near,
     /// Newton's method only, from an arbitrary start.
@@ -60,7 +60,7 @@ impl Returns<'_> {
 
     /// Next point of the curve: the image, or for a stable manifold the preimage near `guess`.
     pub(super) fn next(&self, point: [f64; 2], guess: [f64; 2]) -> Result<[f64; 2], ManifoldEnd> {
-        self.followed(point, guess, Search::Near)
+        self.followed(point, guess, PreimageEffort::Near)
     }
 
     /// Next point, found as by [`next`](Self::next), with starts all over the plane if there is no
@@ -70,12 +70,12 @@ impl Returns<'_> {
         point: [f64; 2],
         guess: [f64; 2],
     ) -> Result<[f64; 2], ManifoldEnd> {
-        let mut next = self.followed(point, guess, Search::Far);
+        let mut next = self.followed(point, guess, PreimageEffort::Far);
         for start in self.starts() {
             if next != Err(ManifoldEnd::NoPreimage) {
                 break;
             }
-            next = self.followed(point, start, Search::Far);
+            next = self.followed(point, start, PreimageEffort::Far);
         }
         next
     }
@@ -84,13 +84,13 @@ impl Returns<'_> {
         &self,
         point: [f64; 2],
         guess: [f64; 2],
-        search: Search,
+        effort: PreimageEffort,
     ) -> Result<[f64; 2], ManifoldEnd> {
         let next = match self.kind {
             ManifoldKind::Unstable => {
                 (0..self.count).try_fold(point, |point, _| self.image(point))?
             }
-            ManifoldKind::Stable => self.source(point, guess, search)?,
+            ManifoldKind::Stable => self.source(point, guess, effort)?,
         };
         if (self.is_near)(next) { Ok(next) } else { Err(ManifoldEnd::Plane) }
     }
@@ -122,7 +122,7 @@ impl Returns<'_> {
         &self,
         point: [f64; 2],
         guess: [f64; 2],
-        search: Search,
+        effort: PreimageEffort,
     ) -> Result<[f64; 2], ManifoldEnd> {
         let mut guesses = vec![guess];
         for _ in 1..self.count {
@@ -130,7 +130,7 @@ impl Returns<'_> {
             guesses.push(self.image(last).unwrap_or(last));
         }
         let found = guesses.into_iter().rev().try_fold(point, |point, guess| {
-            self.preimage(point, guess, search).ok_or(ManifoldEnd::NoPreimage)
+            self.preimage(point, guess, effort).ok_or(ManifoldEnd::NoPreimage)
         })?;
         // The window is checked at every return: points outside do not belong to the map.
         (0..self.count).try_fold(found, |point, _| self.image(point))?;
@@ -138,8 +138,13 @@ impl Returns<'_> {
     }
 
     /// Preimage under one return.
-    fn preimage(&self, target: [f64; 2], guess: [f64; 2], search: Search) -> Option<[f64; 2]> {
-        if search == Search::Far {
+    fn preimage(
+        &self,
+        target: [f64; 2],
+        guess: [f64; 2],
+        effort: PreimageEffort,
+    ) -> Option<[f64; 2]> {
+        if effort == PreimageEffort::Far {
             return self.newton(target, guess, 1);
         }
         let beside = |(axis, offset): (usize, f64)| {

@@ -5,29 +5,29 @@ use std::array::from_fn;
 use serde::{Deserialize, Serialize};
 
 use super::CurveEquations;
-use super::step::{Chord, CurvePoint, StepControl, point_on, zero_between};
+use super::step::{Chord, ContinuationPoint, StepControl, point_on, zero_between};
 use super::vectors::{dot, moved, norm};
 use crate::numeric::Real;
 use crate::orbit::sampled::{SAMPLES, Zeros, places, zeros};
 
 /// A piece of a curve.
 #[derive(Clone, Debug)]
-pub struct Course<S, X = ()> {
+pub struct Curve<S, X = ()> {
     /// Points in order, special ones included.
-    pub points: Vec<CurvePoint<S, X>>,
+    pub points: Vec<ContinuationPoint<S, X>>,
     /// Special points.
     pub turns: Vec<Turn>,
     /// Pairs of indices in `points` between which a test function may have more zeros than were
     /// found, with the index of the test function.
     pub unresolved: Vec<(usize, [usize; 2])>,
     /// Reason for the end.
-    pub end: CourseEnd,
+    pub end: ContinuationEnd,
 }
 
 /// A zero of a test function.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Turn {
-    /// Index of the point in [`Course::points`].
+    /// Index of the point in [`Curve::points`].
     pub point: usize,
     /// Index of the test function.
     pub test: usize,
@@ -35,7 +35,7 @@ pub struct Turn {
 
 /// Reason why a curve ends.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub enum CourseEnd {
+pub enum ContinuationEnd {
     /// An unknown is at the border of its range.
     Border {
         /// Index of the unknown.
@@ -69,68 +69,68 @@ const CLOSED: f64 = 1e-4;
 /// `None` if Newton's method finds no point of the curve on the plane through `start` normal to
 /// `along`, or no tangent there.
 pub fn follow<S: Real, C: CurveEquations<S> + ?Sized>(
-    curve: &mut C,
+    equations: &mut C,
     start: &[S],
     along: &[S],
     control: &StepControl,
-) -> Option<Course<S, C::Extra>> {
-    let first = point_on(curve, start, [start, along], along)?;
+) -> Option<Curve<S, C::Extra>> {
+    let first = point_on(equations, start, [start, along], along)?;
     let tests = first.tests.iter().enumerate();
     let zeros = tests.filter(|(_, test)| beyond_rounding(test) == S::zero());
     let turns = zeros.map(|(test, _)| Turn { point: 0, test }).collect();
-    let mut way = Way {
-        course: Course {
+    let mut follower = CurveFollower {
+        curve: Curve {
             points: vec![first],
             turns,
             unresolved: Vec::new(),
-            end: CourseEnd::StepLimit,
+            end: ContinuationEnd::StepLimit,
         },
-        curve,
+        equations,
         control,
     };
-    way.course.end = way.follow();
-    Some(way.course)
+    follower.curve.end = follower.follow();
+    Some(follower.curve)
 }
 
-struct Way<'a, S, C: ?Sized, X> {
-    curve: &'a mut C,
+struct CurveFollower<'a, S, C: ?Sized, X> {
+    equations: &'a mut C,
     control: &'a StepControl,
-    course: Course<S, X>,
+    curve: Curve<S, X>,
 }
 
 /// Position of a point relative to the range of the unknowns.
 enum Within<S, X> {
     /// Inside.
-    Range(CurvePoint<S, X>),
+    Range(ContinuationPoint<S, X>),
     /// Outside, beyond the border of an unknown; the point is where the curve crosses the border.
-    Border(CurvePoint<S, X>, usize),
+    Border(ContinuationPoint<S, X>, usize),
     /// Outside without a crossing: the curve was on the border of an unknown already (`Some`), or
     /// the crossing was not found (`None`).
     Beyond(Option<usize>),
 }
 
 /// Points of a step without its first, and indices of test functions that may have more zeros.
-struct Step<S, X> {
-    points: Vec<CurvePoint<S, X>>,
+struct CurveStep<S, X> {
+    points: Vec<ContinuationPoint<S, X>>,
     unresolved: Vec<usize>,
     too_long: bool,
 }
 
-impl<S: Real, X: Clone, C: CurveEquations<S, Extra = X> + ?Sized> Way<'_, S, C, X> {
-    fn follow(&mut self) -> CourseEnd {
+impl<S: Real, X: Clone, C: CurveEquations<S, Extra = X> + ?Sized> CurveFollower<'_, S, C, X> {
+    fn follow(&mut self) -> ContinuationEnd {
         let mut length = self.control.first;
         let mut too_long = 0;
         for _ in 0..self.control.most {
-            let here = self.course.points[self.course.points.len() - 1].clone();
+            let here = self.curve.points[self.curve.points.len() - 1].clone();
             let Some((step, taken)) = self.step(&here, length) else {
                 return self.no_step();
             };
             length = (GROWTH * taken).min(self.control.longest);
             too_long = if step.too_long { too_long + 1 } else { 0 };
             if too_long > self.control.unresolved {
-                return CourseEnd::StepTooSmall;
+                return ContinuationEnd::StepTooSmall;
             }
-            let from = self.course.points.len() - 1;
+            let from = self.curve.points.len() - 1;
             let mut end = None;
             for next in step.points {
                 end = self.add(next);
@@ -138,29 +138,33 @@ impl<S: Real, X: Clone, C: CurveEquations<S, Extra = X> + ?Sized> Way<'_, S, C, 
                     break;
                 }
             }
-            let to = self.course.points.len() - 1;
+            let to = self.curve.points.len() - 1;
             let unresolved = step.unresolved.into_iter().map(|test| (test, [from, to]));
-            self.course.unresolved.extend(unresolved);
+            self.curve.unresolved.extend(unresolved);
             if let Some(end) = end {
                 return end;
             }
         }
-        CourseEnd::StepLimit
+        ContinuationEnd::StepLimit
     }
 
     /// Reason why there is no next point.
-    fn no_step(&self) -> CourseEnd {
-        match self.curve.is_spent() {
-            true => CourseEnd::WorkLimit,
-            false => CourseEnd::StepTooSmall,
+    fn no_step(&self) -> ContinuationEnd {
+        match self.equations.is_spent() {
+            true => ContinuationEnd::WorkLimit,
+            false => ContinuationEnd::StepTooSmall,
         }
     }
 
     /// Next step and its length. If no step is short enough for all zeros to be known, the longest
     /// that the corrector can take.
-    fn step(&mut self, here: &CurvePoint<S, X>, mut length: f64) -> Option<(Step<S, X>, f64)> {
+    fn step(
+        &mut self,
+        here: &ContinuationPoint<S, X>,
+        mut length: f64,
+    ) -> Option<(CurveStep<S, X>, f64)> {
         let mut longest = None;
-        while length >= self.control.shortest && !self.curve.is_spent() {
+        while length >= self.control.shortest && !self.equations.is_spent() {
             match self.try_step(here, length) {
                 Some(step) if step.too_long => longest = longest.or(Some((step, length))),
                 Some(step) => return Some((step, length)),
@@ -171,12 +175,13 @@ impl<S: Real, X: Clone, C: CurveEquations<S, Extra = X> + ?Sized> Way<'_, S, C, 
         longest
     }
 
-    fn try_step(&mut self, here: &CurvePoint<S, X>, length: f64) -> Option<Step<S, X>> {
-        let straight =
-            |point: &CurvePoint<S, X>| dot(&point.tangent, &here.tangent).to_f64() > STRAIGHT;
+    fn try_step(&mut self, here: &ContinuationPoint<S, X>, length: f64) -> Option<CurveStep<S, X>> {
+        let straight = |point: &ContinuationPoint<S, X>| {
+            dot(&point.tangent, &here.tangent).to_f64() > STRAIGHT
+        };
         let predicted = moved(&here.unknowns, &here.tangent, S::from_f64(length));
         let planes = [&predicted[..], &here.tangent];
-        let next = point_on(self.curve, &predicted, planes, &here.tangent)?;
+        let next = point_on(self.equations, &predicted, planes, &here.tangent)?;
         if distance(&next.unknowns, &predicted) > 0.3 * length || !straight(&next) {
             return None;
         }
@@ -184,26 +189,26 @@ impl<S: Real, X: Clone, C: CurveEquations<S, Extra = X> + ?Sized> Way<'_, S, C, 
         let inner = &places()[1..SAMPLES - 1];
         let mut points = vec![(0.0, here.clone())];
         for &place in inner {
-            let point = chord.point(self.curve, S::from_f64(place)).filter(|p| straight(p))?;
+            let point = chord.point(self.equations, S::from_f64(place)).filter(|p| straight(p))?;
             points.push((place, point));
         }
         points.push((1.0, next.clone()));
         let (parting, unresolved, too_long) = resolution::<S, X>(&points);
         for place in parting {
-            points.push((place, chord.point(self.curve, S::from_f64(place))?));
+            points.push((place, chord.point(self.equations, S::from_f64(place))?));
         }
         points.sort_by(|(a, _), (b, _)| a.total_cmp(b));
         let points = points.into_iter().skip(1).map(|(_, point)| point).collect();
-        Some(Step { points, unresolved, too_long })
+        Some(CurveStep { points, unresolved, too_long })
     }
 
     /// Adds a point and the zeros before it; returns the reason if the curve ends there.
-    fn add(&mut self, next: CurvePoint<S, X>) -> Option<CourseEnd> {
-        let here = self.course.points[self.course.points.len() - 1].clone();
+    fn add(&mut self, next: ContinuationPoint<S, X>) -> Option<ContinuationEnd> {
+        let here = self.curve.points[self.curve.points.len() - 1].clone();
         let (next, border) = match self.within(&here, next) {
             Within::Range(next) => (next, None),
             Within::Border(next, unknown) => (next, Some(unknown)),
-            Within::Beyond(Some(unknown)) => return Some(CourseEnd::Border { unknown }),
+            Within::Beyond(Some(unknown)) => return Some(ContinuationEnd::Border { unknown }),
             Within::Beyond(None) => return Some(self.no_step()),
         };
         let mut found = Vec::new();
@@ -212,7 +217,8 @@ impl<S: Real, X: Clone, C: CurveEquations<S, Extra = X> + ?Sized> Way<'_, S, C, 
             if a == S::zero() || (a * b).to_f64() > 0.0 {
                 continue;
             }
-            let zero = zero_between(self.curve, [&here, &next], |point| point.tests[test].value);
+            let zero =
+                zero_between(self.equations, [&here, &next], |point| point.tests[test].value);
             let Some(zero) = zero else { continue };
             let share = Chord::new([&here, &next]).map_or(S::one(), |c| c.share_of(&zero.unknowns));
             found.push((share.to_f64(), test, zero));
@@ -223,34 +229,38 @@ impl<S: Real, X: Clone, C: CurveEquations<S, Extra = X> + ?Sized> Way<'_, S, C, 
             if share >= 1.0 {
                 continue;
             }
-            let last = self.curve.is_last(&zero);
-            self.course.turns.push(Turn { point: self.course.points.len(), test });
-            self.course.points.push(zero);
+            let last = self.equations.is_last(&zero);
+            self.curve.turns.push(Turn { point: self.curve.points.len(), test });
+            self.curve.points.push(zero);
             if last {
-                return Some(CourseEnd::Last);
+                return Some(ContinuationEnd::Last);
             }
         }
         for (test, value) in next.tests.iter().enumerate() {
             if beyond_rounding(value) == S::zero()
                 && beyond_rounding(&here.tests[test]) != S::zero()
             {
-                self.course.turns.push(Turn { point: self.course.points.len(), test });
+                self.curve.turns.push(Turn { point: self.curve.points.len(), test });
             }
         }
         let closed = self.closes(&here, &next);
-        let last = self.curve.is_last(&next);
-        self.course.points.push(next);
+        let last = self.equations.is_last(&next);
+        self.curve.points.push(next);
         border
-            .map(|unknown| CourseEnd::Border { unknown })
-            .or(closed.then_some(CourseEnd::Closed))
-            .or(last.then_some(CourseEnd::Last))
+            .map(|unknown| ContinuationEnd::Border { unknown })
+            .or(closed.then_some(ContinuationEnd::Closed))
+            .or(last.then_some(ContinuationEnd::Last))
     }
 
     /// The point, or the first point before it at which the curve crosses a border.
-    fn within(&mut self, here: &CurvePoint<S, X>, next: CurvePoint<S, X>) -> Within<S, X> {
-        let mut first: Option<(S, CurvePoint<S, X>, usize)> = None;
+    fn within(
+        &mut self,
+        here: &ContinuationPoint<S, X>,
+        next: ContinuationPoint<S, X>,
+    ) -> Within<S, X> {
+        let mut first: Option<(S, ContinuationPoint<S, X>, usize)> = None;
         for unknown in 0..next.unknowns.len() {
-            let [lower, upper] = self.curve.range(unknown).map(S::from_f64);
+            let [lower, upper] = self.equations.range(unknown).map(S::from_f64);
             let value = next.unknowns[unknown];
             let border = match value {
                 value if value > upper => upper,
@@ -260,8 +270,8 @@ impl<S: Real, X: Clone, C: CurveEquations<S, Extra = X> + ?Sized> Way<'_, S, C, 
             if (here.unknowns[unknown] - border).magnitude() <= AT_BORDER {
                 return Within::Beyond(Some(unknown));
             }
-            let beyond = |point: &CurvePoint<S, X>| point.unknowns[unknown] - border;
-            let Some(mut at) = zero_between(self.curve, [here, &next], beyond) else {
+            let beyond = |point: &ContinuationPoint<S, X>| point.unknowns[unknown] - border;
+            let Some(mut at) = zero_between(self.equations, [here, &next], beyond) else {
                 return Within::Beyond(None);
             };
             at.unknowns[unknown] = border;
@@ -277,12 +287,12 @@ impl<S: Real, X: Clone, C: CurveEquations<S, Extra = X> + ?Sized> Way<'_, S, C, 
     }
 
     /// Whether the first point of the curve lies between two later points.
-    fn closes(&mut self, here: &CurvePoint<S, X>, next: &CurvePoint<S, X>) -> bool {
-        if self.course.points.len() <= SAMPLES {
+    fn closes(&mut self, here: &ContinuationPoint<S, X>, next: &ContinuationPoint<S, X>) -> bool {
+        if self.curve.points.len() <= SAMPLES {
             return false;
         }
-        let mut first = self.course.points[0].unknowns.clone();
-        self.curve.bring_near(&mut first, &here.unknowns);
+        let mut first = self.curve.points[0].unknowns.clone();
+        self.equations.bring_near(&mut first, &here.unknowns);
         let Some(chord) = Chord::new([here, next]) else {
             return false;
         };
@@ -294,7 +304,7 @@ impl<S: Real, X: Clone, C: CurveEquations<S, Extra = X> + ?Sized> Way<'_, S, C, 
         if distance(&here.unknowns, &first) > 2.0 * length {
             return false;
         }
-        let there = chord.point(self.curve, share);
+        let there = chord.point(self.equations, share);
         there.is_some_and(|there| distance(&there.unknowns, &first) < CLOSED * length)
     }
 }
@@ -302,7 +312,9 @@ impl<S: Real, X: Clone, C: CurveEquations<S, Extra = X> + ?Sized> Way<'_, S, C, 
 /// Resolution of the zeros of test functions by the samples of a step: places that separate zeros,
 /// indices of the functions that may have more zeros, and whether a shorter step would resolve
 /// them.
-fn resolution<S: Real, X>(points: &[(f64, CurvePoint<S, X>)]) -> (Vec<f64>, Vec<usize>, bool) {
+fn resolution<S: Real, X>(
+    points: &[(f64, ContinuationPoint<S, X>)],
+) -> (Vec<f64>, Vec<usize>, bool) {
     let (mut parting, mut unresolved, mut too_long) = (Vec::new(), Vec::new(), false);
     for test in 0..points[0].1.tests.len() {
         let of = |place: usize| points[place].1.tests[test];
@@ -362,7 +374,7 @@ mod tests {
             })
         }
 
-        fn tests(&self, point: &CurvePoint<S>) -> Vec<TestValue<S>> {
+        fn tests(&self, point: &ContinuationPoint<S>) -> Vec<TestValue<S>> {
             let value = point.unknowns[0] - S::from_f64(0.5);
             vec![TestValue { value, size: 1.0 }, TestValue::turn(point, 1)]
         }
@@ -379,10 +391,10 @@ mod tests {
     #[test]
     fn a_curve_whose_work_is_done_ends_with_what_it_has() {
         let mut circle = Circle { upper: 2.0, left: 200 };
-        let course = follow(&mut circle, &[-1.0, 0.0], &[0.0, 1.0], &StepControl::DEFAULT);
-        let course: Course<f64> = course.expect("a circle");
-        assert_eq!(course.end, CourseEnd::WorkLimit);
-        let points: Vec<&Vec<f64>> = course.points.iter().map(|point| &point.unknowns).collect();
+        let curve = follow(&mut circle, &[-1.0, 0.0], &[0.0, 1.0], &StepControl::DEFAULT);
+        let curve: Curve<f64> = curve.expect("a circle");
+        assert_eq!(curve.end, ContinuationEnd::WorkLimit);
+        let points: Vec<&Vec<f64>> = curve.points.iter().map(|point| &point.unknowns).collect();
         // More points than the start, all on the circle to the tolerance of the corrector.
         assert!(points.len() > 2, "{points:?}");
         for point in points {
@@ -394,15 +406,15 @@ mod tests {
     fn a_circle_closes_and_has_its_zeros_to_rounding() {
         let mut circle = Circle { upper: 2.0, left: usize::MAX };
         let start = [-1.0, 0.0];
-        let course = follow(&mut circle, &start, &[0.0, 1.0], &StepControl::DEFAULT);
-        let course: Course<f64> = course.expect("a circle");
-        assert_eq!(course.end, CourseEnd::Closed);
-        assert!(course.unresolved.is_empty());
-        let zeros: Vec<(usize, [f64; 2])> = course
+        let curve = follow(&mut circle, &start, &[0.0, 1.0], &StepControl::DEFAULT);
+        let curve: Curve<f64> = curve.expect("a circle");
+        assert_eq!(curve.end, ContinuationEnd::Closed);
+        assert!(curve.unresolved.is_empty());
+        let zeros: Vec<(usize, [f64; 2])> = curve
             .turns
             .iter()
             .map(|turn| {
-                let unknowns = &course.points[turn.point].unknowns;
+                let unknowns = &curve.points[turn.point].unknowns;
                 (turn.test, [unknowns[0], unknowns[1]])
             })
             .collect();
@@ -419,13 +431,13 @@ mod tests {
     #[test]
     fn a_curve_ends_on_the_border_and_zeros_are_refined_in_double_double() {
         let mut circle = Circle { upper: 0.9, left: usize::MAX };
-        let course = follow(&mut circle, &[-1.0, 0.0], &[0.0, 1.0], &StepControl::DEFAULT);
-        let course: Course<f64> = course.expect("a circle");
-        assert_eq!(course.end, CourseEnd::Border { unknown: 1 });
-        assert_eq!(course.points.last().map(|point| point.unknowns[1]), Some(0.9));
+        let curve = follow(&mut circle, &[-1.0, 0.0], &[0.0, 1.0], &StepControl::DEFAULT);
+        let curve: Curve<f64> = curve.expect("a circle");
+        assert_eq!(curve.end, ContinuationEnd::Border { unknown: 1 });
+        assert_eq!(curve.points.last().map(|point| point.unknowns[1]), Some(0.9));
         let near = [0.5 + 1e-13, 0.75_f64.sqrt()].map(Dd::from);
         let tangent = [-(0.75_f64.sqrt()), 0.5].map(Dd::from);
-        let value = |point: &CurvePoint<Dd>| point.tests[0].value;
+        let value = |point: &ContinuationPoint<Dd>| point.tests[0].value;
         let zero = zero_near(&mut circle, &near, &tangent, value).expect("a zero");
         let exact = Dd::from(0.75).sqrt();
         assert!((zero.unknowns[1] - exact).magnitude() < 1e-30, "{zero:?}");

@@ -33,11 +33,11 @@ pub(super) fn sweep(
     progress: &dyn Progress,
 ) -> Sweep {
     let clock = Instant::now();
-    let mut course = Course::new(map, request, start, heading);
-    course.run(0..course.segments.len(), progress);
-    course.correct(0..course.segments.len(), progress);
-    let timing = Timing::since(clock, course.iterates);
-    let visits = course.visits.into_iter().flatten();
+    let mut sweep_run = SweepRun::new(map, request, start, heading);
+    sweep_run.run(0..sweep_run.segments.len(), progress);
+    sweep_run.correct(0..sweep_run.segments.len(), progress);
+    let timing = Timing::since(clock, sweep_run.iterates);
+    let visits = sweep_run.visits.into_iter().flatten();
     let points: Vec<DiagramPoint> = visits.map(|visit| visit.point).collect();
     let shares = |point: &DiagramPoint| {
         let DiagramPoint { by_map, outside, .. } = *point;
@@ -57,16 +57,16 @@ pub(super) fn sweep_share(
     heading: SweepHeading,
     shard: &Shard<'_>,
 ) {
-    let mut course = Course::new(map, request, start, heading);
-    let segments = shard.share.range(course.segments.len());
+    let mut sweep_run = SweepRun::new(map, request, start, heading);
+    let segments = shard.share.range(sweep_run.segments.len());
     if !segments.is_empty() {
-        course.run(segments.clone(), shard);
-        course.correct(segments, shard);
+        sweep_run.run(segments.clone(), shard);
+        sweep_run.correct(segments, shard);
     }
 }
 
 /// A sweep under way.
-struct Course<'a> {
+struct SweepRun<'a> {
     map: &'a dyn SweptMap,
     request: &'a SweepRequest,
     start: Option<&'a [f64]>,
@@ -91,7 +91,7 @@ struct Front {
 
 /// Visits of a group of fronts.
 #[derive(Default)]
-struct Found {
+struct GroupVisits {
     /// Visits with the index of the value.
     visits: Vec<(usize, Visit)>,
     /// Segments whose last value was visited.
@@ -100,7 +100,7 @@ struct Found {
 }
 
 /// Kept visits of one round of fronts, which pass every value at most once.
-struct Pieces<'a> {
+struct KeptVisits<'a> {
     /// 0 for guessed starts, then the number of the correction.
     round: usize,
     /// Length of a state.
@@ -108,7 +108,7 @@ struct Pieces<'a> {
     progress: &'a dyn Progress,
 }
 
-impl Pieces<'_> {
+impl KeptVisits<'_> {
     fn place(&self, value: usize) -> [u64; 2] {
         [self.round as u64, value as u64]
     }
@@ -133,7 +133,7 @@ impl Pieces<'_> {
     }
 }
 
-impl<'a> Course<'a> {
+impl<'a> SweepRun<'a> {
     fn new(
         map: &'a dyn SweptMap,
         request: &'a SweepRequest,
@@ -166,7 +166,7 @@ impl<'a> Course<'a> {
             carried,
             guessed: true,
         });
-        let pieces = Pieces { round: 0, dimension: self.request.orbit.scales.len(), progress };
+        let pieces = KeptVisits { round: 0, dimension: self.request.orbit.scales.len(), progress };
         self.advance(&fronts.collect::<Vec<_>>(), &pieces);
     }
 
@@ -174,7 +174,8 @@ impl<'a> Course<'a> {
     /// the segments, as far as the result does not depend on earlier segments.
     fn correct(&mut self, segments: Range<usize>, progress: &dyn Progress) {
         let mut changed: Vec<usize> = segments.clone().skip(1).collect();
-        let mut pieces = Pieces { round: 0, dimension: self.request.orbit.scales.len(), progress };
+        let mut pieces =
+            KeptVisits { round: 0, dimension: self.request.orbit.scales.len(), progress };
         while !changed.is_empty() {
             pieces.round += 1;
             let corrected = changed.iter().map(|&segment| self.corrected(segment));
@@ -197,7 +198,7 @@ impl<'a> Course<'a> {
 
     /// Moves fronts to the ends of their segments or to where nothing changes, as many at a time as
     /// the map has lanes, on all cores; returns the segments whose ends changed.
-    fn advance(&mut self, fronts: &[Front], pieces: &Pieces<'_>) -> Vec<usize> {
+    fn advance(&mut self, fronts: &[Front], pieces: &KeptVisits<'_>) -> Vec<usize> {
         let share = fronts.len().div_ceil(parallel::threads());
         let blocks = fronts.chunks(share.clamp(1, self.map.lanes()));
         let found = parallel::map(blocks, |block| self.follow(block.to_vec(), pieces));
@@ -213,8 +214,8 @@ impl<'a> Course<'a> {
     }
 
     /// Visits of some fronts, in step, after those that an earlier run kept.
-    fn follow(&self, mut fronts: Vec<Front>, pieces: &Pieces<'_>) -> Found {
-        let mut found = Found::default();
+    fn follow(&self, mut fronts: Vec<Front>, pieces: &KeptVisits<'_>) -> GroupVisits {
+        let mut found = GroupVisits::default();
         fronts.retain_mut(|front| {
             let mut continues = true;
             while continues && let Some(visit) = pieces.recall(front.value) {
@@ -240,7 +241,7 @@ impl<'a> Course<'a> {
     }
 
     /// Keeps a visit if it changes anything; returns whether the front continues.
-    fn keep(&self, front: &mut Front, mut visit: Visit, found: &mut Found) -> bool {
+    fn keep(&self, front: &mut Front, mut visit: Visit, found: &mut GroupVisits) -> bool {
         found.iterates += visit.iterates;
         // A guess that escaped is not carried on.
         visit.carried = visit.carried.filter(|_| !front.guessed || visit.attractor.completed);

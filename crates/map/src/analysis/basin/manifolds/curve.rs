@@ -44,7 +44,7 @@ const DEVIATING: f64 = 1e-2;
 
 /// First piece of a curve.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Seed {
+pub(super) struct ManifoldSeed {
     saddle: [f64; 2],
     /// Offset of the first point from the saddle.
     offset: [f64; 2],
@@ -52,7 +52,7 @@ pub(super) struct Seed {
     factor: f64,
 }
 
-impl Seed {
+impl ManifoldSeed {
     /// Largest piece near a saddle on which the curve grows linearly; `None` if there is none.
     /// `direction` is one half-range long.
     pub(super) fn beside(
@@ -95,9 +95,9 @@ impl Seed {
 type Node = Result<[f64; 2], ManifoldEnd>;
 
 /// A curve under construction.
-pub(super) struct Course<'a> {
+pub(super) struct ManifoldCurve<'a> {
     returns: &'a Returns<'a>,
-    seed: Seed,
+    seed: ManifoldSeed,
     /// Points by the bits of their places, which sort correctly as places are not negative.
     nodes: BTreeMap<u64, Node>,
     pieces: Vec<Vec<[f64; 2]>>,
@@ -110,8 +110,8 @@ pub(super) struct Course<'a> {
     tried: usize,
 }
 
-impl<'a> Course<'a> {
-    pub(super) fn new(returns: &'a Returns<'a>, seed: Seed) -> Self {
+impl<'a> ManifoldCurve<'a> {
+    pub(super) fn new(returns: &'a Returns<'a>, seed: ManifoldSeed) -> Self {
         let first = seed.at(0.0);
         Self {
             returns,
@@ -383,8 +383,9 @@ mod tests {
         };
         let length = direction[0].hypot(direction[1]) / half_range;
         let direction = direction.map(|value| value / length);
-        let seed = Seed::beside(&returns, saddle, direction, factor).expect("a smooth saddle");
-        Course::new(&returns, seed).run()
+        let seed =
+            ManifoldSeed::beside(&returns, saddle, direction, factor).expect("a smooth saddle");
+        ManifoldCurve::new(&returns, seed).run()
     }
 
     /// `(x, y) ↦ (2x, y/2 + 7x²)` has the unstable manifold `y = 2x²`; its mirror image under
@@ -449,8 +450,8 @@ mod tests {
                 is_near: &|point| point.iter().all(|value| value.abs() <= 6.0),
             };
             let factor = if kind == ManifoldKind::Stable { 1.0 / multiplier } else { multiplier };
-            let seed = Seed::beside(&returns, saddle, direction, factor.powi(2));
-            Course::new(&returns, seed.expect("a linear saddle")).run().0
+            let seed = ManifoldSeed::beside(&returns, saddle, direction, factor.powi(2));
+            ManifoldCurve::new(&returns, seed.expect("a linear saddle")).run().0
         };
         // Unstable: the line through the saddle to x = 0; the images of that point are corners.
         let pieces = two(&map, ManifoldKind::Unstable, unstable, [unstable, B]);
@@ -507,8 +508,8 @@ mod tests {
         let mut sides = [false; 2];
         for sign in [1.0, -1.0] {
             let direction = direction.map(|value| sign * value);
-            let seed = Seed::beside(&returns, saddle, direction, small.powi(-2));
-            let (pieces, _) = Course::new(&returns, seed.expect("a saddle")).run();
+            let seed = ManifoldSeed::beside(&returns, saddle, direction, small.powi(-2));
+            let (pieces, _) = ManifoldCurve::new(&returns, seed.expect("a saddle")).run();
             for &point in pieces.iter().flatten() {
                 sides[usize::from(point[0] > 0.0)] = true;
                 let orbit = (0..60).scan(point, |state, _| {
