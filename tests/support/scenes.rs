@@ -24,11 +24,12 @@ pub(crate) fn text(name: &str) -> &'static str {
 
 /// The text of a scene that came from outside: a system that others published, or one of a fault.
 pub(crate) fn outside_text(name: &str) -> String {
-    let mut found = ["gallery/outside/scenes", "tests/data/outside"]
-        .into_iter()
-        .map(|folder| format!("{}/{folder}/{name}.toml", env!("CARGO_MANIFEST_DIR")))
-        .filter_map(|path| std::fs::read_to_string(path).ok());
-    found.next().unwrap_or_else(|| panic!("no scene `{name}` from outside"))
+    let read = |folder: &str| {
+        let path = format!("{}/{folder}/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+        std::fs::read_to_string(path).ok()
+    };
+    let found = ["gallery/outside/scenes", "tests/data/outside"].into_iter().find_map(read);
+    found.unwrap_or_else(|| panic!("no scene `{name}` from outside"))
 }
 
 /// A scene by its text, with keys set.
