@@ -37,9 +37,10 @@ fn commands() -> Vec<(&'static str, Vec<String>)> {
         let keys: Vec<&str> = keys.iter().flat_map(|key| ["--set", key]).collect();
         call(command, SCENE, &keys)
     };
-    let long = ["diagram.0.points=20000", "diagram.0.keep=1000"];
+    let map = "diagram.0.with=[\"map\"]";
+    let long = [map, "diagram.0.points=20000", "diagram.0.transient=1000", "diagram.0.keep=1000"];
     let direct = ["diagram.0.with=[\"direct\"]", "diagram.0.points=1000"];
-    let all = ["diagram.0.points=20000", "diagram.0.keep=200", "chart.0.points=300"];
+    let all = [map, "diagram.0.points=20000", "diagram.0.keep=200", "chart.0.points=300"];
     vec![
         ("diagram by the map", set("diagram", &long)),
         ("diagram by direct simulation", set("diagram", &direct)),

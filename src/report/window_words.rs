@@ -90,8 +90,7 @@ fn tolerance_words(tolerance: WindowTolerance) -> String {
 pub struct WindowRemark {
     /// Whether this is a warning: the error exceeds the scene's tolerance, or reaches a hundredth
     /// of a half-width, or some points have no image, or the window is deeper than the series
-    /// reach. Otherwise it is a note: the error exceeds 1e-6 of a half-width, which no scene asked
-    /// for, or the bounds contradict each other.
+    /// reach. Otherwise it is a note: the bounds contradict each other.
     pub is_warning: bool,
     /// Text.
     pub words: String,
@@ -109,12 +108,13 @@ impl WindowRemark {
     }
 }
 
-/// Error, as a share of the half-width, above which a remark is a warning.
+/// Error, as a share of the half-width, from which a map without a stated tolerance is warned of.
 const LARGE_SHARE: f64 = 1e-2;
 
 /// Warning or note about a window: the map's error is too large, points have no image, no point
-/// reaches the stated depth, or the window is deeper than the series in `y` reach. `None` if the
-/// map keeps its tolerance.
+/// reaches the stated depth, or the window is deeper than the series in `y` reach. `None` if there
+/// is nothing to mend: the map keeps the scene's tolerance or, if the scene states none, errs by
+/// less than a hundredth of each half-width.
 ///
 /// ```
 /// use grazemap::convergence::{CoordinateError, MeasuredWindow, SampleSummary, WindowTolerance};
@@ -139,7 +139,8 @@ const LARGE_SHARE: f64 = 1e-2;
 /// assert_eq!(
 ///     window_remark(&window(6e-3), orders, None).expect("above the tolerance").of("mine"),
 ///     "warning: `mine`: on its window the map of orders (3, 8) errs by up to 6.0e-3 in x (6e-1 \
-///      of its half-width), more than 1e-6, as the scene states",
+///      of its half-width), more than 1e-6, as the scene states: raise the orders, or narrow the \
+///      window",
 /// );
 /// ```
 pub fn window_remark(
@@ -149,14 +150,13 @@ pub fn window_remark(
 ) -> Option<WindowRemark> {
     let edge = edge.filter(|edge| !edge.is_within());
     let edge = edge.map(|edge| format!("at the edge of the window {}", edge_words(edge)));
-    let errors = excess_words(window, orders);
-    let excluded = excluded_words(window);
     let share = |error: &CoordinateError| error.error.map(|value| value / error.half_width);
     let is_large = |share: Option<f64>| share.is_none_or(|share| share >= LARGE_SHARE);
     let asked = matches!(window.tolerance, WindowTolerance::Error(_));
-    let is_warning = excluded.is_some()
-        || edge.is_some()
-        || errors.is_some() && (asked || window.errors.iter().map(share).any(is_large));
+    let matters = asked || window.errors.iter().map(share).any(is_large);
+    let errors = excess_words(window, orders).filter(|_| matters);
+    let excluded = excluded_words(window);
+    let is_warning = errors.is_some() || excluded.is_some() || edge.is_some();
     let parts = [errors, excluded, reached_words(window), edge];
     let parts: Vec<String> = parts.into_iter().flatten().collect();
     (!parts.is_empty()).then(|| WindowRemark { is_warning, words: parts.join("; ") })
@@ -176,7 +176,7 @@ fn excess_words(window: &MeasuredWindow, orders: MapOrders) -> Option<String> {
         None => format!("on its window the map of orders {orders} has images without a value"),
         Some(error) => format!(
             "on its window the map of orders {orders} errs by up to {error:.1e} in {}{} ({:.0e} of \
-                its half-width), more than {}",
+                its half-width), more than {}: raise the orders, or narrow the window",
             worst.coordinate,
             verge_words(worst.verge),
             error / worst.half_width,

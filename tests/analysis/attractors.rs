@@ -17,8 +17,8 @@ use crate::Case;
 use crate::support::exact_flight::{Oscillator, SLOW, drawn};
 use crate::support::scenes;
 
-const PHASE_NOT_REDUCED: &str = include_str!("../data/outside/f01_phase_not_reduced.toml");
-const BILINEAR_RIG: &str = include_str!("../data/outside/p01_bilinear_rig.toml");
+const PHASE_NOT_REDUCED: &str = include_str!("../../gallery/outside/scenes/undamped.toml");
+const BILINEAR_RIG: &str = include_str!("../../gallery/outside/scenes/bilinear_rig.toml");
 
 /// Point of a diagram of direct simulation at one offset, from a start in offsets.
 fn settled(case: &Case, offset: f64, start: &[(&str, f64)], observe: Observable) -> DiagramPoint {
@@ -399,7 +399,7 @@ fn states_beyond_a_rigid_stop_have_no_image_and_do_not_escape() {
 /// agree only to rounding.
 #[test]
 fn a_linear_orbit_beside_a_support_that_is_nearly_rigid_has_period_one() {
-    let stiff = scenes::parsed(BILINEAR_RIG, "p01_bilinear_rig.toml", &[("beta", "1e12")]);
+    let stiff = scenes::parsed(BILINEAR_RIG, "bilinear_rig.toml", &[("beta", "1e12")]);
     let mut case = Case::of(stiff);
     case.map.window.state = vec![2.6e-9, 3.4e-3];
     case.map.window.parameter = vec![1.9e-4, 1.3e-4];

@@ -254,7 +254,10 @@ fn beside_a_repelling_graze_the_orbit_with_contact_is_found_and_no_period_repels
             ("grazing.guess.theta", "-1.2"),
             ("diagram.0.range", range),
             ("diagram.0.points", points),
+            ("diagram.0.transient", "1000"),
+            ("diagram.0.keep", "200"),
             ("diagram.0.observe", observe),
+            ("diagram.0.with", "[\"map\"]"),
         ];
         let text = crate::support::scenes::text("mems_scenario3");
         let (scene, orbit) = grazing_by(text, "mems_scenario3", &set);

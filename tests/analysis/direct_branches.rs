@@ -12,13 +12,11 @@ use grazemap::prelude::{FindGraze, Map, Scene};
 use crate::independent::{self, Simulator};
 use crate::support::exact_flight::Oscillator;
 use crate::support::foale::Foale;
-use crate::support::scenes::{parsed, scene_with};
+use crate::support::scenes::{outside_text, parsed, scene_with};
 
 /// A scene that came from outside.
 fn outside(name: &str, set: &[(&str, &str)]) -> Scene {
-    let path = format!("tests/data/outside/{name}.toml");
-    let text = std::fs::read_to_string(path).expect("a scene");
-    parsed(&text, name, set)
+    parsed(&outside_text(name), name, set)
 }
 
 fn map_of(scene: Scene) -> Map {
@@ -186,7 +184,7 @@ fn the_fold_of_an_oscillator_at_its_resonance_is_that_of_the_closed_form() {
 /// the head of the scene. Its orbit with one impact in two periods has them far from the graze.
 #[test]
 fn the_undamped_oscillator_has_the_fold_and_the_flip_of_its_closed_form() {
-    let map = map_of(outside("f01_phase_not_reduced", &[]));
+    let map = map_of(outside("undamped", &[]));
     let found = branches(&map, &["1"], [0.1, 3.0], true);
     let grazing = map.parameter("sigma").expect("a parameter");
     for (label, sigma, share) in [
@@ -217,7 +215,7 @@ fn folds_and_flips_next_to_a_resonance_lie_at_the_squares_of_the_closed_form() {
         for (label, side, expected) in cases {
             let coefficient = |distance: f64| {
                 let omega = format!("{:?}", resonance + side * distance);
-                let map = map_of(outside("o05_resonant_graze", &[("omega", &*omega), ("r", r)]));
+                let map = map_of(outside("resonant_graze", &[("omega", &*omega), ("r", r)]));
                 let reach = 6.0 * f64::abs(expected) * distance * distance;
                 let found = branches(&map, &["1"], [-reach, reach], true);
                 let [orbit] = labelled(&found, label)[..] else { panic!("{label:?} {omega} {r}") };
@@ -315,7 +313,7 @@ fn orbits_at_a_stop_with_a_damper_have_the_multipliers_of_an_independent_integra
     let grazing = map.parameter("A").expect("a parameter");
     let point: Vec<f64> = map.orbit().section_point.iter().map(|x| x.to_f64()).collect();
     let found = branches(&map, &["1"], [-0.05, 0.3], true);
-    let text = std::fs::read_to_string(format!("tests/data/outside/{name}.toml")).expect("a scene");
+    let text = outside_text(name);
     for label in [BranchLabel::SaddleNode, BranchLabel::PeriodDoubling] {
         assert_eq!(labelled(&found, label).len(), 0, "{label:?} at a graze");
     }

@@ -788,6 +788,7 @@ check("420 pixels wide, light and dark");
     "expansion.contact_weight=3",
     "diagram.0.points=30",
     "diagram.0.transient=50",
+    'diagram.0.with=["map"]',
   ];
   const scene = readFileSync(process.env.GRAZEMAP_SCENES + "/linear.toml", "utf8")
     .replace(/^name *= *"[^"]*"/m, `name = ${JSON.stringify(evil)}`)

@@ -1,5 +1,5 @@
 //! Systems that others published: grazes at their printed numbers or closed forms. The head of each
-//! scene in `tests/data/outside` says how its numbers are known.
+//! scene in `gallery/outside/scenes` and in `tests/data/outside` says how its numbers are known.
 
 use grazemap::Scene;
 use grazemap::orbit::{
@@ -9,16 +9,10 @@ use grazemap::orbit::{
 use grazemap::pipeline::{CurveKeys, NearestKeys};
 use grazemap::{Error, analysis::NoProgress};
 
-use crate::support::scenes::{NONE, index, orbit, parsed, scene_with};
-
-/// The text of a scene of `tests/data/outside`.
-fn text(name: &str) -> String {
-    let path = format!("{}/tests/data/outside/{name}.toml", env!("CARGO_MANIFEST_DIR"));
-    std::fs::read_to_string(path).expect("the scene is part of the repository")
-}
+use crate::support::scenes::{NONE, index, orbit, outside_text, parsed, scene_with};
 
 fn outside<K: AsRef<str>, V: AsRef<str>>(name: &str, set: &[(K, V)]) -> Scene {
-    parsed(&text(name), name, set)
+    parsed(&outside_text(name), name, set)
 }
 
 fn located(name: &str) -> (Scene, GrazingOrbit) {
@@ -38,17 +32,17 @@ fn frequencies(c: f64, ratio: f64) -> [f64; 2] {
 fn published_systems_graze_at_their_numbers() {
     // Name, parameter, its value at the graze, digits printed.
     let cases = [
-        ("p01_bilinear_rig", "w", 0.801_928_106_593_2, 1e-13),
-        ("p02_gear_backlash", "w", 0.820_631_087_712_087, 1e-15),
-        ("p03_relief_valve", "q", 7.557_210_971_876_68, 1e-14),
-        ("p04_impacting_absorber", "d", 1.724_634_935_785_849, 1e-14),
-        ("f01_phase_not_reduced", "sigma", 1.0 / 6.84, 2e-16),
-        ("o02_coco_impact", "A", 0.1, 2e-16),
-        ("o06_elastic_stop", "F", 0.393_094_047_347_891, 2e-15),
+        ("bilinear_rig", "w", 0.801_928_106_593_2, 1e-13),
+        ("gear_backlash", "w", 0.820_631_087_712_087, 1e-15),
+        ("relief_valve", "q", 7.557_210_971_876_68, 1e-14),
+        ("impacting_absorber", "d", 1.724_634_935_785_849, 1e-14),
+        ("undamped", "sigma", 1.0 / 6.84, 2e-16),
+        ("impact_at_resonance", "A", 0.1, 2e-16),
+        ("elastic_stop", "F", 0.393_094_047_347_891, 2e-15),
         // By Runge and Kutta's method of order 4 and half a period's symmetry.
-        ("o07_inverted_pendulum", "wall", 0.027_077_178_252_409_6, 2e-15),
-        ("o08_soft_impact", "omega", 0.454_485_911_300_73, 2e-14),
-        ("o11_van_der_pol_wall", "d", 2.008_619_860_874_843, 1e-15),
+        ("inverted_pendulum", "wall", 0.027_077_178_252_409_6, 2e-15),
+        ("soft_impact", "omega", 0.454_485_911_300_73, 2e-14),
+        ("van_der_pol_wall", "d", 2.008_619_860_874_843, 1e-15),
         ("pendulum_below_a_fold", "A", 0.130_620_735_177_659_2, 1e-15),
     ];
     for (name, parameter, value, digits) in cases {
@@ -63,10 +57,10 @@ fn published_systems_graze_at_their_numbers() {
 
 #[test]
 fn autonomous_systems_have_their_printed_periods_and_multipliers() {
-    let (_, valve) = located("p03_relief_valve");
+    let (_, valve) = located("relief_valve");
     assert!((valve.period.to_f64() - 2.656_012_147_475).abs() < 1e-12);
     assert!((valve.multipliers[0][0] - 0.853_395_334).abs() < 1e-9);
-    let (_, cycle) = located("o11_van_der_pol_wall");
+    let (_, cycle) = located("van_der_pol_wall");
     assert!((cycle.period.to_f64() - 6.663_286_859_323_13).abs() < 1e-14);
 }
 
@@ -83,7 +77,7 @@ fn a_ball_that_nothing_holds_has_no_grazing_orbit() {
 fn a_resonance_is_grazed_on_both_sides() {
     let expected = frequencies(0.02, 0.5 / 0.63);
     for (start, expected) in [("0.4", expected[0]), ("1.5", expected[1])] {
-        let scene = outside("o08_soft_impact", &[("omega", start)]);
+        let scene = outside("soft_impact", &[("omega", start)]);
         let found = orbit(&scene).parameters()[index(&scene, "omega")].to_f64();
         assert!((found - expected).abs() < 1e-14, "{found} for {expected}");
     }
@@ -103,7 +97,7 @@ fn a_graze_below_folds_is_found_from_every_branch() {
 /// `xi_1` of the linear oscillator vanishes at `omega = 2 sqrt(1 − c²)`.
 #[test]
 fn the_first_condition_vanishes_along_the_curve_where_theory_has_it() {
-    let scene = outside("o05_resonant_graze", &[("omega", "1.9")]);
+    let scene = outside("resonant_graze", &[("omega", "1.9")]);
     let with = index(&scene, "omega");
     let traced = curve(&scene, with, 1.9, 2.1, &CurveOptions::default()).expect("a curve");
     let CurveOutcome::Traced(traced) = traced else { panic!("{traced:?}") };
@@ -115,7 +109,7 @@ fn the_first_condition_vanishes_along_the_curve_where_theory_has_it() {
 /// The verdict of a graze whose first condition is rounding, its parameter given to 14 digits.
 #[test]
 fn a_vanishing_condition_is_codimension_two_and_says_what_unfolds_it() {
-    let (scene, orbit) = located("o05_resonant_graze");
+    let (scene, orbit) = located("resonant_graze");
     let theory = graze_theory(&scene, &orbit).expect("an orbit");
     assert_eq!(theory.expectation, Expectation::CodimensionTwo { n: 1 });
     assert!(theory.xi[0].abs() <= theory.noise[0], "{:e}", theory.xi[0]);
@@ -132,7 +126,7 @@ fn a_vanishing_condition_is_codimension_two_and_says_what_unfolds_it() {
     assert!(unfolding.iter().all(|at| at.parameter != "r"), "{unfolding:?}");
     // On either side of a zero the sign of the condition is stated.
     for (omega, n) in [("1.99", Some(1)), ("2.01", None)] {
-        let scene = outside("o05_resonant_graze", &[("omega", omega)]);
+        let scene = outside("resonant_graze", &[("omega", omega)]);
         let theory = graze_theory(&scene, &crate::support::scenes::orbit(&scene));
         let expectation = theory.expect("an orbit").expectation;
         let jumps = matches!(expectation, Expectation::Jump { n: first } if Some(first) == n);
@@ -149,7 +143,7 @@ fn signs_of_rounding_are_not_stated() {
     assert_eq!(theory.expectation, Expectation::CodimensionTwo { n: 1 });
     assert!(theory.orbits.iter().all(|orbit| orbit.returns != 1), "{:?}", theory.orbits);
     // The reset of a planar cycle acts along the flow.
-    let (scene, orbit) = located("o11_van_der_pol_wall");
+    let (scene, orbit) = located("van_der_pol_wall");
     let theory = graze_theory(&scene, &orbit).expect("an orbit");
     assert_eq!(theory.expectation, Expectation::Undecided);
     assert!(theory.orbits.is_empty() && theory.unfolding.is_empty());
@@ -157,7 +151,7 @@ fn signs_of_rounding_are_not_stated() {
 
 #[test]
 fn an_orbit_without_damping_is_neutral() {
-    let scene = outside("o05_resonant_graze", &[("c", "0"), ("omega", "2.8"), ("F", "6.0")]);
+    let scene = outside("resonant_graze", &[("c", "0"), ("omega", "2.8"), ("F", "6.0")]);
     let theory = graze_theory(&scene, &orbit(&scene)).expect("an orbit");
     assert_eq!(theory.expectation, Expectation::Neutral);
 }
@@ -191,8 +185,8 @@ fn amplitude(w: f64) -> f64 {
 #[test]
 fn an_orbit_through_another_stop_is_refused_with_surface_depth_and_phase() {
     let compliant = "contact = { v = \"free - 50*(x + dl)\" }";
-    let soft = text(F07).replacen("impact = { v = \"-r*v\" }", compliant, 1);
-    for text in [text(F07), soft] {
+    let soft = outside_text(F07).replacen("impact = { v = \"-r*v\" }", compliant, 1);
+    for text in [outside_text(F07), soft] {
         let scene = parsed(&text, F07, &NONE);
         let orbit = orbit(&scene);
         let reason = orbit.physical(&scene).expect_err("it passes through `left`");
@@ -239,7 +233,7 @@ fn an_orbit_through_its_own_stop_elsewhere_is_refused() {
     let flow = "(1 - w^2)*cos(theta) - 2*zeta*w*sin(theta) + 0.6*(1 - 4*w^2)*cos(2*theta) \
                 - 2.4*zeta*w*sin(2*theta) - 2*zeta*v - x";
     let guess = "solve_for = \"dr\"\nguess = { x = -0.4, v = 0.0, theta = 3.1 }";
-    let text = text(F07).replace("solve_for = \"dr\"", guess);
+    let text = outside_text(F07).replace("solve_for = \"dr\"", guess);
     let scene = parsed(&text, F07, &[("model.flow.v", flow), ("dl", "3"), ("dr", "-0.38")]);
     let orbit = orbit(&scene);
     let reason = orbit.physical(&scene).expect_err("it passes through `right`");
@@ -294,7 +288,7 @@ fn two_equal_maxima_in_a_period_are_to_be_named_as_two_passages() {
     for theta in ["0.65", "2.48"] {
         let keys = [("model.flow.v", flow), ("omega", "1.3")];
         let guess = format!("solve_for = \"d\"\nguess = {{ x = 1.5, v = 0.0, theta = {theta} }}");
-        let text = text("o05_resonant_graze")
+        let text = outside_text("resonant_graze")
             .replace("solve_for = \"F\"", &guess)
             .replace("event = \"1 - x\"", "event = \"d - x\"")
             .replace("r = 0.8 }", "r = 0.8, d = 1.5 }")

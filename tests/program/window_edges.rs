@@ -72,7 +72,7 @@ fn a_stop_too_stiff_for_its_window_is_said_by_every_command_that_maps() {
         let warned = said(&grazemap(folder.path(), &arguments));
         let warnings: Vec<_> = warned.lines().filter(|line| line.contains("diverge")).collect();
         assert_eq!(warnings.len(), 1, "{command:?}: {warned}");
-        assert!(warnings[0].starts_with("warning: `soft_b`: on its window the map of orders"));
+        assert!(warnings[0].starts_with("warning: `soft_b`: at the edge of the window"));
         assert_eq!(said(&grazemap(folder.path(), &[&arguments[..], &["-q"]].concat())), "");
     }
     let places = [

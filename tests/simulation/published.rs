@@ -1,5 +1,5 @@
-//! Published systems whose orbits all impact, by direct simulation. The head of each scene in
-//! `tests/data/outside` says how its numbers are known.
+//! Published systems whose orbits all impact, by direct simulation. The head of each scene says how
+//! its numbers are known.
 
 use std::f64::consts::{PI, TAU};
 
@@ -11,7 +11,7 @@ use grazemap::model::Scene;
 use crate::support::scenes::parsed;
 
 const IMPACT_PAIR: &str = include_str!("../data/outside/o04_impact_pair.toml");
-const INVERTED_PENDULUM: &str = include_str!("../data/outside/o07_inverted_pendulum.toml");
+const INVERTED_PENDULUM: &str = include_str!("../../gallery/outside/scenes/inverted_pendulum.toml");
 
 /// Work with returns of one period to the phase that they start at.
 fn with_returns<R>(scene: &Scene, work: impl FnOnce(&mut DirectReturn<'_, f64>) -> R) -> R {

@@ -22,6 +22,16 @@ pub(crate) fn text(name: &str) -> &'static str {
     catalogue::text(name).unwrap_or_else(|| panic!("no scene `{name}`"))
 }
 
+/// The text of a scene that came from outside: a system that others published, or one of a fault.
+pub(crate) fn outside_text(name: &str) -> String {
+    let read = |folder: &str| {
+        let path = format!("{}/{folder}/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+        std::fs::read_to_string(path).ok()
+    };
+    let found = ["gallery/outside/scenes", "tests/data/outside"].into_iter().find_map(read);
+    found.unwrap_or_else(|| panic!("no scene `{name}` from outside"))
+}
+
 /// A scene by its text, with keys set.
 pub(crate) fn parsed<K: AsRef<str>, V: AsRef<str>>(
     text: &str,
