@@ -296,8 +296,8 @@ pub enum Ended {
     },
     /// All orbits of the grazing curve pass through a surface.
     #[error(
-        "every orbit of the grazing curve found passes through a surface: {words}; hits beside \
-         grazes are not expressible yet: use direct simulation (`branch --method direct`)"
+        "every orbit of the grazing curve found passes through a surface: {words}; name the \
+         surfaces that the orbit hits in [grazing]: `hits = [...]`"
     )]
     NoPhysicalGraze {
         /// Penetration of the orbits: surface, place and depth.

@@ -9,6 +9,7 @@ mod expansions;
 mod extremes;
 mod flown_images;
 mod flown_maps;
+mod hits;
 mod jets;
 mod linear_series;
 mod orders_where_xi_vanishes;

@@ -5,34 +5,15 @@ use grazemap::orbit::{GrazingOrbit, Location, NotLocated, OrbitHit, locate};
 
 use crate::support::scenes::{NONE, index, orbit, parsed};
 
-/// An oscillator `x'' + 2 zeta x' + x = a cos(theta)` between stops at `-dl` and `dr`.
-const TWO_SIDED: &str = r#"
-[model]
-name = "oscillator between two rigid stops"
-states = ["x", "v"]
-parameters = { zeta = 0.05, a = 1.0, w = 0.8, dl = 0.5, dr = 2.0, r = 0.7 }
-[model.phase]
-name = "theta"
-rate = "w"
-period = "2*pi"
-[model.flow]
-x = "v"
-v = "a*cos(theta) - 2*zeta*v - x"
-[[model.surface]]
-name = "left"
-event = "x + dl"
-impact = { v = "-r*v" }
-[[model.surface]]
-name = "right"
-event = "dr - x"
-impact = { v = "-r*v" }
-[grazing]
-HITS
-solve_for = "dr"
-"#;
+/// The text of a scene of `tests/data/hits`.
+fn text(name: &str) -> String {
+    let path = format!("{}/tests/data/hits/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+    std::fs::read_to_string(path).expect("the scene is part of the repository")
+}
 
+/// An oscillator `x'' + 2 zeta x' + x = a cos(theta)` between stops at `-dl` and `dr`.
 fn two_sided(hits: &str) -> String {
-    TWO_SIDED.replace("HITS", hits)
+    text("two_sided").replace("surface = \"right\"\nhits = \"left\"", hits)
 }
 
 /// Closed form of the free flight, in double-double.
@@ -165,6 +146,39 @@ fn the_monodromy_is_that_of_the_closed_form() {
     let trace: f64 = orbit.multipliers.iter().map(|[re, _]| re).sum();
     let differences = columns[0][0] + columns[1][1];
     assert!((trace - differences).abs() < 1e-10, "{trace} for {differences}");
+}
+
+#[test]
+fn a_stop_is_hit_and_grazed_in_one_period() {
+    // Ball between the ends of a capsule: bottom, top, and a third impact at the bottom with zero
+    // speed (Serdukova, Kuske, Yurchenko, arXiv 2003.02167). Its flight is a closed form, without
+    // damping: z = z0 + (u0 - sin(th)/pi) t + gb t^2/2 + (cos(th) - cos(th + pi t))/pi^2.
+    let scene = parsed(&text("ball_in_capsule"), "ball_in_capsule", &NONE);
+    let orbit = orbit(&scene);
+    let names: Vec<&str> =
+        orbit.hits.iter().map(|hit| scene.model.surfaces[hit.surface].name.as_str()).collect();
+    assert_eq!(names, ["top", "bottom"]);
+    let (pi, gravity, half) = (Dd::PI, "0.1".parse::<Dd>().unwrap(), Dd::from(0.5));
+    let fly = |[z, u, th]: [Dd; 3], t: Dd| {
+        let (sin, cos) = th.sin_cos();
+        let (sin_end, cos_end) = (th + pi * t).sin_cos();
+        let z = z + (u - sin / pi) * t + half * gravity * t * t + (cos - cos_end) / (pi * pi);
+        [z, u + gravity * t + (sin_end - sin) / pi, th + pi * t]
+    };
+    let mut state = three(&orbit.grazing_point().state);
+    let d = orbit.parameters()[index(&scene, "d")];
+    assert!((state[0] - half * d).to_f64().abs() < 1e-28 && state[1].to_f64().abs() < 1e-28);
+    let mut elapsed = Dd::ZERO;
+    for (hit, side) in orbit.hits.iter().zip([-1.0, 1.0]) {
+        state = fly(state, hit.time - elapsed);
+        elapsed = hit.time;
+        assert!((state[0] - Dd::from(side) * half * d).to_f64().abs() < 1e-26);
+        state[1] = -(half * state[1]);
+    }
+    let end = fly(state, orbit.period - elapsed);
+    for (end, start) in end.iter().zip(&orbit.grazing_point().state).take(2) {
+        assert!((*end - *start).to_f64().abs() < 1e-26, "{:e}", (*end - *start).to_f64());
+    }
 }
 
 #[test]

@@ -4,6 +4,7 @@
 mod support;
 
 mod catalogue;
+mod derivatives;
 mod grazing_curves;
 mod grazing_orbits;
 mod hits;

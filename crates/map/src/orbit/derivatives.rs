@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use super::free_flow::Corners;
 use super::outcome::{NotLocated, OrbitError};
-use super::piecewise::{FlowEvent, Passed, PiecewiseFlow};
+use super::piecewise::{FlightPart, FlowEvent, PiecewiseFlow};
 use super::section::Geometry;
 use crate::flow::{Field, InputKind, Program, evaluate, jet_transport_taylor, local_series};
 use crate::jet::{Jet, JetError, JetSpace};
@@ -241,9 +241,9 @@ impl Names<'_> {
         // Minima of the gaps: surface, time, value.
         let mut minima: Vec<(usize, f64, f64)> = Vec::new();
         let mut events: Vec<FlowEvent<Dd>> = Vec::new();
-        let look = |passed: Passed<'_, '_, Dd>| -> Option<()> {
+        let look = |passed: FlightPart<'_, '_, Dd>| -> Option<()> {
             match passed {
-                Passed::Step { elapsed, length, step, contact, .. } => {
+                FlightPart::Step { elapsed, length, step, contact, .. } => {
                     for surface in (0..surfaces).filter(|&at| contact != Some(at)) {
                         let event = step.watched_coefficients(surface);
                         largest[surface] = largest[surface].max(event[0].to_f64().abs());
@@ -254,7 +254,7 @@ impl Names<'_> {
                         }));
                     }
                 }
-                Passed::Event { event, .. } => events.push(event.clone()),
+                FlightPart::Event { event, .. } => events.push(event.clone()),
             }
             None
         };

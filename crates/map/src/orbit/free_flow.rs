@@ -5,7 +5,7 @@
 use std::ops::Range;
 
 use super::outcome::{NamedValues, NotLocated, OrbitError};
-use super::piecewise::{Passed, PiecewiseFlow};
+use super::piecewise::{FlightPart, PiecewiseFlow};
 use crate::flow::{Integrator, Step, bound_but, horner};
 use crate::model::{NodeId, Response, Scene, Surface};
 use crate::numeric::polynomial::{CrossingDirection, ExtremumKind, crossings, extrema};
@@ -83,12 +83,12 @@ pub(super) fn gaps(
     let largest = vec![f64::NEG_INFINITY; flow.watched()];
     let mut found = Gaps { minima: Vec::new(), largest, steps: 0 };
     let mut ends = vec![f64::INFINITY; flow.watched()];
-    let look = |passed: Passed<'_, '_, f64>| -> Option<()> {
+    let look = |passed: FlightPart<'_, '_, f64>| -> Option<()> {
         let (elapsed, length, state, step, contact) = match passed {
-            Passed::Step { elapsed, length, start, step, contact } => {
+            FlightPart::Step { elapsed, length, start, step, contact } => {
                 (elapsed, length, start, step, contact)
             }
-            Passed::Event { event, .. } => {
+            FlightPart::Event { event, .. } => {
                 let beyond = ends.iter().enumerate().filter(|&(surface, &end)| {
                     end < 0.0 && surface != event.surface && event.meets
                 });
@@ -140,9 +140,9 @@ pub(super) fn each_step<T>(
     duration: f64,
     mut look: impl FnMut(f64, f64, &[f64], &Step<'_, f64>) -> Option<T>,
 ) -> Result<Option<T>, OrbitError> {
-    let steps = |passed: Passed<'_, '_, f64>| match passed {
-        Passed::Step { elapsed, length, start, step, .. } => look(elapsed, length, start, step),
-        Passed::Event { .. } => None,
+    let steps = |passed: FlightPart<'_, '_, f64>| match passed {
+        FlightPart::Step { elapsed, length, start, step, .. } => look(elapsed, length, start, step),
+        FlightPart::Event { .. } => None,
     };
     flow.each(start, parameters, duration, &mut { MAX_STEPS }, steps)
 }

@@ -366,10 +366,10 @@ impl PiecewiseFlow {
     ) -> Result<Flown<S>, OrbitError> {
         let mut events = Vec::new();
         let mut end = state.to_vec();
-        let look = |passed: Passed<'_, '_, S>| -> Option<()> {
+        let look = |passed: FlightPart<'_, '_, S>| -> Option<()> {
             match passed {
-                Passed::Step { length, step, .. } => step.state_at(length, &mut end),
-                Passed::Event { event, after } => {
+                FlightPart::Step { length, step, .. } => step.state_at(length, &mut end),
+                FlightPart::Event { event, after } => {
                     end.copy_from_slice(after);
                     events.push(event.clone());
                 }
@@ -388,7 +388,7 @@ impl PiecewiseFlow {
         parameters: &[S],
         duration: S,
         steps_left: &mut usize,
-        mut look: impl FnMut(Passed<'_, '_, S>) -> Option<T>,
+        mut look: impl FnMut(FlightPart<'_, '_, S>) -> Option<T>,
     ) -> Result<Option<T>, OrbitError> {
         let limit = *steps_left;
         let mut flights: Vec<Integrator<'_, S>> =
@@ -408,7 +408,7 @@ impl PiecewiseFlow {
             let met = self.first_exit(mode, &step, whole, &mut sign);
             let length = met.map_or(whole, |(time, _)| time);
             let contact = self.modes[mode].contact;
-            let passed = Passed::Step { elapsed, length, start: &state, step: &step, contact };
+            let passed = FlightPart::Step { elapsed, length, start: &state, step: &step, contact };
             if let Some(found) = look(passed) {
                 return Ok(Some(found));
             }
@@ -442,7 +442,7 @@ impl PiecewiseFlow {
                 state = self.reset(reset, &state, parameters);
             }
             (mode, sign) = (*to, None);
-            if let Some(found) = look(Passed::Event { event: &event, after: &state }) {
+            if let Some(found) = look(FlightPart::Event { event: &event, after: &state }) {
                 return Ok(Some(found));
             }
         }
@@ -501,7 +501,7 @@ impl PiecewiseFlow {
 }
 
 /// A step or an event of a flight.
-pub(super) enum Passed<'p, 's, S: Real> {
+pub(super) enum FlightPart<'p, 's, S: Real> {
     /// A stretch of one smooth field.
     Step {
         /// Time since the start at the beginning of the stretch.

@@ -1,0 +1,56 @@
+//! Maps of orbits that hit before they graze, against direct simulation in double-double.
+
+use grazemap::analysis::{DirectEnd, DirectImage};
+use grazemap::hybrid::HybridSystem;
+use grazemap::numeric::Dd;
+use grazemap::pipeline::{FindGraze as _, Settled, StudyRequest};
+use grazemap::{Scene, analysis::NoProgress};
+
+/// Scenes of `tests/data/hits`: one stop hit twice and the other grazed, one stop hit and grazed, a
+/// compliant stop hit and a rigid one grazed, and a stop grazed after hits of both.
+const SCENES: [&str; 4] = ["two_sided", "one_stop", "soft_left", "ball_in_capsule"];
+
+fn settled(name: &str, section: &str) -> Settled {
+    let path = format!("{}/tests/data/hits/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+    let text = std::fs::read_to_string(path).expect("the scene is part of the repository");
+    let scene = Scene::parse(&format!("{text}{section}"), name).expect("a scene");
+    scene.graze().expect("an orbit").settle().expect("a section")
+}
+
+#[test]
+fn the_grazing_orbit_returns_to_itself_with_its_hits() {
+    for name in SCENES {
+        for section in ["", "\n[section]\nkind = \"stroboscopic\"\nphase = \"grazing\"\n"] {
+            let settled = settled(name, section);
+            let (scene, orbit) = (settled.scene(), settled.orbit());
+            let system = HybridSystem::new(&scene.model);
+            let mut direct = DirectImage::<Dd>::new(&system, scene, orbit).expect("a section");
+            let image = direct.image(&[Dd::ZERO; 2], &[Dd::ZERO]).expect("finite offsets");
+            assert_eq!((image.end, image.extra_contacts), (DirectEnd::Returned, 0), "{name}");
+            for offset in image.offsets {
+                assert!(offset.to_f64().abs() < 1e-15, "{name}: {:e}", offset.to_f64());
+            }
+        }
+    }
+}
+
+#[test]
+fn errors_fall_at_the_rate_of_the_orders() {
+    for name in SCENES {
+        let request = StudyRequest { fresh: 0, sections: false, chosen: None };
+        let study = settled(name, "").study(&request, &NoProgress).expect("a study");
+        let low = study.orders.iter().filter(|at| {
+            at.orders.smooth_order <= 4
+                && at.orders.contact_weight <= 5
+                && at.rate.measured.is_some()
+        });
+        let mut count = 0;
+        for result in low {
+            let (measured, expected) = (result.rate.measured.unwrap(), result.rate.expected);
+            count += 1;
+            // Both leading terms may vanish for the directions sampled; a rate is never lower.
+            assert!(measured > expected - 0.02, "{name} {:?}: {measured}", result.orders);
+        }
+        assert!(count >= 20, "{name}: {count} rates were measured");
+    }
+}

@@ -1,0 +1,233 @@
+//! Derivatives of states after impacts, against the closed form of linear free flight in jets.
+//!
+//! The closed form shares nothing with the program but the algebra of jets: no integrator, no
+//! series in time, no event search.
+
+use std::sync::Arc;
+
+use grazemap::jet::{Jet, JetSpace};
+use grazemap::model::Scene;
+use grazemap::numeric::Dd;
+use grazemap::orbit::{DerivativesError, OrbitError, jets_along};
+
+use crate::support::scenes::{NONE, index, orbit, parsed};
+
+/// Oscillator `x'' + 2 zeta x' + x = a cos(theta)` above a stop at `-dl`.
+const ONE_STOP: &str = r#"
+[model]
+name = "oscillator with one stop"
+states = ["x", "v"]
+parameters = { zeta = 0.05, a = 1.0, w = 0.8, dl = 0.5, r = 0.7 }
+[model.phase]
+name = "theta"
+rate = "w"
+period = "2*pi"
+[model.flow]
+x = "v"
+v = "a*cos(theta) - 2*zeta*v - x"
+[[model.surface]]
+name = "left"
+event = "x + dl"
+impact = { v = "-r*v" }
+[grazing]
+solve_for = "dl"
+"#;
+
+/// Closed form over jets; the parameters are `zeta`, `w`, `dl`, `r`, and `a` is 1.
+struct ClosedForm {
+    zeta: Jet<Dd>,
+    w: Jet<Dd>,
+    dl: Jet<Dd>,
+    r: Jet<Dd>,
+}
+
+type Motion = [Jet<Dd>; 3];
+
+impl ClosedForm {
+    fn constant(&self, value: f64) -> Jet<Dd> {
+        Jet::constant(self.w.space(), Dd::from(value))
+    }
+
+    fn forced(&self, theta: &Jet<Dd>) -> [Jet<Dd>; 2] {
+        let one = self.constant(1.0);
+        let (c, d) = (&one - &(&self.w * &self.w), (&self.zeta * &self.w).scale(Dd::from(2.0)));
+        let size = &one / &(&(&c * &c) + &(&d * &d));
+        let (sin, cos) = theta.sin_cos();
+        let along = &size * &(&(&c * &cos) + &(&d * &sin));
+        let across = &(&size * &self.w) * &(&(&d * &cos) - &(&c * &sin));
+        [along, across]
+    }
+
+    fn fly(&self, [x, v, theta]: &Motion, time: &Jet<Dd>) -> Motion {
+        let [px, pv] = self.forced(theta);
+        let (x, v) = (x - &px, v - &pv);
+        let rate = (&self.constant(1.0) - &(&self.zeta * &self.zeta)).sqrt();
+        let (sin, cos) = (&rate * time).sin_cos();
+        let decay = (-&(&self.zeta * time)).exp();
+        let b = &(&v + &(&self.zeta * &x)) / &rate;
+        let along = &decay * &(&(&x * &cos) + &(&b * &sin));
+        let across = &(&decay * &rate) * &(&(&b * &cos) - &(&x * &sin));
+        let across = &across - &(&self.zeta * &along);
+        let theta = theta + &(&self.w * time);
+        let [px, pv] = self.forced(&theta);
+        [&along + &px, &across + &pv, theta]
+    }
+
+    /// Time of the first hit before `limit`: samples and bisection for its value, Newton's method
+    /// for its jet.
+    fn hit(&self, state: &Motion, limit: f64) -> Option<Jet<Dd>> {
+        const SAMPLES: usize = 2000;
+        let value = |time: f64| {
+            let there = self.fly(state, &self.constant(time));
+            (&there[0] + &self.dl).head().to_f64()
+        };
+        let at = |number: usize| limit * number as f64 / SAMPLES as f64;
+        let place = (1..SAMPLES).find(|&n| value(at(n)) > 0.0 && value(at(n + 1)) <= 0.0)?;
+        let (mut low, mut high) = (at(place), at(place + 1));
+        for _ in 0..40 {
+            let middle = 0.5 * (low + high);
+            if value(middle) > 0.0 { low = middle } else { high = middle }
+        }
+        let mut time = self.constant(0.5 * (low + high));
+        for _ in 0..8 {
+            let there = self.fly(state, &time);
+            time = &time - &(&(&there[0] + &self.dl) / &there[1]);
+        }
+        Some(time)
+    }
+
+    /// Flies for a time; returns the state and the times of the hits.
+    fn through(&self, start: &Motion, time: &Jet<Dd>) -> (Motion, Vec<Jet<Dd>>) {
+        let (mut state, mut elapsed, mut hits) = (start.clone(), self.constant(0.0), Vec::new());
+        while let Some(wait) = self.hit(&state, (time - &elapsed).head().to_f64()) {
+            state = self.fly(&state, &wait);
+            state[1] = -&(&self.r * &state[1]);
+            elapsed = &elapsed + &wait;
+            hits.push(elapsed.clone());
+        }
+        (self.fly(&state, &(time - &elapsed)), hits)
+    }
+}
+
+/// Closed form and start with the variables `x, v, theta, w, dl, r`, as the program orders them.
+fn closed(space: &Arc<JetSpace>, start: [f64; 3]) -> (ClosedForm, Motion) {
+    let variable = |number, text: &str| Jet::variable(space, number, text.parse::<Dd>().unwrap());
+    let form = ClosedForm {
+        zeta: Jet::constant(space, "0.05".parse().unwrap()),
+        w: variable(3, "0.8"),
+        dl: variable(4, "0.5"),
+        r: variable(5, "0.7"),
+    };
+    let mut numbers = start.into_iter().enumerate();
+    let state = [(); 3].map(|()| {
+        let (number, value) = numbers.next().expect("three components");
+        Jet::variable(space, number, Dd::from(value))
+    });
+    (form, state)
+}
+
+fn scene() -> (Scene, Vec<usize>) {
+    let scene = parsed(ONE_STOP, "one_stop", &NONE);
+    let free = ["w", "dl", "r"].map(|name| index(&scene, name)).to_vec();
+    (scene, free)
+}
+
+/// Largest difference of two jets, relative to the largest coefficient of their degree.
+fn difference(a: &Jet<Dd>, b: &Jet<Dd>) -> f64 {
+    let degrees = 0..=a.space().order();
+    let of_degree = degrees.map(|degree| {
+        let terms = a.space().degree_range(degree);
+        let pairs = || a.coefficients()[terms.clone()].iter().zip(&b.coefficients()[terms.clone()]);
+        let size = pairs().fold(1e-3_f64, |size, (value, _)| size.max(value.to_f64().abs()));
+        pairs().fold(0.0_f64, |most, (a, b)| most.max((*a - *b).to_f64().abs())) / size
+    });
+    of_degree.fold(0.0, f64::max)
+}
+
+#[test]
+fn derivatives_after_five_impacts_are_those_of_the_closed_form() {
+    let (scene, free) = scene();
+    let space = JetSpace::uniform(6, 3).unwrap();
+    let start = [0.0, 0.3, 0.0];
+    let (form, state) = closed(&space, start);
+    let time = 20.0;
+    let (end, hits) = form.through(&state, &form.constant(time));
+    assert!(hits.len() >= 5, "{} impacts", hits.len());
+    let found = jets_along(&scene, &start.map(Dd::from), &free, (Some(Dd::from(time)), 0), 3);
+    let found = found.expect("derivatives");
+    assert_eq!(found.events.len(), hits.len());
+    for (found, known) in found.state.iter().zip(&end) {
+        assert!(difference(found, known) < 1e-25, "{:e}", difference(found, known));
+    }
+    for (event, known) in found.events.iter().zip(&hits) {
+        assert!(difference(&event.time, known) < 1e-25);
+    }
+}
+
+#[test]
+fn derivatives_of_a_return_know_that_its_time_depends_on_the_frequency() {
+    let (scene, free) = scene();
+    let space = JetSpace::uniform(6, 2).unwrap();
+    let start = [0.2, 0.1, 0.4];
+    let (form, state) = closed(&space, start);
+    let periods = &Jet::constant(&space, Dd::PI * Dd::from(6.0)) / &form.w;
+    let (end, _) = form.through(&state, &periods);
+    let found = jets_along(&scene, &start.map(Dd::from), &free, (None, 3), 2).expect("derivatives");
+    for (found, known) in found.state.iter().zip(&end) {
+        assert!(difference(found, known) < 1e-25, "{:e}", difference(found, known));
+    }
+}
+
+#[test]
+fn a_shallow_contact_has_large_and_right_derivatives() {
+    let (scene, free) = scene();
+    let space = JetSpace::uniform(6, 3).unwrap();
+    // A drop from rest beside the stop: the velocity there is chosen so that x goes 1e-10 beyond.
+    let grazing = parsed(ONE_STOP, "one_stop", &NONE);
+    let orbit = orbit(&grazing);
+    let place = index(&grazing, "dl");
+    let shallow = orbit.parameters()[place] - Dd::from(1e-10);
+    let mut scene = scene;
+    scene.model.parameters[place].value = shallow;
+    let graze = &orbit.grazing_point().state;
+    let start = [graze[0], graze[1], graze[2]];
+    let (mut form, _) = closed(&space, [0.0; 3]);
+    form.dl = Jet::variable(&space, 4, shallow);
+    let start_jets = [0, 1, 2].map(|at| Jet::variable(&space, at, start[at]));
+    // From half a period before the graze.
+    let half = orbit.period * Dd::from(0.5);
+    let before = form.fly(&start_jets, &Jet::constant(&space, half)).map(|jet| jet.head());
+    let state = [0, 1, 2].map(|at| Jet::variable(&space, at, before[at]));
+    let time = half + Dd::from(1.0);
+    let (end, hits) = form.through(&state, &Jet::constant(&space, time));
+    assert_eq!(hits.len(), 1, "the sampled closed form meets the stop once");
+    let found = jets_along(&scene, &before, &free, (Some(time), 0), 3).expect("derivatives");
+    for (found, known) in found.state.iter().zip(&end) {
+        // Newton's method of the closed form divides by a speed of 1e-5, three orders deep.
+        assert!(difference(found, known) < 1e-12, "{:e}", difference(found, known));
+    }
+}
+
+#[test]
+fn a_trajectory_that_grazes_or_comes_to_rest_has_no_derivatives() {
+    let (_, free) = scene();
+    let grazing = parsed(ONE_STOP, "one_stop", &NONE);
+    let orbit = orbit(&grazing);
+    let mut at_graze = grazing.clone();
+    for (parameter, &value) in at_graze.model.parameters.iter_mut().zip(orbit.parameters()) {
+        parameter.value = value;
+    }
+    let graze = &orbit.grazing_point().state;
+    let span = (Some(orbit.period * Dd::from(1.5)), 0);
+    let refused = jets_along(&at_graze, graze, &free, span, 1).unwrap_err();
+    assert!(matches!(refused, DerivativesError::Grazes { .. }), "{refused}");
+    let heavy = ONE_STOP.replace("a*cos(theta) - 2*zeta*v - x", "-1 - 2*zeta*v");
+    let resting = parsed(&heavy, "resting", &NONE);
+    let start = [Dd::ONE, Dd::ZERO, Dd::ZERO];
+    let refused = jets_along(&resting, &start, &free, (Some(Dd::from(50.0)), 0), 1).unwrap_err();
+    let rests = matches!(refused, DerivativesError::Orbit(OrbitError::ManyHits { .. }));
+    assert!(rests || matches!(refused, DerivativesError::Grazes { .. }), "{refused}");
+    let below = [-Dd::ONE, Dd::ZERO, Dd::ZERO];
+    let refused = jets_along(&grazing, &below, &free, (Some(Dd::ONE), 0), 1).unwrap_err();
+    assert!(matches!(refused, DerivativesError::StartsBeyond { .. }), "{refused}");
+}
