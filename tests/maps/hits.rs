@@ -17,18 +17,21 @@ fn settled(name: &str, section: &str) -> Settled {
     scene.graze().expect("an orbit").settle().expect("a section")
 }
 
+/// Offset of the gap's parameter at which the orbit does not touch.
+const OPEN: f64 = 1e-9;
+
 #[test]
-fn the_grazing_orbit_returns_to_itself_with_its_hits() {
+fn a_point_beside_the_grazing_orbit_returns_with_its_hits() {
     for name in SCENES {
         for section in ["", "\n[section]\nkind = \"stroboscopic\"\nphase = \"grazing\"\n"] {
             let settled = settled(name, section);
             let (scene, orbit) = (settled.scene(), settled.orbit());
             let system = HybridSystem::new(&scene.model);
             let mut direct = DirectImage::<Dd>::new(&system, scene, orbit).expect("a section");
-            let image = direct.image(&[Dd::ZERO; 2], &[Dd::ZERO]).expect("finite offsets");
+            let image = direct.image(&[Dd::ZERO; 2], &[Dd::from(OPEN)]).expect("finite offsets");
             assert_eq!((image.end, image.extra_contacts), (DirectEnd::Returned, 0), "{name}");
             for offset in image.offsets {
-                assert!(offset.to_f64().abs() < 1e-15, "{name}: {:e}", offset.to_f64());
+                assert!(offset.to_f64().abs() < 10.0 * OPEN, "{name}: {:e}", offset.to_f64());
             }
         }
     }

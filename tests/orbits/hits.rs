@@ -183,10 +183,11 @@ fn a_stop_is_hit_and_grazed_in_one_period() {
 
 #[test]
 fn hits_that_the_scene_does_not_name_are_told() {
-    let once = two_sided("passages = [{ hit = \"left\" }, \"right\"]");
-    let scene = parsed(&once, "two_sided", &NONE);
+    let hit = "{ hit = \"left\" }";
+    let thrice = two_sided(&format!("passages = [{hit}, {hit}, {hit}, \"right\"]"));
+    let scene = parsed(&thrice, "two_sided", &NONE);
     let Ok(Location::NotLocated(reason @ NotLocated::OtherHits { .. })) = locate(&scene) else {
-        panic!("one hit is named, two happen");
+        panic!("three hits are named, two happen");
     };
     let text = reason.to_string();
     assert!(text.contains("[\"right\", { hit = \"left\" }, { hit = \"left\" }]"), "{text}");
