@@ -1,9 +1,11 @@
-//! Work on the repository: the record of all bits, campaigns, the benchmark's tables.
+//! Work on the repository: the record of all bits, campaigns, the benchmark's tables, emitted
+//! maps.
 //!
 //! Every module is a command of the program; tests of the whole run a short part of it.
 
 pub mod benchmark;
 pub mod fuzz;
+pub mod generated;
 pub mod independent;
 pub mod interruptions;
 pub mod near_grazing;

@@ -8,6 +8,7 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 use xtask::benchmark::Benchmark;
 use xtask::fuzz::Fuzz;
+use xtask::generated::Generated;
 use xtask::interruptions::Interruptions;
 use xtask::near_grazing::NearGrazing;
 use xtask::random_oscillators::RandomOscillators;
@@ -29,6 +30,8 @@ enum Command {
     Benchmark(Benchmark),
     /// Call the program with randomly changed scenes, and keep those that end wrongly
     Fuzz(Fuzz),
+    /// Write the crate of emitted maps, or compare it with the emission of today
+    Generated(Generated),
     /// Kill long commands at random moments, and compare what they leave and how they go on
     Interruptions(Interruptions),
     /// Compare simulation in lanes near grazes with double-double
@@ -46,6 +49,7 @@ impl Command {
         match self {
             Self::Benchmark(benchmark) => benchmark.run(),
             Self::Fuzz(fuzz) => fuzz.run(),
+            Self::Generated(generated) => generated.run(),
             Self::Interruptions(interruptions) => interruptions.run(),
             Self::NearGrazing(campaign) => campaign.run(),
             Self::RandomOscillators(campaign) => campaign.run(),
