@@ -28,7 +28,7 @@ struct Arguments {
 enum Command {
     /// Write the tables of the benchmark, or this program's answers to them
     Benchmark(Benchmark),
-    /// Call the program with randomly changed scenes, and keep those that end wrongly
+    /// Call the program with randomly changed scenes or saved files, and keep those that end wrongly
     Fuzz(Fuzz),
     /// Write the crate of emitted maps, or compare it with the emission of today
     Generated(Generated),

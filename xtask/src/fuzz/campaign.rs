@@ -1,4 +1,4 @@
-//! Hostile scenes and calls, and the judgement of the program's behaviour.
+//! Hostile scenes, saved files and calls, and the judgement of the program's behaviour.
 //!
 //! Every case is determined by a seed and a number. A call is a child process with limits of memory
 //! and of processor time: it must end by itself with the exit code 0, 1 or 2 and, unless that is 0,
@@ -10,6 +10,7 @@ use std::path::PathBuf;
 use std::process::{Command, Output};
 
 use super::mutation;
+use super::saved::{Change, Saved};
 use crate::random::Random;
 use crate::root;
 
@@ -100,17 +101,36 @@ impl Campaign {
     ///
     /// An error of the system, if the case cannot be set up.
     pub fn fault(&self, case: &Case) -> io::Result<Option<String>> {
+        fs::write(self.folder.join("scene.toml"), &case.scene)?;
+        fs::write(self.folder.join("states.csv"), case.states)?;
+        self.fault_of(&case.arguments)
+    }
+
+    /// Fault revealed by a changed file, which is put back afterwards; `None` if there is none.
+    pub(super) fn fault_of_change(&self, change: &Change) -> io::Result<Option<String>> {
+        let file = self.folder.join(change.file);
+        fs::write(&file, &change.content)?;
+        fs::write(self.folder.join("states.csv"), STATES[2])?;
+        let fault = self.fault_of(&change.arguments)?;
+        fs::write(file, &change.before)?;
+        Ok(fault)
+    }
+
+    /// Files that the program writes into the folder.
+    pub(super) fn saved(&self) -> Result<Saved, String> {
+        Saved::written(&self.program, &self.folder)
+    }
+
+    fn fault_of(&self, arguments: &[String]) -> io::Result<Option<String>> {
         let out = self.folder.join("out");
         if out.exists() {
             fs::remove_dir_all(&out)?;
         }
-        fs::write(self.folder.join("scene.toml"), &case.scene)?;
-        fs::write(self.folder.join("states.csv"), case.states)?;
         let limits = format!("ulimit -t {SECONDS} && ulimit -v {MEMORY} && exec \"$0\" \"$@\"");
         let output = Command::new("sh")
             .args(["-c", &limits])
             .arg(&self.program)
-            .args(&case.arguments)
+            .args(arguments)
             .current_dir(&self.folder)
             .env_remove("RUST_BACKTRACE")
             .output()?;

@@ -5,7 +5,7 @@ use grazemap::model::catalogue;
 use crate::random::Random;
 
 /// Values that number parsers often mishandle, and values of other types.
-const VALUES: [&str; 32] = [
+pub(super) const VALUES: [&str; 32] = [
     "0",
     "-0.0",
     "1",
