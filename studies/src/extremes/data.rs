@@ -100,8 +100,8 @@ pub struct Measured {
     /// Digits left by the truncation of the contact, as predicted by its series in `y`; all digits
     /// if the series terminates.
     pub truncation: f64,
-    /// Digits of the numbers used, less [`LostDigits` of the
-    /// contact.
+    /// Digits of the numbers used, less the [`LostDigits`](grazemap::expansion::LostDigits) of
+    /// the contact.
     pub rounding: f64,
     /// Digits left by the rounding of the legs, relative to the kick: rounding is relative to the
     /// image, which may be much larger.
