@@ -10,8 +10,8 @@
 // Tolerance asked none, error on the window 3.7e-7.
 // A step: 293 multiply-adds, 3 products, 0 sums, 1 roots.
 // A frozen step: 61 multiply-adds, 1 products, 0 sums, 1 roots.
-// Regenerate: grazemap emit --catalogue -o ..
-// Verify: grazemap emit --catalogue -o .. --check
+// Regenerate: cargo run --release -p xtask -- generated
+// Verify: cargo run --release -p xtask -- generated --check
 //! A local map near grazing, in offsets from the grazing orbit and the grazing parameters.
 #![allow(clippy::all, unused_variables, unused_mut, reason = "generated code")]
 

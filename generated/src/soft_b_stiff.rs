@@ -10,8 +10,8 @@
 // Tolerance asked none, error on the window 6.2e-11.
 // A step: 1017 multiply-adds, 156 products, 46 sums, 8 roots.
 // A frozen step: 523 multiply-adds, 154 products, 46 sums, 8 roots.
-// Regenerate: grazemap emit --catalogue -o ..
-// Verify: grazemap emit --catalogue -o .. --check
+// Regenerate: cargo run --release -p xtask -- generated
+// Verify: cargo run --release -p xtask -- generated --check
 //! A local map near grazing, in offsets from the grazing orbit and the grazing parameters.
 #![allow(clippy::all, unused_variables, unused_mut, reason = "generated code")]
 

@@ -10,8 +10,8 @@
 // Tolerance asked none, error on the window 3e-6.
 // A step: 674 multiply-adds, 6 products, 1 sums, 2 roots.
 // A frozen step: 414 multiply-adds, 0 products, 1 sums, 2 roots.
-// Regenerate: grazemap emit --catalogue -o ..
-// Verify: grazemap emit --catalogue -o .. --check
+// Regenerate: cargo run --release -p xtask -- generated
+// Verify: cargo run --release -p xtask -- generated --check
 //! A local map near grazing, in offsets from the grazing orbit and the grazing parameters.
 #![allow(clippy::all, unused_variables, unused_mut, reason = "generated code")]
 

@@ -8,8 +8,8 @@ use grazemap::analysis::branches::{BranchEnd, BranchLabel, BranchPoint, BranchRe
 use grazemap::analysis::periodic::{ContactItinerary, FoundOrbit};
 use grazemap::numeric::Dd;
 use grazemap::prelude::{FindGraze, Map, Scene};
+use xtask::independent::{self, Simulator};
 
-use crate::independent::{self, Simulator};
 use crate::support::exact_flight::Oscillator;
 use crate::support::foale::Foale;
 use crate::support::scenes::{outside_text, parsed, scene_with};

@@ -17,8 +17,8 @@ use grazemap::iteration::{DiscreteMap, HornerMap, InterpretedMap, PassageSet};
 use grazemap::model::Scene;
 use grazemap::numeric::{Dd, Real, Scalar};
 use grazemap::orbit::GrazingOrbit;
+use grazemap_studies::held::{Bifurcation, bifurcation, branch};
 
-use crate::held::{Bifurcation, bifurcation, branch};
 use crate::support::foale::Foale;
 use crate::support::scenes::grazing;
 

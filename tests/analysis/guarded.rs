@@ -1,9 +1,5 @@
 //! Guarded iteration: the map inside its window, direct simulation outside, point by point.
 
-#[path = "../../examples/guarded/agreement.rs"]
-mod agreement;
-
-use agreement::{Agreement, Effort};
 use grazemap::analysis::chart::{ChartClass, chart};
 use grazemap::analysis::diagram::{Diagram, DiagramPoint, Sweep, diagram};
 use grazemap::analysis::{
@@ -17,6 +13,7 @@ use grazemap::iteration::{
 };
 use grazemap::model::{ChartRequest, DiagramRequest, Method, Scene, catalogue};
 use grazemap::numeric::Dd;
+use grazemap_studies::agreement::{self, Agreement, Effort};
 
 use crate::Case;
 use crate::support::scenes;
@@ -278,7 +275,7 @@ fn guarded_images_are_the_maps_inside_and_direct_simulations_outside() {
     assert_eq!(guarded, [&map[..2], &direct[2..]].concat());
 }
 
-/// A small form of `cargo run --release --example guarded -- agree`.
+/// A small form of the study `guarded agree`.
 #[test]
 fn every_difference_of_guarded_and_direct_sweeps_is_explained() {
     for name in ["cantilever_0_09", "soft_b", "two_stops_t1_prestressed"] {

@@ -1,7 +1,5 @@
 //! Analyses that use maps: diagrams, charts, orbits by itinerary, convergence, choice of a map.
 
-#[path = "../support/independent/mod.rs"]
-mod independent;
 #[path = "../support/mod.rs"]
 mod support;
 
@@ -21,8 +19,6 @@ mod dynamics;
 mod fits;
 mod graze_theory;
 mod guarded;
-#[path = "../../examples/support/held.rs"]
-mod held;
 mod itineraries;
 mod loci;
 mod noises;

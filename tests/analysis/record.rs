@@ -1,11 +1,8 @@
-//! Part of the record of results that a change of the code must not change; `cargo run --release
-//! --example record` compares all of it.
-
-#[path = "../../examples/record/recorder/mod.rs"]
-mod recorder;
+//! Part of the record of results that a change of the code must not change; `cargo run --release -p
+//! xtask -- record` compares all of it.
 
 use grazemap::model::catalogue;
-use recorder::{computed, differences, groups, is_of, recorded};
+use xtask::record::recorder::{self, computed, differences, groups, is_of, recorded};
 
 /// Scenes, and groups that are compared in a few seconds.
 const PARTS: [(&str, &[&str]); 3] = [

@@ -11,13 +11,10 @@ use grazemap::iteration::{DiscreteMap, HornerMap};
 use grazemap::numeric::{Dd, decimal_below};
 use grazemap::pipeline::EmitRequest;
 use grazemap::{FindGraze, Map};
-
-#[path = "../../examples/guarded/adversary.rs"]
-mod adversary;
+use grazemap_studies::adversary::attack;
 
 use crate::exact;
 use crate::support::scenes::{NONE, parsed, text};
-use adversary::attack;
 
 /// A pendulum driven against a wall: the flow is not affine, and the scene has no window.
 const PENDULUM: &str = r#"

@@ -94,7 +94,7 @@ fn compiled_maps_equal_the_interpreted_ones() {
 }
 
 /// Agreement to `tolerance` relative to the largest entry (at least 1).
-fn agree(found: &[f64], expected: &[f64], tolerance: f64) {
+pub(crate) fn agree(found: &[f64], expected: &[f64], tolerance: f64) {
     let size = expected.iter().fold(1.0f64, |size, value| size.max(value.abs()));
     for (found, expected) in found.iter().zip(expected) {
         assert!((found - expected).abs() <= tolerance * size, "{found} and {expected}");

@@ -1,15 +1,12 @@
 //! Maps at extreme values: the claims of the study, checked on a few of its rows.
 //!
 //! The reference is a closed form of the linear oscillator, or direct simulation in double-double;
-//! the estimates are the expansion's own. Cases and measurement are those of `examples/extremes`.
-
-#[path = "../../examples/extremes/study/mod.rs"]
-mod study;
+//! the estimates are the expansion's own. Cases and measurement are those of the study `extremes`.
 
 use grazemap::expansion::{Expander, MapOrders};
-use study::cases::{ExtremeCase, extreme_cases};
-use study::data::{Coefficients, ExtremeAxis, ExtremeOutcome, Measured};
-use study::measure::measure_extreme;
+use grazemap_studies::extremes::cases::{ExtremeCase, extreme_cases};
+use grazemap_studies::extremes::data::{Coefficients, ExtremeAxis, ExtremeOutcome, Measured};
+use grazemap_studies::extremes::measure::measure_extreme;
 
 use crate::support::scenes::{orbit, scene_with};
 

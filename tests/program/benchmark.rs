@@ -1,12 +1,11 @@
 //! Benchmark for other programs: its tables hold the reference numbers, and its checker
 //! distinguishes right answers from wrong ones.
 
-#[path = "../../examples/benchmark/files.rs"]
-mod files;
-
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
+
+use xtask::benchmark::files;
 
 fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("gallery/benchmark")
@@ -19,7 +18,7 @@ fn the_tables_are_those_of_the_reference_numbers() {
     for table in tables {
         let path = folder().join(&table.path);
         let written = fs::read_to_string(&path).unwrap_or_else(|error| panic!("{path:?}: {error}"));
-        assert_eq!(written, table.csv(), "{path:?}: run `cargo run --example benchmark`");
+        assert_eq!(written, table.csv(), "{path:?}: run `cargo run -p xtask -- benchmark`");
     }
 }
 

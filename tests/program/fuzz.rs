@@ -1,12 +1,9 @@
-//! Short part of the campaign of `examples/fuzz`, and all cases in its corpus.
-
-#[path = "../../examples/fuzz/campaign/mod.rs"]
-mod campaign;
+//! Short part of the campaign of `xtask fuzz`, and all cases in its corpus.
 
 use std::fs;
 use std::path::PathBuf;
 
-use campaign::{Campaign, Case, corpus};
+use xtask::fuzz::campaign::{Campaign, Case, corpus};
 
 /// Number of cases that take a few seconds.
 const CASES: u64 = 60;

@@ -1,13 +1,13 @@
 //! Random contact laws in the simulator, compared with the independent one of
-//! `support/independent`.
+//! `xtask`.
 //!
 //! Elastic forces that harden, soften or saturate, rate terms, adhesion and prestress, each
 //! released at the surface or at zero force. Pieces of an orbit start from the same state, so that
 //! differences do not grow. `CONTACT_LAWS=200` runs the whole campaign.
 
 use grazemap::hybrid::{Event, EventKind, HybridSystem, Outcome, Regime, Simulator};
+use xtask::independent::{Failure, Kind, Mode, Oscillator, Simulator as Independent};
 
-use crate::independent::{Failure, Kind, Mode, Oscillator, Simulator as Independent};
 use crate::support::scenes::{NONE, parsed};
 
 /// Number of contacts compared for each law, and largest number of periods for them.

@@ -1,8 +1,8 @@
-//! Simulator of `support/independent` itself, compared with closed forms and published numbers.
+//! The independent simulator of `xtask` itself, compared with closed forms and published numbers.
 
 use grazemap::numeric::Dd;
+use xtask::independent::{Mode, Number, Oscillator, Simulator, tangency_return};
 
-use crate::independent::{Mode, Number, Oscillator, Simulator, tangency_return};
 use crate::support::reference::{exact, read};
 use crate::support::scenes;
 

@@ -1,7 +1,5 @@
 //! Direct simulation: single orbits and lanes, exact flows and Taylor steps, stops of every kind.
 
-#[path = "../support/independent/mod.rs"]
-mod independent;
 #[path = "../support/mod.rs"]
 mod support;
 

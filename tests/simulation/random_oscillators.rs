@@ -1,12 +1,8 @@
 //! Random oscillators by direct simulation, compared with an independent simulator
-//! (`examples/random_oscillators` runs a thousand, and for longer).
+//! (`xtask random-oscillators` runs a thousand, and for longer).
 
-#[path = "../../examples/random_oscillators/campaign/mod.rs"]
-#[allow(dead_code, reason = "the example prints more")]
-mod campaign;
-
-use crate::independent;
-use campaign::{Choice, Tally, compared};
+use xtask::random_oscillators::Choice;
+use xtask::random_oscillators::campaign::{Tally, compared};
 
 /// Compares the oscillators of a seed; nothing may differ.
 fn tally(seed: u64, cases: std::ops::Range<u64>, choice: Choice) -> Tally {

@@ -2,15 +2,13 @@
 //! almost no effect. The oracle is the same simulation in double-double, in which these contacts
 //! are deep.
 
-#[path = "../../examples/near_grazing/passages.rs"]
-mod passages;
-
 use grazemap::analysis::{DirectEnd, DirectImage, DirectMap};
 use grazemap::hybrid::HybridSystem;
 use grazemap::iteration::{DiscreteMap, StepInfo};
 use grazemap::model::{Model, Scene};
 use grazemap::numeric::Dd;
 use grazemap::orbit::GrazingOrbit;
+use xtask::near_grazing::passages;
 
 use crate::scattered;
 use crate::support::needs_wide_registers;
@@ -225,7 +223,7 @@ fn grazes_within_rounding_are_those_of_single_orbits_in_lanes() {
     }
 }
 
-/// The oracle starts from the same numbers in double-double; `examples/near_grazing` flies a
+/// The oracle starts from the same numbers in double-double; `xtask near-grazing` flies a
 /// million passages.
 #[test]
 fn passages_of_any_depth_in_lanes_are_those_of_double_double() {

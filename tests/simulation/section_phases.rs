@@ -1,14 +1,11 @@
 //! Returns to sections that lie inside a contact, behind one or in a rest, compared with a
-//! simulation without a section (`examples/section_phases` does the whole catalogue).
+//! simulation without a section (`xtask section-phases` does the whole catalogue).
 
-#[path = "../../examples/section_phases/campaign.rs"]
-mod campaign;
-
-use campaign::{Campaign, Tally};
 use grazemap::hybrid::{
     DirectReturn, HybridSystem, Outcome, ReturnOutcome, ReturnSection, Simulator,
 };
 use grazemap::model::Model;
+use xtask::section_phases::campaign::{Campaign, Tally};
 
 use crate::scattered;
 use crate::support::scenes::{parsed, scene_with};

@@ -2,18 +2,11 @@
 //! numbers of its own (tests/data/soft/soft_to_rigid.json; README there), and the law by which it
 //! tends to that of the rigid stop.
 //!
-//! The simulation is that of `examples/soft_to_rigid`, whose study rests on it.
+//! The simulation is that of the study `soft_to_rigid`, which rests on it.
 
-#[path = "../../examples/soft_to_rigid/direct.rs"]
-mod direct;
-#[path = "../../examples/soft_to_rigid/family.rs"]
-mod family;
-#[path = "../../examples/soft_to_rigid/law.rs"]
-mod law;
-
-use family::{Family, Stop};
 use grazemap::numeric::{Dd, Scalar};
-use law::approach_law;
+use grazemap_studies::soft_to_rigid::family::{Family, Stop};
+use grazemap_studies::soft_to_rigid::law::approach_law;
 use serde_json::Value;
 
 use crate::support::reference::{exact, read, text};

@@ -77,14 +77,34 @@ pub(crate) fn run(modules: &[&EmittedModule], queries: &[String]) -> Vec<Vec<f64
             .expect("the test can be set up");
     }
     fs::write(folder.path().join("main.rs"), driver(modules)).expect("the test can be set up");
-    let mut arguments = vec!["-O", "-A", "dead_code", "--cfg", "feature=\"std\""];
+    let arguments = ["-A", "dead_code", "main.rs", "-o", "driver"];
+    rustc(&[&optimised()[..], &arguments].concat(), folder.path());
+    let text = answers(&folder.path().join("driver"), queries);
+    let single = precision(modules) == FloatFormat::F32;
+    let number = |word: &str| {
+        let bits: u64 = word.parse().expect("the test can be set up");
+        if single {
+            f64::from(f32::from_bits(u32::try_from(bits).expect("bits of a single")))
+        } else {
+            f64::from_bits(bits)
+        }
+    };
+    text.lines().map(|line| line.split(' ').map(number).collect()).collect()
+}
+
+/// Options of `rustc` for emitted code that is compared with the interpreter of this process.
+pub(crate) fn optimised() -> Vec<&'static str> {
+    let mut options = vec!["-O", "--cfg", "feature=\"std\""];
     if cfg!(target_feature = "fma") {
-        // As the interpreter in this process: fused or not.
-        arguments.push("-Ctarget-feature=+fma");
+        // Products and sums are fused in both, or in neither.
+        options.push("-Ctarget-feature=+fma");
     }
-    arguments.extend(["main.rs", "-o", "driver"]);
-    rustc(&arguments, folder.path());
-    let mut child = Command::new(folder.path().join("driver"))
+    options
+}
+
+/// Output of a program that answers with one line per query.
+pub(crate) fn answers(program: &Path, queries: &[String]) -> String {
+    let mut child = Command::new(program)
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
         .spawn()
@@ -97,15 +117,5 @@ pub(crate) fn run(modules: &[&EmittedModule], queries: &[String]) -> Vec<Vec<f64
     let output = child.wait_with_output().expect("the test can be set up");
     writer.join().expect("the test can be set up");
     assert!(output.status.success());
-    let text = String::from_utf8(output.stdout).expect("the test can be set up");
-    let single = precision(modules) == FloatFormat::F32;
-    let number = |word: &str| {
-        let bits: u64 = word.parse().expect("the test can be set up");
-        if single {
-            f64::from(f32::from_bits(u32::try_from(bits).expect("bits of a single")))
-        } else {
-            f64::from_bits(bits)
-        }
-    };
-    text.lines().map(|line| line.split(' ').map(number).collect()).collect()
+    String::from_utf8(output.stdout).expect("the test can be set up")
 }

@@ -17,7 +17,7 @@ use grazemap::report::{SectionDocument, bounds_words, counted, to_json};
 use grazemap::{Error, Map};
 
 /// Default folder of the catalogue's crate.
-const CATALOGUE_FOLDER: &str = "generated";
+const CATALOGUE_FOLDER: &str = "out/catalogue";
 
 /// Document of `--json`.
 #[derive(Debug, Serialize)]

@@ -341,10 +341,19 @@ fn doc_comments(text: &str) -> impl Iterator<Item = (usize, &str)> {
 #[test]
 fn doc_comments_name_their_subject() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let mut folders: Vec<PathBuf> =
-        ["src", "crates", "tests", "examples", "benches", "python/src", "generated/src"]
-            .map(|folder| root.join(folder))
-            .into();
+    let mut folders: Vec<PathBuf> = [
+        "src",
+        "crates",
+        "tests",
+        "examples",
+        "benches",
+        "python/src",
+        "studies",
+        "xtask",
+        "generated/src",
+    ]
+    .map(|folder| root.join(folder))
+    .into();
     let (mut comments, mut faults) = (0, Vec::new());
     while let Some(folder) = folders.pop() {
         for entry in fs::read_dir(folder).expect("a folder of the workspace") {

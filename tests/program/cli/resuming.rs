@@ -1,5 +1,5 @@
 //! Killed commands: no file is damaged, and the same command resumes and ends with the bytes of an
-//! uninterrupted run. The example `interruptions` does this two hundred times.
+//! uninterrupted run. `xtask interruptions` does this two hundred times.
 
 use std::collections::BTreeMap;
 use std::fs;

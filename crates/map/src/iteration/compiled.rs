@@ -1,6 +1,6 @@
-//! Maps in the crate of code emitted for the catalogue.
+//! Maps in the crate of emitted code.
 
-use grazemap_generated::{CatalogueMap, find};
+use grazemap_generated::CatalogueMap;
 
 use super::discrete_map::{DiscreteMap, StepInfo};
 
@@ -8,11 +8,6 @@ use super::discrete_map::{DiscreteMap, StepInfo};
 #[derive(Clone, Copy, Debug)]
 pub struct CompiledMap {
     map: &'static CatalogueMap,
-}
-
-/// The compiled map of a scene; `None` if none was emitted for it.
-pub fn compiled(identifier: &str) -> Option<CompiledMap> {
-    find(identifier).map(|map| CompiledMap { map })
 }
 
 impl CompiledMap {

@@ -16,7 +16,7 @@ pub mod parallel;
 mod phase_circle;
 
 #[cfg(feature = "compiled-maps")]
-pub use compiled::{CompiledMap, compiled};
+pub use compiled::CompiledMap;
 pub use device_map::{
     DeviceMap, DeviceOrbit, DeviceReport, KernelPiece, KernelPoints, PointKernel,
 };

@@ -1,0 +1,158 @@
+//! Hostile scenes, saved files and calls, and the judgement of the program's behaviour.
+//!
+//! Every case is determined by a seed and a number. A call is a child process with limits of memory
+//! and of processor time: it must end by itself with the exit code 0, 1 or 2 and, unless that is 0,
+//! give the reason in few lines.
+
+use std::fs;
+use std::io;
+use std::path::PathBuf;
+use std::process::{Command, Output};
+
+use super::mutation;
+use super::saved::{Change, Saved};
+use crate::random::Random;
+use crate::root;
+
+/// Limit of a call's processor time, in seconds.
+const SECONDS: u32 = 20;
+/// Limit of a call's memory, in KiB: 2 GB.
+const MEMORY: u32 = 2_000_000;
+/// Limits of a message: lines, and characters per line.
+const MESSAGE: [usize; 2] = [40, 1000];
+
+/// Scene and call of the program.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Case {
+    /// Text of `scene.toml`.
+    pub scene: String,
+    /// Arguments of the program.
+    pub arguments: Vec<String>,
+    /// Text of `states.csv`.
+    states: &'static str,
+}
+
+/// Texts of starting points for images.
+const STATES: [&str; 6] = [
+    "x\n0\n1e-6\n",
+    "theta\n1e-3\n-1e300\n0.1\n",
+    "x,theta\n1e-9,1e-9\n",
+    "q\n1e-6\n1e-3\n-1e-2\n",
+    "x,v\n1e308,-1e308\n",
+    "x\nnan\n",
+];
+
+impl Case {
+    /// Case with a number in the campaign of a seed.
+    pub fn new(seed: u64, number: u64) -> Self {
+        let mut random = Random::new(seed, number);
+        let scene = mutation::scene(&mut random);
+        let calls: [&[&str]; 8] = [
+            &["check", "scene.toml"],
+            &["check", "scene.toml"],
+            &["locate", "scene.toml", "--json", "-"],
+            &["expand", "scene.toml", "--csv", "-"],
+            &["emit", "scene.toml", "-o", "out"],
+            &["emit", "scene.toml", "--target", "c", "-o", "out"],
+            &["image", "scene.toml", "--states", "states.csv"],
+            &["image", "scene.toml", "--states", "states.csv", "--using", "direct"],
+        ];
+        let mut arguments: Vec<String> = vec!["--threads".to_owned(), "1".to_owned()];
+        if !random.one_in(8) {
+            for (key, most) in [("smooth_order", 4), ("contact_weight", 6)] {
+                let set = format!("expansion.{key}={}", 1 + random.below(most));
+                arguments.extend(["--set".to_owned(), set]);
+            }
+        }
+        let call = random.of(&calls).iter().map(|&word| word.to_owned());
+        arguments.splice(0..0, call);
+        Self { scene, arguments, states: random.of(&STATES) }
+    }
+
+    /// Reads a case from a file of the corpus, whose first line is `# ` and the arguments.
+    pub fn read(text: &str) -> Option<Self> {
+        let call = text.lines().next()?.strip_prefix("# ")?;
+        let arguments = call.split_whitespace().map(str::to_owned).collect();
+        Some(Self { scene: text.to_owned(), arguments, states: STATES[0] })
+    }
+}
+
+/// Folder of the inputs that revealed faults.
+pub fn corpus() -> PathBuf {
+    root().join("xtask/corpus")
+}
+
+/// Program under test, with a folder of its own.
+#[derive(Debug)]
+pub struct Campaign {
+    program: PathBuf,
+    folder: PathBuf,
+}
+
+impl Campaign {
+    /// Campaign of a program in a folder that may be written to.
+    pub fn new(program: PathBuf, folder: PathBuf) -> Self {
+        Self { program, folder }
+    }
+
+    /// Fault revealed by a case; `None` if there is none.
+    ///
+    /// # Errors
+    ///
+    /// An error of the system, if the case cannot be set up.
+    pub fn fault(&self, case: &Case) -> io::Result<Option<String>> {
+        fs::write(self.folder.join("scene.toml"), &case.scene)?;
+        fs::write(self.folder.join("states.csv"), case.states)?;
+        self.fault_of(&case.arguments)
+    }
+
+    /// Fault revealed by a changed file, which is put back afterwards; `None` if there is none.
+    pub(super) fn fault_of_change(&self, change: &Change) -> io::Result<Option<String>> {
+        let file = self.folder.join(change.file);
+        fs::write(&file, &change.content)?;
+        fs::write(self.folder.join("states.csv"), STATES[2])?;
+        let fault = self.fault_of(&change.arguments)?;
+        fs::write(file, &change.before)?;
+        Ok(fault)
+    }
+
+    /// Files that the program writes into the folder.
+    pub(super) fn saved(&self) -> Result<Saved, String> {
+        Saved::written(&self.program, &self.folder)
+    }
+
+    fn fault_of(&self, arguments: &[String]) -> io::Result<Option<String>> {
+        let out = self.folder.join("out");
+        if out.exists() {
+            fs::remove_dir_all(&out)?;
+        }
+        let limits = format!("ulimit -t {SECONDS} && ulimit -v {MEMORY} && exec \"$0\" \"$@\"");
+        let output = Command::new("sh")
+            .args(["-c", &limits])
+            .arg(&self.program)
+            .args(arguments)
+            .current_dir(&self.folder)
+            .env_remove("RUST_BACKTRACE")
+            .output()?;
+        Ok(judged(&output))
+    }
+}
+
+fn judged(output: &Output) -> Option<String> {
+    let said = String::from_utf8_lossy(&output.stderr);
+    let last = || said.chars().take(400).collect::<String>();
+    let Some(code) = output.status.code() else {
+        return Some(format!("{}: {}", output.status, last()));
+    };
+    if !(0..=2).contains(&code) {
+        return Some(format!("exit code {code}: {}", last()));
+    }
+    if code != 0 && said.trim().is_empty() {
+        return Some(format!("exit code {code} without a message"));
+    }
+    let longest = said.lines().map(|line| line.chars().count()).max().unwrap_or(0);
+    let found = [said.lines().count(), longest];
+    let is_long = found.iter().zip(MESSAGE).any(|(&found, most)| found > most);
+    is_long
+        .then(|| format!("a message of {} lines, the longest of {longest}: {}", found[0], last()))
+}
