@@ -49,6 +49,13 @@ print("error of the prediction over the noise:", predicted)
 assert max(predicted) < 6
 
 # %% [markdown]
+# How the errors of voltage and frequency hang together, beside the truth.
+
+# %%
+ax = found.plot(x="V", y="omega")
+ax.plot(truth[0], truth[1], "x", label="truth")
+
+# %% [markdown]
 # Noise that is not stated is estimated from the residuals.
 
 # %%
@@ -69,5 +76,6 @@ across, up, density = spread.density()
 print(spread, density.shape)
 gone = gm.noise(linear, {"alpha": 1e-4}, at=below, orbits=100, keep=20, seed=7)
 print("share of returns with contact:", spread.document["contacts"], gone.document["contacts"])
+spread.plot()
 assert spread.document["contacts"] == 0
 assert gone.document["contacts"] == 1

@@ -127,15 +127,15 @@ class Offsets:
         return f"{words}   ({grazing_words(self._name, self._grazing)})"
 
 
-def _mark_graze(ax: Axes, at: float) -> None:
-    """Draw a vertical line at the graze if it is in view."""
+def _mark_graze(ax: Axes, at: float, words: str = "graze") -> None:
+    """Draw a vertical line with words at the graze if it is in view."""
     low, high = sorted(ax.get_xlim())
     if not low <= at <= high:
         return
     ax.axvline(at, color=FAINT, linewidth=0.8, linestyle=":", zorder=1)
     side = -1 if at > low + 0.8 * (high - low) else 1
     ax.annotate(
-        "graze",
+        words,
         (at, 1.0),
         xycoords=ax.get_xaxis_transform(),
         xytext=(3 * side, -3),
@@ -422,7 +422,7 @@ def branch(
         ax.plot(*np.array(spots).T, label=word, **look)
         handles.append(line_handle(word, **look))
     if x == along:
-        _mark_graze(ax, shift)
+        _mark_graze(ax, shift, "" if "GR" in marks else "graze")
     ax.set_xlabel(axis.label(width(ax)) if x == along else label(x))
     ax.set_ylabel(offset_label(y) if y in coordinates else label(y))
     plain_ticks(ax)
