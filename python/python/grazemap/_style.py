@@ -75,8 +75,10 @@ GREEK = frozenset(
         "Omega",
     )
 )
-#: Widths of new axes, of an entry of a legend and of the key of an image, in inches.
-WIDTH, ENTRY_WIDTH, KEY_WIDTH = 6.4, 1.25, 1.2
+#: Widths of new axes and of the key of an image, in inches.
+WIDTH, KEY_WIDTH = 6.4, 1.2
+#: Widths of the handle of an entry of a legend and of a letter, in inches.
+HANDLE, LETTER = 0.52, 0.068
 #: Width of axes from which on their label has the grazing value, beside the power of ten.
 ROOMY = 4.2
 #: White rim of lines and words on top of others, in points.
@@ -187,12 +189,28 @@ def legend(ax: Axes, handles: Sequence[Artist]) -> None:
         loc="lower right",
         bbox_to_anchor=(1.0, 1.0),
         borderaxespad=0.2,
-        ncols=max(1, min(len(handles), int(width(ax) / ENTRY_WIDTH))),
+        ncols=_columns([str(handle.get_label()) for handle in handles], width(ax)),
         frameon=False,
         fontsize="small",
         handletextpad=0.5,
         columnspacing=1.2,
     )
+
+
+def _columns(entries: Sequence[str], room: float) -> int:
+    """Give the largest number of columns of a legend that fit into some inches.
+
+    >>> entries = ["itinerary 1", "stable", "unstable", "GR"]
+    >>> _columns(entries, 6.0), _columns(entries, 2.5), _columns(entries, 0.5)
+    (4, 2, 1)
+    """
+
+    def needed(count: int) -> float:
+        columns = (part.tolist() for part in np.array_split(list(map(len, entries)), count))
+        return float(sum(HANDLE + LETTER * max(column) for column in columns))
+
+    counts = range(len(entries), 1, -1)
+    return next((count for count in counts if needed(count) <= room), 1)
 
 
 def rim(width: float) -> list[Any]:
@@ -328,8 +346,9 @@ def key(ax: Axes, entries: Sequence[Entry], title: str) -> None:
         frameon=False,
         fontsize="small",
         title_fontsize="small",
+        labelspacing=0.35,
         handlelength=1.2,
-        handleheight=1.2,
+        handleheight=1.1,
     )
 
 
