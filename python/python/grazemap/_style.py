@@ -176,8 +176,7 @@ def plain_ticks(ax: Axes) -> None:
 
 def width(ax: Axes) -> float:
     """Give the width of axes, in inches."""
-    figure = ax.get_figure(root=True)
-    return ax.get_window_extent().width / (figure.dpi if figure else 100)
+    return ax.get_window_extent().width / ax.figure.dpi
 
 
 def legend(ax: Axes, handles: Sequence[Artist]) -> None:
