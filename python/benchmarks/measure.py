@@ -4,6 +4,7 @@ python benchmarks/measure.py import       first import, in a fresh interpreter, 
 python benchmarks/measure.py map          m(x, p) on a million points against its lanes
 python benchmarks/measure.py interrupt    from Ctrl-C to the prompt
 python benchmarks/measure.py fit          1000 noisy section points, three parameters; coverage
+python benchmarks/measure.py plot         a chaotic diagram of 1000 x 200 points as a PDF
 python benchmarks/measure.py cluster      a chart of 1000 x 1000 on two workers, one of them killed
 python benchmarks/measure.py wheel        size of the wheel, and what it takes to install
 """
@@ -178,6 +179,23 @@ def measure_cluster() -> None:
     say("documents", "equal" if together.document == alone.document else "differ")
 
 
+def measure_plot() -> None:
+    """Draw a chaotic diagram of 1000 x 200 points and write it as a PDF of 300 dots an inch."""
+    import matplotlib as mpl
+
+    import grazemap as gm
+
+    mpl.use("pdf")
+    m = gm.Scene.catalogue("mems_scenario3").graze().map()
+    counts = {"points": 1000, "transient": 200, "keep": 200}
+    diagram = gm.diagram(m, "V", (0, 5e-5), direction="up", **counts)
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "diagram.pdf"
+        took = seconds(lambda: diagram.plot().figure.savefig(path, dpi=300), 3)
+        size = path.stat().st_size / 1e6
+    say(f"PDF of {diagram.points()[0].size} points", f"{took:.2f} s, {size:.2f} MB")
+
+
 def measure_wheel() -> None:
     """Build a wheel by maturin, and install it into an empty environment."""
     maturin = shutil.which("maturin", path=Path(sys.executable).parent) or "maturin"
@@ -201,6 +219,7 @@ MEASURES = {
     "map": measure_map,
     "interrupt": measure_interrupt,
     "fit": measure_fit,
+    "plot": measure_plot,
     "cluster": measure_cluster,
     "wheel": measure_wheel,
 }

@@ -61,12 +61,12 @@ assert abs(p["alpha"] - amplitude) < 1e-12
 print(graze.verdict)
 
 # %% [markdown]
-# The orbit by direct simulation, over a period. In a notebook the value shows itself as a figure.
+# The orbit by direct simulation, over a period: it touches the stop and has no impact.
 
 # %%
 series = gm.trajectory(graze, samples=200)
 assert np.min(series["h_stop"]) > -1e-9
-series
+series.plot()
 
 # %% [markdown]
 # The local map, its window, and what it errs there against direct simulation.
@@ -97,12 +97,37 @@ assert (errors <= 2 * np.array(list(m.error.values()))).all()
 diagram = gm.diagram(m, "alpha", (-2e-4, 4e-4), points=40, transient=200, keep=40)
 before = diagram["offset"] < 0
 assert (diagram["period"][before] == 1).all()
-diagram
+diagram.plot()
 
 # %% [markdown]
-# The branch of periodic orbits with one impact, stable or not.
+# The orbit that the diagram jumps to hits the stop once a period. Direct simulation from a point of
+# the grazing orbit shows how it grows.
 
 # %%
-branch = gm.branch(m, "alpha", (-1e-4, 1e-4), itineraries=["1"])
+after = gm.trajectory(m, at={"alpha": 4e-4}, periods=12)
+assert (after["event"] == "impact").any()
+after.plot()
+
+# %% [markdown]
+# The branches of periodic orbits without impact and with one: the first ends at the graze, the
+# second goes back from there and is unstable. Stable orbits are solid, unstable ones dashed. `x` is
+# so small on the second that the speed of the impact says more.
+
+# %%
+branch = gm.branch(m, "alpha", (-1e-4, 1e-4), itineraries=["0", "1"], observe=["impact_speed"])
 print([(point["label"], point["parameters"]) for point in branch.special])
 assert "GR" in set(branch["label"])
+branch.plot()
+
+# %%
+branch.plot(y="impact_speed")
+
+# %% [markdown]
+# Two parameters: orbits without contact lie on one side of the grazing curve, those with an impact
+# on the other.
+
+# %%
+plane = ((-1e-4, 1e-4), (-2e-4, 4e-4))
+chart = gm.chart(m, ("omega", "alpha"), plane, points=(24, 16), transient=200, overlay="graze")
+assert set(chart["period"]) == {1}
+chart.plot()

@@ -49,6 +49,13 @@ print("error of the prediction over the noise:", predicted)
 assert max(predicted) < 6
 
 # %% [markdown]
+# How the errors of voltage and frequency hang together; the cross is the truth.
+
+# %%
+ax = found.plot(x="V", y="omega")
+ax.plot(truth[0], truth[1], "x", color="black")
+
+# %% [markdown]
 # Noise that is not stated is estimated from the residuals.
 
 # %%
@@ -64,10 +71,13 @@ assert np.allclose(again.noise, list(noise.values()), rtol=0.3)
 # %%
 linear = gm.Scene.catalogue("linear").graze().map()
 below = {"alpha": -1e-4}
-spread = gm.noise(linear, {"alpha": 1e-6}, at=below, orbits=100, keep=20, seed=7)
+near = {"x": (-5.2e-5, -3.7e-5), "theta": (-3e-6, 3e-6)}
+counts = {"orbits": 100, "keep": 20, "seed": 7}
+spread = gm.noise(linear, {"alpha": 1e-6}, at=below, range=near, cells=40, **counts)
 across, up, density = spread.density()
 print(spread, density.shape)
-gone = gm.noise(linear, {"alpha": 1e-4}, at=below, orbits=100, keep=20, seed=7)
+gone = gm.noise(linear, {"alpha": 1e-4}, at=below, **counts)
 print("share of returns with contact:", spread.document["contacts"], gone.document["contacts"])
+spread.plot()
 assert spread.document["contacts"] == 0
 assert gone.document["contacts"] == 1

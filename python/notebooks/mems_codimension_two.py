@@ -22,7 +22,7 @@ assert curve.ended is None
 print(point["n"], point["parameters"])
 assert abs(point["parameters"]["omega"] - 0.4878087004) < 1e-9
 assert abs(point["parameters"]["V"] - 0.1710666890) < 1e-9
-curve
+curve.plot()
 
 # %% [markdown]
 # `xi_1` changes its sign there, and only there.
@@ -32,6 +32,7 @@ omega, xi = curve["omega"], curve["xi_1"]
 signs = np.sign(xi)
 assert (np.diff(signs) != 0).sum() == 1
 print(omega[0], xi[0], omega[-1], xi[-1])
+curve.plot(y="xi_1")
 
 # %% [markdown]
 # What theory says on both sides.
@@ -43,10 +44,25 @@ for shift in (-1e-4, 1e-4):
 
 # %% [markdown]
 # Loci that end at the point: where orbits with one impact fold and flip, over the two parameters.
+# They leave the grazing curve with the square of the distance, so that the voltage is drawn from
+# that curve.
 
 # %%
 m = scene.graze().map()
 loci = gm.loci(m, ("omega", "V"), (-2e-6, 2e-6), itineraries=["1"])
 print(sorted(set(loci["kind"])), [word for word in loci["label"] if word])
 assert "graze" in set(loci["kind"])
-loci
+loci.plot()
+
+# %% [markdown]
+# Branches in the voltage on either side of the point: on one the orbit with an impact folds, on the
+# other it flips.
+
+# %%
+for shift, voltages, label in (
+    (1.5e-6, (3.36e-7, 3.4e-7), "SN"),
+    (-1.5e-6, (-3.328e-7, -3.3e-7), "PD"),
+):
+    beside = gm.branch(m, "V", voltages, at={"omega": shift}, itineraries=["1"])
+    assert label in set(beside["label"])
+    beside.plot()

@@ -28,6 +28,7 @@ struck = np.array(series["event"] == "impact")
 impacts = series["t"][struck]
 print(len(impacts), "impacts")
 assert len(impacts) > 0
+gm.trajectory(m, at=at, start=start, periods=periods).plot()
 
 # %% [markdown]
 # By `solve_ivp`: it is stopped at every impact, the velocity turned, and begun again.

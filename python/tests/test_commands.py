@@ -257,31 +257,6 @@ def test_a_table_goes_to_other_libraries(m: gm.Map) -> None:
     assert diagram.figures["diagram"].startswith("<svg")
 
 
-def test_figures_are_drawn(m: gm.Map) -> None:
-    matplotlib = pytest.importorskip("matplotlib")
-    pytest.importorskip("matplotlib.pyplot")
-    matplotlib.use("agg")
-    ax = gm.diagram(m, "alpha", (-1e-4, 1e-4), points=20).plot()
-    (line,) = ax.get_lines()
-    assert np.size(line.get_xdata()) > 0
-    chart = gm.chart(m, ("alpha", "omega"), ((-1e-4, 1e-4), (-1e-4, 1e-4)), points=5)
-    assert chart.grid()[2].shape == (5, 5)
-    chart.plot(ax)
-    for table in (
-        gm.basin(m, points=8),
-        gm.branch(m, "alpha", itineraries=["1"]),
-        gm.curve(m, "omega", (1.79, 1.81)),
-        gm.image(m, [[1e-5, 0.0]], None, 4),
-        gm.loci(m, ("omega", "alpha"), kind="graze"),
-        gm.nearest(m, ["alpha"]),
-        gm.orbits(m),
-        gm.trajectory(m, samples=20),
-    ):
-        assert table.plot().get_xlabel() in table
-        matplotlib.pyplot.close("all")
-        assert "<" in table._repr_html_()
-
-
 def test_progress_is_told(m: gm.Map) -> None:
     seen: list[tuple[int, int]] = []
     gm.diagram(m, "alpha", (-1e-4, 1e-4), points=50, progress=lambda *told: seen.append(told))

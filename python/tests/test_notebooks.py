@@ -28,9 +28,16 @@ def cells(path: Path) -> list[tuple[int, str]]:
 def test_a_notebook_runs(path: Path) -> None:
     if path.stem == "solve_ivp":
         pytest.importorskip("scipy")
+    mpl = pytest.importorskip("matplotlib")
+    plt = pytest.importorskip("matplotlib.pyplot")
+    mpl.use("agg")
     names: dict[str, object] = {"__name__": path.stem}
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         for first, code in cells(path):
             # Line numbers of a fault are those of the file.
             exec(compile("\n" * first + code, path, "exec"), names)  # noqa: S102
+            # A notebook shows the figures of a cell, and draws them for that.
+            for number in plt.get_fignums():
+                plt.figure(number).canvas.draw()
+            plt.close("all")

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from . import _plot
+
 if TYPE_CHECKING:
     from pathlib import Path
 
@@ -28,8 +30,6 @@ class Table(Mapping[str, np.ndarray[Any, Any]]):
 
     #: Command of the program that writes the same table.
     command = ""
-    #: Columns drawn by default, horizontal and vertical; empty for the first two.
-    axes: tuple[str, str] | tuple[()] = ()
 
     def __init__(self, computed: _lib.Computed) -> None:
         """Wrap a computed result."""
@@ -77,21 +77,16 @@ class Table(Mapping[str, np.ndarray[Any, Any]]):
     def plot(
         self, ax: Axes | None = None, x: str | None = None, y: str | None = None, **style: Any
     ) -> Axes:
-        """Draw one column over another with Matplotlib, on new axes if none are given."""
-        across, up = self._axes()
-        across, up = x or across, y or up
-        ax = _axes(ax)
-        ax.plot(self[across], self[up], **{"marker": ".", "linestyle": "none", **style})
-        ax.set_xlabel(across)
-        ax.set_ylabel(up)
-        return ax
+        """Draw one column of numbers over another with Matplotlib, on new axes if none are given.
 
-    def _axes(self) -> tuple[str, str]:
-        """Give the columns that are drawn by default."""
-        if self.axes:
-            return self.axes
-        across, up, *_ = [name for name, column in self.items() if column.dtype != object]
-        return across, up
+        Raises
+        ------
+        InputError
+            The table has no such column, or no plot of its own and ``x`` or ``y`` is missing; the
+            message names the columns.
+
+        """
+        return _plot.columns(self, ax, x, y, style)
 
     def __repr__(self) -> str:
         """State the size of the table."""
@@ -102,15 +97,6 @@ class Table(Mapping[str, np.ndarray[Any, Any]]):
     def _repr_html_(self) -> str:
         """Show the figure in a notebook."""
         return next(iter(self.figures.values()), f"<pre>{self!r}</pre>".replace("<g", "&lt;g"))
-
-
-def _axes(ax: Axes | None) -> Axes:
-    """Give these axes, or new ones."""
-    if ax is None:
-        import matplotlib.pyplot as plt
-
-        ax = plt.figure().add_subplot()
-    return ax
 
 
 def _words(numbers: np.ndarray[Any, Any], words: list[str]) -> np.ndarray[Any, Any]:
@@ -124,24 +110,42 @@ class Diagram(Table):
 
     command = "diagram"
 
-    def points(self) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
-        """Give offsets and values of all finite points, as two arrays of equal length."""
+    def points(
+        self, rows: np.ndarray[Any, Any] | slice = slice(None)
+    ) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
+        """Give offsets and values of all finite points, as two arrays of equal length.
+
+        ``rows`` selects rows of the table (default: all).
+        """
         names = [name for name in self if name.startswith("value_")]
-        values = np.column_stack([self[name] for name in names])
-        offsets = np.repeat(self["offset"], len(names)).reshape(values.shape)
+        values = np.column_stack([self[name][rows] for name in names])
+        offsets = np.repeat(self["offset"][rows], len(names)).reshape(values.shape)
         drawn = np.isfinite(values)
         return offsets[drawn], values[drawn]
 
     def plot(  # type: ignore[override]
-        self, ax: Axes | None = None, **style: Any
+        self, ax: Axes | None = None, *, values: bool = False, **style: Any
     ) -> Axes:
-        """Draw the points with Matplotlib, on new axes if none are given."""
-        ax = _axes(ax)
-        ax.plot(*self.points(), **{"marker": ",", "linestyle": "none", "color": "black", **style})
-        (first, *_) = self.document
-        ax.set_xlabel(f"{first['parameter']} − {first['grazing_value']:.10g}")
-        ax.set_ylabel(first["observable"])
-        return ax
+        """Draw the iterates with Matplotlib, each method and heading in its colour.
+
+        More than 4000 points are drawn as pixels, in PDF and SVG too: give ``savefig`` a ``dpi``.
+
+        Parameters
+        ----------
+        ax
+            Axes to draw on (default: new ones).
+        values
+            Show values of the parameter instead of offsets from the graze.
+        **style
+            Properties of the points, as for :meth:`matplotlib.axes.Axes.plot`.
+
+        Raises
+        ------
+        NoResult
+            All orbits ended early: there is nothing to draw.
+
+        """
+        return _plot.diagram(self, ax, values, style)
 
 
 class Chart(Table):
@@ -161,15 +165,27 @@ class Chart(Table):
         return first, second, periods.reshape(second.size, first.size)
 
     def plot(  # type: ignore[override]
-        self, ax: Axes | None = None, **style: Any
+        self, ax: Axes | None = None, *, number: int = 1, values: bool = False, **style: Any
     ) -> Axes:
-        """Draw the periods of the first chart with Matplotlib, on new axes if none are given."""
-        ax = _axes(ax)
-        ax.pcolormesh(*self.grid(), **{"shading": "nearest", **style})
-        names = [axis["parameter"] for axis in self.document[0]["axes"]]
-        ax.set_xlabel(f"{names[0]} offset")
-        ax.set_ylabel(f"{names[1]} offset")
-        return ax
+        """Draw a chart as an image with a key, and its overlay.
+
+        The image shows what the chart observes: periods, itineraries or numbers of attractors in
+        one colour each, Lyapunov exponents on a scale around 0. Cells without a period and escaped
+        ones have colours of their own. Of several attractors of a cell the first is shown.
+
+        Parameters
+        ----------
+        ax
+            Axes to draw on (default: new ones).
+        number
+            Number of the chart, from 1: there is one for each method and start.
+        values
+            Show values of the parameters instead of offsets from the graze.
+        **style
+            Properties of the image, as for :meth:`matplotlib.axes.Axes.imshow`.
+
+        """
+        return _plot.chart(self, ax, number, values, style)
 
 
 class Basin(Table):
@@ -186,14 +202,19 @@ class Basin(Table):
     def plot(  # type: ignore[override]
         self, ax: Axes | None = None, **style: Any
     ) -> Axes:
-        """Draw the attractor of each cell with Matplotlib, one colour per word of the column."""
-        ax = _axes(ax)
-        across, up = list(self)[:2]
-        _, classes = np.unique(self["attractor"], return_inverse=True)
-        ax.scatter(self[across], self[up], **{"c": classes, "marker": "s", "s": 1, **style})
-        ax.set_xlabel(across)
-        ax.set_ylabel(up)
-        return ax
+        """Draw the basins as an image with a key, the attractors and the manifolds.
+
+        Rings mark the points of an attractor in view, dots those of one with more than 64 points.
+
+        Parameters
+        ----------
+        ax
+            Axes to draw on (default: new ones).
+        **style
+            Properties of the image, as for :meth:`matplotlib.axes.Axes.imshow`.
+
+        """
+        return _plot.basin(self, ax, style)
 
 
 class Branch(Table):
@@ -201,15 +222,45 @@ class Branch(Table):
 
     command = "branch"
 
-    def _axes(self) -> tuple[str, str]:
-        """Give the parameter and the first coordinate."""
-        return self.document["along"], list(self)[5]
-
     @property
     def special(self) -> list[dict[str, Any]]:
         """Special points: grazes, folds, flips, branch points and so on."""
         branches = self.document["branches"]
         return [point for branch in branches for point in branch["points"] if point.get("label")]
+
+    def plot(
+        self,
+        ax: Axes | None = None,
+        x: str | None = None,
+        y: str | None = None,
+        *,
+        virtual: bool = False,
+        values: bool = False,
+        **style: Any,
+    ) -> Axes:
+        """Draw the branches, solid if stable and dashed if not, with their special points.
+
+        Parameters
+        ----------
+        ax
+            Axes to draw on (default: new ones).
+        x, y
+            Columns of numbers (default: the parameter and the first coordinate). A coordinate is
+            drawn at every return of an orbit.
+        virtual
+            Draw virtual orbits too, dotted.
+        values
+            Show values of the parameter instead of offsets from the graze.
+        **style
+            Properties of the lines, as for :meth:`matplotlib.axes.Axes.plot`.
+
+        Raises
+        ------
+        NoResult
+            There is no branch, or only virtual orbits.
+
+        """
+        return _plot.branch(self, ax, (x, y), (virtual, values), style)
 
 
 class Loci(Table):
@@ -217,10 +268,43 @@ class Loci(Table):
 
     command = "loci"
 
-    def _axes(self) -> tuple[str, str]:
-        """Give the two parameters."""
-        first, second = self.document["plane"]
-        return first, second
+    def plot(
+        self,
+        ax: Axes | None = None,
+        x: str | None = None,
+        y: str | None = None,
+        *,
+        from_graze: bool | None = None,
+        virtual: bool = False,
+        values: bool = False,
+        **style: Any,
+    ) -> Axes:
+        """Draw the loci, solid if stable and dashed if not, with points of codimension two.
+
+        Parameters
+        ----------
+        ax
+            Axes to draw on (default: new ones).
+        x, y
+            Two columns of numbers to draw over each other instead.
+        from_graze
+            Measure the second parameter from the grazing curve, which folds and flips leave so
+            slowly that the plane does not tell them apart (default: on new axes, if the loci hold
+            that curve).
+        virtual
+            Draw virtual orbits too, dotted.
+        values
+            Show values of the parameters instead of offsets from the graze.
+        **style
+            Properties of the lines, as for :meth:`matplotlib.axes.Axes.plot`.
+
+        Raises
+        ------
+        NoResult
+            There is no locus, or only virtual orbits.
+
+        """
+        return _plot.loci(self, ax, (x, y), (from_graze, virtual, values), style)
 
 
 class Orbits(Table):
@@ -234,10 +318,32 @@ class Curve(Table):
 
     command = "curve"
 
-    def _axes(self) -> tuple[str, str]:
-        """Give the parameter along which the curve was followed, and the adjusted one."""
-        adjusted, *_, along = self.document["free"]
-        return along, adjusted
+    def plot(
+        self,
+        ax: Axes | None = None,
+        x: str | None = None,
+        y: str | None = None,
+        **style: Any,
+    ) -> Axes:
+        """Draw the grazing curve, with rings at its points of codimension two.
+
+        Parameters
+        ----------
+        ax
+            Axes to draw on (default: new ones).
+        x, y
+            Columns of numbers (default: the parameter of the curve and the adjusted one);
+            ``y="xi_1"`` shows the condition along the curve.
+        **style
+            Properties of the lines, as for :meth:`matplotlib.axes.Axes.plot`.
+
+        Raises
+        ------
+        NoResult
+            The curve has no points.
+
+        """
+        return _plot.curve(self, ax, (x, y), style)
 
 
 class Nearest(Table):
@@ -267,9 +373,29 @@ class Trajectory(Table):
 
     command = "trajectory"
 
-    def _axes(self) -> tuple[str, str]:
-        """Give the time and the first state."""
-        return "t", next(iter(self.document["states"]))
+    def plot(
+        self,
+        ax: Axes | None = None,
+        x: str | None = None,
+        y: str | None = None,
+        **style: Any,
+    ) -> Axes:
+        """Draw a state over time, with the stops and impacts.
+
+        A stop is drawn where its gap depends on the state alone, and that linearly.
+
+        Parameters
+        ----------
+        ax
+            Axes to draw on (default: new ones).
+        x, y
+            Columns of numbers (default: the time and the first state); ``x="x", y="v"`` is a phase
+            portrait.
+        **style
+            Properties of the lines, as for :meth:`matplotlib.axes.Axes.plot`.
+
+        """
+        return _plot.trajectory(self, ax, (x, y), style)
 
 
 class Study(Table):
@@ -277,16 +403,53 @@ class Study(Table):
 
     command = "converge"
 
+    def plot(
+        self,
+        ax: Axes | None = None,
+        x: str | None = None,
+        y: str | None = None,
+        **style: Any,
+    ) -> Axes:
+        """Draw the largest error over the weight of the contact, a line for every smooth order.
+
+        Parameters
+        ----------
+        ax
+            Axes to draw on (default: new ones).
+        x, y
+            Two columns of numbers to draw over each other instead.
+        **style
+            Properties of the lines, as for :meth:`matplotlib.axes.Axes.plot`.
+
+        """
+        return _plot.study(self, ax, (x, y), style)
+
 
 class Image(Table):
     """Images of section points: a row for every starting point and iteration."""
 
     command = "image"
 
-    def _axes(self) -> tuple[str, str]:
-        """Give the first two coordinates."""
-        names = list(self)
-        return names[2], names[3]
+    def plot(
+        self,
+        ax: Axes | None = None,
+        x: str | None = None,
+        y: str | None = None,
+        **style: Any,
+    ) -> Axes:
+        """Draw the images as points of the section, those outside the window in grey.
+
+        Parameters
+        ----------
+        ax
+            Axes to draw on (default: new ones).
+        x, y
+            Columns of numbers (default: the first two coordinates).
+        **style
+            Properties of the points, as for :meth:`matplotlib.axes.Axes.plot`.
+
+        """
+        return _plot.points(self, ax, (x, y), style)
 
 
 class Fit(Table):
@@ -314,18 +477,26 @@ class Fit(Table):
         """Standard deviation of the measurement in every coordinate, stated or estimated."""
         return list(self.document["noise"])
 
-    def plot(  # type: ignore[override]
-        self, ax: Axes | None = None, **style: Any
+    def plot(
+        self,
+        ax: Axes | None = None,
+        x: str | None = None,
+        y: str | None = None,
+        **style: Any,
     ) -> Axes:
-        """Draw the offsets with their standard errors."""
-        ax = _axes(ax)
-        places = np.arange(len(self["offset"]))
-        style = {"fmt": "o", **style}
-        ax.errorbar(places, self["offset"], yerr=self["standard_error"], **style)
-        ax.set_xticks(places, list(self["parameter"]))
-        ax.set_xlabel("parameter")
-        ax.set_ylabel("offset")
-        return ax
+        """Draw the confidence ellipses of two parameters, or the error bar of the only one.
+
+        Parameters
+        ----------
+        ax
+            Axes to draw on (default: new ones).
+        x, y
+            Names of the parameters (default: the first two).
+        **style
+            Properties of the ellipses, as for :meth:`matplotlib.axes.Axes.plot`.
+
+        """
+        return _plot.fit(self, ax, (x, y), style)
 
 
 class Noise(Table):
@@ -349,13 +520,17 @@ class Noise(Table):
     def plot(  # type: ignore[override]
         self, ax: Axes | None = None, **style: Any
     ) -> Axes:
-        """Draw the joint density of the first two coordinates with Matplotlib."""
-        ax = _axes(ax)
-        ax.pcolormesh(*self.density(), **style)
-        names = list(dict.fromkeys(self["coordinate"]))
-        ax.set_xlabel(names[0])
-        ax.set_ylabel(names[1])
-        return ax
+        """Draw the joint density of the first two coordinates as an image.
+
+        Parameters
+        ----------
+        ax
+            Axes to draw on (default: new ones).
+        **style
+            Properties of the image, as for :meth:`matplotlib.axes.Axes.imshow`.
+
+        """
+        return _plot.noise(self, ax, style)
 
 
 class Gallery(Table):
