@@ -192,7 +192,7 @@ mod tests {
             *steps_left -= taken;
             match taken == steps {
                 true => Ok(()),
-                false => Err(FlowError::TooManySteps { limit, remaining: 0.5 }),
+                false => Err(FlowError::TooManySteps { limit, remaining: 0.5 }.into()),
             }
         })
     }
