@@ -186,8 +186,11 @@ fn return_map<'a>(
         return map;
     }
     let simulator = Simulator::new(system, &parameters).expect("finite parameters");
-    let passage =
-        NominalPassage { surface: 0, time: 0.25 * simulator.forcing_period().expect("a phase") };
+    let passage = NominalPassage {
+        surface: 0,
+        time: 0.25 * simulator.forcing_period().expect("a phase"),
+        hit: false,
+    };
     map.with_passages(&[passage]).expect("within the return")
 }
 
