@@ -45,7 +45,8 @@ pub(super) struct Entry {
 pub(super) struct Computation {
     /// Name of the computation in the entry, and of its folder.
     pub(super) name: String,
-    /// Command, scene of the catalogue and further arguments, separated by blanks.
+    /// Command, scene of the catalogue or of `outside/scenes`, and further arguments, separated by
+    /// blanks.
     pub(super) command: String,
     /// Tables appended to the scene's text, in TOML.
     pub(super) append: Option<String>,
@@ -113,6 +114,12 @@ impl Number {
 }
 
 impl Computation {
+    /// Whether its scene is written to a file first: it is not of the catalogue, or has tables
+    /// appended.
+    pub(super) fn is_file(&self, scene: &str) -> bool {
+        self.append.is_some() || catalogue::text(scene).is_none()
+    }
+
     /// Arguments of the program, in the small or the full version.
     pub(super) fn arguments(&self, small: bool) -> Vec<String> {
         let words = self.command.split_whitespace().map(str::to_owned);
@@ -128,7 +135,9 @@ impl Computation {
             false => word.clone(),
         };
         let mut words: Vec<String> = self.arguments(small).iter().map(quoted).collect();
-        if let (Some(_), Some(scene)) = (&self.append, words.get_mut(1)) {
+        if let Some(scene) = words.get_mut(1)
+            && self.is_file(scene)
+        {
             scene.push_str(".toml");
         }
         format!("grazemap {}", words.join(" "))
@@ -223,7 +232,39 @@ const FILES: &[(&str, &str)] = files![
     "foale1994/fig5",
     "foale1994/fig6",
     "foale1994/fig7",
+    "outside/bilinear_rig",
+    "outside/elastic_stop",
+    "outside/gear_backlash",
+    "outside/impact_at_resonance",
+    "outside/impacting_absorber",
+    "outside/inverted_pendulum",
+    "outside/relief_valve",
+    "outside/resonant_graze",
+    "outside/soft_impact",
+    "outside/undamped",
+    "outside/van_der_pol_wall",
 ];
+
+/// Scenes of systems from outside, which are not of the catalogue.
+const SCENES: &[(&str, &str)] = files![
+    "outside/scenes/bilinear_rig",
+    "outside/scenes/elastic_stop",
+    "outside/scenes/gear_backlash",
+    "outside/scenes/impact_at_resonance",
+    "outside/scenes/impacting_absorber",
+    "outside/scenes/inverted_pendulum",
+    "outside/scenes/relief_valve",
+    "outside/scenes/resonant_graze",
+    "outside/scenes/soft_impact",
+    "outside/scenes/undamped",
+    "outside/scenes/van_der_pol_wall",
+];
+
+/// Text of a scene: of a system from outside, or of the catalogue.
+pub(super) fn scene_text(name: &str) -> Option<&'static str> {
+    let outside = SCENES.iter().find(|(path, _)| path.ends_with(&format!("/{name}")));
+    outside.map(|(_, text)| *text).or_else(|| catalogue::text(name))
+}
 
 /// Finds the value at a path of keys and list positions, separated by `/`.
 ///

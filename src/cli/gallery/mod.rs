@@ -18,10 +18,10 @@ use serde_json::Value;
 use super::arguments::{Arguments, Command, GalleryOptions, Joined};
 use super::output::{Bar, CliError, Outlets, print};
 use super::pieces::Sharded;
-use entry::{Computation, Entry, Number, entries};
+use entry::{Computation, Entry, Number, entries, scene_text};
 use grazemap::Error;
 use grazemap::analysis::{Pieces, Progress, Share};
-use grazemap::model::{Digest, catalogue, nearest};
+use grazemap::model::{Digest, nearest};
 use grazemap::numeric::Shown;
 use grazemap::report::{CommandEnd, OutputFolder, Picture, counted, pack_folder, unpack_folder};
 
@@ -196,9 +196,12 @@ impl MadeBy<'_> {
     fn run(&self, computation: &Computation, place: &Path) -> Result<(), CliError> {
         let mut words = vec!["grazemap".to_owned()];
         words.extend(computation.arguments(self.small));
-        if let (Some(tables), Some(scene)) = (&computation.append, words.get_mut(2)) {
-            let text = catalogue::text(scene).unwrap_or_default();
+        if let Some(scene) = words.get_mut(2)
+            && let Some(text) = scene_text(scene)
+            && computation.is_file(scene)
+        {
             let folder = OutputFolder::create(place)?;
+            let tables = computation.append.as_deref().unwrap_or_default();
             folder.write(&format!("{scene}.toml"), format!("{text}\n{tables}"))?;
             *scene = folder.path().join(format!("{scene}.toml")).display().to_string();
         }
