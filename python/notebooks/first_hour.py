@@ -64,7 +64,7 @@ print(graze.verdict)
 # The orbit by direct simulation, over a period. In a notebook the value shows itself as a figure.
 
 # %%
-series = gm.trajectory(graze, samples=200)
+series = graze.trajectory(samples=200)
 assert np.min(series["h_stop"]) > -1e-9
 series
 
@@ -94,7 +94,7 @@ assert (errors <= 2 * np.array(list(m.error.values()))).all()
 # map inside its window and by direct simulation outside.
 
 # %%
-diagram = gm.diagram(m, "alpha", (-2e-4, 4e-4), points=40, transient=200, keep=40)
+diagram = m.diagram("alpha", (-2e-4, 4e-4), points=40, transient=200, keep=40)
 before = diagram["offset"] < 0
 assert (diagram["period"][before] == 1).all()
 diagram
@@ -103,6 +103,7 @@ diagram
 # The branch of periodic orbits with one impact, stable or not.
 
 # %%
-branch = gm.branch(m, "alpha", (-1e-4, 1e-4), itineraries=["1"])
+branch = m.branch("alpha", (-1e-4, 1e-4), itineraries="1")
+print(branch.stable_ranges)
 print([(point["label"], point["parameters"]) for point in branch.special])
 assert "GR" in set(branch["label"])

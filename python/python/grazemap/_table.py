@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import json
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -22,14 +22,17 @@ if TYPE_CHECKING:
 class Table(Mapping[str, np.ndarray[Any, Any]]):
     """Columns by name, as the program writes them to CSV: arrays of equal length.
 
-    A column of numbers holds doubles, NaN if missing. A column of words is an array of ``str``
-    objects, empty if missing.
+    A column of numbers holds doubles, NaN if missing; a column of flags (``stable``, ``physical``,
+    ``inside``, ...) booleans, false if unknown. A column of words is an array of ``str`` objects,
+    empty if missing.
     """
 
     #: Command of the program that writes the same table.
     command = ""
     #: Columns drawn by default, horizontal and vertical; empty for the first two.
     axes: tuple[str, str] | tuple[()] = ()
+    #: Columns of flags.
+    flags: ClassVar[tuple[str, ...]] = ()
 
     def __init__(self, computed: _lib.Computed) -> None:
         """Wrap a computed result."""
@@ -37,7 +40,11 @@ class Table(Mapping[str, np.ndarray[Any, Any]]):
             name: _words(*held) if isinstance(held, tuple) else held
             for name, held in computed.columns().items()
         }
+        for name in self._columns.keys() & set(self.flags):
+            self._columns[name] = self._columns[name] == 1
         self._text = computed.document
+        #: Scene and window of the map, if the document does not hold them.
+        self._about: dict[str, Any] = {}
         #: Figures of the program as SVG, by file name without ``.svg``.
         self.figures: dict[str, str] = dict(computed.figures)
         #: Warnings about accuracy or completeness.
@@ -62,8 +69,20 @@ class Table(Mapping[str, np.ndarray[Any, Any]]):
         """JSON document of the program, as lists and dictionaries."""
         return json.loads(self._text)
 
+    @property
+    def _head(self) -> dict[str, Any]:
+        """Document of the first result, and what is known about its map."""
+        document = self.document
+        first = next(iter(document), {}) if isinstance(document, list) else document
+        return {**self._about, **first}
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether nothing was found."""
+        return not any(column.size for column in self.values())
+
     def to_pandas(self) -> pd.DataFrame:
-        """Give the columns as a data frame."""
+        """Give the columns as a data frame; needs pandas."""
         import pandas as pd
 
         return pd.DataFrame(self._columns)
@@ -73,6 +92,10 @@ class Table(Mapping[str, np.ndarray[Any, Any]]):
         import xarray as xr
 
         return xr.Dataset({name: ("row", column) for name, column in self._columns.items()})
+
+    def _ipython_key_completions_(self) -> list[str]:
+        """Offer the names of the columns in a notebook."""
+        return list(self)
 
     def plot(
         self, ax: Axes | None = None, x: str | None = None, y: str | None = None, **style: Any
@@ -102,6 +125,41 @@ class Table(Mapping[str, np.ndarray[Any, Any]]):
     def _repr_html_(self) -> str:
         """Show the figure in a notebook."""
         return next(iter(self.figures.values()), f"<pre>{self!r}</pre>".replace("<g", "&lt;g"))
+
+
+class StableRange(NamedTuple):
+    """Range of a parameter in which the orbits of a branch are stable and physical."""
+
+    #: Number of the branch.
+    branch: int
+    #: Contacts of the orbits.
+    itinerary: str
+    #: Hits and periods of the orbits.
+    name: str
+    #: First and last offset of the parameter.
+    first: float
+    last: float
+    #: First and last value of the parameter.
+    first_value: float
+    last_value: float
+    #: Labels of the special points that bound it; empty at the end of what was followed.
+    first_label: str
+    last_label: str
+
+
+def _runs(good: np.ndarray[Any, Any], special: np.ndarray[Any, Any]) -> list[tuple[int, int]]:
+    """Give first and last place of each run of good points, with the special points at its ends.
+
+    >>> _runs(np.array([False, True, True, False]), np.array([False, False, False, True]))
+    [(1, 3)]
+    """
+    changes = np.flatnonzero(np.diff(np.concatenate([[False], good, [False]]).astype(int)))
+    runs = []
+    for first, end in zip(changes[::2].tolist(), changes[1::2].tolist(), strict=True):
+        start = first - 1 if first > 0 and special[first - 1] else first
+        last = end if end < len(good) and special[end] else end - 1
+        runs.append((start, last))
+    return runs
 
 
 def _axes(ax: Axes | None) -> Axes:
@@ -148,6 +206,7 @@ class Chart(Table):
     """Two-parameter chart: a row for every cell."""
 
     command = "chart"
+    flags = ("computed", "converging")
 
     def grid(self) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any], np.ndarray[Any, Any]]:
         """Give the first chart: both axes, and periods by second and first parameter.
@@ -200,6 +259,33 @@ class Branch(Table):
     """Branches of periodic orbits: a row for every point of every branch."""
 
     command = "branch"
+    flags = ("stable", "physical", "inside")
+
+    @property
+    def stable_ranges(self) -> list[StableRange]:
+        """Ranges of the parameter in which the orbits of a branch are stable and physical."""
+        along = self._head["along"]
+        good = self["stable"] & self["physical"]
+        found = []
+        for number in dict.fromkeys(self["branch"]):
+            (own,) = np.nonzero(self["branch"] == number)
+            for first, last in _runs(good[own], self["label"][own] != ""):
+                places = (int(own[first]), int(own[last]))
+                low, high = sorted(places, key=lambda place: float(self[along][place]))
+                found.append(
+                    StableRange(
+                        branch=int(number),
+                        itinerary=str(self["itinerary"][low]),
+                        name=str(self["name"][own[(first + last) // 2]]),
+                        first=float(self[along][low]),
+                        last=float(self[along][high]),
+                        first_value=float(self[f"{along}_value"][low]),
+                        last_value=float(self[f"{along}_value"][high]),
+                        first_label=str(self["label"][low]),
+                        last_label=str(self["label"][high]),
+                    )
+                )
+        return found
 
     def _axes(self) -> tuple[str, str]:
         """Give the parameter and the first coordinate."""
@@ -216,6 +302,13 @@ class Loci(Table):
     """Loci in two parameters: a row for every point of every locus."""
 
     command = "loci"
+    flags = ("stable", "physical", "inside")
+
+    @property
+    def special(self) -> list[dict[str, Any]]:
+        """Points of codimension two."""
+        loci = self.document["loci"]
+        return [point for locus in loci for point in locus["points"] if point.get("label")]
 
     def _axes(self) -> tuple[str, str]:
         """Give the two parameters."""
@@ -227,12 +320,24 @@ class Orbits(Table):
     """Periodic orbits, or their folds and flips: a row for each."""
 
     command = "orbits"
+    flags = ("stable", "physical", "inside")
 
 
 class Curve(Table):
     """Grazing curve: a row for every grazing orbit."""
 
     command = "curve"
+    flags = ("physical",)
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether no physical orbit was found."""
+        return not self["physical"].any()
+
+    @property
+    def special(self) -> list[dict[str, Any]]:
+        """Points of codimension two: zeros of ``xi_n``."""
+        return list(self.document["codim2"])
 
     def _axes(self) -> tuple[str, str]:
         """Give the parameter along which the curve was followed, and the adjusted one."""
@@ -244,6 +349,26 @@ class Nearest(Table):
     """Smallest change of parameters at which the orbit grazes."""
 
     command = "curve"
+
+    @property
+    def margin(self) -> float:
+        """Length of the smallest change, in scales; negative where the orbit goes beyond."""
+        return float(self.document["margin"])
+
+    @property
+    def clears(self) -> bool:
+        """Whether the orbit is clear of the stop at the scene's values."""
+        return bool(self.document["clears"])
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """Values of all parameters at the nearest graze."""
+        return dict(self.document["parameters"])
+
+    @property
+    def sensitivities(self) -> dict[str, float]:
+        """Change of the margin with each parameter of the scene."""
+        return dict(self.document["sensitivities"])
 
 
 class Safety(Table):
@@ -282,6 +407,7 @@ class Image(Table):
     """Images of section points: a row for every starting point and iteration."""
 
     command = "image"
+    flags = ("inside",)
 
     def _axes(self) -> tuple[str, str]:
         """Give the first two coordinates."""
@@ -376,6 +502,7 @@ class Gallery(Table):
             name: np.array([row[name] for row in held], dtype=object) for name in names
         }
         self._text = json.dumps(held)
+        self._about = {}
         self.figures = {
             path.relative_to(folder).with_suffix("").as_posix(): path.read_text(encoding="utf-8")
             for path in sorted(folder.rglob("*.svg"))
