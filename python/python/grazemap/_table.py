@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import re
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
@@ -33,6 +34,8 @@ class Table(Mapping[str, np.ndarray[Any, Any]]):
     axes: tuple[str, str] | tuple[()] = ()
     #: Columns of flags.
     flags: ClassVar[tuple[str, ...]] = ()
+    #: Dimension of the rows as a dataset.
+    dimension: ClassVar[str] = "row"
 
     def __init__(self, computed: _lib.Computed) -> None:
         """Wrap a computed result."""
@@ -88,10 +91,10 @@ class Table(Mapping[str, np.ndarray[Any, Any]]):
         return pd.DataFrame(self._columns)
 
     def to_xarray(self) -> xr.Dataset:
-        """Give the columns as variables along one dimension, ``row``."""
-        import xarray as xr
+        """Give the columns as variables along one dimension; needs xarray."""
+        from . import _xarray
 
-        return xr.Dataset({name: ("row", column) for name, column in self._columns.items()})
+        return _xarray.rows(self, self.dimension)
 
     def _ipython_key_completions_(self) -> list[str]:
         """Offer the names of the columns in a notebook."""
@@ -182,6 +185,17 @@ class Diagram(Table):
 
     command = "diagram"
 
+    def to_xarray(self) -> xr.Dataset:
+        """Give a dataset with the dimensions ``sweep``, the parameter and ``iterate``.
+
+        The parameter has its offsets (``alpha``) and values (``alpha_value``) as coordinates, a
+        sweep its ``heading`` and ``method``: ``ds.sel(heading="up")``. ``value`` holds the
+        observable, with NaN behind the last iterate of a period. Needs xarray.
+        """
+        from . import _xarray
+
+        return _xarray.of_diagram(self)
+
     def points(self) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
         """Give offsets and values of all finite points, as two arrays of equal length."""
         names = [name for name in self if name.startswith("value_")]
@@ -207,6 +221,24 @@ class Chart(Table):
 
     command = "chart"
     flags = ("computed", "converging")
+
+    @property
+    def _heads(self) -> list[dict[str, Any]]:
+        """Documents of the charts without their cells, which the columns hold."""
+        # NOTE: the cells are nearly all of the text; a line break stands in no JSON string.
+        text = re.sub(r'\n    "cells": \[.*?\n    \],', "", self._text, flags=re.DOTALL)
+        return list(json.loads(text))
+
+    def to_xarray(self) -> xr.Dataset:
+        """Give a dataset with the two parameters as dimensions, the second one first.
+
+        Each has its offsets (``alpha``) and values (``alpha_value``) as coordinates:
+        ``ds.period.sel(alpha=1e-5, method="nearest")``. Several methods and starts are
+        dimensions before these. Needs xarray.
+        """
+        from . import _xarray
+
+        return _xarray.of_chart(self)
 
     def grid(self) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any], np.ndarray[Any, Any]]:
         """Give the first chart: both axes, and periods by second and first parameter.
@@ -236,6 +268,17 @@ class Basin(Table):
 
     command = "basin"
 
+    def to_xarray(self) -> xr.Dataset:
+        """Give a dataset with the two coordinates as dimensions, the second one first.
+
+        ``attractor`` is the number of the attractor, or that of a class named by the attributes
+        ``flag_values`` and ``flag_meanings``. Attractors have the dimension ``number``. Needs
+        xarray.
+        """
+        from . import _xarray
+
+        return _xarray.of_basin(self)
+
     @property
     def attractors(self) -> list[dict[str, Any]]:
         """Attractors found, the one with the largest basin first."""
@@ -260,6 +303,17 @@ class Branch(Table):
 
     command = "branch"
     flags = ("stable", "physical", "inside")
+
+    def to_xarray(self) -> list[xr.Dataset]:  # type: ignore[override]
+        """Give a dataset for each branch, with its special points; needs xarray.
+
+        Points have the dimension ``point`` and the parameter's offsets and values as
+        coordinates, special points the dimension ``special``: their number among the points,
+        label, parameter and coefficient.
+        """
+        from . import _xarray
+
+        return _xarray.of_branches(self)
 
     @property
     def stable_ranges(self) -> list[StableRange]:
@@ -304,6 +358,12 @@ class Loci(Table):
     command = "loci"
     flags = ("stable", "physical", "inside")
 
+    def to_xarray(self) -> list[xr.Dataset]:  # type: ignore[override]
+        """Give a dataset for each locus, with its points of codimension two; needs xarray."""
+        from . import _xarray
+
+        return _xarray.of_loci(self)
+
     @property
     def special(self) -> list[dict[str, Any]]:
         """Points of codimension two."""
@@ -321,6 +381,7 @@ class Orbits(Table):
 
     command = "orbits"
     flags = ("stable", "physical", "inside")
+    dimension = "orbit"
 
 
 class Curve(Table):
@@ -339,6 +400,12 @@ class Curve(Table):
         """Points of codimension two: zeros of ``xi_n``."""
         return list(self.document["codim2"])
 
+    def to_xarray(self) -> xr.Dataset:
+        """Give the points of the curve along the dimension ``point``; needs xarray."""
+        from . import _xarray
+
+        return _xarray.of_curve(self)
+
     def _axes(self) -> tuple[str, str]:
         """Give the parameter along which the curve was followed, and the adjusted one."""
         adjusted, *_, along = self.document["free"]
@@ -349,6 +416,7 @@ class Nearest(Table):
     """Smallest change of parameters at which the orbit grazes."""
 
     command = "curve"
+    dimension = "parameter"
 
     @property
     def margin(self) -> float:
@@ -375,6 +443,7 @@ class Safety(Table):
     """Safety of a scene: a row for every parameter, with the grazes below and above its value."""
 
     command = "safe"
+    dimension = "parameter"
 
     @property
     def clears(self) -> bool:
@@ -391,6 +460,7 @@ class Trajectory(Table):
     """Time series: a row for every sample and event."""
 
     command = "trajectory"
+    dimension = "t"
 
     def _axes(self) -> tuple[str, str]:
         """Give the time and the first state."""
@@ -409,6 +479,12 @@ class Image(Table):
     command = "image"
     flags = ("inside",)
 
+    def to_xarray(self) -> xr.Dataset:
+        """Give images by ``row`` and ``iteration``; needs xarray."""
+        from . import _xarray
+
+        return _xarray.of_image(self)
+
     def _axes(self) -> tuple[str, str]:
         """Give the first two coordinates."""
         names = list(self)
@@ -419,6 +495,13 @@ class Fit(Table):
     """Fitted parameters: a row for each."""
 
     command = "fit"
+    dimension = "parameter"
+
+    def to_xarray(self) -> xr.Dataset:
+        """Give the parameters with their covariance; needs xarray."""
+        from . import _xarray
+
+        return _xarray.of_fit(self)
 
     @property
     def parameters(self) -> dict[str, float]:
@@ -458,6 +541,16 @@ class Noise(Table):
     """Densities under noise: a row for every cell of every coordinate."""
 
     command = "noise"
+
+    def to_xarray(self) -> xr.Dataset:
+        """Give a dataset with the coordinates as dimensions; needs xarray.
+
+        ``density`` and ``count`` are those of the first two coordinates together,
+        ``density_NAME`` and ``count_NAME`` of one.
+        """
+        from . import _xarray
+
+        return _xarray.of_noise(self)
 
     def density(self) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any], np.ndarray[Any, Any]]:
         """Give the cell edges of the first two coordinates and their joint density.
