@@ -43,6 +43,7 @@ from ._errors import (
     SceneError,
     TooLargeError,
 )
+from ._model import Compliant, Phase, Rigid
 from ._pipeline import Graze, Map, Scene, catalogue, scenes
 from ._table import (
     Basin,
@@ -83,6 +84,7 @@ __all__ = [
     "Basin",
     "Branch",
     "Chart",
+    "Compliant",
     "Curve",
     "Diagram",
     "Fit",
@@ -100,6 +102,8 @@ __all__ = [
     "NoResultError",
     "Noise",
     "Orbits",
+    "Phase",
+    "Rigid",
     "Safety",
     "Scene",
     "SceneError",

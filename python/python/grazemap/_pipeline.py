@@ -14,13 +14,16 @@ from numpy.typing import ArrayLike, NDArray
 from . import _check, _lib, _toml
 from ._commands import TARGETS, Commands, ImageMethod, Precision, check_images
 from ._errors import InputError
+from ._model import Model
 from ._names import older
 from ._remarks import warn
 from ._table import Table
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
     from os import PathLike
+
+    from ._model import Compliant, Expression, Phase, Rigid
 
 #: Number of samples of the orbit shown in a notebook.
 SAMPLES = 200
@@ -44,20 +47,134 @@ class _Value(Commands):
 
 
 class Scene(_Value):
-    """Oscillator with its stops and the requested analyses, from a scene file.
+    """Oscillator with its stops and the requested analyses.
 
-    It is read from a file (:meth:`load`), parsed from text (:meth:`parse`) or taken from the
-    catalogue (:meth:`catalogue`).
+    A scene is made from values, read from a file (:meth:`load`), parsed from text
+    (:meth:`parse`) or taken from the catalogue (:meth:`catalogue`). The values are written as
+    the text of a scene file, which :attr:`text` gives.
+
+    Parameters
+    ----------
+    states
+        Names of the states, without the phase.
+    flow
+        Rates in free flight: an expression for each state.
+    stops
+        Stops: :class:`Rigid` or :class:`Compliant`, one or several.
+    solve_for
+        Parameter that is adjusted until the orbit grazes, or one for each independent graze.
+    parameters
+        Values of the parameters by name: numbers or expressions of numbers, ``"2*pi"``.
+    phase
+        Periodic forcing, :class:`Phase`. Default: an autonomous system, which needs ``guess``.
+    let
+        Names for expressions, which may use each other.
+    surface
+        Name of the stop that is touched (default: the only one).
+    passages
+        Instead of ``surface``: names of the stops that are touched in one orbit, in order.
+    periods
+        Number of forcing periods of the orbit, 1 to 1000.
+    guess
+        State near the grazing point, with the phase; picks the orbit where several exist.
+    symmetry
+        ``"half-period"`` for an orbit that is its own mirror image; default ``"none"``.
+    section
+        ``"tangency"``, ``"stroboscopic"`` or ``"any"``, which needs ``tolerance``.
+    active
+        Parameters that maps keep as variables (default: ``solve_for``).
+    smooth_order, contact_weight
+        Orders of the map, 1 to 64 (default: 5 and 6).
+    tolerance
+        Error of the map in its window, instead of the orders.
+    weights
+        Weights of states and active parameters (default: 2).
+    window
+        Largest depth (``"depth"``) and half-widths of coordinates and active parameters by name,
+        as in :attr:`Map.window`. Bounds that are left out are measured.
+    name
+        Name of the scene.
+
+    Raises
+    ------
+    SceneError
+        Fault in an expression or a name; the message names the argument.
+    InputError
+        Argument of a wrong type.
+
+    Notes
+    -----
+    Expressions are texts with ``+ - * / ^``, or SymPy expressions of symbols with the names of
+    the model.
 
     Examples
     --------
-    >>> scene = Scene.catalogue("linear")
+    >>> import grazemap as gm
+    >>> scene = gm.Scene(
+    ...     states=["x", "v"],
+    ...     flow={"x": "v", "v": "alpha*cos(theta) - 2*zeta*v - x"},
+    ...     stops=gm.Rigid("delta - x", restitution="r"),
+    ...     phase=gm.Phase("theta", rate="omega", period="2*pi"),
+    ...     parameters={"zeta": 0.05, "delta": 1.0, "r": 0.8, "alpha": 2.2, "omega": 1.8},
+    ...     solve_for="alpha",
+    ...     active=["alpha", "omega"],
+    ... )
     >>> scene.states
     ('x', 'v', 'theta')
 
     """
 
     _inner: _lib.Scene
+
+    def __init__(
+        self,
+        states: Sequence[object],
+        flow: Mapping[Any, Expression],
+        stops: Rigid | Compliant | Sequence[Rigid | Compliant],
+        *,
+        solve_for: object | Sequence[object],
+        parameters: Mapping[Any, float | str] | None = None,
+        phase: Phase | None = None,
+        let: Mapping[Any, Expression] | None = None,
+        surface: str | None = None,
+        passages: Sequence[str] | None = None,
+        periods: int = 1,
+        guess: Mapping[Any, float | str] | None = None,
+        symmetry: str | None = None,
+        section: str = "tangency",
+        active: object | Sequence[object] | None = None,
+        smooth_order: int | None = None,
+        contact_weight: int | None = None,
+        tolerance: float | None = None,
+        weights: Mapping[Any, int] | None = None,
+        window: Mapping[Any, float] | None = None,
+        name: str = "scene",
+    ) -> None:
+        """Write the text of the scene and parse it."""
+        model = Model(name)
+        model.states(states, flow, parameters or {}, let or {}, phase)
+        model.stops([stops] if not isinstance(stops, (list, tuple)) else list(stops))
+        model.table(
+            "grazing",
+            solve_for=solve_for,
+            surface=surface,
+            passages=passages,
+            periods=periods,
+            guess=guess,
+            symmetry=symmetry,
+        )
+        model.table("section", kind=section)
+        model.table(
+            "expansion",
+            active=active,
+            smooth_order=smooth_order,
+            contact_weight=contact_weight,
+            tolerance=tolerance,
+            weights=weights,
+        )
+        model.window(window or {})
+        self._inner = model.parse()
+        warn(self.warnings)
 
     @classmethod
     def _of(cls, inner: _lib.Scene) -> Scene:
@@ -194,6 +311,10 @@ class Scene(_Value):
 
     #: Older name of :meth:`replace`.
     with_ = replace
+
+    def save(self, path: str | PathLike[str]) -> None:
+        """Write the text to a scene file."""
+        Path(path).write_text(self.text, encoding="utf-8")
 
     @property
     def text(self) -> str:
