@@ -77,6 +77,9 @@ WRONG: list[tuple[Callable[[Any], object], str]] = [
     (lambda m: m.nearest("alpha", scale={"q": 1}), "scale: no parameter of the scene `q`"),
     (lambda m: m.safe({"q": 0.1}), "tolerance: no parameter of the scene `q`"),
     (lambda m: m.safe(points=-1), "points: expected a whole number from 0"),
+    # Beyond these sizes the process ended without an exception.
+    (lambda m: m.safe(points=10**9), "points: expected a whole number from 0 to 1000"),
+    (lambda m: m.converge(fresh=10**9), "fresh: expected a whole number from 0 to 10000000"),
     (lambda m: m.trajectory(itinerary=10), "itinerary: expected digits as text"),
     (lambda m: m.trajectory(samples=-1), "samples: expected a whole number"),
     (lambda m: m.iterate([0, 0], iterations=-1), "iterations: expected a whole number from 1"),

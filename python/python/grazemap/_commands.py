@@ -787,8 +787,8 @@ def safe(
         Tolerances of parameters relative to their values (0.05 is 5 %); the whole box is looked
         at. Default: no box.
     points
-        Number of starts along each axis of a plane of states from which direct simulation looks
-        for other attractors; 0: none are looked for.
+        Number of starts along each axis of a plane of states, 0 to 1000, from which direct
+        simulation looks for other attractors; 0: none are looked for.
     progress
         ``True`` shows a bar of tqdm; a function is called with the work done and expected.
 
@@ -822,7 +822,7 @@ def safe(
     kind = "parameter of the scene"
     keys = {
         "tolerance": _check.given(_check.numbers, "tolerance", tolerance, known, kind),
-        "points": _check.count("points", points),
+        "points": _check.count("points", points, 0, _MOST_STARTS),
     }
     return _told(Safety(_answered(source, "safe", keys, progress)))
 
@@ -909,7 +909,7 @@ def converge(
     source
         :class:`Scene`, :class:`Graze` or :class:`Map`.
     fresh
-        Number of new points at which the chosen map is compared.
+        Number of new points, 0 to 10 000 000, at which the chosen map is compared.
     progress
         ``True`` shows a bar of tqdm; a function is called with the work done and expected.
 
@@ -939,7 +939,7 @@ def converge(
     True
 
     """
-    keys = {"fresh": _check.count("fresh", fresh)}
+    keys = {"fresh": _check.count("fresh", fresh, 0, _MOST_POINTS)}
     return _told(Study(_answered(source, "converge", keys, progress)))
 
 

@@ -69,4 +69,4 @@ class GrazemapWarning(UserWarning):
 
 
 class GrazemapNote(GrazemapWarning):
-    """Remark that no setting of the scene contradicts; the program prefixes it with `note`."""
+    """Remark of lesser weight, which the program prints as a note."""

@@ -568,10 +568,34 @@ class Map(_Value):
     def emit(
         self, folder: str | PathLike[str], target: str = "rust", *, measure: bool = True
     ) -> list[Path]:
-        """Write the map as source code into a folder; return the paths of the files.
+        """Write the map as source code into a folder.
 
-        ``target`` is one of :data:`TARGETS`. Files that were not emitted are never replaced.
-        Without ``measure`` the code does not state its error.
+        Parameters
+        ----------
+        folder
+            Folder, which is made. Files that were not emitted are never replaced.
+        target
+            Language: ``"rust"``, ``"c"``, ``"python"`` and others.
+        measure
+            Whether the code states its error, which takes a comparison.
+
+        Returns
+        -------
+        list of pathlib.Path
+            Paths of the files.
+
+        Raises
+        ------
+        InputError
+            Unknown language, or a file that was not emitted.
+
+        Examples
+        --------
+        >>> import tempfile
+        >>> m = Scene.catalogue("linear").graze().map()
+        >>> [path.name for path in m.emit(tempfile.mkdtemp(), "python", measure=False)]
+        ['map_linear.py']
+
         """
         _check.choice("target", target, TARGETS)
         names = self._inner.emit(Path(folder), target, measure)

@@ -131,21 +131,32 @@ class Table(Mapping[str, np.ndarray[Any, Any]]):
 
 
 class StableRange(NamedTuple):
-    """Range of a parameter in which the orbits of a branch are stable and physical."""
+    """Range of a parameter in which the orbits of a branch are stable and physical.
 
-    #: Number of the branch.
+    Attributes
+    ----------
+    branch
+        Number of the branch.
+    itinerary
+        Contacts of the orbits.
+    name
+        Hits and periods of the orbits.
+    first, last
+        Offsets of the parameter.
+    first_value, last_value
+        Values of the parameter.
+    first_label, last_label
+        Labels of the special points that bound the range; empty at the end of what was followed.
+
+    """
+
     branch: int
-    #: Contacts of the orbits.
     itinerary: str
-    #: Hits and periods of the orbits.
     name: str
-    #: First and last offset of the parameter.
     first: float
     last: float
-    #: First and last value of the parameter.
     first_value: float
     last_value: float
-    #: Labels of the special points that bound it; empty at the end of what was followed.
     first_label: str
     last_label: str
 
