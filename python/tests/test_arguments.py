@@ -64,6 +64,8 @@ WRONG: list[tuple[Callable[[Any], object], str]] = [
     (lambda m: m.basin(("x", "q")), "plane: no coordinate of the section `q`"),
     (lambda m: m.basin(at={"alpha": "x"}), r"at\['alpha'\]: expected a finite number"),
     (lambda m: m.basin(at=3), "at: expected numbers by name"),
+    (lambda m: m.branch(["alpha", "omega"]), "along: expected a text"),
+    (lambda m: m.diagram(["alpha"], (-1, 1)), "along: expected a text"),
     (lambda m: m.branch("alhpa"), r"along: the map has no variable `alhpa`.*`alpha`"),
     (lambda m: m.branch("alpha", method="magic"), "method is one of map, direct"),
     (lambda m: m.branch("alpha", itineraries=1), "itineraries: expected a text or a list"),
@@ -80,7 +82,7 @@ WRONG: list[tuple[Callable[[Any], object], str]] = [
     # Beyond these sizes the process ended without an exception.
     (lambda m: m.safe(points=10**9), "points: expected a whole number from 0 to 1000"),
     (lambda m: m.converge(fresh=10**9), "fresh: expected a whole number from 0 to 10000000"),
-    (lambda m: m.trajectory(itinerary=10), "itinerary: expected digits as text"),
+    (lambda m: m.trajectory(itinerary=10), "itinerary: expected a text"),
     (lambda m: m.trajectory(samples=-1), "samples: expected a whole number"),
     (lambda m: m.iterate([0, 0], iterations=-1), "iterations: expected a whole number from 1"),
     (lambda m: m.iterate([0, "x"]), "states: expected an array of numbers"),

@@ -57,6 +57,14 @@ def texts(argument: str, value: str | Iterable[str]) -> list[str]:
     return [str(text) for text in found]
 
 
+def text(argument: str, value: str) -> str:
+    """Accept one text."""
+    if not isinstance(value, str):
+        message = f"{argument}: expected a text, found {value!r}"
+        raise InputError(message)
+    return value
+
+
 def names(
     argument: str, value: str | Iterable[str], known: Iterable[str], kind: str = "active parameter"
 ) -> list[str]:

@@ -159,10 +159,10 @@ def diagram(
     (40,)
 
     """
-    m = _map_of(source, [along])
+    m = _map_of(source, _check.texts("along", along))
     by_points = values is None
     keys = {
-        "parameter": _active("along", m, [along])[0],
+        "parameter": _active("along", m, _check.text("along", along))[0],
         "range": _check.given(_check.rising, "span", span),
         "values": _check.given(_list_of_offsets, "values", values),
         "points": _check.count("points", points, 1, _MOST_POINTS) if by_points else None,
@@ -170,7 +170,7 @@ def diagram(
         **_starts(m, start),
         "transient": _check.count("transient", transient, 0, _MOST_ITERATES),
         "keep": _check.count("keep", keep, 1, _MOST_ITERATES),
-        "observe": observe,
+        "observe": _check.text("observe", observe),
         "direction": _check.choice("direction", direction, ("both", "up", "down")),
         "with": _check.choices("method", method, METHODS),
     }
@@ -457,10 +457,10 @@ def branch(
     ['GR', 'GR']
 
     """
-    source = _searched(source, [along, *(at or ())], method)
+    source = _searched(source, [_check.text("along", along), *(at or ())], method)
     first, last = _check.span("span", span, is_open=True) if span is not None else (None, None)
     keys = {
-        "along": _check.texts("along", along)[0],
+        "along": _check.text("along", along),
         "from": first,
         "to": last,
         "at": _check.given(_check.numbers, "at", at),
@@ -705,7 +705,7 @@ def curve(
     """
     first, last = _check.span("span", span)
     keys = {
-        "along": _of_scene("along", source, along)[0],
+        "along": _of_scene("along", source, _check.text("along", along))[0],
         "from": first,
         "to": last,
         "xi": _check.count("xi", xi, 1, _MOST_STEPS),
@@ -887,14 +887,11 @@ def trajectory(
     keys = {
         "at": _check.given(_check.numbers, "at", at),
         "start": _check.given(_check.numbers, "start", start),
-        "itinerary": itinerary,
+        "itinerary": _check.given(_check.text, "itinerary", itinerary),
         "settle": _check.count("settle", settle),
         "periods": _check.count("periods", periods),
         "samples": _check.count("samples", samples),
     }
-    if itinerary is not None and not isinstance(itinerary, str):
-        message = f"itinerary: expected digits as text, such as '10', found {itinerary!r}"
-        raise InputError(message)
     source = _activated(source, at or ())
     return _told(Trajectory(_answered(source, "trajectory", keys, progress)))
 
