@@ -94,6 +94,9 @@ WRONG: list[tuple[Callable[[Any], object], str]] = [
     (lambda m: m.fit([[0, 0]], "alpha", piece=-1), "piece: expected a whole number from 0"),
     (lambda m: m.fit([[0]], "alpha"), "data: a series has rows of 2 coordinates"),
     (lambda m: m.fit([[0, 0]], "alpha", controls={"omega": [1, 2]}), r"controls\['omega'\]: "),
+    (lambda m: m.fit([["a", "b"]], "alpha"), "data: expected an array of numbers"),
+    (lambda m: m.fit([[0, 0]], "alpha", controls={"omega": "x"}), r"controls\['omega'\]: "),
+    (lambda m: m.graze.scene.replace(alpha=m), "alpha: expected a number, text, list or mapping"),
     (lambda _: cast("Any", gm.diagram)("linear", "alpha"), "source: expected a Scene, a Graze or"),
     (lambda _: gm.Scene.catalogue("linaer"), "name: no scene `linaer`.*did you mean `linear`"),
 ]

@@ -14,6 +14,8 @@ from ._errors import InputError
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from numpy.typing import ArrayLike, NDArray
+
 #: First number beyond all counts.
 _MOST = 2**32
 
@@ -169,6 +171,23 @@ def list_of_numbers(
     if not isinstance(several, Iterable):
         several = [value]
     return [numbers(argument, one, known, kind) for one in several]
+
+
+def array(argument: str, values: ArrayLike) -> NDArray[np.float64]:
+    """Accept an array of numbers."""
+    try:
+        return np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError) as fault:
+        message = f"{argument}: expected an array of numbers ({fault})"
+        raise InputError(message) from None
+
+
+def items(argument: str, value: Any) -> list[Any]:
+    """Accept a list, or anything that can be iterated."""
+    if not isinstance(value, Iterable) or isinstance(value, str):
+        message = f"{argument}: expected a list, found {value!r}"
+        raise InputError(message)
+    return list(value)
 
 
 def given(check: Callable[..., Any], argument: str, value: Any, *more: Any) -> Any:

@@ -69,7 +69,7 @@ OnEmpty: TypeAlias = Literal["raise", "return"]
 _ENDED_OTHERWISE, _WRONG_INPUT = 1, 2
 #: Largest counts.
 _MOST_POINTS, _MOST_CELLS, _MOST_ITERATES, _MOST_STARTS = 10_000_000, 4_000_000, 10**9, 1000
-_MOST_PERIOD, _MOST_STEPS, _MOST_SEED = 2**8 - 1, 2**16 - 1, 2**64 - 1
+_MOST_PERIOD, _MOST_STEPS, _MOST_SIZE = 2**8 - 1, 2**16 - 1, 2**64 - 1
 
 T = TypeVar("T", bound=Table)
 
@@ -1076,7 +1076,7 @@ def fit(
     added = np.zeros((len(series), len(m.parameters)))
     _check.names("controls", controls or (), m.parameters)
     for name, values in (controls or {}).items():
-        column = np.asarray(values, dtype=np.float64)
+        column = _check.array(f"controls[{name!r}]", values)
         if column.shape not in ((), (len(series),)) or not np.isfinite(column).all():
             message = f"controls[{name!r}]: expected a finite number, or one for each of "
             raise InputError(message + f"{len(series)} series, found {values!r}")
@@ -1196,7 +1196,7 @@ def noise(
         "keep": _check.count("keep", keep, 1),
         "range": ranges,
         "cells": _check.count("cells", cells, 1),
-        "seed": _check.count("seed", seed, 0, _MOST_SEED),
+        "seed": _check.count("seed", seed, 0, _MOST_SIZE),
         "method": _check.choice("method", method, METHODS),
     }
     return _told(_of_map(Noise(_answered(m, "noise", keys, progress)), m))
@@ -1332,7 +1332,7 @@ class Commands:
 
 def check_images(iterations: int, method: str, precision: str) -> None:
     """Refuse unknown methods and number formats of images, and wrong numbers of iterations."""
-    _check.count("iterations", iterations, 1)
+    _check.count("iterations", iterations, 1, _MOST_SIZE)
     _check.choice("method", method, IMAGE_METHODS)
     _check.choice("precision", precision, PRECISIONS)
 
@@ -1397,10 +1397,8 @@ def _starts(
 
 def _list_of_offsets(argument: str, values: Iterable[float]) -> list[float]:
     """Accept a list of finite numbers."""
-    if isinstance(values, str) or not hasattr(values, "__iter__"):
-        message = f"{argument}: expected a list of numbers, found {values!r}"
-        raise InputError(message)
-    return [_check.number(f"{argument}[{place}]", value) for place, value in enumerate(values)]
+    listed = enumerate(_check.items(argument, values))
+    return [_check.number(f"{argument}[{place}]", value) for place, value in listed]
 
 
 def _searched(source: Source, names: Iterable[str], method: OrbitMethod) -> Source:
@@ -1452,8 +1450,9 @@ def _series(data: ArrayLike | Sequence[ArrayLike], width: int) -> list[NDArray[n
     try:
         whole = np.asarray(data, dtype=np.float64)
         several = list(whole) if whole.ndim == 3 else [whole]  # noqa: PLR2004
-    except ValueError:
-        several = [np.asarray(one, dtype=np.float64) for one in data]  # type: ignore[union-attr]
+    except (TypeError, ValueError):
+        # Series of different lengths, or no numbers.
+        several = [_check.array("data", one) for one in _check.items("data", data)]
     for one in several:
         if one.ndim != 2 or one.shape[1] != width:  # noqa: PLR2004
             message = f"data: a series has rows of {width} coordinates, found shape {one.shape}"

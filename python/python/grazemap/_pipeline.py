@@ -739,7 +739,7 @@ class Map(_Value):
         self, states: ArrayLike, parameters: ArrayLike | None
     ) -> tuple[Array, Array, tuple[int, ...]]:
         """Give states as rows, parameters as one row or one per state, and the states' shape."""
-        given = _array("states", states)
+        given = _check.array("states", states)
         width, count = len(self.coordinates), len(self.parameters)
         if given.ndim == 0 or given.shape[-1] != width:
             message = f"states: a state has {width} coordinates ({', '.join(self.coordinates)}), "
@@ -747,7 +747,7 @@ class Map(_Value):
             message += f"array of shape {given.shape}"
             raise InputError(message)
         rows = np.ascontiguousarray(given.reshape(-1, width))
-        own = np.zeros(count) if parameters is None else _array("parameters", parameters)
+        own = np.zeros(count) if parameters is None else _check.array("parameters", parameters)
         if own.ndim == 0 or own.shape[-1] != count or own.size not in (count, count * len(rows)):
             message = f"parameters: expected one row of {count} parameters "
             message += f"({', '.join(self.parameters)}) or a row for each of {len(rows)} states, "
@@ -821,14 +821,15 @@ def _words(value: object, *lines: str) -> str:
     return f"<pre>{html.escape(chr(10).join([repr(value), *lines]))}</pre>"
 
 
-def _array(argument: str, values: ArrayLike) -> Array:
-    """Give numbers as an array."""
-    try:
-        return np.asarray(values, dtype=np.float64)
-    except (TypeError, ValueError) as fault:
-        message = f"{argument}: expected an array of numbers ({fault})"
-        raise InputError(message) from None
-
-
 def _overrides(values: Mapping[str, object]) -> list[tuple[str, str]]:
-    return [(key, _toml.value(item)) for key, item in values.items()]
+    """Give values as TOML, by key."""
+    return [(key, _override(key, item)) for key, item in values.items()]
+
+
+def _override(key: str, item: object) -> str:
+    """Give the value of a key as TOML."""
+    try:
+        return _toml.value(item)
+    except TypeError as fault:
+        message = f"{key}: {fault}"
+        raise InputError(message) from None
