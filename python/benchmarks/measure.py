@@ -115,7 +115,7 @@ def measure_fit() -> None:
         "window.state": {"x": 6e-3, "theta": 0.1},
         "window.parameter": {"V": 3e-4, "omega": 3e-4, "r": 1e-2},
     }
-    m = gm.Scene.catalogue("mems").with_(**keys).graze().map()
+    m = gm.Scene.catalogue("mems").replace(**keys).graze().map()
     rng, noise = np.random.default_rng(1), np.array([3e-7, 1e-5])
     within, times = np.zeros(2), []
     trials = 100
@@ -139,12 +139,12 @@ def measure_cluster() -> None:
 
     import grazemap as gm
 
-    m = gm.catalogue("cantilever_0_09").graze().map()
+    m = gm.Scene.catalogue("cantilever_0_09").graze().map()
 
     def chart(client: distributed.Client | None = None) -> gm.Chart:
-        plane, ranges = ("Q", "beta"), ((-1e-4, 8e-4), (-1e-3, 1e-3))
+        plane, spans = ("Q", "beta"), ((-1e-4, 8e-4), (-1e-3, 1e-3))
         size = (1000, 1000)
-        return gm.chart(m, plane, ranges, points=size, cells="all", method="map", client=client)
+        return gm.chart(m, plane, spans, points=size, cells="all", method="map", client=client)
 
     start = time.perf_counter()
     alone = chart()

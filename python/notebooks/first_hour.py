@@ -64,7 +64,7 @@ print(graze.verdict)
 # The orbit by direct simulation, over a period: it touches the stop and has no impact.
 
 # %%
-series = gm.trajectory(graze, samples=200)
+series = graze.trajectory(samples=200)
 assert np.min(series["h_stop"]) > -1e-9
 series.plot()
 
@@ -94,7 +94,7 @@ assert (errors <= 2 * np.array(list(m.error.values()))).all()
 # map inside its window and by direct simulation outside.
 
 # %%
-diagram = gm.diagram(m, "alpha", (-2e-4, 4e-4), points=40, transient=200, keep=40)
+diagram = m.diagram("alpha", (-2e-4, 4e-4), points=40, transient=200, keep=40)
 before = diagram["offset"] < 0
 assert (diagram["period"][before] == 1).all()
 diagram.plot()
@@ -104,7 +104,7 @@ diagram.plot()
 # the grazing orbit shows how it grows.
 
 # %%
-after = gm.trajectory(m, at={"alpha": 4e-4}, periods=12)
+after = m.trajectory(at={"alpha": 4e-4}, periods=12)
 assert (after["event"] == "impact").any()
 after.plot()
 
@@ -114,7 +114,8 @@ after.plot()
 # so small on the second that the speed of the impact says more.
 
 # %%
-branch = gm.branch(m, "alpha", (-1e-4, 1e-4), itineraries=["0", "1"], observe=["impact_speed"])
+branch = m.branch("alpha", (-1e-4, 1e-4), itineraries=["0", "1"], observe=["impact_speed"])
+print(branch.stable_ranges)
 print([(point["label"], point["parameters"]) for point in branch.special])
 assert "GR" in set(branch["label"])
 branch.plot()
@@ -128,6 +129,6 @@ branch.plot(y="impact_speed")
 
 # %%
 plane = ((-1e-4, 1e-4), (-2e-4, 4e-4))
-chart = gm.chart(m, ("omega", "alpha"), plane, points=(24, 16), transient=200, overlay="graze")
+chart = m.chart(("omega", "alpha"), plane, points=(24, 16), transient=200, overlay="graze")
 assert set(chart["period"]) == {1}
 chart.plot()

@@ -20,7 +20,7 @@ keys = {
     "window.state": {"x": 6e-3, "theta": 0.1},
     "window.parameter": {"V": 3e-4, "omega": 3e-4, "r": 1e-2},
 }
-m = gm.Scene.catalogue("mems").with_(**keys).graze().map()
+m = gm.Scene.catalogue("mems").replace(**keys).graze().map()
 print(m.error)
 
 # %% [markdown]
@@ -38,7 +38,7 @@ points += rng.normal(size=points.shape) * list(noise.values())
 # The last point of every run is withheld: it is predicted, not fitted.
 
 # %%
-found = gm.fit(m, points, names, noise=noise, withheld=1)
+found = m.fit(points, names, noise=noise, withheld=1)
 assert found.document["end"] == "converged"
 print(found.to_pandas())
 z = (found["offset"] - truth) / found["standard_error"]
@@ -59,7 +59,7 @@ ax.plot(truth[0], truth[1], "x", color="black")
 # Noise that is not stated is estimated from the residuals.
 
 # %%
-again = gm.fit(m, points, names, withheld=1)
+again = m.fit(points, names, withheld=1)
 print(again.noise, again.errors)
 assert np.allclose(again.noise, list(noise.values()), rtol=0.3)
 
@@ -73,10 +73,10 @@ linear = gm.Scene.catalogue("linear").graze().map()
 below = {"alpha": -1e-4}
 near = {"x": (-5.2e-5, -3.7e-5), "theta": (-3e-6, 3e-6)}
 counts = {"orbits": 100, "keep": 20, "seed": 7}
-spread = gm.noise(linear, {"alpha": 1e-6}, at=below, range=near, cells=40, **counts)
+spread = linear.noise({"alpha": 1e-6}, at=below, range=near, cells=40, **counts)
 across, up, density = spread.density()
 print(spread, density.shape)
-gone = gm.noise(linear, {"alpha": 1e-4}, at=below, **counts)
+gone = linear.noise({"alpha": 1e-4}, at=below, **counts)
 print("share of returns with contact:", spread.document["contacts"], gone.document["contacts"])
 spread.plot()
 assert spread.document["contacts"] == 0

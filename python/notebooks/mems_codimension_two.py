@@ -16,7 +16,7 @@ scene = gm.Scene.catalogue("mems_codim2")
 # The grazing curve near the point, with `xi_1` along it. Its zero is solved for.
 
 # %%
-curve = gm.curve(scene, "omega", (0.4876, 0.488), xi=1)
+curve = scene.curve("omega", (0.4876, 0.488), xi=1)
 assert curve.ended is None
 (point,) = curve.document["codim2"]
 print(point["n"], point["parameters"])
@@ -39,7 +39,7 @@ curve.plot(y="xi_1")
 
 # %%
 for shift in (-1e-4, 1e-4):
-    beside = scene.with_(omega=point["parameters"]["omega"] + shift)
+    beside = scene.replace(omega=point["parameters"]["omega"] + shift)
     print(shift, beside.graze().verdict, sep="\n")
 
 # %% [markdown]
@@ -49,7 +49,7 @@ for shift in (-1e-4, 1e-4):
 
 # %%
 m = scene.graze().map()
-loci = gm.loci(m, ("omega", "V"), (-2e-6, 2e-6), itineraries=["1"])
+loci = m.loci(("omega", "V"), (-2e-6, 2e-6), itineraries=["1"])
 print(sorted(set(loci["kind"])), [word for word in loci["label"] if word])
 assert "graze" in set(loci["kind"])
 loci.plot()

@@ -22,7 +22,7 @@ at, start, periods = {"alpha": 5e-3}, {"x": 0.0, "theta": 0.0}, 6
 
 # %%
 begun = time.perf_counter()
-series = gm.trajectory(m, at=at, start=start, periods=periods, samples=2)
+series = m.trajectory(at=at, start=start, periods=periods, samples=2)
 own_seconds = time.perf_counter() - begun
 struck = np.array(series["event"] == "impact")
 impacts = series["t"][struck]
@@ -60,7 +60,7 @@ while now < end:
 scipy_seconds = time.perf_counter() - begun
 
 # %% [markdown]
-# Both agree. A single call of `gm.trajectory` lays out a document and draws figures too; a return
+# Both agree. A single call of `m.trajectory` lays out a document and draws figures too; a return
 # by itself is what `m.iterate(..., method="direct")` takes.
 
 # %%
@@ -75,4 +75,4 @@ m.iterate([[0.0, 0.0]] * 100, [at["alpha"], 0.0], periods, method="direct")
 return_seconds = (time.perf_counter() - begun) / (100 * periods)
 print(f"solve_ivp: {1e3 * scipy_seconds / periods:.3f} ms a period")
 print(f"direct simulation: {1e3 * return_seconds:.3f} ms a period")
-print(f"gm.trajectory with document and figures: {1e3 * own_seconds / periods:.3f} ms a period")
+print(f"m.trajectory with document and figures: {1e3 * own_seconds / periods:.3f} ms a period")

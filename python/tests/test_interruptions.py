@@ -102,7 +102,7 @@ def test_children_of_a_process_that_has_computed_compute_too(m: gm.Map) -> None:
         ("m.iterate(np.zeros(2), iterations=10**10)", "memory"),
         ("gm.image(m, np.zeros((1, 2)), iterations=10**9)", "memory"),
         ("gm.fit(m, np.full((5, 4, 2), 1e300), ['alpha'])", "at most 1e100"),
-        ("gm.branch(m, 'alpha', (float('nan'), 1.0))", "from"),
+        ("gm.branch(m, 'alpha', (float('nan'), 1.0))", "span"),
         ("gm.orbits(m, {'alpha': float('inf')})", "alpha"),
         ("m.iterate(np.zeros(2), iterations=-1)", ""),
         ("gm.trajectory(m, periods=-1)", "periods: expected"),

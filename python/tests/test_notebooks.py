@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+import grazemap as gm
+
 FOLDER = Path(__file__).parents[1] / "notebooks"
 
 
@@ -34,6 +36,7 @@ def test_a_notebook_runs(path: Path) -> None:
     names: dict[str, object] = {"__name__": path.stem}
     with warnings.catch_warnings():
         warnings.simplefilter("error")
+        warnings.simplefilter("ignore", gm.GrazemapNote)
         for first, code in cells(path):
             # Line numbers of a fault are those of the file.
             exec(compile("\n" * first + code, path, "exec"), names)  # noqa: S102

@@ -7,8 +7,13 @@ touches the stop, and :meth:`Graze.map` expands the Poincaré map near it:
 >>> m = gm.Scene.catalogue("linear").graze().map()
 >>> m.coordinates, m.parameters
 (('x', 'theta'), ('alpha', 'omega'))
->>> diagram = gm.diagram(m, "alpha", (-1e-4, 1e-4), points=20, method="guarded")
+>>> diagram = m.diagram("alpha", (-1e-4, 1e-4), points=20)
+
+Every command of the program is a method of scenes, grazes and maps, and a function of the package
+that takes one of them first. Missing steps are computed.
 """
+
+from typing import TYPE_CHECKING
 
 from ._commands import (
     basin,
@@ -28,8 +33,18 @@ from ._commands import (
     safe,
     trajectory,
 )
-from ._errors import GrazemapError, InputError, NoResult, SceneError, TooLargeError
-from ._pipeline import Graze, Map, Scene, catalogue
+from ._errors import (
+    GrazemapError,
+    GrazemapNote,
+    GrazemapWarning,
+    InputError,
+    NoResult,
+    NoResultError,
+    SceneError,
+    TooLargeError,
+)
+from ._model import Compliant, Phase, Rigid
+from ._pipeline import Graze, Map, Scene, catalogue, scenes
 from ._table import (
     Basin,
     Branch,
@@ -44,36 +59,60 @@ from ._table import (
     Noise,
     Orbits,
     Safety,
+    StableRange,
     Study,
     Table,
     Trajectory,
 )
 
+if TYPE_CHECKING:
+    #: Version of the package.
+    __version__: str
+
+
+def __getattr__(name: str) -> str:
+    """Give the version, which is looked up when it is asked for."""
+    if name == "__version__":
+        from ._version import version
+
+        return version()
+    message = f"module {__name__!r} has no attribute {name!r}"
+    raise AttributeError(message)
+
+
 __all__ = [
     "Basin",
     "Branch",
     "Chart",
+    "Compliant",
     "Curve",
     "Diagram",
     "Fit",
     "Gallery",
     "Graze",
     "GrazemapError",
+    "GrazemapNote",
+    "GrazemapWarning",
     "Image",
     "InputError",
     "Loci",
     "Map",
     "Nearest",
     "NoResult",
+    "NoResultError",
     "Noise",
     "Orbits",
+    "Phase",
+    "Rigid",
     "Safety",
     "Scene",
     "SceneError",
+    "StableRange",
     "Study",
     "Table",
     "TooLargeError",
     "Trajectory",
+    "__version__",
     "basin",
     "branch",
     "catalogue",
@@ -90,5 +129,6 @@ __all__ = [
     "orbits",
     "report",
     "safe",
+    "scenes",
     "trajectory",
 ]

@@ -6,10 +6,10 @@ again if another one dies.
 
 from __future__ import annotations
 
-from importlib.metadata import PackageNotFoundError, version
 from typing import TYPE_CHECKING, Any, Protocol
 
 from ._errors import InputError
+from ._version import version
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -41,7 +41,7 @@ def shares(client: Client | None, find: Callable[..., bytes], *what: object) -> 
         return []
     of = SHARES * max(1, sum(client.nthreads().values()))
     futures = [
-        client.submit(_found, _version(), find, *what, number, of, pure=False)
+        client.submit(_found, version(), find, *what, number, of, pure=False)
         for number in range(1, of + 1)
     ]
     return list(client.gather(futures))
@@ -49,14 +49,7 @@ def shares(client: Client | None, find: Callable[..., bytes], *what: object) -> 
 
 def _found(expected: str, find: Callable[..., bytes], *what: object) -> bytes:
     """Compute a share, on a worker."""
-    if _version() != expected:
-        message = f"the worker has grazemap {_version()}, its client {expected}; install the same"
+    if version() != expected:
+        message = f"the worker has grazemap {version()}, its client {expected}; install the same"
         raise InputError(message)
     return find(*what)
-
-
-def _version() -> str:
-    try:
-        return version("grazemap")
-    except PackageNotFoundError:  # a checkout that is not installed
-        return "unknown"

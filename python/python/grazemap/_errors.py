@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from ._table import Table
+
 
 class GrazemapError(Exception):
     """Any error of the package."""
@@ -39,5 +44,29 @@ class TooLargeError(InputError, MemoryError):
     """Results that exceed the machine's memory; nothing was computed."""
 
 
-class NoResult(GrazemapError):  # noqa: N818
-    """No result (no grazing orbit, for example), although the input was right."""
+class NoResultError(GrazemapError):
+    """No result (no grazing orbit, no branch), although the input was right.
+
+    Attributes
+    ----------
+    result
+        Empty table with its document, remarks and figures; ``None`` if there is none.
+
+    """
+
+    def __init__(self, message: str, result: Table | None = None) -> None:
+        """Keep the reason and the empty result."""
+        super().__init__(message)
+        self.result = result
+
+
+#: Older name of :class:`NoResultError`.
+NoResult = NoResultError
+
+
+class GrazemapWarning(UserWarning):
+    """Remark on the accuracy or completeness of a result."""
+
+
+class GrazemapNote(GrazemapWarning):
+    """Remark of lesser weight, which the program prints as a note."""

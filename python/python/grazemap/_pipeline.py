@@ -4,31 +4,34 @@ from __future__ import annotations
 
 import html
 import json
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import _lib, _toml
+from . import _check, _lib, _toml
+from ._commands import TARGETS, Commands, ImageMethod, Precision, check_images
 from ._errors import InputError
+from ._model import Model
 from ._names import older
+from ._remarks import warn
 from ._table import Table
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
     from os import PathLike
+
+    from ._model import Compliant, Expression, Phase, Rigid
 
 #: Number of samples of the orbit shown in a notebook.
 SAMPLES = 200
 
 Array: TypeAlias = NDArray[np.float64]
 
-#: Methods and number formats of images, and languages of emitted maps.
-METHODS, PRECISIONS, TARGETS = map(tuple, _lib.words())
 
-
-class _Value:
+class _Value(Commands):
     """Base of values that are compared, hashed and pickled by their text."""
 
     def _key(self) -> str:
@@ -44,54 +47,274 @@ class _Value:
 
 
 class Scene(_Value):
-    """Oscillator with its stops and the requested analyses, from a scene file.
+    """Oscillator with its stops and the requested analyses.
 
-    >>> scene = Scene.catalogue("linear")
+    A scene is made from values, read from a file (:meth:`load`), parsed from text
+    (:meth:`parse`) or taken from the catalogue (:meth:`catalogue`). The values are written as
+    the text of a scene file, which :attr:`text` gives.
+
+    Parameters
+    ----------
+    states
+        Names of the states, without the phase.
+    flow
+        Rates in free flight: an expression for each state.
+    stops
+        Stops: :class:`Rigid` or :class:`Compliant`, one or several.
+    solve_for
+        Parameter that is adjusted until the orbit grazes, or one for each independent graze.
+    parameters
+        Values of the parameters by name: numbers or expressions of numbers, ``"2*pi"``.
+    phase
+        Periodic forcing, :class:`Phase`. Default: an autonomous system, which needs ``guess``.
+    let
+        Names for expressions, which may use each other.
+    surface
+        Name of the stop that is touched (default: the only one).
+    passages
+        Instead of ``surface``: names of the stops that are touched in one orbit, in order.
+    periods
+        Number of forcing periods of the orbit, 1 to 1000.
+    guess
+        State near the grazing point, with the phase; picks the orbit where several exist.
+    symmetry
+        ``"half-period"`` for an orbit that is its own mirror image; default ``"none"``.
+    section
+        ``"tangency"``, ``"stroboscopic"`` or ``"any"``, which needs ``tolerance``.
+    active
+        Parameters that maps keep as variables (default: ``solve_for``).
+    smooth_order, contact_weight
+        Orders of the map, 1 to 64 (default: 5 and 6).
+    tolerance
+        Error of the map in its window, instead of the orders.
+    weights
+        Weights of states and active parameters (default: 2).
+    window
+        Largest depth (``"depth"``) and half-widths of coordinates and active parameters by name,
+        as in :attr:`Map.window`. Bounds that are left out are measured.
+    name
+        Name of the scene.
+
+    Raises
+    ------
+    SceneError
+        Fault in an expression or a name; the message names the argument.
+    InputError
+        Argument of a wrong type.
+
+    Notes
+    -----
+    Expressions are texts with ``+ - * / ^``, or SymPy expressions of symbols with the names of
+    the model.
+
+    Examples
+    --------
+    >>> import grazemap as gm
+    >>> scene = gm.Scene(
+    ...     states=["x", "v"],
+    ...     flow={"x": "v", "v": "alpha*cos(theta) - 2*zeta*v - x"},
+    ...     stops=gm.Rigid("delta - x", restitution="r"),
+    ...     phase=gm.Phase("theta", rate="omega", period="2*pi"),
+    ...     parameters={"zeta": 0.05, "delta": 1.0, "r": 0.8, "alpha": 2.2, "omega": 1.8},
+    ...     solve_for="alpha",
+    ...     active=["alpha", "omega"],
+    ... )
     >>> scene.states
     ('x', 'v', 'theta')
+
     """
 
-    def __init__(self, inner: _lib.Scene) -> None:
-        """Wrap a scene; use :meth:`load`, :meth:`parse` or :meth:`catalogue`."""
-        self._inner = inner
+    _inner: _lib.Scene
+
+    def __init__(
+        self,
+        states: Sequence[object],
+        flow: Mapping[Any, Expression],
+        stops: Rigid | Compliant | Sequence[Rigid | Compliant],
+        *,
+        solve_for: object | Sequence[object],
+        parameters: Mapping[Any, float | str] | None = None,
+        phase: Phase | None = None,
+        let: Mapping[Any, Expression] | None = None,
+        surface: str | None = None,
+        passages: Sequence[str] | None = None,
+        periods: int = 1,
+        guess: Mapping[Any, float | str] | None = None,
+        symmetry: str | None = None,
+        section: str = "tangency",
+        active: object | Sequence[object] | None = None,
+        smooth_order: int | None = None,
+        contact_weight: int | None = None,
+        tolerance: float | None = None,
+        weights: Mapping[Any, int] | None = None,
+        window: Mapping[Any, float] | None = None,
+        name: str = "scene",
+    ) -> None:
+        """Write the text of the scene and parse it."""
+        model = Model(name)
+        model.states(states, flow, parameters or {}, let or {}, phase)
+        model.stops([stops] if not isinstance(stops, (list, tuple)) else list(stops))
+        model.table(
+            "grazing",
+            solve_for=solve_for,
+            surface=surface,
+            passages=passages,
+            periods=periods,
+            guess=guess,
+            symmetry=symmetry,
+        )
+        model.table("section", kind=section)
+        model.table(
+            "expansion",
+            active=active,
+            smooth_order=smooth_order,
+            contact_weight=contact_weight,
+            tolerance=tolerance,
+            weights=weights,
+        )
+        model.window(window or {})
+        self._inner = model.parse()
+        warn(self.warnings)
+
+    @classmethod
+    def _of(cls, inner: _lib.Scene) -> Scene:
+        """Wrap a parsed scene."""
+        scene = cls.__new__(cls)
+        scene._inner = inner
+        return scene
 
     @classmethod
     def load(
         cls, path: str | PathLike[str], overrides: Mapping[str, object] | None = None
     ) -> Scene:
-        """Read a scene file, with overrides as in :meth:`with_`.
+        """Read a scene file.
+
+        Parameters
+        ----------
+        path
+            Path of the file.
+        overrides
+            Other values of parameters or keys, as in :meth:`replace`.
+
+        Returns
+        -------
+        Scene
+            Scene with the text of the file.
 
         Raises
         ------
         SceneError
             The first fault, with its line and column.
 
+        Examples
+        --------
+        >>> Scene.load("my.toml", {"zeta": 0.1})  # doctest: +SKIP
+        <grazemap scene my: x, v, theta>
+
         """
-        return cls(_lib.Scene.load(Path(path), _overrides(overrides or {})))
+        scene = cls._of(_lib.Scene.load(Path(path), _overrides(overrides or {})))
+        warn(scene.warnings)
+        return scene
 
     @classmethod
     def parse(cls, text: str, name: str = "scene.toml") -> Scene:
-        """Parse the text of a scene; ``name`` is its name in messages."""
-        return cls(_lib.Scene.parse(text, name, []))
+        """Parse the text of a scene.
+
+        Parameters
+        ----------
+        text
+            Text of a scene file, in TOML.
+        name
+            Name of the file in messages.
+
+        Returns
+        -------
+        Scene
+            Scene with this text.
+
+        Raises
+        ------
+        SceneError
+            The first fault, with its line and column.
+
+        Examples
+        --------
+        >>> Scene.parse(Scene.catalogue("linear").text, "mine.toml").name
+        'mine'
+
+        """
+        scene = cls._of(_lib.Scene.parse(text, name, []))
+        warn(scene.warnings)
+        return scene
 
     @classmethod
     def catalogue(cls, name: str) -> Scene:
-        """Give a scene of the catalogue; :func:`grazemap.catalogue` lists the names."""
-        text = _lib.Scene.catalogue_text(name)
+        """Give a scene of the catalogue.
+
+        Parameters
+        ----------
+        name
+            Name, one of :func:`grazemap.scenes`.
+
+        Returns
+        -------
+        Scene
+            Scene of this name.
+
+        Raises
+        ------
+        InputError
+            Unknown name; the message has the nearest one.
+
+        Examples
+        --------
+        >>> Scene.catalogue("linear").states
+        ('x', 'v', 'theta')
+
+        """
+        text = _lib.Scene.catalogue_text(name) if isinstance(name, str) else None
         if text is None:
-            message = f"no scene `{name}` in the catalogue: {', '.join(_lib.catalogue())}"
-            raise InputError(message)
+            near = _check.meant(str(name), scenes())
+            message = f"name: no scene `{name}` in the catalogue{near}; grazemap.scenes() lists "
+            raise InputError(message + "the names")
         return cls.parse(text, f"{name}.toml")
 
-    def with_(self, **overrides: object) -> Scene:
-        """Give the scene with other values of parameters, or of keys by their dotted path.
+    def replace(self, **changes: object) -> Scene:
+        """Give the scene with other values of parameters or keys.
 
-        >>> scene = Scene.catalogue("linear").with_(zeta=0.1, **{"expansion.smooth_order": 4})
-        >>> scene.parameters["zeta"]
+        Parameters
+        ----------
+        **changes
+            Values of parameters by name, and of keys by their dotted path.
+
+        Returns
+        -------
+        Scene
+            Changed copy.
+
+        Raises
+        ------
+        SceneError
+            Unknown name or wrong value.
+
+        Examples
+        --------
+        >>> scene = Scene.catalogue("linear")
+        >>> scene.replace(zeta=0.1, **{"expansion.smooth_order": 4}).parameters["zeta"]
         0.1
+
         """
         inner = self._inner
-        return Scene(_lib.Scene.parse(inner.text, inner.file_name, _overrides(overrides)))
+        scene = Scene._of(_lib.Scene.parse(inner.text, inner.file_name, _overrides(changes)))
+        warn(new for new in scene.warnings if new not in self.warnings)
+        return scene
+
+    #: Older name of :meth:`replace`.
+    with_ = replace
+
+    def save(self, path: str | PathLike[str]) -> None:
+        """Write the text to a scene file."""
+        Path(path).write_text(self.text, encoding="utf-8")
 
     @property
     def text(self) -> str:
@@ -131,13 +354,38 @@ class Scene(_Value):
     def graze(self) -> Graze:
         """Find the orbit that just touches the stop.
 
+        Returns
+        -------
+        Graze
+            Grazing orbit, which the scene keeps.
+
         Raises
         ------
-        NoResult
+        NoResultError
             The search ended without an orbit; the message says why.
 
+        Examples
+        --------
+        >>> round(Scene.catalogue("linear").graze().parameters["alpha"], 6)
+        2.247221
+
         """
+        return self._grazed
+
+    def map(self) -> Map:
+        """Expand the local map of the grazing orbit: ``scene.graze().map()``."""
+        return self.graze().map()
+
+    @cached_property
+    def _grazed(self) -> Graze:
+        """Grazing orbit."""
         return Graze(self._inner.graze())
+
+    def _own_scene(self) -> Scene:
+        return self
+
+    def _own_map(self) -> Map:
+        return self.map()
 
     def _key(self) -> str:
         return f"{self._inner.file_name}\n{self.text}"
@@ -181,7 +429,7 @@ class Graze(_Value):
     @property
     def scene(self) -> Scene:
         """Scene of the orbit."""
-        return Scene(self._inner.scene)
+        return Scene._of(self._inner.scene)
 
     @property
     def parameters(self) -> dict[str, float]:
@@ -209,8 +457,36 @@ class Graze(_Value):
         return "\n".join(self._inner.verdict())
 
     def map(self) -> Map:
-        """Expand the local map, with the scene's orders or the cheapest for its tolerance."""
+        """Expand the local map, with the scene's orders or the cheapest for its tolerance.
+
+        Returns
+        -------
+        Map
+            Local map, which the graze keeps.
+
+        Raises
+        ------
+        NoResultError
+            No map meets the tolerance, or the orbit has none.
+
+        Examples
+        --------
+        >>> Scene.catalogue("linear").graze().map().orders
+        (5, 6)
+
+        """
+        return self._mapped
+
+    @cached_property
+    def _mapped(self) -> Map:
+        """Local map."""
         return Map(self._inner.map())
+
+    def _own_scene(self) -> Scene:
+        return self.scene
+
+    def _own_map(self) -> Map:
+        return self.map()
 
     def _key(self) -> str:
         return self.to_json()
@@ -292,16 +568,38 @@ class Map(_Value):
     def emit(
         self, folder: str | PathLike[str], target: str = "rust", *, measure: bool = True
     ) -> list[Path]:
-        """Write the map as source code into a folder; return the paths of the files.
+        """Write the map as source code into a folder.
 
-        ``target`` is one of :data:`TARGETS`. Files that were not emitted are never replaced.
-        Without ``measure`` the code does not state its error.
+        Parameters
+        ----------
+        folder
+            Folder, which is made. Files that were not emitted are never replaced.
+        target
+            Language: ``"rust"``, ``"c"``, ``"python"`` and others.
+        measure
+            Whether the code states its error, which takes a comparison.
+
+        Returns
+        -------
+        list of pathlib.Path
+            Paths of the files.
+
+        Raises
+        ------
+        InputError
+            Unknown language, or a file that was not emitted.
+
+        Examples
+        --------
+        >>> import tempfile
+        >>> m = Scene.catalogue("linear").graze().map()
+        >>> [path.name for path in m.emit(tempfile.mkdtemp(), "python", measure=False)]
+        ['map_linear.py']
+
         """
+        _check.choice("target", target, TARGETS)
         names = self._inner.emit(Path(folder), target, measure)
-        if names is None:
-            message = f"target is one of {', '.join(TARGETS)}, found {target!r}"
-            raise InputError(message)
-        return [Path(folder) / name for name in names]
+        return [Path(folder) / name for name in names or ()]
 
     def save(self, path: str | PathLike[str]) -> None:
         """Write the map to a file, which the program accepts in place of a scene."""
@@ -313,17 +611,59 @@ class Map(_Value):
         return cls.from_json(Path(path).read_text(encoding="utf-8"))
 
     def __call__(self, states: ArrayLike, parameters: ArrayLike | None = None) -> Array:
-        """Give the images of one state or of rows of states.
+        """Give the images of states.
 
-        Parameters are one row for all states or one row for each (default: all 0).
+        Parameters
+        ----------
+        states
+            Offsets of states, shape ``(..., coordinates)``.
+        parameters
+            Offsets of active parameters: one row for all states, or a row for each (default: 0).
+
+        Returns
+        -------
+        numpy.ndarray
+            Images, of the shape of the states.
+
+        Raises
+        ------
+        InputError
+            Array of a wrong shape.
+
+        Examples
+        --------
+        >>> m = Scene.catalogue("linear").graze().map()
+        >>> m([[1e-6, 0.0], [2e-6, 1e-6]], [1e-7, 0.0]).shape
+        (2, 2)
+
         """
         rows, own, shape = self._points(states, parameters)
         return self._inner.batch(rows, own, False)[:, : shape[-1]].reshape(shape)
 
     def jacobian(self, states: ArrayLike, parameters: ArrayLike | None = None) -> Array:
-        """Give the derivatives of the images by coordinates, then parameters.
+        """Give the derivatives of the images.
 
-        The last two axes are the coordinate of the image and the variable.
+        Parameters
+        ----------
+        states, parameters
+            Offsets, as of a call of the map.
+
+        Returns
+        -------
+        numpy.ndarray
+            Derivatives, shape ``(..., coordinates, coordinates + parameters)``: the coordinate of
+            the image, then the variable, coordinates before parameters.
+
+        Raises
+        ------
+        InputError
+            Array of a wrong shape.
+
+        Examples
+        --------
+        >>> Scene.catalogue("linear").graze().map().jacobian([0.0, 1e-6]).shape
+        (2, 4)
+
         """
         rows, own, shape = self._points(states, parameters)
         columns = len(self.coordinates) + len(self.parameters)
@@ -350,17 +690,48 @@ class Map(_Value):
         parameters: ArrayLike | None = None,
         iterations: int = 1,
         *,
-        method: str = "map",
-        precision: str = "f64",
+        method: ImageMethod = "map",
+        precision: Precision = "f64",
     ) -> Array:
-        """Give the orbits of states; the axis of iterates is before the axis of coordinates.
+        """Give the orbits of states.
 
-        ``method`` is ``"map"``, ``"guarded"`` (direct simulation outside the window), ``"direct"``,
-        ``"smooth"`` or ``"discontinuity"``; ``precision`` is ``"f64"``, ``"f32"`` or ``"dd"``.
-        Values after the early end of an orbit are NaN.
+        Parameters
+        ----------
+        states
+            Offsets of states, shape ``(..., coordinates)``.
+        parameters
+            Offsets of active parameters: one row for all states, or a row for each (default: 0).
+        iterations
+            Number of iterations, at least 1.
+        method
+            ``"map"``; ``"guarded"``: direct simulation outside the window; ``"direct"``;
+            ``"smooth"`` and ``"discontinuity"``: one part of the map alone.
+        precision
+            ``"f64"``, ``"f32"`` or ``"dd"`` (double-double).
+
+        Returns
+        -------
+        numpy.ndarray
+            Iterates, shape ``(..., iterations, coordinates)``, without the states themselves.
+            Values after the early end of an orbit are NaN.
+
+        Raises
+        ------
+        InputError
+            Wrong argument; the message names it.
+        TooLargeError
+            The result exceeds the memory of the machine.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> m = Scene.catalogue("linear").graze().map()
+        >>> m.iterate(np.zeros((4, 2)), iterations=10).shape
+        (4, 10, 2)
+
         """
         rows, own, shape = self._points(states, parameters)
-        check_methods(method, precision)
+        check_images(iterations, method, precision)
         orbits = self._inner.orbits(rows, own, iterations, method, precision)
         return orbits.reshape((*shape[:-1], iterations, shape[-1]))
 
@@ -368,19 +739,27 @@ class Map(_Value):
         self, states: ArrayLike, parameters: ArrayLike | None
     ) -> tuple[Array, Array, tuple[int, ...]]:
         """Give states as rows, parameters as one row or one per state, and the states' shape."""
-        given = np.asarray(states, dtype=np.float64)
+        given = _check.array("states", states)
         width, count = len(self.coordinates), len(self.parameters)
         if given.ndim == 0 or given.shape[-1] != width:
-            message = f"a state has {width} coordinates ({', '.join(self.coordinates)}), found an "
+            message = f"states: a state has {width} coordinates ({', '.join(self.coordinates)}), "
+            message += "found an "
             message += f"array of shape {given.shape}"
             raise InputError(message)
         rows = np.ascontiguousarray(given.reshape(-1, width))
-        own = np.zeros(count) if parameters is None else np.asarray(parameters, dtype=np.float64)
+        own = np.zeros(count) if parameters is None else _check.array("parameters", parameters)
         if own.ndim == 0 or own.shape[-1] != count or own.size not in (count, count * len(rows)):
-            message = f"expected one row of {count} parameters ({', '.join(self.parameters)}) or a "
-            message += f"row for each of {len(rows)} states, found an array of shape {own.shape}"
+            message = f"parameters: expected one row of {count} parameters "
+            message += f"({', '.join(self.parameters)}) or a row for each of {len(rows)} states, "
+            message += f"found an array of shape {own.shape}"
             raise InputError(message)
         return rows, np.ascontiguousarray(own.reshape(-1, count)), given.shape
+
+    def _own_scene(self) -> Scene:
+        return self.graze.scene
+
+    def _own_map(self) -> Map:
+        return self
 
     def _key(self) -> str:
         return self.to_json()
@@ -401,6 +780,23 @@ class Map(_Value):
         return _portrait(self._inner.graze) + _words(self, *errors)
 
 
+def scenes() -> list[str]:
+    """List the names of the scenes of the catalogue.
+
+    Returns
+    -------
+    list of str
+        Names, which :meth:`Scene.catalogue` takes.
+
+    Examples
+    --------
+    >>> "mems" in scenes()
+    True
+
+    """
+    return _lib.catalogue()
+
+
 @overload
 def catalogue() -> list[str]: ...
 
@@ -410,14 +806,8 @@ def catalogue(name: str) -> Scene: ...
 
 
 def catalogue(name: str | None = None) -> list[str] | Scene:
-    """Give a scene of the catalogue or, without a name, the names of all scenes.
-
-    >>> catalogue("linear").states
-    ('x', 'v', 'theta')
-    >>> "mems" in catalogue()
-    True
-    """
-    return _lib.catalogue() if name is None else Scene.catalogue(name)
+    """Give a scene of the catalogue or all names: :meth:`Scene.catalogue`, :func:`scenes`."""
+    return scenes() if name is None else Scene.catalogue(name)
 
 
 def _portrait(graze: _lib.Graze) -> str:
@@ -431,13 +821,15 @@ def _words(value: object, *lines: str) -> str:
     return f"<pre>{html.escape(chr(10).join([repr(value), *lines]))}</pre>"
 
 
-def check_methods(method: str, precision: str) -> None:
-    """Refuse unknown methods and number formats of images."""
-    for what, given, known in (("method", method, METHODS), ("precision", precision, PRECISIONS)):
-        if given not in known:
-            message = f"{what} is one of {', '.join(known)}, found {given!r}"
-            raise InputError(message)
-
-
 def _overrides(values: Mapping[str, object]) -> list[tuple[str, str]]:
-    return [(key, _toml.value(item)) for key, item in values.items()]
+    """Give values as TOML, by key."""
+    return [(key, _override(key, item)) for key, item in values.items()]
+
+
+def _override(key: str, item: object) -> str:
+    """Give the value of a key as TOML."""
+    try:
+        return _toml.value(item)
+    except TypeError as fault:
+        message = f"{key}: {fault}"
+        raise InputError(message) from None

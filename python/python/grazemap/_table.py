@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import csv
 import json
+import re
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -24,12 +25,17 @@ if TYPE_CHECKING:
 class Table(Mapping[str, np.ndarray[Any, Any]]):
     """Columns by name, as the program writes them to CSV: arrays of equal length.
 
-    A column of numbers holds doubles, NaN if missing. A column of words is an array of ``str``
-    objects, empty if missing.
+    A column of numbers holds doubles, NaN if missing; a column of flags (``stable``, ``physical``,
+    ``inside``, ...) booleans, false if unknown. A column of words is an array of ``str`` objects,
+    empty if missing.
     """
 
     #: Command of the program that writes the same table.
     command = ""
+    #: Columns of flags.
+    flags: ClassVar[tuple[str, ...]] = ()
+    #: Dimension of the rows as a dataset.
+    dimension: ClassVar[str] = "row"
 
     def __init__(self, computed: _lib.Computed) -> None:
         """Wrap a computed result."""
@@ -37,7 +43,11 @@ class Table(Mapping[str, np.ndarray[Any, Any]]):
             name: _words(*held) if isinstance(held, tuple) else held
             for name, held in computed.columns().items()
         }
+        for name in self._columns.keys() & set(self.flags):
+            self._columns[name] = self._columns[name] == 1
         self._text = computed.document
+        #: Scene and window of the map, if the document does not hold them.
+        self._about: dict[str, Any] = {}
         #: Figures of the program as SVG, by file name without ``.svg``.
         self.figures: dict[str, str] = dict(computed.figures)
         #: Warnings about accuracy or completeness.
@@ -62,17 +72,33 @@ class Table(Mapping[str, np.ndarray[Any, Any]]):
         """JSON document of the program, as lists and dictionaries."""
         return json.loads(self._text)
 
+    @property
+    def _head(self) -> dict[str, Any]:
+        """Document of the first result, and what is known about its map."""
+        document = self.document
+        first = next(iter(document), {}) if isinstance(document, list) else document
+        return {**self._about, **first}
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether nothing was found."""
+        return not any(column.size for column in self.values())
+
     def to_pandas(self) -> pd.DataFrame:
-        """Give the columns as a data frame."""
+        """Give the columns as a data frame; needs pandas."""
         import pandas as pd
 
         return pd.DataFrame(self._columns)
 
     def to_xarray(self) -> xr.Dataset:
-        """Give the columns as variables along one dimension, ``row``."""
-        import xarray as xr
+        """Give the columns as variables along one dimension; needs xarray."""
+        from . import _xarray
 
-        return xr.Dataset({name: ("row", column) for name, column in self._columns.items()})
+        return _xarray.rows(self, self.dimension)
+
+    def _ipython_key_completions_(self) -> list[str]:
+        """Offer the names of the columns in a notebook."""
+        return list(self)
 
     def plot(
         self, ax: Axes | None = None, x: str | None = None, y: str | None = None, **style: Any
@@ -99,6 +125,52 @@ class Table(Mapping[str, np.ndarray[Any, Any]]):
         return next(iter(self.figures.values()), f"<pre>{self!r}</pre>".replace("<g", "&lt;g"))
 
 
+class StableRange(NamedTuple):
+    """Range of a parameter in which the orbits of a branch are stable and physical.
+
+    Attributes
+    ----------
+    branch
+        Number of the branch.
+    itinerary
+        Contacts of the orbits.
+    name
+        Hits and periods of the orbits.
+    first, last
+        Offsets of the parameter.
+    first_value, last_value
+        Values of the parameter.
+    first_label, last_label
+        Labels of the special points that bound the range; empty at the end of what was followed.
+
+    """
+
+    branch: int
+    itinerary: str
+    name: str
+    first: float
+    last: float
+    first_value: float
+    last_value: float
+    first_label: str
+    last_label: str
+
+
+def _runs(good: np.ndarray[Any, Any], special: np.ndarray[Any, Any]) -> list[tuple[int, int]]:
+    """Give first and last place of each run of good points, with the special points at its ends.
+
+    >>> _runs(np.array([False, True, True, False]), np.array([False, False, False, True]))
+    [(1, 3)]
+    """
+    changes = np.flatnonzero(np.diff(np.concatenate([[False], good, [False]]).astype(int)))
+    runs = []
+    for first, end in zip(changes[::2].tolist(), changes[1::2].tolist(), strict=True):
+        start = first - 1 if first > 0 and special[first - 1] else first
+        last = end if end < len(good) and special[end] else end - 1
+        runs.append((start, last))
+    return runs
+
+
 def _words(numbers: np.ndarray[Any, Any], words: list[str]) -> np.ndarray[Any, Any]:
     """Give the words at indices; -1 is the empty word."""
     known: np.ndarray[Any, Any] = np.array([*words, ""], dtype=object)
@@ -109,6 +181,17 @@ class Diagram(Table):
     """Bifurcation diagram: a row for every value of the parameter in every sweep."""
 
     command = "diagram"
+
+    def to_xarray(self) -> xr.Dataset:
+        """Give a dataset with the dimensions ``sweep``, the parameter and ``iterate``.
+
+        The parameter has its offsets (``alpha``) and values (``alpha_value``) as coordinates, a
+        sweep its ``heading`` and ``method``: ``ds.sel(heading="up")``. ``value`` holds the
+        observable, with NaN behind the last iterate of a period. Needs xarray.
+        """
+        from . import _xarray
+
+        return _xarray.of_diagram(self)
 
     def points(
         self, rows: np.ndarray[Any, Any] | slice = slice(None)
@@ -152,6 +235,25 @@ class Chart(Table):
     """Two-parameter chart: a row for every cell."""
 
     command = "chart"
+    flags = ("computed", "converging")
+
+    @property
+    def _heads(self) -> list[dict[str, Any]]:
+        """Documents of the charts without their cells, which the columns hold."""
+        # NOTE: the cells are nearly all of the text; a line break stands in no JSON string.
+        text = re.sub(r'\n    "cells": \[.*?\n    \],', "", self._text, flags=re.DOTALL)
+        return list(json.loads(text))
+
+    def to_xarray(self) -> xr.Dataset:
+        """Give a dataset with the two parameters as dimensions, the second one first.
+
+        Each has its offsets (``alpha``) and values (``alpha_value``) as coordinates:
+        ``ds.period.sel(alpha=1e-5, method="nearest")``. Several methods and starts are
+        dimensions before these. Needs xarray.
+        """
+        from . import _xarray
+
+        return _xarray.of_chart(self)
 
     def grid(self) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any], np.ndarray[Any, Any]]:
         """Give the first chart: both axes, and periods by second and first parameter.
@@ -193,6 +295,17 @@ class Basin(Table):
 
     command = "basin"
 
+    def to_xarray(self) -> xr.Dataset:
+        """Give a dataset with the two coordinates as dimensions, the second one first.
+
+        ``attractor`` is the number of the attractor, or that of a class named by the attributes
+        ``flag_values`` and ``flag_meanings``. Attractors have the dimension ``number``. Needs
+        xarray.
+        """
+        from . import _xarray
+
+        return _xarray.of_basin(self)
+
     @property
     def attractors(self) -> list[dict[str, Any]]:
         """Attractors found, the one with the largest basin first."""
@@ -221,6 +334,44 @@ class Branch(Table):
     """Branches of periodic orbits: a row for every point of every branch."""
 
     command = "branch"
+    flags = ("stable", "physical", "inside")
+
+    def to_xarray(self) -> list[xr.Dataset]:  # type: ignore[override]
+        """Give a dataset for each branch, with its special points; needs xarray.
+
+        Points have the dimension ``point`` and the parameter's offsets and values as
+        coordinates, special points the dimension ``special``: their number among the points,
+        label, parameter and coefficient.
+        """
+        from . import _xarray
+
+        return _xarray.of_branches(self)
+
+    @property
+    def stable_ranges(self) -> list[StableRange]:
+        """Ranges of the parameter in which the orbits of a branch are stable and physical."""
+        along = self._head["along"]
+        good = self["stable"] & self["physical"]
+        found = []
+        for number in dict.fromkeys(self["branch"]):
+            (own,) = np.nonzero(self["branch"] == number)
+            for first, last in _runs(good[own], self["label"][own] != ""):
+                places = (int(own[first]), int(own[last]))
+                low, high = sorted(places, key=lambda place: float(self[along][place]))
+                found.append(
+                    StableRange(
+                        branch=int(number),
+                        itinerary=str(self["itinerary"][low]),
+                        name=str(self["name"][own[(first + last) // 2]]),
+                        first=float(self[along][low]),
+                        last=float(self[along][high]),
+                        first_value=float(self[f"{along}_value"][low]),
+                        last_value=float(self[f"{along}_value"][high]),
+                        first_label=str(self["label"][low]),
+                        last_label=str(self["label"][high]),
+                    )
+                )
+        return found
 
     @property
     def special(self) -> list[dict[str, Any]]:
@@ -267,6 +418,19 @@ class Loci(Table):
     """Loci in two parameters: a row for every point of every locus."""
 
     command = "loci"
+    flags = ("stable", "physical", "inside")
+
+    def to_xarray(self) -> list[xr.Dataset]:  # type: ignore[override]
+        """Give a dataset for each locus, with its points of codimension two; needs xarray."""
+        from . import _xarray
+
+        return _xarray.of_loci(self)
+
+    @property
+    def special(self) -> list[dict[str, Any]]:
+        """Points of codimension two."""
+        loci = self.document["loci"]
+        return [point for locus in loci for point in locus["points"] if point.get("label")]
 
     def plot(
         self,
@@ -311,12 +475,31 @@ class Orbits(Table):
     """Periodic orbits, or their folds and flips: a row for each."""
 
     command = "orbits"
+    flags = ("stable", "physical", "inside")
+    dimension = "orbit"
 
 
 class Curve(Table):
     """Grazing curve: a row for every grazing orbit."""
 
     command = "curve"
+    flags = ("physical",)
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether no physical orbit was found."""
+        return not self["physical"].any()
+
+    @property
+    def special(self) -> list[dict[str, Any]]:
+        """Points of codimension two: zeros of ``xi_n``."""
+        return list(self.document["codim2"])
+
+    def to_xarray(self) -> xr.Dataset:
+        """Give the points of the curve along the dimension ``point``; needs xarray."""
+        from . import _xarray
+
+        return _xarray.of_curve(self)
 
     def plot(
         self,
@@ -350,12 +533,34 @@ class Nearest(Table):
     """Smallest change of parameters at which the orbit grazes."""
 
     command = "curve"
+    dimension = "parameter"
+
+    @property
+    def margin(self) -> float:
+        """Length of the smallest change, in scales; negative where the orbit goes beyond."""
+        return float(self.document["margin"])
+
+    @property
+    def clears(self) -> bool:
+        """Whether the orbit is clear of the stop at the scene's values."""
+        return bool(self.document["clears"])
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """Values of all parameters at the nearest graze."""
+        return dict(self.document["parameters"])
+
+    @property
+    def sensitivities(self) -> dict[str, float]:
+        """Change of the margin with each parameter of the scene."""
+        return dict(self.document["sensitivities"])
 
 
 class Safety(Table):
     """Safety of a scene: a row for every parameter, with the grazes below and above its value."""
 
     command = "safe"
+    dimension = "parameter"
 
     @property
     def clears(self) -> bool:
@@ -372,6 +577,7 @@ class Trajectory(Table):
     """Time series: a row for every sample and event."""
 
     command = "trajectory"
+    dimension = "t"
 
     def plot(
         self,
@@ -429,6 +635,13 @@ class Image(Table):
     """Images of section points: a row for every starting point and iteration."""
 
     command = "image"
+    flags = ("inside",)
+
+    def to_xarray(self) -> xr.Dataset:
+        """Give images by ``row`` and ``iteration``; needs xarray."""
+        from . import _xarray
+
+        return _xarray.of_image(self)
 
     def plot(
         self,
@@ -456,6 +669,13 @@ class Fit(Table):
     """Fitted parameters: a row for each."""
 
     command = "fit"
+    dimension = "parameter"
+
+    def to_xarray(self) -> xr.Dataset:
+        """Give the parameters with their covariance; needs xarray."""
+        from . import _xarray
+
+        return _xarray.of_fit(self)
 
     @property
     def parameters(self) -> dict[str, float]:
@@ -504,6 +724,16 @@ class Noise(Table):
 
     command = "noise"
 
+    def to_xarray(self) -> xr.Dataset:
+        """Give a dataset with the coordinates as dimensions; needs xarray.
+
+        ``density`` and ``count`` are those of the first two coordinates together,
+        ``density_NAME`` and ``count_NAME`` of one.
+        """
+        from . import _xarray
+
+        return _xarray.of_noise(self)
+
     def density(self) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any], np.ndarray[Any, Any]]:
         """Give the cell edges of the first two coordinates and their joint density.
 
@@ -551,6 +781,7 @@ class Gallery(Table):
             name: np.array([row[name] for row in held], dtype=object) for name in names
         }
         self._text = json.dumps(held)
+        self._about = {}
         self.figures = {
             path.relative_to(folder).with_suffix("").as_posix(): path.read_text(encoding="utf-8")
             for path in sorted(folder.rglob("*.svg"))

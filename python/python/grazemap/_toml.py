@@ -21,7 +21,7 @@ def value(item: object) -> str:
     if isinstance(item, (int, float)):
         return repr(item)
     if isinstance(item, str):
-        return json.dumps(item)
+        return json.dumps(item, ensure_ascii=False)
     if isinstance(item, Mapping):
         return "{ " + ", ".join(f"{key} = {value(held)}" for key, held in item.items()) + " }"
     if isinstance(item, Iterable):
