@@ -22,6 +22,7 @@ from ._table import (
     Branch,
     Chart,
     Curve,
+    Derivatives,
     Diagram,
     Fit,
     Gallery,
@@ -69,6 +70,7 @@ OnEmpty: TypeAlias = Literal["raise", "return"]
 _ENDED_OTHERWISE, _WRONG_INPUT = 1, 2
 #: Largest counts.
 _MOST_POINTS, _MOST_CELLS, _MOST_ITERATES, _MOST_STARTS = 10_000_000, 4_000_000, 10**9, 1000
+_MOST_RETURNS, _MOST_ORDERS = 1_000_000, 8
 _MOST_PERIOD, _MOST_STEPS, _MOST_SIZE = 2**8 - 1, 2**16 - 1, 2**64 - 1
 
 T = TypeVar("T", bound=Table)
@@ -1302,6 +1304,73 @@ def gallery(
     raise (InputError if ran.returncode == _WRONG_INPUT else GrazemapError)(words)
 
 
+def derivatives(
+    source: Source,
+    start: Mapping[str, float] | None = None,
+    *,
+    at: float | None = None,
+    returns: int = 1,
+    order: int = 1,
+    parameters: str | Iterable[str] | None = None,
+    progress: Progress | bool | None = None,
+) -> Derivatives:
+    """Compute a state after any hits, with its derivatives by the start and by parameters.
+
+    Every stop acts. The times of hits depend on the start, and the derivatives know it: they are
+    those of the state at a fixed time (or phase), to any order, in double-double.
+
+    Parameters
+    ----------
+    source
+        :class:`Scene`, :class:`Graze` or :class:`Map`; the values are those of the scene.
+    start
+        Values of states and phase at the start, 0 if not named.
+    at
+        Time after which the derivatives are taken, above 0. Default: that of ``returns``.
+    returns
+        Number of forcing periods, 1 to 1 000 000; the derivatives are then those of the return,
+        whose time depends on the parameters.
+    order
+        Highest order, 1 to 8.
+    parameters
+        Parameters by which derivatives are taken. Default: the active ones of the scene.
+    progress
+        ``True`` shows a bar of tqdm; a function is called with the work done and expected.
+
+    Returns
+    -------
+    Derivatives
+        Table with a row for every derivative; ``value``, ``gradient``, ``hessian``, ``tensor``
+        and ``events`` give arrays.
+
+    Raises
+    ------
+    InputError
+        Wrong argument; the message names it.
+    NoResultError
+        The trajectory grazes, two stops act at once, or it comes to rest: a derivative does not
+        exist.
+
+    Examples
+    --------
+    >>> import grazemap as gm
+    >>> found = gm.Scene.catalogue("linear").derivatives({"v": 3.0}, at=3.0, parameters="r")
+    >>> found.gradient.shape, [event["surface"] for event in found.events]
+    ((3, 4), ['stop'])
+
+    """
+    keys = {
+        "start": _check.given(_check.numbers, "start", start, _scene_of(source).states, "state"),
+        "at": _check.given(_check.number, "at", at),
+        "returns": _check.count("returns", returns, 1, _MOST_RETURNS),
+        "parameters": _check.given(
+            lambda name, of: _of_scene(name, source, of), "parameters", parameters
+        ),
+        "order": _check.count("order", order, 1, _MOST_ORDERS),
+    }
+    return _told(Derivatives(_answered(source, "derivatives", keys, progress)))
+
+
 class Commands:
     """Commands as methods of scenes, grazes and maps."""
 
@@ -1310,6 +1379,7 @@ class Commands:
     chart = chart
     converge = converge
     curve = curve
+    derivatives = derivatives
     diagram = diagram
     fit = fit
     image = image

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 import numpy as np
 
 from . import _plot
+from ._errors import InputError
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -571,6 +572,49 @@ class Safety(Table):
     def attractors(self) -> list[dict[str, Any]]:
         """Attractors found by direct simulation, the one with the largest share first."""
         return list(self.document["attractors"])
+
+
+class Derivatives(Table):
+    """State after hits with its derivatives: a row for every derivative."""
+
+    command = "derivatives"
+    dimension = "by"
+
+    @property
+    def variables(self) -> list[str]:
+        """Names of the variables: states and phase at the start, then parameters."""
+        return list(self.document["variables"])
+
+    @property
+    def value(self) -> dict[str, float]:
+        """Full state at the end; the phase is not reduced."""
+        return dict(self.document["state"])
+
+    @property
+    def gradient(self) -> np.ndarray[Any, Any]:
+        """First derivatives, of shape (components of the state, variables)."""
+        return self.tensor(1)
+
+    @property
+    def hessian(self) -> np.ndarray[Any, Any]:
+        """Second derivatives, of shape (components of the state, variables, variables)."""
+        return self.tensor(2)
+
+    def tensor(self, order: int) -> np.ndarray[Any, Any]:
+        """Give the derivatives of an order: components of the state, then variables.
+
+        Raises :class:`InputError` if the order was not computed.
+        """
+        if not 1 <= order <= self.document["order"]:
+            message = f"order: expected 1 to {self.document['order']}, found {order!r}"
+            raise InputError(message)
+        name = {1: "gradient", 2: "hessian"}.get(order, f"order_{order}")
+        return np.array([of[name] for of in self.document["derivatives"].values()])
+
+    @property
+    def events(self) -> list[dict[str, Any]]:
+        """Hits, and ends of contacts, with the derivatives of their times."""
+        return list(self.document["events"])
 
 
 class Trajectory(Table):
