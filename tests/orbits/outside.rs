@@ -201,7 +201,7 @@ fn an_orbit_through_another_stop_is_refused_with_surface_depth_and_phase() {
         assert!(place.0[0].0 == "theta" && (place.0[0].1 - phase).abs() < 1e-9, "{reason}");
         let words = reason.to_string();
         assert!(words.contains("passes through `left` by 2.211631"), "{words}");
-        assert!(words.contains("use direct simulation"), "{words}");
+        assert!(words.contains("`hits = [\"left\"]`"), "{words}");
     }
 }
 

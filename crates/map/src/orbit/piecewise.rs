@@ -70,7 +70,7 @@ enum ExitKind {
 #[derive(Clone, Debug)]
 struct Reset {
     nodes: Vec<NodeId>,
-    /// The same expressions over jets.
+    /// Expressions of the reset over jets.
     program: Program,
 }
 
