@@ -65,7 +65,7 @@ pub enum Error {
     Orbit(#[from] OrbitError),
     /// A trajectory has no derivatives.
     #[error(transparent)]
-    Derivatives(#[from] DerivativesError),
+    Derivatives(Box<DerivativesError>),
     /// There is no grazing orbit.
     #[error("no grazing orbit: {0}")]
     NotLocated(#[from] NotLocated),
@@ -176,6 +176,12 @@ pub enum Error {
 impl From<KeyError> for Error {
     fn from(error: KeyError) -> Self {
         Self::Key(Box::new(error))
+    }
+}
+
+impl From<DerivativesError> for Error {
+    fn from(error: DerivativesError) -> Self {
+        Self::Derivatives(Box::new(error))
     }
 }
 

@@ -116,9 +116,10 @@ impl ClosedForm {
 
 /// Closed form and start with the variables `x, v, theta, w, dl, r`, as the program orders them.
 fn closed(space: &Arc<JetSpace>, start: [f64; 3]) -> (ClosedForm, Motion) {
-    let variable = |number, text: &str| Jet::variable(space, number, text.parse::<Dd>().unwrap());
+    let decimal = |text: &str| text.parse::<Dd>().expect("a number");
+    let variable = |number, text: &str| Jet::variable(space, number, decimal(text));
     let form = ClosedForm {
-        zeta: Jet::constant(space, "0.05".parse().unwrap()),
+        zeta: Jet::constant(space, decimal("0.05")),
         w: variable(3, "0.8"),
         dl: variable(4, "0.5"),
         r: variable(5, "0.7"),

@@ -5,6 +5,11 @@ use grazemap::orbit::{GrazingOrbit, Location, NotLocated, OrbitHit, locate};
 
 use crate::support::scenes::{NONE, index, orbit, parsed};
 
+/// A decimal number.
+fn dd(text: &str) -> Dd {
+    text.parse().expect("a number")
+}
+
 /// The text of a scene of `tests/data/hits`.
 fn text(name: &str) -> String {
     let path = format!("{}/tests/data/hits/{name}.toml", env!("CARGO_MANIFEST_DIR"));
@@ -65,8 +70,7 @@ impl Linear {
     }
 }
 
-const FLIGHT: fn() -> Linear =
-    || Linear { zeta: "0.05".parse().unwrap(), a: Dd::ONE, w: "0.8".parse().unwrap() };
+const FLIGHT: fn() -> Linear = || Linear { zeta: dd("0.05"), a: Dd::ONE, w: dd("0.8") };
 
 fn three(state: &[Dd]) -> [Dd; 3] {
     [state[0], state[1], state[2]]
@@ -74,13 +78,13 @@ fn three(state: &[Dd]) -> [Dd; 3] {
 
 /// Compares the hits and the closure of an orbit that hits `left` with the closed form.
 fn assert_closed(orbit: &GrazingOrbit) {
-    let (flight, restitution) = (FLIGHT(), "0.7".parse::<Dd>().unwrap());
+    let (flight, restitution) = (FLIGHT(), dd("0.7"));
     let mut state = three(&orbit.grazing_point().state);
     let mut elapsed = Dd::ZERO;
     for OrbitHit { time, speed, .. } in &orbit.hits {
         let wait = flight.hit(state, -0.5, 1.0, orbit.period - elapsed).expect("a hit");
         state = flight.fly(state, wait);
-        elapsed = elapsed + wait;
+        elapsed += wait;
         assert!((elapsed - *time).to_f64().abs() < 1e-26, "{:e}", (elapsed - *time).to_f64());
         assert!((state[1] + *speed).to_f64().abs() < 1e-26);
         state[1] = -(restitution * state[1]);
@@ -117,16 +121,16 @@ fn an_orbit_hits_one_stop_twice_and_grazes_the_other() {
 fn the_monodromy_is_that_of_the_closed_form() {
     let scene = parsed(&two_sided("surface = \"right\"\nhits = \"left\""), "two_sided", &NONE);
     let orbit = orbit(&scene);
-    let (flight, restitution) = (FLIGHT(), "0.7".parse::<Dd>().unwrap());
+    let (flight, restitution) = (FLIGHT(), dd("0.7"));
     // Image of a change of the graze's state over one period, in the full state.
     let image = |change: [f64; 3]| -> [Dd; 3] {
         let mut state = three(&orbit.grazing_point().state);
-        state.iter_mut().zip(change).for_each(|(value, change)| *value = *value + Dd::from(change));
+        state.iter_mut().zip(change).for_each(|(value, change)| *value += Dd::from(change));
         let mut elapsed = Dd::ZERO;
         for _ in 0..orbit.hits.len() {
             let wait = flight.hit(state, -0.5, 1.0, orbit.period - elapsed).expect("a hit");
             state = flight.fly(state, wait);
-            elapsed = elapsed + wait;
+            elapsed += wait;
             state[1] = -(restitution * state[1]);
         }
         flight.fly(state, orbit.period - elapsed)
@@ -158,7 +162,7 @@ fn a_stop_is_hit_and_grazed_in_one_period() {
     let names: Vec<&str> =
         orbit.hits.iter().map(|hit| scene.model.surfaces[hit.surface].name.as_str()).collect();
     assert_eq!(names, ["top", "bottom"]);
-    let (pi, gravity, half) = (Dd::PI, "0.1".parse::<Dd>().unwrap(), Dd::from(0.5));
+    let (pi, gravity, half) = (Dd::PI, dd("0.1"), Dd::from(0.5));
     let fly = |[z, u, th]: [Dd; 3], t: Dd| {
         let (sin, cos) = th.sin_cos();
         let (sin_end, cos_end) = (th + pi * t).sin_cos();

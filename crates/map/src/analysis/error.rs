@@ -116,10 +116,16 @@ pub enum AnalysisError {
     Flow(#[from] FlowError),
     /// The flow of the grazing orbit through its hits failed.
     #[error(transparent)]
-    Orbit(#[from] OrbitError),
+    Orbit(Box<OrbitError>),
     /// An expansion failed.
     #[error(transparent)]
     Expansion(#[from] ExpansionError),
+}
+
+impl From<OrbitError> for AnalysisError {
+    fn from(error: OrbitError) -> Self {
+        Self::Orbit(Box::new(error))
+    }
 }
 
 /// Rejects a map whose contacts are not expanded.

@@ -38,7 +38,7 @@ pub enum ExpansionError {
     Flow(#[from] FlowError),
     /// The flow through the hits of an orbit failed.
     #[error(transparent)]
-    Orbit(#[from] OrbitError),
+    Orbit(Box<OrbitError>),
     /// The contact law of a compliant surface has no expansion.
     #[error(transparent)]
     ContactLaw(#[from] ContactLawError),
@@ -94,6 +94,12 @@ pub enum ExpansionError {
         /// Part of the map.
         part: &'static str,
     },
+}
+
+impl From<OrbitError> for ExpansionError {
+    fn from(error: OrbitError) -> Self {
+        Self::Orbit(Box::new(error))
+    }
 }
 
 impl ExpansionError {
