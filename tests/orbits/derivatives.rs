@@ -8,7 +8,7 @@ use std::sync::Arc;
 use grazemap::jet::{Jet, JetSpace};
 use grazemap::model::Scene;
 use grazemap::numeric::Dd;
-use grazemap::orbit::{DerivativesError, OrbitError, jets_along};
+use grazemap::orbit::{DerivativesError, jets_along};
 
 use crate::support::scenes::{NONE, index, orbit, parsed};
 
@@ -237,9 +237,22 @@ fn a_trajectory_that_grazes_or_comes_to_rest_has_no_derivatives() {
     let resting = parsed(&heavy, "resting", &NONE);
     let start = [Dd::ONE, Dd::ZERO, Dd::ZERO];
     let refused = jets_along(&resting, &start, &free, (Some(Dd::from(50.0)), 0), 1).unwrap_err();
-    let rests = matches!(refused, DerivativesError::Orbit(OrbitError::ManyHits { .. }));
+    let rests = matches!(refused, DerivativesError::ComesToRest { .. });
     assert!(rests || matches!(refused, DerivativesError::Grazes { .. }), "{refused}");
     let below = [-Dd::ONE, Dd::ZERO, Dd::ZERO];
     let refused = jets_along(&grazing, &below, &free, (Some(Dd::ONE), 0), 1).unwrap_err();
     assert!(matches!(refused, DerivativesError::StartsBeyond { .. }), "{refused}");
+}
+
+#[test]
+fn a_stop_that_is_met_during_a_contact_with_another_is_refused() {
+    let contact = "contact = { v = \"a*cos(theta) - 2*zeta*v - x - 20*(x + dl)\" }";
+    let soft = ONE_STOP.replace("impact = { v = \"-r*v\" }", contact);
+    let wall = "[[model.surface]]\nname = \"wall\"\nevent = \"x + dl + 0.01\"\nimpact = { v = \"-r*v\" }\n";
+    let text = soft.replace("[grazing]", &format!("{wall}[grazing]\nsurface = \"left\""));
+    let scene = parsed(&text, "two_stops", &NONE);
+    let start = [Dd::ZERO, -Dd::ONE, Dd::ZERO];
+    let refused = jets_along(&scene, &start, &[], (Some(Dd::from(2.0)), 0), 1).unwrap_err();
+    let DerivativesError::HeldTwice { first, second, .. } = &refused else { panic!("{refused}") };
+    assert_eq!((first.as_str(), second.as_str()), ("left", "wall"));
 }

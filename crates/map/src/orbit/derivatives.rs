@@ -8,12 +8,12 @@ use std::sync::Arc;
 
 use super::free_flow::Corners;
 use super::outcome::{NotLocated, OrbitError};
-use super::piecewise::{FlightPart, FlowEvent, PiecewiseFlow};
+use super::piecewise::{FlightPart, FlowEvent, MOST_STEPS, PiecewiseFlow};
 use super::section::Geometry;
 use crate::flow::{Field, InputKind, Program, evaluate, jet_transport_taylor, local_series};
 use crate::jet::{Jet, JetError, JetSpace};
 use crate::model::{Hits, Scene};
-use crate::numeric::polynomial::{ExtremumKind, extrema};
+use crate::numeric::polynomial::{ExtremumKind, evaluate as evaluate_at, extrema};
 use crate::numeric::{Dd, converted};
 
 /// State of a trajectory, with its derivatives by the start and by parameters.
@@ -71,6 +71,27 @@ pub enum DerivativesError {
         /// Time since the start.
         time: f64,
     },
+    /// A surface is met while a contact with another one lasts.
+    #[error(
+        "`{second}` is met at t = {time} while the contact with `{first}` lasts, and the model has \
+         no field for both"
+    )]
+    HeldTwice {
+        /// Name of the surface in contact.
+        first: String,
+        /// Name of the surface that is met.
+        second: String,
+        /// Time since the start.
+        time: f64,
+    },
+    /// The motion comes to rest against a surface.
+    #[error("`{surface}` is hit more than {hits} times: the motion comes to rest there")]
+    ComesToRest {
+        /// Name of the surface.
+        surface: String,
+        /// Number of hits.
+        hits: usize,
+    },
     /// The start is beyond a rigid surface.
     #[error("the start is beyond the rigid surface `{surface}`: its gap is {gap:e}")]
     StartsBeyond {
@@ -94,8 +115,9 @@ impl DerivativesError {
     /// Whether the input was right, but no derivative exists.
     pub fn ended_otherwise(&self) -> bool {
         match self {
-            Self::Grazes { .. } | Self::Together { .. } | Self::Corner(_) => true,
-            Self::Orbit(OrbitError::Flow(_) | OrbitError::ManyHits { .. }) => true,
+            Self::Grazes { .. } | Self::Together { .. } | Self::HeldTwice { .. } => true,
+            Self::ComesToRest { .. } | Self::Corner(_) => true,
+            Self::Orbit(OrbitError::Flow(_)) => true,
             Self::StartsBeyond { .. } | Self::Orbit(_) | Self::Jet(_) => false,
         }
     }
@@ -116,7 +138,7 @@ const TOGETHER: f64 = 1e-13;
 /// # Errors
 ///
 /// [`DerivativesError`] if a derivative does not exist or cannot be computed. A motion that comes
-/// to rest against a stop is [`OrbitError::ManyHits`].
+/// to rest against a stop is [`DerivativesError::ComesToRest`].
 pub fn jets_along(
     scene: &Scene,
     start: &[Dd],
@@ -241,12 +263,19 @@ impl Names<'_> {
         // Minima of the gaps: surface, time, value.
         let mut minima: Vec<(usize, f64, f64)> = Vec::new();
         let mut events: Vec<FlowEvent<Dd>> = Vec::new();
+        // A surface in contact, one that is met meanwhile, and the time.
+        let mut both: Option<(usize, usize, f64)> = None;
         let look = |passed: FlightPart<'_, '_, Dd>| -> Option<()> {
             match passed {
                 FlightPart::Step { elapsed, length, step, contact, .. } => {
                     for surface in (0..surfaces).filter(|&at| contact != Some(at)) {
                         let event = step.watched_coefficients(surface);
                         largest[surface] = largest[surface].max(event[0].to_f64().abs());
+                        if let Some(held) = contact
+                            && evaluate_at(event, length).0 < Dd::ZERO
+                        {
+                            both = both.or(Some((held, surface, (elapsed + length).to_f64())));
+                        }
                         let turns = extrema(event, length).into_iter();
                         let turns = turns.filter(|turn| turn.kind == ExtremumKind::Minimum);
                         minima.extend(turns.map(|turn| {
@@ -258,7 +287,17 @@ impl Names<'_> {
             }
             None
         };
-        flow.each(start, parameters, duration, &mut { usize::MAX }, look)?;
+        let flown = flow.each(start, parameters, duration, &mut { MOST_STEPS }, look);
+        flown.map_err(|error| match error {
+            OrbitError::ManyHits { surface, limit } => {
+                DerivativesError::ComesToRest { surface: self.surface(surface), hits: limit }
+            }
+            error => error.into(),
+        })?;
+        if let Some((first, second, time)) = both {
+            let [first, second] = [first, second].map(|surface| self.surface(surface));
+            return Err(DerivativesError::HeldTwice { first, second, time });
+        }
         // A contact is as deep as the free flow would go beyond the surface.
         for event in events.iter().filter(|event| event.meets) {
             let geometry = Geometry::new(&self.0.model, event.surface);

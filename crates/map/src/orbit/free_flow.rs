@@ -5,7 +5,7 @@
 use std::ops::Range;
 
 use super::outcome::{NamedValues, NotLocated, OrbitError};
-use super::piecewise::{FlightPart, PiecewiseFlow};
+use super::piecewise::{FlightPart, MOST_STEPS, PiecewiseFlow};
 use crate::flow::{Integrator, Step, bound_but, horner};
 use crate::model::{NodeId, Response, Scene, Surface};
 use crate::numeric::polynomial::{CrossingDirection, ExtremumKind, crossings, extrema};
@@ -57,9 +57,6 @@ impl Gaps {
         self.minima.iter().filter(within)
     }
 }
-
-/// Most steps of a stretch.
-const MAX_STEPS: usize = 1_000_000;
 
 /// The flow of a scene's orbit, which watches the event function of every surface.
 pub(super) fn watching(scene: &Scene) -> PiecewiseFlow {
@@ -126,7 +123,7 @@ pub(super) fn gaps(
         }
         None
     };
-    flow.each(start, parameters, duration, &mut { MAX_STEPS }, look)?;
+    flow.each(start, parameters, duration, &mut { MOST_STEPS }, look)?;
     found.minima.sort_by(|a, b| a.time.total_cmp(&b.time));
     Ok(found)
 }
@@ -144,7 +141,7 @@ pub(super) fn each_step<T>(
         FlightPart::Step { elapsed, length, start, step, .. } => look(elapsed, length, start, step),
         FlightPart::Event { .. } => None,
     };
-    flow.each(start, parameters, duration, &mut { MAX_STEPS }, steps)
+    flow.each(start, parameters, duration, &mut { MOST_STEPS }, steps)
 }
 
 /// An argument within this distance of its corner, relative to its variation, is on the corner.

@@ -126,6 +126,8 @@ pub(super) struct Flown<S> {
     pub(super) events: Vec<FlowEvent<S>>,
 }
 
+/// Most steps of one flight.
+pub(super) const MOST_STEPS: usize = 1_000_000;
 /// Most events of one flight.
 const MOST_EVENTS: usize = 256;
 /// Longest stay beyond a surface that counts as a graze where the surface is also hit, as a share
@@ -229,7 +231,7 @@ impl PiecewiseFlow {
         if !self.hits() || duration < S::zero() {
             return Ok(Integrator::new(self.field()).flow(state, parameters, duration)?);
         }
-        Ok(self.fly(state, parameters, duration, &mut { usize::MAX })?.state)
+        Ok(self.fly(state, parameters, duration, &mut { MOST_STEPS })?.state)
     }
 
     /// Events of a flight.
@@ -243,7 +245,7 @@ impl PiecewiseFlow {
         parameters: &[S],
         duration: S,
     ) -> Result<Vec<FlowEvent<S>>, OrbitError> {
-        Ok(self.fly(state, parameters, duration, &mut { usize::MAX })?.events)
+        Ok(self.fly(state, parameters, duration, &mut { MOST_STEPS })?.events)
     }
 
     /// State after a duration, in a limited number of steps, which is lowered by the steps taken.
