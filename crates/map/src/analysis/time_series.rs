@@ -10,7 +10,7 @@ use super::work::MOST_WORK;
 use crate::hybrid::{DirectReturn, HybridSystem, Moment, MomentEvent, Outcome};
 use crate::model::{Model, Response, Scene};
 use crate::numeric::converted;
-use crate::orbit::{GrazingOrbit, PiecewiseFlow};
+use crate::orbit::{FlowEvent, GrazingOrbit, PiecewiseFlow};
 
 /// Request of [`time_series`] and [`each_moment`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -127,7 +127,7 @@ impl TimeSeries {
 
 /// Simulates from a point of the section.
 ///
-/// The grazing orbit at its own parameters is free flight, repeated period by period, with a
+/// The grazing orbit at its own parameters is its own flow, repeated period by period, with a
 /// minimum at each graze, unless it passes through a surface. Everything else is simulated. A
 /// section point beyond the surface is taken back along the free flow to the surface, where the
 /// series starts, at a negative time. An impact has two rows at one time: the state before it,
@@ -227,22 +227,40 @@ fn grazing_orbit(
     shares.sort_by(f64::total_cmp);
     shares.dedup();
     let flow = PiecewiseFlow::free(scene, &[]);
-    let mut hand_on = |period: usize, share: f64, state: &[f64]| {
-        let event = grazes(share).map(|passage| (MomentEvent::Minimum, passage.surface));
+    let graze = |share: f64| grazes(share).map(|at| (MomentEvent::Minimum, at.surface));
+    let mut hand_on = |period: usize, share: f64, state: &[f64], event| {
         record(Moment { time: duration * (period as f64 + share), state, event });
     };
     for period in 0..request.returns {
         let (mut state, mut reached) = (start.clone(), 0.0);
         for &share in &shares {
-            state = flow.flow(&state, &parameters, duration * (share - reached))?;
+            let flown = duration * (share - reached);
+            let events = match orbit.hits.is_empty() {
+                true => Vec::new(),
+                false => flow.events(&state, &parameters, flown)?,
+            };
+            for FlowEvent { time, surface, state, after, meets, .. } in events {
+                let resets = meets && after != state;
+                let kind = match (meets, resets) {
+                    (true, true) => MomentEvent::Impact,
+                    (true, false) => MomentEvent::Contact,
+                    (false, _) => MomentEvent::Release,
+                };
+                let there = reached + time / duration;
+                hand_on(period, there, &state, Some((kind, surface)));
+                if resets {
+                    hand_on(period, there, &after, None);
+                }
+            }
+            state = flow.flow(&state, &parameters, flown)?;
             reached = share;
             if let Some(passage) = grazes(share) {
                 state = converted(&orbit.passages[passage.place].state);
             }
-            hand_on(period, share, &state);
+            hand_on(period, share, &state, graze(share));
         }
     }
-    hand_on(request.returns, 0.0, &start);
+    hand_on(request.returns, 0.0, &start, graze(0.0));
     Ok(())
 }
 

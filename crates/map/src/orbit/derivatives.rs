@@ -283,7 +283,7 @@ impl Names<'_> {
                         }));
                     }
                 }
-                FlightPart::Event { event, .. } => events.push(event.clone()),
+                FlightPart::Event(event) => events.push(event.clone()),
             }
             None
         };

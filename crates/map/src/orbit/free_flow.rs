@@ -85,7 +85,7 @@ pub(super) fn gaps(
             FlightPart::Step { elapsed, length, start, step, contact } => {
                 (elapsed, length, start, step, contact)
             }
-            FlightPart::Event { event, .. } => {
+            FlightPart::Event(event) => {
                 let beyond = ends.iter().enumerate().filter(|&(surface, &end)| {
                     end < 0.0 && surface != event.surface && event.meets
                 });
@@ -139,7 +139,7 @@ pub(super) fn each_step<T>(
 ) -> Result<Option<T>, OrbitError> {
     let steps = |passed: FlightPart<'_, '_, f64>| match passed {
         FlightPart::Step { elapsed, length, start, step, .. } => look(elapsed, length, start, step),
-        FlightPart::Event { .. } => None,
+        FlightPart::Event(_) => None,
     };
     flow.each(start, parameters, duration, &mut { MOST_STEPS }, steps)
 }

@@ -83,6 +83,8 @@ pub struct FlowEvent<S> {
     pub surface: usize,
     /// Full state just before the event.
     pub state: Vec<S>,
+    /// Full state just after the event.
+    pub after: Vec<S>,
     /// Whether the surface is met; otherwise its contact ends.
     pub meets: bool,
     /// Normal velocity `|h'|` at which the surface is met; 0 where its contact ends.
@@ -105,11 +107,12 @@ pub struct JetsThrough<'f, S: Real> {
 impl<S: Real> FlowEvent<S> {
     /// The event over another scalar.
     pub fn converted<T: Real>(&self) -> FlowEvent<T> {
-        let Self { time, surface, ref state, meets, speed, mode, exit } = *self;
+        let Self { time, surface, ref state, ref after, meets, speed, mode, exit } = *self;
         FlowEvent {
             time: T::from_dd(time.to_dd()),
             surface,
             state: converted(state),
+            after: converted(after),
             meets,
             speed: T::from_dd(speed.to_dd()),
             mode,
@@ -371,8 +374,8 @@ impl PiecewiseFlow {
         let look = |passed: FlightPart<'_, '_, S>| -> Option<()> {
             match passed {
                 FlightPart::Step { length, step, .. } => step.state_at(length, &mut end),
-                FlightPart::Event { event, after } => {
-                    end.copy_from_slice(after);
+                FlightPart::Event(event) => {
+                    end.copy_from_slice(&event.after);
                     events.push(event.clone());
                 }
             }
@@ -431,20 +434,22 @@ impl PiecewiseFlow {
                 return Err(OrbitError::ManyHits { surface, limit: MOST_EVENTS });
             }
             let meets = matches!(kind, ExitKind::Hit { .. });
+            let before = state.clone();
+            if let ExitKind::Hit { reset: Some(reset), .. } = kind {
+                state = self.reset(reset, &state, parameters);
+            }
             let event = FlowEvent {
                 time: elapsed,
                 surface: *surface,
-                state: state.clone(),
+                state: before,
+                after: state.clone(),
                 meets,
                 speed: speed.filter(|_| meets).unwrap_or(S::zero()),
                 mode,
                 exit,
             };
-            if let ExitKind::Hit { reset: Some(reset), .. } = kind {
-                state = self.reset(reset, &state, parameters);
-            }
             (mode, sign) = (*to, None);
-            if let Some(found) = look(FlightPart::Event { event: &event, after: &state }) {
+            if let Some(found) = look(FlightPart::Event(&event)) {
                 return Ok(Some(found));
             }
         }
@@ -516,11 +521,7 @@ pub(super) enum FlightPart<'p, 's, S: Real> {
         contact: Option<usize>,
     },
     /// A hit, or the end of a contact.
-    Event {
-        event: &'p FlowEvent<S>,
-        /// Full state just after the event.
-        after: &'p [S],
-    },
+    Event(&'p FlowEvent<S>),
 }
 
 /// Direction in which a release function leaves the sign that it has in the contact. The sign is

@@ -50,7 +50,8 @@ fn contacts(table: &Table<'_>, model: &Model) -> Checked<(Vec<usize>, Hits)> {
     let exact = !surfaces.is_empty();
     if let Some(field) = table.field("hits") {
         if exact {
-            let problem = SceneProblem::Exclusive { first: "passages` with hits", second: "hits" };
+            let first = "passages = [{ hit = ... }]";
+            let problem = SceneProblem::Exclusive { first, second: "hits" };
             return Err(field.key_fault(problem));
         }
         let entries = field.one_or_list("a surface's name")?;
