@@ -347,8 +347,6 @@ impl PiecewiseFlow {
         let function = before.watched(exit.watched);
         let time =
             implicit_root(&Jet::zero(space), |time| power_series_with_slope_at(function, time))?;
-        // The head of the root is the rounding of the event's time.
-        let time = time.add_constant(-time.head());
         let met = before.state_at(&time);
         let after = match &exit.kind {
             ExitKind::Hit { reset: Some(reset), .. } => {
