@@ -258,8 +258,10 @@ def test_remarks_are_warnings_at_the_line_of_the_call(m: gm.Map) -> None:
     assert remark == f"warning: {told.message}"
     assert told.filename == __file__
     assert told.category is gm.GrazemapWarning
-    with pytest.warns(gm.GrazemapNote, match="on its window the map"):
-        m.diagram("alpha", (-1e-4, 1e-4), points=3)
+    contradicting = {"window.depth": 1e-2, "window.state.x": 1e-6}
+    narrow = gm.Scene.catalogue("linear").replace(**contradicting)
+    with pytest.warns(gm.GrazemapNote, match="its bounds contradict each other"):
+        narrow.diagram("alpha", (-1e-8, 1e-8), points=3)
 
 
 def test_a_table_goes_to_other_libraries(m: gm.Map) -> None:

@@ -169,7 +169,10 @@ fn derivatives_after_five_impacts_are_those_of_the_closed_form() {
     assert_eq!(found.events.len(), hits.len());
     let times = found.events.iter().map(|event| &event.time).zip(&hits);
     for (found, known) in found.state.iter().zip(&end).chain(times) {
-        assert!(difference(found, known) < 1e-25, "{:?}", differences(found, known));
+        let differences = differences(found, known);
+        // Of the 32 digits of double-double, first derivatives keep 28, second 25, third 23.
+        let mut bounded = differences.iter().zip([1e-29, 1e-28, 1e-25, 1e-23]);
+        assert!(bounded.all(|(found, bound)| *found < bound), "{differences:?}");
     }
 }
 

@@ -1,5 +1,5 @@
-//! `grazemap orbits`, `branch`, `loci`, `trajectory`, `derivatives` and `converge`: turn options into
-//! keys of the pipeline and deliver its answer.
+//! `grazemap orbits`, `branch`, `loci`, `trajectory`, `derivatives` and `converge`: turn options
+//! into keys of the pipeline and deliver its answer.
 
 use std::cell::Cell;
 
