@@ -386,8 +386,7 @@ def test_a_table_without_a_plot_names_its_columns(
 
 
 def test_nothing_is_drawn_of_an_empty_result(m: gm.Map, branch: gm.Branch, loci: gm.Loci) -> None:
-    with pytest.warns(gm.GrazemapWarning):
-        empty = gm.branch(m, "alpha", (1e-5, 1e-4), itineraries=["0"], on_empty="return")
+    empty = gm.branch(m, "alpha", (1e-5, 1e-4), itineraries=["0"], on_empty="return")
     assert empty.ended is not None
     with pytest.raises(gm.NoResult, match="nothing to plot: no branch with a physical orbit"):
         empty.plot()
