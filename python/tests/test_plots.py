@@ -402,7 +402,7 @@ def test_nothing_is_drawn_of_an_empty_result(m: gm.Map, branch: gm.Branch, loci:
     left["end"][:] = "escaped"
     with pytest.raises(gm.NoResult, match=r"all 3 orbits ended early \(escaped\)"):
         left.plot()
-    folds = gm.loci(m, ("omega", "alpha"), kind="fold", itineraries=["1"])
+    folds = gm.loci(m, ("omega", "alpha"), kind="fold", itineraries=["1"], on_empty="return")
     with pytest.raises(gm.NoResult, match="nothing to plot: no fold"):
         folds.plot()
     flat = copy.deepcopy(loci)

@@ -85,7 +85,8 @@ impl DerivativesListing {
     /// Answer as text.
     pub fn text(&self, scene: &str) -> String {
         let mut text = format!(
-            "`{scene}` after t = {}: state, and derivatives by its start and parameters to order {}\n\n{}",
+            "`{scene}` after t = {}: state, and derivatives by its start and parameters to order \
+             {}\n\n{}",
             self.duration,
             self.order,
             self.table().to_text()
