@@ -144,8 +144,8 @@ impl<'a, S: Real> FreeFlight<'a, S> {
         offsets.iter().all(|offset| offset.is_finite()).then_some(offsets)
     }
 
-    /// State after a time of either sign along the flow without contact at the grazes, with the hits
-    /// of the orbit; `None` if it diverges.
+    /// State after a time of either sign along the flow without contact at the grazes, with the
+    /// hits of the orbit; `None` if it diverges.
     fn fly(&self, state: &[S], parameters: &[S], duration: S) -> Option<Vec<S>> {
         let end = self.flow.flow(state, parameters, duration);
         end.ok().filter(|state| state.iter().all(|value| value.is_finite()))

@@ -228,8 +228,8 @@ const LONGEST_LEAD: f64 = 0.25;
 pub struct FollowingHit {
     /// Surface (index).
     pub surface: usize,
-    /// Time from the section point to the minimum that the approach would have had, as a share of the
-    /// period, in `[0, 1)`.
+    /// Time from the section point to the minimum that the approach would have had, as a share of
+    /// the period, in `[0, 1)`.
     pub share: f64,
 }
 
