@@ -235,9 +235,9 @@ fn grazing_orbit(
         let (mut state, mut reached) = (start.clone(), 0.0);
         for &share in &shares {
             let flown = duration * (share - reached);
-            let events = match orbit.hits.is_empty() {
-                true => Vec::new(),
-                false => flow.events(&state, &parameters, flown)?,
+            let (end, events) = match orbit.hits.is_empty() {
+                true => (flow.flow(&state, &parameters, flown)?, Vec::new()),
+                false => flow.flight(&state, &parameters, flown)?,
             };
             for FlowEvent { time, surface, state, after, meets, .. } in events {
                 let resets = meets && after != state;
@@ -252,8 +252,7 @@ fn grazing_orbit(
                     hand_on(period, there, &after, None);
                 }
             }
-            state = flow.flow(&state, &parameters, flown)?;
-            reached = share;
+            (state, reached) = (end, share);
             if let Some(passage) = grazes(share) {
                 state = converted(&orbit.passages[passage.place].state);
             }

@@ -58,8 +58,8 @@ pub struct Expander<'a> {
     routes: Routes,
     /// Rate of the model's phase, as a program over jets.
     rate: Option<Program>,
-    /// Flow of the orbit with its hits, its inactive parameters folded in.
-    flow: PiecewiseFlow,
+    /// Flow of an orbit with hits, its inactive parameters folded in.
+    flow: Option<PiecewiseFlow>,
 }
 
 /// Legs of one period, as polynomials.
@@ -98,7 +98,8 @@ impl<'a> Expander<'a> {
         let rate =
             clock.map(|(phase, graze)| graze.passage.jet_program(&scene.model, &[phase.rate]));
         let kinds = bound_but(&scene.expansion.active, orbit.parameters());
-        let flow = PiecewiseFlow::new(scene, &[], &kinds);
+        let hits = !orbit.hits.is_empty();
+        let flow = hits.then(|| PiecewiseFlow::new(scene, &[], &kinds));
         Ok(Self { scene, orbit, grazes, routes, rate, flow })
     }
 
@@ -401,14 +402,14 @@ impl<'a> Expander<'a> {
     ) -> Result<LegFlight<'f>, ExpansionError> {
         let variables = &self.grazes[route.from.passage].variables;
         let start = &route.from.chart.point;
-        let events = match self.orbit.hits.is_empty() {
-            true => Vec::new(),
-            false => self.flow.events(start, self.orbit.parameters(), route.duration)?,
-        };
+        let through = self.flow.as_ref().map(|flow| -> Result<_, ExpansionError> {
+            Ok((flow, flow.events(start, self.orbit.parameters(), route.duration)?))
+        });
+        let through = through.transpose()?.filter(|(_, events)| !events.is_empty());
         Ok(LegFlight {
             expander: self,
             route,
-            events,
+            through,
             space: variables.smooth_space(DEVIATION_WEIGHT * smooth_order)?,
         })
     }
@@ -442,8 +443,8 @@ impl<'a> Expander<'a> {
 struct LegFlight<'a> {
     expander: &'a Expander<'a>,
     route: &'a Route,
-    /// Hits on the way, and ends of contacts.
-    events: Vec<FlowEvent<Dd>>,
+    /// Flow through the hits on the way, with these and the ends of contacts; `None` without a hit.
+    through: Option<(&'a PiecewiseFlow, Vec<FlowEvent<Dd>>)>,
     /// Space of (coordinates; parameters) at the near end.
     space: Arc<JetSpace>,
 }
@@ -469,14 +470,14 @@ impl LegFlight<'_> {
         let start = self.route.from.chart.embed(passage, &self.space, 0)?;
         let parameters = passage.parameter_jets(&self.space, variables.coordinates);
         let duration = S::from_dd(self.route.duration);
-        let flown = match self.events.is_empty() {
-            true => fly(self.field(), &start, &parameters, duration)?,
-            false => {
-                let events: Vec<_> = self.events.iter().map(FlowEvent::converted).collect();
+        let flown = match &self.through {
+            None => fly(self.field(), &start, &parameters, duration)?,
+            Some((flow, events)) => {
+                let events: Vec<_> = events.iter().map(FlowEvent::converted).collect();
                 let fly = |field: &Field, jets: &[Jet<S>], time| -> Result<_, ExpansionError> {
                     Ok(fly(field, jets, &parameters, time)?)
                 };
-                self.expander.flow.jets(&start, &parameters, duration, &events, fly)?.state
+                flow.jets(&start, &parameters, duration, &events, fly)?.state
             }
         };
         let origin = self.origin();

@@ -10,9 +10,11 @@ use super::free_flow::Corners;
 use super::outcome::{NotLocated, OrbitError};
 use super::piecewise::{FlightPart, FlowEvent, MOST_STEPS, PiecewiseFlow};
 use super::section::Geometry;
-use crate::flow::{Field, InputKind, Program, evaluate, jet_transport_taylor, local_series};
+use crate::flow::{
+    Field, InputKind, Program, bound_but, evaluate, jet_transport_taylor, local_series,
+};
 use crate::jet::{Jet, JetError, JetSpace};
-use crate::model::{Hits, Scene};
+use crate::model::{Hits, Response, Scene};
 use crate::numeric::polynomial::{ExtremumKind, evaluate as evaluate_at, extrema};
 use crate::numeric::{Dd, converted};
 
@@ -170,12 +172,7 @@ pub fn jets_along(
         return Err(DerivativesError::Corner(Box::new(corner)));
     }
     let watched: Vec<_> = model.surfaces.iter().map(|surface| surface.event).collect();
-    let kinds: Vec<InputKind> = (0..parameters.len())
-        .map(|at| match free.contains(&at) {
-            true => InputKind::Variable,
-            false => InputKind::Bound(parameters[at]),
-        })
-        .collect();
+    let kinds = bound_but(free, &parameters);
     let flow = PiecewiseFlow::new(&scene, &watched, &kinds);
     let events = names.events(&flow, start, &parameters, duration)?;
     let space = JetSpace::uniform(start.len() + free.len(), order as usize)?;
@@ -238,7 +235,7 @@ impl Names<'_> {
         let mut values = Vec::new();
         model.graph.evaluate(&inputs, &mut values);
         let beyond = model.surfaces.iter().enumerate().find(|(_, surface)| {
-            let rigid = matches!(surface.response, crate::model::Response::Impact { .. });
+            let rigid = matches!(surface.response, Response::Impact { .. });
             rigid && values[surface.event.index()] < Dd::ZERO
         });
         match beyond {

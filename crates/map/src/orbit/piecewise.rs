@@ -13,10 +13,10 @@
 use super::outcome::OrbitError;
 use super::section::Geometry;
 use crate::flow::{
-    Field, FlowError, InputKind, Integrator, Program, Step, evaluate, flow_with_jacobian_within,
-    jet_transport_taylor_within, local_series,
+    Field, FlowError, InputKind, Integrator, Program, Step, evaluate, first_derivatives,
+    flow_with_jacobian_within, jet_transport_taylor_within, local_series,
 };
-use crate::jet::{Jet, JetSpace, implicit_root, power_series_with_slope_at};
+use crate::jet::{Jet, implicit_root, power_series_with_slope_at};
 use crate::model::{ExpressionGraph, NodeId, Response, Scene};
 use crate::numeric::polynomial::{CrossingDirection, crossings, evaluate as value_and_slope};
 use crate::numeric::{Real, converted};
@@ -237,6 +237,21 @@ impl PiecewiseFlow {
         Ok(self.fly(state, parameters, duration, &mut { MOST_STEPS })?.state)
     }
 
+    /// State after a duration of at least 0, and the events on the way.
+    ///
+    /// # Errors
+    ///
+    /// As [`flow`](Self::flow).
+    pub fn flight<S: Real>(
+        &self,
+        state: &[S],
+        parameters: &[S],
+        duration: S,
+    ) -> Result<(Vec<S>, Vec<FlowEvent<S>>), OrbitError> {
+        let Flown { state, events } = self.fly(state, parameters, duration, &mut { MOST_STEPS })?;
+        Ok((state, events))
+    }
+
     /// Events of a flight.
     ///
     /// # Errors
@@ -283,23 +298,12 @@ impl PiecewiseFlow {
             )?);
         }
         let events = self.fly(state, parameters, duration, steps_left)?.events;
-        let space = JetSpace::uniform(inputs.len(), 1)?;
-        let jet = |(input, &value): (usize, &S)| match inputs.iter().position(|&at| at == input) {
-            Some(variable) => Jet::variable(&space, variable, value),
-            None => Jet::constant(&space, value),
-        };
-        let all: Vec<_> = state.iter().chain(parameters).enumerate().map(jet).collect();
-        let (start, parameters) = all.split_at(state.len());
-        let fly = |field: &Field, jets: &[Jet<S>], duration| -> Result<_, OrbitError> {
-            Ok(jet_transport_taylor_within(field, jets, parameters, duration, steps_left)?)
-        };
-        let end = self.jets(start, parameters, duration, &events, fly)?.state;
-        let slope = |row: usize, column: usize| {
-            let monomial = space.linear_monomial(column);
-            monomial.map_or(S::zero(), |monomial| end[row].coefficients()[monomial])
-        };
-        let jacobian = DMatrix::from_fn(end.len(), inputs.len(), slope);
-        Ok((end.iter().map(Jet::head).collect(), jacobian))
+        first_derivatives(state, parameters, inputs, |start, parameters| {
+            let fly = |field: &Field, jets: &[Jet<S>], duration| -> Result<_, OrbitError> {
+                Ok(jet_transport_taylor_within(field, jets, parameters, duration, steps_left)?)
+            };
+            Ok(self.jets(start, parameters, duration, &events, fly)?.state)
+        })
     }
 
     /// Jets of the state after a duration, through the events of the flight of their heads, and the
@@ -415,15 +419,13 @@ impl PiecewiseFlow {
             if let Some(found) = look(passed) {
                 return Ok(Some(found));
             }
-            let mut next = state.clone();
-            step.state_at(length, &mut next);
+            step.state_at(length, &mut state);
             let slope = |watched| {
                 let coefficients = step.watched_coefficients(watched);
                 value_and_slope(coefficients, length).1
             };
             let speed = met.map(|(_, exit)| slope(self.modes[mode].exits[exit].watched).abs());
             elapsed = if length == rest { duration } else { elapsed + length };
-            state = next;
             let Some((_, exit)) = met else { continue };
             events += 1;
             let Exit { surface, kind, to, .. } = &self.modes[mode].exits[exit];

@@ -20,8 +20,8 @@ pub use field::{Field, FlowError, bound_but};
 pub use integrator::{Carried, Integrator, LaneIntegrator, LaneStep, Step, horner};
 pub(crate) use integrator::{MOST_SLIDES, SLIDES};
 pub use jet_transport::{
-    JetFlow, LocalSeries, at_series_time, flow_with_jacobian, flow_with_jacobian_within,
-    jet_transport, jet_transport_taylor, jet_transport_taylor_within, local_series,
-    local_series_kept_to,
+    JetFlow, LocalSeries, at_series_time, first_derivatives, flow_with_jacobian,
+    flow_with_jacobian_within, jet_transport, jet_transport_taylor, jet_transport_taylor_within,
+    local_series, local_series_kept_to,
 };
 pub use program::{InputKind, Program, evaluate};

@@ -15,7 +15,7 @@ pub use collocation::{JetFlow, jet_transport};
 #[cfg(test)]
 pub(super) use taylor::expand;
 pub use taylor::{
-    LocalSeries, at_series_time, flow_with_jacobian, flow_with_jacobian_within,
+    LocalSeries, at_series_time, first_derivatives, flow_with_jacobian, flow_with_jacobian_within,
     jet_transport_taylor, jet_transport_taylor_within, local_series, local_series_kept_to,
 };
 

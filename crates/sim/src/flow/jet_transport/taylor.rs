@@ -13,7 +13,7 @@ use nalgebra::DMatrix;
 use crate::flow::step_control::{component_step, margin_at, order_for};
 use crate::flow::{Field, FlowError};
 use crate::interruption::check;
-use crate::jet::{Graded, Jet, JetSeries, JetSpace, power_series_at};
+use crate::jet::{Graded, Jet, JetError, JetSeries, JetSpace, power_series_at};
 use crate::numeric::{Real, Scalar};
 
 /// Largest number of steps of one flow.
@@ -229,6 +229,25 @@ pub fn flow_with_jacobian_within<S: Real>(
     directions: &[usize],
     steps_left: &mut usize,
 ) -> Result<(Vec<S>, DMatrix<S>), FlowError> {
+    first_derivatives(state, parameters, directions, |initial, parameters| {
+        jet_transport_taylor_within(field, initial, parameters, duration, steps_left)
+    })
+}
+
+/// Image of a state and its derivatives by chosen inputs, from a function that carries jets.
+///
+/// Inputs are numbered, and derivatives laid out, as by [`flow_with_jacobian`]; `carry` takes jets
+/// of the state and of all parameters.
+///
+/// # Errors
+///
+/// Those of `carry`, and of a space of jets that does not fit in memory.
+pub fn first_derivatives<S: Real, E: From<JetError>>(
+    state: &[S],
+    parameters: &[S],
+    directions: &[usize],
+    carry: impl FnOnce(&[Jet<S>], &[Jet<S>]) -> Result<Vec<Jet<S>>, E>,
+) -> Result<(Vec<S>, DMatrix<S>), E> {
     let space = JetSpace::uniform(directions.len(), 1)?;
     let jet = |(input, &value): (usize, &S)| match directions.iter().position(|&d| d == input) {
         Some(variable) => Jet::variable(&space, variable, value),
@@ -236,7 +255,7 @@ pub fn flow_with_jacobian_within<S: Real>(
     };
     let inputs: Vec<_> = state.iter().chain(parameters).enumerate().map(jet).collect();
     let (initial, parameters) = inputs.split_at(state.len());
-    let image = jet_transport_taylor_within(field, initial, parameters, duration, steps_left)?;
+    let image = carry(initial, parameters)?;
     let slope = |row: usize, column: usize| {
         space
             .linear_monomial(column)
