@@ -13,6 +13,7 @@ mod hits;
 mod jets;
 mod linear_series;
 mod orders_where_xi_vanishes;
+mod power_laws;
 mod public_images;
 mod public_two_maps;
 mod section_images;

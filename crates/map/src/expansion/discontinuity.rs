@@ -14,6 +14,7 @@ use super::approach::{Approach, DepthVariable, kept_to_minimum, time_of_minimum}
 use super::error::ExpansionError;
 use super::local_map::{Contact, DepthForm};
 use super::passage::{ContactLaw, Passage};
+use super::power_law::PowerFlight;
 use super::release::ReleaseBalance;
 use super::routes::Graze;
 use super::variables::{Variables, coefficient_of_depth_power, fold_depth_powers, respace};
@@ -73,6 +74,10 @@ impl<S: Real> Approach<S> {
         Ok(match through {
             Through::Contact { field, release } => {
                 let (state, contact_time) = release.exit(field, &entry.state, parameters)?;
+                (state, &entry.time + &contact_time)
+            }
+            Through::Powers(flight) => {
+                let (state, contact_time) = flight.exit(&entry.state, parameters)?;
                 (state, &entry.time + &contact_time)
             }
             Through::Reset(reset) => {
@@ -150,6 +155,8 @@ pub(super) enum Through<'a> {
     Reset(&'a Program),
     /// A compliant stop: the contact field, and its release.
     Contact { field: &'a Field, release: ReleaseBalance },
+    /// A compliant stop with powers of the penetration.
+    Powers(PowerFlight<'a>),
 }
 
 impl<'a> Through<'a> {
@@ -164,13 +171,14 @@ impl<'a> Through<'a> {
             ContactLaw::Compliant { field, .. } => {
                 Self::Contact { field, release: ReleaseBalance::new(graze, field)? }
             }
+            ContactLaw::Powers(law) => Self::Powers(PowerFlight::new(graze, law)?),
         })
     }
 
     /// Number of weights by which the image is less exact than the state on the surface.
     pub(super) fn lost_weights(&self) -> u32 {
         match self {
-            Self::Reset(_) => 0,
+            Self::Reset(_) | Self::Powers(_) => 0,
             Self::Contact { release, .. } => release.lost_weights(),
         }
     }

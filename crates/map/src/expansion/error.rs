@@ -153,9 +153,8 @@ pub enum ContactLawError {
     /// A function is at its corner or singularity on the surface.
     #[error(
         "the {law} of surface `{surface}` is not analytic at the graze: {function} of \
-         {argument:.1e} there; it has no Taylor series on the surface and no map has its contacts \
-         (a power that is not whole, as Hertz's, would need other powers than whole ones); direct \
-         simulation needs none (method `direct`)"
+         {argument:.1e} there; it has no Taylor series on the surface and no map has its contacts; \
+         direct simulation needs none (method `direct`)"
     )]
     NotAnalytic {
         /// Name of the surface.
@@ -166,6 +165,18 @@ pub enum ContactLawError {
         function: String,
         /// Argument of the function at the grazing point (the difference for `min` and `max`).
         argument: f64,
+    },
+    /// A power of the penetration has no place in an expansion.
+    #[error(
+        "the contact of surface `{surface}` has a power {exponent} of the penetration: {problem}"
+    )]
+    Power {
+        /// Name of the surface.
+        surface: String,
+        /// Exponent of the power.
+        exponent: f64,
+        /// Reason.
+        problem: PowerProblem,
     },
     /// The contact field pushes the state further in.
     #[error(
@@ -238,6 +249,32 @@ pub enum ContactLawError {
     },
 }
 
+/// Reason why a power of the penetration has no place in an expansion.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum PowerProblem {
+    /// An active parameter moves the exponent.
+    #[error("an active parameter moves its exponent; leave that parameter out of `active`")]
+    ActiveExponent,
+    /// The base is not proportional to the penetration.
+    #[error("its base vanishes at the graze and is not proportional to the penetration; write `d`")]
+    OtherBase,
+    /// The power acts on the rate of the gap.
+    #[error("it acts on the rate of the gap itself, expected on a rate of that")]
+    OnRate,
+    /// Twice the exponent is not whole.
+    #[error(
+        "a map is expanded for exponents 1/2, 1, 3/2, ... alone; direct simulation takes any \
+         (method `direct`)"
+    )]
+    NotHalfWhole,
+    /// A square root of the penetration in a contact that ends before the surface.
+    #[error(
+        "a square root is expanded for a release at the surface alone; direct simulation takes \
+         any (method `direct`)"
+    )]
+    EarlyRoot,
+}
+
 /// Reason why a contact cannot be flown exactly.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum FlightError {
@@ -254,6 +291,15 @@ pub enum FlightError {
         component: String,
         /// State in which the rate is not affine.
         state: String,
+    },
+    /// The contact has powers of the penetration.
+    #[error(
+        "the contact of surface `{surface}` cannot be flown: it has powers of the penetration; use \
+         the shape `factored`"
+    )]
+    Powers {
+        /// Name of the surface.
+        surface: String,
     },
     /// The release function is not affine with constant coefficients.
     #[error(

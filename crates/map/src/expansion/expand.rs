@@ -282,7 +282,7 @@ impl<'a> Expander<'a> {
     pub fn contact(&self, passage: usize, weight: u32) -> Result<Contact, ExpansionError> {
         match self.grazes[passage].passage.law {
             ContactLaw::Rigid { .. } => self.contact_in::<f64>(passage, weight),
-            ContactLaw::Compliant { .. } => {
+            ContactLaw::Compliant { .. } | ContactLaw::Powers(_) => {
                 let contact = self.contact_in::<Dd>(passage, weight)?;
                 let sizes = Sizes {
                     depth: self.depth_unit(passage).sqrt(),

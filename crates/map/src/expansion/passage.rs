@@ -9,6 +9,7 @@
 use std::sync::Arc;
 
 use super::error::{ContactLawError, ExpansionError, FlightError, LawKind};
+use super::power_law::{PowerLaw, Rewritten};
 use crate::flow::{Field, InputKind, Program, bound_but};
 use crate::jet::{Jet, JetSpace};
 use crate::model::{Binary, ExpressionGraph, Model, Node, NodeId, Response, Unary};
@@ -50,8 +51,8 @@ impl Passage {
         let surface = &model.surfaces[number];
         let inputs = jet_inputs(model.dimension(), parameters, active);
         let graze: Vec<Dd> = state.iter().chain(parameters).copied().collect();
-        let analytic = |outputs: &[NodeId], law: LawKind| {
-            let Some(corner) = corner_under(&model.graph, outputs, &graze) else {
+        let analytic = |graph: &ExpressionGraph, outputs: &[NodeId], at: &[Dd], law: LawKind| {
+            let Some(corner) = corner_under(graph, outputs, at) else {
                 return Ok(());
             };
             let (Corner { function, argument }, surface) = (corner, surface.name.clone());
@@ -59,24 +60,29 @@ impl Passage {
         };
         let law = match &surface.response {
             Response::Impact { reset } => {
-                analytic(reset, LawKind::Impact)?;
+                analytic(&model.graph, reset, &graze, LawKind::Impact)?;
                 ContactLaw::Rigid { reset: Program::new(&model.graph, reset, &inputs) }
             }
             Response::Contact { field, release } => {
                 let outputs: Vec<_> = field.iter().copied().chain([*release]).collect();
-                analytic(&outputs, LawKind::Contact)?;
-                let watched = [*release, surface.event];
-                let kinds = bound_but(active, parameters);
-                let flight = AffineLaw::new(
-                    model,
-                    number,
-                    [field, &[*release]],
-                    [state, parameters],
-                    active,
-                );
-                ContactLaw::Compliant {
-                    field: Field::new(&model.graph, field, &watched, &kinds),
-                    flight: Box::new(flight),
+                match Rewritten::new(model, number, &outputs, &graze, active)? {
+                    Some(law) => {
+                        let at = law.inputs(&graze);
+                        analytic(&law.graph, &law.outputs, &at, LawKind::Contact)?;
+                        ContactLaw::Powers(Box::new(law.lowered(model, number, inputs.clone())?))
+                    }
+                    None => {
+                        analytic(&model.graph, &outputs, &graze, LawKind::Contact)?;
+                        let laws = [&field[..], &[*release]];
+                        let at = [state, parameters];
+                        let flight = AffineLaw::new(model, number, laws, at, active);
+                        let watched = [*release, surface.event];
+                        let kinds = bound_but(active, parameters);
+                        ContactLaw::Compliant {
+                            field: Field::new(&model.graph, field, &watched, &kinds),
+                            flight: Box::new(flight),
+                        }
+                    }
                 }
             }
         };
@@ -139,6 +145,8 @@ pub enum ContactLaw {
         /// The reset, a program over jets.
         reset: Program,
     },
+    /// A contact field with powers of the penetration.
+    Powers(Box<PowerLaw>),
     /// A contact field, followed until its release function vanishes.
     Compliant {
         /// Contact field that watches the release function, then the event function.

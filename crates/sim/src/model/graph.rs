@@ -180,6 +180,12 @@ impl ExpressionGraph {
         inputs
     }
 
+    /// The outputs and the nodes on which they depend, operands before their users.
+    pub fn under(&self, outputs: &[NodeId]) -> Vec<NodeId> {
+        let needed = self.needed_by(outputs).into_iter();
+        (0..).zip(needed).filter_map(|(index, needed)| needed.then_some(NodeId(index))).collect()
+    }
+
     /// For each node up to the last output: whether the outputs depend on it (or are it).
     pub fn needed_by(&self, outputs: &[NodeId]) -> Vec<bool> {
         let last = outputs.iter().map(|output| output.index() + 1).max();
@@ -266,6 +272,56 @@ impl ExpressionGraph {
                 }
             };
             values.push(value);
+        }
+    }
+}
+
+impl ExpressionGraph {
+    /// Expressions in which other nodes stand for some of the nodes below them.
+    ///
+    /// `replacement` gives the node that stands for a node, or `None` to keep it. What is replaced is
+    /// not looked into.
+    ///
+    /// ```
+    /// use grazemap_sim::model::ExpressionGraph;
+    ///
+    /// let mut graph = ExpressionGraph::new();
+    /// let (x, y) = (graph.input(0), graph.input(1));
+    /// let square = graph.mul(x, x);
+    /// let sum = graph.add(square, y);
+    /// let product = graph.mul(y, y);
+    /// let replaced = graph.substituted(&[sum], |node| (node == square).then_some(product));
+    /// assert_eq!(replaced, [graph.add(product, y)]);
+    /// ```
+    pub fn substituted(
+        &mut self,
+        outputs: &[NodeId],
+        replacement: impl Fn(NodeId) -> Option<NodeId>,
+    ) -> Vec<NodeId> {
+        let needed = self.needed_by(outputs);
+        let mut stands: Vec<NodeId> = Vec::with_capacity(needed.len());
+        for (index, &needed) in needed.iter().enumerate() {
+            let id = NodeId(u32::try_from(index).expect("an index of the graph fits"));
+            let node = match replacement(id) {
+                Some(node) => node,
+                None if needed => self.rebuilt(id, &stands),
+                None => id,
+            };
+            stands.push(node);
+        }
+        outputs.iter().map(|output| stands[output.index()]).collect()
+    }
+
+    /// The operation of a node on other operands: `stands` holds what stands for each node before.
+    fn rebuilt(&mut self, id: NodeId, stands: &[NodeId]) -> NodeId {
+        let of = |operand: NodeId| stands[operand.index()];
+        match self.node(id) {
+            Node::Constant(_) | Node::Input(_) => id,
+            Node::Neg(a) => self.neg(of(a)),
+            Node::PowerInteger(a, exponent) => self.power_integer(of(a), exponent),
+            Node::PowerReal(a, exponent) => self.power_real(of(a), exponent),
+            Node::Unary(function, a) => self.unary(function, of(a)),
+            Node::Binary(function, a, b) => self.binary(function, of(a), of(b)),
         }
     }
 }

@@ -51,6 +51,9 @@ pub(super) const PI: &str = "pi";
 /// Name of a component's free-flight expression in a contact law.
 pub(super) const FREE: &str = "free";
 
+/// Name of the penetration `−h` in a contact law, unless the scene gives it to something else.
+pub(super) const PENETRATION: &str = "d";
+
 /// Function with a given name.
 pub(super) fn function(name: &str) -> Option<Function> {
     FUNCTIONS.iter().find(|(known, _)| *known == name).map(|&(_, function)| function)

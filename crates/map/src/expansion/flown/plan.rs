@@ -73,8 +73,12 @@ pub fn flown_contact(
     window: &FlightWindow,
 ) -> Result<Option<FlownContact>, ExpansionError> {
     let passage = &graze.passage;
-    let ContactLaw::Compliant { field, flight } = &passage.law else {
-        return Ok(None);
+    let (field, flight) = match &passage.law {
+        ContactLaw::Compliant { field, flight } => (field, flight),
+        ContactLaw::Rigid { .. } => return Ok(None),
+        ContactLaw::Powers(_) => {
+            return Err(FlightError::Powers { surface: passage.surface.clone() }.into());
+        }
     };
     let affine = flight.as_ref().as_ref().map_err(Clone::clone)?;
     let balance = ReleaseBalance::new(graze, field)?;

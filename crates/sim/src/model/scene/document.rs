@@ -530,15 +530,16 @@ impl Scope {
         entry: &Entry<'_>,
         graph: &mut ExpressionGraph,
     ) -> Checked<NodeId> {
-        self.expression_with_free(entry, graph, None)
+        self.expression_with(entry, graph, &[])
     }
 
-    /// Reads an expression in which `free`, if given, stands for that node.
-    pub(super) fn expression_with_free(
+    /// Reads an expression in which each of some names stands for a node, unless the scene declares
+    /// the name itself.
+    pub(super) fn expression_with(
         &self,
         entry: &Entry<'_>,
         graph: &mut ExpressionGraph,
-        free: Option<NodeId>,
+        local: &[(&str, NodeId)],
     ) -> Checked<NodeId> {
         let Some(text) = entry.value.as_str() else {
             if !entry.value.is_integer() && !entry.value.is_float() {
@@ -547,9 +548,12 @@ impl Scope {
             let value = entry.number()?;
             return Ok(graph.constant(value));
         };
-        let resolve = |name: &str| match free {
-            Some(node) if name == names::FREE => Resolved::Node(node),
-            _ => self.resolve(name),
+        let resolve = |name: &str| match (self.resolve(name), local) {
+            (Resolved::Unknown(nearest), local) => {
+                let found = local.iter().find(|(known, _)| *known == name);
+                found.map_or(Resolved::Unknown(nearest), |&(_, node)| Resolved::Node(node))
+            }
+            (known, _) => known,
         };
         expression::parse(text, graph, &resolve).map_err(|fault| {
             Fault::at(entry.inside(fault.span), SceneProblem::Expression(fault.value))

@@ -147,22 +147,39 @@ fn read_flow(table: &Table<'_>, phase: Option<&Phase>, draft: &mut Draft) -> Che
     Ok(flow)
 }
 
+/// What a contact law knows beside the names of the scene.
+#[derive(Clone, Copy)]
+struct Pressed<'a> {
+    /// Free flow, one node per component.
+    flow: &'a [NodeId],
+    /// Penetration, `−h`.
+    penetration: NodeId,
+}
+
+impl Pressed<'_> {
+    /// Names in the expression of a component, with their nodes.
+    fn names(&self, component: usize) -> Vec<(&'static str, NodeId)> {
+        let free = self.flow.get(component).map(|&node| (names::FREE, node));
+        free.into_iter().chain([(names::PENETRATION, self.penetration)]).collect()
+    }
+}
+
 impl Draft {
     /// Expressions of a table whose keys are states: one per state, `None` for a state without a
     /// key.
     ///
-    /// `free`, if given, holds the node for which `free` stands in each component.
+    /// `contact`, if given, holds what is known in a contact law.
     fn components(
         &mut self,
         table: &Table<'_>,
-        free: Option<&[NodeId]>,
+        contact: Option<Pressed<'_>>,
     ) -> Checked<Vec<Option<NodeId>>> {
         let mut nodes = vec![None; self.states.len()];
         for field in table.fields() {
             let state = self.state_of(&field, table)?;
-            let free = free.and_then(|free| free.get(state)).copied();
+            let local = contact.map_or_else(Vec::new, |contact| contact.names(state));
             let entry = field.entry("an expression")?;
-            nodes[state] = Some(self.scope.expression_with_free(&entry, &mut self.graph, free)?);
+            nodes[state] = Some(self.scope.expression_with(&entry, &mut self.graph, &local)?);
         }
         Ok(nodes)
     }
@@ -254,10 +271,10 @@ fn surface(
 fn named_components(
     law: &str,
     table: &Table<'_>,
-    free: Option<&[NodeId]>,
+    contact: Option<Pressed<'_>>,
     draft: &mut Draft,
 ) -> Checked<Vec<Option<NodeId>>> {
-    let named = draft.components(table, free)?;
+    let named = draft.components(table, contact)?;
     if named.iter().all(Option::is_none) {
         let key = law.to_owned();
         return Err(table.fault(SceneProblem::Empty { key }));
@@ -284,7 +301,9 @@ fn contact_law(
     flow: &[NodeId],
     draft: &mut Draft,
 ) -> Checked<Response> {
-    let named = named_components("contact", contact, Some(flow), draft)?;
+    let penetration = draft.graph.neg(event);
+    let pressed = Pressed { flow, penetration };
+    let named = named_components("contact", contact, Some(pressed), draft)?;
     let field = flow
         .iter()
         .enumerate()
@@ -292,7 +311,9 @@ fn contact_law(
     let field = field.collect();
     let release = match surface.field("release") {
         Some(release) => {
-            draft.scope.expression(&release.entry("an expression")?, &mut draft.graph)?
+            let known = [(names::PENETRATION, penetration)];
+            let entry = release.entry("an expression")?;
+            draft.scope.expression_with(&entry, &mut draft.graph, &known)?
         }
         None => event,
     };

@@ -1,0 +1,137 @@
+//! Contact forces that are powers of the penetration: against the analytic path where the exponent
+//! is whole, against closed forms, and against direct simulation in double-double.
+
+use grazemap::analysis::NoProgress;
+use grazemap::expansion::{Contact, Expander};
+use grazemap::model::Scene;
+use grazemap::numeric::{Dd, Scalar};
+use grazemap::pipeline::{FindGraze as _, Settled, StudyRequest};
+
+use crate::support::scenes::orbit;
+
+/// The oscillator of `scenes/soft_a.toml` with a contact law and a release of its own.
+fn scene(contact: &str, release: &str, section: &str) -> Scene {
+    let release = match release {
+        "" => String::new(),
+        release => format!("release = \"{release}\"\n"),
+    };
+    let text = format!(
+        "[model]\nstates = [\"u\", \"v\"]\n\
+         [model.parameters]\nR1 = 0.03\nk1 = 1.0\nk2 = 2.0\nR2 = 0.5\nsigma = 1.0\nA = 0.3067\n\
+         omega = \"2*sqrt(1 - 0.015^2)/2.4\"\np = 1.5\nc = 0.5\n\
+         [model.phase]\nname = \"theta\"\nrate = \"omega\"\nperiod = \"2*pi\"\n\
+         [model.flow]\nu = \"v\"\nv = \"A*cos(theta) - R1*v - k1*u\"\n\
+         [[model.surface]]\nname = \"stop\"\nevent = \"sigma - u\"\n\
+         contact = {{ v = \"free - {contact}\" }}\n{release}\
+         [grazing]\nsurface = \"stop\"\nsolve_for = \"A\"\nperiods = 1\n\
+         guess = {{ u = 1.0, v = 0.0, theta = 0.0816 }}\n\
+         [section]\n{section}\n\
+         [expansion]\nactive = [\"A\", \"omega\"]\nsmooth_order = 5\ncontact_weight = 8\n\
+         [window]\ndepth = 1e-4\nstate = {{ u = 1e-4, theta = 0.05 }}\n\
+         parameter = {{ A = 1e-4, omega = 1e-4 }}\n"
+    );
+    Scene::parse(&text, "power").unwrap_or_else(|error| panic!("{contact}: {error}"))
+}
+
+const TANGENCY: &str = "kind = \"tangency\"";
+const AT_THE_GRAZE: &str = "kind = \"stroboscopic\"\nphase = \"grazing\"";
+
+fn contact(scene: &Scene, weight: u32) -> Contact<Dd> {
+    let orbit = orbit(scene);
+    let expander = Expander::new(scene, &orbit).expect("a law with an expansion");
+    expander.contact_in::<Dd>(0, weight).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// Largest difference of the coefficients of two mappings, relative to the largest of each degree.
+fn difference(one: &Contact<Dd>, other: &Contact<Dd>) -> f64 {
+    let pairs = one.linear.iter().chain(&one.quadratic);
+    let pairs = pairs.zip(other.linear.iter().chain(&other.quadratic));
+    let of_pair = |(a, b): (&grazemap::jet::Jet<Dd>, &grazemap::jet::Jet<Dd>)| {
+        (0..=a.space().order())
+            .map(|degree| {
+                let size = b.max_abs_of_degree(degree).max(1e-6);
+                let pairs = a.part(degree).iter().zip(b.part(degree));
+                let errors = pairs.map(|(&a, &b)| (a - b).magnitude());
+                errors.fold(0.0, f64::max) / size
+            })
+            .fold(0.0, f64::max)
+    };
+    pairs.map(of_pair).fold(0.0, f64::max)
+}
+
+#[test]
+fn whole_exponents_give_what_the_analytic_path_gives() {
+    // Each law with `d^p` as a power, then as an analytic expression; released at the surface, at
+    // zero force, and with a prestress.
+    let laws = [
+        ("k2*d^p", "", "1", "k2*d", ""),
+        ("k2*d^p", "", "2", "k2*d^2", ""),
+        ("k2*d^p*(1 + c*v)", "", "2", "k2*d^2*(1 + c*v)", ""),
+        ("k2*d^p*(1 + c*v) + R2*v", "", "3", "k2*d^3*(1 + c*v) + R2*v", ""),
+        ("k2*d^p*(1 + c*v) - 0.1", "", "1", "k2*d*(1 + c*v) - 0.1", ""),
+        ("k2*d + k1*max(d, 0)^p", "", "2", "k2*d + k1*d^2", ""),
+        ("k2*d^p + R2*v", "k2*d^p + R2*v", "1", "k2*d + R2*v", "k2*d + R2*v"),
+        ("k2*d^p + R2*v", "k2*d^p + R2*v", "2", "k2*d^2 + R2*v", "k2*d^2 + R2*v"),
+    ];
+    for section in [TANGENCY, AT_THE_GRAZE] {
+        for (power, release, p, analytic, analytic_release) in laws {
+            let text_of = |law: &str| law.replace("^p", &format!("^(p - 1.5 + {p})"));
+            let by_power = contact(&scene(&text_of(power), &text_of(release), section), 8);
+            let by_series = contact(&scene(analytic, analytic_release, section), 8);
+            let error = difference(&by_power, &by_series);
+            println!("{power} p = {p}: {error:.1e}");
+            assert!(error < 1e-24, "{power} p = {p}: {error:e}");
+        }
+    }
+}
+
+/// `B(1/2, β + 1)` of the exponents 3/2 and 5/2: `3π/8` and `5π/16`.
+const BETAS: [(&str, u32, f64, f64); 2] = [("1.5", 4, 3.0, 8.0), ("2.5", 6, 5.0, 16.0)];
+
+#[test]
+fn the_first_coefficient_is_a_beta_function() {
+    for (exponent, power, numerator, denominator) in BETAS {
+        let scene = scene(&format!("k2*d^{exponent}*(1 + c*v)"), "", AT_THE_GRAZE);
+        let orbit = orbit(&scene);
+        let expander = Expander::new(&scene, &orbit).expect("a law with an expansion");
+        let laws = expander.leading_laws(0).expect("a series");
+        let law = laws[1].expect("a correction of the velocity");
+        let acceleration = orbit.passages[0].normal_acceleration;
+        let two = Dd::from(2.0);
+        let beta = Dd::PI * Dd::from(numerator) / Dd::from(denominator);
+        let expected = -two * (two / acceleration).sqrt() * beta;
+        assert_eq!(law.exponent, power);
+        let error = ((law.coefficient - expected) / expected).magnitude();
+        assert!(error < 1e-25, "{exponent}: {error:e}");
+    }
+}
+
+fn settled(scene: Scene) -> Settled {
+    scene.graze().expect("an orbit").settle().expect("a section")
+}
+
+#[test]
+fn errors_fall_at_the_rate_of_the_orders() {
+    let laws = [
+        ("k2*d^1.5", ""),
+        ("k2*d^1.5*(1 + c*v)", ""),
+        ("k2*sqrt(d)", ""),
+        ("k2*d^2.5 + R2*v", ""),
+        ("k2*d^1.5 + R2*v", "k2*d^1.5 + R2*v"),
+    ];
+    for (law, release) in laws {
+        let scene = scene(law, release, TANGENCY);
+        let request = StudyRequest { fresh: 0, sections: false, chosen: None };
+        let study = settled(scene).study(&request, &NoProgress).expect("a study");
+        let mut count = 0;
+        for result in study.orders.iter().filter(|at| at.orders.contact_weight <= 6) {
+            let (Some(measured), expected) = (result.rate.measured, result.rate.expected) else {
+                continue;
+            };
+            count += 1;
+            println!("{law} {:?}: {measured} {expected}", result.orders);
+            assert!(measured > expected - 0.05, "{law} {:?}: {measured}", result.orders);
+        }
+        assert!(count >= 10, "{law}: {count} rates were measured");
+    }
+}
