@@ -6,6 +6,7 @@
 //! differences do not grow. `CONTACT_LAWS=200` runs the whole campaign.
 
 use grazemap::hybrid::{Event, EventKind, HybridSystem, Outcome, Regime, Simulator};
+use grazemap::numeric::{Dd, Scalar};
 use xtask::independent::{Failure, Kind, Mode, Oscillator, Simulator as Independent};
 
 use crate::support::scenes::{NONE, parsed};
@@ -265,6 +266,53 @@ fn contacts_with_powers_of_the_depth_last_as_closed_forms_say() {
             // Rounding of the position, over the speed.
             assert!((end - begin - expected).abs() < 1e-14 + 1e-14 / speed, "{context} {expected}");
             assert!((met - speed).abs() < 1e-15 && (left - speed).abs() < 1e-13, "{context}");
+        }
+    }
+}
+
+/// Values of `B(1/(n + 1), 1/2)` at `n` = 1.5, 0.5, 2.5, 1.1.
+const BETAS_TO_ALL_DIGITS: [(&str, &str); 4] = [
+    ("1.5", "3.679093980405880821727234125103653"),
+    ("0.5", "2.587109559229790534953515025131212"),
+    ("2.5", "4.72753585720149572896467927069233"),
+    ("1.1", "3.250156383474161037867668404138991"),
+];
+
+#[test]
+fn contacts_with_powers_of_the_depth_last_as_closed_forms_say_in_double_double() {
+    for (power, beta) in BETAS_TO_ALL_DIGITS {
+        for speed in [1.0_f64, 0.125, 1.0 / 1024.0] {
+            let text = format!(
+                "[model]\nstates = [\"x\", \"v\"]\nparameters = {{ k = 100.0 }}\n\
+                 [model.flow]\nx = \"v\"\nv = \"0\"\n\
+                 [[model.surface]]\nname = \"stop\"\nevent = \"1 - x\"\n\
+                 contact = {{ v = \"free - k*d^{power}\" }}\n\
+                 [grazing]\nsurface = \"stop\"\nsolve_for = \"k\"\n"
+            );
+            let model = parsed(&text, "power", &NONE).model;
+            let system = HybridSystem::new(&model);
+            let of = Dd::from_f64;
+            let mut simulator =
+                Simulator::<Dd>::new(&system, &[of(100.0)]).expect("finite parameters");
+            simulator.set_state(&[of(1.0 - 0.5 * speed), of(speed)]).expect("a finite state");
+            let found = simulator.run(of(20.0 / speed.sqrt())).expect("a finite time");
+            let changes = found.events.iter().filter_map(|event| match event.kind {
+                EventKind::ContactBegin { .. } | EventKind::ContactEnd { .. } => Some(event.time),
+                _ => None,
+            });
+            let changes: Vec<Dd> = changes.collect();
+            let context = format!("{power} {speed}: {:?}", found.outcome);
+            let [begin, end] = changes[..] else { panic!("{context}") };
+            let n = power.parse::<Dd>().expect("a number") + of(1.0);
+            let beta = beta.parse::<Dd>().expect("a number");
+            let energy = n * of(speed) * of(speed) / of(200.0);
+            let expected = of(2.0) * energy.powf(of(1.0) / n) / of(speed) * beta / n;
+            let error = (end - begin - expected).magnitude();
+            println!("{context}: {error:.1e}");
+            // Rounding of the position, over the speed.
+            assert!(error < 1e-30 + 1e-30 / speed, "{context}: {error:e}");
+            let left = found.state[1];
+            assert!((left + of(speed)).magnitude() < 1e-27, "{context}: {left}");
         }
     }
 }

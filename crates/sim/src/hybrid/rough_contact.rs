@@ -10,19 +10,29 @@
 //! |f(x + τ f) − f(x)| τ ≤ ε |x|
 //! ```
 //!
-//! In between, Taylor steps grow and shrink with the depth. This is sufficient in double precision;
-//! with twice the digits there would be too many hops, and the simulation diverges.
+//! In between, Taylor steps grow and shrink with the depth. With twice the digits hops are so short
+//! that the coefficients of a series overflow beside them: near the surface time has a unit as long
+//! as the way to it.
 
 use super::motion::Regime;
 use super::passage::{Landing, Stop};
-use super::simulator::Simulator;
-use crate::numeric::Real;
+use super::simulator::{RoughTools, Simulator};
+use crate::numeric::{Real, Scalar};
 
 /// Largest number of halvings of a hop.
 const HALVINGS: usize = 200;
 
 /// Largest number of hops of a contact.
 const MOST_HOPS: usize = 1000;
+
+/// Natural logarithm of the largest coefficient of a series that is left to steps in whole units of
+/// time.
+const SAFE_EXPONENT: f64 = 400.0;
+
+/// Whether a number has more digits than double precision.
+fn is_extended<S: Scalar>() -> bool {
+    S::ROUNDOFF < f64::ROUNDOFF
+}
 
 impl<S: Real> Simulator<'_, S> {
     /// Hops away from the surface at the beginning of a contact that has no series there, or back
@@ -31,11 +41,14 @@ impl<S: Real> Simulator<'_, S> {
         let Regime::Contact { surface } = self.motion.regime else {
             return None;
         };
-        self.surfaces[surface].rates.as_ref()?;
+        self.surfaces[surface].rough.as_ref()?;
         if self.motion.time == self.motion.changed {
             return self.hop_away(surface, horizon).then_some(None);
         }
-        self.hop_back(surface, horizon).then_some(Some(Stop::Release))
+        if self.hop_back(surface, horizon) {
+            return Some(Some(Stop::Release));
+        }
+        self.scaled_step(surface, horizon).then_some(None)
     }
 
     /// Makes another hop in a contact in which a Taylor step failed; returns whether it succeeded.
@@ -48,7 +61,8 @@ impl<S: Real> Simulator<'_, S> {
 
     /// Hops away from the surface, if a series is not longer than the hop; returns whether it did.
     fn hop_away(&mut self, surface: usize, horizon: S) -> bool {
-        let longest = self.motion.last_step * S::from_f64(S::ROUNDOFF.sqrt());
+        let share = if is_extended::<S>() { S::ROUNDOFF.powf(0.25) } else { S::ROUNDOFF.sqrt() };
+        let longest = self.motion.last_step * S::from_f64(share);
         let Self { motion, parameters, surfaces, .. } = &mut *self;
         let reach = surfaces[surface].held.as_mut().and_then(|held| {
             let step = held.step(&motion.state, parameters).ok()?;
@@ -89,6 +103,39 @@ impl<S: Real> Simulator<'_, S> {
         false
     }
 
+    /// Takes a step by a series in a unit of time in which its coefficients do not overflow, if the
+    /// surface is near; returns whether it did.
+    ///
+    /// In double precision hops reach to where a series in whole units is finite.
+    fn scaled_step(&mut self, surface: usize, horizon: S) -> bool {
+        if !is_extended::<S>() {
+            return false;
+        }
+        let Some((gap, rate)) = self.read_landing(Landing::Contact { surface }) else {
+            return false;
+        };
+        let reach = (gap / rate).abs();
+        let Self { motion, parameters, surfaces, .. } = self;
+        let Some(RoughTools { scaled, .. }) = surfaces[surface].rough.as_mut() else {
+            return false;
+        };
+        let nearest = S::from_f64(SAFE_EXPONENT / scaled.order() as f64).exp();
+        if !(reach > S::zero() && reach * nearest < S::one()) {
+            return false;
+        }
+        let with_unit: Vec<S> = parameters.iter().copied().chain([reach]).collect();
+        let Ok(step) = scaled.step(&motion.state, &with_unit) else {
+            return false;
+        };
+        let time = (step.length * reach).min(horizon - motion.time);
+        let mut end = motion.state.clone();
+        step.state_at(time / reach, &mut end);
+        motion.time += time;
+        motion.state = end;
+        motion.lose_headings();
+        true
+    }
+
     /// Hops back onto the zero of the release function, if it is not farther than the last hop;
     /// returns whether it did.
     fn hop_back(&mut self, surface: usize, horizon: S) -> bool {
@@ -121,8 +168,8 @@ impl<S: Real> Simulator<'_, S> {
 
     /// Rates of the contact field at a state.
     fn contact_rates(&mut self, surface: usize, state: &[S]) -> Vec<S> {
-        let rates = self.surfaces[surface].rates.as_mut();
-        rates.map_or_else(Vec::new, |rates| rates.evaluate(state, &self.parameters).to_vec())
+        let rough = self.surfaces[surface].rough.as_mut();
+        rough.map_or_else(Vec::new, |rough| rough.rates.evaluate(state, &self.parameters).to_vec())
     }
 
     /// Whether the release function at a state has the sign that it has in contact; false for a

@@ -80,10 +80,18 @@ pub(super) struct SurfaceTools<'a, S: Real> {
     /// its terms.
     pub(super) release: Option<Evaluator<'a, S>>,
     pub(super) release_slopes: Option<SlopeTools<'a, S>>,
-    /// Rates of a contact field that may have no series on the surface.
-    pub(super) rates: Option<Evaluator<'a, S>>,
+    /// Contact field that may have no series on the surface.
+    pub(super) rough: Option<RoughTools<'a, S>>,
     /// Integrator of the contact field or the stick field.
     pub(super) held: Option<Integrator<'a, S>>,
+}
+
+/// Working memory of a contact field that may have no series on the surface.
+#[derive(Clone, Debug)]
+pub(super) struct RoughTools<'a, S: Real> {
+    pub(super) rates: Evaluator<'a, S>,
+    /// Integrator of the rates times a unit of time, the last parameter.
+    pub(super) scaled: Integrator<'a, S>,
 }
 
 /// Slopes of a release function.
@@ -562,10 +570,10 @@ impl<S: Real> Simulator<'_, S> {
 
 impl<'a, S: Real> SurfaceTools<'a, S> {
     fn new(surface: &'a SurfaceLaw, dimension: usize) -> Self {
-        let (reset, release, held, rates) = match &surface.law {
+        let (reset, release, held, rough) = match &surface.law {
             Law::Rigid { reset, stick } => (Some(reset), None, stick.as_ref(), None),
-            Law::Compliant { contact, release, slopes, rates } => {
-                (None, Some((release, &**slopes)), Some(contact), rates.as_ref())
+            Law::Compliant { contact, release, slopes, rough } => {
+                (None, Some((release, &**slopes)), Some(contact), rough.as_deref())
             }
         };
         Self {
@@ -577,7 +585,10 @@ impl<'a, S: Real> SurfaceTools<'a, S> {
                 slopes,
                 evaluator: Evaluator::new(&slopes.program, 4 + dimension),
             }),
-            rates: rates.map(|rates| Evaluator::new(rates, dimension)),
+            rough: rough.map(|rough| RoughTools {
+                rates: Evaluator::new(&rough.rates, dimension),
+                scaled: Integrator::new(&rough.scaled),
+            }),
             held: held.map(|held| Integrator::new(&held.field)),
         }
     }

@@ -61,14 +61,24 @@ pub(super) enum Law {
     /// Reset, and the stick field if there is one.
     Rigid { reset: Program, stick: Option<RegimeField> },
     /// Contact field, and the release function: `ρ` and its derivative along the free flow, the
-    /// rates of the free flow, and `x_i ∂ρ/∂x_i`, the size of its terms; then its slopes, and the
-    /// rates of a contact that may have no series on the surface.
+    /// rates of the free flow, and `x_i ∂ρ/∂x_i`, the size of its terms; then its slopes, and a
+    /// contact field that may have no series on the surface.
     Compliant {
         contact: RegimeField,
         release: Program,
         slopes: Box<ReleaseSlopes>,
-        rates: Option<Program>,
+        rough: Option<Box<RoughField>>,
     },
+}
+
+/// A contact field that may have no series on the surface.
+#[derive(Clone, Debug)]
+pub(super) struct RoughField {
+    /// The rates.
+    pub(super) rates: Program,
+    /// The rates times one more parameter, a unit of time: near the surface the coefficients of a
+    /// series in whole units overflow.
+    pub(super) scaled: Field,
 }
 
 /// Slopes of a release function `ρ`, which give its sign at the beginning of a contact.
@@ -199,11 +209,20 @@ impl SystemLowering<'_> {
                     contact,
                     release: self.program(&outputs),
                     slopes,
-                    rates: is_rough.then(|| self.program(field)),
+                    rough: is_rough.then(|| Box::new(self.rough_field(field))),
                 }
             }
         };
         SurfaceLaw { sensor, landing, law }
+    }
+
+    fn rough_field(&mut self, field: &[NodeId]) -> RoughField {
+        let parameters = self.model.parameters.len() + 1;
+        let unit = self.graph.input(self.model.dimension() + parameters - 1);
+        let scaled: Vec<_> = field.iter().map(|&rate| self.graph.mul(rate, unit)).collect();
+        let kinds = vec![InputKind::Variable; parameters];
+        let rates = self.program(field);
+        RoughField { rates, scaled: Field::new(&self.graph, &scaled, &[], &kinds) }
     }
 
     fn sensor(&mut self, surface: &Surface) -> Program {

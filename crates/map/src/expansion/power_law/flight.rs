@@ -1,18 +1,16 @@
 //! The flight through a contact with powers of the penetration, degree by degree of its jets.
 //!
-//! In the time `t = y T u`, `u` from 0 to 1, the penetration is `y² u H` beside the entry and
-//! `y² v H`, `v = 1 − u`, beside a release at the surface, with `H > 0`. A power is then
-//! `d^β = y^{2β} u^β H^β`. With a formal variable for `y^{2β}` and another for `y^{2β} u^β` every
-//! coefficient of the jets is analytic in `u`, and known at the nodes of a quadrature. An integral
-//! over the time has a factor `y`, so that the part of one degree of every jet follows from lower
-//! ones.
+//! In the time `t = y T u`, `u` from 0 to 1, the penetration is `y² u (1 − u) H` with `H > 0`, or
+//! `y² u H` where the contact ends before the surface. A power `d^β` is then `y^{2β}` times a number
+//! and `H^β` at each node of a quadrature, an analytic function for a whole `2β`. An integral over
+//! the time has a factor `y`, so that the part of one degree of every jet follows from lower ones.
 
 use std::sync::Arc;
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 
 use super::law::{Output, PowerLaw};
-use super::quadrature::{Integrals, Nodes};
+use super::quadrature::{Place, Quadrature};
 use crate::expansion::approach::{Approach, DepthVariable};
 use crate::expansion::error::{ContactLawError, ExpansionError, PowerProblem};
 use crate::expansion::routes::Graze;
@@ -102,17 +100,17 @@ impl<'a> PowerFlight<'a> {
     ///
     /// # Errors
     ///
-    /// [`ExpansionError::Jet`] if the space of the flight would be too large.
+    /// [`ExpansionError::Numeric`] if the matrix of the quadrature is singular.
     pub(in crate::expansion) fn exit<S: Real>(
         &self,
         entry: &[Jet<S>],
         parameters: &[Jet<S>],
     ) -> Result<(Vec<Jet<S>>, Jet<S>), ExpansionError> {
-        let spaces = PowerSpace::new(entry[0].space(), &self.law.exponents)?;
-        let flown = Flown::new(self, &spaces, entry, parameters)?.run();
-        let state = flown.exit.iter().map(|jet| spaces.lowered(jet)).collect();
-        let time = spaces.lowered(&flown.time);
-        Ok((state, shift_depth_power(&time, 1)))
+        let space = entry[0].space();
+        let flown = Flown::new(self, space, entry, parameters)?.run();
+        let jet = |values: Vec<S>| Jet::from_coefficients(space, values);
+        let state = flown.exit.into_iter().map(jet).collect();
+        Ok((state, shift_depth_power(&jet(flown.time), 1)))
     }
 }
 
@@ -123,131 +121,12 @@ fn whole_power(exponent: Dd) -> Option<u8> {
     whole.then_some(power.hi as u8)
 }
 
-/// One class of powers `d^β` in the space of a flight.
-struct Class {
-    /// Exponent `β`.
-    exponent: Dd,
-    /// Factor `y` of the power that is written out: 1, or 0 where `2β ≤ 1`.
-    written: u8,
-    /// Power of `y` for which the formal variable stands.
-    power: u8,
-}
-
-/// Space of a flight: that of the entry, a formal variable per class that is constant in time, and
-/// one per class with the factor `u^β`.
-struct PowerSpace {
-    near: Arc<JetSpace>,
-    space: Arc<JetSpace>,
-    classes: Vec<Class>,
-    /// Powers of the variables with `u^β`, of which each monomial has one kind.
-    kinds: Vec<Vec<u8>>,
-    /// Kind of each monomial.
-    kind_of: Vec<usize>,
-    /// Monomial with the constant variables in place of those with `u^β`.
-    collapsed: Vec<usize>,
-    /// Monomial times `y`, if the space keeps it.
-    times_y: Vec<Option<usize>>,
-    /// Monomial times the written factor and the variable with `u^β`, by class.
-    times_power: Vec<Vec<Option<usize>>>,
-}
-
-impl PowerSpace {
-    fn new(near: &Arc<JetSpace>, exponents: &[Dd]) -> Result<Self, ExpansionError> {
-        let classes: Vec<Class> = exponents
-            .iter()
-            .map(|&exponent| {
-                let whole = whole_power(exponent).unwrap_or(1);
-                let written = u8::from(whole > 1);
-                Class { exponent, written, power: whole - written }
-            })
-            .collect();
-        let formal = classes.iter().map(|class| u32::from(class.power));
-        let weights: Vec<u32> =
-            near.weights().iter().copied().chain(formal.clone()).chain(formal).collect();
-        let space = JetSpace::new(&weights, near.order())?;
-        let (own, count) = (near.variables(), classes.len());
-        let mut kinds: Vec<Vec<u8>> = Vec::new();
-        let (mut kind_of, mut collapsed, mut times_y) = (Vec::new(), Vec::new(), Vec::new());
-        let mut times_power = vec![Vec::new(); count];
-        for monomial in 0..space.len() {
-            let exponents = space.exponents(monomial);
-            let moving = exponents[own + count..].to_vec();
-            let known = kinds.iter().position(|kind| *kind == moving);
-            kind_of.push(known.unwrap_or_else(|| {
-                kinds.push(moving.clone());
-                kinds.len() - 1
-            }));
-            let raised = |change: &dyn Fn(&mut [u8])| {
-                let mut target = exponents.to_vec();
-                change(&mut target);
-                space.monomial(&target)
-            };
-            let still = raised(&|target| {
-                for (class, power) in moving.iter().enumerate() {
-                    target[own + class] += power;
-                    target[own + count + class] = 0;
-                }
-            });
-            collapsed.push(still.unwrap_or(monomial));
-            times_y.push(raised(&|target| target[0] += 1));
-            for (number, class) in classes.iter().enumerate() {
-                times_power[number].push(raised(&|target| {
-                    target[0] += class.written;
-                    target[own + count + number] += 1;
-                }));
-            }
-        }
-        let near = Arc::clone(near);
-        Ok(Self { near, space, classes, kinds, kind_of, collapsed, times_y, times_power })
-    }
-
-    /// A jet of the entry in the space of the flight.
-    fn raised<S: Real>(&self, jet: &Jet<S>) -> Jet<S> {
-        let same: Vec<_> = (0..self.near.variables()).map(Some).collect();
-        jet.reinterpret(&self.space, &same)
-    }
-
-    /// A jet without time in the space of the entry: each formal variable is the power of `y` for
-    /// which it stands.
-    fn lowered<S: Real>(&self, jet: &Jet<S>) -> Jet<S> {
-        let mut result = Jet::zero(&self.near);
-        let own = self.near.variables();
-        let mut target = vec![0; own];
-        for (exponents, value) in jet.terms().filter(|(_, value)| *value != S::zero()) {
-            target.copy_from_slice(&exponents[..own]);
-            let formal = exponents[own..].iter().zip(&self.classes);
-            let power: u32 =
-                formal.map(|(&count, class)| u32::from(count) * u32::from(class.power)).sum();
-            let Ok(power) = u8::try_from(u32::from(target[0]) + power) else { continue };
-            target[0] = power;
-            if let Some(monomial) = self.near.monomial(&target) {
-                result.coefficients_mut()[monomial] += value;
-            }
-        }
-        result
-    }
-}
-
-/// Half of a contact, or a whole one with an early release: values at nodes in the time from the
-/// surface.
-struct Side<S: Scalar> {
-    /// Whether the time runs back from the release.
-    backward: bool,
-    nodes: Nodes<S>,
-    /// Integrals by kind of monomial.
-    integrals: Vec<Integrals<S>>,
-    /// One tape of the law's program per node.
-    tapes: Vec<Vec<S>>,
-    /// `H` at each node and, for an early release, at the end.
-    gaps: Vec<Gap<S>>,
-}
-
-/// The penetration over `y² u`, `H = T (σ − T A)`, and its powers at one place.
+/// The penetration over `y²` and its base, `H = T (σ − T A)`, and its powers at one place.
 #[derive(Clone)]
 struct Gap<S: Scalar> {
-    /// `A`, the mean of `h''` with weights `u − u'`.
+    /// `A`, the mean of `h''`.
     mean: Vec<S>,
-    /// `σ − T A`.
+    /// `σ − T A`, with the place's share of the speed `σ`.
     slope: Vec<S>,
     value: Vec<S>,
     euler: Vec<S>,
@@ -255,26 +134,29 @@ struct Gap<S: Scalar> {
     powers: Vec<[Vec<S>; 2]>,
 }
 
-/// Result of a flight in its own space.
-struct Released<S: Scalar> {
-    exit: Vec<Jet<S>>,
-    /// Contact time over `y`.
-    time: Jet<S>,
-}
-
 /// A flight in progress.
 struct Flown<'a, S: Scalar> {
     law: &'a PowerLaw,
-    spaces: &'a PowerSpace,
-    sides: Vec<Side<S>>,
+    space: &'a JetSpace,
+    quadrature: Quadrature<S>,
+    /// One tape of the law's program per node.
+    tapes: Vec<Vec<S>>,
+    /// The penetration at each place.
+    gaps: Vec<Gap<S>>,
+    /// Power of the base of each place, by class.
+    bases: Vec<Vec<S>>,
+    /// Monomial times `y` to a class's power, by class, and at last times `y`.
+    raised: Vec<Vec<Option<usize>>>,
     entry: Vec<Jet<S>>,
     exit: Vec<Vec<S>>,
     /// Tape of the law's program at the release, for an early one.
     end: Option<Vec<S>>,
-    /// `−h'/y` at the entry.
-    entry_speed: Jet<S>,
-    /// `∫ h'' du`, `∫ (1 − u) h'' du` and the speed at the release over `y`.
-    whole: [Vec<S>; 3],
+    /// Speed `−h'/y` at the entry, and `h'/y` at the release.
+    speeds: [Vec<S>; 2],
+    /// `∫ h'' du` and `∫ (1 − u) h'' du`.
+    total: Vec<S>,
+    moment: Vec<S>,
+    /// Contact time over `y`.
     time: Vec<S>,
     /// Rate of the release function at the grazing point.
     release_rate: S,
@@ -284,17 +166,14 @@ struct Flown<'a, S: Scalar> {
 impl<'a, S: Real> Flown<'a, S> {
     fn new(
         flight: &PowerFlight<'a>,
-        spaces: &'a PowerSpace,
+        space: &'a Arc<JetSpace>,
         entry: &[Jet<S>],
         parameters: &[Jet<S>],
     ) -> Result<Self, ExpansionError> {
         let law = flight.law;
-        let space = &spaces.space;
         let len = space.len();
-        let entry: Vec<_> = entry.iter().map(|jet| spaces.raised(jet)).collect();
-        let parameters: Vec<_> = parameters.iter().map(|jet| spaces.raised(jet)).collect();
         let powers = law.exponents.iter().map(|_| Jet::zero(space));
-        let inputs: Vec<_> = entry.iter().chain(&parameters).cloned().chain(powers).collect();
+        let inputs: Vec<_> = entry.iter().chain(parameters).cloned().chain(powers).collect();
         let values = evaluate(&law.program, space, &inputs);
         let value = |output: Output| &values[law.dimension + output as usize];
         let mut tape = vec![S::zero(); law.program.slots() * len];
@@ -305,51 +184,52 @@ impl<'a, S: Real> Flown<'a, S> {
         for (slot, jet) in entry.iter().enumerate() {
             tape[slot * len] = jet.head();
         }
-        let (length, singular, directions) = match flight.early {
-            None => (S::from_f64(0.5), 2.0, &[false, true][..]),
-            Some(share) => (S::one(), 1.0 / share, &[false][..]),
-        };
-        let count = nodes_for(singular, S::ROUNDOFF);
-        let side = |&backward: &bool| {
-            let nodes = Nodes::new(count, length);
-            let integrals = spaces.kinds.iter().map(|kind| {
-                let terms = kind.iter().zip(&spaces.classes);
-                let exponent = terms.fold(Dd::ZERO, |sum, (&power, class)| {
-                    sum + Dd::from_f64(f64::from(power)) * class.exponent
-                });
-                nodes.integrals(S::from_dd(exponent))
-            });
-            let integrals = integrals.collect::<Result<Vec<_>, _>>();
-            let places = count + usize::from(flight.early.is_some());
-            Ok(Side {
-                backward,
-                integrals: integrals?,
-                tapes: vec![tape.clone(); count],
-                gaps: vec![Gap::new(len, law.exponents.len()); places],
-                nodes,
-            })
-        };
-        let sides = directions.iter().map(side).collect::<Result<_, ExpansionError>>()?;
+        let quadrature: Quadrature<S> = match flight.early {
+            None => Quadrature::between(nodes_between(space.order(), &law.exponents, S::ROUNDOFF)),
+            Some(share) => Quadrature::after(nodes_after(share, S::ROUNDOFF)),
+        }?;
+        let bases = quadrature.places.iter().map(|place| {
+            let powers = law.exponents.iter();
+            powers.map(|&exponent| place.base.powf(S::from_dd(exponent))).collect()
+        });
+        let bases = bases.collect();
+        let powers = law.exponents.iter().filter_map(|&exponent| whole_power(exponent));
+        let raised = powers.chain([1]).map(|power| {
+            let of = |monomial| {
+                let mut target = space.exponents(monomial).to_vec();
+                target[0] = target[0].checked_add(power)?;
+                space.monomial(&target)
+            };
+            (0..space.len()).map(of).collect()
+        });
+        let zero = vec![S::zero(); len];
+        let speed = -&shift_depth_power(value(Output::Velocity), -1);
+        let mut exit = vec![zero.clone(); entry.len()];
+        for (exit, entry) in exit.iter_mut().zip(entry) {
+            exit[0] = entry.head();
+        }
         Ok(Self {
             law,
-            spaces,
-            sides,
-            exit: vec![vec![S::zero(); len]; entry.len()],
+            space,
+            tapes: vec![tape.clone(); quadrature.total.len()],
+            gaps: vec![Gap::new(len, law.exponents.len()); quadrature.places.len()],
+            quadrature,
+            bases,
+            raised: raised.collect(),
+            entry: entry.to_vec(),
+            exit,
             end: flight.early.is_some().then_some(tape),
-            entry_speed: -&shift_depth_power(value(Output::Velocity), -1),
+            speeds: [speed.coefficients().to_vec(), zero.clone()],
+            total: zero.clone(),
+            moment: zero.clone(),
+            time: zero.clone(),
             release_rate: value(Output::ReleaseRate).head(),
-            entry,
-            whole: [(); 3].map(|()| vec![S::zero(); len]),
-            time: vec![S::zero(); len],
-            scratch: vec![S::zero(); len],
+            scratch: zero,
         })
     }
 
-    fn run(mut self) -> Released<S> {
-        for (exit, entry) in self.exit.iter_mut().zip(&self.entry) {
-            exit[0] = entry.head();
-        }
-        for degree in 0..=self.spaces.space.order() {
+    fn run(mut self) -> Self {
+        for degree in 0..=self.space.order() {
             self.accelerations(degree);
             match self.end.is_some() {
                 true => self.early_time(degree),
@@ -358,71 +238,49 @@ impl<'a, S: Real> Flown<'a, S> {
             self.penetrations(degree);
             self.states(degree);
         }
-        let space = &self.spaces.space;
-        let jet = |values: Vec<S>| Jet::from_coefficients(space, values);
-        Released { exit: self.exit.into_iter().map(jet).collect(), time: jet(self.time) }
+        self
     }
 
     /// Part of one degree of every output of the law at every node, and of the means of `h''`.
     fn accelerations(&mut self, degree: usize) {
-        let Self { law, spaces, sides, whole, scratch, .. } = self;
-        let space = &*spaces.space;
-        let len = space.len();
-        let slot = law.slot(Output::Acceleration) * len;
-        let range = space.degree_range(degree);
-        for side in sides {
-            for (tape, gap) in side.tapes.iter_mut().zip(&side.gaps) {
-                gap.write_powers(spaces, law, degree, tape);
-                law.program.advance(space, degree, tape, scratch);
+        let Self { law, space, quadrature, tapes, gaps, bases, raised, scratch, .. } = self;
+        let slot = law.slot(Output::Acceleration) * space.len();
+        for (node, tape) in tapes.iter_mut().enumerate() {
+            gaps[node].write_powers(space, law, &bases[node], raised, degree, tape);
+            law.program.advance(*space, degree, tape, scratch);
+        }
+        for monomial in space.degree_range(degree) {
+            let values = tapes.iter().map(|tape| tape[slot + monomial]);
+            let values: DVector<S> = DVector::from_iterator(tapes.len(), values);
+            for (gap, place) in gaps.iter_mut().zip(&quadrature.places) {
+                gap.mean[monomial] = dot(place.mean.iter(), &values);
             }
-            for monomial in range.clone() {
-                let integrals = &side.integrals[spaces.kind_of[monomial]];
-                let values: DVector<S> = DVector::from_iterator(
-                    side.tapes.len(),
-                    side.tapes.iter().map(|tape| tape[slot + monomial]),
-                );
-                if values.iter().all(|value| *value == S::zero()) {
-                    continue;
-                }
-                for (place, gap) in side.gaps.iter_mut().enumerate() {
-                    gap.mean[monomial] = match place < values.len() {
-                        true => row_times(&integrals.moment, place, &values),
-                        false => dot(&integrals.moment_at_end, &values),
-                    };
-                }
-                let total = dot(&integrals.total, &values);
-                let first = dot(&integrals.first, &values);
-                let still = spaces.collapsed[monomial];
-                whole[0][still] += total;
-                whole[1][still] += if side.backward { first } else { total - first };
-            }
+            self.total[monomial] = dot(quadrature.total.iter(), &values);
+            self.moment[monomial] = dot(quadrature.moment.iter(), &values);
         }
     }
 
     /// Part of the contact time over `y` to the surface: `T = σ / ∫ (1 − u) h'' du`.
     fn time_to_surface(&mut self, degree: usize) {
-        let space = &*self.spaces.space;
-        let range = space.degree_range(degree);
+        let range = self.space.degree_range(degree);
         let out = &mut self.scratch[..range.len()];
-        let speed = self.entry_speed.coefficients();
-        quotient_part(space, degree, speed, &self.whole[1], &self.time, out);
+        quotient_part(self.space, degree, &self.speeds[0], &self.moment, &self.time, out);
         self.time[range].copy_from_slice(out);
     }
 
     /// Part of the contact time over `y` to an early release, from the next part of the release
     /// function: the time enters it with its rate at the grazing point, times `y`.
     fn early_time(&mut self, degree: usize) {
-        let spaces = self.spaces;
-        let next = degree + 1;
-        if next > spaces.space.order() {
+        if degree == self.space.order() {
             return;
         }
         self.penetrations(degree);
         self.states(degree);
-        let slot = self.law.slot(Output::Release) * spaces.space.len();
+        let slot = self.law.slot(Output::Release) * self.space.len();
         let Some(tape) = &self.end else { return };
-        for monomial in spaces.space.degree_range(degree) {
-            if let Some(raised) = spaces.times_y[monomial] {
+        let times_y = &self.raised[self.law.exponents.len()];
+        for monomial in self.space.degree_range(degree) {
+            if let Some(raised) = times_y[monomial] {
                 self.time[monomial] = -tape[slot + raised] / self.release_rate;
             }
         }
@@ -430,97 +288,62 @@ impl<'a, S: Real> Flown<'a, S> {
 
     /// Part of `H` and its powers at every place.
     fn penetrations(&mut self, degree: usize) {
-        let Self { law, spaces, sides, whole, time, entry_speed, scratch, .. } = self;
-        let space = &*spaces.space;
+        let Self { law, space, quadrature, gaps, speeds, total, time, scratch, .. } = self;
         let range = space.degree_range(degree);
         let out = &mut scratch[..range.len()];
         // Speed at the release over y: −σ + T ∫ h'' du.
-        product_part(space, degree, time, &whole[0], out);
-        let speed = entry_speed.coefficients();
-        for (value, monomial) in out.iter().zip(range.clone()) {
-            whole[2][monomial] = *value - speed[monomial];
+        product_part(*space, degree, time, total, out);
+        for (value, monomial) in out.iter().zip(range) {
+            speeds[1][monomial] = *value - speeds[0][monomial];
         }
-        for side in sides {
-            let speed = if side.backward { &whole[2][..] } else { speed };
-            for gap in &mut side.gaps {
-                gap.advance(space, degree, speed, time, &law.exponents, out);
-            }
+        for (gap, place) in gaps.iter_mut().zip(&quadrature.places) {
+            gap.advance(space, degree, place, speeds, time, &law.exponents, out);
         }
     }
 
     /// The next part of the state at every node and at the release.
     fn states(&mut self, degree: usize) {
-        let Self { law, spaces, sides, time, entry, exit, scratch, end, .. } = self;
-        let space = &*spaces.space;
+        let Self { law, space, quadrature, tapes, time, entry, exit, scratch, end, .. } = self;
         let (len, next) = (space.len(), degree + 1);
         if next > space.order() {
             return;
         }
-        let range = space.degree_range(degree);
+        let (range, raised_range) = (space.degree_range(degree), space.degree_range(next));
+        let times_y = &self.raised[law.exponents.len()];
+        let count = tapes.len();
+        let mut rates = vec![DVector::from_element(count, S::zero()); range.len()];
         for component in 0..law.dimension {
             let slot = law.program.output(component) * len;
-            let rates: Vec<DMatrix<S>> = sides
-                .iter()
-                .map(|side| {
-                    let mut rates = DMatrix::from_element(side.nodes.len(), range.len(), S::zero());
-                    for (node, tape) in side.tapes.iter().enumerate() {
-                        let out = &mut scratch[..range.len()];
-                        product_part(space, degree, time, &tape[slot..slot + len], out);
-                        rates
-                            .row_mut(node)
-                            .iter_mut()
-                            .zip(&*out)
-                            .for_each(|(to, &from)| *to = from);
-                    }
-                    rates
-                })
-                .collect();
-            let of_exit = space.degree_range(next);
-            exit[component][of_exit.clone()]
-                .copy_from_slice(&entry[component].coefficients()[of_exit.clone()]);
-            for (side, rates) in sides.iter().zip(&rates) {
-                for (place, monomial) in range.clone().enumerate() {
-                    let total = &side.integrals[spaces.kind_of[monomial]].total;
-                    if let Some(raised) = spaces.times_y[spaces.collapsed[monomial]] {
-                        exit[component][raised] += dot_column(total, rates, place);
-                    }
-                }
+            for (node, tape) in tapes.iter().enumerate() {
+                let out = &mut scratch[..range.len()];
+                product_part(*space, degree, time, &tape[slot..slot + len], out);
+                rates.iter_mut().zip(&*out).for_each(|(rates, &value)| rates[node] = value);
             }
-            for (side, rates) in sides.iter_mut().zip(&rates) {
-                let (start, sign) = match side.backward {
-                    false => (entry[component].coefficients(), S::one()),
-                    true => (&exit[component][..], -S::one()),
-                };
-                let first = component * len;
-                for (node, tape) in side.tapes.iter_mut().enumerate() {
-                    tape[first + of_exit.start..first + of_exit.end]
-                        .copy_from_slice(&start[of_exit.clone()]);
-                    for (place, monomial) in range.clone().enumerate() {
-                        let primitive = &side.integrals[spaces.kind_of[monomial]].primitive;
-                        if let Some(raised) = spaces.times_y[monomial] {
-                            let mut sum = S::zero();
-                            for column in 0..primitive.ncols() {
-                                sum += primitive[(node, column)] * rates[(column, place)];
-                            }
-                            tape[first + raised] += sign * sum;
-                        }
-                    }
+            let start = &entry[component].coefficients()[raised_range.clone()];
+            exit[component][raised_range.clone()].copy_from_slice(start);
+            let first = component * len;
+            for tape in tapes.iter_mut() {
+                tape[first + raised_range.start..first + raised_range.end].copy_from_slice(start);
+            }
+            for (rates, monomial) in rates.iter().zip(range.clone()) {
+                let Some(raised) = times_y[monomial] else { continue };
+                exit[component][raised] += dot(quadrature.total.iter(), rates);
+                for (node, tape) in tapes.iter_mut().enumerate() {
+                    tape[first + raised] += dot(quadrature.primitive.row(node).iter(), rates);
                 }
             }
         }
         let Some(tape) = end else { return };
         for (component, exit) in exit.iter().enumerate() {
-            let range = space.degree_range(next);
-            tape[component * len + range.start..component * len + range.end]
-                .copy_from_slice(&exit[range]);
-        }
-        if let Some(gap) = sides.first().and_then(|side| side.gaps.last()) {
-            gap.write_still_powers(spaces, law, next, tape);
+            let part = &exit[raised_range.clone()];
+            tape[component * len + raised_range.start..component * len + raised_range.end]
+                .copy_from_slice(part);
         }
         if degree == 0 {
-            law.program.advance(space, 0, tape, scratch);
+            law.program.advance(*space, 0, tape, scratch);
         }
-        law.program.advance(space, next, tape, scratch);
+        self.gaps[count].write_powers(space, law, &self.bases[count], &self.raised, next, tape);
+        law.program.advance(*space, next, tape, scratch);
     }
 }
 
@@ -536,21 +359,24 @@ impl<S: Real> Gap<S> {
         }
     }
 
-    /// Part of one degree of `H` and its powers; `speed` is `σ`.
+    /// Part of one degree of `H` and its powers.
+    #[allow(clippy::too_many_arguments, reason = "one per symbol of the formula")]
     fn advance(
         &mut self,
         space: &JetSpace,
         degree: usize,
-        speed: &[S],
+        place: &Place<S>,
+        speeds: &[Vec<S>; 2],
         time: &[S],
         exponents: &[Dd],
         out: &mut [S],
     ) {
         let range = space.degree_range(degree);
         let euler = S::from_f64(degree as f64);
+        let speed = &speeds[usize::from(place.from_end)];
         product_part(space, degree, time, &self.mean, out);
         for (value, monomial) in out.iter().zip(range.clone()) {
-            self.slope[monomial] = speed[monomial] - *value;
+            self.slope[monomial] = place.share * speed[monomial] - *value;
         }
         product_part(space, degree, time, &self.slope, out);
         for (value, monomial) in out.iter().zip(range.clone()) {
@@ -567,65 +393,46 @@ impl<S: Real> Gap<S> {
     }
 
     /// Writes the part of one degree of every power of the penetration to a tape.
-    fn write_powers(&self, spaces: &PowerSpace, law: &PowerLaw, degree: usize, tape: &mut [S]) {
-        self.write(spaces, law, degree, tape, |monomial| monomial);
-    }
-
-    /// The same at the end of the contact, where `u = 1`.
-    fn write_still_powers(
+    fn write_powers(
         &self,
-        spaces: &PowerSpace,
+        space: &JetSpace,
         law: &PowerLaw,
+        bases: &[S],
+        raised: &[Vec<Option<usize>>],
         degree: usize,
         tape: &mut [S],
     ) {
-        self.write(spaces, law, degree, tape, |monomial| spaces.collapsed[monomial]);
-    }
-
-    fn write(
-        &self,
-        spaces: &PowerSpace,
-        law: &PowerLaw,
-        degree: usize,
-        tape: &mut [S],
-        place: impl Fn(usize) -> usize,
-    ) {
-        let space = &*spaces.space;
-        let first = law.program.inputs() - spaces.classes.len();
-        for (number, class) in spaces.classes.iter().enumerate() {
-            let weight = usize::from(class.written + class.power);
-            let slot = (first + number) * space.len();
-            tape[slot + space.degree_range(degree).start..slot + space.degree_range(degree).end]
-                .fill(S::zero());
-            let Some(source) = degree.checked_sub(weight) else { continue };
+        let first = law.program.inputs() - law.exponents.len();
+        for (class, (&exponent, &base)) in law.exponents.iter().zip(bases).enumerate() {
+            let power = whole_power(exponent).map_or(0, usize::from);
+            let Some(source) = degree.checked_sub(power) else { continue };
+            let slot = (first + class) * space.len();
             for monomial in space.degree_range(source) {
-                if let Some(raised) = spaces.times_power[number][monomial] {
-                    tape[slot + place(raised)] += self.powers[number][0][monomial];
+                if let Some(raised) = raised[class][monomial] {
+                    tape[slot + raised] = base * self.powers[class][0][monomial];
                 }
             }
         }
     }
 }
 
-/// Number of nodes for functions whose nearest singularity is at `singular`, the interval being
-/// `(0, 1)`.
-fn nodes_for(singular: f64, roundoff: f64) -> usize {
-    let place = 2.0 * singular - 1.0;
+/// Number of nodes of a contact between two zeros of the penetration: coefficients are polynomials
+/// in the sine and cosine of `2φ` and in `φ`, of a degree that grows with order and exponents.
+fn nodes_between(order: usize, exponents: &[Dd], roundoff: f64) -> usize {
+    let digits = -roundoff.log10();
+    let highest = exponents.iter().fold(0.0, |highest, exponent| exponent.to_f64().max(highest));
+    (digits.ceil() as usize + 2 * order + 4 * highest.ceil() as usize).min(MOST_NODES)
+}
+
+/// Number of nodes of a contact that ends before the surface at a share of its whole time: the
+/// nearest singularity in `φ = √u` is at the surface.
+fn nodes_after(share: f64, roundoff: f64) -> usize {
+    let place = 2.0 / share.sqrt() - 1.0;
     let growth = place + (place * place - 1.0).sqrt();
     let needed = -roundoff.ln() / growth.ln() + 4.0;
     (needed.ceil() as usize).min(MOST_NODES)
 }
 
-fn dot<S: Real>(row: &DVector<S>, values: &DVector<S>) -> S {
-    row.iter().zip(values).fold(S::zero(), |sum, (&a, &b)| sum + a * b)
-}
-
-fn row_times<S: Real>(matrix: &DMatrix<S>, row: usize, values: &DVector<S>) -> S {
-    let terms = values.iter().enumerate();
-    terms.fold(S::zero(), |sum, (column, &value)| sum + matrix[(row, column)] * value)
-}
-
-fn dot_column<S: Real>(row: &DVector<S>, matrix: &DMatrix<S>, column: usize) -> S {
-    let terms = row.iter().enumerate();
-    terms.fold(S::zero(), |sum, (place, &value)| sum + value * matrix[(place, column)])
+fn dot<'v, S: Real>(row: impl Iterator<Item = &'v S>, values: &DVector<S>) -> S {
+    row.zip(values).fold(S::zero(), |sum, (&a, &b)| sum + a * b)
 }

@@ -1,31 +1,120 @@
-//! Integrals of `u^α A(u)` with an analytic `A`, from values of `A` at the nodes of Chebyshev.
+//! Integrals over the time of a contact, `u` from 0 to 1, of functions with half-whole powers of
+//! the distance from a surface.
 //!
-//! ```text
-//! ∫_0^u u'^α A(u') du' = u^{α+1} C(u),    (1 + α + u d/du) C = A
-//! ```
-//!
-//! `C` is as analytic as `A`, whatever the exponent: the equation is solved at the nodes.
+//! With `u = sin² φ`, or `u = φ²` where the contact ends before the surface, such functions are
+//! analytic in `φ`: they are known at the nodes of Chebyshev in `φ`, and their integrals are those
+//! of the polynomial through them.
+
+use std::f64::consts::FRAC_PI_2;
 
 use nalgebra::{DMatrix, DVector};
 
 use crate::numeric::linear::inverse;
 use crate::numeric::{Dd, NumericError, Real, Scalar};
 
-/// Nodes on `(0, length)`, the zeros of a polynomial of Chebyshev.
-pub(super) struct Nodes<S: Scalar> {
-    /// The nodes.
-    pub(super) at: Vec<S>,
-    /// End of the interval.
+/// Places in the time of a contact, with the integrals up to each.
+pub(super) struct Quadrature<S: Scalar> {
+    /// The places: the nodes, then the end for a contact that ends before the surface.
+    pub(super) places: Vec<Place<S>>,
+    /// `∫_0^u A du'` at each node from the values of `A` at the nodes.
+    pub(super) primitive: DMatrix<S>,
+    /// `∫_0^1 A du`.
+    pub(super) total: DVector<S>,
+    /// `∫_0^1 (1 − u) A du`.
+    pub(super) moment: DVector<S>,
+}
+
+/// One place, with the penetration over `y²` there: `base · H`, and for the rate `σ` of the
+/// penetration at the beginning or the end of the contact
+///
+/// ```text
+/// H = T (share σ − T A),    A = mean · h''
+/// ```
+pub(super) struct Place<S: Scalar> {
+    /// `u (1 − u)`, or `u` for a contact that ends before the surface.
+    pub(super) base: S,
+    /// Whether `H` is found from the end of the contact.
+    pub(super) from_end: bool,
+    /// Time from there over `base`.
+    pub(super) share: S,
+    /// Row on the values of `h''` at the nodes: `∫ (u − u') h'' du'` from there, over `base`.
+    pub(super) mean: DVector<S>,
+}
+
+impl<S: Real> Quadrature<S> {
+    /// A quadrature for a contact between two zeros of the penetration, with a number of nodes.
+    ///
+    /// # Errors
+    ///
+    /// [`NumericError`] as the inverse of a matrix.
+    pub(super) fn between(count: usize) -> Result<Self, NumericError> {
+        let half_turn = S::from_dd(Dd::PI * Dd::from_f64(0.5));
+        let nodes = Nodes::new(count, half_turn);
+        let circle: Vec<(S, S)> = nodes.at.iter().map(|&angle| angle.sin_cos()).collect();
+        let times: Vec<[S; 2]> = circle.iter().map(|&(s, c)| [s * s, c * c]).collect();
+        let two = S::from_f64(2.0);
+        let weights = circle.iter().map(|&(s, c)| two * s * c);
+        let (primitive, total) = nodes.integrals(&weights.collect::<Vec<_>>())?;
+        let places = (0..count).map(|node| {
+            let [since, until] = times[node];
+            let from_end = nodes.at[node].to_f64() > 0.5 * FRAC_PI_2;
+            let base = since * until;
+            let mean = DVector::from_fn(count, |column, _| {
+                // The nodes are symmetric: the integral from the end is that of the mirror image.
+                let [own, from] = match from_end {
+                    false => [primitive[(node, column)], since - times[column][0]],
+                    true => [
+                        primitive[(count - 1 - node, count - 1 - column)],
+                        until - times[column][1],
+                    ],
+                };
+                own * from / base
+            });
+            let share = if from_end { S::one() / since } else { S::one() / until };
+            Place { base, from_end, share, mean }
+        });
+        let places = places.collect();
+        let moment = DVector::from_fn(count, |node, _| total[node] * times[node][1]);
+        Ok(Self { places, primitive, total, moment })
+    }
+
+    /// A quadrature for a contact that begins at a zero of the penetration and ends before the next.
+    ///
+    /// # Errors
+    ///
+    /// As [`between`](Self::between).
+    pub(super) fn after(count: usize) -> Result<Self, NumericError> {
+        let nodes = Nodes::new(count, S::one());
+        let times: Vec<S> = nodes.at.iter().map(|&at| at * at).collect();
+        let weights: Vec<S> = nodes.at.iter().map(|&at| S::from_f64(2.0) * at).collect();
+        let (primitive, total) = nodes.integrals(&weights)?;
+        let moment = DVector::from_fn(count, |node, _| total[node] * (S::one() - times[node]));
+        let nodes = (0..count).map(|node| Place {
+            base: times[node],
+            from_end: false,
+            share: S::one(),
+            mean: DVector::from_fn(count, |column, _| {
+                primitive[(node, column)] * (times[node] - times[column]) / times[node]
+            }),
+        });
+        let end = Place { base: S::one(), from_end: false, share: S::one(), mean: moment.clone() };
+        let places = nodes.chain([end]).collect();
+        Ok(Self { places, primitive, total, moment })
+    }
+}
+
+/// Nodes on `(0, length)`: the zeros of a polynomial of Chebyshev.
+struct Nodes<S: Scalar> {
+    at: Vec<S>,
     length: S,
     /// Row that interpolates from the nodes to the end of the interval.
     end: DVector<S>,
-    /// Matrix of `u d/du` at the nodes.
+    /// Matrix of `x d/dx` at the nodes.
     euler: DMatrix<S>,
 }
 
 impl<S: Real> Nodes<S> {
-    /// A number of nodes on `(0, length)`.
-    pub(super) fn new(count: usize, length: S) -> Self {
+    fn new(count: usize, length: S) -> Self {
         let angle = |node: usize| {
             let odd = Dd::from_f64((2 * node + 1) as f64);
             S::from_dd(odd * Dd::PI / Dd::from_f64((2 * count) as f64))
@@ -61,97 +150,68 @@ impl<S: Real> Nodes<S> {
         }
     }
 
-    /// Number of nodes.
-    pub(super) fn len(&self) -> usize {
-        self.at.len()
-    }
-
-    /// Integrals with the factor `u^exponent`.
-    ///
-    /// # Errors
-    ///
-    /// [`NumericError`] if the exponent is not above −1, so that the equation has no solution.
-    pub(super) fn integrals(&self, exponent: S) -> Result<Integrals<S>, NumericError> {
-        let count = self.len();
+    /// Integrals of a function with weights at the nodes: up to each node, and up to the end. From
+    /// `∫_0^x f = x C`, `(1 + x d/dx) C = f`.
+    fn integrals(&self, weights: &[S]) -> Result<(DMatrix<S>, DVector<S>), NumericError> {
+        let count = self.at.len();
         let mut equation = self.euler.clone();
         for node in 0..count {
-            equation[(node, node)] += S::one() + exponent;
+            equation[(node, node)] += S::one();
         }
         let solution = inverse(&equation)?;
-        let at = |node: usize| self.at[node];
-        let primitive =
-            DMatrix::from_fn(count, count, |row, column| at(row) * solution[(row, column)]);
-        let moment = DMatrix::from_fn(count, count, |row, column| {
-            solution[(row, column)] * (at(row) - at(column))
+        let primitive = DMatrix::from_fn(count, count, |row, column| {
+            self.at[row] * solution[(row, column)] * weights[column]
         });
-        let power = if exponent == S::zero() { S::one() } else { self.length.powf(exponent) };
-        let to_end = |matrix: &DMatrix<S>, factor: S| {
-            DVector::from_fn(count, |column, _| {
-                let terms = (0..count).map(|row| self.end[row] * matrix[(row, column)]);
-                terms.fold(S::zero(), |sum, term| sum + term) * factor
-            })
-        };
-        let total = to_end(&solution, self.length * power);
-        let first = DVector::from_fn(count, |column, _| total[column] * at(column));
-        let moment_at_end = DVector::from_fn(count, |column, _| {
-            (total[column] * self.length - first[column]) / self.length
+        let total = DVector::from_fn(count, |column, _| {
+            let terms = (0..count).map(|row| self.end[row] * solution[(row, column)]);
+            self.length * weights[column] * terms.fold(S::zero(), |sum, term| sum + term)
         });
-        Ok(Integrals { primitive, moment, total, first, moment_at_end })
+        Ok((primitive, total))
     }
-}
-
-/// Integrals with a factor `u^α`, as matrices and rows on the values of `A` at the nodes.
-pub(super) struct Integrals<S: Scalar> {
-    /// `u^{−α} ∫_0^u u'^α A du'` at each node.
-    pub(super) primitive: DMatrix<S>,
-    /// `u^{−α−1} ∫_0^u (u − u') u'^α A du'` at each node.
-    pub(super) moment: DMatrix<S>,
-    /// `∫ u^α A du` over the interval.
-    pub(super) total: DVector<S>,
-    /// `∫ u · u^α A du` over the interval.
-    pub(super) first: DVector<S>,
-    /// `(1/ℓ) ∫ (ℓ − u) u^α A du` over the interval of length `ℓ`.
-    pub(super) moment_at_end: DVector<S>,
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// `∫ u^α cos u du` by its series in powers of `u`.
-    fn series(exponent: f64, extra: u32, to: Dd) -> Dd {
-        let mut sum = Dd::ZERO;
-        let mut term = Dd::from_f64(1.0);
-        for k in 0..40 {
-            let power = Dd::from_f64(f64::from(2 * k + extra) + 1.0) + Dd::from_f64(exponent);
-            sum += term * to.powf(power) / power;
-            term = -term / Dd::from_f64(f64::from((2 * k + 1) * (2 * k + 2)));
-        }
-        sum
+    /// The beta function `B(p + 1, p + 1)` at `p` = 3/2, 1/2, 5/2: `3π/128`, `π/8`, `5π/1024`.
+    const BETAS: [(f64, f64, f64); 3] = [(1.5, 3.0, 128.0), (0.5, 1.0, 8.0), (2.5, 5.0, 1024.0)];
+
+    fn row(row: &DVector<Dd>, values: &[Dd]) -> Dd {
+        row.iter().zip(values).fold(Dd::ZERO, |sum, (&a, &b)| sum + a * b)
     }
 
     #[test]
-    fn integrals_with_a_power_are_exact_to_rounding() {
-        let length = Dd::from_f64(0.5);
-        let nodes = Nodes::<Dd>::new(24, length);
-        let cosine: Vec<Dd> = nodes.at.iter().map(|at| at.sin_cos().1).collect();
-        for exponent in [0.0, 1.5, 2.2, 7.4, 0.25] {
-            let found = nodes.integrals(Dd::from_f64(exponent)).unwrap();
-            let row = |row: &DVector<Dd>| {
-                row.iter().zip(&cosine).fold(Dd::ZERO, |sum, (&a, &b)| sum + a * b)
-            };
+    fn integrals_of_half_whole_powers_are_exact_to_rounding() {
+        let quadrature = Quadrature::<Dd>::between(56).unwrap();
+        for (power, numerator, denominator) in BETAS {
+            let values: Vec<Dd> =
+                quadrature.places.iter().map(|place| place.base.powf(Dd::from(power))).collect();
+            let expected = Dd::PI * Dd::from(numerator) / Dd::from(denominator);
             let close = |found: Dd, expected: Dd| {
-                let error = (found - expected).magnitude() / expected.magnitude();
-                assert!(error < 1e-28, "{exponent}: {error:e}");
+                let error = ((found - expected) / expected).magnitude();
+                assert!(error < 1e-29, "{power}: {error:e}");
             };
-            close(row(&found.total), series(exponent, 0, length));
-            close(row(&found.first), series(exponent, 1, length));
-            let (node, at) = (9, nodes.at[9]);
-            let primitive = found.primitive.row(node).transpose();
-            close(row(&primitive) * at.powf(Dd::from_f64(exponent)), series(exponent, 0, at));
-            let moment = found.moment.row(node).transpose();
-            let expected = at * series(exponent, 0, at) - series(exponent, 1, at);
-            close(row(&moment) * at.powf(Dd::from_f64(exponent + 1.0)), expected);
+            close(row(&quadrature.total, &values), expected);
+            // By symmetry the mean of 1 − u is one half.
+            close(row(&quadrature.moment, &values), expected * Dd::from(0.5));
+        }
+    }
+
+    #[test]
+    fn the_penetration_of_a_constant_acceleration_is_found_from_either_end() {
+        // h'' = 2: ∫ (u − u') h'' du' = u², over u (1 − u).
+        for quadrature in [Quadrature::<Dd>::between(56), Quadrature::<Dd>::after(60)] {
+            let quadrature = quadrature.unwrap();
+            let values = vec![Dd::from(2.0); quadrature.total.len()];
+            for place in &quadrature.places {
+                let time = place.share * place.base;
+                let expected = time * time / place.base;
+                // Relative errors grow where the penetration, and with it its share in an
+                // integral, vanishes.
+                let error = (row(&place.mean, &values) - expected) / expected * place.base;
+                assert!(error.magnitude() < 1e-28, "{:?}: {error}", place.base);
+            }
         }
     }
 }
