@@ -112,11 +112,8 @@ fn settled(scene: Scene) -> Settled {
 
 #[test]
 fn errors_fall_at_the_rate_of_the_orders() {
-    let laws = [
-        ("k2*d^1.5*(1 + c*v)", ""),
-        ("k2*sqrt(d)", ""),
-        ("k2*d^1.5 + R2*v", "k2*d^1.5 + R2*v"),
-    ];
+    let laws =
+        [("k2*d^1.5*(1 + c*v)", ""), ("k2*sqrt(d)", ""), ("k2*d^1.5 + R2*v", "k2*d^1.5 + R2*v")];
     for (law, release) in laws {
         let scene = scene(law, release, TANGENCY);
         let request = StudyRequest { fresh: 0, sections: false, chosen: None };

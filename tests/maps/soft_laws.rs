@@ -1,6 +1,8 @@
 //! Leading laws of soft impacts, their radius in y, and laws that have no expansion.
 
-use grazemap::expansion::{Contact, ContactLawError, Expander, ExpansionError, LeadingLaw};
+use grazemap::expansion::{
+    Contact, ContactLawError, Expander, ExpansionError, LeadingLaw, PowerProblem,
+};
 use grazemap::model::Scene;
 
 use crate::support::scenes::{orbit, parsed, text};
@@ -252,12 +254,8 @@ fn a_contact_without_release_near_the_graze_is_refused() {
 
 #[test]
 fn laws_that_are_not_analytic_on_the_surface_are_refused_by_the_function_that_is_not() {
-    let cases = [
-        ("free - k2*(u - sigma)^1.5", "power 1.5"),
-        ("free - k2*max(u - sigma, 0)", "max"),
-        ("free - k2*(u - sigma) - abs(v)*v", "abs"),
-        ("free - sqrt(u - sigma)", "sqrt"),
-    ];
+    let cases =
+        [("free - k2*max(u - sigma, 0)", "max"), ("free - k2*(u - sigma) - abs(v)*v", "abs")];
     for (law, name) in cases {
         let error = error_of(&[(SPRING, law)]);
         let ExpansionError::ContactLaw(ContactLawError::NotAnalytic { function, .. }) = &error
@@ -266,6 +264,35 @@ fn laws_that_are_not_analytic_on_the_surface_are_refused_by_the_function_that_is
         };
         assert_eq!(function, name);
     }
+}
+
+#[test]
+fn powers_of_the_penetration_without_an_expansion_are_refused_with_the_reason() {
+    let power = "parameters = { R1";
+    let exponent = "parameters = { p = 1.5, R1";
+    let cases = [
+        ("free - k2*d^1.25", 1.25, PowerProblem::NotHalfWhole),
+        ("free - k2*(u^2 - sigma^2)^1.5", 1.5, PowerProblem::OtherBase),
+        ("free - k2*(d + v)^1.5", 1.5, PowerProblem::OtherBase),
+    ];
+    for (law, expected, reason) in cases {
+        let error = error_of(&[(SPRING, law)]);
+        let ExpansionError::ContactLaw(ContactLawError::Power { exponent, problem, .. }) = &error
+        else {
+            panic!("{law}: {error}")
+        };
+        assert_eq!((*exponent, *problem), (expected, reason), "{law}");
+    }
+    let active = ("active = [\"A\"", "active = [\"A\", \"p\"");
+    let error = error_of(&[(SPRING, "free - k2*d^p"), (power, exponent), active]);
+    let problem = PowerProblem::ActiveExponent;
+    assert!(
+        matches!(error, ExpansionError::ContactLaw(ContactLawError::Power { problem: found, .. }) if found == problem),
+        "{error}"
+    );
+    let on_rate = ("free - k2*(u - sigma)\" }", "free\", u = \"v + d^1.5\" }");
+    let error = error_of(&[on_rate]);
+    assert!(error.to_string().contains("acts on the rate of the gap"), "{error}");
 }
 
 #[test]
