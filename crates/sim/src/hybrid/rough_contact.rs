@@ -16,7 +16,7 @@
 
 use super::motion::Regime;
 use super::passage::{Landing, Stop};
-use super::simulator::{RoughTools, Simulator};
+use super::simulator::{Simulator, SurfaceTools};
 use crate::numeric::{Real, Scalar};
 
 /// Largest number of halvings of a hop.
@@ -27,7 +27,7 @@ const MOST_HOPS: usize = 1000;
 
 /// Natural logarithm of the largest coefficient of a series that is left to steps in whole units of
 /// time.
-const SAFE_EXPONENT: f64 = 400.0;
+const SAFE_EXPONENT: f64 = 640.0;
 
 /// Whether a number has more digits than double precision.
 fn is_extended<S: Scalar>() -> bool {
@@ -48,7 +48,7 @@ impl<S: Real> Simulator<'_, S> {
         if self.hop_back(surface, horizon) {
             return Some(Some(Stop::Release));
         }
-        self.scaled_step(surface, horizon).then_some(None)
+        self.scaled_step(surface, horizon)
     }
 
     /// Makes another hop in a contact in which a Taylor step failed; returns whether it succeeded.
@@ -103,37 +103,46 @@ impl<S: Real> Simulator<'_, S> {
         false
     }
 
-    /// Takes a step by a series in a unit of time in which its coefficients do not overflow, if the
-    /// surface is near; returns whether it did.
+    /// Takes a step by a series in a unit of time in which its coefficients do not overflow, up to
+    /// the release, if the surface is near. Returns the stop of the flight, if any; `None` if the
+    /// surface is not near.
     ///
     /// In double precision hops reach to where a series in whole units is finite.
-    fn scaled_step(&mut self, surface: usize, horizon: S) -> bool {
+    fn scaled_step(&mut self, surface: usize, horizon: S) -> Option<Option<Stop<S>>> {
         if !is_extended::<S>() {
-            return false;
+            return None;
         }
-        let Some((gap, rate)) = self.read_landing(Landing::Contact { surface }) else {
-            return false;
-        };
+        let (gap, rate) = self.read_landing(Landing::Contact { surface })?;
         let reach = (gap / rate).abs();
         let Self { motion, parameters, surfaces, .. } = self;
-        let Some(RoughTools { scaled, .. }) = surfaces[surface].rough.as_mut() else {
-            return false;
-        };
+        let SurfaceTools { rough, release, .. } = &mut surfaces[surface];
+        let (scaled, release) = (&mut rough.as_mut()?.scaled, release.as_mut()?);
         let nearest = S::from_f64(SAFE_EXPONENT / scaled.order() as f64).exp();
         if !(reach > S::zero() && reach * nearest < S::one()) {
-            return false;
+            return None;
         }
         let with_unit: Vec<S> = parameters.iter().copied().chain([reach]).collect();
-        let Ok(step) = scaled.step(&motion.state, &with_unit) else {
-            return false;
-        };
-        let time = (step.length * reach).min(horizon - motion.time);
+        let step = scaled.step(&motion.state, &with_unit).ok()?;
         let mut end = motion.state.clone();
-        step.state_at(time / reach, &mut end);
-        motion.time += time;
-        motion.state = end;
+        let mut released = |time: S| {
+            step.state_at(time, &mut end);
+            release.first::<1>(&end, parameters)[0]
+        };
+        let longest = (step.length * reach).min(horizon - motion.time) / reach;
+        let value = released(longest);
+        if motion.release_sign == S::zero() {
+            motion.release_sign = value.signum();
+        }
+        let sign = motion.release_sign;
+        let is_over = value * sign <= S::zero();
+        let time = match is_over {
+            true => last_held(longest, |time| released(time) * sign > S::zero()),
+            false => longest,
+        };
+        step.state_at(time, &mut motion.state);
+        motion.time += time * reach;
         motion.lose_headings();
-        true
+        Some(is_over.then_some(Stop::Release))
     }
 
     /// Hops back onto the zero of the release function, if it is not farther than the last hop;
@@ -148,18 +157,7 @@ impl<S: Real> Simulator<'_, S> {
         if self.is_held(surface, &moved(&state, &rates, longest)) {
             return false;
         }
-        let half = S::from_f64(0.5);
-        let (mut held, mut released) = (S::zero(), longest);
-        for _ in 0..HALVINGS {
-            let middle = held + (released - held) * half;
-            if middle <= held || middle >= released {
-                break;
-            }
-            match self.is_held(surface, &moved(&state, &rates, middle)) {
-                true => held = middle,
-                false => released = middle,
-            }
-        }
+        let held = last_held(longest, |time| self.is_held(surface, &moved(&state, &rates, time)));
         self.motion.time += held;
         self.motion.state = moved(&state, &rates, held);
         self.motion.lose_headings();
@@ -179,6 +177,23 @@ impl<S: Real> Simulator<'_, S> {
         let value = release.map(|release| release.first::<1>(state, &self.parameters)[0]);
         value.is_some_and(|value| value * self.motion.release_sign > S::zero())
     }
+}
+
+/// Last time up to `longest` at which a contact lasts that is over then.
+fn last_held<S: Real>(longest: S, mut is_held: impl FnMut(S) -> bool) -> S {
+    let half = S::from_f64(0.5);
+    let (mut held, mut released) = (S::zero(), longest);
+    for _ in 0..HALVINGS {
+        let middle = held + (released - held) * half;
+        if middle <= held || middle >= released {
+            break;
+        }
+        match is_held(middle) {
+            true => held = middle,
+            false => released = middle,
+        }
+    }
+    held
 }
 
 /// State after a time at constant rates.
