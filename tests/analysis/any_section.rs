@@ -1,6 +1,8 @@
 //! Scenes that allow any section: they get the section whose map meets the tolerance at the lowest
 //! cost, and the map meets the tolerance there.
 
+use std::sync::LazyLock;
+
 use grazemap::analysis::{DirectEnd, DirectImage, SectionChange};
 use grazemap::convergence::{
     Choice, Chooser, SamplePoint, SettledScene, choose_orders, chosen_map, settle_section,
@@ -23,6 +25,10 @@ fn of_any_section(name: &str, tolerance: &str) -> Scene {
 fn settled(scene: &Scene) -> SettledScene {
     settle_section(scene, &orbit(scene)).expect("points in the window")
 }
+
+/// A moving stop on the section that it takes within 1e-6, settled once for all tests.
+static MOVING_STOP: LazyLock<SettledScene> =
+    LazyLock::new(|| settled(&of_any_section("moving_stop", "1e-6")));
 
 fn choice(settled: &SettledScene) -> &Choice {
     settled.choice().expect("the section was decided by a map")
@@ -55,11 +61,11 @@ fn error(direct: &mut DirectImage<'_, Dd>, map: &HornerMap, point: &SamplePoint)
 fn a_moving_stop_takes_the_stroboscopic_section_at_its_graze() {
     let scene = of_any_section("moving_stop", "1e-6");
     let tangency = choose_orders(&scene, &orbit(&scene), 1e-6).expect("a choice");
-    let settled = settled(&scene);
+    let settled = &*MOVING_STOP;
     let verdict = settled.verdict.as_ref().expect("any section would do");
     assert_eq!(settled.scene.section, Section::Stroboscopic(StroboscopicPhase::Grazing));
     assert_eq!(settled.scene.section_rule, SectionRule::Named);
-    assert!(choice(&settled).met && choice(&settled).operations < tangency.operations);
+    assert!(choice(settled).met && choice(settled).operations < tangency.operations);
     // The tangency section, and an eighth, a quarter and half a period before the graze.
     let others: Vec<_> = verdict.others.iter().map(|other| other.ahead).collect();
     assert_eq!(others, [None, Some(0.125), Some(0.25), Some(0.5)]);
@@ -70,9 +76,8 @@ fn a_moving_stop_takes_the_stroboscopic_section_at_its_graze() {
 
 #[test]
 fn the_map_of_the_section_taken_agrees_with_direct_simulation_on_it_step_by_step() {
-    let settled = settled(&of_any_section("moving_stop", "1e-6"));
-    let (scene, orbit) = (&settled.scene, &settled.orbit);
-    let (_, map) = chosen_map(choice(&settled), scene, orbit).expect("it is expanded");
+    let (scene, orbit) = (&MOVING_STOP.scene, &MOVING_STOP.orbit);
+    let (_, map) = chosen_map(choice(&MOVING_STOP), scene, orbit).expect("it is expanded");
     let system = HybridSystem::new(&scene.model);
     let mut direct = DirectImage::<Dd>::new(&system, scene, orbit).expect("good input");
     let points = unused(scene, orbit, 300);
@@ -99,7 +104,7 @@ fn the_map_of_the_section_taken_agrees_with_direct_simulation_on_it_step_by_step
 
 #[test]
 fn the_section_taken_is_what_a_scene_that_names_it_gets() {
-    let settled = settled(&of_any_section("moving_stop", "1e-6"));
+    let settled = &*MOVING_STOP;
     let mut named = scene_with(
         "moving_stop",
         &[("expansion.tolerance", "1e-6"), ("section.kind", "stroboscopic")],
@@ -111,7 +116,7 @@ fn the_section_taken_is_what_a_scene_that_names_it_gets() {
         named.window.state[component] = width;
     }
     let by_name = choose_orders(&named, &orbit(&named), 1e-6).expect("a choice");
-    let taken = Choice { seconds: by_name.seconds, ..choice(&settled).clone() };
+    let taken = Choice { seconds: by_name.seconds, ..choice(settled).clone() };
     assert_eq!(taken, by_name);
 }
 
@@ -119,7 +124,7 @@ fn the_section_taken_is_what_a_scene_that_names_it_gets() {
 fn the_window_taken_holds_the_orbits_of_the_window_on_the_tangency_section() {
     let scene = of_any_section("moving_stop", "1e-6");
     let own = orbit(&scene);
-    let settled = settled(&scene);
+    let settled = &*MOVING_STOP;
     let system = HybridSystem::new(&scene.model);
     let to = (&settled.scene, &settled.orbit);
     let mut change = SectionChange::<f64>::new(&system, (&scene, &own), to).expect("good input");

@@ -152,6 +152,7 @@ fn one_branch_of_direct_simulation_goes_from_the_graze_to_the_published_points()
 /// (docs/explanation/where-papers-err.md); over this range contacts next to the graze are known to
 /// 1e-6 alone.
 #[test]
+#[ignore = "long: .ci/full runs it"]
 fn a_branch_begins_at_its_graze_where_the_range_is_wide() {
     let set = [
         ("omega", "0.095476043524942905"),
@@ -267,6 +268,7 @@ fn special_points_of_the_map_are_those_of_direct_simulation() {
 /// A compliant stop with a prestressed spring, its section points inside a contact that is still
 /// closing: the flip of the orbit with one contact in five returns, each solved for alone.
 #[test]
+#[ignore = "long: .ci/full runs it"]
 fn section_points_inside_a_contact_have_their_branch_by_direct_simulation() {
     let map = map_of("three_masses");
     let flip = |direct| {
@@ -283,6 +285,7 @@ fn section_points_inside_a_contact_have_their_branch_by_direct_simulation() {
 /// second time. Where it begins to, direct simulation touches that stop, and on one side of it the
 /// orbit has one contact more.
 #[test]
+#[ignore = "long: .ci/full runs it"]
 fn a_graze_beside_the_passages_changes_the_name_by_one_contact() {
     let map = map_of("two_stops_t1");
     let along = map.local().parameters.iter().position(|parameter| parameter.name == "omega");

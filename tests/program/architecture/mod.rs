@@ -10,6 +10,7 @@ mod source;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
 
 use source::{Found, House, Module, Package, Place};
 
@@ -85,9 +86,9 @@ const FLOORS: [(&str, &[&str]); 15] = [
     ),
 ];
 
-fn house() -> House {
-    House::read(Path::new(env!("CARGO_MANIFEST_DIR")))
-}
+/// The workspace, read once for all tests.
+static HOUSE: LazyLock<House> =
+    LazyLock::new(|| House::read(Path::new(env!("CARGO_MANIFEST_DIR"))));
 
 /// Floor of a module; `None` at the root of a package and for modules beside the floors.
 fn floor(place: &Place) -> Option<&'static str> {
@@ -116,28 +117,27 @@ fn floors_on(found: &Found) -> BTreeSet<&'static str> {
 }
 
 /// Floors that each floor names in its files.
-fn floors_named(house: &House) -> BTreeMap<&'static str, BTreeSet<&'static str>> {
+static FLOORS_NAMED: LazyLock<BTreeMap<&str, BTreeSet<&str>>> = LazyLock::new(|| {
     let mut all: BTreeMap<_, _> = FLOORS.map(|(floor, _)| (floor, BTreeSet::new())).into();
-    for place in house.places() {
+    for place in HOUSE.places() {
         let Some(own) = floor(&place) else { continue };
-        let named = house.named(&place);
+        let named = HOUSE.named(&place);
         let named = named.iter().flat_map(|(_, found)| floors_on(found));
         all.entry(own).or_default().extend(named.filter(|name| *name != own));
     }
     all
-}
+});
 
 #[test]
 fn a_floor_names_only_the_floors_it_may() {
-    let house = house();
-    for place in house.places() {
+    for place in HOUSE.places() {
         let Some(own) = floor(&place) else { continue };
         let (_, allowed) = FLOORS[level(own)];
-        let file = house.module(&place).file.display();
-        for (path, found) in house.named(&place) {
+        let file = HOUSE.module(&place).file.display();
+        for (path, found) in HOUSE.named(&place) {
             // Modules beside the floors of a package know all floors, and only the highest floor
             // may use them. A package without floors is treated as any other library.
-            let package = &house.packages[found.place.package];
+            let package = &HOUSE.packages[found.place.package];
             assert!(
                 own == "cli" || !floors_on(&found).is_empty() || floors_of(package).is_empty(),
                 "{file} names `{path}`, which is on no floor"
@@ -154,11 +154,10 @@ fn a_floor_names_only_the_floors_it_may() {
 
 #[test]
 fn a_floor_names_every_floor_it_may() {
-    let named = floors_named(&house());
     for (floor, allowed) in FLOORS {
         for name in allowed {
             assert!(
-                named[floor].contains(name),
+                FLOORS_NAMED[floor].contains(name),
                 "`{floor}` may name `{name}` and does not: take it out of the table"
             );
         }
@@ -167,7 +166,7 @@ fn a_floor_names_every_floor_it_may() {
 
 #[test]
 fn floors_name_lower_floors_only() {
-    for (floor, named) in floors_named(&house()) {
+    for (floor, named) in &*FLOORS_NAMED {
         for name in named {
             assert!(level(name) < level(floor), "`{floor}` names `{name}`, which is not below it");
         }
@@ -177,11 +176,11 @@ fn floors_name_lower_floors_only() {
 /// Dependencies through a third floor count as well.
 #[test]
 fn the_two_oracles_stay_independent() {
-    let named = floors_named(&house());
     let below = |floor: &'static str| {
         let mut all = BTreeSet::from([floor]);
         loop {
-            let more: BTreeSet<_> = all.iter().flat_map(|floor| &named[*floor]).copied().collect();
+            let more = all.iter().flat_map(|floor| &FLOORS_NAMED[*floor]).copied();
+            let more: BTreeSet<_> = more.collect();
             if more.is_subset(&all) {
                 break all;
             }
@@ -197,9 +196,8 @@ fn the_two_oracles_stay_independent() {
 
 #[test]
 fn packages_list_their_floors_in_order_and_every_folder_is_a_floor() {
-    let house = house();
     let mut listed = Vec::new();
-    for package in &house.packages {
+    for package in &HOUSE.packages {
         let floors = floors_of(package);
         if floors.is_empty() {
             continue;
@@ -262,13 +260,12 @@ fn largest_circle(house: &House, name: &str) -> Vec<Place> {
 
 #[test]
 fn no_floor_has_a_circle_of_more_than_two_files() {
-    let house = house();
     for (name, _) in FLOORS {
-        let circle = largest_circle(&house, name);
+        let circle = largest_circle(&HOUSE, name);
         if circle.len() > 2 {
             let inside: BTreeSet<_> = circle.iter().cloned().collect();
             for place in &circle {
-                let used = house.used(place);
+                let used = HOUSE.used(place);
                 let used: Vec<_> = used.intersection(&inside).map(|p| p.path.join("::")).collect();
                 eprintln!("{} uses {}", place.path.join("::"), used.join(", "));
             }
@@ -280,11 +277,10 @@ fn no_floor_has_a_circle_of_more_than_two_files() {
 /// Names that stand for several types, with the files: on one floor, or `pub` in one package.
 #[test]
 fn a_type_has_a_name_of_its_own_on_its_floor_and_a_public_one_in_its_package() {
-    let house = house();
-    let places = house.places();
+    let places = HOUSE.places();
     let mut files: BTreeMap<(usize, &str, &str), Vec<String>> = BTreeMap::new();
     for place in &places {
-        let module = house.module(place);
+        let module = HOUSE.module(place);
         let floor = place.path.first().map_or("the root", String::as_str);
         for (name, is_public) in &module.types {
             for scope in [Some(floor), is_public.then_some("public")].into_iter().flatten() {
@@ -305,9 +301,8 @@ fn a_type_has_a_name_of_its_own_on_its_floor_and_a_public_one_in_its_package() {
 /// Lines of source files have at most 100 columns.
 #[test]
 fn lines_of_source_files_have_at_most_a_hundred_columns() {
-    let house = house();
-    for place in house.places() {
-        let file = &house.module(&place).file;
+    for place in HOUSE.places() {
+        let file = &HOUSE.module(&place).file;
         if file.is_dir() {
             continue;
         }

@@ -7,7 +7,7 @@ use super::gauss::NodeValues;
 use crate::flow::Program;
 use crate::flow::program::run;
 use crate::jet::{Graded, HeadFunction, Span, scalar_head};
-use crate::numeric::{Lanes, Scalar, one_by_one};
+use crate::numeric::{Lanes, Scalar, Vectorised, one_by_one, widest};
 
 /// Jets of order 1 in a number of variables: a value and its derivatives.
 #[derive(Clone, Copy, Debug)]
@@ -50,34 +50,29 @@ impl FirstOrderTape {
 
     /// Sets the values of the variables, and computes the slots that depend only on variables
     /// linear in time and on parameters.
-    #[inline(always)]
     pub(super) fn fix(&mut self, program: &Program, variables: &[NodeValues]) {
         self.move_to(variables);
         let fixed = std::mem::take(&mut self.fixed);
-        for degree in 0..=1 {
-            self.run(program, &fixed, degree);
-        }
+        self.run::<0>(program, &fixed);
+        self.run::<1>(program, &fixed);
         self.fixed = fixed;
     }
 
     /// Computes the values of all other slots from values of the variables.
-    #[inline(always)]
     pub(super) fn evaluate(&mut self, program: &Program, variables: &[NodeValues]) {
         self.move_to(variables);
         let moving = std::mem::take(&mut self.moving);
-        self.run(program, &moving, 0);
+        self.run::<0>(program, &moving);
         self.moving = moving;
     }
 
     /// Computes the derivatives of all other slots, whose values are known.
-    #[inline(always)]
     pub(super) fn differentiate(&mut self, program: &Program) {
         let moving = std::mem::take(&mut self.moving);
-        self.run(program, &moving, 1);
+        self.run::<1>(program, &moving);
         self.moving = moving;
     }
 
-    #[inline(always)]
     fn move_to(&mut self, variables: &[NodeValues]) {
         let len = self.algebra.variables + 1;
         for (variable, &value) in variables.iter().enumerate() {
@@ -85,15 +80,13 @@ impl FirstOrderTape {
         }
     }
 
-    #[inline(always)]
-    fn run(&mut self, program: &Program, slots: &[usize], degree: usize) {
-        let (len, part) = (self.algebra.variables + 1, self.algebra.part(degree));
-        for &slot in slots {
-            let out = &mut self.scratch[..part.len()];
-            let operation = program.operation(slot);
-            run(operation, slot, &self.algebra, degree, len, &self.values, out);
-            self.values[slot * len + part.start..slot * len + part.end].copy_from_slice(out);
-        }
+    /// Computes the parts of a degree of some slots.
+    ///
+    /// NOTE: never inlined: the recurrences are long, and the time of their compilation grows
+    /// faster than their length.
+    #[inline(never)]
+    fn run<const DEGREE: usize>(&mut self, program: &Program, slots: &[usize]) {
+        widest(SlotParts::<DEGREE> { tape: self, program, slots });
     }
 
     /// Value of a slot.
@@ -106,6 +99,29 @@ impl FirstOrderTape {
     #[inline(always)]
     pub(super) fn slope(&self, slot: usize, variable: usize) -> NodeValues {
         self.values[slot * (self.algebra.variables + 1) + 1 + variable]
+    }
+}
+
+/// Vectorised work for the parts of a degree of some slots.
+struct SlotParts<'t, const DEGREE: usize> {
+    tape: &'t mut FirstOrderTape,
+    program: &'t Program,
+    slots: &'t [usize],
+}
+
+impl<const DEGREE: usize> Vectorised for SlotParts<'_, DEGREE> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let FirstOrderTape { algebra, values, scratch, .. } = self.tape;
+        let (len, part) = (algebra.variables + 1, algebra.part(DEGREE));
+        for &slot in self.slots {
+            let out = &mut scratch[..part.len()];
+            let operation = self.program.operation(slot);
+            run(operation, slot, algebra, DEGREE, len, values, out);
+            values[slot * len + part.start..slot * len + part.end].copy_from_slice(out);
+        }
     }
 }
 

@@ -9,7 +9,7 @@ use super::plan::{Action, CacheKey, Plan, Reach};
 use super::sparse::{MonomialSupport, Pairs, SparseSpace, pairs_of_actions, reach_of_slots};
 use crate::flow::program::run;
 use crate::jet::{JetSpace, VariableSet, variables_of_monomials};
-use crate::numeric::{Lanes, Scalar, one_by_one};
+use crate::numeric::{Lanes, Scalar, Vectorised, one_by_one, widest};
 
 /// The stored slots of a program, the states first.
 pub(super) struct Remainders {
@@ -162,41 +162,12 @@ impl Remainders {
     /// zero.
     ///
     /// Parts of lower degree that recurrences read must be complete.
-    #[inline(always)]
+    ///
+    /// NOTE: never inlined: the recurrences are long, and the time of their compilation grows
+    /// faster than their length.
+    #[inline(never)]
     pub(super) fn compute(&mut self, degree: usize) {
-        let len = self.space.len();
-        for (action, pairs) in self.plan.actions[degree].iter().zip(&self.pairs[degree]) {
-            match action {
-                Action::Run { operation, place, reads_before } => {
-                    let support = &self.supports[*place];
-                    let algebra = SparseSpace {
-                        space: &self.space,
-                        monomials: &self.monomials,
-                        support,
-                        pairs: pairs.as_ref(),
-                    };
-                    let part = support.part(degree);
-                    if *reads_before {
-                        let (before, rest) = self.tape.split_at_mut(place * len + part.start);
-                        let out = &mut rest[..part.len()];
-                        run(operation, *place, &algebra, degree, len, before, out);
-                    } else {
-                        let out = &mut self.scratch[..part.len()];
-                        run(operation, *place, &algebra, degree, len, &self.tape, out);
-                        self.tape[place * len..][part].copy_from_slice(out);
-                    }
-                }
-                Action::Copy { from, place } => {
-                    let part = self.supports[*place].part(degree);
-                    let source = from * len + part.start..from * len + part.end;
-                    self.tape.copy_within(source, place * len + part.start);
-                }
-                Action::Clear { place } => {
-                    let part = self.supports[*place].part(degree);
-                    self.tape[place * len..][part].fill(ZERO);
-                }
-            }
-        }
+        widest(PartsOfDegree { remainders: self, degree });
     }
 
     /// Adds to a place its slope times a state's part of a degree.
@@ -217,6 +188,53 @@ impl Remainders {
         for (index, (value, &state)) in place.iter_mut().zip(state).enumerate() {
             one_by_one::<NodeValues>(index);
             *value = slope.mul_add(state, *value);
+        }
+    }
+}
+
+/// Vectorised work for the parts of one degree of all stored slots.
+struct PartsOfDegree<'r> {
+    remainders: &'r mut Remainders,
+    degree: usize,
+}
+
+impl Vectorised for PartsOfDegree<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let degree = self.degree;
+        let Remainders { plan, pairs, space, monomials, supports, tape, scratch, .. } =
+            self.remainders;
+        let len = space.len();
+        for (action, pairs) in plan.actions[degree].iter().zip(&pairs[degree]) {
+            match action {
+                Action::Run { operation, place, reads_before } => {
+                    let support = &supports[*place];
+                    let algebra = SparseSpace { space, monomials, support, pairs: pairs.as_ref() };
+                    let part = support.part(degree);
+                    let start = place * len + part.start;
+                    let (read, out) = if *reads_before {
+                        let (before, rest) = tape.split_at_mut(start);
+                        (&*before, &mut rest[..part.len()])
+                    } else {
+                        (&tape[..], &mut scratch[..part.len()])
+                    };
+                    run(operation, *place, &algebra, degree, len, read, out);
+                    if !reads_before {
+                        tape[start..start + part.len()].copy_from_slice(&scratch[..part.len()]);
+                    }
+                }
+                Action::Copy { from, place } => {
+                    let part = supports[*place].part(degree);
+                    let source = from * len + part.start..from * len + part.end;
+                    tape.copy_within(source, place * len + part.start);
+                }
+                Action::Clear { place } => {
+                    let part = supports[*place].part(degree);
+                    tape[place * len..][part].fill(ZERO);
+                }
+            }
         }
     }
 }

@@ -125,136 +125,71 @@ pub(in crate::flow) fn run<S: Scalar, A: Graded<S>>(
     let range = algebra.part(k);
     let element = |slot: Slot| &tape[slot * len..((slot + 1) * len).min(tape.len())];
     let part = |slot: Slot| &tape[slot * len + range.start..slot * len + range.end];
-    match *operation {
-        Operation::Input => out.copy_from_slice(part(slot)),
-        Operation::Constant(value) => constant_part(k, S::from_dd(value), out),
-        Operation::Euler(a) => map(part(a), out, |a| a * S::from_f64(k as f64)),
-        Operation::Add(a, b) => zip(part(a), part(b), out, |a, b| a + b),
-        Operation::Sub(a, b) => zip(part(a), part(b), out, |a, b| a - b),
-        Operation::Neg(a) => map(part(a), out, |a| -a),
+    // NOTE: functions with a partner share one call, which is inlined with its convolution.
+    let (function, a, euler_a, partner) = match *operation {
+        Operation::Exp { a, euler_a } => (HeadFunction::Exp, a, euler_a, slot),
+        Operation::Sine { a, euler_a, cosine } => (HeadFunction::Sin, a, euler_a, cosine),
+        Operation::Cosine { a, euler_a, sine } => (HeadFunction::Cos, a, euler_a, sine),
+        Operation::Sinh { a, euler_a, cosh } => (HeadFunction::Sinh, a, euler_a, cosh),
+        Operation::Cosh { a, euler_a, sinh } => (HeadFunction::Cosh, a, euler_a, sinh),
+        Operation::Tanh { a, euler_a, slope } => (HeadFunction::Tanh, a, euler_a, slope),
+        Operation::Function { function, a, euler_a, partner } => (function, a, euler_a, partner),
+        Operation::Input => return out.copy_from_slice(part(slot)),
+        Operation::Constant(value) => return constant_part(k, S::from_dd(value), out),
+        Operation::Euler(a) => return map(part(a), out, |a| a * S::from_f64(k as f64)),
+        Operation::Add(a, b) => return zip(part(a), part(b), out, |a, b| a + b),
+        Operation::Sub(a, b) => return zip(part(a), part(b), out, |a, b| a - b),
+        Operation::Neg(a) => return map(part(a), out, |a| -a),
         Operation::Scale(a, factor) => {
             let factor = S::from_dd(factor);
-            map(part(a), out, |a| a * factor);
+            return map(part(a), out, |a| a * factor);
         }
         Operation::AddConstant(a, value) => {
             out.copy_from_slice(part(a));
             if k == 0 {
                 out[0] += S::from_dd(value);
             }
+            return;
         }
         Operation::MulByHead { head, factor } => {
             out.fill(S::zero());
-            algebra.multiply_by_head(k, element(head), part(factor), out);
+            return algebra.multiply_by_head(k, element(head), part(factor), out);
         }
-        Operation::Mul(a, b) => product_part(algebra, k, element(a), element(b), out),
+        Operation::Mul(a, b) => return product_part(algebra, k, element(a), element(b), out),
         Operation::Div(a, b) => {
-            quotient_part(algebra, k, element(a), element(b), element(slot), out)
+            return quotient_part(algebra, k, element(a), element(b), element(slot), out);
         }
-        Operation::Sqrt(a) => sqrt_part(algebra, k, element(a), element(slot), out),
-        Operation::Exp { a, euler_a } => {
-            exponential_part(
-                algebra,
-                HeadFunction::Exp,
-                k,
-                element(a),
-                element(euler_a),
-                element(slot),
-                out,
-            );
-        }
-        Operation::Sine { a, euler_a, cosine } => {
-            exponential_part(
-                algebra,
-                HeadFunction::Sin,
-                k,
-                element(a),
-                element(euler_a),
-                element(cosine),
-                out,
-            );
-        }
-        Operation::Cosine { a, euler_a, sine } => {
-            exponential_part(
-                algebra,
-                HeadFunction::Cos,
-                k,
-                element(a),
-                element(euler_a),
-                element(sine),
-                out,
-            );
-        }
+        Operation::Sqrt(a) => return sqrt_part(algebra, k, element(a), element(slot), out),
         Operation::OfPhase { function, a, partner } => {
-            phase_part(algebra, function, k, element(a), element(partner), out);
-        }
-        Operation::Sinh { a, euler_a, cosh } => {
-            exponential_part(
-                algebra,
-                HeadFunction::Sinh,
-                k,
-                element(a),
-                element(euler_a),
-                element(cosh),
-                out,
-            );
-        }
-        Operation::Cosh { a, euler_a, sinh } => {
-            exponential_part(
-                algebra,
-                HeadFunction::Cosh,
-                k,
-                element(a),
-                element(euler_a),
-                element(sinh),
-                out,
-            );
-        }
-        Operation::Tanh { a, euler_a, slope } => {
-            exponential_part(
-                algebra,
-                HeadFunction::Tanh,
-                k,
-                element(a),
-                element(euler_a),
-                element(slope),
-                out,
-            );
-        }
-        Operation::Function { function, a, euler_a, partner } => {
-            let (a, euler_a, partner) = (element(a), element(euler_a), element(partner));
-            exponential_part(algebra, function, k, a, euler_a, partner, out);
+            return phase_part(algebra, function, k, element(a), element(partner), out);
         }
         Operation::SechSquared { a, tanh } => {
-            sech_squared_part(algebra, k, element(a), element(tanh), out);
+            return sech_squared_part(algebra, k, element(a), element(tanh), out);
         }
         Operation::Primitive { function, a, b, w, euler_u } => {
             let (arguments, w) = ((element(a), element(b)), element(w));
-            primitive_part(algebra, function, k, arguments, w, element(euler_u), out);
+            return primitive_part(algebra, function, k, arguments, w, element(euler_u), out);
         }
         Operation::Power { a, exponent, euler_a, euler_u } => {
-            let exponent = S::from_dd(exponent);
-            power_part(
-                algebra,
-                exponent,
-                k,
-                element(a),
-                element(euler_a),
-                element(slot),
-                element(euler_u),
-                out,
-            );
+            let (exponent, u) = (S::from_dd(exponent), element(slot));
+            let (a, euler_a, euler_u) = (element(a), element(euler_a), element(euler_u));
+            return power_part(algebra, exponent, k, a, euler_a, u, euler_u, out);
         }
         Operation::Atan2 { y, x, euler_y, euler_x, w, euler_u } => {
             let (y, x, ey, ex) = (element(y), element(x), element(euler_y), element(euler_x));
-            atan2_part(algebra, k, y, x, ey, ex, element(w), element(euler_u), out);
+            return atan2_part(algebra, k, y, x, ey, ex, element(w), element(euler_u), out);
         }
         Operation::SignTimes { a, b } => {
             let sign = element(a)[0].signum();
-            map(part(b), out, |b| sign * b);
+            return map(part(b), out, |b| sign * b);
         }
-        Operation::Sign(a) => constant_part(k, element(a)[0].signum(), out),
-        Operation::Balance(a, b) => constant_part(k, element(a)[0].balance(element(b)[0]), out),
-    }
+        Operation::Sign(a) => return constant_part(k, element(a)[0].signum(), out),
+        Operation::Balance(a, b) => {
+            return constant_part(k, element(a)[0].balance(element(b)[0]), out);
+        }
+    };
+    let (a, euler_a, partner) = (element(a), element(euler_a), element(partner));
+    exponential_part(algebra, function, k, a, euler_a, partner, out);
 }
 
 /// Part of degree `k` of `u = sin a` or `cos a` for `a = a_0 + a_1`, where `c` is the other of the
