@@ -23,12 +23,23 @@ pub struct CellChart {
     pub cells: Vec<Option<usize>>,
     /// Categories in the order of the legend.
     pub categories: Vec<CellCategory>,
+    /// Scale of the values that [`CellColor::Signed`] colours stand for, right of the picture.
+    pub bar: Option<ColorBar>,
+}
+
+/// Scale of values of two signs, from purple through pale at zero to orange.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ColorBar {
+    /// Name of the quantity.
+    pub label: String,
+    /// Value at the upper end; the lower end is its negative.
+    pub largest: f64,
 }
 
 /// A category of cells: its name and its colour.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CellCategory {
-    /// Name in the legend.
+    /// Name in the legend; empty for none.
     pub name: String,
     /// Colour of its cells.
     pub color: CellColor,

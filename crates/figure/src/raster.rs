@@ -6,7 +6,7 @@ use plotters::style::{FontTransform, RGBColor, TextStyle};
 
 use super::FigureError;
 use super::drawing::{Anchor, Direction, DotRuns, Drawing, Mosaic, Point, Shape, dashes, outline};
-use super::series::{Marker, PAPER, Rgb};
+use super::series::{Marker, PAPER, Rgb, mixed};
 use super::text::{Face, Level, face_width, faces, runs};
 
 /// Pixels drawn for every CSS pixel, before averaging.
@@ -182,11 +182,13 @@ impl Canvas<'_> {
 
     fn dots(&mut self, dots: &DotRuns) -> Result<(), FigureError> {
         let half = dots.diameter / 2.0;
+        // NOTE: runs overlap, so that they are painted in an opaque mixture.
+        let color = mixed(PAPER, dots.color, dots.share);
         for &(row, first, count) in &dots.runs {
             let y = dots.origin.1 + f64::from(row) * dots.pitch.1;
             let from = dots.origin.0 + f64::from(first) * dots.pitch.0;
             let to = from + f64::from(count - 1) * dots.pitch.0;
-            self.rectangle((from - half, y - half), (to + half, y + half), dots.color)?;
+            self.rectangle((from - half, y - half), (to + half, y + half), color)?;
         }
         Ok(())
     }
