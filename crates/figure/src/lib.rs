@@ -387,11 +387,11 @@ mod tests {
             columns: 1,
             rows: 1,
             cells: vec![Some(0)],
-            categories: vec![CellCategory::new("none", CellColor::Ink)],
+            categories: vec![CellCategory::new("none", CellColor::Chaos)],
             bar: None,
         });
         let svg = figure.to_svg().expect("drawn");
-        assert!(svg.contains("style=\"fill:#1f2328\""), "{svg}");
+        assert!(svg.contains("style=\"fill:#f4a582\""), "{svg}");
     }
 
     #[test]
