@@ -140,7 +140,7 @@ fn figure(
     name: impl Fn(&Sweep) -> String,
 ) -> Figure {
     let mut figure = Figure::new(parameter_axis(diagram), value_axis(diagram));
-    figure.above = Some(physical_scale(diagram));
+    figure.above = Some(value_scale(&diagram.parameter, diagram.grazing_value));
     let alone = diagram.sweeps.iter().filter(|sweep| shown(sweep)).count() == 1;
     let mut outside = Vec::new();
     for sweep in diagram.sweeps.iter().filter(|sweep| shown(sweep)) {
@@ -247,7 +247,7 @@ fn distance(point: &DiagramPoint, other: &DiagramPoint) -> Option<f64> {
 
 fn lyapunov_figure(diagram: &Diagram) -> Option<Figure> {
     let mut figure = Figure::new(parameter_axis(diagram), exponent_axis(diagram));
-    figure.above = Some(physical_scale(diagram));
+    figure.above = Some(value_scale(&diagram.parameter, diagram.grazing_value));
     figure.size = (760, 320);
     let mut outside = Vec::new();
     for sweep in &diagram.sweeps {
@@ -332,9 +332,9 @@ fn parameter_axis(diagram: &Diagram) -> Axis {
     if lower < upper { axis.with_range(lower, upper) } else { axis }
 }
 
-/// Second scale with the values of the parameter.
-fn physical_scale(diagram: &Diagram) -> ShiftedScale {
-    ShiftedScale { label: symbol(&diagram.parameter), shift: diagram.grazing_value }
+/// Second scale with the values of a parameter or coordinate, beside its offsets.
+pub(super) fn value_scale(name: &str, at_graze: f64) -> ShiftedScale {
+    ShiftedScale { label: symbol(name), shift: at_graze }
 }
 
 /// Axis that covers every value of every sweep.
@@ -351,7 +351,8 @@ pub(super) fn observable_words(observable: &str) -> String {
     match observable {
         "h" => "gap h (below 0: virtual depth)".to_owned(),
         "impact_speed" => "impact speed".to_owned(),
-        other => other.to_owned(),
+        name if name.chars().all(|c| c.is_alphanumeric() || c == '_') => symbol(name),
+        expression => expression.to_owned(),
     }
 }
 
