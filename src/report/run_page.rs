@@ -262,8 +262,7 @@ fn picture_caption(ending: &str) -> &'static str {
     } else if ending.starts_with("-time") {
         "The grazing orbit over time, a period of it; dashed: where a stop stands still."
     } else {
-        "The grazing orbit, a period of it; a ring: where it grazes; dashed: where a stop stands \
-            still."
+        "The grazing orbit, a period of it; GR: where it grazes; dashed: where a stop stands still."
     }
 }
 
