@@ -62,7 +62,7 @@ pub enum CellColor {
     Signed(f64),
     /// Pale, where nothing happens.
     Pale,
-    /// Apricot, where nothing repeats. It can fill a picture: it is light, and lines are seen on it.
+    /// Apricot, where nothing repeats: it can fill a picture, and lines are seen on it.
     Chaos,
     /// Colour of secondary text.
     FaintInk,

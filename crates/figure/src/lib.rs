@@ -89,8 +89,8 @@ impl Thinning {
     pub fn sentence(&self) -> String {
         let (columns, rows) = self.grid;
         format!(
-            "{} points, drawn as the {} distinct cells of a grid of {columns} × {rows}, darker where \
-             more points fall.",
+            "{} points, drawn as the {} distinct cells of a grid of {columns} × {rows}, darker \
+             where more points fall.",
             self.given, self.drawn
         )
     }
@@ -137,7 +137,8 @@ impl Figure {
         raster::paint(&self.layout()?.drawing)
     }
 
-    /// Thinning of series of many dots: dots that fall in the same cell are drawn once, as a density.
+    /// Thinning of series of many dots: dots that fall in the same cell are drawn once, as a
+    /// density.
     ///
     /// `None` if every dot is drawn at its exact place. Fewer dots are larger.
     ///

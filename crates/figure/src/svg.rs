@@ -165,7 +165,8 @@ fn dot_path(dots: &DotRuns) -> String {
     };
     format!(
         "<path transform=\"translate({} {}) scale({} {})\" d=\"{d}\" fill=\"none\" stroke=\"{}\" \
-         stroke-width=\"{}\" stroke-linecap=\"round\" vector-effect=\"non-scaling-stroke\"{share}/>",
+         stroke-width=\"{}\" stroke-linecap=\"round\" \
+         vector-effect=\"non-scaling-stroke\"{share}/>",
         short(dots.origin.0),
         short(dots.origin.1),
         long(dots.pitch.0),

@@ -1,5 +1,5 @@
-//! Text with raised and lowered parts, such as `10^{-3}` and `x_{n}`, and the fonts used for bitmaps
-//! and for measuring text.
+//! Text with raised and lowered parts, such as `10^{-3}` and `x_{n}`, and the fonts used for
+//! bitmaps and for measuring text.
 
 use std::sync::OnceLock;
 
