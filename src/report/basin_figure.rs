@@ -26,7 +26,7 @@ const NO_IMAGE: &str = "no image";
 /// Largest number of points for which a periodic attractor is drawn with markers instead of dots.
 const MARKED: usize = 64;
 
-/// Figure of a basin. Each attractor has a colour, its points are marked, the first with its number;
+/// Figure of a basin. Each attractor has a colour and marked points, the first with its number;
 /// cells are grey where the map alone leaves its window, pale where there is no image, and white
 /// where orbits escape.
 pub fn basin_figure(basin: &Basin) -> Figure {
