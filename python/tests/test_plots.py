@@ -199,11 +199,11 @@ def test_a_chart_is_an_image_with_the_periods_that_it_holds(chart: gm.Chart) -> 
     assert [int(word) for word in found if word.isdigit() and word != "1"] == sorted(
         period for period in periods if period <= 8
     )
-    # Chaos stands apart, below a gap, in the ink of no period.
+    # Chaos stands apart, below a gap, in the colour of no period.
     assert found[found.index("") + 1 :] == ["none up to 16"]
     chaotic = np.isnan(chart["period"]) & (chart["converging"] == 0)
     drawn = np.reshape(image.to_rgba(np.asarray(image.get_array())), (-1, 4))
-    assert (np.all(drawn == mpl.colors.to_rgba("#1f2328"), axis=1) == chaotic).all()
+    assert (np.all(drawn == mpl.colors.to_rgba("#f4a582"), axis=1) == chaotic).all()
 
 
 def test_the_map_alone_and_escaped_orbits_have_their_own_colours(m: gm.Map) -> None:

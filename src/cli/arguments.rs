@@ -624,9 +624,12 @@ pub(super) struct GalleryOptions {
     /// List the entries of the gallery
     #[arg(long)]
     pub(super) list: bool,
-    /// Compute fewer points: takes seconds instead of minutes
+    /// Compute only the entries that take seconds
     #[arg(long)]
     pub(super) small: bool,
+    /// Compare the numbers of the entries with few points; no pictures and no page
+    #[arg(long, conflicts_with_all = ["small", "list"])]
+    pub(super) numbers: bool,
     /// Folder for the page and all results. Default: out/gallery
     #[arg(short = 'o', long = "output", value_name = "DIR")]
     pub(super) output: Option<PathBuf>,

@@ -4,7 +4,9 @@ use super::chart_figure::edges;
 use super::diagram_figure::{
     OUTSIDE, method_word, offset_axis, orbit_header, period_cell, share_cell,
 };
-use super::figure::{Axis, CellCategory, CellChart, CellColor, Figure, Marker, Series, Stroke};
+use super::figure::{
+    Annotation, Axis, CellCategory, CellChart, CellColor, Figure, Marker, Series, Stroke,
+};
 use super::table::significant;
 use super::window_words::escape_words;
 use super::{Cell, Column, ReportError, Rows, Table, npy_bytes};
@@ -24,8 +26,9 @@ const NO_IMAGE: &str = "no image";
 /// Largest number of points for which a periodic attractor is drawn with markers instead of dots.
 const MARKED: usize = 64;
 
-/// Figure of a basin. Each attractor has a colour and its points are marked; cells are grey where
-/// the map alone leaves its window, pale where there is no image, and white where orbits escape.
+/// Figure of a basin. Each attractor has a colour and marked points, the first with its number;
+/// cells are grey where the map alone leaves its window, pale where there is no image, and white
+/// where orbits escape.
 pub fn basin_figure(basin: &Basin) -> Figure {
     let [horizontal, vertical] = &basin.axes;
     let mut figure = Figure::new(axis(horizontal), axis(vertical));
@@ -54,11 +57,16 @@ pub fn basin_figure(basin: &Basin) -> Figure {
         rows: vertical.offsets.len(),
         cells: basin.cells.iter().map(category).collect(),
         categories,
+        bar: None,
     });
     let places = basin.axes.each_ref().map(|axis| place(basin, axis));
     for number in 0..attractors {
         let states = &basin.attractors[number].attractor.states;
-        let points = states.iter().map(|state| places.map(|place| state[place])).collect();
+        let points: Vec<[f64; 2]> =
+            states.iter().map(|state| places.map(|place| state[place])).collect();
+        let label =
+            |&at: &[f64; 2]| Annotation { at, text: (number + 1).to_string(), marker: None };
+        figure.annotations.extend(points.first().map(label));
         // NOTE: ink is the colour of no attractor.
         let series = match states.len() {
             0..=MARKED => Series::markers("", Marker::Ring, points),

@@ -6,8 +6,10 @@ use std::ops::RangeInclusive;
 
 use serde::Serialize;
 
-use super::diagram_figure::{extent, observable_words, offset_axis};
-use super::figure::{Annotation, Axis, Figure, Marker, Series, Stroke};
+use super::diagram_figure::{
+    NEAR_GRAZE, extent, near_graze, observable_words, offset_axis, value_scale,
+};
+use super::figure::{Annotation, Axis, Figure, Marker, Series, SeriesStyle, Stroke};
 use super::orbits_listing::{
     OrbitRecord, OrbitsListing, multipliers, unfinished_remark, using_words,
 };
@@ -380,12 +382,16 @@ impl BranchListing {
 
     /// Figures of the branches over the parameter, with the suffix of each file name: one per
     /// section coordinate, one with the iterates and observable of a diagram, one per observed
-    /// quantity. Physical orbits only; stable ones solid, unstable ones dashed.
+    /// quantity, and close-ups of the graze where a far orbit flattens it. Physical orbits only;
+    /// stable ones solid, unstable ones dashed.
     pub fn figures(&self, diagram: Option<&BranchDiagram>) -> Vec<(String, Figure)> {
         let by_coordinate = |(coordinate, name): (usize, &String)| {
             let value =
                 |(_, _, number): Place, point: &PointRecord| point.orbit.states[number][coordinate];
-            (format!("-{name}"), self.figure(Axis::linear(name), Vec::new(), &value))
+            let mut figure = self.figure(offset_axis(name), Vec::new(), &value);
+            let at_graze = self.section.point.get(coordinate);
+            figure.beside = at_graze.map(|at_graze| value_scale(name, *at_graze));
+            (format!("-{name}"), figure)
         };
         let mut figures: Vec<_> =
             self.section.coordinates.iter().enumerate().map(by_coordinate).collect();
@@ -404,7 +410,8 @@ impl BranchListing {
             let figure = self.figure(Axis::linear(name.replace('_', " ")), Vec::new(), &value);
             figures.push((format!("-{name}"), figure));
         }
-        figures
+        figures.retain(|(_, figure)| !figure.series.is_empty());
+        figures.into_iter().flat_map(with_close_up).collect()
     }
 
     /// Name of an orbit in a figure: its itinerary. If there are several surfaces, extra contacts
@@ -415,6 +422,14 @@ impl BranchListing {
         match several || extra || point.orbit.turns.is_some_and(|turns| turns != 0) {
             true => &point.orbit.name,
             false => &branch.itinerary,
+        }
+    }
+
+    /// Entry of the legend for a name from [`BranchListing::name`].
+    fn entry(name: &str) -> String {
+        match name.starts_with('(') {
+            true => format!("orbit {name}"),
+            false => format!("itinerary {name}"),
         }
     }
 
@@ -435,6 +450,9 @@ impl BranchListing {
 
     fn figure(&self, axis: Axis, under: Vec<[f64; 2]>, value: Values<'_>) -> Figure {
         let mut figure = Figure::new(offset_axis(&self.along), axis);
+        let mut grazing = self.grazing_parameters.0.iter();
+        let at_graze = grazing.find(|(name, _)| *name == self.along);
+        figure.above = at_graze.map(|(name, value)| value_scale(name, *value));
         let mut named: Vec<&str> = Vec::new();
         for number in 0..self.branches.len() {
             for (name, places) in self.named_stretches(number) {
@@ -448,6 +466,11 @@ impl BranchListing {
             }
             self.mark(&mut figure, number, value);
         }
+        let lines =
+            |stroke| figure.series.iter().any(|series| series.style == SeriesStyle::Line(stroke));
+        let meanings = [(Stroke::Solid, "stable"), (Stroke::Dashed, "unstable")];
+        let drawn = meanings.into_iter().filter(|(stroke, _)| lines(*stroke));
+        figure.strokes = drawn.map(|(stroke, words)| (stroke, words.to_owned())).collect();
         let under = beside(under, &figure.series);
         if !under.is_empty() {
             figure.series.insert(0, Series::dots("iterates", under).in_grey());
@@ -462,8 +485,9 @@ impl BranchListing {
         figure: &mut Figure,
         (branch, places): (usize, RangeInclusive<usize>),
         value: Values<'_>,
-        (mut name, color): (&str, usize),
+        (name, color): (&str, usize),
     ) {
+        let mut name = if name.is_empty() { String::new() } else { Self::entry(name) };
         let first = *places.start();
         let points = &self.branches[branch].points[places];
         let returns = points.first().map_or(0, |point| point.orbit.states.len());
@@ -475,8 +499,8 @@ impl BranchListing {
             for (stroke, stable) in [(Stroke::Solid, true), (Stroke::Dashed, false)] {
                 let line = line(points, stable, at);
                 if !line.is_empty() {
-                    figure.series.push(Series::line(name, stroke, line).with_color(color));
-                    name = "";
+                    let series = Series::line(std::mem::take(&mut name), stroke, line);
+                    figure.series.push(series.with_color(color));
                 }
             }
         }
@@ -499,6 +523,16 @@ impl BranchListing {
             figure.annotations.push(Annotation { at, text, marker: Some(marker) });
         }
     }
+}
+
+/// A figure and, where it has one, its close-up of the first graze.
+fn with_close_up((ending, figure): (String, Figure)) -> Vec<(String, Figure)> {
+    let graze = BranchLabel::Graze.letters();
+    let mut marks = figure.annotations.iter();
+    let graze = marks.find(|mark| mark.text.split(' ').any(|word| word == graze));
+    let near = graze.and_then(|mark| near_graze(&figure, mark.at[1]));
+    let near = near.map(|near| (format!("{ending}{NEAR_GRAZE}"), near));
+    [(ending, figure)].into_iter().chain(near).collect()
 }
 
 /// Iterates no farther from the branches than the branches are high: a distant attractor would

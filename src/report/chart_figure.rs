@@ -4,10 +4,10 @@ use std::cmp::Reverse;
 use std::collections::HashMap;
 
 use super::diagram_figure::{
-    OUTSIDE, end_word, method_word, offset_axis, orbit_header, period_cell, share_cell, start_cell,
-    timed,
+    GRAZE, OUTSIDE, end_word, method_word, offset_axis, orbit_header, period_cell, share_cell,
+    start_cell, timed, value_scale,
 };
-use super::figure::{Annotation, Axis, CellCategory, CellChart, CellColor, Figure};
+use super::figure::{Annotation, Axis, CellCategory, CellChart, CellColor, ColorBar, Figure};
 use super::loci_listing::draw_curves;
 use super::{Cell, Column, ReportError, Rows, Table, npy_bytes};
 use crate::analysis::chart::{Chart, ChartAttractor, ChartAxis, ChartCell, ChartClass};
@@ -21,8 +21,8 @@ const LAST_OWN_PERIOD: usize = 8;
 /// Number of itineraries with colours of their own: those of the most cells.
 const OWN_ITINERARIES: usize = 8;
 
-/// Bounds between the colour levels of exponents.
-const LEVELS: [f64; 7] = [-1.0, -0.3, -0.1, -0.01, 0.01, 0.1, 0.3];
+/// Number of colours of exponents, on either side of zero.
+const LEVELS: i32 = 32;
 
 /// Category of a cell, in the order of the legend.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -37,8 +37,8 @@ enum Category {
     Itinerary(usize),
     /// Any other itinerary.
     OtherItinerary,
-    /// Exponent between two of [`LEVELS`].
-    Level(usize),
+    /// Exponent, in steps of the largest one's share of [`LEVELS`].
+    Level(i32),
     /// Neither escaped nor with an exponent.
     NoExponent,
     /// Number of attractors.
@@ -58,13 +58,16 @@ struct Shown<'a> {
     chart: &'a Chart,
     /// Itineraries with colours of their own, the shortest first.
     itineraries: Vec<&'a ContactItinerary>,
+    /// Largest size of an exponent.
+    largest_exponent: f64,
 }
 
 impl<'a> Shown<'a> {
     fn new(chart: &'a Chart) -> Self {
         let mut counts: HashMap<&ContactItinerary, usize> = HashMap::new();
         let attractors = chart.cells.iter().flat_map(ChartCell::attractors);
-        for itinerary in attractors.filter_map(|attractor| attractor.itinerary.as_ref()) {
+        let itineraries = attractors.filter_map(|attractor| attractor.itinerary.as_ref());
+        for itinerary in itineraries.filter(|itinerary| itinerary.contacts() > 0) {
             *counts.entry(itinerary).or_default() += 1;
         }
         let key = |itinerary: &ContactItinerary| (itinerary.period(), itinerary.to_string());
@@ -72,7 +75,13 @@ impl<'a> Shown<'a> {
         itineraries.sort_by_cached_key(|&(one, count)| (Reverse(count), key(one)));
         itineraries.truncate(OWN_ITINERARIES);
         itineraries.sort_by_cached_key(|&(one, _)| key(one));
-        Self { chart, itineraries: itineraries.into_iter().map(|(one, _)| one).collect() }
+        let exponents = chart.cells.iter().flat_map(ChartCell::attractors);
+        let exponents = exponents.filter_map(|one| one.lyapunov).filter(|one| one.is_finite());
+        Self {
+            chart,
+            itineraries: itineraries.into_iter().map(|(one, _)| one).collect(),
+            largest_exponent: exponents.map(f64::abs).fold(0.0, f64::max),
+        }
     }
 
     /// Category of a cell. With several attractors, cells show them in turn.
@@ -94,14 +103,19 @@ impl<'a> Shown<'a> {
             (ChartClass::Outside, _) => Category::Outside,
             (ChartClass::Escaped, _) => Category::Escaped,
             (_, ChartObservable::Lyapunov) => {
-                attractor.lyapunov.map_or(Category::NoExponent, |exponent| {
-                    Category::Level(LEVELS.partition_point(|&level| level < exponent))
-                })
+                let share = |exponent: f64| exponent / self.largest_exponent.max(f64::MIN_POSITIVE);
+                match attractor.lyapunov.map(share).filter(|share| share.is_finite()) {
+                    Some(share) => Category::Level((share * f64::from(LEVELS)).round() as i32),
+                    None => Category::NoExponent,
+                }
             }
             (ChartClass::Converging, _) => Category::Converging,
             (ChartClass::NoPeriod, _) => Category::NoPeriod,
             (_, ChartObservable::Itinerary) => {
                 let own = attractor.itinerary.as_ref();
+                if own.is_some_and(|own| own.contacts() == 0) {
+                    return Category::WithoutContact;
+                }
                 let place = self.itineraries.iter().position(|&one| Some(one) == own);
                 place.map_or(Category::OtherItinerary, Category::Itinerary)
             }
@@ -113,18 +127,14 @@ impl<'a> Shown<'a> {
 
     fn words(&self, category: Category) -> String {
         let longest = self.chart.longest_period;
-        let level = |place: usize| match place {
-            0 => format!("λ below {}", LEVELS[0]),
-            _ if place == LEVELS.len() => format!("λ above {}", LEVELS[place - 1]),
-            _ => format!("λ from {} to {}", LEVELS[place - 1], LEVELS[place]),
-        };
         match category {
             Category::WithoutContact => "no contact".to_owned(),
             Category::Period(period) => format!("period {period}"),
             Category::Longer => format!("period {} to {longest}", LAST_OWN_PERIOD + 1),
-            Category::Itinerary(place) => self.itineraries[place].to_string(),
+            Category::Itinerary(place) => format!("itinerary {}", self.itineraries[place]),
             Category::OtherItinerary => "other itineraries".to_owned(),
-            Category::Level(place) => level(place).replace('-', "−"),
+            // NOTE: the scale of colours explains all levels.
+            Category::Level(_) => String::new(),
             Category::NoExponent => "λ not known".to_owned(),
             Category::Attractors(1) => "1 attractor".to_owned(),
             Category::Attractors(count) if count == self.chart.attractors => {
@@ -139,23 +149,35 @@ impl<'a> Shown<'a> {
     }
 }
 
-impl Category {
-    /// Colour of the category, the same in every chart.
-    fn color(self) -> CellColor {
-        let half = LEVELS.len() / 2 + 1;
-        match self {
-            Self::WithoutContact => CellColor::Pale,
-            Self::Period(period) => CellColor::Own(period - 1),
-            Self::Longer | Self::OtherItinerary => CellColor::Own(LAST_OWN_PERIOD),
-            Self::Itinerary(place) => CellColor::Own(place),
-            Self::Level(place) if place == half => CellColor::Pale,
-            Self::Level(place) => CellColor::Signed((place as f64 - half as f64) / half as f64),
-            Self::NoExponent => CellColor::Own(3),
-            Self::Attractors(count) => CellColor::Own(count - 1),
-            Self::Converging => CellColor::FaintInk,
-            Self::NoPeriod => CellColor::Ink,
-            Self::Outside => CellColor::Grey,
-            Self::Escaped => CellColor::Paper,
+/// Share of paper in the colours of further itineraries of a period.
+const PALER: f64 = 0.3;
+
+impl Shown<'_> {
+    /// Colour of a category, the same in every chart. The hue is that of the period; further
+    /// itineraries of a period are paler.
+    fn color(&self, category: Category) -> CellColor {
+        match category {
+            Category::WithoutContact => CellColor::Pale,
+            Category::Period(period) => CellColor::Own(period - 1),
+            Category::Longer | Category::OtherItinerary => CellColor::Own(LAST_OWN_PERIOD),
+            Category::Itinerary(place) => {
+                let period = self.itineraries[place].period();
+                let before = &self.itineraries[..place];
+                let rank = before.iter().filter(|one| one.period() == period).count();
+                let hue = period.clamp(1, LAST_OWN_PERIOD + 1) - 1;
+                match rank {
+                    0 => CellColor::Own(hue),
+                    _ => CellColor::Paler(hue, 1.0 - (1.0 - PALER).powi(rank as i32)),
+                }
+            }
+            Category::Level(level) => CellColor::Signed(f64::from(level) / f64::from(LEVELS)),
+            Category::Attractors(count) => {
+                CellColor::Ordered(count as f64 / self.chart.attractors.max(1) as f64)
+            }
+            Category::NoExponent | Category::Converging => CellColor::FaintInk,
+            Category::NoPeriod => CellColor::Chaos,
+            Category::Outside => CellColor::Grey,
+            Category::Escaped => CellColor::Paper,
         }
     }
 }
@@ -168,12 +190,14 @@ fn attractor_count(chart: &Chart, cell: &ChartCell) -> usize {
     cell.attractors().filter(stays).count()
 }
 
-/// Figure of a chart. Colours are the same in every chart: pale without contact, dark without a
+/// Figure of a chart. Colours are the same in every chart: pale without contact, apricot without a
 /// period, slate where the orbit still converges, grey where the map alone was used outside its
 /// window, white where the orbit escaped. Cells with several attractors show their colours in turn.
 pub fn chart_figure(chart: &Chart) -> Figure {
     let [horizontal, vertical] = &chart.axes;
     let mut figure = Figure::new(axis(horizontal), axis(vertical));
+    figure.above = Some(value_scale(&horizontal.parameter, horizontal.grazing_value));
+    figure.beside = Some(value_scale(&vertical.parameter, vertical.grazing_value));
     figure.cells = Some(cells(chart));
     let curves = chart.overlay.iter().flat_map(|overlay| overlay.curves.iter().cloned());
     draw_curves(&mut figure, &curves.collect::<Vec<_>>(), &Some);
@@ -182,7 +206,7 @@ pub fn chart_figure(chart: &Chart) -> Figure {
         low <= 0.0 && 0.0 <= high
     };
     if shows(horizontal) && shows(vertical) {
-        figure.annotations.push(Annotation::ring([0.0, 0.0], "G"));
+        figure.annotations.push(Annotation::ring([0.0, 0.0], GRAZE));
     }
     figure
 }
@@ -313,7 +337,12 @@ fn cells(chart: &Chart) -> CellChart {
     found.sort_unstable();
     found.dedup();
     let [horizontal, vertical] = &chart.axes;
-    let named = found.iter().map(|&one| CellCategory::new(shown.words(one), one.color()));
+    let named = found.iter().map(|&one| CellCategory::new(shown.words(one), shown.color(one)));
+    let levels = found.iter().any(|one| matches!(one, Category::Level(_)));
+    let bar = levels.then(|| ColorBar {
+        label: "exponent λ per iterate".to_owned(),
+        largest: shown.largest_exponent,
+    });
     CellChart {
         horizontal: edges(&horizontal.offsets),
         vertical: edges(&vertical.offsets),
@@ -321,6 +350,7 @@ fn cells(chart: &Chart) -> CellChart {
         rows: vertical.offsets.len(),
         categories: named.collect(),
         cells: categories.iter().map(|category| found.binary_search(category).ok()).collect(),
+        bar,
     }
 }
 

@@ -1,7 +1,7 @@
 //! Convergence study as tables, figures and page sections.
 
 use super::choice::{accuracy_words, chosen_words, sections_words, shape_word, validity_words};
-use super::figure::{Annotation, Axis, Figure, Guide, Marker, Palette, Series};
+use super::figure::{Annotation, Axis, Figure, Guide, Marker, Palette, Series, Stroke};
 use super::table::ByColumn;
 use super::{Cell, Column, ReportError, Section, Table};
 use crate::convergence::{
@@ -96,7 +96,7 @@ pub fn convergence_figures(study: &ConvergenceStudy) -> Vec<(&'static str, Figur
         speed_figure(study),
         "Largest error on the window against the time of \
         one step, parameters frozen, interpreted in process; the points nearest to the lower left \
-        corner are worth having, labelled (N, W)."
+        corner are worth having, and labelled."
             .to_owned(),
     ));
     if let Some(figure) = accuracy_figure(&study.accuracy) {
@@ -248,6 +248,9 @@ fn rate_figure(rates: &[FactorRate], size: &str, letter: &str) -> Figure {
         ));
         figure.guides.extend(expected_slope(factor));
     }
+    if !figure.guides.is_empty() {
+        figure.strokes.push((Stroke::Dashed, "expected slope".to_owned()));
+    }
     figure
 }
 
@@ -290,7 +293,8 @@ fn speed_figure(study: &ConvergenceStudy) -> Figure {
         ));
     }
     for order in frontier(study) {
-        let text = order.orders.to_string();
+        let (n, w) = (order.orders.smooth_order, order.orders.contact_weight);
+        let text = format!("N = {n}, W = {w}");
         figure.annotations.extend(place(order).map(|at| Annotation { at, text, marker: None }));
     }
     figure

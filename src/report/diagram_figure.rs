@@ -14,12 +14,13 @@ const METHODS: [(Method, &str); 3] =
 /// Figures of a diagram, each with the suffix of its file name.
 ///
 /// If several methods were run: one figure of each, one of all, and one of their distance, over the
-/// same axis of the parameter. Also the largest Lyapunov exponent, if it was computed. Values of
-/// the map alone outside its window are grey.
+/// same axis of the parameter. Also a close-up of the graze, if other values are far from it, and
+/// the largest Lyapunov exponent, if it was computed. Values of the map alone outside its window
+/// are grey. A figure without values is left out.
 pub fn diagram_figures(diagram: &Diagram) -> Vec<(&'static str, Figure)> {
     let has = |method| diagram.sweeps.iter().any(|sweep| sweep.method == method);
     let run: Vec<_> = METHODS.into_iter().filter(|(method, _)| has(*method)).collect();
-    let mut figures = match run[..] {
+    let mut figures: Vec<(&'static str, Figure)> = match run[..] {
         [_, _, ..] => run
             .into_iter()
             .map(|(method, ending)| {
@@ -33,6 +34,10 @@ pub fn diagram_figures(diagram: &Diagram) -> Vec<(&'static str, Figure)> {
             .collect(),
         _ => vec![("", figure(diagram, |_| true, sweep_word))],
     };
+    figures.retain(|(_, figure)| !figure.series.is_empty());
+    let whole = figures.iter().find(|(ending, _)| ["", "-overlay"].contains(ending));
+    let near = whole.and_then(|(_, figure)| near_graze(figure, diagram.observable_at_graze));
+    figures.extend(near.map(|figure| (NEAR_GRAZE, figure)));
     figures.extend(lyapunov_figure(diagram).map(|figure| ("-lyapunov", figure)));
     figures
 }
@@ -135,7 +140,7 @@ fn figure(
     name: impl Fn(&Sweep) -> String,
 ) -> Figure {
     let mut figure = Figure::new(parameter_axis(diagram), value_axis(diagram));
-    figure.above = Some(physical_scale(diagram));
+    figure.above = Some(value_scale(&diagram.parameter, diagram.grazing_value));
     let alone = diagram.sweeps.iter().filter(|sweep| shown(sweep)).count() == 1;
     let mut outside = Vec::new();
     for sweep in diagram.sweeps.iter().filter(|sweep| shown(sweep)) {
@@ -148,9 +153,40 @@ fn figure(
     // NOTE: a logarithmic axis does not reach the graze.
     if !diagram.is_logarithmic {
         figure.guides.push(Guide::Vertical { at: 0.0, label: String::new() });
-        figure.annotations.push(Annotation::ring([0.0, 0.0], "G"));
+        figure.annotations.push(Annotation::ring([0.0, diagram.observable_at_graze], GRAZE));
     }
     figure
+}
+
+/// Name of the graze in figures.
+pub(super) const GRAZE: &str = "GR";
+
+/// Suffix of the file name of a close-up.
+pub(super) const NEAR_GRAZE: &str = "-near";
+
+/// Least ratio of the distances from the graze of far values and near ones.
+const FAR: f64 = 10.0;
+
+/// Least number of near values that are worth a figure.
+const NEAR_VALUES: usize = 20;
+
+/// Close-up of the values near the one at the graze, if the other values lie so far away that they
+/// flatten these.
+pub(super) fn near_graze(figure: &Figure, graze: f64) -> Option<Figure> {
+    let values = figure.series.iter().flat_map(|series| &series.points);
+    let mut distances: Vec<f64> = values
+        .map(|point| (point[1] - graze).abs())
+        .filter(|distance| distance.is_finite() && *distance > 0.0)
+        .collect();
+    distances.sort_by(f64::total_cmp);
+    let gap = distances.windows(2).rposition(|pair| pair[1] > FAR * pair[0])?;
+    if gap + 1 < NEAR_VALUES {
+        return None;
+    }
+    let half = 1.1 * distances[gap];
+    let mut near = figure.clone();
+    near.vertical = near.vertical.with_range(graze - half, graze + half);
+    Some(near)
 }
 
 /// Figure of the distance between the attractors of each method and those of direct simulation or,
@@ -210,20 +246,30 @@ fn distance(point: &DiagramPoint, other: &DiagramPoint) -> Option<f64> {
 }
 
 fn lyapunov_figure(diagram: &Diagram) -> Option<Figure> {
-    let mut figure =
-        Figure::new(parameter_axis(diagram), Axis::linear("largest Lyapunov exponent per iterate"));
-    figure.size = (760, 300);
+    let mut figure = Figure::new(parameter_axis(diagram), exponent_axis(diagram));
+    figure.above = Some(value_scale(&diagram.parameter, diagram.grazing_value));
+    figure.size = (760, 320);
     let mut outside = Vec::new();
     for sweep in &diagram.sweeps {
         let (beyond, trusted) = dots(sweep, |point| point.lyapunov.into_iter().collect());
-        if !trusted.is_empty() {
-            add_dots(&mut figure, sweep_word(sweep), trusted);
-        }
+        add_dots(&mut figure, sweep_word(sweep), trusted);
         outside.extend(beyond);
     }
     add_outside(&mut figure, outside);
     figure.guides.push(Guide::Horizontal { at: 0.0, label: String::new() });
+    if !diagram.is_logarithmic {
+        figure.guides.push(Guide::Vertical { at: 0.0, label: GRAZE.to_owned() });
+    }
     (!figure.series.is_empty()).then_some(figure)
+}
+
+/// Axis of the exponents. It shows zero, where chaos begins.
+fn exponent_axis(diagram: &Diagram) -> Axis {
+    let axis = Axis::linear("exponent λ per iterate");
+    let exponents = points(diagram).filter_map(|(_, point)| point.lyapunov);
+    let (lower, upper) = extent(exponents.filter(|value| value.is_finite()).chain([0.0]));
+    let margin = 0.06 * (upper - lower);
+    if margin > 0.0 { axis.with_range(lower - margin, upper + margin) } else { axis }
 }
 
 /// Values of a sweep over the parameter, in two groups: those of the map alone outside its window,
@@ -242,13 +288,20 @@ fn dots(
 
 /// Adds values of the map alone outside its window, in grey.
 fn add_outside(figure: &mut Figure, dots: Vec<[f64; 2]>) {
-    if !dots.is_empty() {
+    if has_values(&dots) {
         figure.series.push(Series::dots("outside the window", dots).in_grey());
     }
 }
 
+fn has_values(dots: &[[f64; 2]]) -> bool {
+    dots.iter().any(|[_, value]| value.is_finite())
+}
+
 /// Adds dots to the series of this name. Sweeps from several starts share one series.
 fn add_dots(figure: &mut Figure, name: String, dots: Vec<[f64; 2]>) {
+    if !has_values(&dots) {
+        return;
+    }
     match figure.series.iter_mut().find(|series| series.name == name) {
         Some(series) => series.points.extend(dots),
         None => figure.series.push(Series::dots(name, dots)),
@@ -279,9 +332,9 @@ fn parameter_axis(diagram: &Diagram) -> Axis {
     if lower < upper { axis.with_range(lower, upper) } else { axis }
 }
 
-/// Second scale with the values of the parameter.
-fn physical_scale(diagram: &Diagram) -> ShiftedScale {
-    ShiftedScale { label: symbol(&diagram.parameter), shift: diagram.grazing_value }
+/// Second scale with the values of a parameter or coordinate, beside its offsets.
+pub(super) fn value_scale(name: &str, at_graze: f64) -> ShiftedScale {
+    ShiftedScale { label: symbol(name), shift: at_graze }
 }
 
 /// Axis that covers every value of every sweep.
@@ -296,9 +349,10 @@ fn value_axis(diagram: &Diagram) -> Axis {
 
 pub(super) fn observable_words(observable: &str) -> String {
     match observable {
-        "h" => "event function h at the section".to_owned(),
+        "h" => "gap h (below 0: virtual depth)".to_owned(),
         "impact_speed" => "impact speed".to_owned(),
-        other => other.to_owned(),
+        name if name.chars().all(|c| c.is_alphanumeric() || c == '_') => symbol(name),
+        expression => expression.to_owned(),
     }
 }
 
@@ -406,6 +460,20 @@ mod tests {
             by_map: 1.0,
             outside: 0.0,
         }
+    }
+
+    #[test]
+    fn a_far_attractor_makes_a_close_up_of_the_graze() {
+        let mut figure = Figure::new(Axis::linear("α"), Axis::linear("h"));
+        let value = |k: i32| [f64::from(k), 2.0 + 1e-4 * f64::from(k)];
+        figure.series.push(Series::dots("", (0..40).map(value).collect()));
+        assert_eq!(near_graze(&figure, 2.0), None);
+        figure.series.push(Series::dots("", vec![[0.0, -7.0], [1.0, f64::NAN]]));
+        let near = near_graze(&figure, 2.0).expect("a close-up");
+        let (lower, upper) = near.vertical.range.expect("a range");
+        assert!(lower > 1.9 && upper < 2.1 && upper > 2.0039, "{lower} {upper}");
+        figure.series[0].points.truncate(10);
+        assert_eq!(near_graze(&figure, 2.0), None);
     }
 
     #[test]

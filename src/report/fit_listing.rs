@@ -1,7 +1,7 @@
 //! Fits to measured points and orbits under noise: text, tables and figures.
 
 use super::diagram_figure::offset_axis;
-use super::figure::{Axis, Figure, Series, Stroke};
+use super::figure::{Axis, Figure, Series, Stroke, symbol};
 use super::{ReportError, Table};
 use crate::analysis::fit::{Fit, FitEnd, misfit};
 use crate::analysis::noise::{NoiseRequest, NoisyOrbits};
@@ -111,7 +111,7 @@ pub fn noise_figures(
         let mut figure = Figure::new(offset_axis(name), Axis::linear("density"));
         let cells = densities(request, found, coordinate);
         let steps = cells.flat_map(|(ends, _, density)| ends.map(|end| [end, density]));
-        figure.series.push(Series::line(name.clone(), Stroke::Solid, steps.collect()));
+        figure.series.push(Series::line(symbol(name), Stroke::Solid, steps.collect()));
         (if coordinate == 0 { String::new() } else { format!("-{name}") }, figure)
     };
     map.section.coordinates.iter().enumerate().map(figure).collect()

@@ -2,8 +2,8 @@
 
 use serde::Serialize;
 
-use super::diagram_figure::offset_axis;
-use super::figure::{Annotation, Axis, Figure, Marker, Series, Stroke, symbol};
+use super::diagram_figure::{offset_axis, value_scale};
+use super::figure::{Annotation, Axis, Figure, Marker, Series, ShiftedScale, Stroke, symbol};
 use super::orbits_listing::{unfinished_remark, using_words};
 use super::{Cell, Column, Named, ReportError, SectionDocument, Table};
 use crate::analysis::loci::{
@@ -341,15 +341,27 @@ impl LociListing {
     pub fn figure(&self, under: Option<Figure>) -> Figure {
         let mut figure = under.unwrap_or_else(|| {
             let [horizontal, vertical] = self.plane.each_ref().map(|name| offset_axis(name));
-            Figure::new(horizontal, vertical)
+            let mut figure = Figure::new(horizontal, vertical);
+            let [above, beside] = self.plane.each_ref().map(|name| self.value_scale(name));
+            (figure.above, figure.beside) = (above, beside);
+            figure
         });
         self.draw(&mut figure, &|at| Some(at));
         figure
     }
 
+    /// Scale with the values of a parameter.
+    fn value_scale(&self, name: &str) -> Option<ShiftedScale> {
+        let mut values = self.grazing_parameters.0.iter();
+        values.find(|(known, _)| known == name).map(|(_, value)| value_scale(name, *value))
+    }
+
     /// Figure with the second parameter measured from the grazing curve of the orbit without
-    /// contact; `None` if there is no such curve.
+    /// contact; `None` if there is no such curve, or nothing but grazes to compare with it.
     pub fn figure_from_graze(&self) -> Option<Figure> {
+        if self.loci.iter().all(|locus| locus.kind == LocusKind::Graze) {
+            return None;
+        }
         let graze = self
             .loci
             .iter()
@@ -357,8 +369,9 @@ impl LociListing {
         let line: Vec<[f64; 2]> = graze.points.iter().map(|point| point.at).collect();
         let [horizontal, vertical] = &self.plane;
         let letter = symbol(vertical);
-        let vertical = Axis::linear(format!("{letter} − {letter} of the graze"));
+        let vertical = Axis::linear(format!("{letter} − {letter} at GR"));
         let mut figure = Figure::new(offset_axis(horizontal), vertical);
+        figure.above = self.value_scale(horizontal);
         self.draw(&mut figure, &|[first, second]| Some([first, second - between(&line, first)?]));
         Some(figure)
     }
@@ -381,13 +394,16 @@ impl LociListing {
     }
 }
 
-/// Draws curves in a plane. `place` maps points of the plane into the figure.
+/// Draws curves in a plane, coloured by kind, in the line patterns of their parts. `place` maps
+/// points of the plane into the figure.
 pub(super) fn draw_curves(
     figure: &mut Figure,
     curves: &[PlaneCurve],
     place: &dyn Fn([f64; 2]) -> Option<[f64; 2]>,
 ) {
     for drawn in [Drawn::Virtual, Drawn::Stable, Drawn::Unstable] {
+        let (stroke, meaning) = drawn.stroke();
+        let mut any = false;
         for kind in LocusKind::ALL {
             let of_kind = curves.iter().filter(|curve| curve.kind == kind);
             let mut points = Vec::new();
@@ -400,21 +416,20 @@ pub(super) fn draw_curves(
                     points.push([f64::NAN; 2]);
                 }
             }
-            if points.is_empty() {
+            if points.iter().flatten().all(|value| value.is_nan()) {
                 continue;
             }
-            let mark = mark(kind);
-            let line = |name, stroke, points| Series::line(name, stroke, points);
-            figure.series.push(match drawn {
-                Drawn::Virtual => {
-                    line(format!("{mark}, virtual"), Stroke::Dotted, points).in_grey()
-                }
-                Drawn::Stable => {
-                    line(format!("{mark}, stable"), Stroke::Solid, points).with_color(kind as usize)
-                }
-                Drawn::Unstable => line(format!("{mark}, unstable"), Stroke::Dashed, points)
-                    .with_color(kind as usize),
-            });
+            any = true;
+            if drawn == Drawn::Virtual {
+                figure.series.push(Series::line("", stroke, points).in_grey());
+                continue;
+            }
+            let known = figure.series.iter().any(|series| series.name == mark(kind));
+            let name = if known { "" } else { mark(kind) };
+            figure.series.push(Series::line(name, stroke, points).with_color(kind as usize));
+        }
+        if any && figure.strokes.iter().all(|(known, _)| *known != stroke) {
+            figure.strokes.push((stroke, meaning.to_owned()));
         }
     }
     let points = || curves.iter().flat_map(|curve| &curve.points);
@@ -452,6 +467,17 @@ enum Drawn {
     Stable,
     Unstable,
     Virtual,
+}
+
+impl Drawn {
+    /// Line pattern, and its meaning.
+    fn stroke(self) -> (Stroke, &'static str) {
+        match self {
+            Self::Stable => (Stroke::Solid, "stable"),
+            Self::Unstable => (Stroke::Dashed, "unstable"),
+            Self::Virtual => (Stroke::Dotted, "virtual"),
+        }
+    }
 }
 
 /// Parts of a curve of one line style, each including the first point of the next.

@@ -67,6 +67,8 @@ pub struct PageFigure {
 #[derive(Debug, Clone, PartialEq)]
 enum Block {
     Prose(String),
+    /// Heading of a part of the section.
+    Heading(String),
     Table {
         table: Table,
         caption: String,
@@ -124,6 +126,13 @@ impl Section {
     #[must_use]
     pub fn prose(mut self, text: impl Into<String>) -> Self {
         self.blocks.push(Block::Prose(text.into()));
+        self
+    }
+
+    /// Adds the heading of a part of the section.
+    #[must_use]
+    pub fn heading(mut self, text: impl Into<String>) -> Self {
+        self.blocks.push(Block::Heading(text.into()));
         self
     }
 
@@ -305,6 +314,7 @@ struct Counts {
 fn block_html(block: &Block, counts: &mut Counts) -> Result<String, ReportError> {
     match block {
         Block::Prose(text) => Ok(format!("<p>{}</p>", escape_html(text))),
+        Block::Heading(text) => Ok(format!("<h3>{}</h3>", escape_html(text))),
         Block::Command(command) => {
             let code = escape_html(command);
             Ok(format!("<p class=\"command\"><code>{code}</code></p>"))

@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::basin_figure::basin_outside_words;
+use super::diagram_figure::NEAR_GRAZE;
 use super::equations::equations;
 use super::sketch::sketch;
 use super::window_words::{
@@ -261,8 +262,7 @@ fn picture_caption(ending: &str) -> &'static str {
     } else if ending.starts_with("-time") {
         "The grazing orbit over time, a period of it; dashed: where a stop stands still."
     } else {
-        "The grazing orbit, a period of it; a ring: where it grazes; dashed: where a stop stands \
-            still."
+        "The grazing orbit, a period of it; GR: where it grazes; dashed: where a stop stands still."
     }
 }
 
@@ -394,7 +394,14 @@ fn graze_section(run: &RunPage<'_>) -> Result<Section, ReportError> {
 fn diagrams_in(mut section: Section, diagrams: &[Diagram]) -> Result<Section, ReportError> {
     for (number, diagram) in diagrams.iter().enumerate() {
         section = section.live(LivePane::Diagram, number);
-        for (ending, figure) in diagram_figures(diagram) {
+        let figures = diagram_figures(diagram);
+        if figures.is_empty() {
+            section = section.prose(format!(
+                "There is no figure over {}: no orbit stayed long enough for a value to be kept.",
+                diagram.parameter
+            ));
+        }
+        for (ending, figure) in figures {
             section = section.figure(figure, caption(diagram, ending));
         }
         let outside = diagram_outside_words(diagram).map(|words| sentence(&words));
@@ -408,14 +415,17 @@ fn diagrams_in(mut section: Section, diagrams: &[Diagram]) -> Result<Section, Re
 }
 
 fn caption(diagram: &Diagram, ending: &str) -> String {
-    let graze = " G is the grazing point.";
+    let graze = " GR is the graze.";
     let (what, graze) = match ending {
         "-map" => ("By the map alone", graze),
         "-guarded" => ("By the map inside its window and direct simulation outside", graze),
         "-direct" => ("By direct simulation alone", graze),
         "-overlay" => ("By every method, those drawn first with larger dots", graze),
         "-difference" => ("Distance of what two methods settle on", ""),
-        "-lyapunov" => ("Largest Lyapunov exponent, from the map's Jacobian", ""),
+        NEAR_GRAZE => ("Close-up of the values near the graze", graze),
+        "-lyapunov" => {
+            ("Largest Lyapunov exponent, from the map's Jacobian, where the map iterates", graze)
+        }
         _ => ("Bifurcation diagram", graze),
     };
     format!(
@@ -455,7 +465,7 @@ fn chart_caption(chart: &Chart) -> String {
     let [first, second] = &chart.axes;
     format!(
         "What {} settles on over {} and {}, from {} in each of {} × {} cells: {}, of the last {} \
-             of {} iterates. G is the grazing point.",
+             of {} iterates. GR is the graze.",
         chart_subject(chart.method),
         first.parameter,
         second.parameter,

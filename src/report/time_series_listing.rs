@@ -2,8 +2,8 @@
 
 use serde::Serialize;
 
-use super::diagram_figure::extent;
-use super::figure::{Axis, Figure, Guide, Marker, Series, Stroke, symbol};
+use super::diagram_figure::{GRAZE, extent};
+use super::figure::{Annotation, Axis, Figure, Guide, Marker, Series, Stroke, symbol};
 use super::table::counted;
 use super::{Cell, Column, Named, ReportError, SectionDocument, Table};
 use crate::analysis::{SeriesPoint, TimeSeries, TimeSeriesRequest};
@@ -190,6 +190,9 @@ pub(super) fn portrait_pairs(model: &Model) -> Vec<(usize, usize)> {
 /// Distance from a whole number of returns, in returns, up to which a row counts as on the section.
 const ON_SECTION: f64 = 1e-9;
 
+/// Share of the extent of a trajectory within which it passes through a grazing point.
+const ON_GRAZE: f64 = 1e-6;
+
 /// Data of the figures.
 struct Sketch<'a> {
     scene: &'a Scene,
@@ -227,11 +230,8 @@ impl<'a> Sketch<'a> {
         for (name, place) in self.stops(horizontal) {
             figure.guides.push(Guide::Vertical { at: place, label: name });
         }
-        let grazes =
-            self.orbit.passages.iter().map(|passage| {
-                [passage.state[horizontal].to_f64(), passage.state[vertical].to_f64()]
-            });
-        figure.series.push(Series::markers("graze", Marker::Ring, grazes.collect()));
+        let grazes = self.grazes().map(|state| [state[horizontal], state[vertical]]);
+        figure.annotations.extend(grazes.map(|at| Annotation::ring(at, GRAZE)));
         let sections =
             self.section_points().map(|point| [point.state[horizontal], point.state[vertical]]);
         let sections: Vec<_> = sections.collect();
@@ -239,6 +239,27 @@ impl<'a> Sketch<'a> {
             figure.series.push(Series::markers("section", Marker::Square, sections));
         }
         figure
+    }
+
+    /// Grazing points that the trajectory passes through.
+    fn grazes(&self) -> impl Iterator<Item = Vec<f64>> {
+        let states = self.scene.model.states.len();
+        let sizes: Vec<f64> = (0..states)
+            .map(|state| {
+                let (low, high) = extent(self.series.points.iter().map(|point| point.state[state]));
+                ON_GRAZE * (high - low)
+            })
+            .collect();
+        let grazes = self.orbit.passages.iter().map(move |passage| {
+            passage.state.iter().take(states).map(|value| value.to_f64()).collect::<Vec<_>>()
+        });
+        grazes.filter(move |graze| {
+            let near = |(place, size): (usize, &f64), point: &SeriesPoint| {
+                (point.state[place] - graze[place]).abs() <= *size
+            };
+            let mut points = self.series.points.iter();
+            points.any(|point| sizes.iter().enumerate().all(|size| near(size, point)))
+        })
     }
 
     /// Rows on a stroboscopic section. A tangency section is met at minima and contacts, which are
@@ -278,7 +299,7 @@ impl<'a> Sketch<'a> {
         figure
     }
 
-    /// Draws free flight, contact phases, jumps at impacts, and events.
+    /// Draws free flight, contact phases, jumps at impacts, and marks where contact is made.
     fn draw(&self, figure: &mut Figure, at: &dyn Fn(&SeriesPoint) -> [f64; 2]) {
         let mut lines: [Vec<[f64; 2]>; 3] = Default::default();
         let [flights, contacts, jumps] = &mut lines;
@@ -295,12 +316,22 @@ impl<'a> Sketch<'a> {
             line.push(to);
         }
         let strokes = [Stroke::Solid, Stroke::Solid, Stroke::Dotted];
-        let names = ["free flight", "contact", "impact"];
+        let names = ["free flight", "contact", ""];
         for (number, (points, (name, stroke))) in
             lines.into_iter().zip(names.into_iter().zip(strokes)).enumerate()
         {
             if !points.is_empty() {
                 figure.series.push(Series::line(name, stroke, points).with_color(number));
+            }
+        }
+        for (name, event, marker) in [
+            ("impact", MomentEvent::Impact, Marker::Cross),
+            ("contact begins", MomentEvent::Contact, Marker::Triangle),
+        ] {
+            let here = |point: &&SeriesPoint| point.event.is_some_and(|(made, _)| made == event);
+            let points: Vec<_> = self.series.points.iter().filter(here).map(at).collect();
+            if !points.is_empty() {
+                figure.series.push(Series::markers(name, marker, points).with_color(2));
             }
         }
     }

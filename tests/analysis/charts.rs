@@ -8,6 +8,7 @@ use grazemap::iteration::{OrbitEnd, Period};
 use grazemap::model::{
     ChartObservable, ChartOverlay, ChartRequest, DiagramRequest, Method, Scene, Starts,
 };
+use grazemap::report::figure::Stroke;
 use grazemap::report::{chart_array, chart_figure, chart_rows};
 
 use crate::Case;
@@ -347,7 +348,8 @@ fn the_grazing_curve_over_a_chart_is_that_of_the_closed_form() {
         let expected = request.ranges[turned];
         assert!(curve.whole && ends.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-9));
         let figure = chart_figure(&chart);
-        assert!(figure.series.iter().any(|series| series.name == "GR, stable"));
+        assert!(figure.series.iter().any(|series| series.name == "GR"));
+        assert_eq!(figure.strokes, [(Stroke::Solid, "stable".to_owned())]);
     }
     let wrong = ChartRequest {
         overlay: vec![ChartOverlay::Loci],

@@ -1,4 +1,5 @@
-//! The gallery: every entry in its small version, its numbers compared, and the list of entries.
+//! The gallery: the numbers of every entry, the page of entries that take seconds, and the list of
+//! entries.
 
 use super::cli::{grazemap, scratch};
 
@@ -32,14 +33,30 @@ fn an_unknown_entry_is_refused_and_the_nearest_is_named() {
 /// one disagrees with its entry.
 fn reproduces(paper: &str) {
     let folder = scratch();
-    let output = grazemap(folder.path(), &["gallery", paper, "--small", "-o", "page"]);
+    let output = grazemap(folder.path(), &["gallery", paper, "--numbers", "-o", "page"]);
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(output.status.success(), "{said}");
     let page = folder.path().join("page");
     let numbers = std::fs::read_to_string(page.join("numbers.csv")).expect("the table");
-    assert!(numbers.lines().count() > 1, "{numbers}");
-    let html = std::fs::read_to_string(page.join("index.html")).expect("the page");
-    assert!(html.contains("<svg") && html.contains("agrees"));
+    assert!(numbers.lines().count() > 1 && numbers.contains("agrees"), "{numbers}");
+    assert!(!page.join("index.html").exists());
+}
+
+#[test]
+fn the_small_gallery_has_fewer_entries_by_paper_with_their_pictures_and_counts() {
+    let folder = scratch();
+    let output = grazemap(folder.path(), &["gallery", "thota2006", "--small", "-o", "page"]);
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(output.status.success(), "{said}");
+    assert!(said.contains("1 entry") && said.contains("agree with the print"), "{said}");
+    let html = std::fs::read_to_string(folder.path().join("page/index.html")).expect("the page");
+    for words in ["<svg", "P. Thota, X. Zhao, H. Dankowicz, 2006", "not printed", "Left out"] {
+        assert!(html.contains(words), "{words}");
+    }
+    let output = grazemap(folder.path(), &["gallery", "foale1994/fig3", "--small"]);
+    assert!(!output.status.success());
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(said.contains("foale1994/fig3"), "{said}");
 }
 
 #[test]

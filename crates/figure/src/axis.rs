@@ -66,7 +66,8 @@ pub struct Axis {
     pub range: Option<(f64, f64)>,
 }
 
-/// A second scale of a linear axis, on the other side of the picture: its values plus a constant.
+/// A second scale of a linear axis, on the opposite side of the picture: its values plus a
+/// constant.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ShiftedScale {
     /// Name of the quantity.

@@ -2,7 +2,9 @@
 
 use super::FigureError;
 use super::drawing::{Area, Mosaic, Point};
-use super::series::{CELLS, FAINT_INK, GREY, INK, PALE, PAPER, Palette, Rgb, diverging, viridis};
+use super::series::{
+    CELLS, CHAOS, FAINT_INK, GREY, PALE, PAPER, Palette, Rgb, diverging, mixed, viridis,
+};
 
 /// A grid of categories that fills a rectangle of the axes.
 ///
@@ -23,12 +25,23 @@ pub struct CellChart {
     pub cells: Vec<Option<usize>>,
     /// Categories in the order of the legend.
     pub categories: Vec<CellCategory>,
+    /// Scale of the values that [`CellColor::Signed`] colours stand for, right of the picture.
+    pub bar: Option<ColorBar>,
+}
+
+/// Scale of values of two signs, from purple through pale at zero to orange.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ColorBar {
+    /// Name of the quantity.
+    pub label: String,
+    /// Value at the upper end; the lower end is its negative.
+    pub largest: f64,
 }
 
 /// A category of cells: its name and its colour.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CellCategory {
-    /// Name in the legend.
+    /// Name in the legend; empty for none.
     pub name: String,
     /// Colour of its cells.
     pub color: CellColor,
@@ -39,6 +52,8 @@ pub struct CellCategory {
 pub enum CellColor {
     /// One of nine colours that stay distinct on areas, by index modulo nine.
     Own(usize),
+    /// One of the nine colours, mixed with so much of the paper: a number from 0 to 1.
+    Paler(usize, f64),
     /// Colour of the series of dots with this index.
     Series(usize),
     /// Dark to light, for ordered categories; a number from 0 to 1.
@@ -47,8 +62,8 @@ pub enum CellColor {
     Signed(f64),
     /// Pale, where nothing happens.
     Pale,
-    /// Colour of the axes.
-    Ink,
+    /// Apricot, where nothing repeats: it can fill a picture, and lines are seen on it.
+    Chaos,
     /// Colour of secondary text.
     FaintInk,
     /// Grey, for untrusted results.
@@ -77,11 +92,12 @@ impl CellColor {
     pub(super) fn rgb(self) -> Rgb {
         match self {
             Self::Own(number) => CELLS[number % CELLS.len()],
+            Self::Paler(number, share) => mixed(CELLS[number % CELLS.len()], PAPER, share),
             Self::Series(number) => Palette::Categorical.color(number, number + 1),
             Self::Ordered(share) => viridis(share),
             Self::Signed(share) => diverging(share),
             Self::Pale => PALE,
-            Self::Ink => INK,
+            Self::Chaos => CHAOS,
             Self::FaintInk => FAINT_INK,
             Self::Grey => GREY,
             Self::Paper => PAPER,

@@ -1,10 +1,10 @@
 //! Contents of the plot area: the chart, guides, series, words beside points.
 //!
-//! Very many dots are drawn once for every cell of a grid that holds any: ink laid twice on a place
-//! shows nothing new. The grid is finer than a screen resolves; where the cells would still make
-//! the SVG too large it is halved until they do not.
+//! Very many dots are drawn as a density: once for every cell of a grid that holds any, and paler
+//! where fewer fall. The cells are smaller than dots; where they would still make the SVG too large
+//! the grid is halved until they do not.
 
-use std::collections::BTreeSet;
+use std::collections::BTreeMap;
 
 use super::drawing::{Area, DotRuns, Point, Shape};
 use super::frame::Frame;
@@ -113,13 +113,16 @@ fn dots(figure: &Figure, frame: &Frame, shapes: &mut Vec<Shape>) -> Option<Thinn
         return None;
     }
     let thinned = thin(&groups, &frame.area);
-    for (rank, mut dots) in thinned.dots.into_iter().enumerate() {
+    let exact = thinned.cells <= EXACT_DOTS;
+    for (rank, levels) in thinned.dots.into_iter().enumerate() {
         let diameter = rimmed(thinned.cells, above(rank));
-        if thinned.cells <= EXACT_DOTS {
-            shapes.extend(circles(dots.centres(), diameter, dots.color));
-        } else {
-            dots.diameter = dots.diameter.max(diameter);
-            shapes.push(Shape::Dots(dots));
+        for mut dots in levels {
+            if exact {
+                shapes.extend(circles(dots.centres(), diameter, groups[rank].1));
+            } else {
+                dots.diameter = dots.diameter.max(diameter);
+                shapes.push(Shape::Dots(dots));
+            }
         }
     }
     Some(Thinning { given, drawn: thinned.cells, grid: thinned.grid })
@@ -201,8 +204,8 @@ fn along(a: Point, b: Point) -> impl Iterator<Item = Point> {
 
 /// Largest number of dots that are drawn at their exact places.
 const EXACT_DOTS: usize = 4000;
-/// Columns and rows of the finest grid.
-const FINEST: (usize, usize) = (1600, 1000);
+/// Columns and rows of the finest grid: cells a little smaller than the smallest dots.
+const FINEST: (usize, usize) = (800, 500);
 /// Runs of cells, about eight bytes each, that keep an SVG well below 2 MB.
 const MOST_RUNS: usize = 170_000;
 /// Smallest and largest diameter of a dot, in pixels.
@@ -220,7 +223,8 @@ pub(super) fn diameter(dots: usize) -> f64 {
 struct ThinnedDots {
     pub(super) grid: (usize, usize),
     pub(super) cells: usize,
-    pub(super) dots: Vec<DotRuns>,
+    /// Dots of each series by density, the sparsest first.
+    pub(super) dots: Vec<Vec<DotRuns>>,
 }
 
 /// The series of a figure, each with its colour, on the finest grid that stays within bounds.
@@ -228,7 +232,7 @@ fn thin(series: &[(Vec<Point>, Rgb)], area: &Area) -> ThinnedDots {
     let mut grid = FINEST;
     loop {
         let found = on_grid(series, area, grid);
-        let runs: usize = found.dots.iter().map(|dots| dots.runs.len()).sum();
+        let runs: usize = found.dots.iter().flatten().map(|dots| dots.runs.len()).sum();
         if runs <= MOST_RUNS || grid.0 < 100 {
             return found;
         }
@@ -245,29 +249,51 @@ fn on_grid(series: &[(Vec<Point>, Rgb)], area: &Area, grid: (usize, usize)) -> T
     let dots = series
         .iter()
         .map(|(points, color)| {
-            let filled: BTreeSet<(u32, u32)> = points
-                .iter()
-                .map(|&(x, y)| {
-                    let column = cell_of(x, area.left, pitch.0, grid.0);
-                    (cell_of(y, area.top, pitch.1, grid.1), column)
-                })
-                .collect();
-            cells += filled.len();
-            DotRuns {
+            let mut counts: BTreeMap<(u32, u32), u32> = BTreeMap::new();
+            for &(x, y) in points {
+                let column = cell_of(x, area.left, pitch.0, grid.0);
+                let row = cell_of(y, area.top, pitch.1, grid.1);
+                *counts.entry((row, column)).or_default() += 1;
+            }
+            cells += counts.len();
+            let full = usual(counts.values().copied());
+            let of_level = |level: usize| DotRuns {
                 origin: (area.left + pitch.0 / 2.0, area.top + pitch.1 / 2.0),
                 pitch,
-                runs: runs(&filled),
+                runs: runs(counts.iter().filter_map(|(&cell, &count)| {
+                    (density_level(count, full) == level).then_some(cell)
+                })),
                 diameter: pitch.0.max(pitch.1),
                 color: *color,
-            }
+                share: DENSITIES[level],
+            };
+            (0..DENSITIES.len()).map(of_level).filter(|dots| !dots.runs.is_empty()).collect()
         })
         .collect();
     ThinnedDots { grid, cells, dots }
 }
 
-fn runs(filled: &BTreeSet<(u32, u32)>) -> Vec<(u32, u32, u32)> {
+/// Shares of ink of the levels of density.
+const DENSITIES: [f64; 4] = [0.3, 0.5, 0.75, 1.0];
+
+/// Count that all but the fullest twentieth of the cells do not exceed.
+fn usual(counts: impl Iterator<Item = u32>) -> u32 {
+    let mut counts: Vec<u32> = counts.collect();
+    counts.sort_unstable();
+    counts.get((counts.len() * 19 / 20).min(counts.len().saturating_sub(1))).copied().unwrap_or(1)
+}
+
+/// Level of density of a cell: logarithmic in its count, up to the usual one.
+fn density_level(count: u32, full: u32) -> usize {
+    let last = DENSITIES.len() - 1;
+    let share = f64::from(count).ln_1p() / f64::from(full).ln_1p();
+    ((share * DENSITIES.len() as f64).ceil() as usize).clamp(1, last + 1) - 1
+}
+
+/// Runs of neighbours in rows, of cells in ascending order.
+fn runs(cells: impl Iterator<Item = (u32, u32)>) -> Vec<(u32, u32, u32)> {
     let mut runs: Vec<(u32, u32, u32)> = Vec::new();
-    for &(row, column) in filled {
+    for (row, column) in cells {
         match runs.last_mut() {
             Some((r, first, count)) if *r == row && *first + *count == column => *count += 1,
             _ => runs.push((row, column, 1)),
@@ -284,11 +310,23 @@ mod tests {
 
     #[test]
     fn dots_of_one_cell_are_drawn_once_and_neighbours_join() {
-        let points = vec![(0.1, 0.1), (0.2, 0.3), (0.6, 0.1), (800.0, 500.0)];
-        let thinned = thin(&[(points, [0, 0, 0])], &AREA);
+        let points = vec![(0.1, 0.1), (1.2, 0.1), (800.0, 500.0)];
+        let thinned = thin(&[([points.clone(), points].concat(), [0, 0, 0])], &AREA);
         assert_eq!(thinned.grid, FINEST);
         assert_eq!(thinned.cells, 3);
-        assert_eq!(thinned.dots[0].runs, [(0, 0, 2), (999, 1599, 1)]);
+        let [dots] = &thinned.dots[0][..] else { panic!("one density: {thinned:?}") };
+        assert_eq!(dots.runs, [(0, 0, 2), (499, 799, 1)]);
+        assert!(dots.share > 0.99, "{}", dots.share);
+    }
+
+    #[test]
+    fn cells_of_fewer_dots_are_paler_and_drawn_first() {
+        let often = |at: Point, times: usize| std::iter::repeat_n(at, times);
+        let points = often((0.1, 0.1), 1).chain(often((9.0, 9.0), 40)).collect();
+        let thinned = thin(&[(points, [0, 0, 0])], &AREA);
+        let [sparse, dense] = &thinned.dots[0][..] else { panic!("two densities: {thinned:?}") };
+        assert_eq!(sparse.runs, [(0, 0, 1)]);
+        assert!(sparse.share < dense.share, "{} {}", sparse.share, dense.share);
     }
 
     #[test]
@@ -301,6 +339,7 @@ mod tests {
             .collect();
         let thinned = thin(&[(points, [0, 0, 0])], &AREA);
         assert!(thinned.grid.0 < FINEST.0);
-        assert!(thinned.dots[0].runs.len() <= MOST_RUNS);
+        let runs: usize = thinned.dots[0].iter().map(|dots| dots.runs.len()).sum();
+        assert!(runs <= MOST_RUNS, "{runs}");
     }
 }

@@ -33,6 +33,8 @@ pub(super) struct DotRuns {
     /// Diameter of a dot.
     pub(super) diameter: f64,
     pub(super) color: Rgb,
+    /// Share of the colour; the rest is what lies below.
+    pub(super) share: f64,
 }
 
 impl DotRuns {
@@ -137,6 +139,9 @@ pub(super) struct Area {
 }
 
 impl Area {
+    /// The square from (0, 0) to (1, 1).
+    pub(super) const UNIT: Self = Self { left: 0.0, top: 0.0, right: 1.0, bottom: 1.0 };
+
     pub(super) fn width(&self) -> f64 {
         self.right - self.left
     }

@@ -1,10 +1,14 @@
 //! Layout of a figure as shapes: margins, axes, grid, the place of every value, and the legend: a
-//! row above the plot area if it fits, else a column right of it.
+//! row above the plot area if it fits, else a column right of it. The legend holds what is drawn
+//! inside the axes, and nothing else.
 
-use super::axis::{Axis, AxisScale, Ticks, power_suffix, ticks};
+use super::axis::{Axis, AxisScale, ShiftedScale, Ticks, power_suffix, ticks};
+use super::cells::ColorBar;
 use super::content::{Content, content};
-use super::drawing::{Anchor, Area, Direction, Drawing, Point, Shape};
-use super::series::{FAINT_INK, GREY, GRID, INK, Marker, PAPER, Rgb, SeriesStyle, Stroke};
+use super::drawing::{Anchor, Area, Direction, Drawing, Mosaic, Point, Shape};
+use super::series::{
+    FAINT_INK, GREY, GRID, INK, Marker, PAPER, Rgb, Series, SeriesStyle, Stroke, diverging,
+};
 use super::text::{runs, width};
 use super::{Figure, FigureError, Thinning};
 
@@ -13,6 +17,10 @@ const LABEL_SIZE: f64 = 13.0;
 const TICK_SIZE: f64 = 11.5;
 /// Height of a second scale above the picture.
 const SECOND_SCALE: f64 = 40.0;
+/// Width of a scale of colours, without its ticks.
+const BAR: f64 = 14.0;
+/// Height between ticks of vertical scales.
+const TICK_HEIGHT: f64 = 44.0;
 
 /// A drawing and the thinning of its dots.
 #[derive(Debug)]
@@ -35,6 +43,18 @@ impl Frame {
         (self.across(self.scales.0.place(x)), self.down(self.scales.1.place(y)))
     }
 
+    /// Whether anything of a series lies inside the axes.
+    fn shows(&self, series: &Series) -> bool {
+        let places = || series.points.iter().map(|&point| self.at(point));
+        let joined = || match series.style {
+            SeriesStyle::Line(_) | SeriesStyle::LineWithMarkers(..) => {
+                !self.area.pieces(places()).is_empty()
+            }
+            SeriesStyle::Dots | SeriesStyle::Markers(_) => false,
+        };
+        places().any(|at| self.area.holds(at)) || joined()
+    }
+
     fn across(&self, place: f64) -> f64 {
         let (lower, upper) = self.ends.0;
         self.area.left + (place - lower) / (upper - lower) * self.area.width()
@@ -49,20 +69,38 @@ impl Frame {
 /// Computes the layout of a figure.
 pub(super) fn lay_out(figure: &Figure) -> Result<Layout, FigureError> {
     let (wide, tall) = (f64::from(figure.size.0), f64::from(figure.size.1));
-    let ends = ends(figure)?;
-    let legend = Legend::of(figure, wide - 110.0)?;
-    let title_height = if figure.title.is_empty() { 0.0 } else { 26.0 };
-    let scale = figure.above.as_ref();
-    let scale = scale.and_then(|scale| scale.ends(&figure.horizontal, ends.0).zip(Some(scale)));
-    let scale_height = if scale.is_some() { SECOND_SCALE } else { 0.0 };
-    let top = 14.0 + title_height + legend.above() + scale_height;
-    let bottom = tall - 50.0;
-    let vertical = ticks(figure.vertical.scale, ends.1, ((bottom - top) / 44.0) as usize);
-    let left = 36.0 + widest(&vertical)?;
-    let right = (wide - 20.0 - legend.beside()).max(left + 40.0);
-    let area = Area { left, top, right, bottom: bottom.max(top + 40.0) };
-    let horizontal = horizontal_ticks(figure.horizontal.scale, ends.0, area.width())?;
     let scales = (figure.horizontal.scale, figure.vertical.scale);
+    let ends = ends(figure)?;
+    let legend = Legend::of(figure, &Frame { area: Area::UNIT, scales, ends }, wide - 110.0)?;
+    let title_height = if figure.title.is_empty() { 0.0 } else { 26.0 };
+    let above = shifted(figure.above.as_ref(), &figure.horizontal, ends.0);
+    let scale_height = if above.is_some() { SECOND_SCALE } else { 0.0 };
+    let top = 14.0 + title_height + legend.above() + scale_height;
+    let bottom = (tall - 50.0).max(top + 40.0);
+    let upright = |scale, ends| ticks(scale, ends, ((bottom - top) / TICK_HEIGHT) as usize);
+    let vertical = upright(figure.vertical.scale, ends.1);
+    let beside = shifted(figure.beside.as_ref(), &figure.vertical, ends.1);
+    let beside = beside.map(|(label, ends)| (label, ends, upright(AxisScale::Linear, ends)));
+    let bar = figure.cells.as_ref().and_then(|chart| chart.bar.as_ref());
+    let bar = bar.filter(|bar| bar.largest > 0.0 && bar.largest.is_finite());
+    let bar = bar.map(|bar| {
+        let ends = (-bar.largest, bar.largest);
+        (bar, upright(AxisScale::Linear, ends))
+    });
+
+    let left = 36.0 + widest(&vertical)?;
+    let scale_width = match &beside {
+        Some((.., ticks)) => upright_width(ticks)?,
+        None => 0.0,
+    };
+    let bar_width = match &bar {
+        Some((_, ticks)) => 16.0 + BAR + upright_width(ticks)?,
+        None => 0.0,
+    };
+    let used = 20.0 + scale_width + bar_width + legend.beside();
+    let right = (wide - used).max(left + 40.0);
+    let area = Area { left, top, right, bottom };
+    let horizontal = horizontal_ticks(figure.horizontal.scale, ends.0, area.width())?;
     let frame = Frame { area, scales, ends };
 
     let Content { under, over, thinning } = content(figure, &frame)?;
@@ -71,10 +109,18 @@ pub(super) fn lay_out(figure: &Figure) -> Result<Layout, FigureError> {
     shapes.extend(edges(&area));
     shapes.extend(tick_texts(&frame, &horizontal, &vertical));
     shapes.extend(axis_labels(figure, &frame, &horizontal, &vertical)?);
-    if let Some((ends, scale)) = scale {
-        shapes.extend(second_scale(&scale.label, ends, &area)?);
+    if let Some((label, ends)) = above {
+        shapes.extend(scale_above(label, ends, &area)?);
     }
-    shapes.extend(legend.shapes((area.left, area.top - scale_height), (area.right, area.top)));
+    if let Some((label, ends, ticks)) = &beside {
+        shapes.push(rule((right, top), (right, bottom), 1.0, FAINT_INK));
+        shapes.extend(upright_scale(label, *ends, ticks, &area)?);
+    }
+    if let Some((bar, ticks)) = &bar {
+        shapes.extend(color_bar(bar, ticks, right + scale_width + 16.0, &area)?);
+    }
+    let corner = (right + scale_width + bar_width, top);
+    shapes.extend(legend.shapes((left, top - scale_height), corner));
     shapes.extend(over);
     if !figure.title.is_empty() {
         let text = fitted(&figure.title, TITLE_SIZE, wide - left - 10.0)?;
@@ -82,6 +128,15 @@ pub(super) fn lay_out(figure: &Figure) -> Result<Layout, FigureError> {
     }
     let drawing = Drawing { size: figure.size, title: spoken_title(figure), shapes };
     Ok(Layout { drawing, thinning })
+}
+
+/// Label and ends of a second scale, if it can be shown.
+fn shifted<'a>(
+    scale: Option<&'a ShiftedScale>,
+    axis: &Axis,
+    ends: (f64, f64),
+) -> Option<(&'a str, (f64, f64))> {
+    scale.and_then(|scale| Some((scale.label.as_str(), scale.ends(axis, ends)?)))
 }
 
 fn spoken_title(figure: &Figure) -> String {
@@ -185,7 +240,7 @@ fn tick_texts(frame: &Frame, horizontal: &Ticks, vertical: &Ticks) -> Vec<Shape>
 }
 
 /// Ticks and words of a scale above the picture.
-fn second_scale(label: &str, ends: (f64, f64), area: &Area) -> Result<Vec<Shape>, FigureError> {
+fn scale_above(label: &str, ends: (f64, f64), area: &Area) -> Result<Vec<Shape>, FigureError> {
     let found = horizontal_ticks(AxisScale::Linear, ends, area.width())?;
     let mut shapes = vec![rule((area.left, area.top), (area.right, area.top), 1.0, FAINT_INK)];
     for tick in &found.ticks {
@@ -197,6 +252,60 @@ fn second_scale(label: &str, ends: (f64, f64), area: &Area) -> Result<Vec<Shape>
     let label = fitted(label, LABEL_SIZE, area.width())? + &power_suffix(found.power);
     shapes.push(words(middle, Anchor::Middle, LABEL_SIZE, label));
     Ok(shapes)
+}
+
+/// Width that [`upright_scale`] takes.
+fn upright_width(ticks: &Ticks) -> Result<f64, FigureError> {
+    Ok(7.0 + widest(ticks)? + 10.0 + LABEL_SIZE)
+}
+
+/// Ticks and words of a scale at the right edge of an area.
+fn upright_scale(
+    label: &str,
+    ends: (f64, f64),
+    ticks: &Ticks,
+    area: &Area,
+) -> Result<Vec<Shape>, FigureError> {
+    let mut shapes = Vec::new();
+    for tick in ticks.ticks.iter().filter(|tick| !tick.text.is_empty()) {
+        let y = area.bottom - (tick.place - ends.0) / (ends.1 - ends.0) * area.height();
+        shapes.push(rule((area.right, y), (area.right + 4.0, y), 1.0, FAINT_INK));
+        let at = (area.right + 7.0, y + 4.0);
+        shapes.push(words(at, Anchor::Start, TICK_SIZE, tick.text.clone()));
+    }
+    let label = fitted(label, LABEL_SIZE, area.height())? + &power_suffix(ticks.power);
+    let at = (area.right + upright_width(ticks)? - 3.0, (area.top + area.bottom) / 2.0);
+    shapes.push(upwards(at, label));
+    Ok(shapes)
+}
+
+/// Scale of colours, with its left edge at an abscissa.
+fn color_bar(
+    bar: &ColorBar,
+    ticks: &Ticks,
+    left: f64,
+    area: &Area,
+) -> Result<Vec<Shape>, FigureError> {
+    const STEPS: usize = 64;
+    let area = Area { left, right: left + BAR, ..*area };
+    let share = |step: usize| 2.0 * (step as f64 + 0.5) / STEPS as f64 - 1.0;
+    let colors = (0..STEPS).rev().map(|step| diverging(share(step))).collect();
+    let (from, to) = ((area.left, area.top), (area.right, area.bottom));
+    let mut shapes = vec![Shape::Mosaic(Mosaic { from, to, columns: 1, colors })];
+    shapes.extend(upright_scale(&bar.label, (-bar.largest, bar.largest), ticks, &area)?);
+    Ok(shapes)
+}
+
+fn upwards(at: Point, text: String) -> Shape {
+    Shape::Text {
+        at,
+        anchor: Anchor::Middle,
+        direction: Direction::Upwards,
+        size: LABEL_SIZE,
+        color: INK,
+        text,
+        halo: false,
+    }
 }
 
 fn axis_labels(
@@ -216,15 +325,7 @@ fn axis_labels(
     let beside = label(&figure.vertical, vertical, area.height() + 40.0)?;
     Ok(vec![
         words((middle.0, area.bottom + 39.0), Anchor::Middle, LABEL_SIZE, below),
-        Shape::Text {
-            at: (18.0, middle.1),
-            anchor: Anchor::Middle,
-            direction: Direction::Upwards,
-            size: LABEL_SIZE,
-            color: INK,
-            text: beside,
-            halo: false,
-        },
+        upwards((18.0, middle.1), beside),
     ])
 }
 
@@ -256,23 +357,34 @@ enum Form {
 }
 
 impl Legend {
-    /// The legend of a figure; `room` is the width for a row of entries, in pixels.
-    pub(super) fn of(figure: &Figure, room: f64) -> Result<Self, FigureError> {
+    /// The legend of a figure, of the series and categories that `frame` shows; `room` is the width
+    /// for a row of entries, in pixels.
+    fn of(figure: &Figure, frame: &Frame, room: f64) -> Result<Self, FigureError> {
         let count = figure.series.len();
-        let series = figure.series.iter().enumerate().filter(|(_, series)| !series.name.is_empty());
-        let mut entries: Vec<(String, Key, Rgb)> = series
+        let series = figure.series.iter().enumerate();
+        let shown = series.filter(|(_, one)| !one.name.is_empty() && frame.shows(one));
+        let mut entries: Vec<(String, Key, Rgb)> = shown
             .map(|(index, series)| {
                 let color = series.color.of(index, figure.palette, count);
-                (series.name.clone(), Key::Series(series.style), color)
+                let style = match series.style {
+                    SeriesStyle::Line(_) if !figure.strokes.is_empty() => {
+                        SeriesStyle::Line(Stroke::Solid)
+                    }
+                    style => style,
+                };
+                (series.name.clone(), Key::Series(style), color)
             })
             .collect();
         if let Some(chart) = &figure.cells {
-            let categories = chart.categories.iter();
+            let named = chart.categories.iter().filter(|category| !category.name.is_empty());
             entries.extend(
-                categories
-                    .map(|category| (category.name.clone(), Key::Category, category.color.rgb())),
+                named.map(|category| (category.name.clone(), Key::Category, category.color.rgb())),
             );
         }
+        let strokes = figure.strokes.iter();
+        entries.extend(strokes.map(|(stroke, words)| {
+            (words.clone(), Key::Series(SeriesStyle::Line(*stroke)), FAINT_INK)
+        }));
         let most = (f64::from(figure.size.1) / LINE) as usize - 4;
         entries.truncate(most);
         let mut widths = Vec::new();

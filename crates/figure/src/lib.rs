@@ -20,7 +20,7 @@ mod svg;
 mod text;
 
 pub use axis::{Axis, AxisScale, ShiftedScale};
-pub use cells::{CellCategory, CellChart, CellColor};
+pub use cells::{CellCategory, CellChart, CellColor, ColorBar};
 pub use series::{Annotation, Guide, Marker, Palette, Series, SeriesColor, SeriesStyle, Stroke};
 pub use text::{escape_html, symbol};
 
@@ -50,6 +50,8 @@ pub struct Figure {
     /// A second scale of the horizontal axis, above the picture. Left out where the axis is not
     /// linear, or is so short that doubles cannot tell its ticks apart.
     pub above: Option<ShiftedScale>,
+    /// A second scale of the vertical axis, right of the picture, under the same conditions.
+    pub beside: Option<ShiftedScale>,
     /// The axis left of the picture.
     pub vertical: Axis,
     /// Series in the order of drawing, bottom to top. Among series of dots the lower ones have
@@ -63,6 +65,9 @@ pub struct Figure {
     pub cells: Option<CellChart>,
     /// Colours of the series.
     pub palette: Palette,
+    /// Meanings of the line patterns, at the end of the legend. With any, names of lines stand
+    /// beside solid keys.
+    pub strokes: Vec<(Stroke, String)>,
     /// Width and height in CSS pixels, each from 160 to 4000; the PNG has twice as many pixels a
     /// side.
     pub size: (u32, u32),
@@ -84,7 +89,8 @@ impl Thinning {
     pub fn sentence(&self) -> String {
         let (columns, rows) = self.grid;
         format!(
-            "{} points, drawn as the {} distinct cells of a grid of {columns} × {rows}.",
+            "{} points, drawn as the {} distinct cells of a grid of {columns} × {rows}, darker \
+             where more points fall.",
             self.given, self.drawn
         )
     }
@@ -97,12 +103,14 @@ impl Figure {
             title: String::new(),
             horizontal,
             above: None,
+            beside: None,
             vertical,
             series: Vec::new(),
             guides: Vec::new(),
             annotations: Vec::new(),
             cells: None,
             palette: Palette::Categorical,
+            strokes: Vec::new(),
             size: (760, 460),
         }
     }
@@ -129,7 +137,8 @@ impl Figure {
         raster::paint(&self.layout()?.drawing)
     }
 
-    /// Thinning of series of many dots: dots that fall in the same cell are drawn once.
+    /// Thinning of series of many dots: dots that fall in the same cell are drawn once, as a
+    /// density.
     ///
     /// `None` if every dot is drawn at its exact place. Fewer dots are larger.
     ///
@@ -292,6 +301,7 @@ mod tests {
             rows: 2,
             cells: vec![None; 3],
             categories: Vec::new(),
+            bar: None,
         });
         assert!(matches!(figure.to_svg(), Err(FigureError::ChartShape { found: 3, .. })));
     }
@@ -309,6 +319,80 @@ mod tests {
         logarithmic.horizontal = Axis::log10("α − α*").with_range(1e-4, 1e-3);
         logarithmic.above = Some(ShiftedScale { label: "α".to_owned(), shift: 2.2471 });
         assert!(!logarithmic.to_svg().expect("drawn").contains(">2.24"));
+    }
+
+    #[test]
+    fn a_second_scale_beside_the_picture_is_as_the_one_above_it() {
+        let mut figure = small();
+        figure.beside = Some(ShiftedScale { label: "h₀".to_owned(), shift: 40.0 });
+        let svg = figure.to_svg().expect("drawn");
+        assert!(svg.contains(">41") && svg.contains("h₀"), "{svg}");
+        figure.vertical = Axis::log10("h").with_range(1.0, 10.0);
+        assert!(!figure.to_svg().expect("drawn").contains("h₀"));
+    }
+
+    #[test]
+    fn the_legend_holds_what_is_inside_the_axes() {
+        let mut figure = small();
+        figure.series.push(Series::dots("no dots", Vec::new()));
+        figure.series.push(Series::dots("far dots", vec![[5.0, 0.0]]));
+        let across = vec![[-1.0, 0.2], [1.0, 0.2]];
+        figure.series.push(Series::line("across", Stroke::Solid, across));
+        figure.horizontal = Axis::linear("α").with_range(0.0, 2e-3);
+        let svg = figure.to_svg().expect("drawn");
+        assert!(svg.contains(">stable<") && svg.contains(">across<"), "{svg}");
+        assert!(!svg.contains("no dots") && !svg.contains("far dots"), "{svg}");
+    }
+
+    #[test]
+    fn meanings_of_strokes_end_the_legend_and_names_stand_beside_solid_keys() {
+        let mut figure = small();
+        figure.series.remove(0);
+        let dashed =
+            |figure: &Figure| figure.to_svg().expect("drawn").matches("stroke-dasharray").count();
+        let own = dashed(&figure);
+        figure.strokes = vec![(Stroke::Solid, "attracts".to_owned())];
+        assert_eq!(dashed(&figure), own - 1);
+        assert!(figure.to_svg().expect("drawn").contains(">attracts<"));
+    }
+
+    #[test]
+    fn a_scale_of_colours_has_a_zero_in_its_middle() {
+        let mut figure = small();
+        figure.cells = Some(CellChart {
+            horizontal: (0.0, 1.0),
+            vertical: (0.0, 1.0),
+            columns: 1,
+            rows: 1,
+            cells: vec![Some(0)],
+            categories: vec![CellCategory::new("", CellColor::Signed(0.5))],
+            bar: Some(ColorBar { label: "λ".to_owned(), largest: 30.0 }),
+        });
+        let svg = figure.to_svg().expect("drawn");
+        assert!(svg.contains(">−20<") && svg.contains(">20<") && svg.contains("λ"), "{svg}");
+    }
+
+    #[test]
+    fn dark_pages_exchange_the_inks_and_keep_the_colours_of_cells() {
+        let mut figure = small();
+        let light = figure.to_svg().expect("drawn");
+        let (style, rest) = light.split_once("</style>").expect("a style");
+        assert!(style.contains("prefers-color-scheme:dark"), "{style}");
+        for color in ["#ffffff", "#1f2328"] {
+            assert!(style.contains(&format!(".grazemap-figure [fill=\"{color}\"]")), "{style}");
+            assert!(rest.contains(&format!("fill=\"{color}\"")), "{rest}");
+        }
+        figure.cells = Some(CellChart {
+            horizontal: (0.0, 1.0),
+            vertical: (0.0, 1.0),
+            columns: 1,
+            rows: 1,
+            cells: vec![Some(0)],
+            categories: vec![CellCategory::new("none", CellColor::Chaos)],
+            bar: None,
+        });
+        let svg = figure.to_svg().expect("drawn");
+        assert!(svg.contains("style=\"fill:#f4a582\""), "{svg}");
     }
 
     #[test]

@@ -6,8 +6,8 @@ use plotters::style::{FontTransform, RGBColor, TextStyle};
 
 use super::FigureError;
 use super::drawing::{Anchor, Direction, DotRuns, Drawing, Mosaic, Point, Shape, dashes, outline};
-use super::series::{Marker, PAPER, Rgb};
-use super::text::{font, run_width, runs};
+use super::series::{Marker, PAPER, Rgb, mixed};
+use super::text::{Face, Level, face_width, faces, runs};
 
 /// Pixels drawn for every CSS pixel, before averaging.
 const FINE: f64 = 4.0;
@@ -100,10 +100,7 @@ impl Canvas<'_> {
                         self.text(around, *anchor, *direction, *size, PAPER, text)?;
                     }
                 }
-                self.text(*at, *anchor, *direction, *size, *color, text)?;
-                // NOTE: the built-in font is a light one; drawn twice, a fine pixel apart, it looks
-                // regular.
-                self.text((at.0 + 1.0 / FINE, at.1), *anchor, *direction, *size, *color, text)
+                self.text(*at, *anchor, *direction, *size, *color, text)
             }
         }
     }
@@ -185,11 +182,13 @@ impl Canvas<'_> {
 
     fn dots(&mut self, dots: &DotRuns) -> Result<(), FigureError> {
         let half = dots.diameter / 2.0;
+        // NOTE: runs overlap, so that they are painted in an opaque mixture.
+        let color = mixed(PAPER, dots.color, dots.share);
         for &(row, first, count) in &dots.runs {
             let y = dots.origin.1 + f64::from(row) * dots.pitch.1;
             let from = dots.origin.0 + f64::from(first) * dots.pitch.0;
             let to = from + f64::from(count - 1) * dots.pitch.0;
-            self.rectangle((from - half, y - half), (to + half, y + half), dots.color)?;
+            self.rectangle((from - half, y - half), (to + half, y + half), color)?;
         }
         Ok(())
     }
@@ -218,20 +217,22 @@ impl Canvas<'_> {
         color: Rgb,
         text: &str,
     ) -> Result<(), FigureError> {
-        let runs = runs(text);
-        let mut total = 0.0;
-        for (level, run) in &runs {
-            total += run_width(run, size * level.scale())?;
+        let mut parts: Vec<(Face, Level, String, f64)> = Vec::new();
+        for (level, run) in runs(text) {
+            for (face, run) in faces(&run) {
+                let wide = face_width(face, &run, size * level.scale())?;
+                parts.push((face, level, run, wide));
+            }
         }
+        let total: f64 = parts.iter().map(|(.., wide)| wide).sum();
         let mut along = match anchor {
             Anchor::Start => 0.0,
             Anchor::Middle => -total / 2.0,
             Anchor::End => -total,
         };
-        for (level, run) in &runs {
-            let letters = size * level.scale();
+        for (face, level, run, wide) in parts {
             // NOTE: plotters puts the baseline half the font's height below the point it is given.
-            let font = font(letters * FINE)?;
+            let font = face.font(size * level.scale() * FINE)?;
             let above = font.get_size() / 2.0 / FINE;
             let below = level.shift() * size - above;
             let (place, turn) = match direction {
@@ -240,8 +241,14 @@ impl Canvas<'_> {
             };
             let ink = paint_of(color);
             let style = TextStyle::from(font.transform(turn)).color(&ink);
-            self.backend.draw_text(run, &style, fine(place)).map_err(refused)?;
-            along += run_width(run, letters)?;
+            // NOTE: the sans-serif font is a light one; drawn twice, a fine pixel apart, it looks
+            // regular.
+            let times = if face == Face::Sans { 2 } else { 1 };
+            for shift in 0..times {
+                let (x, y) = fine(place);
+                self.backend.draw_text(&run, &style, (x + shift, y)).map_err(refused)?;
+            }
+            along += wide;
         }
         Ok(())
     }

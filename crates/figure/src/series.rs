@@ -204,6 +204,8 @@ pub(super) const FAINT_INK: Rgb = [0x6a, 0x70, 0x78];
 pub(super) const GREY: Rgb = [0xb3, 0xb7, 0xbc];
 /// Colour of cells in which nothing happens.
 pub(super) const PALE: Rgb = [0xf7, 0xee, 0xc3];
+/// Colour of cells in which nothing repeats.
+pub(super) const CHAOS: Rgb = [0xf4, 0xa5, 0x82];
 /// Lines of the grid.
 pub(super) const GRID: Rgb = [0xe6, 0xe8, 0xeb];
 /// The paper.
@@ -223,10 +225,10 @@ const CATEGORICAL: [Rgb; 8] = [
     [0xd5, 0x5e, 0x00],
     [0x00, 0x9e, 0x73],
     [0xcc, 0x79, 0xa7],
-    [0x30, 0x34, 0x3a],
     [0xe6, 0x9f, 0x00],
     [0x56, 0xb4, 0xe9],
     [0x8c, 0x56, 0x4b],
+    [0x30, 0x34, 0x3a],
 ];
 
 /// Colours of areas.
@@ -293,9 +295,44 @@ pub(super) fn diverging(share: f64) -> Rgb {
 fn along(ramp: &[Rgb; 9], fraction: f64) -> Rgb {
     let along = fraction.clamp(0.0, 1.0) * (ramp.len() - 1) as f64;
     let below = (along as usize).min(ramp.len() - 2);
-    let weight = along - below as f64;
+    mixed(ramp[below], ramp[below + 1], along - below as f64)
+}
+
+/// Mixture of two colours; the second has the share `weight`.
+pub(super) fn mixed(first: Rgb, second: Rgb, weight: f64) -> Rgb {
     std::array::from_fn(|i| {
-        let (from, to) = (f64::from(ramp[below][i]), f64::from(ramp[below + 1][i]));
+        let (from, to) = (f64::from(first[i]), f64::from(second[i]));
         (from + weight * (to - from)).round() as u8
     })
+}
+
+/// Colour on dark paper: the inks, greys and paper exchanged, other colours as light as they must
+/// be to be seen.
+pub(super) fn on_dark(color: Rgb) -> Rgb {
+    const PAPER_DARK: Rgb = [0x16, 0x18, 0x1b];
+    const WHITE: Rgb = [0xff; 3];
+    /// Least ratio of luminances at which a line is seen.
+    const CONTRAST: f64 = 4.0;
+    match color {
+        PAPER => PAPER_DARK,
+        INK => [0xe7, 0xe9, 0xec],
+        FAINT_INK => [0x9b, 0xa2, 0xab],
+        GREY => [0x62, 0x68, 0x70],
+        GRID => [0x2c, 0x30, 0x35],
+        _ => {
+            let paler = (0..=10).map(|tenths| mixed(color, WHITE, 0.1 * f64::from(tenths)));
+            let floor = luminance(PAPER_DARK) + 0.05;
+            let seen = |color: &Rgb| (luminance(*color) + 0.05) / floor >= CONTRAST;
+            paler.into_iter().find(seen).unwrap_or(WHITE)
+        }
+    }
+}
+
+/// Relative luminance, from 0 to 1 (Web Content Accessibility Guidelines 2.2).
+fn luminance(color: Rgb) -> f64 {
+    let linear = color.map(|channel| {
+        let value = f64::from(channel) / 255.0;
+        if value <= 0.04045 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) }
+    });
+    0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
 }

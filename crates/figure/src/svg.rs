@@ -1,5 +1,7 @@
-//! The SVG painter: text in the reader's own sans-serif font, all dots of a colour as one path.
+//! The SVG painter: text in the reader's own sans-serif font, all dots of a colour as one path, and
+//! colours for readers who prefer dark pages. Charts of cells keep their colours on either.
 
+use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
 use base64::Engine as _;
@@ -8,10 +10,13 @@ use base64::prelude::BASE64_STANDARD as BASE64;
 use super::FigureError;
 use super::drawing::{Anchor, Direction, DotRuns, Drawing, Mosaic, Point, Shape, dashes, outline};
 use super::raster::encode;
-use super::series::{Marker, PAPER, Rgb};
+use super::series::{Marker, PAPER, Rgb, on_dark};
 use super::text::{Level, escape_html, runs};
 
 const FONTS: &str = "system-ui, -apple-system, 'Segoe UI', Helvetica, Arial, sans-serif";
+
+/// Class of the pictures, to which their rules for dark pages are limited.
+const CLASS: &str = "grazemap-figure";
 
 /// The drawing as an SVG document.
 pub(super) fn paint(drawing: &Drawing) -> Result<String, FigureError> {
@@ -19,9 +24,12 @@ pub(super) fn paint(drawing: &Drawing) -> Result<String, FigureError> {
     let title = escape_html(&plain(&drawing.title));
     let mut svg = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" \
-         viewBox=\"0 0 {width} {height}\" role=\"img\" font-family=\"{FONTS}\">\n\
+         viewBox=\"0 0 {width} {height}\" role=\"img\" class=\"{CLASS}\" \
+         font-family=\"{FONTS}\">\n\
          <title>{title}</title>\n\
+         {}\n\
          <rect width=\"{width}\" height=\"{height}\" fill=\"{}\"/>\n",
+        dark_style(drawing),
         hex(PAPER)
     );
     for shape in &drawing.shapes {
@@ -30,6 +38,26 @@ pub(super) fn paint(drawing: &Drawing) -> Result<String, FigureError> {
     }
     svg.push_str("</svg>\n");
     Ok(svg)
+}
+
+/// Rules that exchange the colours of a drawing on dark pages.
+fn dark_style(drawing: &Drawing) -> String {
+    let drawn = drawing.shapes.iter().filter_map(|shape| match shape {
+        Shape::Line { color, .. } | Shape::Mark { color, .. } | Shape::Text { color, .. } => {
+            Some(*color)
+        }
+        Shape::Dots(dots) => Some(dots.color),
+        Shape::Rectangle { .. } | Shape::Mosaic(_) => None,
+    });
+    let colors: BTreeSet<Rgb> = drawn.chain([PAPER]).collect();
+    let exchanged = colors.into_iter().filter(|&color| on_dark(color) != color);
+    let rules: String = exchanged
+        .flat_map(|color| {
+            let (light, dark) = (hex(color), hex(on_dark(color)));
+            ["fill", "stroke"].map(|of| format!(".{CLASS} [{of}=\"{light}\"]{{{of}:{dark}}}"))
+        })
+        .collect();
+    format!("<style>@media (prefers-color-scheme:dark){{{rules}}}</style>")
 }
 
 fn element(shape: &Shape) -> Result<String, FigureError> {
@@ -50,7 +78,7 @@ fn element(shape: &Shape) -> Result<String, FigureError> {
             )
         }
         Shape::Rectangle { from, to, fill } => format!(
-            "<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" fill=\"{}\"/>",
+            "<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" style=\"fill:{}\"/>",
             short(from.0),
             short(from.1),
             short(to.0 - from.0),
@@ -130,9 +158,15 @@ fn dot_path(dots: &DotRuns) -> String {
         write!(d, "h{}", count - 1).expect("a String takes all");
         pen = Some((row, column + count - 1));
     }
+    let share = if dots.share < 1.0 {
+        format!(" stroke-opacity=\"{}\"", short(dots.share))
+    } else {
+        String::new()
+    };
     format!(
         "<path transform=\"translate({} {}) scale({} {})\" d=\"{d}\" fill=\"none\" stroke=\"{}\" \
-         stroke-width=\"{}\" stroke-linecap=\"round\" vector-effect=\"non-scaling-stroke\"/>",
+         stroke-width=\"{}\" stroke-linecap=\"round\" \
+         vector-effect=\"non-scaling-stroke\"{share}/>",
         short(dots.origin.0),
         short(dots.origin.1),
         long(dots.pitch.0),

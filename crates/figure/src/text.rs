@@ -1,5 +1,5 @@
-//! Text with raised and lowered parts, such as `10^{-3}` and `x_{n}`, and the font used for bitmaps
-//! and for measuring text.
+//! Text with raised and lowered parts, such as `10^{-3}` and `x_{n}`, and the fonts used for
+//! bitmaps and for measuring text.
 
 use std::sync::OnceLock;
 
@@ -136,33 +136,85 @@ pub fn escape_html(text: &str) -> String {
     escaped
 }
 
-const FAMILY: &str = "grazemap sans";
-/// Height of the font's line box relative to its letter size: (ascender + descender) / units per
-/// em.
-const LINE_BOX: f64 = 1.121;
-/// Browsers letter SVGs with wider fonts than the one measured here.
-const RESERVE: f64 = 1.08;
+/// Typeface of bitmaps and of measured text.
+///
+/// The sans-serif font draws α like a Latin ɑ, so that Greek letters have a font of their own.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Face {
+    /// Ubuntu Light.
+    Sans,
+    /// Hack.
+    Greek,
+}
 
-/// The font at a letter size, in pixels per em.
-pub(super) fn font(size: f64) -> Result<FontDesc<'static>, FigureError> {
-    static REGISTERED: OnceLock<bool> = OnceLock::new();
-    let registered = REGISTERED.get_or_init(|| {
-        let bytes = epaint_default_fonts::UBUNTU_LIGHT;
-        register_font(FAMILY, FontStyle::Normal, bytes).is_ok()
-    });
-    if *registered {
-        let family = FontFamily::Name(FAMILY);
-        Ok(FontDesc::new(family, size * LINE_BOX, FontStyle::Normal))
-    } else {
-        Err(FigureError::Bitmap("the built-in font is unreadable".to_owned()))
+impl Face {
+    const ALL: [Self; 2] = [Self::Sans, Self::Greek];
+
+    fn of(letter: char) -> Self {
+        if ('\u{370}'..='\u{3ff}').contains(&letter) { Self::Greek } else { Self::Sans }
+    }
+
+    fn family(self) -> &'static str {
+        match self {
+            Self::Sans => "grazemap sans",
+            Self::Greek => "grazemap greek",
+        }
+    }
+
+    fn bytes(self) -> &'static [u8] {
+        match self {
+            Self::Sans => epaint_default_fonts::UBUNTU_LIGHT,
+            Self::Greek => epaint_default_fonts::HACK_REGULAR,
+        }
+    }
+
+    /// Height of the line box relative to the letter size: (ascender + descender) / units per em.
+    fn line_box(self) -> f64 {
+        match self {
+            Self::Sans => 1.121,
+            Self::Greek => 1.1640625,
+        }
+    }
+
+    /// The font at a letter size, in pixels per em.
+    pub(super) fn font(self, size: f64) -> Result<FontDesc<'static>, FigureError> {
+        static REGISTERED: OnceLock<bool> = OnceLock::new();
+        let registered = REGISTERED.get_or_init(|| {
+            Self::ALL
+                .into_iter()
+                .all(|face| register_font(face.family(), FontStyle::Normal, face.bytes()).is_ok())
+        });
+        if *registered {
+            let family = FontFamily::Name(self.family());
+            Ok(FontDesc::new(family, size * self.line_box(), FontStyle::Normal))
+        } else {
+            Err(FigureError::Bitmap("the built-in fonts are unreadable".to_owned()))
+        }
     }
 }
 
-/// Width of text without markup, in pixels, at a letter size.
-pub(super) fn run_width(text: &str, size: f64) -> Result<f64, FigureError> {
+/// Text without markup, cut where the typeface changes.
+pub(super) fn faces(text: &str) -> Vec<(Face, String)> {
+    let mut faces: Vec<(Face, String)> = Vec::new();
+    for letter in text.chars() {
+        let face = Face::of(letter);
+        match faces.last_mut() {
+            Some((last, run)) if *last == face => run.push(letter),
+            _ => faces.push((face, letter.to_string())),
+        }
+    }
+    faces
+}
+
+/// Browsers letter SVGs with wider fonts than the ones measured here.
+const RESERVE: f64 = 1.08;
+
+/// Width of text in one typeface, in pixels, at a letter size.
+pub(super) fn face_width(face: Face, text: &str, size: f64) -> Result<f64, FigureError> {
     // NOTE: widths come back as whole pixels; measuring large keeps their fractions.
     const MEASURED_AT: f64 = 1000.0;
-    let (width, _) = font(MEASURED_AT)?
+    let (width, _) = face
+        .font(MEASURED_AT)?
         .box_size(text)
         .map_err(|refused| FigureError::Bitmap(refused.to_string()))?;
     Ok(f64::from(width) * size / MEASURED_AT)
@@ -172,7 +224,9 @@ pub(super) fn run_width(text: &str, size: f64) -> Result<f64, FigureError> {
 pub(super) fn width(text: &str, size: f64) -> Result<f64, FigureError> {
     let mut total = 0.0;
     for (level, run) in runs(text) {
-        total += run_width(&run, size * level.scale())?;
+        for (face, run) in faces(&run) {
+            total += face_width(face, &run, size * level.scale())?;
+        }
     }
     Ok(total * RESERVE)
 }
@@ -180,6 +234,24 @@ pub(super) fn width(text: &str, size: f64) -> Result<f64, FigureError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn greek_letters_have_a_font_of_their_own() {
+        let run = |face, text: &str| (face, text.to_owned());
+        assert_eq!(
+            faces("α − α*"),
+            [
+                run(Face::Greek, "α"),
+                run(Face::Sans, " − "),
+                run(Face::Greek, "α"),
+                run(Face::Sans, "*")
+            ]
+        );
+        assert_ne!(
+            face_width(Face::Greek, "α", 12.0).expect("a font"),
+            face_width(Face::Sans, "α", 12.0).expect("a font")
+        );
+    }
 
     #[test]
     fn runs_follow_the_markup_and_forgive_what_is_open() {

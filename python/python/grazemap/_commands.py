@@ -1263,7 +1263,7 @@ def gallery(
     folder
         Folder of the page ``index.html``, which is made.
     small
-        Whether to use fewer points and to omit the longest computations.
+        Whether to compute only the entries that take seconds.
 
     Returns
     -------

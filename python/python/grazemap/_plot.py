@@ -10,6 +10,7 @@ import numpy as np
 from ._errors import InputError, NoResult
 from ._style import (
     CELLS,
+    CHAOS,
     FAINT,
     GREY,
     INK,
@@ -279,7 +280,7 @@ def _chart_classes(
     if observed != "lyapunov":
         converging = table["converging"][rows] == 1
         unsettled = (ends == "completed") & (periods == 0)
-        apart.append((f"none up to {longest}", INK, unsettled & ~converging))
+        apart.append((f"none up to {longest}", CHAOS, unsettled & ~converging))
         apart.append(("still converging", FAINT, unsettled & converging))
     counted = observed == "attractors"
     for name, color, mask in reversed(apart):

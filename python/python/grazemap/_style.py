@@ -24,8 +24,8 @@ Style: TypeAlias = dict[str, Any]
 
 #: Ink of marks and guides, secondary ink, colour of untrusted results, lines of the grid.
 INK, FAINT, GREY, GRID = "#1f2328", "#6a7078", "#b3b7bc", "#e6e8eb"
-#: Colour of cells in which nothing happens, and of the paper.
-PALE, PAPER = "#f7eec3", "#ffffff"
+#: Colours of cells in which nothing happens or repeats, and of the paper.
+PALE, CHAOS, PAPER = "#f7eec3", "#f4a582", "#ffffff"
 #: Colours of lines and dots: Okabe and Ito, without their yellow.
 SERIES = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#8c564b", "#30343a")
 #: Colours of areas: the muted scheme of Tol.

@@ -1,5 +1,6 @@
-//! Entries of the gallery: one published figure or table each, in files under `gallery/`. Their
-//! numbers are read from the JSON of commands, or are expressions of such numbers.
+//! Entries of the gallery: one published figure or table each, in files under `gallery/`, and the
+//! papers they are from. Their numbers are read from the JSON of commands, or are expressions of
+//! such numbers.
 
 use std::collections::BTreeMap;
 
@@ -53,10 +54,11 @@ pub(super) struct Computation {
     /// Values of `--set`.
     #[serde(default)]
     pub(super) set: Vec<String>,
-    /// Further values of `--set` in the small version.
+    /// Further values of `--set` where numbers alone are compared: fewer points.
     #[serde(default)]
     pub(super) small: Vec<String>,
-    /// Whether the small version leaves out the computation, with the numbers read from it.
+    /// Whether the computation is left out where numbers alone are compared, with the numbers read
+    /// from it.
     #[serde(default)]
     pub(super) large: bool,
     /// Pictures to show, out of those that the command writes.
@@ -120,21 +122,26 @@ impl Computation {
         self.append.is_some() || catalogue::text(scene).is_none()
     }
 
-    /// Arguments of the program, in the small or the full version.
-    pub(super) fn arguments(&self, small: bool) -> Vec<String> {
+    /// Whether the computation is left out of a version.
+    pub(super) fn is_left_out(&self, version: Version) -> bool {
+        version == Version::Numbers && self.large
+    }
+
+    /// Arguments of the program.
+    pub(super) fn arguments(&self, version: Version) -> Vec<String> {
         let words = self.command.split_whitespace().map(str::to_owned);
-        let more = if small { self.small.as_slice() } else { &[] };
+        let more = if version == Version::Numbers { self.small.as_slice() } else { &[] };
         let set = self.set.iter().chain(more);
         words.chain(set.flat_map(|set| ["--set".to_owned(), set.clone()])).collect()
     }
 
     /// Command as typed in a shell.
-    pub(super) fn line(&self, small: bool) -> String {
+    pub(super) fn line(&self, version: Version) -> String {
         let quoted = |word: &String| match word.contains(['"', '[', '*', '{', ' ']) {
             true => format!("'{word}'"),
             false => word.clone(),
         };
-        let mut words: Vec<String> = self.arguments(small).iter().map(quoted).collect();
+        let mut words: Vec<String> = self.arguments(version).iter().map(quoted).collect();
         if let Some(scene) = words.get_mut(1)
             && self.is_file(scene)
         {
@@ -145,11 +152,21 @@ impl Computation {
 }
 
 impl Entry {
-    /// Whether a number is read from a computation that the small version leaves out.
-    pub(super) fn is_large(&self, number: &Number) -> bool {
-        let mut large = self.computation.iter().filter(|computation| computation.large);
+    /// Folder of the entry: the key of its paper.
+    pub(super) fn folder(&self) -> &'static str {
+        self.name.split_once('/').map_or(self.name, |(folder, _)| folder)
+    }
+
+    /// Whether the entry takes seconds: no computation has a version with fewer points.
+    pub(super) fn is_short(&self) -> bool {
+        self.computation.iter().all(|one| one.small.is_empty() && !one.large)
+    }
+
+    /// Whether a number is read from a computation that is left out of a version.
+    pub(super) fn is_left_out(&self, number: &Number, version: Version) -> bool {
+        let mut left_out = self.computation.iter().filter(|one| one.is_left_out(version));
         let paths = || number.of.values().chain([&number.value]);
-        large.any(|one| paths().any(|path| path.split('/').next() == Some(one.name.as_str())))
+        left_out.any(|one| paths().any(|path| path.split('/').next() == Some(one.name.as_str())))
     }
 
     /// Parses an entry. The files are part of the program, and a test parses them all.
@@ -158,6 +175,49 @@ impl Entry {
         let entry: Result<Self, _> = serde_json::from_value(table_value(&*document));
         entry.map(|entry| Self { name, ..entry }).map_err(|fault| format!("{name}: {fault}"))
     }
+}
+
+/// Parts of the gallery that are computed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Version {
+    /// Every entry, whole.
+    Full,
+    /// Entries that take seconds, whole.
+    Small,
+    /// The numbers of every entry, with few points and no pictures.
+    Numbers,
+}
+
+/// Paper whose figures are entries.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Paper {
+    pub(super) title: String,
+    pub(super) authors: Option<String>,
+    pub(super) year: Option<String>,
+    /// Journal, volume, pages.
+    pub(super) published: Option<String>,
+    pub(super) doi: Option<String>,
+    /// Further remark.
+    pub(super) note: Option<String>,
+}
+
+impl Paper {
+    /// Authors and year, journal and DOI, as far as they are known.
+    pub(super) fn citation(&self) -> Option<String> {
+        let doi = self.doi.as_ref().map(|doi| format!("doi:{doi}"));
+        let known = [&self.authors, &self.year, &self.published, &doi, &self.note];
+        let known: Vec<&str> = known.into_iter().flatten().map(|part| part.trim()).collect();
+        (!known.is_empty()).then(|| known.join(", "))
+    }
+}
+
+/// All papers, by the folder of their entries.
+pub(super) fn papers() -> Result<BTreeMap<String, Paper>, String> {
+    let fault = |fault: &dyn std::fmt::Display| format!("papers: {fault}");
+    let text = include_str!("../../../gallery/papers.toml");
+    let document: DocumentMut = text.parse().map_err(|found| fault(&found))?;
+    serde_json::from_value(table_value(&*document)).map_err(|found| fault(&found))
 }
 
 /// All entries, by paper.
@@ -366,6 +426,17 @@ fn inserted(expression: &str, named: &[(&str, f64)]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn every_entry_has_its_paper_and_some_take_seconds() {
+        let (papers, entries) = (papers().expect("papers"), entries().expect("entries"));
+        for entry in &entries {
+            let paper = papers.get(entry.folder()).expect(entry.name);
+            assert!(paper.citation().is_some(), "{}", entry.name);
+        }
+        let short = entries.iter().filter(|entry| entry.is_short());
+        assert!(short.filter(|entry| !entry.number.is_empty()).count() >= 12);
+    }
 
     #[test]
     fn a_path_leads_by_keys_places_and_nearest_values() {

@@ -18,7 +18,7 @@ use serde_json::Value;
 use super::arguments::{Arguments, Command, GalleryOptions, Joined};
 use super::output::{Bar, CliError, Outlets, print};
 use super::pieces::Sharded;
-use entry::{Computation, Entry, Number, entries, scene_text};
+use entry::{Computation, Entry, Number, Version, entries, papers, scene_text};
 use grazemap::Error;
 use grazemap::analysis::{Pieces, Progress, Share};
 use grazemap::model::{Digest, nearest};
@@ -52,6 +52,19 @@ pub(super) struct Compared<'a> {
     ours: Option<Value>,
 }
 
+/// Numbers of each result.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Counts {
+    /// Agree with the print.
+    printed: usize,
+    /// Agree with another way; the print differs.
+    misprinted: usize,
+    /// Differ.
+    different: usize,
+    /// Agree with another way; no paper prints them.
+    unprinted: usize,
+}
+
 /// Result of comparing a number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Agreement {
@@ -73,8 +86,13 @@ pub(super) fn run(options: &GalleryOptions, command: Run<'_>) -> Result<(), CliE
     if options.list {
         return print(&listing(&entries));
     }
-    let chosen = chosen(&entries, &options.names)?;
-    let made_by = MadeBy { small: options.small, command };
+    let version = match (options.small, options.numbers) {
+        (true, _) => Version::Small,
+        (_, true) => Version::Numbers,
+        _ => Version::Full,
+    };
+    let chosen = chosen(&entries, &options.names, version)?;
+    let made_by = MadeBy { version, command };
     if let Some(share) = options.sharding.share {
         return shard(&chosen, options, share, &made_by);
     }
@@ -87,16 +105,24 @@ pub(super) fn run(options: &GalleryOptions, command: Run<'_>) -> Result<(), CliE
         computed.push(compute(entry, folder.path(), &made_by, &mut pieces, &bar)?);
     }
     drop(bar);
-    folder.write("index.html", page::page(&computed, options.small)?.to_html()?)?;
+    let mut written = "numbers.csv";
+    if version != Version::Numbers {
+        written = "index.html";
+        let papers = papers().map_err(CliError::Gallery)?;
+        let is_left_out = |entry: &&Entry| version == Version::Small && !entry.is_short();
+        let left_out = entries.iter().filter(is_left_out).count();
+        folder.write(written, page::page(&papers, &computed, left_out)?.to_html()?)?;
+    }
     folder.write("numbers.csv", page::all_numbers(&computed)?.to_csv()?)?;
     let unexplained = computed.iter().flat_map(Computed::unexplained).collect::<Vec<_>>();
     if !options.quiet {
-        let page = folder.path().join("index.html");
+        let page = folder.path().join(written);
         let entries = match computed.len() {
             1 => "1 entry".to_owned(),
             count => format!("{count} entries"),
         };
-        print(&format!("gallery: {entries}; open {}\n", page.display()))?;
+        let counts = computed.iter().map(Computed::counts).fold(Counts::default(), Counts::plus);
+        print(&format!("gallery: {entries}: {}; open {}\n", counts.words(), page.display()))?;
     }
     match unexplained.is_empty() {
         true => Ok(()),
@@ -120,8 +146,13 @@ fn listing(entries: &[Entry]) -> String {
     entries.iter().map(line).collect()
 }
 
-/// Entries with these names; a paper's name stands for all its entries. Without names, all entries.
-fn chosen<'a>(entries: &'a [Entry], names: &[String]) -> Result<Vec<&'a Entry>, CliError> {
+/// Entries of a version with these names; a paper's name stands for all its entries. Without names,
+/// all entries.
+fn chosen<'a>(
+    entries: &'a [Entry],
+    names: &[String],
+    version: Version,
+) -> Result<Vec<&'a Entry>, CliError> {
     let is_named = |entry: &Entry, name: &str| {
         let rest = entry.name.strip_prefix(name.trim_end_matches('/'));
         rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('/'))
@@ -134,8 +165,16 @@ fn chosen<'a>(entries: &'a [Entry], names: &[String]) -> Result<Vec<&'a Entry>, 
     }
     let chosen = entries
         .iter()
-        .filter(|entry| names.is_empty() || names.iter().any(|name| is_named(entry, name)));
-    Ok(chosen.collect())
+        .filter(|entry| names.is_empty() || names.iter().any(|name| is_named(entry, name)))
+        .filter(|entry| version != Version::Small || entry.is_short());
+    let chosen: Vec<&Entry> = chosen.collect();
+    if chosen.is_empty() {
+        return Err(CliError::Gallery(format!(
+            "`--small` computes no entry that takes long, as {}; leave it out",
+            names.join(" and ")
+        )));
+    }
+    Ok(chosen)
 }
 
 /// Computes an entry in its folder. A command that ends without results is recorded as part of the
@@ -147,7 +186,7 @@ fn compute<'a>(
     pieces: &mut Pieces,
     bar: &Bar,
 ) -> Result<Computed<'a>, CliError> {
-    let (start, small) = (Instant::now(), made_by.small);
+    let (start, version) = (Instant::now(), made_by.version);
     let mut computed = Computed {
         entry,
         lines: Vec::new(),
@@ -157,25 +196,25 @@ fn compute<'a>(
         seconds: 0.0,
     };
     let mut documents = Vec::new();
-    for computation in entry.computation.iter().filter(|one| !(small && one.large)) {
+    for computation in entry.computation.iter().filter(|one| !one.is_left_out(version)) {
         let place = folder.join(entry.name).join(&computation.name);
-        computed.lines.push(computation.line(small));
+        computed.lines.push(computation.line(version));
         let ended = match pieces.remove(&piece_of(entry, computation)[..]) {
             Some(piece) => unpacked(&piece, &place)?,
             None => made_by.execute(computation, &place),
         };
         if let Err(error) = ended {
-            computed.fault = Some(format!("{}: {error}", computation.line(small)));
+            computed.fault = Some(format!("{}: {error}", computation.line(version)));
             break;
         }
         bar.advance(1);
         documents.push((computation.name.as_str(), document(&place)?));
-        for shown in &computation.picture {
+        for shown in computation.picture.iter().filter(|_| version != Version::Numbers) {
             let picture = picture(&place, &shown.file)?;
             computed.pictures.push((picture, shown.caption.as_str()));
         }
     }
-    let numbers = entry.number.iter().filter(|number| !(small && entry.is_large(number)));
+    let numbers = entry.number.iter().filter(|number| !entry.is_left_out(number, version));
     computed.numbers = numbers.map(|number| Compared::new(number, &documents)).collect();
     computed.seconds = start.elapsed().as_secs_f64();
     Ok(computed)
@@ -183,7 +222,7 @@ fn compute<'a>(
 
 /// Settings and function that run a computation.
 struct MadeBy<'a> {
-    small: bool,
+    version: Version,
     command: Run<'a>,
 }
 
@@ -195,7 +234,7 @@ impl MadeBy<'_> {
 
     fn run(&self, computation: &Computation, place: &Path) -> Result<(), CliError> {
         let mut words = vec!["grazemap".to_owned()];
-        words.extend(computation.arguments(self.small));
+        words.extend(computation.arguments(self.version));
         if let Some(scene) = words.get_mut(2)
             && let Some(text) = scene_text(scene)
             && computation.is_file(scene)
@@ -224,13 +263,13 @@ fn shard(
     share: Share,
     made_by: &MadeBy<'_>,
 ) -> Result<(), CliError> {
-    let small = options.small;
+    let version = made_by.version;
     let all = chosen.iter().flat_map(|entry| {
-        let computations = entry.computation.iter().filter(|one| !(small && one.large));
+        let computations = entry.computation.iter().filter(|one| !one.is_left_out(version));
         computations.map(move |computation| (*entry, computation))
     });
     let all: Vec<(&Entry, &Computation)> = all.collect();
-    let lines = all.iter().map(|(_, computation)| computation.line(small));
+    let lines = all.iter().map(|(_, computation)| computation.line(version));
     let asked = lines.collect::<Vec<_>>().join("\n");
     let (output, quiet) = (Some(folder_of(options)), options.quiet);
     let outlets = Outlets { output, quiet, ..Outlets::default() };
@@ -312,13 +351,39 @@ impl Computed<'_> {
         differ.map(words).collect()
     }
 
-    /// Number of compared values, and how many of them agree, as text.
-    fn counts(&self) -> String {
-        let agree = |compared: &&Compared<'_>| {
-            !matches!(compared.agreement(), Agreement::Unexplained | Agreement::Explained)
+    /// Results of the comparisons.
+    fn counts(&self) -> Counts {
+        let one = |compared: &Compared<'_>| match compared.agreement() {
+            Agreement::Printed => Counts { printed: 1, ..Counts::default() },
+            Agreement::Misprint => Counts { misprinted: 1, ..Counts::default() },
+            Agreement::Reference => Counts { unprinted: 1, ..Counts::default() },
+            Agreement::Explained | Agreement::Unexplained => {
+                Counts { different: 1, ..Counts::default() }
+            }
         };
-        let agreeing = self.numbers.iter().filter(agree).count();
-        format!("{agreeing} of {} agree", counted(self.numbers.len(), "number"))
+        self.numbers.iter().map(one).fold(Counts::default(), Counts::plus)
+    }
+}
+
+impl Counts {
+    fn plus(self, other: Self) -> Self {
+        Self {
+            printed: self.printed + other.printed,
+            misprinted: self.misprinted + other.misprinted,
+            different: self.different + other.different,
+            unprinted: self.unprinted + other.unprinted,
+        }
+    }
+
+    /// Counts as text.
+    fn words(self) -> String {
+        let Self { printed, misprinted, different, unprinted } = self;
+        format!(
+            "{} printed: {printed} agree with the print, {misprinted} agree with another way where \
+             the print differs, {different} differ; {unprinted} more agree with another way, no \
+             paper prints them",
+            counted(printed + misprinted + different, "number")
+        )
     }
 }
 

@@ -1,56 +1,79 @@
 //! Page of the gallery.
 
-use super::{Agreement, Compared, Computed};
+use std::collections::BTreeMap;
+
+use super::entry::Paper;
+use super::{Agreement, Compared, Computed, Counts};
 use grazemap::report::{Cell, Column, Page, Provenance, ReportError, Section, Table};
 
-/// Page with a summary of the counts, then one section per entry.
-pub(super) fn page(computed: &[Computed<'_>], small: bool) -> Result<Page, ReportError> {
+/// Page with a summary of the counts, then one section per paper. `left_out` entries take longer
+/// than the version that was computed.
+pub(super) fn page(
+    papers: &BTreeMap<String, Paper>,
+    computed: &[Computed<'_>],
+    left_out: usize,
+) -> Result<Page, ReportError> {
     let seconds: f64 = computed.iter().map(|entry| entry.seconds).sum();
     let mut more = vec![("Time".to_owned(), format!("{seconds:.0} s"))];
-    if small {
-        more.push(("Points".to_owned(), "few: the small version".to_owned()));
+    if left_out > 0 {
+        let words = format!("{left_out} entries of the whole gallery, which take minutes");
+        more.push(("Left out".to_owned(), words));
     }
     let version = format!("grazemap {}", env!("CARGO_PKG_VERSION"));
     let provenance = Provenance { version, more, ..Provenance::default() };
     let summary = "Figures and tables of the literature, computed again by the map and by direct \
                    simulation, with the printed numbers beside the computed ones.";
-    let mut page = Page::new("Gallery of published figures", provenance)
-        .summary(summary)
-        .section(Section::new("Overview").table(overview(computed)?, "All entries."));
-    for entry in computed {
-        page = page.section(section(entry)?);
+    let all = computed.iter().map(Computed::counts).fold(Counts::default(), Counts::plus);
+    let overview = Section::new("Overview")
+        .prose(format!("{}.", all.words()))
+        .table(overview(computed)?, OVERVIEW);
+    let mut page =
+        Page::new("Gallery of published figures", provenance).summary(summary).section(overview);
+    for own in computed.chunk_by(|a, b| a.entry.folder() == b.entry.folder()) {
+        let paper = papers.get(own[0].entry.folder());
+        let title = paper.map_or(own[0].entry.paper.as_str(), |paper| paper.title.as_str());
+        let citation = paper.and_then(Paper::citation);
+        let section = citation.into_iter().fold(Section::new(title), Section::prose);
+        page = page.section(own.iter().try_fold(section, with_entry)?);
     }
     Ok(page)
 }
 
+/// Caption of the overview.
+const OVERVIEW: &str = "Entries and their numbers: those that agree with the print; those where \
+    the print differs and a closed form, another program or another method agrees with ours; \
+    those that differ; and, apart, numbers that no paper prints and that such another way \
+    confirms.";
+
 fn overview(computed: &[Computed<'_>]) -> Result<Table, ReportError> {
-    let mut table = Table::new(vec![
-        Column::text("entry"),
-        Column::text("figure"),
-        Column::text("result"),
-        Column::number("time").with_unit("s"),
-    ]);
+    let mut columns = vec![Column::text("entry"), Column::text("figure")];
+    columns.extend(["agree", "print differs", "differ", "not printed"].map(Column::number));
+    columns.extend([Column::text("remark"), Column::number("time").with_unit("s")]);
+    let mut table = Table::new(columns);
     for entry in computed {
-        let result = match (&entry.fault, &entry.entry.needs) {
+        let remark = match (&entry.fault, &entry.entry.needs) {
             (Some(_), _) => "a command ended without its result".to_owned(),
             (None, Some(needs)) if entry.lines.is_empty() => format!("needs {needs}"),
-            (None, _) if entry.numbers.is_empty() => "no number is printed".to_owned(),
-            (None, _) => entry.counts(),
+            _ => String::new(),
         };
-        table.push(vec![
+        let counts = entry.counts();
+        let counts = [counts.printed, counts.misprinted, counts.different, counts.unprinted];
+        let mut row = vec![
             Cell::text(entry.entry.name),
             Cell::text(format!("{}, {}", entry.entry.paper, entry.entry.figure)),
-            Cell::text(result),
-            Cell::number(entry.seconds, 2),
-        ])?;
+        ];
+        row.extend(counts.map(|count| Cell::Integer(count as i64)));
+        row.extend([Cell::text(remark), Cell::number(entry.seconds, 2)]);
+        table.push(row)?;
     }
     Ok(table)
 }
 
-fn section(computed: &Computed<'_>) -> Result<Section, ReportError> {
+/// Adds an entry to the section of its paper.
+fn with_entry(section: Section, computed: &Computed<'_>) -> Result<Section, ReportError> {
     let entry = computed.entry;
     let heading = format!("{}, {}: {}", entry.paper, entry.figure, entry.title);
-    let mut section = Section::new(heading).prose(format!("Published: {}", entry.shows.trim()));
+    let mut section = section.heading(heading).prose(format!("Published: {}", entry.shows.trim()));
     if !entry.verdict.is_empty() {
         section = section.prose(format!("Found: {}", entry.verdict.trim()));
     }
@@ -75,10 +98,7 @@ fn section(computed: &Computed<'_>) -> Result<Section, ReportError> {
             section = section.prose(format!("{}: {remark}", number.what));
         }
     }
-    if !computed.lines.is_empty() {
-        section = section.prose(format!("Computed by\n{}", computed.lines.join("\n")));
-    }
-    Ok(section)
+    Ok(computed.lines.iter().fold(section, |section, line| section.command(line)))
 }
 
 fn columns() -> Vec<Column> {
@@ -135,9 +155,9 @@ fn row(compared: &Compared<'_>) -> Vec<Cell> {
 
 fn words(agreement: Agreement) -> &'static str {
     match agreement {
-        Agreement::Printed => "agrees",
-        Agreement::Reference => "agrees with the reference",
-        Agreement::Misprint => "agrees with the reference; the print does not",
+        Agreement::Printed => "agrees with the print",
+        Agreement::Reference => "not printed; another way agrees",
+        Agreement::Misprint => "the print differs; another way agrees",
         Agreement::Explained => "differs, see below",
         Agreement::Unexplained => "differs",
     }

@@ -235,6 +235,8 @@ impl LociKeys {
         let kinds = || request.kinds.iter().map(|kind| kind.word()).collect::<Vec<_>>();
         let none =
             || Ended::NoLoci { kinds: kinds().join(" or "), searched: loci_searched(&request) };
+        let drawn = below.is_some() || !listing.loci.is_empty();
+        let plane = drawn.then(|| ("", listing.figure(below)));
         let graze = listing.figure_from_graze().map(|figure| ("_from_graze", figure));
         Ok(Answer {
             remarks: map
@@ -244,7 +246,7 @@ impl LociKeys {
                 .collect(),
             ended: listing.loci.is_empty().then(none),
             ..Answer::new("loci", text, document, listing.data_table()?)
-                .with_figures([("", listing.figure(below))].into_iter().chain(graze))
+                .with_figures(plane.into_iter().chain(graze))
         })
     }
 }

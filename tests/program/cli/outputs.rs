@@ -296,8 +296,8 @@ fn a_page_speaks_of_the_graze_where_it_is_drawn_and_in_whole_sentences() {
     let of = |word: &str| captions.iter().find(|caption| caption.contains(word));
     let diagram = of("Bifurcation diagram").expect("a diagram was drawn");
     let lyapunov = of("Lyapunov").expect("exponents were drawn");
-    assert!(diagram.contains("G is the grazing point."), "{diagram}");
-    assert!(!lyapunov.contains("G is the grazing point."), "{lyapunov}");
+    assert!(diagram.contains("GR is the graze."), "{diagram}");
+    assert!(lyapunov.contains("GR is the graze."), "{lyapunov}");
     assert!(page.contains("<p>At the edge of the window"));
     assert!(!page.contains("e0 times the scene"));
 }

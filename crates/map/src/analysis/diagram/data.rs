@@ -25,6 +25,8 @@ pub struct Diagram {
     pub is_logarithmic: bool,
     /// Observable: `h`, `impact_speed`, or an expression.
     pub observable: String,
+    /// Observable of the grazing orbit on its section.
+    pub observable_at_graze: f64,
     /// Names of the surfaces that graze, in the model's order, which is the order of the hits in
     /// names of orbits.
     pub surfaces: Vec<String>,

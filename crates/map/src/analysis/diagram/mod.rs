@@ -20,7 +20,7 @@ use crate::expansion::LocalMap;
 use crate::iteration::{MapOrbit, OrbitEnd, OrbitName, Period};
 use crate::model::{DiagramRequest, Method, Scene, Spacing, SweepDirection};
 use crate::orbit::GrazingOrbit;
-use observe::label;
+use observe::{at_graze, label};
 use sweep_run::{sweep, sweep_share};
 
 pub(super) use data::Shares;
@@ -80,6 +80,7 @@ pub fn diagram(
         grazing_value: orbit.parameters()[request.parameter].to_f64(),
         is_logarithmic: request.spacing == Spacing::Logarithmic,
         observable: label(&request.observe).to_owned(),
+        observable_at_graze: at_graze(scene, orbit, map, &request.observe),
         surfaces: itinerary(scene, orbit).surfaces,
         transient: request.transient,
         keep: request.keep,

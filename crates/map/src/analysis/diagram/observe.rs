@@ -39,6 +39,32 @@ pub(super) fn label(observable: &Observable) -> &str {
     }
 }
 
+/// Observable of the grazing orbit on its section; the impact speed is 0 there.
+pub(super) fn at_graze(
+    scene: &Scene,
+    orbit: &GrazingOrbit,
+    map: &LocalMap,
+    observable: &Observable,
+) -> f64 {
+    let node = match observable {
+        Observable::ImpactSpeed => return 0.0,
+        Observable::EventFunction => grazing_event(scene, orbit),
+        Observable::Expression { node, .. } => *node,
+    };
+    let mut frame = SectionFrame::new(scene, orbit);
+    let mut values = Values::new(&scene.model, &scene.model.graph, &[node]);
+    let zeros = |count: usize| vec![0.0; count];
+    match frame.place(&zeros(map.section.coordinates.len()), &zeros(map.parameters.len())) {
+        Ok(()) => values.evaluate(frame.state(), frame.parameters()).get(0),
+        Err(_) => f64::NAN,
+    }
+}
+
+/// Event function of the surface that grazes.
+fn grazing_event(scene: &Scene, orbit: &GrazingOrbit) -> NodeId {
+    scene.model.surfaces[orbit.grazing_point().surface].event
+}
+
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Kind {
     EventFunction,
@@ -58,7 +84,7 @@ impl Observer {
         map: &LocalMap,
         observe: &Observable,
     ) -> Result<Self, AnalysisError> {
-        let event = scene.model.surfaces[orbit.grazing_point().surface].event;
+        let event = grazing_event(scene, orbit);
         let (kind, node): (Kind, NodeId) = match observe {
             Observable::EventFunction => (Kind::EventFunction, event),
             Observable::ImpactSpeed => (Kind::ImpactSpeed, event),
