@@ -1,5 +1,5 @@
-//! Soft stops of a wanted restitution: the fields of `contact --json`, the lines that a scene needs,
-//! and a table of the errors of a rigid stop.
+//! Soft stops of a wanted restitution: the fields of `contact --json`, the lines that a scene
+//! needs, and a table of the errors of a rigid stop.
 
 use serde::Serialize;
 

@@ -96,7 +96,7 @@ impl ScaledForce {
         by_spring.min(0.1 / self.viscous)
     }
 
-    /// Time between the surface, passed at a speed of either sign, and a depth, by the damper alone.
+    /// Time from or to the surface, passed at a speed of either sign, by the damper alone.
     fn unsprung_time(&self, depth: f64, speed: f64) -> f64 {
         match self.viscous == 0.0 {
             true => (depth / speed).abs(),
