@@ -153,8 +153,8 @@ fn the_error_of_a_rigid_stop_falls_with_the_contact_time() {
             let error = stop.error_of_rigid(&soft, 0.8, speed).expect("flights");
             error.expect("a contact that ends")
         };
-        let [long, short] = [1e-3, 5e-4].map(error);
-        assert!(short > 0.0 && long < 1e-2, "{law:?}: {long:e} {short:e}");
+        let [long, short] = [1e-4, 5e-5].map(error);
+        assert!(short > 0.0 && long < 1e-3, "{law:?}: {long:e} {short:e}");
         assert!((long / short - 2.0).abs() < 0.02, "{law:?}: {long:e} {short:e}");
     }
 }
