@@ -59,7 +59,7 @@ fn impacts_with_hunt_and_crossley_obey_the_equation_of_their_restitution() {
 
 #[test]
 fn closed_forms_of_linear_stops_are_the_flights_of_the_exponent_one() {
-    for damper in [0.0, 0.1, 0.4, 1.0, 1.9, 2.0, 2.1, 5.0] {
+    for damper in [0.0, 0.1, 0.4, 1.0, 1.5, 2.0, 2.1, 5.0] {
         let pairs = [
             (StopLaw::LinearToForce, StopLaw::HertzToForce),
             (StopLaw::LinearToSurface, StopLaw::HertzToSurface),
