@@ -32,21 +32,25 @@ impl Held<'_> {
     }
 }
 
-/// Result of a command, which is given as a JSON object with its name and keys. Pieces found by
-/// shares are not computed again.
+/// Result of a command, which is given as a JSON object with its name and keys; without a source,
+/// that of a command that needs none. Pieces found by shares are not computed again.
 #[pyfunction]
 #[pyo3(signature = (source, command, progress=None, shares=Vec::new()))]
 pub(crate) fn answer(
     py: Python<'_>,
-    source: Held<'_>,
+    source: Option<Held<'_>>,
     command: &str,
     progress: Option<&Bound<'_, PyAny>>,
     shares: Vec<Vec<u8>>,
 ) -> PyResult<Computed> {
     let command = Command::from_json(command).map_err(|error| exception(py, &error))?;
-    let (source, pieces) = (source.source(), joined(&shares)?);
+    let (source, pieces) = (source.map(|held| held.source()), joined(&shares)?);
     compute(py, progress, move |progress| {
-        Ok(Computed::of(command.answer(source, &Joining::new(progress, pieces))?))
+        let progress = Joining::new(progress, pieces);
+        Ok(Computed::of(match source {
+            Some(source) => command.answer(source, &progress)?,
+            None => command.answer_alone(&progress)?,
+        }))
     })
 }
 

@@ -18,6 +18,7 @@ COMMANDS = [
     "basin",
     "branch",
     "chart",
+    "contact",
     "converge",
     "curve",
     "diagram",
@@ -77,6 +78,9 @@ WRONG: list[tuple[Callable[[Any], object], str]] = [
     (lambda m: m.curve("omgea", (1.7, 1.9)), "along: no parameter of the scene `omgea`.*`omega`"),
     (lambda m: m.nearest("q"), "parameters: no parameter of the scene `q`"),
     (lambda m: m.nearest("alpha", scale={"q": 1}), "scale: no parameter of the scene `q`"),
+    (lambda m: m.contact("hard"), "restitution: expected a finite number"),
+    (lambda m: m.contact(1.5), "restitution must be from 0.01 to 1, found 1.5"),
+    (lambda m: m.contact(0.8, time=1, stiffness=1), "time and stiffness are both given"),
     (lambda m: m.safe({"q": 0.1}), "tolerance: no parameter of the scene `q`"),
     (lambda m: m.safe(points=-1), "points: expected a whole number from 0"),
     # Beyond these sizes the process ended without an exception.

@@ -140,6 +140,12 @@ COMMANDS: list[tuple[str, str, list[str], Callable[[gm.Map], gm.Table]]] = [
     ),
     (
         "linear",
+        "contact",
+        ["--restitution", "0.8", "--time", "0.01"],
+        lambda m: gm.contact(m, 0.8, time=0.01),
+    ),
+    (
+        "linear",
         "trajectory",
         ["--start", "x=1e-3", "--at", "alpha=1e-4", "--periods", "3", "--samples", "40"],
         lambda m: gm.trajectory(m, start={"x": 1e-3}, at={"alpha": 1e-4}, periods=3, samples=40),

@@ -49,6 +49,8 @@ pub(super) enum Command {
     Locate(LocateArguments),
     /// Compute the state after hits, with its derivatives by the start and the parameters
     Derivatives(DerivativesArguments),
+    /// Find springs and dampers with a restitution, and the error of a rigid stop in their place
+    Contact(ContactArguments),
     /// Tell whether the orbit is clear of the stop, and how far parameters may go
     Safe(SafeArguments),
     /// Follow the grazing curve in two parameters, with its codimension-two points
@@ -106,6 +108,9 @@ impl Arguments {
             ) => return None,
             Some(Command::Emit(options)) => {
                 return Some(("emit", options.scene.as_deref(), &options.common, false));
+            }
+            Some(Command::Contact(options)) => {
+                return Some(("contact", options.scene.as_deref(), &options.common, true));
             }
             Some(Command::Run(options)) => ("run", options, false),
             Some(Command::View(options)) => ("view", options, false),
@@ -439,6 +444,37 @@ pub(super) struct DerivativesArguments {
         value_parser = clap::value_parser!(u32).range(1..=8)
     )]
     pub(super) order: u32,
+}
+
+/// Options of `contact`.
+#[derive(Clone, Debug, Args)]
+pub(super) struct ContactArguments {
+    /// Scene file, name of a scene of the catalogue, saved orbit.json or map.json, or `-` to read a
+    /// scene from standard input; without one, the impact of a mass alone
+    #[arg(value_name = "SCENE")]
+    pub(super) scene: Option<PathBuf>,
+    /// Restitution that the stops have at the speed, from 0.01 to 1
+    #[arg(long, value_name = "R", allow_negative_numbers = true)]
+    pub(super) restitution: Finite,
+    /// Contact time at the speed. Default: a hundredth of the period of the grazing orbit; 1
+    /// without a scene
+    #[arg(long, value_name = "T", allow_negative_numbers = true, conflicts_with = "stiffness")]
+    pub(super) time: Option<Finite>,
+    /// Stiffness of the spring, in the place of the contact time
+    #[arg(long, value_name = "K", allow_negative_numbers = true)]
+    pub(super) stiffness: Option<Finite>,
+    /// Speed at which the stops have the restitution. Default: a tenth of the largest normal speed
+    /// along the grazing orbit; 1 without a scene
+    #[arg(long, value_name = "V", allow_negative_numbers = true)]
+    pub(super) speed: Option<Finite>,
+    /// Exponent of the spring of laws that are not linear, from 0.1 to 20
+    #[arg(long, value_name = "P", allow_negative_numbers = true, default_value = "1.5")]
+    pub(super) exponent: Finite,
+    /// Effective mass; with 1, stiffness and damper are those of an acceleration
+    #[arg(long, value_name = "M", allow_negative_numbers = true, default_value = "1")]
+    pub(super) mass: Finite,
+    #[command(flatten)]
+    pub(super) common: Common,
 }
 
 /// Options of `safe`.

@@ -10,7 +10,7 @@ const GROUPS: [(&str, &[&str]); 6] = [
     ("Scenes", &["new", "check", "demo", "run", "view"]),
     (
         "Grazing orbits and maps",
-        &["locate", "safe", "curve", "expand", "converge", "emit", "image"],
+        &["locate", "safe", "contact", "curve", "expand", "converge", "emit", "image"],
     ),
     ("Dynamics", &["diagram", "chart", "basin", "trajectory", "derivatives", "noise"]),
     ("Periodic orbits and bifurcations", &["orbits", "branch", "loci"]),

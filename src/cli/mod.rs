@@ -104,6 +104,7 @@ fn execute(command: Command) -> Result<(), CliError> {
         Command::Locate(options) => grazes::locate(&options),
         Command::Safe(options) => grazes::safe(&options),
         Command::Derivatives(options) => answers::derivatives(&options),
+        Command::Contact(options) => answers::contact(&options),
         Command::Expand(options) => grazes::expand(&options),
         Command::Curve(options) => grazes::curve(&options),
         Command::Image(options) => image::run(&options),

@@ -387,6 +387,9 @@ pub(in crate::cli) enum CliError {
         "the scene asks for no diagram; name a parameter with --along, or add a [[diagram]] table"
     )]
     NoDiagram,
+    /// A command that needs no scene has values for one.
+    #[error("--set changes a scene, and none is named")]
+    NothingToSet,
     /// The scene has no chart.
     #[error(
         "the scene asks for no chart; name two parameters with --plane, or add a [[chart]] table \

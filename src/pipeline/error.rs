@@ -5,6 +5,7 @@ use std::io;
 use std::path::PathBuf;
 
 use super::keys::KeyError;
+use crate::analysis::soft_stop::NoDirection;
 use crate::analysis::{AnalysisError, EarlyEnd};
 use crate::convergence::{ConvergenceError, Limit};
 use crate::emission::EmissionError;
@@ -66,6 +67,9 @@ pub enum Error {
     /// A trajectory has no derivatives.
     #[error(transparent)]
     Derivatives(Box<DerivativesError>),
+    /// The stop of a scene pushes nothing.
+    #[error(transparent)]
+    StopDirection(#[from] NoDirection),
     /// There is no grazing orbit.
     #[error("no grazing orbit: {0}")]
     NotLocated(#[from] NotLocated),

@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::analysis::periodic::{ContactItinerary, ItineraryError};
 use crate::expansion::LocalMap;
 use crate::model::{Scene, nearest};
+use crate::numeric::Shown;
 use crate::report::Named;
 
 /// Default for the longest period searched, in passages.
@@ -56,6 +57,22 @@ pub enum KeyError {
         key: &'static str,
         /// Number given.
         value: f64,
+    },
+    /// A number is not in its range.
+    #[error("{key} must be from {} to {}, found {}", .range[0], .range[1], Shown(*.value))]
+    Outside {
+        /// Key.
+        key: &'static str,
+        /// Smallest and largest number.
+        range: [f64; 2],
+        /// Number given.
+        value: f64,
+    },
+    /// Two keys are given of which only one may be.
+    #[error("{} and {} are both given; expected one of them", .keys[0], .keys[1])]
+    BothGiven {
+        /// Keys.
+        keys: [&'static str; 2],
     },
     /// A count is not in its range.
     #[error("{key} must be from 1 to {most}, found {found}")]
@@ -133,6 +150,7 @@ impl KeyError {
         match self {
             Self::UnknownName { .. } | Self::NamedTwice { .. } | Self::NotFinite { .. } => true,
             Self::NotPositive { .. } | Self::NothingNamed { .. } | Self::Count { .. } => true,
+            Self::Outside { .. } | Self::BothGiven { .. } => true,
             Self::NotAPlane { .. } | Self::NoAxis { .. } | Self::NotNearest { .. } => true,
             Self::Decreasing { .. } => true,
             Self::StartsOfMap => true,

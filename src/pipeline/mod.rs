@@ -25,8 +25,8 @@ mod sweeps;
 
 pub use answer::Answer;
 pub use commands::{
-    AskedTrajectory, BranchKeys, Command, ConvergenceKeys, CurveKeys, DerivativesKeys, FitKeys,
-    LociKeys, NearestKeys, NoiseKeys, OrbitsKeys, SafeKeys, TrajectoryKeys,
+    AskedTrajectory, BranchKeys, Command, ContactKeys, ConvergenceKeys, CurveKeys, DerivativesKeys,
+    FitKeys, LociKeys, NearestKeys, NoiseKeys, OrbitsKeys, SafeKeys, TrajectoryKeys,
 };
 pub use device::Device;
 pub use emit::{EmitRequest, write_emitted};

@@ -242,6 +242,8 @@ pub enum DocumentKind {
     Safety,
     /// Derivatives of a trajectory through hits.
     Derivatives,
+    /// Soft stops of a wanted restitution.
+    Contact,
 }
 
 impl DocumentKind {
@@ -254,8 +256,8 @@ impl DocumentKind {
 pub struct Document<T> {
     document: DocumentKind,
     format: u32,
-    scene: String,
-    digest: Digest,
+    scene: Option<String>,
+    digest: Option<Digest>,
     version: &'static str,
     #[serde(flatten)]
     content: T,
@@ -264,11 +266,16 @@ pub struct Document<T> {
 impl<T> Document<T> {
     /// Document about a scene.
     pub fn new(kind: DocumentKind, scene: &Scene, content: T) -> Self {
+        Self::about(kind, Some(scene), content)
+    }
+
+    /// Document about a scene, or about none.
+    pub fn about(kind: DocumentKind, scene: Option<&Scene>, content: T) -> Self {
         Self {
             document: kind,
             format: DocumentKind::FORMAT,
-            scene: scene.identifier.clone(),
-            digest: scene.digest,
+            scene: scene.map(|scene| scene.identifier.clone()),
+            digest: scene.map(|scene| scene.digest),
             version: env!("CARGO_PKG_VERSION"),
             content,
         }

@@ -10,6 +10,7 @@ mod basin_figure;
 mod branch_listing;
 mod chart_figure;
 mod choice;
+mod contact_listing;
 mod convergence_page;
 mod curve_listing;
 mod derivatives_listing;
@@ -45,6 +46,9 @@ pub use chart_figure::{chart_array, chart_figure, chart_rows, chart_timing_table
 pub use choice::{
     SectionCost, SectionDecision, SectionDocument, accuracy_words, chosen_words,
     least_orders_words, limit_words, sections_words, validity_words,
+};
+pub use contact_listing::{
+    ContactListing, SoftImpactListing, SoftStopListing, StopNames, stop_law_words,
 };
 pub use convergence_page::{
     convergence_figures, convergence_section, convergence_table, convergence_text, without_times,

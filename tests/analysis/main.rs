@@ -25,6 +25,7 @@ mod noises;
 mod orbit_search;
 mod record;
 mod resuming;
+mod soft_stops;
 mod special_points;
 mod trajectories;
 mod two_sided;

@@ -32,6 +32,7 @@ from ._table import (
     Noise,
     Orbits,
     Safety,
+    SoftStops,
     Study,
     Table,
     Trajectory,
@@ -1371,12 +1372,87 @@ def derivatives(
     return _told(Derivatives(_answered(source, "derivatives", keys, progress)))
 
 
+def contact(
+    source: Source | None,
+    restitution: float,
+    *,
+    time: float | None = None,
+    stiffness: float | None = None,
+    speed: float | None = None,
+    exponent: float = 1.5,
+    mass: float = 1.0,
+    progress: Progress | bool | None = None,
+) -> SoftStops:
+    """Find springs and dampers with a restitution, and the error of a rigid stop in their place.
+
+    Parameters
+    ----------
+    source
+        :class:`Scene`, :class:`Graze` or :class:`Map`, whose grazed stop the soft one replaces;
+        ``None``: the impact of a mass alone.
+    restitution
+        Restitution that the stops have at the speed, 0.01 to 1.
+    time
+        Contact time at the speed. Default: a hundredth of the period of the grazing orbit; 1
+        without a source.
+    stiffness
+        Stiffness of the spring, in the place of ``time``.
+    speed
+        Speed at which the stops have the restitution. Default: a tenth of the largest normal
+        speed along the grazing orbit; 1 without a source.
+    exponent
+        Exponent of the spring of laws that are not linear, 0.1 to 20.
+    mass
+        Effective mass; with 1, stiffness and damper are those of an acceleration.
+    progress
+        ``True`` shows a bar of tqdm; a function is called with the work done and expected.
+
+    Returns
+    -------
+    SoftStops
+        Table with a row for each contact law and speed; ``stops`` has the stiffness and the
+        damper of each law and the lines of a scene.
+
+    Raises
+    ------
+    InputError
+        Wrong argument; the message names it.
+    NoResultError
+        No orbit of the source grazes.
+
+    Warns
+    -----
+    GrazemapWarning
+        A law without a stop of this restitution and size.
+
+    Examples
+    --------
+    >>> import grazemap as gm
+    >>> found = gm.contact(None, 0.8, time=0.01)
+    >>> [round(stop["stiffness"]) for stop in found.stops][:2]
+    [99194, 90063]
+
+    """
+    optional = {"time": time, "stiffness": stiffness, "speed": speed}
+    keys = {
+        "restitution": _check.number("restitution", restitution),
+        **{name: _check.given(_check.number, name, value) for name, value in optional.items()},
+        "exponent": _check.number("exponent", exponent),
+        "mass": _check.number("mass", mass),
+    }
+    if source is not None:
+        return _told(SoftStops(_answered(source, "contact", keys, progress)))
+    with shown(progress, "contact") as seen:
+        return _told(SoftStops(_lib.answer(None, _json(keys, "contact"), seen)))
+
+
 class Commands:
     """Commands as methods of scenes, grazes and maps."""
 
     basin = basin
     branch = branch
     chart = chart
+    contact = contact
     converge = converge
     curve = curve
     derivatives = derivatives

@@ -21,7 +21,7 @@ def draw(
 ) -> Computed: ...
 def draw_share(m: Map, tables: str, device: str, number: int, of: int) -> bytes: ...
 def answer(
-    source: Scene | Graze | Map,
+    source: Scene | Graze | Map | None,
     command: str,
     progress: _Progress = None,
     shares: list[bytes] = ...,

@@ -617,6 +617,18 @@ class Derivatives(Table):
         return list(self.document["events"])
 
 
+class SoftStops(Table):
+    """Soft stops of a wanted restitution: a row for every contact law and speed."""
+
+    command = "contact"
+
+    @property
+    def stops(self) -> list[dict[str, Any]]:
+        """One stop for each law: ``stiffness``, ``damper``, and ``contact`` and ``release``."""
+        names = ("law", "exponent", "stiffness", "damper", "contact", "release")
+        return [{name: stop[name] for name in names} for stop in self.document["laws"]]
+
+
 class Trajectory(Table):
     """Time series: a row for every sample and event."""
 

@@ -1,5 +1,5 @@
-//! `grazemap orbits`, `branch`, `loci`, `trajectory`, `derivatives` and `converge`: turn options
-//! into keys of the pipeline and deliver its answer.
+//! `grazemap orbits`, `branch`, `loci`, `trajectory`, `derivatives`, `contact` and `converge`: turn
+//! options into keys of the pipeline and deliver its answer.
 
 use std::cell::Cell;
 
@@ -8,8 +8,8 @@ use serde::Serialize;
 use super::points::measured_series;
 use super::{Contacts, open, resumable, settle, shard};
 use crate::cli::arguments::{
-    BranchArguments, ConvergeOptions, DerivativesArguments, FitArguments, LociArguments,
-    NoiseArguments, OrbitsArguments, TrajectoryArguments,
+    BranchArguments, ContactArguments, ConvergeOptions, DerivativesArguments, FitArguments,
+    LociArguments, NoiseArguments, OrbitsArguments, SceneOptions, TrajectoryArguments,
 };
 use crate::cli::output::{Bar, CliError, Outlets, deliver, note_all};
 use crate::cli::pieces::Resumable;
@@ -18,8 +18,8 @@ use grazemap::analysis::orbits::BifurcationKind;
 use grazemap::analysis::{Joining, NoProgress, TimeSeriesRequest, each_moment};
 use grazemap::model::Method;
 use grazemap::pipeline::{
-    Answer, BranchKeys, ConvergenceKeys, DerivativesKeys, Ended, FitKeys, LociKeys, NoiseKeys,
-    OrbitsKeys, OrbitsOf, Settled, TrajectoryKeys, is_standard,
+    Answer, BranchKeys, ContactKeys, ConvergenceKeys, DerivativesKeys, Ended, FitKeys, LociKeys,
+    NoiseKeys, OrbitsKeys, OrbitsOf, Settled, TrajectoryKeys, is_standard,
 };
 use grazemap::report::{CsvStream, time_series_columns, time_series_row, to_json};
 use grazemap::{Error, Map};
@@ -94,6 +94,32 @@ pub(in crate::cli) fn loci(options: &LociArguments) -> Result<(), CliError> {
         chart: outlets.output.is_some(),
     };
     answered(&keys, "loci", &map, outlets, |bar| keys.answer(&map, bar))
+}
+
+/// Soft stops of a wanted restitution, at the stop of a scene if there is one.
+pub(in crate::cli) fn contact(options: &ContactArguments) -> Result<(), CliError> {
+    let common = &options.common;
+    let graze = match &options.scene {
+        Some(scene) => {
+            let scene = SceneOptions { scene: scene.clone(), common: common.clone() };
+            Some(open(&scene)?.graze()?)
+        }
+        None if common.set.is_empty() => None,
+        None => return Err(CliError::NothingToSet),
+    };
+    let number = |given: Option<Finite>| given.map(|Finite(value)| value);
+    let keys = ContactKeys {
+        restitution: options.restitution.0,
+        time: number(options.time),
+        stiffness: number(options.stiffness),
+        speed: number(options.speed),
+        exponent: options.exponent.0,
+        mass: options.mass.0,
+    };
+    let bar = Bar::new("contact", common.outlets.quiet);
+    let answer = keys.answer(graze.as_ref(), &bar)?;
+    drop(bar);
+    deliver(answer, "contact", &common.outlets)
 }
 
 /// Derivatives of a state after hits.

@@ -3,6 +3,7 @@
 //! Keys are the program's options and Python's arguments alike. Diagrams, charts and basins are
 //! tables of the scene (`[[diagram]]` ...), added by [`Map::asking`](super::Map::asking).
 
+mod contact;
 mod continuation;
 mod curve;
 mod derivatives;
@@ -16,6 +17,7 @@ use serde::Deserialize;
 use super::{Answer, Error, Map, OrbitsOf, Source};
 use crate::analysis::{Progress, Shard};
 
+pub use contact::ContactKeys;
 pub(super) use continuation::diagram_branches;
 pub use continuation::{BranchKeys, LociKeys};
 pub use curve::{CurveKeys, NearestKeys};
@@ -62,6 +64,8 @@ pub enum Command {
     Safe(SafeKeys),
     /// `derivatives`.
     Derivatives(DerivativesKeys),
+    /// `contact`.
+    Contact(ContactKeys),
 }
 
 impl Command {
@@ -109,6 +113,19 @@ impl Command {
             Self::Noise(keys) => keys.answer(&source.map()?, progress),
             Self::Safe(keys) => keys.answer(source.scene(), progress),
             Self::Derivatives(keys) => keys.answer(source.scene(), progress),
+            Self::Contact(keys) => keys.answer(Some(&source.graze()?), progress),
+        }
+    }
+
+    /// Computes the result of a command that needs no scene, without one.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::NoCommand`] for a command that needs a scene; those of its keys.
+    pub fn answer_alone(&self, progress: &dyn Progress) -> Result<Answer, Error> {
+        match self {
+            Self::Contact(keys) => keys.answer(None, progress),
+            _ => Err(Error::NoCommand { reason: "the command needs a scene".to_owned() }),
         }
     }
 }

@@ -1,6 +1,8 @@
 //! One vocabulary: names of options with their older spellings, offsets and values, pictures that
 //! options ask for, and the commands in groups.
 
+use std::f64::consts::PI;
+
 use super::{grazemap, json, scratch, text};
 
 fn printed(arguments: &[&str]) -> String {
@@ -188,4 +190,38 @@ fn safe_tells_the_sides_of_a_closed_form() {
     assert_eq!(safe(2.3, "alpha=1%")["clears"], false);
     let wrong = grazemap(folder.path(), &["safe", "linear", "--tolerance", "alpha=-5%"]);
     assert_eq!(wrong.status.code(), Some(2));
+}
+
+#[test]
+fn contact_gives_stops_and_lines_with_and_without_a_scene() {
+    let folder = scratch();
+    let asked = ["contact", "--restitution", "0.8", "--time", "0.01", "--json", "-", "-q"];
+    let alone = json(folder.path(), &asked);
+    let law = |document: &serde_json::Value, name: &str| {
+        let laws = document["laws"].as_array().expect("a list").clone();
+        laws.into_iter().find(|one| one["law"] == name).expect("a law")
+    };
+    // In closed form: c = −2 log(e)/T, k = (π² + log² e)/T².
+    let linear = law(&alone, "linear_to_surface");
+    let (log, time) = (0.8_f64.ln(), 0.01);
+    let near = |found: &serde_json::Value, expected: f64| {
+        let found = found.as_f64().expect("a number");
+        assert!((found / expected - 1.0).abs() < 1e-12, "{found}, expected {expected}");
+    };
+    near(&linear["damper"], -2.0 * log / time);
+    near(&linear["stiffness"], (PI * PI + log * log) / (time * time));
+    let force = law(&alone, "linear_to_force");
+    let release = force["release"].as_str().expect("a release").to_owned();
+    assert_eq!(force["contact"]["v"], format!("free - ({release})"));
+    assert_eq!(alone["surface"], serde_json::Value::Null);
+    // The stop of this scene is met at negative velocity of `u`.
+    let scene = json(folder.path(), &[&["contact", "cantilever_0_12"][..], &asked[1..]].concat());
+    let crossley = law(&scene, "hunt_crossley");
+    let line = crossley["contact"]["u"].as_str().expect("a line");
+    assert!(line.starts_with("free + ") && line.contains("*d^1.5*(1 - "), "{line}");
+    let errors = crossley["impacts"].as_array().expect("a list").iter();
+    assert!(errors.map(|impact| impact["error_of_return"].as_f64()).all(|e| e.is_some()));
+    let wrong = grazemap(folder.path(), &["contact", "--restitution", "1.5"]);
+    assert_eq!(wrong.status.code(), Some(2));
+    assert_eq!(text(&wrong.stderr), "error: --restitution must be from 0.01 to 1, found 1.5\n");
 }

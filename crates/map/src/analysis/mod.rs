@@ -1,5 +1,6 @@
 //! Analyses of a map, by the map and by direct simulation: images of section points, periodic
-//! orbits, bifurcation diagrams, two-parameter charts, basins, branches, loci, fits, noise.
+//! orbits, bifurcation diagrams, two-parameter charts, basins, branches, loci, fits, noise; soft
+//! stops of a wanted restitution.
 //!
 //! Deliberately absent: plotting, files, progress bars.
 
@@ -23,6 +24,7 @@ pub mod periodic;
 mod progress;
 mod refinement;
 mod section_frame;
+pub mod soft_stop;
 mod time_series;
 mod work;
 

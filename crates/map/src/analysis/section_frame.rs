@@ -423,18 +423,27 @@ const RESOLVED: f64 = 1e-6;
 
 /// Difference of the largest and the smallest value of every coordinate along the grazing orbit.
 pub(super) fn extents(scene: &Scene, orbit: &GrazingOrbit) -> Vec<f64> {
+    let samples = orbit_samples(scene, orbit);
+    let coordinates = orbit.section.coordinates.iter();
+    coordinates.map(|&component| extent(&samples, component)).collect()
+}
+
+/// Difference of the largest and the smallest value of a component of full states.
+pub(super) fn extent(samples: &[Vec<f64>], component: usize) -> f64 {
+    let values = || samples.iter().map(|sample| sample[component]);
+    values().fold(f64::NEG_INFINITY, f64::max) - values().fold(f64::INFINITY, f64::min)
+}
+
+/// Full states on the grazing orbit, evenly spaced in time over one period from the section.
+pub(super) fn orbit_samples(scene: &Scene, orbit: &GrazingOrbit) -> Vec<Vec<f64>> {
     let flow = PiecewiseFlow::free(scene, &[]);
     let parameters: Vec<f64> = converted(orbit.parameters());
-    let mut state: Vec<f64> = converted(&orbit.section_point);
     let step = orbit.period.to_f64() / SAMPLES as f64;
-    let mut ends: Vec<[f64; 2]> = state.iter().map(|&value| [value; 2]).collect();
+    let mut samples = vec![converted(&orbit.section_point)];
     for _ in 0..SAMPLES {
-        let Ok(next) = flow.flow(&state, &parameters, step) else { break };
-        state = next;
-        for (ends, &value) in ends.iter_mut().zip(&state) {
-            *ends = [ends[0].min(value), ends[1].max(value)];
-        }
+        let last: &Vec<f64> = &samples[samples.len() - 1];
+        let Ok(next) = flow.flow(last, &parameters, step) else { break };
+        samples.push(next);
     }
-    let coordinates = orbit.section.coordinates.iter();
-    coordinates.map(|&component| ends[component][1] - ends[component][0]).collect()
+    samples
 }
