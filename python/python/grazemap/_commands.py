@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -71,6 +72,10 @@ _ENDED_OTHERWISE, _WRONG_INPUT = 1, 2
 _MOST_POINTS, _MOST_CELLS, _MOST_ITERATES, _MOST_STARTS = 10_000_000, 4_000_000, 10**9, 1000
 MOST_RETURNS, MOST_ORDERS = 1_000_000, 8
 _MOST_PERIOD, _MOST_STEPS, _MOST_SIZE = 2**8 - 1, 2**16 - 1, 2**64 - 1
+
+#: Arguments whose keys in a scene have other names.
+_KEYS = {"range": "span", "ranges": "spans", "parameter": "along", "parameters": "plane"}
+_KEYS |= {"axes": "plane", "starts": "start", "with": "method"}
 
 T = TypeVar("T", bound=Table)
 
@@ -1581,9 +1586,11 @@ def _drawn(
 
 def _of_argument(fault: SceneError, kind: str) -> str:
     """Give the words of a fault in a table that nobody wrote, with the argument's name."""
-    # Arguments are checked, except for the expression that is observed.
     named = fault.words.replace(f"{kind}.0.", "")
-    return f"{kind}: {named}" if named != fault.words else f"observe: {named}"
+    if named == fault.words:
+        # Arguments are checked, except for the expression that is observed.
+        return f"observe: {named}"
+    return f"{kind}: " + re.sub(r"`(\w+)`", lambda key: f"`{_KEYS.get(key[1], key[1])}`", named)
 
 
 def _draw_share(m: Map, asked: tuple[str, str], number: int, of: int) -> bytes:
