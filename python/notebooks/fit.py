@@ -53,7 +53,7 @@ assert max(predicted) < 6
 
 # %%
 ax = found.plot(x="V", y="omega")
-ax.plot(truth[0], truth[1], "x", color="black")
+(cross,) = ax.plot(truth[0], truth[1], "x", color="black")
 
 # %% [markdown]
 # Noise that is not stated is estimated from the residuals.

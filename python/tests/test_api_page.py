@@ -16,6 +16,7 @@ import grazemap as gm
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
+    from types import ModuleType
 
 PAGE = Path(__file__).parents[2] / "docs" / "reference" / "python-api.md"
 
@@ -37,17 +38,30 @@ MODEL = ["Scene", "Rigid", "Compliant", "Phase", "Graze", "Map"]
 RAISED = [name for name in CLASSES if issubclass(getattr(gm, name), Exception)]
 RESULTS = [name for name in CLASSES if name not in (*MODEL, *RAISED)]
 
+#: Modules that need an extra.
+MODULES = [gm.jax, gm.torch]
+
 
 def page() -> str:
     """Write the page."""
     parts = [HEAD, "## Scenes, grazes and maps"]
     parts += [text for name in MODEL for text in of_class(name)]
     parts += ["## Commands", *(of_function(f"gm.{name}", getattr(gm, name)) for name in COMMANDS)]
+    parts += [text for module in MODULES for text in of_module(module)]
     parts += ["## Results", *(text for name in RESULTS for text in of_class(name))]
     parts += ["## Errors and warnings", "| name | raised or warned of |\n|---|---|"]
     lines = [f"| `gm.{name}` | {first_line(getattr(gm, name))} |" for name in RAISED]
     parts[-1] += "\n" + "\n".join(lines)
     return "\n\n".join(parts) + "\n"
+
+
+def of_module(module: ModuleType) -> Iterator[str]:
+    """Describe a module: its docstring, its functions."""
+    short = module.__name__.removeprefix("grazemap.")
+    yield f"## {module.__name__}"
+    yield body(module)
+    for name in module.__all__:
+        yield of_function(f"gm.{short}.{name}", getattr(module, name))
 
 
 def of_class(name: str) -> Iterator[str]:

@@ -67,6 +67,10 @@ WRONG: list[tuple[Callable[[Any], object], str]] = [
     (lambda m: m.basin(at=3), "at: expected numbers by name"),
     (lambda m: m.branch(["alpha", "omega"]), "along: expected a text"),
     (lambda m: m.diagram(["alpha"], (-1, 1)), "along: expected a text"),
+    (
+        lambda m: m.diagram("alpha", (-1e-5, 1e-5), scale="log"),
+        "diagram: a logarithmic scale needs both ends of `span` on one side of 0",
+    ),
     (lambda m: m.branch("alhpa"), r"along: the map has no variable `alhpa`.*`alpha`"),
     (lambda m: m.branch("alpha", method="magic"), "method is one of map, direct"),
     (lambda m: m.branch("alpha", itineraries=1), "itineraries: expected a text or a list"),

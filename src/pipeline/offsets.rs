@@ -24,8 +24,13 @@ impl Graze {
             return None;
         }
         let shown = |value: f64| {
-            let scale = 10f64.powi(DIGITS - 1 - value.abs().log10().floor() as i32);
-            let rounded = if value == 0.0 { 0.0 } else { (value * scale).round() / scale };
+            let rounded = match value {
+                0.0 => 0.0,
+                _ => {
+                    let scale = 10f64.powi(DIGITS - 1 - value.abs().log10().floor() as i32);
+                    (value * scale).round() / scale
+                }
+            };
             Shown(rounded).to_string()
         };
         let words = |shift: f64| match low == high {

@@ -15,6 +15,9 @@ that takes one of them first. Missing steps are computed.
 
 from typing import TYPE_CHECKING
 
+# Modules that need an extra are not in `__all__`: their names are those of the libraries.
+from . import jax as jax
+from . import torch as torch
 from ._commands import (
     basin,
     branch,

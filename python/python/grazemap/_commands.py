@@ -71,8 +71,12 @@ OnEmpty: TypeAlias = Literal["raise", "return"]
 _ENDED_OTHERWISE, _WRONG_INPUT = 1, 2
 #: Largest counts.
 _MOST_POINTS, _MOST_CELLS, _MOST_ITERATES, _MOST_STARTS = 10_000_000, 4_000_000, 10**9, 1000
-_MOST_RETURNS, _MOST_ORDERS = 1_000_000, 8
+MOST_RETURNS, MOST_ORDERS = 1_000_000, 8
 _MOST_PERIOD, _MOST_STEPS, _MOST_SIZE = 2**8 - 1, 2**16 - 1, 2**64 - 1
+
+#: Arguments whose keys in a scene have other names.
+_KEYS = {"range": "span", "ranges": "spans", "parameter": "along", "parameters": "plane"}
+_KEYS |= {"axes": "plane", "starts": "start", "with": "method"}
 
 T = TypeVar("T", bound=Table)
 
@@ -162,7 +166,7 @@ def diagram(
     (40,)
 
     """
-    m = _map_of(source, _check.texts("along", along))
+    m = map_of(source, _check.texts("along", along))
     by_points = values is None
     keys = {
         "parameter": _active("along", m, _check.text("along", along))[0],
@@ -274,7 +278,7 @@ def chart(
     (12,)
 
     """
-    m = _map_of(source, _check.texts("plane", plane))
+    m = map_of(source, _check.texts("plane", plane))
     keys = {
         "parameters": _check.pair(
             "plane", _active("plane", m, plane), m.parameters, "active parameter"
@@ -367,7 +371,7 @@ def basin(
     True
 
     """
-    m = _map_of(source, at or ())
+    m = map_of(source, at or ())
     coordinates, kind = m.coordinates, "coordinate of the section"
     keys = {
         "axes": _check.given(_check.pair, "plane", plane, coordinates, kind),
@@ -708,7 +712,7 @@ def curve(
     """
     first, last = _check.span("span", span)
     keys = {
-        "along": _of_scene("along", source, _check.text("along", along))[0],
+        "along": of_scene("along", source, _check.text("along", along))[0],
         "from": first,
         "to": last,
         "xi": _check.count("xi", xi, 1, _MOST_STEPS),
@@ -764,10 +768,10 @@ def nearest(
     (False, -0.001235)
 
     """
-    known = _scene_of(source).parameters
+    known = scene_of(source).parameters
     kind = "parameter of the scene"
     keys = {
-        "nearest": _of_scene("parameters", source, parameters),
+        "nearest": of_scene("parameters", source, parameters),
         "scale": _check.given(_check.numbers, "scale", scale, known, kind),
     }
     return _told(Nearest(_answered(source, "nearest", keys, progress)))
@@ -821,7 +825,7 @@ def safe(
     (False, ['alpha', 'omega'])
 
     """
-    known = _scene_of(source).parameters
+    known = scene_of(source).parameters
     kind = "parameter of the scene"
     keys = {
         "tolerance": _check.given(_check.numbers, "tolerance", tolerance, known, kind),
@@ -996,7 +1000,7 @@ def image(
     [1.0, 2.0, 1.0, 2.0]
 
     """
-    m = _map_of(source)
+    m = map_of(source)
     rows, own, _ = m._points(states, parameters)
     check_images(iterations, method, precision)
     found = Image(m._inner.image(np.atleast_2d(rows), own, iterations, method, precision))
@@ -1073,7 +1077,7 @@ def fit(
 
     """
     named = _check.texts("parameters", parameters)
-    m = _map_of(source, [*named, *(at or ()), *(controls or ())])
+    m = map_of(source, [*named, *(at or ()), *(controls or ())])
     width = len(m.coordinates)
     series = _series(data, width)
     added = np.zeros((len(series), len(m.parameters)))
@@ -1181,7 +1185,7 @@ def noise(
     True
 
     """
-    m = _map_of(source, [*deviations, *(at or ())])
+    m = map_of(source, [*deviations, *(at or ())])
     coordinates, kind = m.coordinates, "coordinate of the section"
     ranges = None
     if spans is not None:
@@ -1361,13 +1365,13 @@ def derivatives(
 
     """
     keys = {
-        "start": _check.given(_check.numbers, "start", start, _scene_of(source).states, "state"),
+        "start": _check.given(_check.numbers, "start", start, scene_of(source).states, "state"),
         "at": _check.given(_check.number, "at", at),
-        "returns": _check.count("returns", returns, 1, _MOST_RETURNS),
+        "returns": _check.count("returns", returns, 1, MOST_RETURNS),
         "parameters": _check.given(
-            lambda name, of: _of_scene(name, source, of), "parameters", parameters
+            lambda name, of: of_scene(name, source, of), "parameters", parameters
         ),
-        "order": _check.count("order", order, 1, _MOST_ORDERS),
+        "order": _check.count("order", order, 1, MOST_ORDERS),
     }
     return _told(Derivatives(_answered(source, "derivatives", keys, progress)))
 
@@ -1491,19 +1495,19 @@ def _checked(source: Source) -> Source:
     return source
 
 
-def _scene_of(source: Source) -> Scene:
+def scene_of(source: Source) -> Scene:
     return _checked(source)._own_scene()
 
 
-def _of_scene(argument: str, source: Source, names: str | Iterable[str]) -> list[str]:
+def of_scene(argument: str, source: Source, names: str | Iterable[str]) -> list[str]:
     """Accept names of parameters of the scene."""
-    known = _scene_of(source).parameters
+    known = scene_of(source).parameters
     return _check.names(argument, names, known, "parameter of the scene")
 
 
 def _activated(source: Source, names: Iterable[str]) -> Source:
     """Give a scene with these of its parameters active; any other source as it is."""
-    scene = _scene_of(source)
+    scene = scene_of(source)
     if scene is not source:
         return source
     own = [name for name in names if name in scene.parameters]
@@ -1525,7 +1529,7 @@ def _active(argument: str, m: Map, names: str | Iterable[str]) -> list[str]:
     return _check.names(argument, found, m.parameters)
 
 
-def _map_of(source: Source, names: Iterable[str] = ()) -> Map:
+def map_of(source: Source, names: Iterable[str] = ()) -> Map:
     """Give the map of a source. These parameters are made active in a scene."""
     return _activated(source, names)._own_map()
 
@@ -1658,10 +1662,11 @@ def _drawn(
 
 def _of_argument(fault: SceneError, kind: str) -> str:
     """Give the words of a fault in a table that nobody wrote, with the argument's name."""
-    words = re.sub(r"^.*?:\d+:\d+: ", "", str(fault))
-    # Arguments are checked, except for the expression that is observed.
-    named = words.replace(f"{kind}.0.", "")
-    return f"{kind}: {named}" if named != words else f"observe: {named}"
+    named = fault.words.replace(f"{kind}.0.", "")
+    if named == fault.words:
+        # Arguments are checked, except for the expression that is observed.
+        return f"observe: {named}"
+    return f"{kind}: " + re.sub(r"`(\w+)`", lambda key: f"`{_KEYS.get(key[1], key[1])}`", named)
 
 
 def _draw_share(m: Map, asked: tuple[str, str], number: int, of: int) -> bytes:

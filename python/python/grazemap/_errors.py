@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -30,6 +31,11 @@ class SceneError(GrazemapError, ValueError):
         self.file = file
         self.line = line
         self.column = column
+
+    @property
+    def words(self) -> str:
+        """Message without the place of the fault."""
+        return re.sub(r"^.*?:\d+:\d+: ", "", str(self))
 
     def __reduce__(self) -> tuple[type[SceneError], tuple[str, str, int | None, int | None]]:
         """Keep the place when the error goes to another process."""

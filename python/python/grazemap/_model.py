@@ -247,7 +247,7 @@ class Model:
         try:
             return _lib.Scene.parse(written, f"{self._name}.toml", [])
         except SceneError as fault:
-            words = re.sub(r"^.*?:\d+:\d+: ", "", str(fault))
+            words = fault.words
             if fault.line is not None and (argument := self._arguments[fault.line - 1]):
                 words = f"{argument}: {words}"
             raise SceneError(words, fault.file, None, None) from None

@@ -665,11 +665,8 @@ class Map(_Value):
         (2, 4)
 
         """
-        rows, own, shape = self._points(states, parameters)
-        columns = len(self.coordinates) + len(self.parameters)
-        first = shape[-1] + self._inner.orders[0]
-        derivatives = self._inner.batch(rows, own, True)[:, first:]
-        return derivatives.reshape((*shape, columns))
+        _, _, derivatives = self._jets(states, parameters)
+        return derivatives
 
     def depths(self, states: ArrayLike, parameters: ArrayLike | None = None) -> Array:
         """Give the depths ``y² = -h_min`` of the passages, negative without contact."""
@@ -734,6 +731,19 @@ class Map(_Value):
         check_images(iterations, method, precision)
         orbits = self._inner.orbits(rows, own, iterations, method, precision)
         return orbits.reshape((*shape[:-1], iterations, shape[-1]))
+
+    def _jets(self, states: ArrayLike, parameters: ArrayLike | None) -> tuple[Array, Array, Array]:
+        """Give the images, the depths of the passages, and the derivatives of the images."""
+        rows, own, shape = self._points(states, parameters)
+        passages = self._inner.orders[0]
+        found = self._inner.batch(rows, own, True)
+        images, depths, derivatives = np.split(found, [shape[-1], shape[-1] + passages], axis=1)
+        variables = len(self.coordinates) + len(self.parameters)
+        return (
+            images.reshape(shape),
+            depths.reshape((*shape[:-1], passages)),
+            derivatives.reshape((*shape, variables)),
+        )
 
     def _points(
         self, states: ArrayLike, parameters: ArrayLike | None
