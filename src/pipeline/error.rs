@@ -4,6 +4,7 @@
 use std::io;
 use std::path::PathBuf;
 
+use super::branch_graze::BranchPlaceError;
 use super::keys::KeyError;
 use crate::analysis::{AnalysisError, EarlyEnd};
 use crate::convergence::{ConvergenceError, Limit};
@@ -59,6 +60,14 @@ pub enum Error {
         path: PathBuf,
         /// Key of the override.
         key: String,
+    },
+    /// No grazing orbit is searched for from a point of a document.
+    #[error("{}: {reason}", .path.display())]
+    BranchPlace {
+        /// Path of the document.
+        path: PathBuf,
+        /// Reason.
+        reason: Box<BranchPlaceError>,
     },
     /// The input of the orbit search is wrong, or the flow failed.
     #[error("{}{}", locating(.0), .0)]
@@ -206,6 +215,7 @@ impl Error {
         match self {
             Self::NotLocated(_) | Self::Orbit(OrbitError::Flow(_)) => true,
             Self::Derivatives(error) => error.ended_otherwise(),
+            Self::BranchPlace { reason, .. } => reason.ended_otherwise(),
             Self::ToleranceNotMet { .. } | Self::Ended(_) => true,
             Self::Analysis(error) => of_analysis(error),
             Self::Expansion(error) => of_expansion(error),

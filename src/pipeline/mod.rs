@@ -9,6 +9,7 @@
 //! Deliberately absent: numerics of its own, arguments, words for people.
 
 mod answer;
+mod branch_graze;
 mod commands;
 mod device;
 mod emit;
@@ -24,6 +25,7 @@ mod saved;
 mod sweeps;
 
 pub use answer::Answer;
+pub use branch_graze::{BranchPlace, BranchPlaceError, SearchFromBranch};
 pub use commands::{
     AskedTrajectory, BranchKeys, Command, ConvergenceKeys, CurveKeys, DerivativesKeys, FitKeys,
     LociKeys, NearestKeys, NoiseKeys, OrbitsKeys, SafeKeys, TrajectoryKeys,
