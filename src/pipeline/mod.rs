@@ -25,14 +25,14 @@ mod saved;
 mod sweeps;
 
 pub use answer::Answer;
-pub use branch_graze::{BranchPlace, BranchPlaceError, SearchFromBranch};
+pub use branch_graze::{BranchPlace, SearchFromBranch};
 pub use commands::{
     AskedTrajectory, BranchKeys, Command, ConvergenceKeys, CurveKeys, DerivativesKeys, FitKeys,
     LociKeys, NearestKeys, NoiseKeys, OrbitsKeys, SafeKeys, TrajectoryKeys,
 };
 pub use device::Device;
 pub use emit::{EmitRequest, write_emitted};
-pub use error::{Ended, Error};
+pub use error::{BranchPlaceError, Ended, Error};
 pub use graze::{FindGraze, Graze, Settled, StudyRequest, parameter_number};
 pub use keys::{KeyError, OrbitsOf};
 pub use map::{Image, Map, Plan};

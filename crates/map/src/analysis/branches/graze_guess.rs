@@ -95,7 +95,7 @@ pub fn graze_guess(
     let model = &scene.model;
     let nodes = model.surfaces.iter();
     let nodes = nodes.flat_map(|surface| [surface.normal_velocity, surface.normal_acceleration]);
-    let mut normal = Values::new(model, &model.graph, &nodes.collect::<Vec<NodeId>>());
+    let mut normal = Values::<f64>::new(model, &model.graph, &nodes.collect::<Vec<NodeId>>());
     let (mut hits, mut closest) = (BTreeSet::new(), None::<(f64, Vec<f64>)>);
     let mut shortest = None::<(f64, f64)>;
     for row in rows {
