@@ -19,7 +19,7 @@ use grazemap::analysis::noise::NoiseLaw;
 use grazemap::analysis::{Pieces, Precision, Share, Using};
 use grazemap::emission::Target;
 use grazemap::model::Method;
-use grazemap::pipeline::{Device, OrbitsOf, TrajectoryKeys};
+use grazemap::pipeline::{BranchPlace, Device, OrbitsOf, TrajectoryKeys};
 use grazemap::report::Named;
 
 /// Bifurcation analysis of oscillators that hit a stop
@@ -174,6 +174,7 @@ impl Arguments {
         let states = match &self.command {
             Some(Command::Image(options)) => Some(options.states.as_path()),
             Some(Command::Fit(options)) => Some(options.data.as_path()),
+            Some(Command::Locate(options)) => options.from.as_ref().map(|place| &*place.path),
             // `--check` writes nothing into the folder.
             Some(Command::Emit(options)) if options.check => return Ok(()),
             _ => None,
@@ -387,6 +388,9 @@ pub(super) struct SceneOptions {
 pub(super) struct LocateArguments {
     #[command(flatten)]
     pub(super) scene: SceneOptions,
+    /// Locate the graze at a special point of a saved branch of the scene, such as `branch.json#3`
+    #[arg(long, value_name = "FILE#N")]
+    pub(super) from: Option<BranchPlace>,
     /// Also settle orbits on both sides of the graze, at 1/10 and 1/100 of the window, by guarded
     /// iteration, and compare them with the prediction; computes the map
     #[arg(long)]

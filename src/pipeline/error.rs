@@ -5,12 +5,13 @@ use std::io;
 use std::path::PathBuf;
 
 use super::keys::KeyError;
+use crate::analysis::branches::BranchLabel;
 use crate::analysis::soft_stop::NoDirection;
 use crate::analysis::{AnalysisError, EarlyEnd};
 use crate::convergence::{ConvergenceError, Limit};
 use crate::emission::EmissionError;
 use crate::expansion::ExpansionError;
-use crate::model::{MapOrders, SceneError};
+use crate::model::{Digest, MapOrders, SceneError};
 use crate::numeric::{FloatFormat, Shown};
 use crate::orbit::{CurveEnd, DerivativesError, NotLocated, OrbitError};
 use crate::report::{ReportError, limit_words};
@@ -60,6 +61,14 @@ pub enum Error {
         path: PathBuf,
         /// Key of the override.
         key: String,
+    },
+    /// No grazing orbit is searched for from a point of a document.
+    #[error("{}: {reason}", .path.display())]
+    BranchPlace {
+        /// Path of the document.
+        path: PathBuf,
+        /// Reason.
+        reason: Box<BranchPlaceError>,
     },
     /// The input of the orbit search is wrong, or the flow failed.
     #[error("{}{}", locating(.0), .0)]
@@ -210,6 +219,7 @@ impl Error {
         match self {
             Self::NotLocated(_) | Self::Orbit(OrbitError::Flow(_)) => true,
             Self::Derivatives(error) => error.ended_otherwise(),
+            Self::BranchPlace { reason, .. } => reason.ended_otherwise(),
             Self::ToleranceNotMet { .. } | Self::Ended(_) => true,
             Self::Analysis(error) => of_analysis(error),
             Self::Expansion(error) => of_expansion(error),
@@ -323,4 +333,122 @@ pub enum Ended {
         /// Reason.
         reason: String,
     },
+}
+
+/// Reason why no grazing orbit is searched for from a point of a document.
+#[derive(Clone, Debug, thiserror::Error)]
+pub enum BranchPlaceError {
+    /// The file is no branch document.
+    #[error("expected the document of `branch --json`: {reason}")]
+    NotBranches {
+        /// Expected and found content.
+        reason: String,
+    },
+    /// The branches are those of another scene, or of other values.
+    #[error(
+        "its branches are those of a scene `{name}` with the digest {found}; that of this scene, \
+         with its --set, is {expected}"
+    )]
+    OtherScene {
+        /// Name of the document's scene.
+        name: String,
+        /// Digest in the document.
+        found: Digest,
+        /// Digest of the scene.
+        expected: Digest,
+    },
+    /// The document has no special point of this number.
+    #[error("no special point {number}: it has {count}, numbered from 1")]
+    NoSuchPoint {
+        /// Number asked for.
+        number: usize,
+        /// Number of special points.
+        count: usize,
+    },
+    /// The special point is no graze.
+    #[error(
+        "special point {number} is a {}, not a graze (GR); {}",
+        .label.letters(), grazes_words(.grazes)
+    )]
+    NotAGraze {
+        /// Number asked for.
+        number: usize,
+        /// Kind of the point.
+        label: BranchLabel,
+        /// Numbers of the grazes of the document.
+        grazes: Vec<usize>,
+    },
+    /// Several passages graze at the point.
+    #[error(
+        "at special point {number} {grazes} passages graze at once; `passages` and as many \
+         parameters in `solve_for` describe such an orbit"
+    )]
+    SeveralGrazes {
+        /// Number asked for.
+        number: usize,
+        /// Number of passages that graze.
+        grazes: usize,
+    },
+    /// The orbit of the point is no motion of the oscillator.
+    #[error("special point {number} is virtual: contacts of its itinerary are not made")]
+    Virtual {
+        /// Number asked for.
+        number: usize,
+    },
+    /// The orbit takes several returns, and no forcing period tells how long that is.
+    #[error(
+        "the orbit of special point {number} takes {returns} returns, and the scene has no phase: \
+         only orbits of one return are located"
+    )]
+    SeveralReturns {
+        /// Number asked for.
+        number: usize,
+        /// Number of returns.
+        returns: usize,
+    },
+    /// Direct simulation of the orbit ends early.
+    #[error(
+        "the orbit of special point {number} ends at t = {}: {}",
+        Shown(.end.time), .end.reason
+    )]
+    EndsEarly {
+        /// Number asked for.
+        number: usize,
+        /// End of the simulation.
+        end: EarlyEnd,
+    },
+    /// The orbit hits the surface that it grazes for too short a time.
+    #[error(
+        "the orbit of special point {number} also hits `{surface}`, which it grazes, at the speed \
+         {}: it stays beyond it for {}, and less than {} counts as a graze",
+        Shown(*.speed), Shown(*.stay), Shown(*.least)
+    )]
+    BriefHit {
+        /// Number asked for.
+        number: usize,
+        /// Name of the surface.
+        surface: String,
+        /// Normal velocity at which the surface is met.
+        speed: f64,
+        /// Time that the free flow would stay beyond the surface.
+        stay: f64,
+        /// Shortest stay of a hit.
+        least: f64,
+    },
+}
+
+impl BranchPlaceError {
+    /// Whether the input was right, but the point is one of an orbit that cannot be located.
+    fn ended_otherwise(&self) -> bool {
+        matches!(self, Self::EndsEarly { .. } | Self::BriefHit { .. })
+    }
+}
+
+/// Words for the numbers of a document's grazes.
+fn grazes_words(grazes: &[usize]) -> String {
+    let numbers: Vec<String> = grazes.iter().map(ToString::to_string).collect();
+    match numbers.len() {
+        0 => "it has none".to_owned(),
+        _ => format!("its grazes have the numbers {}", numbers.join(", ")),
+    }
 }

@@ -9,6 +9,7 @@
 //! Deliberately absent: numerics of its own, arguments, words for people.
 
 mod answer;
+mod branch_graze;
 mod commands;
 mod device;
 mod emit;
@@ -24,13 +25,14 @@ mod saved;
 mod sweeps;
 
 pub use answer::Answer;
+pub use branch_graze::{BranchPlace, SearchFromBranch};
 pub use commands::{
     AskedTrajectory, BranchKeys, Command, ContactKeys, ConvergenceKeys, CurveKeys, DerivativesKeys,
     FitKeys, LociKeys, NearestKeys, NoiseKeys, OrbitsKeys, SafeKeys, TrajectoryKeys,
 };
 pub use device::Device;
 pub use emit::{EmitRequest, write_emitted};
-pub use error::{Ended, Error};
+pub use error::{BranchPlaceError, Ended, Error};
 pub use graze::{FindGraze, Graze, Settled, StudyRequest, parameter_number};
 pub use keys::{KeyError, OrbitsOf};
 pub use map::{Image, Map, Plan};

@@ -354,7 +354,8 @@ fn in_text(reason: String) -> Error {
     Error::NotSaved { path: "the text".into(), reason }
 }
 
-fn read(path: &Path) -> Result<String, Error> {
+/// Text of a file.
+pub(super) fn read(path: &Path) -> Result<String, Error> {
     let text = File::open(path).and_then(|file| io::read_to_string(bounded(file)));
     text.map_err(|source| Error::Unreadable { path: path.to_owned(), source })
 }
@@ -416,7 +417,7 @@ fn check_integrity(text: &str) -> Result<(), String> {
 }
 
 /// Kind of a document.
-fn kind_of(text: &str) -> Result<DocumentKind, String> {
+pub(super) fn kind_of(text: &str) -> Result<DocumentKind, String> {
     #[derive(Deserialize)]
     struct Heading {
         document: DocumentKind,

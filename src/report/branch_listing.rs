@@ -150,24 +150,27 @@ impl BranchListing {
         names.map(|(name, _)| name.clone()).collect()
     }
 
-    /// Table of the special points, for people: one row each.
+    /// Table of the special points, for people: one row each, numbered from 1.
     ///
     /// # Errors
     ///
     /// Never in practice: every row has a cell per column.
     pub fn special_table(&self) -> Result<Table, ReportError> {
-        let mut columns = vec![Column::number("branch"), Column::text("itinerary")];
-        columns.extend([Column::text("label"), Column::number(self.along.as_str())]);
+        let mut columns = vec![Column::number("point"), Column::number("branch")];
+        columns.extend(["itinerary", "label"].map(Column::text));
+        columns.push(Column::number(self.along.as_str()));
         columns.push(Column::number(format!("{}_value", self.along)));
         columns.extend(self.section.coordinates.iter().map(Column::number));
         columns.extend(["multipliers", "impact speeds"].map(Column::text));
         columns.push(Column::number("coefficient"));
         columns.push(Column::text("window"));
         let mut table = Table::new(columns);
-        for (branch, point) in self.points() {
+        let points = self.points().filter(|(_, point)| point.special.is_some());
+        for (number, (branch, point)) in (1..).zip(points) {
             let Some(special) = &point.special else { continue };
             let (offset, value) = self.along(&point.orbit);
             let mut row = vec![
+                Cell::Integer(number),
                 Cell::Integer(branch.branch as i64),
                 Cell::text(&branch.itinerary),
                 Cell::text(special.label.letters()),

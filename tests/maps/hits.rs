@@ -2,17 +2,20 @@
 
 use grazemap::analysis::{DirectEnd, DirectImage};
 use grazemap::hybrid::HybridSystem;
+use grazemap::model::catalogue;
 use grazemap::numeric::Dd;
 use grazemap::pipeline::{FindGraze as _, Settled, StudyRequest};
 use grazemap::{Scene, analysis::NoProgress};
 
-/// Scenes of `tests/data/hits`: one stop hit twice and the other grazed, one stop hit and grazed, a
-/// compliant stop hit and a rigid one grazed, and a stop grazed after hits of both.
+/// Scenes of the catalogue and of `tests/data/hits`: one stop hit twice and the other grazed, one
+/// stop hit and grazed, a compliant stop hit and a rigid one grazed, and a stop grazed after hits of
+/// both.
 const SCENES: [&str; 4] = ["two_sided", "one_stop", "soft_left", "ball_in_capsule"];
 
 fn settled(name: &str, section: &str) -> Settled {
     let path = format!("{}/tests/data/hits/{name}.toml", env!("CARGO_MANIFEST_DIR"));
-    let text = std::fs::read_to_string(path).expect("the scene is part of the repository");
+    let file = || std::fs::read_to_string(path).expect("the scene is part of the repository");
+    let text = catalogue::text(name).map_or_else(file, str::to_owned);
     let scene = Scene::parse(&format!("{text}{section}"), name).expect("a scene");
     scene.graze().expect("an orbit").settle().expect("a section")
 }
@@ -28,7 +31,9 @@ fn a_point_beside_the_grazing_orbit_returns_with_its_hits() {
             let (scene, orbit) = (settled.scene(), settled.orbit());
             let system = HybridSystem::new(&scene.model);
             let mut direct = DirectImage::<Dd>::new(&system, scene, orbit).expect("a section");
-            let image = direct.image(&[Dd::ZERO; 2], &[Dd::from(OPEN)]).expect("finite offsets");
+            let mut opened = vec![Dd::ZERO; scene.expansion.active.len()];
+            opened[0] = Dd::from(OPEN);
+            let image = direct.image(&[Dd::ZERO; 2], &opened).expect("finite offsets");
             assert_eq!((image.end, image.extra_contacts), (DirectEnd::Returned, 0), "{name}");
             for offset in image.offsets {
                 // The return moves by up to 17 times the parameter, that of the capsule.

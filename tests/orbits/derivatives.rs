@@ -262,3 +262,72 @@ fn a_stop_that_is_met_during_a_contact_with_another_is_refused() {
     let DerivativesError::HeldTwice { first, second, .. } = &refused else { panic!("{refused}") };
     assert_eq!((first.as_str(), second.as_str()), ("left", "wall"));
 }
+
+/// Switching system of one motion `x' = 1` that stops where a threshold is reached.
+fn switching(states: &str, flow: &str, event: &str, contact: &str, name: &str) -> String {
+    format!(
+        r#"
+[model]
+states = {states}
+parameters = {{ {name} = 0.98 }}
+[model.phase]
+name = "theta"
+rate = "1"
+period = "10"
+[model.flow]
+{flow}
+[[model.surface]]
+name = "switch"
+event = "{event}"
+contact = {{ {contact} = "0" }}
+[grazing]
+solve_for = "{name}"
+"#
+    )
+}
+
+/// Jet of every variable of a switching system: its states, the phase, and the parameter.
+fn variables(start: &[Dd], parameter: Dd, order: usize) -> Vec<Jet<Dd>> {
+    let space = JetSpace::uniform(start.len() + 1, order).unwrap();
+    let values = start.iter().copied().chain([parameter]).enumerate();
+    values.map(|(number, value)| Jet::variable(&space, number, value)).collect()
+}
+
+/// System of OrdinaryDiffEq.jl#4388: `u' = 1` from `u = 0`, with an event at `u = q`. The event
+/// takes place at `T = q`, so that `dT/dq = 1` for every `q`; the derivative reported there errs by
+/// up to 1e-5 and jumps with `q`.
+#[test]
+fn the_time_of_an_event_has_the_slope_of_its_threshold() {
+    let text = switching("[\"u\"]", "u = \"1\"", "q - u", "u", "q");
+    for threshold in ["0.1", "0.37", "0.5", "0.73", "0.98"] {
+        let scene = parsed(&text, "threshold", &[("q", threshold)]);
+        let q = scene.model.parameters[0].value;
+        let start = [Dd::ZERO, Dd::ZERO];
+        let found = jets_along(&scene, &start, &[0], (Some(Dd::ONE), 0), 3).expect("derivatives");
+        let known = variables(&start, q, 3);
+        assert_eq!(found.events.len(), 1);
+        let time = &known[2] - &known[0];
+        assert!(difference(&found.events[0].time, &time) < 1e-30, "q = {threshold}");
+        // The motion has stopped at the threshold.
+        assert!(difference(&found.state[0], &known[2]) < 1e-30, "q = {threshold}");
+    }
+}
+
+/// System of diffrax#729: `y' = 1` until the time `te` and `y' = 0` from there, `y(0) = 0`. After
+/// the event `y = te`, so that `dy/dte = 1`; the gradient reported there is wrong.
+#[test]
+fn a_state_after_an_event_knows_when_the_event_took_place() {
+    let text = switching("[\"y\", \"t\"]", "y = \"1\"\nt = \"1\"", "te - t", "y", "te");
+    let scene = parsed(&text, "source", &NONE);
+    let te = scene.model.parameters[0].value;
+    let start = [Dd::ZERO; 3];
+    let span = (Some(Dd::from(2.0)), 0);
+    let found = jets_along(&scene, &start, &[0], span, 3).expect("derivatives");
+    let known = variables(&start, te, 3);
+    let wait = &known[3] - &known[1];
+    assert_eq!(found.events.len(), 1);
+    assert!(difference(&found.events[0].time, &wait) < 1e-30);
+    assert!(difference(&found.state[0], &(&known[0] + &wait)) < 1e-30);
+    let after = known[1].add_constant(Dd::from(2.0));
+    assert!(difference(&found.state[1], &after) < 1e-30);
+}

@@ -3,12 +3,12 @@
 
 use super::{map, open, remark_on_window};
 use crate::cli::arguments::{CurveArguments, LocateArguments, SafeArguments, SceneOptions};
-use crate::cli::output::{Bar, CliError, Results, deliver};
+use crate::cli::output::{Bar, CliError, Results, deliver, note};
 use crate::cli::positions::Position;
 use grazemap::convergence::Choice;
 use grazemap::model::Scene;
 use grazemap::numeric::Shown;
-use grazemap::pipeline::{CurveKeys, NearestKeys, SafeKeys};
+use grazemap::pipeline::{BranchPlace, CurveKeys, NearestKeys, SafeKeys, Source};
 use grazemap::report::{
     ChosenCoefficients, GrazeStudy, MapListing, OrbitListing, ReportError, least_orders_words,
     window_words,
@@ -22,6 +22,10 @@ const NOT_MEASURED: &str = "window: not measured here; `expand` measures how far
 pub(in crate::cli) fn locate(options: &LocateArguments) -> Result<(), CliError> {
     let outlets = &options.scene.common.outlets;
     let source = open(&options.scene)?;
+    let source = match &options.from {
+        Some(place) => from_branch(source, place, outlets.quiet)?,
+        None => source,
+    };
     let graze = source.clone().graze()?;
     let theory = graze.theory()?;
     let (measured, window) = match options.measure {
@@ -45,6 +49,18 @@ pub(in crate::cli) fn locate(options: &LocateArguments) -> Result<(), CliError> 
         + &window;
     let results = Results::named("orbit", text, graze.to_json_with(&study)?, None);
     results.deliver("locate", outlets)
+}
+
+/// Scene of the graze at a special point of a branch. Prints the keys that lead there, unless
+/// `quiet`.
+fn from_branch(source: Source, place: &BranchPlace, quiet: bool) -> Result<Source, CliError> {
+    let search = source.at_branch_graze(place)?;
+    if !quiet {
+        let changes = search.changes.iter().map(|(key, value)| format!("{key} = {value}"));
+        let changes: Vec<String> = changes.collect();
+        note(&format!("note: keys of special point {}: {}", place.number, changes.join(", ")));
+    }
+    Ok(Source::Scene(Box::new(search.scene)))
 }
 
 /// Table of the one-contact orbits of the theory.

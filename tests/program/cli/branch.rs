@@ -2,6 +2,8 @@
 
 use std::fs;
 
+use grazemap::model::catalogue;
+
 use super::{grazemap, json, scratch, text};
 
 #[test]
@@ -80,4 +82,77 @@ fn a_branch_that_is_not_there_and_parameters_that_do_not_vary_are_said() {
     let frozen = grazemap(folder.path(), &["branch", "linear", "--along", "zeta"]);
     assert_eq!(frozen.status.code(), Some(2));
     assert!(text(&frozen.stderr).contains("--along"), "{}", text(&frozen.stderr));
+}
+
+/// Scene `two_sided` without its hits: the orbit of its free flow passes through the left stop.
+fn without_hits() -> String {
+    let text = catalogue::text("two_sided").expect("a scene of the catalogue");
+    text.replace("hits = \"left\"\n", "")
+}
+
+/// Numbers of the special points of a branch document, with their labels and offsets of `dr`.
+fn special_points(document: &serde_json::Value) -> Vec<(usize, String, f64)> {
+    let branches = document["branches"].as_array().expect("a list").iter();
+    let points = branches.flat_map(|branch| branch["points"].as_array().expect("a list"));
+    let special = points.filter(|point| point["label"].is_string());
+    let described = special.zip(1..).map(|(point, number)| {
+        let label = point["label"].as_str().expect("letters").to_owned();
+        (number, label, point["parameters"]["dr"].as_f64().expect("an offset"))
+    });
+    described.collect()
+}
+
+#[test]
+fn a_graze_of_a_branch_is_located_with_the_hits_of_its_orbit() {
+    let folder = scratch();
+    fs::write(folder.path().join("two.toml"), without_hits()).expect("writable");
+    let range = ["--along", "dr", "--from", "-1", "--to", "-0.8", "--period", "2"];
+    let branch = [&["branch", "two.toml"], &range[..], &["--method", "direct", "-q"]].concat();
+    let output = grazemap(folder.path(), &[&branch[..], &["--json", "branch.json"]].concat());
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let document = fs::read_to_string(folder.path().join("branch.json")).expect("written");
+    let document: serde_json::Value = serde_json::from_str(&document).expect("JSON");
+    let points = special_points(&document);
+    let locate = |scene: &str, number: usize| {
+        let from = format!("branch.json#{number}");
+        grazemap(folder.path(), &["locate", scene, "--from", &from])
+    };
+    let graze =
+        points.iter().find(|(_, label, dr)| label == "GR" && (dr + 0.905_917_8).abs() < 1e-7);
+    let output = locate("two.toml", graze.expect("the graze of the attractor").0);
+    let (found, said) = (text(&output.stdout), text(&output.stderr));
+    assert!(output.status.success(), "{said}");
+    assert!(found.contains("grazes `right` at dr = 1.805712936554821"), "{found}");
+    assert!(found.contains("hits of a period") && found.contains("1.884269457"), "{found}");
+    assert!(said.contains("grazing.hits = [\"left\"]"), "{said}");
+
+    let refused = |scene: &str, number: usize, reason: &str| {
+        let output = locate(scene, number);
+        let said = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{said}");
+        assert!(said.contains(reason), "{said}");
+    };
+    let flip = points.iter().find(|(_, label, _)| label == "PD").expect("a period-doubling");
+    refused("two.toml", flip.0, "is a PD, not a graze (GR)");
+    refused("two.toml", points.len() + 1, &format!("it has {}, numbered from 1", points.len()));
+    refused("two_sided", 1, "its branches are those of a scene `two` with the digest");
+}
+
+#[test]
+fn a_place_that_is_no_point_of_a_branch_document_is_refused() {
+    let folder = scratch();
+    let saved = grazemap(folder.path(), &["locate", "linear", "-q", "--json", "orbit.json"]);
+    assert!(saved.status.success(), "{}", text(&saved.stderr));
+    let cases = [
+        ("orbit.json#1", "it is a document of kind Orbit"),
+        ("nothing.json#1", "cannot read nothing.json"),
+        ("branch.json", "expected FILE#N"),
+        ("branch.json#0", "expected FILE#N"),
+    ];
+    for (place, reason) in cases {
+        let output = grazemap(folder.path(), &["locate", "linear", "--from", place]);
+        let said = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{place}: {said}");
+        assert!(said.contains(reason), "{place}: {said}");
+    }
 }

@@ -37,7 +37,7 @@ pub use grazing_orbit::{
 pub use locate::locate;
 pub use margin::{Margin, MarginOutcome, margin, watched_margin};
 pub use outcome::{NamedValues, NotLocated, OrbitError};
-pub use piecewise::{FlowEvent, JetsThrough, PiecewiseFlow};
+pub use piecewise::{BRIEF, FlowEvent, JetsThrough, PiecewiseFlow};
 pub use section::{PoincareSection, PoincareSectionKind};
 pub use theory::{
     AttractorRoute, Expectation, GrazeTheory, OneContactOrbit, Unfolding, graze_theory,

@@ -135,7 +135,7 @@ pub(super) const MOST_STEPS: usize = 1_000_000;
 const MOST_EVENTS: usize = 256;
 /// Longest stay beyond a surface that counts as a graze where the surface is also hit, as a share
 /// of the forcing period.
-const BRIEF: f64 = 0.05;
+pub const BRIEF: f64 = 0.05;
 
 impl PiecewiseFlow {
     /// The flow of a scene; its fields watch `watched`, and the kinds of the parameters are given.

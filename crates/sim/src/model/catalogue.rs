@@ -58,6 +58,10 @@ const ENTRIES: &[CatalogueEntry] = &[
     entry!("moving_stop", "linear oscillator with a moving stop"),
     entry!("impact_pair", "two masses that hit each other: four states, both velocities reset"),
     entry!("three_masses", "chain of three masses with a prestressed stop: six states"),
+    entry!("two_sided", "oscillator between two rigid stops: one hit, one grazed (Peterka)"),
+    entry!("gear_rattle", "rattling gear pair with backlash: drive flank hit, coast flank grazed"),
+    entry!("ball_in_capsule", "ball in a shaken capsule: both ends hit, one grazed as well"),
+    entry!("impacting_absorber", "absorber that hits one wall of its housing and grazes the other"),
     entry!("self_excited", "van der Pol oscillator carrying a mass that hits a stop: no forcing"),
 ];
 

@@ -8,11 +8,13 @@
 mod by_direct;
 mod by_map;
 mod data;
+mod graze_guess;
 mod normal_form;
 mod observables;
 mod trace;
 
 pub use data::{Branch, BranchEnd, BranchLabel, BranchPoint, BranchRequest, Branches, Special};
+pub use graze_guess::{BranchGraze, BriefHit, GrazeGuess, graze_guess};
 pub use observables::{BranchDiagram, BranchObservable, branch_diagram, observed};
 pub(super) use trace::Follow;
 

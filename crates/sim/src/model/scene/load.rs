@@ -277,6 +277,10 @@ const ORDER_WAYS: [[&[&str]; 2]; 2] = [
     [&["smooth_order", "contact_weight"], &["tolerance"]],
 ];
 
+/// Keys of `[grazing]` that exclude each other: one surface and a list of passages.
+const GRAZING_WAYS: [[&[&str]; 2]; 2] =
+    [[&["surface"], &["passages"]], [&["passages"], &["surface"]]];
+
 /// Keys of a `[[diagram]]` that exclude each other: listed values and a range, two kinds of starts,
 /// and both names of the methods.
 const SWEEP_WAYS: [[&[&str]; 2]; 6] = [
@@ -290,8 +294,12 @@ const SWEEP_WAYS: [[&[&str]; 2]; 6] = [
 
 /// Removes keys that an override excludes, unless they are overridden too.
 fn give_way(document: &mut DocumentMut, overrides: &[(String, String)]) {
-    if let Some(table) = document.get_mut("expansion").and_then(Item::as_table_like_mut) {
-        give_way_in(table, "expansion", &ORDER_WAYS, overrides);
+    let ways: [(&str, &[[&[&str]; 2]]); 2] =
+        [("expansion", &ORDER_WAYS), ("grazing", &GRAZING_WAYS)];
+    for (key, ways) in ways {
+        if let Some(table) = document.get_mut(key).and_then(Item::as_table_like_mut) {
+            give_way_in(table, key, ways, overrides);
+        }
     }
     let Some(diagrams) = document.get_mut("diagram").and_then(Item::as_array_of_tables_mut) else {
         return;
