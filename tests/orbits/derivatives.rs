@@ -288,7 +288,7 @@ solve_for = "{name}"
 
 /// Jet of every variable of a switching system: its states, the phase, and the parameter.
 fn variables(start: &[Dd], parameter: Dd, order: usize) -> Vec<Jet<Dd>> {
-    let space = JetSpace::uniform(start.len() + 1, order).unwrap();
+    let space = JetSpace::uniform(start.len() + 1, order).expect("a small space");
     let values = start.iter().copied().chain([parameter]).enumerate();
     values.map(|(number, value)| Jet::variable(&space, number, value)).collect()
 }
