@@ -21,7 +21,7 @@ const WORKER: &str = include_str!("../../templates/map_worker.js");
 
 /// Script without indentation and comment lines, which a reader finds in the sources.
 ///
-/// NOTE: no line of the scripts begins inside a string.
+/// NOTE: no line of the script begins inside a string.
 fn compact(script: &str) -> String {
     let is_comment =
         |line: &&str| ["//", "/*", "* ", "*/"].iter().any(|mark| line.starts_with(mark));
@@ -264,7 +264,7 @@ impl Page {
         let script = compact(SCRIPT);
         context.insert("digest", &BASE64.encode(Sha256::digest(&script)));
         context.insert("script", &script);
-        context.insert("worker", &compact(WORKER));
+        context.insert("worker", WORKER);
         Ok(tera.render("report.html", &context)?)
     }
 }
