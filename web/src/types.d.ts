@@ -295,3 +295,47 @@ export type WorkerMessage =
   | { kind: "begin"; module: Uint8Array<ArrayBuffer>; data: Data }
   | { kind: "sweeps"; number: number; sweeps: CourseRequest[] }
   | { [K in keyof Questions]: { kind: K; token: number } & Questions[K][0] }[keyof Questions];
+
+// Drawing.
+
+/** Rectangle of pixels. */
+export interface Box {
+  x: number;
+  y: number;
+  w: number;
+  h: number;
+}
+
+type Drawing =
+  | "fillStyle"
+  | "strokeStyle"
+  | "lineWidth"
+  | "font"
+  | "textAlign"
+  | "save"
+  | "restore"
+  | "translate"
+  | "rotate"
+  | "beginPath"
+  | "moveTo"
+  | "lineTo"
+  | "arc"
+  | "rect"
+  | "clip"
+  | "stroke"
+  | "setLineDash"
+  | "fillRect"
+  | "strokeRect"
+  | "fillText"
+  | "strokeText";
+
+/** The part of a canvas's context that the panes draw with. */
+export interface Pen extends Pick<CanvasRenderingContext2D, Drawing> {
+  fill(): void;
+  drawImage(picture: HTMLCanvasElement, x: number, y: number, w: number, h: number): void;
+}
+
+/** Drawn quantity with its label. */
+export interface NamedObservable extends Observable {
+  text: string;
+}
