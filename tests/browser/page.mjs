@@ -393,6 +393,7 @@ const before = async (page) =>
   await page.keyboard.press("Escape");
   await page.mouse.up();
   assert.deepEqual(await view(page), kept, "Escape lets go of a drag");
+  assert.equal(await readout(page), "", "what a drag would do is said while it lasts");
   check("wheel, keys and buttons zoom, and go back; Escape lets go of a drag");
 
   const values = () =>
@@ -652,6 +653,10 @@ for (const colorScheme of ["light", "dark"]) {
     (await page.evaluate(() => document.documentElement.scrollWidth)) <= 420,
     "nothing is wider than the page",
   );
+  const cut = await page.evaluate(
+    () => [...document.querySelectorAll(".card")].filter((own) => own.scrollWidth > own.clientWidth).length,
+  );
+  assert.equal(cut, 0, "figures fit");
   const corner = await page.evaluate(() => [
     ...document.querySelector(".live canvas").getContext("2d").getImageData(2, 2, 1, 1).data,
   ]);
@@ -731,6 +736,11 @@ check("420 pixels wide, light and dark");
   for (const [n, border] of [flip, graze].entries())
     assert.ok(Math.abs(reach[n].offset - border) < 1e-13, `${reach[n].offset} is not ${border}`);
   assert.match(await facts.textContent(), /^Period7Holdsfrom Q = .*Contacts1000000 /);
+  // The command of the point finds the orbit that the page shows.
+  const command = await facts.locator(".command code").textContent();
+  const asked = command.split(" ").slice(1);
+  const listed = JSON.parse(run([...asked, "-q", "--json", "-"]));
+  assert.deepEqual(listed.orbits.map(({ itinerary }) => itinerary), [asked.at(-1)], command);
   // The strip below the diagram shows it.
   const strip = await page.evaluate(() =>
     [...window.grazemap.panes[0].sweeps.layers.up.values()].map(({ offset, period }) => [offset, period]),

@@ -18,7 +18,7 @@ import { button } from "./dom.js";
  * @property {(point: Point) => void} hover point in the plane
  * @property {(point: Point) => boolean} [grips] whether a press in pixels takes the marker
  * @property {(point: Point) => void} [drag] moves the marker to a point in the plane
- * @property {(x: Range, y: Range | null) => void} [boxed] tells of a box that is being drawn
+ * @property {(x: Range | null) => void} [boxed] tells of a box that is being drawn; null: let go
  * @property {(event: KeyboardEvent) => Record<string, () => void>} keys actions by key
  */
 
@@ -220,6 +220,7 @@ export class View {
   /** Lets go of a drag. */
   cancel() {
     this.grip = this.box = null;
+    this.hooks.boxed?.(null);
     this.hooks.redraw();
   }
 
@@ -246,7 +247,7 @@ export class View {
       this.look([across[0] + dx, across[1] + dx], up && [up[0] + dy, up[1] + dy], 60);
     } else if (Math.hypot(x - grip.x, y - grip.y) > 5) {
       this.box = { x: grip.x, y: grip.y, x1: x, y1: y };
-      this.hooks.boxed?.(...this.#boxRanges);
+      this.hooks.boxed?.(this.#boxRanges[0]);
       this.hooks.redraw();
     }
   }
@@ -272,6 +273,7 @@ export class View {
       [this.box.x1, this.box.y1] = point;
       const ranges = this.#boxRanges;
       this.box = null;
+      this.hooks.boxed?.(null);
       this.look(...ranges, 0);
     } else if (point[0] >= plot.x && point[0] <= plot.x + plot.w) {
       this.hooks.click(this.fromPixels(point));

@@ -2,7 +2,7 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 import { ESCAPED, OUTSIDE, WITHOUT_CONTACT } from "../src/classes.js";
 import { distanceTo, orbitsOf } from "../src/diagram/branches.js";
-import { contactWords, multiplierWords, reachLines } from "../src/diagram/facts.js";
+import { contactWords, multiplierWords, pointCommand, reachLines } from "../src/diagram/facts.js";
 import { periodsInWords } from "../src/diagram/strip.js";
 import { kindOf } from "../src/diagram/sweeps.js";
 import { csvOf, shown, superscript, ticks, unpacked } from "../src/numbers.js";
@@ -96,7 +96,21 @@ test("an interval that ends at the graze says so without rounding", () => {
   ];
   const lines = reachLines(ends, { name: "mu", symbol: "μ", grazing: 2, width: null }, 1);
   assert.equal(lines[0], "from μ = 2 (offset 0), graze: a contact begins or ends");
-  assert.match(lines[1], /^to μ = 2\.001 \(offset 0\.001\), flip: .*; outside the measured window$/);
+  assert.match(lines[1], /^to μ = 2\.001 \(offset 0\.001\), flip: /);
+  assert.match(lines[1], /; outside the measured window$/);
+});
+
+test("a point of a diagram is a command with the offsets of all parameters", () => {
+  const parameters = [{ name: "Q" }, { name: "beta" }];
+  const orbit = { parameters: [1.13e-4, 0], depths: [[-1], [1], [-1]] };
+  assert.equal(
+    pointCommand("grazemap diagram my.toml", parameters, { ...orbit, period: 3 }),
+    "grazemap orbits my.toml --at Q=0.000113,beta=0 --itinerary 010",
+  );
+  assert.equal(
+    pointCommand("grazemap diagram my.toml", parameters, { ...orbit, period: 0 }),
+    "grazemap orbits my.toml --at Q=0.000113,beta=0",
+  );
 });
 
 test("values of one have a range about them, not one of rounding", () => {

@@ -15,6 +15,9 @@ const WAYS = {
   lost: "lost there",
 };
 
+/** Beginning of the command of a diagram. */
+export const DIAGRAM = /^grazemap diagram /;
+
 /** Longest itinerary that is shown whole. */
 const LONGEST = 48;
 
@@ -76,6 +79,19 @@ export function factsOf(answer, coordinates) {
   ]);
   return element("dl", {}, ...parts);
 }
+
+/**
+ * Command that computes a periodic orbit, or those of short periods at the parameters of another.
+ * @param {string} diagram command of the diagram
+ * @param {Parameter[]} parameters
+ * @param {Pick<ProbeAnswer, "parameters" | "depths" | "period">} orbit
+ */
+export const pointCommand = (diagram, parameters, { parameters: offsets, depths, period }) => {
+  const at = parameters.map(({ name }, n) => `${name}=${offsets[n]}`).join(",");
+  const digits = depths.slice(0, period).flat().map((depth) => Number(depth > 0));
+  const itinerary = period ? ` --itinerary ${digits.join("")}` : "";
+  return `${diagram.replace(DIAGRAM, "grazemap orbits ")} --at ${at}${itinerary}`;
+};
 
 /**
  * Where the period at a marker begins and ends, and why.

@@ -1,9 +1,10 @@
 // Panels about the orbit at a marker: facts, states on the section, gaps, basins.
 
 import { chooser, element } from "../dom.js";
+import { addCopy } from "../figures.js";
 import { BasinPane } from "../panes/basin.js";
 import { OrbitPanel } from "../panes/orbit-panel.js";
-import { factsOf, reachLines } from "./facts.js";
+import { factsOf, pointCommand, reachLines } from "./facts.js";
 
 /** @import { Parameter, ProbeAnswer, ReachEnd } from "../types" */
 /** @import { Live } from "../live.js" */
@@ -17,9 +18,11 @@ export class Panels {
   /**
    * @param {Live} live
    * @param {Parameter} parameter
+   * @param {string} [command] command of the diagram
    */
-  constructor(live, parameter) {
+  constructor(live, parameter, command) {
     this.live = live;
+    this.command = command;
     this.parameter = parameter;
     this.node = element("div", { className: "panels", hidden: true });
     this.facts = element("div", { className: "facts" });
@@ -80,6 +83,7 @@ export class Panels {
     }
     const { coordinates, passages } = this.live.data;
     this.facts.replaceChildren(factsOf(answer, coordinates));
+    if (this.command) this.#offerCommand(this.command, answer);
     this.#drawPortrait();
     const lines = passages.map((_, passage) => ({
       points: answer.depths.slice(0, RETURNS).map((own, n) => [n, -own[passage]]),
@@ -89,6 +93,18 @@ export class Panels {
     const name = passages.length > 1 ? `gaps h at ${passages.join(", ")}` : "gap h";
     this.series.show(lines, ["return", name], answer.outside);
     this.basin?.mark(answer, chosen);
+  }
+
+  /**
+   * Shows the command that computes the orbit at the marker.
+   * @param {string} command
+   * @param {ProbeAnswer} answer
+   */
+  #offerCommand(command, answer) {
+    const textContent = pointCommand(command, this.live.data.parameters, answer);
+    const line = element("p", { className: "command" }, element("code", { textContent }));
+    addCopy(line);
+    this.facts.append(line);
   }
 
   /**

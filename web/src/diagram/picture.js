@@ -80,7 +80,7 @@ const paintStatus = (g, plot, { sweeps, status }) => {
   if (!status) return;
   g.textAlign = "right";
   g.fillStyle = colour("--soft");
-  writeOver(g, status, plot.x + plot.w - 6, plot.y + 16);
+  writeOver(g, status, plot.x + plot.w - 6, plot.y + plot.h - 8);
 };
 
 /**

@@ -4,6 +4,7 @@ import { drawOn, savers, sharpness } from "../canvas.js";
 import { Branches } from "../diagram/branches.js";
 import { HINT, Slider, helpOf, orderChooser, toggle } from "../diagram/controls.js";
 import { Density } from "../diagram/density.js";
+import { DIAGRAM } from "../diagram/facts.js";
 import { Marker } from "../diagram/marker.js";
 import { Panels } from "../diagram/panels.js";
 import { paintDiagram } from "../diagram/picture.js";
@@ -65,7 +66,8 @@ export class DiagramPane {
     this.sweeps = this.#newSweeps();
     this.density = new Density(this.sweeps);
     this.branches = new Branches(live, diagram.axis);
-    this.panels = new Panels(live, this.parameter);
+    const commands = host.closest("section")?.querySelectorAll(".command code") ?? [];
+    this.panels = new Panels(live, this.parameter, diagramCommand(commands));
     this.marker = new Marker(this, this.parameter);
     this.sliders = live.data.parameters.map((parameter, axis) =>
       axis === diagram.axis ? null : new Slider(parameter, (offset) => this.#slide(axis, offset)),
@@ -267,9 +269,13 @@ export class DiagramPane {
     drawOn(this.canvas, this.#size, this.paint);
   }
 
-  /** @param {Range} x */
+  /** @param {Range | null} x */
   #tellBox(x) {
     const { parameter } = this;
+    if (!x) {
+      this.readout.textContent = "";
+      return;
+    }
     const ends = x.map((end) => describe(parameter.grazing, end));
     this.readout.textContent = `Let go to see ${parameter.symbol} from ${ends.join(" to ")}`;
   }
@@ -307,6 +313,13 @@ export class DiagramPane {
     this.marker.set(parameters[axis]);
   }
 }
+
+/**
+ * Command of the diagrams of a section.
+ * @param {Iterable<Element>} commands
+ */
+const diagramCommand = (commands) =>
+  Array.from(commands, (own) => own.textContent ?? "").find((text) => DIAGRAM.test(text));
 
 /** @type {(grazing: number, offset: number) => string} */
 const describe = (grazing, offset) =>
