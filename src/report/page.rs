@@ -16,18 +16,9 @@ use super::{Cell, Column, Figure, ReportError, Table};
 const TEMPLATE: &str = include_str!("../../templates/report.html.tera");
 /// Style of all pages.
 const STYLE: &str = include_str!("../../templates/style.css");
+/// Scripts that `.ci/page --write` bundles from `web/src`.
 const SCRIPT: &str = include_str!("../../templates/page.js");
 const WORKER: &str = include_str!("../../templates/map_worker.js");
-
-/// Script without indentation and comment lines, which a reader finds in the sources.
-///
-/// NOTE: no line of the scripts begins inside a string.
-fn compact(script: &str) -> String {
-    let is_comment =
-        |line: &&str| ["//", "/*", "* ", "*/"].iter().any(|mark| line.starts_with(mark));
-    let lines = script.lines().map(str::trim).filter(|line| !line.is_empty() && !is_comment(line));
-    lines.collect::<Vec<_>>().join("\n")
-}
 
 /// Longest SVG that is shown as such; longer ones, which are slow in browsers, are shown as PNG.
 const LONGEST_SVG: usize = 400_000;
@@ -270,10 +261,9 @@ impl Page {
         context.insert("provenance", &self.provenance.rows());
         context.insert("sections", &sections);
         context.insert("live", &self.live);
-        let script = compact(SCRIPT);
-        context.insert("digest", &BASE64.encode(Sha256::digest(&script)));
-        context.insert("script", &script);
-        context.insert("worker", &compact(WORKER));
+        context.insert("digest", &BASE64.encode(Sha256::digest(SCRIPT)));
+        context.insert("script", SCRIPT);
+        context.insert("worker", WORKER);
         Ok(tera.render("report.html", &context)?)
     }
 }

@@ -65,6 +65,6 @@ export async function emittedText() {
 /** Places of the plot of a pane, by shares of its width and height from its upper left. */
 export async function places(page, canvas, pane = 0) {
   const box = await canvas.boundingBox();
-  const plot = await page.evaluate((n) => window.grazemap.panes[n].plot(), pane);
+  const plot = await page.evaluate((n) => window.grazemap.panes[n].plot, pane);
   return (x, y) => [box.x + plot.x + x * plot.w, box.y + plot.y + y * plot.h];
 }

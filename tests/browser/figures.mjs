@@ -30,7 +30,7 @@ row("opens from the disk, first figure", `${best(opened).toFixed(0)} ms`, "1000 
 const begun = await repeat(3, async () => {
   const { page, context } = await open(file);
   await page.evaluate(() => document.querySelector(".live").scrollIntoView());
-  await page.waitForFunction(() => window.grazemap?.panes[0]?.first);
+  await page.waitForFunction(() => window.grazemap?.panes[0]?.sweeps.first);
   const time = await page.evaluate(() => performance.now());
   await context.close();
   return time;
@@ -98,8 +98,8 @@ const zooms = await repeat(8, async () => {
     number,
   );
   return page.evaluate(() => {
-    const { first, whole, layers } = window.grazemap.panes[0];
-    const columns = [...layers().up.values()];
+    const { first, whole, layers } = window.grazemap.panes[0].sweeps;
+    const columns = [...layers.up.values()];
     const sizes = columns.map(({ chunks }) => chunks.reduce((sum, own) => sum + own.length, 0));
     return { first, whole, columns: columns.length, iterates: Math.min(...sizes) };
   });

@@ -67,7 +67,7 @@ assert.ok(statSync(file).size <= LARGEST_PAGE, `the page has ${statSync(file).si
 const checks = [];
 const check = (words) => (checks.push(words), console.log(`ok: ${words}`));
 
-const view = (page) => page.evaluate(() => structuredClone(window.grazemap.panes[0].view));
+const view = (page) => page.evaluate(() => window.grazemap.panes[0].view.ranges);
 const readout = (page) => page.locator(".live .readout").first().textContent();
 const again = (page) =>
   page.waitForFunction(
@@ -84,8 +84,8 @@ const before = async (page) =>
   const opened = Date.now() - began;
   await live(page);
   const times = await page.evaluate(() => ({
-    first: window.grazemap.panes[0].first,
-    all: window.grazemap.panes[0].times,
+    first: window.grazemap.panes[0].sweeps.first,
+    all: window.grazemap.panes[0].sweeps.times,
   }));
   check(
     `opens from a file in ${opened} ms; first columns after ${times.first.toFixed(0)} ms, all after ${Object.values(
@@ -97,7 +97,7 @@ const before = async (page) =>
 
   // Iterates from states of the diagram, page against program.
   const starts = await page.evaluate(() => {
-    const columns = [...window.grazemap.panes[0].layers().up.values()].filter(
+    const columns = [...window.grazemap.panes[0].sweeps.layers.up.values()].filter(
       (column) => !column.outside && !column.gone,
     );
     const few = Array.from(
@@ -171,19 +171,18 @@ const before = async (page) =>
     }
   }
   check(`${COUNT * starts.length} iterates have the bits of the program's map`);
-  const rate = await page.evaluate(() => window.grazemap.panes[0].rate);
+  const rate = await page.evaluate(() => window.grazemap.panes[0].sweeps.rate);
   console.log(
     `    ${rate.toFixed(1)} million iterates a second in a sweep of the page, all that it does included`,
   );
 
   // What is painted are the iterates.
   const painted = await page.evaluate(() => {
-    const { canvas, view, layers, plot: room } = window.grazemap.panes[0];
-    const plot = room();
+    const { canvas, view, sweeps, plot } = window.grazemap.panes[0];
     const image = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data;
     const paper = [...image.slice(4 * (canvas.width * (plot.y + 3) + plot.x + 3)).slice(0, 3)];
     let [hits, all] = [0, 0];
-    for (const { offset, chunks, gone } of layers().up.values()) {
+    for (const { offset, chunks, gone } of sweeps.layers.up.values()) {
       if (gone) continue;
       const x = Math.round(
         plot.x + ((offset - view.x[0]) / (view.x[1] - view.x[0])) * plot.w - 0.5,
@@ -209,9 +208,8 @@ const before = async (page) =>
 
   // Branches and points of direct simulation.
   const curves = await page.evaluate(() => {
-    const pane = window.grazemap.panes[0];
-    const [depth, points] = [pane.curves(), pane.direct()];
-    return { depth, points, labels: pane.labels() };
+    const { curves: depth, direct: points, labels } = window.grazemap.panes[0].branches;
+    return { depth, points, labels };
   });
   for (const stable of [true, false]) assert.ok(curves.depth.some((own) => own.stable === stable));
   assert.ok(curves.labels.some(({ text }) => text === "GR"));
@@ -270,7 +268,7 @@ const before = async (page) =>
   );
   assert.match(await readout(page), /^Q = −0\.0555\d+ \(offset /);
   await page.mouse.click(...at(0.1, 0.5));
-  await page.waitForFunction(() => window.grazemap.panes[0].marked?.period === 1);
+  await page.waitForFunction(() => window.grazemap.panes[0].marker.answer?.period === 1);
   assert.match(await page.locator(".live .facts").first().textContent(), /Multipliers0\.69289/);
   await page.keyboard.press("ArrowRight");
   await page.waitForFunction(() =>
@@ -281,12 +279,12 @@ const before = async (page) =>
   // The basins at two markers, cells against images by the program.
   for (const share of [0.1, 0.5]) {
     await page.mouse.click(...at(share, 0.5));
-    const settled = () => window.grazemap.panes[0].marked && window.grazemap.panes[0].basin.done;
+    const settled = () => window.grazemap.panes[0].marker.answer && window.grazemap.panes[0].panels.basin.done;
     await page.waitForFunction(settled, null, { timeout: 60_000 });
     const basin = await page.evaluate(() => {
-      const { basin, marked } = window.grazemap.panes[0];
-      const { columns, rows } = basin;
-      const [{ x, y }, cells] = [basin.view(), basin.cells()];
+      const { panels, marker } = window.grazemap.panes[0];
+      const { attractors, grid } = panels.basin;
+      const { columns, rows, x, y, cells } = grid;
       const few = Array.from({ length: 24 }, (_, n) => Math.floor(((n + 0.5) / 24) * columns * rows));
       const states = few.map((cell) => [
         x[0] + (((cell % columns) + 0.5) / columns) * (x[1] - x[0]),
@@ -294,10 +292,10 @@ const before = async (page) =>
       ]);
       return {
         count: cells.size / columns / rows,
-        offset: marked.parameters[0],
+        offset: marker.answer.parameters[0],
         states,
         kinds: few.map((cell) => cells.get(cell)),
-        periods: basin.attractors().map(({ period }) => period),
+        periods: attractors.map(({ period }) => period),
       };
     });
     assert.equal(basin.count, 1, "every cell has a class");
@@ -337,8 +335,8 @@ const before = async (page) =>
   const width = ({ x }) => x[1] - x[0];
   assert.ok(Math.abs(width(close) / width(whole) - 0.15) < 0.01, "a box is zoomed to");
   const inside = await page.evaluate(() => {
-    const { layers, view } = window.grazemap.panes[0];
-    const columns = [...layers().up.values()];
+    const { sweeps, view } = window.grazemap.panes[0];
+    const columns = [...sweeps.layers.up.values()];
     return (
       columns.length > 500 &&
       columns.every(({ offset }) => offset >= view.x[0] && offset <= view.x[1])
@@ -346,8 +344,8 @@ const before = async (page) =>
   });
   assert.ok(inside, "the columns are those of the view");
   const zoomed = await page.evaluate(() => ({
-    first: window.grazemap.panes[0].first,
-    all: window.grazemap.panes[0].times,
+    first: window.grazemap.panes[0].sweeps.first,
+    all: window.grazemap.panes[0].sweeps.times,
   }));
   check(
     `a box zooms: first columns after ${zoomed.first.toFixed(0)} ms, all after ${Object.values(
@@ -395,10 +393,11 @@ const before = async (page) =>
   await page.keyboard.press("Escape");
   await page.mouse.up();
   assert.deepEqual(await view(page), kept, "Escape lets go of a drag");
+  assert.equal(await readout(page), "", "what a drag would do is said while it lasts");
   check("wheel, keys and buttons zoom, and go back; Escape lets go of a drag");
 
   const values = () =>
-    page.evaluate(() => [...window.grazemap.panes[0].layers().up.values()].at(-1).chunks[0][0]);
+    page.evaluate(() => [...window.grazemap.panes[0].sweeps.layers.up.values()].at(-1).chunks[0][0]);
   const still = await values();
   await before(page);
   await page.locator(".live .sliders input").first().fill("40");
@@ -411,17 +410,17 @@ const before = async (page) =>
   await before(page);
   await page.locator(".live .tools label.down input").first().uncheck();
   await again(page);
-  assert.equal(await page.evaluate(() => window.grazemap.panes[0].layers().down), undefined);
+  assert.equal(await page.evaluate(() => window.grazemap.panes[0].sweeps.layers.down), undefined);
   await before(page);
   const reference = await page.evaluate(() =>
-    [...window.grazemap.panes[0].layers().up.values()]
+    [...window.grazemap.panes[0].sweeps.layers.up.values()]
       .slice(-50)
       .flatMap(({ chunks }) => [...chunks[0]]),
   );
   await page.getByLabel("Orders of the map").first().selectOption({ index: 3 });
   await again(page);
   const lower = await page.evaluate(() =>
-    [...window.grazemap.panes[0].layers().up.values()]
+    [...window.grazemap.panes[0].sweeps.layers.up.values()]
       .slice(-50)
       .flatMap(({ chunks }) => [...chunks[0]]),
   );
@@ -432,8 +431,8 @@ const before = async (page) =>
   // The map itself beneath them is that of the view, before and after a zoom.
   const beneath = () =>
     page.evaluate(() => {
-      const { layers, view } = window.grazemap.panes[0];
-      const columns = [...layers()["map up"].values()];
+      const { sweeps, view } = window.grazemap.panes[0];
+      const columns = [...sweeps.layers["map up"].values()];
       const inside = columns.every(({ offset }) => offset > view.x[0] && offset < view.x[1]);
       return { inside, values: columns.slice(-50).flatMap(({ chunks }) => [...chunks[0]]) };
     });
@@ -476,8 +475,8 @@ const before = async (page) =>
   );
   const cells = await page.evaluate(
     (n) =>
-      [...window.grazemap.panes[n].cells().values()].filter((kind) => kind === -1).length /
-      window.grazemap.panes[n].cells().size,
+      [...window.grazemap.panes[n].grid.cells.values()].filter((kind) => kind === -1).length /
+      window.grazemap.panes[n].grid.cells.size,
     pane,
   );
   assert.ok(cells > 0.3 && cells < 0.6, `${cells} of the chart is without contact`);
@@ -591,7 +590,7 @@ for (const colorScheme of ["light", "dark"]) {
   const canvas = page.locator(".live canvas").first();
   await canvas.focus();
   await page.keyboard.press("ArrowRight");
-  await page.waitForFunction(() => window.grazemap.panes[0].marked);
+  await page.waitForFunction(() => window.grazemap.panes[0].marker.answer);
   const outline = await canvas.evaluate((own) => getComputedStyle(own).outlineStyle);
   assert.equal(outline, "solid", "the focus is seen");
   // WCAG 2.2, 1.4.3: the contrast of text.
@@ -654,6 +653,10 @@ for (const colorScheme of ["light", "dark"]) {
     (await page.evaluate(() => document.documentElement.scrollWidth)) <= 420,
     "nothing is wider than the page",
   );
+  const cut = await page.evaluate(
+    () => [...document.querySelectorAll(".card")].filter((own) => own.scrollWidth > own.clientWidth).length,
+  );
+  assert.equal(cut, 0, "figures fit");
   const corner = await page.evaluate(() => [
     ...document.querySelector(".live canvas").getContext("2d").getImageData(2, 2, 1, 1).data,
   ]);
@@ -707,11 +710,11 @@ check("420 pixels wide, light and dark");
     await page.mouse.click(await at(offset), middle);
     await page.waitForFunction(
       ([offset, near]) =>
-        Math.abs(window.grazemap.panes[0].marked?.parameters[0] - offset) < near,
+        Math.abs(window.grazemap.panes[0].marker.answer?.parameters[0] - offset) < near,
       [offset, 5e-8],
       { timeout: 60_000 },
     );
-    return page.evaluate(() => window.grazemap.panes[0].marked);
+    return page.evaluate(() => window.grazemap.panes[0].marker.answer);
   };
   // Borders as `grazemap branch` has them.
   const [flip, graze] = JSON.parse(
@@ -726,16 +729,21 @@ check("420 pixels wide, light and dark");
   for (const offset of [flip - 2e-6, graze + 2e-7])
     assert.notEqual((await read(offset)).period, 7, `${offset}`);
   await read(1.13e-4);
-  await page.waitForFunction(() => window.grazemap.panes[0].reach);
+  await page.waitForFunction(() => window.grazemap.panes[0].marker.reach);
   // Where the page says that the period ends, against the solved branch.
-  const reach = await page.evaluate(() => window.grazemap.panes[0].reach);
+  const reach = await page.evaluate(() => window.grazemap.panes[0].marker.reach);
   assert.deepEqual(reach.map(({ way, outside }) => [way, outside]), [["flip", false], ["graze", false]]);
   for (const [n, border] of [flip, graze].entries())
     assert.ok(Math.abs(reach[n].offset - border) < 1e-13, `${reach[n].offset} is not ${border}`);
   assert.match(await facts.textContent(), /^Period7Holdsfrom Q = .*Contacts1000000 /);
+  // The command of the point finds the orbit that the page shows.
+  const command = await facts.locator(".command code").textContent();
+  const asked = command.split(" ").slice(1);
+  const listed = JSON.parse(run([...asked, "-q", "--json", "-"]));
+  assert.deepEqual(listed.orbits.map(({ itinerary }) => itinerary), [asked.at(-1)], command);
   // The strip below the diagram shows it.
   const strip = await page.evaluate(() =>
-    [...window.grazemap.panes[0].layers().up.values()].map(({ offset, period }) => [offset, period]),
+    [...window.grazemap.panes[0].sweeps.layers.up.values()].map(({ offset, period }) => [offset, period]),
   );
   // Nearer to the flip orbits take longer to settle; the sweep leaves it shortly before the graze.
   const within = strip.filter(([offset]) => offset > flip + 2e-6 && offset < graze - 6e-7);
@@ -760,10 +768,11 @@ check("420 pixels wide, light and dark");
   await live(page);
   const box = await page.locator(".live canvas").first().boundingBox();
   await page.mouse.click(box.x + 200, box.y + 200);
-  await page.waitForFunction(() => window.grazemap.panes[0].cobweb, null, { timeout: 60_000 });
+  await page.waitForFunction(() => window.grazemap.panes[0].panels.cobweb, null, { timeout: 60_000 });
   const { cobweb, parameters, basin } = await page.evaluate(() => {
-    const { cobweb, marked, basin } = window.grazemap.panes[0];
-    return { cobweb, parameters: marked.parameters, basin };
+    const { panels, marker } = window.grazemap.panes[0];
+    const { cobweb, basin } = panels;
+    return { cobweb, parameters: marker.answer.parameters, basin };
   });
   assert.equal(basin, null);
   for (const [n, [value, image]] of cobweb.steps.entries()) {
@@ -802,9 +811,9 @@ check("420 pixels wide, light and dark");
   await live(page);
   const canvas = await page.locator(".live canvas").first().boundingBox();
   await page.mouse.click(canvas.x + 200, canvas.y + 100);
-  await page.waitForFunction(() => window.grazemap.panes[0].marked);
+  await page.waitForFunction(() => window.grazemap.panes[0].marker.answer);
   await page.mouse.click(canvas.x + canvas.width * 0.9, canvas.y + 100);
-  await page.waitForFunction(() => window.grazemap.panes[0].marked?.gone);
+  await page.waitForFunction(() => window.grazemap.panes[0].marker.answer?.gone);
   const facts = page.locator(".live .panels:visible > :visible").first();
   assert.equal(await facts.textContent(), "The orbit of the map escapes here.");
   assert.deepEqual(said, [], "hostile names are words");
