@@ -15,13 +15,14 @@ use std::sync::LazyLock;
 use source::{Found, House, Module, Package, Place};
 
 /// Floors, lowest first, each with the floors it may name.
-const FLOORS: [(&str, &[&str]); 15] = [
+const FLOORS: [(&str, &[&str]); 16] = [
     ("interruption", &[]),
     ("numeric", &[]),
     ("jet", &["interruption", "numeric"]),
     ("model", &["numeric"]),
     ("flow", &["interruption", "numeric", "jet", "model"]),
     ("hybrid", &["interruption", "numeric", "model", "flow"]),
+    ("atlas", &["numeric", "jet", "model", "flow", "hybrid"]),
     ("orbit", &["numeric", "jet", "model", "flow"]),
     ("expansion", &["numeric", "jet", "model", "flow", "orbit"]),
     ("iteration", &["interruption", "numeric", "jet", "expansion"]),

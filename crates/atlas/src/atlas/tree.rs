@@ -1,0 +1,423 @@
+//! The tree of boxes: made where points come, with splits that depend on the box alone.
+//!
+//! A box gets a piece if the estimated error of its polynomials and their measured error at some
+//! points of the box are within the tolerance. Otherwise it is halved along the axis that lowers
+//! the error most. A box that was halved too often stays *direct*: its points are simulated.
+
+use super::cell::Cell;
+use super::patch::{Piece, Side};
+use crate::jet::Jet;
+use crate::numeric::low_discrepancy;
+
+/// A map that an [`Atlas`] can hold.
+pub trait Tabulated {
+    /// Lowest and highest value along each axis of the region.
+    fn ranges(&self) -> Vec<[f64; 2]>;
+
+    /// Size of each component of an image, in which errors are measured.
+    fn scales(&self) -> Vec<f64>;
+
+    /// Image of a point, exact to rounding; returns whether there is one.
+    fn image(&mut self, point: &[f64], image: &mut [f64]) -> bool;
+
+    /// Expands the map on a box to an order.
+    fn expand(&mut self, cell: &Cell, order: usize) -> Expansion;
+}
+
+/// Result of an expansion on a box.
+#[derive(Clone, Debug)]
+pub enum Expansion {
+    /// Polynomials that hold if their terms fall fast enough.
+    Piece(Piece),
+    /// No polynomial describes the map on the box.
+    Unresolved {
+        /// Jet that should keep its sign on the box and does not.
+        crossing: Option<Jet<f64>>,
+    },
+}
+
+/// Settings of an atlas.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AtlasOptions {
+    /// Largest error of an image, in the map's scales.
+    pub tolerance: f64,
+    /// Order of the polynomials, at least 3.
+    pub order: usize,
+    /// Most halvings of the region in a row; a box beyond is direct.
+    pub depth: u32,
+    /// Points of each box at which its polynomials are compared with direct images.
+    pub samples: usize,
+    /// Most leaves; points outside them are then direct.
+    pub leaves: usize,
+}
+
+impl Default for AtlasOptions {
+    /// Tolerance 1e-6, order 6, 30 halvings, 12 samples a box, 100 000 leaves.
+    fn default() -> Self {
+        Self { tolerance: 1e-6, order: 6, depth: 30, samples: 12, leaves: 100_000 }
+    }
+}
+
+/// A setting of an atlas that cannot be used.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum OptionsError {
+    /// The tolerance is no positive number.
+    #[error("the tolerance of an atlas must be a positive number; {found} was given")]
+    Tolerance {
+        /// Tolerance given.
+        found: f64,
+    },
+    /// The order is too low for an estimate of the error, or too high.
+    #[error("the order of an atlas must be from 3 to {most}; {found} was given")]
+    Order {
+        /// Order given.
+        found: usize,
+        /// Largest order.
+        most: usize,
+    },
+}
+
+/// Largest order of polynomials.
+const MOST_ORDER: usize = 20;
+
+/// Source of an image of an atlas.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Answer {
+    /// The polynomials of a box.
+    Tabulated(Side),
+    /// A direct image, in a box that stays direct or beyond the most leaves.
+    Direct,
+    /// A direct image of a point outside the region.
+    Outside,
+    /// No image: direct simulation does not return.
+    NoImage,
+}
+
+/// Number of leaves by kind.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct LeafCounts {
+    /// Leaves without a graze.
+    pub smooth: usize,
+    /// Leaves cut by a graze.
+    pub grazed: usize,
+    /// Leaves whose points are simulated.
+    pub direct: usize,
+    /// Boxes that were halved.
+    pub halved: usize,
+    /// Boxes to which no point has come.
+    pub open: usize,
+}
+
+/// Errors of an atlas at points that cover its region evenly.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Measurement {
+    /// Points with an image from polynomials.
+    pub tabulated: usize,
+    /// Points with a direct image.
+    pub direct: usize,
+    /// Points without an image.
+    pub without_image: usize,
+    /// Largest error of an image from polynomials, in the map's scales.
+    pub largest_error: f64,
+    /// Points whose image errs by more than the tolerance.
+    pub violations: Vec<Vec<f64>>,
+}
+
+/// Node of the tree.
+#[derive(Clone, Debug)]
+enum Node {
+    /// Box to which no point has come.
+    Open(Box<Cell>),
+    /// Halved box: points below `at` belong to the node `first`, others to the one after it.
+    Halved { axis: usize, at: f64, first: usize },
+    /// Leaf with polynomials.
+    Leaf(Box<Leaf>),
+    /// Leaf whose points are simulated.
+    Direct,
+}
+
+#[derive(Clone, Debug)]
+struct Leaf {
+    centre: Vec<f64>,
+    /// Reciprocals of the half-widths.
+    inverse: Vec<f64>,
+    piece: Piece,
+}
+
+/// A map held over a region, to a tolerance.
+///
+/// The image of a point is the same whichever points came before it, unless the most leaves were
+/// reached.
+#[derive(Clone, Debug)]
+pub struct Atlas<M> {
+    map: M,
+    options: AtlasOptions,
+    scales: Vec<f64>,
+    ranges: Vec<[f64; 2]>,
+    nodes: Vec<Node>,
+    leaves: usize,
+    /// Point in the coordinates of a box, and its monomials.
+    local: Vec<f64>,
+    monomials: Vec<f64>,
+}
+
+impl<M: Tabulated> Atlas<M> {
+    /// An atlas without leaves.
+    ///
+    /// # Errors
+    ///
+    /// [`OptionsError`].
+    pub fn new(map: M, options: AtlasOptions) -> Result<Self, OptionsError> {
+        let tolerance = options.tolerance;
+        if !(tolerance > 0.0 && tolerance.is_finite()) {
+            return Err(OptionsError::Tolerance { found: tolerance });
+        }
+        if !(3..=MOST_ORDER).contains(&options.order) {
+            return Err(OptionsError::Order { found: options.order, most: MOST_ORDER });
+        }
+        let ranges = map.ranges();
+        Ok(Self {
+            scales: map.scales(),
+            nodes: vec![Node::Open(Box::new(Cell::whole(&ranges)))],
+            ranges,
+            map,
+            options,
+            leaves: 0,
+            local: Vec::new(),
+            monomials: Vec::new(),
+        })
+    }
+
+    /// The map that the atlas holds.
+    pub fn map(&mut self) -> &mut M {
+        &mut self.map
+    }
+
+    /// Whether a point lies in the region.
+    pub fn holds(&self, point: &[f64]) -> bool {
+        let sides = self.ranges.iter().zip(point);
+        sides.into_iter().all(|([low, high], value)| (low..=high).contains(&value))
+    }
+
+    /// Image of a point; makes the leaf of the point if there is none. Without an image the
+    /// components are NaN.
+    ///
+    /// # Panics
+    ///
+    /// If the point has not one coordinate per axis, or the image not one value per component.
+    pub fn image(&mut self, point: &[f64], image: &mut [f64]) -> Answer {
+        assert_eq!(point.len(), self.ranges.len(), "one coordinate per axis");
+        assert_eq!(image.len(), self.scales.len(), "one value per component");
+        if !self.holds(point) {
+            return self.direct(point, image, Answer::Outside);
+        }
+        let Some(node) = self.leaf_of(point) else {
+            return self.direct(point, image, Answer::Direct);
+        };
+        let Node::Leaf(leaf) = &self.nodes[node] else {
+            return self.direct(point, image, Answer::Direct);
+        };
+        self.local.clear();
+        let sides = point.iter().zip(&leaf.centre).zip(&leaf.inverse);
+        self.local.extend(sides.map(|((value, centre), inverse)| (value - centre) * inverse));
+        Answer::Tabulated(leaf.piece.evaluate(&mut self.local, &mut self.monomials, image))
+    }
+
+    /// Iterates the map; the coordinates beyond those of an image are parameters and stay. Calls
+    /// `look` with each image and its source until it returns false or an image is missing.
+    pub fn iterate(&mut self, start: &[f64], mut look: impl FnMut(&[f64], Answer) -> bool) {
+        let mut point = start.to_vec();
+        let mut image = vec![0.0; self.scales.len()];
+        loop {
+            let answer = self.image(&point, &mut image);
+            if !look(&image, answer) || answer == Answer::NoImage {
+                return;
+            }
+            point[..image.len()].copy_from_slice(&image);
+        }
+    }
+
+    /// Makes all leaves, up to the most.
+    pub fn make_all(&mut self) {
+        let mut node = 0;
+        while node < self.nodes.len() && self.leaves < self.options.leaves {
+            if let Node::Open(cell) = &self.nodes[node] {
+                let cell = cell.clone();
+                self.settle(node, &cell);
+            }
+            node += 1;
+        }
+    }
+
+    /// Number of leaves by kind.
+    pub fn counts(&self) -> LeafCounts {
+        let mut counts = LeafCounts::default();
+        for node in &self.nodes {
+            *match node {
+                Node::Open(_) => &mut counts.open,
+                Node::Halved { .. } => &mut counts.halved,
+                Node::Direct => &mut counts.direct,
+                Node::Leaf(leaf) => match leaf.piece {
+                    Piece::Smooth(_) => &mut counts.smooth,
+                    Piece::Grazed { .. } => &mut counts.grazed,
+                },
+            } += 1;
+        }
+        counts
+    }
+
+    /// Bytes of all nodes and coefficients.
+    pub fn bytes(&self) -> usize {
+        let held = |node: &Node| match node {
+            Node::Open(cell) => {
+                size_of::<Cell>() + cell.centre.len() * (2 * size_of::<f64>() + size_of::<u32>())
+            }
+            Node::Leaf(leaf) => {
+                let sides = 2 * leaf.centre.len() * size_of::<f64>();
+                size_of::<Leaf>() + sides + leaf.piece.bytes()
+            }
+            Node::Halved { .. } | Node::Direct => 0,
+        };
+        size_of_val(&self.nodes[..]) + self.nodes.iter().map(held).sum::<usize>()
+    }
+
+    /// Compares images with direct ones at points that cover the region evenly, other points than
+    /// those at which leaves were checked. Makes the leaves of the points.
+    pub fn measure(&mut self, points: usize) -> Measurement {
+        let whole = Cell::whole(&self.ranges);
+        let mut found = Measurement {
+            tabulated: 0,
+            direct: 0,
+            without_image: 0,
+            largest_error: 0.0,
+            violations: Vec::new(),
+        };
+        let mut image = vec![0.0; self.scales.len()];
+        let mut exact = image.clone();
+        for index in 0..points {
+            let point = whole.point(&low_discrepancy(index, self.ranges.len()));
+            match self.image(&point, &mut image) {
+                Answer::NoImage => found.without_image += 1,
+                Answer::Direct | Answer::Outside => found.direct += 1,
+                Answer::Tabulated(_) => {
+                    found.tabulated += 1;
+                    let error = match self.map.image(&point, &mut exact) {
+                        true => distance(&image, &exact, &self.scales),
+                        false => f64::INFINITY,
+                    };
+                    found.largest_error = found.largest_error.max(error);
+                    if error > self.options.tolerance {
+                        found.violations.push(point);
+                    }
+                }
+            }
+        }
+        found
+    }
+
+    fn direct(&mut self, point: &[f64], image: &mut [f64], answer: Answer) -> Answer {
+        if self.map.image(point, image) {
+            return answer;
+        }
+        image.fill(f64::NAN);
+        Answer::NoImage
+    }
+
+    /// Leaf of a point of the region, made if there is none; `None` beyond the most leaves.
+    fn leaf_of(&mut self, point: &[f64]) -> Option<usize> {
+        let mut at = 0;
+        loop {
+            match &self.nodes[at] {
+                Node::Halved { axis, at: middle, first } => {
+                    at = first + usize::from(point[*axis] >= *middle);
+                }
+                Node::Open(cell) => {
+                    if self.leaves >= self.options.leaves {
+                        return None;
+                    }
+                    let cell = cell.clone();
+                    self.settle(at, &cell);
+                }
+                Node::Leaf(_) | Node::Direct => return Some(at),
+            }
+        }
+    }
+
+    /// Makes a leaf of an open box, or halves it.
+    fn settle(&mut self, node: usize, cell: &Cell) {
+        let axes = cell.centre.len();
+        let gains = match self.map.expand(cell, self.options.order) {
+            Expansion::Piece(piece) => {
+                let error = piece.error(&self.scales);
+                if error <= SHARE * self.options.tolerance && self.is_confirmed(cell, &piece) {
+                    let inverse = cell.half.iter().map(|half| 1.0 / half).collect();
+                    let centre = cell.centre.clone();
+                    self.nodes[node] = Node::Leaf(Box::new(Leaf { centre, inverse, piece }));
+                    self.leaves += 1;
+                    return;
+                }
+                piece.gains(axes, &self.scales, SHARE * self.options.tolerance)
+            }
+            Expansion::Unresolved { crossing: Some(jet) } => reach(&jet, axes),
+            Expansion::Unresolved { crossing: None } => Vec::new(),
+        };
+        if cell.depth() >= self.options.depth {
+            self.nodes[node] = Node::Direct;
+            self.leaves += 1;
+            return;
+        }
+        let axis = best(&gains).unwrap_or_else(|| cell.widest());
+        let first = self.nodes.len();
+        let halves = cell.halves(axis);
+        self.nodes.extend(halves.map(|half| Node::Open(Box::new(half))));
+        self.nodes[node] = Node::Halved { axis, at: cell.centre[axis], first };
+    }
+
+    /// Whether the polynomials of a box agree with direct images at the box's samples.
+    fn is_confirmed(&mut self, cell: &Cell, piece: &Piece) -> bool {
+        let mut image = vec![0.0; self.scales.len()];
+        let mut exact = image.clone();
+        (0..self.options.samples).all(|index| {
+            let unit = low_discrepancy(index, cell.centre.len());
+            self.local.clear();
+            self.local.extend(unit.iter().map(|share| 2.0 * share - 1.0));
+            piece.evaluate(&mut self.local, &mut self.monomials, &mut image);
+            self.map.image(&cell.point(&unit), &mut exact)
+                && distance(&image, &exact, &self.scales) <= SHARE * self.options.tolerance
+        })
+    }
+}
+
+/// Share of the tolerance that estimates and samples of a leaf may use.
+const SHARE: f64 = 0.25;
+
+/// Largest difference of two images, in scales; NaN counts as infinite.
+fn distance(image: &[f64], exact: &[f64], scales: &[f64]) -> f64 {
+    let apart = image.iter().zip(exact).zip(scales);
+    apart.fold(0.0, |largest: f64, ((value, exact), scale)| {
+        let apart = (value - exact).abs() / scale;
+        if apart.is_nan() { f64::INFINITY } else { largest.max(apart) }
+    })
+}
+
+/// Decrease of the sum of a jet's coefficients beyond its head, if the box is halved along each
+/// axis.
+fn reach(jet: &Jet<f64>, axes: usize) -> Vec<f64> {
+    let mut gains = vec![0.0; axes];
+    for (exponents, value) in jet.terms() {
+        for (gain, &power) in gains.iter_mut().zip(exponents) {
+            *gain += value.abs() * (1.0 - 0.5_f64.powi(i32::from(power)));
+        }
+    }
+    gains
+}
+
+/// Axis of the largest gain, the first of several; `None` if none is positive and finite.
+fn best(gains: &[f64]) -> Option<usize> {
+    let usable = gains.iter().enumerate().filter(|(_, gain)| **gain > 0.0 && gain.is_finite());
+    let first = |best: Option<(usize, f64)>, (axis, &gain): (usize, &f64)| match best {
+        Some((_, most)) if most >= gain => best,
+        _ => Some((axis, gain)),
+    };
+    usable.fold(None, first).map(|(axis, _)| axis)
+}
