@@ -100,7 +100,7 @@ impl Patch {
 /// Largest ratio of sums of coefficients that are extrapolated.
 const LARGEST_RATIO: f64 = 0.5;
 /// Sum of the last coefficients, relative to all, that is rounding.
-const ROUNDING: f64 = 1e-13;
+const ROUNDING: f64 = 1e-15;
 
 /// Polynomials of a map on one box.
 #[derive(Clone, Debug)]
