@@ -295,7 +295,7 @@ fn itineraries_are_shown_by_their_digits() {
     let figure = chart_figure(&chart);
     let cells = figure.cells.expect("a chart of cells");
     let names: Vec<&str> = cells.categories.iter().map(|one| one.name.as_str()).collect();
-    assert_eq!(names, ["0", "10000"]);
+    assert_eq!(names, ["no contact", "itinerary 10000"]);
 }
 
 /// Without contact the oscillator is linear and settles on its forcing, however slowly: no cell

@@ -205,7 +205,7 @@ fn scenes_of_the_catalogue_graze_beside_their_hits() {
     let cases: [(&str, &str, f64, &[&str]); 3] = [
         ("gear_rattle", "4.82259205094515719532111802922", 1e-26, &["drive"]),
         ("ball_in_capsule", "0.203449029453488390660808835063", 1e-26, &["top", "bottom"]),
-        ("impacting_absorber", "0.9583002321", 1e-10, &["up"]),
+        ("two_sided_absorber", "0.9583002321", 1e-10, &["up"]),
     ];
     for (name, value, most, hits) in cases {
         let scene = scene(name);

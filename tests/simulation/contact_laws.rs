@@ -316,3 +316,32 @@ fn contacts_with_powers_of_the_depth_last_as_closed_forms_say_in_double_double()
         }
     }
 }
+
+/// Stiffness, damper and speed of Hertz's spring with a linear damper that leave with 0.8 of the
+/// speed, released at zero force: those of a contact of length 0.01, at other units of time and
+/// length. With `t = s τ` and `x = l ξ` the stiffness is `k s^-2 l^-1/2`, the damper `b/s`.
+#[test]
+fn stiff_hertz_stops_with_a_damper_are_left_at_zero_force() {
+    let (stiffness, damper) = (1_584_731.349_891_674_2, 40.450_939_232_771_056);
+    for [time, length] in [[1.0, 1.0], [1e-2, 1e-2], [1e-2, 1e-3], [1e-3, 1e-3], [1e-3, 1e-4]] {
+        let (k, b) = (stiffness / (time * time * f64::sqrt(length)), damper / time);
+        let force = format!("{k:e}*d^1.5 + {b:e}*v");
+        let text = format!(
+            "[model]\nstates = [\"x\", \"v\"]\nparameters = {{ g = 0.0 }}\n\
+             [model.flow]\nx = \"v\"\nv = \"g\"\n\
+             [[model.surface]]\nname = \"stop\"\nevent = \"1 - x\"\n\
+             contact = {{ v = \"free - ({force})\" }}\nrelease = \"{force}\"\n\
+             [grazing]\nsurface = \"stop\"\nsolve_for = \"g\"\n"
+        );
+        let model = parsed(&text, "hertz", &NONE).model;
+        let system = HybridSystem::new(&model);
+        let mut simulator = Simulator::<f64>::new(&system, &[0.0]).expect("finite parameters");
+        let speed = length / time;
+        simulator.set_state(&[1.0 - 0.5 * speed, speed]).expect("a finite state");
+        let found = simulator.run(1.0).expect("a finite time");
+        let left = -found.state[1] / speed;
+        println!("{time} {length}: {left} {:?} {:?}", found.outcome, found.events);
+        // Rounding of the position, over the depth of 3e-3 lengths.
+        assert!((left - 0.8).abs() < 1e-12 + 1e-12 / length, "{time} {length}: {left}");
+    }
+}

@@ -3,6 +3,9 @@
 
 use std::f64::consts::PI;
 
+use grazemap::Scene;
+use grazemap::hybrid::{HybridSystem, Simulator};
+
 use super::{grazemap, json, scratch, text};
 
 fn printed(arguments: &[&str]) -> String {
@@ -221,6 +224,25 @@ fn contact_gives_stops_and_lines_with_and_without_a_scene() {
     assert!(line.starts_with("free + ") && line.contains("*d^1.5*(1 - "), "{line}");
     let errors = crossley["impacts"].as_array().expect("a list").iter();
     assert!(errors.map(|impact| impact["error_of_return"].as_f64()).all(|e| e.is_some()));
+    // A ball falls onto the stop that the lines describe, with the speed that was asked for.
+    for one in alone["laws"].as_array().expect("a list") {
+        let contact = one["contact"]["v"].as_str().expect("a line");
+        let release = one["release"].as_str();
+        let release = release.map_or_else(String::new, |line| format!("release = \"{line}\"\n"));
+        let text = format!(
+            "[model]\nstates = [\"x\", \"v\"]\nparameters = {{ g = 0.0 }}\n\
+             [model.flow]\nx = \"v\"\nv = \"g\"\n\
+             [[model.surface]]\nname = \"stop\"\nevent = \"1 - x\"\n\
+             contact = {{ v = \"{contact}\" }}\n{release}\
+             [grazing]\nsurface = \"stop\"\nsolve_for = \"g\"\n"
+        );
+        let model = Scene::parse(&text, "ball").expect("the lines are those of a scene").model;
+        let system = HybridSystem::new(&model);
+        let mut simulator = Simulator::<f64>::new(&system, &[0.0]).expect("finite parameters");
+        simulator.set_state(&[0.5, 1.0]).expect("a finite state");
+        let end = simulator.run(2.0).expect("a finite time").state;
+        assert!((end[1] + 0.8).abs() < 1e-11, "{contact}: {end:?}");
+    }
     let wrong = grazemap(folder.path(), &["contact", "--restitution", "1.5"]);
     assert_eq!(wrong.status.code(), Some(2));
     assert_eq!(text(&wrong.stderr), "error: --restitution must be from 0.01 to 1, found 1.5\n");

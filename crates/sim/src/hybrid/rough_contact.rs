@@ -10,9 +10,9 @@
 //! |f(x + τ f) − f(x)| τ ≤ ε |x|
 //! ```
 //!
-//! In between, Taylor steps grow and shrink with the depth. With twice the digits hops are so short
-//! that the coefficients of a series overflow beside them: near the surface time has a unit as long
-//! as the way to it.
+//! In between, Taylor steps grow and shrink with the depth. With twice the digits, or a stiff law,
+//! hops are so short that the coefficients of a series overflow beside them: near the surface time
+//! has a unit as long as the way to it.
 
 use super::motion::Regime;
 use super::passage::{Landing, Stop};
@@ -106,12 +106,7 @@ impl<S: Real> Simulator<'_, S> {
     /// Takes a step by a series in a unit of time in which its coefficients do not overflow, up to
     /// the release, if the surface is near. Returns the stop of the flight, if any; `None` if the
     /// surface is not near.
-    ///
-    /// In double precision hops reach to where a series in whole units is finite.
     fn scaled_step(&mut self, surface: usize, horizon: S) -> Option<Option<Stop<S>>> {
-        if !is_extended::<S>() {
-            return None;
-        }
         let (gap, rate) = self.read_landing(Landing::Contact { surface })?;
         let reach = (gap / rate).abs();
         let Self { motion, parameters, surfaces, .. } = self;

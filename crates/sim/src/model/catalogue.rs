@@ -61,7 +61,7 @@ const ENTRIES: &[CatalogueEntry] = &[
     entry!("two_sided", "oscillator between two rigid stops: one hit, one grazed (Peterka)"),
     entry!("gear_rattle", "rattling gear pair with backlash: drive flank hit, coast flank grazed"),
     entry!("ball_in_capsule", "ball in a shaken capsule: both ends hit, one grazed as well"),
-    entry!("impacting_absorber", "absorber that hits one wall of its housing and grazes the other"),
+    entry!("two_sided_absorber", "absorber that hits one wall of its housing and grazes the other"),
     entry!("self_excited", "van der Pol oscillator carrying a mass that hits a stop: no forcing"),
 ];
 

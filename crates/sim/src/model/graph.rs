@@ -279,8 +279,8 @@ impl ExpressionGraph {
 impl ExpressionGraph {
     /// Expressions in which other nodes stand for some of the nodes below them.
     ///
-    /// `replacement` gives the node that stands for a node, or `None` to keep it. What is replaced is
-    /// not looked into.
+    /// `replacement` gives the node that stands for a node, or `None` to keep it. What is replaced
+    /// is not looked into.
     ///
     /// ```
     /// use grazemap_sim::model::ExpressionGraph;

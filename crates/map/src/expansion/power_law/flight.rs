@@ -1,16 +1,17 @@
 //! The flight through a contact with powers of the penetration, degree by degree of its jets.
 //!
 //! In the time `t = y T u`, `u` from 0 to 1, the penetration is `y² u (1 − u) H` with `H > 0`, or
-//! `y² u H` where the contact ends before the surface. A power `d^β` is then `y^{2β}` times a number
-//! and `H^β` at each node of a quadrature, an analytic function for a whole `2β`. An integral over
-//! the time has a factor `y`, so that the part of one degree of every jet follows from lower ones.
+//! `y² u H` where the contact ends before the surface. A power `d^β` is then `y^{2β}` times a
+//! number and `H^β` at each node of a quadrature, an analytic function for a whole `2β`. An
+//! integral over the time has a factor `y`, so that the part of one degree of every jet follows
+//! from lower ones.
 
 use std::sync::Arc;
 
 use nalgebra::DVector;
 
 use super::law::{Output, PowerLaw};
-use super::quadrature::{Place, Quadrature};
+use super::quadrature::{ContactPlace, Quadrature};
 use crate::expansion::approach::{Approach, DepthVariable};
 use crate::expansion::error::{ContactLawError, ExpansionError, PowerProblem};
 use crate::expansion::routes::Graze;
@@ -365,7 +366,7 @@ impl<S: Real> Gap<S> {
         &mut self,
         space: &JetSpace,
         degree: usize,
-        place: &Place<S>,
+        place: &ContactPlace<S>,
         speeds: &[Vec<S>; 2],
         time: &[S],
         exponents: &[Dd],

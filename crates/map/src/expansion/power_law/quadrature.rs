@@ -15,7 +15,7 @@ use crate::numeric::{Dd, NumericError, Real, Scalar};
 /// Places in the time of a contact, with the integrals up to each.
 pub(super) struct Quadrature<S: Scalar> {
     /// The places: the nodes, then the end for a contact that ends before the surface.
-    pub(super) places: Vec<Place<S>>,
+    pub(super) places: Vec<ContactPlace<S>>,
     /// `∫_0^u A du'` at each node from the values of `A` at the nodes.
     pub(super) primitive: DMatrix<S>,
     /// `∫_0^1 A du`.
@@ -30,7 +30,7 @@ pub(super) struct Quadrature<S: Scalar> {
 /// ```text
 /// H = T (share σ − T A),    A = mean · h''
 /// ```
-pub(super) struct Place<S: Scalar> {
+pub(super) struct ContactPlace<S: Scalar> {
     /// `u (1 − u)`, or `u` for a contact that ends before the surface.
     pub(super) base: S,
     /// Whether `H` is found from the end of the contact.
@@ -71,14 +71,15 @@ impl<S: Real> Quadrature<S> {
                 own * from / base
             });
             let share = if from_end { S::one() / since } else { S::one() / until };
-            Place { base, from_end, share, mean }
+            ContactPlace { base, from_end, share, mean }
         });
         let places = places.collect();
         let moment = DVector::from_fn(count, |node, _| total[node] * times[node][1]);
         Ok(Self { places, primitive, total, moment })
     }
 
-    /// A quadrature for a contact that begins at a zero of the penetration and ends before the next.
+    /// A quadrature for a contact that begins at a zero of the penetration and ends before the
+    /// next.
     ///
     /// # Errors
     ///
@@ -89,7 +90,7 @@ impl<S: Real> Quadrature<S> {
         let weights: Vec<S> = nodes.at.iter().map(|&at| S::from_f64(2.0) * at).collect();
         let (primitive, total) = nodes.integrals(&weights)?;
         let moment = DVector::from_fn(count, |node, _| total[node] * (S::one() - times[node]));
-        let nodes = (0..count).map(|node| Place {
+        let nodes = (0..count).map(|node| ContactPlace {
             base: times[node],
             from_end: false,
             share: S::one(),
@@ -97,7 +98,8 @@ impl<S: Real> Quadrature<S> {
                 primitive[(node, column)] * (times[node] - times[column]) / times[node]
             }),
         });
-        let end = Place { base: S::one(), from_end: false, share: S::one(), mean: moment.clone() };
+        let end =
+            ContactPlace { base: S::one(), from_end: false, share: S::one(), mean: moment.clone() };
         let places = nodes.chain([end]).collect();
         Ok(Self { places, primitive, total, moment })
     }

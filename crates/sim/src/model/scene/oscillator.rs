@@ -147,7 +147,7 @@ fn read_flow(table: &Table<'_>, phase: Option<&Phase>, draft: &mut Draft) -> Che
     Ok(flow)
 }
 
-/// What a contact law knows beside the names of the scene.
+/// Names that a contact law knows beside those of the scene.
 #[derive(Clone, Copy)]
 struct Pressed<'a> {
     /// Free flow, one node per component.
