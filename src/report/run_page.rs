@@ -401,7 +401,8 @@ fn diagrams_in(mut section: Section, diagrams: &[Diagram]) -> Result<Section, Re
                 diagram.parameter
             ));
         }
-        for (ending, figure) in figures {
+        // The live diagram is the close-up of a page.
+        for (ending, figure) in figures.into_iter().filter(|(ending, _)| *ending != NEAR_GRAZE) {
             section = section.figure(figure, caption(diagram, ending));
         }
         let outside = diagram_outside_words(diagram).map(|words| sentence(&words));
@@ -422,7 +423,6 @@ fn caption(diagram: &Diagram, ending: &str) -> String {
         "-direct" => ("By direct simulation alone", graze),
         "-overlay" => ("By every method, those drawn first with larger dots", graze),
         "-difference" => ("Distance of what two methods settle on", ""),
-        NEAR_GRAZE => ("Close-up of the values near the graze", graze),
         "-lyapunov" => {
             ("Largest Lyapunov exponent, from the map's Jacobian, where the map iterates", graze)
         }
