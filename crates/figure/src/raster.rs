@@ -30,14 +30,25 @@ pub(super) fn paint(drawing: &Drawing) -> Result<Vec<u8>, FigureError> {
     encode(&pixels, size)
 }
 
-/// Pixels, three bytes each, as a PNG.
-pub(super) fn encode(pixels: &[u8], (width, height): (u32, u32)) -> Result<Vec<u8>, FigureError> {
+/// Pixels, three bytes each, as a PNG: the shorter of two, since scattered dots and areas ask for
+/// different filters.
+pub(super) fn encode(pixels: &[u8], size: (u32, u32)) -> Result<Vec<u8>, FigureError> {
+    let by_rows = encode_by(png::Filter::Up, pixels, size)?;
+    let as_is = encode_by(png::Filter::NoFilter, pixels, size)?;
+    Ok(if as_is.len() < by_rows.len() { as_is } else { by_rows })
+}
+
+fn encode_by(
+    filter: png::Filter,
+    pixels: &[u8],
+    (width, height): (u32, u32),
+) -> Result<Vec<u8>, FigureError> {
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, width, height);
     encoder.set_color(png::ColorType::Rgb);
     encoder.set_depth(png::BitDepth::Eight);
     encoder.set_compression(png::Compression::Balanced);
-    encoder.set_filter(png::Filter::Up);
+    encoder.set_filter(filter);
     let mut writer = encoder.write_header()?;
     writer.write_image_data(pixels)?;
     writer.finish()?;
