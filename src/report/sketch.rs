@@ -11,9 +11,9 @@ const WIDTH: f64 = 600.0;
 const ROW: f64 = 96.0;
 /// Half-width and half-height of a mass.
 const MASS: [f64; 2] = [38.0, 20.0];
-const INK: &str = "#1f2328";
-const SOFT: &str = "#5c636b";
-const GRAZING: &str = "#0b63a5";
+const INK: &str = "var(--ink,#1f2328)";
+const SOFT: &str = "var(--soft,#5c636b)";
+const GRAZING: &str = "var(--accent,#0b63a5)";
 /// Longest name of a stop that is printed in full.
 const LONGEST: usize = 28;
 
@@ -86,7 +86,7 @@ pub(super) fn sketch(model: &Model, point: &[f64], grazing: &[usize]) -> Option<
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {height}\" \
             width=\"{WIDTH}\" height=\"{height}\" role=\"img\" aria-label=\"The masses, their \
             stops and the gaps between them\" font-family=\"system-ui, sans-serif\" \
-            font-size=\"13\"><rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>"
+            font-size=\"13\"><rect width=\"100%\" height=\"100%\" fill=\"var(--sheet,#fff)\"/>"
     );
     let pen = Pen { model, grazing };
     for (number, row) in rows.iter().enumerate() {
@@ -122,7 +122,7 @@ impl Pen<'_> {
     fn mass(&self, position: usize, x: f64, y: f64) -> String {
         let name = escape_html(&symbol(&self.model.states[position]));
         format!(
-            "<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" rx=\"3\" fill=\"#eef1f4\" \
+            "<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" rx=\"3\" fill=\"var(--panel,#eef1f4)\" \
                 stroke=\"{INK}\"/><text x=\"{x}\" y=\"{}\" text-anchor=\"middle\" \
                 fill=\"{INK}\">{name}</text>",
             x - MASS[0],

@@ -619,7 +619,10 @@ for (const colorScheme of ["light", "dark"]) {
     }
     for (const own of document.querySelectorAll(".card svg text")) {
       const fill = getComputedStyle(own).fill;
-      const ratio = 1.05 / (luminance(numbers(fill)) + 0.05);
+      const [high, low] = [numbers(fill), behind(own.closest(".card"))]
+        .map(luminance)
+        .sort((a, b) => b - a);
+      const ratio = (high + 0.05) / (low + 0.05);
       if (ratio < 4.5 && own.textContent.trim()) found.push(`svg ${fill}: ${ratio.toFixed(2)}`);
     }
     return [...new Set(found)];

@@ -62,8 +62,16 @@ fn difference<S: Real>(a: &Trajectory<S>, b: &Trajectory<S>) -> Option<f64> {
     let same = |(a, b): (&Event<S>, &Event<S>)| {
         a.surface == b.surface && std::mem::discriminant(&a.kind) == std::mem::discriminant(&b.kind)
     };
-    let events = || a.events.iter().zip(&b.events);
-    if a.events.len() != b.events.len()
+    // A chatter is completed where its series is good to the 3/4th power of the roundoff, which may
+    // be an impact earlier or later.
+    let completed = |event: &Event<S>| matches!(event.kind, EventKind::ChatterEnd { .. });
+    let [of_a, of_b] = [a, b].map(|one| one.events.iter().position(completed));
+    let compared = match (of_a, of_b) {
+        (Some(of_a), Some(of_b)) => of_a.min(of_b),
+        _ => a.events.len().max(b.events.len()),
+    };
+    let events = || a.events.iter().zip(&b.events).take(compared);
+    if events().count() != compared
         || !events().all(same)
         || std::mem::discriminant(&a.outcome) != std::mem::discriminant(&b.outcome)
     {
@@ -75,9 +83,7 @@ fn difference<S: Real>(a: &Trajectory<S>, b: &Trajectory<S>) -> Option<f64> {
     let speeds = events().map(|(a, b)| measure(&a.kind) - measure(&b.kind));
     let all = states.chain(in_events).chain(speeds);
     let largest = all.map(|value| value.abs().to_f64()).fold(0.0, f64::max);
-    // A chatter is completed where its series is good to the 3/4th power of the roundoff.
-    let completed = |event: &Event<S>| matches!(event.kind, EventKind::ChatterEnd { .. });
-    let by_series = a.events.iter().any(completed);
+    let by_series = of_a.is_some();
     Some(if by_series { largest * S::ROUNDOFF.powf(0.25) } else { largest })
 }
 
