@@ -122,7 +122,8 @@ impl Pen<'_> {
     fn mass(&self, position: usize, x: f64, y: f64) -> String {
         let name = escape_html(&symbol(&self.model.states[position]));
         format!(
-            "<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" rx=\"3\" fill=\"var(--panel,#eef1f4)\" \
+            "<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" rx=\"3\" \
+                fill=\"var(--panel,#eef1f4)\" \
                 stroke=\"{INK}\"/><text x=\"{x}\" y=\"{}\" text-anchor=\"middle\" \
                 fill=\"{INK}\">{name}</text>",
             x - MASS[0],
