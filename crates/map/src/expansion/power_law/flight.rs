@@ -11,12 +11,11 @@ use std::sync::Arc;
 use nalgebra::DVector;
 
 use super::law::{Output, PowerLaw};
-use super::quadrature::{ContactPlace, Quadrature};
+use super::quadrature::Quadrature;
 use crate::expansion::approach::{Approach, DepthVariable};
 use crate::expansion::error::{ContactLawError, ExpansionError, PowerProblem};
 use crate::expansion::routes::Graze;
 use crate::expansion::variables::shift_depth_power;
-use crate::flow::evaluate;
 use crate::jet::elementary::{power_part, product_part, quotient_part};
 use crate::jet::{Jet, JetSpace};
 use crate::numeric::{Dd, Real, Scalar};
@@ -62,10 +61,8 @@ impl<'a> PowerFlight<'a> {
         let approach = Approach::<Dd>::new(graze, RELEASE_WEIGHT, kind)?;
         let entry = approach.entry()?;
         let parameters = graze.passage.parameter_jets(&approach.space, approach.first_parameter);
-        let powers = law.exponents.iter().map(|_| Jet::zero(&approach.space));
-        let inputs: Vec<_> = entry.state.into_iter().chain(parameters).chain(powers).collect();
-        let values = evaluate(&law.program, &approach.space, &inputs);
-        let value = |output: Output| &values[law.dimension + output as usize];
+        let values = law.on_surface(&entry.state, &parameters);
+        let value = |output: Output| &values[law.place(output)];
         let contact_acceleration = value(Output::Acceleration).head().to_f64();
         let free_acceleration = 2.0 * approach.gap[2].head().to_f64();
         if contact_acceleration <= 0.0 {
@@ -75,7 +72,7 @@ impl<'a> PowerFlight<'a> {
             return Err(pressed.into());
         }
         let (release, rate) = (value(Output::Release), value(Output::ReleaseRate));
-        let size = rate.max_abs().max(values.iter().fold(0.0, |size, jet| size.max(jet.max_abs())));
+        let size = values.iter().map(Jet::max_abs).fold(0.0, f64::max);
         if release.max_abs() <= VANISHING * size {
             return Ok(Self { law, early: None });
         }
@@ -125,9 +122,11 @@ fn whole_power(exponent: Dd) -> Option<u8> {
 /// The penetration over `y²` and its base, `H = T (σ − T A)`, and its powers at one place.
 #[derive(Clone)]
 struct Gap<S: Scalar> {
+    /// Share of the speed `σ` at the place.
+    share: S,
     /// `A`, the mean of `h''`.
     mean: Vec<S>,
-    /// `σ − T A`, with the place's share of the speed `σ`.
+    /// `σ − T A`, with the share of `σ`.
     slope: Vec<S>,
     value: Vec<S>,
     euler: Vec<S>,
@@ -173,10 +172,8 @@ impl<'a, S: Real> Flown<'a, S> {
     ) -> Result<Self, ExpansionError> {
         let law = flight.law;
         let len = space.len();
-        let powers = law.exponents.iter().map(|_| Jet::zero(space));
-        let inputs: Vec<_> = entry.iter().chain(parameters).cloned().chain(powers).collect();
-        let values = evaluate(&law.program, space, &inputs);
-        let value = |output: Output| &values[law.dimension + output as usize];
+        let values = law.on_surface(entry, parameters);
+        let value = |output: Output| &values[law.place(output)];
         let mut tape = vec![S::zero(); law.program.slots() * len];
         for (slot, jet) in parameters.iter().enumerate() {
             let start = (law.dimension + slot) * len;
@@ -203,6 +200,8 @@ impl<'a, S: Real> Flown<'a, S> {
             };
             (0..space.len()).map(of).collect()
         });
+        let gaps = quadrature.places.iter();
+        let gaps = gaps.map(|place| Gap::new(place.share, len, law.exponents.len()));
         let zero = vec![S::zero(); len];
         let speed = -&shift_depth_power(value(Output::Velocity), -1);
         let mut exit = vec![zero.clone(); entry.len()];
@@ -213,7 +212,7 @@ impl<'a, S: Real> Flown<'a, S> {
             law,
             space,
             tapes: vec![tape.clone(); quadrature.total.len()],
-            gaps: vec![Gap::new(len, law.exponents.len()); quadrature.places.len()],
+            gaps: gaps.collect(),
             quadrature,
             bases,
             raised: raised.collect(),
@@ -245,7 +244,7 @@ impl<'a, S: Real> Flown<'a, S> {
     /// Part of one degree of every output of the law at every node, and of the means of `h''`.
     fn accelerations(&mut self, degree: usize) {
         let Self { law, space, quadrature, tapes, gaps, bases, raised, scratch, .. } = self;
-        let slot = law.slot(Output::Acceleration) * space.len();
+        let slot = law.program.output(law.place(Output::Acceleration)) * space.len();
         for (node, tape) in tapes.iter_mut().enumerate() {
             gaps[node].write_powers(space, law, &bases[node], raised, degree, tape);
             law.program.advance(*space, degree, tape, scratch);
@@ -277,7 +276,7 @@ impl<'a, S: Real> Flown<'a, S> {
         }
         self.penetrations(degree);
         self.states(degree);
-        let slot = self.law.slot(Output::Release) * self.space.len();
+        let slot = self.law.program.output(self.law.place(Output::Release)) * self.space.len();
         let Some(tape) = &self.end else { return };
         let times_y = &self.raised[self.law.exponents.len()];
         for monomial in self.space.degree_range(degree) {
@@ -298,7 +297,8 @@ impl<'a, S: Real> Flown<'a, S> {
             speeds[1][monomial] = *value - speeds[0][monomial];
         }
         for (gap, place) in gaps.iter_mut().zip(&quadrature.places) {
-            gap.advance(space, degree, place, speeds, time, &law.exponents, out);
+            let speed = &speeds[usize::from(place.from_end)];
+            gap.advance(space, degree, speed, time, &law.exponents, out);
         }
     }
 
@@ -349,9 +349,10 @@ impl<'a, S: Real> Flown<'a, S> {
 }
 
 impl<S: Real> Gap<S> {
-    fn new(len: usize, classes: usize) -> Self {
+    fn new(share: S, len: usize, classes: usize) -> Self {
         let zero = vec![S::zero(); len];
         Self {
+            share,
             mean: zero.clone(),
             slope: zero.clone(),
             value: zero.clone(),
@@ -360,24 +361,21 @@ impl<S: Real> Gap<S> {
         }
     }
 
-    /// Part of one degree of `H` and its powers.
-    #[allow(clippy::too_many_arguments, reason = "one per symbol of the formula")]
+    /// Part of one degree of `H` and its powers; `speed` is `σ`, and `time` is `T`.
     fn advance(
         &mut self,
         space: &JetSpace,
         degree: usize,
-        place: &ContactPlace<S>,
-        speeds: &[Vec<S>; 2],
+        speed: &[S],
         time: &[S],
         exponents: &[Dd],
         out: &mut [S],
     ) {
         let range = space.degree_range(degree);
         let euler = S::from_f64(degree as f64);
-        let speed = &speeds[usize::from(place.from_end)];
         product_part(space, degree, time, &self.mean, out);
         for (value, monomial) in out.iter().zip(range.clone()) {
-            self.slope[monomial] = place.share * speed[monomial] - *value;
+            self.slope[monomial] = self.share * speed[monomial] - *value;
         }
         product_part(space, degree, time, &self.slope, out);
         for (value, monomial) in out.iter().zip(range.clone()) {

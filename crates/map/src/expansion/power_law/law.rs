@@ -1,7 +1,8 @@
 //! The law of a contact with powers of the penetration, with the powers as inputs of their own.
 
 use crate::expansion::error::{ContactLawError, PowerProblem};
-use crate::flow::{InputKind, Program};
+use crate::flow::{InputKind, Program, evaluate};
+use crate::jet::Jet;
 use crate::model::{Binary, ExpressionGraph, Model, Node, NodeId, Unary};
 use crate::numeric::{Dd, Scalar};
 
@@ -31,9 +32,21 @@ pub(super) enum Output {
 }
 
 impl PowerLaw {
-    /// Slot of an output in the program.
-    pub(super) fn slot(&self, output: Output) -> usize {
-        self.program.output(self.dimension + output as usize)
+    /// Number of an output among those of the program.
+    pub(super) fn place(&self, output: Output) -> usize {
+        self.dimension + output as usize
+    }
+
+    /// Outputs at a state on the surface, where every power vanishes.
+    pub(super) fn on_surface<S: Scalar>(
+        &self,
+        state: &[Jet<S>],
+        parameters: &[Jet<S>],
+    ) -> Vec<Jet<S>> {
+        let space = state[0].space();
+        let powers = self.exponents.iter().map(|_| Jet::zero(space));
+        let inputs: Vec<_> = state.iter().chain(parameters).cloned().chain(powers).collect();
+        evaluate(&self.program, space, &inputs)
     }
 }
 
