@@ -1,8 +1,8 @@
 //! A contact force that is a power of the depth which is not whole (Hertz), integrated on its own:
 //! the leading law in closed form of docs/mathematics/contact-laws.md.
 //!
-//! The expansions do not take such a force; this is the evidence for the law they would have to
-//! meet.
+//! This way uses neither an expansion, which has that law too (`tests/maps/power_laws.rs`), nor the
+//! simulator.
 
 /// The linear oscillator of `scenes/soft_a.toml`: damping, frequency of the forcing, stiffness of
 /// the stop.
