@@ -121,8 +121,6 @@ def test_a_notebook_runs_and_its_page_is_current(path: Path) -> None:
     mpl = pytest.importorskip("matplotlib")
     plt = pytest.importorskip("matplotlib.pyplot")
     mpl.use("agg")
-    # Figures that another test left open are not those of the first cell.
-    plt.close("all")
     notebook = cells(path)
     names: dict[str, object] = {"__name__": path.stem}
     with warnings.catch_warnings():

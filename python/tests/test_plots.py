@@ -13,23 +13,17 @@ import pytest
 import grazemap as gm
 
 mpl = pytest.importorskip("matplotlib")
+mpl.use("agg")
 plt = pytest.importorskip("matplotlib.pyplot")
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable
 
     from matplotlib.axes import Axes
     from matplotlib.lines import Line2D
 
 ROOT = Path(__file__).parents[2]
 DOTTED_GREY = (":", "#b3b7bc")
-
-
-@pytest.fixture(autouse=True)
-def _closed() -> Iterator[None]:
-    mpl.use("agg")
-    yield
-    plt.close("all")
 
 
 @pytest.fixture(scope="module")
