@@ -110,6 +110,10 @@ fn check_shapes(map: &LocalMap) -> Result<(), EmissionError> {
             Stage::Contact(contact) => {
                 check("linear polynomials of a contact", dimension, contact.linear.len())?;
                 check("quadratic polynomials of a contact", dimension, contact.quadratic.len())?;
+                for term in &contact.powers.terms {
+                    let [linear, quadratic] = [term.linear.len(), term.quadratic.len()];
+                    check("polynomials of a power", 2 * dimension, linear + quadratic)?;
+                }
             }
         }
     }

@@ -539,6 +539,7 @@ fn check_map(scene: &Scene, map: &LocalMap) -> Result<(), String> {
                 all(&contact.linear, coordinates, variables)
                     && all(&contact.quadratic, coordinates, variables)
                     && contact.depth.space().variables() == variables
+                    && contact.powers.fits(coordinates, parameters)
                     && form.is_none_or(|form| {
                         form.replaced < coordinates
                             && all(&form.corrections, coordinates, variables + 1)

@@ -1,6 +1,6 @@
 //! Expansion by names of variables: the fields of `expand --json`.
 
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Serialize, Serializer};
 
 use super::table::significant;
 use super::{Cell, Column, Named, ReportError, SectionDocument, Table};
@@ -11,6 +11,7 @@ use crate::expansion::{
 };
 use crate::jet::Jet;
 use crate::model::Scene;
+use crate::numeric::Dd;
 use crate::orbit::GrazingOrbit;
 
 /// Names of the depth variables of a map: `y`, or `y1, y2, …` if there are several passages.
@@ -290,32 +291,53 @@ fn worst_digits(lost: &LostDigits) -> impl Iterator<Item = f64> {
     lost.smooth.iter().zip(&lost.discontinuity).map(|(smooth, contact)| smooth.max(*contact))
 }
 
-/// `x_i + y B_i + y² C_i`.
+/// `x_i + y B_i + y² C_i`, and the terms with powers of `y` that are not whole.
 fn discontinuity_map(variables: &Variables, depth: &str, contact: &Contact) -> PolynomialMap {
     let outputs = coordinates(variables).enumerate().map(|(coordinate, name)| {
-        let mut powers = vec![0; variables.len() + 1];
-        powers[coordinate + 1] = 1;
+        let own = vec![0; contact.powers.exponents.len()];
+        let mut powers = vec![0; 1 + own.len() + variables.len()];
+        powers[1 + own.len() + coordinate] = 1;
         let mut all = vec![Term { powers, value: 1.0 }];
-        all.extend(terms(&[1], &contact.linear[coordinate]));
-        all.extend(terms(&[2], &contact.quadratic[coordinate]));
+        let mut add = |power: u8, own: &[u8], jets: &[Jet<f64>]| {
+            all.extend(terms(&[&[power], own].concat(), &jets[coordinate]));
+        };
+        add(1, &own, &contact.linear);
+        add(2, &own, &contact.quadratic);
+        for term in &contact.powers.terms {
+            add(1, &term.powers, &term.linear);
+            add(2, &term.powers, &term.quadratic);
+        }
         (name, all)
     });
+    let own = contact.powers.exponents.iter().map(|&exponent| own_name(depth, exponent));
+    let depths: Vec<String> = std::iter::once(depth.to_owned()).chain(own).collect();
+    let none = vec![0; depths.len()];
     PolynomialMap {
         surface: None,
-        variables: after(&[depth.to_owned()], variables),
+        variables: after(&depths, variables),
         outputs: Named::new(outputs),
-        depth: vec![terms(&[0], &contact.depth)],
+        depth: vec![terms(&none, &contact.depth)],
     }
 }
 
+/// Name of a power of a depth variable that is a variable of its own.
+fn own_name(depth: &str, exponent: Dd) -> String {
+    format!("({depth}^{})", exponent.to_f64())
+}
+
 fn composed_map(variables: &Variables, depths: &[String], map: &ComposedMap) -> PolynomialMap {
+    let depths = map.depth_variables().map(|(passage, exponent)| match exponent {
+        None => depths[passage].clone(),
+        Some(exponent) => own_name(&depths[passage], exponent),
+    });
+    let depths: Vec<String> = depths.collect();
     let all = |polynomial: &DepthPolynomial| {
         let parts = polynomial.terms.iter();
         parts.flat_map(|part| terms(&part.powers, &part.coefficient)).collect::<Vec<_>>()
     };
     PolynomialMap {
         surface: None,
-        variables: after(depths, variables),
+        variables: after(&depths, variables),
         outputs: Named::new(coordinates(variables).zip(map.image.iter().map(all))),
         depth: map.depths.iter().map(all).collect(),
     }
@@ -356,9 +378,18 @@ pub struct DepthListing {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LeadingTerm {
     /// Power of `y`.
-    pub exponent: u32,
+    #[serde(serialize_with = "whole_or_not")]
+    pub exponent: f64,
     /// Coefficient.
     pub coefficient: f64,
+}
+
+/// A number without a point where it is whole.
+fn whole_or_not<S: Serializer>(value: &f64, serializer: S) -> Result<S::Ok, S::Error> {
+    match value.fract() == 0.0 {
+        true => serializer.serialize_u32(*value as u32),
+        false => serializer.serialize_f64(*value),
+    }
 }
 
 impl From<LeadingLaw> for LeadingTerm {

@@ -3,7 +3,7 @@
 
 use grazemap::expansion::{
     ActiveParameter, ComposedMap, Contact, DepthPolynomial, DepthTerm, Leg, LocalMap, MapOrders,
-    MapSection, MapWindow, SectionKind, Stage,
+    MapSection, MapWindow, PowerCorrections, SectionKind, Stage,
 };
 use grazemap::jet::{Jet, JetSpace};
 use grazemap::numeric::{Dd, Scalar};
@@ -55,6 +55,7 @@ pub(crate) fn map(smooth_order: u32, contact_weight: u32, kind: SectionKind) -> 
         depth,
         linear: three(weight.saturating_sub(1), 0.3),
         quadratic: three(weight.saturating_sub(2), 0.2),
+        powers: PowerCorrections::default(),
         depth_form: None,
     };
     let stages = match kind {
@@ -123,6 +124,7 @@ pub(crate) fn composed(order: usize) -> ComposedMap {
     ComposedMap {
         depths: vec![depth],
         image: (0..2).map(|i| polynomial([&smooth[i], &linear[i], &quadratic[i]])).collect(),
+        powers: Vec::new(),
     }
 }
 

@@ -196,11 +196,11 @@ impl LocatedCase<'_> {
         let image = MapEvaluation::contact(contact).image(&state, &parameters);
         let laws = self.expander.leading_laws(0)?;
         let exponents: Vec<_> = laws.iter().map(|law| law.map(|law| law.exponent)).collect();
-        let leading = exponents.iter().flatten().min();
+        let leading = exponents.iter().flatten().copied().reduce(f64::min);
         let corrections = image.offsets.iter().zip(&state);
         let found = corrections.map(|(&image, &start)| image.to_dd() - start.to_dd());
         let compared = found.zip(exact).zip(&exponents);
-        let compared = compared.filter(|(_, exponent)| exponent.as_ref() == leading);
+        let compared = compared.filter(|(_, exponent)| **exponent == leading);
         let digits = compared
             .map(|((found, &exact), _)| digits_of((found - exact).magnitude(), exact.magnitude()));
         Ok(digits.fold(MOST_DIGITS, smaller))
@@ -321,6 +321,7 @@ fn rounded_to_single(parts: &Parts<f64>) -> Parts<f64> {
             depth: round(&parts.contact.depth),
             linear: all(&parts.contact.linear),
             quadratic: all(&parts.contact.quadratic),
+            powers: parts.contact.powers.map(round),
             depth_form: None,
         },
     }

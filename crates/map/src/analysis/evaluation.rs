@@ -3,7 +3,8 @@
 use std::ops::Range;
 
 use crate::expansion::{
-    Arithmetic, ComposedMap, Contact, DepthPolynomial, FlownContact, Legs, LocalMap, Numbers, Stage,
+    Arithmetic, ComposedMap, Contact, DepthPolynomial, FlownContact, Legs, LocalMap, Numbers,
+    PowerCorrections, Stage, power_of_depth,
 };
 use crate::jet::Jet;
 use crate::numeric::{Real, Scalar};
@@ -108,6 +109,7 @@ impl<S: Real> MapEvaluation<S> {
             stages: vec![StageOf::Composed(ComposedMap {
                 depths: convert(&map.depths),
                 image: convert(&map.image),
+                powers: map.powers.clone(),
             })],
             dimension: map.image.len(),
         }
@@ -151,6 +153,7 @@ impl<S: Real> MapEvaluation<S> {
             if let StageOf::Contact(contact) = stage {
                 let corrections = contact.linear.iter_mut().chain(&mut contact.quadratic);
                 corrections.for_each(|jet| *jet = Jet::zero(jet.space()));
+                contact.powers = PowerCorrections::default();
             }
         }
     }
@@ -171,7 +174,9 @@ impl<S: Real> MapEvaluation<S> {
         let terms = self.stages.iter().map(|stage| match stage {
             StageOf::Leg(jets) => of(jets),
             StageOf::Contact(contact) => {
-                of(&contact.linear) + of(&contact.quadratic) + contact.depth.coefficients().len()
+                let powers = contact.powers.polynomials().map(|jet| jet.coefficients().len());
+                let others = contact.depth.coefficients().len() + powers.sum::<usize>();
+                of(&contact.linear) + of(&contact.quadratic) + others
             }
             StageOf::Flown(flown) => flown.terms(),
             StageOf::Composed(map) => {
@@ -181,6 +186,20 @@ impl<S: Real> MapEvaluation<S> {
             }
         });
         terms.sum::<usize>() as u64
+    }
+
+    /// Lowest power of `y` beyond an order: the next whole one, or one of a contact with powers of
+    /// the penetration.
+    pub fn omitted_exponent(&self, order: u32) -> f64 {
+        let of = |stage: &StageOf<S>| match stage {
+            StageOf::Contact(contact) => contact.powers.omitted_exponent(order),
+            StageOf::Leg(_) | StageOf::Flown(_) => f64::from(order + 1),
+            StageOf::Composed(map) => {
+                let exponents = map.powers.iter().map(|power| power.exponent).collect();
+                PowerCorrections::<f64> { exponents, terms: Vec::new() }.omitted_exponent(order)
+            }
+        };
+        self.stages.iter().map(of).fold(f64::from(order + 1), f64::min)
     }
 
     /// Image of a point; arguments are offsets.
@@ -195,7 +214,8 @@ impl<S: Real> MapEvaluation<S> {
     /// `None` means no contact.
     ///
     /// A negative depth variable selects the other branch of the root. With depth variables given,
-    /// the map is a polynomial (with flown contacts an analytic function, for `y ≥ 0`).
+    /// the map is a polynomial (with flown contacts, or powers of `y` that are not whole, a function
+    /// of `y ≥ 0`).
     pub fn image_with(
         &self,
         offsets: &[S],
@@ -240,11 +260,18 @@ impl<S: Real> MapEvaluation<S> {
                     flown.act_at(arithmetic, &y, &point)
                 }
                 StageOf::Composed(map) => {
-                    let mut roots = Vec::new();
-                    for polynomial in &map.depths {
+                    let mut roots: Vec<A::Value> = Vec::new();
+                    let mut y = arithmetic.constant(S::zero());
+                    for (passage, exponent) in map.depth_variables() {
+                        if let Some(exponent) = exponent {
+                            roots.push(power_of_depth(arithmetic, &y, exponent));
+                            continue;
+                        }
+                        let polynomial = &map.depths[passage];
                         let depth = depth_polynomial(arithmetic, polynomial, &roots, &point);
-                        let y = root(&point, &depth);
-                        roots.push(y.unwrap_or_else(|| arithmetic.constant(S::zero())));
+                        let found = root(&point, &depth);
+                        y = found.unwrap_or_else(|| arithmetic.constant(S::zero()));
+                        roots.push(y.clone());
                     }
                     let image = map.image.iter();
                     image.map(|p| depth_polynomial(arithmetic, p, &roots, &point)).collect()
@@ -257,7 +284,7 @@ impl<S: Real> MapEvaluation<S> {
     }
 }
 
-/// `start + y (linear + y quadratic)`.
+/// `start + y (linear + y quadratic)`, and the terms with powers of `y` that are not whole.
 fn act<A: Arithmetic>(
     arithmetic: &mut A,
     contact: &Contact<A::Scalar>,
@@ -273,7 +300,9 @@ fn act<A: Arithmetic>(
         let correction = arithmetic.multiply(y, &correction);
         arithmetic.add(start, &correction)
     });
-    moved.collect()
+    let mut image: Vec<_> = moved.collect();
+    contact.powers.add_to(arithmetic, y, point, &mut image);
+    image
 }
 
 /// Value of a polynomial in depth variables with coefficients that depend on a point (coordinates;
@@ -304,6 +333,7 @@ fn stage_of<S: Real>(stage: &Stage) -> StageOf<S> {
             depth: contact.depth.map_scalars(S::from_f64),
             linear: convert(&contact.linear),
             quadratic: convert(&contact.quadratic),
+            powers: contact.powers.map(|jet| jet.map_scalars(S::from_f64)),
             depth_form: None,
         }),
     }

@@ -216,10 +216,23 @@ pub(super) fn cut_contact<S: Real>(
     if weight < 2 {
         quadratic = quadratic.iter().map(|jet| Jet::zero(jet.space())).collect();
     }
+    let mut powers = contact.powers.clone();
+    for term in &mut powers.terms {
+        let left = f64::from(weight) - term.exponent(&powers.exponents);
+        for (first, jets) in [(1.0, &mut term.linear), (2.0, &mut term.quadratic)] {
+            let space = variables.smooth_space((left - first).max(0.0) as u32)?;
+            *jets = cut_all(jets, &space);
+            if left < first {
+                jets.iter_mut().for_each(|jet| *jet = Jet::zero(jet.space()));
+            }
+        }
+    }
+    powers.terms.retain(|term| term.exponent(&powers.exponents) + 1.0 <= f64::from(weight));
     Ok(Contact {
         depth: cut(&contact.depth, &depth_space),
         linear: cut_all(&contact.linear, &linear_space),
         quadratic,
+        powers,
         // The composition cuts the depth form.
         depth_form: contact.depth_form.clone(),
     })

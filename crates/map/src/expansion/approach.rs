@@ -151,10 +151,10 @@ fn kept_about_minimum(weight: u32, divisor: u32, order: usize) -> Vec<usize> {
 }
 
 /// Order to which each coefficient of a series is needed if the series is summed at a root of its
-/// derivative.
-pub(super) fn kept_to_minimum(order: usize) -> Vec<usize> {
-    let powers = 0..=(order + 1).max(2);
-    powers.map(|power| (order + 1).saturating_sub(power).min(order)).collect()
+/// derivative, a time of at least a given weight.
+pub(super) fn kept_to_minimum(order: usize, weight: usize) -> Vec<usize> {
+    let powers = 0..=(order / weight + 1).max(2);
+    powers.map(|power| (order + weight).saturating_sub(power * weight).min(order)).collect()
 }
 
 /// Time from a state to the minimum of the gap, and the series of the free flow about that minimum,
@@ -165,7 +165,7 @@ pub(super) fn series_about_minimum<S: Real>(
     parameters: &[Jet<S>],
     kept: Vec<usize>,
 ) -> Result<(Jet<S>, LocalSeries<S>), ExpansionError> {
-    let to_minimum = kept_to_minimum(start[0].space().order());
+    let to_minimum = kept_to_minimum(start[0].space().order(), 1);
     let series = local_series_kept_to(field, start, parameters, to_minimum);
     let normal_acceleration = 2.0 * series.watched(0)[2].head().to_f64();
     if !(normal_acceleration > 0.0 && normal_acceleration.is_finite()) {

@@ -4,7 +4,8 @@
 //! If passage `k` makes contact, `y_k² = depth_k(y_1 … y_{k−1}; x, p)`. The relation removes powers
 //! of `y_k` above the second or, with one depth variable, all powers of one coordinate. A
 //! polynomial in all depth variables is then a list of polynomials in (coordinates; parameters),
-//! one for each choice of powers of the `y_k`.
+//! one for each choice of powers of the `y_k`. A contact with powers of the penetration that are not
+//! half a whole number has further depth variables, `z = y_k^e`, behind its own.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -12,10 +13,11 @@ use std::sync::Arc;
 use super::approach::DepthChart;
 use super::error::ExpansionError;
 use super::local_map::{Contact, Leg, LocalMap, Stage};
-use super::variables::{DEVIATION_WEIGHT, Variables, coefficient_of_depth_power, respace};
+use super::power_law::WeightScale;
+use super::variables::{DEVIATION_WEIGHT, Variables, respace};
 use crate::jet::{Jet, JetSpace, power_series_at, substitute_all};
 use crate::model::MapOrders;
-use crate::numeric::{Real, Scalar};
+use crate::numeric::{Dd, Real, Scalar};
 
 /// The composed form of a map with passages `1 … K`: one polynomial pass in the coordinates, the
 /// parameters and the depth variables `y_k = √max(0, depth_k(y_1 … y_{k−1}; x, p))`.
@@ -30,6 +32,31 @@ pub struct ComposedMap<S: Scalar = f64> {
     pub depths: Vec<DepthPolynomial<S>>,
     /// Image: one polynomial per coordinate.
     pub image: Vec<DepthPolynomial<S>>,
+    /// Powers of depth variables that are variables of their own, in the order of the passages.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub powers: Vec<OwnPower>,
+}
+
+/// A depth variable `y_k^e` of a composed map.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct OwnPower {
+    /// Number of the passage.
+    pub passage: usize,
+    /// The exponent `e`.
+    pub exponent: Dd,
+}
+
+impl<S: Scalar> ComposedMap<S> {
+    /// Depth variables of the polynomials: for every passage `y_k`, with exponent `None`, then its
+    /// powers that are variables of their own.
+    pub fn depth_variables(&self) -> impl Iterator<Item = (usize, Option<Dd>)> {
+        let of = |passage: usize| {
+            let own = self.powers.iter().filter(move |power| power.passage == passage);
+            let own = own.map(move |power| (passage, Some(power.exponent)));
+            std::iter::once((passage, None)).chain(own)
+        };
+        (0..self.depths.len()).flat_map(of)
+    }
 }
 
 impl ComposedMap {
@@ -91,27 +118,36 @@ fn after_contact(
     smooth: Composition,
 ) -> Result<ComposedMap, ExpansionError> {
     let chart = DepthChart::new(&contact.depth, variables, weight)?;
-    let before = chart.variables();
+    let depths = DepthVariables::of([contact]);
+    let spaces = DepthSpace::new(depths, &chart.space.weights()[1..], variables, weight)?;
+    let wide = |jet: &Jet<f64>| spaces.lifted(jet);
+    let before: Vec<_> = chart.variables().iter().map(wide).collect();
     let mut after = before.clone();
     let corrections = corrections(contact, &chart, orders.contact_weight);
-    after.iter_mut().zip(&corrections).for_each(|(value, correction)| *value += correction);
+    after.iter_mut().zip(&corrections).for_each(|(value, correction)| *value += &wide(correction));
+    for term in &contact.powers.terms {
+        let parts = [&term.linear, &term.quadratic]
+            .map(|jets| chart.raise(jets).iter().map(wide).collect::<Vec<_>>());
+        spaces.add_term(&mut after, 0, &term.powers, &parts);
+    }
     let fly_all = |state: Vec<Jet<f64>>| legs.iter().fold(state, |state, leg| fly(leg, &state));
     let pairs = fly_all(after).into_iter().zip(fly_all(before));
     let image = smooth.image.into_iter().zip(pairs);
-    let spaces = (1..=weight).map(|power| variables.smooth_space(weight - power));
-    let spaces: Vec<_> = spaces.collect::<Result<_, _>>()?;
     let image = image.map(|(smooth, (with, without))| {
-        let correction = &with - &without;
-        let corrections = (1u8..).zip(&spaces).map(|(power, space)| {
-            let coefficient = coefficient_of_depth_power(&correction, power, space);
-            (vec![power], coefficient)
+        let powers = (1..=weight).map(|power| {
+            let mut powers = vec![0; spaces.depths.len()];
+            powers[0] = power as u8;
+            Ok((powers, Jet::zero(&variables.smooth_space(weight - power)?)))
         });
-        DepthPolynomial::of(std::iter::once((vec![0], smooth)).chain(corrections))
+        let powers = powers.collect::<Result<Vec<_>, ExpansionError>>()?;
+        spaces.polynomial(smooth, powers, &(&with - &without))
     });
+    let image = image.collect::<Result<_, _>>()?;
     let depths = smooth.depths.into_iter();
     Ok(ComposedMap {
-        image: image.collect(),
-        depths: depths.map(|depth| DepthPolynomial::of([(vec![0], depth)])).collect(),
+        image,
+        depths: depths.map(|depth| spaces.without_depths(depth)).collect(),
+        powers: spaces.depths.own(),
     })
 }
 
@@ -136,9 +172,14 @@ fn of_any(
     weight: u32,
     smooth: Composition,
 ) -> Result<ComposedMap, ExpansionError> {
-    let spaces = DepthSpace::new(map.passages(), variables, weight)?;
+    let contacts = map.stages.iter().filter_map(|stage| match stage {
+        Stage::Contact(contact) => Some(contact),
+        Stage::Leg(_) | Stage::Flown(_) => None,
+    });
+    let depths = DepthVariables::of(contacts);
+    let spaces = DepthSpace::new(depths, &variables.weights, variables, weight)?;
     let whole = Composition::of(map, spaces.identity(), |state, contact, passage| {
-        act(contact, state, &spaces.depth_variable(passage))
+        act(contact, state, passage, &spaces)
     })?;
     let mut reduced = Vec::new();
     for depth in &whole.depths {
@@ -147,11 +188,13 @@ fn of_any(
     let image = whole.image.iter().map(|jet| spaces.reduced(jet, &reduced));
     let polynomials = |smooth: Vec<Jet<f64>>, jets: Vec<Jet<f64>>| {
         let pairs = smooth.into_iter().zip(&jets);
-        pairs.map(|(smooth, jet)| spaces.polynomial(smooth, jet)).collect::<Result<_, _>>()
+        let polynomials = pairs.map(|(smooth, jet)| spaces.polynomial(smooth, [], jet));
+        polynomials.collect::<Result<_, _>>()
     };
     Ok(ComposedMap {
         image: polynomials(smooth.image, image.collect())?,
         depths: polynomials(smooth.depths, reduced)?,
+        powers: spaces.depths.own(),
     })
 }
 
@@ -195,12 +238,21 @@ fn fly(leg: &Leg, state: &[Jet<f64>]) -> Vec<Jet<f64>> {
     image
 }
 
-/// Applies a contact: `x ↦ x + y (linear + y quadratic)`.
-fn act(contact: &Contact, mut state: Vec<Jet<f64>>, y: &Jet<f64>) -> Vec<Jet<f64>> {
-    let linear = substitute_all(&contact.linear, &state);
-    let quadratic = substitute_all(&contact.quadratic, &state);
-    for (value, (linear, quadratic)) in state.iter_mut().zip(linear.iter().zip(&quadratic)) {
-        *value += &(y * &(linear + &(y * quadratic)));
+/// Applies a contact: `x ↦ x + y (linear + y quadratic)`, and its terms with powers of `y` that are
+/// not whole.
+fn act(
+    contact: &Contact,
+    mut state: Vec<Jet<f64>>,
+    passage: usize,
+    spaces: &DepthSpace<'_>,
+) -> Vec<Jet<f64>> {
+    let before = state.clone();
+    let at = |jets: &[Jet<f64>]| substitute_all(jets, &before);
+    let parts = [at(&contact.linear), at(&contact.quadratic)];
+    spaces.add_term(&mut state, passage, &[], &parts);
+    for term in &contact.powers.terms {
+        let parts = [at(&term.linear), at(&term.quadratic)];
+        spaces.add_term(&mut state, passage, &term.powers, &parts);
     }
     state
 }
@@ -259,30 +311,107 @@ impl DepthPolynomial {
     }
 }
 
-/// Space of `(y_1 … y_K; coordinates; parameters)` up to a weight; every `y_k` has weight 1.
+/// The depth variables of a map: `y_k` of every passage, and behind it the powers of it that are
+/// variables of their own.
+struct DepthVariables {
+    /// Exponent of `y_k` in each variable.
+    exponents: Vec<Dd>,
+    /// Number of the variable `y_k` of each passage.
+    first: Vec<usize>,
+}
+
+impl DepthVariables {
+    fn of<'c>(contacts: impl IntoIterator<Item = &'c Contact>) -> Self {
+        let (mut exponents, mut first) = (Vec::new(), Vec::new());
+        for contact in contacts {
+            first.push(exponents.len());
+            exponents.push(Dd::from_f64(1.0));
+            exponents.extend(&contact.powers.exponents);
+        }
+        Self { exponents, first }
+    }
+
+    fn len(&self) -> usize {
+        self.exponents.len()
+    }
+
+    /// Powers that are variables of their own.
+    fn own(&self) -> Vec<OwnPower> {
+        let of = |(passage, &first): (usize, &usize)| {
+            let end = self.first.get(passage + 1).copied().unwrap_or(self.len());
+            let own = self.exponents[first + 1..end].iter();
+            own.map(move |&exponent| OwnPower { passage, exponent }).collect::<Vec<_>>()
+        };
+        self.first.iter().enumerate().flat_map(of).collect()
+    }
+
+    /// Exponent of the depth variables of all passages in a product of powers.
+    fn exponent(&self, powers: &[u8]) -> f64 {
+        let powers = powers.iter().zip(&self.exponents);
+        powers.map(|(&power, exponent)| f64::from(power) * exponent.to_f64()).sum()
+    }
+}
+
+/// Space of (depth variables; coordinates; parameters) up to a weight.
 struct DepthSpace<'a> {
     space: Arc<JetSpace>,
-    passages: usize,
+    depths: DepthVariables,
     variables: &'a Variables,
     weight: u32,
 }
 
 impl<'a> DepthSpace<'a> {
-    fn new(passages: usize, variables: &'a Variables, weight: u32) -> Result<Self, ExpansionError> {
-        let weights = [vec![1; passages], variables.weights.clone()].concat();
-        Ok(Self { space: JetSpace::new(&weights, weight as usize)?, passages, variables, weight })
+    /// A space in which the coordinates and parameters have the weights `others`.
+    fn new(
+        depths: DepthVariables,
+        others: &[u32],
+        variables: &'a Variables,
+        weight: u32,
+    ) -> Result<Self, ExpansionError> {
+        let scale = WeightScale::of(&depths.exponents);
+        let own = depths.exponents.iter().map(|&exponent| scale.weight(exponent));
+        let weights: Vec<u32> = own.chain(others.iter().map(|other| scale.unit * other)).collect();
+        let space = JetSpace::new(&weights, (scale.unit * weight) as usize)?;
+        Ok(Self { space, depths, variables, weight })
     }
 
     /// Jets of the variables (coordinates; parameters).
     fn identity(&self) -> Vec<Jet<f64>> {
         (0..self.variables.len())
-            .map(|variable| Jet::variable(&self.space, self.passages + variable, 0.0))
+            .map(|variable| Jet::variable(&self.space, self.depths.len() + variable, 0.0))
             .collect()
+    }
+
+    /// Converts a jet in `(y; coordinates; parameters)` of a map with one passage.
+    fn lifted(&self, jet: &Jet<f64>) -> Jet<f64> {
+        let others = (0..self.variables.len()).map(|variable| Some(self.depths.len() + variable));
+        let places: Vec<_> = std::iter::once(Some(0)).chain(others).collect();
+        jet.reinterpret(&self.space, &places)
     }
 
     /// Jet of the depth variable of a passage.
     fn depth_variable(&self, passage: usize) -> Jet<f64> {
-        Jet::variable(&self.space, passage, 0.0)
+        Jet::variable(&self.space, self.depths.first[passage], 0.0)
+    }
+
+    /// Adds `z^m y (linear + y quadratic)` to a state, with the powers `m` of the variables behind
+    /// the depth variable `y` of a passage.
+    fn add_term(
+        &self,
+        state: &mut [Jet<f64>],
+        passage: usize,
+        powers: &[u8],
+        [linear, quadratic]: &[Vec<Jet<f64>>; 2],
+    ) {
+        let y = &self.depth_variable(passage);
+        let mut product = y.clone();
+        for (place, &power) in powers.iter().enumerate() {
+            let z = Jet::variable(&self.space, self.depths.first[passage] + 1 + place, 0.0);
+            product = (0..power).fold(product, |product, _| &product * &z);
+        }
+        for (value, (linear, quadratic)) in state.iter_mut().zip(linear.iter().zip(quadratic)) {
+            *value += &(&product * &(linear + &(y * quadratic)));
+        }
     }
 
     /// Removes powers of `y_k` above the second by `y_k² = depths[k]`, the last passage first.
@@ -307,12 +436,13 @@ impl<'a> DepthSpace<'a> {
 
     /// Coefficient of `y_k^power`.
     fn without_power(&self, jet: &Jet<f64>, passage: usize, power: u8) -> Jet<f64> {
+        let place = self.depths.first[passage];
         let mut result = Jet::zero(&self.space);
         let mut lowered = vec![0; self.space.variables()];
         for (exponents, value) in jet.terms() {
-            if exponents[passage] == power {
+            if exponents[place] == power {
                 lowered.copy_from_slice(exponents);
-                lowered[passage] = 0;
+                lowered[place] = 0;
                 if let Some(monomial) = self.space.monomial(&lowered) {
                     result.coefficients_mut()[monomial] = value;
                 }
@@ -321,21 +451,29 @@ impl<'a> DepthSpace<'a> {
         result
     }
 
-    /// A reduced jet as a polynomial; its terms without a depth variable are replaced by `smooth`.
+    /// A polynomial without depth variables.
+    fn without_depths(&self, smooth: Jet<f64>) -> DepthPolynomial {
+        DepthPolynomial::of([(vec![0; self.depths.len()], smooth)])
+    }
+
+    /// A jet as a polynomial with at least the given terms; its terms without a depth variable are
+    /// replaced by `smooth`.
     fn polynomial(
         &self,
         smooth: Jet<f64>,
+        given: impl IntoIterator<Item = (Vec<u8>, Jet<f64>)>,
         jet: &Jet<f64>,
     ) -> Result<DepthPolynomial, ExpansionError> {
-        let mut terms = BTreeMap::from([(vec![0; self.passages], smooth)]);
+        let mut terms = BTreeMap::from([(vec![0; self.depths.len()], smooth)]);
+        terms.extend(given);
         for (exponents, value) in jet.terms().filter(|(_, value)| *value != 0.0) {
-            let (powers, rest) = exponents.split_at(self.passages);
-            let weight: u32 = powers.iter().map(|&power| u32::from(power)).sum();
-            if weight == 0 {
+            let (powers, rest) = exponents.split_at(self.depths.len());
+            let left = f64::from(self.weight) - self.depths.exponent(powers);
+            if powers.iter().all(|&power| power == 0) || left < 0.0 {
                 continue;
             }
             if !terms.contains_key(powers) {
-                let space = self.variables.smooth_space(self.weight - weight)?;
+                let space = self.variables.smooth_space(left as u32)?;
                 terms.insert(powers.to_vec(), Jet::zero(&space));
             }
             if let Some(coefficient) = terms.get_mut(powers)

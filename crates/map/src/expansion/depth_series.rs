@@ -31,13 +31,16 @@ const LAST_POWERS: usize = 8;
 pub struct DepthSeries {
     /// Coefficients by coordinate, then by power of `y`; a coefficient that is rounding is 0.
     pub coefficients: Vec<Vec<Dd>>,
+    /// Terms with powers of `y` that are not whole, by coordinate: exponent and coefficient.
+    pub between: Vec<Vec<(f64, Dd)>>,
 }
 
 /// The leading term `coefficient · y^exponent` of a correction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LeadingLaw {
-    /// Leading power of `y`.
-    pub exponent: u32,
+    /// Leading power of `y`; whole unless the contact has a power of the penetration that is not
+    /// half a whole number.
+    pub exponent: f64,
     /// Coefficient of that power.
     pub coefficient: Dd,
 }
@@ -55,22 +58,29 @@ impl DepthSeries {
         let approach = Approach::<Dd>::new(&depth_alone(graze, kept)?, kept, kind)?;
         let image = approach.image(graze, &through)?;
         let scales = scales(&image, order);
+        let own = through.own_variables();
         let correction = |&component: &usize| {
-            let correction = &image[component] - &approach.start[component];
+            let correction = approach.correction(component, &image);
             (0..=order as usize)
                 .map(|power| without_rounding(&correction, power, scales[power]))
                 .collect()
         };
         let coordinates = graze.chart.section.coordinates.iter();
-        Ok(Self { coefficients: coordinates.map(correction).collect() })
+        let between = coordinates.clone().map(|&component| {
+            terms_between(&approach.correction(component, &image), approach.space.variables(), &own)
+        });
+        Ok(Self { between: between.collect(), coefficients: coordinates.map(correction).collect() })
     }
 
     /// Leading law of a coordinate's correction; `None` if the correction vanishes up to the order
     /// of the series.
     pub fn leading_law(&self, coordinate: usize) -> Option<LeadingLaw> {
-        let series = &self.coefficients[coordinate];
-        let exponent = series.iter().position(|&value| value != Dd::ZERO)?;
-        Some(LeadingLaw { exponent: exponent as u32, coefficient: series[exponent] })
+        let series = self.coefficients[coordinate].iter().enumerate();
+        let whole = series.map(|(power, &value)| (power as f64, value));
+        let between = self.between.get(coordinate).into_iter().flatten().copied();
+        let terms = whole.chain(between).filter(|(_, value)| *value != Dd::ZERO);
+        let first = terms.min_by(|a, b| a.0.total_cmp(&b.0));
+        first.map(|(exponent, coefficient)| LeadingLaw { exponent, coefficient })
     }
 
     /// Estimates the radius of convergence in `y`, the smallest over the coordinates.
@@ -104,6 +114,23 @@ fn radius_of(series: &[Dd]) -> Option<f64> {
     let ((late, late_value), (early, early_value)) = (largest(last..end)?, largest(before..last)?);
     let radius = (early_value / late_value).powf(1.0 / (late - early) as f64);
     radius.is_finite().then_some(radius)
+}
+
+/// Terms in powers of `y` and of the variables behind the others; `variables` is the number of the
+/// latter, `own` are the exponents. What is less than rounding beside the largest is left out.
+fn terms_between(correction: &Jet<Dd>, variables: usize, own: &[Dd]) -> Vec<(f64, Dd)> {
+    let terms = correction.terms().filter(|(powers, _)| {
+        let (others, own) = powers.split_at(variables);
+        others[1..].iter().all(|&power| power == 0) && own.iter().any(|&power| power > 0)
+    });
+    let terms = terms.map(|(powers, value)| {
+        let own = powers[variables..].iter().zip(own);
+        let own: f64 = own.map(|(&power, own)| f64::from(power) * own.to_f64()).sum();
+        (f64::from(powers[0]) + own, value)
+    });
+    let terms: Vec<(f64, Dd)> = terms.collect();
+    let largest = terms.iter().map(|(_, value)| value.magnitude()).fold(0.0, f64::max);
+    terms.into_iter().filter(|(_, value)| value.magnitude() > VANISHING * largest).collect()
 }
 
 /// The graze with weights such that only powers of `y`, and of the coordinate that produces the
@@ -192,7 +219,8 @@ impl WindowEdge {
     /// the series.
     ///
     /// Only corrections that begin with the lowest power count. `None` if all of them vanish or
-    /// their series end, so that nothing is omitted. A weight that is not below the order of the
+    /// their series end, so that nothing is omitted, and for terms between whole powers, whose
+    /// radius is not known. A weight that is not below the order of the
     /// series is replaced by the highest one that is.
     ///
     /// ```
@@ -204,14 +232,18 @@ impl WindowEdge {
     ///     0 | 1 => Dd::from(f64::from(k)),
     ///     _ => Dd::from(4f64.powi(k)),
     /// });
-    /// let series = DepthSeries { coefficients: vec![coefficients.collect()] };
+    /// let series =
+    ///     DepthSeries { coefficients: vec![coefficients.collect()], between: Vec::new() };
     /// let edge = WindowEdge::new(&series, 0.01, 4).expect("an infinite series");
     /// assert!((edge.omitted_share - 0.4_f64.powi(5) / 0.06).abs() < 1e-6 && !edge.is_within());
     /// ```
     pub fn new(series: &DepthSeries, depth: f64, contact_weight: u32) -> Option<Self> {
         let radius = series.radius()?;
+        if series.between.iter().any(|terms| !terms.is_empty()) {
+            return None;
+        }
         let laws = (0..series.coefficients.len()).map(|coordinate| series.leading_law(coordinate));
-        let leading_exponent = laws.flatten().map(|law| law.exponent).min()?;
+        let leading_exponent = laws.flatten().map(|law| law.exponent as u32).min()?;
         let (omitted_share, usable_depth) = if contact_weight < leading_exponent {
             (1.0, 0.0)
         } else {
@@ -275,7 +307,8 @@ mod tests {
         let coefficient = |k: usize| {
             if k < first { Dd::ZERO } else { Dd::from(radius.powi(-(k as i32))) }
         };
-        DepthSeries { coefficients: vec![(0..=24).map(coefficient).collect()] }
+        let coefficients = vec![(0..=24).map(coefficient).collect()];
+        DepthSeries { coefficients, between: Vec::new() }
     }
 
     #[test]

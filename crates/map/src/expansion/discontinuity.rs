@@ -8,19 +8,20 @@
 //!
 //! The speed at which the surface is met follows from the same series.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use super::approach::{Approach, DepthVariable, kept_to_minimum, time_of_minimum};
 use super::error::ExpansionError;
 use super::local_map::{Contact, DepthForm};
 use super::passage::{ContactLaw, Passage};
-use super::power_law::PowerFlight;
+use super::power_law::{PowerCorrections, PowerFlight, PowerTerm};
 use super::release::ReleaseBalance;
 use super::routes::Graze;
-use super::variables::{Variables, coefficient_of_depth_power, fold_depth_powers, respace};
+use super::variables::{Variables, fold_depth_powers, respace};
 use crate::flow::{Field, Program, evaluate, local_series_kept_to};
 use crate::jet::{Jet, JetSpace};
-use crate::numeric::Real;
+use crate::numeric::{Dd, Real};
 use crate::orbit::PoincareSectionKind;
 
 /// Expands the discontinuity mapping on a section to the weight `weight`.
@@ -39,46 +40,52 @@ pub fn discontinuity<S: Real>(graze: &Graze, weight: u32) -> Result<Contact<S>, 
     let kept = weight + through.lost_weights();
     let approach = Approach::<S>::new(graze, kept, DepthVariable::Replacing)?;
     let image = approach.image(graze, &through)?;
-    approach.canonical(graze, weight, &image)
+    approach.canonical(graze, weight, &image, through.own_variables())
 }
 
 impl<S: Real> Approach<S> {
-    /// Image of the section point, at zero net time or on the tangency section.
+    /// Image of the section point, at zero net time or on the tangency section: jets in
+    /// `(y; coordinates; parameters)`, and after them the powers of `y` that are variables of their
+    /// own.
     pub(super) fn image(
         &self,
         graze: &Graze,
         through: &Through<'_>,
     ) -> Result<Vec<Jet<S>>, ExpansionError> {
         let Graze { passage, chart, .. } = graze;
-        let parameters = passage.parameter_jets(&self.space, self.first_parameter);
-        let (state, time) = self.departure(&parameters, through)?;
-        let kept = kept_to_minimum(self.space.order());
+        let (state, time) = self.departure(passage, through)?;
+        let space = time.space();
+        let parameters = passage.parameter_jets(space, self.first_parameter);
+        let kept = kept_to_minimum(space.order(), space.weights()[0] as usize);
         let series = local_series_kept_to(&passage.field, &state, &parameters, kept);
         let to_section = match chart.section.kind {
-            PoincareSectionKind::Tangency => {
-                time_of_minimum(series.watched(0), &Jet::zero(&self.space))?
-            }
+            PoincareSectionKind::Tangency => time_of_minimum(series.watched(0), &Jet::zero(space))?,
             PoincareSectionKind::Stroboscopic { .. } => -&time,
         };
         Ok(series.state_at(&to_section))
     }
 
     /// State just after the contact (the reset of a rigid stop, or the contact field up to the
-    /// release) and the time from the section point, as jets in `(y; coordinates; parameters)`.
+    /// release) and the time from the section point, as jets in `(y; coordinates; parameters)` and
+    /// the variables of the contact.
     fn departure(
         &self,
-        parameters: &[Jet<S>],
+        passage: &Passage,
         through: &Through<'_>,
     ) -> Result<(Vec<Jet<S>>, Jet<S>), ExpansionError> {
         let entry = self.entry()?;
+        let parameters = &passage.parameter_jets(&self.space, self.first_parameter);
         Ok(match through {
             Through::Contact { field, release } => {
                 let (state, contact_time) = release.exit(field, &entry.state, parameters)?;
                 (state, &entry.time + &contact_time)
             }
             Through::Powers(flight) => {
-                let (state, contact_time) = flight.exit(&entry.state, parameters)?;
-                (state, &entry.time + &contact_time)
+                let space = flight.space(&self.space)?;
+                let state: Vec<_> = entry.state.iter().map(|jet| widened(jet, &space)).collect();
+                let parameters = passage.parameter_jets(&space, self.first_parameter);
+                let (state, contact_time) = flight.exit(&state, &parameters)?;
+                (state, &widened(&entry.time, &space) + &contact_time)
             }
             Through::Reset(reset) => {
                 let inputs: Vec<_> = entry.state.iter().chain(parameters).cloned().collect();
@@ -87,13 +94,20 @@ impl<S: Real> Approach<S> {
         })
     }
 
+    /// Correction of a component of the state, in the space of the image.
+    pub(super) fn correction(&self, component: usize, image: &[Jet<S>]) -> Jet<S> {
+        let image = &image[component];
+        image - &widened(&self.start[component], image.space())
+    }
+
     /// Canonical form: subtracts the identity, orders by powers of `y`, and replaces powers of `y`
-    /// above the second by `y² = depth`.
+    /// above the second by `y² = depth`; `exponents` are those of the variables of the contact.
     fn canonical(
         &self,
         graze: &Graze,
         weight: u32,
         image: &[Jet<S>],
+        exponents: Vec<Dd>,
     ) -> Result<Contact<S>, ExpansionError> {
         let variables = &graze.variables;
         let linear_space = variables.smooth_space(weight.saturating_sub(1))?;
@@ -101,8 +115,9 @@ impl<S: Real> Approach<S> {
         let (mut linear, mut quadratic) = (Vec::new(), Vec::new());
         let mut corrections = Vec::new();
         for &component in &graze.chart.section.coordinates {
-            let correction = &image[component] - &self.start[component];
+            let correction = self.correction(component, image);
             self.check_identity_at_zero_depth(&graze.passage, &image[component], &correction)?;
+            let correction = narrowed(&correction, &self.space, &[]);
             let fold = |first: u8, space: &Arc<JetSpace>| {
                 fold_depth_powers(&correction, first, weight, &self.depth, space)
             };
@@ -110,13 +125,54 @@ impl<S: Real> Approach<S> {
             quadratic.push(fold(2, &quadratic_space));
             corrections.push(correction.truncate(weight as usize));
         }
+        let powers = self.powers(graze, weight, image, exponents)?;
+        let replaced = self.replaced.filter(|_| powers.is_empty());
         let form = |replaced| Arc::new(DepthForm { replaced, corrections });
         Ok(Contact {
             depth: self.depth_to(variables, weight)?,
             linear,
             quadratic,
-            depth_form: self.replaced.map(form),
+            powers,
+            depth_form: replaced.map(form),
         })
+    }
+
+    /// Terms of the canonical form with powers of the variables of the contact.
+    fn powers(
+        &self,
+        graze: &Graze,
+        weight: u32,
+        image: &[Jet<S>],
+        exponents: Vec<Dd>,
+    ) -> Result<PowerCorrections<S>, ExpansionError> {
+        let coordinates = &graze.chart.section.coordinates;
+        let corrections: Vec<Jet<S>> =
+            coordinates.iter().map(|&component| self.correction(component, image)).collect();
+        let mut found = BTreeSet::new();
+        for correction in &corrections {
+            let terms = correction.terms().filter(|(_, value)| *value != S::zero());
+            found.extend(terms.map(|(powers, _)| powers[self.space.variables()..].to_vec()));
+        }
+        let mut terms = Vec::new();
+        for powers in found.into_iter().filter(|powers| powers.iter().any(|&power| power > 0)) {
+            let mut term = PowerTerm { powers, linear: Vec::new(), quadratic: Vec::new() };
+            let left = f64::from(weight) - term.exponent(&exponents);
+            for correction in &corrections {
+                let part = narrowed(correction, &self.space, &term.powers);
+                let fold = |first: u8| {
+                    let left = left - f64::from(first);
+                    let space = graze.variables.smooth_space(left.max(0.0) as u32)?;
+                    Ok::<_, ExpansionError>(match left >= 0.0 {
+                        true => fold_depth_powers(&part, first, weight, &self.depth, &space),
+                        false => Jet::zero(&space),
+                    })
+                };
+                term.linear.push(fold(1)?);
+                term.quadratic.push(fold(2)?);
+            }
+            terms.push(term);
+        }
+        Ok(PowerCorrections { exponents, terms })
     }
 
     /// Depth `−h_min` to the weight `weight + 1`.
@@ -133,8 +189,8 @@ impl<S: Real> Approach<S> {
         image: &Jet<S>,
         correction: &Jet<S>,
     ) -> Result<(), ExpansionError> {
-        let at_zero_depth = coefficient_of_depth_power(correction, 0, self.depth.space());
-        let displacement = largest(&at_zero_depth);
+        let at_zero_depth = correction.terms().filter(|(powers, _)| powers[0] == 0);
+        let displacement = at_zero_depth.map(|(_, value)| value.magnitude()).fold(0.0, f64::max);
         // The image contains the state itself, whose size determines the rounding.
         let scale = largest(image).max(1.0);
         if displacement.is_nan() || displacement > 1e6 * S::ROUNDOFF * scale {
@@ -143,6 +199,28 @@ impl<S: Real> Approach<S> {
         }
         Ok(())
     }
+}
+
+/// A jet in `(y; coordinates; parameters)` with further variables, in a space that has them last.
+fn widened<S: Real>(jet: &Jet<S>, space: &Arc<JetSpace>) -> Jet<S> {
+    let same: Vec<_> = (0..jet.space().variables()).map(Some).collect();
+    if jet.is_in(space) { jet.clone() } else { jet.reinterpret(space, &same) }
+}
+
+/// Coefficient of a product of powers of the last variables of a jet, in a space without them; no
+/// powers stand for the zeroth.
+fn narrowed<S: Real>(jet: &Jet<S>, space: &Arc<JetSpace>, powers: &[u8]) -> Jet<S> {
+    let mut narrow = Jet::zero(space);
+    for (exponents, value) in jet.terms() {
+        let (own, last) = exponents.split_at(space.variables());
+        let mut wanted = powers.iter().chain(std::iter::repeat(&0));
+        if last.iter().all(|power| Some(power) == wanted.next())
+            && let Some(monomial) = space.monomial(own)
+        {
+            narrow.coefficients_mut()[monomial] = value;
+        }
+    }
+    narrow
 }
 
 fn largest<S: Real>(jet: &Jet<S>) -> f64 {
@@ -173,6 +251,14 @@ impl<'a> Through<'a> {
             }
             ContactLaw::Powers(law) => Self::Powers(PowerFlight::new(graze, law)?),
         })
+    }
+
+    /// Exponents of `y` in the powers that are variables of their own, the last of the image.
+    pub(super) fn own_variables(&self) -> Vec<Dd> {
+        match self {
+            Self::Reset(_) | Self::Contact { .. } => Vec::new(),
+            Self::Powers(flight) => flight.own_variables(),
+        }
     }
 
     /// Number of weights by which the image is less exact than the state on the surface.

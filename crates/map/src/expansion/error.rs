@@ -261,16 +261,17 @@ pub enum PowerProblem {
     /// The power acts on the rate of the gap.
     #[error("it acts on the rate of the gap itself, expected on a rate of that")]
     OnRate,
-    /// Twice the exponent is not whole.
+    /// The exponent is not between 0.05 and 32.
     #[error(
-        "a map is expanded for exponents 1/2, 1, 3/2, ... alone; direct simulation takes any \
-         (method `direct`)"
+        "a map is expanded for exponents from 0.05 to 32; direct simulation takes any (method \
+         `direct`)"
     )]
-    NotHalfWhole,
-    /// A square root of the penetration in a contact that ends before the surface.
+    OutOfRange,
+    /// A square root, or a smaller power, of the penetration in a contact that ends before the
+    /// surface.
     #[error(
-        "a square root is expanded for a release at the surface alone; direct simulation takes \
-         any (method `direct`)"
+        "exponents up to 1/2 are expanded for a release at the surface alone; direct simulation \
+         takes any (method `direct`)"
     )]
     EarlyRoot,
 }

@@ -7,6 +7,7 @@
 use super::error::ExpansionError;
 use super::expand::Expander;
 use super::local_map::{LocalMap, MapWindow, Stage};
+use super::power_law::PowerCorrections;
 use crate::jet::Jet;
 use crate::model::{MapOrders, Orders, Response, Scene};
 use crate::numeric::decimal_below;
@@ -50,6 +51,7 @@ pub fn free_flight(scene: &Scene, orbit: &GrazingOrbit) -> Result<LocalMap, Expa
     for stage in &mut map.stages {
         if let Stage::Contact(contact) = stage {
             contact.depth_form = None;
+            contact.powers = PowerCorrections::default();
             let corrections = contact.linear.iter_mut().chain(&mut contact.quadratic);
             corrections.for_each(|jet| *jet = Jet::constant(jet.space(), f64::NAN));
         }

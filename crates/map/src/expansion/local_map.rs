@@ -5,6 +5,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use super::flown::FlownContact;
+use super::power_law::PowerCorrections;
 use crate::jet::Jet;
 use crate::model::{Digest, MapOrders, Scene};
 use crate::numeric::{Dd, Real, Scalar, unbounded, unbounded_number};
@@ -180,7 +181,7 @@ impl Stage {
             Self::Leg(leg) => leg.image.iter().collect(),
             Self::Contact(contact) => {
                 let corrections = contact.linear.iter().chain(&contact.quadratic);
-                corrections.chain([&contact.depth]).collect()
+                corrections.chain([&contact.depth]).chain(contact.powers.polynomials()).collect()
             }
             Self::Flown(flown) => flown.polynomials().collect(),
         }
@@ -200,6 +201,8 @@ pub struct Leg<S: Scalar = f64> {
 /// ```text
 /// x_i ↦ x_i + y linear_i(x, p) + y² quadratic_i(x, p)
 /// ```
+///
+/// and, for a contact with powers of the penetration, terms with powers of `y` that are not whole.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Contact<S: Scalar = f64> {
     /// Depth `−h_min`, a polynomial in (coordinates; parameters) without constant term.
@@ -208,6 +211,9 @@ pub struct Contact<S: Scalar = f64> {
     pub linear: Vec<Jet<S>>,
     /// Coefficient of `y²`, one polynomial per coordinate.
     pub quadratic: Vec<Jet<S>>,
+    /// Terms with powers of `y` that are not whole.
+    #[serde(default, skip_serializing_if = "PowerCorrections::is_empty")]
+    pub powers: PowerCorrections<S>,
     /// Corrections in the depth variable, as expanded; `None` if coefficients were fitted or
     /// dropped for a tolerance.
     pub depth_form: Option<Arc<DepthForm<S>>>,
@@ -226,11 +232,22 @@ pub struct DepthForm<S: Scalar = f64> {
     pub corrections: Vec<Jet<S>>,
 }
 
+impl<S: Scalar> Contact<S> {
+    /// Polynomials of the correction of a coordinate: the coefficients of `y`, of `y²`, and of the
+    /// terms with powers of `y` that are not whole.
+    pub(super) fn corrections(&self, coordinate: usize) -> impl Iterator<Item = &Jet<S>> {
+        let powers = self.powers.terms.iter();
+        let powers =
+            powers.flat_map(move |term| [&term.linear[coordinate], &term.quadratic[coordinate]]);
+        [&self.linear[coordinate], &self.quadratic[coordinate]].into_iter().chain(powers)
+    }
+}
+
 impl<S: Real> Contact<S> {
     /// Whether every coefficient is finite.
     pub fn is_finite(&self) -> bool {
         let mut jets = self.linear.iter().chain(&self.quadratic).chain([&self.depth]);
-        jets.all(Jet::is_finite)
+        jets.all(Jet::is_finite) && self.powers.is_finite()
     }
 
     /// Rounds the coefficients to `f64`.
@@ -240,6 +257,7 @@ impl<S: Real> Contact<S> {
             depth: self.depth.to_f64(),
             linear: round(&self.linear),
             quadratic: round(&self.quadratic),
+            powers: self.powers.map(Jet::to_f64),
             depth_form: self.depth_form.as_ref().map(|form| {
                 Arc::new(DepthForm {
                     replaced: form.replaced,
@@ -266,6 +284,15 @@ impl LocalMap {
     /// Whether a contact of this map is flown exactly.
     pub fn is_flown(&self) -> bool {
         self.stages.iter().any(|stage| matches!(stage, Stage::Flown(_)))
+    }
+
+    /// Whether every stage is a polynomial in (depth variables; coordinates; parameters).
+    pub fn is_polynomial(&self) -> bool {
+        self.stages.iter().all(|stage| match stage {
+            Stage::Leg(_) => true,
+            Stage::Contact(contact) => contact.powers.is_empty(),
+            Stage::Flown(_) => false,
+        })
     }
 
     /// Number of coefficients that are not zero.

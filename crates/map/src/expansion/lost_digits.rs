@@ -64,18 +64,15 @@ impl Expander<'_> {
         let (contact, exact) =
             (self.contact(passage, weight)?, self.contact_in::<Dd>(passage, weight)?);
         let units = self.units(passage);
-        let linear = contact.linear.iter().zip(&exact.linear);
-        let quadratic = contact.quadratic.iter().zip(&exact.quadratic);
-        let lost = |((linear, exact_linear), (quadratic, exact_quadratic))| {
-            let (linear, quadratic) = (
-                Compared::new(linear, exact_linear, &units),
-                Compared::new(quadratic, exact_quadratic, &units),
-            );
-            // A part that is zero to rounding is measured against the other.
-            let all = linear.largest().max(quadratic.largest());
-            linear.lost(all).max(quadratic.lost(all))
+        let lost = |coordinate: usize| {
+            let parts = contact.corrections(coordinate).zip(exact.corrections(coordinate));
+            let parts: Vec<_> =
+                parts.map(|(own, exact)| Compared::new(own, exact, &units)).collect();
+            // A part that is zero to rounding is measured against the others.
+            let all = parts.iter().map(Compared::largest).fold(0.0, f64::max);
+            parts.iter().map(|part| part.lost(all)).fold(0.0, f64::max)
         };
-        Ok(linear.zip(quadratic).map(lost).collect())
+        Ok((0..contact.linear.len()).map(lost).collect())
     }
 
     /// Highest weight, at most `asked`, to which a contact can be expanded twice at little cost.
@@ -218,6 +215,11 @@ impl Expander<'_> {
                 Stage::Contact(contact) => {
                     limit(&contact.linear, depth.sqrt());
                     limit(&contact.quadratic, depth);
+                    for term in &contact.powers.terms {
+                        let factor = depth.powf(0.5 * term.exponent(&contact.powers.exponents));
+                        limit(&term.linear, factor * depth.sqrt());
+                        limit(&term.quadratic, factor * depth);
+                    }
                 }
                 // Polynomials of a flown contact are not those of an image.
                 Stage::Flown(_) => {}

@@ -3,6 +3,7 @@
 use super::composition::{ComposedMap, DepthPolynomial, DepthTerm};
 use super::flown::Arithmetic;
 use super::local_map::{Contact, Leg, LocalMap, Stage};
+use super::power_law::power_of_depth;
 use crate::jet::Jet;
 use crate::jet::kernel::{HornerPlan, Kernel, KernelBuilder, Value};
 
@@ -29,10 +30,10 @@ impl MapKernel {
             let point = [state.as_slice(), &parameters].concat();
             state = match stage {
                 Stage::Leg(Leg { image }) => lower_all(&mut builder, image, &point),
-                Stage::Contact(Contact { depth, linear, quadratic, .. }) => {
-                    let depth = HornerPlan::of_jet(depth).lower(&mut builder, &point);
+                Stage::Contact(contact) => {
+                    let depth = HornerPlan::of_jet(&contact.depth).lower(&mut builder, &point);
                     depths.push(depth);
-                    contact(&mut builder, depth, &state, [linear, quadratic], &point)
+                    lower_contact(&mut builder, contact, depth, &point)
                 }
                 Stage::Flown(flown) => {
                     let (image, depth) = flown.act(&mut builder, &point);
@@ -49,10 +50,17 @@ impl MapKernel {
     pub fn composed(map: &LocalMap, composed: &ComposedMap) -> Self {
         let (mut builder, state, parameters) = start(map);
         let point = [state, parameters].concat();
-        let (mut depths, mut roots) = (Vec::new(), Vec::new());
-        for depth in &composed.depths {
-            let depth = lower_depths(&mut builder, &terms(depth), &roots, &point);
-            roots.push(builder.root_of_positive_part(depth));
+        let (mut depths, mut roots, mut last_root) = (Vec::new(), Vec::new(), None);
+        for (passage, exponent) in composed.depth_variables() {
+            if let (Some(exponent), Some(&y)) = (exponent, last_root.as_ref()) {
+                roots.push(power_of_depth(&mut builder, &y, exponent));
+                continue;
+            }
+            let polynomial = terms(&composed.depths[passage]);
+            let depth = lower_depths(&mut builder, &polynomial, &roots, &point);
+            let y = builder.root_of_positive_part(depth);
+            last_root = Some(y);
+            roots.push(y);
             depths.push(depth);
         }
         let image = composed.image.iter();
@@ -172,22 +180,24 @@ fn lower_depths(
     sum
 }
 
-/// Contact `base + y linear + y² quadratic` with `y = √max(0, depth)`.
-fn contact(
+/// Contact `x + y linear + y² quadratic` with `y = √max(0, depth)`, and its terms with powers of
+/// `y` that are not whole.
+fn lower_contact(
     builder: &mut KernelBuilder,
+    contact: &Contact,
     depth: Value,
-    base: &[Value],
-    [linear, quadratic]: [&[Jet<f64>]; 2],
     point: &[Value],
 ) -> Vec<Value> {
     let y = builder.root_of_positive_part(depth);
-    let linear = lower_all(builder, linear, point);
-    let quadratic = lower_all(builder, quadratic, point);
-    let coordinates = base.iter().zip(linear.iter().zip(&quadratic));
-    coordinates
+    let linear = lower_all(builder, &contact.linear, point);
+    let quadratic = lower_all(builder, &contact.quadratic, point);
+    let coordinates = point.iter().zip(linear.iter().zip(&quadratic));
+    let mut image: Vec<Value> = coordinates
         .map(|(&base, (&linear, &quadratic))| {
             let slope = builder.multiply_add(y, quadratic, linear);
             builder.multiply_add(y, slope, base)
         })
-        .collect()
+        .collect();
+    contact.powers.add_to(builder, &y, point, &mut image);
+    image
 }

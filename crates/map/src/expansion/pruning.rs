@@ -50,8 +50,9 @@ pub fn prune(map: &LocalMap, tolerance: f64) -> (LocalMap, PruneReport) {
             Stage::Flown(flown) => {
                 report.kept += flown.polynomials().map(Jet::nonzero).sum::<usize>()
             }
-            Stage::Contact(Contact { depth, linear, quadratic, depth_form }) => {
+            Stage::Contact(Contact { depth, linear, quadratic, powers, depth_form }) => {
                 *depth_form = None;
+                report.kept += powers.polynomials().map(Jet::nonzero).sum::<usize>();
                 report.kept += depth.nonzero();
                 let (budget, depth) = (0.5 * budget, map.window.depth);
                 for (linear, quadratic) in linear.iter_mut().zip(quadratic) {
@@ -81,12 +82,24 @@ pub fn prune_composed(
         ..PruneReport::default()
     };
     let bounds = [map.window.state.as_slice(), &map.window.parameter].concat();
+    let exponents = composed.depth_variables();
+    let exponents = exponents.map(|(_, exponent)| exponent.map(|exponent| exponent.to_f64()));
+    let exponents: Vec<Option<f64>> = exponents.collect();
     for polynomial in &mut pruned.image {
         let mut classes: BTreeMap<Vec<u8>, Vec<(&mut Jet<f64>, f64)>> = BTreeMap::new();
         for term in &mut polynomial.terms {
-            let degree: i32 = term.powers.iter().map(|&power| i32::from(power)).sum();
-            let factor = map.window.depth.sqrt().powi(degree);
-            let class = term.powers.iter().map(|&power| folded(power)).collect();
+            let powers = || term.powers.iter().zip(&exponents);
+            let whole = powers().filter(|(_, exponent)| exponent.is_none());
+            let degree: i32 = whole.map(|(&power, _)| i32::from(power)).sum();
+            let own =
+                powers().filter_map(|(&power, exponent)| Some(f64::from(power) * (*exponent)?));
+            let y = map.window.depth.sqrt();
+            let factor = own.fold(y.powi(degree), |factor, exponent| factor * y.powf(exponent));
+            let class = powers().map(|(&power, exponent)| match exponent {
+                None => folded(power),
+                Some(_) => power,
+            });
+            let class = class.collect();
             let parts = classes.entry(class).or_default();
             parts.push((&mut term.coefficient, factor));
         }
@@ -171,10 +184,19 @@ fn stage_bounds(map: &LocalMap) -> Vec<Vec<f64>> {
                 pairs.map(|(correction, bound)| bound + correction).collect()
             }
             Stage::Contact(contact) => {
-                let corrections = contact.linear.iter().zip(&contact.quadratic);
-                let sizes = corrections
-                    .map(|(l, q)| y * magnitude(l, &bounds) + y * y * magnitude(q, &bounds));
-                sizes.zip(&bounds).map(|(correction, bound)| bound + correction).collect()
+                let powers = contact.powers.terms.iter().map(|term| {
+                    let factor = y.powf(term.exponent(&contact.powers.exponents));
+                    (factor, &term.linear, &term.quadratic)
+                });
+                let terms = std::iter::once((1.0, &contact.linear, &contact.quadratic));
+                let mut next = bounds[..contact.linear.len()].to_vec();
+                for (factor, linear, quadratic) in terms.chain(powers) {
+                    for (bound, (l, q)) in next.iter_mut().zip(linear.iter().zip(quadratic)) {
+                        let (l, q) = (magnitude(l, &bounds), magnitude(q, &bounds));
+                        *bound += factor * y * (l + y * q);
+                    }
+                }
+                next
             }
         };
         bounds[..next.len()].copy_from_slice(&next);
@@ -248,6 +270,13 @@ pub(super) fn without_rounding(mut contact: Contact<Dd>, sizes: &Sizes) -> Conta
         quadratic.map(|(jet, size)| Part { factor: sizes.depth * sizes.depth / size, jet });
     // The first polynomial has all monomials of the others.
     clear(&mut linear.chain(quadratic).collect::<Vec<_>>(), sizes);
+    for term in &mut contact.powers.terms {
+        let part = |power: f64| move |(jet, size)| Part { factor: power / size, jet };
+        let linear = term.linear.iter_mut().zip(&sizes.variables).map(part(sizes.depth));
+        let quadratic = term.quadratic.iter_mut().zip(&sizes.variables);
+        let quadratic = quadratic.map(part(sizes.depth * sizes.depth));
+        clear(&mut linear.chain(quadratic).collect::<Vec<_>>(), sizes);
+    }
     if let Some(form) = contact.depth_form.as_mut().map(Arc::make_mut) {
         let corrections = form.corrections.iter_mut().zip(&sizes.variables);
         let corrections = corrections.map(|(jet, size)| Part { factor: 1.0 / size, jet });
@@ -309,6 +338,7 @@ fn clear(parts: &mut [Part<'_>], sizes: &Sizes) {
 mod tests {
     use super::*;
     use crate::expansion::DepthForm;
+    use crate::expansion::PowerCorrections;
     use crate::jet::JetSpace;
 
     /// Clears a contact with one coordinate and one parameter, of sizes 1e-3 and 10. Arguments are
@@ -322,6 +352,7 @@ mod tests {
             depth: jet(depth),
             linear: vec![jet(linear)],
             quadratic: vec![jet(quadratic)],
+            powers: PowerCorrections::default(),
             depth_form: None,
         };
         let sizes = Sizes { depth: 0.1, variables: vec![1e-3, 10.0] };
@@ -357,6 +388,7 @@ mod tests {
             depth: flat.clone(),
             linear: vec![flat.clone(), flat.clone()],
             quadratic: vec![flat.clone(), flat],
+            powers: PowerCorrections::default(),
             depth_form: Some(Arc::new(DepthForm { replaced: 0, corrections })),
         };
         let sizes = Sizes { depth: 0.1, variables: vec![1e-3, 10.0] };

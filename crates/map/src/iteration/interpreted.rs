@@ -119,7 +119,8 @@ fn leg_step(leg: &Leg, point: &[f64], dimension: usize) -> (Vec<f64>, Vec<f64>) 
 }
 
 /// Depth, image `x_i + y l_i + y² q_i` and Jacobian rows
-/// `δ_ij + y' (l_i + 2 y q_i) + y l_i' + y² q_i'`, with `y' = depth'/(2y)`.
+/// `δ_ij + y' (l_i + 2 y q_i) + y l_i' + y² q_i'`, with `y' = depth'/(2y)`; the terms with powers of
+/// `y` that are not whole carry their derivatives along.
 fn contact_step(contact: &Contact, point: &[f64], dimension: usize) -> (f64, Vec<f64>, Vec<f64>) {
     let (depth, depth_gradient) = expand(&contact.depth, point);
     let y = depth.max(0.0).sqrt();
@@ -134,6 +135,18 @@ fn contact_step(contact: &Contact, point: &[f64], dimension: usize) -> (f64, Vec
             let through_y = depth_gradient[j] * slope * (l + 2.0 * y * q);
             jacobian.push(identity + through_y + y * (l_gradient[j] + y * q_gradient[j]));
         }
+    }
+    if !contact.powers.is_empty() {
+        let mut tangents = Tangents::new(dimension);
+        let variables = tangents.variables(point);
+        let depth = tangents.polynomial(&contact.depth, &variables);
+        let y = tangents.root_of_positive_part(&depth);
+        let rows = jacobian.chunks(dimension).zip(&next);
+        let mut image: Vec<Tangent> =
+            rows.map(|(row, &value)| Tangent { value, tangent: row.to_vec() }).collect();
+        contact.powers.add_to(&mut tangents, &y, &variables, &mut image);
+        next = image.iter().map(|value| value.value).collect();
+        jacobian = image.iter().flat_map(|value| &value.tangent).copied().collect();
     }
     (depth, next, jacobian)
 }

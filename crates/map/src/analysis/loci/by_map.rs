@@ -93,9 +93,9 @@ impl<'a> MapLoci<'a> {
         let reach = [FARTHEST, REACH].map(|reach| reach * self.wider);
         let window = &self.map.window;
         let equations = MapOrbitEquations::new(evaluation, itinerary, window, free, at, reach);
-        let mut equations = match self.map.is_flown() {
-            true => equations.with_positive_depths(),
-            false => equations,
+        let mut equations = match self.map.is_polynomial() {
+            true => equations,
+            false => equations.with_positive_depths(),
         };
         for (place, parameter) in free.iter().enumerate() {
             if let Some((_, range)) = self.free.iter().find(|(other, _)| other == parameter) {

@@ -82,7 +82,7 @@ impl<'a> ItinerarySearch<'a> {
             window: &map.window,
             dimension: map.dimension(),
             passages: map.passages(),
-            positive: map.is_flown(),
+            positive: !map.is_polynomial(),
         }
     }
 

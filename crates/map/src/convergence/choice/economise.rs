@@ -99,6 +99,8 @@ impl Economiser {
         for (number, stage) in exact.stages.iter().enumerate() {
             fits.push(match stage {
                 Stage::Leg(leg) => leg_fit(leg, &points),
+                // Their coefficients would be fitted beside those of the other terms.
+                Stage::Contact(contact) if !contact.powers.is_empty() => StageFit::None,
                 Stage::Contact(contact) => contact_fit(contact, &points, deepest),
                 // Maps of a family are series.
                 Stage::Flown(_) => StageFit::None,

@@ -143,8 +143,9 @@ impl ScaledPoints {
         cut: impl Fn(u32) -> Result<MapEvaluation<Dd>, ConvergenceError> + Sync,
     ) -> Result<Vec<FactorRate>, ConvergenceError> {
         let rate = |order: u32| {
-            let expected = f64::from(order + 1);
-            let (rate, errors) = self.rate_and_errors(&cut(order)?, Dd::ROUNDOFF, expected);
+            let map = cut(order)?;
+            let expected = map.omitted_exponent(order);
+            let (rate, errors) = self.rate_and_errors(&map, Dd::ROUNDOFF, expected);
             Ok(FactorRate { order, rate, errors })
         };
         parallel::try_map(1..=highest, rate)
@@ -239,9 +240,11 @@ impl ScaledPoints {
     }
 
     /// Rate of a map at these orders. After a contact the state is `O(y)`, so that a leg cut at
-    /// degree `N` has an error `y^(N+1)`, and a contact cut at weight `W` an error `y^(W+1)`.
+    /// degree `N` has an error `y^(N+1)`, and a contact cut at weight `W` an error `y^(W+1)`, or
+    /// that of the first power between.
     pub(super) fn rate(&self, map: &MapEvaluation<Dd>, rounding: f64, orders: MapOrders) -> Rate {
-        let expected = f64::from(orders.smooth_order.min(orders.contact_weight) + 1);
+        let smooth = f64::from(orders.smooth_order + 1);
+        let expected = smooth.min(map.omitted_exponent(orders.contact_weight));
         self.rate_and_errors(map, rounding, expected).0
     }
 }

@@ -2,16 +2,17 @@
 //!
 //! In the time `t = y T u`, `u` from 0 to 1, the penetration is `y² u (1 − u) H` with `H > 0`, or
 //! `y² u H` where the contact ends before the surface. A power `d^β` is then `y^{2β}` times a
-//! number and `H^β` at each node of a quadrature, an analytic function for a whole `2β`. An
-//! integral over the time has a factor `y`, so that the part of one degree of every jet follows
-//! from lower ones.
+//! number and `H^β` at each node of a quadrature. For a whole `2β` the first factor is a power of
+//! `y`, otherwise a variable of its own, the last of its space. An integral over the time has a
+//! factor `y`, so that the part of one degree of every jet follows from lower ones.
 
 use std::sync::Arc;
 
 use nalgebra::DVector;
 
+use super::corrections::{LARGEST_EXPONENT, WeightScale};
 use super::law::{Output, PowerLaw};
-use super::quadrature::Quadrature;
+use super::quadrature::{Quadrature, growth};
 use crate::expansion::approach::{Approach, DepthVariable};
 use crate::expansion::error::{ContactLawError, ExpansionError, PowerProblem};
 use crate::expansion::routes::Graze;
@@ -26,8 +27,10 @@ const RELEASE_WEIGHT: u32 = 4;
 const VANISHING: f64 = 1e-22;
 /// Share of a whole contact's time beyond which an early release is too near to the surface.
 const LATEST: f64 = 0.9;
-/// Largest number of nodes.
+/// Largest number of nodes for half-whole powers.
 const MOST_NODES: usize = 120;
+/// Smallest power of `y` in a power of the penetration.
+const SMALLEST_POWER: f64 = 0.1;
 
 /// A contact with powers of the penetration, and how it ends.
 #[derive(Clone, Debug)]
@@ -54,8 +57,11 @@ impl<'a> PowerFlight<'a> {
             let (surface, exponent) = (surface(), exponent.to_f64());
             ExpansionError::from(ContactLawError::Power { surface, exponent, problem })
         };
-        if let Some(&exponent) = law.exponents.iter().find(|&&beta| whole_power(beta).is_none()) {
-            return Err(refused(exponent, PowerProblem::NotHalfWhole));
+        let is_out_of_range = |&&beta: &&Dd| {
+            !(SMALLEST_POWER..=LARGEST_EXPONENT).contains(&depth_power(beta).to_f64())
+        };
+        if let Some(&exponent) = law.exponents.iter().find(is_out_of_range) {
+            return Err(refused(exponent, PowerProblem::OutOfRange));
         }
         let kind = DepthVariable::Replacing;
         let approach = Approach::<Dd>::new(graze, RELEASE_WEIGHT, kind)?;
@@ -87,14 +93,50 @@ impl<'a> PowerFlight<'a> {
                 ContactLawError::NoRelease { surface: surface(), release, contact_acceleration };
             return Err(none.into());
         }
-        let root = law.exponents.iter().find(|&&beta| whole_power(beta) == Some(1));
+        let root = law.exponents.iter().find(|&&beta| depth_power(beta).to_f64() <= 1.0);
         match root {
             Some(&exponent) => Err(refused(exponent, PowerProblem::EarlyRoot)),
             None => Ok(Self { law, early: Some(share) }),
         }
     }
 
-    /// Flies from the entry to the release; returns the state there and the contact time.
+    /// Exponents of `y` in the powers that are variables of their own.
+    ///
+    /// An early release divides by `y`: what is left of the power then is the variable.
+    pub(in crate::expansion) fn own_variables(&self) -> Vec<Dd> {
+        let powers = self.law.exponents.iter().map(|&exponent| depth_power(exponent));
+        let beside = Dd::from_f64(f64::from(self.beside()));
+        powers.filter(|&power| whole(power).is_none()).map(|power| power - beside).collect()
+    }
+
+    /// Power of `y` beside a variable of its own in a power of the penetration.
+    fn beside(&self) -> u8 {
+        u8::from(self.early.is_some())
+    }
+
+    /// Space of the flight: `(y; coordinates; parameters)` and, after them, the powers of `y` that
+    /// are variables of their own.
+    ///
+    /// # Errors
+    ///
+    /// [`ExpansionError::Jet`] if it would be too large.
+    pub(in crate::expansion) fn space(
+        &self,
+        narrow: &Arc<JetSpace>,
+    ) -> Result<Arc<JetSpace>, ExpansionError> {
+        let own = self.own_variables();
+        if own.is_empty() {
+            return Ok(Arc::clone(narrow));
+        }
+        let scale = WeightScale::of(&own);
+        let weights = narrow.weights().iter().map(|weight| scale.unit * weight);
+        let own = own.into_iter().map(|power| scale.weight(power));
+        let weights: Vec<u32> = weights.chain(own).collect();
+        Ok(JetSpace::new(&weights, scale.unit as usize * narrow.order())?)
+    }
+
+    /// Flies from the entry to the release, in the [space](Self::space) of the flight; returns the
+    /// state there and the contact time.
     ///
     /// # Errors
     ///
@@ -112,11 +154,42 @@ impl<'a> PowerFlight<'a> {
     }
 }
 
-/// Power of `y` in `d^β`, if it is whole.
-fn whole_power(exponent: Dd) -> Option<u8> {
-    let power = exponent + exponent;
-    let whole = power.lo == 0.0 && power.hi.fract() == 0.0 && (1.0..=64.0).contains(&power.hi);
-    whole.then_some(power.hi as u8)
+/// Power of `y` in `d^β`.
+fn depth_power(exponent: Dd) -> Dd {
+    exponent + exponent
+}
+
+/// A power as a whole number, if it is one.
+fn whole(power: Dd) -> Option<u8> {
+    (power.lo == 0.0 && power.hi.fract() == 0.0).then_some(power.hi as u8)
+}
+
+/// A product of powers of the variables of a space, by which jets are multiplied.
+struct Raised {
+    /// Its weight.
+    weight: usize,
+    /// Monomial times the product, for every monomial that the space keeps.
+    monomials: Vec<Option<usize>>,
+}
+
+impl Raised {
+    /// The product of powers of variables, each with its number.
+    fn new(space: &JetSpace, powers: &[(usize, u8)]) -> Self {
+        let of = |monomial| {
+            let mut target = space.exponents(monomial).to_vec();
+            for &(variable, power) in powers {
+                target[variable] = target[variable].checked_add(power)?;
+            }
+            space.monomial(&target)
+        };
+        let weight = |&(variable, power): &(usize, u8)| {
+            space.weights()[variable] as usize * usize::from(power)
+        };
+        Self {
+            weight: powers.iter().map(weight).sum(),
+            monomials: (0..space.len()).map(of).collect(),
+        }
+    }
 }
 
 /// The penetration over `y²` and its base, `H = T (σ − T A)`, and its powers at one place.
@@ -145,8 +218,10 @@ struct Flown<'a, S: Scalar> {
     gaps: Vec<Gap<S>>,
     /// Power of the base of each place, by class.
     bases: Vec<Vec<S>>,
-    /// Monomial times `y` to a class's power, by class, and at last times `y`.
-    raised: Vec<Vec<Option<usize>>>,
+    /// Factor of the powers of the penetration, by class.
+    raised: Vec<Raised>,
+    /// Factor `y`.
+    times_y: Raised,
     entry: Vec<Jet<S>>,
     exit: Vec<Vec<S>>,
     /// Tape of the law's program at the release, for an early one.
@@ -182,23 +257,28 @@ impl<'a, S: Real> Flown<'a, S> {
         for (slot, jet) in entry.iter().enumerate() {
             tape[slot * len] = jet.head();
         }
-        let quadrature: Quadrature<S> = match flight.early {
-            None => Quadrature::between(nodes_between(space.order(), &law.exponents, S::ROUNDOFF)),
-            Some(share) => Quadrature::after(nodes_after(share, S::ROUNDOFF)),
+        let least = law.exponents.iter().map(|beta| beta.to_f64()).fold(1.0, f64::min);
+        let half_whole = flight.own_variables().is_empty();
+        let quadrature: Quadrature<S> = match (flight.early, half_whole) {
+            (None, true) => {
+                Quadrature::between(nodes_between(space.order(), &law.exponents, S::ROUNDOFF))
+            }
+            (None, false) => Quadrature::between_any(least),
+            (Some(share), true) => Quadrature::after(nodes_after(share, S::ROUNDOFF)),
+            (Some(share), false) => Quadrature::after_any(share, least),
         }?;
         let bases = quadrature.places.iter().map(|place| {
             let powers = law.exponents.iter();
             powers.map(|&exponent| place.base.powf(S::from_dd(exponent))).collect()
         });
         let bases = bases.collect();
-        let powers = law.exponents.iter().filter_map(|&exponent| whole_power(exponent));
-        let raised = powers.chain([1]).map(|power| {
-            let of = |monomial| {
-                let mut target = space.exponents(monomial).to_vec();
-                target[0] = target[0].checked_add(power)?;
-                space.monomial(&target)
-            };
-            (0..space.len()).map(of).collect()
+        let mut own = space.variables() - flight.own_variables().len();
+        let raised = law.exponents.iter().map(|&exponent| match whole(depth_power(exponent)) {
+            Some(power) => Raised::new(space, &[(0, power)]),
+            None => {
+                own += 1;
+                Raised::new(space, &[(0, flight.beside()), (own - 1, 1)])
+            }
         });
         let gaps = quadrature.places.iter();
         let gaps = gaps.map(|place| Gap::new(place.share, len, law.exponents.len()));
@@ -216,6 +296,7 @@ impl<'a, S: Real> Flown<'a, S> {
             quadrature,
             bases,
             raised: raised.collect(),
+            times_y: Raised::new(space, &[(0, 1)]),
             entry: entry.to_vec(),
             exit,
             end: flight.early.is_some().then_some(tape),
@@ -271,16 +352,15 @@ impl<'a, S: Real> Flown<'a, S> {
     /// Part of the contact time over `y` to an early release, from the next part of the release
     /// function: the time enters it with its rate at the grazing point, times `y`.
     fn early_time(&mut self, degree: usize) {
-        if degree == self.space.order() {
+        if degree + self.times_y.weight > self.space.order() {
             return;
         }
         self.penetrations(degree);
         self.states(degree);
         let slot = self.law.program.output(self.law.place(Output::Release)) * self.space.len();
         let Some(tape) = &self.end else { return };
-        let times_y = &self.raised[self.law.exponents.len()];
         for monomial in self.space.degree_range(degree) {
-            if let Some(raised) = times_y[monomial] {
+            if let Some(raised) = self.times_y.monomials[monomial] {
                 self.time[monomial] = -tape[slot + raised] / self.release_rate;
             }
         }
@@ -304,13 +384,14 @@ impl<'a, S: Real> Flown<'a, S> {
 
     /// The next part of the state at every node and at the release.
     fn states(&mut self, degree: usize) {
-        let Self { law, space, quadrature, tapes, time, entry, exit, scratch, end, .. } = self;
-        let (len, next) = (space.len(), degree + 1);
+        let Self {
+            law, space, quadrature, tapes, time, times_y, entry, exit, scratch, end, ..
+        } = self;
+        let (len, next) = (space.len(), degree + times_y.weight);
         if next > space.order() {
             return;
         }
         let (range, raised_range) = (space.degree_range(degree), space.degree_range(next));
-        let times_y = &self.raised[law.exponents.len()];
         let count = tapes.len();
         let mut rates = vec![DVector::from_element(count, S::zero()); range.len()];
         for component in 0..law.dimension {
@@ -327,7 +408,7 @@ impl<'a, S: Real> Flown<'a, S> {
                 tape[first + raised_range.start..first + raised_range.end].copy_from_slice(start);
             }
             for (rates, monomial) in rates.iter().zip(range.clone()) {
-                let Some(raised) = times_y[monomial] else { continue };
+                let Some(raised) = times_y.monomials[monomial] else { continue };
                 exit[component][raised] += dot(quadrature.total.iter(), rates);
                 for (node, tape) in tapes.iter_mut().enumerate() {
                     tape[first + raised] += dot(quadrature.primitive.row(node).iter(), rates);
@@ -397,17 +478,16 @@ impl<S: Real> Gap<S> {
         space: &JetSpace,
         law: &PowerLaw,
         bases: &[S],
-        raised: &[Vec<Option<usize>>],
+        raised: &[Raised],
         degree: usize,
         tape: &mut [S],
     ) {
         let first = law.program.inputs() - law.exponents.len();
-        for (class, (&exponent, &base)) in law.exponents.iter().zip(bases).enumerate() {
-            let power = whole_power(exponent).map_or(0, usize::from);
-            let Some(source) = degree.checked_sub(power) else { continue };
+        for (class, (raised, &base)) in raised.iter().zip(bases).enumerate() {
+            let Some(source) = degree.checked_sub(raised.weight) else { continue };
             let slot = (first + class) * space.len();
             for monomial in space.degree_range(source) {
-                if let Some(raised) = raised[class][monomial] {
+                if let Some(raised) = raised.monomials[monomial] {
                     tape[slot + raised] = base * self.powers[class][0][monomial];
                 }
             }
@@ -426,9 +506,7 @@ fn nodes_between(order: usize, exponents: &[Dd], roundoff: f64) -> usize {
 /// Number of nodes of a contact that ends before the surface at a share of its whole time: the
 /// nearest singularity in `φ = √u` is at the surface.
 fn nodes_after(share: f64, roundoff: f64) -> usize {
-    let place = 2.0 / share.sqrt() - 1.0;
-    let growth = place + (place * place - 1.0).sqrt();
-    let needed = -roundoff.ln() / growth.ln() + 4.0;
+    let needed = -roundoff.ln() / growth(2.0 / share.sqrt() - 1.0).ln() + 4.0;
     (needed.ceil() as usize).min(MOST_NODES)
 }
 

@@ -1,14 +1,18 @@
 //! Contact forces that are powers of the penetration, `k d^p` with any `p > 0`.
 //!
 //! Such a force has no Taylor series on the surface. In a grazing passage the penetration is `y²`
-//! times a function of the time over `y`, so that `d^p` is `y^{2p}` times an analytic function of
-//! it: with `y^{2p}` as a variable of its own the passage is a power series again. Derivation:
-//! docs/mathematics/power-laws.md.
+//! times a function of the time over `y`, so that `d^p` is `y^{2p}` times a positive function of
+//! it: with `y^{2p}`, where it is no power of `y`, as a variable of its own the passage is a power
+//! series again. Derivation: docs/mathematics/power-laws.md.
 
+mod corrections;
 mod flight;
 mod law;
 mod quadrature;
 
+pub(super) use corrections::WeightScale;
+pub(crate) use corrections::power_of_depth;
+pub use corrections::{PowerCorrections, PowerTerm};
 pub(super) use flight::PowerFlight;
 pub use law::PowerLaw;
 pub(super) use law::Rewritten;

@@ -1,9 +1,11 @@
-//! Integrals over the time of a contact, `u` from 0 to 1, of functions with half-whole powers of
-//! the distance from a surface.
+//! Integrals over the time of a contact, `u` from 0 to 1, of functions with powers of the distance
+//! from a surface.
 //!
-//! With `u = sin² φ`, or `u = φ²` where the contact ends before the surface, such functions are
-//! analytic in `φ`: they are known at the nodes of Chebyshev in `φ`, and their integrals are those
-//! of the polynomial through them.
+//! Half-whole powers: with `u = sin² φ`, or `u = φ²` where the contact ends before the surface,
+//! such functions are analytic in `φ`: they are known at the nodes of Chebyshev in `φ`, and their
+//! integrals are those of the polynomial through them. Any powers: in `ln u`, and `ln (1 − u)` for
+//! the half beside the end, they are sums of exponentials; the nodes are those of pieces that
+//! double in length, each as many as the piece's share of an integral asks for.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -78,6 +80,51 @@ impl<S: Real> Quadrature<S> {
         Ok(Self { places, primitive, total, moment })
     }
 
+    /// A quadrature for a contact between two zeros of the penetration with any powers of it, the
+    /// smallest `least`.
+    ///
+    /// # Errors
+    ///
+    /// As [`between`](Self::between).
+    pub(super) fn between_any(least: f64) -> Result<Self, NumericError> {
+        let Graded { at, primitive: own, total: half } = Graded::new(0.5, 1.0, least)?;
+        let count = at.len();
+        // The nodes beside the entry, then their mirror images.
+        let mirrored = |node: usize| (node >= count, node % count);
+        let times = |node: usize| {
+            let (is_mirrored, place) = mirrored(node);
+            let [near, far] = [at[place], S::one() - at[place]];
+            if is_mirrored { [far, near] } else { [near, far] }
+        };
+        let primitive = DMatrix::from_fn(2 * count, 2 * count, |row, column| {
+            let ((row_mirrored, row), (column_mirrored, column)) =
+                (mirrored(row), mirrored(column));
+            match (row_mirrored, column_mirrored) {
+                (false, false) => own[(row, column)],
+                (false, true) => S::zero(),
+                (true, false) => half[column],
+                (true, true) => half[column] - own[(row, column)],
+            }
+        });
+        let places = (0..2 * count).map(|node| {
+            let ((from_end, place), [since, until]) = (mirrored(node), times(node));
+            let base = since * until;
+            let mean = DVector::from_fn(2 * count, |column, _| {
+                let (is_mirrored, column) = mirrored(column);
+                match is_mirrored == from_end {
+                    true => own[(place, column)] * (at[place] - at[column]) / base,
+                    false => S::zero(),
+                }
+            });
+            let share = if from_end { S::one() / since } else { S::one() / until };
+            ContactPlace { base, from_end, share, mean }
+        });
+        let places = places.collect();
+        let total = DVector::from_fn(2 * count, |node, _| half[mirrored(node).1]);
+        let moment = DVector::from_fn(2 * count, |node, _| total[node] * times(node)[1]);
+        Ok(Self { places, primitive, total, moment })
+    }
+
     /// A quadrature for a contact that begins at a zero of the penetration and ends before the
     /// next.
     ///
@@ -89,6 +136,22 @@ impl<S: Real> Quadrature<S> {
         let times: Vec<S> = nodes.at.iter().map(|&at| at * at).collect();
         let weights: Vec<S> = nodes.at.iter().map(|&at| S::from_f64(2.0) * at).collect();
         let (primitive, total) = nodes.integrals(&weights)?;
+        Ok(Self::until_release(times, primitive, total))
+    }
+
+    /// A quadrature for a contact with any powers of the penetration, the smallest `least`, that
+    /// ends at a share of the time to the surface.
+    ///
+    /// # Errors
+    ///
+    /// As [`between`](Self::between).
+    pub(super) fn after_any(share: f64, least: f64) -> Result<Self, NumericError> {
+        let Graded { at, primitive, total } = Graded::new(1.0, 1.0 / share, least)?;
+        Ok(Self::until_release(at, primitive, total))
+    }
+
+    fn until_release(times: Vec<S>, primitive: DMatrix<S>, total: DVector<S>) -> Self {
+        let count = times.len();
         let moment = DVector::from_fn(count, |node, _| total[node] * (S::one() - times[node]));
         let nodes = (0..count).map(|node| ContactPlace {
             base: times[node],
@@ -101,9 +164,77 @@ impl<S: Real> Quadrature<S> {
         let end =
             ContactPlace { base: S::one(), from_end: false, share: S::one(), mean: moment.clone() };
         let places = nodes.chain([end]).collect();
-        Ok(Self { places, primitive, total, moment })
+        Self { places, primitive, total, moment }
     }
 }
+
+/// Nodes in the time since a surface, for functions with any powers of that time.
+struct Graded<S: Scalar> {
+    /// Times from 0 to `end`.
+    at: Vec<S>,
+    /// `∫_0^u A du'` at each node from the values of `A` at the nodes.
+    primitive: DMatrix<S>,
+    /// `∫_0^end A du`.
+    total: DVector<S>,
+}
+
+impl<S: Real> Graded<S> {
+    /// Nodes up to a time. `beyond` is the time of the next singularity, `least` the smallest power.
+    fn new(end: f64, beyond: f64, least: f64) -> Result<Self, NumericError> {
+        let nats = -S::ROUNDOFF.ln();
+        // What lies before the first piece is less than rounding.
+        let first = end * (-nats / (1.0 + least.min(1.0))).exp();
+        let (mut pieces, mut right) = (Vec::new(), end);
+        while right > first {
+            // As long as the distance to the singularity, in the logarithm.
+            let left = (right * right / beyond).max(first);
+            pieces.push((left, right));
+            right = left;
+        }
+        let (mut at, mut rows, mut total): (Vec<S>, Vec<Vec<S>>, Vec<S>) = Default::default();
+        let mut add = |nodes: Nodes<S>, times: Vec<S>, weights: &[S]| {
+            let (primitive, over) = nodes.integrals(weights)?;
+            for row in 0..times.len() {
+                let own = (0..times.len()).map(|column| primitive[(row, column)]);
+                rows.push(total.iter().copied().chain(own).collect());
+            }
+            total.extend(over.iter());
+            at.extend(times);
+            Ok(())
+        };
+        let start = Nodes::new(FIRST_NODES, S::from_f64(first));
+        let times = start.at.clone();
+        add(start, times, &[S::one(); FIRST_NODES])?;
+        for &(left, right) in pieces.iter().rev() {
+            let length = S::from_f64(right / left).ln();
+            let growth = growth(1.0 + 2.0 * (beyond / right).ln() / length.to_f64());
+            let needed = (nats + (right / end).ln()).max(0.0) / growth.ln() + 4.0;
+            let nodes = Nodes::new(needed.ceil() as usize, length);
+            let times = nodes.at.iter().map(|&at| S::from_f64(left) * at.exp());
+            let times: Vec<S> = times.collect();
+            let weights = times.clone();
+            add(nodes, times, &weights)?;
+        }
+        let count = at.len();
+        let entry = |row: usize, column: usize| rows[row].get(column).copied();
+        Ok(Self {
+            primitive: DMatrix::from_fn(count, count, |row, column| {
+                entry(row, column).unwrap_or_else(S::zero)
+            }),
+            total: DVector::from_vec(total),
+            at,
+        })
+    }
+}
+
+/// Rate at which the error falls from node to node for a function on `(−1, 1)` that is singular at
+/// `place` beyond 1.
+pub(super) fn growth(place: f64) -> f64 {
+    place + (place * place - 1.0).sqrt()
+}
+
+/// Number of nodes before the first piece.
+const FIRST_NODES: usize = 6;
 
 /// Nodes on `(0, length)`: the zeros of a polynomial of Chebyshev.
 struct Nodes<S: Scalar> {
@@ -201,9 +332,43 @@ mod tests {
     }
 
     #[test]
+    fn integrals_of_any_powers_are_exact_to_rounding() {
+        let quadrature = Quadrature::<Dd>::between_any(0.3).unwrap();
+        let after = Quadrature::<Dd>::after_any(0.8, 0.3).unwrap();
+        let one = Dd::from(1.0);
+        for power in [0.3, 1.1, 3.7, 12.4] {
+            // ∫ u^p du = 1/(p + 1), and the same of 1 − u; ∫ u^p (1 − u) du = 1/((p + 1)(p + 2)).
+            let next = one / (Dd::from(power) + one);
+            let then = next / (Dd::from(power) + one + one);
+            let close = |found: Dd, expected: Dd| {
+                let error = ((found - expected) / expected).magnitude();
+                assert!(error < 1e-28, "{power}: {error:e}");
+            };
+            let times = |place: &ContactPlace<Dd>| match place.from_end {
+                true => one / place.share,
+                false => one - one / place.share,
+            };
+            let values = |place: &ContactPlace<Dd>| times(place).powf(Dd::from(power));
+            let values: Vec<Dd> = quadrature.places.iter().map(values).collect();
+            close(row(&quadrature.total, &values), next);
+            close(row(&quadrature.moment, &values), then);
+            let places = &after.places[..after.total.len()];
+            let values: Vec<Dd> =
+                places.iter().map(|place| place.base.powf(Dd::from(power))).collect();
+            close(row(&after.total, &values), next);
+            close(row(&after.moment, &values), then);
+        }
+    }
+
+    #[test]
     fn the_penetration_of_a_constant_acceleration_is_found_from_either_end() {
         // h'' = 2: ∫ (u − u') h'' du' = u², over u (1 − u).
-        for quadrature in [Quadrature::<Dd>::between(56), Quadrature::<Dd>::after(60)] {
+        for quadrature in [
+            Quadrature::<Dd>::between(56),
+            Quadrature::<Dd>::after(60),
+            Quadrature::<Dd>::between_any(1.1),
+            Quadrature::<Dd>::after_any(0.8, 1.1),
+        ] {
             let quadrature = quadrature.unwrap();
             let values = vec![Dd::from(2.0); quadrature.total.len()];
             for place in &quadrature.places {
