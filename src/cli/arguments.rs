@@ -354,6 +354,22 @@ pub(super) struct Iterates {
     pub(super) starts: Option<u32>,
 }
 
+impl Iterates {
+    /// The first option that is given.
+    pub(super) fn given(&self) -> Option<&'static str> {
+        let Self { method, transient, keep, observe, start, starts } = self;
+        let given = [
+            ("method", !method.is_empty()),
+            ("transient", transient.is_some()),
+            ("keep", keep.is_some()),
+            ("observe", observe.is_some()),
+            ("start", !start.is_empty()),
+            ("starts", starts.is_some()),
+        ];
+        given.into_iter().find(|(_, is_given)| *is_given).map(|(name, _)| name)
+    }
+}
+
 /// Options of `merge`.
 #[derive(Clone, Debug, Args)]
 pub(super) struct MergeArguments {

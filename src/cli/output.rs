@@ -387,6 +387,12 @@ pub(in crate::cli) enum CliError {
         "the scene asks for no diagram; name a parameter with --along, or add a [[diagram]] table"
     )]
     NoDiagram,
+    /// An option is given for the tables of a scene, which state the same themselves.
+    #[error(
+        "--{option} goes with {names}, which names a {table} in the place of the scene's; a table \
+         of the scene is changed by --set '{table}.0.{option}=...'"
+    )]
+    OfAnotherTable { option: &'static str, table: &'static str, names: &'static str },
     /// A command that needs no scene has values for one.
     #[error("--set changes a scene, and none is named")]
     NothingToSet,

@@ -20,6 +20,7 @@ use grazemap::report::{
 /// Runs `grazemap diagram`.
 pub(in crate::cli) fn diagram(options: &DiagramArguments) -> Result<(), CliError> {
     let common = &options.sweep.scene.common;
+    tables::check_iterates(&options.iterates, options.along.is_some(), ["diagram", "--along"])?;
     let (source, outlets) = (open(&options.sweep.scene)?, &common.outlets);
     let direct = match options.along {
         Some(_) => !options.iterates.method.is_empty() && is_direct(&options.iterates.method),
@@ -61,10 +62,11 @@ pub(in crate::cli) fn diagram(options: &DiagramArguments) -> Result<(), CliError
 
 /// Runs `grazemap chart`.
 pub(in crate::cli) fn chart(options: &ChartArguments) -> Result<(), CliError> {
+    let is_asked = !options.plane.is_empty();
+    tables::check_iterates(&options.iterates, is_asked, ["chart", "--plane"])?;
     let device = Device::open(&options.device)?;
     let common = &options.sweep.scene.common;
     let (source, outlets) = (open(&options.sweep.scene)?, &common.outlets);
-    let is_asked = !options.plane.is_empty();
     let (direct, with_loci) = match is_asked {
         true => {
             let methods = &options.iterates.method;

@@ -71,6 +71,18 @@ fn range(map: &Map, name: &str, ends: [Option<f64>; 2]) -> Result<[f64; 2], CliE
     }
 }
 
+/// Refuses options for what the scene's own tables state, unless `names`, an option, names another.
+pub(super) fn check_iterates(
+    iterates: &Iterates,
+    is_named: bool,
+    [table, names]: [&'static str; 2],
+) -> Result<(), CliError> {
+    match iterates.given() {
+        Some(option) if !is_named => Err(CliError::OfAnotherTable { option, table, names }),
+        _ => Ok(()),
+    }
+}
+
 /// The table of the diagram that options name; none where they name no parameter.
 pub(super) fn diagram(options: &DiagramArguments, map: &Map) -> Result<Option<String>, CliError> {
     let Some(along) = options.along.as_deref() else { return Ok(None) };

@@ -15,6 +15,8 @@ fn wrong_calls() -> Vec<(&'static str, Vec<&'static str>)> {
         ("unknown_command", vec!["lokate", "linear"]),
         ("unknown_flag", vec!["locate", "linear", "--fast"]),
         ("chart_without_a_table", vec!["chart", "mems"]),
+        ("diagram_options_without_a_parameter", vec!["diagram", "linear", "--method", "direct"]),
+        ("chart_options_without_a_plane", vec!["chart", "linear", "--keep", "8"]),
         ("no_scene_named", vec!["locate"]),
         ("no_such_scene", vec!["check", "lineer"]),
         ("no_such_file", vec!["check", "nowhere/scene.toml"]),

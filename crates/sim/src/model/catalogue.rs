@@ -49,6 +49,7 @@ const ENTRIES: &[CatalogueEntry] = &[
     entry!("soft_b_stiff", "soft impacts B: spring and light damper, contacts flown exactly"),
     entry!("soft_c", "soft impacts C: prestressed spring"),
     entry!("soft_d", "soft impacts D: prestressed spring and damper"),
+    entry!("hunt_crossley", "soft stop of Hunt and Crossley: force d^1.25 (1 + c d')"),
     entry!("two_stops_t1", "two masses between two elastic stops, T1"),
     entry!("two_stops_t1_prestressed", "two masses between two prestressed stops, T1"),
     entry!("two_stops_t1_rigid", "two masses between two rigid stops, T1"),
