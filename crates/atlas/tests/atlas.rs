@@ -1,8 +1,8 @@
 //! Atlases of maps in closed form, and of oscillators against direct simulation.
 
 use grazemap_atlas::atlas::{
-    Answer, Atlas, AtlasOptions, Cell, Expansion, FrozenLeaves, OptionsError, Patch, Piece, Region,
-    RegionError, RestoreError, Side, StroboscopicReturn, Tabulated,
+    Answer, Atlas, AtlasOptions, Cell, Expansion, FrozenLeaves, LeafKind, OptionsError, Patch,
+    Piece, Region, RegionError, RestoreError, Side, StroboscopicReturn, Tabulated,
 };
 use grazemap_atlas::hybrid::HybridSystem;
 use grazemap_atlas::jet::{Jet, JetSpace};
@@ -338,4 +338,31 @@ fn frozen_leaves_give_the_images_of_the_atlas() {
     assert!(touching > 20 && missing > 20, "{touching} {missing}");
     let outside = frozen.image(&mut atlas, &[-1.5, 0.1], &mut reduced);
     assert_eq!(outside, Answer::Outside);
+}
+
+#[test]
+fn boxes_fill_the_region_and_the_graze_curve_lies_where_the_word_changes() {
+    let scene = Scene::parse(BALL, "ball.toml").expect("a scene");
+    let system = HybridSystem::new(&scene.model);
+    let ranges = [("x", [0.12, 0.28]), ("v", [-1.0, -0.8])];
+    let region = Region::new(&scene.model, 0.0, 1, &ranges).expect("a region");
+    let map = StroboscopicReturn::new(&system, &scene.model, region).expect("a map");
+    let mut atlas = Atlas::new(map, AtlasOptions::default()).expect("usable settings");
+    atlas.make_all();
+    let boxes = atlas.boxes();
+    let area: f64 = boxes.iter().map(|leaf| 4.0 * leaf.cell.half.iter().product::<f64>()).sum();
+    assert!((area - 0.16 * 0.2).abs() < 1e-14, "{area}");
+    let mut compared = 0;
+    for leaf in boxes.iter().filter(|leaf| leaf.kind == LeafKind::Grazed) {
+        assert_eq!(atlas.kind_at(&leaf.cell.centre), LeafKind::Grazed);
+        for share in [-0.9, -0.3, 0.4, 0.8] {
+            let point = [leaf.cell.centre[0] + share * leaf.cell.half[0], leaf.cell.centre[1]];
+            let exact = 0.25 * point[1] * point[1] - point[0];
+            let hits = atlas.map().word(&point).expect("it returns");
+            assert_eq!(hits.len(), usize::from(exact > 0.0), "{point:?}");
+            assert_eq!(atlas.depth_in(leaf.node, &point) > 0.0, exact > 0.0, "{point:?}");
+            compared += 1;
+        }
+    }
+    assert!(compared >= 4);
 }

@@ -20,6 +20,6 @@ pub use region::{Axis, AxisInput, Region, RegionError};
 pub use saved::{RestoreError, SavedAtlas};
 pub use strobe::StroboscopicReturn;
 pub use tree::{
-    Answer, Atlas, AtlasOptions, Expansion, LeafCounts, LeafShares, Measurement, OptionsError,
-    Tabulated,
+    Answer, Atlas, AtlasOptions, Expansion, LeafBox, LeafCounts, LeafKind, LeafShares, Measurement,
+    OptionsError, Tabulated,
 };

@@ -109,6 +109,17 @@ impl<'a> StroboscopicReturn<'a> {
         &self.region
     }
 
+    /// Surfaces that the return of a point hits, in order; `None` if it does not return.
+    pub fn word(&mut self, point: &[f64]) -> Option<Vec<usize>> {
+        let duration = self.place(point).ok()?;
+        let run = self.simulator.run(duration).ok()?;
+        let is_hit = |event: &Event<f64>| {
+            matches!(event.kind, EventKind::Impact { .. } | EventKind::ContactBegin { .. })
+        };
+        let hits = run.events.iter().filter(|event| is_hit(event)).map(|event| event.surface);
+        (run.outcome == Outcome::Completed).then(|| hits.collect())
+    }
+
     /// Places a point in the simulator; returns the duration of its return.
     fn place(&mut self, point: &[f64]) -> Result<f64, HybridError> {
         let axes = self.region.axes.iter().zip(point);

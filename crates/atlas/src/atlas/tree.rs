@@ -111,6 +111,30 @@ pub struct LeafCounts {
     pub open: usize,
 }
 
+/// Kind of a leaf.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LeafKind {
+    /// One polynomial.
+    Smooth,
+    /// Two polynomials, cut by a graze.
+    Grazed,
+    /// Points are simulated.
+    Direct,
+    /// No point has come to the box.
+    Open,
+}
+
+/// Leaf, or a box to which no point has come.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LeafBox {
+    /// Box.
+    pub cell: Cell,
+    /// Kind.
+    pub kind: LeafKind,
+    /// Index of the node.
+    pub node: usize,
+}
+
 /// Shares of a region by kind of leaf; with the boxes to which no point has come they add up to 1.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LeafShares {
@@ -156,6 +180,21 @@ pub(super) struct Leaf {
     /// Reciprocals of the half-widths.
     pub(super) inverse: Vec<f64>,
     pub(super) piece: Piece,
+}
+
+impl Node {
+    /// Kind of a leaf; `None` for a halved box.
+    fn kind(&self) -> Option<LeafKind> {
+        match self {
+            Self::Open(_) => Some(LeafKind::Open),
+            Self::Halved { .. } => None,
+            Self::Direct => Some(LeafKind::Direct),
+            Self::Leaf(leaf) => Some(match leaf.piece {
+                Piece::Smooth(_) => LeafKind::Smooth,
+                Piece::Grazed { .. } => LeafKind::Grazed,
+            }),
+        }
+    }
 }
 
 impl Leaf {
@@ -297,14 +336,14 @@ impl<M: Tabulated> Atlas<M> {
         let mut sizes = vec![1.0; self.nodes.len()];
         for (place, node) in self.nodes.iter().enumerate() {
             let size = sizes[place];
-            match node {
-                Node::Open(_) => {}
-                Node::Halved { first, .. } => sizes[*first..first + 2].fill(0.5 * size),
-                Node::Direct => shares.direct += size,
-                Node::Leaf(leaf) => match leaf.piece {
-                    Piece::Smooth(_) => shares.smooth += size,
-                    Piece::Grazed { .. } => shares.grazed += size,
-                },
+            if let Node::Halved { first, .. } = node {
+                sizes[*first..first + 2].fill(0.5 * size);
+            }
+            match node.kind() {
+                None | Some(LeafKind::Open) => {}
+                Some(LeafKind::Direct) => shares.direct += size,
+                Some(LeafKind::Smooth) => shares.smooth += size,
+                Some(LeafKind::Grazed) => shares.grazed += size,
             }
         }
         shares
@@ -314,17 +353,57 @@ impl<M: Tabulated> Atlas<M> {
     pub fn counts(&self) -> LeafCounts {
         let mut counts = LeafCounts::default();
         for node in &self.nodes {
-            *match node {
-                Node::Open(_) => &mut counts.open,
-                Node::Halved { .. } => &mut counts.halved,
-                Node::Direct => &mut counts.direct,
-                Node::Leaf(leaf) => match leaf.piece {
-                    Piece::Smooth(_) => &mut counts.smooth,
-                    Piece::Grazed { .. } => &mut counts.grazed,
-                },
+            *match node.kind() {
+                None => &mut counts.halved,
+                Some(LeafKind::Open) => &mut counts.open,
+                Some(LeafKind::Direct) => &mut counts.direct,
+                Some(LeafKind::Smooth) => &mut counts.smooth,
+                Some(LeafKind::Grazed) => &mut counts.grazed,
             } += 1;
         }
         counts
+    }
+
+    /// Leaves, and boxes to which no point has come, in the order in which they were made.
+    pub fn boxes(&self) -> Vec<LeafBox> {
+        let mut cells = vec![None; self.nodes.len()];
+        cells[0] = Some(Cell::whole(&self.ranges));
+        let mut boxes = Vec::new();
+        for (node, own) in self.nodes.iter().enumerate() {
+            let Some(cell) = cells[node].take() else { continue };
+            match (own, own.kind()) {
+                (Node::Halved { axis, first, .. }, _) => {
+                    let [low, high] = cell.halves(*axis);
+                    cells[*first] = Some(low);
+                    cells[first + 1] = Some(high);
+                }
+                (_, Some(kind)) => boxes.push(LeafBox { cell, kind, node }),
+                (_, None) => {}
+            }
+        }
+        boxes
+    }
+
+    /// Kind of the leaf of a point of the region; makes none.
+    pub fn kind_at(&self, point: &[f64]) -> LeafKind {
+        let mut at = 0;
+        while let Node::Halved { axis, at: middle, first } = &self.nodes[at] {
+            at = first + usize::from(point[*axis] >= *middle);
+        }
+        self.nodes[at].kind().unwrap_or(LeafKind::Open)
+    }
+
+    /// Depth `−h_min` of the graze that cuts a leaf, relative to the deepest on its box; NaN for a
+    /// node without a graze.
+    pub fn depth_in(&mut self, node: usize, point: &[f64]) -> f64 {
+        let mut depth = [f64::NAN];
+        if let Node::Leaf(leaf) = &self.nodes[node]
+            && let Piece::Grazed { depth: patch, .. } = &leaf.piece
+        {
+            leaf.local(point, &mut self.local);
+            patch.evaluate(&self.local, &mut self.monomials, &mut depth);
+        }
+        depth[0]
     }
 
     /// Bytes of all nodes and coefficients.
