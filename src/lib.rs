@@ -19,8 +19,8 @@
 //! through them that programs take; what it does can be done by hand on each floor.
 
 pub use grazemap_map::{
-    analysis, convergence, expansion, flow, hybrid, interruption, iteration, jet, model, numeric,
-    orbit,
+    analysis, atlas, convergence, expansion, flow, hybrid, interruption, iteration, jet, model,
+    numeric, orbit,
 };
 
 pub mod emission;

@@ -19,7 +19,7 @@ use grazemap::analysis::noise::NoiseLaw;
 use grazemap::analysis::{Pieces, Precision, Share, Using};
 use grazemap::emission::Target;
 use grazemap::model::Method;
-use grazemap::pipeline::{BranchPlace, Device, OrbitsOf, TrajectoryKeys};
+use grazemap::pipeline::{AtlasKeys, BranchPlace, Device, OrbitsOf, TrajectoryKeys};
 use grazemap::report::Named;
 
 /// Bifurcation analysis of oscillators that hit a stop
@@ -78,6 +78,8 @@ pub(super) enum Command {
     Trajectory(TrajectoryArguments),
     /// Compute basins of attraction in a plane of the section
     Basin(BasinArguments),
+    /// Make a map of a whole region about the grazing orbit, and measure it
+    Atlas(AtlasArguments),
     /// Iterate with parameters drawn at random at every return, and count densities
     Noise(NoiseArguments),
     /// Fit parameters to measured section points
@@ -129,6 +131,7 @@ impl Arguments {
             Some(Command::Loci(options)) => ("loci", &options.scene, true),
             Some(Command::Trajectory(options)) => ("trajectory", &options.scene, true),
             Some(Command::Basin(options)) => ("basin", &options.scene, true),
+            Some(Command::Atlas(options)) => ("atlas", &options.scene, true),
             Some(Command::Noise(options)) => ("noise", &options.scene, true),
             Some(Command::Fit(options)) => ("fit", &options.scene, true),
         };
@@ -175,6 +178,7 @@ impl Arguments {
             Some(Command::Image(options)) => Some(options.states.as_path()),
             Some(Command::Fit(options)) => Some(options.data.as_path()),
             Some(Command::Locate(options)) => options.from.as_ref().map(|place| &*place.path),
+            Some(Command::Atlas(options)) => options.load.as_deref(),
             // `--check` writes nothing into the folder.
             Some(Command::Emit(options)) if options.check => return Ok(()),
             _ => None,
@@ -992,6 +996,83 @@ impl BasinArguments {
         let listed = !self.plane.is_empty() || !self.points.is_empty();
         named || listed || self.method.is_some() || self.manifolds.is_some()
     }
+}
+
+/// Options of `atlas`.
+#[derive(Clone, Debug, Args)]
+pub(super) struct AtlasArguments {
+    #[command(flatten)]
+    pub(super) scene: SceneOptions,
+    /// First and last offset of states, and of parameters that become coordinates, from the
+    /// grazing orbit at the phase, or with `@` their values. Default: states within a twentieth of
+    /// their extent along the orbit
+    #[arg(
+        long,
+        value_name = "NAME=FROM:TO,...",
+        value_parser = Ranges::parse,
+        allow_hyphen_values = true,
+        conflicts_with = "load"
+    )]
+    pub(super) range: Option<Ranges>,
+    /// Offsets of parameters that are fixed (0 if not named)
+    #[arg(
+        long,
+        value_name = "NAME=OFFSET,...",
+        value_parser = positions,
+        conflicts_with = "load"
+    )]
+    pub(super) at: Option<Named<Position>>,
+    #[command(flatten)]
+    pub(super) counting: Counting,
+    /// Phase of the section. Default: the scene's, or the phase farthest from all stops
+    #[arg(long, value_name = "PHASE", allow_hyphen_values = true, conflicts_with = "load")]
+    pub(super) phase: Option<Finite>,
+    /// Largest error, in widths of the region. Default: 1e-6
+    #[arg(long, value_name = "E", allow_negative_numbers = true, conflicts_with = "load")]
+    pub(super) tolerance: Option<Finite>,
+    /// Order of the polynomials, from 3 to 20. Default: 6
+    #[arg(
+        long,
+        value_name = "N",
+        allow_negative_numbers = true,
+        conflicts_with = "load",
+        value_parser = clap::value_parser!(u32).range(3..=20)
+    )]
+    pub(super) order: Option<u32>,
+    /// Most halvings of a box; smaller boxes are simulated. Default: 20
+    #[arg(
+        long,
+        value_name = "N",
+        allow_negative_numbers = true,
+        conflicts_with = "load",
+        value_parser = clap::value_parser!(u32).range(0..=60)
+    )]
+    pub(super) depth: Option<u32>,
+    /// Most boxes that are expanded, from here on; points of other boxes are simulated
+    #[arg(
+        long,
+        value_name = "N",
+        allow_negative_numbers = true,
+        default_value_t = AtlasKeys::BOXES,
+        value_parser = clap::value_parser!(u32).range(0..=100_000_000)
+    )]
+    pub(super) boxes: u32,
+    /// Number of points at which the atlas is made and compared with direct simulation
+    #[arg(
+        long,
+        value_name = "N",
+        allow_negative_numbers = true,
+        default_value_t = AtlasKeys::POINTS,
+        value_parser = clap::value_parser!(u32).range(1..=10_000_000)
+    )]
+    pub(super) points: u32,
+    /// Write the atlas to a file, from which --load goes on
+    #[arg(long, value_name = "FILE")]
+    pub(super) save: Option<PathBuf>,
+    /// Go on with the atlas in a file that --save wrote for this scene, in its region and with its
+    /// settings
+    #[arg(long, value_name = "FILE")]
+    pub(super) load: Option<PathBuf>,
 }
 
 /// Options of `noise`.

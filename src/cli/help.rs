@@ -12,7 +12,7 @@ const GROUPS: [(&str, &[&str]); 6] = [
         "Grazing orbits and maps",
         &["locate", "safe", "contact", "curve", "expand", "converge", "emit", "image"],
     ),
-    ("Dynamics", &["diagram", "chart", "basin", "trajectory", "derivatives", "noise"]),
+    ("Dynamics", &["diagram", "chart", "basin", "trajectory", "derivatives", "atlas", "noise"]),
     ("Periodic orbits and bifurcations", &["orbits", "branch", "loci"]),
     ("Measured data, published figures, clusters", &["fit", "gallery", "merge"]),
     ("Program", &["completions", "man", "help"]),

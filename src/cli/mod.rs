@@ -24,7 +24,7 @@ use std::sync::{Arc, Mutex};
 use clap::Parser;
 
 use arguments::{Arguments, Command, Joined, MergeArguments};
-use commands::{answers, emit, grazes, image, run, scenes, sweeps};
+use commands::{answers, atlas, emit, grazes, image, run, scenes, sweeps};
 use output::CliError;
 use pieces::{VERSION, catch_interruptions, program};
 
@@ -116,6 +116,7 @@ fn execute(command: Command) -> Result<(), CliError> {
         Command::Branch(options) => answers::branch(&options),
         Command::Loci(options) => answers::loci(&options),
         Command::Trajectory(options) => answers::trajectory(&options),
+        Command::Atlas(options) => atlas::run(&options),
         Command::Noise(options) => answers::noise(&options),
         Command::Fit(options) => answers::fit(&options),
         Command::Emit(options) => emit::run(&options),

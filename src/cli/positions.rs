@@ -53,12 +53,19 @@ pub(super) struct Counting {
 /// Graze that offsets are counted from.
 pub(super) struct Origin<'a> {
     graze: &'a Graze,
+    /// Values of coordinates by name, for a section that is not that of the graze.
+    coordinates: Option<Named<f64>>,
     counting: Counting,
 }
 
 impl<'a> Origin<'a> {
     pub(super) fn new(graze: &'a Graze, counting: Counting) -> Self {
-        Self { graze, counting }
+        Self { graze, coordinates: None, counting }
+    }
+
+    /// Origin with its own values of coordinates, in the place of those of the section.
+    pub(super) fn with_coordinates(self, coordinates: Named<f64>) -> Self {
+        Self { coordinates: Some(coordinates), ..self }
     }
 
     /// Value of a parameter, or of a coordinate of the section, at the graze; 0 for another name,
@@ -68,6 +75,10 @@ impl<'a> Origin<'a> {
         let mut parameters = scene.model.parameters.iter();
         if let Some(number) = parameters.position(|parameter| parameter.name == name) {
             return orbit.parameters()[number];
+        }
+        if let Some(Named(coordinates)) = &self.coordinates {
+            let known = coordinates.iter().find(|(known, _)| known == name);
+            return known.map_or(Dd::ZERO, |(_, value)| Dd::from(*value));
         }
         let mut coordinates = orbit.section_coordinates(scene).into_iter();
         coordinates.find(|(known, _)| *known == name).map_or(Dd::ZERO, |(_, value)| value)

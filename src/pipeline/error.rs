@@ -51,6 +51,14 @@ pub enum Error {
         /// Expected and found content.
         reason: String,
     },
+    /// The file does not hold an atlas of the scene.
+    #[error("{} holds no atlas of this scene: {reason}", .path.display())]
+    NotAnAtlas {
+        /// Path of the file.
+        path: PathBuf,
+        /// Expected and found content.
+        reason: String,
+    },
     /// Overrides were given for saved results.
     #[error(
         "{} holds results at values that are fixed; `{key}` can be set in a scene alone",

@@ -27,8 +27,9 @@ mod sweeps;
 pub use answer::Answer;
 pub use branch_graze::{BranchPlace, SearchFromBranch};
 pub use commands::{
-    AskedTrajectory, BranchKeys, Command, ContactKeys, ConvergenceKeys, CurveKeys, DerivativesKeys,
-    FitKeys, LociKeys, NearestKeys, NoiseKeys, OrbitsKeys, SafeKeys, TrajectoryKeys,
+    AskedTrajectory, AtlasFile, AtlasKeys, BranchKeys, Command, ContactKeys, ConvergenceKeys,
+    CurveKeys, DerivativesKeys, FitKeys, LociKeys, NearestKeys, NoiseKeys, OrbitsKeys, SafeKeys,
+    TrajectoryKeys,
 };
 pub use device::Device;
 pub use emit::{EmitRequest, write_emitted};

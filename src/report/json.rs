@@ -244,6 +244,8 @@ pub enum DocumentKind {
     Derivatives,
     /// Soft stops of a wanted restitution.
     Contact,
+    /// An atlas about a grazing orbit.
+    Atlas,
 }
 
 impl DocumentKind {

@@ -6,6 +6,8 @@
 //! Deliberately absent: computing anything new. Thinning a drawing and rounding a printed number
 //! are layout, and both are stated beside their result.
 
+mod atlas_figure;
+mod atlas_listing;
 mod basin_figure;
 mod branch_listing;
 mod chart_figure;
@@ -37,6 +39,8 @@ mod window_words;
 
 pub use grazemap_figure as figure;
 
+pub use atlas_figure::atlas_figure;
+pub use atlas_listing::{AtlasListing, LeafRecord, PointCounts, StepTimes};
 pub use basin_figure::{
     basin_array, basin_figure, basin_remarks, basin_rows, basin_table, basin_words, manifold_rows,
     manifold_table,

@@ -9,7 +9,8 @@ use super::cli::{grazemap, scratch};
 use super::documents::{Document, Documents};
 
 /// Pages whose `sh` blocks are run, each page in a folder of its own, with the number of commands.
-const RUN: [(&str, usize); 2] = [("docs/how-to/tour.md", 10), ("docs/reference/page.md", 1)];
+const RUN: [(&str, usize); 3] =
+    [("docs/how-to/tour.md", 10), ("docs/how-to/atlas.md", 5), ("docs/reference/page.md", 1)];
 
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))

@@ -55,7 +55,7 @@ fn measure(figure: &Figure, points: usize) -> Result<(), Box<dyn Error>> {
     let mut atlas = Atlas::new(map, AtlasOptions::default())?;
 
     let begin = Instant::now();
-    let found = atlas.measure(points);
+    let found = atlas.measure(points, || ());
     let making = begin.elapsed().as_secs_f64();
     let spread: Vec<Vec<f64>> = (0..points).map(|index| point(figure.ranges, index)).collect();
     let mut image = vec![0.0; scene.model.states.len()];

@@ -5,6 +5,6 @@
 //! divided when an orbit first comes to them. The floors below are re-exported under their names.
 //! See docs/mathematics/atlas.md.
 
-pub use grazemap_sim::{flow, hybrid, jet, model, numeric};
+pub use grazemap_sim::{flow, hybrid, interruption, jet, model, numeric};
 
 pub mod atlas;

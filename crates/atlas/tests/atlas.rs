@@ -1,8 +1,8 @@
 //! Atlases of maps in closed form, and of oscillators against direct simulation.
 
 use grazemap_atlas::atlas::{
-    Answer, Atlas, AtlasOptions, Cell, Expansion, OptionsError, Patch, Piece, Region, RegionError,
-    Side, StroboscopicReturn, Tabulated,
+    Answer, Atlas, AtlasOptions, Cell, Expansion, FrozenLeaves, LeafKind, OptionsError, Patch,
+    Piece, Region, RegionError, RestoreError, Side, StroboscopicReturn, Tabulated,
 };
 use grazemap_atlas::hybrid::HybridSystem;
 use grazemap_atlas::jet::{Jet, JetSpace};
@@ -67,7 +67,7 @@ fn leaves_of_the_root(cut: bool, tolerance: f64) -> (usize, f64) {
     let mut atlas = Atlas::new(RootSurface { cut }, options).expect("usable settings");
     atlas.make_all();
     let counts = atlas.counts();
-    let found = atlas.measure(2000);
+    let found = atlas.measure(2000, || ());
     (counts.smooth + 2 * counts.grazed + counts.direct, found.largest_error)
 }
 
@@ -192,7 +192,7 @@ fn measured(scene: &str, phase: f64, ranges: &[(&str, [f64; 2])], points: usize)
     let region = Region::new(&scene.model, phase, 1, ranges).expect("a region");
     let map = StroboscopicReturn::new(&system, &scene.model, region).expect("a map");
     let mut atlas = Atlas::new(map, AtlasOptions::default()).expect("usable settings");
-    let found = atlas.measure(points);
+    let found = atlas.measure(points, || ());
     let counts = atlas.counts();
     assert!(found.violations.is_empty(), "{:e} {found:?}", found.largest_error);
     assert!(counts.grazed > 0 && found.tabulated > points * 9 / 10, "{counts:?} {found:?}");
@@ -260,4 +260,109 @@ fn regions_and_settings_that_cannot_be_are_refused_with_what_was_given() {
     let options = AtlasOptions { order: 2, ..AtlasOptions::default() };
     let refused = Atlas::new(RootSurface { cut: true }, options).err();
     assert_eq!(refused, Some(OptionsError::Order { found: 2, most: 20 }));
+}
+
+#[test]
+fn beyond_the_most_boxes_points_are_simulated() {
+    let options = AtlasOptions { tolerance: 0.05, boxes: 40, ..AtlasOptions::default() };
+    let mut atlas = Atlas::new(RootSurface { cut: false }, options).expect("usable settings");
+    let found = atlas.measure(500, || ());
+    assert!(atlas.is_exhausted() && atlas.expanded() == 40);
+    assert!(found.direct > 0 && found.tabulated > 0 && found.violations.is_empty(), "{found:?}");
+    let shares = atlas.shares();
+    assert!(shares.smooth > 0.0 && shares.smooth + shares.direct < 1.0, "{shares:?}");
+}
+
+#[test]
+fn a_restored_atlas_gives_the_same_images_without_new_leaves() {
+    let options = AtlasOptions { tolerance: 0.05, order: 5, ..AtlasOptions::default() };
+    let mut made = Atlas::new(RootSurface { cut: false }, options).expect("usable settings");
+    let images = |atlas: &mut Atlas<RootSurface>| -> Vec<u64> {
+        let image = |index: usize| {
+            let mut image = [0.0];
+            let point = atlas.spread(index);
+            atlas.image(&point, &mut image);
+            image[0].to_bits()
+        };
+        (0..300).map(image).collect()
+    };
+    let first = images(&mut made);
+    let saved = made.saved();
+    let mut read = Atlas::restore(RootSurface { cut: false }, &saved, 0).expect("its own tree");
+    assert_eq!(images(&mut read), first);
+    assert_eq!((read.counts(), read.expanded()), (made.counts(), made.expanded()));
+    assert_eq!(read.saved().ranges(), saved.ranges());
+    let cut = Atlas::new(RootSurface { cut: true }, AtlasOptions::default());
+    let cut = cut.expect("usable settings").saved();
+    assert_ne!(cut, saved);
+}
+
+#[test]
+fn an_atlas_of_another_region_is_not_restored() {
+    let text = catalogue::text("linear").expect("a scene of the catalogue");
+    let scene = Scene::parse(text, "linear").expect("a scene");
+    let system = HybridSystem::new(&scene.model);
+    let map = |high: f64| {
+        let ranges = [("x", [-1.1, high]), ("v", [0.0, 0.3])];
+        let region = Region::new(&scene.model, 0.0, 1, &ranges).expect("a region");
+        StroboscopicReturn::new(&system, &scene.model, region).expect("a map")
+    };
+    let atlas = Atlas::new(map(-0.9), AtlasOptions::default()).expect("usable settings");
+    let refused = Atlas::restore(map(-0.8), &atlas.saved(), 10).err();
+    assert!(matches!(refused, Some(RestoreError::Region { .. })), "{refused:?}");
+}
+
+#[test]
+fn frozen_leaves_give_the_images_of_the_atlas() {
+    let text = catalogue::text("linear").expect("a scene of the catalogue");
+    let scene = Scene::parse(text, "linear").expect("a scene");
+    let system = HybridSystem::new(&scene.model);
+    let ranges = [("x", [-1.02, -0.98]), ("v", [0.1, 0.2]), ("alpha", [2.24, 2.26])];
+    let region = Region::new(&scene.model, 0.0, 1, &ranges).expect("a region");
+    let map = StroboscopicReturn::new(&system, &scene.model, region).expect("a map");
+    let mut atlas = Atlas::new(map, AtlasOptions::default()).expect("usable settings");
+    let alpha = 2.2473;
+    let mut frozen = FrozenLeaves::new(&[alpha]);
+    let (mut plain, mut reduced) = ([0.0; 2], [0.0; 2]);
+    let (mut touching, mut missing) = (0, 0);
+    for index in 0..200 {
+        let point = atlas.spread(index);
+        let answer = atlas.image(&[point[0], point[1], alpha], &mut plain);
+        assert_eq!(frozen.image(&mut atlas, &point[..2], &mut reduced), answer);
+        touching += usize::from(answer == Answer::Tabulated(Side::Touching));
+        missing += usize::from(answer == Answer::Tabulated(Side::Missing));
+        for (value, exact) in reduced.iter().zip(plain) {
+            assert!((value - exact).abs() < 1e-13, "{point:?}: {reduced:?} {plain:?}");
+        }
+    }
+    assert!(touching > 20 && missing > 20, "{touching} {missing}");
+    let outside = frozen.image(&mut atlas, &[-1.5, 0.1], &mut reduced);
+    assert_eq!(outside, Answer::Outside);
+}
+
+#[test]
+fn boxes_fill_the_region_and_the_graze_curve_lies_where_the_word_changes() {
+    let scene = Scene::parse(BALL, "ball.toml").expect("a scene");
+    let system = HybridSystem::new(&scene.model);
+    let ranges = [("x", [0.12, 0.28]), ("v", [-1.0, -0.8])];
+    let region = Region::new(&scene.model, 0.0, 1, &ranges).expect("a region");
+    let map = StroboscopicReturn::new(&system, &scene.model, region).expect("a map");
+    let mut atlas = Atlas::new(map, AtlasOptions::default()).expect("usable settings");
+    atlas.make_all();
+    let boxes = atlas.boxes();
+    let area: f64 = boxes.iter().map(|leaf| 4.0 * leaf.cell.half.iter().product::<f64>()).sum();
+    assert!((area - 0.16 * 0.2).abs() < 1e-14, "{area}");
+    let mut compared = 0;
+    for leaf in boxes.iter().filter(|leaf| leaf.kind == LeafKind::Grazed) {
+        assert_eq!(atlas.kind_at(&leaf.cell.centre), LeafKind::Grazed);
+        for share in [-0.9, -0.3, 0.4, 0.8] {
+            let point = [leaf.cell.centre[0] + share * leaf.cell.half[0], leaf.cell.centre[1]];
+            let exact = 0.25 * point[1] * point[1] - point[0];
+            let hits = atlas.map().word(&point).expect("it returns");
+            assert_eq!(hits.len(), usize::from(exact > 0.0), "{point:?}");
+            assert_eq!(atlas.depth_in(leaf.node, &point) > 0.0, exact > 0.0, "{point:?}");
+            compared += 1;
+        }
+    }
+    assert!(compared >= 4);
 }

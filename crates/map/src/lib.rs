@@ -5,6 +5,7 @@
 //! measures the error of the maps against simulation. The floors below are re-exported under their
 //! names.
 
+pub use grazemap_atlas::atlas;
 pub use grazemap_sim::{flow, hybrid, interruption, jet, model, numeric};
 
 pub mod orbit;

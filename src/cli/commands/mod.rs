@@ -2,6 +2,7 @@
 //! or map, choose the section, report warnings.
 
 pub(super) mod answers;
+pub(super) mod atlas;
 pub(super) mod emit;
 pub(super) mod grazes;
 pub(super) mod image;

@@ -3,6 +3,7 @@
 //! Keys are the program's options and Python's arguments alike. Diagrams, charts and basins are
 //! tables of the scene (`[[diagram]]` ...), added by [`Map::asking`](super::Map::asking).
 
+mod atlas;
 mod contact;
 mod continuation;
 mod curve;
@@ -17,6 +18,7 @@ use serde::Deserialize;
 use super::{Answer, Error, Map, OrbitsOf, Source};
 use crate::analysis::{Progress, Shard};
 
+pub use atlas::{AtlasFile, AtlasKeys};
 pub use contact::ContactKeys;
 pub(super) use continuation::diagram_branches;
 pub use continuation::{BranchKeys, LociKeys};
@@ -66,6 +68,8 @@ pub enum Command {
     Derivatives(DerivativesKeys),
     /// `contact`.
     Contact(ContactKeys),
+    /// `atlas`.
+    Atlas(AtlasKeys),
 }
 
 impl Command {
@@ -114,6 +118,7 @@ impl Command {
             Self::Safe(keys) => keys.answer(source.scene(), progress),
             Self::Derivatives(keys) => keys.answer(source.scene(), progress),
             Self::Contact(keys) => keys.answer(Some(&source.graze()?), progress),
+            Self::Atlas(keys) => keys.answer(&source.graze()?, progress),
         }
     }
 

@@ -22,11 +22,14 @@ const FLOORS: [(&str, &[&str]); 16] = [
     ("model", &["numeric"]),
     ("flow", &["interruption", "numeric", "jet", "model"]),
     ("hybrid", &["interruption", "numeric", "model", "flow"]),
-    ("atlas", &["numeric", "jet", "model", "flow", "hybrid"]),
+    ("atlas", &["interruption", "numeric", "jet", "model", "flow", "hybrid"]),
     ("orbit", &["numeric", "jet", "model", "flow"]),
     ("expansion", &["numeric", "jet", "model", "flow", "orbit"]),
     ("iteration", &["interruption", "numeric", "jet", "expansion"]),
-    ("analysis", &["numeric", "jet", "model", "flow", "hybrid", "orbit", "expansion", "iteration"]),
+    (
+        "analysis",
+        &["numeric", "jet", "model", "flow", "hybrid", "atlas", "orbit", "expansion", "iteration"],
+    ),
     (
         "convergence",
         &[
@@ -62,6 +65,7 @@ const FLOORS: [(&str, &[&str]); 16] = [
             "numeric",
             "jet",
             "model",
+            "atlas",
             "orbit",
             "expansion",
             "emission",

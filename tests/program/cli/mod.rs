@@ -1,5 +1,6 @@
 //! The program as users run it: messages, exit codes, files.
 
+mod atlas;
 mod branch;
 mod checks;
 #[cfg(all(feature = "cuda", target_os = "linux"))]

@@ -6,15 +6,20 @@
 
 mod cell;
 mod flight;
+mod frozen;
 mod patch;
 mod region;
+mod saved;
 mod strobe;
 mod tree;
 
 pub use cell::Cell;
+pub use frozen::FrozenLeaves;
 pub use patch::{Patch, Piece, Side};
 pub use region::{Axis, AxisInput, Region, RegionError};
+pub use saved::{RestoreError, SavedAtlas};
 pub use strobe::StroboscopicReturn;
 pub use tree::{
-    Answer, Atlas, AtlasOptions, Expansion, LeafCounts, Measurement, OptionsError, Tabulated,
+    Answer, Atlas, AtlasOptions, Expansion, LeafBox, LeafCounts, LeafKind, LeafShares, Measurement,
+    OptionsError, Tabulated,
 };

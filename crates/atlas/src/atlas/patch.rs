@@ -24,7 +24,27 @@ impl Patch {
         assert!(jets.iter().all(|jet| jet.is_in(&space)), "the jets of a patch share a space");
         let row = |monomial: usize| jets.iter().map(move |jet| jet.coefficients()[monomial]);
         let coefficients = (0..space.len()).flat_map(row).collect();
-        Self { space, components: jets.len(), coefficients }
+        Self::of(space, jets.len(), coefficients)
+    }
+
+    /// Patch of coefficients, monomial by monomial.
+    pub(super) fn of(space: Arc<JetSpace>, components: usize, coefficients: Vec<f64>) -> Self {
+        Self { space, components, coefficients }
+    }
+
+    /// Space of the polynomials.
+    pub fn space(&self) -> &Arc<JetSpace> {
+        &self.space
+    }
+
+    /// Number of components.
+    pub fn components(&self) -> usize {
+        self.components
+    }
+
+    /// Coefficients of all components, monomial by monomial.
+    pub fn coefficients(&self) -> &[f64] {
+        &self.coefficients
     }
 
     /// Values of all components at a point; `monomials` is working memory.

@@ -11,7 +11,9 @@ use super::region::{AxisInput, Region};
 use super::tree::{Expansion, Tabulated};
 use crate::flow::{InputKind, Integrator, Program, evaluate};
 use crate::hybrid::{Event, EventKind, HybridError, HybridSystem, Outcome, Simulator};
-use crate::jet::{Jet, JetSpace, implicit_root, power_series_at, power_series_with_slope_at};
+use crate::jet::{
+    Jet, JetError, JetSpace, implicit_root, power_series_at, power_series_with_slope_at,
+};
 use crate::model::Model;
 use crate::numeric::converted;
 
@@ -32,6 +34,8 @@ pub struct StroboscopicReturn<'a> {
     /// All parameters of the model.
     parameters: Vec<f64>,
     states: usize,
+    /// Spaces of the jets of all boxes: their tables take longer to make than most boxes.
+    spaces: Vec<Arc<JetSpace>>,
 }
 
 /// Terms of the depth beyond the order of the polynomials: its error counts by its root.
@@ -96,12 +100,24 @@ impl<'a> StroboscopicReturn<'a> {
             parameters,
             states: model.states.len(),
             region,
+            spaces: Vec::new(),
         })
     }
 
     /// Region of the map.
     pub fn region(&self) -> &Region {
         &self.region
+    }
+
+    /// Surfaces that the return of a point hits, in order; `None` if it does not return.
+    pub fn word(&mut self, point: &[f64]) -> Option<Vec<usize>> {
+        let duration = self.place(point).ok()?;
+        let run = self.simulator.run(duration).ok()?;
+        let is_hit = |event: &Event<f64>| {
+            matches!(event.kind, EventKind::Impact { .. } | EventKind::ContactBegin { .. })
+        };
+        let hits = run.events.iter().filter(|event| is_hit(event)).map(|event| event.surface);
+        (run.outcome == Outcome::Completed).then(|| hits.collect())
     }
 
     /// Places a point in the simulator; returns the duration of its return.
@@ -153,6 +169,18 @@ impl<'a> StroboscopicReturn<'a> {
         [0, 1, 2].map(|of| tape[self.senses.output(3 * surface + of)])
     }
 
+    /// Space of jets, shared by all boxes.
+    fn space(&mut self, weights: &[u32], order: usize) -> Result<Arc<JetSpace>, JetError> {
+        let is_wanted =
+            |space: &&Arc<JetSpace>| space.weights() == weights && space.order() == order;
+        if let Some(space) = self.spaces.iter().find(is_wanted) {
+            return Ok(Arc::clone(space));
+        }
+        let space = JetSpace::new(weights, order)?;
+        self.spaces.push(Arc::clone(&space));
+        Ok(space)
+    }
+
     fn inputs(&self, space: &Arc<JetSpace>, cell: &Cell, centre: &Centre) -> Inputs {
         let constant = |&value: &f64| Jet::constant(space, value);
         let mut state: Vec<_> = centre.state.iter().map(constant).collect();
@@ -188,7 +216,7 @@ impl<'a> StroboscopicReturn<'a> {
         let state = self.simulator.state().to_vec();
         let centre = Centre { state, parameters: self.parameters.clone(), duration };
         let events = self.events(&centre.state, duration, 0.0)?;
-        let space = JetSpace::uniform(cell.centre.len(), order)?;
+        let space = self.space(&vec![1; cell.centre.len()], order)?;
         let inputs = self.inputs(&space, cell, &centre);
         let all: Vec<_> = inputs.state.iter().chain(&inputs.parameters).cloned().collect();
         let senses = evaluate(&self.senses, &space, &all);
@@ -227,7 +255,10 @@ impl<'a> StroboscopicReturn<'a> {
     ) -> Result<Piece, Stopped> {
         let (graze, before) = events.split_last().ok_or(Stopped::Failed)?;
         let (surface, axes) = (graze.surface, cell.centre.len());
-        let fine = JetSpace::uniform(axes, order + DEPTH_ORDERS)?;
+        let fine = self.space(&vec![1; axes], order + DEPTH_ORDERS)?;
+        let plain = self.space(&vec![1; axes], order)?;
+        let weights: Vec<u32> = (0..axes).map(|_| 2).chain([1]).collect();
+        let deep = self.space(&weights, 2 * order)?;
         let inputs = self.inputs(&fine, cell, centre);
         let mut flight = Flight::new(&self.fields, inputs.state, &inputs.parameters, contact);
         flight.pass_all(before)?;
@@ -250,15 +281,12 @@ impl<'a> StroboscopicReturn<'a> {
         let at: Vec<f64> = met.iter().map(Jet::head).collect();
         let events = self.events_behind(&at, centre, surface, rest)?;
 
-        let plain = JetSpace::uniform(axes, order)?;
         let missing = Behind::new(&plain, &met, &inputs.parameters, &(&inputs.beyond - &late));
         let missing = missing.fly(&self.fields, missing.state.clone(), &events, rest)?;
         let missing = Patch::new(&missing[..self.states]);
         if deepest <= 0.0 {
             return Ok(Piece::Smooth(missing));
         }
-        let weights: Vec<u32> = (0..axes).map(|_| 2).chain([1]).collect();
-        let deep = JetSpace::new(&weights, 2 * order)?;
         let touching = Behind::new(&deep, &met, &inputs.parameters, &(&inputs.beyond - &late));
         let depth = Jet::variable(&deep, axes, 0.0).scale(deepest.sqrt());
         let touched = touching.touched(&self.fields, surface, &depth)?;

@@ -4,8 +4,11 @@
 //! points of the box are within the tolerance. Otherwise it is halved along the axis that lowers
 //! the error most. A box that was halved too often stays *direct*: its points are simulated.
 
+use serde::{Deserialize, Serialize};
+
 use super::cell::Cell;
 use super::patch::{Piece, Side};
+use crate::interruption::check;
 use crate::jet::Jet;
 use crate::numeric::low_discrepancy;
 
@@ -37,7 +40,7 @@ pub enum Expansion {
 }
 
 /// Settings of an atlas.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AtlasOptions {
     /// Largest error of an image, in the map's scales.
     pub tolerance: f64,
@@ -47,14 +50,14 @@ pub struct AtlasOptions {
     pub depth: u32,
     /// Points of each box at which its polynomials are compared with direct images.
     pub samples: usize,
-    /// Most leaves; points outside them are then direct.
-    pub leaves: usize,
+    /// Most boxes that are expanded; points of other boxes are then direct.
+    pub boxes: usize,
 }
 
 impl Default for AtlasOptions {
-    /// Tolerance 1e-6, order 6, 30 halvings, 12 samples a box, 100 000 leaves.
+    /// Tolerance 1e-6, order 6, 30 halvings, 12 samples a box, 100 000 boxes.
     fn default() -> Self {
-        Self { tolerance: 1e-6, order: 6, depth: 30, samples: 12, leaves: 100_000 }
+        Self { tolerance: 1e-6, order: 6, depth: 30, samples: 12, boxes: 100_000 }
     }
 }
 
@@ -85,7 +88,7 @@ const MOST_ORDER: usize = 20;
 pub enum Answer {
     /// The polynomials of a box.
     Tabulated(Side),
-    /// A direct image, in a box that stays direct or beyond the most leaves.
+    /// A direct image, in a box that stays direct or is beyond the most boxes.
     Direct,
     /// A direct image of a point outside the region.
     Outside,
@@ -108,6 +111,41 @@ pub struct LeafCounts {
     pub open: usize,
 }
 
+/// Kind of a leaf.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LeafKind {
+    /// One polynomial.
+    Smooth,
+    /// Two polynomials, cut by a graze.
+    Grazed,
+    /// Points are simulated.
+    Direct,
+    /// No point has come to the box.
+    Open,
+}
+
+/// Leaf, or a box to which no point has come.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LeafBox {
+    /// Box.
+    pub cell: Cell,
+    /// Kind.
+    pub kind: LeafKind,
+    /// Index of the node.
+    pub node: usize,
+}
+
+/// Shares of a region by kind of leaf; with the boxes to which no point has come they add up to 1.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct LeafShares {
+    /// Share of leaves without a graze.
+    pub smooth: f64,
+    /// Share of leaves cut by a graze.
+    pub grazed: f64,
+    /// Share of leaves whose points are simulated.
+    pub direct: f64,
+}
+
 /// Errors of an atlas at points that cover its region evenly.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Measurement {
@@ -125,7 +163,7 @@ pub struct Measurement {
 
 /// Node of the tree.
 #[derive(Clone, Debug)]
-enum Node {
+pub(super) enum Node {
     /// Box to which no point has come.
     Open(Box<Cell>),
     /// Halved box: points below `at` belong to the node `first`, others to the one after it.
@@ -137,25 +175,55 @@ enum Node {
 }
 
 #[derive(Clone, Debug)]
-struct Leaf {
-    centre: Vec<f64>,
+pub(super) struct Leaf {
+    pub(super) centre: Vec<f64>,
     /// Reciprocals of the half-widths.
-    inverse: Vec<f64>,
-    piece: Piece,
+    pub(super) inverse: Vec<f64>,
+    pub(super) piece: Piece,
+}
+
+impl Node {
+    /// Kind of a leaf; `None` for a halved box.
+    fn kind(&self) -> Option<LeafKind> {
+        match self {
+            Self::Open(_) => Some(LeafKind::Open),
+            Self::Halved { .. } => None,
+            Self::Direct => Some(LeafKind::Direct),
+            Self::Leaf(leaf) => Some(match leaf.piece {
+                Piece::Smooth(_) => LeafKind::Smooth,
+                Piece::Grazed { .. } => LeafKind::Grazed,
+            }),
+        }
+    }
+}
+
+impl Leaf {
+    pub(super) fn new(cell: &Cell, piece: Piece) -> Self {
+        let inverse = cell.half.iter().map(|half| 1.0 / half).collect();
+        Self { centre: cell.centre.clone(), inverse, piece }
+    }
+
+    /// Coordinates of a point, `−1` to `1` across the box.
+    pub(super) fn local(&self, point: &[f64], local: &mut Vec<f64>) {
+        local.clear();
+        let sides = point.iter().zip(&self.centre).zip(&self.inverse);
+        local.extend(sides.map(|((value, centre), inverse)| (value - centre) * inverse));
+    }
 }
 
 /// A map held over a region, to a tolerance.
 ///
-/// The image of a point is the same whichever points came before it, unless the most leaves were
+/// The image of a point is the same whichever points came before it, unless the most boxes were
 /// reached.
 #[derive(Clone, Debug)]
 pub struct Atlas<M> {
     map: M,
-    options: AtlasOptions,
-    scales: Vec<f64>,
-    ranges: Vec<[f64; 2]>,
-    nodes: Vec<Node>,
-    leaves: usize,
+    pub(super) options: AtlasOptions,
+    pub(super) scales: Vec<f64>,
+    pub(super) ranges: Vec<[f64; 2]>,
+    pub(super) nodes: Vec<Node>,
+    /// Boxes expanded so far.
+    pub(super) expanded: usize,
     /// Point in the coordinates of a box, and its monomials.
     local: Vec<f64>,
     monomials: Vec<f64>,
@@ -182,7 +250,7 @@ impl<M: Tabulated> Atlas<M> {
             ranges,
             map,
             options,
-            leaves: 0,
+            expanded: 0,
             local: Vec::new(),
             monomials: Vec::new(),
         })
@@ -217,9 +285,7 @@ impl<M: Tabulated> Atlas<M> {
         let Node::Leaf(leaf) = &self.nodes[node] else {
             return self.direct(point, image, Answer::Direct);
         };
-        self.local.clear();
-        let sides = point.iter().zip(&leaf.centre).zip(&leaf.inverse);
-        self.local.extend(sides.map(|((value, centre), inverse)| (value - centre) * inverse));
+        leaf.local(point, &mut self.local);
         Answer::Tabulated(leaf.piece.evaluate(&mut self.local, &mut self.monomials, image))
     }
 
@@ -237,10 +303,10 @@ impl<M: Tabulated> Atlas<M> {
         }
     }
 
-    /// Makes all leaves, up to the most.
+    /// Makes all leaves, up to the most boxes.
     pub fn make_all(&mut self) {
         let mut node = 0;
-        while node < self.nodes.len() && self.leaves < self.options.leaves {
+        while node < self.nodes.len() && !self.is_exhausted() {
             if let Node::Open(cell) = &self.nodes[node] {
                 let cell = cell.clone();
                 self.settle(node, &cell);
@@ -249,21 +315,95 @@ impl<M: Tabulated> Atlas<M> {
         }
     }
 
+    /// Settings.
+    pub fn options(&self) -> &AtlasOptions {
+        &self.options
+    }
+
+    /// Number of boxes expanded so far.
+    pub fn expanded(&self) -> usize {
+        self.expanded
+    }
+
+    /// Whether the most boxes were expanded.
+    pub fn is_exhausted(&self) -> bool {
+        self.expanded >= self.options.boxes
+    }
+
+    /// Shares of the region by kind of leaf.
+    pub fn shares(&self) -> LeafShares {
+        let mut shares = LeafShares::default();
+        let mut sizes = vec![1.0; self.nodes.len()];
+        for (place, node) in self.nodes.iter().enumerate() {
+            let size = sizes[place];
+            if let Node::Halved { first, .. } = node {
+                sizes[*first..first + 2].fill(0.5 * size);
+            }
+            match node.kind() {
+                None | Some(LeafKind::Open) => {}
+                Some(LeafKind::Direct) => shares.direct += size,
+                Some(LeafKind::Smooth) => shares.smooth += size,
+                Some(LeafKind::Grazed) => shares.grazed += size,
+            }
+        }
+        shares
+    }
+
     /// Number of leaves by kind.
     pub fn counts(&self) -> LeafCounts {
         let mut counts = LeafCounts::default();
         for node in &self.nodes {
-            *match node {
-                Node::Open(_) => &mut counts.open,
-                Node::Halved { .. } => &mut counts.halved,
-                Node::Direct => &mut counts.direct,
-                Node::Leaf(leaf) => match leaf.piece {
-                    Piece::Smooth(_) => &mut counts.smooth,
-                    Piece::Grazed { .. } => &mut counts.grazed,
-                },
+            *match node.kind() {
+                None => &mut counts.halved,
+                Some(LeafKind::Open) => &mut counts.open,
+                Some(LeafKind::Direct) => &mut counts.direct,
+                Some(LeafKind::Smooth) => &mut counts.smooth,
+                Some(LeafKind::Grazed) => &mut counts.grazed,
             } += 1;
         }
         counts
+    }
+
+    /// Leaves, and boxes to which no point has come, in the order in which they were made.
+    pub fn boxes(&self) -> Vec<LeafBox> {
+        let mut cells = vec![None; self.nodes.len()];
+        cells[0] = Some(Cell::whole(&self.ranges));
+        let mut boxes = Vec::new();
+        for (node, own) in self.nodes.iter().enumerate() {
+            let Some(cell) = cells[node].take() else { continue };
+            match (own, own.kind()) {
+                (Node::Halved { axis, first, .. }, _) => {
+                    let [low, high] = cell.halves(*axis);
+                    cells[*first] = Some(low);
+                    cells[first + 1] = Some(high);
+                }
+                (_, Some(kind)) => boxes.push(LeafBox { cell, kind, node }),
+                (_, None) => {}
+            }
+        }
+        boxes
+    }
+
+    /// Kind of the leaf of a point of the region; makes none.
+    pub fn kind_at(&self, point: &[f64]) -> LeafKind {
+        let mut at = 0;
+        while let Node::Halved { axis, at: middle, first } = &self.nodes[at] {
+            at = first + usize::from(point[*axis] >= *middle);
+        }
+        self.nodes[at].kind().unwrap_or(LeafKind::Open)
+    }
+
+    /// Depth `−h_min` of the graze that cuts a leaf, relative to the deepest on its box; NaN for a
+    /// node without a graze.
+    pub fn depth_in(&mut self, node: usize, point: &[f64]) -> f64 {
+        let mut depth = [f64::NAN];
+        if let Node::Leaf(leaf) = &self.nodes[node]
+            && let Piece::Grazed { depth: patch, .. } = &leaf.piece
+        {
+            leaf.local(point, &mut self.local);
+            patch.evaluate(&self.local, &mut self.monomials, &mut depth);
+        }
+        depth[0]
     }
 
     /// Bytes of all nodes and coefficients.
@@ -282,9 +422,8 @@ impl<M: Tabulated> Atlas<M> {
     }
 
     /// Compares images with direct ones at points that cover the region evenly, other points than
-    /// those at which leaves were checked. Makes the leaves of the points.
-    pub fn measure(&mut self, points: usize) -> Measurement {
-        let whole = Cell::whole(&self.ranges);
+    /// those at which leaves were checked. Makes the leaves of the points; calls `look` after each.
+    pub fn measure(&mut self, points: usize, mut look: impl FnMut()) -> Measurement {
         let mut found = Measurement {
             tabulated: 0,
             direct: 0,
@@ -295,7 +434,7 @@ impl<M: Tabulated> Atlas<M> {
         let mut image = vec![0.0; self.scales.len()];
         let mut exact = image.clone();
         for index in 0..points {
-            let point = whole.point(&low_discrepancy(index, self.ranges.len()));
+            let point = self.spread(index);
             match self.image(&point, &mut image) {
                 Answer::NoImage => found.without_image += 1,
                 Answer::Direct | Answer::Outside => found.direct += 1,
@@ -311,11 +450,17 @@ impl<M: Tabulated> Atlas<M> {
                     }
                 }
             }
+            look();
         }
         found
     }
 
-    fn direct(&mut self, point: &[f64], image: &mut [f64], answer: Answer) -> Answer {
+    /// Point of a sequence that covers the region evenly.
+    pub fn spread(&self, index: usize) -> Vec<f64> {
+        Cell::whole(&self.ranges).point(&low_discrepancy(index, self.ranges.len()))
+    }
+
+    pub(super) fn direct(&mut self, point: &[f64], image: &mut [f64], answer: Answer) -> Answer {
         if self.map.image(point, image) {
             return answer;
         }
@@ -323,8 +468,8 @@ impl<M: Tabulated> Atlas<M> {
         Answer::NoImage
     }
 
-    /// Leaf of a point of the region, made if there is none; `None` beyond the most leaves.
-    fn leaf_of(&mut self, point: &[f64]) -> Option<usize> {
+    /// Leaf of a point of the region, made if there is none; `None` beyond the most boxes.
+    pub(super) fn leaf_of(&mut self, point: &[f64]) -> Option<usize> {
         let mut at = 0;
         loop {
             match &self.nodes[at] {
@@ -332,7 +477,7 @@ impl<M: Tabulated> Atlas<M> {
                     at = first + usize::from(point[*axis] >= *middle);
                 }
                 Node::Open(cell) => {
-                    if self.leaves >= self.options.leaves {
+                    if self.is_exhausted() {
                         return None;
                     }
                     let cell = cell.clone();
@@ -345,15 +490,14 @@ impl<M: Tabulated> Atlas<M> {
 
     /// Makes a leaf of an open box, or halves it.
     fn settle(&mut self, node: usize, cell: &Cell) {
+        check();
+        self.expanded += 1;
         let axes = cell.centre.len();
         let gains = match self.map.expand(cell, self.options.order) {
             Expansion::Piece(piece) => {
                 let error = piece.error(&self.scales);
                 if error <= SHARE * self.options.tolerance && self.is_confirmed(cell, &piece) {
-                    let inverse = cell.half.iter().map(|half| 1.0 / half).collect();
-                    let centre = cell.centre.clone();
-                    self.nodes[node] = Node::Leaf(Box::new(Leaf { centre, inverse, piece }));
-                    self.leaves += 1;
+                    self.nodes[node] = Node::Leaf(Box::new(Leaf::new(cell, piece)));
                     return;
                 }
                 piece.gains(axes, &self.scales, SHARE * self.options.tolerance)
@@ -363,7 +507,6 @@ impl<M: Tabulated> Atlas<M> {
         };
         if cell.depth() >= self.options.depth {
             self.nodes[node] = Node::Direct;
-            self.leaves += 1;
             return;
         }
         let axis = best(&gains).unwrap_or_else(|| cell.widest());

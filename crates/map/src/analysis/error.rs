@@ -1,6 +1,7 @@
 //! Errors of analyses: wrong requests, and failures of the layers below.
 
 use super::periodic::ItineraryError;
+use crate::atlas::{OptionsError, RegionError, RestoreError};
 use crate::expansion::{ExpansionError, LocalMap};
 use crate::flow::FlowError;
 use crate::hybrid::HybridError;
@@ -111,6 +112,18 @@ pub enum AnalysisError {
     /// The direct simulation rejected its input.
     #[error(transparent)]
     Hybrid(#[from] HybridError),
+    /// The region of an atlas does not fit the model.
+    #[error(transparent)]
+    Region(#[from] RegionError),
+    /// A setting of an atlas cannot be used.
+    #[error(transparent)]
+    AtlasOptions(#[from] OptionsError),
+    /// A saved atlas does not fit the map.
+    #[error(transparent)]
+    Restore(#[from] RestoreError),
+    /// The grazing orbit has no moment between its events.
+    #[error("the grazing orbit has no moment without an event, at which a section could be")]
+    NoMoment,
     /// A free flight failed.
     #[error(transparent)]
     Flow(#[from] FlowError),

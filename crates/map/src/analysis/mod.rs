@@ -4,6 +4,7 @@
 //!
 //! Deliberately absent: plotting, files, progress bars.
 
+mod atlas_plane;
 pub mod basin;
 pub mod branches;
 pub mod chart;
@@ -23,6 +24,7 @@ pub mod orbits;
 pub mod periodic;
 mod progress;
 mod refinement;
+mod region_atlas;
 mod section_frame;
 pub mod soft_stop;
 mod time_series;
@@ -30,6 +32,7 @@ mod work;
 
 use serde::{Deserialize, Deserializer};
 
+pub use atlas_plane::{AtlasPlane, PlaneCell};
 pub use diagram::{MeasuredSide, measure_graze};
 pub(crate) use direct_image::products_of_step;
 pub use direct_image::{DirectEnd, DirectImage, SectionImage, direct_image};
@@ -44,6 +47,7 @@ pub use memory::{
 };
 pub(crate) use progress::place_of;
 pub use progress::{Gathered, Joining, NoProgress, Pieces, Progress, Shard, Share, SubProgress};
+pub use region_atlas::{AtlasRegion, AtlasStudy, AtlasWork, StroboscopicPoint, atlas_study};
 pub use section_frame::{EscapeBound, SectionFrame, escape_bounds, itinerary};
 pub use time_series::{
     EarlyEnd, SeriesPoint, TimeSeries, TimeSeriesRequest, each_moment, time_series,
