@@ -34,7 +34,7 @@ pub struct StroboscopicReturn<'a> {
     /// All parameters of the model.
     parameters: Vec<f64>,
     states: usize,
-    /// Spaces of the jets of all boxes: their tables take longer to make than most boxes.
+    /// Spaces of the jets of all boxes, each with its tables of products.
     spaces: Vec<Arc<JetSpace>>,
 }
 
