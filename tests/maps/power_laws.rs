@@ -2,6 +2,7 @@
 //! is whole, against closed forms, and against direct simulation in double-double.
 
 use grazemap::analysis::NoProgress;
+use grazemap::convergence::OrderResult;
 use grazemap::expansion::{Contact, Expander};
 use grazemap::model::Scene;
 use grazemap::numeric::{Dd, Scalar};
@@ -155,9 +156,8 @@ fn errors_fall_at_the_rate_of_the_orders_for_any_exponent() {
     }
 }
 
-/// Ten minutes: run by `.ci/full`.
 #[test]
-#[ignore = "ten minutes; run by .ci/full"]
+#[ignore = "long: .ci/full runs it"]
 fn errors_fall_at_the_rate_of_the_orders_for_any_exponent_to_weight_6() {
     let laws = [
         ("k2*d^1.1", ""),
