@@ -7,6 +7,7 @@ use grazemap::analysis::NoProgress;
 use grazemap::analysis::branches::{BranchEnd, BranchLabel, BranchPoint, BranchRequest, Branches};
 use grazemap::analysis::periodic::{ContactItinerary, FoundOrbit};
 use grazemap::numeric::Dd;
+use grazemap::pipeline::Source;
 use grazemap::prelude::{FindGraze, Map, Scene};
 use xtask::independent::{self, Simulator};
 
@@ -374,4 +375,22 @@ fn a_branch_of_the_map_is_found_where_the_range_is_wide() {
     let grazes = labelled(&found, BranchLabel::Graze);
     assert!(grazes.iter().any(|orbit| orbit.parameters[0].abs() < 1e-14), "{grazes:?}");
     assert!(!narrow.branches.is_empty());
+}
+
+/// Hardening stops: on the tangency section one coordinate of the orbit with one contact stays
+/// within `1e-10` of the graze, less than the accuracy of a section point that simulation settles
+/// on. That orbit traversed twice or thrice is no orbit of its own.
+#[test]
+fn an_orbit_traversed_several_times_is_listed_once() {
+    for (scene, contact) in [("soft_b", "free - k2*d^2"), ("soft_a", "free - k2*d^3")] {
+        let set =
+            [("model.surface.0.contact.v", contact), ("model.surface.0.release", "sigma - u")];
+        let map = Source::Scene(Box::new(scene_with(scene, &set)));
+        let map = map.free_flight().expect("a free flight");
+        let found = branches(&map, &["1", "11", "111"], [-1e-5, 4e-5], true);
+        let mut listed: Vec<String> =
+            found.branches.iter().map(|branch| branch.itinerary.to_string()).collect();
+        listed.sort_unstable();
+        assert_eq!(listed, ["0", "1"], "{scene}");
+    }
 }

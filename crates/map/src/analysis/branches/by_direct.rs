@@ -17,8 +17,8 @@ use super::data::{Branch, BranchEnd, BranchLabel, BranchPoint, BranchRequest, Br
 use super::normal_form::NormalForm;
 use super::trace::{
     BranchPiece, BranchSeed, BranchSource, Follow, NEAR, SAME, SearchedBranch, SeedKind,
-    TracedBranch, each_once, exact_or_zero, first_doubled, halved, label_of, lies_on, null_vector,
-    refined, solved, toggled,
+    TracedBranch, each_once, exact_or_zero, first_doubled, halved, has_shorter_period, label_of,
+    lies_on, null_vector, refined, solved, toggled,
 };
 use crate::analysis::continuation::{
     ContinuationEnd, ContinuationPoint, CurveEquations, Linearised, StepControl, apart, between,
@@ -790,15 +790,16 @@ impl<'a> DirectBranches<'a> {
         known: &[DirectTrace],
     ) -> Option<DirectTrace> {
         equations.reach_beyond(guess);
+        let is_repeated = DirectOrbitEquations::is_repeated;
         let start = match &seed.way {
             SeedKind::Doubled(direction) => {
-                let is_repeated = DirectOrbitEquations::is_repeated;
                 first_doubled(equations, guess, direction, is_repeated)?.0
             }
             SeedKind::Through | SeedKind::On(_) => {
-                let (unknowns, there) = solved(equations, guess)?;
-                let is_new = !equations.is_repeated(&there.extra, SAME);
-                is_new.then_some(unknowns)?
+                let start = solved(equations, guess)?;
+                let several = equations.rotations().nth(1).is_some();
+                let is_shorter = several && has_shorter_period(equations, &start, is_repeated);
+                (!is_shorter).then_some(start.0)?
             }
         };
         let bounded = start.iter().enumerate().map(|(unknown, value)| {
