@@ -20,7 +20,7 @@ use crate::jet::elementary::{power_part, product_part, quotient_part};
 use crate::jet::{Jet, JetSpace};
 use crate::numeric::{Dd, Real, Scalar};
 
-/// Weight at which the release is told.
+/// Weight of the expansion that decides whether a contact ends at the surface or before it.
 const RELEASE_WEIGHT: u32 = 4;
 /// Share of the largest coefficient below which one counts as zero, in double-double.
 const VANISHING: f64 = 1e-22;
@@ -39,7 +39,7 @@ pub(in crate::expansion) struct PowerFlight<'a> {
 }
 
 impl<'a> PowerFlight<'a> {
-    /// Tells how the contact ends near the graze.
+    /// Decides whether the contact ends at the surface or before it, near the graze.
     ///
     /// # Errors
     ///
@@ -145,7 +145,8 @@ struct Flown<'a, S: Scalar> {
     gaps: Vec<Gap<S>>,
     /// Power of the base of each place, by class.
     bases: Vec<Vec<S>>,
-    /// Monomial times `y` to a class's power, by class, and at last times `y`.
+    /// Number of the monomial that is the product of each monomial with the power of `y` of a
+    /// class, class by class; in the last entry of the product with `y`.
     raised: Vec<Vec<Option<usize>>>,
     entry: Vec<Jet<S>>,
     exit: Vec<Vec<S>>,
