@@ -342,6 +342,19 @@ def test_a_fit_is_drawn_with_its_confidence(m: gm.Map) -> None:
         found.plot(x="delta")
 
 
+def test_a_plot_of_safety_has_a_row_for_every_parameter_and_attractor() -> None:
+    found = gm.Scene.catalogue("linear").replace(alpha=2.0).safe({"alpha": 0.05}, points=4)
+    names = [one["orbit"] for one in found.attractors]
+    assert "(1,1)" in names
+    assert all(one["from"] and one["to"] for one in found.attractors)
+    ax = found.plot()
+    assert [row.get_text() for row in ax.get_yticklabels()] == [r"$\alpha$", r"$\omega$", *names]
+    assert words(ax) == ["without contact", "tolerance", r"attractor, along $\alpha$"]
+    graze = 100 * (found["graze above"][0] / 2.0 - 1)
+    assert any(graze == pytest.approx(line.get_xdata()[-1]) for line in ax.lines)
+    assert finite(found.plot(x="value", y="graze above").lines[0]) == 2
+
+
 @pytest.mark.parametrize("name", ["branch", "loci", "chart", "basin", "impacts"])
 def test_a_plot_is_drawn_on_given_axes(name: str, request: pytest.FixtureRequest) -> None:
     table = request.getfixturevalue(name)
@@ -360,10 +373,9 @@ def test_a_plot_is_drawn_on_given_axes(name: str, request: pytest.FixtureRequest
     [
         lambda m: gm.orbits(m, {"alpha": 1e-6}, itineraries=["1"]),
         lambda m: gm.nearest(m, ["alpha"]),
-        lambda m: gm.safe(m.graze.scene, points=0),
         lambda m: m.polynomials,
     ],
-    ids=["orbits", "nearest", "safe", "polynomials"],
+    ids=["orbits", "nearest", "polynomials"],
 )
 def test_a_table_without_a_plot_names_its_columns(
     m: gm.Map, made: Callable[[gm.Map], gm.Table]

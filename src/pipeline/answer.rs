@@ -5,7 +5,7 @@ use super::{Ended, Map};
 use crate::convergence::MeasuredWindow;
 use crate::expansion::WindowEdge;
 use crate::iteration::DeviceReport;
-use crate::report::{Figure, ReportError, Table, edge_words, pictures, window_remark};
+use crate::report::{Figure, Page, ReportError, Table, edge_words, pictures, window_remark};
 
 /// Results of a command, laid out.
 #[derive(Clone, Debug)]
@@ -22,6 +22,8 @@ pub struct Answer {
     pub tables: Vec<(&'static str, Table)>,
     /// Figures by file name, without extension.
     pub figures: Vec<(String, Figure)>,
+    /// Page with all of it, if the command has one.
+    pub page: Option<Page>,
     /// Warnings about accuracy or completeness.
     pub remarks: Vec<String>,
     /// Reason why the computation ended without the result that was asked for.
@@ -38,6 +40,7 @@ impl Answer {
             timeless: None,
             tables: vec![(stem, table)],
             figures: Vec::new(),
+            page: None,
             remarks: Vec::new(),
             ended: None,
         }
@@ -60,12 +63,12 @@ impl Answer {
         self.tables.last().map(|(_, table)| table)
     }
 
-    /// Document, tables and figures as files by name. A figure that cannot be drawn becomes a
+    /// Document, tables, figures and page as files by name. A figure that cannot be drawn becomes a
     /// remark.
     ///
     /// # Errors
     ///
-    /// [`ReportError::Csv`] for a table without columns.
+    /// [`ReportError::Csv`] for a table without columns; errors of [`Page::to_html`].
     pub fn files(&mut self) -> Result<Vec<(String, Vec<u8>)>, ReportError> {
         let document = self.timeless.as_ref().unwrap_or(&self.document);
         let mut files = vec![(format!("{}.json", self.stem), document.clone().into_bytes())];
@@ -75,6 +78,9 @@ impl Answer {
         let figures = self.figures.iter().map(|(name, figure)| (&**name, figure));
         let (drawn, remarks) = pictures(figures);
         files.extend(drawn);
+        if let Some(page) = &self.page {
+            files.push((format!("{}.html", self.stem), page.to_html()?.into_bytes()));
+        }
         self.remarks.extend(remarks);
         Ok(files)
     }

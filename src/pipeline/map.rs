@@ -6,8 +6,8 @@ use super::graze::parameter_number;
 use super::{Error, Graze, Settled, StudyRequest, refuse_memory};
 use crate::analysis::basin::{Basin, BasinRequest, basin, basin_share};
 use crate::analysis::branches::{
-    BranchDiagram, BranchObservable, BranchRequest, Branches, branch_diagram, branches,
-    branches_share, observed,
+    AttractorBranch, BranchDiagram, BranchObservable, BranchRequest, Branches, attractor_branch,
+    branch_diagram, branches, branches_share, observed,
 };
 use crate::analysis::chart::{Chart, chart, chart_share};
 use crate::analysis::diagram::{Diagram, diagram, diagram_share};
@@ -664,6 +664,21 @@ impl Map {
     ) -> Result<Branches, Error> {
         let (scene, orbit) = (self.settled().scene(), self.orbit());
         Ok(branches(scene, orbit, self.local(), request, progress)?)
+    }
+
+    /// Branch of direct simulation through the orbit on which a flight from a section point settles
+    /// at the offsets `request.at`; `None` if there is none, or if it is not found.
+    ///
+    /// # Errors
+    ///
+    /// As [`orbits`](Self::orbits).
+    pub fn attractor_branch(
+        &self,
+        request: &BranchRequest,
+        start: &[f64],
+    ) -> Result<Option<AttractorBranch>, Error> {
+        let (scene, orbit) = (self.settled().scene(), self.orbit());
+        Ok(attractor_branch(scene, orbit, self.local(), request, start)?)
     }
 
     /// Computes a share of the pieces of [`branches`](Self::branches).

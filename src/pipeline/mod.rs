@@ -22,6 +22,7 @@ mod offsets;
 mod points;
 mod run;
 mod saved;
+mod simulated;
 mod sweeps;
 
 pub use answer::Answer;

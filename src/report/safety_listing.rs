@@ -1,12 +1,26 @@
-//! Safety of a scene: whether its orbit is clear of the stop, and by how much.
+//! Safety of a scene: whether its orbit is clear of the stop, and by how much; as fields, words,
+//! tables, one picture and one page.
 
 use serde::Serialize;
 
+use super::figure::{Annotation, Axis, AxisScale, Figure, Guide, Marker, Series, Stroke, symbol};
 use super::table::significant;
-use super::{Named, Table};
+use super::{Cell, Column, Named, Page, Provenance, Section, Table};
+use crate::analysis::branches::BranchLabel;
+use crate::model::Scene;
 
 /// Digits of values in words.
 const DIGITS: usize = 8;
+
+/// Ratio of the largest to the smallest change in a picture above which the axis is logarithmic.
+const SPREAD: f64 = 50.0;
+
+/// Height of a picture without rows and of a row, in CSS pixels.
+const HEIGHT: u32 = 110;
+const ROW: u32 = 44;
+
+/// Distance of the line of a tolerance below that of its parameter, in rows.
+const BELOW: f64 = 0.25;
 
 /// Answer of `safe`.
 #[derive(Clone, Debug, Serialize)]
@@ -22,6 +36,8 @@ pub struct SafetyListing {
     /// Attractors found by direct simulation at the scene's values, the one with the largest share
     /// first.
     pub attractors: Vec<OtherAttractor>,
+    /// Parameter along which the attractors are followed.
+    pub along: String,
     /// Number of starts of direct simulation.
     pub starts: u32,
 }
@@ -62,6 +78,58 @@ pub struct OtherAttractor {
     pub impact_speed: Option<f64>,
     /// First start found that comes to it, as offsets from the graze.
     pub start: Named<f64>,
+    /// Lower end of its interval of the followed parameter; `None` if it was not followed.
+    pub from: Option<AttractorEnd>,
+    /// Upper end of the interval; `None` if the attractor was not followed.
+    pub to: Option<AttractorEnd>,
+}
+
+/// End of the interval of a parameter along which an attractor was followed.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct AttractorEnd {
+    /// Value of the parameter.
+    pub value: f64,
+    /// Special point at which the attractor ends; `None` if it was followed no farther.
+    pub label: Option<BranchLabel>,
+}
+
+impl AttractorEnd {
+    /// End in words; `beyond` says on which side the attractor exists farther, if it does.
+    fn words(self, beyond: &str) -> String {
+        let value = significant(self.value, DIGITS);
+        match self.label {
+            Some(label) => format!("{value} {}", label.letters()),
+            None => format!("{beyond} {value}"),
+        }
+    }
+}
+
+impl OtherAttractor {
+    /// Name of the orbit, or that it has no period.
+    fn name(&self) -> String {
+        self.orbit.clone().unwrap_or_else(|| "no period".to_owned())
+    }
+
+    /// Share of the starts and impact speed.
+    fn share_words(&self) -> String {
+        let share = format!("{} %", significant(100.0 * self.fraction, 3));
+        match self.impact_speed {
+            Some(speed) => format!("{share}, speed {}", significant(speed, 3)),
+            None => format!("{share}, no contact"),
+        }
+    }
+}
+
+impl SafeInterval {
+    /// Unit of changes of the parameter: the size of its value, or 1 where that is 0.
+    fn unit(&self) -> f64 {
+        if self.value == 0.0 { 1.0 } else { self.value.abs() }
+    }
+
+    /// Change from the scene's value to another one, in percent of the unit.
+    fn percent(&self, value: f64) -> f64 {
+        100.0 * (value - self.value) / self.unit()
+    }
 }
 
 impl SafetyListing {
@@ -75,10 +143,10 @@ impl SafetyListing {
             .made()
     }
 
-    /// Answer as text.
-    pub fn text(&self, scene: &str) -> String {
+    /// Whether the orbit is clear of the stop, in words.
+    fn verdict(&self, scene: &str) -> String {
         let surface = &self.surface;
-        let mut text = match self.clears {
+        match self.clears {
             true => {
                 format!("`{scene}` is clear of `{surface}`: its periodic orbit does not touch\n")
             }
@@ -86,9 +154,14 @@ impl SafetyListing {
                 "`{scene}` is not clear of `{surface}`: without the stop its periodic orbit would \
                  go beyond it\n"
             ),
-        };
+        }
+    }
+
+    /// Answer as text.
+    pub fn text(&self, scene: &str) -> String {
+        let mut text = self.verdict(scene);
         if let Some(tolerance) = &self.tolerance {
-            text.push_str(&tolerance.words(surface));
+            text.push_str(&tolerance.words(&self.surface));
         }
         let heading = if self.clears { "without contact" } else { "between grazes" };
         text.push_str(&format!(
@@ -104,19 +177,203 @@ impl SafetyListing {
                 self.starts,
                 self.attractor_table().to_text()
             ));
+            text.push_str(&self.ends_explained());
         }
         text
     }
 
+    /// Table of the attractors, for people.
     fn attractor_table(&self) -> Table {
-        let orbit = |attractor: &OtherAttractor| {
-            attractor.orbit.clone().unwrap_or_else(|| "no period".to_owned())
+        let end = |end: Option<AttractorEnd>, beyond: &str| {
+            end.map_or(Cell::Missing, |end| Cell::text(end.words(beyond)))
         };
+        let column = |end: &str| Column::text(format!("{end} {}", self.along));
         Table::of(&self.attractors)
-            .text(&format!("orbit ({},periods)", self.surface), orbit)
+            .text(&format!("orbit ({},periods)", self.surface), OtherAttractor::name)
             .number("share of starts", 4, |attractor| attractor.fraction)
             .number("largest impact speed", 6, |attractor| attractor.impact_speed)
+            .column(column("from"), |attractor| end(attractor.from, "below"))
+            .column(column("to"), |attractor| end(attractor.to, "above"))
             .made()
+    }
+
+    /// Table of the attractors, for programs.
+    pub fn attractor_data(&self) -> Table {
+        let value = |end: Option<AttractorEnd>| end.map(|end| end.value);
+        let label = |end: Option<AttractorEnd>| {
+            let label = end.and_then(|end| end.label);
+            label.map_or(Cell::Missing, |label| Cell::text(label.letters()))
+        };
+        Table::of(&self.attractors)
+            .text("orbit", |attractor| attractor.orbit.clone().unwrap_or_default())
+            .number("share", 15, |attractor| attractor.fraction)
+            .number("impact speed", 15, |attractor| attractor.impact_speed)
+            .number(&format!("{} from", self.along), 15, |attractor| value(attractor.from))
+            .column(Column::text("from label"), |attractor| label(attractor.from))
+            .number(&format!("{} to", self.along), 15, |attractor| value(attractor.to))
+            .column(Column::text("to label"), |attractor| label(attractor.to))
+            .made()
+    }
+
+    /// Explanation of the last columns of the attractors' table.
+    fn ends_explained(&self) -> String {
+        let ends = self.attractors.iter().flat_map(|attractor| [attractor.from, attractor.to]);
+        let labels: Vec<_> = ends.clone().flatten().filter_map(|end| end.label).collect();
+        let meanings = [
+            (BranchLabel::SaddleNode, "fold"),
+            (BranchLabel::PeriodDoubling, "flip"),
+            (BranchLabel::NeimarkSacker, "torus"),
+            (BranchLabel::Graze, "graze"),
+            (BranchLabel::Hopf, "Hopf point"),
+        ];
+        let met = meanings.iter().filter(|(label, _)| labels.contains(label));
+        let mut words: Vec<String> =
+            met.map(|(label, word)| format!("{} {word}", label.letters())).collect();
+        if ends.clone().flatten().any(|end| end.label.is_none()) {
+            words.push("below, above: followed to there without an end".to_owned());
+        }
+        if ends.clone().any(|end| end.is_none()) {
+            words.push("an empty cell: not followed".to_owned());
+        }
+        match words.is_empty() {
+            true => String::new(),
+            false => format!("{}\n", words.join("; ")),
+        }
+    }
+
+    /// Picture: a row for every parameter with the interval without contact and the tolerance, and
+    /// a row for every attractor with the interval in which it exists, all relative to the scene's
+    /// values.
+    pub fn figure(&self) -> Figure {
+        let along = self.intervals.iter().find(|interval| interval.parameter == self.along);
+        let parameters = self.intervals.iter().map(|interval| symbol(&interval.parameter));
+        let followed = |attractor: &&OtherAttractor| attractor.from.is_some();
+        let attractors: Vec<&OtherAttractor> = self.attractors.iter().filter(followed).collect();
+        let names = attractors.iter().map(|attractor| attractor.name());
+        let rows: Vec<String> = parameters.chain(names).collect();
+        let height = HEIGHT + ROW * rows.len() as u32;
+        let axis = self.change_axis();
+        let (low, high) = axis.range.unwrap_or((-1.0, 1.0));
+        let mut figure = Figure::new(axis, Axis::of_rows(rows));
+        figure.size.1 = height.clamp(160, 4000);
+        figure.guides.push(Guide::Vertical { at: 0.0, label: "scene".to_owned() });
+        let (mut clear, mut grazes, mut allowed) = (Vec::new(), Vec::new(), Vec::new());
+        for (row, interval) in self.intervals.iter().enumerate() {
+            let at = |value: f64| [interval.percent(value), -(row as f64)];
+            let ends = [interval.below, interval.above].map(|end| end.map(at));
+            grazes.extend(ends.iter().flatten().copied());
+            let [below, above] = ends;
+            let open = |end: f64| [end, -(row as f64)];
+            clear.push(below.unwrap_or(open(low)));
+            clear.push(above.unwrap_or(open(high)));
+            clear.push([f64::NAN; 2]);
+            let tolerances = self.tolerance.iter().flat_map(|tolerance| &tolerance.tolerances.0);
+            for (_, share) in tolerances.filter(|(name, _)| *name == interval.parameter) {
+                let half = 100.0 * share * interval.value.abs() / interval.unit();
+                let height = -(row as f64) - BELOW;
+                allowed.extend([[-half, height], [half, height], [f64::NAN; 2]]);
+            }
+        }
+        let heading = if self.clears { "without contact" } else { "between grazes" };
+        figure.series.push(Series::line(heading, Stroke::Solid, clear));
+        figure.series.push(Series::line_with_markers("tolerance", Marker::Diamond, allowed));
+        let mut exists = Vec::new();
+        for (number, attractor) in attractors.iter().enumerate() {
+            let height = -((self.intervals.len() + number) as f64);
+            let Some(along) = along else { continue };
+            let ends = [attractor.from, attractor.to].into_iter().flatten();
+            for end in ends {
+                let at = [along.percent(end.value), height];
+                exists.push(at);
+                if let Some(label) = end.label {
+                    let marker = Some(Marker::Ring);
+                    let text = label.letters().to_owned();
+                    figure.annotations.push(Annotation { at, text, marker });
+                }
+            }
+            exists.push([f64::NAN; 2]);
+            let text = attractor.share_words();
+            figure.annotations.push(Annotation { at: [0.0, height], text, marker: None });
+        }
+        let name = format!("attractor, along {}", symbol(&self.along));
+        figure.series.push(Series::line(name, Stroke::Solid, exists));
+        let ring = |at| Annotation::ring(at, BranchLabel::Graze.letters());
+        figure.annotations.extend(grazes.into_iter().map(ring));
+        figure
+    }
+
+    /// Axis of changes from the scene's values that shows all that is bounded.
+    fn change_axis(&self) -> Axis {
+        let tolerances = self.tolerance.iter().flat_map(|tolerance| &tolerance.tolerances.0);
+        let tolerances = tolerances.flat_map(|(_, share)| [-100.0 * share, 100.0 * share]);
+        let grazes = self.intervals.iter().flat_map(|interval| {
+            let ends = interval.below.into_iter().chain(interval.above);
+            ends.map(move |value| interval.percent(value))
+        });
+        let along = self.intervals.iter().find(|interval| interval.parameter == self.along);
+        let ends = self.attractors.iter().flat_map(|attractor| [attractor.from, attractor.to]);
+        let ends = ends.flatten().filter_map(|end| Some(along?.percent(end.value)));
+        let changes: Vec<f64> = tolerances.chain(grazes).chain(ends).collect();
+        let sizes = || changes.iter().map(|change| change.abs()).filter(|size| *size > 0.0);
+        let least = sizes().fold(f64::INFINITY, f64::min);
+        let spread = sizes().fold(0.0, f64::max) > SPREAD * least;
+        let scale = match spread {
+            true => AxisScale::Symlog { threshold: 0.2 * least },
+            false => AxisScale::Linear,
+        };
+        let axis = Axis { scale, ..Axis::linear("change from the scene’s value, %") };
+        let side = |sign: f64| {
+            let farthest = changes.iter().fold(0.0_f64, |most, change| most.max(sign * change));
+            sign * 1.15 * farthest
+        };
+        match (side(-1.0), side(1.0)) {
+            (below, above) if below == 0.0 && above == 0.0 => axis.with_range(-10.0, 10.0),
+            (below, above) => {
+                let least = 0.15 * (above - below);
+                axis.with_range(below.min(-least), above.max(least))
+            }
+        }
+    }
+
+    /// Page: the verdict, the picture, intervals and attractors.
+    pub fn page(&self, scene: &Scene) -> Page {
+        let provenance = Provenance {
+            scene: scene.identifier.clone(),
+            source: scene.model.source.clone().unwrap_or_default(),
+            digest: scene.digest.to_string(),
+            version: format!("grazemap {}", env!("CARGO_PKG_VERSION")),
+            ..Provenance::default()
+        };
+        let tolerance = self.tolerance.as_ref();
+        let tolerance = tolerance.map_or_else(String::new, |allowed| allowed.words(&self.surface));
+        let verdict = format!("{}{tolerance}", self.verdict(&scene.identifier));
+        let words = "Intervals about the scene’s values, one row for each parameter: GR, a \
+                     graze; an interval that reaches the edge has no known end. Below them the \
+                     attractors, each with its share of the starts and its largest impact speed.";
+        let section = Section::new("How far parameters may go")
+            .figure(self.figure(), words)
+            .table(
+                self.table(),
+                "The nearest graze on either side of each value; an empty cell: none was found \
+                 along the branch of this orbit.",
+            )
+            .files(["safe.json", "safe.csv"]);
+        let page = Page::new(format!("Is it safe: {}", scene.model.name), provenance)
+            .summary(verdict.trim_end())
+            .section(section);
+        if self.attractors.is_empty() {
+            return page;
+        }
+        let caption = format!(
+            "Attractors at the scene’s values, by direct simulation from {} states. {}",
+            self.starts,
+            self.ends_explained().trim_end()
+        );
+        page.section(
+            Section::new("Attractors")
+                .table(self.attractor_table(), caption)
+                .files(["safe_attractors.csv"]),
+        )
     }
 }
 

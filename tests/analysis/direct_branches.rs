@@ -7,6 +7,7 @@ use grazemap::analysis::NoProgress;
 use grazemap::analysis::branches::{BranchEnd, BranchLabel, BranchPoint, BranchRequest, Branches};
 use grazemap::analysis::periodic::{ContactItinerary, FoundOrbit};
 use grazemap::numeric::Dd;
+use grazemap::pipeline::{SafeKeys, Source};
 use grazemap::prelude::{FindGraze, Map, Scene};
 use xtask::independent::{self, Simulator};
 
@@ -374,4 +375,48 @@ fn a_branch_of_the_map_is_found_where_the_range_is_wide() {
     let grazes = labelled(&found, BranchLabel::Graze);
     assert!(grazes.iter().any(|orbit| orbit.parameters[0].abs() < 1e-14), "{grazes:?}");
     assert!(!narrow.branches.is_empty());
+}
+
+/// Hardening stops: on the tangency section one coordinate of the orbit with one contact stays
+/// within `1e-10` of the graze, less than the accuracy of a section point that simulation settles
+/// on. That orbit traversed twice or thrice is no orbit of its own.
+#[test]
+fn an_orbit_traversed_several_times_is_listed_once() {
+    for (scene, contact) in [("soft_b", "free - k2*d^2"), ("soft_a", "free - k2*d^3")] {
+        let set =
+            [("model.surface.0.contact.v", contact), ("model.surface.0.release", "sigma - u")];
+        let map = Source::Scene(Box::new(scene_with(scene, &set)));
+        let map = map.free_flight().expect("a free flight");
+        let found = branches(&map, &["1", "11", "111"], [-1e-5, 4e-5], true);
+        let mut listed: Vec<String> =
+            found.branches.iter().map(|branch| branch.itinerary.to_string()).collect();
+        listed.sort_unstable();
+        assert_eq!(listed, ["0", "1"], "{scene}");
+    }
+}
+
+/// The attractor with an impact beside a motion that is clear of the stop begins at the fold of the
+/// closed form; the motion without impacts ends at the graze.
+#[test]
+fn safety_tells_from_which_fold_an_attractor_exists() {
+    let scene = scene_with("linear", &[("alpha", "2.0")]);
+    let value = |name: &str| {
+        let mut parameters = scene.model.parameters.iter();
+        parameters.find(|parameter| parameter.name == name).expect("a parameter").value
+    };
+    let fold = Foale::unfolded(value, 0.0, 1).fold().to_f64();
+    let keys = SafeKeys { points: 6, ..SafeKeys::default() };
+    let mut answer = keys.answer(&scene, &NoProgress).expect("an answer");
+    let document: serde_json::Value = serde_json::from_str(&answer.document).expect("a document");
+    let attractors = document["attractors"].as_array().expect("a list");
+    let hits = attractors.iter().find(|attractor| attractor["orbit"] == "(1,1)");
+    let hits = hits.expect("an attractor with an impact");
+    assert!(hits["from"]["label"] == "SN" && hits["to"]["label"].is_null(), "{hits}");
+    let from = hits["from"]["value"].as_f64().expect("a number");
+    assert!((from / fold - 1.0).abs() < 1e-9, "{from} {fold}");
+    let names: Vec<String> =
+        answer.files().expect("drawn").into_iter().map(|(name, _)| name).collect();
+    for name in ["safe.svg", "safe.html", "safe_attractors.csv"] {
+        assert!(names.iter().any(|found| found == name), "{names:?}");
+    }
 }

@@ -64,6 +64,9 @@ pub struct Axis {
     pub scale: AxisScale,
     /// Ends of the axis; `None` takes them from the data.
     pub range: Option<(f64, f64)>,
+    /// Names of rows in place of ticks, the first at 0 and each further one at one less; empty for
+    /// an axis of numbers. Rows are shown on a vertical axis only.
+    pub rows: Vec<String>,
 }
 
 /// A second scale of a linear axis, on the opposite side of the picture: its values plus a
@@ -89,7 +92,13 @@ impl ShiftedScale {
 impl Axis {
     /// A linear axis that shows all data.
     pub fn linear(label: impl Into<String>) -> Self {
-        Self { label: label.into(), scale: AxisScale::Linear, range: None }
+        Self { label: label.into(), scale: AxisScale::Linear, range: None, rows: Vec::new() }
+    }
+
+    /// A vertical axis of named rows, the first at 0 on top and each further one at one less.
+    pub fn of_rows(names: Vec<String>) -> Self {
+        let last = 1.0 - names.len().max(1) as f64;
+        Self { rows: names, ..Self::linear("").with_range(last - 0.6, 0.6) }
     }
 
     /// A logarithmic axis that shows all positive data.
@@ -179,6 +188,15 @@ pub(super) struct Ticks {
     pub(super) ticks: Vec<Tick>,
     /// Power of ten that multiplies every text; 0 for none.
     pub(super) power: i32,
+}
+
+/// Ticks of named rows.
+pub(super) fn row_ticks(names: &[String]) -> Ticks {
+    let tick =
+        |(number, name): (usize, &String)| Tick { place: -(number as f64), text: name.clone() };
+    let mut ticks: Vec<Tick> = names.iter().enumerate().map(tick).collect();
+    ticks.reverse();
+    Ticks { ticks, power: 0 }
 }
 
 /// Ticks between two places, about `wanted` of them.

@@ -2,7 +2,7 @@
 //! row above the plot area if it fits, else a column right of it. The legend holds what is drawn
 //! inside the axes, and nothing else.
 
-use super::axis::{Axis, AxisScale, ShiftedScale, Ticks, power_suffix, ticks};
+use super::axis::{Axis, AxisScale, ShiftedScale, Ticks, power_suffix, row_ticks, ticks};
 use super::cells::ColorBar;
 use super::content::{Content, content};
 use super::drawing::{Anchor, Area, Direction, Drawing, Mosaic, Point, Shape};
@@ -78,7 +78,10 @@ pub(super) fn lay_out(figure: &Figure) -> Result<Layout, FigureError> {
     let top = 14.0 + title_height + legend.above() + scale_height;
     let bottom = (tall - 50.0).max(top + 40.0);
     let upright = |scale, ends| ticks(scale, ends, ((bottom - top) / TICK_HEIGHT) as usize);
-    let vertical = upright(figure.vertical.scale, ends.1);
+    let vertical = match &figure.vertical.rows[..] {
+        [] => upright(figure.vertical.scale, ends.1),
+        names => row_ticks(names),
+    };
     let beside = shifted(figure.beside.as_ref(), &figure.vertical, ends.1);
     let beside = beside.map(|(label, ends)| (label, ends, upright(AxisScale::Linear, ends)));
     let bar = figure.cells.as_ref().and_then(|chart| chart.bar.as_ref());

@@ -332,6 +332,23 @@ mod tests {
     }
 
     #[test]
+    fn named_rows_stand_in_place_of_ticks_from_the_top() {
+        let mut figure = Figure::new(
+            Axis::linear("change"),
+            Axis::of_rows(["alpha", "omega"].map(str::to_owned).to_vec()),
+        );
+        figure.series.push(Series::line("clear", Stroke::Solid, vec![[0.0, -1.0], [1.0, -1.0]]));
+        let svg = figure.to_svg().expect("drawn");
+        let height = |word: &str| -> f64 {
+            let (before, _) = svg.split_once(&format!(">{word}<")).expect("a row");
+            let (_, after) = before.rsplit_once(" y=\"").expect("its height");
+            after.split('"').next().unwrap_or("").parse().expect("a number")
+        };
+        assert!(height("alpha") < height("omega"), "{svg}");
+        assert!(!svg.contains(">−1<"), "{svg}");
+    }
+
+    #[test]
     fn the_legend_holds_what_is_inside_the_axes() {
         let mut figure = small();
         figure.series.push(Series::dots("no dots", Vec::new()));

@@ -802,8 +802,8 @@ def safe(
     Returns
     -------
     Safety
-        Table with a row for each parameter: the grazes below and above its value; ``clears``
-        and ``attractors``.
+        Table with a row for each parameter: the grazes below and above its value; ``clears``,
+        and ``attractors`` with the interval of a parameter in which each exists.
 
     Raises
     ------

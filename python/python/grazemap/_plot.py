@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -60,6 +60,7 @@ if TYPE_CHECKING:
         Image,
         Loci,
         Noise,
+        Safety,
         Study,
         Table,
         Trajectory,
@@ -943,3 +944,89 @@ def fit(table: Fit, ax: Axes | None, names: tuple[str | None, str | None], style
     plain_ticks(ax)
     legend(ax, handles)
     return ax
+
+
+class Bar(NamedTuple):
+    """Interval in a row of the plot of safety: NaN for an end that is not known."""
+
+    height: float
+    ends: tuple[float, float]
+    labels: tuple[str | None, str | None]
+    look: Style
+    words: str
+
+
+def safety(table: Safety, ax: Axes | None, style: Style) -> Axes:
+    """Draw a row for every parameter and attractor: intervals relative to the scene's values."""
+    _filled(table)
+    names = [str(name) for name in table["parameter"]]
+    values = dict(zip(names, table["value"].tolist(), strict=True))
+    followed = [one for one in table.attractors if one["from"] and table.along in values]
+    bars = _safe_bars(table, values, style)
+    bars += _attractor_bars(table, followed, values, style)
+    ax = new_axes(ax, 1.2 + 0.5 * (len(names) + len(followed)))
+    known = [end for bar in bars for end in bar.ends if np.isfinite(end)] or [-10.0, 10.0]
+    room = 0.15 * max(map(abs, known))
+    ax.set_xlim(min(0.0, *known) - room, max(0.0, *known) + room)
+    for bar in bars:
+        ends = np.where(np.isfinite(bar.ends), bar.ends, ax.get_xlim())
+        ax.plot(ends, [bar.height] * 2, **bar.look)
+        for end, word in zip(bar.ends, bar.labels, strict=True):
+            if word and np.isfinite(end):
+                ax.plot(end, bar.height, **mark_style(word))
+                words_beside(ax, word, (end, bar.height))
+    for row, one in enumerate(followed, start=len(names)):
+        words = f"{100 * one['fraction']:.3g} %"
+        words += f", speed {one['impact_speed']:.3g}" if one["impact_speed"] else ", no contact"
+        ax.annotate(words, (0, -row), (4, 5), textcoords="offset points", fontsize="small")
+    ax.axvline(0, color=FAINT, linewidth=0.8, linestyle=":", zorder=1)
+    rows = [label(name) for name in names] + [one["orbit"] for one in followed]
+    ax.set_yticks([-row for row in range(len(rows))], rows)
+    ax.set_ylim(0.6 - len(rows), 0.6)
+    ax.set_xlabel("change from the scene's value, %")
+    entries = {bar.words: bar.look for bar in bars}
+    legend(ax, [line_handle(words, **look) for words, look in entries.items()])
+    return ax
+
+
+def _percent(values: Mapping[str, float], name: str, value: float | None) -> float:
+    """Give the change of a parameter from its value, in percent of it (of 1 where that is 0)."""
+    if value is None:
+        return np.nan
+    return 100 * (value - values[name]) / (abs(values[name]) or 1.0)
+
+
+def _safe_bars(table: Safety, values: Mapping[str, float], style: Style) -> list[Bar]:
+    """Give the intervals without contact of all parameters, and their tolerances."""
+    words = "without contact" if table.clears else "between grazes"
+    look: Style = {"color": SERIES[0], "linewidth": 3, **style}
+    bars = []
+    for row, interval in enumerate(table.document["intervals"]):
+        name = interval["parameter"]
+        below, above = (_percent(values, name, interval[side]) for side in ("below", "above"))
+        bars.append(Bar(-row, (below, above), ("GR", "GR"), look, words))
+    tolerance = table.document["tolerance"] or {"tolerances": {}}
+    look = {"color": SERIES[1], "linewidth": 1.5}
+    for name, share in tolerance["tolerances"].items():
+        half = _percent(values, name, values[name] + share * abs(values[name]))
+        height = -list(values).index(name) - 0.25
+        bars.append(Bar(height, (-half, half), (None, None), look, "tolerance"))
+    return bars
+
+
+def _attractor_bars(
+    table: Safety,
+    followed: Sequence[Mapping[str, Any]],
+    values: Mapping[str, float],
+    style: Style,
+) -> list[Bar]:
+    """Give the intervals in which attractors exist, in the rows below the parameters."""
+    look: Style = {"color": SERIES[2], "linewidth": 3, **style}
+    words = f"attractor, along {label(table.along)}"
+    bars = []
+    for row, one in enumerate(followed, start=len(values)):
+        sides = one["from"], one["to"]
+        low, high = (_percent(values, table.along, side["value"]) for side in sides)
+        labels = sides[0]["label"], sides[1]["label"]
+        bars.append(Bar(-row, (low, high), labels, look, words))
+    return bars

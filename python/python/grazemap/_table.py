@@ -570,8 +570,41 @@ class Safety(Table):
 
     @property
     def attractors(self) -> list[dict[str, Any]]:
-        """Attractors found by direct simulation, the one with the largest share first."""
+        """Attractors found by direct simulation, the one with the largest share first.
+
+        Each has its name ``orbit``, its share ``fraction`` of the starts, its ``impact_speed``, and
+        the ends ``from`` and ``to`` of the interval of the parameter :attr:`along` in which it
+        exists: ``value``, and as ``label`` the special point there (``None``: followed no
+        farther). An attractor that was not followed has no ends.
+        """
         return list(self.document["attractors"])
+
+    @property
+    def along(self) -> str:
+        """Parameter along which the attractors were followed."""
+        return str(self.document["along"])
+
+    def plot(
+        self, ax: Axes | None = None, x: str | None = None, y: str | None = None, **style: Any
+    ) -> Axes:
+        """Draw a row for every parameter and a row for every attractor that was followed.
+
+        Lines are intervals relative to the scene's values: without contact, of the tolerance, and
+        in which an attractor exists. A line that reaches the edge has no known end.
+
+        Parameters
+        ----------
+        ax
+            Axes to draw on (default: new ones).
+        x, y
+            Columns of numbers to draw instead.
+        **style
+            Properties of the lines, as for :meth:`matplotlib.axes.Axes.plot`.
+
+        """
+        if x is not None or y is not None:
+            return super().plot(ax, x, y, **style)
+        return _plot.safety(self, ax, style)
 
 
 class Derivatives(Table):

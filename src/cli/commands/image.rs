@@ -16,12 +16,14 @@ pub(in crate::cli) fn run(options: &ImageOptions) -> Result<(), CliError> {
     }
     let contacts = Contacts::unless(options.method == Using::Direct, Contacts::Unused);
     let map = contacts.map(open(&options.scene)?, outlets.quiet)?;
-    let images = map.image_answer(ImageRequest {
+    let request = ImageRequest {
         rows: starting_points(&options.states, map.local())?,
         iterations: options.iterations as usize,
         using: options.method,
         precision: options.precision,
-    })?;
+    };
+    note_all(map.image_time_remark(&request).as_slice(), outlets.quiet);
+    let images = map.image_answer(request)?;
     remark_on_window(&map, outlets.quiet);
     if outlets.json.is_none() && outlets.csv.is_none() && outlets.output.is_none() {
         outlets.csv = Some(Destination::Standard);

@@ -78,11 +78,11 @@ fn map(source: Source, quiet: bool) -> Result<Map, CliError> {
 /// Role of the map's contacts in a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Contacts {
-    /// The command iterates them.
+    /// The command iterates the contacts.
     Iterated,
     /// Direct simulation computes the result; if there is a map, its orbits guide the search.
     Searched,
-    /// Direct simulation computes the result without them.
+    /// Direct simulation computes the result; no contacts are expanded.
     Unused,
 }
 

@@ -45,6 +45,7 @@ pub(in crate::cli) fn diagram(options: &DiagramArguments) -> Result<(), CliError
     let resumable = resumable("diagram", outlets.folder(), &map, "", outlets.quiet)?;
     let bar = Bar::new("diagram", outlets.quiet).resuming(0, resumable.journal());
     note_all(&map.diagram_offset_remarks(), outlets.quiet);
+    note_all(map.diagram_time_remark().as_slice(), outlets.quiet);
     let mut diagrams = map.diagrams(&Joining::new(&bar, common.pieces()))?;
     drop(bar);
     remark_on_window(&map, outlets.quiet);
@@ -100,6 +101,7 @@ pub(in crate::cli) fn chart(options: &ChartArguments) -> Result<(), CliError> {
     let resumable = resumable("chart", outlets.folder(), &map, "", outlets.quiet)?;
     let bar = Bar::new("chart", outlets.quiet).resuming(0, resumable.journal());
     note_all(&map.chart_offset_remarks(), outlets.quiet);
+    note_all(map.chart_time_remark().as_slice(), outlets.quiet);
     let mut charts = map.charts(&Joining::new(&bar, common.pieces()))?;
     drop(bar);
     remark_on_window(&map, outlets.quiet);
@@ -142,6 +144,7 @@ pub(in crate::cli) fn basin(options: &BasinArguments) -> Result<(), CliError> {
     let resumable = resumable("basin", outlets.folder(), &map, &decisive, outlets.quiet)?;
     let bar = Bar::new("basin", outlets.quiet).resuming(0, resumable.journal());
     note_all(&map.basin_offset_remarks(&requests), outlets.quiet);
+    note_all(map.basin_time_remark(&requests).as_slice(), outlets.quiet);
     let mut basins = map.basins(&requests, &Joining::new(&bar, options.scene.common.pieces()))?;
     drop(bar);
     remark_on_window(&map, outlets.quiet);

@@ -6,14 +6,15 @@ use std::f64::consts::PI;
 use serde::{Deserialize, Serialize};
 
 use crate::analysis::Progress;
+use crate::analysis::branches::{AttractorBranch, BranchLabel, BranchPoint, BranchRequest};
 use crate::model::{DiagramRequest, Method, Observable, Scene, Spacing, Starts, SweepDirection};
 use crate::numeric::Dd;
 use crate::orbit::{Location, MarginOutcome, locate, margin};
 use crate::pipeline::keys::{KeyError, finite};
-use crate::pipeline::{Answer, Error, Source, parameter_number};
+use crate::pipeline::{Answer, Error, Map, Source, parameter_number};
 use crate::report::{
-    Document, DocumentKind, Named, OtherAttractor, SafeInterval, SafetyListing, ToleranceBox,
-    to_json,
+    AttractorEnd, Document, DocumentKind, Named, OtherAttractor, SafeInterval, SafetyListing,
+    ToleranceBox, to_json,
 };
 
 /// Starts along each axis of the plane where none are named.
@@ -33,6 +34,10 @@ const KEPT: usize = 64;
 
 /// Difference of impact speeds, relative above 1, within which two orbits of one name are one.
 const SAME_SPEED: f64 = 1e-6;
+
+/// Attractors that are followed, those with the largest shares, and the longest period in returns.
+const FOLLOWED: usize = 8;
+const LONGEST: usize = 16;
 
 /// Keys of `safe`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -91,7 +96,7 @@ impl SafeKeys {
         };
         let attractors = match self.points {
             0 => Vec::new(),
-            points => attractors(scene, adjusted, points as usize)?,
+            points => attractors(scene, adjusted, points as usize, progress)?,
         };
         progress.advance(1);
         let surface = &scene.model.surfaces[scene.grazing.passages[0]].name;
@@ -101,11 +106,17 @@ impl SafeKeys {
             intervals,
             tolerance,
             attractors,
+            along: scene.model.parameters[adjusted].name.clone(),
             starts: self.points * self.points,
         };
         let document = to_json(&Document::new(DocumentKind::Safety, scene, &listing))?;
         let text = listing.text(&scene.identifier);
-        Ok(Answer::new("safe", text, document, listing.table()))
+        let mut answer = Answer::new("safe", text, document, listing.table());
+        if !listing.attractors.is_empty() {
+            answer.tables.insert(0, ("safe_attractors", listing.attractor_data()));
+        }
+        answer.page = Some(listing.page(scene));
+        Ok(answer.with_figures([("", listing.figure())]))
     }
 }
 
@@ -212,11 +223,17 @@ fn tolerance_box(
     Ok(ToleranceBox { tolerances: Named::new(tolerances), edges: corners.len(), touched })
 }
 
-/// Attractors at the scene's values, by direct simulation from every state of a grid.
-fn attractors(scene: &Scene, adjusted: usize, points: usize) -> Result<Vec<OtherAttractor>, Error> {
-    if !scene.expansion.active.contains(&adjusted) {
+/// Attractors at the scene's values, by direct simulation from every state of a grid; those with
+/// the largest shares with the interval of the adjusted parameter in which they exist.
+fn attractors(
+    scene: &Scene,
+    adjusted: usize,
+    points: usize,
+    progress: &dyn Progress,
+) -> Result<Vec<OtherAttractor>, Error> {
+    let Some(along) = scene.expansion.active.iter().position(|&active| active == adjusted) else {
         return Ok(Vec::new());
-    }
+    };
     let map = Source::Scene(Box::new(scene.clone())).free_flight()?;
     let own = scene.model.parameters[adjusted].value;
     let offset = (own - map.orbit().parameters()[adjusted]).to_f64();
@@ -279,9 +296,59 @@ fn attractors(scene: &Scene, adjusted: usize, points: usize) -> Result<Vec<Other
                 fraction: 1.0 / starts.len() as f64,
                 impact_speed: speed,
                 start: Named::new(start.iter().copied()),
+                from: None,
+                to: None,
             }),
         }
     }
     found.sort_by(|a, b| b.fraction.total_cmp(&a.fraction));
+    let periodic = found.iter_mut().filter(|attractor| attractor.orbit.is_some()).take(FOLLOWED);
+    let periodic: Vec<&mut OtherAttractor> = periodic.collect();
+    progress.expect(periodic.len() as u64);
+    for attractor in periodic {
+        let mut state = vec![0.0; components.len()];
+        state.iter_mut().zip(&attractor.start.0).for_each(|(own, (_, offset))| *own = *offset);
+        let request = following(&map, along, offset);
+        if let Some(branch) = map.attractor_branch(&request, &state)? {
+            let [from, to] = ends(&branch, along, &map.orbit().parameters()[adjusted]);
+            (attractor.from, attractor.to) = (Some(from), Some(to));
+        }
+        progress.advance(1);
+    }
     Ok(found)
+}
+
+/// Request for the branch through an attractor at an offset of the parameter `along`: as far as the
+/// size of the parameter to both sides.
+fn following(map: &Map, along: usize, offset: f64) -> BranchRequest {
+    let parameters = &map.local().parameters;
+    let graze = parameters[along].value.to_f64();
+    let size = match (graze + offset).abs() {
+        0.0 => graze.abs().max(f64::MIN_POSITIVE),
+        size => size,
+    };
+    let mut at = vec![0.0; parameters.len()];
+    at[along] = offset;
+    BranchRequest {
+        itineraries: Vec::new(),
+        longest: LONGEST,
+        along,
+        range: [offset - size, offset + size],
+        at,
+        direct: true,
+        starts: Vec::new(),
+    }
+}
+
+/// Lower and upper end of the interval in which an attractor exists along its branch.
+fn ends(branch: &AttractorBranch, along: usize, graze: &Dd) -> [AttractorEnd; 2] {
+    let stretch = branch.stretch();
+    let end = |point: &BranchPoint| {
+        let label = point.special.as_ref().map(|special| special.label);
+        let value = (*graze + Dd::from(point.orbit.parameters[along])).to_f64();
+        AttractorEnd { value, label: label.filter(|label| *label != BranchLabel::BranchPoint) }
+    };
+    let mut ends = [end(&stretch[0]), end(&stretch[stretch.len() - 1])];
+    ends.sort_by(|a, b| a.value.total_cmp(&b.value));
+    ends
 }

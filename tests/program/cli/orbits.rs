@@ -4,34 +4,6 @@ use std::fs;
 
 use super::{grazemap, json, scratch, text};
 
-/// Wrong calls of `orbits`: a name, the arguments.
-pub(super) fn wrong_orbits() -> Vec<(&'static str, Vec<&'static str>)> {
-    let call = |scene: &'static str, rest: &[&'static str]| [&["orbits", scene], rest].concat();
-    vec![
-        ("orbits_unknown_parameter", call("linear", &["--at", "alhpa=1e-3"])),
-        ("orbits_of_a_frozen_parameter", call("linear", &["--at", "zeta=1e-3"])),
-        ("orbits_parameter_twice", call("linear", &["--at", "alpha=1e-3,alpha=2e-3"])),
-        ("orbits_offset_not_a_number", call("linear", &["--at", "alpha=much"])),
-        ("orbits_offset_without_name", call("linear", &["--at", "1e-3"])),
-        ("orbits_wrong_digit", call("linear", &["--itinerary", "1L0"])),
-        ("orbits_half_a_return", call("two_stops_t1_rigid", &["--itinerary", "101"])),
-        ("orbits_empty_itinerary", call("linear", &["--itinerary", ""])),
-        ("orbits_period_zero", call("linear", &["--period", "0"])),
-        ("orbits_period_too_long", call("linear", &["--period", "13"])),
-        ("orbits_too_many_itineraries", call("two_stops_t1_rigid", &["--period", "7"])),
-        ("orbits_plane_without_a_kind", call("linear", &["--in", "omega,alpha"])),
-        ("orbits_plane_of_one", call("linear", &["--fold", "--in", "alpha,alpha"])),
-        ("orbits_space", call("linear", &["--fold", "--in", "alpha,omega,alpha"])),
-        ("orbits_plane_unknown", call("linear", &["--flip", "--in", "omega,beta"])),
-        (
-            "orbits_range_not_finite",
-            call("linear", &["--flip", "--in", "omega,alpha", "--to", "inf"]),
-        ),
-        ("orbits_not_there", call("linear", &["--itinerary", "1", "--at", "alpha=0.09", "-q"])),
-        ("orbits_no_locus", call("linear", &["--itinerary", "1", "--flip", "-q"])),
-    ]
-}
-
 #[test]
 fn orbits_have_the_fields_promised_and_their_table_has_the_same_numbers() {
     let folder = scratch();

@@ -4,52 +4,6 @@ use std::fs;
 
 use super::{grazemap, json, scratch, text};
 
-/// Wrong calls that would lose results, or ask for unavailable ones: name and arguments.
-pub(super) fn wrong_outputs() -> Vec<(&'static str, Vec<&'static str>)> {
-    vec![
-        ("json_and_csv_on_standard_output", vec!["expand", "linear", "--json", "-", "--csv", "-"]),
-        ("json_and_csv_in_one_file", vec!["expand", "linear", "--json", "map", "--csv", "map"]),
-        ("csv_of_nothing", vec!["check", "linear", "--csv", "-"]),
-        ("csv_of_a_run", vec!["run", "linear", "--csv", "run.csv"]),
-        ("check_of_a_frozen_sweep", vec!["check", "linear", "--set", "diagram.0.parameter=zeta"]),
-        ("run_of_a_frozen_sweep", vec!["run", "linear", "--set", "diagram.0.parameter=zeta"]),
-        (
-            "diagram_beyond_memory",
-            vec![
-                "check",
-                "linear",
-                "--set",
-                "diagram.0.points=100000",
-                "--set",
-                "diagram.0.keep=100000",
-            ],
-        ),
-        ("threads_zero", vec!["check", "linear", "--threads", "0"]),
-        ("threads_not_a_number", vec!["check", "linear", "--threads", "many"]),
-        ("threads_negative", vec!["locate", "linear", "--threads", "-1"]),
-        ("forcing_runs_backwards", vec!["locate", "linear", "--set", "omega=-1.8"]),
-        (
-            "flow_leaves_the_numbers",
-            vec!["locate", "linear", "-q", "--set", "model.flow.v=alpha*cos(theta)+exp(exp(x*50))"],
-        ),
-        (
-            "solved_for_what_changes_nothing",
-            vec!["locate", "linear", "--set", "grazing.solve_for=r"],
-        ),
-    ]
-}
-
-#[test]
-fn what_is_refused_beforehand_writes_nothing() {
-    let folder = scratch();
-    for (name, arguments) in wrong_outputs() {
-        let output = grazemap(folder.path(), &arguments);
-        assert!(output.stdout.is_empty(), "{name}: {}", text(&output.stdout));
-        let left = fs::read_dir(folder.path()).expect("there").count();
-        assert_eq!(left, 0, "{name}");
-    }
-}
-
 /// Diagram of a scene without a grazing orbit: it ends with exit code 1 if anything is computed.
 const NO_GRAZE: [&str; 5] = ["diagram", "scene.toml", "-q", "--set", "delta=-1"];
 

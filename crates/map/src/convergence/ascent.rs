@@ -40,8 +40,8 @@ const LEAST: f64 = 1e-15;
 /// moved: on the verge itself the depth hides the dependence of the error on them.
 const ABOVE_VERGE: f64 = 30.0;
 
-/// A class of points is no start if its error is below this share of a coordinate's largest error
-/// in the sample.
+/// Share of a coordinate's largest error in the sample below which the worst point of a class
+/// starts no ascent.
 const WORTH: f64 = 0.1;
 
 /// Largest error of each coordinate; NaN if the map has no image.

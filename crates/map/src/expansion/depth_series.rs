@@ -147,10 +147,10 @@ fn depth_alone(graze: &Graze, order: u32) -> Result<Graze, ExpansionError> {
 /// Scale of rounding at each power: the largest coefficient over the components of the image, or
 /// that of a lower power if its rounding carried on is larger.
 ///
-/// Coefficients of a series with a radius above 1 fall from power to power without being rounding.
-/// Rounding carried on from a lower power falls as fast, by `λ = max_k (M_k/M_0)^{1/k}` per power,
-/// with `M_k` the largest coefficient of power `k`. The threshold therefore does not depend on the
-/// unit of length.
+/// If the radius of convergence is above 1, coefficients fall from power to power, so that a small
+/// one need not be rounding. Rounding carried on from a lower power falls as fast, by
+/// `λ = max_k (M_k/M_0)^{1/k}` per power, with `M_k` the largest coefficient of power `k`. The
+/// threshold therefore does not depend on the unit of length.
 fn scales(image: &[Jet<Dd>], order: u32) -> Vec<f64> {
     let of_power = |power: usize| {
         let values = image.iter().map(|jet| at_power(jet, power).magnitude());

@@ -20,7 +20,7 @@ const ORDERS: MapOrders = MapOrders::new(5, 6);
 const MOST_PRODUCTS: u128 = 50_000;
 /// Bound used if a scene leaves it open, relative to its natural size.
 const OPEN: f64 = 0.1;
-/// Number of decimal digits of such a bound.
+/// Number of decimal digits of a bound that a scene leaves open.
 const DIGITS: u32 = 2;
 
 /// Legs and depths of a scene as a map without [contacts](LocalMap::has_contacts).
@@ -59,7 +59,7 @@ pub fn free_flight(scene: &Scene, orbit: &GrazingOrbit) -> Result<LocalMap, Expa
     Ok(map)
 }
 
-/// The scene with stops that change nothing, those apart that its orbit hits.
+/// Scene whose stops have no effect, except those that its orbit hits.
 fn with_passing_stops(scene: &Scene) -> Scene {
     let mut scene = scene.clone();
     let hit = scene.grazing.hits.surfaces.clone();

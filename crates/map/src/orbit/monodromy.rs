@@ -213,7 +213,8 @@ fn largest(leg: &DMatrix<f64>, reach: &[f64]) -> f64 {
 /// A difference of contact and free field below this share of either counts as none.
 const NO_JUMP: f64 = 1e-13;
 
-/// Cause of `β` at a graze; determined once per orbit, in double-double.
+/// Origin of the direction `β` in which a contact at a graze moves the state: the reset, or a
+/// difference of contact and free field. Determined once per orbit, in double-double.
 #[derive(Clone, Debug)]
 pub(super) enum Stretch {
     /// The reset of a rigid surface.
@@ -232,7 +233,7 @@ pub(super) enum Stretch {
 }
 
 impl Stretch {
-    /// The cause of `β` for a surface at a grazing point.
+    /// Origin of `β` for a surface at a grazing point.
     pub(super) fn of(
         model: &Model,
         surface: usize,

@@ -411,8 +411,8 @@ const LARGEST_STEP: f64 = 0.25;
 const SMALLEST_STEP: f64 = 1e-6;
 /// Largest number of steps to each side.
 const MOST_STEPS: usize = 250;
-/// Largest change of the parameter along the curve, relative to its size, once a graze is met; and
-/// before.
+/// Largest change of the parameter along the curve, relative to its size: after the first graze is
+/// found (`REACH`), and as long as none is found (`FAR`).
 const REACH: f64 = 2.0;
 const FAR: f64 = 10.0;
 /// Largest number of halvings of a step in which the lowest `h` changes its sign.

@@ -13,12 +13,14 @@ use serde::{Deserialize, Serialize};
 
 use super::Extent;
 use super::by_map::MapBranches;
-use super::data::{Branch, BranchEnd, BranchLabel, BranchPoint, BranchRequest, Branches, Special};
+use super::data::{
+    AttractorBranch, Branch, BranchEnd, BranchLabel, BranchPoint, BranchRequest, Branches, Special,
+};
 use super::normal_form::NormalForm;
 use super::trace::{
     BranchPiece, BranchSeed, BranchSource, Follow, NEAR, SAME, SearchedBranch, SeedKind,
-    TracedBranch, each_once, exact_or_zero, first_doubled, halved, label_of, lies_on, null_vector,
-    refined, solved, toggled,
+    TracedBranch, each_once, exact_or_zero, first_doubled, halved, has_shorter_period, label_of,
+    lies_on, null_vector, refined, solved, toggled,
 };
 use crate::analysis::continuation::{
     ContinuationEnd, ContinuationPoint, CurveEquations, Linearised, StepControl, apart, between,
@@ -53,6 +55,10 @@ const TRANSIENT: usize = 300;
 /// points repeat.
 const SETTLING: usize = 16;
 const SETTLED: f64 = 1e-10;
+/// Most flights in succession until an orbit settles, and the distance in units within which the
+/// section points of an attractor repeat.
+const FLIGHTS: usize = 4;
+const ATTRACTED: f64 = 1e-6;
 /// Fewest returns recorded.
 const KEPT: usize = 40;
 /// Distance, in units, within which section points nearly repeat.
@@ -180,6 +186,40 @@ impl<'a> DirectBranches<'a> {
             orbits.collect::<Vec<_>>()
         });
         (orbits.concat(), self.unfinished.listed())
+    }
+
+    /// Branch through the orbit on which a flight from a section point settles.
+    pub(super) fn through_attractor(&self, start: &[f64]) -> Option<AttractorBranch> {
+        let value = self.request.at[self.request.along];
+        let (mut image, mut state) = (self.image.clone(), start.to_vec());
+        let settled = (0..FLIGHTS).find_map(|_| {
+            let flight = self.fly(&mut image, &state, value);
+            state.clone_from(flight.states.last()?);
+            Some((self.settled_itinerary(&flight)?, flight))
+        });
+        let (itinerary, flight) = settled?;
+        let seed = self.nearest_period(&flight, &itinerary)?;
+        let trace = self.trace(&itinerary, &seed, &[], self.extent.most_work).trace?;
+        let branch = self.branch(&itinerary, &trace);
+        let distance = |point: &BranchPoint| {
+            let FoundOrbit { parameters, states, .. } = &point.orbit;
+            let away = (parameters[self.request.along] - value).abs() / self.units.parameters[0];
+            away + self.image.circle().apart(&states[0], &seed.states[0], &self.units.state)
+        };
+        let places = branch.points.iter().map(distance).enumerate();
+        let (place, _) = places.min_by(|a, b| a.1.total_cmp(&b.1))?;
+        Some(AttractorBranch { branch, place })
+    }
+
+    /// Itinerary of the shortest period after which a flight repeats, in standard form.
+    fn settled_itinerary(&self, flight: &RecordedFlight) -> Option<ContactItinerary> {
+        let (circle, units) = (self.image.circle(), &self.units.state);
+        let first = flight.states.first()?;
+        let longest = self.request.longest.min(flight.returns.len());
+        let period = (1..=longest)
+            .find(|&period| circle.apart(first, &flight.states[period], units) <= ATTRACTED)?;
+        let returns = flight.returns[..period].to_vec();
+        Some(ContactItinerary::new(self.map.passages(), returns).largest_rotation().0)
     }
 
     fn equations(&self, itinerary: &ContactItinerary) -> DirectOrbitEquations<'a, f64> {
@@ -790,15 +830,16 @@ impl<'a> DirectBranches<'a> {
         known: &[DirectTrace],
     ) -> Option<DirectTrace> {
         equations.reach_beyond(guess);
+        let is_repeated = DirectOrbitEquations::is_repeated;
         let start = match &seed.way {
             SeedKind::Doubled(direction) => {
-                let is_repeated = DirectOrbitEquations::is_repeated;
                 first_doubled(equations, guess, direction, is_repeated)?.0
             }
             SeedKind::Through | SeedKind::On(_) => {
-                let (unknowns, there) = solved(equations, guess)?;
-                let is_new = !equations.is_repeated(&there.extra, SAME);
-                is_new.then_some(unknowns)?
+                let start = solved(equations, guess)?;
+                let several = equations.rotations().nth(1).is_some();
+                let is_shorter = several && has_shorter_period(equations, &start, is_repeated);
+                (!is_shorter).then_some(start.0)?
             }
         };
         let bounded = start.iter().enumerate().map(|(unknown, value)| {

@@ -148,6 +148,31 @@ pub struct Branch {
     pub unresolved: Vec<[f64; 2]>,
 }
 
+/// Branch of direct simulation through an attractor.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AttractorBranch {
+    /// Branch, to both sides of the attractor.
+    pub branch: Branch,
+    /// Index of the attractor among the points.
+    pub place: usize,
+}
+
+impl AttractorBranch {
+    /// Points about the attractor, up to the nearest special point on either side and with it: a
+    /// point at which the attractor becomes unstable or changes its contacts. Branch points do not
+    /// end the stretch.
+    pub fn stretch(&self) -> &[BranchPoint] {
+        let points = &self.branch.points;
+        let bounds = |number: &usize| {
+            let special = points[*number].special.as_ref();
+            special.is_some_and(|special| special.label != BranchLabel::BranchPoint)
+        };
+        let first = (0..self.place).rev().find(bounds).unwrap_or(0);
+        let last = (self.place..points.len()).find(bounds).unwrap_or(points.len() - 1);
+        &points[first..=last]
+    }
+}
+
 /// Result of [`branches`](super::branches()).
 #[derive(Clone, Debug, PartialEq, Default, Serialize, Deserialize)]
 pub struct Branches {

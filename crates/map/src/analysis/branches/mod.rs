@@ -13,7 +13,9 @@ mod normal_form;
 mod observables;
 mod trace;
 
-pub use data::{Branch, BranchEnd, BranchLabel, BranchPoint, BranchRequest, Branches, Special};
+pub use data::{
+    AttractorBranch, Branch, BranchEnd, BranchLabel, BranchPoint, BranchRequest, Branches, Special,
+};
 pub use graze_guess::{BranchGraze, BriefHit, GrazeGuess, graze_guess};
 pub use observables::{BranchDiagram, BranchObservable, branch_diagram, observed};
 pub(super) use trace::Follow;
@@ -24,12 +26,15 @@ use trace::BranchSource;
 
 use crate::analysis::error::AnalysisError;
 use crate::analysis::periodic::{ContactItinerary, FoundOrbit};
-use crate::analysis::progress::{Progress, Shard};
+use crate::analysis::progress::{NoProgress, Progress, Shard};
 use crate::analysis::work::MOST_WORK;
 use crate::expansion::LocalMap;
 use crate::hybrid::HybridSystem;
 use crate::model::Scene;
 use crate::orbit::GrazingOrbit;
+
+/// Most work for the branch through an attractor, in products of series.
+const ATTRACTOR_WORK: u64 = MOST_WORK / 8;
 
 /// Extent to which branches of direct simulation are followed.
 #[derive(Clone, Debug)]
@@ -93,6 +98,30 @@ pub fn branches_share(
     Ok(())
 }
 
+/// Branch through the orbit of direct simulation on which a flight from a section point settles at
+/// the offsets `request.at`, that of the varied parameter included; itineraries and starts of the
+/// request are not used.
+///
+/// `None` if the flight settles on no orbit of up to `request.longest` returns, or if that orbit is
+/// not solved for. A branch that takes more than an eighth of [`MOST_WORK`] is cut short.
+///
+/// # Errors
+///
+/// [`AnalysisError::Length`] for a wrong number of offsets.
+pub fn attractor_branch(
+    scene: &Scene,
+    orbit: &GrazingOrbit,
+    map: &LocalMap,
+    request: &BranchRequest,
+    start: &[f64],
+) -> Result<Option<AttractorBranch>, AnalysisError> {
+    let system = HybridSystem::new(&scene.model);
+    let extent = Extent { most_work: ATTRACTOR_WORK, ..Extent::to(Follow::Asked) };
+    let asked = (request, extent);
+    let of = DirectBranches::new(&system, scene, orbit, map, asked, &NoProgress)?;
+    Ok(of.through_attractor(start))
+}
+
 /// Branches of the itineraries asked for, within an extent.
 pub(super) fn followed(
     scene: &Scene,
@@ -131,7 +160,6 @@ pub(super) fn direct_orbits(
 mod tests {
     use super::*;
     use crate::analysis::direct_image::DirectImage;
-    use crate::analysis::progress::NoProgress;
     use crate::expansion::{Expander, MapOrders};
     use crate::model::catalogue;
     use crate::orbit::locate;

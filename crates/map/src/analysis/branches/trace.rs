@@ -394,6 +394,23 @@ pub(super) fn solved<C: CurveEquations<f64>>(
     }
 }
 
+/// Whether a solution has a shorter period; `is_repeated` compares its section points.
+///
+/// A guess counts as a solution though its residual may exceed a coordinate that is nearly zero, so
+/// the orbit is corrected to rounding before it counts as one of its own.
+pub(super) fn has_shorter_period<C: CurveEquations<f64>>(
+    equations: &mut C,
+    (unknowns, there): &Solution<f64, C::Extra>,
+    is_repeated: impl Fn(&C, &C::Extra, f64) -> bool,
+) -> bool {
+    if is_repeated(equations, &there.extra, SAME) {
+        return true;
+    }
+    let held = unit_vector(unknowns.len(), unknowns.len() - 1);
+    let exact = corrected(equations, unknowns, unknowns, &held);
+    exact.is_some_and(|(_, exact)| is_repeated(equations, &exact.extra, SAME))
+}
+
 /// First orbit of a doubled branch, in a direction from the period-doubling point; `is_repeated`
 /// tells whether an orbit has half the period.
 pub(super) fn first_doubled<C: CurveEquations<f64>>(

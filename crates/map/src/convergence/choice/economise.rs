@@ -36,7 +36,7 @@ const LEAST_DEPTH_VARIABLE: f64 = 1e-2;
 /// multiplied by a hundred, and so on.
 const RIDGE: f64 = 1e-13;
 
-/// Largest number of such trials.
+/// Number of values tried for [`RIDGE`], each a hundred times the one before.
 const RIDGES: i32 = 4;
 
 impl MapFamily<'_> {

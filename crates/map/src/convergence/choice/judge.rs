@@ -23,8 +23,9 @@ const POINTS: usize = 128;
 /// Number of points for forecasts, from the sample and from the joint points each.
 const FORECAST_POINTS: usize = 24;
 
-/// Multiples of the tolerance; monomials are dropped within a tenth of each, by their bound on the
-/// window. The bound is rarely reached, and the error is measured.
+/// Multiples of the tolerance that are tried, largest first: monomials are dropped as long as the
+/// sum of their bounds on the window is within a tenth of the multiple. Multiples above 1 are
+/// tried because the bounds are rarely reached; the error is measured.
 const DROPS: [f64; 6] = [300.0, 100.0, 30.0, 10.0, 3.0, 1.0];
 
 /// Data on which every candidate is measured.

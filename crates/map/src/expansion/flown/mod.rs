@@ -479,8 +479,7 @@ impl<S: Scalar> FlownContact<S> {
         step
     }
 
-    /// Newton steps, beginning at 1, for the part of the last step at which the contact is
-    /// released.
+    /// Time of the release as a share of the last step, by Newton's method from 1.
     fn release_part<A: Arithmetic<Scalar = S>>(
         &self,
         arithmetic: &mut A,

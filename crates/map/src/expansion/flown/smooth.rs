@@ -285,8 +285,9 @@ fn depending_on(jet: &Jet<Dd>, variables: std::ops::Range<usize>) -> Jet<Dd> {
 }
 
 impl LinearLaw<Dd> {
-    /// The law of `u`; unchanged if there is no such force or the release function is not
-    /// proportional to the gap.
+    /// Law without the impulse of a damper, in the variable `u` of
+    /// [`passing_share`](Self::passing_share); unchanged if no force is proportional to the gap's
+    /// rate, or if the release function is not proportional to the gap.
     fn without_passing_impulse(mut self) -> Self {
         let Some(share) = self.passing_share() else {
             return self;

@@ -21,7 +21,7 @@ use crate::jet::elementary::{power_part, product_part, quotient_part};
 use crate::jet::{Jet, JetSpace};
 use crate::numeric::{Dd, Real, Scalar};
 
-/// Weight at which the release is told.
+/// Weight of the expansion that decides whether a contact ends at the surface or before it.
 const RELEASE_WEIGHT: u32 = 4;
 /// Share of the largest coefficient below which one counts as zero, in double-double.
 const VANISHING: f64 = 1e-22;
@@ -42,7 +42,7 @@ pub(in crate::expansion) struct PowerFlight<'a> {
 }
 
 impl<'a> PowerFlight<'a> {
-    /// Tells how the contact ends near the graze.
+    /// Decides whether the contact ends at the surface or before it, near the graze.
     ///
     /// # Errors
     ///

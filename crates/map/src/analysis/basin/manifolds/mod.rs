@@ -34,7 +34,8 @@ use preimage::Returns;
 const SURROUNDINGS: f64 = 4.0;
 /// Points nearer than this, in half-ranges, count as equal.
 const ONE_POINT: f64 = 1e-7;
-/// First number of the places of kept branches; the rounds of cells use smaller ones.
+/// First number of the key under which a computed branch is kept. The keys of the rounds of cells
+/// begin with the number of the round, which is smaller.
 const KEPT: u64 = u64::MAX;
 /// Least growth factor of a curve in the returns that are taken at a time.
 const LEAST_GROWTH: f64 = 1.5;

@@ -31,7 +31,7 @@ const ROUNDING: f64 = 1e-14;
 /// Effort of a search for a preimage.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum PreimageEffort {
-    /// All means, near a known preimage.
+    /// Newton's method with halved steps, also from starts beyond a graze, near a known preimage.
     Near,
     /// Newton's method only, from an arbitrary start.
     Far,
