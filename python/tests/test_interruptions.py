@@ -43,7 +43,9 @@ LONG: dict[str, Callable[[gm.Map], object]] = {
         m, ("alpha", "omega"), ((-1e-4, 1e-4), (-1e-4, 1e-4)), points=1000, method="direct"
     ),
     "converge": lambda m: gm.converge(m, fresh=1_000_000),
+    "call": lambda m: m(np.zeros((20_000_000, 2))),
     "curve": lambda m: gm.curve(m, "omega", (1.8, 0.01), xi=3),
+    "derivatives": lambda m: m.graze.scene.replace(alpha=0.5).derivatives({}, returns=1_000_000),
     "diagram": lambda m: gm.diagram(m, "alpha", (-1e-4, 1e-4), points=100_000, method="direct"),
     "fit": lambda m: gm.fit(m, measured(m), ["alpha", "omega"], method="direct"),
     "image": lambda m: gm.image(m, np.zeros((2000, 2)), iterations=1000, method="direct"),
@@ -57,13 +59,21 @@ LONG: dict[str, Callable[[gm.Map], object]] = {
     ),
     "noise": lambda m: gm.noise(m, {"alpha": 1e-6}, orbits=5000, keep=5000, method="direct"),
     "orbits": lambda m: gm.orbits(m, {"alpha": 1e-3}, period=10, method="direct"),
+    "safe": lambda m: gm.safe(m, {"omega": 0.1, "alpha": 0.1}, points=1000),
     "trajectory": lambda m: gm.trajectory(
         m, settle=1_000_000, at={"alpha": 1e-3}, start={"x": 1e-3}
     ),
 }
 
 
-@pytest.mark.parametrize("name", LONG)
+#: Calls that are interrupted for every change; the others are in the campaign.
+SOON = ("branch", "diagram", "iterate")
+
+
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(name, marks=() if name in SOON else pytest.mark.campaign) for name in LONG],
+)
 def test_what_is_interrupted_ends_and_computes_no_more(m: gm.Map, name: str) -> None:
     # A shell's background jobs ignore interrupts, and Python leaves it at that.
     handler = signal.signal(signal.SIGINT, signal.default_int_handler)

@@ -127,10 +127,10 @@ def span(argument: str, value: Any, *, is_open: bool = False) -> list[float | No
     return [first, last]
 
 
-def rising(argument: str, value: Any) -> list[float | None]:
-    """Accept two numbers, the first one smaller."""
-    first, last = span(argument, value)
-    if first is None or last is None or first >= last:
+def rising(argument: str, value: Any, *, is_open: bool = False) -> list[float | None]:
+    """Accept two numbers, the first one smaller; of an open range either may be ``None``."""
+    first, last = span(argument, value, is_open=is_open)
+    if first is not None and last is not None and first >= last:
         message = f"{argument}: expected a smaller number and a larger one, found {value!r}"
         raise InputError(message)
     return [first, last]
@@ -145,6 +145,22 @@ def spans(argument: str, value: Any) -> list[list[float | None]]:
     return [rising(f"{argument}[{place}]", one) for place, one in enumerate(found)]
 
 
+def mapping(argument: str, value: Any) -> dict[Any, Any]:
+    """Accept values by name."""
+    if not isinstance(value, Mapping):
+        message = f"{argument}: expected numbers by name, such as {{'alpha': 1e-5}}, "
+        raise InputError(message + f"found {value!r}")
+    return dict(value)
+
+
+def flag(argument: str, value: Any) -> bool:
+    """Accept a truth value."""
+    if not isinstance(value, (bool, np.bool_, int)):
+        message = f"{argument}: expected True or False, found {value!r}"
+        raise InputError(message)
+    return bool(value)
+
+
 def numbers(
     argument: str,
     value: Any,
@@ -152,12 +168,10 @@ def numbers(
     kind: str = "active parameter",
 ) -> dict[str, float]:
     """Accept finite numbers by name."""
-    if not isinstance(value, Mapping):
-        message = f"{argument}: expected numbers by name, such as {{'alpha': 1e-5}}, "
-        raise InputError(message + f"found {value!r}")
+    named = mapping(argument, value)
     if known is not None:
-        names(argument, value, known, kind)
-    return {str(name): number(f"{argument}[{name!r}]", one) for name, one in value.items()}
+        names(argument, named, known, kind)
+    return {str(name): number(f"{argument}[{name!r}]", one) for name, one in named.items()}
 
 
 def list_of_numbers(

@@ -39,6 +39,9 @@ def shares(client: Client | None, find: Callable[..., bytes], *what: object) -> 
     """
     if client is None:
         return []
+    if not all(hasattr(client, name) for name in ("nthreads", "submit", "gather")):
+        message = f"client: expected a Dask client, found {client!r}"
+        raise InputError(message)
     of = SHARES * max(1, sum(client.nthreads().values()))
     futures = [
         client.submit(_found, version(), find, *what, number, of, pure=False)

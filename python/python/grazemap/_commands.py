@@ -72,7 +72,7 @@ _ENDED_OTHERWISE, _WRONG_INPUT = 1, 2
 #: Largest counts.
 _MOST_POINTS, _MOST_CELLS, _MOST_ITERATES, _MOST_STARTS = 10_000_000, 4_000_000, 10**9, 1000
 MOST_RETURNS, MOST_ORDERS = 1_000_000, 8
-_MOST_PERIOD, _MOST_STEPS, _MOST_SIZE = 2**8 - 1, 2**16 - 1, 2**64 - 1
+_MOST_PERIOD, _MOST_STEPS, _MOST_XI, _MOST_SIZE = 12, 10_000, 64, 2**64 - 1
 
 #: Arguments whose keys in a scene have other names.
 _KEYS = {"range": "span", "ranges": "spans", "parameter": "along", "parameters": "plane"}
@@ -238,7 +238,8 @@ def chart(
     overlay
         Curves of the figure: ``"graze"``, ``"loci"`` or both. Default: none.
     itineraries
-        Itineraries of the orbits of these loci, as digits (1 contact, 0 none).
+        Itineraries of the orbits of these loci, as digits (1 contact, 0 none); for
+        ``overlay="loci"``.
     method
         ``"guarded"``: the map inside its window, direct simulation outside; ``"map"``;
         ``"direct"``. A list makes a chart by each.
@@ -297,6 +298,9 @@ def chart(
         "itineraries": _check.texts("itineraries", itineraries) or None,
         "with": _check.choices("method", method, METHODS),
     }
+    if keys["itineraries"] and "loci" not in (keys["overlay"] or ()):
+        message = "itineraries: those of loci; expected overlay='loci' as well"
+        raise InputError(message)
     device = _device(device)
     return _told(Chart(_drawn(m, "chart", keys, progress, client, device=device)))
 
@@ -371,7 +375,7 @@ def basin(
     True
 
     """
-    m = map_of(source, at or ())
+    m = map_of(source, _named("at", at))
     coordinates, kind = m.coordinates, "coordinate of the section"
     keys = {
         "axes": _check.given(_check.pair, "plane", plane, coordinates, kind),
@@ -419,7 +423,8 @@ def branch(
         Itineraries as digits, one for each passage (1 contact, 0 none), or one of them.
         Default: all with periods up to ``period``.
     period
-        Longest period in returns, 1 to 255. Default: 4 passages.
+        Longest period in returns, 1 to 12, of itineraries that are not named and of branches that
+        double. Default: 4 passages.
     method
         ``"map"``, or ``"direct"`` for direct simulation.
     start
@@ -464,8 +469,8 @@ def branch(
     ['GR', 'GR']
 
     """
-    source = _searched(source, [_check.text("along", along), *(at or ())], method)
-    first, last = _check.span("span", span, is_open=True) if span is not None else (None, None)
+    source = _searched(source, [_check.text("along", along), *_named("at", at)], method)
+    first, last = _check.rising("span", span, is_open=True) if span is not None else (None, None)
     keys = {
         "along": _check.text("along", along),
         "from": first,
@@ -476,7 +481,7 @@ def branch(
         "method": method,
         "starts": _check.list_of_numbers("start", start),
         "observe": _check.choices("observe", observe, OBSERVABLES),
-        "iterates": bool(iterates),
+        "iterates": _check.flag("iterates", iterates),
     }
     on_empty = _on_empty(on_empty)
     return _found(Branch(_answered(source, "branch", keys, progress, client)), on_empty)
@@ -551,8 +556,8 @@ def loci(
 
     """
     named = _check.texts("plane", plane)
-    source = _searched(source, [*named, *(at or ())], method)
-    first, last = _check.span("span", span, is_open=True) if span is not None else (None, None)
+    source = _searched(source, [*named, *_named("at", at)], method)
+    first, last = _check.rising("span", span, is_open=True) if span is not None else (None, None)
     keys = {
         "plane": named,
         "from": first,
@@ -561,7 +566,7 @@ def loci(
         "at": _check.given(_check.numbers, "at", at),
         "itineraries": _check.texts("itineraries", itineraries),
         "method": method,
-        "chart": bool(chart),
+        "chart": _check.flag("chart", chart),
     }
     on_empty = _on_empty(on_empty)
     found = Loci(_answered(source, "loci", keys, progress))
@@ -596,7 +601,7 @@ def orbits(
         Itineraries as digits, one for each passage (1 contact, 0 none), or one of them.
         Default: all with periods up to ``period``.
     period
-        Longest period in returns, 1 to 255. Default: 4 passages.
+        Longest period in returns, 1 to 12, in the place of ``itineraries``. Default: 4 passages.
     method
         ``"map"``, or ``"direct"`` for direct simulation.
     kind
@@ -608,7 +613,7 @@ def orbits(
         First and last offset of the parameter stepped through; ``None`` is an edge of the window
         (default: the window).
     points
-        Number of offsets of the parameter stepped through, 1 to 65 535.
+        Number of offsets of the parameter stepped through, 2 to 10 000.
     on_empty
         ``"raise"``: an exception if no orbit is found; ``"return"``: an empty table.
     progress
@@ -641,7 +646,7 @@ def orbits(
     """
     offsets, named = _check.list_of_numbers("at", at), _check.texts("plane", plane)
     source = _searched(source, [*named, *(name for one in offsets for name in one)], method)
-    first, last = _check.span("span", span, is_open=True) if span is not None else (None, None)
+    first, last = _check.rising("span", span, is_open=True) if span is not None else (None, None)
     keys = {
         "at": offsets,
         "itineraries": _check.texts("itineraries", itineraries),
@@ -651,8 +656,11 @@ def orbits(
         "plane": named,
         "from": first,
         "to": last,
-        "points": _check.count("points", points, 1, _MOST_STEPS),
+        "points": _check.count("points", points, 2, _MOST_STEPS),
     }
+    if span is not None and len(named) != 2:  # noqa: PLR2004
+        message = "span: that of the first of two parameters; expected two in `plane`"
+        raise InputError(message)
     on_empty = _on_empty(on_empty)
     return _found(Orbits(_answered(source, "orbits", keys, progress)), on_empty)
 
@@ -678,7 +686,7 @@ def curve(
     span
         First and last value of the parameter; values, not offsets.
     xi
-        Number of functions ``xi_n``, 1 to 65 535.
+        Number of functions ``xi_n``, 1 to 64.
     on_empty
         ``"raise"``: an exception if every orbit passes through a surface; ``"return"``: the
         table of these orbits.
@@ -715,7 +723,7 @@ def curve(
         "along": of_scene("along", source, _check.text("along", along))[0],
         "from": first,
         "to": last,
-        "xi": _check.count("xi", xi, 1, _MOST_STEPS),
+        "xi": _check.count("xi", xi, 1, _MOST_XI),
     }
     on_empty = _on_empty(on_empty)
     return _found(Curve(_answered(source, "curve", keys, progress)), on_empty)
@@ -899,7 +907,7 @@ def trajectory(
         "periods": _check.count("periods", periods),
         "samples": _check.count("samples", samples),
     }
-    source = _activated(source, at or ())
+    source = _activated(source, _named("at", at))
     return _told(Trajectory(_answered(source, "trajectory", keys, progress)))
 
 
@@ -1077,7 +1085,7 @@ def fit(
 
     """
     named = _check.texts("parameters", parameters)
-    m = map_of(source, [*named, *(at or ()), *(controls or ())])
+    m = map_of(source, [*named, *_named("at", at), *_named("controls", controls)])
     width = len(m.coordinates)
     series = _series(data, width)
     added = np.zeros((len(series), len(m.parameters)))
@@ -1185,11 +1193,11 @@ def noise(
     True
 
     """
-    m = map_of(source, [*deviations, *(at or ())])
+    m = map_of(source, [*_named("deviations", deviations), *_named("at", at)])
     coordinates, kind = m.coordinates, "coordinate of the section"
     ranges = None
     if spans is not None:
-        _check.names("spans", spans, coordinates, kind)
+        _check.names("spans", _check.mapping("spans", spans), coordinates, kind)
         ranges = {name: _check.rising(f"spans[{name!r}]", one) for name, one in spans.items()}
     keys = {
         "deviations": _check.numbers(
@@ -1338,7 +1346,8 @@ def derivatives(
     order
         Highest order, 1 to 8.
     parameters
-        Parameters by which derivatives are taken. Default: the active ones of the scene.
+        Parameters by which derivatives are taken, in this order. Default: the active ones of the
+        scene.
     progress
         ``True`` shows a bar of tqdm; a function is called with the work done and expected.
 
@@ -1532,6 +1541,11 @@ def _active(argument: str, m: Map, names: str | Iterable[str]) -> list[str]:
 def map_of(source: Source, names: Iterable[str] = ()) -> Map:
     """Give the map of a source. These parameters are made active in a scene."""
     return _activated(source, names)._own_map()
+
+
+def _named(argument: str, value: Mapping[str, Any] | None) -> dict[str, Any]:
+    """Accept values by name; none if not given."""
+    return _check.given(_check.mapping, argument, value) or {}
 
 
 def _starts(
