@@ -76,14 +76,28 @@ pub fn basin_figure(basin: &Basin) -> Figure {
     }
     if let Some(manifolds) = &basin.manifolds {
         let curves = |kind| manifold_series(manifolds, kind, places);
-        figure.series.push(curves(ManifoldKind::Stable).in_ink());
-        // NOTE: this colour belongs to no attractor.
-        figure.series.push(curves(ManifoldKind::Unstable).with_color(attractors));
         let points = manifolds.saddles.iter().flat_map(|saddle| &saddle.states);
         let points = points.map(|state| places.map(|place| state[place])).collect();
-        figure.series.push(Series::markers("saddles", Marker::Cross, points).in_ink());
+        // NOTE: the colour of unstable manifolds belongs to no attractor.
+        let all = [
+            curves(ManifoldKind::Stable).in_ink(),
+            curves(ManifoldKind::Unstable).with_color(attractors),
+            Series::markers("saddles", Marker::Cross, points).in_ink(),
+        ];
+        // The legend holds what the plane shows.
+        figure.series.extend(all.into_iter().filter(|series| is_seen(&basin.axes, series)));
     }
     figure
+}
+
+/// Whether a point of a series lies in the plane.
+fn is_seen(axes: &[BasinAxis; 2], series: &Series) -> bool {
+    let ranges = axes.each_ref().map(|axis| edges(&axis.offsets));
+    let within = |point: &[f64; 2]| {
+        let mut values = point.iter().zip(ranges);
+        values.all(|(value, (low, high))| (low..=high).contains(value))
+    };
+    series.points.iter().any(within)
 }
 
 /// Curves of one kind of manifold, as one series.

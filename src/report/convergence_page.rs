@@ -292,7 +292,13 @@ fn speed_figure(study: &ConvergenceStudy) -> Figure {
             vec![[direct.period_ns, direct.error_estimate]],
         ));
     }
-    for order in frontier(study) {
+    let best = frontier(study);
+    let line: Vec<_> = best.iter().copied().filter_map(place).collect();
+    if line.len() > 1 {
+        let words = "none is faster and more exact";
+        figure.series.push(Series::line(words, Stroke::Solid, line).in_grey());
+    }
+    for order in best {
         let (n, w) = (order.orders.smooth_order, order.orders.contact_weight);
         let text = format!("N = {n}, W = {w}");
         figure.annotations.extend(place(order).map(|at| Annotation { at, text, marker: None }));

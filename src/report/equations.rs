@@ -16,10 +16,8 @@ pub(super) fn equations(model: &Model) -> String {
     let states = model.full_state_names();
     let printer = Printer { graph: &model.graph, names, states: states.len() };
     let rate = |(name, &node): (&&str, &NodeId)| {
-        printer.equation(
-            &format!("<mover accent=\"true\">{}<mo>˙</mo></mover>", identifier(name)),
-            node,
-        )
+        // NOTE: with `accent` browsers put the dot into the letter.
+        printer.equation(&format!("<mover>{}<mo>˙</mo></mover>", identifier(name)), node)
     };
     let flow = states.iter().zip(&model.flow).map(rate).collect();
     let mut parts = vec![("In free flight".to_owned(), flow)];

@@ -12,6 +12,7 @@ mod basin_figure;
 mod branch_listing;
 mod chart_figure;
 mod choice;
+mod citation;
 mod contact_listing;
 mod convergence_page;
 mod curve_listing;
@@ -84,7 +85,7 @@ pub use orbit_listing::{ConditionsListing, GrazeStudy, OrbitListing, PassageList
 pub use orbits_listing::{
     BifurcationsRecord, ContactRecord, LostRecord, OrbitRecord, OrbitsListing, orbits_searched,
 };
-pub use page::{LivePane, Page, PageFigure, Picture, Provenance, Section};
+pub use page::{LivePane, Page, PageFigure, Picture, Provenance, Section, Views};
 pub use pieces::{
     CommandEnd, Journal, ShardError, ShardHeader, join_shards, pack_folder, pieces_from_bytes,
     pieces_to_bytes, unpack_folder,

@@ -3,7 +3,7 @@
 
 use serde::Serialize;
 
-use super::table::significant;
+use super::table::{digits_needed, significant};
 use super::{Cell, Column, Named, ReportError, SectionDocument, Table};
 use crate::analysis::MeasuredSide;
 use crate::iteration::{OrbitEnd, Period};
@@ -146,15 +146,24 @@ impl OrbitListing {
         }
     }
 
-    /// Table of parameters and grazing point.
+    /// Largest value that is zero to rounding.
+    fn zero(&self) -> f64 {
+        let scale = self.state.0.iter().fold(1.0, |scale: f64, (_, value)| scale.max(value.abs()));
+        scale * (1e3 * self.residual).max(1e-28)
+    }
+
+    /// Table of parameters and grazing point, in up to 16 digits; zeros to rounding are 0.
     ///
     /// # Errors
     ///
     /// Never in practice: every row has two cells.
     pub fn point_table(&self) -> Result<Table, ReportError> {
         let mut table = Table::new(vec![Column::text("quantity"), Column::number("value")]);
-        let mut row =
-            |name: String, value: f64| table.push(vec![Cell::text(name), Cell::number(value, 16)]);
+        let zero = self.zero();
+        let mut row = |name: String, value: f64| {
+            let value = if value.abs() <= zero { 0.0 } else { value };
+            table.push(vec![Cell::text(name), Cell::number(value, digits_needed(value, 16))])
+        };
         for (name, value) in self.parameters.0.iter().chain(&self.state.0) {
             row(name.clone(), *value)?;
         }
@@ -183,8 +192,7 @@ impl OrbitListing {
         /// Conditions listed.
         const FIRST: usize = 3;
         const DIGITS: usize = 10;
-        let scale = self.state.0.iter().fold(1.0, |scale: f64, (_, value)| scale.max(value.abs()));
-        let zero = scale * (1e3 * self.residual).max(1e-28);
+        let zero = self.zero();
         let shown = |value: f64| {
             let value = if value.abs() <= zero { 0.0 } else { value };
             significant(value, DIGITS)
@@ -306,6 +314,11 @@ pub struct GrazeStudy {
     pub measured: Vec<MeasuredSide>,
 }
 
+/// Consequence of a discontinuous grazing bifurcation.
+const LOST: &str = "the attractor near the graze is lost, and the motion jumps to another one";
+/// Consequence of a continuous grazing bifurcation.
+const PERSISTS: &str = "an attractor near the graze persists";
+
 impl GrazeStudy {
     /// Prediction and measurements as text, one or two sentences per item.
     pub fn words(&self) -> Vec<String> {
@@ -313,6 +326,48 @@ impl GrazeStudy {
         words.extend(self.measured.iter().map(measured_words));
         words.extend(self.differences());
         words
+    }
+
+    /// Prediction, and where measurements differ from it, as text.
+    pub fn theory_words(&self) -> Vec<String> {
+        [self.sides(), self.expectation()].into_iter().chain(self.differences()).collect()
+    }
+
+    /// Prediction as a clause: the side of contact, and what follows there.
+    pub fn verdict(&self) -> String {
+        let differs = match self.differences().iter().any(|words| words.contains("differ")) {
+            true => "; what was measured differs, as said below",
+            false => "",
+        };
+        let consequence = self.consequence();
+        match self.side() {
+            Some(side) => format!("contact begins {side} it, and {consequence}{differs}"),
+            None => format!("{consequence}{differs}"),
+        }
+    }
+
+    /// Table of the measurements; `None` without any.
+    pub fn measured_table(&self) -> Option<Table> {
+        let finite = |value: Option<f64>| value.filter(|value| value.is_finite());
+        let table = Table::of(&self.measured)
+            .number("offset", 4, |side| side.offset)
+            .text("settles on", |side| match (left_words(side), side.period) {
+                (Some(words), _) => words.to_owned(),
+                (None, Period::Periodic(period)) => format!("period {period}"),
+                (None, Period::NotFound) => "no period".to_owned(),
+            })
+            .text("contact", |side| if side.contact { "yes" } else { "no" })
+            .column(Column::text("orbit"), |side| {
+                side.orbit.as_ref().map_or(Cell::Missing, |name| Cell::text(name.to_string()))
+            })
+            .number("largest exponent", 4, move |side| finite(side.lyapunov))
+            .number("±", 2, move |side| finite(side.lyapunov_error))
+            .text("where", |side| match (left_words(side), side.near) {
+                (Some(_), _) => "",
+                (None, true) => "near the graze",
+                (None, false) => "away from it",
+            });
+        (!self.measured.is_empty()).then(|| table.made())
     }
 
     /// Table of the one-contact orbits of the theory; `None` if it has none.
@@ -337,14 +392,53 @@ impl GrazeStudy {
         Ok(Some(table.made()))
     }
 
+    /// Side of the graze on which contact begins; `None` for several passages.
+    fn side(&self) -> Option<&'static str> {
+        let slope = self.theory.gap_slope;
+        slope.is_finite().then_some(if slope < 0.0 { "above" } else { "below" })
+    }
+
+    /// Consequence of contact, as a clause.
+    fn consequence(&self) -> String {
+        let route = |route| match route {
+            AttractorRoute::PeriodAdding => ": period adding",
+            AttractorRoute::PeriodAddingWithChaos => ": period adding with chaos in between",
+            AttractorRoute::Chaos => ": chaos at once",
+        };
+        let words = match self.theory.expectation {
+            Expectation::SeveralPassages => {
+                "the conditions between the passages that graze decide what follows"
+            }
+            Expectation::Unstable => {
+                "no attractor is born near it, since the orbit is unstable without contact"
+            }
+            Expectation::Neutral => {
+                "theory says nothing of an orbit that is neutral without contact"
+            }
+            Expectation::Undecided => "to leading order no sign decides what follows",
+            Expectation::CodimensionTwo { n } => {
+                return format!("no sign decides what follows: xi_{n} is zero, codimension two");
+            }
+            Expectation::NoContact => "nothing happens: contact does not differ from free flight",
+            Expectation::Finite if self.theory.contact_power == Some(2) => {
+                "the multipliers of the orbit jump by a finite amount"
+            }
+            Expectation::Finite => "the orbit keeps its stability",
+            Expectation::Jump { .. } => LOST,
+            Expectation::Persists { route: own } => {
+                return format!("{PERSISTS}{}", own.map_or("", route));
+            }
+        };
+        words.to_owned()
+    }
+
     /// Side of the graze on which contact begins, as text.
     fn sides(&self) -> String {
         let theory = &self.theory;
         let parameter = &theory.parameter;
-        if !theory.gap_slope.is_finite() {
+        let Some(side) = self.side() else {
             return "several passages graze: which side has contact is not one number".to_owned();
-        }
-        let side = if theory.gap_slope < 0.0 { "above" } else { "below" };
+        };
         format!(
             "contact begins {side} the grazing value of {parameter}: the lowest gap changes by \
              {:.6} per unit of it",
@@ -389,13 +483,11 @@ impl GrazeStudy {
                     power.unwrap_or(0)
                 ),
             },
-            Expectation::Jump { n } => format!(
-                "theory: xi_{n} is negative: the attractor near the graze is lost, and the motion \
-                 jumps to another one (discontinuous grazing bifurcation)"
-            ),
+            Expectation::Jump { n } => {
+                format!("theory: xi_{n} is negative: {LOST} (discontinuous grazing bifurcation)")
+            }
             Expectation::Persists { route } => format!(
-                "theory: all xi_n are positive: an attractor near the graze persists (continuous \
-                 grazing bifurcation){}",
+                "theory: all xi_n are positive: {PERSISTS} (continuous grazing bifurcation){}",
                 route.map_or("", |route| match route {
                     AttractorRoute::PeriodAdding => {
                         "; period adding, windows of neighbouring periods overlap (the largest \
@@ -474,14 +566,18 @@ impl GrazeStudy {
     }
 }
 
-fn measured_words(side: &MeasuredSide) -> String {
-    let offset = significant(side.offset, 4);
-    let left = match side.end {
+/// Reason why an orbit did not settle, as text.
+fn left_words(side: &MeasuredSide) -> Option<&'static str> {
+    match side.end {
         OrbitEnd::Completed => None,
         OrbitEnd::Escaped { .. } => Some("the orbit escapes"),
         OrbitEnd::NoImage { .. } => Some("the orbit comes to where there is no image"),
-    };
-    if let Some(left) = left {
+    }
+}
+
+fn measured_words(side: &MeasuredSide) -> String {
+    let offset = significant(side.offset, 4);
+    if let Some(left) = left_words(side) {
         return format!("measured at the offset {offset}: {left}");
     }
     let orbit = side.orbit.as_ref().map_or_else(String::new, |name| format!(", orbit {name}"));
@@ -532,6 +628,21 @@ mod tests {
             },
             measured: vec![side],
         }
+    }
+
+    #[test]
+    fn a_verdict_is_a_clause_and_says_where_measurement_differs() {
+        let lost = "contact begins above it, and the attractor near the graze is lost, and the \
+            motion jumps to another one";
+        assert_eq!(study(1e-5).verdict(), lost);
+        assert_eq!(
+            study(1e-7).verdict(),
+            format!("{lost}; what was measured differs, as said below")
+        );
+        let table = study(1e-5).measured_table().expect("one side was measured");
+        let line = table.to_text().lines().last().map(str::to_owned);
+        let line = line.expect("a row");
+        assert!(line.contains("period 2") && line.ends_with("near the graze"), "{line}");
     }
 
     #[test]

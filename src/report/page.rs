@@ -11,6 +11,7 @@ use serde::Serialize;
 use sha2::{Digest as _, Sha256};
 
 use super::live::LiveMap;
+use super::table::{significant, typeset};
 use super::{Cell, Column, Figure, ReportError, Table};
 
 const TEMPLATE: &str = include_str!("../../templates/report.html.tera");
@@ -26,6 +27,8 @@ const LONGEST_SVG: usize = 400_000;
 /// Largest number of points of a figure that a page offers as CSV; larger figures have files beside
 /// the page.
 const MOST_POINTS: usize = 1500;
+/// Significant digits of those points; the files beside the page have all.
+const POINT_DIGITS: usize = 7;
 
 /// Provenance of a report; every page shows all of it.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -72,6 +75,8 @@ enum Block {
     Command(String),
     /// Text to be copied.
     Quote(String),
+    /// Lines of code to be copied.
+    Code(String),
     /// Names of files beside the page.
     Files(Vec<String>),
     /// Markup written by the program, with every name escaped.
@@ -80,6 +85,8 @@ enum Block {
         what: LivePane,
         number: usize,
     },
+    /// Blocks of which a reader with a script sees one at a time, by their names.
+    Views(Vec<(String, Block)>),
 }
 
 /// Kind of an interactive figure.
@@ -98,6 +105,33 @@ pub struct Picture {
     pub svg: String,
     /// PNG of twice the size, shown if the SVG is long.
     pub png: Vec<u8>,
+}
+
+/// Pictures of one thing under names: with a script a reader chooses which one is seen, without
+/// one all figures are.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Views(Vec<(String, Block)>);
+
+impl Views {
+    /// Adds a place for the interactive form of a diagram or chart, by its number in the run.
+    #[must_use]
+    pub fn live(mut self, name: impl Into<String>, what: LivePane, number: usize) -> Self {
+        self.0.push((name.into(), Block::Live { what, number }));
+        self
+    }
+
+    /// Adds a figure with a caption.
+    #[must_use]
+    pub fn figure(
+        mut self,
+        name: impl Into<String>,
+        figure: Figure,
+        caption: impl Into<String>,
+    ) -> Self {
+        let caption = caption.into();
+        self.0.push((name.into(), Block::Figure(Box::new(PageFigure { figure, caption }))));
+        self
+    }
 }
 
 /// Section of a page: a heading, then prose, tables and figures in the order added.
@@ -155,6 +189,13 @@ impl Section {
         self
     }
 
+    /// Adds lines of code to be copied.
+    #[must_use]
+    pub fn code(mut self, text: impl Into<String>) -> Self {
+        self.blocks.push(Block::Code(text.into()));
+        self
+    }
+
     /// Adds links to files beside the page with the content of the section.
     #[must_use]
     pub fn files<S: Into<String>>(mut self, names: impl IntoIterator<Item = S>) -> Self {
@@ -162,11 +203,10 @@ impl Section {
         self
     }
 
-    /// Adds a place for the interactive form of a diagram or chart, by its number in the run; it is
-    /// empty without a script.
+    /// Adds pictures of which a reader chooses one.
     #[must_use]
-    pub fn live(mut self, what: LivePane, number: usize) -> Self {
-        self.blocks.push(Block::Live { what, number });
+    pub fn views(mut self, views: Views) -> Self {
+        self.blocks.push(Block::Views(views.0));
         self
     }
 
@@ -257,7 +297,8 @@ impl Page {
         tera.add_raw_templates([("style.css", STYLE), ("report.html", TEMPLATE)])?;
         let mut context = tera::Context::new();
         context.insert("title", &self.title);
-        context.insert("summary", &self.summary);
+        context.insert("heading", &typeset(&self.title));
+        context.insert("summary", &typeset(&self.summary));
         context.insert("provenance", &self.provenance.rows());
         context.insert("sections", &sections);
         context.insert("live", &self.live);
@@ -270,7 +311,7 @@ impl Page {
 
 impl Provenance {
     /// Known names and values, in the order shown.
-    fn rows(&self) -> Vec<(&str, &str)> {
+    fn rows(&self) -> Vec<(&str, String)> {
         let named = [
             ("Scene", &self.scene),
             ("Source", &self.source),
@@ -281,7 +322,7 @@ impl Provenance {
         ];
         let more = self.more.iter().map(|(name, value)| (name.as_str(), value));
         let rows = named.into_iter().chain(more).filter(|(_, value)| !value.is_empty());
-        rows.map(|(name, value)| (name, value.as_str())).collect()
+        rows.map(|(name, value)| (name, typeset(value))).collect()
     }
 }
 
@@ -303,14 +344,29 @@ struct Counts {
 
 fn block_html(block: &Block, counts: &mut Counts) -> Result<String, ReportError> {
     match block {
-        Block::Prose(text) => Ok(format!("<p>{}</p>", escape_html(text))),
+        Block::Prose(text) => Ok(format!("<p>{}</p>", typeset(text))),
         Block::Heading(text) => Ok(format!("<h3>{}</h3>", escape_html(text))),
         Block::Command(command) => {
             let code = escape_html(command);
             Ok(format!("<p class=\"command\"><code>{code}</code></p>"))
         }
         Block::Quote(text) => {
-            Ok(format!("<blockquote class=\"quote\"><p>{}</p></blockquote>", escape_html(text)))
+            Ok(format!("<blockquote class=\"quote\"><p>{}</p></blockquote>", typeset(text)))
+        }
+        Block::Code(text) => {
+            let text = escape_html(text);
+            Ok(format!("<div class=\"quote\"><pre><code>{text}</code></pre></div>"))
+        }
+        Block::Views(views) => {
+            let view = |(name, block): &(String, Block)| {
+                // NOTE: a live pane and a figure are one element each.
+                let named = format!(" data-view=\"{}\"", escape_html(name));
+                let html = block_html(block, counts)?;
+                let place = html.find([' ', '>']).unwrap_or(html.len());
+                Ok(format!("{}{named}{}", &html[..place], &html[place..]))
+            };
+            let views: Vec<String> = views.iter().map(view).collect::<Result<_, ReportError>>()?;
+            Ok(format!("<div class=\"views\">{}</div>", views.join("\n")))
         }
         Block::Files(names) => {
             let link = |name: &String| {
@@ -335,7 +391,7 @@ fn block_html(block: &Block, counts: &mut Counts) -> Result<String, ReportError>
                 "<figure class=\"table\"><figcaption><b>Table {number}.</b> \
                     {}</figcaption>\n<div class=\"scroll\" tabindex=\"0\" role=\"group\" \
                     aria-label=\"Table {number}\">{}</div></figure>",
-                escape_html(caption),
+                typeset(caption),
                 table.to_html()
             ))
         }
@@ -370,16 +426,24 @@ fn points_html(figure: &Figure) -> Result<String, ReportError> {
     for series in &figure.series {
         for [x, y] in &series.points {
             let name = Cell::text(series.name.clone());
-            table.push(vec![name, Cell::number(*x, 6), Cell::number(*y, 6)])?;
+            table.push(vec![name, rounded(*x), rounded(*y)])?;
         }
     }
     let text = serde_json::to_string(&table.to_csv()?)?.replace('<', "\\u003c");
     Ok(format!("<script type=\"application/json\" class=\"points\">{text}</script>"))
 }
 
+/// Cell of a coordinate in the digits that a page keeps.
+fn rounded(value: f64) -> Cell {
+    match value.is_finite() {
+        true => Cell::text(significant(value, POINT_DIGITS)),
+        false => Cell::number(value, POINT_DIGITS),
+    }
+}
+
 fn figure_html(picture: &str, caption: &str, points: &str, counts: &mut Counts) -> String {
     counts.figures += 1;
-    let (number, caption) = (counts.figures, escape_html(caption));
+    let (number, caption) = (counts.figures, typeset(caption));
     // NOTE: the caption is the accessible name of the figure.
     let named = format!("role=\"img\" aria-labelledby=\"figure-{number}\"");
     let picture = picture.replacen("role=\"img\"", &named, 1);
@@ -445,6 +509,29 @@ mod tests {
         assert!(!html.contains("<script"));
         assert!(!html.contains('\u{1b}'));
         assert!(html.contains("&lt;script&gt;"));
+    }
+
+    #[test]
+    fn views_are_figures_with_names_and_all_there_without_a_script() {
+        let figure = || {
+            let mut figure = Figure::new(Axis::linear("x"), Axis::linear("y"));
+            figure.series.push(Series::dots("", vec![[0.0, 0.0], [1.0, 1.0]]));
+            figure
+        };
+        let views = Views::default()
+            .live("live", LivePane::Diagram, 2)
+            .figure("by <both>", figure(), "One.")
+            .figure("alone", figure(), "Two.");
+        let page = Page::new("Run", Provenance::default());
+        let html = page.section(Section::new("Diagram").views(views)).to_html().expect("drawn");
+        for part in [
+            "<div class=\"views\"><div data-view=\"live\" class=\"live\" data-diagram=\"2\"",
+            "<figure data-view=\"by &lt;both&gt;\"><div class=\"card\">",
+            "<figure data-view=\"alone\">",
+            "<b>Figure 2.</b> Two.",
+        ] {
+            assert!(html.contains(part), "{part}");
+        }
     }
 
     #[test]

@@ -3,18 +3,20 @@
 use serde::Serialize;
 
 use super::basin_figure::basin_outside_words;
-use super::diagram_figure::NEAR_GRAZE;
+use super::citation::Citation;
+use super::diagram_figure::{NEAR_GRAZE, extent};
 use super::equations::equations;
 use super::sketch::sketch;
+use super::table::{digits_needed, minus, significant};
 use super::window_words::{
     chart_computed_words, chart_escape_words, chart_outside_words, chart_overlay_words,
     chart_share_words, diagram_escape_words, diagram_outside_words, diagram_share_words,
 };
 use super::{
     BranchListing, Figure, GrazeStudy, LiveMap, LivePane, MapListing, OrbitListing, Page, Picture,
-    Provenance, ReportError, Section, Table, basin_figure, basin_remarks, basin_table, basin_words,
-    bounds_words, chart_figure, chart_timing_table, convergence_section, diagram_figures,
-    diagram_timing_table, edge_words, error_words, manifold_table, window_remark,
+    Provenance, ReportError, Section, Table, Views, basin_figure, basin_remarks, basin_table,
+    basin_words, bounds_words, chart_figure, chart_timing_table, convergence_section,
+    diagram_figures, diagram_timing_table, edge_words, error_words, manifold_table, window_remark,
 };
 use crate::analysis::basin::Basin;
 use crate::analysis::chart::Chart;
@@ -22,7 +24,6 @@ use crate::analysis::diagram::Diagram;
 use crate::convergence::ConvergenceStudy;
 use crate::expansion::{LocalMap, MapOrders, WindowEdge};
 use crate::model::{ChartObservable, Method, Scene};
-use crate::numeric::Shown;
 
 /// Time of a stage of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -96,12 +97,12 @@ pub fn run_page(run: &RunPage<'_>) -> Result<Page, ReportError> {
     let model = &run.scene.model;
     let mut page = Page::new(format!("Grazing: {}", model.name), provenance(run))
         .summary(summary(run))
-        .section(model_section(run)?)
+        .section(graze_section(run)?)
         .section(orbit_section(run)?)
-        .section(graze_section(run)?);
+        .section(model_section(run)?);
     if !run.charts.is_empty() {
         page = page.section(
-            chart_section(run.charts)?
+            chart_section(run.charts)
                 .files(["chart.json", "chart.csv"])
                 .command(run.command("chart")),
         );
@@ -113,12 +114,12 @@ pub fn run_page(run: &RunPage<'_>) -> Result<Page, ReportError> {
     }
     let page = page
         .section(
-            expansion_section(run)?.files(["map.json", "map.csv"]).command(run.command("expand")),
-        )
-        .section(
             convergence_section(run.study)?
                 .files(["convergence.json", "convergence.csv"])
                 .command(run.command("converge")),
+        )
+        .section(
+            expansion_section(run)?.files(["map.json", "map.csv"]).command(run.command("expand")),
         )
         .section(time_section(run)?.files(["timings.json"]))
         .section(citation_section(run));
@@ -153,22 +154,17 @@ fn summary(run: &RunPage<'_>) -> String {
         .map(|&parameter| {
             let name = &run.scene.model.parameters[parameter].name;
             let value = run.orbit.parameters.get(name).copied().unwrap_or(f64::NAN);
-            format!("{name}* = {:.12}", Shown(value))
+            format!("{name}* = {}", minus(&significant(value, digits_needed(value, 12))))
         })
         .collect();
-    let terms: usize = run.map.composed.outputs.0.iter().map(|(_, terms)| terms.len()).sum();
     let surfaces: Vec<_> =
         run.orbit.passages.iter().map(|passage| format!("“{}”", passage.surface)).collect();
     let surfaces = match surfaces.as_slice() {
         [one] => format!("the surface {one}"),
         several => format!("the surfaces {} in turn", several.join(", ")),
     };
-    format!(
-        "The orbit grazes {surfaces} at {}. Near it the Poincaré map is {terms} coefficients, {} \
-            multiply-adds a step once the parameters are fixed.",
-        solved.join(", "),
-        run.emitted.frozen,
-    )
+    let verdict = run.graze.verdict();
+    format!("The orbit grazes {surfaces} at {}: {verdict}.", solved.join(", "))
 }
 
 fn model_section(run: &RunPage<'_>) -> Result<Section, ReportError> {
@@ -185,19 +181,22 @@ fn model_section(run: &RunPage<'_>) -> Result<Section, ReportError> {
     let grazing = |parameter: &str| run.orbit.parameters.get(parameter).copied();
     let table = Table::of(model.parameters.iter().enumerate())
         .text("parameter", |(_, parameter)| &parameter.name)
-        .number("value in the scene", 12, |(_, parameter)| parameter.value.to_f64())
-        .number("at the graze", 12, |(_, parameter)| grazing(&parameter.name))
+        .shortest("value in the scene", 12, |(_, parameter)| Some(parameter.value.to_f64()))
+        .shortest("at the graze", 12, |(_, parameter)| grazing(&parameter.name))
         .text("role", |(number, _)| role(number))
         .made();
     let phase = model.phase.as_ref().map_or(String::new(), |phase| {
-        format!(" The forcing phase {} has the period {:.12}.", phase.name, phase.period.to_f64())
+        let period = phase.period.to_f64();
+        let period = significant(period, digits_needed(period, 12));
+        format!(" The forcing phase {} has the period {period}.", phase.name)
     });
     let section = Section::new("The oscillator").markup(equations(model));
     let section = match oscillator_sketch(run) {
         Some(svg) => section.picture(
             Picture { svg, png: Vec::new() },
             "Masses, stops and gaps, not to scale; in blue where the orbit grazes. A spring \
-                stands for a stop that yields.",
+                stands for a stop that yields; the words below a mass are the forces on it in free \
+                flight.",
         ),
         None => section,
     };
@@ -297,9 +296,10 @@ fn expansion_section(run: &RunPage<'_>) -> Result<Section, ReportError> {
             digits of: {}.",
         lost.join(", ")
     );
+    let terms: usize = run.map.composed.outputs.0.iter().map(|(_, terms)| terms.len()).sum();
     let cost = format!(
-        "The emitted crate evaluates a step in {} multiply-adds, {} with the parameters folded \
-            in, {} with its Jacobian too.",
+        "The map has {terms} coefficients when it is composed. The emitted crate evaluates a step \
+            in {} multiply-adds, {} with the parameters folded in, {} with its Jacobian too.",
         run.emitted.step, run.emitted.frozen, run.emitted.jacobian
     );
     let edges = run.map.depth.iter().filter_map(|laws| laws.window_edge);
@@ -339,14 +339,14 @@ fn window_table(run: &RunPage<'_>) -> Result<Table, ReportError> {
     let bound = |value: f64| value.is_finite().then_some(value);
     let table = Table::of(variables)
         .text("variable", |(name, ..)| name)
-        .number("at the graze", 12, |(_, value, _)| value)
-        .number("half-width", 4, |(.., width)| bound(width))
-        .number("from", 9, |(_, value, width)| bound(value - width))
-        .number("to", 9, |(_, value, width)| bound(value + width));
+        .shortest("at the graze", 12, |(_, value, _)| Some(value))
+        .shortest("half-width", 4, |(.., width)| bound(width))
+        .shortest("from", 9, |(_, value, width)| bound(value - width))
+        .shortest("to", 9, |(_, value, width)| bound(value + width));
     Ok(table.made())
 }
 
-/// Section with what a reader needs to cite and to reproduce the map.
+/// Section with what a reader needs to cite the program, and to cite and reproduce the map.
 fn citation_section(run: &RunPage<'_>) -> Section {
     let source = run.scene.model.source.as_ref().map_or(String::new(), |own| format!(" ({own})"));
     let words = format!(
@@ -359,7 +359,13 @@ fn citation_section(run: &RunPage<'_>) -> Section {
         run.scene.digest,
         env!("CARGO_PKG_VERSION"),
     );
-    Section::new("To cite").quote(capitalised(&words)).command(run.command("run"))
+    let citation = Citation::of_program();
+    Section::new("To cite")
+        .prose("The map and its scene:")
+        .quote(capitalised(&words))
+        .table(citation.table(), "The program.")
+        .code(citation.bibtex())
+        .command(run.command("run"))
 }
 
 fn edge_sentence(edge: &WindowEdge) -> String {
@@ -373,13 +379,22 @@ fn sentence(words: &str) -> String {
 
 /// Section about the bifurcation at the graze: prediction, and diagrams.
 fn graze_section(run: &RunPage<'_>) -> Result<Section, ReportError> {
-    let words: Vec<String> = run.graze.words().iter().map(|words| sentence(words)).collect();
-    let section = Section::new("What happens at this graze").prose(words.join("\n"));
+    let words: Vec<String> = run.graze.theory_words().iter().map(|words| sentence(words)).collect();
+    let section = Section::new("What happens at this graze");
     let section = match run.diagrams {
         [] => section,
-        diagrams => diagrams_in(section, diagrams)?
+        _ => diagrams_in(section, run)
             .files(["diagram.json", "diagram.csv"])
             .command(run.command("diagram")),
+    };
+    let section = section.prose(words.join("\n"));
+    let section = match run.graze.measured_table() {
+        Some(table) => section.table(
+            table,
+            "Attractors by guarded iteration on both sides of the graze, by the offset of the \
+                parameter; the exponent is per return.",
+        ),
+        None => section,
     };
     Ok(match run.graze.orbits_table()? {
         Some(table) => section.table(
@@ -391,28 +406,71 @@ fn graze_section(run: &RunPage<'_>) -> Result<Section, ReportError> {
     })
 }
 
-fn diagrams_in(mut section: Section, diagrams: &[Diagram]) -> Result<Section, ReportError> {
-    for (number, diagram) in diagrams.iter().enumerate() {
-        section = section.live(LivePane::Diagram, number);
+/// Diagrams, live and as the run drew them, and the impact speeds of branches, as views.
+fn diagrams_in(section: Section, run: &RunPage<'_>) -> Section {
+    let mut views = Views::default();
+    let mut words = Vec::new();
+    for (number, diagram) in run.diagrams.iter().enumerate() {
+        let name = diagram_name(run.diagrams, diagram);
+        views = views.live(format!("live: {name}"), LivePane::Diagram, number);
         let figures = diagram_figures(diagram);
         if figures.is_empty() {
-            section = section.prose(format!(
+            words.push(format!(
                 "There is no figure over {}: no orbit stayed long enough for a value to be kept.",
                 diagram.parameter
             ));
         }
+        let outside = diagram_outside_words(diagram).map(|words| sentence(&words));
+        let shares = [diagram_share_words(diagram), outside, diagram_escape_words(diagram)];
+        let mut said =
+            shares.into_iter().flatten().fold(String::new(), |all, own| all + " " + &own);
         // The live diagram is the close-up of a page.
         for (ending, figure) in figures.into_iter().filter(|(ending, _)| *ending != NEAR_GRAZE) {
-            section = section.figure(figure, caption(diagram, ending));
+            // What is said of the sweeps stands under their first figure.
+            let caption = caption(diagram, ending) + &std::mem::take(&mut said);
+            views = views.figure(format!("{name}, {}", view_words(ending)), figure, caption);
         }
-        let outside = diagram_outside_words(diagram).map(|words| sentence(&words));
-        let sentences = [diagram_share_words(diagram), outside, diagram_escape_words(diagram)];
-        section = sentences.into_iter().flatten().fold(section, Section::prose);
+        words.extend((!said.is_empty()).then(|| said.trim().to_owned()));
     }
-    Ok(section.table(
-        diagram_timing_table(diagrams)?,
-        "Iterates of the sweeps, and times by the clock on so many threads, measured in this run.",
-    ))
+    for listing in run.branches {
+        let figures = listing.figures(None);
+        let speeds = figures.into_iter().find(|(ending, _)| ending == "-impact_speed");
+        if let Some((_, figure)) = speeds {
+            let caption = format!(
+                "Largest speed at which the periodic orbits of the map meet the stop, over {}; \
+                    0 without contact, solid where stable, dashed where not.",
+                listing.along
+            );
+            views = views.figure(format!("impact speed over {}", listing.along), figure, caption);
+        }
+    }
+    words.into_iter().fold(section.views(views), Section::prose)
+}
+
+/// Name of a diagram among others: what it shows, and its range where that tells it from another.
+fn diagram_name(all: &[Diagram], diagram: &Diagram) -> String {
+    let name = |own: &Diagram| format!("{} over {}", own.observable, own.parameter);
+    let own = name(diagram);
+    if all.iter().filter(|other| name(other) == own).count() == 1 {
+        return own;
+    }
+    let offsets = diagram.sweeps.iter().flat_map(|sweep| &sweep.points).map(|point| point.offset);
+    let (from, to) = extent(offsets);
+    let [from, to] = [from, to].map(|end| minus(&significant(end, digits_needed(end, 4))));
+    format!("{own} from {from} to {to}")
+}
+
+/// Name of a figure of a diagram, by the suffix of its file name.
+fn view_words(ending: &str) -> &'static str {
+    match ending {
+        "-map" => "by the map alone",
+        "-guarded" => "guarded",
+        "-direct" => "by direct simulation",
+        "-overlay" => "by all methods",
+        "-difference" => "distance of the methods",
+        "-lyapunov" => "Lyapunov exponent",
+        _ => "as the run drew it",
+    }
 }
 
 fn caption(diagram: &Diagram, ending: &str) -> String {
@@ -439,11 +497,12 @@ fn caption(diagram: &Diagram, ending: &str) -> String {
     )
 }
 
-fn chart_section(charts: &[Chart]) -> Result<Section, ReportError> {
-    let section = Section::new("Over two parameters");
-    let section = charts.iter().enumerate().fold(section, |section, (number, chart)| {
-        let section = section.live(LivePane::Chart, number);
-        let section = section.figure(chart_figure(chart), chart_caption(chart));
+fn chart_section(charts: &[Chart]) -> Section {
+    let mut views = Views::default();
+    for (number, chart) in charts.iter().enumerate() {
+        let [first, second] = &chart.axes;
+        let name = format!("{} and {}", first.parameter, second.parameter);
+        views = views.live(format!("live: period over {name}"), LivePane::Chart, number);
         let outside = chart_outside_words(chart).map(|words| sentence(&words));
         let sentences = [
             chart_computed_words(chart),
@@ -452,13 +511,12 @@ fn chart_section(charts: &[Chart]) -> Result<Section, ReportError> {
             outside,
             chart_escape_words(chart),
         ];
-        sentences.into_iter().flatten().fold(section, Section::prose)
-    });
-    Ok(section.table(
-        chart_timing_table(charts)?,
-        "Cells and what is settled on in them; iterates, and times by the clock on so many \
-            threads, measured in this run.",
-    ))
+        let said = sentences.into_iter().flatten();
+        let caption = said.fold(chart_caption(chart), |all, own| all + " " + &own);
+        let shown = format!("{} over {name}, as the run drew it", observed_words(chart));
+        views = views.figure(shown, chart_figure(chart), caption);
+    }
+    Section::new("Over two parameters").views(views)
 }
 
 fn chart_caption(chart: &Chart) -> String {
@@ -530,7 +588,8 @@ fn basin_section(basins: &[Basin]) -> Result<Section, ReportError> {
             "Attractors and other classes with their shares of the cells, what the border leaves \
                 uncertain of them, and the standard deviation of so many random states.",
         );
-        if let Some(manifolds) = &basin.manifolds {
+        let manifolds = basin.manifolds.as_ref().filter(|own| !own.branches.is_empty());
+        if let Some(manifolds) = manifolds {
             section = section.table(
                 manifold_table(basin, manifolds)?,
                 "Manifolds of the saddles; lengths in widths of the plane.",
@@ -550,6 +609,19 @@ fn time_section(run: &RunPage<'_>) -> Result<Section, ReportError> {
         .made();
     let mut section =
         Section::new("Times").table(table, "What each stage of this run took, by the clock.");
+    if !run.diagrams.is_empty() {
+        section = section.table(
+            diagram_timing_table(run.diagrams)?,
+            "Iterates of the sweeps of diagrams, and times by the clock on so many threads.",
+        );
+    }
+    if !run.charts.is_empty() {
+        section = section.table(
+            chart_timing_table(run.charts)?,
+            "Cells of charts and what is settled on in them; iterates, and times by the clock on \
+                so many threads.",
+        );
+    }
     for diagram in run.diagrams {
         if let Some(ratio) = diagram.speed_ratio {
             section = section.prose(format!(

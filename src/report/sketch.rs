@@ -1,5 +1,5 @@
 //! Sketch of the masses, their stops and the gaps between them, derived from the surfaces of a
-//! scene.
+//! scene, with the forces on each mass in words, derived from its flow.
 
 use std::fmt::Write as _;
 
@@ -8,7 +8,7 @@ use super::time_series_listing::portrait_pairs;
 use crate::model::{Model, Response};
 
 const WIDTH: f64 = 600.0;
-const ROW: f64 = 96.0;
+const ROW: f64 = 116.0;
 /// Half-width and half-height of a mass.
 const MASS: [f64; 2] = [38.0, 20.0];
 const INK: &str = "var(--ink,#1f2328)";
@@ -72,6 +72,42 @@ fn rows(model: &Model, point: &[f64]) -> Vec<SketchRow> {
     rows
 }
 
+/// Forces on a mass in free flight, in words, from the derivatives of its acceleration at a point.
+fn forces(model: &Model, mass: usize, point: &[f64]) -> String {
+    let pairs = portrait_pairs(model);
+    let Some(&(_, velocity)) = pairs.iter().find(|(position, _)| *position == mass) else {
+        return String::new();
+    };
+    let acceleration = model.flow[velocity];
+    let mut graph = model.graph.clone();
+    let mut slope = |input: usize| {
+        let node = graph.derivative(acceleration, input);
+        let mut values = Vec::new();
+        graph.evaluate(point, &mut values);
+        values[node.index()]
+    };
+    let slopes: Vec<f64> = pairs.iter().map(|&(position, _)| slope(position)).collect();
+    // NOTE: springs between masses do not change when all of them move together.
+    let (net, size) = slopes
+        .iter()
+        .fold((0.0, 0.0), |(net, size): (f64, f64), slope| (net + slope, size + slope.abs()));
+    let others = pairs
+        .iter()
+        .zip(&slopes)
+        .filter(|&(&(position, _), &slope)| position != mass && slope != 0.0);
+    let coupled: Vec<String> =
+        others.map(|(&(position, _), _)| symbol(&model.states[position])).collect();
+    let inputs = model.graph.dependencies(acceleration);
+    let forced = model.phase.is_some() && inputs.contains(&model.states.len());
+    let words = [
+        (net.abs() > 1e-9 * size).then(|| "spring".to_owned()),
+        (slope(velocity) != 0.0).then(|| "damper".to_owned()),
+        (!coupled.is_empty()).then(|| format!("coupled to {}", coupled.join(", "))),
+        forced.then(|| "forced".to_owned()),
+    ];
+    words.into_iter().flatten().collect::<Vec<_>>().join(" · ")
+}
+
 /// Sketch as SVG, with grazing surfaces in their own colour; `None` if no surface is a gap beside
 /// or between masses. `point` holds the full state and the parameters.
 pub(super) fn sketch(model: &Model, point: &[f64], grazing: &[usize]) -> Option<String> {
@@ -88,15 +124,9 @@ pub(super) fn sketch(model: &Model, point: &[f64], grazing: &[usize]) -> Option<
             stops and the gaps between them\" font-family=\"system-ui, sans-serif\" \
             font-size=\"13\"><rect width=\"100%\" height=\"100%\" fill=\"var(--sheet,#fff)\"/>"
     );
-    let pen = Pen { model, grazing };
+    let pen = Pen { model, point, grazing };
     for (number, row) in rows.iter().enumerate() {
         let y = ROW * (number as f64 + 0.5) + 10.0;
-        let ground = y + MASS[1];
-        let _ = write!(
-            svg,
-            "<path d=\"M40 {ground}H{}\" stroke=\"{SOFT}\" fill=\"none\"/>",
-            WIDTH - 40.0
-        );
         match row.other {
             Some((right, surface)) => {
                 svg += &pen.mass(row.middle, 180.0, y);
@@ -115,22 +145,27 @@ pub(super) fn sketch(model: &Model, point: &[f64], grazing: &[usize]) -> Option<
 
 struct Pen<'a> {
     model: &'a Model,
+    /// Full state and parameters.
+    point: &'a [f64],
     grazing: &'a [usize],
 }
 
 impl Pen<'_> {
     fn mass(&self, position: usize, x: f64, y: f64) -> String {
         let name = escape_html(&symbol(&self.model.states[position]));
+        let forces = escape_html(&forces(self.model, position, self.point));
         format!(
             "<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" rx=\"3\" \
                 fill=\"var(--panel,#eef1f4)\" \
                 stroke=\"{INK}\"/><text x=\"{x}\" y=\"{}\" text-anchor=\"middle\" \
-                fill=\"{INK}\">{name}</text>",
+                fill=\"{INK}\">{name}</text><text x=\"{x}\" y=\"{}\" text-anchor=\"middle\" \
+                fill=\"{SOFT}\">{forces}</text>",
             x - MASS[0],
             y - MASS[1],
             2.0 * MASS[0],
             2.0 * MASS[1],
-            y + 5.0
+            y + 5.0,
+            y + MASS[1] + 18.0
         )
     }
 
@@ -218,6 +253,22 @@ mod tests {
             (name, row.left.len(), row.right.len(), row.other.is_some())
         };
         rows(model, &point).into_iter().map(count).collect()
+    }
+
+    fn forces_of(name: &str, mass: usize) -> String {
+        let text = catalogue::text(name).expect("a scene of the catalogue");
+        let scene = Scene::parse(text, name).expect("a scene of the catalogue");
+        let values = scene.model.parameter_values();
+        let mut point = vec![0.1; scene.model.dimension()];
+        point.extend(values.iter().map(|value| value.to_f64()));
+        forces(&scene.model, mass, &point)
+    }
+
+    #[test]
+    fn forces_are_those_of_the_flow() {
+        assert_eq!(forces_of("linear", 0), "spring · damper · forced");
+        let masses = forces_of("two_stops_t1", 0);
+        assert!(masses.contains("coupled to x2"), "{masses}");
     }
 
     #[test]

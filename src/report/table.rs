@@ -254,6 +254,17 @@ impl<R: Copy> ByColumn<R> {
         self.column(Column::number(header), |of| value(of).into().map_or(Cell::Missing, cell))
     }
 
+    /// Adds a column of numbers with as many digits as they need, and no more than this.
+    pub(super) fn shortest(
+        self,
+        header: &str,
+        most: usize,
+        value: impl Fn(R) -> Option<f64>,
+    ) -> Self {
+        let cell = |value| Cell::number(value, digits_needed(value, most));
+        self.column(Column::number(header), |of| value(of).map_or(Cell::Missing, cell))
+    }
+
     /// Adds a unit to the last column.
     pub(super) fn unit(mut self, unit: &str) -> Self {
         if let Some(column) = self.table.columns.last_mut() {
@@ -319,7 +330,7 @@ impl Table {
         let mut html = String::from("<table>\n<thead><tr>");
         for column in self.columns() {
             let class = class_of(column.alignment);
-            write!(html, "<th{class} scope=\"col\">{}", escape_html(&column.header))
+            write!(html, "<th{class} scope=\"col\">{}", typeset(&column.header))
                 .expect("a String takes all");
             if !column.unit.is_empty() {
                 write!(html, " <span class=\"unit\">[{}]</span>", escape_html(&column.unit))
@@ -458,11 +469,12 @@ fn cell_html(cell: &Cell) -> String {
             format!("{}\u{2009}×\u{2009}10<sup>{}</sup>", minus(mantissa), minus(exponent))
         }
         (Cell::Number { .. } | Cell::Integer(_), _) => minus(&text),
-        (Cell::Text(_), _) => escape_html(&text),
+        (Cell::Text(_), _) => typeset(&text),
     }
 }
 
-fn minus(text: &str) -> String {
+/// Text of a number with a proper minus.
+pub(super) fn minus(text: &str) -> String {
     text.replace('-', "−")
 }
 
@@ -487,6 +499,46 @@ pub(super) fn significant(value: f64, digits: usize) -> String {
     } else {
         scientific
     }
+}
+
+/// Significant digits of a number rounded to `most` of them, without the zeros at its end.
+pub(super) fn digits_needed(value: f64, most: usize) -> usize {
+    let rounded = format!("{value:.*e}", most.clamp(1, 17) - 1);
+    let mantissa = rounded.split('e').next().unwrap_or_default();
+    let digits = mantissa.trim_end_matches('0').chars().filter(char::is_ascii_digit);
+    digits.count().max(1)
+}
+
+/// Letters of the theory whose index, after an underscore, is set below the line.
+const INDEXED: [(&str, &str); 4] = [("xi", "ξ"), ("P", "P"), ("dP", "dP"), ("h", "h")];
+
+/// HTML of words: escaped, with the indices of the theory's letters (`xi_n`, `P_smooth`, `h_x`)
+/// below and powers above the line.
+pub(super) fn typeset(text: &str) -> String {
+    let escaped = escape_html(text).replace("&lt;=", "≤");
+    let mut html = String::with_capacity(escaped.len());
+    let mut rest = escaped.as_str();
+    let is_word = |letter: char| letter.is_alphanumeric() || letter == '_';
+    while let Some(mark) = rest.find(['_', '^']) {
+        let (before, after) = (&rest[..mark], &rest[mark + 1..]);
+        let length = after.find(|letter| !is_word(letter)).unwrap_or(after.len());
+        let index = &after[..length];
+        let base = before.rsplit(|letter| !is_word(letter)).next().unwrap_or_default();
+        let letter = INDEXED.iter().find(|(name, _)| *name == base).map(|(_, letter)| letter);
+        let is_power = rest[mark..].starts_with('^');
+        match letter {
+            _ if is_power && !index.is_empty() => {
+                html.push_str(&format!("{before}<sup>{index}</sup>"));
+            }
+            Some(letter) if !index.is_empty() && !index.contains('_') => {
+                let before = &before[..before.len() - base.len()];
+                html.push_str(&format!("{before}<i>{letter}</i><sub>{index}</sub>"));
+            }
+            _ => html.push_str(&rest[..mark + 1 + length]),
+        }
+        rest = &after[length..];
+    }
+    html + rest
 }
 
 /// Number with 17 significant digits, which reads back as the same double.
@@ -527,6 +579,30 @@ mod tests {
         let refused = table.push(vec![Cell::Missing]);
         assert!(matches!(refused, Err(ReportError::RowWidth { row: 0, expected: 2, found: 1 })));
         assert!(table.rows().is_empty());
+    }
+
+    #[test]
+    fn letters_of_the_theory_have_indices_and_powers() {
+        for (words, html) in [
+            ("xi_n < 0", "<i>ξ</i><sub>n</sub> &lt; 0"),
+            (
+                "h_x · (dP_smooth)^n",
+                "<i>h</i><sub>x</sub> · (<i>dP</i><sub>smooth</sub>)<sup>n</sup>",
+            ),
+            ("y^2 <= 1e-5", "y<sup>2</sup> ≤ 1e-5"),
+            ("mems_codim2, my_h_x, xi_1_left, a_", "mems_codim2, my_h_x, xi_1_left, a_"),
+        ] {
+            assert_eq!(typeset(words), html);
+        }
+    }
+
+    #[test]
+    fn a_number_has_no_more_digits_than_it_needs() {
+        for (value, most, digits) in
+            [(0.2, 12, 1), (0.0, 12, 1), (-2.25e-9, 12, 3), (1.0 / 3.0, 5, 5), (100.0, 12, 1)]
+        {
+            assert_eq!(digits_needed(value, most), digits, "{value}");
+        }
     }
 
     #[test]

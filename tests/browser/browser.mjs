@@ -11,7 +11,7 @@ import { join } from "node:path";
 export const [program, executablePath, folder] = process.argv.slice(2);
 const { chromium } = createRequire(join(folder, "package.json"))("playwright-core");
 export const SCENE = "cantilever_3_5_soft";
-export const LARGEST_PAGE = 1.5e6;
+export const LARGEST_PAGE = 1.4e6;
 
 export const run = (arguments_) =>
   execFileSync(program, arguments_, { maxBuffer: 1 << 30, encoding: "utf8" });

@@ -14,6 +14,7 @@ import {
   out,
   places,
   run,
+  settled,
 } from "./browser.mjs";
 
 // An oscillator without a phase: its section has one coordinate.
@@ -94,6 +95,28 @@ const before = async (page) =>
       .map((t) => t.toFixed(0))
       .join(" + ")} ms`,
   );
+
+  // The verdict and the live diagram stand on the first screen.
+  for (const width of [1280, 420]) {
+    const first = await open(file, { viewport: { width, height: 900 } });
+    await settled(first.page);
+    const seen = await first.page.evaluate(() => {
+      const places = [".summary", ".live canvas"].map((name) => {
+        const { top, bottom } = document.querySelector(name).getBoundingClientRect();
+        return [top, bottom];
+      });
+      const summary = document.querySelector(".summary").textContent;
+      return { places, summary, height: innerHeight, scrolled: scrollY };
+    });
+    const [[, said], [top, bottom]] = seen.places;
+    assert.equal(seen.scrolled, 0);
+    assert.match(seen.summary, /^The orbit grazes the surface “stop” at Q\* = .*chaos at once\.$/);
+    assert.ok(said <= top && top < seen.height / 2, `${width}: the diagram begins at ${top}`);
+    assert.ok(bottom <= seen.height, `${width}: the diagram ends at ${bottom}`);
+    await first.page.screenshot({ path: join(folder, `first-${width}.png`) });
+    await first.context.close();
+  }
+  check("the verdict and the live diagram stand on the first screen, wide and narrow");
 
   // Iterates from states of the diagram, page against program.
   const starts = await page.evaluate(() => {
@@ -403,10 +426,23 @@ const before = async (page) =>
   await page.locator(".live .sliders input").first().fill("40");
   await again(page);
   assert.notEqual(await values(), still, "a slider moves another parameter");
+  // The line of the graze goes with the slider, to where the program locates the grazing orbit.
+  const graze = () => page.evaluate(() => window.grazemap.panes[0].graze);
+  await page.waitForFunction(() => window.grazemap.panes[0].graze);
+  const located = await page.evaluate(() => {
+    const { base, parameter, live } = window.grazemap.panes[0];
+    return { beta: live.data.parameters[1].grazing + base[1], Q: parameter.grazing };
+  });
+  const orbit = run(["locate", SCENE, "--set", `beta=${located.beta}`, "-q", "--json", "-"]);
+  const moved = JSON.parse(orbit).parameters.Q - located.Q;
+  assert.ok(Math.abs(moved) > 1e-5, `${moved}`);
+  assert.ok(Math.abs((await graze()) / moved - 1) < 1e-6, `${await graze()} is not ${moved}`);
+  await page.screenshot({ path: join(folder, "graze.png") });
   await before(page);
   await page.locator(".live .sliders input").first().fill("0");
   await again(page);
   assert.equal(await values(), still, "and back");
+  assert.equal(await graze(), 0, "the graze too");
   await before(page);
   await page.locator(".live .tools label.down input").first().uncheck();
   await again(page);
@@ -449,7 +485,23 @@ const before = async (page) =>
   await before(page);
   await page.getByLabel("Orders of the map").first().selectOption({ index: 0 });
   await again(page);
-  check("sliders, toggles and orders answer");
+  check("sliders, toggles and orders answer, and the graze goes with the sliders");
+
+  // One picture at a time: a control offers those that the run drew.
+  const views = page.locator(".views").first();
+  const choice = views.getByLabel("Picture that is shown");
+  const offered = await choice.locator("option").allTextContents();
+  for (const words of [/^live: /, /by direct simulation$/, /Lyapunov exponent$/, /^impact speed over Q$/])
+    assert.ok(offered.some((own) => words.test(own)), `${words} is not in ${offered}`);
+  for (const [n, own] of offered.entries()) {
+    await choice.selectOption({ index: n });
+    const shown = views.locator(":scope > [data-view]:not([hidden])");
+    assert.deepEqual(await shown.evaluateAll((all) => all.map(({ dataset }) => dataset.view)), [own]);
+    if (own.startsWith("live")) await shown.locator("canvas").first().waitFor();
+    else assert.ok((await shown.locator(".card svg, .card img").boundingBox()).height > 100);
+  }
+  await choice.selectOption({ index: 0 });
+  check(`${offered.length} pictures of the diagrams, one at a time`);
 
   // The chart: a click goes to its parameters in the diagrams; a box is computed anew.
   const chart = page.locator(".live[data-chart]").first();
@@ -502,7 +554,7 @@ const before = async (page) =>
     ".live > .tools",
     ...panels,
     ".live[data-chart] > .tools",
-    "figure:has(script.points) .tools",
+    "figure:visible:has(script.points) .tools",
     "figure.table .tools",
   ]) {
     for (const [kind, begins] of Object.entries(kinds)) {
@@ -547,7 +599,8 @@ const before = async (page) =>
   assert.equal(nameless, 0, "every picture has a name");
   assert.deepEqual(said, [], "nothing is said, nothing asked for");
   check("no message in the console, no request");
-  assert.equal(await page.locator("#section-1 .card svg[role=img]").count(), 1, "a sketch");
+  const sketch = page.locator("section:has(.equations) .card svg[role=img]");
+  assert.equal(await sketch.count(), 1, "a sketch");
   const links = await page.locator(".files a").evaluateAll((all) => all.map((own) => own.href));
   assert.ok(links.length > 10);
   for (const link of links) assert.ok(existsSync(fileURLToPath(link)), link);
@@ -560,10 +613,10 @@ for (const colorScheme of ["light", "dark"]) {
   const { page, said, context } = await open(file, { colorScheme });
   await live(page);
   // What is alive is made when it comes into sight; the focus begins where all is there.
-  const alive = await page.locator(".live").count();
-  for (let n = 0; n < alive; n++) {
-    await page.locator(".live").nth(n).scrollIntoViewIfNeeded();
-    await page.locator(".live").nth(n).locator("canvas").first().waitFor();
+  const shown = page.locator(".live:not([hidden])");
+  for (const own of await shown.all()) {
+    await own.scrollIntoViewIfNeeded();
+    await own.locator("canvas").first().waitFor();
   }
   await page.evaluate(() => document.activeElement.blur());
   const order = [];
@@ -630,7 +683,8 @@ for (const colorScheme of ["light", "dark"]) {
   assert.deepEqual(pale, [], "text has a contrast of 4.5");
   await page.emulateMedia({ media: "print" });
   assert.equal(await page.locator(".live:visible, button:visible").count(), 0);
-  assert.ok((await page.locator("figure .card:visible").count()) > 5, "figures are printed");
+  const figures = await page.locator("figure .card").count();
+  assert.equal(await page.locator("figure .card:visible").count(), figures, "figures are printed");
   assert.deepEqual(said, []);
   await context.close();
 }
@@ -818,7 +872,7 @@ check("420 pixels wide, light and dark");
   await page.mouse.click(canvas.x + canvas.width * 0.9, canvas.y + 100);
   await page.waitForFunction(() => window.grazemap.panes[0].marker.answer?.gone);
   const facts = page.locator(".live .panels:visible > :visible").first();
-  assert.equal(await facts.textContent(), "The orbit of the map escapes here.");
+  assert.equal(await facts.textContent(), "The orbit leaves the map's reach here.");
   assert.deepEqual(said, [], "hostile names are words");
   await context.close();
   check("hostile names stay words");

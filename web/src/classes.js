@@ -26,7 +26,7 @@ const CLASSES = {
   [WITHOUT_CONTACT]: ["period 1 without contact", "#f7eec3"],
   [OUTSIDE]: ["outside the measured window", "#b3b7bc"],
   [NOT_SETTLED]: ["not settled, still converging", "#6a7078"],
-  0: ["no period", "#1f2328"],
+  0: ["no period", "#f4a582"],
 };
 
 /** @param {number} kind */

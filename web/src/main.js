@@ -7,6 +7,7 @@ import { Live } from "./live.js";
 import { bytesOf } from "./numbers.js";
 import { ChartPane } from "./panes/chart.js";
 import { DiagramPane } from "./panes/diagram.js";
+import { arrangeViews } from "./views.js";
 import { Workers } from "./workers.js";
 
 /** @import { Data } from "./types" */
@@ -19,7 +20,10 @@ import { Workers } from "./workers.js";
 function makeInSight(live, host) {
   const diagram = live.data.diagrams[Number(host.dataset.diagram)];
   const chart = live.data.charts[Number(host.dataset.chart)];
-  if (!diagram && !chart) return;
+  if (!diagram && !chart) {
+    host.remove();
+    return;
+  }
   const observer = new IntersectionObserver(
     (entries) => {
       if (!entries.some((entry) => entry.isIntersecting)) return;
@@ -38,7 +42,7 @@ function begin() {
   const modules = byId("map-module")?.textContent;
   const worker = byId("map-worker")?.textContent;
   const text = byId("map-data")?.textContent;
-  if (!modules || !worker || !text) return;
+  if (!modules || !worker || !text) throw new Error("it holds no map");
   /** @type {Data} */
   const data = JSON.parse(text);
   const workers = new Workers(worker, modules.trim().split(" ").map(bytesOf), data);
@@ -65,4 +69,6 @@ try {
   begin();
 } catch (error) {
   console.warn("the page stays as the run drew it:", error);
+  document.querySelectorAll(".live").forEach((host) => host.remove());
 }
+arrangeViews();

@@ -1,5 +1,5 @@
-// Types of the data of a page and of the messages between the page and its workers. Written by hand
-// after `Data` in src/report/live.rs; a change there is made here too.
+// Types of the data of a page and of the messages between the page and its workers. Written after
+// `Data` in src/report/live.rs; a test holds the fields of both against each other.
 
 export type Range = [number, number];
 export type Point = [number, number];
@@ -187,6 +187,19 @@ export interface ReachAnswer {
   ends: ReachEnd[];
 }
 
+export interface GrazeQuestion {
+  axis: number;
+  /** Offsets of all parameters; that of the swept one is not used. */
+  parameters: number[];
+  /** Range of the swept parameter, for one without a window. */
+  span: number;
+}
+
+export interface GrazeAnswer {
+  /** Offset of the swept parameter at the graze; null if it is not found. */
+  offset: number | null;
+}
+
 export interface ValuesAnswer {
   values: Float64Array;
 }
@@ -197,6 +210,7 @@ export interface Questions {
   orbit: [OrbitQuestion, ValuesAnswer];
   probe: [ProbeQuestion, ProbeAnswer];
   reach: [ReachQuestion, ReachAnswer];
+  graze: [GrazeQuestion, GrazeAnswer];
   speed: [SpeedQuestion, { time: number }];
 }
 

@@ -155,7 +155,9 @@ pub(in crate::pipeline) fn diagram_branches(map: &Map, diagrams: &[Diagram]) -> 
         let (along, from, to) = (name.to_owned(), Some(from), Some(to));
         let request = BranchKeys { along, from, to, ..BranchKeys::default() }.request(map).ok()?;
         let found = map.branches(&request, &NoProgress).ok()?;
-        Some(listing(map, &request, &found))
+        let observable = BranchObservable::ImpactSpeed;
+        let speeds = map.branch_observable(&found, observable).ok()?;
+        Some(listing(map, &request, &found).with_observed(&[(observable, speeds)]))
     });
     branches.collect()
 }

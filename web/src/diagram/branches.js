@@ -159,16 +159,20 @@ export class Branches {
    * @param {(point: Point) => Point} at
    */
   draw(g, at) {
-    g.strokeStyle = g.fillStyle = colour("--ink");
+    const ink = colour("--ink");
+    // Many unstable branches lie side by side: faint, they leave the iterates to be seen.
+    const faint = ink + "88";
     for (const { stable, points } of this.curves) {
-      g.setLineDash(stable ? [] : [5, 4]);
-      g.lineWidth = stable ? 1.8 : 1;
+      g.strokeStyle = stable ? ink : faint;
+      g.setLineDash(stable ? [] : [4, 5]);
+      g.lineWidth = stable ? 1.6 : 0.7;
       g.beginPath();
       for (const point of points) g.lineTo(...at(point));
       g.stroke();
     }
     g.setLineDash([]);
     g.lineWidth = 1;
+    g.strokeStyle = g.fillStyle = ink;
     g.font = "11px system-ui, sans-serif";
     g.textAlign = "left";
     for (const { x, y, words } of this.#together(at)) {
@@ -176,7 +180,7 @@ export class Branches {
       g.arc(x, y, 3.5, 0, 7);
       g.stroke();
       writeOver(g, [...words].join(", "), x + 6, y - 6);
-      g.strokeStyle = colour("--ink");
+      g.strokeStyle = ink;
     }
   }
 

@@ -75,7 +75,7 @@ export class Slider {
 
 export const HINT =
   "Drag across the diagram to zoom in. Click to see the orbit there and where its period ends. " +
-  "The strip below it is the period: black for none, pale without contact, grey outside the " +
+  "The strip below it is the period: salmon for none, pale without contact, grey outside the " +
   "measured window.";
 
 /**

@@ -2,6 +2,7 @@
 
 import { element } from "../dom.js";
 import { shown } from "../numbers.js";
+import { LONGEST_PERIOD } from "../worker/periods.js";
 
 /** @import { Complex, Coordinate, Parameter, ProbeAnswer, ReachEnd, ReachWay } from "../types" */
 
@@ -17,6 +18,9 @@ const WAYS = {
 
 /** Beginning of the command of a diagram. */
 export const DIAGRAM = /^grazemap diagram /;
+
+/** Words for an orbit whose period is longer than those that are looked for, or that has none. */
+export const NO_PERIOD = `no period up to ${LONGEST_PERIOD}`;
 
 /** Longest itinerary that is shown whole. */
 const LONGEST = 48;
@@ -65,7 +69,7 @@ export function factsOf(answer, coordinates) {
   const { period, depths, multipliers, exponent, outside } = answer;
   const origin = coordinates.map(({ symbol, value }) => `${symbol}* = ${shown(value, 8)}`);
   const rows = [
-    ["Period", period ? `${period}` : "none up to 256"],
+    ["Period", period ? `${period}` : NO_PERIOD],
     ...(period ? [["Holds", ""]] : []),
     ["Contacts", contactWords(depths, period)],
     ["Multipliers", multiplierWords(multipliers)],

@@ -1,6 +1,7 @@
 // The marker of a diagram, and what is known of the orbits at it and under the pointer.
 
 import { shown } from "../numbers.js";
+import { NO_PERIOD } from "./facts.js";
 
 /** @import { Parameter, ProbeAnswer, ReachEnd } from "../types" */
 /** @import { DiagramPane } from "../panes/diagram.js" */
@@ -57,12 +58,14 @@ export class Marker {
 
   /** @param {ProbeAnswer} answer */
   #orbitWords({ gone, states, period, exponent, outside }) {
-    if (gone) return ["the orbit of the map escapes"];
+    if (gone) return ["the orbit leaves the map's reach"];
     const last = states[states.length - 1];
     const { coordinates } = this.pane.live.data;
     return [
-      coordinates.map(({ name }, n) => `${name} ${shown(last[n])}`).join(", "),
-      period ? `period ${period}` : "no period up to 256",
+      coordinates
+        .map(({ name, value }, n) => `${name} = ${shown(value + last[n], 8)}`)
+        .join(", "),
+      period ? `period ${period}` : NO_PERIOD,
       `exponent ${shown(exponent, 3)}`,
       ...(outside ? ["outside the measured window: not to be trusted"] : []),
     ];

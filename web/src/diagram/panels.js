@@ -77,7 +77,7 @@ export class Panels {
     for (const own of [this.portrait.node, this.series.node, this.basin?.node])
       if (own) own.hidden = answer.gone;
     if (answer.gone) {
-      const words = "The orbit of the map escapes here.";
+      const words = "The orbit leaves the map's reach here.";
       this.facts.replaceChildren(element("p", { textContent: words }));
       return;
     }

@@ -45,7 +45,7 @@ const paintLayers = (g, plot, { othersMoved, view, show, branches }) => {
  * Paints the graze, the marker, and where its period ends.
  * @type {Painter}
  */
-const paintLines = (g, plot, { view, marker, strips }) => {
+const paintLines = (g, plot, { view, marker, strips, graze }) => {
   /** @type {(offset: number, tone: string, dash: number[], width: number) => void} */
   const line = (offset, tone, dash, width) => {
     if (!(offset >= view.x[0] && offset <= view.x[1])) return;
@@ -59,14 +59,14 @@ const paintLines = (g, plot, { view, marker, strips }) => {
     g.setLineDash([]);
     g.lineWidth = 1;
   };
-  line(0, "--soft", [3, 3], 1);
+  if (graze !== null) line(graze, "--soft", [3, 3], 1);
   for (const { offset } of marker.reach ?? []) line(offset, "--accent", [6, 3], 1);
   if (marker.offset !== null) line(marker.offset, "--accent", [], 1.5);
   g.font = "11px system-ui, sans-serif";
-  if (!(view.x[0] < 0 && view.x[1] > 0)) return;
+  if (graze === null || !(view.x[0] < graze && view.x[1] > graze)) return;
   g.fillStyle = colour("--soft");
   g.textAlign = "center";
-  writeOver(g, "graze", view.toX(0), plot.y + 14);
+  writeOver(g, "graze", view.toX(graze), plot.y + 14);
 };
 
 /** @type {Painter} */
@@ -74,7 +74,7 @@ const paintStatus = (g, plot, { sweeps, status }) => {
   if (sweeps.done && sweeps.isEmpty) {
     g.textAlign = "center";
     g.fillStyle = colour("--ink");
-    const words = "The orbit of the map escapes here.";
+    const words = "The orbit leaves the map's reach here.";
     writeOver(g, words, plot.x + plot.w / 2, plot.y + plot.h / 2);
   }
   if (!status) return;

@@ -42,7 +42,7 @@ function stretchesOf(columns, plot, toX) {
  * @param {Stretch} stretch
  */
 const wordsOf = ({ kind, period }) => {
-  if (kind === ESCAPED) return ["escapes"];
+  if (kind === ESCAPED) return ["leaves the map’s reach", "leaves"];
   const short = period ? `${period}` : "no period";
   if (kind === WITHOUT_CONTACT) return ["1, no contact", short];
   return kind === OUTSIDE ? [`${short}, outside the window`, short] : [short];

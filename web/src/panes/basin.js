@@ -14,6 +14,9 @@ import { panelRoom, panelSize } from "./orbit-panel.js";
 /** Points on each side of the plane at which the map is asked whether it stays in its window. */
 const PROBES = 48;
 
+/** Longest period that is told apart. */
+const LONGEST = 64;
+
 /** @param {Attractor} attractor */
 const classOf = ({ period, touches }) => (period === 1 && !touches ? WITHOUT_CONTACT : period);
 
@@ -49,7 +52,8 @@ export class BasinPane {
     const csv = () => this.#csv();
     const { canvas, paint, legend, says } = this;
     const tools = toolbar(...savers("the basins", file, { canvas, paint, csv }));
-    this.node = element("div", { className: "basin" }, canvas, tools, legend, says);
+    const title = element("h3", { textContent: "Basins of attraction about the orbit" });
+    this.node = element("div", { className: "basin" }, title, canvas, tools, legend, says);
     host.append(this.node);
     canvas.addEventListener("pointermove", (event) => this.#say(event));
     drawnAgain(canvas, () => this.marked && this.#draw());
@@ -99,7 +103,7 @@ export class BasinPane {
       parameters: marked.parameters,
       state: marked.states[0],
       transient: 2000,
-      longest: 64,
+      longest: LONGEST,
       attractors: this.#known(marked),
     };
     this.workers[this.chosen].postMessage({ kind: "sweeps", number, sweeps: [sweep] });
@@ -191,11 +195,12 @@ export class BasinPane {
 
   /** @param {number} kind */
   #wordsOf(kind) {
-    if (kind === ESCAPED) return "the orbit of the map escapes";
+    if (kind === ESCAPED) return "the orbit leaves the map's reach";
     if (kind === OUTSIDE) return "leaves the measured window";
     const own = classOf(this.attractors[kind]);
     const same = this.attractors.slice(0, kind).filter((other) => classOf(other) === own).length;
-    return classWords(own) + (same ? `, another (${same + 1})` : "");
+    const words = own ? classWords(own) : `${classWords(own)} up to ${LONGEST}`;
+    return words + (same ? `, another (${same + 1})` : "");
   }
 
   get #names() {

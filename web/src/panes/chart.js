@@ -134,6 +134,11 @@ export class ChartPane {
     }, delay);
   }
 
+  /** @param {number} kind */
+  #wordsOf(kind) {
+    return classWords(kind) + (kind ? "" : ` up to ${this.chart.longest}`);
+  }
+
   #tellLegend() {
     /** @param {number} kind */
     const order = (kind) => (kind < 1 ? 100 - kind : kind);
@@ -141,7 +146,7 @@ export class ChartPane {
     /** @type {[string, string][]} */
     const entries = kinds
       .filter((kind) => kind < 9)
-      .map((kind) => [classColour(kind), classWords(kind)]);
+      .map((kind) => [classColour(kind), this.#wordsOf(kind)]);
     if (kinds.some((kind) => kind >= 9))
       entries.push([PERIODS[8], `period 9 to ${this.chart.longest}`]);
     tellLegend(this.legend, entries);
@@ -201,7 +206,7 @@ export class ChartPane {
       return `${name} = ${value} (offset ${shown(point[n], 4)})`;
     });
     const kind = this.grid.kindAt(point);
-    if (kind !== undefined) values.push(classWords(kind));
+    if (kind !== undefined) values.push(this.#wordsOf(kind));
     this.readout.textContent = values.join(" · ");
   }
 

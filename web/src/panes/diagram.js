@@ -51,6 +51,8 @@ export class DiagramPane {
       direct: false,
     };
     this.status = "";
+    /** Offset of the swept parameter at the graze; null where it is not known. */
+    this.graze = /** @type {number | null} */ (0);
     /** Number of the sweeps whose height is shown. */
     this.fitted = 0;
     const keys = "Arrow keys move the marker, plus and minus zoom, page up and page down move, ";
@@ -154,7 +156,7 @@ export class DiagramPane {
     sliders.append(...this.sliders.flatMap((slider) => slider?.node ?? []));
     const hint = element("p", { className: "hint", textContent: HINT });
     const help = helpOf(data, this.parameter, this.branches.all.length > 0);
-    host.append(hint, controls, this.canvas, this.readout, sliders, this.panels.node, help);
+    host.append(controls, this.canvas, sliders, this.readout, hint, help, this.panels.node);
   }
 
   /** @type {(name: keyof DiagramPane["show"], changed: () => void) => HTMLElement} */
@@ -181,14 +183,29 @@ export class DiagramPane {
   /** @param {number} number */
   #chooseOrders(number) {
     this.sweeps.choose(number);
+    this.#followGraze();
     this.marker.refresh();
   }
 
   /** @type {(axis: number, offset: number) => void} */
   #slide(axis, offset) {
     this.base = this.base.with(axis, offset);
+    this.#followGraze();
     this.sweeps.compute(30);
     this.marker.refresh();
+  }
+
+  /** Moves the graze to where it is with the other parameters. */
+  async #followGraze() {
+    const { base, diagram } = this;
+    const { axis, from, to } = diagram;
+    const question = { axis, parameters: base, span: to - from };
+    const { offset } = this.othersMoved
+      ? await this.live.workers.ask("graze", question, this.sweeps.chosen)
+      : { offset: 0 };
+    if (this.base !== base) return;
+    this.graze = offset;
+    this.redraw();
   }
 
   async #trace() {
@@ -309,6 +326,7 @@ export class DiagramPane {
     const { axis } = this.diagram;
     this.base = parameters.with(axis, 0);
     for (const [n, slider] of this.sliders.entries()) slider?.follow(this.base[n]);
+    this.#followGraze();
     this.sweeps.compute();
     this.marker.set(parameters[axis]);
   }

@@ -64,7 +64,8 @@ export class OrbitPanel {
     this.paint = this.paint.bind(this);
     const csv = () => this.#csv();
     this.tools = toolbar(...savers(what, name, { canvas: this.canvas, paint: this.paint, csv }));
-    this.node = element("div", {}, this.canvas, this.tools);
+    const title = element("h3", { textContent: what[0].toUpperCase() + what.slice(1) });
+    this.node = element("div", {}, title, this.canvas, this.tools);
     drawnAgain(this.canvas, () => this.#draw());
   }
 

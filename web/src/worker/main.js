@@ -1,6 +1,7 @@
 // The worker of a live page: it iterates the map of the page and answers messages. It knows no
 // names and draws nothing.
 
+import { grazeOffset } from "./graze.js";
 import { basin, chart } from "./grid.js";
 import { LaneMap } from "./lanes.js";
 import { images, orbit, probe, speed } from "./orbits.js";
@@ -74,6 +75,8 @@ function answer(message) {
       return probe(map, message);
     case "reach":
       return reach(map, message);
+    case "graze":
+      return grazeOffset(map, message);
     case "speed":
       return speed(map, message);
     default:

@@ -44,7 +44,7 @@ function flown(map, state, period) {
  * @param {number} period
  * @returns {PeriodicOrbit | null}
  */
-function periodicOrbit(map, parameters, state, period) {
+export function periodicOrbit(map, parameters, state, period) {
   const widths = map.data.window.state;
   map.freezeOne(parameters);
   let from = state;
