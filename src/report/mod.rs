@@ -91,9 +91,7 @@ pub use pieces::{
     pieces_to_bytes, unpack_folder,
 };
 pub use run_page::{CrateSummary, RunPage, StageTime, run_page};
-pub use safety_listing::{
-    AttractorEnd, OtherAttractor, SafeInterval, SafetyListing, ToleranceBox,
-};
+pub use safety_listing::{AttractorEnd, OtherAttractor, SafeInterval, SafetyListing, ToleranceBox};
 pub use table::{Alignment, Cell, Column, CsvStream, Rows, Table, counted};
 pub use time_series_listing::{
     EventRecord, TimeSeriesListing, time_series_columns, time_series_figures, time_series_row,
