@@ -334,7 +334,7 @@ impl<'a, S: Real> Flown<'a, S> {
             let values = tapes.iter().map(|tape| tape[slot + monomial]);
             let values: DVector<S> = DVector::from_iterator(tapes.len(), values);
             for (gap, place) in gaps.iter_mut().zip(&quadrature.places) {
-                gap.mean[monomial] = dot(place.mean.iter(), &values);
+                gap.mean[monomial] = place.mean.of(&values);
             }
             self.total[monomial] = dot(quadrature.total.iter(), &values);
             self.moment[monomial] = dot(quadrature.moment.iter(), &values);
@@ -409,9 +409,11 @@ impl<'a, S: Real> Flown<'a, S> {
             }
             for (rates, monomial) in rates.iter().zip(range.clone()) {
                 let Some(raised) = times_y.monomials[monomial] else { continue };
-                exit[component][raised] += dot(quadrature.total.iter(), rates);
-                for (node, tape) in tapes.iter_mut().enumerate() {
-                    tape[first + raised] += dot(quadrature.primitive.row(node).iter(), rates);
+                let whole = dot(quadrature.total.iter(), rates);
+                exit[component][raised] += whole;
+                for (tape, primitive) in tapes.iter_mut().zip(&quadrature.primitive) {
+                    let part = primitive.row.of(rates);
+                    tape[first + raised] += if primitive.to_end { whole - part } else { part };
                 }
             }
         }

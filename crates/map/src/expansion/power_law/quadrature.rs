@@ -18,12 +18,45 @@ use crate::numeric::{Dd, NumericError, Real, Scalar};
 pub(super) struct Quadrature<S: Scalar> {
     /// The places: the nodes, then the end for a contact that ends before the surface.
     pub(super) places: Vec<ContactPlace<S>>,
-    /// `∫_0^u A du'` at each node from the values of `A` at the nodes.
-    pub(super) primitive: DMatrix<S>,
+    /// `∫_0^u A du'` at each node, or `∫_u^1 A du'` at a node beside the end.
+    pub(super) primitive: Vec<Primitive<S>>,
     /// `∫_0^1 A du`.
     pub(super) total: DVector<S>,
     /// `∫_0^1 (1 − u) A du`.
     pub(super) moment: DVector<S>,
+}
+
+/// Integral from an end of the contact to a node.
+pub(super) struct Primitive<S: Scalar> {
+    /// Whether the integral is that to the end of the contact.
+    pub(super) to_end: bool,
+    /// The row.
+    pub(super) row: Row<S>,
+}
+
+/// Weights of the values of a function at consecutive nodes.
+pub(super) struct Row<S: Scalar> {
+    first: usize,
+    weights: Vec<S>,
+}
+
+impl<S: Real> Row<S> {
+    /// Weights of the nodes from `first` on.
+    fn new(first: usize, weights: impl Iterator<Item = S>) -> Self {
+        Self { first, weights: weights.collect() }
+    }
+
+    /// Sum over values at all nodes.
+    pub(super) fn of(&self, values: &DVector<S>) -> S {
+        let pairs = self.weights.iter().zip(values.iter().skip(self.first));
+        pairs.fold(S::zero(), |sum, (&weight, &value)| sum + weight * value)
+    }
+}
+
+/// Rows of a matrix, as integrals from the beginning.
+fn rows<S: Real>(matrix: &DMatrix<S>) -> Vec<Primitive<S>> {
+    let rows = matrix.row_iter();
+    rows.map(|row| Primitive { to_end: false, row: Row::new(0, row.iter().copied()) }).collect()
 }
 
 /// One place, with the penetration over `y²` there: `base · H`, and for the rate `σ` of the
@@ -40,7 +73,7 @@ pub(super) struct ContactPlace<S: Scalar> {
     /// Time from there over `base`.
     pub(super) share: S,
     /// Row on the values of `h''` at the nodes: `∫ (u − u') h'' du'` from there, over `base`.
-    pub(super) mean: DVector<S>,
+    pub(super) mean: Row<S>,
 }
 
 impl<S: Real> Quadrature<S> {
@@ -61,7 +94,7 @@ impl<S: Real> Quadrature<S> {
             let [since, until] = times[node];
             let from_end = nodes.at[node].to_f64() > 0.5 * FRAC_PI_2;
             let base = since * until;
-            let mean = DVector::from_fn(count, |column, _| {
+            let mean = (0..count).map(|column| {
                 // The nodes are symmetric: the integral from the end is that of the mirror image.
                 let [own, from] = match from_end {
                     false => [primitive[(node, column)], since - times[column][0]],
@@ -73,11 +106,11 @@ impl<S: Real> Quadrature<S> {
                 own * from / base
             });
             let share = if from_end { S::one() / since } else { S::one() / until };
-            ContactPlace { base, from_end, share, mean }
+            ContactPlace { base, from_end, share, mean: Row::new(0, mean) }
         });
         let places = places.collect();
         let moment = DVector::from_fn(count, |node, _| total[node] * times[node][1]);
-        Ok(Self { places, primitive, total, moment })
+        Ok(Self { places, primitive: rows(&primitive), total, moment })
     }
 
     /// A quadrature for a contact between two zeros of the penetration with any powers of it, the
@@ -87,7 +120,7 @@ impl<S: Real> Quadrature<S> {
     ///
     /// As [`between`](Self::between).
     pub(super) fn between_any(least: f64) -> Result<Self, NumericError> {
-        let Graded { at, primitive: own, total: half } = Graded::new(0.5, 1.0, least)?;
+        let Graded { at, rows: own, total: half } = Graded::new(0.5, 1.0, least)?;
         let count = at.len();
         // The nodes beside the entry, then their mirror images.
         let mirrored = |node: usize| (node >= count, node % count);
@@ -96,28 +129,19 @@ impl<S: Real> Quadrature<S> {
             let [near, far] = [at[place], S::one() - at[place]];
             if is_mirrored { [far, near] } else { [near, far] }
         };
-        let primitive = DMatrix::from_fn(2 * count, 2 * count, |row, column| {
-            let ((row_mirrored, row), (column_mirrored, column)) =
-                (mirrored(row), mirrored(column));
-            match (row_mirrored, column_mirrored) {
-                (false, false) => own[(row, column)],
-                (false, true) => S::zero(),
-                (true, false) => half[column],
-                (true, true) => half[column] - own[(row, column)],
-            }
+        let first = |node: usize| if mirrored(node).0 { count } else { 0 };
+        let primitive = (0..2 * count).map(|node| {
+            let (to_end, place) = mirrored(node);
+            Primitive { to_end, row: Row::new(first(node), own[place].iter().copied()) }
         });
+        let primitive = primitive.collect();
         let places = (0..2 * count).map(|node| {
             let ((from_end, place), [since, until]) = (mirrored(node), times(node));
             let base = since * until;
-            let mean = DVector::from_fn(2 * count, |column, _| {
-                let (is_mirrored, column) = mirrored(column);
-                match is_mirrored == from_end {
-                    true => own[(place, column)] * (at[place] - at[column]) / base,
-                    false => S::zero(),
-                }
-            });
+            let weights = own[place].iter().zip(&at);
+            let weights = weights.map(|(&weight, &time)| weight * (at[place] - time) / base);
             let share = if from_end { S::one() / since } else { S::one() / until };
-            ContactPlace { base, from_end, share, mean }
+            ContactPlace { base, from_end, share, mean: Row::new(first(node), weights) }
         });
         let places = places.collect();
         let total = DVector::from_fn(2 * count, |node, _| half[mirrored(node).1]);
@@ -136,7 +160,7 @@ impl<S: Real> Quadrature<S> {
         let times: Vec<S> = nodes.at.iter().map(|&at| at * at).collect();
         let weights: Vec<S> = nodes.at.iter().map(|&at| S::from_f64(2.0) * at).collect();
         let (primitive, total) = nodes.integrals(&weights)?;
-        Ok(Self::until_release(times, primitive, total))
+        Ok(Self::until_release(times, rows(&primitive), total))
     }
 
     /// A quadrature for a contact with any powers of the penetration, the smallest `least`, that
@@ -146,23 +170,31 @@ impl<S: Real> Quadrature<S> {
     ///
     /// As [`between`](Self::between).
     pub(super) fn after_any(share: f64, least: f64) -> Result<Self, NumericError> {
-        let Graded { at, primitive, total } = Graded::new(1.0, 1.0 / share, least)?;
-        Ok(Self::until_release(at, primitive, total))
+        let Graded { at, rows, total } = Graded::new(1.0, 1.0 / share, least)?;
+        let rows = rows.into_iter().map(|weights| Row::new(0, weights.into_iter()));
+        let primitive = rows.map(|row| Primitive { to_end: false, row });
+        Ok(Self::until_release(at, primitive.collect(), total))
     }
 
-    fn until_release(times: Vec<S>, primitive: DMatrix<S>, total: DVector<S>) -> Self {
+    fn until_release(times: Vec<S>, primitive: Vec<Primitive<S>>, total: DVector<S>) -> Self {
         let count = times.len();
         let moment = DVector::from_fn(count, |node, _| total[node] * (S::one() - times[node]));
         let nodes = (0..count).map(|node| ContactPlace {
             base: times[node],
             from_end: false,
             share: S::one(),
-            mean: DVector::from_fn(count, |column, _| {
-                primitive[(node, column)] * (times[node] - times[column]) / times[node]
-            }),
+            mean: {
+                let weights = primitive[node].row.weights.iter().zip(&times);
+                let at = times[node];
+                Row::new(0, weights.map(|(&weight, &time)| weight * (at - time) / at))
+            },
         });
-        let end =
-            ContactPlace { base: S::one(), from_end: false, share: S::one(), mean: moment.clone() };
+        let end = ContactPlace {
+            base: S::one(),
+            from_end: false,
+            share: S::one(),
+            mean: Row::new(0, moment.iter().copied()),
+        };
         let places = nodes.chain([end]).collect();
         Self { places, primitive, total, moment }
     }
@@ -172,8 +204,8 @@ impl<S: Real> Quadrature<S> {
 struct Graded<S: Scalar> {
     /// Times from 0 to `end`.
     at: Vec<S>,
-    /// `∫_0^u A du'` at each node from the values of `A` at the nodes.
-    primitive: DMatrix<S>,
+    /// Weights of `∫_0^u A du'` at each node, up to the end of its piece.
+    rows: Vec<Vec<S>>,
     /// `∫_0^end A du`.
     total: DVector<S>,
 }
@@ -215,15 +247,7 @@ impl<S: Real> Graded<S> {
             let weights = times.clone();
             add(nodes, times, &weights)?;
         }
-        let count = at.len();
-        let entry = |row: usize, column: usize| rows[row].get(column).copied();
-        Ok(Self {
-            primitive: DMatrix::from_fn(count, count, |row, column| {
-                entry(row, column).unwrap_or_else(S::zero)
-            }),
-            total: DVector::from_vec(total),
-            at,
-        })
+        Ok(Self { rows, total: DVector::from_vec(total), at })
     }
 }
 
@@ -376,7 +400,8 @@ mod tests {
                 let expected = time * time / place.base;
                 // Relative errors grow where the penetration, and with it its share in an
                 // integral, vanishes.
-                let error = (row(&place.mean, &values) - expected) / expected * place.base;
+                let found = place.mean.of(&DVector::from_vec(values.clone()));
+                let error = (found - expected) / expected * place.base;
                 assert!(error.magnitude() < 1e-26, "{:?}: {error}", place.base);
             }
         }
