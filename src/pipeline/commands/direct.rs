@@ -141,7 +141,7 @@ fn periodic_start(
     let first = first.ok_or_else(|| Ended::NoOrbits { at: 1, searched: searched() })?;
     if found.orbits.len() > 1 {
         let others = counted(found.orbits.len() - 1, "other orbit");
-        remarks.push(format!("the first of its itinerary; {others}: `grazemap orbits` lists them"));
+        remarks.push(format!("the first of its itinerary; {others}: `orbits` lists them"));
     }
     Ok((first.clone(), returns))
 }
