@@ -129,7 +129,7 @@ pub(in crate::cli) fn derivatives(options: &DerivativesArguments) -> Result<(), 
         start: options.start.clone().unwrap_or_default(),
         at: options.time.map(|Positive(time)| time),
         returns: options.returns,
-        parameters: options.parameters.clone(),
+        parameters: Some(options.parameters.clone()).filter(|names| !names.is_empty()),
         order: options.order,
     };
     let answer = keys.answer(source.scene(), &NoProgress)?;

@@ -62,6 +62,9 @@ impl TrajectoryKeys {
         settled: &Settled,
         progress: &dyn Progress,
     ) -> Result<AskedTrajectory, Error> {
+        if self.itinerary.is_some() && !self.start.is_empty() {
+            return Err(KeyError::BothGiven { keys: ["start", "itinerary"] }.into());
+        }
         let scene = settled.scene();
         let active = scene.expansion.active.iter();
         let active: Vec<&str> =

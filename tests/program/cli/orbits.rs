@@ -18,6 +18,14 @@ pub(super) fn wrong_orbits() -> Vec<(&'static str, Vec<&'static str>)> {
         ("orbits_empty_itinerary", call("linear", &["--itinerary", ""])),
         ("orbits_period_zero", call("linear", &["--period", "0"])),
         ("orbits_period_too_long", call("linear", &["--period", "13"])),
+        (
+            "orbits_range_reversed",
+            call("linear", &["--fold", "--in", "omega,alpha", "--from", "1e-5", "--to", "-1e-5"]),
+        ),
+        (
+            "orbits_range_of_one_parameter",
+            call("linear", &["--fold", "--in", "alpha", "--from", "-1e-5"]),
+        ),
         ("orbits_too_many_itineraries", call("two_stops_t1_rigid", &["--period", "7"])),
         ("orbits_plane_without_a_kind", call("linear", &["--in", "omega,alpha"])),
         ("orbits_plane_of_one", call("linear", &["--fold", "--in", "alpha,alpha"])),
