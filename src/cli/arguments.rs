@@ -10,7 +10,7 @@ use clap::{ArgGroup, Args, Parser, Subcommand};
 
 use super::output::{CliError, Outlets};
 use super::pieces;
-use super::positions::{Counting, Finite, Origin, Position};
+use super::positions::{Counting, Finite, Origin, Position, Positive};
 use grazemap::Map;
 use grazemap::analysis::branches::BranchObservable;
 use grazemap::analysis::fit::FitRequest;
@@ -196,12 +196,7 @@ pub(super) struct Common {
     #[command(flatten)]
     pub(super) outlets: Outlets,
     /// Number of threads, at most the number of cores. Default: all cores
-    #[arg(
-        long,
-        value_name = "N",
-        allow_negative_numbers = true,
-        value_parser = clap::value_parser!(u16).range(1..=1024)
-    )]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(super) threads: Option<u16>,
     /// Results of shards, where the command joins them.
     #[arg(skip)]
@@ -268,10 +263,10 @@ pub(super) struct DiagramArguments {
     pub(super) along: Option<String>,
     /// First offset of the parameter from the graze, or with `@` its first value. Default: the
     /// window's
-    #[arg(long, value_name = "A", allow_hyphen_values = true, requires = "along")]
+    #[arg(long, value_name = "A", requires = "along")]
     pub(super) from: Option<Position>,
     /// Last offset of the parameter, or with `@` its last value. Default: the window's
-    #[arg(long, value_name = "B", allow_hyphen_values = true, requires = "along")]
+    #[arg(long, value_name = "B", requires = "along")]
     pub(super) to: Option<Position>,
     #[command(flatten)]
     pub(super) counting: Counting,
@@ -279,7 +274,6 @@ pub(super) struct DiagramArguments {
     #[arg(
         long,
         value_name = "N",
-        allow_negative_numbers = true,
         requires = "along",
         value_parser = clap::value_parser!(u32).range(1..=10_000_000)
     )]
@@ -304,13 +298,7 @@ pub(super) struct ChartArguments {
     pub(super) plane: Vec<String>,
     /// First and last offset of each parameter from the graze, or with `@` its values. Default: the
     /// window's
-    #[arg(
-        long,
-        value_name = "P=FROM:TO,...",
-        value_parser = Ranges::parse,
-        allow_hyphen_values = true,
-        requires = "plane"
-    )]
+    #[arg(long, value_name = "P=FROM:TO,...", value_parser = Ranges::parse, requires = "plane")]
     pub(super) range: Option<Ranges>,
     #[command(flatten)]
     pub(super) counting: Counting,
@@ -319,7 +307,6 @@ pub(super) struct ChartArguments {
         long,
         value_name = "N[,M]",
         value_delimiter = ',',
-        allow_negative_numbers = true,
         requires = "plane",
         value_parser = clap::value_parser!(u32).range(1..=10_000)
     )]
@@ -341,10 +328,10 @@ pub(super) struct Iterates {
     #[arg(long, value_parser = one_of(METHODS), value_delimiter = ',')]
     pub(super) method: Vec<Method>,
     /// Number of iterates left out before any is kept. Default: 1000
-    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    #[arg(long, value_name = "N")]
     pub(super) transient: Option<u32>,
     /// Number of iterates kept. Default: 200 in a diagram, 32 in a chart
-    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    #[arg(long, value_name = "N")]
     pub(super) keep: Option<u32>,
     /// Observable: of a diagram `h`, `impact_speed` or an expression of the states; of a chart
     /// period, itinerary, lyapunov or attractors
@@ -354,7 +341,7 @@ pub(super) struct Iterates {
     #[arg(long, value_name = "NAME=OFFSET,...", value_parser = positions)]
     pub(super) start: Vec<Named<Position>>,
     /// Number of starts spread over the window, in the place of --start
-    #[arg(long, value_name = "N", allow_negative_numbers = true, conflicts_with = "start")]
+    #[arg(long, value_name = "N", conflicts_with = "start")]
     pub(super) starts: Option<u32>,
 }
 
@@ -383,12 +370,7 @@ pub(super) struct MergeArguments {
     #[command(flatten)]
     pub(super) outlets: Outlets,
     /// Number of threads for work that the shards left
-    #[arg(
-        long,
-        value_name = "N",
-        allow_negative_numbers = true,
-        value_parser = clap::value_parser!(u16).range(1..=1024)
-    )]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(super) threads: Option<u16>,
 }
 
@@ -429,7 +411,6 @@ pub(super) struct ConvergeOptions {
     #[arg(
         long,
         value_name = "N",
-        allow_negative_numbers = true,
         default_value_t = 1000,
         value_parser = clap::value_parser!(u32).range(1..=1_000_000)
     )]
@@ -446,12 +427,11 @@ pub(super) struct DerivativesArguments {
     pub(super) start: Option<Named<f64>>,
     /// Time after which the derivatives are taken
     #[arg(long, value_name = "T", conflicts_with = "returns")]
-    pub(super) time: Option<Finite>,
+    pub(super) time: Option<Positive>,
     /// Forcing periods after which the derivatives are taken, those of the return by the phase
     #[arg(
         long,
         value_name = "K",
-        allow_negative_numbers = true,
         default_value_t = 1,
         value_parser = clap::value_parser!(u32).range(1..=1_000_000)
     )]
@@ -463,7 +443,6 @@ pub(super) struct DerivativesArguments {
     #[arg(
         long,
         value_name = "N",
-        allow_negative_numbers = true,
         default_value_t = 1,
         value_parser = clap::value_parser!(u32).range(1..=8)
     )]
@@ -478,24 +457,24 @@ pub(super) struct ContactArguments {
     #[arg(value_name = "SCENE")]
     pub(super) scene: Option<PathBuf>,
     /// Restitution that the stops have at the speed, from 0.01 to 1
-    #[arg(long, value_name = "R", allow_negative_numbers = true)]
+    #[arg(long, value_name = "R")]
     pub(super) restitution: Finite,
     /// Contact time at the speed. Default: a hundredth of the period of the grazing orbit; 1
     /// without a scene
-    #[arg(long, value_name = "T", allow_negative_numbers = true, conflicts_with = "stiffness")]
+    #[arg(long, value_name = "T", conflicts_with = "stiffness")]
     pub(super) time: Option<Finite>,
     /// Stiffness of the spring, in the place of the contact time
-    #[arg(long, value_name = "K", allow_negative_numbers = true)]
+    #[arg(long, value_name = "K")]
     pub(super) stiffness: Option<Finite>,
     /// Speed at which the stops have the restitution. Default: a tenth of the largest normal speed
     /// along the grazing orbit; 1 without a scene
-    #[arg(long, value_name = "V", allow_negative_numbers = true)]
+    #[arg(long, value_name = "V")]
     pub(super) speed: Option<Finite>,
     /// Exponent of the spring of laws that are not linear, from 0.1 to 20
-    #[arg(long, value_name = "P", allow_negative_numbers = true, default_value = "1.5")]
+    #[arg(long, value_name = "P", default_value = "1.5")]
     pub(super) exponent: Finite,
     /// Effective mass; with 1, stiffness and damper are those of an acceleration
-    #[arg(long, value_name = "M", allow_negative_numbers = true, default_value = "1")]
+    #[arg(long, value_name = "M", default_value = "1")]
     pub(super) mass: Finite,
     #[command(flatten)]
     pub(super) common: Common,
@@ -514,7 +493,6 @@ pub(super) struct SafeArguments {
     #[arg(
         long,
         value_name = "N",
-        allow_negative_numbers = true,
         default_value_t = 16,
         value_parser = clap::value_parser!(u32).range(0..=31)
     )]
@@ -533,10 +511,10 @@ pub(super) struct CurveArguments {
     #[arg(long, value_name = "P", hide = true, conflicts_with = "along")]
     pub(super) with: Option<String>,
     /// First offset of the second parameter from the scene's value, or with `@` its first value
-    #[arg(long, value_name = "A", allow_hyphen_values = true, required_unless_present = "nearest")]
+    #[arg(long, value_name = "A", required_unless_present = "nearest")]
     pub(super) from: Option<Position>,
     /// Last offset of the second parameter, or with `@` its last value
-    #[arg(long, value_name = "B", allow_hyphen_values = true, required_unless_present = "nearest")]
+    #[arg(long, value_name = "B", required_unless_present = "nearest")]
     pub(super) to: Option<Position>,
     #[command(flatten)]
     pub(super) counting: Counting,
@@ -551,18 +529,12 @@ pub(super) struct CurveArguments {
     pub(super) nearest: Vec<String>,
     /// Unit in which a change of each parameter is measured. Default: the parameter's value, or 1
     /// if that is 0
-    #[arg(
-        long,
-        value_name = "P=SIZE,...",
-        value_parser = sizes,
-        requires = "nearest"
-    )]
+    #[arg(long, value_name = "P=SIZE,...", value_parser = sizes, requires = "nearest")]
     pub(super) scale: Option<Named<f64>>,
     /// Compute xi_1 to xi_N along the curve and find their zeros
     #[arg(
         long,
         value_name = "N",
-        allow_negative_numbers = true,
         default_value_t = 1,
         value_parser = clap::value_parser!(u16).range(1..=64)
     )]
@@ -632,7 +604,6 @@ pub(super) struct ImageOptions {
     #[arg(
         long,
         value_name = "K",
-        allow_negative_numbers = true,
         default_value_t = 1,
         value_parser = clap::value_parser!(u32).range(1..=10_000_000)
     )]
@@ -736,7 +707,6 @@ pub(super) struct OrbitsArguments {
     #[arg(
         long,
         value_name = "N",
-        allow_negative_numbers = true,
         conflicts_with = "itinerary",
         value_parser = clap::value_parser!(u8).range(1..=12)
     )]
@@ -754,16 +724,15 @@ pub(super) struct OrbitsArguments {
     #[arg(long, alias = "in", value_name = "[P,]Q", value_delimiter = ',', requires = "kinds")]
     pub(super) plane: Vec<String>,
     /// First offset of the parameter that is stepped through. Default: the edge of the window
-    #[arg(long, value_name = "A", allow_hyphen_values = true, requires = "plane")]
+    #[arg(long, value_name = "A", requires = "plane")]
     pub(super) from: Option<Position>,
     /// Last offset of that parameter. Default: the edge of the window
-    #[arg(long, value_name = "B", allow_hyphen_values = true, requires = "plane")]
+    #[arg(long, value_name = "B", requires = "plane")]
     pub(super) to: Option<Position>,
     /// Number of offsets
     #[arg(
         long,
         value_name = "N",
-        allow_negative_numbers = true,
         default_value_t = 21,
         requires = "plane",
         value_parser = clap::value_parser!(u16).range(2..=10_000)
@@ -783,12 +752,7 @@ pub(super) struct BranchArguments {
     pub(super) stretch: Stretch,
     /// Search all itineraries of up to N returns, and follow period-doubled branches up to N
     /// returns. Default: 4 returns, or 4 passages where a return has several
-    #[arg(
-        long,
-        value_name = "N",
-        allow_negative_numbers = true,
-        value_parser = clap::value_parser!(u8).range(1..=12)
-    )]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=12))]
     pub(super) period: Option<u8>,
     #[command(flatten)]
     pub(super) which: WhichOrbits,
@@ -807,10 +771,10 @@ pub(super) struct BranchArguments {
 #[derive(Clone, Debug, Args)]
 pub(super) struct Stretch {
     /// First offset of the parameter from the graze. Default: the edge of the window
-    #[arg(long, value_name = "A", allow_hyphen_values = true)]
+    #[arg(long, value_name = "A")]
     pub(super) from: Option<Position>,
     /// Last offset of the parameter from the graze. Default: the edge of the window
-    #[arg(long, value_name = "B", allow_hyphen_values = true)]
+    #[arg(long, value_name = "B")]
     pub(super) to: Option<Position>,
     /// Offsets of further active parameters from the graze (0 if not named)
     #[arg(long, value_name = "NAME=OFFSET,...", value_parser = positions)]
@@ -907,7 +871,6 @@ pub(super) struct TrajectoryArguments {
     #[arg(
         long,
         value_name = "K",
-        allow_negative_numbers = true,
         default_value_t = 0,
         value_parser = clap::value_parser!(u32).range(0..=10_000_000)
     )]
@@ -917,7 +880,6 @@ pub(super) struct TrajectoryArguments {
     #[arg(
         long,
         value_name = "K",
-        allow_negative_numbers = true,
         default_value_t = 1,
         value_parser = clap::value_parser!(u32).range(1..=10_000_000)
     )]
@@ -927,7 +889,6 @@ pub(super) struct TrajectoryArguments {
     #[arg(
         long,
         value_name = "N",
-        allow_negative_numbers = true,
         conflicts_with = "settle",
         value_parser = clap::value_parser!(u32).range(1..=8)
     )]
@@ -936,7 +897,6 @@ pub(super) struct TrajectoryArguments {
     #[arg(
         long,
         value_name = "N",
-        allow_negative_numbers = true,
         default_value_t = TrajectoryKeys::SAMPLES,
         value_parser = clap::value_parser!(u32).range(1..=1_000_000)
     )]
@@ -964,7 +924,6 @@ pub(super) struct BasinArguments {
         long,
         value_name = "N[,M]",
         value_delimiter = ',',
-        allow_negative_numbers = true,
         value_parser = clap::value_parser!(u32).range(1..=10_000)
     )]
     pub(super) points: Vec<u32>,
@@ -980,7 +939,6 @@ pub(super) struct BasinArguments {
         long,
         value_name = "N",
         num_args = 0..=1,
-        allow_negative_numbers = true,
         default_missing_value = "2",
         value_parser = clap::value_parser!(u8).range(1..=12)
     )]
@@ -1095,13 +1053,13 @@ pub(super) struct NoiseArguments {
     #[arg(long, value_name = "NAME=OFFSET,...", value_parser = positions)]
     pub(super) start: Option<Named<Position>>,
     /// Number of orbits
-    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 1000)]
+    #[arg(long, value_name = "N", default_value_t = 1000)]
     pub(super) orbits: u32,
     /// Number of returns before counting begins
-    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 100)]
+    #[arg(long, value_name = "N", default_value_t = 100)]
     pub(super) transient: u32,
     /// Number of returns counted
-    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 1000)]
+    #[arg(long, value_name = "N", default_value_t = 1000)]
     pub(super) keep: u32,
     /// First and last offset of a coordinate. Default: the window's
     #[arg(long, value_name = "NAME=FROM:TO,...", value_parser = Ranges::parse)]
@@ -1110,7 +1068,6 @@ pub(super) struct NoiseArguments {
     #[arg(
         long,
         value_name = "N",
-        allow_negative_numbers = true,
         default_value_t = 100,
         value_parser = clap::value_parser!(u32).range(1..=1_000_000)
     )]
@@ -1152,15 +1109,10 @@ pub(super) struct FitArguments {
     #[arg(long, value_name = "NAME=SIZE,...", value_parser = sizes)]
     pub(super) noise: Option<Named<f64>>,
     /// Number of returns in a piece, which has a start of its own; 0: a series is one piece
-    #[arg(
-        long,
-        value_name = "N",
-        allow_negative_numbers = true,
-        default_value_t = FitRequest::PIECE as u32
-    )]
+    #[arg(long, value_name = "N", default_value_t = FitRequest::PIECE as u32)]
     pub(super) piece: u32,
     /// Number of points at the end of every series that are predicted instead of fitted
-    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 0)]
+    #[arg(long, value_name = "N", default_value_t = 0)]
     pub(super) withheld: u32,
     /// Method that computes returns
     #[arg(long, default_value = "guarded", value_parser = one_of(METHODS))]
@@ -1250,8 +1202,11 @@ fn values(text: &str) -> Result<Named<f64>, String> {
 
 /// Parses sizes by name.
 fn sizes(text: &str) -> Result<Named<f64>, String> {
-    let Named(pairs) = named::<Finite>(text)?;
-    Ok(Named(pairs.into_iter().map(|(name, Finite(size))| (name, size)).collect()))
+    let sizes = values(text)?;
+    match sizes.0.iter().find(|(_, size)| *size < 0.0) {
+        Some((name, size)) => Err(format!("a size is not negative, found {name} = {size}")),
+        None => Ok(sizes),
+    }
 }
 
 /// Parses `name=value`, split at the first `=`.

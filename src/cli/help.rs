@@ -1,9 +1,12 @@
 //! Help of the program: its commands in groups.
 
-use clap::{Command, CommandFactory as _, FromArgMatches as _};
+use std::any::TypeId;
 use std::ffi::OsString;
 
+use clap::{Arg, Command, CommandFactory as _, FromArgMatches as _};
+
 use super::arguments::Arguments;
+use super::positions::{Finite, Position, Positive};
 
 /// Groups of commands, in the order in which they are shown.
 const GROUPS: [(&str, &[&str]); 6] = [
@@ -25,9 +28,34 @@ const TEMPLATE: &str =
 /// Columns that the name of a command takes.
 const WIDTH: usize = 14;
 
+/// An option that takes a number takes a negative one too, which is then read or refused as a
+/// number.
+fn with_negative_numbers(option: Arg) -> Arg {
+    let numbers = [
+        TypeId::of::<Finite>(),
+        TypeId::of::<Positive>(),
+        TypeId::of::<Position>(),
+        TypeId::of::<u8>(),
+        TypeId::of::<u16>(),
+        TypeId::of::<u32>(),
+        TypeId::of::<u64>(),
+    ];
+    let parsed = option.get_value_parser().type_id();
+    let is_optional = option.get_num_args().is_some_and(|values| values.min_values() == 0);
+    if !numbers.into_iter().any(|number| parsed == number) {
+        option
+    } else if is_optional {
+        // NOTE: any other option that follows is no value.
+        option.allow_negative_numbers(true)
+    } else {
+        option.allow_hyphen_values(true)
+    }
+}
+
 /// The command line of the program.
 pub(super) fn command() -> Command {
-    let command = Arguments::command();
+    let command = Arguments::command().mut_args(with_negative_numbers);
+    let command = command.mut_subcommands(|command| command.mut_args(with_negative_numbers));
     let groups = GROUPS.map(|(heading, names)| {
         let about = |name: &str| {
             let found = command.find_subcommand(name).and_then(Command::get_about);
@@ -59,6 +87,40 @@ pub(super) fn parse(typed: impl IntoIterator<Item = OsString>) -> Result<Argumen
 #[cfg(test)]
 mod tests {
     use super::*;
+    use clap::error::ErrorKind;
+
+    /// Names of values that are no numbers.
+    const TEXTS: &str = "A,B CSV DIGITS DIR FILE FILE#N FILE|- I/N KIND,... NAME,... \
+        NAME=FROM:TO,... NAME=OFFSET,... NAME=SIZE,... NAME=VALUE NAME=VALUE,... P,... P,Q \
+        P=5%,... P=FROM:TO,... P=OFFSET,... P=SIZE,... P[,Q] WHAT [P,]Q";
+
+    #[test]
+    fn every_option_that_takes_a_number_takes_a_negative_one() {
+        let mut numbers = 0;
+        for command in command().get_subcommands() {
+            for option in command.get_arguments().filter(|option| option.get_long().is_some()) {
+                let name = option.get_long().unwrap_or_default();
+                let values = option.get_value_names().unwrap_or_default();
+                let takes_text =
+                    values.iter().any(|value| TEXTS.split(' ').any(|text| text == value.as_str()));
+                let is_word = !option.get_possible_values().is_empty();
+                let names_parameter = matches!(name, "along" | "with");
+                let takes_value = option.get_action().takes_values();
+                if !takes_value || takes_text || is_word || names_parameter {
+                    continue;
+                }
+                let spelled = format!("--{name}");
+                let is_optional = option.get_num_args().is_some_and(|of| of.min_values() == 0);
+                let number = if is_optional { "-1" } else { "-1e-5" };
+                let called = ["grazemap", command.get_name(), &spelled, number];
+                let refusal = super::command().try_get_matches_from(called).err();
+                let kind = refusal.map(|refusal| refusal.kind());
+                assert_ne!(kind, Some(ErrorKind::UnknownArgument), "{called:?}");
+                numbers += 1;
+            }
+        }
+        assert!(numbers > 50, "{numbers}");
+    }
 
     #[test]
     fn every_command_stands_in_one_group() {

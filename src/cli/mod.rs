@@ -21,8 +21,6 @@ use std::ffi::OsString;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
 
-use clap::Parser;
-
 use arguments::{Arguments, Command, Joined, MergeArguments};
 use commands::{answers, atlas, emit, grazes, image, run, scenes, sweeps};
 use output::CliError;
@@ -78,7 +76,7 @@ fn merge(options: &MergeArguments) -> Result<(), CliError> {
     let (header, pieces) = join_shards(&options.pieces)?;
     header.check_program(VERSION, program()?)?;
     let foreign = || ShardError::Foreign { path: options.pieces[0].clone() };
-    let mut arguments = Arguments::try_parse_from(&header.arguments).map_err(|_| foreign())?;
+    let mut arguments = help::parse(header.arguments.iter().map(OsString::from)).map_err(|_| foreign())?;
     let map = header.map.as_deref().map(Map::from_json).transpose()?;
     let joined = Arc::new(Joined { map, pieces: Mutex::new(pieces) });
     if !arguments.join(options, joined) {

@@ -42,6 +42,22 @@ impl FromStr for Finite {
     }
 }
 
+/// Number that is finite and above 0.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Positive(pub(super) f64);
+
+impl FromStr for Positive {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let Finite(number) = text.parse()?;
+        match number > 0.0 {
+            true => Ok(Self(number)),
+            false => Err(format!("expected a number above 0, found {number}")),
+        }
+    }
+}
+
 /// Option of commands that take positions.
 #[derive(Clone, Copy, Debug, Default, Args)]
 pub(super) struct Counting {

@@ -34,7 +34,7 @@ impl FromStr for BranchPlace {
         });
         place.ok_or_else(|| {
             format!(
-                "expected FILE#N, the document of `branch --json` and the number of a special \
+                "expected FILE#N, the JSON document of `branch` and the number of a special \
                  point from 1, as in `branch.json#3`; found `{text}`"
             )
         })

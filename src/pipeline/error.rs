@@ -296,7 +296,7 @@ pub enum Ended {
     /// No branch has a physical orbit of the itineraries.
     #[error(
         "no branch with a physical orbit was found (itineraries tried: {itineraries}); another \
-         range of the parameter (--from, --to), further --start or other itineraries may have some"
+         range of the parameter, further starts or other itineraries may have some"
     )]
     NoBranch {
         /// Number of itineraries tried.
@@ -347,7 +347,7 @@ pub enum Ended {
 #[derive(Clone, Debug, thiserror::Error)]
 pub enum BranchPlaceError {
     /// The file is no branch document.
-    #[error("expected the document of `branch --json`: {reason}")]
+    #[error("expected the JSON document of `branch`: {reason}")]
     NotBranches {
         /// Expected and found content.
         reason: String,
@@ -355,7 +355,7 @@ pub enum BranchPlaceError {
     /// The branches are those of another scene, or of other values.
     #[error(
         "its branches are those of a scene `{name}` with the digest {found}; that of this scene, \
-         with its --set, is {expected}"
+         with what was set in it, is {expected}"
     )]
     OtherScene {
         /// Name of the document's scene.

@@ -94,6 +94,40 @@ pub enum KeyError {
         /// Last offset.
         to: f64,
     },
+    /// A negative size.
+    #[error("{key} must not be negative, found {value}")]
+    Negative {
+        /// Key.
+        key: &'static str,
+        /// Number given.
+        value: f64,
+    },
+    /// The ends of a range are equal or in the wrong order.
+    #[error("from must be below to: `{name}` from {} to {}", Shown(*.from), Shown(*.to))]
+    Reversed {
+        /// Name of the parameter.
+        name: String,
+        /// First offset.
+        from: f64,
+        /// Last offset.
+        to: f64,
+    },
+    /// A value is given for a variable that varies.
+    #[error("{key} names `{name}`, which varies")]
+    Varies {
+        /// Key.
+        key: &'static str,
+        /// Name given.
+        name: String,
+    },
+    /// A key has no effect without another one.
+    #[error("{key} needs {needed}")]
+    Needs {
+        /// Key.
+        key: &'static str,
+        /// Missing key or condition.
+        needed: &'static str,
+    },
     /// A list has no names.
     #[error("{key} names none")]
     NothingNamed {
@@ -152,7 +186,8 @@ impl KeyError {
             Self::NotPositive { .. } | Self::NothingNamed { .. } | Self::Count { .. } => true,
             Self::Outside { .. } | Self::BothGiven { .. } => true,
             Self::NotAPlane { .. } | Self::NoAxis { .. } | Self::NotNearest { .. } => true,
-            Self::Decreasing { .. } => true,
+            Self::Decreasing { .. } | Self::Negative { .. } | Self::Reversed { .. } => true,
+            Self::Varies { .. } | Self::Needs { .. } => true,
             Self::StartsOfMap => true,
             Self::NotTwoAxes { .. } | Self::AlreadyAdjusted { .. } => false,
             Self::NoParameter | Self::Itinerary(_) => false,
@@ -314,6 +349,20 @@ impl<'a> ActiveParameters<'a> {
         self.offsets("at", named)
     }
 
+    /// Offsets given by the key `at`, of parameters other than those that vary.
+    pub(super) fn at_beside(
+        &self,
+        named: &Named<f64>,
+        varying: &[usize],
+    ) -> Result<Vec<f64>, KeyError> {
+        let offsets = self.at(named)?;
+        let mut names = varying.iter().map(|&place| self.names[place]);
+        match names.find(|name| named.0.iter().any(|(given, _)| given.trim() == *name)) {
+            Some(name) => Err(KeyError::Varies { key: "at", name: name.to_owned() }),
+            None => Ok(offsets),
+        }
+    }
+
     /// Range of a parameter: as given, else that of the window.
     pub(super) fn range(
         &self,
@@ -321,6 +370,11 @@ impl<'a> ActiveParameters<'a> {
         from: Option<f64>,
         to: Option<f64>,
     ) -> Result<[f64; 2], KeyError> {
+        if let (Some(from), Some(to)) = (from, to)
+            && from >= to
+        {
+            return Err(KeyError::Reversed { name: self.names[place].to_owned(), from, to });
+        }
         let width = self.width(place);
         Ok([finite("from", from.unwrap_or(-width))?, finite("to", to.unwrap_or(width))?])
     }

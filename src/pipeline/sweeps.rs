@@ -211,6 +211,11 @@ impl BasinKeys {
         } else if !self.axes.is_empty() {
             return Err(KeyError::NotTwoAxes { found: self.axes.len() });
         }
+        let named =
+            |place: usize| self.start.0.iter().any(|(name, _)| name.trim() == coordinates[place]);
+        if let Some(place) = request.axes.into_iter().find(|&place| named(place)) {
+            return Err(KeyError::Varies { key: "start", name: coordinates[place].clone() });
+        }
         for (name, range) in &self.range.0 {
             let place = place_of("range", COORDINATES, name, coordinates)?;
             let axis = request.axes.iter().position(|&axis| axis == place);

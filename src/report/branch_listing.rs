@@ -553,7 +553,7 @@ fn beside(mut iterates: Vec<[f64; 2]>, branches: &[Series]) -> Vec<[f64; 2]> {
 
 /// Note on the starts of branches of direct simulation.
 const STARTS_TRIED: &str = "note: branches were begun at the graze, at orbits of the map whose \
-    later passages make contact, at what 64 flights settled on, at every --start and where a \
+    later passages make contact, at what 64 flights settled on, at every start given and where a \
     branch led; an unstable branch that none of these meets is not found";
 
 /// Largest number of early ends that are named.

@@ -562,7 +562,7 @@ impl MarginListing {
         });
         text.push_str(
             "other attractors are not looked for: one that hits the stop may exist beside this \
-             orbit; `basin` and `branch --method direct` find those\n",
+             orbit; `basin`, and `branch` by direct simulation, find those\n",
         );
         text.push_str(&format!("graze at {}\n", pairs(&self.state, 9)));
         text.push_str(&format!("margin per change of a parameter: {}\n", {

@@ -63,9 +63,12 @@ fn replace(
         return device.flush().map(|()| None).map_err(failed("write"));
     };
     let folder = folder_of(&target);
-    let mut out = BufWriter::new(temporary_file(folder).map_err(failed("write"))?);
+    let temporary = temporary_file(folder).map_err(failed("write"))?;
+    // NOTE: the file itself, since errors of `NamedTempFile` name the temporary file.
+    let mut out = BufWriter::new(temporary.as_file());
     content(&mut out).map_err(|error| named(error, path))?;
-    let temporary = out.into_inner().map_err(|error| failed("write")(error.into_error()))?;
+    out.flush().map_err(failed("write"))?;
+    drop(out);
     if let Some(old) = old {
         temporary.as_file().set_permissions(old.permissions()).map_err(failed("write"))?;
     }

@@ -214,8 +214,7 @@ pub(super) fn unfinished_remark(itineraries: &[String]) -> Option<String> {
         format!(
             "warning: the work for an itinerary is bounded ({MOST_WORK:e} products of series, some \
              20 s, at each value of other parameters; ten times as many for loci); it was at its \
-             end before all was followed for {}: fewer itineraries (--itinerary) or values take \
-             less",
+             end before all was followed for {}: fewer itineraries or values take less",
             itineraries.join(", ")
         )
     })

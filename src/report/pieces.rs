@@ -193,7 +193,7 @@ pub enum ShardError {
     /// The file is not one of pieces.
     #[error(
         "{} holds no pieces of this version of grazemap; expected a file that a command wrote \
-         with --shard", .path.display()
+         for a shard", .path.display()
     )]
     Foreign {
         /// Path of the file.
@@ -248,7 +248,7 @@ pub enum ShardError {
     },
     /// Shards are missing.
     #[error(
-        "of {of} shards there is no file of {}; compute them with --shard I/{of}",
+        "of {of} shards there is no file of {}; compute them too",
         list(.missing)
     )]
     Missing {

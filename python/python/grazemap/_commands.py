@@ -1346,7 +1346,8 @@ def derivatives(
     order
         Highest order, 1 to 8.
     parameters
-        Parameters by which derivatives are taken. Default: the active ones of the scene.
+        Parameters by which derivatives are taken, in this order. Default: the active ones of the
+        scene.
     progress
         ``True`` shows a bar of tqdm; a function is called with the work done and expected.
 

@@ -159,15 +159,8 @@ class DirectReturn(Return):
             order=order,
             parameters=self.parameters,
         )
-        # Columns of parameters are in the order of the scene, and those of no parameters are all.
-        own = [found.variables.index(name) for name in (*self.states, *self.parameters)]
-        jets = [np.array([found.value[name] for name in self.states])]
-        for one in range(1, order + 1):
-            tensor = found.tensor(one)
-            for axis in range(1, one + 1):
-                tensor = np.take(tensor, own, axis)
-            jets.append(tensor)
-        return jets
+        value = np.array([found.value[name] for name in self.states])
+        return [value, *(found.tensor(one) for one in range(1, order + 1))]
 
 
 def along(tensor: Any, change: Any, order: int) -> Any:

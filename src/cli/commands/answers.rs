@@ -13,7 +13,7 @@ use crate::cli::arguments::{
 };
 use crate::cli::output::{Bar, CliError, Outlets, deliver, note_all};
 use crate::cli::pieces::Resumable;
-use crate::cli::positions::{Finite, Origin};
+use crate::cli::positions::{Finite, Origin, Positive};
 use grazemap::analysis::orbits::BifurcationKind;
 use grazemap::analysis::{Joining, NoProgress, TimeSeriesRequest, each_moment};
 use grazemap::model::Method;
@@ -127,9 +127,9 @@ pub(in crate::cli) fn derivatives(options: &DerivativesArguments) -> Result<(), 
     let source = open(&options.scene)?;
     let keys = DerivativesKeys {
         start: options.start.clone().unwrap_or_default(),
-        at: options.time.map(|Finite(time)| time),
+        at: options.time.map(|Positive(time)| time),
         returns: options.returns,
-        parameters: options.parameters.clone(),
+        parameters: Some(options.parameters.clone()).filter(|names| !names.is_empty()),
         order: options.order,
     };
     let answer = keys.answer(source.scene(), &NoProgress)?;

@@ -7,15 +7,16 @@
 mod entry;
 mod page;
 
+use std::ffi::OsString;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use clap::Parser;
 use serde_json::Value;
 
-use super::arguments::{Arguments, Command, GalleryOptions, Joined};
+use super::arguments::{Command, GalleryOptions, Joined};
+use super::help;
 use super::output::{Bar, CliError, Outlets, print};
 use super::pieces::Sharded;
 use entry::{Computation, Entry, Number, Version, entries, papers, scene_text};
@@ -245,7 +246,7 @@ impl MadeBy<'_> {
             *scene = folder.path().join(format!("{scene}.toml")).display().to_string();
         }
         words.extend(["-q".to_owned(), "-o".to_owned(), place.display().to_string()]);
-        let arguments = Arguments::try_parse_from(&words);
+        let arguments = help::parse(words.iter().map(OsString::from));
         let arguments = arguments.map_err(|fault| CliError::Gallery(fault.to_string()))?;
         arguments.command.map_or(Ok(()), self.command)
     }

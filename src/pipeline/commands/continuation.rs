@@ -68,7 +68,7 @@ impl BranchKeys {
             longest: longest.max(named_longest.unwrap_or(1)),
             itineraries: named,
             along,
-            at: parameters.at(&self.at)?,
+            at: parameters.at_beside(&self.at, &[along])?,
             range: parameters.range(along, self.from, self.to)?,
             direct: self.method == OrbitsOf::Direct,
             starts: self.starts.iter().map(start).collect::<Result<_, _>>()?,
@@ -211,7 +211,7 @@ impl LociKeys {
         Ok(LociRequest {
             plane,
             range: parameters.range(plane[0], self.from, self.to)?,
-            at: parameters.at(&self.at)?,
+            at: parameters.at_beside(&self.at, &plane)?,
             kinds,
             itineraries: itineraries.filter(|itinerary| itinerary.contacts() > 0).collect(),
             direct: self.method == OrbitsOf::Direct,

@@ -27,8 +27,9 @@ pub struct DerivativesKeys {
     pub at: Option<f64>,
     /// Number of forcing periods after which derivatives are taken.
     pub returns: u32,
-    /// Parameters by which derivatives are taken; the active ones of the scene if none is named.
-    pub parameters: Vec<String>,
+    /// Parameters by which derivatives are taken, in this order. Default: the active ones of the
+    /// scene.
+    pub parameters: Option<Vec<String>>,
     /// Highest order, from 1 to 8.
     pub order: u32,
 }
@@ -37,7 +38,7 @@ impl Default for DerivativesKeys {
     /// Gradient of the return after one forcing period.
     fn default() -> Self {
         let start = Named::default();
-        Self { start, at: None, returns: 1, parameters: Vec::new(), order: 1 }
+        Self { start, at: None, returns: 1, parameters: None, order: 1 }
     }
 }
 
@@ -54,6 +55,9 @@ impl DerivativesKeys {
         if let Some(value) = at.filter(|at| *at <= 0.0) {
             return Err(KeyError::NotPositive { key: "at", value }.into());
         }
+        if at.is_some() && self.returns != 1 {
+            return Err(KeyError::BothGiven { keys: ["at", "returns"] }.into());
+        }
         jets(scene, &converted(&start), &self.free(scene)?, (at, self.returns), self.order)
     }
 
@@ -67,13 +71,17 @@ impl DerivativesKeys {
     }
 
     fn free(&self, scene: &Scene) -> Result<Vec<usize>, Error> {
-        if self.parameters.is_empty() {
+        let Some(names) = &self.parameters else {
             return Ok(scene.expansion.active.clone());
+        };
+        let mut free = Vec::with_capacity(names.len());
+        for name in names {
+            let number = parameter_number(scene, name)?;
+            if free.contains(&number) {
+                return Err(KeyError::NamedTwice { key: "parameters", name: name.clone() }.into());
+            }
+            free.push(number);
         }
-        let number = |name: &String| parameter_number(scene, name);
-        let mut free: Vec<usize> = self.parameters.iter().map(number).collect::<Result<_, _>>()?;
-        free.sort_unstable();
-        free.dedup();
         Ok(free)
     }
 }

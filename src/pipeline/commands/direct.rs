@@ -62,6 +62,9 @@ impl TrajectoryKeys {
         settled: &Settled,
         progress: &dyn Progress,
     ) -> Result<AskedTrajectory, Error> {
+        if self.itinerary.is_some() && !self.start.is_empty() {
+            return Err(KeyError::BothGiven { keys: ["start", "itinerary"] }.into());
+        }
         let scene = settled.scene();
         let active = scene.expansion.active.iter();
         let active: Vec<&str> =
@@ -141,7 +144,7 @@ fn periodic_start(
     let first = first.ok_or_else(|| Ended::NoOrbits { at: 1, searched: searched() })?;
     if found.orbits.len() > 1 {
         let others = counted(found.orbits.len() - 1, "other orbit");
-        remarks.push(format!("the first of its itinerary; {others}: `grazemap orbits` lists them"));
+        remarks.push(format!("the first of its itinerary; {others}: `orbits` lists them"));
     }
     Ok((first.clone(), returns))
 }

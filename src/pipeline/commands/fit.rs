@@ -175,9 +175,13 @@ impl NoiseKeys {
             0 => Err(KeyError::NotPositive { key, value: 0.0 }),
             value => Ok(value),
         };
+        let deviations = parameters.offsets("deviations", &self.deviations)?;
+        if let Some(&value) = deviations.iter().find(|deviation| **deviation < 0.0) {
+            return Err(KeyError::Negative { key: "deviations", value });
+        }
         Ok(NoiseRequest {
             at: parameters.at(&self.at)?,
-            deviations: parameters.offsets("deviations", &self.deviations)?,
+            deviations,
             law: self.law,
             start: named_offsets("start", COORDINATES, &self.start, coordinates)?,
             orbits: count("orbits", self.orbits)?,

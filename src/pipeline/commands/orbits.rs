@@ -67,6 +67,9 @@ impl OrbitsKeys {
     ///
     /// [`KeyError`] for names, numbers and itineraries that the map does not have.
     pub fn request(&self, map: &Map) -> Result<OrbitsRequest, KeyError> {
+        if self.period.is_some() && !self.itineraries.is_empty() {
+            return Err(KeyError::BothGiven { keys: ["period", "itineraries"] });
+        }
         let parameters = ActiveParameters::of(map.scene(), map.local());
         let passages = map.local().passages();
         let at = match self.at.is_empty() {
@@ -93,8 +96,15 @@ impl OrbitsKeys {
         &self,
         parameters: &ActiveParameters<'_>,
     ) -> Result<Option<BifurcationRequest>, KeyError> {
+        let ranges = self.from.is_some() || self.to.is_some();
+        if ranges && self.plane.len() != 2 {
+            return Err(KeyError::Needs { key: "from", needed: "a plane of two parameters" });
+        }
         if self.kind.is_empty() {
-            return Ok(None);
+            return match self.plane.is_empty() {
+                true => Ok(None),
+                false => Err(KeyError::Needs { key: "plane", needed: "folds or flips to find" }),
+            };
         }
         let (stepped, free) = match parameters.plane(&self.plane)?[..] {
             [] => (None, parameters.first()?),

@@ -319,6 +319,43 @@ fn lines_of_source_files_have_at_most_a_hundred_columns() {
     }
 }
 
+/// Whether a line of code holds a text that names an option of the program.
+fn names_an_option(line: &str) -> bool {
+    // Colours of a page begin alike.
+    let code = line.trim_start().replace("var(--", "");
+    let is_option = |(at, _): (usize, &str)| {
+        let before = code[..at].chars().next_back();
+        let after = code[at + 2..].chars().next();
+        before.is_some_and(|c| " `(\"".contains(c)) && after.is_some_and(|c| c.is_ascii_lowercase())
+    };
+    !code.starts_with("//") && code.match_indices("--").any(is_option)
+}
+
+/// Messages of the library serve Python and C too: none names an option of the program.
+#[test]
+fn the_library_names_no_option_of_the_program() {
+    assert!(names_an_option("    \"shorter --period, or fewer\""));
+    assert!(names_an_option("`--period` is too long"));
+    assert!(
+        !names_an_option("// as `--period` asks") && !names_an_option("\"var(--ink)\", a -- b")
+    );
+    let mut faults = Vec::new();
+    for place in HOUSE.places() {
+        let file = &HOUSE.module(&place).file;
+        let path = file.to_string_lossy();
+        // The program, commands in heads of emitted files, and packages that start compilers.
+        let others = ["/src/cli", "/src/emission", "/crates/cuda"];
+        if file.is_dir() || others.iter().any(|part| path.contains(part)) {
+            continue;
+        }
+        let text = fs::read_to_string(file).expect("a source file");
+        let code = text.lines().take_while(|line| *line != "#[cfg(test)]").zip(1..);
+        let named = code.filter(|(line, _)| names_an_option(line));
+        faults.extend(named.map(|(line, number)| format!("{path}:{number}: {line}")));
+    }
+    assert!(faults.is_empty(), "{}", faults.join("\n"));
+}
+
 /// Openings of a doc comment whose subject stands elsewhere.
 const REFUSED_OPENINGS: [&str; 8] =
     ["What", "How", "Where", "Those", "That of", "The same", "Of", "It"];

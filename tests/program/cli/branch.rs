@@ -78,7 +78,7 @@ fn a_branch_that_is_not_there_and_parameters_that_do_not_vary_are_said() {
     let far = ["branch", "linear", "--along", "alpha", "--itinerary", "1", "--from", "5e-4", "-q"];
     let output = grazemap(folder.path(), &far);
     assert_eq!(output.status.code(), Some(1), "{}", text(&output.stderr));
-    assert!(text(&output.stderr).contains("--from, --to"));
+    assert!(text(&output.stderr).contains("another range of the parameter, further starts"));
     let frozen = grazemap(folder.path(), &["branch", "linear", "--along", "zeta"]);
     assert_eq!(frozen.status.code(), Some(2));
     assert!(text(&frozen.stderr).contains("--along"), "{}", text(&frozen.stderr));

@@ -69,6 +69,23 @@ fn no_result_replaces_an_input_or_another_result() {
 
 #[cfg(unix)]
 #[test]
+fn a_file_that_does_not_fit_is_named_without_its_temporary_name() {
+    let folder = scratch();
+    // As on a full disk: no file may have more than one block.
+    let script = "trap '' XFSZ; ulimit -f 1; exec \"$0\" expand linear -q \"$@\"";
+    for to in [["--json", "map.json"], ["--csv", "map.csv"], ["-o", "out"]] {
+        let mut shell = std::process::Command::new("sh");
+        shell.args(["-c", script, env!("CARGO_BIN_EXE_grazemap")]).args(to);
+        let output = shell.current_dir(folder.path()).output().expect("a shell");
+        let said = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{to:?}: {said}");
+        assert!(said.starts_with("error: cannot write ") && said.contains(&to[1][..3]), "{said}");
+        assert!(!said.contains(".unfinished"), "{said}");
+    }
+}
+
+#[cfg(unix)]
+#[test]
 fn a_scene_without_an_end_is_refused() {
     let output = grazemap(scratch().path(), &["check", "/dev/zero"]);
     assert_eq!(output.status.code(), Some(2));

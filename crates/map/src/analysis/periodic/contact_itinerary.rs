@@ -75,8 +75,7 @@ pub enum ItineraryError {
     /// There are too many itineraries to list.
     #[error(
         "a period of {period} returns has {found} passages; all itineraries are tried up to \
-            {limit} passages: \
-         ask for a shorter --period, or name some with --itinerary"
+         {limit} passages: ask for a shorter period, or name itineraries"
     )]
     TooMany {
         /// Longest period, in returns.
