@@ -76,7 +76,8 @@ fn merge(options: &MergeArguments) -> Result<(), CliError> {
     let (header, pieces) = join_shards(&options.pieces)?;
     header.check_program(VERSION, program()?)?;
     let foreign = || ShardError::Foreign { path: options.pieces[0].clone() };
-    let mut arguments = help::parse(header.arguments.iter().map(OsString::from)).map_err(|_| foreign())?;
+    let mut arguments =
+        help::parse(header.arguments.iter().map(OsString::from)).map_err(|_| foreign())?;
     let map = header.map.as_deref().map(Map::from_json).transpose()?;
     let joined = Arc::new(Joined { map, pieces: Mutex::new(pieces) });
     if !arguments.join(options, joined) {
