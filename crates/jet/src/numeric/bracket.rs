@@ -34,7 +34,7 @@ pub enum BracketOutcome<S> {
     },
     /// The function returned NaN or an infinity.
     NotFinite {
-        /// The argument at which it did.
+        /// Argument at which the function is not finite.
         at: S,
         /// Evaluations of the function.
         evaluations: usize,

@@ -84,7 +84,8 @@ const MAX_STEPS: usize = 1_000_000;
 /// Share of the full step below which a step that ends at a corner does not lead away from it.
 pub(crate) const SLIDES: f64 = 1e-9;
 
-/// Largest number of such steps in a row; with more, the solution slides along the corner.
+/// Largest number of steps in a row that do not lead away from a corner; with more, the solution
+/// slides along it.
 pub(crate) const MOST_SLIDES: usize = 100;
 
 /// Default of the longest step; reached only if the solution is a polynomial in time.
@@ -358,7 +359,7 @@ impl<S: Branched> Vectorised for Lengths<'_, '_, S> {
     }
 }
 
-/// Length of [`Step::watched_length`].
+/// Vectorised work of [`Step::watched_length`].
 struct WatchedLength<'s, S: Branched> {
     coefficients: &'s [S],
     margin: f64,
@@ -380,7 +381,7 @@ impl<S: Branched> Vectorised for WatchedLength<'_, S> {
     }
 }
 
-/// States at times of a step.
+/// Vectorised work: moves states to times of a step.
 struct Advance<'s, S: Branched> {
     step: Step<'s, S>,
     time: S,

@@ -76,11 +76,11 @@ impl SeriesProgram {
 /// Slots that depend on the parameters and the phases only.
 #[derive(Clone, Debug)]
 struct ConstantSlots {
-    /// Functions of the parameters.
+    /// Slots that depend on the parameters only, with their operations.
     heads: Vec<(Slot, Operation)>,
     /// Phases, with the slots of their rates.
     rates: Vec<(Slot, Slot)>,
-    /// Linear functions of the phases.
+    /// Slots that are linear in the phases, with their operations.
     linear: Vec<(Slot, Operation)>,
 }
 
@@ -343,8 +343,8 @@ impl Instruction {
 
 #[cfg(test)]
 mod tests {
-    //! Instructions against the program from which they come, run in the algebra of series by the
-    //! recurrences of any ring.
+    //! Coefficients by instructions, compared with those of the program they are made from, which
+    //! is run by the recurrences of any graded algebra.
 
     use super::*;
     use crate::flow::jet_transport::expand;

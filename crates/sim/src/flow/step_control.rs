@@ -47,7 +47,7 @@ pub(crate) fn margin_for<S: Scalar>(tolerance: f64, order: usize) -> f64 {
     margin_at(theirs) * theirs as f64 / order as f64
 }
 
-/// Jorba and Zou's margin at their order.
+/// Margin of the step per degree by Jorba and Zou, at the order that they choose.
 pub(crate) fn margin_at(order: usize) -> f64 {
     2.0 + 0.7 / (order - 1) as f64
 }

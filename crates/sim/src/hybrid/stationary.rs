@@ -377,7 +377,7 @@ impl Halving {
         self.bends.extend(self.scaled.iter().enumerate().skip(2).map(bend));
     }
 
-    /// Finds the zeros.
+    /// Finds all zeros of the slope between 0 and 1, and collects them in `roots`.
     fn run(&mut self) {
         self.roots.clear();
         self.pending.clear();

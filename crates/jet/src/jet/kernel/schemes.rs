@@ -122,7 +122,7 @@ impl Scheme {
         }
     }
 
-    /// Values of the scheme; empty if they are known.
+    /// Values that the scheme computes; empty if its values are known beforehand.
     pub(super) fn values(&self) -> &[Value] {
         match &self.rows {
             Rows::Values(values) => values,

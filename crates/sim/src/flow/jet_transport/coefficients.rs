@@ -35,7 +35,7 @@ pub(super) struct Sizes {
 }
 
 impl Sizes {
-    /// Sizes of no coefficients: zeros.
+    /// Sizes before any coefficient is included: zeros.
     pub(super) const NONE: Self =
         Self { rates: Lanes([0.0; 8]), largest: Lanes([0.0; 2 * TOGETHER]) };
 

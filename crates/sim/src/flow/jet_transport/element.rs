@@ -27,8 +27,8 @@ pub(super) struct Element {
     /// Rates of the components on the nominal orbit; corrections of the orbit and of the rates.
     rates: Vec<NodeValues>,
     corrections: [Vec<NodeValues>; 2],
-    /// Remainders of the components with the contributions of driven ones, one component after
-    /// another.
+    /// Remainders of the rates, one component after another. Those of driven components, whose
+    /// rates depend on no state, are added to the remainders that they contribute to.
     owed: Vec<NodeValues>,
     owed_starts: Vec<Option<usize>>,
 }

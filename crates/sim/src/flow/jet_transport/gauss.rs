@@ -19,7 +19,7 @@ pub(super) const ZERO: NodeValues = Lanes([0.0; NODES]);
 /// polynomials of degree 10, 11, 14 and 15; two lanes are idle.
 pub(super) type Functionals = Lanes<8>;
 
-/// Degrees of those Legendre polynomials.
+/// Degrees of the Legendre polynomials in [`Functionals`].
 const MODES: [usize; 4] = [NODES - 6, NODES - 5, NODES - 2, NODES - 1];
 
 /// Gauss-Legendre collocation on `[0, 1]`.

@@ -308,7 +308,7 @@ pub(super) struct Tail {
 }
 
 impl Tail {
-    /// Tail of no function.
+    /// Tail of the function zero.
     pub(super) const NONE: Self = Self { before: 0.0, last: 0.0 };
 
     /// Tail of functions, relative to their size.

@@ -27,7 +27,8 @@ pub(super) struct WatchedGap<S: Branched> {
     /// that zero.
     pub(super) leaving: S::Mask,
     pub(super) left_within: S,
-    /// Heading of the gap, as two masks: at the start of a piece, after the test at its end.
+    /// Masks: the gap rises; the gap falls. Before the test of a piece they hold at its start,
+    /// after the test at its end.
     pub(super) rises: S::Mask,
     pub(super) falls: S::Mask,
     /// Time within which a minimum is the one already reported.

@@ -47,7 +47,7 @@ pub(super) struct Shape<R: Branched> {
 /// A fall of polynomials through a bound.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Fall<R: Branched> {
-    /// Mask: there is a fall.
+    /// Mask: a control point is not above the bound.
     pub(super) exists: R::Mask,
     /// Number of the first control point that is not above the bound.
     point: R,
