@@ -2,7 +2,8 @@
 //! xtask -- record` compares all of it.
 
 use grazemap::model::catalogue;
-use xtask::record::recorder::{self, computed, differences, groups, is_of, recorded};
+use xtask::record::golden_text;
+use xtask::record::recorder::{self, Scenes, computed, differences, groups_of, is_of, recorded};
 
 /// Scenes, and groups that are compared in a few seconds.
 const PARTS: [(&str, &[&str]); 3] = [
@@ -27,9 +28,22 @@ fn results_are_those_of_the_record_to_the_last_bit() {
 }
 
 #[test]
+fn a_number_of_a_golden_text_has_twelve_digits_in_quotes_too() {
+    for (text, expected) in [
+        ("0.1", "0.1"),
+        ("-2.247220505424423", "-2.24722050542e0"),
+        ("123456789012345", "1.23456789012e14"),
+        ("[0.0003,1.8e-5,4.33e-48,-0.0]", "[0.0003,1.8e-5,0,-0]"),
+        ("\"8140.865230662105*d + v1\"", "\"8.14086523066e3*d + v1\""),
+    ] {
+        assert_eq!(golden_text(text), expected);
+    }
+}
+
+#[test]
 fn the_record_is_of_every_scene_of_the_catalogue_and_of_no_other() {
     let scenes: Vec<_> = catalogue::names().collect();
-    for group in groups().filter(|&group| group != "lanes") {
+    for group in groups_of(Scenes::All) {
         let lines = recorded(group).expect("a file of the record");
         assert!(lines.keys().all(|line| is_of(line, &[group], &scenes)));
         for scene in &scenes {

@@ -6,15 +6,23 @@
 //! cargo run --release -p xtask -- record --all-sets        # with SSE2, AVX2 and AVX-512
 //! cargo run --release -p xtask -- record --update          # writes the record anew
 //! cargo run --release -p xtask -- record --times           # prints what each part takes
+//! cargo run --release -p xtask -- record --threads 7       # computes on seven threads, not on two
 //! ```
 //!
 //! A line is a hash of all bits of results: grazing orbits, returns and forcing periods by direct
 //! simulation (of one orbit and in lanes), coefficients, images by map, diagrams, charts and
-//! emitted text. The record is the same for every instruction set and every profile, as far as the
+//! emitted text of every scene; branches, loci, crises, searches, grazing curves, basins,
+//! manifolds, fits, noise, windows and choices of orders of about five scenes each. The group
+//! `documents` is a golden text instead: the program's JSON, with numbers to twelve digits.
+//!
+//! The record is the same for every instruction set, number of threads and profile, as far as the
 //! platform's exponential, logarithm, powers, inverse and hyperbolic functions have the same bits.
 
+mod answers;
+mod documents;
 mod hash;
 mod maps;
+mod questions;
 pub mod recorder;
 mod simulation;
 mod subject;
@@ -30,6 +38,7 @@ use rayon::ThreadPoolBuilder;
 use rayon::prelude::*;
 
 use crate::{Outcome, Verdict};
+pub use documents::golden_text;
 use recorder::{Lines, computed, differences, file, groups, is_of, recorded};
 
 /// Arguments of the command.
@@ -46,6 +55,9 @@ pub struct Record {
     /// Print what each part takes
     #[arg(long)]
     times: bool,
+    /// Number of threads
+    #[arg(long, default_value_t = 2)]
+    threads: usize,
 }
 
 impl Record {
@@ -63,7 +75,7 @@ impl Record {
         if self.all_sets && !sets.is_empty() {
             return part.compare_with(&sets);
         }
-        let computed = part.computed(self.times)?;
+        let computed = part.computed(self.threads, self.times)?;
         if self.update { part.write(&computed) } else { part.compare(&computed) }
     }
 }
@@ -97,9 +109,9 @@ impl Part {
         Ok(part)
     }
 
-    /// Lines computed by the present code, on at most two threads.
-    fn computed(&self, times: bool) -> Result<Lines, Box<dyn Error>> {
-        let threads = ThreadPoolBuilder::new().num_threads(2).build()?;
+    /// Lines computed by the present code.
+    fn computed(&self, threads: usize, times: bool) -> Result<Lines, Box<dyn Error>> {
+        let threads = ThreadPoolBuilder::new().num_threads(threads).build()?;
         let compute = |&scene: &&'static str| {
             let mut lines = Lines::new();
             for &group in &self.groups {

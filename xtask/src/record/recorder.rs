@@ -1,4 +1,4 @@
-//! Results that a change of the code must not change, as hashes of all bits.
+//! Results that a change of the code must not change, as hashes of all bits and as golden texts.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -6,31 +6,58 @@ use std::io;
 use std::path::PathBuf;
 
 use super::hash::Hash;
+use super::questions::{BASINS, BRANCHES, CRISES, CURVES, FITS, LOCI, MANIFOLDS, NOISE, SEARCHES};
 use super::subject::Subjects;
-use super::{maps, simulation};
+use super::{answers, documents, maps, simulation};
 use crate::root;
 
-/// Hashes by name: `group scene variant`.
+/// Hashes, or values of golden texts, by name: `group scene variant`.
 pub type Lines = BTreeMap<String, String>;
 
 /// Function that records a group for a scene.
 type Recorded = fn(&Subjects, &mut Page);
 
+/// Scenes of a group.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Scenes {
+    /// Every scene of the catalogue.
+    All,
+    /// Scenes that questions name, or that lanes can simulate.
+    Few,
+}
+
 /// Groups, each recorded in a file of its own.
-const GROUPS: [(&str, Recorded); 8] = [
-    ("orbits", maps::orbits),
-    ("returns", simulation::returns),
-    ("lanes", simulation::lanes),
-    ("periods", simulation::periods),
-    ("jets", maps::jets),
-    ("images", maps::images),
-    ("sweeps", maps::sweeps),
-    ("emitted", maps::emitted),
+const GROUPS: [(&str, Scenes, Recorded); 20] = [
+    ("orbits", Scenes::All, maps::orbits),
+    ("returns", Scenes::All, simulation::returns),
+    ("lanes", Scenes::Few, simulation::lanes),
+    ("periods", Scenes::All, simulation::periods),
+    ("jets", Scenes::All, maps::jets),
+    ("images", Scenes::All, maps::images),
+    ("sweeps", Scenes::All, maps::sweeps),
+    ("emitted", Scenes::All, maps::emitted),
+    ("branches", Scenes::Few, |subjects, page| answers::commands(subjects, page, BRANCHES)),
+    ("loci", Scenes::Few, |subjects, page| answers::commands(subjects, page, LOCI)),
+    ("crises", Scenes::Few, |subjects, page| answers::commands(subjects, page, CRISES)),
+    ("searches", Scenes::Few, |subjects, page| answers::commands(subjects, page, SEARCHES)),
+    ("curves", Scenes::Few, |subjects, page| answers::commands(subjects, page, CURVES)),
+    ("basins", Scenes::Few, |subjects, page| answers::basins(subjects, page, BASINS)),
+    ("manifolds", Scenes::Few, |subjects, page| answers::basins(subjects, page, MANIFOLDS)),
+    ("fits", Scenes::Few, |subjects, page| answers::fits(subjects, page, FITS)),
+    ("noise", Scenes::Few, |subjects, page| answers::commands(subjects, page, NOISE)),
+    ("windows", Scenes::Few, answers::windows),
+    ("choices", Scenes::Few, answers::choices),
+    ("documents", Scenes::Few, documents::documents),
 ];
 
 /// Names of all groups.
 pub fn groups() -> impl Iterator<Item = &'static str> {
-    GROUPS.iter().map(|&(name, _)| name)
+    GROUPS.iter().map(|&(name, ..)| name)
+}
+
+/// Names of the groups of these scenes.
+pub fn groups_of(scenes: Scenes) -> impl Iterator<Item = &'static str> {
+    GROUPS.iter().filter(move |(_, own, _)| *own == scenes).map(|&(name, ..)| name)
 }
 
 /// Collector of the lines of a group and a scene.
@@ -60,7 +87,8 @@ impl Page {
         self.line(variant, reason.to_owned());
     }
 
-    fn line(&mut self, variant: &str, value: String) {
+    /// Adds a value without spaces, as a member of a golden text.
+    pub(super) fn line(&mut self, variant: &str, value: String) {
         let key = format!("{} {} {variant}", self.group, self.scene);
         self.lines.insert(key, value);
     }
@@ -70,7 +98,7 @@ impl Page {
 pub fn computed(scene: &'static str, groups: &[&str]) -> Lines {
     let subjects = Subjects::new(scene);
     let mut lines = Lines::new();
-    for (group, record) in GROUPS.iter().filter(|(name, _)| groups.contains(name)) {
+    for (group, _, record) in GROUPS.iter().filter(|(name, ..)| groups.contains(name)) {
         let mut page = Page { group, scene, lines: Lines::new() };
         record(&subjects, &mut page);
         lines.append(&mut page.lines);

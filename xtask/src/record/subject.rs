@@ -6,6 +6,7 @@ use grazemap::analysis::SectionFrame;
 use grazemap::model::{Model, Response, Scene, catalogue};
 use grazemap::numeric::Real;
 use grazemap::orbit::{GrazingOrbit, locate};
+use grazemap::{FindGraze, Map};
 
 use super::hash::Scatter;
 
@@ -61,18 +62,25 @@ pub(crate) struct Subject {
 pub(crate) struct Subjects {
     pub(crate) name: &'static str,
     located: [OnceCell<Option<Subject>>; 4],
+    map: OnceCell<Option<Map>>,
 }
 
 impl Subjects {
     /// Scene with a name.
     pub(crate) fn new(name: &'static str) -> Self {
-        Self { name, located: Default::default() }
+        Self { name, located: Default::default(), map: OnceCell::new() }
     }
 
     /// Scene on a section; `None` if it has no such section or does not graze.
     pub(crate) fn on(&self, section: On) -> Option<&Subject> {
         let locate = || Subject::new(self.name, section.overrides());
         self.located[section as usize].get_or_init(locate).as_ref()
+    }
+
+    /// Map of the scene, expanded on first use; `None` if there is none.
+    pub(crate) fn map(&self) -> Option<&Map> {
+        let expand = || scene(self.name, &[])?.graze().and_then(|graze| graze.map()).ok();
+        self.map.get_or_init(expand).as_ref()
     }
 }
 
