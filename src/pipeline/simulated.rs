@@ -251,7 +251,7 @@ mod tests {
     fn diagram(method: &str) -> String {
         format!(
             "[[diagram]]\nparameter = \"alpha\"\nrange = [-0.1, 0.1]\npoints = 1000\n\
-             transient = 400000\nkeep = 100000\ndirection = \"both\"\nwith = [\"{method}\"]\n"
+             transient = 490000\nkeep = 10000\ndirection = \"both\"\nwith = [\"{method}\"]\n"
         )
     }
 

@@ -76,7 +76,7 @@ fn of_legs<S: Real>(legs: &Legs<S>) -> Hash {
 
 fn of_contact<S: Real>(hash: &mut Hash, contact: &Contact<S>) {
     let corrections = contact.linear.iter().chain(&contact.quadratic);
-    let all = corrections.chain([&contact.depth]);
+    let all = corrections.chain([&contact.depth]).chain(contact.powers.polynomials());
     all.for_each(|jet| add_jet(hash, jet));
     if let Some(form) = &contact.depth_form {
         hash.count(form.replaced);

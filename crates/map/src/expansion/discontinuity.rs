@@ -157,18 +157,16 @@ impl<S: Real> Approach<S> {
         for powers in found.into_iter().filter(|powers| powers.iter().any(|&power| power > 0)) {
             let mut term = PowerTerm { powers, linear: Vec::new(), quadratic: Vec::new() };
             let left = f64::from(weight) - term.exponent(&exponents);
-            for correction in &corrections {
-                let part = narrowed(correction, &self.space, &term.powers);
-                let fold = |first: u8| {
-                    let left = left - f64::from(first);
-                    let space = graze.variables.smooth_space(left.max(0.0) as u32)?;
-                    Ok::<_, ExpansionError>(match left >= 0.0 {
-                        true => fold_depth_powers(&part, first, weight, &self.depth, &space),
-                        false => Jet::zero(&space),
-                    })
-                };
-                term.linear.push(fold(1)?);
-                term.quadratic.push(fold(2)?);
+            for (first, jets) in [(1, &mut term.linear), (2, &mut term.quadratic)] {
+                let left = left - f64::from(first);
+                let space = graze.variables.smooth_space(left.max(0.0) as u32)?;
+                jets.extend(corrections.iter().map(|correction| match left >= 0.0 {
+                    true => {
+                        let part = narrowed(correction, &self.space, &term.powers);
+                        fold_depth_powers(&part, first, weight, &self.depth, &space)
+                    }
+                    false => Jet::zero(&space),
+                }));
             }
             terms.push(term);
         }
