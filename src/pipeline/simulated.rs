@@ -5,25 +5,16 @@
 //! One idea: the first returns at one of the request's points are timed, in lanes where the sweeps
 //! use lanes, and the time of the whole request follows from their number and that of the threads.
 
-use std::time::Instant;
-
 use super::Map;
 use crate::analysis::basin::BasinRequest;
-use crate::analysis::{DirectMap, ImageRequest, Precision, Using};
-use crate::hybrid::HybridSystem;
-use crate::iteration::{MapOrbit, OrbitRequest, parallel};
+use crate::analysis::{ImageRequest, Precision, Using, seconds_per_return};
+use crate::iteration::parallel;
 use crate::model::{ChartRequest, DiagramRequest, Method, SweepDirection, even_offsets};
 
 /// Shortest time that is announced, in seconds.
 const ANNOUNCED: f64 = 5.0;
 /// Fewest returns that are timed for a remark; fewer take no such time.
 const FEWEST: f64 = 1e4;
-/// Returns of the first measurement, largest number of them, and time that is enough in seconds.
-const FIRST: usize = 8;
-const MOST: usize = 512;
-const ENOUGH: f64 = 0.02;
-/// Number of lanes of a sweep.
-const LANES: usize = 8;
 
 /// Returns of direct simulation that a request leads to.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -203,37 +194,9 @@ impl Map {
         if count < FEWEST {
             return None;
         }
-        let seconds = self.seconds_per_return(&returns.parameters, in_lanes)?;
+        let (scene, orbit) = (self.settled().scene(), self.orbit());
+        let seconds = seconds_per_return(scene, orbit, &returns.parameters, in_lanes)?;
         returns.remark(count * seconds / parallel::threads() as f64)
-    }
-
-    /// Time of a return of direct simulation on one thread, in seconds, from the first returns at
-    /// offsets of the parameters; `None` if there is no return.
-    fn seconds_per_return(&self, parameters: &[f64], in_lanes: bool) -> Option<f64> {
-        let system = HybridSystem::new(&self.scene().model);
-        let direct = DirectMap::new(&system, self.settled().scene(), self.orbit()).ok()?;
-        let state = vec![0.0; self.local().section.coordinates.len()];
-        let mut lanes = match in_lanes {
-            true => direct.in_lanes::<LANES>(&[parameters; LANES]),
-            false => None,
-        };
-        let starts: [&[f64]; LANES] = [&state; LANES];
-        let mut returns = FIRST;
-        loop {
-            let bounds = vec![f64::INFINITY; state.len()];
-            let request = OrbitRequest::new(0, returns, &bounds).escaping_at(&bounds);
-            let clock = Instant::now();
-            let orbits = match &mut lanes {
-                Some(lanes) => lanes.orbits(&starts, &request),
-                None => vec![MapOrbit::of(&direct, &state, parameters, &request)],
-            };
-            let seconds = clock.elapsed().as_secs_f64();
-            let made: usize = orbits.iter().map(|orbit| orbit.steps.len()).sum();
-            if made == 0 || seconds >= ENOUGH || returns >= MOST {
-                return (made > 0).then(|| seconds / made as f64);
-            }
-            returns *= 4;
-        }
     }
 }
 

@@ -204,7 +204,7 @@ impl AtlasListing {
         let limit = self.limit_reached.then(|| {
             format!(
                 "note: the atlas is not complete: the bound of {} was reached, and points of \
-                 other boxes were simulated; `--boxes` sets the bound",
+                 other boxes were simulated; more boxes can be asked for",
                 counted(self.expanded, "expanded box")
             )
         });

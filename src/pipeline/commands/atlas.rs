@@ -145,7 +145,7 @@ impl AtlasKeys {
                 );
             }
             let offset = Dd::from(finite("at", *offset)?);
-            parameters[parameter] = parameters[parameter] + offset;
+            parameters[parameter] += offset;
         }
         let point = StroboscopicPoint::new(scene, orbit, phase)?;
         let origin = |name: &str| {

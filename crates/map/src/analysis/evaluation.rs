@@ -214,8 +214,8 @@ impl<S: Real> MapEvaluation<S> {
     /// `None` means no contact.
     ///
     /// A negative depth variable selects the other branch of the root. With depth variables given,
-    /// the map is a polynomial (with flown contacts, or powers of `y` that are not whole, a function
-    /// of `y ≥ 0`).
+    /// the map is a polynomial (with flown contacts, or powers of `y` that are not whole, a
+    /// function of `y ≥ 0`).
     pub fn image_with(
         &self,
         offsets: &[S],

@@ -21,6 +21,7 @@ pub mod loci;
 mod memory;
 pub mod noise;
 pub mod orbits;
+mod pace;
 pub mod periodic;
 mod progress;
 mod refinement;
@@ -45,6 +46,7 @@ pub use memory::{
     basin_bytes, chart_bytes, charts_bytes, diagram_bytes, diagrams_bytes, image_bytes,
     noise_bytes, orbit_bytes, series_bytes,
 };
+pub use pace::seconds_per_return;
 pub(crate) use progress::place_of;
 pub use progress::{Gathered, Joining, NoProgress, Pieces, Progress, Shard, Share, SubProgress};
 pub use region_atlas::{AtlasRegion, AtlasStudy, AtlasWork, StroboscopicPoint, atlas_study};
