@@ -4,8 +4,8 @@
 //! If passage `k` makes contact, `y_k² = depth_k(y_1 … y_{k−1}; x, p)`. The relation removes powers
 //! of `y_k` above the second or, with one depth variable, all powers of one coordinate. A
 //! polynomial in all depth variables is then a list of polynomials in (coordinates; parameters),
-//! one for each choice of powers of the `y_k`. A contact with powers of the penetration that are not
-//! half a whole number has further depth variables, `z = y_k^e`, behind its own.
+//! one for each choice of powers of the `y_k`. A contact with powers of the penetration that are
+//! not half a whole number has further depth variables, `z = y_k^e`, behind its own.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;

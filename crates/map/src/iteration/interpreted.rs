@@ -119,8 +119,8 @@ fn leg_step(leg: &Leg, point: &[f64], dimension: usize) -> (Vec<f64>, Vec<f64>) 
 }
 
 /// Depth, image `x_i + y l_i + y² q_i` and Jacobian rows
-/// `δ_ij + y' (l_i + 2 y q_i) + y l_i' + y² q_i'`, with `y' = depth'/(2y)`; the terms with powers of
-/// `y` that are not whole carry their derivatives along.
+/// `δ_ij + y' (l_i + 2 y q_i) + y l_i' + y² q_i'`, with `y' = depth'/(2y)`; the terms with powers
+/// of `y` that are not whole carry their derivatives along.
 fn contact_step(contact: &Contact, point: &[f64], dimension: usize) -> (f64, Vec<f64>, Vec<f64>) {
     let (depth, depth_gradient) = expand(&contact.depth, point);
     let y = depth.max(0.0).sqrt();

@@ -211,7 +211,8 @@ struct Graded<S: Scalar> {
 }
 
 impl<S: Real> Graded<S> {
-    /// Nodes up to a time. `beyond` is the time of the next singularity, `least` the smallest power.
+    /// Nodes up to a time. `beyond` is the time of the next singularity, `least` the smallest
+    /// power.
     fn new(end: f64, beyond: f64, least: f64) -> Result<Self, NumericError> {
         let nats = -S::ROUNDOFF.ln();
         // What lies before the first piece is less than rounding.
