@@ -1,9 +1,8 @@
 //! Part of the record of results that a change of the code must not change; `cargo run --release -p
 //! xtask -- record` compares all of it.
 
-use grazemap::model::catalogue;
-use xtask::record::golden_text;
 use xtask::record::recorder::{self, Scenes, computed, differences, groups_of, is_of, recorded};
+use xtask::record::{golden_text, scenes};
 
 /// Scenes, and groups that are compared in a few seconds.
 const PARTS: [(&str, &[&str]); 3] = [
@@ -41,8 +40,8 @@ fn a_number_of_a_golden_text_has_twelve_digits_in_quotes_too() {
 }
 
 #[test]
-fn the_record_is_of_every_scene_of_the_catalogue_and_of_no_other() {
-    let scenes: Vec<_> = catalogue::names().collect();
+fn the_record_is_of_every_scene_that_it_names_and_of_no_other() {
+    let scenes: Vec<_> = scenes().collect();
     for group in groups_of(Scenes::All) {
         let lines = recorded(group).expect("a file of the record");
         assert!(lines.keys().all(|line| is_of(line, &[group], &scenes)));
