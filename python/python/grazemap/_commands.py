@@ -386,6 +386,10 @@ def basin(
         "manifolds": _check.given(_check.count, "manifolds", manifolds, 1, 12),
         "with": _check.choice("method", method, METHODS),
     }
+    for name in start or ():
+        if name in (keys["axes"] or coordinates[:2]):
+            message = f"start names `{name}`, which varies"
+            raise InputError(message)
     return _told(Basin(_drawn(m, "basin", keys, progress, client)))
 
 
