@@ -351,7 +351,7 @@ def test_a_plot_of_safety_has_a_row_for_every_parameter_and_attractor() -> None:
     assert [row.get_text() for row in ax.get_yticklabels()] == [r"$\alpha$", r"$\omega$", *names]
     assert words(ax) == ["without contact", "tolerance", r"attractor, along $\alpha$"]
     graze = 100 * (found["graze above"][0] / 2.0 - 1)
-    assert any(graze == pytest.approx(line.get_xdata()[-1]) for line in ax.lines)
+    assert any(graze == pytest.approx(np.asarray(line.get_xdata())[-1]) for line in ax.lines)
     assert finite(found.plot(x="value", y="graze above").lines[0]) == 2
 
 
