@@ -158,14 +158,38 @@ fn ball([x, v]: [f64; 2]) -> [f64; 2] {
     [speed * since + since * since, speed + 2.0 * since]
 }
 
+fn of_catalogue(name: &str) -> Scene {
+    let text = catalogue::text(name).expect("a scene of the catalogue");
+    Scene::parse(text, name).expect("a scene")
+}
+
+/// Return of a scene over a region, to a phase.
+fn return_over<'s>(
+    system: &'s HybridSystem,
+    scene: &'s Scene,
+    phase: f64,
+    ranges: &[(&str, [f64; 2])],
+) -> StroboscopicReturn<'s> {
+    let region = Region::new(&scene.model, phase, 1, ranges).expect("a region");
+    StroboscopicReturn::new(system, &scene.model, region).expect("a map")
+}
+
+fn atlas_of<'s>(
+    system: &'s HybridSystem,
+    scene: &'s Scene,
+    phase: f64,
+    ranges: &[(&str, [f64; 2])],
+) -> Atlas<StroboscopicReturn<'s>> {
+    let map = return_over(system, scene, phase, ranges);
+    Atlas::new(map, AtlasOptions::default()).expect("usable settings")
+}
+
 #[test]
 fn images_of_a_ball_are_exact_on_both_sides_of_its_graze() {
     let scene = Scene::parse(BALL, "ball.toml").expect("a scene");
     let system = HybridSystem::new(&scene.model);
     let ranges = [("x", [0.12, 0.28]), ("v", [-1.0, -0.8])];
-    let region = Region::new(&scene.model, 0.0, 1, &ranges).expect("a region");
-    let map = StroboscopicReturn::new(&system, &scene.model, region).expect("a map");
-    let mut atlas = Atlas::new(map, AtlasOptions::default()).expect("usable settings");
+    let mut atlas = atlas_of(&system, &scene, 0.0, &ranges);
     let (mut sides, mut image) = ([0, 0], [0.0; 2]);
     for index in 0..400 {
         let point =
@@ -186,12 +210,9 @@ fn images_of_a_ball_are_exact_on_both_sides_of_its_graze() {
 }
 
 fn measured(scene: &str, phase: f64, ranges: &[(&str, [f64; 2])], points: usize) {
-    let text = catalogue::text(scene).expect("a scene of the catalogue");
-    let scene = Scene::parse(text, scene).expect("a scene");
+    let scene = of_catalogue(scene);
     let system = HybridSystem::new(&scene.model);
-    let region = Region::new(&scene.model, phase, 1, ranges).expect("a region");
-    let map = StroboscopicReturn::new(&system, &scene.model, region).expect("a map");
-    let mut atlas = Atlas::new(map, AtlasOptions::default()).expect("usable settings");
+    let mut atlas = atlas_of(&system, &scene, phase, ranges);
     let found = atlas.measure(points, || ());
     let counts = atlas.counts();
     assert!(found.violations.is_empty(), "{:e} {found:?}", found.largest_error);
@@ -211,13 +232,10 @@ fn images_along_a_parameter_are_within_the_tolerance() {
 
 #[test]
 fn iteration_ends_when_it_is_told_to_and_keeps_parameters() {
-    let text = catalogue::text("linear").expect("a scene of the catalogue");
-    let scene = Scene::parse(text, "linear").expect("a scene");
+    let scene = of_catalogue("linear");
     let system = HybridSystem::new(&scene.model);
     let ranges = [("x", [-1.1, -0.9]), ("v", [0.0, 0.3]), ("alpha", [2.24, 2.2475])];
-    let region = Region::new(&scene.model, 0.0, 1, &ranges).expect("a region");
-    let map = StroboscopicReturn::new(&system, &scene.model, region).expect("a map");
-    let mut atlas = Atlas::new(map, AtlasOptions::default()).expect("usable settings");
+    let mut atlas = atlas_of(&system, &scene, 0.0, &ranges);
     // NOTE: below the grazing value of alpha the steady state has no contact; its amplitude is
     // alpha over that value. The multipliers are of size 0.84, so that errors add up to six times
     // the tolerance.
@@ -247,8 +265,7 @@ fn points_outside_the_region_are_simulated() {
 
 #[test]
 fn regions_and_settings_that_cannot_be_are_refused_with_what_was_given() {
-    let text = catalogue::text("linear").expect("a scene of the catalogue");
-    let model = Scene::parse(text, "linear").expect("a scene").model;
+    let model = of_catalogue("linear").model;
     let region = |ranges: &[(&str, [f64; 2])]| Region::new(&model, 0.0, 1, ranges);
     let (x, v) = (("x", [-1.0, 0.0]), ("v", [0.0, 1.0]));
     assert_eq!(region(&[x]), Err(RegionError::MissingState { name: "v".into() }));
@@ -299,14 +316,10 @@ fn a_restored_atlas_gives_the_same_images_without_new_leaves() {
 
 #[test]
 fn an_atlas_of_another_region_is_not_restored() {
-    let text = catalogue::text("linear").expect("a scene of the catalogue");
-    let scene = Scene::parse(text, "linear").expect("a scene");
+    let scene = of_catalogue("linear");
     let system = HybridSystem::new(&scene.model);
-    let map = |high: f64| {
-        let ranges = [("x", [-1.1, high]), ("v", [0.0, 0.3])];
-        let region = Region::new(&scene.model, 0.0, 1, &ranges).expect("a region");
-        StroboscopicReturn::new(&system, &scene.model, region).expect("a map")
-    };
+    let map =
+        |high: f64| return_over(&system, &scene, 0.0, &[("x", [-1.1, high]), ("v", [0.0, 0.3])]);
     let atlas = Atlas::new(map(-0.9), AtlasOptions::default()).expect("usable settings");
     let refused = Atlas::restore(map(-0.8), &atlas.saved(), 10).err();
     assert!(matches!(refused, Some(RestoreError::Region { .. })), "{refused:?}");
@@ -314,13 +327,10 @@ fn an_atlas_of_another_region_is_not_restored() {
 
 #[test]
 fn frozen_leaves_give_the_images_of_the_atlas() {
-    let text = catalogue::text("linear").expect("a scene of the catalogue");
-    let scene = Scene::parse(text, "linear").expect("a scene");
+    let scene = of_catalogue("linear");
     let system = HybridSystem::new(&scene.model);
     let ranges = [("x", [-1.02, -0.98]), ("v", [0.1, 0.2]), ("alpha", [2.24, 2.26])];
-    let region = Region::new(&scene.model, 0.0, 1, &ranges).expect("a region");
-    let map = StroboscopicReturn::new(&system, &scene.model, region).expect("a map");
-    let mut atlas = Atlas::new(map, AtlasOptions::default()).expect("usable settings");
+    let mut atlas = atlas_of(&system, &scene, 0.0, &ranges);
     let alpha = 2.2473;
     let mut frozen = FrozenLeaves::new(&[alpha]);
     let (mut plain, mut reduced) = ([0.0; 2], [0.0; 2]);
@@ -345,9 +355,7 @@ fn boxes_fill_the_region_and_the_graze_curve_lies_where_the_word_changes() {
     let scene = Scene::parse(BALL, "ball.toml").expect("a scene");
     let system = HybridSystem::new(&scene.model);
     let ranges = [("x", [0.12, 0.28]), ("v", [-1.0, -0.8])];
-    let region = Region::new(&scene.model, 0.0, 1, &ranges).expect("a region");
-    let map = StroboscopicReturn::new(&system, &scene.model, region).expect("a map");
-    let mut atlas = Atlas::new(map, AtlasOptions::default()).expect("usable settings");
+    let mut atlas = atlas_of(&system, &scene, 0.0, &ranges);
     atlas.make_all();
     let boxes = atlas.boxes();
     let area: f64 = boxes.iter().map(|leaf| 4.0 * leaf.cell.half.iter().product::<f64>()).sum();

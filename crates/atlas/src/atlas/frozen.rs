@@ -5,7 +5,7 @@
 
 use std::sync::Arc;
 
-use super::patch::{Patch, Piece};
+use super::patch::{Patch, Piece, SharedSpaces};
 use super::tree::{Answer, Atlas, Node, Tabulated};
 use crate::jet::{JetError, JetSpace};
 
@@ -17,7 +17,7 @@ pub struct FrozenLeaves {
     parameters: Vec<f64>,
     /// Reduced pieces by node.
     pieces: Vec<Option<Box<Piece>>>,
-    spaces: Vec<Arc<JetSpace>>,
+    spaces: SharedSpaces,
     point: Vec<f64>,
     local: Vec<f64>,
     monomials: Vec<f64>,
@@ -29,7 +29,7 @@ impl FrozenLeaves {
         Self {
             parameters: parameters.to_vec(),
             pieces: Vec::new(),
-            spaces: Vec::new(),
+            spaces: SharedSpaces::default(),
             point: Vec::new(),
             local: Vec::new(),
             monomials: Vec::new(),
@@ -50,15 +50,11 @@ impl FrozenLeaves {
         self.point.clear();
         self.point.extend(state.iter().chain(&self.parameters));
         assert_eq!(self.point.len(), atlas.ranges.len(), "one coordinate per axis");
-        if !atlas.holds(&self.point) {
-            return atlas.direct(&self.point, image, Answer::Outside);
-        }
-        let node = atlas.leaf_of(&self.point);
-        let leaf = node.and_then(|node| match &atlas.nodes[node] {
-            Node::Leaf(leaf) => Some((node, leaf)),
-            _ => None,
-        });
-        let Some((node, leaf)) = leaf else {
+        let node = match atlas.leaf_of(&self.point) {
+            Ok(node) => node,
+            Err(source) => return atlas.direct(&self.point, image, source),
+        };
+        let Node::Leaf(leaf) = &atlas.nodes[node] else {
             return atlas.direct(&self.point, image, Answer::Direct);
         };
         leaf.local(&self.point, &mut self.local);
@@ -82,21 +78,12 @@ impl FrozenLeaves {
 fn frozen_piece(
     piece: &Piece,
     fixed: &[f64],
-    spaces: &mut Vec<Arc<JetSpace>>,
+    spaces: &mut SharedSpaces,
 ) -> Result<Piece, JetError> {
     let mut freeze = |patch: &Patch, axes: usize| {
         let states = axes - fixed.len();
         let weights: Vec<u32> = kept(patch.space().weights(), states, axes).collect();
-        let order = patch.space().order();
-        let known = |space: &&Arc<JetSpace>| space.weights() == weights && space.order() == order;
-        let space = match spaces.iter().find(known) {
-            Some(space) => Arc::clone(space),
-            None => {
-                let space = JetSpace::new(&weights, order)?;
-                spaces.push(Arc::clone(&space));
-                space
-            }
-        };
+        let space = spaces.of(&weights, patch.space().order())?;
         Ok(patch.frozen(&space, states, fixed))
     };
     Ok(match piece {

@@ -2,7 +2,25 @@
 
 use std::sync::Arc;
 
-use crate::jet::{Jet, JetSpace};
+use crate::jet::{Jet, JetError, JetSpace};
+
+/// Spaces of jets, each made once with its tables of products.
+#[derive(Clone, Debug, Default)]
+pub(super) struct SharedSpaces(Vec<Arc<JetSpace>>);
+
+impl SharedSpaces {
+    /// Space of these weights and this order.
+    pub(super) fn of(&mut self, weights: &[u32], order: usize) -> Result<Arc<JetSpace>, JetError> {
+        let is_wanted =
+            |space: &&Arc<JetSpace>| space.weights() == weights && space.order() == order;
+        if let Some(space) = self.0.iter().find(is_wanted) {
+            return Ok(Arc::clone(space));
+        }
+        let space = JetSpace::new(weights, order)?;
+        self.0.push(Arc::clone(&space));
+        Ok(space)
+    }
+}
 
 /// Polynomials of all components of a map, with their coefficients side by side.
 #[derive(Clone, Debug)]

@@ -6,14 +6,12 @@ use super::cell::Cell;
 use super::flight::{
     FieldResponse, Fields, Flight, Stopped, must_keep_sign, reset_state, series, time_of_minimum,
 };
-use super::patch::{Patch, Piece};
+use super::patch::{Patch, Piece, SharedSpaces};
 use super::region::{AxisInput, Region};
 use super::tree::{Expansion, Tabulated};
 use crate::flow::{InputKind, Integrator, Program, evaluate};
 use crate::hybrid::{Event, EventKind, HybridError, HybridSystem, Outcome, Simulator};
-use crate::jet::{
-    Jet, JetError, JetSpace, implicit_root, power_series_at, power_series_with_slope_at,
-};
+use crate::jet::{Jet, JetSpace, implicit_root, power_series_at, power_series_with_slope_at};
 use crate::model::Model;
 use crate::numeric::converted;
 
@@ -34,8 +32,8 @@ pub struct StroboscopicReturn<'a> {
     /// All parameters of the model.
     parameters: Vec<f64>,
     states: usize,
-    /// Spaces of the jets of all boxes, each with its tables of products.
-    spaces: Vec<Arc<JetSpace>>,
+    /// Spaces of the jets of all boxes.
+    spaces: SharedSpaces,
 }
 
 /// Terms of the depth beyond the order of the polynomials: its error counts by its root.
@@ -100,7 +98,7 @@ impl<'a> StroboscopicReturn<'a> {
             parameters,
             states: model.states.len(),
             region,
-            spaces: Vec::new(),
+            spaces: SharedSpaces::default(),
         })
     }
 
@@ -169,18 +167,6 @@ impl<'a> StroboscopicReturn<'a> {
         [0, 1, 2].map(|of| tape[self.senses.output(3 * surface + of)])
     }
 
-    /// Space of jets, shared by all boxes.
-    fn space(&mut self, weights: &[u32], order: usize) -> Result<Arc<JetSpace>, JetError> {
-        let is_wanted =
-            |space: &&Arc<JetSpace>| space.weights() == weights && space.order() == order;
-        if let Some(space) = self.spaces.iter().find(is_wanted) {
-            return Ok(Arc::clone(space));
-        }
-        let space = JetSpace::new(weights, order)?;
-        self.spaces.push(Arc::clone(&space));
-        Ok(space)
-    }
-
     fn inputs(&self, space: &Arc<JetSpace>, cell: &Cell, centre: &Centre) -> Inputs {
         let constant = |&value: &f64| Jet::constant(space, value);
         let mut state: Vec<_> = centre.state.iter().map(constant).collect();
@@ -216,7 +202,7 @@ impl<'a> StroboscopicReturn<'a> {
         let state = self.simulator.state().to_vec();
         let centre = Centre { state, parameters: self.parameters.clone(), duration };
         let events = self.events(&centre.state, duration, 0.0)?;
-        let space = self.space(&vec![1; cell.centre.len()], order)?;
+        let space = self.spaces.of(&vec![1; cell.centre.len()], order)?;
         let inputs = self.inputs(&space, cell, &centre);
         let all: Vec<_> = inputs.state.iter().chain(&inputs.parameters).cloned().collect();
         let senses = evaluate(&self.senses, &space, &all);
@@ -255,10 +241,10 @@ impl<'a> StroboscopicReturn<'a> {
     ) -> Result<Piece, Stopped> {
         let (graze, before) = events.split_last().ok_or(Stopped::Failed)?;
         let (surface, axes) = (graze.surface, cell.centre.len());
-        let fine = self.space(&vec![1; axes], order + DEPTH_ORDERS)?;
-        let plain = self.space(&vec![1; axes], order)?;
+        let fine = self.spaces.of(&vec![1; axes], order + DEPTH_ORDERS)?;
+        let plain = self.spaces.of(&vec![1; axes], order)?;
         let weights: Vec<u32> = (0..axes).map(|_| 2).chain([1]).collect();
-        let deep = self.space(&weights, 2 * order)?;
+        let deep = self.spaces.of(&weights, 2 * order)?;
         let inputs = self.inputs(&fine, cell, centre);
         let mut flight = Flight::new(&self.fields, inputs.state, &inputs.parameters, contact);
         flight.pass_all(before)?;

@@ -276,14 +276,11 @@ impl<M: Tabulated> Atlas<M> {
     pub fn image(&mut self, point: &[f64], image: &mut [f64]) -> Answer {
         assert_eq!(point.len(), self.ranges.len(), "one coordinate per axis");
         assert_eq!(image.len(), self.scales.len(), "one value per component");
-        if !self.holds(point) {
-            return self.direct(point, image, Answer::Outside);
-        }
-        let Some(node) = self.leaf_of(point) else {
-            return self.direct(point, image, Answer::Direct);
-        };
-        let Node::Leaf(leaf) = &self.nodes[node] else {
-            return self.direct(point, image, Answer::Direct);
+        let node = self.leaf_of(point);
+        let leaf = match node.map(|node| &self.nodes[node]) {
+            Ok(Node::Leaf(leaf)) => leaf,
+            Ok(_) => return self.direct(point, image, Answer::Direct),
+            Err(source) => return self.direct(point, image, source),
         };
         leaf.local(point, &mut self.local);
         Answer::Tabulated(leaf.piece.evaluate(&mut self.local, &mut self.monomials, image))
@@ -333,17 +330,13 @@ impl<M: Tabulated> Atlas<M> {
     /// Shares of the region by kind of leaf.
     pub fn shares(&self) -> LeafShares {
         let mut shares = LeafShares::default();
-        let mut sizes = vec![1.0; self.nodes.len()];
-        for (place, node) in self.nodes.iter().enumerate() {
-            let size = sizes[place];
-            if let Node::Halved { first, .. } = node {
-                sizes[*first..first + 2].fill(0.5 * size);
-            }
-            match node.kind() {
-                None | Some(LeafKind::Open) => {}
-                Some(LeafKind::Direct) => shares.direct += size,
-                Some(LeafKind::Smooth) => shares.smooth += size,
-                Some(LeafKind::Grazed) => shares.grazed += size,
+        for LeafBox { cell, kind, .. } in self.boxes() {
+            let size = 0.5_f64.powi(cell.depth() as i32);
+            match kind {
+                LeafKind::Open => {}
+                LeafKind::Direct => shares.direct += size,
+                LeafKind::Smooth => shares.smooth += size,
+                LeafKind::Grazed => shares.grazed += size,
             }
         }
         shares
@@ -386,11 +379,7 @@ impl<M: Tabulated> Atlas<M> {
 
     /// Kind of the leaf of a point of the region; makes none.
     pub fn kind_at(&self, point: &[f64]) -> LeafKind {
-        let mut at = 0;
-        while let Node::Halved { axis, at: middle, first } = &self.nodes[at] {
-            at = first + usize::from(point[*axis] >= *middle);
-        }
-        self.nodes[at].kind().unwrap_or(LeafKind::Open)
+        self.nodes[self.node_below(0, point)].kind().unwrap_or(LeafKind::Open)
     }
 
     /// Depth `−h_min` of the graze that cuts a leaf, relative to the deepest on its box; NaN for a
@@ -468,24 +457,34 @@ impl<M: Tabulated> Atlas<M> {
         Answer::NoImage
     }
 
-    /// Leaf of a point of the region, made if there is none; `None` beyond the most boxes.
-    pub(super) fn leaf_of(&mut self, point: &[f64]) -> Option<usize> {
-        let mut at = 0;
-        loop {
-            match &self.nodes[at] {
-                Node::Halved { axis, at: middle, first } => {
-                    at = first + usize::from(point[*axis] >= *middle);
-                }
-                Node::Open(cell) => {
-                    if self.is_exhausted() {
-                        return None;
-                    }
-                    let cell = cell.clone();
-                    self.settle(at, &cell);
-                }
-                Node::Leaf(_) | Node::Direct => return Some(at),
-            }
+    /// Node of the leaf of a point, made if there is none.
+    ///
+    /// # Errors
+    ///
+    /// The source of the image where there is no leaf: outside the region, or beyond the most
+    /// boxes.
+    pub(super) fn leaf_of(&mut self, point: &[f64]) -> Result<usize, Answer> {
+        if !self.holds(point) {
+            return Err(Answer::Outside);
         }
+        let mut node = self.node_below(0, point);
+        while let Node::Open(cell) = &self.nodes[node] {
+            if self.is_exhausted() {
+                return Err(Answer::Direct);
+            }
+            let cell = cell.clone();
+            self.settle(node, &cell);
+            node = self.node_below(node, point);
+        }
+        Ok(node)
+    }
+
+    /// Node at or below another one that holds a point of its box and is not halved.
+    fn node_below(&self, mut node: usize, point: &[f64]) -> usize {
+        while let Node::Halved { axis, at, first } = &self.nodes[node] {
+            node = first + usize::from(point[*axis] >= *at);
+        }
+        node
     }
 
     /// Makes a leaf of an open box, or halves it.
