@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use crate::expansion::{
     Arithmetic, ComposedMap, Contact, DepthPolynomial, FlownContact, Legs, LocalMap, Numbers,
-    PowerCorrections, Stage, power_of_depth,
+    PowerCorrections, Stage, omitted_exponent, power_of_depth,
 };
 use crate::jet::Jet;
 use crate::numeric::{Real, Scalar};
@@ -192,11 +192,11 @@ impl<S: Real> MapEvaluation<S> {
     /// the penetration.
     pub fn omitted_exponent(&self, order: u32) -> f64 {
         let of = |stage: &StageOf<S>| match stage {
-            StageOf::Contact(contact) => contact.powers.omitted_exponent(order),
+            StageOf::Contact(contact) => omitted_exponent(&contact.powers.exponents, order),
             StageOf::Leg(_) | StageOf::Flown(_) => f64::from(order + 1),
             StageOf::Composed(map) => {
-                let exponents = map.powers.iter().map(|power| power.exponent).collect();
-                PowerCorrections::<f64> { exponents, terms: Vec::new() }.omitted_exponent(order)
+                let own: Vec<_> = map.powers.iter().map(|power| power.exponent).collect();
+                omitted_exponent(&own, order)
             }
         };
         self.stages.iter().map(of).fold(f64::from(order + 1), f64::min)

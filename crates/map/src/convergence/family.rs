@@ -5,7 +5,7 @@ use std::sync::{Arc, OnceLock};
 use super::ConvergenceError;
 use crate::expansion::{
     ComposedMap, Contact, DEVIATION_WEIGHT, Expander, ExpansionError, Leg, Legs, LocalMap,
-    MapOrders, Stage, Variables,
+    MapOrders, PowerCorrections, PowerTerm, Stage, Variables,
 };
 use crate::jet::{Jet, JetSpace};
 use crate::model::Scene;
@@ -216,23 +216,29 @@ pub(super) fn cut_contact<S: Real>(
     if weight < 2 {
         quadratic = quadratic.iter().map(|jet| Jet::zero(jet.space())).collect();
     }
-    let mut powers = contact.powers.clone();
-    for term in &mut powers.terms {
-        let left = f64::from(weight) - term.exponent(&powers.exponents);
-        for (first, jets) in [(1.0, &mut term.linear), (2.0, &mut term.quadratic)] {
-            let space = variables.smooth_space((left - first).max(0.0) as u32)?;
-            *jets = cut_all(jets, &space);
-            if left < first {
-                jets.iter_mut().for_each(|jet| *jet = Jet::zero(jet.space()));
-            }
+    let cut_at = |jets: &[Jet<S>], left: f64| -> Result<Vec<Jet<S>>, ExpansionError> {
+        let space = variables.smooth_space(left.max(0.0) as u32)?;
+        Ok(match left >= 0.0 {
+            true => cut_all(jets, &space),
+            false => jets.iter().map(|_| Jet::zero(&space)).collect(),
+        })
+    };
+    let mut terms = Vec::new();
+    for (exponent, term) in contact.powers.with_exponents() {
+        let left = f64::from(weight) - exponent;
+        if left >= 1.0 {
+            terms.push(PowerTerm {
+                powers: term.powers.clone(),
+                linear: cut_at(&term.linear, left - 1.0)?,
+                quadratic: cut_at(&term.quadratic, left - 2.0)?,
+            });
         }
     }
-    powers.terms.retain(|term| term.exponent(&powers.exponents) + 1.0 <= f64::from(weight));
     Ok(Contact {
         depth: cut(&contact.depth, &depth_space),
         linear: cut_all(&contact.linear, &linear_space),
         quadratic,
-        powers,
+        powers: PowerCorrections { exponents: contact.powers.exponents.clone(), terms },
         // The composition cuts the depth form.
         depth_form: contact.depth_form.clone(),
     })

@@ -13,7 +13,7 @@ use std::sync::Arc;
 use super::approach::DepthChart;
 use super::error::ExpansionError;
 use super::local_map::{Contact, Leg, LocalMap, Stage};
-use super::power_law::WeightScale;
+use super::power_law::{WeightScale, exponent_of};
 use super::variables::{DEVIATION_WEIGHT, Variables, respace};
 use crate::jet::{Jet, JetSpace, power_series_at, substitute_all};
 use crate::model::MapOrders;
@@ -133,14 +133,14 @@ fn after_contact(
     let fly_all = |state: Vec<Jet<f64>>| legs.iter().fold(state, |state, leg| fly(leg, &state));
     let pairs = fly_all(after).into_iter().zip(fly_all(before));
     let image = smooth.image.into_iter().zip(pairs);
+    let whole = (1..=weight).map(|power| {
+        let mut powers = vec![0; spaces.depths.len()];
+        powers[0] = power as u8;
+        Ok((powers, Jet::zero(&variables.smooth_space(weight - power)?)))
+    });
+    let whole = whole.collect::<Result<Vec<_>, ExpansionError>>()?;
     let image = image.map(|(smooth, (with, without))| {
-        let powers = (1..=weight).map(|power| {
-            let mut powers = vec![0; spaces.depths.len()];
-            powers[0] = power as u8;
-            Ok((powers, Jet::zero(&variables.smooth_space(weight - power)?)))
-        });
-        let powers = powers.collect::<Result<Vec<_>, ExpansionError>>()?;
-        spaces.polynomial(smooth, powers, &(&with - &without))
+        spaces.polynomial(smooth, whole.iter().cloned(), &(&with - &without))
     });
     let image = image.collect::<Result<_, _>>()?;
     let depths = smooth.depths.into_iter();
@@ -344,12 +344,6 @@ impl DepthVariables {
         };
         self.first.iter().enumerate().flat_map(of).collect()
     }
-
-    /// Exponent of the depth variables of all passages in a product of powers.
-    fn exponent(&self, powers: &[u8]) -> f64 {
-        let powers = powers.iter().zip(&self.exponents);
-        powers.map(|(&power, exponent)| f64::from(power) * exponent.to_f64()).sum()
-    }
 }
 
 /// Space of (depth variables; coordinates; parameters) up to a weight.
@@ -468,7 +462,7 @@ impl<'a> DepthSpace<'a> {
         terms.extend(given);
         for (exponents, value) in jet.terms().filter(|(_, value)| *value != 0.0) {
             let (powers, rest) = exponents.split_at(self.depths.len());
-            let left = f64::from(self.weight) - self.depths.exponent(powers);
+            let left = f64::from(self.weight) - exponent_of(powers, &self.depths.exponents);
             if powers.iter().all(|&power| power == 0) || left < 0.0 {
                 continue;
             }

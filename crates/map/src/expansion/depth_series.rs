@@ -11,6 +11,7 @@ use std::ops::Range;
 use super::approach::{Approach, DepthVariable, steepest_coordinate};
 use super::discontinuity::Through;
 use super::error::ExpansionError;
+use super::power_law::exponent_of;
 use super::routes::Graze;
 use super::variables::DEVIATION_WEIGHT;
 use crate::jet::Jet;
@@ -59,17 +60,18 @@ impl DepthSeries {
         let image = approach.image(graze, &through)?;
         let scales = scales(&image, order);
         let own = through.own_variables();
-        let correction = |&component: &usize| {
-            let correction = approach.correction(component, &image);
+        let corrections = approach.corrections(graze, &image);
+        let whole = |correction: &Jet<Dd>| {
             (0..=order as usize)
-                .map(|power| without_rounding(&correction, power, scales[power]))
+                .map(|power| without_rounding(correction, power, scales[power]))
                 .collect()
         };
-        let coordinates = graze.chart.section.coordinates.iter();
-        let between = coordinates.clone().map(|&component| {
-            terms_between(&approach.correction(component, &image), approach.space.variables(), &own)
-        });
-        Ok(Self { between: between.collect(), coefficients: coordinates.map(correction).collect() })
+        let variables = approach.space.variables();
+        let between = |correction| terms_between(correction, variables, &own);
+        Ok(Self {
+            coefficients: corrections.iter().map(whole).collect(),
+            between: corrections.iter().map(between).collect(),
+        })
     }
 
     /// Leading law of a coordinate's correction; `None` if the correction vanishes up to the order
@@ -124,9 +126,7 @@ fn terms_between(correction: &Jet<Dd>, variables: usize, own: &[Dd]) -> Vec<(f64
         others[1..].iter().all(|&power| power == 0) && own.iter().any(|&power| power > 0)
     });
     let terms = terms.map(|(powers, value)| {
-        let own = powers[variables..].iter().zip(own);
-        let own: f64 = own.map(|(&power, own)| f64::from(power) * own.to_f64()).sum();
-        (f64::from(powers[0]) + own, value)
+        (f64::from(powers[0]) + exponent_of(&powers[variables..], own), value)
     });
     let terms: Vec<(f64, Dd)> = terms.collect();
     let largest = terms.iter().map(|(_, value)| value.magnitude()).fold(0.0, f64::max);

@@ -15,7 +15,7 @@ use super::approach::{Approach, DepthVariable, kept_to_minimum, time_of_minimum}
 use super::error::ExpansionError;
 use super::local_map::{Contact, DepthForm};
 use super::passage::{ContactLaw, Passage};
-use super::power_law::{PowerCorrections, PowerFlight, PowerTerm};
+use super::power_law::{PowerCorrections, PowerFlight, PowerTerm, exponent_of};
 use super::release::ReleaseBalance;
 use super::routes::Graze;
 use super::variables::{Variables, fold_depth_powers, respace};
@@ -94,10 +94,13 @@ impl<S: Real> Approach<S> {
         })
     }
 
-    /// Correction of a component of the state, in the space of the image.
-    pub(super) fn correction(&self, component: usize, image: &[Jet<S>]) -> Jet<S> {
-        let image = &image[component];
-        image - &widened(&self.start[component], image.space())
+    /// Correction of every coordinate of the section, in the space of the image.
+    pub(super) fn corrections(&self, graze: &Graze, image: &[Jet<S>]) -> Vec<Jet<S>> {
+        let correction = |&component: &usize| {
+            let image = &image[component];
+            image - &widened(&self.start[component], image.space())
+        };
+        graze.chart.section.coordinates.iter().map(correction).collect()
     }
 
     /// Canonical form: subtracts the identity, orders by powers of `y`, and replaces powers of `y`
@@ -113,11 +116,10 @@ impl<S: Real> Approach<S> {
         let linear_space = variables.smooth_space(weight.saturating_sub(1))?;
         let quadratic_space = variables.smooth_space(weight.saturating_sub(2))?;
         let (mut linear, mut quadratic) = (Vec::new(), Vec::new());
-        let mut corrections = Vec::new();
-        for &component in &graze.chart.section.coordinates {
-            let correction = self.correction(component, image);
-            self.check_identity_at_zero_depth(&graze.passage, &image[component], &correction)?;
-            let correction = narrowed(&correction, &self.space, &[]);
+        let (whole, mut corrections) = (self.corrections(graze, image), Vec::new());
+        for (&component, correction) in graze.chart.section.coordinates.iter().zip(&whole) {
+            self.check_identity_at_zero_depth(&graze.passage, &image[component], correction)?;
+            let correction = narrowed(correction, &self.space, &[]);
             let fold = |first: u8, space: &Arc<JetSpace>| {
                 fold_depth_powers(&correction, first, weight, &self.depth, space)
             };
@@ -125,7 +127,7 @@ impl<S: Real> Approach<S> {
             quadratic.push(fold(2, &quadratic_space));
             corrections.push(correction.truncate(weight as usize));
         }
-        let powers = self.powers(graze, weight, image, exponents)?;
+        let powers = self.powers(&graze.variables, weight, &whole, exponents)?;
         let replaced = self.replaced.filter(|_| powers.is_empty());
         let form = |replaced| Arc::new(DepthForm { replaced, corrections });
         Ok(Contact {
@@ -140,26 +142,23 @@ impl<S: Real> Approach<S> {
     /// Terms of the canonical form with powers of the variables of the contact.
     fn powers(
         &self,
-        graze: &Graze,
+        variables: &Variables,
         weight: u32,
-        image: &[Jet<S>],
+        corrections: &[Jet<S>],
         exponents: Vec<Dd>,
     ) -> Result<PowerCorrections<S>, ExpansionError> {
-        let coordinates = &graze.chart.section.coordinates;
-        let corrections: Vec<Jet<S>> =
-            coordinates.iter().map(|&component| self.correction(component, image)).collect();
         let mut found = BTreeSet::new();
-        for correction in &corrections {
+        for correction in corrections {
             let terms = correction.terms().filter(|(_, value)| *value != S::zero());
             found.extend(terms.map(|(powers, _)| powers[self.space.variables()..].to_vec()));
         }
         let mut terms = Vec::new();
         for powers in found.into_iter().filter(|powers| powers.iter().any(|&power| power > 0)) {
             let mut term = PowerTerm { powers, linear: Vec::new(), quadratic: Vec::new() };
-            let left = f64::from(weight) - term.exponent(&exponents);
+            let left = f64::from(weight) - exponent_of(&term.powers, &exponents);
             for (first, jets) in [(1, &mut term.linear), (2, &mut term.quadratic)] {
                 let left = left - f64::from(first);
-                let space = graze.variables.smooth_space(left.max(0.0) as u32)?;
+                let space = variables.smooth_space(left.max(0.0) as u32)?;
                 jets.extend(corrections.iter().map(|correction| match left >= 0.0 {
                     true => {
                         let part = narrowed(correction, &self.space, &term.powers);

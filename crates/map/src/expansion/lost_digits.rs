@@ -215,8 +215,8 @@ impl Expander<'_> {
                 Stage::Contact(contact) => {
                     limit(&contact.linear, depth.sqrt());
                     limit(&contact.quadratic, depth);
-                    for term in &contact.powers.terms {
-                        let factor = depth.powf(0.5 * term.exponent(&contact.powers.exponents));
+                    for (exponent, term) in contact.powers.with_exponents() {
+                        let factor = depth.powf(0.5 * exponent);
                         limit(&term.linear, factor * depth.sqrt());
                         limit(&term.quadratic, factor * depth);
                     }

@@ -35,8 +35,8 @@ pub use local_map::{
 pub use lost_digits::{LostDigits, NaturalWindow};
 pub use lowering::MapKernel;
 pub use passage::{AffineLaw, ContactLaw, Passage};
-pub(crate) use power_law::power_of_depth;
 pub use power_law::{PowerCorrections, PowerLaw, PowerTerm};
+pub(crate) use power_law::{omitted_exponent, power_of_depth};
 pub use pruning::{PruneReport, prune, prune_composed};
 pub use routes::{Graze, Route, RouteEnd, Routes, SectionChart};
 pub use variables::{DEVIATION_WEIGHT, Variables, check_orders};

@@ -184,10 +184,9 @@ fn stage_bounds(map: &LocalMap) -> Vec<Vec<f64>> {
                 pairs.map(|(correction, bound)| bound + correction).collect()
             }
             Stage::Contact(contact) => {
-                let powers = contact.powers.terms.iter().map(|term| {
-                    let factor = y.powf(term.exponent(&contact.powers.exponents));
-                    (factor, &term.linear, &term.quadratic)
-                });
+                let powers = contact.powers.with_exponents();
+                let powers = powers
+                    .map(|(exponent, term)| (y.powf(exponent), &term.linear, &term.quadratic));
                 let terms = std::iter::once((1.0, &contact.linear, &contact.quadratic));
                 let mut next = bounds[..contact.linear.len()].to_vec();
                 for (factor, linear, quadratic) in terms.chain(powers) {

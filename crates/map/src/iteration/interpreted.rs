@@ -139,8 +139,8 @@ fn contact_step(contact: &Contact, point: &[f64], dimension: usize) -> (f64, Vec
     if !contact.powers.is_empty() {
         let mut tangents = Tangents::new(dimension);
         let variables = tangents.variables(point);
-        let depth = tangents.polynomial(&contact.depth, &variables);
-        let y = tangents.root_of_positive_part(&depth);
+        let along = depth_gradient[..dimension].iter().map(|rate| rate * slope);
+        let y = Tangent { value: y, tangent: along.collect() };
         let rows = jacobian.chunks(dimension).zip(&next);
         let mut image: Vec<Tangent> =
             rows.map(|(row, &value)| Tangent { value, tangent: row.to_vec() }).collect();

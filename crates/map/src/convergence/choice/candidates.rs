@@ -112,8 +112,8 @@ impl Costs {
                     add(&law.depth, 0, 1);
                     law.linear.iter().for_each(|jet| add(jet, 1, 0));
                     law.quadratic.iter().for_each(|jet| add(jet, 2, 0));
-                    for term in &law.powers.terms {
-                        let exponent = term.exponent(&law.powers.exponents).ceil() as usize;
+                    for (exponent, term) in law.powers.with_exponents() {
+                        let exponent = exponent.ceil() as usize;
                         term.linear.iter().for_each(|jet| add(jet, exponent + 1, 0));
                         term.quadratic.iter().for_each(|jet| add(jet, exponent + 2, 0));
                     }

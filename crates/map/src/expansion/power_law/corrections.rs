@@ -38,12 +38,24 @@ impl<S: Scalar> Default for PowerCorrections<S> {
     }
 }
 
-impl<S: Scalar> PowerTerm<S> {
-    /// Exponent of `y` in the product of powers.
-    pub fn exponent(&self, exponents: &[Dd]) -> f64 {
-        let powers = self.powers.iter().zip(exponents);
-        powers.map(|(&power, exponent)| f64::from(power) * exponent.to_f64()).sum()
+/// Exponent of `y` in a product of powers of the variables `y^{e_k}`.
+pub(in crate::expansion) fn exponent_of(powers: &[u8], exponents: &[Dd]) -> f64 {
+    let powers = powers.iter().zip(exponents);
+    powers.map(|(&power, exponent)| f64::from(power) * exponent.to_f64()).sum()
+}
+
+/// Lowest power of `y` above a weight that a product of `y`, once at least, and of the variables
+/// `y^{e_k}` can have.
+pub(crate) fn omitted_exponent(exponents: &[Dd], weight: u32) -> f64 {
+    let weight = f64::from(weight);
+    let mut sums = vec![0.0];
+    for exponent in exponents.iter().map(|exponent| exponent.to_f64()) {
+        let multiples = move |sum: f64| (0..).map(move |power| sum + f64::from(power) * exponent);
+        let next = sums.iter().flat_map(|&sum| multiples(sum).take_while(|&e| e <= weight));
+        sums = next.collect();
     }
+    let above = sums.iter().map(|sum| sum + ((weight - sum).floor() + 1.0).max(1.0));
+    above.fold(weight + 1.0, f64::min)
 }
 
 impl<S: Scalar> PowerCorrections<S> {
@@ -52,29 +64,14 @@ impl<S: Scalar> PowerCorrections<S> {
         self.terms.is_empty()
     }
 
-    /// Lowest power of `y` above a weight at which a correction can have a term.
-    pub fn omitted_exponent(&self, weight: u32) -> f64 {
-        let weight = f64::from(weight);
-        let mut sums = vec![0.0];
-        for exponent in self.exponents.iter().map(|exponent| exponent.to_f64()) {
-            let multiples =
-                move |sum: f64| (0..).map(move |power| sum + f64::from(power) * exponent);
-            let next = sums.iter().flat_map(|&sum| multiples(sum).take_while(|&e| e <= weight));
-            sums = next.collect();
-        }
-        // The next whole number of factors y, at least one.
-        let above = sums.iter().map(|sum| sum + ((weight - sum).floor() + 1.0).max(1.0));
-        above.fold(weight + 1.0, f64::min)
+    /// Terms, each with the exponent of `y` in its product of powers.
+    pub fn with_exponents(&self) -> impl Iterator<Item = (f64, &PowerTerm<S>)> {
+        self.terms.iter().map(|term| (exponent_of(&term.powers, &self.exponents), term))
     }
 
     /// All polynomials.
     pub fn polynomials(&self) -> impl Iterator<Item = &Jet<S>> {
         self.terms.iter().flat_map(|term| term.linear.iter().chain(&term.quadratic))
-    }
-
-    /// All polynomials, mutable.
-    pub fn polynomials_mut(&mut self) -> impl Iterator<Item = &mut Jet<S>> {
-        self.terms.iter_mut().flat_map(|term| term.linear.iter_mut().chain(&mut term.quadratic))
     }
 
     /// Converts every polynomial.
@@ -157,8 +154,8 @@ impl WeightScale {
     /// Smallest unit in which the weights of these powers are whole; else a quarter.
     pub(in crate::expansion) fn of(powers: &[Dd]) -> Self {
         let is_whole = |unit: &u32| {
-            let scaled = powers.iter().map(|power| f64::from(*unit) * power.to_f64());
-            scaled.into_iter().all(|scaled| (scaled - scaled.round()).abs() < 1e-9)
+            let mut scaled = powers.iter().map(|power| f64::from(*unit) * power.to_f64());
+            scaled.all(|scaled| (scaled - scaled.round()).abs() < 1e-9)
         };
         Self { unit: (1..=MOST_UNITS).find(is_whole).unwrap_or(4) }
     }

@@ -8,8 +8,6 @@
 
 use std::sync::Arc;
 
-use nalgebra::DVector;
-
 use super::corrections::{LARGEST_EXPONENT, WeightScale};
 use super::law::{Output, PowerLaw};
 use super::quadrature::{Quadrature, growth};
@@ -291,7 +289,7 @@ impl<'a, S: Real> Flown<'a, S> {
         Ok(Self {
             law,
             space,
-            tapes: vec![tape.clone(); quadrature.total.len()],
+            tapes: vec![tape.clone(); quadrature.primitive.len()],
             gaps: gaps.collect(),
             quadrature,
             bases,
@@ -331,13 +329,12 @@ impl<'a, S: Real> Flown<'a, S> {
             law.program.advance(*space, degree, tape, scratch);
         }
         for monomial in space.degree_range(degree) {
-            let values = tapes.iter().map(|tape| tape[slot + monomial]);
-            let values: DVector<S> = DVector::from_iterator(tapes.len(), values);
+            let values: Vec<S> = tapes.iter().map(|tape| tape[slot + monomial]).collect();
             for (gap, place) in gaps.iter_mut().zip(&quadrature.places) {
                 gap.mean[monomial] = place.mean.of(&values);
             }
-            self.total[monomial] = dot(quadrature.total.iter(), &values);
-            self.moment[monomial] = dot(quadrature.moment.iter(), &values);
+            self.total[monomial] = quadrature.total.of(&values);
+            self.moment[monomial] = quadrature.moment.of(&values);
         }
     }
 
@@ -393,7 +390,7 @@ impl<'a, S: Real> Flown<'a, S> {
         }
         let (range, raised_range) = (space.degree_range(degree), space.degree_range(next));
         let count = tapes.len();
-        let mut rates = vec![DVector::from_element(count, S::zero()); range.len()];
+        let mut rates = vec![vec![S::zero(); count]; range.len()];
         for component in 0..law.dimension {
             let slot = law.program.output(component) * len;
             for (node, tape) in tapes.iter().enumerate() {
@@ -409,7 +406,7 @@ impl<'a, S: Real> Flown<'a, S> {
             }
             for (rates, monomial) in rates.iter().zip(range.clone()) {
                 let Some(raised) = times_y.monomials[monomial] else { continue };
-                let whole = dot(quadrature.total.iter(), rates);
+                let whole = quadrature.total.of(rates);
                 exit[component][raised] += whole;
                 for (tape, primitive) in tapes.iter_mut().zip(&quadrature.primitive) {
                     let part = primitive.row.of(rates);
@@ -510,8 +507,4 @@ fn nodes_between(order: usize, exponents: &[Dd], roundoff: f64) -> usize {
 fn nodes_after(share: f64, roundoff: f64) -> usize {
     let needed = -roundoff.ln() / growth(2.0 / share.sqrt() - 1.0).ln() + 4.0;
     (needed.ceil() as usize).min(MOST_NODES)
-}
-
-fn dot<'v, S: Real>(row: impl Iterator<Item = &'v S>, values: &DVector<S>) -> S {
-    row.zip(values).fold(S::zero(), |sum, (&a, &b)| sum + a * b)
 }

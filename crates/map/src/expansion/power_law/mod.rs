@@ -10,9 +10,9 @@ mod flight;
 mod law;
 mod quadrature;
 
-pub(super) use corrections::WeightScale;
-pub(crate) use corrections::power_of_depth;
 pub use corrections::{PowerCorrections, PowerTerm};
+pub(super) use corrections::{WeightScale, exponent_of};
+pub(crate) use corrections::{omitted_exponent, power_of_depth};
 pub(super) use flight::PowerFlight;
 pub use law::PowerLaw;
 pub(super) use law::Rewritten;

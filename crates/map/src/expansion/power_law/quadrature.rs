@@ -21,9 +21,9 @@ pub(super) struct Quadrature<S: Scalar> {
     /// `∫_0^u A du'` at each node, or `∫_u^1 A du'` at a node beside the end.
     pub(super) primitive: Vec<Primitive<S>>,
     /// `∫_0^1 A du`.
-    pub(super) total: DVector<S>,
+    pub(super) total: Row<S>,
     /// `∫_0^1 (1 − u) A du`.
-    pub(super) moment: DVector<S>,
+    pub(super) moment: Row<S>,
 }
 
 /// Integral from an end of the contact to a node.
@@ -35,6 +35,7 @@ pub(super) struct Primitive<S: Scalar> {
 }
 
 /// Weights of the values of a function at consecutive nodes.
+#[derive(Clone)]
 pub(super) struct Row<S: Scalar> {
     first: usize,
     weights: Vec<S>,
@@ -47,8 +48,8 @@ impl<S: Real> Row<S> {
     }
 
     /// Sum over values at all nodes.
-    pub(super) fn of(&self, values: &DVector<S>) -> S {
-        let pairs = self.weights.iter().zip(values.iter().skip(self.first));
+    pub(super) fn of(&self, values: &[S]) -> S {
+        let pairs = self.weights.iter().zip(&values[self.first..]);
         pairs.fold(S::zero(), |sum, (&weight, &value)| sum + weight * value)
     }
 }
@@ -109,8 +110,13 @@ impl<S: Real> Quadrature<S> {
             ContactPlace { base, from_end, share, mean: Row::new(0, mean) }
         });
         let places = places.collect();
-        let moment = DVector::from_fn(count, |node, _| total[node] * times[node][1]);
-        Ok(Self { places, primitive: rows(&primitive), total, moment })
+        let moment = total.iter().zip(&times).map(|(&total, time)| total * time[1]);
+        Ok(Self {
+            places,
+            primitive: rows(&primitive),
+            moment: Row::new(0, moment),
+            total: Row::new(0, total.iter().copied()),
+        })
     }
 
     /// A quadrature for a contact between two zeros of the penetration with any powers of it, the
@@ -144,9 +150,9 @@ impl<S: Real> Quadrature<S> {
             ContactPlace { base, from_end, share, mean: Row::new(first(node), weights) }
         });
         let places = places.collect();
-        let total = DVector::from_fn(2 * count, |node, _| half[mirrored(node).1]);
-        let moment = DVector::from_fn(2 * count, |node, _| total[node] * times(node)[1]);
-        Ok(Self { places, primitive, total, moment })
+        let total = (0..2 * count).map(|node| half[mirrored(node).1]);
+        let moment = (0..2 * count).map(|node| half[mirrored(node).1] * times(node)[1]);
+        Ok(Self { places, primitive, moment: Row::new(0, moment), total: Row::new(0, total) })
     }
 
     /// A quadrature for a contact that begins at a zero of the penetration and ends before the
@@ -178,7 +184,8 @@ impl<S: Real> Quadrature<S> {
 
     fn until_release(times: Vec<S>, primitive: Vec<Primitive<S>>, total: DVector<S>) -> Self {
         let count = times.len();
-        let moment = DVector::from_fn(count, |node, _| total[node] * (S::one() - times[node]));
+        let moment = total.iter().zip(&times).map(|(&total, &time)| total * (S::one() - time));
+        let moment = Row::new(0, moment);
         let nodes = (0..count).map(|node| ContactPlace {
             base: times[node],
             from_end: false,
@@ -189,14 +196,10 @@ impl<S: Real> Quadrature<S> {
                 Row::new(0, weights.map(|(&weight, &time)| weight * (at - time) / at))
             },
         });
-        let end = ContactPlace {
-            base: S::one(),
-            from_end: false,
-            share: S::one(),
-            mean: Row::new(0, moment.iter().copied()),
-        };
+        let end =
+            ContactPlace { base: S::one(), from_end: false, share: S::one(), mean: moment.clone() };
         let places = nodes.chain([end]).collect();
-        Self { places, primitive, total, moment }
+        Self { places, primitive, total: Row::new(0, total.iter().copied()), moment }
     }
 }
 
@@ -335,10 +338,6 @@ mod tests {
     /// The beta function `B(p + 1, p + 1)` at `p` = 3/2, 1/2, 5/2: `3π/128`, `π/8`, `5π/1024`.
     const BETAS: [(f64, f64, f64); 3] = [(1.5, 3.0, 128.0), (0.5, 1.0, 8.0), (2.5, 5.0, 1024.0)];
 
-    fn row(row: &DVector<Dd>, values: &[Dd]) -> Dd {
-        row.iter().zip(values).fold(Dd::ZERO, |sum, (&a, &b)| sum + a * b)
-    }
-
     #[test]
     fn integrals_of_half_whole_powers_are_exact_to_rounding() {
         let quadrature = Quadrature::<Dd>::between(56).unwrap();
@@ -350,9 +349,9 @@ mod tests {
                 let error = ((found - expected) / expected).magnitude();
                 assert!(error < 1e-29, "{power}: {error:e}");
             };
-            close(row(&quadrature.total, &values), expected);
+            close(quadrature.total.of(&values), expected);
             // By symmetry the mean of 1 − u is one half.
-            close(row(&quadrature.moment, &values), expected * Dd::from(0.5));
+            close(quadrature.moment.of(&values), expected * Dd::from(0.5));
         }
     }
 
@@ -375,13 +374,13 @@ mod tests {
             };
             let values = |place: &ContactPlace<Dd>| times(place).powf(Dd::from(power));
             let values: Vec<Dd> = quadrature.places.iter().map(values).collect();
-            close(row(&quadrature.total, &values), next);
-            close(row(&quadrature.moment, &values), then);
-            let places = &after.places[..after.total.len()];
+            close(quadrature.total.of(&values), next);
+            close(quadrature.moment.of(&values), then);
+            let places = &after.places[..after.primitive.len()];
             let values: Vec<Dd> =
                 places.iter().map(|place| place.base.powf(Dd::from(power))).collect();
-            close(row(&after.total, &values), next);
-            close(row(&after.moment, &values), then);
+            close(after.total.of(&values), next);
+            close(after.moment.of(&values), then);
         }
     }
 
@@ -395,13 +394,13 @@ mod tests {
             (Quadrature::<Dd>::after_any(0.8, 1.1), true),
         ] {
             let quadrature = quadrature.unwrap();
-            let values = vec![Dd::from(2.0); quadrature.total.len()];
+            let values = vec![Dd::from(2.0); quadrature.primitive.len()];
             for place in &quadrature.places {
                 let time = place.share * place.base;
                 let expected = time * time / place.base;
                 // Relative errors grow where the penetration, and with it its share in an
                 // integral, vanishes. Graded nodes lie where the mean vanishes beside the share.
-                let found = place.mean.of(&DVector::from_vec(values.clone()));
+                let found = place.mean.of(&values);
                 let scale = if is_graded { Dd::from(1.0) } else { expected };
                 let error = (found - expected) / scale * place.base;
                 assert!(error.magnitude() < 1e-26, "{:?}: {error}", place.base);
