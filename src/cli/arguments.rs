@@ -968,7 +968,6 @@ pub(super) struct AtlasArguments {
         long,
         value_name = "NAME=FROM:TO,...",
         value_parser = Ranges::parse,
-        allow_hyphen_values = true,
         conflicts_with = "load"
     )]
     pub(super) range: Option<Ranges>,
@@ -983,16 +982,15 @@ pub(super) struct AtlasArguments {
     #[command(flatten)]
     pub(super) counting: Counting,
     /// Phase of the section. Default: the scene's, or the phase farthest from all stops
-    #[arg(long, value_name = "PHASE", allow_hyphen_values = true, conflicts_with = "load")]
+    #[arg(long, value_name = "PHASE", conflicts_with = "load")]
     pub(super) phase: Option<Finite>,
     /// Largest error, in widths of the region. Default: 1e-6
-    #[arg(long, value_name = "E", allow_negative_numbers = true, conflicts_with = "load")]
+    #[arg(long, value_name = "E", conflicts_with = "load")]
     pub(super) tolerance: Option<Finite>,
     /// Order of the polynomials, from 3 to 20. Default: 6
     #[arg(
         long,
         value_name = "N",
-        allow_negative_numbers = true,
         conflicts_with = "load",
         value_parser = clap::value_parser!(u32).range(3..=20)
     )]
@@ -1001,7 +999,6 @@ pub(super) struct AtlasArguments {
     #[arg(
         long,
         value_name = "N",
-        allow_negative_numbers = true,
         conflicts_with = "load",
         value_parser = clap::value_parser!(u32).range(0..=60)
     )]
@@ -1010,7 +1007,6 @@ pub(super) struct AtlasArguments {
     #[arg(
         long,
         value_name = "N",
-        allow_negative_numbers = true,
         default_value_t = AtlasKeys::BOXES,
         value_parser = clap::value_parser!(u32).range(0..=100_000_000)
     )]
@@ -1019,7 +1015,6 @@ pub(super) struct AtlasArguments {
     #[arg(
         long,
         value_name = "N",
-        allow_negative_numbers = true,
         default_value_t = AtlasKeys::POINTS,
         value_parser = clap::value_parser!(u32).range(1..=10_000_000)
     )]

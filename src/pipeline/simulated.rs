@@ -108,7 +108,7 @@ impl Map {
                 (inside as f64, offsets.len() as f64)
             };
             let [(inside_across, across), (inside_up, up)] = [holds(0), holds(1)];
-            let inside = match self.holds_parameters(&request.parameters) {
+            let inside = match self.local().window.holds(&[], &request.parameters, &[]) {
                 true => inside_across * inside_up,
                 false => 0.0,
             };
@@ -133,7 +133,7 @@ impl Map {
             return None;
         }
         let point = |parameters: Vec<f64>| {
-            let inside = self.holds_parameters(&parameters);
+            let inside = self.local().window.holds(&[], &parameters, &[]);
             (parameters, inside)
         };
         let rows = request.rows.iter();
@@ -180,13 +180,8 @@ impl Map {
     fn at(&self, offsets: &[(usize, f64)]) -> (Vec<f64>, bool) {
         let mut parameters = vec![0.0; self.local().parameters.len()];
         offsets.iter().for_each(|&(place, offset)| parameters[place] = offset);
-        let inside = self.holds_parameters(&parameters);
+        let inside = self.local().window.holds(&[], &parameters, &[]);
         (parameters, inside)
-    }
-
-    fn holds_parameters(&self, parameters: &[f64]) -> bool {
-        let widths = &self.local().window.parameter;
-        parameters.iter().zip(widths).all(|(offset, width)| offset.abs() <= *width)
     }
 
     fn time_remark(&self, returns: &SimulatedReturns, in_lanes: bool) -> Option<String> {

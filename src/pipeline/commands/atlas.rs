@@ -1,7 +1,8 @@
 //! `atlas`: a map over a whole region about the grazing orbit, measured against direct simulation;
 //! and its file.
 
-use std::fs;
+use std::fs::File;
+use std::io::Read as _;
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
@@ -13,7 +14,7 @@ use crate::atlas::{AtlasOptions, RegionError, SavedAtlas};
 use crate::model::{Digest, Scene};
 use crate::numeric::Dd;
 use crate::pipeline::keys::{KeyError, finite};
-use crate::pipeline::{Answer, Error, Graze, parameter_number};
+use crate::pipeline::{Answer, Error, Graze, bounded, parameter_number};
 use crate::report::{
     AtlasListing, Document, DocumentKind, Named, atlas_figure, to_json, write_atomically,
 };
@@ -215,8 +216,10 @@ impl AtlasFile {
     /// [`Error::Unreadable`]; [`Error::NotAnAtlas`] for another file, a damaged one, and the atlas
     /// of another scene.
     pub fn read(path: &Path, scene: &Scene) -> Result<Self, Error> {
-        let bytes =
-            fs::read(path).map_err(|source| Error::Unreadable { path: path.to_owned(), source })?;
+        let mut bytes = Vec::new();
+        File::open(path)
+            .and_then(|file| bounded(file).read_to_end(&mut bytes))
+            .map_err(|source| Error::Unreadable { path: path.to_owned(), source })?;
         let mut lines = bytes.splitn(3, |&byte| byte == b'\n');
         let mut line = || lines.next().unwrap_or_default();
         if line() != HEADING.as_bytes() {
