@@ -65,6 +65,44 @@ fn sections_on_a_rest_at_a_rigid_stop_stay_there() {
     }
 }
 
+#[test]
+fn sections_on_a_rest_and_behind_a_chatter_at_a_stop_at_zero_return_what_the_simulation_does() {
+    for r in ["0.6", "0.3"] {
+        let tally = agrees("gear_rattle", &[("b", "5.8"), ("r", r)], 2.0);
+        assert!(tally.held > 5, "{r}: {tally:?}");
+    }
+}
+
+#[test]
+fn a_start_on_a_stop_at_zero_is_told_from_a_penetration_by_the_size_of_its_motion() {
+    let model = scene_with("gear_rattle", &[("r", "0.6")]).model;
+    let system = HybridSystem::new(&model);
+    let parameters: Vec<f64> = model.parameter_values().iter().map(|p| p.to_f64()).collect();
+    let mut simulator = Simulator::new(&system, &parameters).expect("finite parameters");
+    let mut flown = |state: [f64; 3]| {
+        simulator.set_state(&state).expect("three components");
+        simulator.run(1.0).expect("a finite time")
+    };
+    // At rest, leaving and arriving; the force presses onto the stop at this phase.
+    for [velocity, speeds] in [[-3e-21, 0.0], [0.5, 0.0], [-0.5, 0.5]] {
+        for gap in [-1e-21, -1e-19, -1e-17, 1e-21] {
+            let found = flown([gap, velocity, 2.5]);
+            assert_eq!(found.outcome, Outcome::Completed, "{gap} {velocity}");
+            let first = found.events.iter().find_map(|event| event.kind.contact_speed());
+            let exact = flown([0.0, velocity, 2.5]);
+            let apart = found.state.iter().zip(&exact.state).map(|(a, b)| (a - b).abs());
+            assert!(apart.fold(0.0, f64::max) < 1e-9, "{gap} {velocity}: {:?}", found.state);
+            if speeds > 0.0 {
+                assert!(first.is_some_and(|first| (first - speeds).abs() < 1e-9), "{first:?}");
+            }
+        }
+    }
+    for gap in [-1e-9, -1e-12] {
+        let found = flown([gap, 0.0, 2.5]);
+        assert_eq!(found.outcome, Outcome::Penetrating { surface: 0, time: 0.0, gap });
+    }
+}
+
 /// Two carts, each with a buffer of its own, which meet them at the same time.
 const TWO_CARTS: &str = r#"
 [model]

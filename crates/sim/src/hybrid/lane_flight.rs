@@ -246,17 +246,18 @@ impl<F: LaneFlow<N>, const N: usize> LaneFlight<F, N> {
         }
     }
 
-    /// Handles contacts: lanes whose contact may be the last fly on behind it; in the others the
-    /// contact is real.
+    /// Handles contacts: lanes whose contact may be the last fly on behind it; in the others, as
+    /// before the section point at which the return began, the contact is real.
     #[inline(always)]
     fn meet(&mut self, contact: LaneMask<N>) {
-        match self.section {
-            ReturnSection::OtherPhase => self.met = contact,
-            _ => {
-                self.entry.take(contact, &self.orbits.motion);
-                self.behind |= contact;
-            }
-        }
+        let real = match self.section {
+            ReturnSection::OtherPhase => contact,
+            _ => contact & self.orbits.motion.time.is_below(Lanes::splat(0.0)),
+        };
+        let may_be_last = contact & !real;
+        self.met |= real;
+        self.entry.take(may_be_last, &self.orbits.motion);
+        self.behind |= may_be_last;
     }
 
     /// Handles minima: a minimum after the nominal return, or one after which the gap rises long

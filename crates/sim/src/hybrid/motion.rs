@@ -385,6 +385,12 @@ impl<S: Real> Clearance<S> {
     pub(super) fn slack(&self) -> S {
         self.rounding * S::from_f64(PENETRATES)
     }
+
+    /// Whether the terms of the gap are as small as the gap. Their size then does not tell the
+    /// rounding of a state that was flown to the surface.
+    pub(super) fn vanishes(&self) -> bool {
+        self.rounding <= self.gap.abs() * S::from_f64(PENETRATES * S::ROUNDOFF)
+    }
 }
 
 /// Rounding of a sum: a few units in the last place of its largest term.

@@ -269,7 +269,7 @@ impl<S: Real> Simulator<'_, S> {
             if self.motion.leaving[surface].is_some()
                 && matches!(self.system.surfaces[surface].law, Law::Rigid { .. })
             {
-                let before = self.sense(surface);
+                let before = self.placed(surface);
                 if before.rests() {
                     let after = self.reset(surface);
                     let (speed, rebound) = (-before.velocity, after.velocity);
@@ -286,11 +286,14 @@ impl<S: Real> Simulator<'_, S> {
     pub(super) fn tells_hold(&mut self, surface: usize, is_passage: bool) -> bool {
         let is_held = self.motion.regime.surface() == Some(surface);
         let Clearance { gap, rounding } = self.clearance(surface);
-        if gap > rounding {
-            return !is_held;
+        if gap > rounding && !is_held {
+            return true;
         }
         if let Law::Rigid { .. } = self.system.surfaces[surface].law {
-            let sense = self.sense(surface);
+            let sense = self.placed(surface);
+            if sense.gap > sense.rounding {
+                return !is_held;
+            }
             return !is_held || sense.rests() || sense.acceleration >= S::zero();
         }
         if gap >= -rounding || is_passage {

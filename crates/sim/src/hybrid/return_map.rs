@@ -262,7 +262,7 @@ impl<'a, S: Real> DirectReturn<'a, S> {
                     log.events.push(Event { time, surface, kind: EventKind::NearMiss { gap } });
                 }
                 Stop::Contact { surface: met }
-                    if self.meets(surface, met) && !self.is_expected_hit(surface) =>
+                    if self.meets(surface, met) && self.may_be_last(surface) =>
                 {
                     self.entry.copy_from(&self.simulator.motion);
                     let logged = log.events.len();
@@ -305,7 +305,7 @@ impl<'a, S: Real> DirectReturn<'a, S> {
         loop {
             match self.next_stop(self.duration, Approach::default(), log)? {
                 Stop::Contact { surface: met }
-                    if self.meets(surface, met) && !self.is_expected_hit(surface) =>
+                    if self.meets(surface, met) && self.may_be_last(surface) =>
                 {
                     self.entry.copy_from(&self.simulator.motion);
                     let logged = log.events.len();
@@ -699,6 +699,13 @@ impl<'a, S: Real> DirectReturn<'a, S> {
             contact.time += lead;
         }
         responded
+    }
+
+    /// Whether the next section point may lie behind the contact at which the simulator stands: the
+    /// contact is no hit of the nominal return, and does not come before the section point at which
+    /// this return began.
+    fn may_be_last(&mut self, surface: usize) -> bool {
+        self.simulator.time() >= S::zero() && !self.is_expected_hit(surface)
     }
 
     /// Whether the contact at which the simulator stands is a hit of the nominal return, and no

@@ -22,9 +22,11 @@
 use super::HybridError;
 use super::affine::AffineTools;
 use super::motion::{Clearance, Evaluator, Motion, Regime, Sense, Sensor, rounding_of};
-use super::passage::{Approach, Landing, REDUCED, Stop, ends_before_turn};
+use super::passage::{
+    Approach, Flight as _, Landing, REDUCED, Stop, TaylorFlight, ends_before_turn,
+};
 use super::stationary::StationaryPoints;
-use super::system::{HybridSystem, Law, ReleaseSlopes, SurfaceLaw};
+use super::system::{HybridSystem, Law, ReleaseSlopes, SurfaceLaw, Watch};
 use super::trajectory::{Event, Outcome, Trajectory};
 use super::variation::Change;
 use crate::flow::Integrator;
@@ -210,10 +212,45 @@ impl<'a, S: Real> Simulator<'a, S> {
             motion.reference_phase = state[phase.component];
         }
         for surface in 0..self.surfaces.len() {
-            let Sense { gap, rounding, .. } = self.sense(surface);
+            let Sense { gap, rounding, .. } = self.placed(surface);
             self.place_at(surface, Clearance { gap, rounding }, rounding);
         }
         Ok(())
+    }
+
+    /// Normal motion of a placed state at a surface, with the rounding by which it may lie beside
+    /// the surface.
+    ///
+    /// Where the coordinates vanish on a rigid surface, so do the terms of the gap. A state that
+    /// was flown there lies beside the surface by the rounding of the terms of its flight, which
+    /// are those of a Taylor step. That rounding counts for a state beyond the surface, which would
+    /// penetrate it otherwise, and for a state at rest.
+    pub(super) fn placed(&mut self, surface: usize) -> Sense<S> {
+        let sense = self.sense(surface);
+        let clearance = Clearance { gap: sense.gap, rounding: sense.rounding };
+        let is_rigid = matches!(self.system.surfaces[surface].law, Law::Rigid { .. });
+        if !is_rigid || sense.gap.abs() <= clearance.slack() || !clearance.vanishes() {
+            return sense;
+        }
+        let flown = Sense { rounding: self.flown_rounding(surface), ..sense };
+        let is_beyond = sense.gap < S::zero() && -sense.gap <= flown.rounding;
+        if is_beyond || flown.rests() { flown } else { sense }
+    }
+
+    /// Rounding of a surface's gap along a Taylor step of the free flow from the present state: a
+    /// few units in the last place of the largest term.
+    fn flown_rounding(&mut self, surface: usize) -> S {
+        let Self { system, motion, parameters, free, .. } = self;
+        let watches = &system.free.watches;
+        let Some(watch) = watches.iter().position(|&watch| watch == Watch::Gap { surface }) else {
+            return S::zero();
+        };
+        let step = free.expand(&motion.state, parameters);
+        let mut flight = TaylorFlight::new(step, watches.len(), 1.0);
+        let length = flight.length();
+        let terms = flight.polynomials(watch).0.iter().rev();
+        let size = terms.fold(S::zero(), |size, term| (size * length).max(term.abs()));
+        if size.is_finite() { rounding_of(&[size]) } else { S::zero() }
     }
 
     /// Places the state anew at all surfaces except the one on which it is: it may meet others at
