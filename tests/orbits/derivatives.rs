@@ -3,12 +3,13 @@
 //! The closed form shares nothing with the program but the algebra of jets: no integrator, no
 //! series in time, no event search.
 
+use std::cell::RefCell;
 use std::sync::Arc;
 
 use grazemap::jet::{Jet, JetSpace};
 use grazemap::model::Scene;
 use grazemap::numeric::Dd;
-use grazemap::orbit::{DerivativesError, jets_along};
+use grazemap::orbit::{DerivativesError, jets_along, watched_jets_along};
 
 use crate::support::scenes::{NONE, index, orbit, parsed};
 
@@ -248,6 +249,25 @@ fn a_trajectory_that_grazes_or_comes_to_rest_has_no_derivatives() {
     let below = [-Dd::ONE, Dd::ZERO, Dd::ZERO];
     let refused = jets_along(&grazing, &below, &free, (Some(Dd::ONE), 0), 1).unwrap_err();
     assert!(matches!(refused, DerivativesError::StartsBeyond { .. }), "{refused}");
+}
+
+#[test]
+fn derivatives_end_at_their_work_limit_and_tell_the_share_that_is_done() {
+    // A motion without hits: its number of events bounds nothing.
+    let far = ONE_STOP.replace("a*cos(theta)", "1e-3*a*cos(theta)");
+    let scene = parsed(&far, "far", &NONE);
+    let start = [Dd::ZERO; 3];
+    let refused = jets_along(&scene, &start, &[0, 1], (None, 200), 8).unwrap_err();
+    let DerivativesError::TooLong { limit, needed, order: 8, variables: 5 } = refused else {
+        panic!("{refused}")
+    };
+    assert!(0 < limit && limit < needed, "{limit} {needed}");
+    let shares = RefCell::new(Vec::new());
+    let watch = |share: f64| shares.borrow_mut().push(share);
+    watched_jets_along(&scene, &start, &[0], (None, 3), 1, &watch).expect("derivatives");
+    let shares = shares.into_inner();
+    assert!(shares.is_sorted() && shares.len() > 30, "{shares:?}");
+    assert!(shares[0] == 0.0 && *shares.last().expect("some") == 1.0, "{shares:?}");
 }
 
 #[test]

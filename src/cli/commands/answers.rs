@@ -15,7 +15,7 @@ use crate::cli::output::{Bar, CliError, Outlets, deliver, note_all};
 use crate::cli::pieces::Resumable;
 use crate::cli::positions::{Finite, Origin, Positive};
 use grazemap::analysis::orbits::BifurcationKind;
-use grazemap::analysis::{Joining, NoProgress, TimeSeriesRequest, each_moment};
+use grazemap::analysis::{Joining, TimeSeriesRequest, each_moment};
 use grazemap::model::Method;
 use grazemap::pipeline::{
     Answer, BranchKeys, ContactKeys, ConvergenceKeys, DerivativesKeys, Ended, FitKeys, LociKeys,
@@ -132,8 +132,11 @@ pub(in crate::cli) fn derivatives(options: &DerivativesArguments) -> Result<(), 
         parameters: Some(options.parameters.clone()).filter(|names| !names.is_empty()),
         order: options.order,
     };
-    let answer = keys.answer(source.scene(), &NoProgress)?;
-    deliver(answer, "derivatives", &options.scene.common.outlets)
+    let outlets = &options.scene.common.outlets;
+    let bar = Bar::new("derivatives", outlets.quiet);
+    let answer = keys.answer(source.scene(), &bar)?;
+    drop(bar);
+    deliver(answer, "derivatives", outlets)
 }
 
 pub(in crate::cli) fn trajectory(options: &TrajectoryArguments) -> Result<(), CliError> {

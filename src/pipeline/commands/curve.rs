@@ -90,7 +90,7 @@ impl CurveKeys {
 const WORK: f64 = 1000.0;
 
 /// Progress from the share that is done, from 0 to 1.
-fn shares(progress: &dyn Progress) -> impl Fn(f64) {
+pub(super) fn shares(progress: &dyn Progress) -> impl Fn(f64) {
     progress.expect(WORK as u64);
     let done = Cell::new(0);
     move |share: f64| {

@@ -3,10 +3,11 @@
 use serde::{Deserialize, Serialize};
 
 use super::TrajectoryKeys;
+use super::curve::shares;
 use crate::analysis::{Progress, SectionFrame};
 use crate::model::Scene;
 use crate::numeric::{Dd, converted};
-use crate::orbit::{JetsAlong, jets_along};
+use crate::orbit::{JetsAlong, watched_jets_along};
 use crate::pipeline::keys::{KeyError, finite, named_offsets};
 use crate::pipeline::{Answer, Error, Settled, parameter_number};
 use crate::report::{DerivativesListing, Document, DocumentKind, Named, to_json};
@@ -49,7 +50,7 @@ impl DerivativesKeys {
     ///
     /// [`Error::Key`] and [`Error::NoSuchParameter`] for unknown names and numbers out of range,
     /// [`Error::Derivatives`] where a derivative does not exist.
-    pub fn jets(&self, scene: &Scene) -> Result<JetsAlong, Error> {
+    pub fn jets(&self, scene: &Scene, progress: &dyn Progress) -> Result<JetsAlong, Error> {
         let start = named_offsets("start", STATES, &self.start, &scene.model.full_state_names())?;
         let at = self.at.map(|at| finite("at", at)).transpose()?;
         if let Some(value) = at.filter(|at| *at <= 0.0) {
@@ -58,7 +59,8 @@ impl DerivativesKeys {
         if at.is_some() && self.returns != 1 {
             return Err(KeyError::BothGiven { keys: ["at", "returns"] }.into());
         }
-        jets(scene, &converted(&start), &self.free(scene)?, (at, self.returns), self.order)
+        let span = (at, self.returns);
+        jets(scene, &converted(&start), &self.free(scene)?, span, self.order, progress)
     }
 
     /// Computes the derivatives and lays them out.
@@ -66,8 +68,8 @@ impl DerivativesKeys {
     /// # Errors
     ///
     /// As [`jets`](Self::jets).
-    pub fn answer(&self, scene: &Scene, _progress: &dyn Progress) -> Result<Answer, Error> {
-        answer(scene, &self.jets(scene)?, &self.free(scene)?, self.order)
+    pub fn answer(&self, scene: &Scene, progress: &dyn Progress) -> Result<Answer, Error> {
+        answer(scene, &self.jets(scene, progress)?, &self.free(scene)?, self.order)
     }
 
     fn free(&self, scene: &Scene) -> Result<Vec<usize>, Error> {
@@ -112,7 +114,7 @@ impl TrajectoryKeys {
             Some(_) => (None, (frame.periods() * request.returns) as u32),
             None => (Some(duration), 0),
         };
-        let jets = jets(&scene, frame.state(), &free, span, order)?;
+        let jets = jets(&scene, frame.state(), &free, span, order, progress)?;
         Ok(Answer { remarks, ..answer(&scene, &jets, &free, order)? })
     }
 }
@@ -123,13 +125,14 @@ fn jets(
     free: &[usize],
     (at, returns): (Option<f64>, u32),
     order: u32,
+    progress: &dyn Progress,
 ) -> Result<JetsAlong, Error> {
     if !(1..=MOST_ORDERS).contains(&order) {
         let most = u64::from(MOST_ORDERS);
         return Err(KeyError::Count { key: "order", found: u64::from(order), most }.into());
     }
     let span = (at.map(Dd::from), returns as usize);
-    Ok(jets_along(scene, start, free, span, order)?)
+    Ok(watched_jets_along(scene, start, free, span, order, &shares(progress))?)
 }
 
 fn answer(scene: &Scene, jets: &JetsAlong, free: &[usize], order: u32) -> Result<Answer, Error> {

@@ -11,7 +11,8 @@ use super::outcome::{NotLocated, OrbitError};
 use super::piecewise::{FlightPart, FlowEvent, MOST_STEPS, PiecewiseFlow};
 use super::section::Geometry;
 use crate::flow::{
-    Field, InputKind, Program, bound_but, evaluate, jet_transport_taylor, local_series,
+    Field, FlowError, InputKind, Program, bound_but, evaluate, local_series, products_of_jet_step,
+    watched_jet_transport_taylor,
 };
 use crate::jet::{Jet, JetError, JetSpace};
 use crate::model::{Hits, Response, Scene};
@@ -102,6 +103,22 @@ pub enum DerivativesError {
         /// Gap at the start.
         gap: f64,
     },
+    /// The derivatives cost more than the work limit allows.
+    #[error(
+        "the derivatives exceed their work limit of {limit} Taylor steps of jets of order {order} \
+         in {variables} variables: the time takes {needed} steps or more; ask for a shorter time, \
+         a lower order or fewer parameters"
+    )]
+    TooLong {
+        /// Largest number of steps of jets.
+        limit: usize,
+        /// Number of steps, estimated from the part that was flown.
+        needed: usize,
+        /// Order of the jets.
+        order: usize,
+        /// Number of variables of the jets.
+        variables: usize,
+    },
     /// The field has a corner on the way.
     #[error(transparent)]
     Corner(#[from] Box<NotLocated>),
@@ -118,7 +135,7 @@ impl DerivativesError {
     pub fn ended_otherwise(&self) -> bool {
         match self {
             Self::Grazes { .. } | Self::Together { .. } | Self::HeldTwice { .. } => true,
-            Self::ComesToRest { .. } | Self::Corner(_) => true,
+            Self::ComesToRest { .. } | Self::Corner(_) | Self::TooLong { .. } => true,
             Self::Orbit(OrbitError::Flow(_)) => true,
             Self::StartsBeyond { .. } | Self::Orbit(_) | Self::Jet(_) => false,
         }
@@ -130,6 +147,11 @@ const GRAZING: f64 = 1e-16;
 /// Events closer than this share of the duration happen together.
 const TOGETHER: f64 = 1e-13;
 
+/// Work limit, in products of coefficients in double-double: at most 2 to 3 minutes; measured.
+const MOST_PRODUCTS: f64 = 2e10;
+/// Share of the work that finds the events, for progress.
+const EVENTS_SHARE: f64 = 0.1;
+
 /// State after a trajectory from a full state, with derivatives to an order by the full state at
 /// the start and by the parameters `free`.
 ///
@@ -140,13 +162,30 @@ const TOGETHER: f64 = 1e-13;
 /// # Errors
 ///
 /// [`DerivativesError`] if a derivative does not exist or cannot be computed. A motion that comes
-/// to rest against a stop is [`DerivativesError::ComesToRest`].
+/// to rest against a stop is [`DerivativesError::ComesToRest`]. [`DerivativesError::TooLong`] if
+/// the jets would cost more than some minutes.
 pub fn jets_along(
     scene: &Scene,
     start: &[Dd],
     free: &[usize],
     span: (Option<Dd>, usize),
     order: u32,
+) -> Result<JetsAlong, DerivativesError> {
+    watched_jets_along(scene, start, free, span, order, &|_| {})
+}
+
+/// Computes [`jets_along`], and tells the share that is done, from 0 to 1, on the way.
+///
+/// # Errors
+///
+/// As [`jets_along`].
+pub fn watched_jets_along(
+    scene: &Scene,
+    start: &[Dd],
+    free: &[usize],
+    span: (Option<Dd>, usize),
+    order: u32,
+    watch: &dyn Fn(f64),
 ) -> Result<JetsAlong, DerivativesError> {
     let model = &scene.model;
     let mut scene = scene.clone();
@@ -174,13 +213,39 @@ pub fn jets_along(
     let watched: Vec<_> = model.surfaces.iter().map(|surface| surface.event).collect();
     let kinds = bound_but(free, &parameters);
     let flow = PiecewiseFlow::new(&scene, &watched, &kinds);
-    let events = names.events(&flow, start, &parameters, duration)?;
     let space = JetSpace::uniform(start.len() + free.len(), order as usize)?;
-    let (state, parameters) = variables(&space, start, &parameters, free);
-    let fly = |field: &Field, jets: &[Jet<Dd>], time| -> Result<_, OrbitError> {
-        Ok(jet_transport_taylor(field, jets, &parameters, time)?)
+    let products = flow.fields().map(|field| products_of_jet_step::<Dd>(field, &space));
+    let limit = (MOST_PRODUCTS / products.fold(1.0, f64::max)).ceil() as usize;
+    let too_long = |needed| DerivativesError::TooLong {
+        limit,
+        needed,
+        order: space.order(),
+        variables: space.variables(),
     };
-    let through = flow.jets(&state, &parameters, duration, &events, fly)?;
+    let share = |time: Dd| (time / duration).to_f64();
+    let found = |time| watch(EVENTS_SHARE * share(time));
+    let (events, steps) = names.events(&flow, start, &parameters, duration, &found)?;
+    if steps > limit {
+        return Err(too_long(steps));
+    }
+    let (state, parameters) = variables(&space, start, &parameters, free);
+    let (mut steps_left, mut flown) = (limit, Dd::ZERO);
+    let fly = |field: &Field, jets: &[Jet<Dd>], time| -> Result<_, OrbitError> {
+        let until = flown + time;
+        let watch = &mut |remaining| {
+            flown = until - remaining;
+            watch(EVENTS_SHARE + (1.0 - EVENTS_SHARE) * share(flown));
+        };
+        let steps = &mut steps_left;
+        Ok(watched_jet_transport_taylor(field, jets, &parameters, time, steps, watch)?)
+    };
+    let through = flow.jets(&state, &parameters, duration, &events, fly);
+    let through = through.map_err(|error| match error {
+        OrbitError::Flow(FlowError::TooManySteps { .. }) => {
+            too_long((limit as f64 / share(flown)).ceil() as usize)
+        }
+        error => error.into(),
+    })?;
     let mut end = through.state;
     if let ((None, periods), Some(phase)) = (span, &model.phase) {
         let states = end.iter().map(|_| InputKind::Variable);
@@ -247,14 +312,16 @@ impl Names<'_> {
         }
     }
 
-    /// Events of a trajectory, if none is a graze and no two happen together.
+    /// Events of a trajectory, if none is a graze and no two happen together, and the number of
+    /// steps; `watch` is told the time flown.
     fn events(
         &self,
         flow: &PiecewiseFlow,
         start: &[Dd],
         parameters: &[Dd],
         duration: Dd,
-    ) -> Result<Vec<FlowEvent<Dd>>, DerivativesError> {
+        watch: &dyn Fn(Dd),
+    ) -> Result<(Vec<FlowEvent<Dd>>, usize), DerivativesError> {
         let surfaces = self.0.model.surfaces.len();
         let mut largest = vec![0.0_f64; surfaces];
         // Minima of the gaps: surface, time, value.
@@ -265,6 +332,7 @@ impl Names<'_> {
         let look = |passed: FlightPart<'_, '_, Dd>| -> Option<()> {
             match passed {
                 FlightPart::Step { elapsed, length, step, contact, .. } => {
+                    watch(elapsed);
                     for surface in (0..surfaces).filter(|&at| contact != Some(at)) {
                         let event = step.watched_coefficients(surface);
                         largest[surface] = largest[surface].max(event[0].to_f64().abs());
@@ -284,7 +352,8 @@ impl Names<'_> {
             }
             None
         };
-        let flown = flow.each(start, parameters, duration, &mut { MOST_STEPS }, look);
+        let mut steps_left = MOST_STEPS;
+        let flown = flow.each(start, parameters, duration, &mut steps_left, look);
         flown.map_err(|error| match error {
             OrbitError::ManyHits { surface, limit } => {
                 DerivativesError::ComesToRest { surface: self.surface(surface), hits: limit }
@@ -314,7 +383,7 @@ impl Names<'_> {
             pair[0].surface != pair[1].surface && pair[1].time - pair[0].time <= apart
         });
         match together {
-            None => Ok(events),
+            None => Ok((events, MOST_STEPS - steps_left)),
             Some(pair) => Err(DerivativesError::Together {
                 first: self.surface(pair[0].surface),
                 second: self.surface(pair[1].surface),

@@ -16,6 +16,7 @@ use crate::flow::{
     Field, FlowError, InputKind, Integrator, Program, Step, evaluate, first_derivatives,
     flow_with_jacobian_within, jet_transport_taylor_within, local_series,
 };
+use crate::interruption::check;
 use crate::jet::{Jet, implicit_root, power_series_with_slope_at};
 use crate::model::{ExpressionGraph, NodeId, Response, Scene};
 use crate::numeric::polynomial::{CrossingDirection, crossings, evaluate as value_and_slope};
@@ -208,6 +209,11 @@ impl PiecewiseFlow {
     /// The field of free flight.
     pub(super) fn field(&self) -> &Field {
         &self.modes[0].field
+    }
+
+    /// The fields of free flight and of all contacts.
+    pub(super) fn fields(&self) -> impl Iterator<Item = &Field> {
+        self.modes.iter().map(|mode| &mode.field)
     }
 
     /// Number of functions watched for the caller.
@@ -409,6 +415,7 @@ impl PiecewiseFlow {
                 return Err(FlowError::TooManySteps { limit, remaining }.into());
             }
             *steps_left -= 1;
+            check();
             let step = flights[mode].step(&state, parameters)?;
             let rest = duration - elapsed;
             let whole = if step.length < rest { step.length } else { rest };

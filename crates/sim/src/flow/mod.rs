@@ -22,6 +22,6 @@ pub(crate) use integrator::{MOST_SLIDES, SLIDES};
 pub use jet_transport::{
     JetFlow, LocalSeries, at_series_time, first_derivatives, flow_with_jacobian,
     flow_with_jacobian_within, jet_transport, jet_transport_taylor, jet_transport_taylor_within,
-    local_series, local_series_kept_to,
+    local_series, local_series_kept_to, products_of_jet_step, watched_jet_transport_taylor,
 };
 pub use program::{InputKind, Program, evaluate};

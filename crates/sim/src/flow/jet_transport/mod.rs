@@ -17,6 +17,7 @@ pub(super) use taylor::expand;
 pub use taylor::{
     LocalSeries, at_series_time, first_derivatives, flow_with_jacobian, flow_with_jacobian_within,
     jet_transport_taylor, jet_transport_taylor_within, local_series, local_series_kept_to,
+    products_of_jet_step, watched_jet_transport_taylor,
 };
 
 #[cfg(test)]

@@ -57,6 +57,26 @@ pub fn jet_transport_taylor_within<S: Real>(
     duration: S,
     steps_left: &mut usize,
 ) -> Result<Vec<Jet<S>>, FlowError> {
+    watched_jet_transport_taylor(field, initial, parameters, duration, steps_left, &mut |_| {})
+}
+
+/// Computes [`jet_transport_taylor_within`], and tells the remaining duration after every step.
+///
+/// # Errors
+///
+/// The errors of [`jet_transport_taylor_within`].
+///
+/// # Panics
+///
+/// If the jets' spaces differ.
+pub fn watched_jet_transport_taylor<S: Real>(
+    field: &Field,
+    initial: &[Jet<S>],
+    parameters: &[Jet<S>],
+    duration: S,
+    steps_left: &mut usize,
+    watch: &mut dyn FnMut(S),
+) -> Result<Vec<Jet<S>>, FlowError> {
     let mut state = initial.to_vec();
     let mut remaining = duration;
     if state.is_empty() {
@@ -78,8 +98,16 @@ pub fn jet_transport_taylor_within<S: Real>(
             expansion.sum_at(component, length, jet.coefficients_mut());
         }
         remaining -= length;
+        watch(remaining);
     }
     Ok(state)
+}
+
+/// Products of coefficients in one step of [`jet_transport_taylor`]: the measure of its cost.
+pub fn products_of_jet_step<S: Real>(field: &Field, space: &JetSpace) -> f64 {
+    let powers = order_for(S::ROUNDOFF) + 1;
+    let of_series = (powers * (powers + 1) / 2) as f64;
+    field.time_program().products().max(1) as f64 * of_series * space.products() as f64
 }
 
 /// Tape of one field over series in time of jets.
