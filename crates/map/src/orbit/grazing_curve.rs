@@ -1,7 +1,7 @@
 //! Grazing curves: a grazing orbit continued in a second parameter, with its special points.
 
 use super::grazing_orbit::{GrazingConditions, Penetration};
-use super::outcome::{NamedValues, NotLocated};
+use super::outcome::{NamedValues, NotLocated, TaylorSteps};
 use crate::numeric::Dd;
 
 /// Step sizes and limits of a continuation. Steps are arclengths in the unknowns: the full state at
@@ -186,7 +186,8 @@ impl std::fmt::Display for CurveEnd {
                 write!(
                     formatter,
                     "the continuation exceeded its work limit: a period lasts {period:.6} here and \
-                     takes about {steps} Taylor steps"
+                     takes {}",
+                    TaylorSteps(*steps)
                 )
             }
             CurveEnd::LeftRange => {

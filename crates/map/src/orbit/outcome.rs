@@ -52,9 +52,10 @@ pub enum NotLocated {
     /// The free flow is too slow to compute.
     #[error(
         "the search for the grazing orbit ended at the most work it may do: a period of the free \
-         flow takes about {steps} Taylor steps of {products} products of series each; where the \
-         steps are many, a rate or a stiffness is out of proportion to the phase's rate: check \
-         their units; a `guess` nearer to the grazing point shortens the search"
+         flow takes {} of {products} products of series each; where the steps are many, a rate or \
+         a stiffness is out of proportion to the phase's rate: check their units; a `guess` nearer \
+         to the grazing point shortens the search",
+        TaylorSteps(*steps)
     )]
     TooSlow {
         /// Taylor steps of a period, estimated from the last flight.
@@ -519,4 +520,21 @@ pub enum OrbitError {
     /// The multipliers could not be computed.
     #[error(transparent)]
     Numeric(#[from] NumericError),
+}
+
+/// Estimated number of Taylor steps of a period, as text.
+pub(super) struct TaylorSteps(pub(super) u64);
+
+impl TaylorSteps {
+    /// Largest estimate that is told: a flow is not followed for nearly as many steps.
+    const MOST: u64 = 1_000_000_000;
+}
+
+impl std::fmt::Display for TaylorSteps {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self.0 {
+            steps @ ..=Self::MOST => write!(formatter, "about {steps} Taylor steps"),
+            _ => write!(formatter, "more than {} Taylor steps", Self::MOST),
+        }
+    }
 }
