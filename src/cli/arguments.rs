@@ -174,16 +174,33 @@ impl Arguments {
         if common.outlets.csv.is_some() && !has_table {
             return Err(CliError::NoTable { command });
         }
-        let states = match &self.command {
-            Some(Command::Image(options)) => Some(options.states.as_path()),
-            Some(Command::Fit(options)) => Some(options.data.as_path()),
-            Some(Command::Locate(options)) => options.from.as_ref().map(|place| &*place.path),
-            Some(Command::Atlas(options)) => options.load.as_deref(),
+        let mut saved = None;
+        // Another input than the scene, and files of results in the folder of `-o` that would
+        // replace an input. A saved orbit or map is written anew with its own content.
+        let (states, results): (_, &[&str]) = match &self.command {
+            Some(Command::Image(options)) => {
+                (Some(options.states.as_path()), &["images.csv", "images.json"])
+            }
+            Some(Command::Fit(options)) => (Some(options.data.as_path()), &["fit.csv", "fit.json"]),
+            Some(Command::Locate(options)) => match &options.from {
+                Some(place) => (Some(&*place.path), &["orbit.json"]),
+                None => (None, &[]),
+            },
+            Some(Command::Atlas(options)) => {
+                saved = options.save.as_deref();
+                // An atlas may take the place of the one that it goes on from.
+                let load = options.load.as_deref().filter(|&load| saved != Some(load));
+                (load, &["atlas.csv", "atlas.json"])
+            }
+            // The scene in the folder has the values of `--set`.
+            Some(Command::Run(_) | Command::View(_)) if !common.set.is_empty() => {
+                (None, &["scene.toml"])
+            }
             // `--check` writes nothing into the folder.
             Some(Command::Emit(options)) if options.check => return Ok(()),
-            _ => None,
+            _ => (None, &[]),
         };
-        common.outlets.check(scene.into_iter().chain(states))
+        common.outlets.check(scene.into_iter().chain(states), saved, results)
     }
 }
 
@@ -1019,7 +1036,7 @@ pub(super) struct AtlasArguments {
         value_parser = clap::value_parser!(u32).range(1..=10_000_000)
     )]
     pub(super) points: u32,
-    /// Write the atlas to a file, from which --load goes on
+    /// Write the atlas to a file, from which --load goes on; it may be the file of --load
     #[arg(long, value_name = "FILE")]
     pub(super) save: Option<PathBuf>,
     /// Go on with the atlas in a file that --save wrote for this scene, in its region and with its

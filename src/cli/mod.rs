@@ -72,7 +72,7 @@ fn dispatch(arguments: Arguments) -> Result<(), CliError> {
 /// The command runs with the arguments and the map of its shards, and takes finished pieces from
 /// their files instead of computing them.
 fn merge(options: &MergeArguments) -> Result<(), CliError> {
-    options.outlets.check(options.pieces.iter().map(PathBuf::as_path))?;
+    options.outlets.check(options.pieces.iter().map(PathBuf::as_path), None, &[])?;
     let (header, pieces) = join_shards(&options.pieces)?;
     header.check_program(VERSION, program()?)?;
     let foreign = || ShardError::Foreign { path: options.pieces[0].clone() };

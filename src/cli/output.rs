@@ -153,27 +153,50 @@ impl Outlets {
     }
 
     /// Refuses, before any computing, destinations that cannot be written to, two results in one
-    /// file, and a result that would replace an input.
+    /// file, and a result that would replace an input. `saved` is the file of `--save`, `results`
+    /// are names of results in the folder of `-o`.
     pub(in crate::cli) fn check<'a>(
         &self,
         inputs: impl IntoIterator<Item = &'a Path> + Clone,
+        saved: Option<&Path>,
+        results: &[&str],
     ) -> Result<(), CliError> {
-        if let (Some(json), Some(csv)) = (&self.json, &self.csv)
-            && (json == csv || json.replaced().is_some_and(|file| Some(file) == csv.replaced()))
-        {
-            return Err(CliError::OnePlace { place: json.clone() });
-        }
-        for destination in self.files() {
-            let file = destination.replaced();
-            let is_input = |input: &&Path| file.is_some() && input.canonicalize().ok() == file;
-            if let Some(input) = inputs.clone().into_iter().find(is_input) {
-                return Err(CliError::ReplacesInput { path: input.to_path_buf() });
+        let saved = saved.map(|path| Destination::File(path.to_owned()));
+        let places = [("json", &self.json), ("csv", &self.csv), ("save", &saved)];
+        let places = places.map(|(option, place)| place.as_ref().map(|place| (option, place)));
+        let places: Vec<_> = places.into_iter().flatten().collect();
+        let input_at = |file: &Path| {
+            let mut inputs = inputs.clone().into_iter();
+            inputs.find(|input| input.canonicalize().is_ok_and(|input| input == file))
+        };
+        let replaces = |path: &Path| CliError::ReplacesInput { path: path.to_path_buf() };
+        for (number, (option, place)) in places.iter().enumerate() {
+            let file = place.replaced();
+            let is_same =
+                |other: &Destination| other == *place || file.is_some() && other.replaced() == file;
+            if let Some((earlier, _)) = places[..number].iter().find(|(_, other)| is_same(other)) {
+                let (options, place) = ([*earlier, *option], (*place).clone());
+                return Err(CliError::OnePlace { options, place });
             }
-            if let Destination::File(path) = destination {
+            if let Some(input) = file.as_deref().and_then(input_at) {
+                return Err(replaces(input));
+            }
+            if let Destination::File(path) = place {
                 check_writable(path)?;
             }
         }
-        self.output.as_deref().map_or(Ok(()), |folder| Ok(check_creatable(folder)?))
+        let Some(folder) = &self.output else { return Ok(()) };
+        for file in results.iter().filter_map(|name| replaced_path(&folder.join(name))) {
+            if let Some(input) = input_at(&file) {
+                return Err(replaces(input));
+            }
+            let is_there = |place: &Destination| place.replaced().as_ref() == Some(&file);
+            if let Some(place) = saved.as_ref().filter(|place| is_there(place)) {
+                let (options, place) = (["output", "save"], place.clone());
+                return Err(CliError::OnePlace { options, place });
+            }
+        }
+        Ok(check_creatable(folder)?)
     }
 
     /// Writes the JSON document where `--json` asks for it.
@@ -370,9 +393,12 @@ pub(in crate::cli) enum CliError {
     /// A table was asked of a command without one.
     #[error("`grazemap {command}` has no table; use --json")]
     NoTable { command: &'static str },
-    /// JSON and table go to one place, where one would be lost.
-    #[error("--json and --csv both write to {place}; name another place for one of them")]
-    OnePlace { place: Destination },
+    /// Two results go to one place, where one would be lost.
+    #[error(
+        "--{} and --{} both write to {place}; name another place for one of them",
+        .options[0], .options[1]
+    )]
+    OnePlace { options: [&'static str; 2], place: Destination },
     /// A result would replace an input of the command.
     #[error("{} is read by this command and not replaced; name another file", .path.display())]
     ReplacesInput { path: PathBuf },

@@ -5,13 +5,9 @@ use crate::cli::arguments::AtlasArguments;
 use crate::cli::output::{Bar, CliError, deliver};
 use crate::cli::positions::{Finite, Origin};
 use grazemap::pipeline::{AtlasFile, AtlasKeys};
-use grazemap::report::check_writable;
 
 pub(in crate::cli) fn run(options: &AtlasArguments) -> Result<(), CliError> {
     let outlets = &options.scene.common.outlets;
-    if let Some(path) = &options.save {
-        check_writable(path)?;
-    }
     let source = open(&options.scene)?;
     let saved = options.load.as_ref().map(|path| AtlasFile::read(path, source.scene()));
     let saved = saved.transpose()?;

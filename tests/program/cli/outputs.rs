@@ -67,6 +67,43 @@ fn no_result_replaces_an_input_or_another_result() {
     assert_eq!(fs::read(folder.path().join("scene.toml")).expect("readable"), scene);
 }
 
+#[test]
+fn neither_a_saved_atlas_nor_a_folder_of_results_replaces_an_input() {
+    let folder = obstacles();
+    let place = |name: &str| folder.path().join(name);
+    fs::create_dir(place("out")).expect("writable");
+    let scene = fs::read(place("scene.toml")).expect("readable");
+    let inputs = ["scene.toml", "out/scene.toml", "out/images.csv", "out/fit.csv"];
+    for input in inputs {
+        fs::write(place(input), &scene).expect("writable");
+    }
+    let lost = ["--set", "delta=-1"];
+    for (call, words) in [
+        (&["atlas", "scene.toml", "--save", "scene.toml"][..], "scene.toml is read by"),
+        (&["atlas", "scene.toml", "--save", "new", "--json", "./new"], "both write to"),
+        (&["atlas", "scene.toml", "--save", "out/atlas.json", "-o", "out"], "both write to"),
+        (&["atlas", "scene.toml", "--load", "out/atlas.csv", "-o", "out"], "cannot read"),
+        (&["run", "out/scene.toml", "-o", "out"], "out/scene.toml is read by"),
+        (&["image", "scene.toml", "--states", "out/images.csv", "-o", "out"], "is read by"),
+        (
+            &["fit", "scene.toml", "--data", "out/fit.csv", "--parameters", "alpha", "-o", "out"],
+            "is read by",
+        ),
+    ] {
+        let output = grazemap(folder.path(), &[call, &lost[..]].concat());
+        let said = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{call:?}: {said}");
+        assert!(said.contains(words), "{call:?}: {said}");
+    }
+    for input in inputs {
+        assert_eq!(fs::read(place(input)).expect("readable"), scene, "{input}");
+    }
+    // An atlas may take the place of the one that it goes on from.
+    let points = ["atlas", "linear", "-q", "--points", "5"];
+    let save = |more: &[&str]| grazemap(folder.path(), &[&points, more].concat()).status.success();
+    assert!(save(&["--save", "atlas"]) && save(&["--load", "atlas", "--save", "atlas"]));
+}
+
 #[cfg(unix)]
 #[test]
 fn a_file_that_does_not_fit_is_named_without_its_temporary_name() {
