@@ -35,8 +35,8 @@ pub fn refuse_memory(bytes: u64) -> Result<Option<String>, Error> {
     }))
 }
 
-/// Free memory in bytes according to the system, within the limit of the control group; `None` if
-/// unknown.
+/// Free memory in bytes according to the system, within the limits of the control group and of this
+/// process; `None` if unknown.
 fn available() -> Option<u64> {
     let text = fs::read_to_string("/proc/meminfo").ok()?;
     let line = text.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;
@@ -46,5 +46,17 @@ fn available() -> Option<u64> {
         text.trim().parse().ok()
     };
     let group = number("memory.max").zip(number("memory.current"));
-    Some(group.map_or(free, |(most, used)| free.min(most.saturating_sub(used))))
+    let left = [group.map(|(most, used)| most.saturating_sub(used)), left_of_limit()];
+    Some(left.into_iter().flatten().fold(free, u64::min))
+}
+
+/// Bytes that this process may still map, if it has a limit (`ulimit -v`).
+fn left_of_limit() -> Option<u64> {
+    let limits = fs::read_to_string("/proc/self/limits").ok()?;
+    let line = limits.lines().find_map(|line| line.strip_prefix("Max address space"))?;
+    let most: u64 = line.split_whitespace().next()?.parse().ok()?;
+    let status = fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmSize:"))?;
+    let used = 1024 * line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()?;
+    Some(most.saturating_sub(used))
 }

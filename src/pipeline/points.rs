@@ -5,7 +5,8 @@
 
 use super::{Ended, Error, Map, refuse_memory};
 use crate::analysis::{
-    DirectEnd, ImageRecord, ImageRequest, ImageRow, Precision, Progress, Using, orbit_bytes,
+    DirectEnd, ImageRecord, ImageRequest, ImageRow, Precision, Progress, Using, batch_bytes,
+    orbit_bytes,
 };
 use crate::iteration::Batch;
 use crate::numeric::Dd;
@@ -25,7 +26,8 @@ impl Map {
     ///
     /// # Errors
     ///
-    /// [`Error::Rows`] if states or parameters are not a whole number of rows.
+    /// [`Error::Rows`] if states or parameters are not a whole number of rows; [`Error::Memory`] if
+    /// the results exceed the machine's memory.
     pub fn batch(
         &self,
         states: &[f64],
@@ -33,6 +35,8 @@ impl Map {
         derivatives: bool,
     ) -> Result<Batch, Error> {
         self.count(states, parameters)?;
+        let points = states.len() / self.local().dimension();
+        refuse_memory(batch_bytes(self.local(), points, derivatives))?;
         Ok(self.discrete().batch(states, parameters, derivatives))
     }
 

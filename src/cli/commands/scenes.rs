@@ -9,8 +9,9 @@ use serde::Serialize;
 
 use super::{open, refuse_orders};
 use crate::cli::arguments::{Arguments, CompletionsOptions, ManOptions, NewOptions, SceneOptions};
-use crate::cli::output::{CliError, Results, note, print};
+use crate::cli::output::{CliError, Results, note, print, refuse};
 use grazemap::Error;
+use grazemap::analysis::{charts_bytes, diagrams_bytes};
 use grazemap::model::{Digest, Scene, catalogue, nearest};
 use grazemap::report::{Named, OutputFolder, to_json, write_atomically};
 
@@ -38,10 +39,12 @@ pub(in crate::cli) fn check(options: &SceneOptions) -> Result<(), CliError> {
     refuse_orders(scene)?;
     let faults = [scene.check_diagrams(), scene.check_charts(), scene.check_tangent_states()];
     faults.into_iter().collect::<Result<(), _>>().map_err(Error::from)?;
+    let outlets = &options.common.outlets;
+    refuse(diagrams_bytes(scene).saturating_add(charts_bytes(scene)), outlets.quiet)?;
     let (name, summary) = (options.scene.display(), SceneSummary::new(source.scene()));
     let text = format!("{name}: no fault found\n{}\n", summary.words());
     let results = Results::named("check", text, to_json(&summary)?, None);
-    results.deliver("check", &options.common.outlets)
+    results.deliver("check", outlets)
 }
 
 impl<'a> SceneSummary<'a> {

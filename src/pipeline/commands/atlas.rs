@@ -8,13 +8,14 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use crate::analysis::{
-    AnalysisError, AtlasRegion, AtlasStudy, AtlasWork, Progress, StroboscopicPoint, atlas_study,
+    AnalysisError, AtlasRegion, AtlasStudy, AtlasWork, Progress, StroboscopicPoint, atlas_bytes,
+    atlas_study,
 };
 use crate::atlas::{AtlasOptions, RegionError, SavedAtlas};
 use crate::model::{Digest, Scene};
 use crate::numeric::Dd;
 use crate::pipeline::keys::{KeyError, finite};
-use crate::pipeline::{Answer, Error, Graze, bounded, parameter_number};
+use crate::pipeline::{Answer, Error, Graze, bounded, parameter_number, refuse_memory};
 use crate::report::{
     AtlasListing, Document, DocumentKind, Named, atlas_figure, to_json, write_atomically,
 };
@@ -111,11 +112,9 @@ impl AtlasKeys {
             Some(file) => file.region.clone(),
             None => self.region(graze)?,
         };
-        let work = AtlasWork {
-            saved: saved.map(|file| &file.atlas),
-            points: self.points as usize,
-            drawn: self.plane,
-        };
+        let points = self.points as usize;
+        refuse_memory(atlas_bytes(scene, region.ranges.len(), &options, points))?;
+        let work = AtlasWork { saved: saved.map(|file| &file.atlas), points, drawn: self.plane };
         let study = atlas_study(scene, &region, &options, work, progress)?;
         let answer = answer(scene, &study)?;
         let AtlasStudy { region, saved, .. } = study;

@@ -155,3 +155,24 @@ fn a_region_with_a_parameter_has_a_time_with_the_parameter_fixed() {
     let plain = json(folder.path(), &[&SMALL[..], &["--json", "-", "-q"]].concat());
     assert_eq!(plain["times"]["frozen_step"], serde_json::Value::Null);
 }
+
+#[test]
+fn an_atlas_of_more_boxes_than_fit_in_memory_is_refused_before_it_is_made() {
+    let folder = scratch();
+    let more = ["--range", "alpha=-1e-3:1e-3,omega=-1e-3:1e-3", "--order", "20"];
+    let call = [&["atlas", "linear", "--boxes", "100000000"], &more[..]].concat();
+    let output = grazemap(folder.path(), &call);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(text(&output.stderr).starts_with("error: the results take about "));
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn results_that_exceed_the_limit_of_the_process_are_refused() {
+    let script = "ulimit -v 2000000; exec \"$0\" atlas linear --boxes 5000000 --points 5";
+    let mut shell = std::process::Command::new("sh");
+    shell.args(["-c", script, env!("CARGO_BIN_EXE_grazemap")]);
+    let output = shell.current_dir(scratch().path()).output().expect("a shell");
+    assert_eq!(output.status.code(), Some(2));
+    assert!(text(&output.stderr).starts_with("error: the results take about 3"), "{output:?}");
+}

@@ -27,6 +27,17 @@ fn a_fault_far_to_the_right_is_shown_on_a_screen() {
 }
 
 #[test]
+fn results_that_do_not_fit_in_memory_are_refused_before_anything_is_computed() {
+    for command in ["check", "diagram", "run"] {
+        let keep = ["--set", "diagram.0.keep=1000000000", "--set", "diagram.0.points=100000"];
+        let refused = grazemap(scratch().path(), &[&[command, "linear"], &keep[..]].concat());
+        let said = text(&refused.stderr);
+        assert_eq!(refused.status.code(), Some(2), "{command}: {said}");
+        assert!(said.starts_with("error: the results take about "), "{command}: {said}");
+    }
+}
+
+#[test]
 fn orders_are_refused_before_an_orbit_is_looked_for() {
     let folder = scratch();
     // No orbit touches this stop: its search would end with exit code 1.

@@ -6,6 +6,8 @@ use super::basin::BasinRequest;
 use super::image::ImageRequest;
 use super::noise::{CHUNK, NoiseRequest};
 use super::time_series::TimeSeriesRequest;
+use crate::atlas::AtlasOptions;
+use crate::expansion::LocalMap;
 use crate::iteration::{StepInfo, parallel};
 use crate::model::{ChartRequest, DiagramRequest, Scene, SweepDirection};
 
@@ -84,6 +86,16 @@ pub fn orbit_bytes(scene: &Scene, orbits: usize, iterations: usize) -> u64 {
     product([NUMBER, scene.model.dimension() as u64, orbits as u64, iterations as u64])
 }
 
+/// Bytes of the images and depths of points, with derivatives if asked for, and of a copy of them
+/// in the form of a caller.
+pub fn batch_bytes(map: &LocalMap, points: usize, derivatives: bool) -> u64 {
+    const COPIES: u64 = 2;
+    let (dimension, passages) = (map.dimension() as u64, map.passages() as u64);
+    let gradient = if derivatives { dimension + map.parameters.len() as u64 } else { 0 };
+    let row = dimension.saturating_mul(1 + gradient) + passages;
+    product([COPIES, NUMBER, points as u64, row])
+}
+
 /// Bytes that a time series takes in memory, with its table and figures.
 pub fn series_bytes(scene: &Scene, request: &TimeSeriesRequest) -> u64 {
     /// Bytes of a row without its numbers; bytes of a number in table and document.
@@ -100,4 +112,19 @@ pub fn noise_bytes(scene: &Scene, request: &NoiseRequest) -> u64 {
     let marginals = product([scene.model.dimension() as u64, cells]);
     let counts = product([cells, cells]).saturating_add(marginals);
     product([request.orbits.div_ceil(CHUNK) as u64 + 1, counts, NUMBER])
+}
+
+/// Bytes that an atlas of all the boxes that may be expanded takes in memory, with the points at
+/// which it is measured; a box without a graze is counted.
+pub fn atlas_bytes(scene: &Scene, axes: usize, options: &AtlasOptions, points: usize) -> u64 {
+    /// Bytes of a box without its numbers, and of a point.
+    const CELL: u64 = 200;
+    const POINT: u64 = 48;
+    // Number of monomials up to the order: the binomial coefficient `order + axes` over `axes`.
+    let terms = (1..=axes as u64)
+        .fold(1_u64, |terms, axis| terms.saturating_mul(options.order as u64 + axis) / axis);
+    let cell = CELL.saturating_add(product([NUMBER, terms, scene.model.states.len() as u64]));
+    let point = POINT + product([NUMBER, axes as u64]);
+    let measured = product([points as u64, point]);
+    product([options.boxes as u64, cell]).saturating_add(measured)
 }

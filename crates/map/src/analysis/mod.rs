@@ -43,8 +43,8 @@ pub use evaluation::{Arrival, DepthEvaluation, MapEvaluation, MapImage};
 pub use free_flight::{FreeFlight, SectionChange};
 pub use image::{ImageRecord, ImageRequest, ImageRow, Precision, Using, images};
 pub use memory::{
-    basin_bytes, chart_bytes, charts_bytes, diagram_bytes, diagrams_bytes, image_bytes,
-    noise_bytes, orbit_bytes, series_bytes,
+    atlas_bytes, basin_bytes, batch_bytes, chart_bytes, charts_bytes, diagram_bytes,
+    diagrams_bytes, image_bytes, noise_bytes, orbit_bytes, series_bytes,
 };
 pub use pace::seconds_per_return;
 pub(crate) use progress::place_of;
