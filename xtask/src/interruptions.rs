@@ -52,7 +52,11 @@ fn commands() -> Vec<(&'static str, Vec<String>)> {
         ("run", set("run", &all)),
         ("basin", call("basin", SCENE, &["--points", "2400", "--at", "alpha=1e-3"])),
         ("branch", call("branch", SCENE, &["--along", "alpha", "--period", "6"])),
-        ("loci", call("loci", SCENE, &["--in", "alpha,omega", "--using", "direct"])),
+        ("loci", call("loci", SCENE, &["--plane", "alpha,omega", "--method", "direct"])),
+        ("atlas", call("atlas", SCENE, &["--tolerance", "1e-12", "--boxes", "300"])),
+        ("safe", call("safe", SCENE, &[])),
+        ("noise", call("noise", SCENE, &["--deviation", "alpha=1e-5", "--orbits", "50"])),
+        ("derivatives", call("derivatives", SCENE, &["--order", "4", "--returns", "100"])),
     ]
 }
 

@@ -47,7 +47,7 @@ impl Case {
     pub fn new(seed: u64, number: u64) -> Self {
         let mut random = Random::new(seed, number);
         let scene = mutation::scene(&mut random);
-        let calls: [&[&str]; 8] = [
+        let calls: [&[&str]; 17] = [
             &["check", "scene.toml"],
             &["check", "scene.toml"],
             &["locate", "scene.toml", "--json", "-"],
@@ -55,7 +55,16 @@ impl Case {
             &["emit", "scene.toml", "-o", "out"],
             &["emit", "scene.toml", "--target", "c", "-o", "out"],
             &["image", "scene.toml", "--states", "states.csv"],
-            &["image", "scene.toml", "--states", "states.csv", "--using", "direct"],
+            &["image", "scene.toml", "--states", "states.csv", "--method", "direct"],
+            &["safe", "scene.toml", "--points", "2"],
+            &["contact", "scene.toml", "--restitution", "0.5"],
+            &["contact", "scene.toml", "--restitution", "0.9", "--exponent", "1.1"],
+            &["derivatives", "scene.toml", "--order", "3", "--returns", "3"],
+            &["derivatives", "scene.toml", "--returns", "1000000"],
+            &["atlas", "scene.toml", "--boxes", "20", "--points", "20", "--save", "atlas"],
+            &["fit", "scene.toml", "--data", "states.csv", "--parameters", "alpha"],
+            &["noise", "scene.toml", "--deviation", "alpha=1e-6", "--orbits", "3", "--keep", "9"],
+            &["noise", "scene.toml", "--deviation", "omega=1e9", "--orbits", "3", "--keep", "9"],
         ];
         let mut arguments: Vec<String> = vec!["--threads".to_owned(), "1".to_owned()];
         if !random.one_in(8) {

@@ -46,7 +46,7 @@ pub struct Fuzz {
     /// Number of one case, which is printed
     #[arg(long)]
     case: Option<u64>,
-    /// Change saved orbits, maps and pieces of shards, in place of scenes
+    /// Change saved orbits, maps, pieces of shards and atlases, in place of scenes
     #[arg(long)]
     saved: bool,
     /// Run the cases that revealed faults before

@@ -1,9 +1,11 @@
-//! Saved files with changes that a slip, a full disk or an attacker could make: orbits, maps, and
-//! pieces of shards.
+//! Saved files with changes that a slip, a full disk or an attacker could make: orbits, maps,
+//! pieces of shards, and atlases. The digest of every second changed atlas is forged.
 
 use std::fs;
 use std::path::Path;
 use std::process::Command;
+
+use grazemap::model::Digest;
 
 use super::mutation::VALUES;
 use crate::random::Random;
@@ -32,8 +34,15 @@ const ORBIT: &[&[&str]] = &[
 const MERGE: &[&[&str]] =
     &[&["merge", "diagram-1-of-2.pieces", "diagram-2-of-2.pieces", "-o", "out"]];
 
+/// Call that goes on with an atlas.
+const LOAD: &[&[&str]] =
+    &[&["atlas", "linear", "--load", "FILE", "--boxes", "5", "--points", "20"]];
+
+/// First line of an atlas; the digest of what follows the second line is the second line.
+const ATLAS: &str = "grazemap atlas 1\n";
+
 /// All kinds of files.
-const KINDS: [Kind; 7] = [
+const KINDS: [Kind; 8] = [
     Kind {
         file: "orbit.json",
         written: &["locate", "linear", "--json", "orbit.json"],
@@ -79,6 +88,11 @@ const KINDS: [Kind; 7] = [
     },
     Kind { file: "diagram-1-of-2.pieces", written: &SHARDS[0], read: MERGE },
     Kind { file: "diagram-2-of-2.pieces", written: &SHARDS[1], read: MERGE },
+    Kind {
+        file: "linear.atlas",
+        written: &["atlas", "linear", "--save", "linear.atlas", "--boxes", "9", "--points", "20"],
+        read: LOAD,
+    },
 ];
 
 /// Orders at which a map has few numbers.
@@ -152,6 +166,9 @@ impl Saved {
         for _ in 0..1 + random.below(3) {
             change(&mut content, &mut random);
         }
+        if random.one_in(2) {
+            forge(&mut content);
+        }
         let words = random.of(read).iter().map(|&word| if word == "FILE" { file } else { word });
         let arguments = words.chain(["--threads", "1"]).map(str::to_owned).collect();
         Change { file, before, content, arguments }
@@ -181,6 +198,18 @@ fn change(content: &mut Vec<u8>, random: &mut Random) {
         }
         6 => content.truncate(from),
         _ => drop(content.splice(from..from, random.of(&INSERTED).bytes())),
+    }
+}
+
+/// Writes the digest of a changed atlas.
+fn forge(content: &mut Vec<u8>) {
+    let start = ATLAS.len();
+    let Some(rest) = content.get(start..).filter(|_| content.starts_with(ATLAS.as_bytes())) else {
+        return;
+    };
+    if let Some(length) = rest.iter().position(|&byte| byte == b'\n') {
+        let digest = Digest::of_bytes(&rest[length + 1..]).to_string();
+        content.splice(start..start + length, digest.into_bytes());
     }
 }
 
