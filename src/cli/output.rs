@@ -174,8 +174,9 @@ impl Outlets {
             let file = place.replaced();
             let is_same =
                 |other: &Destination| other == *place || file.is_some() && other.replaced() == file;
-            if let Some((earlier, _)) = places[..number].iter().find(|(_, other)| is_same(other)) {
-                let (options, place) = ([*earlier, *option], (*place).clone());
+            let mut earlier = places[..number].iter().filter(|(_, other)| is_same(other));
+            if let Some((first, place)) = earlier.next() {
+                let (options, place) = ([*first, *option], (*place).clone());
                 return Err(CliError::OnePlace { options, place });
             }
             if let Some(input) = file.as_deref().and_then(input_at) {

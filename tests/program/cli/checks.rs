@@ -28,9 +28,12 @@ fn a_fault_far_to_the_right_is_shown_on_a_screen() {
 
 #[test]
 fn results_that_do_not_fit_in_memory_are_refused_before_anything_is_computed() {
-    for command in ["check", "diagram", "run"] {
-        let keep = ["--set", "diagram.0.keep=1000000000", "--set", "diagram.0.points=100000"];
-        let refused = grazemap(scratch().path(), &[&[command, "linear"], &keep[..]].concat());
+    let folder = scratch();
+    let chart = "\n[[chart]]\nparameters = [\"alpha\", \"omega\"]\npoints = 9\nkeep = 1000000000\n\
+                 ranges = [[-1e-3, 1e-3], [-1e-3, 1e-3]]\n";
+    fs::write(folder.path().join("scene.toml"), format!("{}{chart}", linear())).expect("writable");
+    for command in ["check", "chart", "run"] {
+        let refused = grazemap(folder.path(), &[command, "scene.toml"]);
         let said = text(&refused.stderr);
         assert_eq!(refused.status.code(), Some(2), "{command}: {said}");
         assert!(said.starts_with("error: the results take about "), "{command}: {said}");
