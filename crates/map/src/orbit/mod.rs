@@ -25,7 +25,9 @@ mod system;
 mod theory;
 
 pub use curve::{curve, watched_curve};
-pub use derivatives::{DerivativesError, EventDerivatives, JetsAlong, jets_along, watched_jets_along};
+pub use derivatives::{
+    DerivativesError, EventDerivatives, JetsAlong, jets_along, watched_jets_along,
+};
 pub use grazing_curve::{
     CurveEnd, CurveOptions, CurveOutcome, CurvePoint, GrazingCurve, SpecialKind, SpecialPoint,
     UnresolvedStretch,
