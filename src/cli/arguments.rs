@@ -328,6 +328,10 @@ pub(super) struct ChartArguments {
         value_parser = clap::value_parser!(u32).range(1..=10_000)
     )]
     pub(super) points: Vec<u32>,
+    /// Cells that are computed: `all`, or `borders` (those along borders and probes of the blocks
+    /// between; the others are filled). Default: all up to 10 000
+    #[arg(long, requires = "plane", value_parser = ["all", "borders"])]
+    pub(super) cells: Option<String>,
     /// Curves drawn over the chart
     #[arg(long, value_delimiter = ',', requires = "plane", value_parser = ["graze", "loci"])]
     pub(super) overlay: Vec<String>,
@@ -944,6 +948,10 @@ pub(super) struct BasinArguments {
         value_parser = clap::value_parser!(u32).range(1..=10_000)
     )]
     pub(super) points: Vec<u32>,
+    /// Cells that are computed: `all`, or `borders` (those along borders and probes of the blocks
+    /// between; the others are filled). Default: borders
+    #[arg(long, value_parser = ["all", "borders"])]
+    pub(super) cells: Option<String>,
     /// Offsets of the other section coordinates (0 if not named)
     #[arg(long, value_name = "NAME=OFFSET,...", value_parser = positions)]
     pub(super) start: Option<Named<Position>>,
@@ -969,7 +977,8 @@ impl BasinArguments {
     pub(super) fn names_any(&self) -> bool {
         let named = self.at.is_some() || self.range.is_some() || self.start.is_some();
         let listed = !self.plane.is_empty() || !self.points.is_empty();
-        named || listed || self.method.is_some() || self.manifolds.is_some()
+        let chosen = self.cells.is_some() || self.method.is_some();
+        named || listed || chosen || self.manifolds.is_some()
     }
 }
 

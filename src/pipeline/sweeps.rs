@@ -182,6 +182,8 @@ pub struct BasinKeys {
     pub range: Named<[f64; 2]>,
     /// Number of cells along both axes, or along each.
     pub points: Vec<u32>,
+    /// Whether the state of every cell is followed, or only those along borders and probes.
+    pub every_cell: bool,
     /// Offsets of the other section coordinates, 0 if not named.
     pub start: Named<f64>,
     /// Method that iterates the states.
@@ -232,6 +234,7 @@ impl BasinKeys {
             [first, second] => request.points = [first as usize, second as usize],
             _ => return Err(KeyError::NotTwoAxes { found: self.points.len() }),
         }
+        request.every_cell = self.every_cell;
         request.method = self.with.unwrap_or(request.method);
         request.manifolds = self.manifolds.map(usize::from);
         Ok(request)

@@ -8,7 +8,7 @@ use super::figure::{
     Annotation, Axis, CellCategory, CellChart, CellColor, Figure, Marker, Series, Stroke,
 };
 use super::table::significant;
-use super::window_words::escape_words;
+use super::window_words::{escape_words, filled_words};
 use super::{Cell, Column, ReportError, Rows, Table, npy_bytes};
 use crate::analysis::basin::{
     Basin, BasinAttractor, BasinAxis, BasinClass, BasinShare, ManifoldBranch, ManifoldKind,
@@ -337,10 +337,16 @@ pub fn basin_words(basin: &Basin) -> String {
 pub fn basin_remarks(basin: &Basin) -> Vec<String> {
     let all = basin.cells.len();
     let mut remarks = vec![format!(
-        "{:.4} of the cells touch another class; {} of {all} were followed, the others lie among \
-         cells of their own class",
+        "{:.4} of the cells touch another class; {} of {all} were followed",
         basin.border, basin.computed
     )];
+    if basin.computed < all {
+        remarks.push(format!(
+            "{} cells were filled from computed cells of one class around them. {}",
+            all - basin.computed,
+            filled_words(&basin.probes)
+        ));
+    }
     if let Some(uncertainty) = &basin.uncertainty {
         let last = uncertainty.distances.last().copied().unwrap_or(1);
         remarks.push(format!(

@@ -345,6 +345,7 @@ impl BranchListing {
             BranchEnd::StepTooSmall => {
                 "has no step short enough, as where it loses a section point"
             }
+            BranchEnd::SectionPoint => "loses a point of the tangency section, where h'' = 0,",
             BranchEnd::StepLimit => "has taken the most steps",
             BranchEnd::WorkLimit => "has taken the most work",
             _ => return None,

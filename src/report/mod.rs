@@ -98,6 +98,6 @@ pub use time_series_listing::{
     time_series_table, time_series_text,
 };
 pub use window_words::{
-    WindowRemark, basin_warnings, bounds_words, chart_overlay_words, chart_warnings,
-    diagram_warnings, error_words, window_remark, window_words,
+    WindowRemark, basin_warnings, bounds_words, chart_computed_words, chart_overlay_words,
+    chart_warnings, diagram_warnings, error_words, window_remark, window_words,
 };

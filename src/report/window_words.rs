@@ -4,8 +4,9 @@
 
 use super::basin_figure::basin_outside_words;
 use super::map_listing::edge_words;
+use super::table::significant;
 use crate::analysis::EscapeBound;
-use crate::analysis::basin::{BLOCK, Basin};
+use crate::analysis::basin::{BLOCK, Basin, BlockProbes};
 use crate::analysis::chart::{Chart, ChartClass, Overlay};
 use crate::analysis::diagram::Diagram;
 use crate::convergence::{
@@ -290,16 +291,32 @@ pub(super) fn chart_share_words(chart: &Chart) -> Option<String> {
 }
 
 /// Share of the cells of a chart that was computed, if not all, as text.
-pub(super) fn chart_computed_words(chart: &Chart) -> Option<String> {
+pub fn chart_computed_words(chart: &Chart) -> Option<String> {
     let (computed, all) = (chart.computed, chart.cells.len());
     (computed < all).then(|| {
         format!(
             "{computed} of {all} cells were computed ({:.1} %), every {BLOCK}th column and row and \
              along borders; the others lie among computed cells that are alike, and have what \
-             these have (`cells = \"all\"` computes every cell).",
-            100.0 * computed as f64 / all as f64
+             these have. {}.",
+            100.0 * computed as f64 / all as f64,
+            filled_words(&chart.probes)
         )
     })
+}
+
+/// Accuracy of the cells that were filled without being computed, as text.
+pub(super) fn filled_words(probes: &BlockProbes) -> String {
+    let exact = "`cells = \"all\"` computes every cell";
+    match probes.count {
+        0 => format!("No filled cell was checked; {exact}"),
+        count => format!(
+            "This is sampled and not proved: {} of {count} probes inside filled blocks found \
+             another class, so that at most {} % of the filled cells are of another class (95 % \
+             confidence); {exact}",
+            probes.differing,
+            significant(100.0 * probes.missed_at_most(), 2)
+        ),
+    }
 }
 
 /// Overlay of a chart, and the parts of it that were not found, as text.

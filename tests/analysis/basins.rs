@@ -115,6 +115,18 @@ fn refined_basins_are_those_with_every_cell_followed() {
     }
 }
 
+#[test]
+fn a_basin_of_every_cell_fills_none_and_has_the_cells_of_a_refined_one() {
+    let case = Case::new("linear");
+    let refined = case.basin_request([41, 33], Method::Guarded);
+    let every = BasinRequest { every_cell: true, ..refined.clone() };
+    let [refined, every] = [refined, every].map(|request| case.basin(&request).expect("a plane"));
+    assert_eq!((every.computed, every.probes.count), (41 * 33, 0));
+    assert_eq!(refined.cells, every.cells);
+    // Blocks away from the border have a probe each, and none of them differs.
+    assert!(refined.probes.count > 5 && refined.probes.differing == 0, "{:?}", refined.probes);
+}
+
 /// Attractors and shares do not depend on the method of iteration.
 #[test]
 fn guarded_and_direct_basins_agree_and_the_map_alone_says_where_it_ends() {
@@ -170,7 +182,8 @@ fn the_attractor_of_a_window_alone_has_all_of_it() {
     assert_eq!(only.attractor.period, Period::Periodic(1));
     assert_eq!((only.share.fraction, only.share.boundary, basin.border), (1.0, 0.0, 0.0));
     assert_eq!(basin.uncertainty, None);
-    assert!(basin.computed <= 16, "{} computed", basin.computed);
+    // Four columns and rows, and a probe in each of four blocks.
+    assert!(basin.computed <= 16 + 4, "{} computed", basin.computed);
 }
 
 #[test]

@@ -285,3 +285,18 @@ fn a_saved_map_has_the_window_that_was_measured() {
     assert_eq!(read.window(), map.window());
     assert_eq!(read.local().window, map.local().window);
 }
+
+#[test]
+fn a_restitution_of_zero_has_as_deep_a_window_as_a_small_one() {
+    let scene = with_window("linear", "");
+    let active = [("expansion.active", "[\"r\", \"alpha\"]")];
+    let depths = ["0.0", "0.05"].map(|r| {
+        let set = [("model.parameters.r", r), active[0]];
+        let map = map(&scene, "linear", &set);
+        let measured = map.window();
+        assert_eq!(measured.sample.excluded, 0, "{r}");
+        let depth = measured.bounds.iter().find(|bound| bound.kind == BoundKind::Depth);
+        depth.expect("a depth").value
+    });
+    assert!(depths[0] > 0.3 * depths[1] && depths[0] > 1e-4, "{depths:?}");
+}

@@ -220,7 +220,8 @@ def chart(
     points
         Number of values along both axes, or two numbers; at most 4 000 000 cells.
     cells
-        ``"all"`` computes every cell, ``"borders"`` those along borders of regions. Default:
+        ``"all"`` computes every cell, ``"borders"`` those along borders of regions and probes of
+        the blocks between; a region that holds no computed cell is missed. Default:
         ``"all"`` up to 10 000 cells.
     start
         Offsets of section coordinates by name, at which every cell starts (others 0); a list of
@@ -314,6 +315,7 @@ def basin(
     points: int | Sequence[int] = 400,
     at: Mapping[str, float] | None = None,
     start: Mapping[str, float] | None = None,
+    cells: Literal["all", "borders"] = "borders",
     manifolds: int | None = None,
     method: Method = "guarded",
     progress: Progress | bool | None = None,
@@ -335,6 +337,9 @@ def basin(
         Offsets of active parameters by name (others 0).
     start
         Offsets of the section's other coordinates by name (others 0).
+    cells
+        ``"borders"`` computes cells along borders and probes of the blocks between, and fills
+        the others: a region that holds no computed cell is missed. ``"all"`` computes every cell.
     manifolds
         Longest period, 1 to 12, of saddles with their manifolds, on a section of two
         coordinates. Default: no manifolds.
@@ -383,6 +388,7 @@ def basin(
         "points": _check.counts("points", points, 1, _MOST_CELLS),
         "at": _check.given(_check.numbers, "at", at, m.parameters),
         "start": _check.given(_check.numbers, "start", start, coordinates, kind),
+        "cells": _check.choice("cells", cells, ("all", "borders")),
         "manifolds": _check.given(_check.count, "manifolds", manifolds, 1, 12),
         "with": _check.choice("method", method, METHODS),
     }

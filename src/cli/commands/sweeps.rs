@@ -13,8 +13,8 @@ use grazemap::model::{ChartOverlay, Method, Scene};
 use grazemap::pipeline::{BasinKeys, Device};
 use grazemap::report::{
     OutputFolder, ReportError, basin_remarks, basin_rows, basin_table, basin_warnings, basin_words,
-    chart_overlay_words, chart_rows, chart_timing_table, chart_warnings, diagram_rows,
-    diagram_timing_table, diagram_warnings, manifold_table, write_json,
+    chart_computed_words, chart_overlay_words, chart_rows, chart_timing_table, chart_warnings,
+    diagram_rows, diagram_timing_table, diagram_warnings, manifold_table, write_json,
 };
 
 /// Runs `grazemap diagram`.
@@ -107,7 +107,8 @@ pub(in crate::cli) fn chart(options: &ChartArguments) -> Result<(), CliError> {
     remark_on_window(&map, outlets.quiet);
     note_all(&chart_warnings(&charts), outlets.quiet);
     let mut text = chart_timing_table(&charts)?.to_text();
-    for words in charts.iter().filter_map(chart_overlay_words) {
+    let computed = charts.iter().filter_map(chart_computed_words);
+    for words in computed.chain(charts.iter().filter_map(chart_overlay_words)) {
         text.push_str(&format!("{words}\n"));
     }
     outlets.write_json(&|out| write_json(out, &map.chart_documents(&charts)))?;
@@ -203,6 +204,7 @@ fn basin_keys(options: &BasinArguments, origin: &Origin<'_>) -> BasinKeys {
         axes: options.plane.clone(),
         range: options.range.as_ref().map(|ranges| ranges.offsets(origin)).unwrap_or_default(),
         points: options.points.clone(),
+        every_cell: options.cells.as_deref() == Some("all"),
         start: origin.named(options.start.as_ref()),
         with: options.method,
         manifolds: options.manifolds,

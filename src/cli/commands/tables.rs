@@ -122,6 +122,7 @@ pub(super) fn chart(options: &ChartArguments, map: &Map) -> Result<Option<String
     table.line("parameters", list(options.plane.iter().map(|name| quoted(name))));
     table.line("ranges", list(ends.into_iter()));
     table.line("points", points);
+    table.line("cells", options.cells.as_deref().map(quoted));
     table.line("overlay", list(options.overlay.iter().map(|curve| quoted(curve))));
     table.iterates(&options.iterates, &origin);
     Ok(Some(table.0))

@@ -31,6 +31,9 @@ pub struct SectionImage<S> {
     pub hits: Vec<usize>,
     /// Speed of the first contact; 0 without one.
     pub impact_speed: S,
+    /// Largest share of an impact's speed with which the state still moves into a rigid surface
+    /// after its reset, as for a restitution below zero; 0 if it never does.
+    pub passed: S,
     /// End of the simulation.
     pub end: DirectEnd,
 }
@@ -325,6 +328,7 @@ impl<'a, S: Real> DirectImage<'a, S> {
             offsets,
             turns,
             impact_speed: image.impact_speeds.first().copied().unwrap_or(S::zero()),
+            passed: image.passed,
             passages: image.passages,
             contacts: image.contacts,
             extra_contacts: image.extra_contacts,

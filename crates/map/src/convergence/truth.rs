@@ -130,7 +130,8 @@ pub(super) enum ExactImage<S = Dd> {
     Known(Vec<S>),
     /// There is no return, or one with contacts other than those of grazing passages.
     None,
-    /// The point is outside the model, which has no impact there, as for a restitution below zero.
+    /// The point is outside the model: a reset leaves the state moving into a surface, as for a
+    /// restitution below zero.
     /// It does not count for or against a map.
     Outside,
 }
@@ -240,6 +241,15 @@ pub(super) fn image<S: Real>(
     Ok(image_or_none(direct, point)?.known())
 }
 
+/// Whether an image is outside the model: a reset leaves the state moving into a rigid surface by
+/// more than rounding, however little.
+///
+/// NOTE: the simulator ends such a return only where the share is large; below, the state slides
+/// through the surface, where a restitution of zero keeps it.
+fn is_outside<S: Real>(image: &SectionImage<S>) -> bool {
+    image.end == DirectEnd::GoesThrough || image.passed > S::from_f64(S::ROUNDOFF.sqrt())
+}
+
 /// Image of a point, or the reason why there is none.
 fn image_or_none<S: Real>(
     direct: &mut DirectImage<'_, S>,
@@ -248,8 +258,8 @@ fn image_or_none<S: Real>(
     // NOTE: a return after another number of periods is no image of the map.
     let image = direct.lifted_image(&converted(&point.state), &converted(&point.parameters))?;
     Ok(match image.end {
+        _ if is_outside(&image) => ExactImage::Outside,
         DirectEnd::Returned if image.extra_contacts == 0 => ExactImage::Known(image.offsets),
-        DirectEnd::GoesThrough => ExactImage::Outside,
         _ => ExactImage::None,
     })
 }

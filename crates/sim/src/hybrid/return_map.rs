@@ -746,6 +746,7 @@ impl<'a, S: Real> DirectReturn<'a, S> {
             passages,
             hits,
             impact_speeds: log.contact_speeds(),
+            passed: log.passed(),
             near_misses: log.near_misses(),
             outcome,
         }

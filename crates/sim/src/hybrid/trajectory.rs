@@ -255,6 +255,9 @@ pub struct Return<S> {
     pub hits: Vec<usize>,
     /// Normal speeds at contact, in order of time.
     pub impact_speeds: Vec<S>,
+    /// Largest share of an impact's speed with which the state still moves into a rigid surface
+    /// after its reset, as for a restitution below zero; 0 if it never does.
+    pub passed: S,
     /// Gaps at local minima without contact on the way, in order.
     pub near_misses: Vec<S>,
     /// Outcome of the return.
@@ -461,6 +464,15 @@ impl<S: Real> Log<S> {
     /// Speeds of all contacts, in order.
     pub(super) fn contact_speeds(&self) -> Vec<S> {
         self.events.iter().filter_map(|event| event.kind.contact_speed()).collect()
+    }
+
+    /// Largest share of an impact's speed with which the state still moves inwards after it.
+    pub(super) fn passed(&self) -> S {
+        let share = |event: &Event<S>| match event.kind {
+            EventKind::Impact { speed, rebound } if speed > S::zero() => Some(-rebound / speed),
+            _ => None,
+        };
+        self.events.iter().filter_map(share).fold(S::zero(), S::max)
     }
 
     /// Gaps of all near misses, in order.

@@ -585,6 +585,8 @@ pub struct BasinPlan {
     pub ranges: Option<[[f64; 2]; 2]>,
     /// Cells along each axis.
     pub points: Option<[usize; 2]>,
+    /// Whether the state of every cell is followed.
+    pub every_cell: bool,
     /// Offsets of parameters by number in the model; others are 0.
     pub at: Vec<(usize, f64)>,
     /// Offsets of the coordinates that are not axes, by name; others are 0.

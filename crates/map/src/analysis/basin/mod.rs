@@ -17,7 +17,7 @@ use super::diagram::{SweepSubject, Timing};
 use super::error::{AnalysisError, active_place, check_length, coordinate_place};
 use super::periodic::ContactItinerary;
 use super::progress::{Progress, Shard, given};
-use super::refinement::{first_asked, neighbours, refine, refine_share};
+use super::refinement::{Tiles, first_asked, neighbours, refine, refine_share};
 use super::section_frame::{EscapeBound, escape_bounds, itinerary};
 use crate::expansion::LocalMap;
 use crate::iteration::{OrbitName, OrbitRequest, Period};
@@ -26,7 +26,7 @@ use crate::orbit::GrazingOrbit;
 use manifolds::{ManifoldPlane, manifolds};
 use search::BasinSearch;
 
-pub use super::refinement::BLOCK;
+pub use super::refinement::{BLOCK, BlockProbes};
 pub(super) use known::are_one_cycle;
 pub use manifolds::{ManifoldBranch, ManifoldEnd, ManifoldKind, ManifoldSide, Manifolds, Saddle};
 
@@ -43,6 +43,8 @@ pub struct BasinRequest {
     pub ranges: [[f64; 2]; 2],
     /// Number of cells along each axis.
     pub points: [usize; 2],
+    /// Whether the state of every cell is followed, or only those along borders and probes.
+    pub every_cell: bool,
     /// Offsets of all coordinates; those of the axes are ignored.
     pub origin: Vec<f64>,
     /// Iterates after which an orbit that reached no known attractor counts as settled.
@@ -67,6 +69,7 @@ impl BasinRequest {
             axes: [0, 1],
             ranges: [[0.0; 2]; 2],
             points: [Self::POINTS; 2],
+            every_cell: false,
             origin: vec![0.0; map.window.state.len()],
             transient: 1000,
             longest_period: 32,
@@ -106,6 +109,7 @@ impl BasinRequest {
         }
         request.ranges = plan.ranges.unwrap_or(request.ranges);
         request.points = plan.points.unwrap_or(request.points);
+        request.every_cell = plan.every_cell;
         request.manifolds = plan.manifolds;
         let by = |&method: &Method| Self { method, ..request.clone() };
         Ok(plan.with.iter().map(by).collect())
@@ -192,6 +196,9 @@ pub struct Basin {
     pub uncertainty: Option<Uncertainty>,
     /// Number of cells whose state was followed; the others were filled from their neighbours.
     pub computed: usize,
+    /// Probes of the blocks of cells that were filled.
+    #[serde(default)]
+    pub probes: BlockProbes,
     /// Fraction of all iterates made by the map; the others are direct returns.
     pub by_map: f64,
     /// Class of every cell: rows by increasing offset of the second axis, in a row by increasing
@@ -309,8 +316,11 @@ pub struct Uncertainty {
 /// reaches no known attractor is followed until it settles. A periodic orbit is refined by Newton's
 /// method; a state counts as attracted once it is in an ellipsoid about one of the orbit's points
 /// that the map was seen to send into itself. An attractor without a period is known by the cells
-/// that it visits. Cells are computed where their neighbours differ; regions smaller than a block
-/// may be missed ([`BLOCK`]).
+/// that it visits.
+///
+/// Cells are computed where their neighbours differ, and at probes of the blocks between
+/// ([`BLOCK`]); the others are filled, and a region that holds no computed cell is missed.
+/// [`BlockProbes::missed_at_most`] bounds their share. A request of every cell fills none.
 ///
 /// ```
 /// use grazemap_map::analysis::NoProgress;
@@ -359,12 +369,20 @@ pub fn basin(
     let search = BasinSearch::new(&*swept, parameters, window, settling, progress);
     let mut search = search.with_found(given(progress));
     let grid = BasinGrid::new(request);
-    let cells = refine(grid.size(), BasinClass::eq, |cells| {
+    let mut classes = |cells: &[usize]| {
         progress.expect(cells.len() as u64);
         search.classes(cells, |cell| grid.state(cell))
-    });
-    let computed = cells.computed();
-    let (attractors, classes) = ranked(search.attractors(), cells.into_cells(|class| class));
+    };
+    let (classes, computed, probes) = if request.every_cell {
+        let classes = classes(&grid.all());
+        let computed = classes.len();
+        (classes, computed, BlockProbes::default())
+    } else {
+        let cells = refine(grid.size(), BasinClass::eq, classes);
+        let (computed, probes) = (cells.computed(), cells.probes());
+        (cells.into_cells(|class| class), computed, probes)
+    };
+    let (attractors, classes) = ranked(search.attractors(), classes);
     let borders = grid.borders(&classes);
     let subjects = (scene, orbit, map);
     let plane = ManifoldPlane {
@@ -409,6 +427,7 @@ pub fn basin(
         border: borders.iter().filter(|&&touches| touches).count() as f64 / classes.len() as f64,
         uncertainty: grid.uncertainty(&classes),
         computed,
+        probes,
         by_map: search.mapped as f64 / search.iterates.max(1) as f64,
         timing: Timing::since(clock, search.iterates),
         manifolds: curves.transpose()?,
@@ -439,7 +458,11 @@ pub fn basin_share(
     let mut search = BasinSearch::new(&*swept, parameters, window, settling, shard.own);
     let grid = BasinGrid::new(request);
     let refined = |compute: &mut dyn FnMut(&[usize]) -> Vec<BasinClass>| {
-        refine_share(grid.size(), Some(shard.share), BasinClass::eq, compute);
+        if request.every_cell {
+            compute(&Tiles::of(grid.size()).cells(shard.share));
+        } else {
+            refine_share(grid.size(), Some(shard.share), BasinClass::eq, compute);
+        }
     };
     search.share(&first_asked(grid.size()), |cell| grid.state(cell), refined, shard);
     Ok(())
@@ -483,6 +506,12 @@ impl<'a> BasinGrid<'a> {
     /// Numbers of columns and rows.
     fn size(&self) -> [usize; 2] {
         [self.offsets[0].len(), self.offsets[1].len()]
+    }
+
+    /// Indices of all cells.
+    fn all(&self) -> Vec<usize> {
+        let [columns, rows] = self.size();
+        (0..columns * rows).collect()
     }
 
     /// State at the centre of a cell.

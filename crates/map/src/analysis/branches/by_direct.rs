@@ -1060,10 +1060,13 @@ impl BranchSource for DirectBranches<'_> {
             None => BranchEnd::Reach,
         });
         for (side, end) in ends.iter_mut().enumerate() {
+            let place = if side == 0 { 0 } else { points.len() - 1 };
+            if *end == BranchEnd::StepLimit && self.loses_section_point(&points[place].orbit) {
+                *end = BranchEnd::SectionPoint;
+            }
             if !matches!(end, BranchEnd::Doubling | BranchEnd::StepTooSmall) {
                 continue;
             }
-            let place = if side == 0 { 0 } else { points.len() - 1 };
             if *end == BranchEnd::StepTooSmall && ends_at_graze(&points, place) {
                 *end = BranchEnd::Graze;
                 continue;
@@ -1073,6 +1076,22 @@ impl BranchSource for DirectBranches<'_> {
             points.insert(if side == 0 { 0 } else { points.len() }, hopf);
         }
         Branch { itinerary: itinerary.clone(), points, ends, unresolved }
+    }
+}
+
+impl DirectBranches<'_> {
+    /// Whether `h''` nearly vanishes at a point of an orbit on the tangency section: the point is
+    /// about to meet a local maximum of the gap and to vanish with it.
+    fn loses_section_point(&self, orbit: &FoundOrbit) -> bool {
+        /// Share of the graze's own `h''` that counts as nearly zero.
+        const VANISHING: f64 = 1e-2;
+        let nominal = self.orbit.grazing_point().normal_acceleration.to_f64();
+        let mut image = self.image.clone();
+        image.is_on_tangency()
+            && orbit.states.iter().any(|state| {
+                let here = image.normal_acceleration(state, &orbit.parameters);
+                here.is_ok_and(|here| here.abs() <= VANISHING * nominal)
+            })
     }
 }
 

@@ -127,6 +127,9 @@ pub enum BranchEnd {
     /// Start of a branch that continues another one of the same itinerary, with or without the
     /// section points of returns without contact.
     Continued,
+    /// The orbit loses a point of the tangency section, where `h'' = 0`; steps towards it became
+    /// shorter until their largest number was reached.
+    SectionPoint,
     /// No step was short enough to succeed.
     StepTooSmall,
     /// The largest number of steps was reached.

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::analysis::basin::BlockProbes;
 use crate::analysis::diagram::Timing;
 use crate::analysis::loci::PlaneCurve;
 use crate::analysis::periodic::ContactItinerary;
@@ -44,6 +45,9 @@ pub struct Chart {
     pub cells: Vec<ChartCell>,
     /// Number of cells computed.
     pub computed: usize,
+    /// Probes of the blocks of cells that were filled.
+    #[serde(default)]
+    pub probes: BlockProbes,
     /// Curves laid over the cells.
     pub overlay: Vec<Overlay>,
     /// Fraction of the kept iterates made by the map, as the mean over all computed attractors.

@@ -10,7 +10,7 @@ use crate::analysis::diagram::{
 };
 use crate::analysis::periodic::ContactItinerary;
 use crate::analysis::progress::{Progress, Shard, given, resumed_if};
-use crate::analysis::refinement::{Tiles, refine, refine_share};
+use crate::analysis::refinement::{BlockProbes, Tiles, refine, refine_share};
 use crate::expansion::MapWindow;
 use crate::iteration::parallel;
 use crate::iteration::{OrbitEnd, OrbitRequest, Period};
@@ -43,8 +43,9 @@ pub(super) struct ChartGrid<'a> {
 }
 
 impl ChartGrid<'_> {
-    /// All cells and the iterates needed; cells found by shares are not computed again.
-    pub(super) fn cells(&self, progress: &dyn Progress) -> (Vec<ChartCell>, u64) {
+    /// All cells, the probes of those filled, and the iterates needed; cells found by shares are
+    /// not computed again.
+    pub(super) fn cells(&self, progress: &dyn Progress) -> (Vec<ChartCell>, BlockProbes, u64) {
         let size = self.size();
         let known = given::<Vec<(usize, CellFound)>>(progress).flatten();
         let known: KnownCells = known.filter(|(_, found)| is_found(found)).collect();
@@ -55,17 +56,20 @@ impl ChartGrid<'_> {
             iterates += found.iter().map(|(_, made)| made).sum::<u64>();
             found.into_iter().map(|(attractors, _)| cell(attractors)).collect::<Vec<_>>()
         };
-        let cells = if self.computes_all() {
-            compute(&Vec::from_iter(0..size[0] * size[1]))
+        let (cells, probes) = if self.computes_all() {
+            (compute(&Vec::from_iter(0..size[0] * size[1])), BlockProbes::default())
         } else {
-            refine(size, |a, b| self.are_alike(a, b), compute).into_cells(|mut cell| {
+            let refined = refine(size, |a, b| self.are_alike(a, b), compute);
+            let probes = refined.probes();
+            let cells = refined.into_cells(|mut cell| {
                 cell.computed = false;
                 let attractors = std::iter::once(&mut cell.attractor).chain(&mut cell.others);
                 attractors.for_each(|one| (one.lyapunov, one.lyapunov_error) = (None, None));
                 cell
-            })
+            });
+            (cells, probes)
         };
-        (cells, iterates)
+        (cells, probes, iterates)
     }
 
     /// Computes a share of the cells.
@@ -79,9 +83,7 @@ impl ChartGrid<'_> {
             cells
         };
         if self.computes_all() {
-            let tiles = Tiles::of(size);
-            let own = |cell: &usize| tiles.are_taken(shard.share, [cell % size[0], cell / size[0]]);
-            let _cells: Vec<_> = compute(&(0..size[0] * size[1]).filter(own).collect::<Vec<_>>());
+            let _cells: Vec<_> = compute(&Tiles::of(size).cells(shard.share));
         } else {
             refine_share(size, Some(shard.share), |a, b| self.are_alike(a, b), compute);
         }

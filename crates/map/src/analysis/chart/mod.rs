@@ -37,9 +37,10 @@ type Swept<'s> = (&'s dyn SweptMap, &'s [Option<Vec<f64>>]);
 /// carries its state, may show others. Repelling periods are left by a displacement, as in
 /// [`diagram`](super::diagram::diagram).
 ///
-/// Cells are computed where the quantity shown differs between neighbours (regions smaller than
-/// [`BLOCK`](super::basin::BLOCK) may be missed), or all of them on request; charts of exponents
-/// always compute all cells, because exponents vary from cell to cell.
+/// Cells are computed where the quantity shown differs between neighbours, and at probes of the
+/// blocks between ([`BlockProbes`](super::basin::BlockProbes) bound the share missed), or all of
+/// them on request; charts of exponents always compute all cells, because exponents vary from cell
+/// to cell.
 ///
 /// With a `device` its processor computes the orbits of the map; the chart is the same to the last
 /// bit.
@@ -68,7 +69,7 @@ pub fn chart(
     };
     grids((scene, orbit, map), device, request, |number, grid| {
         let clock = Instant::now();
-        let (cells, iterates) = grid.cells(&SubProgress::new(progress, number));
+        let (cells, probes, iterates) = grid.cells(&SubProgress::new(progress, number));
         let computed = cells.iter().filter(|cell| cell.computed);
         let shares = |attractor: &ChartAttractor| {
             let ChartAttractor { by_map, outside, .. } = *attractor;
@@ -94,6 +95,7 @@ pub fn chart(
             by_map,
             outside,
             computed: computed.count(),
+            probes,
             overlay: overlay(method),
             cells,
             timing: Timing::since(clock, iterates),

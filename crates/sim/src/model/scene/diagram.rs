@@ -45,8 +45,8 @@ const CHART_KEYS: [&str; 14] = [
 ];
 
 /// Keys of `[[basin]]`.
-const BASIN_KEYS: [&str; 8] =
-    ["axes", "ranges", "points", "at", "start", "manifolds", "method", "with"];
+const BASIN_KEYS: [&str; 9] =
+    ["axes", "ranges", "points", "cells", "at", "start", "manifolds", "method", "with"];
 
 /// Longest period allowed for saddles whose manifolds are drawn.
 const LONGEST_SADDLE: u64 = 12;
@@ -128,12 +128,7 @@ pub(super) fn read_chart(table: &Table<'_>, model: &Model) -> Checked<ChartReque
         starts => starts,
     };
     let points = table.field("points").map_or(Ok(defaults.points), |field| chart_points(&field))?;
-    let every_cell = match table.field("cells") {
-        Some(field) => {
-            field.choice(&[("borders", false), ("all", true)], "\"borders\", \"all\"")?
-        }
-        None => points[0] * points[1] <= ALL_CELLS,
-    };
+    let every_cell = every_cell(table)?.unwrap_or(points[0] * points[1] <= ALL_CELLS);
     let transient = defaults.transient as u64;
     Ok(ChartRequest {
         points,
@@ -186,9 +181,16 @@ pub(super) fn read_basin(table: &Table<'_>, model: &Model, active: &[usize]) -> 
         points: table.field("points").map(|field| chart_points(&field)).transpose()?,
         at: at.collect::<Checked<_>>()?,
         start: start.collect::<Checked<_>>()?,
+        every_cell: every_cell(table)?.unwrap_or(false),
         manifolds: manifolds.transpose()?.map(|period| period as usize),
         with: methods(table)?,
     })
+}
+
+/// Whether `cells` asks for every cell; `None` without the key.
+fn every_cell(table: &Table<'_>) -> Checked<Option<bool>> {
+    let choices = [("borders", false), ("all", true)];
+    table.field("cells").map(|field| field.choice(&choices, "\"borders\", \"all\"")).transpose()
 }
 
 fn chart_observable(field: Option<Field<'_>>) -> Checked<ChartObservable> {
